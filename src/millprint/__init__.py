@@ -13,8 +13,8 @@ if JOB_VARIABLE in os.environ:
     # time, although they live as long as the job. It is off during imports; millprint.run.job turns it on.
     gc.disable()
 
-# What `import millprint` offers to a script or a notebook, by the module that has it. A name is imported when it is
-# asked for: a job of the workflow takes single modules, and should not wait for the others.
+# What `import millprint` offers to a script or a notebook, by module. A name is imported when it is used: a job of the
+# workflow needs few modules, and should not wait for the others.
 OFFERED = {
     "ConfigError": "errors",
     "SimulationError": "errors",

@@ -1,4 +1,4 @@
-"""Fingerprints from Python, without Snakemake: a mill, its simulations, its fingerprint, and another mill beside it.
+"""Fingerprints from Python, without Snakemake: a mill, its simulations, its fingerprint, and a comparison of mills.
 
     import millprint
 
@@ -37,7 +37,7 @@ from millprint.fingerprint.inputs import charges_of, read_summaries
 from millprint.fingerprint.model import Fingerprint
 from millprint.run.files import write_table
 
-# The conditions of a mill: its sweep, or the keys of one.
+# The conditions of a mill: its sweep, or the keys of a sweep.
 Sweep = MillSweepConfig | Mapping[str, Any]
 
 
@@ -51,11 +51,11 @@ def take_fingerprint(
 ) -> Fingerprint:
     """The fingerprint of a mill: simulates its sweep and fits its curves, as the workflow's target `fingerprint` does.
 
-    contact: the set of balls and walls, "calibrated" if left out. sweep: speeds, balls, fill ratios, seeds in place of
-    the mill's own (keys as in its file). cores: simulations at a time; a script that asks for several must begin with
-    `if __name__ == "__main__":`, because each is a process of its own.
-    `folder` keeps the simulations (run.h5, summary.json), descriptors.tsv and fingerprint.json. A call that was stopped
-    continues there, and a second one has only the curves to fit.
+    contact: the contact set of balls and walls, "calibrated" if left out. sweep: speeds, balls, fill ratios and seeds
+    in place of the mill's own (keys as in its file). cores: simulations at a time; a script that asks for several must
+    begin with `if __name__ == "__main__":`, because each runs in a separate process.
+    `folder` keeps the simulations (run.h5, summary.json), descriptors.tsv and fingerprint.json. A stopped call can be
+    repeated and continues there; once everything is simulated, a call only fits the curves.
     Raises ConfigError, a line for each fault of the input, and SimulationError for a simulation that fails.
     """
     mill, contact, settings = _given(mill, contact)
@@ -95,7 +95,7 @@ def simulate(
 
 
 def read_fingerprint(path: str | Path) -> Fingerprint:
-    """A fingerprint that was kept: fingerprint.json of `take_fingerprint`, or of a run of the workflow."""
+    """Read a stored fingerprint: fingerprint.json of `take_fingerprint`, or a fingerprint file of the workflow."""
     return Fingerprint.read(path)
 
 

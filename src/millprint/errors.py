@@ -1,4 +1,4 @@
-"""Errors that a user can correct: one line each, with the file, the key, the value and what would be right."""
+"""Errors that a user can correct: one line each, with the file, the key, the value and what to write."""
 
 # Longer lines are shortened in the middle, where the user's value is; file and key come before it.
 LONGEST_LINE = 600
@@ -28,8 +28,8 @@ class DamagedFile(ConfigError, ValueError):
 
 
 class TrainingError(MillprintError):
-    """A training whose data or loss is not a finite number."""
+    """The data or the loss of a training is not finite."""
 
 
 class SimulationError(MillprintError):
-    """A simulation whose result is invalid: escaped ball, excessive overlap, or an open energy balance."""
+    """A simulation's result is invalid: escaped ball, excessive overlap, or an energy balance that does not close."""

@@ -1,7 +1,7 @@
-"""Checks the input that needs geometry or physics before the first job, in a process that imports the libraries.
+"""Checks the input that needs geometry or physics, before the first job and in a process that imports the libraries.
 
-The Snakefile calls it when a run starts, so that reading the Snakefile stays fast. A check that has passed is not
-repeated: it leaves a file named after the digest of its input.
+The Snakefile starts this process when a run starts, so that reading the Snakefile stays fast. A check that has passed
+leaves a file named after the digest of its input, and is not repeated.
 """
 
 import hashlib
@@ -31,9 +31,9 @@ def check_once(
 ) -> None:
     """Run `script` (scripts/check_input.py) on a configuration, unless the same has passed before.
 
-    source: the file that messages name if no other file is at fault. If the check fails, its lines are printed and the
-    program ends with status 1. Without numpy, as when only the jobs have conda environments, the jobs themselves check
-    their input, and a line says so.
+    source: the file that messages name if no other file is wrong. If the check fails, its lines are printed and the
+    program ends with status 1. Without numpy, as when only the jobs have conda environments, a line says that the jobs
+    check their input.
     """
     if find_spec("numpy") is None:
         print("note: the jobs check the geometry, because Snakemake's environment has no numpy", file=sys.stderr)

@@ -1,7 +1,7 @@
-"""What a run takes: time, memory and disk of the jobs that Snakemake is going to run.
+"""What a run needs: time, memory and disk of the jobs that Snakemake is going to run.
 
-A rule that simulates declares what it takes, computed from its cases (`millprint.dem.resources`): the resources
-`processor_s`, `mem_mb` and `disk_mb`. Any other job counts as a mean one, but for the longest ones.
+A rule that simulates declares the resources `processor_s`, `mem_mb` and `disk_mb`, computed from its cases
+(`millprint.dem.resources`). Other jobs count as average ones, except for the longest.
 """
 
 import shutil
@@ -13,8 +13,8 @@ from millprint.run.progress import duration
 
 # Processor time for Snakemake and Python to start a job [s].
 JOB_START_S = 2.0
-# Of a job that says nothing about itself: near the mean of the shorter ones, of the thesis and of a smoke run [s], and
-# the largest of both [MB].
+# For a job that declares nothing: near the mean time of the shorter jobs of the thesis and of a smoke run [s], and the
+# largest memory of both [MB].
 OTHER_S, OTHER_MB, OTHER_DISK_MB = 6.0, 750.0, 2.0
 # Jobs of the thesis, at its size, that take much longer: Intel Xeon of type Emerald Rapids, November 2026 [s].
 LONG_S = {
@@ -36,12 +36,12 @@ class Job:
 
     @property
     def processor_s(self) -> float:
-        """Processor time with that of its start [s]."""
+        """Processor time, start included [s]."""
         return JOB_START_S + (self.resources.get("processor_s") or LONG_S.get(self.rule, OTHER_S))
 
     @property
     def memory_mb(self) -> float:
-        """Memory that it needs at most [MB]."""
+        """Largest memory [MB]."""
         return self.resources.get("mem_mb", OTHER_MB)
 
     @property
@@ -51,12 +51,12 @@ class Job:
 
     @property
     def simulations(self) -> int:
-        """Simulations that are files of the run; a job may simulate more inside."""
+        """Simulations whose files the job writes; a job may simulate more inside."""
         return sum(Path(name).name == "summary.json" for name in self.outputs)
 
 
 def run_time(jobs: Sequence[Job], cores: int) -> float:
-    """Time of a run on some cores [s]: of all jobs over the cores, or of the longest job if that is longer.
+    """Time of a run on some cores [s]: all jobs divided by the cores, or the longest job if that is longer.
 
     A run takes longer where jobs wait for each other while cores are free.
     """
@@ -65,7 +65,7 @@ def run_time(jobs: Sequence[Job], cores: int) -> float:
 
 
 def plan_text(jobs: Sequence[Job], cores: int) -> str:
-    """What the jobs take, in lines; a remark where the disk is too small."""
+    """What the jobs need, in lines, with a remark if the disk is too small."""
     if not jobs:
         return "Everything is done; a run has nothing to do."
     longest = max(jobs, key=lambda job: job.processor_s)
@@ -85,7 +85,7 @@ def plan_text(jobs: Sequence[Job], cores: int) -> str:
 
 
 def free_mb(files: Iterable[str]) -> float:
-    """Free space of the disk that holds the first of some files, or will hold it [MB]."""
+    """Free space of the disk where the first of some files is or will be [MB]."""
     path = Path(next(iter(files), ".")).absolute()
     while not path.exists():
         path = path.parent

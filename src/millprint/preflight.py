@@ -33,10 +33,10 @@ def check_before_running(
     source: str,
     chapter_faults: Callable[..., list[str]] | None = None,
 ) -> list[str]:
-    """Raise ConfigError with a line for each fault, for the first part with something that would make a job fail.
+    """Raise ConfigError with a line for each fault of the first part of the input that would make a job fail.
 
     chapter_faults: `millprint.thesis.preflight.chapter_faults`, for a run that may have chapters of the thesis. Returns
-    warnings, a line each, of what is unusual but may be meant.
+    warnings, a line each, about values that are unusual but may be intended.
     """
     if config.validation.chosen:
         read_measurements(config.validation.measured, config.validation.all_setups)
@@ -60,7 +60,7 @@ def check_before_running(
     for place, group in groups:
         for name, diameter in sorted({(case.mill, size) for case in group for size in case.sizes_mm}):
             check_ball_size(bodies[name][0].vessel, name, diameter, place)
-    # The key of the step: the sweeps of the configuration are a list; that of a mill's own sweep is set for all mills.
+    # The key of the step: the sweeps of the configuration are a list; for mills' own sweeps it is set for all mills.
     steps = {place: f"{place}.rayleigh_fraction" for place, _ in groups}
     own, factor = config.mills, config.mills.level.step
     times = "" if factor == 1 else f" = {own.rayleigh_fraction:g}, times {factor:g} by mills.precision {own.precision}"
@@ -93,7 +93,7 @@ def check_before_running(
 def card_cases(
     config: WorkflowConfig, mills: dict[str, MillConfig], contacts: dict[str, ContactConfig]
 ) -> dict[str, tuple[SpeedSetting, list[Case]]]:
-    """The cases of every experiment of the milling cards with its speed, by file and name; checks its material."""
+    """The cases of every experiment of the milling cards with its speed, by file and name; checks the material."""
     found = {}
     for experiment in card_experiments(config):
         place, mill = f"{config.cards.experiments}: {experiment.name}", mills[experiment.mill]
@@ -125,7 +125,7 @@ def check_same_charges(cases: dict[str, Case], swept: dict[str, list[Case]], sou
 
 
 def check_measured_heat(config: WorkflowConfig) -> None:
-    """Check that the measured temperatures which mills are held against are in the table."""
+    """Check that the table has the measured temperatures that mills are compared with."""
     heated = {config.mill, *config.dose.heat.mills, *config.mills.box}
     for mill, name in config.dose.heat.measured.items():
         if mill in heated:

@@ -96,7 +96,7 @@ def test_a_log_of_snakemake_that_is_gone_is_no_second_failure(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("signals", "word"), [({"SIGTERM"}, "stopped"), ({"SIGKILL", "SIGTERM"}, "memory"), (set(), "mend")]
+    ("signals", "word"), [({"SIGTERM"}, "stopped"), ({"SIGKILL", "SIGTERM"}, "memory"), (set(), "fix")]
 )
 def test_what_to_try_depends_on_how_jobs_ended(signals, word):
     assert word in advice(signals)

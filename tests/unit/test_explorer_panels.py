@@ -209,9 +209,9 @@ def test_the_methods_text_and_the_advice_follow_the_state(pages):
     power = f"{said['power']:#.3g}".rstrip(".")
     for words in ("900 rpm", "balls of 10 mm", "fill 10 %", power, said["contact"], "mass ratio 20", "SHA-256", "95 %"):
         assert words in text, words
-    assert "Outside of what was simulated" not in text and "nan" not in text.lower() and "undefined" not in text
+    assert "Outside the simulated range" not in text and "nan" not in text.lower() and "undefined" not in text
     assert "These settings" in said["inside"]["use"] and "These settings" not in said["inside"]["avoid"]
-    assert "Outside of what was simulated: speed." in said["outside"]["text"]
+    assert "Outside the simulated range: speed." in said["outside"]["text"]
     assert "speed was not simulated here" in said["outside"]["avoid"]
     assert "These settings" not in said["outside"]["use"]
     assert said["copied"] in ("Copied.", "Selected: copy it with the keyboard.")

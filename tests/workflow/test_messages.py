@@ -36,7 +36,7 @@ def test_a_run_ends_with_what_was_made_and_a_failed_one_with_the_log_and_what_to
     # A job of several files is named by its first.
     assert "  tabulate_experiments for results/doe/design.tsv\n" in failed.stdout
     assert "    log: results/logs/doe/tabulate_experiments.log: screening.tsv: no balls\n" in failed.stdout
-    assert "try:    mend what the log says" in failed.stdout
+    assert "try:    fix what the log says" in failed.stdout
     assert "made:  " not in failed.stdout
     script.write_text(text)
     done = run_snakemake(project, *SMOKE, "--", TARGET)

@@ -36,9 +36,9 @@ from millprint.run.kernel import kernel_digest
 def build_card(
     experiment: Experiment, mill: MillConfig, contact: ContactConfig, runs: Runs, settings: CardSettings, known: Known
 ) -> MillingCard:
-    """The card. contact: the set as simulated, with the density of the experiment.
+    """The card. contact: the contact set as simulated, with the ball density of the experiment.
 
-    Raises ConfigError, in one line, for a run without collisions and for another material than was simulated.
+    Raises ConfigError, in one line, for a run without collisions and if the material differs from the simulated one.
     """
     for summary, path in zip(runs.summaries, runs.paths, strict=True):
         check_summary(summary, str(Path(path).with_name("summary.json")))
@@ -107,7 +107,7 @@ def build_card(
 
 
 def jar_section(experiment: Experiment, settings: CardSettings) -> JarSection:
-    """What is known of the jar for its heat: of the experiment, or else of the mill."""
+    """The jar's properties for its heat balance, from the experiment, or else from the mill."""
     if experiment.jar is not None:
         return JarSection(**experiment.jar.model_dump(include=set(JarSection.model_fields)))
     return settings.dose.heat.jar_of(experiment.mill)

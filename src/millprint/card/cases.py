@@ -1,4 +1,4 @@
-"""The simulations of an experiment. The Snakefile asks for them, so nothing that takes long is imported here."""
+"""The simulations of an experiment. The Snakefile imports this, so no heavy imports here."""
 
 from collections.abc import Iterable
 
@@ -10,7 +10,7 @@ from millprint.config.view import ViewConfig
 from millprint.errors import ConfigError
 from millprint.fingerprint.cases import durations_of
 
-# Turns of an animation, of so many frames each; its seed is that of the first simulation.
+# Turns of an animation and frames per turn; it has the seed of the first simulation.
 TURNS, FRAMES = 2, 40
 ANIMATION = ViewConfig(revolutions=TURNS, frames_per_revolution=FRAMES)
 
@@ -40,10 +40,10 @@ def own_cases(experiment: Experiment, mill: MillConfig, settings: MillsConfig, p
 def cases_of(
     experiment: Experiment, mill: MillConfig, settings: MillsConfig, groups: Iterable[Iterable[Case]], place: str
 ) -> list[Case]:
-    """The cases of an experiment: those of the first group that simulates its condition, or its own.
+    """The cases of an experiment: from the first group that simulates its condition, or the experiment's own.
 
-    groups: the cases of the configuration, then those of the mill's own sweep. Where these have one seed, and the
-    experiment several, its own seeds are added.
+    groups: the cases of the configuration, then of the mill's own sweep. If these have one seed and the experiment
+    several, the experiment's seeds are added.
     """
     contact, fill = experiment.contact or settings.contact_set, fill_of(experiment, mill, place)
     own = own_cases(experiment, mill, settings, place)

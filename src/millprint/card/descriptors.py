@@ -14,9 +14,9 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.seeds import MOTIONS
 
 SHARE = "tangential_share"
-# Has no curve, so that no factors are known of it.
+# A descriptor without a curve, and so without factors.
 BALL_COLLISIONS = "collisions_of_a_ball_hz"
-# The curve of a fingerprint whose factors are those of a descriptor; the share rises with the ratio Pt / Pn.
+# The curve of a fingerprint whose factors apply to a descriptor; the share rises with the ratio Pt / Pn.
 CURVE_OF = {
     **SCALED_BY,
     "normal_power_W": "Pn",
@@ -30,7 +30,7 @@ UNITS = {name: COLUMN_UNITS[name.rpartition("_")[2]] for name in (*CURVE_OF, BAL
 def describe_runs(
     runs: Runs, settings: CardSettings, fingerprint: Fingerprint | None
 ) -> tuple[Descriptors, dict[str, str], list[str]]:
-    """The descriptors with their intervals, why an interval is not known, and what the runs say against the bands."""
+    """The descriptors with their intervals, why an interval is not known, and why the bands may be wrong."""
     rule = settings.counting_rule
     each = [_values(tabulate_descriptors([summary], rule)) for summary in runs.summaries]
     table = tabulate_descriptors(runs.summaries, rule)
@@ -68,7 +68,7 @@ def describe_runs(
 
 
 def _around(value: float, half: float, name: str) -> Ends | None:
-    """Ends from half the width of the logarithm's interval; no share is over 1. None where they are not known."""
+    """Ends from half the width of the interval of the logarithm; a share is at most 1. None if they are not known."""
     factor = float(factor_of(half))
     if math.isnan(factor):
         return None

@@ -1,4 +1,4 @@
-"""The published schema of card.json and the page that explains each of its fields, both from the model."""
+"""The published schema of card.json and the page that explains each of its fields, both made from the model."""
 
 import json
 from collections import Counter
@@ -11,15 +11,15 @@ from millprint.config.section import nested_models
 
 HEAD = f"""# The milling card
 
-Made by `make reference` from `src/millprint/card/model.py`; do not edit. `card.json` holds what one experiment in
-a mill was, in numbers. Any program can write such a file: [schemas/card.schema.json](schemas/card.schema.json) is its
+Made by `make reference` from `src/millprint/card/model.py`; do not edit. `card.json` describes one experiment in a
+mill in numbers. Any program can write such a file: [schemas/card.schema.json](schemas/card.schema.json) is its
 JSON schema (draft 2020-12), and this page has every field. A field that is not required may be left out or be `null`.
-`format` is `{FORMAT}` and `schema_version` {SCHEMA_VERSION}; a change that older cards do not meet raises the version,
-and a card of another version is refused. `python scripts/match_conditions.py --from card.json --to MILL` reads any
-card: it needs the required fields alone, and for doses also `powder` and `programme`.
+`format` is `{FORMAT}` and `schema_version` {SCHEMA_VERSION}; a change that makes older cards invalid raises it, and a
+card of another version is refused. `python scripts/match_conditions.py --from card.json --to MILL` reads any
+card: it needs only the required fields, and for doses also `powder` and `programme`.
 
-Numbers are in the unit at the end of their name, or in that of their `unit`. Intervals by different origins are said
-apart and are not added up.
+Numbers are in the unit at the end of their name, or in their `unit`. Intervals of different origins are given
+separately and not added up.
 """
 
 
@@ -50,7 +50,7 @@ def explain_card() -> str:
 
 
 def _first_places(found: list[tuple[str, type[BaseModel]]]) -> list[tuple[str, type[BaseModel]]]:
-    """Each model once, at its first place."""
+    """Each model once, at the first place where it appears."""
     firsts: dict[type[BaseModel], str] = {}
     for place, model in found:
         firsts.setdefault(model, place)

@@ -1,4 +1,4 @@
-"""What a card is made from, beside the experiment: settings, finished simulations, and other results."""
+"""What a card is made from, in addition to the experiment: settings, finished simulations, and other results."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -20,10 +20,10 @@ DENSITY_TOLERANCE = 0.03
 
 
 class CardSettings(Section):
-    """What a card takes from the configuration of a run; the defaults are those of any run."""
+    """What a card takes from the configuration of a run, with the same defaults."""
 
     counting_rule: RuleName = DEFAULT_RULE
-    """name of the rule that says what is one collision"""
+    """name of the rule that defines one collision"""
     interval: Fraction = 0.95
     """probability of the bands of a new simulation and of the mean [-]"""
     dose: DoseConfig = DoseConfig()
@@ -32,7 +32,7 @@ class CardSettings(Section):
 
 @dataclass(frozen=True)
 class Runs:
-    """The finished simulations of a condition: summaries and paths of run.h5, a seed each."""
+    """The finished simulations of a condition: summary and path of run.h5 for each seed."""
 
     summaries: list[dict]
     paths: list[str]
@@ -40,7 +40,7 @@ class Runs:
 
 @dataclass(frozen=True)
 class Known:
-    """What other results tell of the experiment, None where there are none.
+    """Other results that apply to the experiment, None where there are none.
 
     fingerprint: of the mill, with factors by contact parameters and shape; wear: result of `dose.wear.fit_wear`;
     materials: table of materials; why: reasons for what is missing, by name.

@@ -16,7 +16,7 @@ SPECIAL = {
     "\\": r"\textbackslash{}", "{": r"\{", "}": r"\}", "$": r"\$", "&": r"\&", "#": r"\#", "%": r"\%", "_": r"\_",
     "^": r"\textasciicircum{}", "~": r"\textasciitilde{}", "<": r"\textless{}", ">": r"\textgreater{}",
 }  # fmt: skip
-# Letters that pdflatex has no sign for in text.
+# Characters that pdflatex cannot print in text.
 MATHS = {"µ": r"\textmu{}", "°": r"\textdegree{}", "²": r"\textsuperscript{2}", "³": r"\textsuperscript{3}",
          "±": r"\textpm{}", "×": r"\texttimes{}", "·": r"\textperiodcentered{}"}  # fmt: skip
 TITLES = {name: column.title for name, column in DESCRIPTORS.items()} | {
@@ -27,7 +27,7 @@ TITLES = {name: column.title for name, column in DESCRIPTORS.items()} | {
 
 
 def escape(text: str) -> str:
-    """A text for LaTeX: every sign with a meaning of its own is printed as it is."""
+    """A text for LaTeX, with its special characters escaped."""
     return "".join(SPECIAL.get(letter, MATHS.get(letter, letter)) for letter in " ".join(text.split()))
 
 
@@ -57,7 +57,7 @@ def _tex_number(text: str) -> str:
 
 
 def settings_of(card: MillingCard) -> list[tuple[str, str]]:
-    """What was set, as titles and texts: the head of the table and of the page."""
+    """The settings of the experiment as titles and texts: the head of the table and of the page."""
     jar = [f"{card.jar.volume_ml:g} mL", card.jar.material, card.jar.shape.replace("_", " ")]
     material = f", {card.balls.material.replace('_', ' ')}" if card.balls.material else ""
     rows = [
@@ -103,9 +103,9 @@ def _entry(key: str, kind: str, fields: dict[str, str]) -> str:
 
 
 def bibtex(card: MillingCard) -> str:
-    """What to cite: the software, the contact law, what further parts rest on, the sources of mill and contact set.
+    """What to cite: the software, the contact law, the methods of further parts, the sources of mill and contact set.
 
-    The reference of the experiment stands as it is where it is BibTeX, and as a note otherwise.
+    The reference of the experiment is copied if it is BibTeX, and becomes a note otherwise.
     """
     own = citation()
     note = f"commit {card.software.commit}" if card.software.commit not in ("", "unknown") else ""

@@ -18,16 +18,16 @@ from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.search import SHARED_CONTACT, check_same_count
 
-# Settings come near a card if its descriptors are met to this on average (root mean square of logarithms).
+# Settings are near a card if its descriptors are met to this on average (root mean square of logarithms).
 NEAR = 0.25
-# What is added to a ranking: powder and dose at the card's ball-to-powder ratio.
+# Columns that are added to a ranking: powder and dose at the card's ball-to-powder ratio.
 DOSE_COLUMNS = ("powder_mass_g", "rate_W_g", "rate_ratio", "milling_h")
 
 
 def find_fingerprint(mill: str, results: str | Path = "results", sources: Sources = WORKING_FOLDER) -> Path:
-    """The fingerprint of a mill that was run, given by its file or its name; that with all intervals first.
+    """The fingerprint of a mill that was run, given by its file or its name; the one with all intervals first.
 
-    Raises ConfigError, in one line, for an unknown mill, and for one that was not run, with the command that runs it.
+    Raises ConfigError, in one line, for an unknown mill, and for a mill that was not run, with the command to run it.
     """
     if mill.endswith(".json"):
         return Path(mill)
@@ -45,7 +45,7 @@ def find_fingerprint(mill: str, results: str | Path = "results", sources: Source
 
 
 def band_of(quantity: Quantity) -> Band:
-    """A quantity of a card as a band; without one of a new simulation it has no width."""
+    """A quantity of a card as a band, which has no width if the band of a new simulation is missing."""
     scatter = quantity.scatter
     further = {origin: Interval(given.lower, given.upper) for origin in FURTHER if (given := getattr(quantity, origin))}
     lower, upper = (scatter.lower, scatter.upper) if scatter else (quantity.value, quantity.value)
@@ -55,8 +55,8 @@ def band_of(quantity: Quantity) -> Band:
 def match_card(card: MillingCard, fingerprint: Fingerprint, wanted: Wanted = ALL_SIMULATED) -> pd.DataFrame:
     """The settings of a mill nearest to a card, as `rank_conditions`, with ratios to it and DOSE_COLUMNS.
 
-    powder_mass_g: at the card's ball-to-powder ratio; rate_W_g: power over it; rate_ratio: over that of the card;
-    milling_h: time for the card's dose. Empty where the card tells of no powder or programme.
+    powder_mass_g: at the card's ball-to-powder ratio; rate_W_g: power over it; rate_ratio: over the card's rate;
+    milling_h: time for the card's dose. Empty if the card has no powder or programme.
     Raises ConfigError, in one line, as `check_same_count` and `rank_conditions`.
     """
     check_same_count(f"card {card.name}", vars(card.fingerprint), fingerprint, wanted.descriptors)
@@ -82,7 +82,7 @@ def _with_dose(table: pd.DataFrame, card: MillingCard) -> pd.DataFrame:
 
 
 def is_near(row: pd.Series, near: float = NEAR) -> bool:
-    """Whether a row of a ranking comes near the card, and lies within what was simulated."""
+    """Whether a row of a ranking is near the card and within the simulated range."""
     return bool(np.expm1(row["distance"]) <= near and row["inside"] == "yes")
 
 
@@ -93,7 +93,7 @@ def setting_in_words(row: pd.Series) -> str:
 
 
 def lost_in_words(row: pd.Series) -> str:
-    """What a setting changes against the card: each descriptor in per cent, with the factors that intervals allow."""
+    """How a setting differs from the card: each descriptor in per cent, with the factors that intervals allow."""
     parts = []
     for name in TARGET_DESCRIPTORS:
         if f"{name}_residual_percent" not in row:
@@ -106,7 +106,7 @@ def lost_in_words(row: pd.Series) -> str:
 
 
 def verdict(card: MillingCard, fingerprint: Fingerprint, table: pd.DataFrame, near: float = NEAR) -> list[str]:
-    """Sentences on a ranking: the nearest setting and what is lost, or that there is none, and how long it takes."""
+    """Sentences on a ranking: the nearest setting, if there is one, what is lost, and how long it takes."""
     mill = fingerprint.about["mill"]
     if table.empty:
         return [f"{card.name}: no setting of {mill}: none of the requested fill ratios was simulated"]

@@ -1,4 +1,4 @@
-"""The methods paragraph of a card: plain English, ready for a paper, every number from the card."""
+"""The methods paragraph of a card, ready for a paper; every number is from the card."""
 
 from millprint.card.model import Balls, MillingCard, Programme
 from millprint.card.numbers import between, in_words, plain, three
@@ -27,7 +27,7 @@ def programme_in_words(programme: Programme) -> str:
 
 
 def experiment_sentences(card: MillingCard) -> list[str]:
-    """What was milled, in what, and how."""
+    """What was milled, in which mill, and how."""
     machine, jar, balls = card.machine, card.jar, card.balls
     of = f" of {jar.material}" if jar.material else ""
     ball_material = f" of {balls.material.replace('_', ' ')}" if balls.material else ""
@@ -100,7 +100,7 @@ def consequence_sentences(card: MillingCard) -> list[str]:
         )
     if card.wear:
         level = card.wear.probability
-        interval = f"{100 * level:g} %" if level else "the range between single weighings, which is no interval"
+        interval = f"{100 * level:g} %" if level else "the range between single weighings, not an interval"
         sentences.append(
             f"Archard's law gives a wear of the balls of {three(card.wear.wear_g.value)} g "
             f"({between(card.wear.wear_g)}) and {three(card.wear.iron_percent.value)} % of iron in the powder "

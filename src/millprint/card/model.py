@@ -1,6 +1,6 @@
 """The milling card as a model: every field of card.json, from which its schema and workflow/card.md are written.
 
-A card of another program needs the fields without a default. SI or the unit at the end of a name.
+A card of another program needs the fields without a default. Units are SI, or at the end of a name.
 """
 
 from typing import Annotated, Literal
@@ -16,7 +16,7 @@ Positive = Annotated[float, Field(gt=0)]
 
 
 class Record(BaseModel):
-    """A part of a card: unknown keys and numbers that are not finite are refused."""
+    """A part of a card; unknown keys and numbers that are not finite are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
 
@@ -31,16 +31,16 @@ class Ends(Record):
 
 
 class Quantity(Record):
-    """A number with its unit and its intervals, said apart: they are not added up."""
+    """A number with its unit and its intervals, which are given separately and not added up."""
 
     value: float
     """the value, in `unit`"""
     unit: str
     """unit; "-" for a plain number"""
     scatter: Ends | None = None
-    """band of a new simulation: one more of the recorded time falls in here with `fingerprint.probability`"""
+    """band of a new simulation: contains one more, of the recorded time, with `fingerprint.probability`"""
     mean: Ends | None = None
-    """band of the mean: the mean of very many simulations lies in here with `fingerprint.probability`"""
+    """band of the mean: contains the mean of very many simulations with `fingerprint.probability`"""
     contact: Ends | None = None
     """interval by contact parameters: restitution, frictions and stiffness that nobody has measured"""
     shape: Ends | None = None
@@ -59,9 +59,9 @@ class Machine(Record):
     motion: str = ""
     """kind of motion"""
     amplitude_mm: Positive | None = None
-    """half of the longest way of a point of the wall along one axis [mm]"""
+    """half of the longest travel of a point of the wall along one axis [mm]"""
     speed_rpm: Positive
-    """what the mill is set to, such as the speed of the sun wheel [rpm]"""
+    """set speed of the mill, such as the speed of the sun wheel [rpm]"""
 
 
 class Jar(Record):
@@ -74,7 +74,7 @@ class Jar(Record):
     material: str = ""
     """material"""
     cooling: str = ""
-    """what cools it: still_air, moving_air or water"""
+    """cooling: still_air, moving_air or water"""
 
 
 class BallGroup(Record):
@@ -83,7 +83,7 @@ class BallGroup(Record):
     diameter_mm: Positive
     """diameter [mm]"""
     number: Annotated[int, Field(ge=1)]
-    """how many"""
+    """number of balls"""
 
 
 class Balls(Record):
@@ -114,7 +114,7 @@ class Powder(Record):
     mass_g: Positive
     """mass of all powder in the jar [g]"""
     ball_to_powder_ratio: Positive
-    """mass of the balls over that of the powder [-]"""
+    """mass of the balls over mass of the powder [-]"""
 
 
 class Programme(Record):
@@ -125,7 +125,7 @@ class Programme(Record):
     milling_h: Positive
     """time for which the mill runs [h]"""
     cycle_min: Positive | None = None
-    """milling and its pause together [min]; none for milling without pauses"""
+    """milling and pause together [min]; empty for milling without pauses"""
     pause_min: Amount = 0.0
     """pause at the end of each cycle [min]"""
     reversal: bool = False
@@ -146,11 +146,11 @@ class ContactSet(Record):
     rolling_friction: Amount
     """rolling friction of ball on ball [-]"""
     wall_restitution: Share | None = None
-    """coefficient of restitution at a wall, where it is another [-]"""
+    """coefficient of restitution at a wall, if it differs [-]"""
     wall_static_friction: Amount | None = None
-    """static friction at a wall, where it is another [-]"""
+    """static friction at a wall, if it differs [-]"""
     wall_rolling_friction: Amount | None = None
-    """rolling friction at a wall, where it is another [-]"""
+    """rolling friction at a wall, if it differs [-]"""
     young_modulus_gpa: Positive
     """Young's modulus in the simulation [GPa]"""
     poisson_ratio: float
@@ -158,7 +158,7 @@ class ContactSet(Record):
 
 
 class Descriptors(Record):
-    """What collisions are like, how often, and the power of all balls. Weighted ones need no counting rule."""
+    """Energies and frequencies of collisions, and power of all balls. The weighted ones need no counting rule."""
 
     weighted_normal_energy_J: Quantity
     """energy-weighted mean normal energy E*n = sum e^2 / sum e of all contacts [J]"""
@@ -169,7 +169,7 @@ class Descriptors(Record):
     weighted_tangential_frequency_hz: Quantity
     """tangential power of a ball over E*t [1/s]"""
     strong_frequency_hz: Quantity | None = None
-    """the strongest contacts that hold 90 % of the normal energy, over the balls [1/s]"""
+    """the strongest contacts that hold 90 % of the normal energy, per ball [1/s]"""
     collisions_of_a_ball_hz: Quantity | None = None
     """collisions that a ball takes part in [1/s]"""
     normal_energy_J: Quantity
@@ -189,7 +189,7 @@ class Descriptors(Record):
 
     @property
     def known(self) -> dict[str, Quantity]:
-        """Those that are given, by name."""
+        """The descriptors that are given, by name."""
         return {name: own for name, own in vars(self).items() if own is not None}
 
 
@@ -197,11 +197,11 @@ class CardFingerprint(Record):
     """The mechanical fingerprint of the experiment."""
 
     counting_rule: str
-    """name of the rule that says what is one collision"""
+    """name of the rule that defines one collision"""
     collisions_by: Literal["surface", "facet"]
-    """what a ball touches of a wall: a surface, or a facet of it"""
+    """the part of a wall that counts as a partner: a surface, or a facet of it"""
     collision_gap_turns: Amount
-    """contacts of a pair that follow each other within it are one collision [turns of the mill]"""
+    """contacts of a pair that follow each other within this gap are one collision [turns of the mill]"""
     probability: Annotated[float, Field(gt=0, lt=1)]
     """of the bands of a new simulation and of the mean [-]"""
     descriptors: Descriptors

@@ -4,7 +4,7 @@ import math
 
 from millprint.card.model import Ends, Estimate, Quantity, Temperature
 
-# Prefixes of units whose numbers are small or large.
+# SI prefixes for small and large numbers.
 PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M"}
 # Units that take a prefix.
 PREFIXED = ("J", "W", "N")
@@ -20,12 +20,12 @@ def three(value: float) -> str:
 
 
 def plain(value: float) -> str:
-    """What was set, with three digits and no zeros at the end: 30, 96.8, 1230."""
+    """A setting with three digits and without zeros at the end: 30, 96.8, 1230."""
     return f"{float(f'{value:.3g}'):g}"
 
 
 def prefix_of(value: float, unit: str) -> tuple[float, str]:
-    """The factor and the unit in which a value has one to three digits before the point: 2.2e-4 J is 220 µJ."""
+    """The factor and the unit that give a value one to three digits before the point: 2.2e-4 J is 220 µJ."""
     if unit not in PREFIXED or value == 0:
         return 1.0, unit
     power = max(min(PREFIXES), min(max(PREFIXES), 3 * math.floor(math.log10(abs(value)) / 3)))

@@ -1,4 +1,4 @@
-"""Parts of a card: energy spectra, dose, heat and wear, each by the library of results/dose."""
+"""Parts of a card: energy spectra, dose, heat and wear, with the functions of millprint.dose."""
 
 import numpy as np
 import pandas as pd
@@ -44,7 +44,7 @@ def _number(value: float) -> float | None:
 
 
 def spectra_part(summaries: list[dict], paths: list[str], settings: CardSettings) -> tuple[list[Spectrum], str]:
-    """The spectra by channel and pair, and why there are none."""
+    """The spectra by channel and pair, and the reason if there are none."""
     runs = list(zip(paths, summaries, strict=True))
     bins, rows = tabulate_spectra(runs, [settings.counting_rule], settings.dose.spectra)
     found = []
@@ -77,7 +77,7 @@ def _scaled(quantity: Quantity, value: float, unit: str) -> Quantity:
 
 
 def dose_part(descriptors: Descriptors, balls: Balls, powder: Powder, programme: Programme) -> Dose:
-    """Energy and hits of a gram of powder; the intervals are those of powers and frequency."""
+    """Energy and hits of a gram of powder, with the relative intervals of powers and frequency."""
     frequency = balls.number * descriptors.specific_frequency_hz.value
     given = (descriptors.normal_energy_J.value, descriptors.tangential_energy_J.value, frequency)
     columns = [pd.Series([value]) for value in (*given, programme.milling_h, powder.mass_g)]
@@ -97,7 +97,7 @@ def _temperature(row: pd.Series, name: str) -> Temperature:
 
 
 def times_of(programme: CardProgrammeSection, settings: CardSettings) -> int:
-    """Times at which temperatures are told: enough to see each of up to some forty cycles."""
+    """Number of times with temperatures: enough to show each of up to about forty cycles."""
     cycles = 60 * programme.duration_h / programme.cycle_min if programme.pause_min else 0.0
     return max(settings.dose.heat.times, 1 + min(MOST_TIMES, round(TIMES_OF_CYCLE * cycles)))
 
@@ -105,7 +105,7 @@ def times_of(programme: CardProgrammeSection, settings: CardSettings) -> int:
 def heat_part(
     experiment: Experiment, jar: JarSection, powder: Powder | None, runs: Runs, settings: CardSettings
 ) -> Heat:
-    """Temperatures of the experiment; those over time only with a programme."""
+    """Temperatures of the experiment; over time only with a programme."""
     programme = experiment.programme
     own = settings.dose.heat.model_copy(
         update={
@@ -144,7 +144,7 @@ def heat_part(
 def wear_part(
     balls: Balls, powder: Powder | None, programme: Programme | None, runs: Runs, settings: CardSettings, known: Known
 ) -> tuple[Wear | None, str]:
-    """Wear of the balls and iron in the powder, or why it is not known."""
+    """Wear of the balls and iron in the powder, or the reason why it is not known."""
     for name, given in (("powder", powder), ("programme", programme), ("material of the balls", balls.material)):
         if not given:
             return None, f"no {name} is given"

@@ -18,10 +18,10 @@ from millprint.mill.bodies import CHECK_RPM
 def check_experiment(
     experiment: Experiment, mill: MillConfig, contact: ContactConfig, config: WorkflowConfig, place: str
 ) -> tuple[list[str], float]:
-    """Warnings, a line each, and the time that the simulations of all seeds take on one core [s], roughly.
+    """Warnings, a line each, and the approximate time of the simulations of all seeds on one core [s].
 
     config: the settings of a run; place: file of the experiment. Raises ConfigError with a line for each fault of the
-    first part that has one.
+    first part that has faults.
     """
     cases = own_cases(experiment, mill, config.mills, place)
     changed = overridden(cases[0], mill, contact)[1]
@@ -39,9 +39,9 @@ def check_cases(
     place: str,
     speed: tuple[str, str] = ("speed_rpm", "rpm"),
 ) -> tuple[list[str], float]:
-    """Warnings and time as of `check_experiment`, for cases of one mill; speed: its key, and its unit, rpm or Hz.
+    """Warnings and time as of `check_experiment`, for cases of one mill; speed: its key and unit, rpm or Hz.
 
-    contact: the set as the cases run it. Raises ConfigError as `check_experiment`.
+    contact: the contact set as simulated. Raises ConfigError as `check_experiment`.
     """
     mills, (key, unit) = {mill.name: mill}, speed
     bodies = checked_bodies(mills)

@@ -11,8 +11,8 @@ from millprint.errors import ConfigError
 def read_card(path: str | Path) -> MillingCard:
     """The card in a file.
 
-    Raises ConfigError for a file that is absent or no card, one line for a card of another version of the schema, and a
-    line for each field that is not as the schema says.
+    Raises ConfigError for a missing file, a file that is not a card, another version of the schema, and, with a line
+    each, for fields that do not match the schema.
     """
     try:
         content = json.loads(Path(path).read_text(encoding="utf-8"))

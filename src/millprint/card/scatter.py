@@ -2,8 +2,8 @@
 
 A simulation scatters because its window is short. This scatter is seen twice: between seeds, and between blocks of
 neighbouring revolutions in one window (delete-a-group jackknife, Kott, J. Official Stat. 17 (2001) 521). Both estimate
-the variance of the logarithm of a descriptor of one simulation (`millprint.fingerprint.seeds`). With k seeds, mean m,
-that variance v and its degrees of freedom, by Student's t, a new simulation of the condition falls into
+the variance v of the logarithm of a descriptor of one simulation (`millprint.fingerprint.seeds`). With k seeds, mean m
+and Student's t for the degrees of freedom of v, a new simulation of the condition falls into
 exp(ln m +- t sqrt(v (1 + 1/k))), and the mean of very many into exp(ln m +- t sqrt(v / k)).
 """
 
@@ -19,11 +19,11 @@ from millprint.dose.spectra import read_contacts
 from millprint.fingerprint.seeds import block_length, variance_of_run
 from millprint.statistics.quantiles import student_quantile
 
-# What is known of each revolution: energies [J] and sums of squares of the energies of contacts [J2] by channel, and
-# the numbers of collisions, of those that balls take part in, and of strong contacts.
+# Columns for each revolution: energies [J] and sums of squared contact energies [J2] by channel, and the numbers of
+# collisions, of collisions summed over the balls in them, and of strong contacts.
 TOTALS = ("normal", "tangential", "normal_square", "tangential_square", "count", "taken_part", "strong")
 NORMAL, TANGENTIAL, NORMAL_SQUARE, TANGENTIAL_SQUARE, COUNT, TAKEN_PART, STRONG = range(len(TOTALS))
-# Descriptors that a number of collisions is part of, and that number.
+# Descriptors that depend on a number of collisions, and that number.
 COUNTED = {
     "normal_energy_J": COUNT,
     "tangential_energy_J": COUNT,
@@ -37,8 +37,8 @@ COUNTED = {
 class Window:
     """What one simulation recorded in each whole revolution.
 
-    totals: TOTALS of each (n, 7); revolution_s: time of one [s]; counted: whether the numbers are counts of each
-    revolution, and not equal shares of the whole.
+    totals: TOTALS of each (n, 7); revolution_s: time of one [s]; counted: whether the numbers were counted in each
+    revolution, and are not equal shares of the whole.
     """
 
     totals: np.ndarray
@@ -48,7 +48,7 @@ class Window:
 
 
 def read_window(summary: dict, run_path: str, rule_name: str) -> Window:
-    """The revolutions of a run. A run that holds no single contacts has equal shares of its collisions in each."""
+    """The revolutions of a run. Without single contacts in the run, each has an equal share of the collisions."""
     revolutions = summary["per_revolution"]
     keys = ("normal_J", "tangential_J", "normal_square_J2", "tangential_square_J2")
     energies = [np.asarray(revolutions.get(key, []), dtype=float) for key in keys]
@@ -79,7 +79,7 @@ def _per_turn(collisions: pd.DataFrame, begin_s: float, turn_s: float, number: i
 
 
 def descriptors_of_totals(totals: np.ndarray, time_s: np.ndarray | float, balls: int) -> dict[str, np.ndarray]:
-    """Descriptors of sums of TOTALS (..., 7) over a time [s], as fingerprint sheets name them."""
+    """Descriptors from sums of TOTALS (..., 7) over a time [s], with the names of fingerprint sheets."""
     normal, tangential, count = (totals[..., place] for place in (NORMAL, TANGENTIAL, COUNT))
     normal_mean, tangential_mean = totals[..., NORMAL_SQUARE] / normal, totals[..., TANGENTIAL_SQUARE] / tangential
     return {
@@ -100,10 +100,10 @@ def descriptors_of_totals(totals: np.ndarray, time_s: np.ndarray | float, balls:
 
 
 def jackknife(window: Window) -> tuple[dict[str, float], int]:
-    """Variance of the logarithm of each descriptor of a window, and its degrees of freedom; none for one block.
+    """Variance of the logarithm of each descriptor of a window, and its degrees of freedom; empty for one block.
 
-    Left out in turn is one of g blocks of equal length: v = (g - 1) / g sum (ln x_(j) - mean)^2. Without counts of each
-    revolution, collisions vary as if they were independent.
+    Each of g blocks of equal length is left out in turn: v = (g - 1) / g sum (ln x_(j) - mean)^2. Without counts for
+    each revolution, collisions vary as if they were independent.
     """
     number = len(window.totals)
     length = block_length(number) if number >= 2 else 1
@@ -113,7 +113,7 @@ def jackknife(window: Window) -> tuple[dict[str, float], int]:
     blocks = window.totals[: groups * length].reshape(groups, length, len(TOTALS)).sum(axis=1)
     left = blocks.sum(axis=0) - blocks
     found = descriptors_of_totals(left, (groups - 1) * length * window.revolution_s, window.balls)
-    # A block without a collision, or without dissipation of a kind, tells nothing of its logarithm.
+    # A block without collisions, or without dissipation of a kind, has no logarithm.
     variances = {
         name: float((groups - 1) * np.log(values).var()) for name, values in found.items() if (values > 0).all()
     }
@@ -124,16 +124,16 @@ def jackknife(window: Window) -> tuple[dict[str, float], int]:
 
 
 class Halves(NamedTuple):
-    """Half the widths of the bands of the logarithm of a descriptor, of a new simulation and of the mean."""
+    """Half the widths of the bands of a descriptor's logarithm, for a new simulation and for the mean."""
 
     new: float
     mean: float
 
 
 def spread(windows: list[Window], values: list[dict[str, float]], probability: float) -> dict[str, Halves]:
-    """Half the widths of both bands of each descriptor; none if nothing tells.
+    """Half the widths of both bands of each descriptor; empty where there is no estimate.
 
-    windows, values: of each seed, revolutions and descriptors.
+    windows, values: revolutions and descriptors of each seed.
     """
     seeds = len(windows)
     within = [jackknife(window) for window in windows]

@@ -1,6 +1,6 @@
-"""Simulates the cases of one experiment side by side, and draws those that have snapshots.
+"""Simulates the cases of one experiment in parallel, and draws the cases with snapshots.
 
-What is done is kept, so that a killed call continues.
+Finished cases are kept, so that a killed call continues.
 """
 
 import hashlib
@@ -22,19 +22,19 @@ from millprint.run.kernel import kernel_digest
 from millprint.run.progress import progress
 from millprint.view.frames import read_movie
 
-# Beside run.h5: a digest of everything that decides its content.
+# Next to run.h5: a digest of everything that decides its content.
 IDENTITY = "identity.json"
 GIF = "mill.gif"
 
 
 def identity_of(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig) -> str:
-    """A digest of a case, its mill and contact set, the settings and what the kernels compute."""
+    """A digest of a case, its mill and contact set, the settings, and the code of the simulation."""
     parts = [part.model_dump_json() for part in (case, mill, contact, dem)]
     return hashlib.sha256(json.dumps([*parts, kernel_digest()]).encode()).hexdigest()
 
 
 def end_with_parent() -> None:
-    """End this process of a pool as soon as the one that started it has ended, even where that was killed."""
+    """End this process of a pool as soon as its parent has ended, even if the parent was killed."""
     parent = parent_process()
 
     def watch() -> None:
@@ -57,14 +57,14 @@ def is_done(folder: Path, identity: str) -> bool:
 
 def draw_run(run: Path, gif: Path) -> None:
     """Draw the animation of a run with snapshots."""
-    # Slow to import, and only one process needs it.
+    # Imported here: slow to import, and only one process needs it.
     from millprint.figures.animation import save_animation
 
     save_animation(read_movie(run, ANIMATION), gif)
 
 
 def _simulate(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig, folder: Path) -> None:
-    """One case, in a process of its own or in that of the caller; with snapshots also its animation, GIF."""
+    """Simulate one case, in a separate process or the caller's; with snapshots, also draw its animation, GIF."""
     (folder / IDENTITY).unlink(missing_ok=True)
     run_case(case, *overridden(case, mill, contact), dem, folder / "run.h5", folder / "summary.json")
     if case.snapshot_interval_s:
@@ -75,9 +75,9 @@ def _simulate(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConf
 def simulate_cases(
     cases: Mapping[Path, Case], mill: MillConfig, contact: ContactConfig, dem: DemConfig, cores: int
 ) -> int:
-    """Simulate each case into its folder, several at a time, unless it is done; returns how many were.
+    """Simulate each case into its folder, several at a time, unless it is done; returns how many were done.
 
-    Processes end with this one. A case that was stopped continues from its restart file. Raises SimulationError.
+    The processes end with this one. A stopped case continues from its restart file. Raises SimulationError.
     """
     waiting = {
         folder: case for folder, case in cases.items() if not is_done(folder, identity_of(case, mill, contact, dem))
@@ -91,7 +91,7 @@ def simulate_cases(
                 _simulate(case, mill, contact, dem, folder)
                 bar.update()
             return len(cases) - len(waiting)
-        # Processes of their own start: a copy of this one would have its threads.
+        # Spawned, not forked: a copy of this process would have its threads.
         with ProcessPoolExecutor(cores, mp_context=get_context("spawn"), initializer=end_with_parent) as pool:
             tasks = [pool.submit(_simulate, case, mill, contact, dem, folder) for folder, case in waiting.items()]
             for task in as_completed(tasks):

@@ -1,4 +1,4 @@
-"""The software that computed a card: name, version, authors, and what a paper cites."""
+"""The software that computed a card: name, version, authors, and its citation."""
 
 from importlib.metadata import PackageNotFoundError, metadata
 from pathlib import Path
@@ -8,13 +8,13 @@ import yaml
 from millprint.card.model import Software
 from millprint.run.machine import commit, package_versions
 
-# What a card's numbers depend on.
+# Packages that a card's numbers depend on.
 PACKAGES = ("numpy", "numba", "scipy", "pandas")
 CITATION = Path(__file__).parents[3] / "CITATION.cff"
 
 
 def citation() -> dict[str, str]:
-    """Title, version and authors of this software: of CITATION.cff in a checkout, or of the installed package."""
+    """Title, version and authors of this software, from CITATION.cff in a checkout, or from the installed package."""
     if CITATION.is_file():
         own = yaml.safe_load(CITATION.read_text())
         return {

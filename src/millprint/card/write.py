@@ -34,7 +34,7 @@ FILES = CardFiles()
 
 def write_card(card: MillingCard, mill: MillConfig, folder: str | Path) -> None:
     """Write the files of CardFiles."""
-    # Slow to import, and the tests of texts need none of it.
+    # Imported here: slow to import, and not needed by tests of texts.
     from millprint.figures.card import plot_card
     from millprint.figures.style import save
 
@@ -48,12 +48,12 @@ def write_card(card: MillingCard, mill: MillConfig, folder: str | Path) -> None:
     ):
         with whole_file(folder / name) as partial:
             partial.write_text(text, encoding="utf-8")
-    # Last: a folder with a card is whole.
+    # Written last, so that a folder with a card is complete.
     write_json(card.model_dump(mode="json"), folder / FILES.card)
 
 
 def animate(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig, path: str | Path) -> None:
-    """Simulate a case with snapshots beside `path`, and draw its animation there (.gif)."""
+    """Simulate a case with snapshots in the folder of `path`, and draw its animation there (.gif)."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".animation.", dir=path.parent) as folder:

@@ -1,6 +1,6 @@
-"""Dose: the energy that a gram of powder has seen, normal and tangential apart, and how often it was hit.
+"""Dose: the energy that a gram of powder has received, normal and tangential, and how often it was hit.
 
-All of the dissipated energy counts, as if every collision caught powder: no model says which share does.
+All of the dissipated energy counts, as if every collision caught powder, since no model gives the share that does.
 """
 
 from collections.abc import Mapping
@@ -27,10 +27,10 @@ POSITIVE = ("powder_mass_g", TIME, "fill_ratio", "speed_rpm", "ball_diameter_mm"
 def doses(
     normal_J: pd.Series, tangential_J: pd.Series, frequency_hz: pd.Series, time_h: pd.Series, powder_g: pd.Series
 ) -> pd.DataFrame:
-    """Doses [kJ/g] and hits a gram [1/g] of powder that is milled for so long.
+    """Doses [kJ/g] and hits per gram [1/g] of powder after the milling time.
 
     E_n f t / m, E_t f t / m, their sum, and f t / m: energies of a collision E [J], collisions f [1/s] of the balls
-    that share the powder m [g], time t. All balls and all powder, or one ball and its share of both, give the same.
+    that share the powder m [g], time t. All balls with all powder give the same as one ball with its share of both.
     """
     hits = frequency_hz * time_h * SECONDS_PER_HOUR / powder_g
     normal, tangential = normal_J * hits * 1e-3, tangential_J * hits * 1e-3
@@ -56,7 +56,7 @@ def screening_doses(path: str | Path, ball_diameter_m: float, density_kg_m3: flo
 def regime_doses(
     measured: pd.DataFrame, cases: pd.DataFrame, ball_diameter_m: float, density_kg_m3: float
 ) -> pd.DataFrame:
-    """The same of the five cases of chapter 4.
+    """The columns of `screening_doses` for the five cases of chapter 4.
 
     measured: as of `fingerprint.regimes.read_regimes`; cases: those rows of Table 4.2, with energies and frequency.
     """
@@ -71,7 +71,7 @@ def regime_doses(
 def own_doses(path: str | Path, fingerprints: Mapping[str, "Fingerprint"]) -> pd.DataFrame:
     """Doses of a user's runs: columns case, mill, powder_mass_g, time_h, fill_ratio, speed_rpm, ball_diameter_mm.
 
-    Adds the doses, power_W, and `outside`, what lies outside the simulated ranges; yield_percent is kept. Raises
+    Adds the doses, power_W, and `outside`, what is outside the simulated ranges; yield_percent is kept. Raises
     ConfigError, in one line, for a bad cell, such as a mass of 0, and for a mill without a fingerprint.
     """
     numbers = [Number(name, 0, above=True) for name in POSITIVE]

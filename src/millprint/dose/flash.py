@@ -1,15 +1,15 @@
 """Flash temperatures of contacts: an estimate of how much warmer a contact is than the balls, while it lasts.
 
-Dry, clean balls of one material, each half of the contact taking half of the heat, which is set free evenly over the
-contact's circle (radius a, heat flux q into each half [W/m2]). Of two closed forms the smaller is taken:
+The balls are dry, clean and of one material. Heat is released evenly over the contact circle, half into each body
+(radius a, heat flux q into each half [W/m2]). The estimate is the smaller of two closed forms:
 
-- of a half space that is heated for the time t of the contact (Carslaw and Jaeger, Conduction of Heat in Solids, 1959,
+- a half space heated for the time t of the contact (Carslaw and Jaeger, Conduction of Heat in Solids, 1959,
   Sec. 2.9): 2 q sqrt(chi t / pi) / k;
-- of a circle that slides at v for long, its warmest point (Jaeger 1942, Archard, Wear 2 (1959) 438, in the form of Tian
+- the warmest point of a circle that slides at v for long (Jaeger 1942, Archard, Wear 2 (1959) 438, in the form of Tian
   and Kennedy, J. Tribol. 116 (1994) 167): 2 q a / (k sqrt(pi (1.273 + Pe))), Pe = v a / (2 chi).
 
 k: conductivity [W/mK]; chi = k / (rho c): diffusivity [m2/s]. Powder between the surfaces, which takes a share of the
-heat and makes the contact larger, oxides and roughness are left out: a number for orders of magnitude.
+heat and makes the contact larger, oxides and roughness are left out: the result is an order of magnitude.
 """
 
 from dataclasses import dataclass
@@ -23,13 +23,14 @@ from millprint.dem.collisions import SLIDING, by_surface, read_rows
 from millprint.run.files import read_json
 from millprint.run.hdf5 import open_hdf5
 
-# A contact up to this many times as long as Hertz's of the same approach is an impact; longer ones lie or roll.
+# A contact up to this many times as long as Hertz's at the same approach is an impact; in longer ones balls rest or
+# roll.
 LONGEST_IMPACT = 2.0
 # Hertz: duration over (m^2 / (E^2 R v))^(1/5) (Johnson, Contact Mechanics, 1985, Eq. 11.24).
 HERTZ_TIME = 2.868
-# The stationary value of a circle at rest, in Tian and Kennedy's form.
+# The steady value of a circle at rest, in Tian and Kennedy's form.
 STANDING = 1.273
-# Numbers of the table, by how the impacts are weighted.
+# Columns of the table, by how the impacts are weighted.
 QUANTILES = {"median": 0.5, "p99": 0.99, "largest": 1.0}
 
 
@@ -56,7 +57,7 @@ class Impacts:
 
 
 def contact_radius(force_N: np.ndarray, curvature_m: np.ndarray, modulus_Pa: float, hardness_Pa: float) -> np.ndarray:
-    """Hertz's contact radius [m], a^3 = 3 F R / (4 E), or that at which the mean pressure is the hardness, if larger.
+    """Hertz's contact radius [m], a^3 = 3 F R / (4 E), or the radius with the hardness as mean pressure, if larger.
 
     curvature_m: R, 1/R = 1/R1 + 1/R2 (n,); modulus_Pa: E, 1/E = 2 (1 - nu^2) / E_material.
     """
@@ -65,20 +66,20 @@ def contact_radius(force_N: np.ndarray, curvature_m: np.ndarray, modulus_Pa: flo
 
 
 def half_space_K(flux_W_m2: np.ndarray, time_s: np.ndarray, conductivity: float, diffusivity: float) -> np.ndarray:
-    """Rise of the surface of a half space [K] after a time under an even flux."""
+    """Temperature rise of the surface of a half space [K] after a time under an even flux."""
     return 2 * flux_W_m2 * np.sqrt(diffusivity * time_s / np.pi) / conductivity
 
 
 def sliding_circle_K(
     flux_W_m2: np.ndarray, radius_m: np.ndarray, speed_m_s: np.ndarray, conductivity: float, diffusivity: float
 ) -> np.ndarray:
-    """Largest rise of a half space [K] below a circle of even flux that slides over it for long."""
+    """Largest temperature rise of a half space [K] below a circle of even flux that slides over it for long."""
     peclet = speed_m_s * radius_m / (2 * diffusivity)
     return 2 * flux_W_m2 * radius_m / (conductivity * np.sqrt(np.pi * (STANDING + peclet)))
 
 
 def flash_K(impacts: Impacts, energy_J: np.ndarray, settings: FlashSection, conductivity: float) -> np.ndarray:
-    """The estimate of each impact [K] (n,) from an energy of it, half of which enters each side."""
+    """The estimate of each impact [K] (n,) from one of its energies, half of which enters each side."""
     diffusivity = conductivity / (settings.density_kg_m3 * settings.heat_capacity_J_kgK)
     flux = energy_J / 2 / impacts.duration_s / (np.pi * impacts.radius_m**2)
     return np.minimum(
@@ -88,7 +89,7 @@ def flash_K(impacts: Impacts, energy_J: np.ndarray, settings: FlashSection, cond
 
 
 def read_impacts(run_path: str | Path, summary: dict, settings: FlashSection) -> Impacts | None:
-    """The impacts of a run, whole within its window; None where it has a histogram of collisions only.
+    """The impacts of a run that begin and end within its window; None if it only has a histogram of collisions.
 
     The DEM is softer than the material by s = E_material / E_DEM. In Hertz's impact of a given speed, the force grows
     as s^(2/5) and the duration falls as s^(-2/5) (Johnson 1985, Eqs 11.23, 11.24), while the dissipated energies stay.
@@ -108,7 +109,7 @@ def read_impacts(run_path: str | Path, summary: dict, settings: FlashSection) ->
     one, other = radii[first], np.where(at_wall, np.inf, radii[np.maximum(second, 0)])
     curvature = 1 / (1 / one + 1 / other)
     mass = _reduced(summary["density_kg_m3"], one, other)
-    # The Poisson's ratio of any steel: it changes a by 1 %.
+    # Poisson's ratio of steel; its differences between steels change a by 1 %.
     soft, real = (
         modulus / (2 * (1 - 0.3**2)) for modulus in (summary["young_modulus_pa"], settings.young_modulus_gpa * 1e9)
     )
@@ -141,8 +142,8 @@ def _reduced(density: float, one: np.ndarray, other: np.ndarray) -> np.ndarray:
 def flash_rows(condition: str, impacts: Impacts, settings: FlashSection) -> list[dict[str, object]]:
     """The estimate of a condition [K], a row for each place and kind of heat.
 
-    kind: `sliding` (tangential energy alone) or `all` (normal energy too). `_low` and `_high` are from the largest and
-    the smallest conductivity. mean_by_energy weights each impact with its energy: where the energy goes, how hot is it?
+    kind: `sliding` (only tangential energy) or `all` (normal energy too). `_low` and `_high` are from the largest and
+    the smallest conductivity. mean_by_energy weights each impact with its energy: how hot is it where the energy goes?
     """
     rows = []
     ends = {"low": settings.conductivity_W_mK.high, "high": settings.conductivity_W_mK.low}
@@ -164,7 +165,7 @@ def flash_rows(condition: str, impacts: Impacts, settings: FlashSection) -> list
 
 
 def flash_table(paths: list[tuple[str, str]], settings: FlashSection) -> pd.DataFrame:
-    """Estimates of runs (pairs of summary and run.h5), those of each condition from its first seed."""
+    """Estimates for runs (pairs of summary and run.h5), for each condition from its first seed."""
     rows: list[dict[str, object]] = []
     done: set[str] = set()
     for summary_path, run_path in paths:

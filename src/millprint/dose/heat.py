@@ -1,14 +1,14 @@
 """The heat balance of balls, powder and jar: temperatures over a milling programme, and pauses that keep a limit.
 
-Three lumped bodies, each at one temperature (T, over that of the surroundings, [K]):
+Three lumped bodies, each at one temperature (T above the surroundings [K]):
 
     C_balls  dT_balls/dt  = Q_balls  - G_bp (T_balls - T_powder) - G_bj (T_balls - T_jar)
     C_powder dT_powder/dt = Q_powder + G_bp (T_balls - T_powder) - G_pj (T_powder - T_jar)
     C_jar    dT_jar/dt    = Q_jar + G_bj (T_balls - T_jar) + G_pj (T_powder - T_jar) - H T_jar
 
-C: heat capacities [J/K]; G: conductances between the bodies and H that from the jar to the surroundings [W/K]; Q:
-sources while the mill runs [W], none in a pause. H in a pause may differ. Each is a lumped body of Newton's law of
-cooling (Carslaw and Jaeger, Conduction of Heat in Solids, 1959). The direction of the motion does not occur.
+C: heat capacities [J/K]; G: conductances between the bodies and H between jar and surroundings [W/K]; Q: sources while
+the mill runs [W], zero in a pause. H in a pause may differ. Each is a lumped body with Newton's law of cooling
+(Carslaw and Jaeger, Conduction of Heat in Solids, 1959). The direction of the motion does not matter.
 
 Many samples of C, G, H and Q are solved at once: n below.
 """
@@ -22,19 +22,19 @@ from scipy.special import exprel
 
 BODIES = ("balls", "powder", "jar")
 BALLS, POWDER, JAR = range(3)
-# A state: the three temperatures, and the heat that was given away over the total heat capacity [K].
+# A state: the three temperatures, and the released heat over the total heat capacity [K].
 WIDTH = 4
-# Longer pauses are none that anybody would make [s].
+# Longer pauses are not practical [s].
 LONGEST_PAUSE_S = 24 * 3600.0
-# Within these the time to a limit is searched [s].
+# The bounds of the search for the time to a limit [s].
 SHORTEST_S, LONGEST_S = 1e-3, 1e7
-# Moments of a cycle at which its largest temperature is sought, over its milling or its pause.
+# Points in time, over the milling or the pause of a cycle, that are searched for its largest temperature.
 MOMENTS = np.concatenate([[0.0], np.geomspace(1e-3, 1.0, 12)])
 
 
 @dataclass(frozen=True)
 class Balance:
-    """Heat balances of n samples. Powers are those while the mill runs."""
+    """Heat balances of n samples; powers while the mill runs."""
 
     capacity_J_K: np.ndarray
     """heat capacities of BODIES (n, 3)"""
@@ -45,7 +45,7 @@ class Balance:
     resting_W_K: np.ndarray
     """the same in a pause (n,)"""
     source_W: np.ndarray
-    """heat that is set free in each of BODIES (n, 3)"""
+    """heat released in each of BODIES (n, 3)"""
     surroundings_degC: np.ndarray
     """temperature of the surroundings (n,)"""
 
@@ -65,11 +65,11 @@ class Balance:
 
     @cached_property
     def steady_K(self) -> np.ndarray:
-        """Temperatures over the surroundings (n, 3) after endless milling without pauses: K T = Q."""
+        """Temperatures over the surroundings (n, 3) in the steady state of milling without pauses: K T = Q."""
         return np.linalg.solve(self.conductance(running=True), self.source_W[..., None])[..., 0]
 
     def steady_degC(self) -> np.ndarray:
-        """Temperatures (n, 3) after endless milling without pauses."""
+        """Temperatures (n, 3) in the steady state of milling without pauses."""
         return self.steady_K + self.surroundings_degC[:, None]
 
     @cached_property
@@ -101,7 +101,7 @@ class Modes:
 
 @dataclass(frozen=True)
 class Course:
-    """Temperatures over time, with what the balance says of them."""
+    """Temperatures over time, their largest values, and the error of the balance."""
 
     times_s: np.ndarray
     """times (m,)"""
@@ -110,7 +110,7 @@ class Course:
     peak_degC: np.ndarray
     """the largest temperatures of BODIES (n, 3), at the times and where milling or a pause ends"""
     balance_error: float
-    """largest error of the balance, supplied heat less stored and given away, over supplied heat, of all samples [-]"""
+    """largest error of the balance over all samples: supplied less stored and released heat, over supplied heat [-]"""
 
 
 def programme_phases(duration_s: float, milling_s: float, pause_s: float) -> list[tuple[float, float, bool]]:
@@ -126,9 +126,9 @@ def programme_phases(duration_s: float, milling_s: float, pause_s: float) -> lis
 
 
 def _states(balance: Balance, state: np.ndarray, phase: tuple[float, float, bool], times_s: np.ndarray) -> np.ndarray:
-    """States (m, n, 4) at the times of one phase, the last of which is its end, exact for constant coefficients.
+    """States (m, n, 4) at the times of one phase, exact for constant coefficients; the last time is the phase's end.
 
-    With the modes of the phase and its steady temperatures S, T(t) = S + exp(-C^-1 K t) (T(0) - S). The heat given away
+    With the modes of the phase and its steady temperatures S, T(t) = S + exp(-C^-1 K t) (T(0) - S). The released heat
     is the integral of H T_jar, mode by mode.
     """
     start, _, running = phase
@@ -139,7 +139,7 @@ def _states(balance: Balance, state: np.ndarray, phase: tuple[float, float, bool
     exponent = -modes.rate * elapsed
     found = np.empty((len(times_s), len(balance), WIDTH))
     found[:, :, :3] = steady + np.einsum("nij,mnj->mni", modes.back, np.exp(exponent) * amplitude)
-    # exprel(x) = (exp(x) - 1) / x, and 1 at 0, where a jar gives nothing away.
+    # exprel(x) = (exp(x) - 1) / x, and 1 at 0, where a jar releases no heat.
     summed = np.einsum("nj,mnj->mn", modes.back[:, JAR], elapsed * exprel(exponent) * amplitude)
     total = balance.capacity_J_K.sum(axis=1)
     found[:, :, 3] = state[:, 3] + lost_W_K / total * (steady[:, JAR] * elapsed[:, :, 0] + summed)
@@ -147,7 +147,7 @@ def _states(balance: Balance, state: np.ndarray, phase: tuple[float, float, bool
 
 
 def solve(balance: Balance, phases: Sequence[tuple[float, float, bool]], times_s: np.ndarray) -> Course:
-    """Temperatures at `times_s` (ascending, from 0 to the end of the last phase), from those of the surroundings on."""
+    """Temperatures at `times_s` (ascending, 0 to the end of the last phase); the start is at room temperature."""
     state = np.zeros((len(balance), WIDTH))
     over, peak, milled_s = [], np.zeros((len(balance), 3)), 0.0
     for number, phase in enumerate(phases):
@@ -171,11 +171,11 @@ def solve(balance: Balance, phases: Sequence[tuple[float, float, bool]], times_s
 
 
 def time_to_limit(balance: Balance, body: int, limit_degC: float) -> np.ndarray:
-    """Time of milling without pauses after which a body is at the limit (n,) [s]; inf where it never is.
+    """Time of milling without pauses until a body reaches the limit (n,) [s]; inf where it never does.
 
     The temperatures rise all the time, so the time is the root of a monotone function.
     """
-    # Slow to import, and the check of the input imports this module.
+    # Imported here: slow to import, and the check of the input imports this module.
     from scipy.optimize import brentq
 
     _, running = balance.modes
@@ -193,9 +193,9 @@ def time_to_limit(balance: Balance, body: int, limit_degC: float) -> np.ndarray:
 
 
 def cycle_peak(balance: Balance, sample: int, body: int, milling_s: float, pause_s: float) -> float:
-    """The largest temperature of a body in a cycle that repeats itself [degC], of one sample.
+    """The largest temperature of a body in a repeating cycle [degC], for one sample.
 
-    With P and R the decays over milling and pause and S the steady temperatures, the cycle begins at
+    P and R are the decays over milling and pause, S the steady temperatures. The cycle begins at
     T = (1 - R P)^-1 R (1 - P) S.
     """
     resting, running = balance.modes
@@ -211,9 +211,9 @@ def cycle_peak(balance: Balance, sample: int, body: int, milling_s: float, pause
 
 
 def pause_needed(balance: Balance, body: int, limit_degC: float, milling_s: float) -> np.ndarray:
-    """Shortest pause after each `milling_s` of milling that keeps a body below the limit for ever (n,) [s].
+    """Shortest pause after each `milling_s` of milling that always keeps a body below the limit (n,) [s].
 
-    0 where no pause is needed; inf where none of up to 24 h is enough.
+    0 where no pause is needed; inf where even 24 h is not enough.
     """
     from scipy.optimize import brentq
 

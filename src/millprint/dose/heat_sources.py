@@ -1,4 +1,4 @@
-"""Where the energy of a run becomes heat: the dissipation of its ledger by place and channel, and the jar's size."""
+"""Where the energy of a run becomes heat: dissipation of its ledger by place and channel, and the size of the jar."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -20,12 +20,12 @@ CONDITION = ("contact", "ball_diameter_mm", "fill_ratio", "speed_rpm")
 
 @dataclass(frozen=True)
 class HeatSource:
-    """What one condition of a mill heats, a mean over its seeds."""
+    """The heat sources of one condition of a mill, the mean over its seeds."""
 
     condition: str
     """name of the case without its seed"""
     about: dict[str, object]
-    """the columns CONDITION, and the number of seeds"""
+    """the columns of CONDITION, and the number of seeds"""
     power_W: np.ndarray
     """dissipation by PLACES and CHANNELS (2, 3)"""
     balls_kg: float
@@ -33,13 +33,13 @@ class HeatSource:
     balls_m2: float
     """surface of all balls"""
     inside_m2: float
-    """inside of the jar, without inserts"""
+    """inner surface of the jar, without inserts"""
     inside_m3: float
     """volume of the jar for the balls"""
 
 
 def split_of_contacts(group: h5py.Group) -> np.ndarray | None:
-    """Shares of PLACES in each of CHANNELS (2, 3) from the table of collisions; None where it is a histogram."""
+    """Shares of PLACES in each of CHANNELS (2, 3) from the table of collisions; None if the run has a histogram."""
     if group.attrs["is_histogram"]:
         return None
     between = group["second"][:] >= 0
@@ -51,14 +51,14 @@ def split_of_contacts(group: h5py.Group) -> np.ndarray | None:
 
 def _shares(energy: np.ndarray) -> np.ndarray:
     """Columns of (2, 3) over their sums; halves for a channel without energy."""
-    # A ledger's single values may be a little below zero by rounding.
+    # Single values of a ledger may be a little below zero by rounding.
     energy = np.maximum(energy, 0.0)
     total = energy.sum(axis=0)
     return np.where(total > 0, energy / np.where(total > 0, total, 1.0), 0.5)
 
 
 def split_of_summary(summary: dict) -> np.ndarray:
-    """The same from the summary's counting rule without thresholds; rolling is divided as sliding is."""
+    """As `split_of_contacts`, from the summary's counting rule without thresholds; rolling is divided like sliding."""
     for rule in summary["collisions"]:
         if not any(rule["dropped"].values()):
             split = [
@@ -73,11 +73,11 @@ def split_of_summary(summary: dict) -> np.ndarray:
 
 
 def read_source(summary_path: str | Path, run_path: str | Path) -> HeatSource:
-    """The source of one run: powers of the ledger over its window, divided by where the contacts dissipate.
+    """The source of one run: powers of the ledger over its window, divided by the places where contacts dissipate.
 
     Raises ConfigError, in one line, for a file that cannot be read or a run that dissipates nothing.
     """
-    # Slow to import, and the check of the input imports this module.
+    # Imported here: slow to import, and the check of the input imports this module.
     import trimesh
 
     summary = read_json(summary_path)
@@ -102,7 +102,7 @@ def read_source(summary_path: str | Path, run_path: str | Path) -> HeatSource:
 
 
 def read_sources(paths: Iterable[tuple[str, str]]) -> list[HeatSource]:
-    """The conditions of pairs of summary and run.h5, each a mean over its seeds, in the order of the files."""
+    """The conditions in pairs of summary and run.h5, each a mean over its seeds, in the order of the files."""
     grouped: dict[str, list[HeatSource]] = {}
     for summary_path, run_path in paths:
         source = read_source(summary_path, run_path)
@@ -125,7 +125,7 @@ def mean_of(group: list[HeatSource]) -> HeatSource:
 
 
 def source_table(sources: Iterable[HeatSource]) -> pd.DataFrame:
-    """A row for each condition: dissipation by place and channel [W], the balls' mass and the jar's inside."""
+    """A row for each condition: dissipation by place and channel [W], mass of the balls, inner surface of the jar."""
     rows = []
     for source in sources:
         powers = {

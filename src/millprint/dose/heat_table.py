@@ -1,4 +1,4 @@
-"""The heat balance of a mill's conditions: samples of what is not known, temperatures with bands, limits, pauses."""
+"""The heat balance of a mill's conditions: samples of unknown parameters, temperatures with bands, limits, pauses."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ COMPARED = (
 
 
 def ranges_of(settings: HeatConfig, mill: str) -> dict[str, tuple[RangeSection, str, str]]:
-    """Every sampled number by name, with its range, title and unit: parameters, and surroundings of the mill."""
+    """Every sampled number by name, with its range, title and unit: parameters, and the surroundings of the mill."""
     cooling = getattr(settings.surroundings, settings.jar_of(mill).cooling)
     resting = getattr(settings.surroundings, cooling.at_rest)
     own = {name: (given, PARAMETERS[name].title, PARAMETERS[name].unit) for name, given in settings.parameters.items()}
@@ -52,8 +52,8 @@ def ranges_of(settings: HeatConfig, mill: str) -> dict[str, tuple[RangeSection, 
 def sample(settings: HeatConfig, mill: str) -> pd.DataFrame:
     """A Latin hypercube over the ranges (McKay, Beckman and Conover, Technometrics 21 (1979) 239): a row a sample.
 
-    A range that spans a factor of ten is uniform in the logarithm. Where a pause has the cooling of milling, it has its
-    number too.
+    A range that spans a factor of ten is uniform in the logarithm. If a pause is cooled like milling, both have the
+    same sampled number.
     """
     # Slow to import, and the check of the input imports this module.
     from scipy.stats import qmc
@@ -78,8 +78,8 @@ def jar_of_samples(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Mass [kg] and outside [m2] of the jar of each sample (n,).
 
-    Where they are not given, the outside is the inside enlarged evenly by the thickness t: with volume V and surface S
-    of the inside, by the factor 1 + t S / (3 V) in length, exact for a sphere, a cube and a cylinder as deep as wide.
+    If the outside is not given, it is the inside (volume V, surface S) enlarged by the thickness t, by the factor
+    1 + t S / (3 V) in length. This is exact for a sphere, a cube and a cylinder as deep as wide.
     """
     known = settings.jar_of(mill)
     factor = 1 + 1e-3 * drawn["wall_thickness_mm"].to_numpy() * source.inside_m2 / (3 * source.inside_m3)
@@ -93,10 +93,10 @@ def jar_of_samples(
 
 
 def heat_by_body(source: HeatSource, drawn: pd.DataFrame) -> np.ndarray:
-    """Heat set free in balls, powder and jar [W] (n, 3); its sum is heat_share of the dissipation.
+    """Heat released in balls, powder and jar [W] (n, 3); the sum is heat_share of the dissipation.
 
-    The powder takes its share of every contact. What remains of ball on ball heats balls, and of ball on wall the jar
-    by `wall_share` and balls.
+    The powder takes its share of every contact. The rest heats the balls in contacts of ball on ball; in contacts of
+    ball on wall, `wall_share` of the rest heats the jar and the remainder the balls.
     """
     shares = drawn[["powder_share_normal", "powder_share_shear", "powder_share_shear"]].to_numpy()
     power = source.power_W[None] * drawn["heat_share"].to_numpy()[:, None, None]
@@ -137,7 +137,7 @@ def balance_of(settings: HeatConfig, mill: str, source: HeatSource, drawn: pd.Da
 def band(values: np.ndarray, probability: float) -> np.ndarray:
     """Lower end, median and upper end over the first axis (3, ...); an infinite value is larger than any other."""
     ends = [(1 - probability) / 2, 0.5, (1 + probability) / 2]
-    # Without interpolation, which has no value between a finite and an infinite one.
+    # Not interpolated, because there is no value between a finite and an infinite one.
     return np.quantile(values, ends, axis=0, method="inverted_cdf")
 
 
@@ -156,7 +156,7 @@ class HeatTables:
     limits: pd.DataFrame
     """a row for each condition: temperatures, time to the limit, pauses"""
     comparison: pd.DataFrame
-    """a row for each condition that is held against a measured temperature"""
+    """a row for each condition that is compared with a measured temperature"""
 
 
 def parameter_table(settings: HeatConfig, mill: str) -> pd.DataFrame:
@@ -177,10 +177,10 @@ def parameter_table(settings: HeatConfig, mill: str) -> pd.DataFrame:
 
 
 def limit_row(settings: HeatConfig, source: HeatSource, balance: Balance, course: Course) -> dict[str, object]:
-    """What a condition comes to: temperatures, time to the limit, and the pauses that keep it.
+    """The results of a condition: temperatures, time to the limit, and the pauses that keep below it.
 
-    no_pause_share: samples that need no pause; interval_too_long_share: those for which no pause is enough, since a
-    single interval of milling is too hot.
+    no_pause_share: share of samples that need no pause; interval_too_long_share: share of samples that get too hot in a
+    single interval of milling, so that no pause is enough.
     """
     limit, programme, level = settings.limit, settings.programme, settings.probability
     body = BODIES.index(limit.body)
@@ -227,7 +227,7 @@ def temperature_rows(settings: HeatConfig, source: HeatSource, course: Course) -
 
 
 def measured_row(path: str | Path, name: str) -> dict:
-    """The row of a measured temperature by its id. Raises ConfigError for an id that is none, or no single number."""
+    """The row of a measured temperature by its id. Raises ConfigError for an unknown id, or an invalid value."""
     table = read_table(path, text=["id", "quantity", "value", "unit", "source"])
     rows = table[table["id"] == name].to_dict("records")
     if not rows:
@@ -240,12 +240,11 @@ def measured_row(path: str | Path, name: str) -> dict:
 def compare(
     settings: HeatConfig, mill: str, source: HeatSource, balls_degC: np.ndarray, room_degC: np.ndarray, row: dict
 ) -> dict[str, object]:
-    """The balls' temperature of a condition after long milling against a measured bound: a statement, no fit.
+    """The balls' temperature of a condition after long milling, compared with a measured bound; nothing is fitted.
 
-    balls_degC, room_degC: (n,). power_factor: by how much the dissipation would have to be larger for the balls to be
-    at the bound. The balance is linear, so it is (bound - room) / (balls - room). The measured row gives neither balls
-    nor speed, powder or time, so that a condition of ours may be
-    another one than that which was measured: no verdict follows.
+    balls_degC, room_degC: (n,). power_factor: factor on the dissipation that would bring the balls to the bound. The
+    balance is linear, so it is (bound - room) / (balls - room). The measured row does not give balls, speed, powder or
+    time, so our condition may differ from the measured one: no verdict follows.
     """
     lower, median, upper = band(balls_degC, settings.probability)
     point = parse_value(row["value"])[0]
@@ -274,7 +273,7 @@ def heat_tables(
     measured: dict | None,
     step: Callable[[], object] = lambda: None,
 ) -> HeatTables:
-    """Every table of a mill. measured: the row of what was measured, if any; step: called after each condition."""
+    """Every table of a mill. measured: row of the measured temperature, if any; step: called after each condition."""
     drawn = sample(settings, mill)
     programme = settings.programme
     duration = 3600 * programme.duration_h

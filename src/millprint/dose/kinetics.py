@@ -25,7 +25,7 @@ TABLE = ["x", "model", "runs", "parameters", "k", "n", "x0", "rmse_pp", "r2", "a
 
 @dataclass(frozen=True)
 class Kinetics:
-    """A law of the yield over x divided by its mean; bounds and starts of its parameters, and which they are.
+    """A law of the yield over x divided by its mean; names, bounds and starts of its parameters.
 
     k is in units of 1 / mean(x), x0 in units of the largest x over the mean.
     """
@@ -58,8 +58,8 @@ MODELS = {
 def aicc(squares: float, runs: int, parameters: int) -> float:
     """Akaike's criterion for normal errors, corrected for few runs (Hurvich and Tsai 1989).
 
-    N ln(S / N) + 2 p + 2 p (p + 1) / (N - p - 1), S the sum of squares, p the parameters, that of the scatter included;
-    infinite where N does not exceed p + 1.
+    N ln(S / N) + 2 p + 2 p (p + 1) / (N - p - 1), S the sum of squares, p the number of parameters, including the
+    scatter; infinite where N does not exceed p + 1.
     """
     free = runs - parameters - 1
     if free <= 0:
@@ -79,10 +79,10 @@ def fit_law(x: np.ndarray, yields: np.ndarray, model: Kinetics) -> tuple[np.ndar
 
 
 def fit_kinetics(runs: pd.DataFrame) -> pd.DataFrame:
-    """Every law of MODELS over every axis that varies, and no effect: a row of TABLE each, the smallest AICc first.
+    """Every law of MODELS over every axis that varies, and no effect: a row of TABLE for each, smallest AICc first.
 
-    runs: AXES and yield_percent. k in the unit of 1/x, x0 in that of x. weight: exp(-delta / 2) over its sum, Akaike's
-    weight. Raises ConfigError for fewer than five runs or yields that are all equal.
+    runs: AXES and yield_percent. k in the unit of 1/x, x0 in the unit of x. weight: Akaike's weight, exp(-delta / 2)
+    over its sum. Raises ConfigError for fewer than five runs or yields that are all equal.
     """
     yields = runs[YIELD].to_numpy(dtype=float)
     if len(yields) < FEWEST_RUNS:
@@ -105,7 +105,7 @@ def fit_kinetics(runs: pd.DataFrame) -> pd.DataFrame:
     table = pd.DataFrame(rows).reindex(columns=[*TABLE, "squares"])
     count = len(yields)
     table["runs"] = count
-    # A perfect fit, of made-up yields alone, would have the logarithm of 0.
+    # A perfect fit, possible only with made-up yields, would have the logarithm of 0.
     squares = table.pop("squares").clip(lower=1e-12 * spread)
     table["rmse_pp"], table["r2"] = np.sqrt(squares / count), 1.0 - squares / spread
     # One more parameter is the scatter.
@@ -126,13 +126,13 @@ def curve_of(row: pd.Series, largest: float, points: int = 80) -> pd.DataFrame:
 
 
 def best_of(kinetics: pd.DataFrame, axis: str) -> pd.Series | None:
-    """The row of the smallest AICc over an axis; None for an axis that did not vary."""
+    """The row with the smallest AICc over an axis; None for an axis that did not vary."""
     rows = kinetics[kinetics["x"] == axis]
     return rows.iloc[0] if len(rows) else None
 
 
 def verdict(runs: pd.DataFrame, kinetics: pd.DataFrame, what: str) -> str:
-    """One or two sentences, from the tables alone: how much of the yields dose explains, and what it does not."""
+    """One or two sentences, only from the tables: how much of the yields dose explains, and what it does not."""
     spread = kinetics[kinetics["model"] == NO_EFFECT].iloc[0]
     said = []
     for axis in AXES:
@@ -141,9 +141,7 @@ def verdict(runs: pd.DataFrame, kinetics: pd.DataFrame, what: str) -> str:
             said.append(f"{AXES[axis].split(' [')[0]} {share} ({best['model']})")
     first = kinetics.iloc[0]
     top = "no effect of time or dose" if not first["x"] else f"{first['model']} over {AXES[first['x']].split(' [')[0]}"
-    text = (
-        f"{what}: of the variance of {len(runs)} yields, each alone and by its best law, explain: {', '.join(said)}. "
-    )
+    text = f"{what}: of the variance of {len(runs)} yields, each with its own best law, explain: {', '.join(said)}. "
     text += f"The smallest AICc has {top} (weight {first['weight']:.2f}), {spread['delta_aicc']:.1f} below no effect"
     total, of_time = best_of(kinetics, TOTAL), best_of(kinetics, TIME)
     if total is not None and of_time is not None:

@@ -1,10 +1,10 @@
 """Shear against compression: what a kJ of tangential dose is worth in kJ of normal dose, by measured yields.
 
-With the normal dose x_n and the tangential dose x_t apart, and a rate for each, Avrami's law is
+With separate rates for the normal dose x_n and the tangential dose x_t, Avrami's law is
 
     y = 100 (1 - exp(-(k (x_n + w x_t))^n)),    first order: n = 1
 
-Of the two, that with the smaller AICc is taken. w = 1: dose alone decides; above 1, shear does more than compression.
+The one with the smaller AICc is taken. w = 1: only the total dose matters; above 1, shear does more than compression.
 """
 
 from dataclasses import dataclass
@@ -18,18 +18,18 @@ from millprint.dose.kinetics import FEWEST_RUNS, MODELS, aicc, fit_law
 from millprint.statistics.quantiles import f_quantile
 
 LAWS = ("first order", "Avrami")
-# w is sought between 1 over it and it.
+# w is searched between 1 / MOST_WORTH and MOST_WORTH.
 MOST_WORTH = 1e3
-# Runs whose tangential shares lie closer together tell nothing of it [%].
+# Runs whose tangential shares differ by less give no information on w [%].
 SMALLEST_SPREAD = 5.0
 
 
 @dataclass(frozen=True)
 class ShearWorth:
-    """What a kJ of shear is worth in kJ of compression by the yields: w of the weighted law, and what speaks for it.
+    """How many kJ of compression one kJ of shear equals by the yields: w of the weighted law, and its evidence.
 
-    lower, upper: 95 % interval by the profile of the likelihood; an end is 0 or infinite where the yields set none.
-    aicc: of the law with w free. gain_aicc: that with w = 1 less it; above 0, telling the two apart pays.
+    lower, upper: 95 % interval by the profile of the likelihood; an end is 0 or infinite if the yields do not bound it.
+    aicc: of the law with w free. gain_aicc: AICc with w = 1 less aicc; above 0, a free w is worth its parameter.
     """
 
     law: str
@@ -84,7 +84,7 @@ def _worth_by(runs: pd.DataFrame, law: str) -> ShearWorth:
 
 
 def said_of_shear(runs: pd.DataFrame) -> str:
-    """A sentence on shear against compression, from the runs and the fit alone."""
+    """A sentence on shear against compression, only from the runs and the fit."""
     share = 100 * runs[TANGENTIAL] / runs[TOTAL]
     spread = f"{share.min():.0f} to {share.max():.0f} % of the dose is tangential"
     if len(runs) < FEWEST_RUNS:

@@ -1,4 +1,4 @@
-"""Sliding work of a run by what slides: ball on ball, and ball on wall.
+"""Sliding work of a run by kind of contact: ball on ball, and ball on wall.
 
 The table of collisions in run.h5 has the sliding work of every contact in the window, so its sum over the contacts
 between balls and over those with a wall splits the ledger's channel `sliding` without anything left over.
@@ -17,12 +17,12 @@ from millprint.run.hdf5 import open_hdf5
 
 BALL_BALL, BALL_WALL = "ball_ball", "ball_wall"
 KINDS = (BALL_BALL, BALL_WALL)
-# How the friction of each kind of contact is called in a summary.
+# The key of the friction of each kind of contact in a summary.
 FRICTIONS = {BALL_BALL: "static_friction", BALL_WALL: "wall_static_friction"}
 CONTACTS, SHARES = "every contact", "shares of the tangential energy"
-# What tells conditions apart; runs that differ in nothing else are seeds of one.
+# The columns that distinguish conditions; runs that are equal in them are seeds of one condition.
 CONDITION = ["mill", "contact", "ball_diameter_mm", "fill_ratio", "speed_rpm"]
-# More than the contacts open at the ends of the window and the single precision of the table can make.
+# More than contacts open at the ends of the window and the single precision of the table can cause.
 LARGEST_GAP = 1e-3
 
 
@@ -39,7 +39,7 @@ def load_distance(work_J: float, friction: float) -> float:
     """Normal load times sliding distance of contacts that slide [N m], from their friction work [J].
 
     Where a contact slides, its friction is mu F_n (Coulomb), so that the work mu F_n ds over mu is F_n ds; friction:
-    mu [-]. Without friction there is no work to tell it: NaN.
+    mu [-]. NaN without friction.
     """
     return work_J / friction if friction > 0 else float("nan")
 
@@ -48,8 +48,8 @@ def sliding_of_run(run_path: str | Path, summary_path: str | Path) -> dict:
     """One row of the table of sliding: condition, balls, and powers by kind of contact.
 
     sliding_KIND_W: friction power; load_KIND_N_m_s: normal load times sliding distance a second; relative_error: of
-    the tangential power, from whole revolutions, NaN for fewer than two; split: whether every contact was counted, or
-    the shares of the tangential energy divide the ledger's sliding work, in a run with too many contacts to keep.
+    the tangential power, from whole revolutions, NaN for fewer than two; split: whether every contact was counted or,
+    in a run with too many contacts to keep, the ledger's sliding work was divided by shares of the tangential energy.
     Raises ConfigError, in one line, for another file, and where contacts and ledger differ by more than LARGEST_GAP.
     """
     if not Path(summary_path).is_file():
@@ -100,8 +100,8 @@ def tabulate_sliding(runs: list[tuple[str, str]]) -> pd.DataFrame:
 def mean_conditions(table: pd.DataFrame) -> pd.DataFrame:
     """One row for each condition: means over its seeds, and the relative error of the mean.
 
-    relative_error: the larger of what the seeds scatter by and of what their windows do, over the square root of their
-    number.
+    relative_error: the larger of the scatter between seeds and the scatter within windows, over the square root of the
+    number of seeds.
     """
     loads = [f"load_{kind}_N_m_s" for kind in KINDS]
     rows = []

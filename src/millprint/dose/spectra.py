@@ -1,15 +1,15 @@
-"""Energy spectra: collisions a second and power over the energy of a collision.
+"""Energy spectra: collisions per second, and power, over the energy of a collision.
 
 A collision of a counting rule has a normal energy (damping along the line of centres) and a tangential energy (damping
-and sliding along the surface). Each of the two has a spectrum of its own, in which the collision stands at its own
-energy of that kind. The integral of a power spectrum is the power of the ledger:
+and sliding along the surface). Each kind of energy has a separate spectrum, in which a collision counts at its energy
+of that kind. The integral of a power spectrum is the power of the ledger:
 
     sum of the bins + what a threshold of the rule drops - what tangential springs stored = power of the ledger
 
-The record of a run holds what a contact dissipated within the window, also of a contact that was open at one of its
-edges. Such a contact has only this part of its energy in the spectrum, and counts as a collision if it begins in the
-window, as in the descriptors. The tangential work of a contact that is still open holds what its spring has stored,
-which is no dissipation: the ledger has it apart, and so has the table.
+The record of a run holds what a contact dissipated within the window, also for a contact that was open at the start or
+the end. Such a contact has only this part of its energy in the spectrum, and counts as a collision if it begins in the
+window, as in the descriptors. The tangential work of a contact that is still open includes the energy stored in its
+spring, which is not dissipation: ledger and table give it separately.
 """
 
 from collections.abc import Iterable
@@ -43,7 +43,7 @@ BOTH = "both"
 # Largest difference between a spectrum's integral and the ledger, over the power of the ledger.
 CLOSURE_MAX = 1e-3
 
-# The columns that name a spectrum, then those of its bins, and those of what is read off it.
+# The columns that identify a spectrum, then the columns of its bins, and of the numbers read off it.
 OF_SPECTRUM = [*CONDITION, "seeds", "counting_rule", "channel", "pair"]
 BIN_COLUMNS = [
     *("energy_low_J", "energy_high_J", "collisions_hz", "power_W"),
@@ -58,10 +58,10 @@ TABLE_ONLY = "run.h5 holds histograms and no contacts; raise dem.collision_rows_
 
 @dataclass(frozen=True)
 class Contacts:
-    """The contacts of a run, and what the ledger says of them.
+    """The contacts of a run, and their energies in the ledger.
 
-    rows: as of `dem.collisions.collision_table`, without what is not needed; open_J: energy of each of CHANNELS in
-    contacts that were open at an edge of the window [J]; stored_J: what tangential springs stored over the window [J].
+    rows: as of `dem.collisions.collision_table`, only the needed columns; open_J: energy of each of CHANNELS in
+    contacts that were open at an end of the window [J]; stored_J: energy that tangential springs stored in it [J].
     """
 
     rows: pd.DataFrame
@@ -86,7 +86,7 @@ class Contacts:
 
 
 def read_contacts(path: str | Path) -> Contacts | None:
-    """The contacts of a run.h5; None where it holds their histograms only. Raises ConfigError for a damaged file."""
+    """The contacts of a run.h5; None if it only holds their histograms. Raises ConfigError for a damaged file."""
     with open_hdf5(path) as file:
         group = file["collisions"]
         rows = read_rows(group, ("start_s", "duration_s", "peak_force_N", "normal_J", "damping_J", SLIDING))
@@ -102,14 +102,14 @@ def read_contacts(path: str | Path) -> Contacts | None:
 
 
 def read_spectra(path: str | Path) -> pd.DataFrame:
-    """A table that `tabulate_spectra` gave, from its file."""
+    """Read a table of `tabulate_spectra`."""
     text, powers = [*CONDITION_TEXT, "counting_rule", "channel", "pair"], ["collisions_hz", "power_W"]
     table = read_table(path, numeric=["fill_ratio", *powers], text=text, may_be_blank=powers)
     return table.fillna({CHARGE: ONE_SIZE})
 
 
 def bin_edges(settings: SpectraConfig) -> np.ndarray:
-    """The edges of the bins [J], (bins + 1,), equally far apart in the logarithm."""
+    """The edges of the bins [J], (bins + 1,), evenly spaced in the logarithm."""
     decades = np.log10(settings.highest_J / settings.lowest_J)
     return np.geomspace(settings.lowest_J, settings.highest_J, max(1, round(decades * settings.bins_per_decade)) + 1)
 
@@ -118,8 +118,8 @@ def bin_edges(settings: SpectraConfig) -> np.ndarray:
 class Collisions:
     """The collisions of a run that a rule keeps.
 
-    energy: of each of CHANNELS, within the window [J], (collisions,); rate: 1 / window of one that begins in it, else 0
-    [1/s]; between_balls: (collisions,); dropped_W: power of each channel below a threshold of the rule.
+    energy: of each of CHANNELS, within the window [J], (collisions,); rate: 1 / window for a collision that begins in
+    it, else 0 [1/s]; between_balls: (collisions,); dropped_W: power of each channel below a threshold of the rule.
     """
 
     energy: dict[str, np.ndarray]
@@ -129,12 +129,12 @@ class Collisions:
     dropped_W: dict[str, float]
 
     def chosen(self, pair: str) -> np.ndarray:
-        """Which collisions are of this pair: one of PAIRS, or BOTH."""
+        """Which collisions belong to this pair: one of PAIRS, or BOTH."""
         return np.ones_like(self.between_balls) if pair == BOTH else self.between_balls == (pair == PAIRS[0])
 
 
 def collisions_by(contacts: Contacts, rule: CountingRule, frequency_hz: float) -> Collisions:
-    """The collisions of a run by a counting rule; what counts is what `dem.collisions.count_collisions` counts."""
+    """The collisions of a run by a counting rule, the same that `dem.collisions.count_collisions` counts."""
     merged = contacts.merged(rule, frequency_hz)
     kept = kept_by(rule, merged)
     energy = {channel: merged[f"{channel}_J"].to_numpy() for channel in CHANNELS}
@@ -148,10 +148,10 @@ def collisions_by(contacts: Contacts, rule: CountingRule, frequency_hz: float) -
 
 
 def spectrum(energy: np.ndarray, rate: np.ndarray, power: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Collisions a second and power [W] in each bin, both (bins + 2,); the first and the last lie beyond the edges.
+    """Collisions per second and power [W] in each bin, both (bins + 2,); the first and last bins are beyond the edges.
 
-    energy [J], rate [1/s] and power [W]: of each collision, (collisions,). Contacts with no energy of a kind, and the
-    few whose spring gave back more than they dissipated in the window, are in the first.
+    energy [J], rate [1/s] and power [W]: of each collision, (collisions,). Contacts without energy of this kind, and
+    the few whose spring gave back more than they dissipated in the window, are in the first bin.
     """
     place = np.searchsorted(edges, energy, side="right")
     return tuple(np.bincount(place, weights=weight, minlength=len(edges) + 1) for weight in (rate, power))
@@ -166,7 +166,7 @@ def weighted_median(values: np.ndarray, weights: np.ndarray) -> float:
 
 
 def _share_above(values: np.ndarray) -> np.ndarray:
-    """Share of the sum of the values that is in each bin and in those above it; 0 where there is none."""
+    """Share of the sum of the values in each bin and the bins above it; 0 if the sum is 0."""
     total = values.sum()
     return np.cumsum(values[::-1])[::-1] / total if total else np.zeros_like(values)
 
@@ -205,7 +205,7 @@ def _read_off(energy: np.ndarray, rate: np.ndarray, power: np.ndarray, edges: np
 def _condition_tables(
     key: dict, runs: list[tuple[str, dict, Contacts]], rule_name: str, edges: np.ndarray
 ) -> tuple[list[pd.DataFrame], list[dict]]:
-    """Bins and rows of one condition by one rule; its seeds count alike, as in the descriptors."""
+    """Bins and rows of one condition by one rule; its seeds have equal weights, as in the descriptors."""
     parts = []
     for _, summary, contacts in runs:
         rule = CountingRule.of_count(recorded_count(summary, rule_name))
@@ -252,11 +252,11 @@ def _condition_tables(
 def tabulate_spectra(
     runs: Iterable[tuple[str, dict]], rule_names: list[str], settings: SpectraConfig
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Spectra of every condition, and what is read off each: OF_SPECTRUM with BIN_COLUMNS, and with READ_OFF.
+    """Spectra of every condition, and the numbers read off each: OF_SPECTRUM with BIN_COLUMNS, and with READ_OFF.
 
-    runs: path of each run.h5 with its summary; the seeds of a condition are averaged, each with the same weight. A
-    condition of which a run holds no contacts has one row without numbers, which says so. Raises ConfigError for a rule
-    that a run lacks, and MillprintError where the contacts do not hold the power of the ledger.
+    runs: path of each run.h5 with its summary; the seeds of a condition are averaged with equal weights. If a
+    run has no contacts, its condition has one row without numbers, which says so. Raises ConfigError for a rule that a
+    run lacks, and MillprintError if the contacts do not add up to the power of the ledger.
     """
     edges = bin_edges(settings)
     conditions: dict[tuple, list[tuple[str, dict]]] = {}

@@ -1,4 +1,4 @@
-"""Which spectra a figure shows, and what is read off those of the condition of a fingerprint sheet."""
+"""Which spectra a figure shows, and the numbers read off the spectra at the condition of a fingerprint sheet."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from millprint.fingerprint.model import Fingerprint
 
 SECTION = "spectra"
-# Numbers of a sheet, a column of the table of what is read off each, and how the sheet calls it.
+# Numbers of a sheet: column of the table of numbers read off a spectrum -> name in the sheet.
 READ = {
     "mean_J": "mean energy",
     "median_J": "median energy",
@@ -43,7 +43,7 @@ def shown(
 ) -> pd.DataFrame:  # fmt: skip
     """The spectra that a figure shows: by one rule, of the mill as built, one charge at one speed, up to four fills.
 
-    What is not given: the first charge and the lowest speed of the table, and four fill ratios spread over it.
+    Defaults: the first charge and the lowest speed of the table, and four fill ratios spread over it.
     """
     table = spectra[(spectra["counting_rule"] == rule_name) & (spectra["varied"] == NOTHING)]
     for name, value in (("ball_diameter_mm", ball_diameter_mm), (CHARGE, None), ("speed_rpm", speed_rpm)):
@@ -56,9 +56,9 @@ def shown(
 
 
 def sheet_rows(summary: pd.DataFrame, fingerprint: "Fingerprint") -> pd.DataFrame:
-    """Rows of a sheet, with its columns: what is read off the spectra of the simulated condition nearest to its own.
+    """Rows of a sheet: the numbers read off the spectra of the simulated condition nearest to the sheet's.
 
-    summary: of `spectra.tabulate_spectra` of the mill's sweep. Nearest is in the logarithm of the fill ratio, at the
+    summary: of `spectra.tabulate_spectra` for the mill's sweep. Nearest in the logarithm of the fill ratio, at the
     charge and the speed of the sheet. A condition without spectra has a row that says why.
     """
     condition, charge = sheet_condition(fingerprint)
@@ -91,13 +91,13 @@ def _cell(sheet: pd.DataFrame, section: str, quantity: str, column: str) -> Any:
 
 
 def of_sheet(table: pd.DataFrame, sheet: pd.DataFrame, rules: Sequence[str] = ()) -> pd.DataFrame:
-    """Rows of a table of spectra, or of what is read off them, at the simulated condition of a sheet.
+    """Rows of a table of spectra, or of numbers read off them, at the simulated condition of a sheet.
 
     By the rule of the sheet, or by `rules` in their order.
     """
     diameter, speed = (float(_cell(sheet, "condition", name, "value")) for name in ("ball diameter", "speed"))
     fill, charge = float(_cell(sheet, SECTION, FILL, "value")), _cell(sheet, SECTION, FILL, "text")
-    # An empty text of a table that was read is not a number.
+    # pandas reads an empty text as NaN.
     charge = charge if isinstance(charge, str) else ONE_SIZE
     rules = rules or [_cell(sheet, "mill", "collisions counted by", "text")]
     found = [of_settings(table, rule, charge, diameter, speed) for rule in rules]
@@ -106,14 +106,14 @@ def of_sheet(table: pd.DataFrame, sheet: pd.DataFrame, rules: Sequence[str] = ()
 
 
 def over_pairs(spectra: pd.DataFrame) -> pd.DataFrame:
-    """Collisions a second and power in each bin, of both pairs together, by counting rule and channel."""
+    """Collisions per second and power in each bin, both pairs together, by counting rule and channel."""
     bins = spectra.dropna(subset=OF_BIN)
     groups = bins.groupby(["counting_rule", "channel", *OF_BIN], sort=True)
     return groups[["collisions_hz", "power_W"]].sum().reset_index()
 
 
 def rules_apart(summary: pd.DataFrame) -> str:
-    """In a sentence, how far the counting rules lie apart at one condition; summary: of `of_sheet` by several rules."""
+    """A sentence on the differences between counting rules at one condition; summary: `of_sheet` by several rules."""
     both = summary[summary["pair"] == BOTH]
     if both.empty:
         return str(summary["note"].iloc[0]) if len(summary) else "no spectra"

@@ -6,16 +6,16 @@ V = K F s / H, with its hardness H [Pa] and a wear coefficient K [-]. Where a co
 
     F s = W / mu,    V = K W / (mu H).
 
-No load and no distance has to be recorded. Both bodies of a contact lose volume. The balls therefore lose
+Load and distance need not be recorded. Both bodies of a contact lose volume. The balls therefore lose
 
     m = rho K / H (2 W_bb / mu_bb + W_bw / mu_bw)
 
-with the work of contacts between balls (bb) and with walls (bw); a jar of the same material loses the part of W_bw once
-more. Hardness is the Vickers number times 9.807 MPa. K is fitted to weighings of the balls; it takes in all that
-Archard's law leaves out: impacts, abrasion by the powder, its coating of balls and jar.
+with the work of contacts between balls (bb) and with walls (bw). A jar of the same material loses the term of W_bw as
+well. Hardness is the Vickers number times 9.807 MPa. K is fitted to weighings of the balls, so it includes what
+Archard's law leaves out: impacts, abrasion by the powder, and powder that coats balls and jar.
 
-What is fitted and what is held back was fixed before any number was looked at: the first, third, ... row of the table
-of weighings are fitted, the others are predicted.
+Which weighings are fitted and which are held back was fixed before seeing any result: the first, third, ... rows of the
+table are fitted, the others are predicted.
 """
 
 from collections.abc import Mapping
@@ -41,7 +41,7 @@ READING_G = 0.01
 VICKERS = KGF * 1e6
 FITTED, HELD = "fitted", "held back"
 AS_RUN, BETWEEN, BY_CUBE = "a run", "between runs", "by the cube of the speed"
-# With fewer weighings held back, an interval says more of Student's t than of the wear.
+# With fewer weighings held back, Student's t dominates the interval.
 FEWEST_HELD = 3
 LOADS = {kind: f"load_{kind}_N_m_s" for kind in (BALL_BALL, BALL_WALL)}
 ORIGINS = ("coefficient", "scatter", "hardness", "contact")
@@ -59,15 +59,14 @@ def archard_mass(load_distance: float, coefficient: float, hardness_pa: float, d
 
 
 def worn_load(loads: Mapping[str, float]) -> float:
-    """F s of all balls, 2 L_bb + L_bw, from that of the contacts (a rate for rates); loads: by kind of contact."""
+    """F s of all balls, 2 L_bb + L_bw, from F s of the contacts (a rate for rates); loads: by kind of contact."""
     return 2 * loads[BALL_BALL] + loads[BALL_WALL]
 
 
 def read_materials(path: str, needed: str = "") -> pd.DataFrame:
     """The table of materials, by name.
 
-    Raises ConfigError, in one line, as `read_measured`, for a hardness outside its own range and where `needed` is not
-    among them.
+    Raises ConfigError, in one line, as `read_measured`, for a hardness outside its range, and if `needed` is missing.
     """
     names = ["density_kg_m3", "hardness_hv", "hardness_low_hv", "hardness_high_hv"]
     table = read_measured(
@@ -93,11 +92,11 @@ def read_materials(path: str, needed: str = "") -> pd.DataFrame:
 def loads_at(
     conditions: pd.DataFrame, diameter_mm: float, fill_ratio: float, speed_rpm: float, tolerance: float
 ) -> tuple[dict[str, float], float, str]:
-    """F s a second of each kind [N m/s] at a speed [rpm], its relative error, and where it comes from.
+    """F s per second of each kind [N m/s] at a speed [rpm], its relative error, and where it comes from.
 
-    conditions: of one mill and contact set, as `mean_conditions` gives them. Taken are runs of that ball diameter whose
-    fill ratio differs by at most `tolerance` (a fraction), the nearest first. Between two speeds the powers follow a
-    power law; beyond the simulated speeds the cube of the speed (thesis Eq. 3.28). NaN without such a run.
+    conditions: of one mill and contact set, as from `mean_conditions`. Uses runs of the ball diameter with a fill ratio
+    that differs by at most `tolerance` (a fraction), the nearest first. Between two speeds the powers follow a power
+    law; beyond the simulated speeds, the cube of the speed (thesis Eq. 3.28). NaN without such a run.
     """
     near = conditions[np.isclose(conditions["ball_diameter_mm"], diameter_mm)]
     near = near[(near["fill_ratio"] / fill_ratio - 1).abs() <= tolerance]
@@ -129,10 +128,10 @@ def fit_wear(
     """The coefficient from every other weighing, and the others predicted by it.
 
     weighings: of `thesis.doe.wet_lab.wear_table`; conditions: of one mill and contact set. The fill ratio of a weighing
-    is the volume of its unused balls over that of the jar. The coefficient is the geometric mean of those of the fitted
-    rows, since their errors are factors. Returns the table (a row for each weighing: role, loads, measured and
-    predicted wear, coefficient of the row alone) and the result: coefficient, its range over all weighings, miss_log
-    (root mean square of ln(measured / predicted) of the held rows), fill_ratio of the fitted rows, and counts. Raises
+    is the volume of its unused balls over that of the jar. The coefficient is the geometric mean over the fitted rows,
+    since errors are factors. Returns the table (a row for each weighing: role, loads, measured and predicted wear,
+    coefficient from this row) and the result: coefficient, its range over all weighings, miss_log (root mean square of
+    ln(measured / predicted) of the held rows), fill_ratio of the fitted rows, and counts. Raises
     ConfigError for a wear of 0, whose coefficient has no logarithm.
     """
     if not (weighings["wear_g"] > 0).all():
@@ -181,7 +180,7 @@ def fit_wear(
 
 
 def read_coefficient(path: str | Path) -> dict:
-    """The result of `fit_wear` from its file. Raises ConfigError, in one line, for another file or without a value."""
+    """Read the result of `fit_wear`. Raises ConfigError, in one line, for another file or a missing coefficient."""
     try:
         result = read_json(path)
     except FileNotFoundError:
@@ -195,7 +194,7 @@ def read_coefficient(path: str | Path) -> dict:
 
 
 def verdict(result: Mapping) -> str:
-    """What the weighings can tell, in one sentence or two."""
+    """What the weighings show, in one or two sentences."""
     if result["coefficient"] is None:
         return "no run at the conditions of the fitted weighings: no coefficient"
     if result["miss_log"] is None:
@@ -218,7 +217,7 @@ def _factors(
     if held:
         widths["coefficient"] = float(student_quantile(half, held)) * result["miss_log"]
     if not own:
-        # The hardness of the weighed material is a part of its coefficient: only another material adds its own.
+        # The hardness of the weighed material is part of its coefficient: only another material adds its uncertainty.
         widths["coefficient"] = float(np.hypot(widths["coefficient"], np.log(material["coefficient_factor"])))
     spans = (
         np.log(material["hardness_high_hv"] / material["hardness_hv"]),
@@ -228,7 +227,7 @@ def _factors(
     widths["scatter"] = float(normal_quantile(half)) * row["relative_error"]
     if contact is not None and (contact.mill, contact.contact) == (row["mill"], row["contact"]):
         ends = np.log(contact.at(np.array([row["fill_ratio"], result["fill_ratio"]]))["Pt"])
-        # In the mill and with the balls of the fit, contact parameters act on fit and prediction alike.
+        # In the mill and with the balls of the fit, contact parameters affect fit and prediction alike.
         same = (row["mill"], row["contact"]) == (result["mill"], result["contact"])
         widths["contact"] = float(np.abs(ends[:, 0] - ends[:, 1] if same else ends[:, 0]).max())
     return widths
@@ -248,8 +247,8 @@ def predict_wear(
     are proportional to the density of the balls (thesis Eq. 3.28). wear_g: of all balls; jar_g: of a jar of the same
     material, if no layer of powder protects it; powder_percent: wear over powder charged, as in Table 2.6;
     iron_percent: its iron. seen_: the range between the coefficients of single weighings. lower, upper: an interval of
-    `probability` by all ORIGINS, each with its own factor; what is not known is left out of it and named in `note`.
-    Nothing wears by more than its mass.
+    `probability` by all ORIGINS, each with its own factor; unknown origins are left out and named in `note`. Nothing
+    loses more than its mass.
     """
     rows = []
     if result["coefficient"] is None:

@@ -9,11 +9,11 @@ function adviceFor(explorer, found) {
   const avoid = [];
   if (found.outside.length) {
     const names = listed(found.outside.map(nameOf));
-    avoid.push(`A decision on these settings: ${names} ${found.outside.length > 1 ? "were" : "was"} not simulated here, and nothing has tested the scaling laws so far out.`);
+    avoid.push(`A decision on these settings: ${names} ${found.outside.length > 1 ? "were" : "was"} not simulated here, and the scaling laws were not tested so far from the simulations.`);
   } else {
-    use.push("These settings: all of them lie within what was simulated.");
+    use.push("These settings: all of them are within the simulated ranges.");
   }
-  use.push(`To compare settings of this mill with each other, at fill ratios from ${fills}: ratios are surer than values.`);
+  use.push(`To compare settings of this mill with each other, at fill ratios from ${fills}: ratios are more certain than values.`);
   use.push(
     mills.length > 1
       ? "To find settings of another mill with nearly the same collisions, by the search below."
@@ -23,18 +23,18 @@ function adviceFor(explorer, found) {
   if (!mill.further.length || missing.length) {
     avoid.push("The interval as the whole error: friction, restitution and the shape of the jar are taken as given here.");
   } else {
-    use.push("To judge how much unknown friction and restitution leave open: their interval stands apart.");
+    use.push("To judge the effect of unknown friction and restitution: they have a separate interval.");
   }
-  avoid.push("What single grains of powder feel: the simulation has balls without powder. Specific energy and hits are upper bounds.");
+  avoid.push("The load on single grains of powder: the simulation has balls without powder. Specific energy and hits are upper bounds.");
   const warmest = mill.content.heat && explorer.heat.condition();
   if (warmest && warmest.over_limit_share > 0) {
-    avoid.push(`A long run without a look at the temperatures: ${digits(100 * warmest.over_limit_share, 2)} % of the samples of the nearest condition pass ${short(warmest.limit_degC)} °C.`);
+    avoid.push(`A long run without checking the temperatures: ${digits(100 * warmest.over_limit_share, 2)} % of the samples of the nearest condition exceed ${short(warmest.limit_degC)} °C.`);
   }
   if (mill.yieldModel) {
     const outside = found.yield_percent.outside;
-    if (outside.length) avoid.push(`The yield at these settings: ${listed(outside.map(({ name }) => NAMES[name]))} ${outside.length > 1 ? "lie" : "lies"} outside of what the yield model was trained on.`);
+    if (outside.length) avoid.push(`The yield at these settings: ${listed(outside.map(({ name }) => NAMES[name]))} ${outside.length > 1 ? "are" : "is"} outside the range that the yield model was trained on.`);
     else use.push("To rank recipes of the powder that the yield model was trained on, in this jar.");
-    avoid.push("Yields of another powder, jar or contact set: the yield model has seen one chemistry in one jar.");
+    avoid.push("Yields of another powder, jar or contact set: the yield model was trained on one chemistry in one jar.");
   }
   return { use, avoid };
 }

@@ -1,10 +1,10 @@
 /* Line charts with bands, as SVG. */
 
 const CHART = { width: 300, height: 225, left: 42, right: 10, top: 40, bottom: 36 };
-// Charts drawn so far: each has a clipping path of its own.
+// Number of charts drawn so far: each has a separate clipping path.
 let charts = 0;
 
-/** Some five round numbers within a range. */
+/** About five round numbers within a range. */
 function ticks(low, high) {
   const rough = (high - low) / 5;
   const power = 10 ** Math.floor(Math.log10(rough));
@@ -64,7 +64,7 @@ function drawChart(chart) {
   return svg;
 }
 
-/** The band and the line of a quantity; stretches of the line that are not trusted are dashed. */
+/** The band and the line of a quantity; parts of the line that are not trusted are dashed. */
 function drawLine(line, places, x, y) {
   const path = (points) => points.map(([a, b], i) => `${i ? "L" : "M"}${a.toFixed(1)} ${b.toFixed(1)}`).join("");
   const along = (key) =>
@@ -89,7 +89,7 @@ function drawNames(lines) {
   return element("svg:text", { x: CHART.left - 8, y: 31, class: "name" }, ...names);
 }
 
-/** What a chart says, for those who do not see it. */
+/** The description of a chart for screen readers. */
 function describeChart(chart) {
   const said = chart.lines.map((line) => {
     const ends = [line.bands[0], line.bands.at(-1)].map((band) => digits(band.value));

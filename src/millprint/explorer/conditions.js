@@ -18,8 +18,8 @@ function byDistance(conditions, state, contact) {
 }
 
 /**
- * The nearest condition, and one to compare it with: the nearest of the same balls at another speed, where there is none
- * at another fill ratio, and where there is none either the next nearest of all.
+ * The nearest condition, and one to compare it with: the nearest with the same balls at another speed; if there is none,
+ * at another fill ratio; if there is none either, the next nearest of all.
  */
 function nearestTwo(conditions, state, contact) {
   const [first, ...others] = byDistance(conditions, state, contact);

@@ -1,4 +1,4 @@
-"""What the explorer computes from: fingerprints of mills, their yields, spectra and temperatures, as plain values."""
+"""The data of the explorer: fingerprints of mills, their yields, spectra and temperatures, as plain values."""
 
 import hashlib
 from collections.abc import Mapping, Sequence
@@ -30,10 +30,10 @@ DIGEST = 12
 
 
 class Machine(NamedTuple):
-    """What the page says of a mill beside its fingerprints.
+    """Facts about a mill on the page, in addition to its fingerprints.
 
-    name: in addresses and files; words: what its walls do; acceleration: the largest of a wall at one turn a second, in
-    units of gravity [s2], None where it is not known; speed_unit: rpm or hz.
+    name: in addresses and files; words: the motion of its walls; acceleration: the largest of a wall at one turn per
+    second, in units of gravity [s2], None if not known; speed_unit: rpm or hz.
     """
 
     name: str
@@ -50,9 +50,9 @@ class Machine(NamedTuple):
 
 
 def explorer_content(name: str, mills: Sequence[dict], descriptors: DescriptorSet = "weighted") -> dict:
-    """Everything that the page computes from; mills: `mill_content` of each, the first is shown first.
+    """All data of the page; mills: `mill_content` of each, the first is shown first.
 
-    name: of the run; descriptors: with which a search begins.
+    name: of the run; descriptors: the set that a search begins with.
     """
     return {
         "name": name,
@@ -71,11 +71,11 @@ def mill_content(
     spectra: Spectra | None = None,
     heat: Heat | None = None,
 ) -> dict:
-    """What the page computes from for one mill.
+    """The data of the page for one mill.
 
     fingerprints: fingerprint_CONTACT.json files of the mill, with further intervals or without; request: what the user
     of the mill can set; yields: `yield` and `chemistry` of the yield model, None without measured yields; spectra,
-    heat: None where they were not calculated. Raises ConfigError for a file that is not what it should be.
+    heat: None if they were not calculated. Raises ConfigError for an invalid file.
     """
     contents = [read_content(path) for path in fingerprints]
     # Only the data of the processes and the factors are needed, without format and file name.
@@ -112,7 +112,7 @@ def mill_content(
 
 
 def _processes(content: dict, path: str | Path) -> dict[str, dict]:
-    """The processes as the page takes them: as they are or, of many conditions, by the few that tell of all."""
+    """The processes for the page: unchanged or, with many conditions, reduced to a few of them."""
     if len(content["inputs"]["fill_ratio"]) <= processes.WHOLE_MAX:
         return content["processes"]
     predictors = Fingerprint.read(path).predictors
@@ -124,7 +124,7 @@ def _processes(content: dict, path: str | Path) -> dict[str, dict]:
 
 
 def _further(content: dict, source: str) -> dict:
-    """The factors of every further origin of intervals that a fingerprint has, as far as the page needs them."""
+    """The factors of every further origin of intervals in a fingerprint, as far as the page needs them."""
     found = {}
     for origin in FURTHER:
         if origin in content:
@@ -136,7 +136,7 @@ def _further(content: dict, source: str) -> dict:
 def sliders(abouts: list[dict], request: MatchConfig) -> dict[str, list[float]]:
     """The range of every slider in SI units: the possible and the simulated values, and a margin.
 
-    Where charges of several sizes alone were simulated there is none for the ball diameter.
+    There is no slider for the ball diameter if only charges of several sizes were simulated.
     """
     asked = {
         "speed_hz": [speed / 60 for speed in request.speeds_rpm],
@@ -152,13 +152,13 @@ def sliders(abouts: list[dict], request: MatchConfig) -> dict[str, list[float]]:
         every = [*values, *simulated]
         factor = BEYOND if max(every) > min(every) * BEYOND else LONE
         found[name] = [min(every) / factor, max(every) * factor]
-    # Random packings of balls fill at most about 0.6 of a vessel.
+    # Random packings of balls fill at most about 0.6 of a vessel's volume.
     found["fill_ratio"][1] = min(found["fill_ratio"][1], 0.6)
     return found
 
 
 def _simulated(about: dict, name: str) -> list[float]:
-    """The ends of a variable's simulated range; of the ball diameter, the diameters of balls of one size."""
+    """The ends of a variable's simulated range; for the ball diameter, only balls of one size count."""
     if name != "ball_diameter_m" or not about.get("charges"):
         return about["ranges"][name]
     settings = about["settings"]

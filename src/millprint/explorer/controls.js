@@ -14,7 +14,7 @@ class Controls {
     this.sliders = {};
     this.buildContacts(mill);
     for (const [name, setting] of Object.entries(SETTINGS)) {
-      // Without balls of one size there is no diameter to set.
+      // There is no diameter to set without balls of one size.
       if (mill.reach(name)) this.buildSlider("mill-sliders", name, setting);
     }
     for (const [name, setting] of Object.entries(POWDER)) {
@@ -143,7 +143,7 @@ class Controls {
     const said = [];
     if (charge !== ONE_SIZE && about.charges?.[charge]) {
       const text = chargeInWords(explorer.fingerprint, charge, found.balls);
-      said.push(`${charge}: ${text}. Only charges that were simulated: between two of them nothing is calculated.`);
+      said.push(`${charge}: ${text}. Only simulated charges: between two of them nothing is calculated.`);
     }
     box.append(element("p", { class: "hint", id: "charge-said" }, ...said));
     box.hidden = media.length === 1 && media[0] === ONE_SIZE;

@@ -24,7 +24,7 @@ function fillOptions(choice, options) {
   );
 }
 
-/** A number with three digits, or all of a whole one. */
+/** A number with three digits, or all digits of a whole number. */
 function digits(value, count = 3) {
   if (!Number.isFinite(value)) return "–";
   const size = Math.abs(value);

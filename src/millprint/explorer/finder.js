@@ -1,9 +1,9 @@
-/* The search the other way round: conditions of the mill that is shown whose descriptors come nearest to given ones. */
+/* The inverse search: conditions of the shown mill whose descriptors come nearest to given ones. */
 
 class Finder {
   constructor(explorer) {
     this.explorer = explorer;
-    // Targets in SI, which stay when another mill is chosen, unless they are those that its page began with.
+    // Targets in SI, which stay when another mill is chosen, unless they are still the initial ones.
     this.target = {};
     this.given = false;
   }
@@ -34,7 +34,7 @@ class Finder {
     this.given = true;
   }
 
-  /** The fields of another mill, whose last search does not hold any more. */
+  /** The fields for another mill; the last search is not valid any more. */
   build() {
     const { search } = this.explorer.mill.content;
     if (!this.given) this.target = { ...Object.values(search.targets)[0] };
@@ -67,7 +67,7 @@ class Finder {
     const rows = await mill.search(target, () => new Promise((resolve) => setTimeout(resolve)));
     button.disabled = false;
     if (mill !== this.explorer.mill) return;
-    said.textContent = rows.length ? `${rows.length} conditions, the nearest first.` : "No fill ratio that can be set was simulated.";
+    said.textContent = rows.length ? `${rows.length} conditions, the nearest first.` : "None of the possible fill ratios was simulated.";
     const [row] = table.tHead.rows;
     row.querySelectorAll(".target").forEach((cell) => cell.remove());
     const titles = this.shown(target).map((name) => element("th", { scope: "col", class: "target" }, DESCRIPTORS[name].label));

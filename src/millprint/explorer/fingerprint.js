@@ -2,7 +2,7 @@
 
 // The scaled quantities from which `complete` calculates all others.
 const BASIC = ["Pn", "Pt", "f", "En_star", "Et_star", "f90"];
-// Descriptor of a condition -> the scaled quantity that it is made of; the end of a name is the unit.
+// Descriptor of a condition -> the scaled quantity that it is computed from; a name ends with its unit.
 const SCALED_BY = {
   weighted_normal_energy_J: "En_star",
   weighted_tangential_energy_J: "Et_star",
@@ -15,14 +15,14 @@ const SCALED_BY = {
 };
 // The charge of balls of one size.
 const ONE_SIZE = "";
-// The factor between a value and an end of its interval, over which the end is not known; as in Python.
+// If the factor between a value and an end of its interval is larger, the end counts as not known; as in Python.
 const WIDEST = 100;
 
 /** A Gaussian process of the logarithm of one scaled quantity (millprint.fingerprint.processes). */
 class LogProcess {
   /**
-   * content: what Process.to_dict wrote, or in place of values and errors `reduced` (millprint.fingerprint.many); inputs:
-   * logarithms of the variables, a row a condition.
+   * content: from Process.to_dict, or with `reduced` in place of values and errors (millprint.fingerprint.many); inputs:
+   * logarithms of the variables, a row for each condition.
    */
   constructor(content, inputs) {
     const parameters = content.log_parameters.map(Math.exp);
@@ -39,7 +39,7 @@ class LogProcess {
     else this.knowAll(content, inputs);
   }
 
-  /** From every condition. */
+  /** A process of every condition. */
   knowAll(content, inputs) {
     this.inputs = inputs;
     const logs = content.values.map(Math.log);
@@ -53,7 +53,7 @@ class LogProcess {
     this.left = () => 0;
   }
 
-  /** From the conditions that tell of all others: weights, and what the noise leaves of them. */
+  /** A process that is reduced to some of its conditions. */
   knowFew({ taken, corner, lower, weights, centre }) {
     this.inputs = taken;
     this.centre = centre;
@@ -124,13 +124,13 @@ class Factors {
   }
 }
 
-/** Every quantity from those of BASIC. */
+/** Every quantity from the quantities of BASIC. */
 function complete({ Pn, Pt, f, En_star, Et_star, f90 }) {
   const weighted = { En_star, Et_star, fn_star: Pn / En_star, ft_star: Pt / Et_star, f90 };
   return { Pn, Pt, f, ratio: Pt / Pn, P: Pn + Pt, En: Pn / f, Et: Pt / f, ...weighted };
 }
 
-/** What `of` gives for the scaled quantity of each descriptor and its scale in a condition. */
+/** `of` applied to the scaled quantity of each descriptor and its scale in a condition. */
 function descriptorsOf(condition, of) {
   const energy = energyScale(condition);
   const scaleOf = (name) => (name.endsWith("_J") ? energy : condition.speed_hz);
@@ -140,7 +140,7 @@ function descriptorsOf(condition, of) {
 class Fingerprint {
   /**
    * content: a fingerprint's JSON; variables: their names in order; width: of its interval, in deviations; origins: of
-   * intervals besides that of a new simulation, each null in a band where it is not known.
+   * intervals in addition to a new simulation's, each null in a band where it is not known.
    */
   constructor(content, variables, width, origins) {
     this.further = Object.fromEntries(origins.map((name) => [name, content[name] ? new Factors(content[name]) : null]));
@@ -158,15 +158,15 @@ class Fingerprint {
   }
 
   /**
-   * A condition with the mill's own density and amplitude where it gives none. `charge` names one of several ball sizes,
-   * of which ball_diameter_m is that of mean volume.
+   * A condition, with the mill's density and amplitude if it has none. `charge` names a charge of several ball sizes;
+   * ball_diameter_m is then the diameter of its ball of mean volume.
    */
   whole(condition) {
     const { density_kg_m3, amplitude_m } = this.about;
     return { density_kg_m3, amplitude_m, ...condition };
   }
 
-  /** What the processes see of a condition: logarithms and, of several kinds of balls, the place of its kind. */
+  /** The inputs of the processes for a condition: logarithms and, with several kinds of balls, the place of its kind. */
   point(condition) {
     const { kinds } = this.about;
     const place = kinds ? [kinds.indexOf(condition.charge ?? ONE_SIZE)] : [];
@@ -179,7 +179,7 @@ class Fingerprint {
     return ball_diameter_m.filter((_, i) => (charges?.[i] ?? ONE_SIZE) === charge);
   }
 
-  /** The kinds of balls to choose from: those of one size, if there are any, and each charge. */
+  /** The kinds of balls to choose from: balls of one size, if there are any, and each charge. */
   get media() {
     const charges = Object.keys(this.about.charges ?? {});
     return this.diameters(ONE_SIZE).length ? [ONE_SIZE, ...charges] : charges;
@@ -204,7 +204,7 @@ class Fingerprint {
     return found;
   }
 
-  /** The simulated range of a variable; of the ball diameter, that of balls of the same kind. */
+  /** The simulated range of a variable; for the ball diameter, of balls of the same kind. */
   range(name, charge = ONE_SIZE) {
     const own = name === "ball_diameter_m" && this.about.charges ? this.diameters(charge) : [];
     return own.length ? [Math.min(...own), Math.max(...own)] : this.about.ranges[name];
@@ -216,7 +216,7 @@ class Fingerprint {
     return complete(Object.fromEntries(BASIC.map((name) => [name, Math.exp(this.processes[name].mean(point))])));
   }
 
-  /** Scaled quantities with the band of a new simulation; that of the mean is the first of the further intervals. */
+  /** Scaled quantities with the band of a new simulation; the mean's band is the first of the further intervals. */
   scaled(condition) {
     const point = this.point(condition);
     const logs = Object.fromEntries(
@@ -313,7 +313,7 @@ function times(band, factor) {
   return through(band, (end) => end * factor);
 }
 
-/** Et / (En + Et) from Et / En, which it rises with. */
+/** Et / (En + Et) from Et / En; it rises with it. */
 function share(ratio) {
   return through(ratio, (end) => end / (1 + end));
 }

@@ -1,4 +1,4 @@
-/* Temperatures of balls, powder and jar over a milling programme, of the simulated condition nearest to the sliders. */
+/* Temperatures of balls, powder and jar over a milling programme, for the simulated condition nearest to the sliders. */
 
 const BODIES = { balls: "#c2500a", powder: "#333", jar: "#0072b2" };
 
@@ -55,7 +55,7 @@ class Heat {
     byId("heat-chart").replaceChildren(drawChart({ title: "Temperature [°C]", x: times_, label: "Time [h]", lines, level }));
     const pauses = programme.pause_min > 0 ? `pauses of ${short(programme.pause_min)} min every ${short(programme.cycle_min)} min` : "no pauses";
     byId("heat-said").textContent =
-      `${digits(found.total_W)} W, with ${pauses}; shaded is the band of ${short(100 * probability)} %, by heat transfer and shares that are not known. ` +
+      `${digits(found.total_W)} W, with ${pauses}; shaded is the band of ${short(100 * probability)} %, due to unknown heat transfer and shares. ` +
       `Until the ${body} reaches ${short(found.limit_degC)} °C without a pause: ${timeWords(found.time_to_limit_h, "h", "at once", "never")}. ` +
       `Pause after every ${short(found.milling_min)} min of milling that keeps this limit: ${timeWords(found.pause_needed_min, "min", "none", "none is long enough")}.`;
   }

@@ -1,4 +1,4 @@
-/* What the page says of the mill that is shown: title, introduction, what the search tries, and where numbers come from. */
+/* Texts on the shown mill: title, introduction, what is searched, and where numbers come from. */
 
 class Intro {
   constructor(explorer) {
@@ -16,7 +16,7 @@ class Intro {
       `The mechanical fingerprint of the run ${content.name}: set the mill and see what a collision does to the powder,`,
       level ? "what the balls dissipate, and the yield to expect." : "and what the balls dissipate.",
       `Shaded is the band in which ${probability} % of new simulations are expected${level ? `, or ${level} % of measured yields` : ""}.`,
-      "The mean of very many simulations, and what else is unknown, have intervals of their own, which are told apart and not added up.",
+      "The mean of very many simulations and other unknowns have separate intervals, which are not added up.",
     ].join(" ");
     byId("searched").textContent = this.searched();
     byId("found-balls").textContent = about.charges ? "balls [mm]" : "ball [mm]";
@@ -29,7 +29,7 @@ class Intro {
     const { unit, to } = units.of("speed");
     const speeds = search.speeds_rpm.map((speed) => to(speed / 60));
     const contacts = mill.fingerprints.map(({ about }) => about.contact);
-    const other = mills.length > 1 ? " The fields stay when another mill is chosen: take those of one mill, and find them on another." : "";
+    const other = mills.length > 1 ? " The fields stay when another mill is chosen: take the values of one mill, and search for them on another." : "";
     return (
       `Which conditions of this mill give these descriptors? Searched are speeds from ${fromTo(...speeds)} ${unit}, ` +
       `fill ratios from ${fromTo(...search.fill_ratios)}, ${search.balls_in_words} and the contact ` +
@@ -46,18 +46,18 @@ class Intro {
     const said = [
       `The page carries the fitted models of the run and computes in the browser what the library (millprint ${content.version}) computes: ` +
         `${contacts.length} fingerprint${contacts.length > 1 ? "s" : ""} of mill ${about.mill} (${contacts.join(", ")}) from ${count} ` +
-        `simulated conditions${runs}. It fetches nothing and works from a folder.`,
+        `simulated conditions${runs}. It loads nothing else and works from a folder.`,
       "Weighted energies and frequencies need no counting rule: E* is the sum of squares of the energies of all contacts over their sum, " +
         "and f* the power of a ball over E*.",
-      `Energies of a collision and the specific collision frequency go by the counting rule ${about.counting_rule}: re-contacts of a ball with the ` +
+      `Energies of a collision and the specific collision frequency use the counting rule ${about.counting_rule}: re-contacts of a ball with the ` +
         `same ball or ${about.collisions_by} of the wall within ${short(about.collision_gap_turns)} turns are one collision. The jar holds ${short(1e6 * about.volume_m3)} mL, its amplitude is ` +
         `${short(1e3 * about.amplitude_m)} mm.`,
-      ...(about.charges ? ["A charge of several ball sizes has one diameter in the scaling, d30, that of its ball of mean volume."] : []),
+      ...(about.charges ? ["A charge of several ball sizes has one diameter in the scaling, d30, the diameter of its ball of mean volume."] : []),
       ...(mill.yieldModel
-        ? ["The yield's interval is that of the yield model at the descriptors' expected values; their own uncertainty is not in it."]
+        ? ["The yield's interval is from the yield model at the descriptors' expected values; it does not include their uncertainty."]
         : []),
       "The powder to weigh in is the mass of the balls over the ball-to-powder ratio. The acceleration is the largest that a point of a " +
-        "wall or stirrer has, over 9.81 m/s²; makers of planetary mills often give that of the sun wheel alone, which is smaller.",
+        "wall or stirrer has, over 9.81 m/s²; makers of planetary mills often give only the sun wheel's, which is smaller.",
     ];
     const origins = Object.values(mill.content.origins).flatMap(({ title, meaning }) => [element("dt", {}, title), element("dd", {}, meaning)]);
     const list = mill.further.length ? [element("dl", { id: "origins" }, ...origins)] : [];

@@ -1,6 +1,6 @@
 /* Charts of steps on two logarithmic axes, as SVG. */
 
-// Decades below the highest value that are drawn: single contacts would stretch the axis.
+// Number of decades below the highest value that are drawn: single contacts would stretch the axis.
 const DECADES = 7;
 
 /**
@@ -48,7 +48,7 @@ function drawLogChart(chart) {
   return svg;
 }
 
-/** Whole powers of ten within logarithms, some six of them, with their text. */
+/** About six whole powers of ten within a range of logarithms, with their text. */
 function decades([low, high]) {
   const every = Math.max(1, Math.ceil((high - low) / 6));
   const found = [];
@@ -58,7 +58,7 @@ function decades([low, high]) {
   return found;
 }
 
-/** A path along the tops of neighbouring steps; it begins anew after a gap. */
+/** A path along the tops of neighbouring steps; it starts again after a gap. */
 function stepPath(steps, x, y) {
   return steps
     .map((step, i) => {
@@ -68,7 +68,7 @@ function stepPath(steps, x, y) {
     .join("");
 }
 
-/** What a chart says, for those who do not see it. */
+/** The description of a chart for screen readers. */
 function describeLogChart(chart) {
   const said = chart.lines.map((line) => {
     const top = line.steps.reduce((best, step) => (step.value > (best?.value ?? 0) ? step : best), null);

@@ -32,30 +32,30 @@ function methodsText(explorer, found) {
     `All balls dissipate ${band("power_W")}, of which ${band("tangential_share")} by shear.`,
     ...mill.further.map((origin) => furtherWords(explorer, found, origin)),
     `With ${digits(found.powder_g)} g of powder (ball-to-powder mass ratio ${short(Number(state.bpr.toPrecision(3)))}) for ${short(state.time_h)} h, the specific energy is at most ${units.text("dose", found.dose_J_kg.value)}.`,
-    ...(found.outside.length ? [`Outside of what was simulated: ${listed(found.outside.map(nameOf))}.`] : []),
+    ...(found.outside.length ? [`Outside the simulated range: ${listed(found.outside.map(nameOf))}.`] : []),
     `(Run ${content.name}; fingerprint file with SHA-256 ${mill.content.fingerprints[explorer.contact].digest}….)`,
   ];
   return said.join(" ");
 }
 
-/** Coefficients at the wall, where they are its own. */
+/** Coefficients at the wall, if they differ. */
 function wallWords(about) {
   const own = { wall_restitution: "restitution", wall_static_friction: "static friction" };
   const words = Object.entries(own).filter(([key]) => key in about).map(([key, name]) => `${name} ${short(about[key])}`);
   return words.length ? ` (at the wall: ${words.join(", ")})` : "";
 }
 
-/** The interval of the power by an origin besides a new simulation. */
+/** The interval of the power by an origin other than a new simulation. */
 function furtherWords({ mill, fingerprint, state }, found, origin) {
   const { title } = mill.content.origins[origin];
   const interval = found.power_W.further[origin];
   if (origin === "mean") {
     return Number.isNaN(interval.lower)
       ? "The mean power of very many simulations is not known."
-      : `The mean power of very many simulations lies between ${digits(interval.lower)} and ${digits(interval.upper)} W.`;
+      : `The mean power of very many simulations is between ${digits(interval.lower)} and ${digits(interval.upper)} W.`;
   }
   return interval
-    ? `By ${title} alone the power lies between ${digits(interval.lower)} and ${digits(interval.upper)} W.`
+    ? `By ${title} only, the power is between ${digits(interval.lower)} and ${digits(interval.upper)} W.`
     : `The interval by ${title} is not known (${fingerprint.missing(origin, state.fill_ratio)}).`;
 }
 

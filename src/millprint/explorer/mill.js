@@ -1,19 +1,19 @@
-/* One mill of the page: its fingerprints and yields, and what they answer for a state. */
+/* One mill of the page: its fingerprints and yields, and their results for a state. */
 
-/* What can be set of a mill: a kind of unit that can be chosen, or unit, factor from SI and step of the slider. */
+/* The settings of a mill: a kind of unit that can be chosen, or unit, factor from SI and step of the slider. */
 const SETTINGS = {
   speed_hz: { label: "Speed", kind: "speed" },
   fill_ratio: { label: "Fill ratio", unit: "", factor: 1, step: 0.005 },
   ball_diameter_m: { label: "Ball diameter", unit: "mm", factor: 1e3, step: 0.1 },
   density_kg_m3: { label: "Ball density", unit: "kg/m³", factor: 1, step: 50 },
 };
-/* Of powder and time. Only a yield model knows the molar ratio. */
+/* The settings of powder and time. Only a yield model uses the molar ratio. */
 const POWDER = {
   bpr: { label: "Ball-to-powder mass ratio", unit: "", factor: 1, step: 1 },
   molar_ratio: { label: "MgH₂ to borate", unit: "mol/mol", factor: 1, step: 0.1 },
   time_h: { label: "Milling time", unit: "h", factor: 1, step: 0.5 },
 };
-/* Where no yield was measured: range of the slider and first value. */
+/* Without measured yields: range of the slider and first value. */
 const WITHOUT_YIELD = { bpr: [1, 10, 100], time_h: [0.5, 5, 50] };
 const SECONDS_PER_HOUR = 3600;
 
@@ -26,7 +26,7 @@ class Mill {
     this.powder = content.yield ? content.chemistry : WITHOUT_YIELD;
   }
 
-  /** Its fingerprints, a contact set each; they are factored when the mill is first shown. */
+  /** Its fingerprints, one for each contact set; they are factored when the mill is first shown. */
   get fingerprints() {
     this.models ??= this.content.fingerprints.map(
       (stored, i) => new Fingerprint(stored, this.variables, this.content.widths[i], this.further),
@@ -38,7 +38,7 @@ class Mill {
     return this.content.name;
   }
 
-  /** Origins of intervals besides a new simulation, of which the run knows something: the mean is the first. */
+  /** Origins of intervals that the run has, in addition to a new simulation: the mean is the first. */
   get further() {
     return Object.keys(this.content.origins).filter((origin) => origin !== "scatter");
   }
@@ -51,7 +51,7 @@ class Mill {
     return [Math.max(low - beyond, POWDER[name].step), high + beyond];
   }
 
-  /** A condition in the midst of what was simulated and trained. */
+  /** A condition in the middle of the simulated and trained ranges. */
   firstState(fingerprint) {
     const { about } = fingerprint;
     const middle = (name, { factor, step }) => {
@@ -69,7 +69,7 @@ class Mill {
     };
   }
 
-  /** Everything that the page says of a condition. */
+  /** All results of the page for a condition. */
   answer(state, fingerprint) {
     const condition = Object.fromEntries(["charge", ...Object.keys(SETTINGS)].map((name) => [name, state[name]]));
     const prediction = fingerprint.predict(condition);
@@ -85,7 +85,7 @@ class Mill {
     return { ...found, yield_percent: this.yieldModel.predict(conditions) };
   }
 
-  /** The range in SI that a setting was simulated or trained in; null for one without any. */
+  /** The range in SI in which a setting was simulated or trained; null if there is none. */
   known(name, fingerprint, charge) {
     if (name in SETTINGS) return fingerprint.range(name, charge);
     if (!this.yieldModel) return null;
@@ -106,7 +106,7 @@ class Mill {
   }
 }
 
-/** Specific energies [J/kg] and collisions a gram [1/g] of the powder [g] that is milled for state.time_h. */
+/** Specific energies [J/kg] and collisions per gram [1/g] of the powder [g] after milling for state.time_h. */
 function doses(prediction, state, powder_g) {
   const time_s = state.time_h * SECONDS_PER_HOUR;
   const perMass = (1e3 * time_s) / powder_g;

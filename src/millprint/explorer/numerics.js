@@ -72,7 +72,7 @@ function normalCdf(x) {
   return x > 0 ? 1 - tail : tail;
 }
 
-/** The nearest whole number, the even one of two that are equally near, as Python rounds. */
+/** The nearest whole number; of two equally near numbers the even one, as in Python. */
 function roundHalfEven(x) {
   const floor = Math.floor(x);
   if (x - floor !== 0.5) return Math.round(x);

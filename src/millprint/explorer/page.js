@@ -37,7 +37,7 @@ class Explorer {
     return this.mill.search(target, breathe);
   }
 
-  /** Everything of a mill at its first state. */
+  /** Show a mill in its first state. */
   setMill(mill) {
     this.mill = mill;
     this.contact = 0;
@@ -83,7 +83,7 @@ class Explorer {
     this.keeper.readAddress();
   }
 
-  /** What depends on the mill and the units, but not on its settings. */
+  /** Draw what depends on the mill and the units, but not on the settings. */
   build() {
     this.controls.build();
     this.finder.build();
@@ -96,7 +96,7 @@ class Explorer {
     this.render();
   }
 
-  /** Another contact set, with its own density unless the user has set one. */
+  /** Another contact set, with its density unless the user has set a density. */
   choose(index) {
     this.useContact(index);
     this.render();
@@ -110,13 +110,13 @@ class Explorer {
     this.take(media.includes(this.state.charge) ? this.state.charge : media[0]);
   }
 
-  /** Other balls: of one size with the diameter that was set last, or a charge with that of its ball of mean volume. */
+  /** Other balls: of one size with the diameter that was set last, or a charge with its mean-volume diameter. */
   take(charge) {
     if (this.state.charge === ONE_SIZE) this.diameter = this.state.ball_diameter_m;
     const one = this.diameter ?? this.fingerprint.range("ball_diameter_m")[1];
     this.state.charge = charge;
     this.state.ball_diameter_m = charge === ONE_SIZE ? one : this.fingerprint.chosen(charge).ball_diameter_m;
-    // There is nothing between two charges, so that nothing changes with the diameter of one.
+    // Nothing is known between two charges, so the diameter of a charge cannot be changed.
     if (charge !== ONE_SIZE && this.axis === "ball_diameter_m") this.axis = "fill_ratio";
   }
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from millprint.run.pages import embed_files, embed_json, render_page
 
 FOLDER = Path(__file__).parent
-# In the order in which they need each other.
+# In the order of their dependencies.
 SCRIPTS = (
     *("numerics.js", "fingerprint.js", "yields.js", "search.js", "units.js", "mill.js", "conditions.js"),
     *("elements.js", "charts.js", "logcharts.js", "controls.js", "results.js", "finder.js", "spectra.js", "heat.js"),

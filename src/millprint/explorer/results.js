@@ -1,4 +1,4 @@
-/* The numbers of the condition that is set, and how they change with one setting. */
+/* The numbers of the chosen condition, and how they change with one setting. */
 
 const NORMAL = "#0072b2";
 const TANGENTIAL = "#c2500a";
@@ -111,7 +111,7 @@ class Results {
     const said = [];
     if (found.outside.length) {
       const names = found.outside.map(nameOf).join(", ");
-      said.push(`Not simulated: ${names}. The scaling laws carry the numbers on, with a wider interval.`);
+      said.push(`Not simulated: ${names}. The scaling laws extrapolate, with a wider interval.`);
     }
     const outside = found.yield_percent?.outside ?? [];
     if (outside.length) {
@@ -121,7 +121,7 @@ class Results {
     return said;
   }
 
-  /** A band whose ends are those of the interval that charts show; NaN where it is not known. */
+  /** A band with the ends of the interval that the charts show; NaN where it is not known. */
   shade(band) {
     const { shaded } = this.explorer;
     if (shaded === "scatter") return band;

@@ -57,7 +57,7 @@ function refine(residualsAt, start, bounds) {
   return place.map(Math.exp);
 }
 
-/** The damped Gauss-Newton step of two variables, of which some are held. */
+/** The damped Gauss-Newton step of two variables, some of which are held. */
 function solvePair(slopes, gradient, free, damping) {
   const [a, d] = slopes.map((slope) => dot(slope, slope) * (1 + damping) + 1e-12);
   const b = free[0] && free[1] ? dot(slopes[0], slopes[1]) : 0;
@@ -95,7 +95,7 @@ async function rankConditions(target, fingerprints, allowed, weights, best, grid
   return distinct(rows.sort((one, other) => one.distance - other.distance)).slice(0, best);
 }
 
-/** Without the rows that two starts of the search have led to alike. */
+/** The rows without duplicates from different starts of the search. */
 function distinct(rows) {
   const seen = new Set();
   return rows.filter(({ fingerprint, condition }) => {

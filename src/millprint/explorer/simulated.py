@@ -16,7 +16,7 @@ EXPLORED = ("fingerprint", "spectra", "summary", "temperatures", "limits")
 
 
 class Settings(TypedDict):
-    """What the tables of a run were made with: bins, the rule to show, the heat balance, and the descriptors."""
+    """Settings that the tables of a run were made with: bins, the rule to show, heat balance and descriptors."""
 
     spectra: SpectraConfig
     rule: str
@@ -25,9 +25,9 @@ class Settings(TypedDict):
 
 
 def simulated_content(mill: dict, files: dict[str, str], settings: Settings) -> dict:
-    """What the page computes from for a mill, whose search covers what was simulated.
+    """The data of the page for a mill; the search covers everything that was simulated.
 
-    mill: its section as plain values; files: those of EXPLORED, by their names.
+    mill: its section as plain values; files: the files of EXPLORED by name.
     """
     request = simulated_request(Fingerprint.read(files["fingerprint"]), settings["descriptors"])
     return mill_content(

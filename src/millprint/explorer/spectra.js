@@ -4,15 +4,15 @@ const CHANNELS = { normal: "normal", tangential: "tangential" };
 const PAIRS = { ball_ball: "ball on ball", ball_wall: "ball on wall", both: "both" };
 const FIRST = "#0072b2";
 const SECOND = "#c2500a";
-/* What is shown over the energy: per bin, or the share above an energy. */
+/* The quantities over the energy: per bin, or the share above an energy. */
 const SHOWN = {
-  bins: { label: "collisions a second and power of each bin", titles: { collisions_hz: "Collisions per bin [1/s]", power_W: "Power per bin [W]" } },
+  bins: { label: "collisions per second and power of each bin", titles: { collisions_hz: "Collisions per bin [1/s]", power_W: "Power per bin [W]" } },
   above: { label: "share above an energy", titles: { collisions_hz: "Collisions above [-]", power_W: "Power above [-]" } },
 };
 // The value of a choice that follows the sliders.
 const NEAREST = "";
 
-/** The steps of a spectrum: its bins but the open ones, with what is in each, or the share that is in it and above. */
+/** The steps of a spectrum: its bins except the open ones, with their content, or the share in the bin and above. */
 function spectrumSteps(bins, quantity, edges, isShare) {
   const values = bins[quantity];
   const total = values.reduce((sum, value) => sum + value, 0);
@@ -41,7 +41,7 @@ class Spectra {
     });
   }
 
-  /** The two conditions: those that were chosen, or those that follow the sliders. */
+  /** The two conditions: chosen ones, or conditions that follow the sliders. */
   pair() {
     const { mill, state, contact } = this.explorer;
     const own = this.all.filter((each) => each.mill === mill);
@@ -81,7 +81,7 @@ class Spectra {
     const named = pair.map((each, k) => each && { each, colour: [FIRST, SECOND][k], words: this.words(each) }).filter(Boolean);
     byId("spectra-key").replaceChildren(
       ...named.map(({ colour, words }) => element("li", {}, element("span", { style: `background: ${colour}` }), words)),
-      element("li", {}, "solid: ball on ball; dashed: ball on wall; upright: above it falls half of the power"),
+      element("li", {}, "solid: ball on ball; dashed: ball on wall; vertical: half of the power is above this energy"),
     );
     byId("spectra-charts").replaceChildren(...this.charts(named));
     this.renderTable(named);

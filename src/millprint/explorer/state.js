@@ -24,15 +24,15 @@ function stateOf(explorer) {
 }
 
 /**
- * Take a state over, as far as the page knows what it names. Returns what could not be taken, in words; nothing is taken
- * over of a mill that the page does not hold.
+ * Apply a state, as far as the page knows its names. Returns what could not be applied, in words; nothing is applied for
+ * a mill that the page does not have.
  */
 function takeState(explorer, given) {
   const told = [];
   const mill = explorer.mills.find((each) => each.name === given.mill);
   if (!mill) return [`mill = ${given.mill ?? "none"}: this page has ${listed(explorer.mills.map((each) => each.name))}`];
   explorer.useMill(mill);
-  /** Call `take` with a named value; a value that `isKnown` refuses is told. */
+  /** Call `take` with a named value; a value that `isKnown` refuses is reported. */
   const each = (key, isKnown, take) => {
     if (!(key in given)) return;
     if (isKnown(given[key])) take(given[key]);
@@ -46,7 +46,7 @@ function takeState(explorer, given) {
     if (!(name in given) || !(name in explorer.state) || (name === "ball_diameter_m" && explorer.state.charge !== ONE_SIZE)) continue;
     const value = Number(given[name]);
     if (given[name] === "" || !(value > 0) || !Number.isFinite(value)) {
-      told.push(`${name} = ${given[name]} is no number above 0`);
+      told.push(`${name} = ${given[name]} is not a number above 0`);
       continue;
     }
     const [low, high] = mill.reach(name);
@@ -88,7 +88,7 @@ class Keeper {
     addEventListener("hashchange", () => this.readAddress());
   }
 
-  /** The state as it stands behind the # of the address. */
+  /** The state in the form that follows the # of the address. */
   get fragment() {
     const filled = Object.entries(stateOf(this.explorer)).filter(([, value]) => value !== "");
     return new URLSearchParams([["v", VERSION], ...filled]).toString();
@@ -100,7 +100,7 @@ class Keeper {
     this.timer = setTimeout(() => this.write(), PAUSE_MS);
   }
 
-  /** Replace the address; the history of the browser gets no further entry. */
+  /** Replace the address without a new entry in the history of the browser. */
   write() {
     clearTimeout(this.timer);
     const { fragment } = this;
@@ -108,7 +108,7 @@ class Keeper {
     try {
       history.replaceState(null, "", `#${fragment}`);
     } catch {
-      // A page in a frame may have no address of its own; the file still keeps the state.
+      // A page in a frame may not have its own address; the file still keeps the state.
     }
   }
 
@@ -141,7 +141,7 @@ class Keeper {
     try {
       content = JSON.parse(text);
     } catch {
-      // Told below.
+      // Reported below.
     }
     if (content?.format !== FORMAT || typeof content.state !== "object" || !content.state) {
       byId("told").textContent = `The file is not a state of this page: its format must be "${FORMAT}".`;
@@ -151,7 +151,7 @@ class Keeper {
     this.write();
   }
 
-  /** Take a state over and say in one line what could not be taken. */
+  /** Apply a state and say in one line what could not be applied. */
   show(version, given, source) {
     const { explorer } = this;
     const told = String(version) === String(VERSION)

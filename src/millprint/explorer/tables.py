@@ -18,7 +18,7 @@ from millprint.fingerprint.condition import VARIABLES
 from millprint.fingerprint.descriptors import CHARGE, CONDITION, CONDITION_TEXT, NOTHING
 from millprint.run.files import read_table
 
-# Digits of what the page shows of a spectrum, and decimals of a temperature [degC].
+# Digits of a spectrum on the page, and decimals of a temperature [degC].
 DIGITS, DECIMALS = 8, 2
 SHOWN = ("collisions_hz", "power_W", "mean_J", "median_J", "half_power_J")
 OF_LIMIT = ("total_W", "limit_degC", "over_limit_share", "milling_min")
@@ -42,12 +42,12 @@ class Heat(NamedTuple):
 
 
 def _number(value: float, digits: int = DIGITS) -> float | None:
-    """A number of a few digits; None where there is none."""
+    """A number with a few digits; None if it is not finite."""
     return float(f"{value:.{digits}g}") if np.isfinite(value) else None
 
 
 def condition_words(contact: str, ball_diameter_mm: float, fill_ratio: float, charge: str = ONE_SIZE) -> str:
-    """A simulated condition in words, without its speed, whose unit is chosen on the page."""
+    """A simulated condition in words, without the speed, because its unit is chosen on the page."""
     return f"{contact}, {balls_in_words(round(ball_diameter_mm, 3), charge)}, fill {fill_ratio:g}"
 
 
@@ -77,8 +77,8 @@ def _condition(row: dict) -> dict:
 def spectra_content(spectra: Spectra) -> dict:
     """Bins and spectra of every condition whose contacts were recorded; the spectra of `rule`, from their first bin.
 
-    The place of a bin is 0 below the lowest edge, and one more for each edge. Raises ConfigError for a table whose bins
-    are not those of `settings`.
+    The place of a bin is 0 below the lowest edge, and one more for each edge. Raises ConfigError for a table with other
+    bins than in `settings`.
     """
     edges = bin_edges(spectra.settings)
     found: list[dict] = []
@@ -103,7 +103,7 @@ def spectra_content(spectra: Spectra) -> dict:
 
 
 def _bins(rows: pd.DataFrame | None, edges: np.ndarray, path: str | Path) -> dict:
-    """The bins of one spectrum: place of the first, collisions a second and power [W] of each."""
+    """The bins of one spectrum: place of the first, collisions per second and power [W] of each."""
     if rows is None or not len(rows):
         return {"first": 0, "collisions_hz": [], "power_W": []}
     low = rows["energy_low_J"].to_numpy(float)
@@ -116,7 +116,7 @@ def _bins(rows: pd.DataFrame | None, edges: np.ndarray, path: str | Path) -> dic
 
 
 def heat_content(heat: Heat) -> dict:
-    """Temperatures of every condition over the programme, each with its band, and what its limit asks for."""
+    """Temperatures of every condition over the programme, each with its band, and the pauses that its limit needs."""
     temperatures = read_table(heat.temperatures, text=["condition", "body"])
     limits = read_table(heat.limits, text=["condition", "contact", "limit_body"])
     grouped = dict(list(temperatures.groupby(["condition", "body"], sort=False)))

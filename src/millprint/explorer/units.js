@@ -1,7 +1,7 @@
-/* Units that the user can choose. Inside, everything is in SI. */
+/* Units that the user can choose. Internally, everything is in SI. */
 
 /* For each kind of quantity: its units with their factors from SI. The acceleration of a wall, in units of gravity, grows
-   with the square of the speed, so it is no factor. */
+   with the square of the speed, so it is not a factor. */
 const UNITS = {
   energy: { label: "energy of a collision", factors: { "µJ": 1e6, mJ: 1e3, J: 1 } },
   frequency: { label: "collisions", factors: { "1/s": 1, "1/min": 60 } },
@@ -12,7 +12,7 @@ const UNITS = {
 const SPEED_STEPS = { rpm: 5, Hz: 0.05, g: 0.05 };
 
 class Units {
-  /** acceleration: of the fastest wall at one turn a second, in units of gravity; null where it is not known. */
+  /** acceleration: of the fastest wall at one turn per second, in units of gravity; null if not known. */
   constructor(chosen, acceleration) {
     this.chosen = chosen;
     this.acceleration = acceleration;
@@ -23,7 +23,7 @@ class Units {
     return Object.keys(UNITS[kind].factors).filter((unit) => unit !== "g" || this.acceleration > 0);
   }
 
-  /** The unit of a kind, and how to get to it from SI and back. A unit that this mill lacks gives the first one. */
+  /** The unit of a kind, and its conversion from SI and back. A unit that this mill lacks gives the first unit. */
   of(kind) {
     const names = this.names(kind);
     const unit = names.includes(this.chosen[kind]) ? this.chosen[kind] : names[0];
@@ -42,5 +42,5 @@ class Units {
   }
 }
 
-/** The unit of a fixed factor, in the form of `Units.of`. */
+/** A unit with a fixed factor, in the form of `Units.of`. */
 const fixedUnit = (unit, factor) => ({ unit, to: (value) => value * factor, from: (shown) => shown / factor });

@@ -81,7 +81,7 @@ class YieldModel {
     this.members = content.members.map((stored) => new Member(stored, content));
   }
 
-  /** What the model sees of a run: conditions, power of one ball [mW] and tangential share. */
+  /** The inputs of the model for a run: conditions, power of one ball [mW] and tangential share. */
   inputs(conditions) {
     const both = conditions.normal_energy_uJ + conditions.tangential_energy_uJ;
     const derived = {
@@ -103,7 +103,7 @@ class YieldModel {
     return 100 * Math.min(Math.max((low + high) / 2, 0), 1);
   }
 
-  /** Mean yield and the central interval of a measurement [%], and what lies outside the trained range. */
+  /** Mean yield and the central interval of a measurement [%], and what is outside the trained range. */
   predict(conditions) {
     const inputs = this.inputs(conditions);
     const latent = this.members.map((member) => member.latent(inputs));

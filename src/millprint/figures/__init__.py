@@ -1,1 +1,1 @@
-"""Figures, a module for each chapter. They draw tables and arrays and compute nothing."""
+"""Figures, a module for each topic. They draw tables and arrays and compute nothing."""

@@ -16,7 +16,7 @@ from millprint.run.files import whole_file
 from millprint.run.progress import progress
 from millprint.view.frames import Frame, Movie, Panel, Picture
 
-# A compromise of sharp text and a file of a few megabytes.
+# A compromise between sharp text and a file of a few megabytes.
 DPI = 150
 SPEEDS = plt.get_cmap("plasma", 32)
 WALL_DARK, WALL_LIGHT = 0.74, 0.95
@@ -34,7 +34,7 @@ class _View:
         (self._path,) = axes.plot(*panel.path_mm.T, color=INK, linewidth=0.5, linestyle=(0, (3, 3)))
         self._wall = PolyCollection([], linewidths=0.3)
         self._outline = LineCollection([], colors=INK, linewidths=0.7)
-        # A ball and its glint follow each other, so that a nearer ball covers both.
+        # Each ball is followed by its highlight, so that a nearer ball covers both.
         size = np.zeros(2 * balls)
         self._balls = EllipseCollection(
             size, size, np.zeros(2 * balls), units="xy", offsets=np.zeros((2 * balls, 2)), transOffset=axes.transData
@@ -56,7 +56,7 @@ class _View:
         self._wall.set(verts=picture.wall_mm, facecolor=shades, edgecolor=shades)
         self._outline.set(segments=picture.outline_mm)
         self._inserts.set(segments=picture.insert_mm)
-        # In another frame another ball may be the nearest.
+        # The order from back to front changes from frame to frame.
         size = np.outer(picture.radius_mm, [2.0, 0.7]).ravel()
         self._balls.set(widths=size, heights=size)
         glint = picture.centre_mm + np.outer(picture.radius_mm, [-0.35, 0.35])
@@ -69,7 +69,7 @@ class _View:
 
 
 class Animation:
-    """A figure with a panel for each view to one scale, of which only balls, jar and clock are redrawn."""
+    """A figure with a panel for each view, all to one scale; only balls, jar and clock are redrawn."""
 
     def __init__(self, movie: Movie) -> None:
         self._movie = movie
@@ -77,7 +77,7 @@ class Animation:
         room = (self._width - RIGHT) / movie.columns - LEFT
         sizes = [panel.limits_mm[1] - panel.limits_mm[0] for panel in movie.panels]
         scale = room / max(size[0] for size in sizes)
-        # Panels of a row are of one view, and so of one height.
+        # The panels of a row show the same view, so they have the same height.
         rows = [scale * size[1] for size in sizes[:: movie.columns]]
         height = TOP + BOTTOM + BETWEEN * (len(rows) - 1) + sum(rows)
         self.figure = plt.figure(figsize=(self._width, height), dpi=DPI, layout="none")
@@ -129,14 +129,14 @@ class Animation:
 
 
 def _glint(colours: np.ndarray) -> np.ndarray:
-    """Colours (n, 4) with more light on them."""
+    """Lighter versions of colours (n, 4)."""
     return 1 - 0.55 * (1 - colours)
 
 
 def _palette() -> Image.Image:
     """The colours that are drawn and their blends with the ink, the same for every frame so that nothing flickers."""
     ink, balls = np.array([*to_rgb(INK), 1]), SPEEDS(np.arange(SPEEDS.N))
-    # Not closer: Pillow looks colours up on a lattice of four levels and would take paper for a light grey.
+    # Not closer: Pillow finds colours on a grid of four levels and would use a light grey for the paper.
     greys = np.repeat(np.linspace(0, 1, 33)[:, None], 4, axis=1)
     darker = [(share * balls + (1 - share) * ink) for share in (0.75, 0.5, 0.25)]
     colours = np.concatenate([greys, balls, _glint(balls), *darker])
@@ -146,9 +146,9 @@ def _palette() -> Image.Image:
 
 
 def save_animation(movie: Movie, *paths: str | Path) -> None:
-    """Draw a movie into files: GIF, or PNG (which browsers play too), by the name's end.
+    """Draw a movie into files, GIF or PNG (which browsers also play), by the ending of the name.
 
-    Raises ConfigError for another end.
+    Raises ConfigError for another ending.
     """
     for path in paths:
         if Path(path).suffix not in (".gif", ".png"):

@@ -1,4 +1,4 @@
-"""The milling card on one page: what was set, the fingerprint, spectra, temperatures, dose, wear and the methods."""
+"""The milling card on one page: settings, fingerprint, spectra, temperatures, dose, wear and methods."""
 
 import textwrap
 
@@ -18,7 +18,7 @@ from millprint.figures.style import COLOURS, legend_below, plt
 from millprint.fingerprint.bands import FURTHER, MEAN, SCATTER
 from millprint.view.mill_picture import MillPicture
 
-# Letters of a line: of the settings, and over the whole page.
+# Characters per line: of the settings, and over the whole page.
 SETTING_LINE, PAGE_LINE = 62, 150
 SMALL = 6.5
 DECADES = 6
@@ -34,7 +34,7 @@ def _write(axis: Axes, lines: list[str]) -> None:
 
 
 def _settings(card: MillingCard) -> list[str]:
-    """What was set, and where the contact set comes from."""
+    """The settings, and the source of the contact set."""
     rows = settings_of(card)
     rows += [(name, text) for name in ("atmosphere", "authors", "reference", "note") if (text := getattr(card, name))]
     rows += [("contact set from", card.contact_set.source)]
@@ -84,7 +84,7 @@ def _draw_spectra(axis: Axes, spectra: list[Spectrum], channel: str) -> None:
 
 
 def _draw_heat(axis: Axes, card: MillingCard) -> None:
-    """Temperatures over the programme; without one, those after long milling."""
+    """Temperatures over the programme or, without a programme, after long milling."""
     if card.heat is None:
         axis.axis("off")
         return
@@ -108,7 +108,7 @@ def _draw_heat(axis: Axes, card: MillingCard) -> None:
 
 
 def _consequences(card: MillingCard) -> list[str]:
-    """Temperatures, wear and what is not known, a line each."""
+    """Lines on temperatures, wear and what is not known."""
     lines = []
     if heat := card.heat:
         limit = heat.time_to_limit_h.median
@@ -139,7 +139,7 @@ def _consequences(card: MillingCard) -> list[str]:
 
 
 def plot_card(card: MillingCard, picture: MillPicture) -> Figure:
-    """The card on one page (A4). picture: of the mill."""
+    """The card on one A4 page. picture: of the mill."""
     figure = plt.figure(figsize=SHEET_IN)
     figure.suptitle(f"Milling card: {card.title}", fontsize=12)
     heights = [1.05, 1.0, 0.95, 0.95]

@@ -15,7 +15,7 @@ WALL = "#d8d8d8"
 
 
 def _outline(vessel: Vessel, axis: str) -> np.ndarray:
-    """The outline (k, 2) of the hollow across its axis [m], x to the right and z up: that of an end."""
+    """The outline (k, 2) of the drum's cross-section [m], x to the right and z up, from one of its ends."""
     across = "xyz".index(axis)
     end = max((facet for facet in vessel.facets if abs(facet.normal[across]) > 0.99), key=lambda facet: facet.area)
     return end.loops[0][:, [0, 2]]

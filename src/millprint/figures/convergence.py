@@ -1,4 +1,4 @@
-"""Figures of the convergence study. They draw tables and compute nothing but guides to the eye."""
+"""Figures of the convergence study. They draw tables, and compute only guides to the eye."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -49,7 +49,7 @@ def _plot_closure(axis: Axes, table: pd.DataFrame, choice: dict) -> None:
 
 
 def _errorbar(axis: Axes, x: pd.Series, line: pd.DataFrame, name: str, **look: Any) -> None:
-    """The deviation of a quantity from that of the reference, with its standard error."""
+    """The deviation of a quantity from the reference, with its standard error."""
     deviation, error = line[f"{name}_deviation_percent"], line[f"{name}_deviation_se_percent"]
     axis.errorbar(x, deviation, yerr=error, capsize=2, **look)
 
@@ -58,7 +58,7 @@ def _plot_deviation(axis: Axes, table: pd.DataFrame, name: str, tolerance: float
     axis.axhspan(-tolerance, tolerance, color="0.9", linewidth=0)
     axis.axhline(0, color="0.6", linewidth=0.8)
     for index, line in _series(table):
-        # Side by side, so that bars of two series at one step can be told apart.
+        # Side by side, to distinguish bars of two series at the same step.
         steps = MICROSECONDS * line["time_step_s"] * (1 + 0.04 * index)
         _errorbar(axis, steps, line, name, marker=MARKERS[index % 4], color=COLOURS[index])
     axis.set_ylabel(f"change of {DEVIATIONS[name]}")
@@ -112,7 +112,7 @@ def plot_modulus(table: pd.DataFrame) -> Figure:
     """Fig. 3.4: mean power with two standard deviations between revolutions, and run time, against Young's modulus.
 
     table: young_modulus_gpa, power_W, power_two_sigma_W, processor_s and deviations of the modulus sweep, stiffest
-    first. The band is that of the stiffest ball; below, what becomes of the descriptors, with one standard error.
+    first. The band is for the stiffest ball; below, changes of the descriptors with one standard error.
     """
     figure, (power, deviation) = plt.subplots(2, 1, figsize=(COLUMN_WIDTH_IN, 4.4), sharex=True)
     _plot_power(power, table)

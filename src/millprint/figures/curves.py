@@ -1,4 +1,4 @@
-"""A master curve in its band."""
+"""Draws a master curve in its band."""
 
 import pandas as pd
 from matplotlib.axes import Axes

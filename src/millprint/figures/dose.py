@@ -1,4 +1,4 @@
-"""Figures of what the powder has been through. They draw tables and compute nothing."""
+"""Figures of wear. They draw tables and compute nothing."""
 
 import matplotlib.pyplot as plt
 import pandas as pd
@@ -11,9 +11,9 @@ ROLES = {"fitted": COLOURS[0], "held back": COLOURS[1]}
 
 
 def _bars_of_weighings(wear: pd.DataFrame) -> list[pd.Series]:
-    """Lengths of the bars below and above the wear over powder [%] that span the coefficients of the single weighings.
+    """Lengths of the bars below and above the wear over powder [%] that span the coefficients of single weighings.
 
-    The coefficient may be that of the largest or smallest weighing, but for rounding: no bar is shorter than 0.
+    The coefficient may equal that of the largest or smallest weighing up to rounding, so bars are cut off at 0.
     """
     value = wear["powder_percent"]
     ends = value - wear["seen_lower_powder_percent"], wear["seen_upper_powder_percent"] - value
@@ -23,7 +23,7 @@ def _bars_of_weighings(wear: pd.DataFrame) -> list[pd.Series]:
 def plot_wear(weighings: pd.DataFrame, wear: pd.DataFrame, material: str, verdict: str) -> Figure:
     """Measured and predicted wear of the weighings, and wear against the fill ratio for every mill, ball and speed.
 
-    weighings: of fit_wear; wear: of predict_wear, of which the rows of `material` and of the first charge are drawn;
+    weighings: as from fit_wear; wear: as from predict_wear; only rows of `material` and the first charge are drawn;
     verdict: written over the figure.
     """
     figure, (left, right) = plt.subplots(1, 2, figsize=(PAGE_WIDTH_IN, 3.2))
@@ -77,10 +77,10 @@ def plot_wear(weighings: pd.DataFrame, wear: pd.DataFrame, material: str, verdic
 
 
 def plot_mill_wear(wear: pd.DataFrame, material: str) -> Figure:
-    """Wear over powder at every simulated condition of several mills: a line a mill, a marker a ball and speed.
+    """Wear over powder at every simulated condition of several mills: a line per mill, a marker per ball and speed.
 
-    wear: of predict_wear, of which the rows of `material` and of the first charge are drawn; bars span the coefficients
-    of the single weighings.
+    wear: as from predict_wear; only rows of `material` and the first charge are drawn; bars span the coefficients of
+    single weighings.
     """
     shown = wear[wear["material"] == material]
     first = shown.iloc[0]
@@ -89,7 +89,7 @@ def plot_mill_wear(wear: pd.DataFrame, material: str) -> Figure:
     figure, axis = plt.subplots(figsize=(PAGE_WIDTH_IN, 0.9 + 0.45 * len(mills)))
     for place, mill in enumerate(mills):
         own = shown[shown["mill"] == mill].sort_values("powder_percent")
-        # Side by side, so that bars can be told apart.
+        # Side by side, to distinguish the bars.
         heights = place + (pd.Series(range(len(own))) - (len(own) - 1) / 2) * 0.7 / max(len(own), 1)
         value = own["powder_percent"]
         axis.errorbar(

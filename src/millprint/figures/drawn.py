@@ -1,4 +1,4 @@
-"""The points that a figure shows, as a table: for figures that are not drawn from a table of their own."""
+"""The points of a figure as a table, for figures that are not drawn from one table."""
 
 from collections.abc import Iterator
 
@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 
 # panel: number of the axes, from 1; kind: what is drawn; label: its name in the legend; part: number of the line or
-# outline, from 1 in each panel; x and y: in the units of the axes; value: what its colour shows, if that is a number.
+# outline, from 1 in each panel; x and y: in the units of the axes; value: the number shown by its colour, if any.
 DRAWN_COLUMNS = ["panel", "kind", "label", "part", "x", "y", "value"]
 
 
@@ -19,7 +19,7 @@ def drawn(figure: Figure) -> pd.DataFrame:
     """Every point of every line, outline, mark and map of a figure, in the order in which they were drawn."""
     parts = []
     for panel, axes in enumerate(figure.axes, start=1):
-        # A colour bar explains the values; it shows none of its own.
+        # A colour bar only explains the values.
         if not hasattr(axes, "_colorbar"):
             parts += [(panel, part, *found) for part, found in enumerate(_parts(axes), start=1)]
     if not parts:
@@ -52,7 +52,7 @@ def _label(artist: Artist) -> str:
 
 
 def _parts(axes: Axes) -> Iterator[tuple[Artist, np.ndarray, np.ndarray | float]]:
-    """Each artist in units of the axes, the points of one of its parts [n, 2], and a value for each point."""
+    """Each artist, the points [n, 2] of one of its parts in units of the axes, and a value for each point."""
     for line in axes.lines:
         # Lines over the whole width or height of the axes are guides, not data.
         if line.get_transform() == axes.transData:
@@ -80,7 +80,7 @@ def _of_image(image: AxesImage) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _of_collection(collection: Collection) -> Iterator[tuple[Artist, np.ndarray, np.ndarray | float]]:
-    """Marks have a point each, meshes one for each cell, everything else the points of its outlines."""
+    """Markers have a point each, meshes a point for each cell, everything else the points of its outlines."""
     array = collection.get_array()
     values: np.ndarray | float = (
         np.nan if array is None else np.ma.filled(np.ma.asarray(array, dtype=float), np.nan).ravel()

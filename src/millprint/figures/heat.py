@@ -22,7 +22,7 @@ def plot_heat(temperatures: pd.DataFrame, limits: pd.DataFrame, comparison: pd.D
         left.fill_between(rows["time_h"], rows["lower_degC"], rows["upper_degC"], color=colour, alpha=0.18, linewidth=0)
         left.plot(rows["time_h"], rows["median_degC"], color=colour, label=name)
         lower, median, upper = (limits[f"{body}_steady_degC_{end}"].to_numpy() for end in ("lower", "median", "upper"))
-        # Side by side, so that bars at one power can be told apart.
+        # Side by side, to distinguish bars at the same power.
         power = limits["total_W"].to_numpy() + 0.012 * strongest["total_W"] * (number - 1)
         right.errorbar(
             power, median, yerr=np.array([median - lower, upper - median]), linestyle="none", capsize=2,

@@ -32,13 +32,13 @@ SCALED_ON_PAGE = (
     *("power per ball", "weighted normal energy", "weighted tangential energy"),
     *("weighted normal frequency", "weighted tangential frequency", "specific frequency"),
 )
-LINE = 84  # letters of a line in one of the two columns of text
-# Lines of the ends of an interval in a figure, an origin of FURTHER each.
+LINE = 84  # characters per line in one of the two columns of text
+# Line styles of the ends of intervals, one for each origin of FURTHER.
 FURTHER_LINES = ("--", ":")
 
 
 def _draw_conditions(axis: Axes, quantity: str, descriptors: pd.DataFrame, curves: pd.DataFrame) -> None:
-    """One master curve with its intervals, and the conditions that it was made of, a marker a speed and ball size."""
+    """One master curve with its intervals and the simulated conditions, a marker per speed and ball size."""
     draw_curve(axis, curves, quantity, "master curve")
     for (origin, (title, _)), style in zip(FURTHER.items(), FURTHER_LINES, strict=True):
         ends = [name for name in interval_columns(quantity, origin) if name in curves]
@@ -73,7 +73,7 @@ def _lines_of(sheet: pd.DataFrame) -> tuple[str, str]:
         if row.quantity != "name":
             left += textwrap.wrap(f"{row.quantity}: {given}", LINE, subsequent_indent="  ")
     left.append("")
-    # With several intervals they are a table of their own.
+    # With several intervals they are in a separate table.
     described = sheet[sheet["section"] == "descriptors"] if not _has_intervals(sheet) else sheet[:0]
     if len(described):
         left.append(f"value (band of {SCATTER.title}; of {MEAN.title})")
@@ -104,14 +104,14 @@ def _lines_of(sheet: pd.DataFrame) -> tuple[str, str]:
 
 
 def _between(lower: float, upper: float) -> str:
-    """A range, or the one number that it is; not known where an end is not."""
+    """A range, or a number if both ends are equal; `not known` if an end is not."""
     if np.isnan(lower + upper):
         return NOT_KNOWN
     return " to ".join(dict.fromkeys((_number(lower), _number(upper))))
 
 
 def _precision_lines(section: pd.DataFrame) -> list[str]:
-    """What a condition was given, the intervals that follow, and which key narrows them."""
+    """Time and seeds of a condition, the resulting intervals, and the key that narrows them."""
     said = section.set_index("quantity")
     recorded, seeds = (_between(*said.loc[name, ["lower", "upper"]]) for name in (RECORDED, SIMULATED))
     columns = ["value", "lower", "upper"]
@@ -132,7 +132,7 @@ def _width(median: float, smallest: float, largest: float) -> str:
 
 
 def _has_intervals(sheet: pd.DataFrame) -> bool:
-    """Whether a sheet tells intervals by origin."""
+    """Whether a sheet has intervals by origin."""
     return bool((sheet["section"] == "intervals").any())
 
 
@@ -157,12 +157,12 @@ def _draw_intervals(axis: Axes, sheet: pd.DataFrame) -> None:
     table.set_fontsize(6.5)
     said = sheet[sheet["section"] == "intervals"]
     lines = [f"{row.quantity}: {row.text}" for row in said.itertuples()]
-    lines.append("the intervals are not added up: each is that of its own origin, all else as simulated")
+    lines.append("the intervals are not added up: each is for one origin, all else as simulated")
     axis.text(0, 0.28, "\n".join(lines), va="top", fontsize=6.5, transform=axis.transAxes, linespacing=1.35)
 
 
 def _draw_spectra(part: SubFigure, sheet: pd.DataFrame, spectra: pd.DataFrame, read_off: pd.DataFrame) -> None:
-    """Energy spectra of the simulated condition next to that of the sheet, or the line that says why there are none."""
+    """Energy spectra of the simulated condition nearest to the sheet's, or the reason why there are none."""
     told = sheet[sheet["section"] == SPECTRA].set_index("quantity")
     if not len(spectra):
         axis = part.subplots()
@@ -185,8 +185,8 @@ def plot_sheet(
 ) -> Figure:
     """The fingerprint of a mill on one page: picture, motion, descriptors, spectra, master curves, exponents, range.
 
-    sheet: as of tabulate_sheet; descriptors: those of the mill as built; curves: fill_ratio, Q, Q_lower, Q_upper, and
-    the columns of further intervals if there are any; spectra, read_off: those of the sheet's condition, as of
+    sheet: as of tabulate_sheet; descriptors: of the mill as built; curves: fill_ratio, Q, Q_lower, Q_upper, and the
+    columns of further intervals if there are any; spectra, read_off: for the sheet's condition, as of
     `dose.spectra_shown.of_sheet`.
     """
     figure = plt.figure(figsize=SHEET_IN)

@@ -10,7 +10,8 @@ from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, MARKERS, plt
 def plot_collapse(collapse: pd.DataFrame, largest: float) -> Figure:
     """Spread of the power per ball of several mills: before scaling, by the thesis's exponents, by their own.
 
-    collapse: a row a mill, power_spread_before, power_spread_thesis, power_spread_own; largest: spread of a collapse.
+    collapse: power_spread_before, power_spread_thesis, power_spread_own of each mill; largest: largest spread that
+    counts as a collapse.
     """
     figure, axis = plt.subplots(figsize=(COLUMN_WIDTH_IN, 0.9 + 0.3 * len(collapse)))
     places = np.arange(len(collapse))
@@ -28,7 +29,7 @@ def plot_collapse(collapse: pd.DataFrame, largest: float) -> Figure:
 
 
 def plot_scale_up(sheet: pd.DataFrame) -> Figure:
-    """Ratios of the large mill over the small one, for each way to run it: what is kept and what changes."""
+    """Ratios of the large mill to the small one, for each way to run it: what stays the same and what changes."""
     quantities = {
         "weighted_normal_energy_ratio": "weighted normal\nenergy E*n",
         "weighted_normal_frequency_ratio": "weighted normal\nfrequency f*n",

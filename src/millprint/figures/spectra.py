@@ -1,4 +1,4 @@
-"""Figures of what a chemist reads off a mill: energy spectra, and yields against dose."""
+"""Figures of energy spectra, and of yields against dose."""
 
 import itertools
 import textwrap
@@ -24,10 +24,10 @@ QUANTITIES = {
 
 
 def plot_spectra(spectra: pd.DataFrame, title: str) -> Figure:
-    """Collisions, power and cumulative share of the power over the energy of a collision, one column a channel.
+    """Collisions, power and cumulative share of the power over the energy of a collision, a column per channel.
 
-    spectra: of one charge at one speed by one rule, as `dose.spectra.shown` gives them; a colour a fill ratio, solid
-    lines for ball on ball and dashed ones for ball on wall. The open bins beyond the others are not drawn.
+    spectra: of one charge at one speed by one rule, as of `dose.spectra_shown.shown`; a colour per fill ratio, solid
+    lines for ball on ball, dashed lines for ball on wall. The open bins at both ends are not drawn.
     """
     figure, axes = plt.subplots(3, 2, figsize=(PAGE_WIDTH_IN, 6.2), sharex="col", sharey="row")
     bins = spectra.dropna(subset=["energy_low_J", "energy_high_J"])
@@ -55,8 +55,8 @@ CHANNEL_COLOURS = dict(zip(CHANNELS, COLOURS, strict=False))
 def draw_sheet_spectra(axes: Sequence[Axes], spectra: pd.DataFrame, read_off: pd.DataFrame) -> None:
     """The two panels of a fingerprint sheet: collisions and power over the energy of a collision, at one condition.
 
-    spectra: bins of that condition by one rule; read_off: what is read off them, for both pairs. A colour a channel; a
-    vertical line is the energy above which half of the power falls.
+    spectra: bins of the condition by one rule; read_off: the numbers read off them, for both pairs. A colour per
+    channel; a vertical line is the energy above which half of the power falls.
     """
     bins = spectra.dropna(subset=["energy_low_J", "energy_high_J"])
     half = read_off.set_index("channel")["half_power_J"]
@@ -77,10 +77,10 @@ def draw_sheet_spectra(axes: Sequence[Axes], spectra: pd.DataFrame, read_off: pd
 
 
 def plot_rules(bins: pd.DataFrame, read_off: pd.DataFrame, title: str, note: str) -> Figure:
-    """The spectra of one condition by each counting rule: collisions and power in a bin, one column a channel.
+    """The spectra of one condition by each counting rule: collisions and power in a bin, a column per channel.
 
-    bins: of `dose.spectra_shown.over_pairs`; read_off: of `of_sheet`, of which both pairs are drawn; note: how far the
-    rules lie apart.
+    bins: as of `dose.spectra_shown.over_pairs`; read_off: as of `of_sheet`, drawn for both pairs; note: how much the
+    rules differ.
     """
     figure, axes = plt.subplots(2, 2, figsize=(PAGE_WIDTH_IN, 4.6), sharex="col", sharey="row")
     both = read_off[read_off["pair"] == BOTH]
@@ -106,7 +106,7 @@ def plot_rules(bins: pd.DataFrame, read_off: pd.DataFrame, title: str, note: str
 
 
 def _cut(axis: Axes, decades: int) -> None:
-    """Single contacts would stretch the axis over the whole range: show the largest decades alone."""
+    """Show only the largest decades: single contacts would stretch the axis over the whole range."""
     low, high = axis.get_ylim()
     axis.set_ylim(max(low, high * 10.0**-decades), high)
 
@@ -131,7 +131,7 @@ SETS = {"screening": "27 screening runs", "regimes": "five cases of chapter 4"}
 
 
 def plot_doses(doses: pd.DataFrame, curves: pd.DataFrame) -> Figure:
-    """Yield against time, each dose, and hits: points, and the law with the smallest AICc; a row a set of runs.
+    """Yield against time, each dose, and hits: points, and the law with the smallest AICc; a row per set of runs.
 
     doses: set, AXES, yield_percent, bpr; curves: set, x (one of AXES), value, yield_percent, model. Colours are
     ball-to-powder ratios.

@@ -23,7 +23,7 @@ def _plot_setting(axis: Axes, table: pd.DataFrame, setting: str, tolerance: floa
     axis.axhline(0, color="0.6", linewidth=0.8)
     rows = table[table["setting"].isin([setting, "reference"])].sort_values("factor")
     for place, name in enumerate(DESCRIBED):
-        # Side by side, so that bars at one factor can be told apart.
+        # Side by side, to distinguish bars at the same factor.
         factors = rows["factor"] * (1 + 0.03 * (place - 2))
         changes, errors = (rows[column_of(name, f"deviation{kind}_percent")] for kind in ("", "_se"))
         axis.errorbar(

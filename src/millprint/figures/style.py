@@ -66,7 +66,7 @@ def letter_panels(axes: Iterable[Axes]) -> None:
 
 
 def legend_below(figure: Figure | SubFigure, axes: Iterable[Axes], columns: int, **look: Any) -> None:
-    """One legend of what any of the axes shows, each label once."""
+    """One legend for all axes, each label once."""
     entries: dict[str, Artist] = {}
     for axis in axes:
         for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
@@ -79,10 +79,10 @@ def save(
 ) -> None:
     """Write a figure as SVG, PNG and optionally PDF, all without a date, and close it.
 
-    tsv: for a figure without a table of its own, where the points that it shows are written.
+    tsv: path of a table of the points, for a figure that is not drawn from one table.
     """
-    # The layout is computed once, not for each file: it takes longer than the drawing. Figure.savefig would still
-    # go through the whole figure for it, so the canvases are asked themselves.
+    # The layout is computed once, not for each file: it takes longer than the drawing. Figure.savefig would still go
+    # through the whole figure for it, so the methods of the canvases are called directly.
     if engine := figure.get_layout_engine():
         engine.execute(figure)
         figure.set_layout_engine("none")

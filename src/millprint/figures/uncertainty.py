@@ -1,4 +1,4 @@
-"""Figures of what contact parameters change: Sobol indices as bars, intervals against fill ratio."""
+"""Figures of the effects of contact parameters: Sobol indices as bars, intervals against fill ratio."""
 
 import numpy as np
 import pandas as pd
@@ -16,7 +16,7 @@ ROWS = len(CURVES) // COLUMNS
 
 
 def plot_indices(indices: pd.DataFrame, title: str) -> Figure:
-    """First-order (full) and total (pale) indices of each parameter, a panel a quantity, a bar a fill ratio.
+    """First-order (full) and total (pale) indices of each parameter, a panel per quantity, a bar per fill ratio.
 
     indices: as of `uncertainty.indices.sobol_indices`, with fill_ratio and quantity.
     """
@@ -46,7 +46,7 @@ def plot_indices(indices: pd.DataFrame, title: str) -> Figure:
 
 
 def plot_intervals(intervals: pd.DataFrame, sets: pd.DataFrame, title: str) -> Figure:
-    """Scaled quantities with their intervals by contact parameters against fill ratio, and those of other sets.
+    """Scaled quantities with their intervals by contact parameters against fill ratio, and those of other contact sets.
 
     intervals, sets: as `uncertainty.intervals.measure` returns them.
     """
@@ -65,5 +65,5 @@ def plot_intervals(intervals: pd.DataFrame, sets: pd.DataFrame, title: str) -> F
         axis.yaxis.label.set_fontsize(7)
     letter_panels(axes.flat)
     legend_below(figure, axes.flat, columns=4, fontsize=7)
-    figure.suptitle(f"{title}: intervals by contact parameters alone", fontsize=8)
+    figure.suptitle(f"{title}: intervals by contact parameters only", fontsize=8)
     return figure

@@ -23,9 +23,9 @@ from millprint.figures.style import (
 )
 
 ROW_IN, LEGEND_COLUMNS = 2.4, 3
-# Letters in a line of the label of an axis.
+# Characters per line in the label of an axis.
 LABEL_LETTERS = 32
-# The model of the predictions; all others are reference lines.
+# The model that predicts; all others are reference lines.
 DEM = "DEM"
 LINES: tuple[LineStyleType, ...] = ("--", "-.", ":", (0, (5, 1, 1, 1)), (0, (1, 1)))
 

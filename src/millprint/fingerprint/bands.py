@@ -1,4 +1,4 @@
-"""A predicted value with its intervals, each told by what it comes from."""
+"""A predicted value with its intervals, each named by its origin."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from millprint.run.files import read_json
 
 
 class Origin(NamedTuple):
-    """What an interval comes from: in a few words, and in a line that explains it."""
+    """What an interval comes from: a short name, and a line that explains it."""
 
     title: str
     meaning: str
@@ -26,11 +26,11 @@ class Origin(NamedTuple):
 # The two bands by the scatter of the simulation; `millprint.fingerprint.processes` defines them.
 SCATTER = Origin(
     "a new simulation",
-    "one more simulation of the condition, of the recorded time, falls in here; nothing else is in it",
+    "one more simulation of the condition, of the recorded time, falls in here; nothing else included",
 )
 MEAN = Origin(
     "the mean",
-    "the mean of very many simulations of the condition lies in here; nothing else is in it",
+    "the mean of very many simulations of the condition is in here; nothing else included",
 )
 # Each is a field of Band, a part of a fingerprint's file, and columns `NAME_by_ORIGIN_lower` and `_upper` of tables.
 FURTHER = {
@@ -44,13 +44,13 @@ FURTHER = {
     ),
 }
 ENDS = ("lower", "upper")
-# An interval with an end farther from its value than by this factor says nothing: its ends are not known.
+# An interval with an end farther from its value than this factor says nothing: its ends count as not known.
 WIDEST = 100.0
 NOT_KNOWN = "not known"
 
 
 def factor_of(half: np.ndarray | float) -> np.ndarray:
-    """The factor from a value to the ends of its interval, by half the width of its logarithm; NaN if not known."""
+    """The factor from a value to the ends of its interval, from half the width in logarithms; NaN if not known."""
     half = np.asarray(half, dtype=float)
     return np.exp(np.where(half <= np.log(WIDEST), half, np.nan))
 
@@ -65,9 +65,9 @@ class Interval:
 
 @dataclass(frozen=True)
 class Band:
-    """A value and its intervals, said apart: they are not added up.
+    """A value and its intervals, which are given separately and not added up.
 
-    lower, upper: of a new simulation; mean: of the mean of very many. The others are None where they are not known.
+    lower, upper: of a new simulation; mean: of the mean of very many simulations. The others are None if not known.
     """
 
     value: float
@@ -88,7 +88,7 @@ class Band:
         return getattr(self, origin)
 
     def through(self, rising: Callable[[float], float]) -> "Band":
-        """The band of a rising function of the value: that of its ends."""
+        """The band of a rising function of the value, from the function at the ends."""
 
         def mapped(interval: Interval | None) -> Interval | None:
             return interval and Interval(rising(interval.lower), rising(interval.upper))
@@ -102,16 +102,16 @@ class Band:
 
 
 def share_of(ratio: Band) -> Band:
-    """Tangential over all dissipation, Et / (En + Et) [-], from Et / En, which it rises with."""
+    """Tangential over all dissipation, Et / (En + Et) [-]; it rises with Et / En, from which it is computed."""
     return ratio.through(lambda end: end / (1.0 + end))
 
 
 def ratio_of(one: Band, other: Band) -> Band:
-    """one / other [-] of two independent quantities whose logarithms are normal, each interval of one probability.
+    """one / other [-] of two independent quantities with normal logarithms and intervals of the same probability.
 
-    Variances of logarithms add up, and so do the squares of the ways from the value to an end:
+    Variances of logarithms add up, and so do the squares of the distances from the value to an end:
     log(r_upper / r)^2 = log(one_upper / one)^2 + log(other / other_lower)^2, and the other way round for the lower end.
-    That of the mean, or by a further origin, is None where one of the two does not know it.
+    The interval of the mean, or of a further origin, is None where one of the two quantities lacks it.
     """
     value = one.value / other.value
 
@@ -147,7 +147,7 @@ POWERS = tuple(name for name in CURVES if name not in (*COUNTED, *WEIGHTED))
 
 
 class _Part(BaseModel):
-    """A part of a file of factors: what is not named here is left out."""
+    """A part of a file of factors; keys that are not named here are ignored."""
 
     model_config = ConfigDict(extra="ignore", frozen=True, allow_inf_nan=False)
 
@@ -172,11 +172,11 @@ class Sampled(_Part):
 
 
 class Factors(_Part):
-    """How far the scaled quantities may lie from a prediction, by one origin of FURTHER.
+    """How far the scaled quantities may be from a prediction, for one origin of FURTHER.
 
-    The factors multiply the values of `sampled` or, without these, the prediction of a fingerprint. In between two
-    fill ratios the logarithm of a factor is interpolated linearly over that of the fill ratio; beyond the first and the
-    last nothing is known.
+    The factors multiply the values of `sampled` or, without these, the prediction of a fingerprint. Between two fill
+    ratios, the logarithm of a factor is interpolated linearly over the logarithm of the fill ratio; outside the first
+    and the last nothing is known.
     """
 
     mill: str
@@ -184,7 +184,7 @@ class Factors(_Part):
     fill_ratios: Annotated[list[Annotated[float, Field(gt=0, lt=1)]], Field(min_length=1)]
     """rising [-]"""
     factors: dict[str, Ends]
-    """of POWERS and further quantities of CURVES [-]; of one that is left out nothing is known"""
+    """of POWERS and further quantities of CURVES [-]; a quantity that is left out is not known"""
     counting_rule: str | None = None
     """rule by which collisions were counted; None: the file does not say"""
     probability: Annotated[float, Field(gt=0, lt=1)]
@@ -223,8 +223,8 @@ class Factors(_Part):
     def onto(self, predicted: Mapping[str, np.ndarray]) -> Self:
         """The factors on predictions (m,) of the condition of `sampled` at each fill ratio, in place of its values.
 
-        The ends at that condition stay where they were sampled; where a prediction lies outside, the interval is
-        widened to hold it, since it is of a possible set of parameters.
+        The ends at that condition stay where they were sampled. Where a prediction is outside, the interval is widened
+        to include it, because its parameters are possible ones.
         """
         if self.sampled is None:
             return self
@@ -269,8 +269,8 @@ FILES: dict[str, type[Factors]] = {"contact": ContactFactors, "shape": ShapeFact
 def checked_factors(content: object, origin: str, about: dict, source: str) -> Factors:
     """The factors of an origin of FURTHER, of the mill and contact set that a fingerprint is `about`.
 
-    Of another counting rule, those of COUNTED are left out. Raises ConfigError, in one line, for another format, mill
-    or contact set, and for a part that lacks.
+    The factors of COUNTED are left out if they are for another counting rule. Raises ConfigError, in one line, for
+    another format, mill or contact set, and for a missing part.
     """
     try:
         factors = check_model(content, FILES[origin], source)

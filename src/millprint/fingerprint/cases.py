@@ -1,4 +1,4 @@
-"""The simulations for fingerprints: those of the sweeps, of a mill's own sweep, and of the large mill.
+"""The simulations for fingerprints: of the sweeps, of a mill's own sweep, and of the large mill.
 
 The Snakefile asks for them, so nothing that takes long is imported here.
 """
@@ -16,15 +16,15 @@ from millprint.config.workflow import WorkflowConfig
 
 # Defaults of a sweep: at least this many turns, and at least this time [s].
 FEWEST_TURNS, DISCARD_S, WINDOW_S = 3, 0.25, 0.8
-# The first seed of simulations that no fit sees; a sweep's own begin at 0.
+# The first seed of the simulations that no fit sees; the seeds of a sweep begin at 0.
 HELD_OUT_SEED = 1000
-# Turns from which a standard error of the powers can be told.
+# Turns from which a standard error of the powers can be estimated.
 TURNS_WITH_ERROR = 2
 
 
 @dataclass(frozen=True)
 class Way:
-    """A way to run the large mill: its speed is L^power times that of the small one; whether its balls are enlarged."""
+    """A way to run the large mill, at L^power times the small mill's speed; balls_grow: whether balls are enlarged."""
 
     name: str
     keeps: str
@@ -55,7 +55,7 @@ def has_chapters(config: WorkflowConfig, cases: dict[str, Case]) -> bool:
 
 
 def described_cases(config: WorkflowConfig, cases: dict[str, Case]) -> dict[str, Case]:
-    """The cases that descriptors are made of: those without snapshots and with the configured modulus and step.
+    """The cases that give descriptors: without snapshots, and with the configured modulus and step.
 
     Amplitude and density are varied for the fingerprint of the run's own mill: such a case of another mill is left out.
     """
@@ -92,7 +92,7 @@ def sweep_of(mill: MillConfig) -> MillSweepConfig:
     """The sweep of a mill, or the one derived from it. Raises ConfigError for a mill with an invalid shape."""
     if mill.sweep:
         return mill.sweep
-    # Slow to import, and few mills need it.
+    # Imported here: slow to import, and few mills need it.
     from millprint.mill.default_sweep import default_sweep
 
     return default_sweep(mill)
@@ -101,7 +101,7 @@ def sweep_of(mill: MillConfig) -> MillSweepConfig:
 def place_of_sweep(config: WorkflowConfig, name: str, source: str) -> str:
     """File and section of a mill's sweep, for the beginning of a message about it.
 
-    The sweep of the run's mill may stand in the configuration, whose last file is `source`.
+    The sweep of the run's mill may be in the configuration, whose last file is `source`.
     """
     return f"{source}: sweep" if config.sweep and name == config.mill else f"config/mills/{name}.yaml: sweep"
 
@@ -117,8 +117,8 @@ def durations_of(
 ) -> dict[str, float]:
     """Time before the averages begin and recorded time of a case [s], in whole turns where they are not given.
 
-    recorded: factor on the recorded time. It is not shortened to less than TURNS_WITH_ERROR, and has FEWEST_TURNS at
-    least where it is not given.
+    recorded: factor on the recorded time, which is never shortened below TURNS_WITH_ERROR, and is at least
+    FEWEST_TURNS where it is not given.
     """
     turn_s = 60 / speed_rpm
     discard = discard_turns or math.ceil(DISCARD_S / turn_s)
@@ -130,7 +130,7 @@ def durations_of(
 
 
 def seeds_of(sweep: MillSweepConfig, factor: int) -> list[int]:
-    """The seeds of a sweep, and so many times as many with the smallest ones that it does not have."""
+    """`factor` times as many seeds as a sweep has: its own, then the smallest others."""
     further = (seed for seed in count() if seed not in sweep.seeds)
     return list(islice(chain(sweep.seeds, further), factor * len(sweep.seeds)))
 
@@ -159,11 +159,10 @@ def mill_cases(mill: MillConfig, settings: MillsConfig) -> list[Case]:
 def held_out_cases(mill: MillConfig, settings: MillsConfig) -> list[Case]:
     """Cases of a mill that its fingerprint does not see: `settings.held_out` new conditions, each with a new seed.
 
-    Fill ratio and speed lie anywhere within the ranges of the sweep, even in logarithm, with any of its balls (the
-    first points of a Sobol sequence); step and recorded time are those of the sweep. Raises ConfigError as
-    `sweep_of`.
+    Fill ratio and speed are spread evenly in logarithm over the ranges of the sweep, with any of its balls (the first
+    points of a Sobol sequence); step and recorded time are the sweep's. Raises ConfigError as `sweep_of`.
     """
-    # Slow to import, and the Snakefile does without.
+    # Imported here: slow to import, and not needed by the Snakefile.
     from scipy.stats import qmc
 
     sweep, level = sweep_of(mill), settings.level
@@ -187,7 +186,7 @@ def held_out_cases(mill: MillConfig, settings: MillsConfig) -> list[Case]:
 def large_case(small: MillConfig, large: MillConfig, factor: float, settings: MillsConfig) -> Case:
     """The large run of a scale-up: balls as they are, at the speed that keeps the energy of a collision.
 
-    factor: the length of the large mill over the small one's [-]. Raises ValueError for settings without a scale-up,
+    factor: length of the large mill over that of the small one [-]. Raises ValueError for settings without a scale-up,
     ConfigError for a charge that is not in the sweep of the small mill.
     """
     plan = settings.scale_up

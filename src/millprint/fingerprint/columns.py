@@ -1,6 +1,6 @@
 """The columns of a table of descriptors: name, unit, title, meaning, and how each is measured or computed.
 
-A new descriptor is a new record here: tables, figures, sheets and workflow/descriptors.md take it from these.
+To add a descriptor, add a record here: tables, figures, sheets and workflow/descriptors.md read these records.
 """
 
 from collections.abc import Callable
@@ -27,7 +27,7 @@ Column = Callable[[pd.DataFrame], pd.Series]
 class Descriptor:
     """A column of descriptors.tsv.
 
-    title: in sheets; axis: at the axis of a figure, where that is not the title; optional: whether it may be empty.
+    title: in sheets; axis: label in figures, if it differs from the title; optional: whether it may be empty.
     """
 
     name: str
@@ -47,8 +47,7 @@ class Descriptor:
 class Measured(Descriptor):
     """A column measured in each run; the table has the mean over the seeds.
 
-    key: its place in the run's summary, with a dot between group and key. The group `rule` holds the collisions that
-    the counting rule found.
+    key: its place in the run's summary, GROUP.KEY. The group `rule` has the collisions found by the counting rule.
     """
 
     key: str
@@ -95,7 +94,7 @@ MEASURED = (
     Measured("rolling_power_W", "W", "rolling power", "rolling dissipation of all balls", key="power_W.rolling"),
     Measured("wall_power_W", "W", "power of the walls", "work of the walls over the window", key="power_W.wall"),
     Measured("weighted_normal_energy_J", "J", "weighted normal energy E*n",
-             "sum e^2 / sum e of the normal energies e of all contacts, of one for each turn that it lasts",
+             "sum e^2 / sum e of the normal energies e of all contacts; a longer one counts once for each turn",
              axis="weighted\nnormal energy", key="weighted.normal.energy_J"),
     Measured("weighted_tangential_energy_J", "J", "weighted tangential energy E*t",
              "sum e^2 / sum e of the tangential energies e of all contacts, likewise",
@@ -133,9 +132,9 @@ def _tangential_error(table: pd.DataFrame) -> pd.Series:
 
 
 def _counting_error(table: pd.DataFrame) -> pd.Series:
-    """Relative standard error of a number of collisions: of independent ones, or by the seeds where they vary more.
+    """Relative standard error of a number of collisions: as of independent ones, or from the seeds if that is larger.
 
-    Of one seed it is a lower bound.
+    With one seed it is a lower bound.
     """
     seeds = table["collision_frequency_seed_sd_hz"] / table["collision_frequency_hz"] / np.sqrt(table["seeds"])
     return np.fmax(1.0 / np.sqrt(table["collisions"]), seeds)
@@ -167,10 +166,10 @@ COMPUTED = (
              "tangential power over collision frequency (Eq. 3.21)", axis="tangential energy\nper collision",
              values=lambda table: table["tangential_power_W"] / table["collision_frequency_hz"]),
     Computed("weighted_normal_frequency_hz", "1/s", "weighted normal frequency f*n",
-             "normal power of a ball over E*n: so many collisions of E*n dissipate it",
+             "normal power of a ball over E*n: rate of collisions of E*n that dissipates it",
              values=lambda table: table["normal_power_W"] / table["balls"] / table["weighted_normal_energy_J"]),
     Computed("weighted_tangential_frequency_hz", "1/s", "weighted tangential frequency f*t",
-             "tangential power of a ball over E*t: so many collisions of E*t dissipate it",
+             "tangential power of a ball over E*t: rate of collisions of E*t that dissipates it",
              values=lambda table: table["tangential_power_W"] / table["balls"] / table["weighted_tangential_energy_J"]),
     Computed("specific_frequency_hz", "1/s", "specific collision frequency",
              "all collisions over the number of balls, one between two balls counted once",

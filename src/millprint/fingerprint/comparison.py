@@ -1,4 +1,4 @@
-"""Two mills: their descriptors side by side, and the conditions of one that come nearest to those of the other."""
+"""Two mills: their descriptors side by side, and the conditions of one that come nearest to the other's."""
 
 import math
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.search import check_same_count, counts_alike, rank_conditions, with_ratios
 
-# What `compare` compares, with the titles of quantities that are no columns of a table of descriptors.
+# What `compare` compares, with the titles of quantities that are not columns of a table of descriptors.
 TITLES = {
     **{name: DESCRIPTORS[name].title for name in TARGET_DESCRIPTORS},
     "normal_power_W": DESCRIPTORS["normal_power_W"].title,
@@ -27,7 +27,7 @@ TITLES = {
 
 @dataclass(frozen=True)
 class Wanted:
-    """What a user can set on a mill; None: all that was simulated."""
+    """What a user can set on a mill; None: everything that was simulated."""
 
     speeds_rpm: list[float] | None = None
     fill_ratios: list[float] | None = None
@@ -57,7 +57,7 @@ ALL_SIMULATED = Wanted()
 def nearest(bands: Mapping[str, Band], probability: float, fingerprint: Fingerprint, wanted: Wanted) -> pd.DataFrame:
     """The conditions of a mill nearest to descriptors with their bands, as `rank_conditions`.
 
-    With the ratios of `with_ratios`, if all intervals are of one probability.
+    With the ratios of `with_ratios`, if all intervals have the same probability.
     """
     values = {name: band.value for name, band in bands.items()}
     table = rank_conditions(values, [fingerprint], wanted.request(fingerprint, values))
@@ -80,12 +80,12 @@ def match(
 ) -> pd.DataFrame:
     """What to set on the `other` mill to get the collisions of a condition of `one`, nearest first.
 
-    speeds_rpm, fill_ratios: from and to; balls: diameters [mm] or names of charges; densities_kg_m3: of the balls. All
-    that was simulated if left out. charge: that of `condition`, if its balls have several sizes.
-    descriptors: `weighted`, which need no counting rule, or `per_collision`, those of the thesis.
+    speeds_rpm, fill_ratios: from and to; balls: diameters [mm] or names of charges; densities_kg_m3: of the balls. If
+    left out, everything that was simulated. charge: the charge of `condition`, if its balls have several sizes.
+    descriptors: `weighted`, which need no counting rule, or `per_collision`, as in the thesis.
     A row for each local minimum of the distance, the root mean square of log(found / wanted) over these descriptors;
     columns as of `rank_conditions`, with the ratio of each descriptor to the wanted one and its interval. Raises
-    ConfigError for descriptors per collision that are counted by different rules.
+    ConfigError for descriptors per collision with different counting rules.
     """
     check_same_count(one.about["mill"], one.about, other, descriptors)
     prediction = one.predict(condition, charge=charge)
@@ -97,7 +97,7 @@ def match(
 def compare(
     one: Fingerprint, condition: Condition[float], other: Fingerprint, other_condition: Condition[float]
 ) -> pd.DataFrame:
-    """Descriptors of a condition of each of two mills, and their ratio other / one, each with its interval.
+    """The descriptors of one condition on each of two mills, and their ratio other / one, each with its interval.
 
     A row for each quantity of TITLES, with title and unit; columns `one`, `other` and `ratio`, each with `_lower` and
     `_upper`, from the bands of a new simulation (`ratio_of`). Descriptors per collision are left out where the two

@@ -18,8 +18,8 @@ Quantity = TypeVar("Quantity", float, np.ndarray)
 class Condition(Generic[Quantity]):
     """Settings of a mill and its balls: numbers, or arrays of one shape (a number holds for all rows).
 
-    fill_ratio: volume of the balls over that of the jar; speed_hz: what the mill is set to, omega; amplitude_m: half
-    the longest way of a point of the wall along an axis, A.
+    fill_ratio: volume of the balls over the jar's; speed_hz: set speed of the mill, omega; amplitude_m: half the
+    longest travel of a point of the wall along an axis, A.
     """
 
     fill_ratio: Quantity | float
@@ -67,7 +67,7 @@ def specific_frequency(frequency: Quantity, balls: Quantity | float, speed: Quan
 def effective_restitution(restitution: Quantity, static_friction: Quantity) -> Quantity:
     """Effective restitution of Eq. 3.30 [-]: e - 3/2 mu exp(-3 mu), with e and mu of ball on ball.
 
-    The thesis has one contact set for balls and walls; Eqs 3.30 to 3.32 know nothing of a wall with values of its own.
+    The thesis has one contact set for balls and walls; Eqs 3.30 to 3.32 do not allow for different values at the wall.
     """
     return restitution - 1.5 * static_friction * np.exp(-3.0 * static_friction)
 
@@ -79,16 +79,16 @@ def universal_factor(effective: Quantity) -> Quantity:
 
 # The scaled quantities from which all others are calculated: specific powers (Eq. 3.28) and frequency (Eq. 3.29).
 BASIC = ("Pn", "Pt", "f")
-# Those that need no counting rule, over the same scales: weighted energies, and the rate of strong collisions.
+# Quantities that need no counting rule, over the same scales: weighted energies, and the rate of strong collisions.
 WEIGHTED_BASIC = ("En_star", "Et_star", "f90")
-# What depends on the counting rule.
+# The quantities that depend on the counting rule.
 COUNTED = ("f", "En", "Et")
 
 
 def scaled_quantities(basic: Mapping[str, Any]) -> dict[str, np.ndarray]:
-    """Every scaled quantity [-] from those of BASIC: ratio = Pt / Pn, P = Pn + Pt, En = Pn / f, Et = Pt / f.
+    """Every scaled quantity [-] from the quantities of BASIC: ratio = Pt / Pn, P = Pn + Pt, En = Pn / f, Et = Pt / f.
 
-    With those of WEIGHTED_BASIC also fn_star = Pn / En_star and ft_star = Pt / Et_star.
+    With the quantities of WEIGHTED_BASIC also fn_star = Pn / En_star and ft_star = Pt / Et_star.
     """
     normal, tangential, frequency = (np.asarray(basic[name]) for name in BASIC)
     weighted = {name: np.asarray(basic[name]) for name in WEIGHTED_BASIC if name in basic}
@@ -105,7 +105,7 @@ def scaled_quantities(basic: Mapping[str, Any]) -> dict[str, np.ndarray]:
     }
 
 
-# Descriptor of a condition -> the scaled quantity that it is made of; the end of a name is the unit.
+# Descriptor of a condition -> the scaled quantity that it is computed from; a name ends with its unit.
 SCALED_BY = {
     "weighted_normal_energy_J": "En_star",
     "weighted_tangential_energy_J": "Et_star",
@@ -119,10 +119,10 @@ SCALED_BY = {
 
 
 def descriptors_of(condition: Condition, scaled: Mapping[str, Any]) -> dict[str, Any]:
-    """Energies [J] and frequencies over the balls [1/s] of a condition, by Eqs 3.22, 3.28 and 3.29: those of SCALED_BY
-    whose scaled quantity is known.
+    """Energies [J] and frequencies per ball [1/s] of a condition, by Eqs 3.22, 3.28 and 3.29: each descriptor of
+    SCALED_BY whose scaled quantity is known.
 
-    scaled: quantities of the condition [-]; whatever can be multiplied by a number, as an array or a `Band` can.
+    scaled: quantities of the condition [-]: numbers, arrays or `Band`s.
     """
     scales = {"J": energy_scale(condition), "hz": condition.speed_hz}
     return {

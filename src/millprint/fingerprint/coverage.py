@@ -1,4 +1,4 @@
-"""How often the bands hold: each condition that was left out is predicted from the rest, and counted."""
+"""How often the bands hold: each condition is left out, predicted from the rest, and counted if it is in its band."""
 
 import numpy as np
 import pandas as pd
@@ -8,7 +8,7 @@ from millprint.fingerprint.bands import factor_of
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.processes import LEFT_OUT, grouped
 
-# Fill ratios at which the width of an interval is looked at.
+# Fill ratios at which the width of an interval is evaluated.
 FILLS_WITHIN = 40
 
 
@@ -42,10 +42,10 @@ def coverage_row(
 def tabulate_coverage(fingerprint: Fingerprint) -> pd.DataFrame:
     """Share of left-out values inside their band, for each quantity and each way of leaving out, as `coverage_row`.
 
-    A `condition` is left out alone, with all others of its `fill ratio`, or with all others of its `setting` (speed,
-    ball size, density and amplitude); the last two extrapolate at the ends of the range. The parameters of the
-    processes stay those of all conditions, so that these rows are no test: simulations that the fit has not seen are
-    (`millprint.fingerprint.held_out`). The band is of the mean of as many seeds as the condition has.
+    A `condition` is left out on its own, with all others of its `fill ratio`, or with all others of its `setting`
+    (speed, ball size, density and amplitude); the last two extrapolate at the ends of the range. The parameters of the
+    processes are still fitted to all conditions, so these rows are not an independent test; that is
+    `millprint.fingerprint.held_out`. The band is for the mean of as many seeds as the condition has.
     """
     rows = []
     for quantity, process in fingerprint.processes.items():
@@ -64,10 +64,10 @@ def tabulate_coverage(fingerprint: Fingerprint) -> pd.DataFrame:
 
 
 def half_widths(fingerprint: Fingerprint) -> dict[str, np.ndarray]:
-    """Half of the band of a new simulation over its value [-], for each quantity: median, smallest, largest.
+    """Half the width of the band of a new simulation over its value [-], for each quantity: median, smallest, largest.
 
-    NaN where the band is not known.
-    Over the range of fill ratios, at the simulated speeds and balls; the band is that of `Fingerprint.scaled`.
+    Over the range of fill ratios, at the simulated speeds and balls; the band is from `Fingerprint.scaled`, NaN where
+    it is not known.
     """
     inputs = fingerprint.at_settings(np.geomspace(*fingerprint.fill_range, FILLS_WITHIN))
     found = {}

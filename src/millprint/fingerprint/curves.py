@@ -10,7 +10,7 @@ from millprint.fingerprint.condition import COUNTED, SCALED_BY, universal_factor
 PANELS = ("Pn", "Pt", "f", "ratio")
 # The panels of a mill's sheet.
 SHEET_PANELS = ("Pn", "Pt", "En_star", "Et_star")
-# Those of the energy-weighted descriptors.
+# The panels of the energy-weighted descriptors.
 WEIGHTED = tuple(name for name in SCALED_BY.values() if name not in COUNTED)
 CURVES = (*PANELS, "P", "En", "Et", *WEIGHTED)
 CURVE_COLUMNS = [
@@ -58,7 +58,7 @@ def average_curves(descriptors: pd.DataFrame) -> pd.DataFrame:
 
 
 def at_shared_fills(descriptors: pd.DataFrame) -> pd.DataFrame:
-    """The conditions at the fill ratios of every contact set, where sets can be compared or averaged."""
+    """The conditions at the fill ratios that every contact set has, where sets can be compared or averaged."""
     sets = descriptors.groupby("fill_ratio")["contact"].nunique()
     return descriptors[descriptors["fill_ratio"].isin(sets[sets == descriptors["contact"].nunique()].index)]
 

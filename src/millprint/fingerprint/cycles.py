@@ -11,7 +11,7 @@ import pandas as pd
 from millprint.fingerprint.descriptors import CHARGE, NOTHING, condition_of
 from millprint.fingerprint.descriptors import CONDITION as WITH_CHARGE
 
-# The chapters, which alone have these tables, are of balls of one size.
+# Only the chapters have these tables, and their balls are of one size.
 CONDITION = [name for name in WITH_CHARGE if name != CHARGE]
 CHANNELS = ("normal", "tangential")
 CYCLE_PARTS = ("mean_J", "sd_J", "cv_percent")
@@ -31,7 +31,7 @@ def _revolutions(summaries: list[dict]) -> Iterator[tuple[dict, dict[str, np.nda
 def tabulate_cycles(summaries: list[dict]) -> pd.DataFrame:
     """Mean [J], standard deviation [J] and coefficient of variation [%] of the dissipation per revolution.
 
-    One row a condition with at least two revolutions; the columns are those of Table 3.5.
+    A row for each condition with at least two revolutions; the columns of Table 3.5.
     """
     rows = []
     for row, cycles in _revolutions(summaries):
@@ -50,9 +50,9 @@ def tabulate_cycles(summaries: list[dict]) -> pd.DataFrame:
 def tabulate_densities(summaries: list[dict], fill_ratio: float, points: int = 120) -> pd.DataFrame:
     """Probability density [1/J] of the dissipation per revolution at one fill ratio, by a Gaussian kernel.
 
-    Of the mill as built; conditions with fewer than three revolutions have no density.
+    For the mill as built; conditions with fewer than three revolutions have no density.
     """
-    # Slow to import, and the check of the input imports this module.
+    # Imported here: slow to import, and the check of the input imports this module.
     from scipy.stats import gaussian_kde
 
     frames = [pd.DataFrame(columns=[*CONDITION, "channel", "energy_J", "density_per_J"])]
@@ -72,8 +72,8 @@ def tabulate_densities(summaries: list[dict], fill_ratio: float, points: int = 1
 def tabulate_published(cycles: pd.DataFrame, published: pd.DataFrame, mill: str, fill_ratio: float) -> pd.DataFrame:
     """Table 3.5 side by side: ours, the published value, and our deviation from the published one [%].
 
-    cycles: as from `tabulate_cycles`; published: as from `published_cycles`. One row a condition of `mill` at the fill
-    ratio; conditions that the thesis does not print have empty published columns.
+    cycles: as from `tabulate_cycles`; published: as from `published_cycles`. A row for each condition of `mill` at
+    the fill ratio; conditions that the thesis does not print have empty published columns.
     """
     ours = cycles[(cycles["mill"] == mill) & np.isclose(cycles["fill_ratio"], fill_ratio)]
     ours = ours[ours["varied"] == NOTHING].drop(columns=["mill", "varied", "density_kg_m3", "amplitude_m"])

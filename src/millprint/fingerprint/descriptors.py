@@ -22,7 +22,7 @@ CONDITION_NUMBERS = ["ball_diameter_mm", "fill_ratio", "speed_rpm", "density_kg_
 CONDITION = [*CONDITION_TEXT, *CONDITION_NUMBERS]
 NOTHING = "nothing"
 CHANNELS = ("normal", "tangential")
-FEWEST_FILLS = 3  # that a master curve needs
+FEWEST_FILLS = 3  # needed for a master curve
 OVERRIDES = {"amplitude_mm": "amplitude", "density_kg_m3": "density"}
 
 # Columns that later stages need.
@@ -30,7 +30,7 @@ OF_RULE = ["counting_rule", "collisions_by"]
 DESCRIPTOR_TEXT = [*CONDITION_TEXT, *OF_RULE, "motion"]
 DESCRIPTOR_NUMBERS = [*CONDITION_NUMBERS, *(name for name, column in DESCRIPTORS.items() if not column.optional)]
 
-# Column of a table: key of a summary's count. In the order of a sorted table.
+# Column of a table -> key of a summary's count, in the order of a sorted table.
 RULE_COLUMNS = {
     "collisions_by": "by",
     "collision_gap_turns": "gap_turns",
@@ -57,12 +57,12 @@ def condition_of(summary: dict) -> dict:
 def read_descriptors(path: str | Path) -> pd.DataFrame:
     """Read descriptors.tsv; raises ConfigError as `millprint.run.files.read_table`."""
     table = read_table(path, numeric=DESCRIPTOR_NUMBERS, text=DESCRIPTOR_TEXT)
-    # An empty cell is read as not a number, which no group would hold.
+    # pandas reads an empty cell as NaN, which groupby would drop.
     return table.assign(**{name: table[name].fillna("") for name in (CHARGE, "motion") if name in table})
 
 
 def as_built(table: pd.DataFrame) -> pd.DataFrame:
-    """The rows of the unchanged mill and balls, without those of sweeps over amplitude or density."""
+    """The rows of the unchanged mill and balls, without sweeps over amplitude or density."""
     return table[table["varied"] == NOTHING]
 
 
@@ -72,9 +72,9 @@ def said_of(table: pd.DataFrame, name: str) -> pd.Series:
 
 
 def with_impacts(table: pd.DataFrame) -> pd.DataFrame:
-    """The conditions in which balls hit anything: of the others, a logarithm has nothing to tell.
+    """The conditions in which balls hit anything; the others have no logarithm.
 
-    Raises ConfigError where these leave too few fill ratios for a curve.
+    Raises ConfigError where too few fill ratios for a curve are left.
     """
     still = said_of(table, "no_impacts")
     kept = table[~still]
@@ -104,10 +104,10 @@ def run_row(summary: dict, rule_name: str) -> dict:
 
 
 def _turns_row(summary: dict, collisions: float) -> dict:
-    """Variance of each power of a run and its degrees of freedom, and what its turns say: whether balls hit anything,
-    independent turns, and whether the motion repeats.
+    """For a run: variance and degrees of freedom of each power, whether balls hit anything, independent turns, and
+    whether the motion repeats.
 
-    collisions: of a turn.
+    collisions: per turn.
     """
     energies = {name: summary["per_revolution"].get(f"{name}_J", []) for name in CHANNELS}
     known = {name: mean_of_turns(own) for name, own in energies.items()}
@@ -123,7 +123,7 @@ def _turns_row(summary: dict, collisions: float) -> dict:
 
 
 def _of_a_turn(summary: dict) -> float:
-    """Normal dissipation of all balls in a turn [J]."""
+    """Normal dissipation of all balls per turn [J]."""
     return summary["power_W"]["normal"] / summary["frequency_hz"]
 
 
@@ -150,7 +150,7 @@ def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
     """Mean of every measured column over the seeds of a condition, with the errors of powers and their spread.
 
     NAME_power_se_W: standard error of the mean, from turns and seeds, with NAME_power_freedom degrees of freedom;
-    motion: what turns and seeds say against it, `MOTIONS`.
+    motion: why this error may be wrong, from turns and seeds, `MOTIONS`.
     """
     groups = runs.groupby(CONDITION, sort=True)
     mean = groups.mean(numeric_only=True)
@@ -178,7 +178,7 @@ def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def _variance_of_run(seeds: pd.DataFrame, channel: str) -> Run:
-    """What the seeds of a condition say of the variance of a power of one of them [W2]; NaN where nothing does."""
+    """The variance of a power of one run [W2], estimated from the seeds of a condition; NaN where it is not known."""
     columns = (f"{channel}_variance_W2", f"{channel}_freedom")
     within = [(variance, freedom) for variance, freedom in zip(*(seeds[name] for name in columns), strict=True)]
     known = [(variance, int(freedom)) for variance, freedom in within if freedom]

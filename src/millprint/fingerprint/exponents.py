@@ -1,4 +1,4 @@
-"""Are the exponents of the scaling those of the thesis? A regression on our own runs."""
+"""Do the exponents of the scaling agree with the thesis? A regression on our own runs."""
 
 from collections.abc import Mapping
 
@@ -21,10 +21,10 @@ SUPPOSED = {
     "power_per_ball_W": POWER,
     **{name: ENERGY if name.endswith("_J") else FREQUENCY for name in SCALED_BY},
 }
-# Eqs 3.31 and 3.32: a scaled power or frequency times (1 - eps)^(1/2) is that of any contact set.
+# Eqs 3.31 and 3.32: a scaled power or frequency times (1 - eps)^(1/2) is the same for every contact set.
 FACTOR = "1 - eps"
 UNIVERSAL = {"Pn": -0.5, "Pt": -0.5, "P": -0.5, "f": -0.5}
-# What runs that are compared share in any case: a charge of several sizes is no other size of balls.
+# What compared runs always share. A charge of several sizes does not count as another ball size.
 ALIKE = ["mill", CHARGE, "fill_ratio"]
 EXPONENT_COLUMNS = [
     *("contact", "quantity", "counting_rule", "variable", "supposed", "exponent", "lower", "upper"),
@@ -33,7 +33,7 @@ EXPONENT_COLUMNS = [
 
 
 def with_power_per_ball(descriptors: pd.DataFrame) -> pd.DataFrame:
-    """The descriptors with the normal, tangential and whole power of one ball [W]."""
+    """The descriptors with the normal, tangential and total power per ball [W]."""
     normal, tangential = (descriptors[f"{channel}_power_W"] / descriptors["balls"] for channel in CHANNELS)
     return descriptors.assign(
         normal_power_per_ball_W=normal, tangential_power_per_ball_W=tangential, power_per_ball_W=normal + tangential
@@ -45,10 +45,10 @@ def _exponent(
 ) -> dict:
     """The exponent of `variable` over groups of otherwise equal runs: log y = c(group) + p log x.
 
-    Ordinary least squares with a constant for each group that has two levels at least, and Student's interval. It is
-    as wide as the exponents of the groups differ: an exponent that holds at some fill ratios only is not certain.
+    Ordinary least squares with a constant for each group that has at least two levels, and Student's interval. The
+    interval grows with the differences between groups: an exponent that holds only at some fill ratios is uncertain.
     """
-    # Slow to import, and the claims import this module.
+    # Imported here: slow to import, and the claims import this module.
     from statsmodels.regression.linear_model import OLS
 
     levels = runs.groupby(alike, sort=True)[variable].transform("nunique")
@@ -93,10 +93,10 @@ def _exponents(
 def fit_exponents(descriptors: pd.DataFrame, counting_rules: pd.DataFrame, probability: float) -> pd.DataFrame:
     """Exponents of rho, omega, A and d with confidence intervals, for each contact set and quantity.
 
-    Runs are compared that differ in one variable alone: at one fill ratio, of one mill and charge, with the other three
-    kept. The specific frequency is also given by every counting rule without thresholds. Last, over all contact sets,
-    the exponent of 1 - eps in the scaled quantities (Eqs 3.31, 3.32 suppose -1/2), of runs that differ in the contact
-    set alone.
+    The compared runs differ in only one variable: they share fill ratio, mill, charge and the other three variables.
+    The specific frequency is also given by every counting rule without thresholds. Last, over all contact sets, the
+    exponent of 1 - eps in the scaled quantities (Eqs 3.31, 3.32 suppose -1/2), from runs that differ only in the
+    contact set.
     """
     table = with_power_per_ball(descriptors)
     rule = table["counting_rule"].iloc[0]

@@ -47,7 +47,7 @@ def simulate_held_out(
 def predict_held_out(fingerprint: Fingerprint, descriptors: pd.DataFrame) -> pd.DataFrame:
     """HELD_OUT_COLUMNS: a row for each new simulation and quantity, with the band of a new simulation.
 
-    The row has its condition and seed, the value that was simulated, the one predicted, and whether it is `inside`.
+    The row has its condition and seed, the simulated and the predicted value, and whether the first is `inside`.
     """
     inputs, tables = logarithms(descriptors, fingerprint.kinds), []
     for name in CURVES:
@@ -74,7 +74,7 @@ def count_held_out(fingerprint: Fingerprint, predicted: pd.DataFrame) -> pd.Data
 
 
 def sum_coverage(tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
-    """The rows of new simulations of several mills, and of each quantity over `all` of them.
+    """The rows of new simulations of several mills, and of each quantity over `all` mills.
 
     tables: coverage of each mill. Columns: mill, quantity, conditions, held, covered, and Wilson's interval.
     """

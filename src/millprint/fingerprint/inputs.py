@@ -17,12 +17,12 @@ from millprint.errors import ConfigError
 from millprint.fingerprint.columns import MEASURED
 from millprint.run.files import read_format, read_json
 
-# Coefficients of walls, stored where they are not those of ball on ball.
+# Coefficients of walls, stored where they differ from those of ball on ball.
 WALL = {"wall_restitution": "restitution", "wall_static_friction": "static_friction"}
 # The format of a fingerprint file, and the usual name of such files.
 FORMAT = "millprint fingerprint 2"
 WHERE = "one is written as fingerprint_CONTACT.json"
-# Numbers that a summary must have: group.key, or a key of its own.
+# Numbers that a summary must have: group.key, or a key without a group.
 ERRORS = ("power_standard_error_W.normal", "power_standard_error_W.tangential")
 SUMMARY_NUMBERS = (
     *(column.key for column in MEASURED if not column.key.startswith("rule.")),

@@ -10,10 +10,10 @@ from millprint.config.fingerprint import DESCRIPTOR_SETS, TARGET_DESCRIPTORS
 from millprint.config.sweep import ball_count
 from millprint.fingerprint.condition import Condition, descriptors_of, scaled_quantities
 
-# Descriptor -> its exponent of the mill's speed, at a fixed fill ratio and ball (Eqs 3.28, 3.29).
+# Descriptor -> the exponent of the mill's speed in it, at a fixed fill ratio and ball (Eqs 3.28, 3.29).
 SPEED_POWERS = {name: 2 if name.endswith("_J") else 1 for name in TARGET_DESCRIPTORS}
 
-# Descriptors to keep: both energies as in the thesis, each descriptor alone, or all at once.
+# Descriptors to keep: both energies as in the thesis, each descriptor by itself, or all at once.
 KEPT = {
     "both energies": {"normal_energy_J": 1.0, "tangential_energy_J": 1.0},
     "normal energy": {"normal_energy_J": 1.0},
@@ -37,7 +37,7 @@ def descriptors_shown(target: Iterable[str]) -> list[str]:
 def nearest_speed(
     target: dict[str, float], basic: Mapping[str, float], condition: Condition[float], weights: dict[str, float]
 ) -> Condition[float]:
-    """The condition at the speed whose descriptors come nearest to `target`; its own speed is ignored.
+    """The condition at the speed whose descriptors come nearest to `target`; the given speed is ignored.
 
     basic: Pn, Pt and f at its fill ratio, and En_star, Et_star and f90 for weighted descriptors [-]. Least squares of
     the weighted log residuals: each descriptor is c omega^p with p from SPEED_POWERS, so log(omega) = sum w p
@@ -54,7 +54,7 @@ def nearest_speed(
 
 
 def residuals(found: dict[str, float], target: dict[str, float]) -> dict[str, float]:
-    """Relative deviation of each descriptor shown from its target [%]; NaN for one that the target leaves open."""
+    """Relative deviation of each shown descriptor from its target [%]; NaN for one that the target does not have."""
     return {
         f"{name}_residual_percent": 100.0 * (found[name] / target[name] - 1.0) if name in target else np.nan
         for name in descriptors_shown(target)
@@ -66,7 +66,7 @@ def invert_speed(
 ) -> pd.DataFrame:
     """Speeds that keep the target at a fixed fill ratio and ball size, a row for each choice of what can be kept.
 
-    The arguments are those of `nearest_speed`, and the volume of the jar. The residuals show what is lost: energies
+    The arguments are as in `nearest_speed`, and the volume of the jar. The residuals show what is lost: energies
     grow with omega^2 and frequencies with omega, so one speed can keep all of them only where the scale of the
     balls has not changed.
     """

@@ -1,4 +1,4 @@
-"""The covariance of many conditions by a few of them, chosen so that what is left out is small beside the noise.
+"""The covariance of many conditions from a few of them, chosen so that what is left out is small against the noise.
 
 The covariance K (n, n) of a smooth process is nearly of low rank. A Cholesky factorisation that takes the condition of
 largest remaining variance next stops once no condition has more than LEFT_OUT of the noise's variance left:
@@ -18,16 +18,17 @@ if TYPE_CHECKING:
     from sklearn.gaussian_process import GaussianProcessRegressor
     from sklearn.gaussian_process.kernels import Kernel
 
-# More conditions than this are reduced; the thesis's fingerprints have fewer.
+# Above this number of conditions the process is reduced; the thesis's fingerprints have fewer.
 WHOLE_MAX = 500
-# Of the variance of the noise, what a condition may lack of its own [-]; and the largest number of conditions taken.
+# The largest part of a condition's variance that may be left out, over the noise variance [-]; and the largest number
+# of conditions taken.
 LEFT_OUT, TAKEN_MAX = 1e-5, 2000
 TRIANGLES = ("corner", "lower")
 
 
 @dataclass(frozen=True)
 class Reduced:
-    """A process of n conditions by m of them.
+    """A process of n conditions, reduced to m of them.
 
     taken: the chosen inputs (m, k); corner (m, m): the lower triangle whose square is their covariance; factor (m, n):
     V; noise (n,): variances with what is left out; lower (m, m): the root of 1 + V noise^-1 V^T; weights (m,).
@@ -67,7 +68,7 @@ class Reduced:
         return mean, self.kernel(inputs) - known.T @ known + told.T @ told
 
     def _told(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Values (j,), what the conditions taken have in common with inputs, and what the noise leaves of it (m, j)."""
+        """Values (j,), and the covariance with the conditions taken, whitened without noise and with noise (m, j)."""
         known = solve_triangular(self.corner, self.kernel(self.taken, inputs), lower=True)
         told = solve_triangular(self.lower, known, lower=True)
         return self.weights @ told, known, told
@@ -94,7 +95,7 @@ def pivoted(kernel: "Kernel", inputs: np.ndarray, enough: float) -> tuple[np.nda
         place, done = int(left.argmax()), len(order)
         row = kernel(inputs[place : place + 1], inputs)[0] - rows[:done, place] @ rows[:done]
         rows[done] = row / np.sqrt(left[place])
-        # Of those taken before, exactly nothing is left, so that rounding leaves no trace in the corner.
+        # Exactly zero for the conditions taken before, so that rounding leaves no trace in the corner.
         rows[done, order] = 0.0
         left = np.maximum(left - rows[done] ** 2, 0.0)
         order.append(place)
@@ -104,14 +105,14 @@ def pivoted(kernel: "Kernel", inputs: np.ndarray, enough: float) -> tuple[np.nda
 
 @dataclass(frozen=True)
 class Whole:
-    """A process of all its conditions, by sklearn's regressor, with the methods of Reduced."""
+    """A process of all its conditions, with sklearn's regressor and the methods of Reduced."""
 
     regressor: "GaussianProcessRegressor"
 
     @classmethod
     def fit(cls, kernel: "Kernel", inputs: np.ndarray, values: np.ndarray, noise: np.ndarray) -> "Whole":
         """From inputs (n, k), values about their mean (n,) and the variances of their noise (n,)."""
-        # Takes two seconds to import: who reads a fingerprint and predicts nothing does without.
+        # Imported here: takes two seconds, and is not needed to read a fingerprint without predicting.
         from sklearn.gaussian_process import GaussianProcessRegressor
 
         return cls(GaussianProcessRegressor(kernel, alpha=noise, optimizer=None).fit(inputs, values))
@@ -154,7 +155,7 @@ class WholeInverse:
 
     @classmethod
     def of(cls, covariance: np.ndarray) -> "WholeInverse":
-        """Of a covariance (n, n), which is overwritten: one factor, inverted as a triangle, in a third of the steps."""
+        """From a covariance (n, n), which is overwritten; inverts its triangular factor, in a third of the steps."""
         lower = cholesky(covariance, lower=True, overwrite_a=True)
         (invert,) = get_lapack_funcs(("trtri",), (lower,))
         root, failed = invert(lower, lower=1, overwrite_c=1)

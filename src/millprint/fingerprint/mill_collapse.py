@@ -8,7 +8,7 @@ from millprint.fingerprint.condition import SCALED_BY
 from millprint.fingerprint.descriptors import CHARGE, as_built
 from millprint.fingerprint.exponents import SUPPOSED, with_power_per_ball
 
-# Quantities over the balls, or of a collision -> short name in the table of all mills; empty if not in it.
+# Quantities per ball or per collision -> short name in the table of all mills; empty if not in it.
 COLLAPSED = {
     "power_per_ball_W": "power",
     "normal_power_per_ball_W": "normal",
@@ -24,12 +24,12 @@ VERDICTS = ("by the thesis's exponents", "by exponents of its own", "not by powe
 
 
 def _about_means(values: np.ndarray, constants: np.ndarray) -> np.ndarray:
-    """Values (n,) less the mean of each group; constants (n, groups): 1 at the own one."""
+    """Values (n,) less the mean of their group; constants (n, groups): 1 for the group of the row."""
     return values - constants @ np.linalg.lstsq(constants, values, rcond=None)[0]
 
 
 def _spread(logs: np.ndarray, constants: np.ndarray) -> float:
-    """Standard deviation of logarithms about the mean of each fill ratio; constants (n, fills): 1 at the own one.
+    """Standard deviation of logarithms about the mean of each fill ratio; constants (n, fills): 1 for the row's.
 
     NaN where no fill ratio has two conditions.
     """
@@ -41,7 +41,7 @@ def _spread(logs: np.ndarray, constants: np.ndarray) -> float:
 
 def _own(logs: np.ndarray, constants: np.ndarray, varied: dict[str, np.ndarray], probability: float) -> dict:
     """Exponents by least squares over all fill ratios, with Student's intervals, and the spread that is left."""
-    # A variable that changes from charge to charge alone is no variable.
+    # A variable that changes only between charges cannot be fitted.
     names = [name for name, values in varied.items() if len(values) and np.ptp(_about_means(values, constants)) > 1e-9]
     empty = {f"{name}{end}": np.nan for name in varied for end in ("", "_lower", "_upper")}
     design = np.column_stack([constants, *(varied[name] for name in names)])
@@ -63,14 +63,14 @@ def verdict(thesis: float, own: float, largest: float) -> str:
 
 
 def tabulate_mill_collapse(descriptors: pd.DataFrame, probability: float, largest: float) -> pd.DataFrame:
-    """The spread between speeds and ball sizes of one mill and contact set, a row a quantity.
+    """The spread between speeds and ball sizes of one mill and contact set, a row for each quantity.
 
     Each spread is a standard deviation of log y about the mean of a fill ratio, pooled over the fill ratios, so that
     0.1 is about 10 %: `spread_before` of the quantity itself, `spread_thesis` after division by omega^p d^q with the
     exponents of Eqs 3.28 and 3.29 (omega_supposed, d_supposed), `spread_own` after those of a regression (omega, d,
-    with intervals of `probability`). `collapse` says which of them brings it to `largest` or less. Conditions of one
-    fill ratio only tell nothing; density and amplitude are those of the mill. A charge of several sizes is compared
-    with itself alone, at other speeds.
+    with intervals of `probability`). `collapse` says which of them brings it to `largest` or less. A single condition
+    at a fill ratio gives no spread; density and amplitude are the mill's. A charge of several sizes is compared only
+    with itself, at other speeds.
     """
     whole = with_power_per_ball(as_built(descriptors))
     groups = whole.groupby(["fill_ratio", CHARGE])
@@ -99,7 +99,7 @@ def tabulate_mill_collapse(descriptors: pd.DataFrame, probability: float, larges
 
 
 def one_row_a_mill(tables: list[pd.DataFrame]) -> pd.DataFrame:
-    """The collapse of several mills, a row each; columns NAME_* for the names in COLLAPSED."""
+    """The collapse of several mills, a row for each mill; columns NAME_* for the names in COLLAPSED."""
     kept = [f"spread_{name}" for name in ("before", "thesis", "own")]
     kept += [f"{name}{end}" for name in VARIED for end in ("", "_lower", "_upper")]
     rows = []

@@ -14,12 +14,12 @@ from millprint.fingerprint.inputs import WALL
 from millprint.fingerprint.seeds import MOTIONS
 
 if TYPE_CHECKING:
-    # Its processes bring scikit-learn, a second to import, and the figures of a sheet only read tables.
+    # Only for types: it imports scikit-learn, which takes a second, and the figures of a sheet only read tables.
     from millprint.fingerprint.model import Fingerprint, Prediction
 
 
 class Row(NamedTuple):
-    """A row of a fingerprint sheet; of a descriptor, lower and upper are of a new simulation, mean_ of the mean."""
+    """A row of a fingerprint sheet. For a descriptor, lower and upper are of a new simulation, mean_ of the mean."""
 
     section: str
     quantity: str
@@ -34,7 +34,7 @@ class Row(NamedTuple):
 
 SHEET = list(Row._fields)
 DESCRIBED = (*SCALED_BY, "normal_power_W", "tangential_power_W")
-# The section `precision`: what a condition was given, and the intervals of some quantities of CURVES.
+# The section `precision`: time and seeds of a condition, and the intervals of some quantities of CURVES.
 RECORDED, SIMULATED = "recorded time of a simulation", "simulations of a condition"
 STATED = {
     "Pn": "normal power",
@@ -43,7 +43,7 @@ STATED = {
     "Et_star": "weighted tangential energy",
     "f": "collisions",
 }
-WIDTH = "half of the band of a new simulation: the median, and from where it is known best to where it is known least"
+WIDTH = "half of the band of a new simulation: the median, and from the smallest to the largest"
 MORE = "mills.precision: quick, standard, fine; or more seeds in the sweep"
 RANGES = {
     "fill_ratio": ("fill ratio", "-", 1.0),
@@ -76,7 +76,7 @@ def shown_speed(mill: MillConfig, speed_hz: float) -> str:
 def tabulate_sheet(
     mill: MillConfig, fingerprint: "Fingerprint", collapse: pd.DataFrame, zones: pd.DataFrame, descriptors: pd.DataFrame
 ) -> pd.DataFrame:
-    """Rows of SHEET: the mill, descriptors of one condition with intervals, exponents, collapse, zones, what holds.
+    """Rows of SHEET: the mill, descriptors of one condition with intervals, exponents, collapse, zones, validity.
 
     collapse: as of tabulate_mill_collapse; zones: as of find_zones; descriptors: of the mill's sweep. A fingerprint
     with further origins of intervals also has their columns, and a line that explains each.
@@ -128,14 +128,14 @@ def tabulate_sheet(
 
 
 def _said(verdict: str) -> str:
-    """A verdict of `mill_collapse` as a sentence; that nothing is known stands for itself."""
+    """A verdict of `mill_collapse` as a sentence; `unknown` is one already."""
     if verdict.startswith("not "):
         return f"does not collapse {verdict.removeprefix('not ')}"
     return verdict if verdict.startswith("unknown") else f"collapses {verdict}"
 
 
 def _precision_rows(fingerprint: "Fingerprint", descriptors: pd.DataFrame) -> list[Row]:
-    """What the sweep has spent on a condition, and how wide the intervals became that follow from it."""
+    """How much the sweep simulated for a condition, and how wide the resulting intervals are."""
     # It needs scikit-learn, as the fingerprint does.
     from millprint.fingerprint.coverage import half_widths
 

@@ -85,8 +85,8 @@ def describe(
 ) -> dict:
     """The data of a fingerprint: mill, balls, counting rule, settings of the mill as built, simulated ranges.
 
-    charges: those of several sizes by name; with any, settings tell the charge of each, and `charges` its sizes.
-    `kinds` are the kinds of balls (ONE_SIZE and charges) if there are several.
+    charges: charges of several sizes by name. If there are any, each setting names its charge, and `charges` lists the
+    sizes. `kinds` are the kinds of balls (ONE_SIZE and charges) if there are several.
     """
     built, kinds = as_built(descriptors), kinds_of(descriptors[CHARGE])
     first = built.iloc[0]
@@ -116,8 +116,8 @@ def describe(
 class Fingerprint:
     """Scaled powers, frequency and energies of one mill and contact set over everything that was varied.
 
-    `about` is what `describe` returns, `processes` a Process for each of CURVES, `further` the factors of each origin
-    of intervals that was analysed besides the scatter of the simulation.
+    about: as from `describe`; processes: a Process for each of CURVES; further: the factors of each origin of intervals
+    that was analysed in addition to the scatter of the simulation.
     """
 
     def __init__(
@@ -166,7 +166,7 @@ class Fingerprint:
         return Fingerprint(self.about, self.processes, {**self.further, **further})
 
     def with_factors(self, files: Mapping[str, str]) -> "Fingerprint":
-        """The same fingerprint with the factors in some files, by the origin of their intervals, on its own values."""
+        """The same fingerprint with the factors in `files` (origin -> path), scaled onto its own values."""
         read = {origin: read_factors(path, origin, self.about) for origin, path in files.items()}
         return self.with_further({origin: own.onto(self._sampled(own)) for origin, own in read.items()})
 
@@ -194,7 +194,7 @@ class Fingerprint:
 
     @classmethod
     def read(cls, path: str | Path) -> "Fingerprint":
-        """Read what `write` wrote, also without further factors; raises ConfigError, in one line, for another file."""
+        """Read a file of `write`, with or without further factors; raises ConfigError, in one line, for others."""
         content = read_content(path)
         try:
             about = content["about"]
@@ -257,16 +257,16 @@ class Fingerprint:
     def balls(self, choice: float | str) -> tuple[float, str]:
         """Diameter [m] and charge of balls that are given by a diameter [mm] or by the name of a charge.
 
-        A charge is exactly one that was simulated: nothing is known between two charges, nor between a charge and
-        balls of one size. Raises ConfigError for a charge that was not, and for balls of one size where there are
-        charges alone.
+        A charge must be one that was simulated: nothing is known between two charges, or between a charge and balls
+        of one size. Raises ConfigError for a charge that was not simulated, and for balls of one size where only
+        charges were.
         """
         if isinstance(choice, str):
             return self.charge_diameter_m(choice), choice
         if not any(charge == ONE_SIZE for _, _, charge in self.settings):
             raise ConfigError(
-                f"balls of {balls_in_words(choice)}: {self.about['mill']} was simulated with charges of several sizes "
-                f"alone, which tell nothing of other balls; name one of {', '.join(self.charges)}"
+                f"balls of {balls_in_words(choice)}: {self.about['mill']} was only simulated with charges of several "
+                f"sizes, which do not apply to other balls; name one of {', '.join(self.charges)}"
             )
         return choice * 1e-3, ONE_SIZE
 
@@ -279,7 +279,7 @@ class Fingerprint:
         density_kg_m3: float | None = None,
         amplitude_m: float | None = None,
     ) -> Condition[float]:
-        """A condition of this mill; density and amplitude are those of the mill as built where they are left out."""
+        """A condition of this mill; if left out, density and amplitude are as in the mill as built."""
         return Condition(
             fill_ratio=fill_ratio,
             speed_hz=speed_hz,
@@ -314,8 +314,9 @@ class Fingerprint:
     def curve(self, fill_ratios: np.ndarray) -> pd.DataFrame:
         """The master curves: fill_ratio, then every quantity with its two bands, as `banded`.
 
-        The mean over the simulated speeds and ball sizes, and the bands of a condition drawn from them: their
-        variance is the mean of theirs and the variance between them. Raises ConfigError outside the simulated fills.
+        The mean over the simulated speeds and ball sizes, and the bands of a condition drawn from these. The variance
+        is the mean variance of the conditions plus the variance between them. Raises ConfigError outside the simulated
+        fills.
         """
         fill_ratios = np.atleast_1d(np.asarray(fill_ratios, dtype=float))
         low, high = self.fill_range
@@ -356,7 +357,7 @@ class Fingerprint:
         factors = {origin: self.further[origin].at(np.array([fill_ratio])) for origin in known}
         found = {}
         for name, band in scaled.items():
-            # What was counted by another rule is not known.
+            # A quantity with another counting rule is not known.
             intervals: dict[str, Any] = {
                 origin: Interval(*(band.value * ends[name][:, 0]).tolist())
                 for origin, ends in factors.items()
@@ -375,8 +376,8 @@ class Fingerprint:
         return found
 
     def outside(self, condition: Condition[float], volume_m3: float, charge: str = ONE_SIZE) -> tuple[str, ...]:
-        """Names of the variables, of the charge and of the jar's volume, that lie outside what was simulated."""
-        # Balls of one size say nothing of a charge of several, nor the other way round.
+        """Which variables, charge and jar volume included, are outside what was simulated."""
+        # Balls of one size give no information on a charge of several sizes, nor the other way round.
         diameters = [diameter for _, diameter, own in self.settings if own == charge]
         ranges = self.about["ranges"]
         if self.about.get("charges") and diameters:
@@ -394,10 +395,10 @@ class Fingerprint:
     ) -> Prediction:
         """Descriptors of a condition by Eqs 3.28, 3.29 and 4.5, with the variables outside the simulated range.
 
-        volume_m3: of the jar, that of the mill as built if left out. charge: the name of one of several ball sizes, of
-        which the condition has the ball of mean volume (`charge_diameter_m`); balls of one size if left out. Beyond the
-        simulated range the scaling of the thesis carries the curves on, with an interval that widens. Raises
-        ConfigError for a condition that cannot be: a value of 0 or less, or a fill ratio of 1 or more.
+        volume_m3: of the jar; if left out, of the mill as built. charge: name of a charge of several sizes; the
+        condition then has its ball of mean volume (`charge_diameter_m`). If left out, balls of one size. Beyond the
+        simulated range, the scaling of the thesis extends the curves, with a wider interval. Raises ConfigError for an
+        impossible condition: a value of 0 or less, or a fill ratio of 1 or more.
         """
         volume = self.about["volume_m3"] if volume_m3 is None else volume_m3
         for name, value in (*vars(condition).items(), ("volume_m3", volume)):
@@ -429,7 +430,7 @@ def bands(table: pd.DataFrame) -> dict[str, Band]:
 
 
 def banded(told: Mapping[str, Told], width: float) -> pd.DataFrame:
-    """Q, then Q_lower and Q_upper of a new simulation and Q_mean_lower and Q_mean_upper of the mean, of every quantity.
+    """For each quantity: Q, Q_lower and Q_upper of a new simulation, and Q_mean_lower and Q_mean_upper of the mean.
 
     Ends that are not known are NaN.
     told: logarithms and deviations (m,) of each; width: of the bands, in deviations.

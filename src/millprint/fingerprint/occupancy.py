@@ -15,7 +15,7 @@ DATASETS = ("edges_x_m", "edges_y_m", "count", "granular_temperature")
 class OccupancyMap:
     """Maps on a grid in the frame of the jar, seen from above.
 
-    edges_x_m (nx + 1), edges_y_m (ny + 1): edges of the cells [m]; share (nx, ny): balls in a cell over those of the
+    edges_x_m (nx + 1), edges_y_m (ny + 1): edges of the cells [m]; share (nx, ny): balls in a cell over balls in the
     fullest cell [-]; temperature_m2_s2 (nx, ny): granular temperature of Eq. 3.26 [m2/s2]. Both maps are masked where
     no ball came.
     """

@@ -6,7 +6,7 @@ from millprint.config.workflow import WorkflowConfig
 
 
 def fingerprint_faults(config: WorkflowConfig, source: str) -> Iterator[str]:
-    """A line for each fault, with file, key, value and what would be right; none if everything is valid."""
+    """A line for each fault, with file, key, value and what to write; none if everything is valid."""
     recorded = [rule.name for rule in config.dem.counting_rules]
     chosen = {
         "fingerprint.counting_rule": [config.fingerprint.counting_rule],
@@ -20,7 +20,7 @@ def fingerprint_faults(config: WorkflowConfig, source: str) -> Iterator[str]:
         for name in thresholds.intersection(chosen[key]):
             yield (
                 f"{source}: {key} = {name}: has a threshold, so that energy per collision times frequency would not be "
-                "the power; choose a rule with gap_turns alone"
+                "the power; choose a rule with only gap_turns"
             )
 
 

@@ -1,25 +1,25 @@
 """A Gaussian process of the logarithm of a scaled quantity: a curve over fill ratio, and departures from the scaling.
 
-If Eqs 3.28 and 3.29 held exactly, a scaled quantity would depend on the fill ratio alone. The process takes that as
+If Eqs 3.28 and 3.29 held exactly, a scaled quantity would depend only on the fill ratio. The process takes that as
 its mean behaviour and learns from the runs how far speed and ball size, amplitude and density shift it:
     log y = g(fill) + h(fill, speed, ball size) + a(fill, amplitude) + r(fill, density) + noise
 each a Matern 5/2 process of logarithms. Far from what was simulated the departures return to zero, that is to the
-scaling of the thesis, and the bands widen to what departures were worth elsewhere. Departures of amplitude and density
-are taken to multiply those of speed and ball size: what a sweep finds at one speed is carried to the others.
+scaling of the thesis, and the bands widen to the size of the departures elsewhere. Departures of amplitude and density
+multiply those of speed and ball size: what a sweep finds at one speed is applied to the others.
 
-There are two bands, of two variances of log y at a condition x, with d(x) the deviation of g + h + a + r as known from
-the simulations, n the noise and s2(x) the variance of one run by its finite window:
+There are two bands, from two variances of log y at a condition x. d(x) is the standard deviation of g + h + a + r given
+the simulations, n the noise, and s2(x) the variance of one run due to its finite window:
     of the mean of very many simulations    d(x)^2
     of a new simulation, one run            d(x)^2 + n + s2(x)
-Both are widened by one factor, the stretch, and are as many deviations wide as Student's t says.
-s2(x) = exp(b0 + b1 ln fill) is fitted to the errors that the runs state, since that of a single run, from a few turns,
-is hardly known: a generalised linear model of gamma distribution, which a variance has. For the same reason, the
-variance of each simulated value is taken half from itself and half from s2, as a moderated variance (Smyth, Stat. Appl.
-Genet. Mol. Biol. 3 (2004) 3) of equal degrees of freedom. Whether n is of runs, or of conditions that the curve does
-not follow, one seed a condition cannot tell: it is taken to be of runs.
+Both are widened by one factor, the stretch, and Student's t gives their width in deviations.
+s2(x) = exp(b0 + b1 ln fill) is fitted to the errors of all runs, because the error of one run, from a few turns, is
+hardly known. The model is a generalised linear one with the gamma distribution, which a variance has. For the same
+reason, the variance of each simulated value is half its own and half s2, a moderated variance (Smyth, Stat. Appl.
+Genet. Mol. Biol. 3 (2004) 3) with equal degrees of freedom. With one seed per condition, noise between runs cannot be
+separated from conditions that the curve does not follow: n counts as noise between runs.
 
-Where several kinds of balls were simulated, such as balls of one size and a charge of several, each kind has a
-departure q(fill) of its own. There is nothing between two kinds: one tells nothing of another's.
+Where several kinds of balls were simulated, such as balls of one size and a charge of several sizes, each kind has a
+separate departure q(fill), independent of the others.
 """
 
 import warnings
@@ -39,7 +39,7 @@ from millprint.statistics.quantiles import student_quantile
 if TYPE_CHECKING:
     from sklearn.gaussian_process.kernels import Kernel
 
-# Component -> its variables besides the fill ratio, and the start and bounds of its variance.
+# Component -> its variables in addition to the fill ratio, and the start and bounds of its variance.
 COMPONENTS = {
     "fill": ((), 0.1, (0.04, 10.0)),  # curves vary by 20 % or more
     "machine": (("speed_hz", "ball_diameter_m"), 0.02, (1e-4, 0.5)),
@@ -52,19 +52,19 @@ COMPONENTS = {
 FILL_LENGTH, MACHINE_LENGTH = (0.3, 3.0), (0.7, 7.0)
 NOISE, NOISE_BOUNDS = 1e-3, (1e-5, 0.05)
 IDLE = 1e5  # length of a variable that a component does not depend on
-# The likelihood of n conditions costs n^3 a trial. Of more than these, so many chosen at random give the parameters,
-# and all of them the predictions.
+# The likelihood of n conditions costs n^3 per trial. Above this number of conditions, a random choice of this number
+# gives the parameters; all conditions give the predictions.
 LEARNT_FROM = 250
 NO_SAMPLING = (-40.0, 0.0)  # b0, b1 of runs that state no error
-SCORINGS = 30  # of the search for b0 and b1, which takes a few
+SCORINGS = 30  # iterations at most in the search for b0 and b1, which needs a few
 JITTER = 1e-10  # keeps a covariance of almost equal conditions invertible
-# Name of what is left out at a time -> the variables that its conditions share.
+# What is left out together -> the variables that these conditions share.
 LEFT_OUT = {
     "condition": ["fill_ratio", "speed_hz", "ball_diameter_m", "density_kg_m3", "amplitude_m", CHARGE],
     "fill ratio": ["fill_ratio"],
     "setting": ["speed_hz", "ball_diameter_m", "density_kg_m3", "amplitude_m", CHARGE],
 }
-APART = 0.01  # length between kinds of balls, whose places differ by 1: no two have anything in common
+APART = 0.01  # length scale between kinds of balls, whose places differ by 1: no two are correlated
 
 
 def kinds_of(charges: Iterable[str]) -> list[str]:
@@ -74,9 +74,9 @@ def kinds_of(charges: Iterable[str]) -> list[str]:
 
 
 def logarithms(table: pd.DataFrame, kinds: Sequence[str] = ()) -> np.ndarray:
-    """Logarithms (n, 5) of VARIABLES; with `kinds`, (n, 6), the last the place of the row's charge among them.
+    """Logarithms (n, 5) of VARIABLES; with `kinds`, (n, 6), the last the place of the row's charge among the kinds.
 
-    A charge that is none of them has the place -1, which is as far from each as they are from each other.
+    A charge that is not among them has the place -1, which is uncorrelated with every kind.
     """
     logs = np.log(table[list(VARIABLES)].to_numpy(dtype=float))
     if not kinds:
@@ -87,7 +87,7 @@ def logarithms(table: pd.DataFrame, kinds: Sequence[str] = ()) -> np.ndarray:
 
 
 def varied_components(table: pd.DataFrame) -> dict[str, list[str]]:
-    """Component -> its variables, of those that the conditions of `table` vary; a departure needs one at least."""
+    """Component -> its variables that vary between the conditions of `table`; a departure needs at least one."""
     varied = [name for name in (*VARIABLES, CHARGE) if name in table and table[name].nunique() > 1]
     found = {name: [v for v in others if v in varied] for name, (others, *_) in COMPONENTS.items()}
     return {name: ["fill_ratio", *others] for name, others in found.items() if others or name == "fill"}
@@ -98,13 +98,13 @@ def held(length: float) -> tuple[float, tuple[float, float]]:
     return length, (length, length * (1 + 1e-9))
 
 
-# Start and bounds of the length of a variable that a component depends on; all others have those of a machine.
+# Start and bounds of the length of a variable that a component depends on; others: as a machine's variable.
 LENGTHS = {"fill_ratio": (1.0, FILL_LENGTH), CHARGE: held(APART)}
 
 
 def build_kernel(components: dict[str, list[str]]) -> "Kernel":
     """The sum of the components, without noise; a length at IDLE is held there."""
-    # Takes two seconds to import: who reads a fingerprint and predicts nothing does without.
+    # Imported here: takes two seconds, and is not needed to read a fingerprint without predicting.
     from sklearn.gaussian_process.kernels import ConstantKernel, Matern
 
     total = None
@@ -129,14 +129,14 @@ def grouped(inputs: np.ndarray, shared: list[str]) -> list[np.ndarray]:
 
 
 def band_width(probability: float, conditions: int) -> float:
-    """Half the width of a band in deviations: Student's quantile, as its scale is from so many conditions."""
+    """Half the width of a band in deviations: Student's quantile, with the scale from this number of conditions."""
     return float(student_quantile(0.5 + 0.5 * probability, max(1, conditions - 1)))
 
 
 def fit_sampling(log_fills: np.ndarray, variances: np.ndarray) -> tuple[float, float]:
     """b0 and b1 of the variance of the logarithm of one run, s2 = exp(b0 + b1 ln fill).
 
-    log_fills: ln of fill ratios (n,); variances: of one run at each, by its own turns (n,), NaN where it is not known.
+    log_fills: ln of fill ratios (n,); variances: of one run at each, from its turns (n,), NaN where not known.
     """
     known = np.isfinite(variances) & (variances > 0)
     if not known.any():
@@ -156,12 +156,12 @@ def fit_sampling(log_fills: np.ndarray, variances: np.ndarray) -> tuple[float, f
 
 
 def variance_of_run(inputs: np.ndarray, sampling: tuple[float, float]) -> np.ndarray:
-    """Variance s2 (m,) of the logarithm of one run by its window, at inputs (m, 5)."""
+    """Variance s2 (m,) of the logarithm of one run due to its window, at inputs (m, 5)."""
     return np.exp(sampling[0] + sampling[1] * inputs[:, 0])
 
 
 class Told(NamedTuple):
-    """Log values (m,), and the standard deviations (m,) about them of the mean and of a new simulation."""
+    """Log values (m,), and the standard deviations (m,) of the mean and of a new simulation."""
 
     logs: np.ndarray
     of_mean: np.ndarray
@@ -173,8 +173,8 @@ class Process:
     """One quantity: inputs (n, 5 or 6) of `logarithms`, logarithms of values (n,), their relative standard errors (n,).
 
     components and theta (the kernel's logarithmic parameters) describe the kernel; noise is the variance of log
-    values between runs that no variable explains; sampling: b0 and b1 of the variance of one run by its window;
-    stretch widens every deviation to what leaving conditions out has shown.
+    values between runs that no variable explains; sampling: b0 and b1 of the variance of one run due to its window;
+    stretch: factor on every deviation, found by leaving conditions out.
     """
 
     inputs: np.ndarray
@@ -190,14 +190,14 @@ class Process:
     def fit(
         cls, inputs: np.ndarray, logs: np.ndarray, stated: np.ndarray, components: dict, runs: np.ndarray | int = 1
     ) -> "Process":
-        """Parameters of largest marginal likelihood, and the stretch that leaving conditions out asks for.
+        """Parameters of largest marginal likelihood, and the stretch found by leaving conditions out.
 
-        stated: relative standard errors of the values by their own windows and seeds (n,), NaN where they are not
-        known; runs: seeds that each value is the mean of.
+        stated: relative standard errors of the values from their windows and seeds (n,), NaN where not known; runs:
+        number of seeds in the mean of each value.
 
         stretch = max(1, root mean square of the standardised errors), as in Bachoc, Comput. Stat. Data Anal. 66
-        (2013) 55, the largest of the ways of LEFT_OUT: the likelihood is too sure of itself where the model is not
-        quite right. Of more than LEARNT_FROM conditions, so many give the parameters, and all of them the stretch.
+        (2013) 55, the largest over the ways of LEFT_OUT: the likelihood gives too small deviations where the model is
+        not quite right. Of more than LEARNT_FROM conditions, LEARNT_FROM give the parameters, and all give the stretch.
         """
         from sklearn.exceptions import ConvergenceWarning
         from sklearn.gaussian_process import GaussianProcessRegressor
@@ -213,7 +213,7 @@ class Process:
         kernel = build_kernel(components) + WhiteKernel(NOISE, NOISE_BOUNDS)
         regressor = GaussianProcessRegressor(kernel, alpha=known[2] ** 2 + JITTER)
         with warnings.catch_warnings():
-            # A parameter may end at its bound: few conditions cannot tell noise from shape.
+            # A parameter may end at its bound: few conditions cannot separate noise from shape.
             warnings.simplefilter("ignore", ConvergenceWarning)
             regressor.fit(known[0], known[1] - known[1].mean())
         theta, noise = regressor.kernel_.k1.theta, regressor.kernel_.k2.noise_level
@@ -252,13 +252,13 @@ class Process:
     def leave_out(
         self, groups: Sequence[np.ndarray], inverse: WholeInverse | ReducedInverse | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Mean and deviation of the log values of each group of indices, as measured, predicted without that group.
+        """Mean and deviation of the measured log values of each group of indices, predicted without that group.
 
-        The groups one after another. With Q the inverse of the covariance of all log values y, noise included, and c
-        the mean of those that are kept, y_B - mean = Q_BB^-1 [Q (y - c)]_B with the covariance Q_BB^-1 (Dubrule, Math.
-        Geol. 15 (1983) 687). So one inverse serves every group; a new prediction would take one for each group.
+        The result has the groups one after another. With Q the inverse of the covariance of all log values y, noise
+        included, and c the mean of the values that are kept, y_B - mean = Q_BB^-1 [Q (y - c)]_B with the covariance
+        Q_BB^-1 (Dubrule, Math. Geol. 15 (1983) 687). One inverse serves all groups.
 
-        inverse: the result of `inverse()`, where it is needed more than once; without it, it is made here.
+        inverse: the result of `inverse()`, if it is needed more than once; computed here if left out.
         """
         inverse = inverse or self.inverse()
         weighted, sums = inverse.times(self.logs), inverse.times(np.ones(len(self.logs)))
@@ -267,7 +267,7 @@ class Process:
             centre = (self.logs.sum() - self.logs[left].sum()) / (len(self.logs) - len(left))
             own = np.linalg.inv(inverse.block(left))
             means.append(self.logs[left] - own @ (weighted[left] - centre * sums[left]))
-            # The jitter is no part of what is measured.
+            # The jitter is not part of the measured values.
             deviations.append(self.stretch * np.sqrt(np.diag(own) - JITTER))
         return np.concatenate(means), np.concatenate(deviations)
 
@@ -285,7 +285,7 @@ class Process:
 
     @classmethod
     def from_dict(cls, content: dict, inputs: np.ndarray) -> "Process":
-        """The process that `to_dict` described; raises KeyError or ValueError for a content that it did not write."""
+        """The process that `to_dict` described; raises KeyError or ValueError for other content."""
         return cls(
             inputs=inputs,
             logs=np.log(np.array(content["values"], dtype=float)),
@@ -319,12 +319,12 @@ class Predictor:
         return Told(self.centre + mean, self.stretch * deviation, self.stretch * np.sqrt(deviation**2 + one_run))
 
     def joint(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Log values (m,) and their covariance (m, m), that of the mean: how sure the curve is, not a new run."""
+        """Log values (m,) and the covariance (m, m) of their mean: the uncertainty of the curve, not of a new run."""
         mean, covariance = self.known.with_covariance(inputs)
         return self.centre + mean, self.stretch**2 * covariance
 
     def reduced(self) -> dict:
-        """What a reduced process predicts by, as plain values; raises TypeError for a whole one."""
+        """What a reduced process needs for predictions, as plain values; raises TypeError for a whole one."""
         if not isinstance(self.known, Reduced):
             raise TypeError("a process of all its conditions has nothing that is reduced")
         return {**self.known.to_dict(), "centre": self.centre}

@@ -1,9 +1,9 @@
 """A mill enlarged by geometric similarity: how to run it for the same fingerprint, and what it costs to simulate.
 
 All lengths of vessel and motion grow by L = (V / V_0)^(1/3). With energies per collision ~ rho omega^2 A^2 d^3, a
-frequency ~ omega and a power ~ rho omega^3 A^2 d^3 of one ball (Eqs 3.28, 3.29) each row keeps one of them. Balls as
-they are keep the chemistry of a collision; balls enlarged too, at omega ~ L^(-1/2), keep every scaled number, gravity's
-share A omega^2 / g included. Of a charge of several sizes every size grows alike, so that it stays the same charge.
+frequency ~ omega and a power ~ rho omega^3 A^2 d^3 of one ball (Eqs 3.28, 3.29), each row keeps one of them. Unchanged
+balls keep the chemistry of a collision. Enlarged balls, at omega ~ L^(-1/2), keep every scaled number, including the
+share of gravity A omega^2 / g. In a charge of several sizes, all sizes grow by the same factor.
 """
 
 from dataclasses import replace
@@ -25,13 +25,13 @@ def _ratio(large: Prediction, small: Prediction, name: str) -> float:
 def tabulate_scale_up(
     fingerprint: Fingerprint, factor: float, settings: ScaleUpConfig, step_s: float, ns_per_ball_step: float
 ) -> pd.DataFrame:
-    """Speed, balls, descriptors, their ratios to the small mill's and the costs, for each way to run the large mill.
+    """Speed, balls, descriptors, their ratios to the small mill's, and the costs of each way to run the large mill.
 
     factor: L [-]; step_s: the step for the small mill's balls [s], which grows with them; ns_per_ball_step: measured.
-    A charge of several sizes has its name and sizes in columns of their own.
-    `hours` is what one core takes for settings.revolutions. Descriptors are those of the fingerprint at the large
-    amplitude: beyond what was simulated, so by the scaling of the thesis, and `outside` says so. `froude` is
-    A omega^2 / g over that of the small mill: where it is not 1, gravity weighs more or less than in the small mill.
+    A charge of several sizes has its name and sizes in separate columns.
+    `hours` is the time of one core for settings.revolutions. The fingerprint predicts the descriptors at the large
+    amplitude: this is beyond what was simulated, so by the scaling of the thesis, and `outside` says so. `froude` is
+    A omega^2 / g over the small mill's: where it is not 1, gravity matters more or less than in the small mill.
     """
     volume = fingerprint.about["volume_m3"]
     diameter, charge = fingerprint.balls(settings.ball_diameter_mm)
@@ -81,7 +81,7 @@ def tabulate_scale_up(
 
 
 def compare_run(sheet: pd.DataFrame, large: dict, rule: dict) -> pd.DataFrame:
-    """The large run against what the sheet foresees for it, a row a quantity: foreseen, simulated, their ratio.
+    """The large run compared with its prediction in the sheet; for each quantity foreseen, simulated and their ratio.
 
     large: summary of the run; rule: its collisions by the fingerprint's counting rule.
     """

@@ -19,14 +19,14 @@ from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.inverse import descriptors_shown, residuals
 from millprint.fingerprint.model import Fingerprint
 
-# Fill ratios and speeds of the grid before the refinement; the curves have few turns, each far wider than a step.
+# Fill ratios and speeds of the grid before the refinement; the curves have few turns, all far wider than a step.
 GRID = (81, 61)
-# What two results of the search must differ in, and to how many decimals.
+# What distinguishes two results of the search, and to how many decimals.
 PLACE = ["mill", "contact", CHARGE, "ball_diameter_mm", "density_kg_m3"]
 DECIMALS = {"fill_ratio": 3, "speed_rpm": 0}
-# The interval of a further origin at a fill ratio where it was not analysed.
+# Value for the interval of a further origin at a fill ratio where it was not analysed.
 UNKNOWN = Interval(np.nan, np.nan)
-# What the intervals by contact parameters do not say of a match.
+# What the intervals by contact parameters do not include in a match.
 SHARED_CONTACT = (
     "both mills have the contact set {contact}, whose unknown parameters act in both: a part of what they change "
     "cancels between the mills, so the match is surer than the intervals by contact parameters; the intervals of "
@@ -58,7 +58,7 @@ def _local_minima(
     grid = distances(fill.ravel(), speed.ravel()).reshape(fill.shape)
     for i, j in np.argwhere(grid == minimum_filter(grid, size=3, mode="nearest")):
         start = np.log([axes[0][i], axes[1][j]])
-        # Squared distances are smooth, so that the slope is right at a target that can be met.
+        # Squared distances are smooth, so their slope is right at a target that can be met.
         found = minimize(
             cost, start, bounds=np.log([fills, speeds]), method="L-BFGS-B", options={"ftol": 1e-14, "gtol": 1e-10}
         )
@@ -98,7 +98,7 @@ def _row(fingerprint: Fingerprint, condition: Condition[float], charge: str, tar
 
 
 def ranked_columns(target: Iterable[str], fingerprints: list[Fingerprint]) -> list[str]:
-    """The columns of a ranking for a target, with those of the origins of intervals that a fingerprint has.
+    """The columns of a ranking for a target, with columns for the origins of intervals that a fingerprint has.
 
     The charge has a column only if a fingerprint has charges of several sizes.
     """
@@ -118,9 +118,9 @@ def ranked_columns(target: Iterable[str], fingerprints: list[Fingerprint]) -> li
 
 
 def _candidates(fingerprints: list[Fingerprint], choices: list[float | str]) -> list[list[tuple[float, str]]]:
-    """Diameters [m] and charges of the requested balls that each fingerprint knows something of.
+    """Diameters [m] and charges of the requested balls that each fingerprint can predict.
 
-    Raises ConfigError for balls that none of them does.
+    Raises ConfigError for balls that no fingerprint can.
     """
     found: list[list[tuple[float, str]]] = [[] for _ in fingerprints]
     for choice in choices:
@@ -138,12 +138,12 @@ def _candidates(fingerprints: list[Fingerprint], choices: list[float | str]) -> 
 def rank_conditions(target: dict[str, float], fingerprints: list[Fingerprint], request: MatchConfig) -> pd.DataFrame:
     """The conditions nearest to `target` that the request allows, nearest first, with the residual of each descriptor.
 
-    target: some or all of a set of descriptors. For each fingerprint, ball size and density, every fill ratio and speed
-    that is a local minimum of the weighted root mean square of log(found / target). `within_interval` names the
+    target: some or all of a set of descriptors. For each fingerprint, ball size and density, a row for every fill ratio
+    and speed at a local minimum of the weighted root mean square of log(found / target). `within_interval` names the
     descriptors whose target is in the condition's band of a new simulation; `outside` names the variables beyond the
-    simulated range. Fill ratios that were not simulated are left out. Charges are those that were simulated, exactly.
+    simulated range. Fill ratios outside the simulated ones are left out. Only charges that were simulated are searched.
     Descriptors have columns NAME_by_ORIGIN_lower and _upper for each further origin of intervals that any of the
-    fingerprints has. Raises ConfigError for balls of which no fingerprint knows anything.
+    fingerprints has. Raises ConfigError for balls that no fingerprint can predict.
     """
     weights, speeds = request.weights.model_dump(), tuple(speed / 60.0 for speed in request.speeds_rpm)
     rows = []
@@ -170,7 +170,7 @@ def rank_conditions(target: dict[str, float], fingerprints: list[Fingerprint], r
 
 
 def check_same_count(what: str, counted: Mapping[str, Any], fingerprint: Fingerprint, names: DescriptorSet) -> None:
-    """Raise ConfigError if a fingerprint counts collisions by other pairs or another gap than `what` does.
+    """Raise ConfigError if a fingerprint counts collisions with other pairs or another gap than `what` does.
 
     counted: its collisions_by and collision_gap_turns. Energies per collision and frequencies can be compared under
     one rule only; weighted descriptors need none.
@@ -184,7 +184,7 @@ def check_same_count(what: str, counted: Mapping[str, Any], fingerprint: Fingerp
 
 
 def counts_alike(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
-    """Whether collisions_by and collision_gap_turns of two are the same."""
+    """Whether two have the same collisions_by and collision_gap_turns."""
     gaps = (each["collision_gap_turns"] for each in (one, other))
     return one["collisions_by"] == other["collisions_by"] and math.isclose(*gaps, rel_tol=1e-6, abs_tol=1e-12)
 
@@ -192,9 +192,9 @@ def counts_alike(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
 def _of_another_mill(
     like: LikeConfig, fingerprints: list[Fingerprint], names: DescriptorSet
 ) -> tuple[dict[str, Band], float]:
-    """The descriptors of a condition of another mill with their intervals, and the probability of these.
+    """The descriptors of a condition of another mill with their intervals, and the probability of the intervals.
 
-    Raises ConfigError as `check_same_count`, and for balls of which that fingerprint knows nothing.
+    Raises ConfigError as `check_same_count`, and for balls that the fingerprint cannot predict.
     """
     other = Fingerprint.read(like.fingerprint)
     for fingerprint in fingerprints:
@@ -206,7 +206,7 @@ def _of_another_mill(
 
 
 def target_descriptors(target: TargetConfig, fingerprints: list[Fingerprint], names: DescriptorSet) -> dict[str, float]:
-    """The descriptors of a target by name: as given, or those of a set that another mill's fingerprint predicts.
+    """The descriptors of a target by name: as given, or a set predicted by another mill's fingerprint.
 
     Raises ConfigError if a condition of another mill cannot be compared or is not known.
     """
@@ -218,7 +218,7 @@ def target_descriptors(target: TargetConfig, fingerprints: list[Fingerprint], na
 def with_ratios(table: pd.DataFrame, target: dict[str, Band]) -> pd.DataFrame:
     """A ranking with columns NAME_ratio of the found descriptors over the target's, and their intervals.
 
-    By the scatter, and by each further origin that both know (`ratio_of`); empty where one of the two does not.
+    Intervals by the scatter, and by each further origin that both have (`ratio_of`); empty where one lacks it.
     """
     columns: dict[str, list[float]] = {}
     for name, of_target in target.items():
@@ -244,10 +244,10 @@ def _stored_band(row: dict, name: str) -> Band:
 
 
 def match_targets(request: MatchConfig, fingerprints: list[Fingerprint]) -> pd.DataFrame:
-    """The nearest conditions for every target: `rank_conditions` under a column `target`.
+    """The nearest conditions for every target: `rank_conditions` with a column `target`.
 
-    A target that is a condition of another mill also has the ratios to it with their intervals, if all intervals are
-    of one probability.
+    A target that is a condition of another mill also has the ratios to it with their intervals, if all intervals have
+    the same probability.
     """
     tables = []
     for target in request.targets:
@@ -262,10 +262,9 @@ def match_targets(request: MatchConfig, fingerprints: list[Fingerprint]) -> pd.D
 
 
 def simulated_request(fingerprint: Fingerprint, names: DescriptorSet) -> MatchConfig:
-    """The request that asks a fingerprint for everything that was simulated: all balls, the ranges of fill and speed.
+    """A request for everything that was simulated for a fingerprint: all balls, the ranges of fill and speed.
 
-    The target is the condition in the middle of the fill ratios, of the slowest speed and the first balls, by the
-    descriptors of a set.
+    The target has a set of descriptors of one condition: middle fill ratio, slowest speed and first balls.
     """
     ranges, choices = fingerprint.about["ranges"], fingerprint.choices()
     speeds, (low, high) = ranges["speed_hz"], fingerprint.fill_range

@@ -1,9 +1,9 @@
-"""Several seeds of one condition: how far a run lies from the mean of many, and what the runs say against that.
+"""Several seeds of one condition: how far a run is from the mean of many, and when this estimate cannot be trusted.
 
 The scatter of a run is seen twice: within its window, between turns, and between seeds. Both estimate the variance of
-one run, so they are pooled by their degrees of freedom; where seeds vary by more than their windows say, their variance
-counts. Where they do so beyond chance, as where balls lock onto one of several lasting motions, windows tell nothing
-and only seeds have a say: k - 1 degrees of freedom.
+one run, so they are pooled by their degrees of freedom; where seeds vary by more than their windows explain, the
+variance between seeds counts. Where they do so beyond chance, as where balls lock onto one of several lasting motions,
+windows are ignored and only seeds count: k - 1 degrees of freedom.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-# Probability at which seeds of one and the same motion are taken for several; independent turns that suffice.
+# Probability of taking seeds of the same motion for several motions; independent turns that suffice.
 CHANCE, FEWEST_TURNS = 0.01, 8
 
 
@@ -24,17 +24,17 @@ class Run(NamedTuple):
 
 
 def block_length(revolutions: int) -> int:
-    """Revolutions of a block, of so many that are drawn from; at most half of them, so that draws differ."""
+    """Length of a bootstrap block [revolutions]; at most half of `revolutions`, so that draws differ."""
     return max(1, min(int(np.ceil(revolutions ** (1 / 3) - 1e-9)), revolutions // 2))
 
 
 def variance_of_run(values: Sequence[float], within: Sequence[tuple[float, int]]) -> Run | None:
-    """What k seeds say of the variance of one of them; None for a single one of which nothing is known.
+    """The variance of one run, estimated from k seeds; None for a single run without an estimate.
 
-    values: of the runs (k,). within: of each run whose window tells it, variance and degrees of freedom. With w the
-    mean of these by their degrees of freedom v, and b the variance of the values: b with k - 1 where b / w is beyond
-    the F distribution's quantile 1 - CHANCE, else max(b, pooled), pooled = (v w + (k - 1) b) / (v + k - 1). The mean of
-    the runs has the variance of one over k.
+    values: of the runs (k,). within: variance and degrees of freedom of each run whose window gives them. w is the mean
+    of these variances weighted by their degrees of freedom, v in all, and b the variance of the values. The result is b
+    with k - 1 degrees where b / w is beyond the F distribution's quantile 1 - CHANCE, else max(b, pooled),
+    pooled = (v w + (k - 1) b) / (v + k - 1). The mean of the runs has 1/k of the variance of one run.
     """
     seeds = len(values)
     between = float(np.var(values, ddof=1)) if seeds > 1 else 0.0
@@ -45,7 +45,7 @@ def variance_of_run(values: Sequence[float], within: Sequence[tuple[float, int]]
         return None
     # Seeds that agree to the last digits of a number do not differ.
     if seeds > 1 and inside and np.ptp(values) > 1e-9 * np.max(np.abs(values)):
-        # Takes long to import, and most conditions have one seed.
+        # Imported here: slow to import, and most conditions have one seed.
         from millprint.statistics.quantiles import f_exceeded
 
         limit = float(f_exceeded(CHANCE, seeds - 1, inside))
@@ -55,7 +55,7 @@ def variance_of_run(values: Sequence[float], within: Sequence[tuple[float, int]]
 
 
 class Motion(NamedTuple):
-    """A word for what turns and seeds say against an error, and what it means with what to do."""
+    """A reason why a standard error may be wrong: a word, and what it means with what to do."""
 
     word: str
     meaning: str
@@ -64,8 +64,8 @@ class Motion(NamedTuple):
 MOTIONS: Mapping[str, Motion] = {
     "no_impacts": Motion(
         "no impacts",
-        "all balls move with the wall, as one layer that goes round or at rest on it, and nothing hits; no curve is "
-        "made of that: take a higher fill ratio or another speed",
+        "all balls move with the wall, as one layer that goes round or at rest on it, and nothing hits; curves "
+        "leave it out: take a higher fill ratio or another speed",
     ),
     "few_turns": Motion(
         "few turns",
@@ -74,7 +74,7 @@ MOTIONS: Mapping[str, Motion] = {
     ),
     "repeats": Motion(
         "repeats",
-        "the motion is locked to the drive and repeats itself, so that turns tell nothing of other lasting motions: "
+        "the motion is locked to the drive and repeats itself, so that turns do not show other lasting motions: "
         "simulate more seeds",
     ),
     "seeds_differ": Motion(
@@ -86,7 +86,7 @@ MOTIONS: Mapping[str, Motion] = {
 
 
 def motion_of(impacts: int, independent: float, repeating: int, differ: bool) -> list[Motion]:
-    """What turns and seeds of a condition say against its errors, of MOTIONS.
+    """Why the standard errors of a condition may be wrong, from its turns and seeds: some of MOTIONS.
 
     impacts: seeds whose balls hit anything; independent: turns of all seeds; repeating: seeds whose motion repeats;
     differ: whether seeds differ beyond chance.

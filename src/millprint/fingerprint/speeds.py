@@ -1,4 +1,4 @@
-"""The speeds of the mills in a configuration, compared with those of real machines (mill.speed_limits)."""
+"""The speeds of the mills in a configuration, compared with real machines (mill.speed_limits)."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -75,7 +75,7 @@ def _of_sweeps(case: Case, mill: MillConfig, source: str) -> SpeedSetting:
 def with_paces(
     settings: Sequence[SpeedSetting], bodies: Mapping[str, Sequence[Body]]
 ) -> list[tuple[SpeedSetting, Pace]]:
-    """Each setting with the pace of each body of its mill; bodies: of every mill, by its name."""
+    """Each setting with the pace of each body of its mill; bodies: of every mill, by the mill's name."""
     known: dict[str, list[Pace]] = {}
     pairs = []
     for setting in settings:
@@ -99,7 +99,7 @@ def speed_warnings(speeds: Sequence[tuple[SpeedSetting, Pace]]) -> list[str]:
 
 
 def _lines(speeds: Sequence[tuple[SpeedSetting, Pace]], which: Literal["usual", "most"], advice: str) -> list[str]:
-    """A line for each setting with a body beyond one of its bounds; only the first such body is named."""
+    """A line for each setting with a body beyond one of its bounds; names only the first such body."""
     lines: dict[str, str] = {}
     for setting, pace in speeds:
         bound: Bound = getattr(pace.bounds, which)

@@ -1,7 +1,6 @@
-"""Are the settings of a mill's sweep good enough? Descriptors of one condition, each setting changed alone.
+"""Are the settings of a mill's sweep good enough? Descriptors of one condition, one setting changed at a time.
 
-A change of a descriptor is held against a tolerance that does not matter, and against the scatter between seeds:
-`judge` has the rule.
+`judge` compares the change of a descriptor with a tolerance that does not matter, and with the scatter between seeds.
 """
 
 import math
@@ -37,7 +36,7 @@ ADVICE = {
     "window": "raise sweep.discard_turns or sweep.window_turns",
     "seeds": "give sweep.seeds {seeds} seeds, or raise sweep.window_turns",
 }
-# Beyond this, more seeds are no advice.
+# Never advise more seeds than this.
 MOST_SEEDS = 200
 
 
@@ -81,7 +80,7 @@ def tabulate_study(rows: list[dict]) -> pd.DataFrame:
 
 
 def tabulate_window(summaries: list[dict]) -> pd.DataFrame:
-    """How the powers settle: their mean over the first turns of the window, against the whole window's [%].
+    """How the powers settle: their mean over the first turns of the window, over that of the whole window [%].
 
     A row for each whole turn; means over the seeds, with standard errors.
     """
@@ -98,10 +97,10 @@ def tabulate_window(summaries: list[dict]) -> pd.DataFrame:
 
 @dataclass(frozen=True)
 class Check:
-    """One comparison of a descriptor: its change or its error [%], the standard error [%] of that, and the verdict.
+    """One comparison of a descriptor: its change or its error [%], the standard error [%] of either, and the verdict.
 
-    factor: of the setting, over that of the sweep [-]; decides: whether it counts for the verdict on the setting, as
-    that of a refinement does; seeds: how many would decide, where more of them can.
+    factor: of the setting, over the sweep's [-]; decides: whether it counts for the verdict on the setting, as a
+    refinement does; seeds: how many would decide, where more seeds can.
     """
 
     setting: str
@@ -146,7 +145,7 @@ def judge_scatter(relative: float, freedom: int, seeds: int, comparisons: int, s
 
     relative: standard deviation s between seeds over the mean [-], known with `freedom` degrees of freedom. The
     half-width is z s / sqrt(seeds). GOOD where it is within the tolerance with the upper bound of s (chi square), BAD
-    where it is beyond with the lower one, shared out among the comparisons.
+    where it is beyond with the lower bound, shared among the comparisons.
     """
     half = 100 * float(normal_exceeded((1 - study.confidence) / 2)) * relative / math.sqrt(seeds)
     if freedom < 1 or not math.isfinite(half):
@@ -200,7 +199,7 @@ def _refinement(variants: pd.DataFrame, setting: str) -> float | None:
 
 
 def changes_of_halves(summaries: list[dict]) -> pd.DataFrame:
-    """Change [%] of the powers from the first to the second half of the window, over all runs.
+    """Change [%] of the powers from the first to the second half of the window, averaged over all runs.
 
     Each run is compared with itself, so that runs of any variant count alike. error_percent: the standard error.
     """

@@ -1,4 +1,4 @@
-"""The simulations that tell whether the settings of a mill's sweep are good enough: one condition, varied.
+"""The simulations that show whether the settings of a mill's sweep are good enough: one condition, varied.
 
 The Snakefile asks for them, so nothing that takes long is imported here.
 """
@@ -16,14 +16,14 @@ from millprint.dem.timestep import rayleigh_time
 from millprint.errors import ConfigError
 from millprint.fingerprint.cases import mill_cases, sweep_of
 
-# The largest balance error of a variant: large, so that a coarse one is compared and not refused.
+# The largest balance error of a variant: large, so that a coarse variant is compared and not refused.
 CLOSURE_MAX = 0.5
 
 
 class Variant(NamedTuple):
     """Runs that differ from the sweep in one setting: `reference`, `time_step`, `stiffness` or `facets`.
 
-    factor: of the setting, over that of the sweep [-]; value: the setting itself, in the unit of its key.
+    factor: of the setting, over the sweep's [-]; value: the setting itself, in the unit of its key.
     """
 
     setting: str
@@ -42,8 +42,8 @@ def study_variants(
 ) -> list[Variant]:
     """The reference and its variants at the first speed, the first balls and the middle fill ratio of the sweep.
 
-    taken: cases of other sweeps by path, which run with their own settings: a seed of theirs is left out. A step over
-    dem.rayleigh_fraction_max is left out as well, and a number of facets that the shape cannot have.
+    taken: cases of other sweeps by path, which run with their own settings; their seeds are not used again. A step
+    over dem.rayleigh_fraction_max and a number of facets that the shape cannot have are left out as well.
     Raises ConfigError as `sweep_of`.
     """
     first = reference_case(mill, mills)
@@ -86,7 +86,7 @@ def _changes(
     changes: list[tuple[str, float, float, dict[str, float]]] = []
     for factor in study.step_factors:
         if factor * fraction <= dem.rayleigh_fraction_max:
-            # Few digits, so that the name of the case tells it.
+            # Few digits, for the name of the case.
             step = float(f"{factor * fraction * rayleigh:.4g}")
             changes.append(("time_step", factor, step, loose | {"time_step_s": step}))
     for factor in study.modulus_factors:

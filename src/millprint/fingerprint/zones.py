@@ -10,9 +10,10 @@ POINTS, SAMPLES = 120, 500
 
 
 def elbow(fill_ratio: np.ndarray, ratio: np.ndarray) -> float:
-    """Fill ratio at which a curve's fall turns: farthest below the line from its top to the lowest point after it.
+    """Fill ratio at the elbow of a falling curve: farthest below the line from its top to the lowest point after it.
 
-    A rise before the top is left out. Both arrays are flat, of one length; NaN if the curve does not fall.
+    A rise before the top is left out. Both arrays have one dimension and the same length; NaN if the curve does not
+    fall.
     """
     top = int(np.argmax(ratio))
     bottom = top + int(np.argmin(ratio[top:]))
@@ -46,7 +47,7 @@ def zones_of(fill: np.ndarray, normal: np.ndarray, tangential: np.ndarray, ratio
 
 
 def _curves(fingerprint: Fingerprint, quantity: str, fills: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Log curves over the fills: of each setting (j, m), and the mean over the settings with SAMPLES drawn of it."""
+    """Log curves over the fills: of each setting (j, m), and the mean over the settings with SAMPLES draws of it."""
     inputs = fingerprint.at_settings(fills)
     mean, covariance = fingerprint.predictors[quantity].joint(inputs)
     settings = len(inputs) // fills.size
@@ -65,11 +66,11 @@ def _zones_of_all(fills: np.ndarray, curves: dict[str, np.ndarray]) -> pd.DataFr
 def find_zones(fingerprint: Fingerprint) -> pd.DataFrame:
     """The zones with intervals: columns contact, zone, value, lower, upper, found, smallest, largest.
 
-    `value` is that of the curves, averaged over the simulated speeds and ball sizes. `lower` and `upper` hold the
+    `value` is from the curves averaged over the simulated speeds and ball sizes. `lower` and `upper` hold the
     fingerprint's probability of such curves drawn from the processes; `found` is the share of the drawn curves that
-    have the zone at all. `smallest` and `largest` are between single speeds and ball sizes. The fill ratios
-    of a zone are on a grid within the simulated ones, so that a maximum at an end may lie beyond it. Powers and ratio
-    come each from its own process.
+    have the zone at all. `smallest` and `largest` are over single speeds and ball sizes. The fill ratios of a zone are
+    on a grid within the simulated ones, so the true maximum may be beyond an end of the grid. Powers and ratio each
+    come from a separate process.
     """
     fills = np.geomspace(*fingerprint.fill_range, POINTS)
     pairs = {name: _curves(fingerprint, name, fills) for name in ZONE_CURVES}

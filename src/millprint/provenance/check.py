@@ -1,4 +1,4 @@
-"""Holds a folder of results, or a copy of it anywhere, against the crate in it."""
+"""Compares a folder of results, or a copy of it anywhere, with the crate in it."""
 
 import json
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ MISSING, CHANGED, ADDITIONAL = "missing", "changed", "additional"
 
 @dataclass(frozen=True)
 class Fault:
-    """A file that is not as the crate says: what is wrong with it, its path in the folder, and details."""
+    """A file that differs from the crate: what is wrong, its path in the folder, and details."""
 
     what: str
     path: str
@@ -31,10 +31,10 @@ def read_crate(folder: Path) -> dict[str, dict[str, Any]]:
     path = folder / CRATE
     try:
         graph = json.loads(path.read_text())["@graph"]
-        # The identifier of a file is its path as a part of an address.
+        # The identifier of a file is its path, encoded for an address.
         return {unquote(entity["@id"]): entity for entity in graph if "sha256" in entity}
     except FileNotFoundError:
-        raise ConfigError(f"{folder}: no {CRATE} here; `make crate` writes one beside the results of a run") from None
+        raise ConfigError(f"{folder}: no {CRATE} here; `make crate` writes one next to the results of a run") from None
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read ({error.strerror})") from None
     except (ValueError, KeyError, TypeError, AttributeError):
@@ -44,7 +44,7 @@ def read_crate(folder: Path) -> dict[str, dict[str, Any]]:
 
 
 def check_folder(folder: Path) -> tuple[int, list[Fault]]:
-    """The number of files that the crate of a folder lists, and those that are missing, changed or additional."""
+    """The number of files that the crate of a folder lists, and the missing, changed and additional files."""
     listed = read_crate(folder)
     faults = []
     with progress(len(listed), "checking", "file") as bar:
@@ -59,7 +59,7 @@ def check_folder(folder: Path) -> tuple[int, list[Fault]]:
 
 
 def _compare(folder: Path, path: str, entity: dict[str, Any]) -> Fault | None:
-    """The fault of a listed file, if it has one. Its content is read only where its size is right."""
+    """The fault of a listed file, if it has one. Its content is read only if its size is right."""
     if PurePosixPath(path).is_absolute() or ".." in PurePosixPath(path).parts:
         return Fault(CHANGED, path, f"{CRATE} names a file outside of the folder")
     file = folder / path

@@ -1,8 +1,8 @@
-"""A Workflow Run RO-Crate of a run: what it read and wrote, with what, by whom, when, and under which licence.
+"""A Workflow Run RO-Crate of a run: inputs and outputs, software, people, times and licence.
 
-The form is RO-Crate 1.1 (https://w3id.org/ro/crate/1.1) with the profile Workflow Run Crate 0.5
+The format is RO-Crate 1.1 (https://w3id.org/ro/crate/1.1) with the profile Workflow Run Crate 0.5
 (https://w3id.org/ro/wfrun/workflow/0.5). The run is one action: its objects are the inputs and the configuration, its
-results the files that jobs made on the way to the targets. Nothing in it depends on when or where it is written.
+results the files that jobs made on the way to the targets. The crate does not depend on when or where it is written.
 """
 
 import mimetypes
@@ -28,12 +28,12 @@ PROFILES = {
     "https://w3id.org/ro/wfrun/workflow/0.5": ("Workflow Run Crate", "0.5"),
     "https://w3id.org/workflowhub/workflow-ro-crate/1.0": ("Workflow RO-Crate", "1.0"),
 }
-# The context of RO-Crate 1.1 has no digests; this is the term of the profile.
+# The context of RO-Crate 1.1 does not define digests; this is the profile's term.
 TERMS = {"sha256": "https://w3id.org/ro/terms/workflow-run#sha256"}
 WORKFLOW_TYPE = "https://bioschemas.org/profiles/ComputationalWorkflow/1.0-RELEASE"
 PARAMETER_TYPE = "https://bioschemas.org/profiles/FormalParameter/1.0-RELEASE"
 COMPLETED = "http://schema.org/CompletedActionStatus"
-# Of files whose names Python does not know.
+# Media types of names that Python does not know.
 FORMATS = {
     ".bib": "application/x-bibtex",
     ".h5": "application/x-hdf5",
@@ -59,12 +59,12 @@ class KnownFile:
 
 @dataclass(frozen=True)
 class Run:
-    """What a crate tells of a run.
+    """What a crate describes of a run.
 
     config: the merged configuration; lineage: the jobs; results, others: files that the run made, and files that other
-    targets left; inputs: files that it read, by their path in the project; snakefiles: those of the workflow, the main
-    one first; configuration: the file with the merged configuration; citation: the content of CITATION.cff; versions:
-    of Python and packages by name; commit, system: of the software and the machine.
+    targets left; inputs: files that it read, by their path in the project; snakefiles: the files of the workflow, the
+    main one first; configuration: the file with the merged configuration; citation: the content of CITATION.cff;
+    versions: of Python and packages by name; commit, system: of the software and the machine.
     """
 
     config: Mapping[str, Any]
@@ -124,7 +124,7 @@ def _describe_root(crate: ROCrate, run: Run, action: Entity) -> None:
     root["name"] = f"Results of the run {run.config['name']} of {run.citation['title']}"
     root["description"] = (
         f"Files of the run {run.config['name']}: mill {run.config['mill']}, contact sets "
-        f"{', '.join(run.config['contacts'])}. Copies of what it read lie in crate/."
+        f"{', '.join(run.config['contacts'])}. Copies of its inputs are in crate/."
     )
     root["datePublished"] = run.lineage.end.date().isoformat()
     root["license"] = _add(crate, licence(given or run.citation["license"]))
@@ -163,14 +163,14 @@ def _add_workflow(crate: ROCrate, run: Run) -> Entity:
 
 
 def _authors(crate: ROCrate, run: Run) -> Entity | list[Entity]:
-    """The authors of the software; JSON-LD writes a single one without a list."""
+    """The authors of the software; JSON-LD writes a single author without a list."""
     authors = [_add(crate, author(entry)) for entry in run.citation["authors"]]
     return authors[0] if len(authors) == 1 else authors
 
 
 def _software(name: str, version: str) -> dict[str, Any]:
     """The entity of a package of the Python Package Index, or of Python."""
-    # The part of a version after + names a build that the index does not have.
+    # The part of a version after + names a local build, which is not in the index.
     page = f"https://pypi.org/project/{name}/{version.split('+')[0]}/"
     address = f"https://docs.python.org/release/{version}/" if name == "Python" else page
     return {"@id": address, "@type": "SoftwareApplication", "name": name, "softwareVersion": version, "url": address}
@@ -198,13 +198,13 @@ def _add_file(crate: ROCrate, file: KnownFile) -> Entity:
 
 
 def _add(crate: ROCrate, entity: Mapping[str, Any]) -> Entity:
-    """A contextual entity; one that the crate has is kept."""
+    """Add a contextual entity, unless the crate already has it."""
     found = crate.get(entity["@id"])
     return found or crate.add(ContextEntity(crate, entity["@id"], properties=dict(entity)))
 
 
 def _parameter(crate: ROCrate, key: str, kind: str, example: Entity) -> Entity:
-    """What a workflow takes, under a key of its configuration, and the value that this run gave."""
+    """A parameter of the workflow, with the key of its configuration, and the value in this run."""
     entity = _add(
         crate,
         {
@@ -221,7 +221,7 @@ def _parameter(crate: ROCrate, key: str, kind: str, example: Entity) -> Entity:
 
 
 def _add_input(crate: ROCrate, run: Run, path: str, file: Entity) -> Entity:
-    """An input: under the key of the configuration that names it, if one does."""
+    """Add an input, with the key of the configuration that names it, if there is one."""
     keys = [key for key, value in _flat(run.config) if value == path]
     if keys:
         _parameter(crate, keys[0], "File", file)
@@ -237,7 +237,7 @@ def _add_value(crate: ROCrate, key: str, value: str) -> Entity:
 
 
 def _plain_values(config: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """The keys of the top level that hold a text or a list of texts. The file of the configuration has all others."""
+    """The keys of the top level with a text or a list of texts. All others are in the file of the configuration."""
     texts = {key: [value] if isinstance(value, str) else value for key, value in config.items()}
     return [
         (key, ", ".join(value))
@@ -247,7 +247,7 @@ def _plain_values(config: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def _flat(content: Any, place: str = "") -> Iterable[tuple[str, Any]]:
-    """Dotted key and value of everything in a configuration that is no mapping or list."""
+    """Dotted key and value of everything in a configuration that is not a mapping or a list."""
     pairs = content.items() if isinstance(content, Mapping) else enumerate(content)
     for key, value in pairs:
         dotted = f"{place}.{key}".lstrip(".")

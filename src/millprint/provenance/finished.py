@@ -1,4 +1,4 @@
-"""What a finished run has left, for a crate that is written without Snakemake."""
+"""The files of a finished run, for a crate that is written without Snakemake."""
 
 import re
 from collections.abc import Mapping
@@ -12,14 +12,14 @@ from millprint.provenance.lineage import Job
 from millprint.provenance.write import AGAIN, CONFIGURATION, read_configuration
 
 PROJECT = Path(__file__).parents[3]
-# How millprint.run.job ends the log of a job.
+# The last line of a job's log, from millprint.run.job.
 DONE = re.compile(r": done in [\d.]+ s$", re.MULTILINE)
-# The log of a job of several simulations has a line for each; each has a log of its own besides.
+# The log of a job with several simulations has a line for each, and each also has a separate log.
 ALL_DONE = re.compile(r"(done: .+\n)+")
 
 
 def check_finished(folder: Path) -> None:
-    """Raise ConfigError with a line for each job whose log has no end: it failed, was killed or is still running."""
+    """Raise ConfigError with a line for each job without a last line: it failed, was killed or is still running."""
     logs = sorted((folder / "logs").rglob("*.log"))
     open_ends = [path for path in logs if not _is_finished(path.read_text(errors="replace"))]
     if open_ends:
@@ -31,7 +31,7 @@ def _is_finished(text: str) -> bool:
 
 
 def targets_of(folder: Path, jobs: Mapping[str, Job], own_rule: str) -> list[str]:
-    """Every file in a folder of results that a job made, but those of `own_rule`."""
+    """Every file in a folder of results that a job made, except the files of `own_rule`."""
     made = [name for name, job in jobs.items() if job.rule != own_rule and Path(name).is_relative_to(folder)]
     return sorted(name for name in made if Path(name).is_file())
 

@@ -1,4 +1,4 @@
-"""Files in the folder of the results: which of them a run describes, and where copies of its inputs lie."""
+"""Files in the folder of the results: which of them a crate describes, and where copies of the inputs are."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -9,11 +9,11 @@ from millprint.run.records import read_record
 
 # The description of a run, in the folder of its results.
 CRATE = "ro-crate-metadata.json"
-# Beside it: copies of what a run read, and of its workflow.
+# Next to it: copies of the inputs of a run, and of its workflow.
 SOURCES = "crate"
-# Folders whose files change whenever anything runs again, and what they hold.
+# Folders whose files change with every further run, and what they contain.
 UNCHECKED = {
-    "logs": "what every job said, and the record of the files that it wrote",
+    "logs": "the log of every job, and the record of the files that it wrote",
     "benchmarks": "run times and memory of the jobs, as Snakemake measured them",
 }
 # Snakemake writes its report when all jobs have ended, and again after every run.
@@ -23,29 +23,29 @@ KEPT_FOLDERS = ("config", "workflow")
 
 
 def is_described(path: PurePosixPath) -> bool:
-    """Whether a crate says what a file must hold: all of the results except what every further run writes anew."""
+    """Whether a crate has the digest of a file: all results except files that every further run writes again."""
     hidden = any(part.startswith(".") for part in path.parts)
     return not hidden and path.parts[0] not in UNCHECKED and path.name != REPORT and str(path) != CRATE
 
 
 def files_in(results: Path) -> Iterator[PurePosixPath]:
-    """Every file of a folder of results that a crate describes, as its path in there."""
+    """Every file of a folder of results that a crate describes, by its path in the folder."""
     for path in sorted(results.rglob("*")):
         if path.is_file() and is_described(inside := PurePosixPath(path.relative_to(results).as_posix())):
             yield inside
 
 
 def recorded(results: Path) -> dict[str, str]:
-    """SHA-256 of every file of the results as its job recorded it, by its path from the working folder."""
+    """The SHA-256 that jobs recorded for every file of the results, by its path from the working folder."""
     records = sorted((results / "logs").rglob("*.json"))
     return {name: entry["sha256"] for record in records for name, entry in read_record(record).items()}
 
 
 def places(sources: Iterable[str]) -> dict[str, str]:
-    """Where the copy of each source lies in the results: at its path in the project, which names no machine.
+    """The place of the copy of each source in the results: its path in the project, which is the same on every machine.
 
-    A file outside of the project's folders lies under a part of the digest of its path. Raises ValueError if two files
-    would share a place.
+    The place of a file outside the project's folders begins with a part of the digest of its path. Raises ValueError if
+    two files would have the same place.
     """
     found = {source: f"{SOURCES}/{_place(source)}" for source in sources}
     if len(set(found.values())) < len(found):

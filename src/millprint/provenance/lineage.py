@@ -1,7 +1,7 @@
-"""Which job made a file, from what and when: the records that Snakemake keeps of every output, read from its folder.
+"""Which job made a file, from what and when, read from the records that Snakemake keeps of every output.
 
-Snakemake writes a JSON file for every output when its job has ended, under the output's path in URL-safe base64. Where
-that is longer than a file name may be, it is cut into parts, and all but the last are folders that begin with @.
+Snakemake writes a JSON file for every output when its job has ended. Its name is the output's path in URL-safe base64.
+If it is too long for a file name, it is cut into parts, and all parts but the last are folders that begin with @.
 """
 
 import json
@@ -18,7 +18,7 @@ METADATA = Path(".snakemake/metadata")
 
 @dataclass(frozen=True)
 class Job:
-    """The job that made a file: its rule, what it read, and its begin and end [s since 1970]."""
+    """The job that made a file: its rule, inputs, begin and end [s since 1970]."""
 
     rule: str
     inputs: tuple[str, ...]
@@ -28,7 +28,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Lineage:
-    """The files made on the way to some targets, those that no job made, and begin and end of the jobs."""
+    """The files made on the way to some targets, the files that no job made, and begin and end of the jobs."""
 
     made: tuple[str, ...]
     sources: tuple[str, ...]
@@ -37,10 +37,10 @@ class Lineage:
 
 
 def read_jobs(metadata: Path = METADATA) -> dict[str, Job]:
-    """The job of every output that Snakemake has a record of, by the output's path; unreadable ones are left out."""
+    """The job of every output that Snakemake has a record of, by the output's path; unreadable records are left out."""
     jobs = {}
     for path in Path(metadata).rglob("*"):
-        # A folder holds the beginning of long names.
+        # A folder is the beginning of a long name.
         if path.is_dir():
             continue
         try:

@@ -9,12 +9,12 @@ import yaml
 from millprint.card.software import CITATION
 from millprint.config.provenance import ProvenanceConfig
 
-# Of the software, where neither CITATION.cff nor an installed package says it.
+# The software's licence if neither CITATION.cff nor an installed package has it.
 LICENCE = "MIT"
 
 
 def read_citation() -> dict[str, Any]:
-    """CITATION.cff of a checkout; of an installed library without one, the same keys from its metadata."""
+    """CITATION.cff of a checkout; for an installed library without it, the same keys from the metadata."""
     if CITATION.is_file():
         return yaml.safe_load(CITATION.read_text())
     try:
@@ -31,7 +31,7 @@ def read_citation() -> dict[str, Any]:
 
 
 def author(entry: dict[str, str]) -> dict[str, Any]:
-    """The entity of an author of CITATION.cff: a person, who has a family name there, or a group, which has none."""
+    """The entity of an author in CITATION.cff: a person with a family name, or a group without one."""
     if "family-names" in entry:
         name = " ".join(filter(None, [entry.get("given-names"), entry["family-names"]]))
         return person(name, entry.get("orcid", "").rpartition("/")[2], entry.get("affiliation", ""))
@@ -39,18 +39,18 @@ def author(entry: dict[str, str]) -> dict[str, Any]:
 
 
 def agent(settings: ProvenanceConfig) -> dict[str, Any] | None:
-    """The entity of the person who ran; None if the configuration names nobody."""
+    """The entity of the person who ran the workflow; None if the configuration names nobody."""
     return person(settings.agent, settings.orcid, settings.affiliation) if settings.agent else None
 
 
 def person(name: str, orcid: str, affiliation: str) -> dict[str, Any]:
-    """The entity of a person, known by an ORCID if there is one."""
+    """The entity of a person, identified by an ORCID if there is one."""
     found = {"@id": f"https://orcid.org/{orcid}" if orcid else _local("person", name), "@type": "Person", "name": name}
     return {**found, "affiliation": affiliation} if affiliation else found
 
 
 def licence(name: str) -> dict[str, Any]:
-    """The entity of a licence, from its name in the list of SPDX or from its address."""
+    """The entity of a licence, from its SPDX name or its address."""
     address = name if name.startswith("http") else f"https://spdx.org/licenses/{name}"
     words = f"Licence {name}: terms at {address}"
     return {"@id": address, "@type": "CreativeWork", "name": name, "description": words, "url": {"@id": address}}

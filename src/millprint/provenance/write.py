@@ -1,4 +1,4 @@
-"""Collects what the records say of a run, and writes its crate beside its results."""
+"""Collects the records of a run, and writes its crate next to its results."""
 
 import platform
 import shutil
@@ -20,7 +20,7 @@ from millprint.run.records import digest
 
 CONFIGURATION = "report/run.yaml"
 AGAIN = "run the same command again"
-# Of `provenance()`: what is no version.
+# Keys of `provenance()` that are not versions.
 NO_VERSIONS = ("commit", "system")
 
 
@@ -29,9 +29,9 @@ def write_crate(
 ) -> int:
     """Write RESULTS/ro-crate-metadata.json and copies of the inputs in RESULTS/crate; returns how many files it lists.
 
-    targets: the files that the run was to make; sources: files of the configuration that no job names as its input;
-    snakefiles: those of the workflow, the main one first; jobs: the jobs of all outputs, by path. Raises ConfigError,
-    with a line for each fault, for a run that was not finished and for a file that has changed since its job.
+    targets: the requested files; sources: files of the configuration that are not an input of any job; snakefiles: the
+    files of the workflow, the main one first; jobs: the jobs of all outputs, by path. Raises ConfigError, with a line
+    for each fault, for an unfinished run and for a file that has changed since its job.
     """
     folder = Path(results)
     config = read_configuration(folder)
@@ -76,7 +76,7 @@ def read_configuration(folder: Path) -> dict[str, Any]:
 
 
 def _digest_all(folder: Path, names: Sequence[str], records: Mapping[str, str]) -> dict[str, KnownFile]:
-    """Size and digest of the described files. Raises ConfigError for those whose content is not the recorded one."""
+    """Size and digest of the described files. Raises ConfigError for files whose content differs from the record."""
     found, faults = {}, []
     with progress(len(names), "digests", "file") as bar:
         for name in names:
@@ -92,7 +92,7 @@ def _digest_all(folder: Path, names: Sequence[str], records: Mapping[str, str]) 
 
 
 def _copy(sources: set[str], folder: Path) -> dict[str, KnownFile]:
-    """Copy the sources into the crate, in place of what an earlier one held there; returns each by its path."""
+    """Copy the sources into the crate, replacing an earlier crate's copies; returns each by its path."""
     shutil.rmtree(folder / SOURCES, ignore_errors=True)
     copies = {}
     for source, place in sorted(places(sources).items()):

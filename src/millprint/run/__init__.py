@@ -1,1 +1,1 @@
-"""What every step needs: its log, files, records, progress."""
+"""What every job needs: log, files, records, progress."""

@@ -1,8 +1,8 @@
-"""What a script computes, as a digest: a change of it reruns the jobs of this script, a comment does not.
+"""A digest of what a script computes: a change of the code reruns the jobs of the script, a comment does not.
 
-The digest is that of the syntax tree (`ast`) of the script and of every millprint module that it imports, directly or
-indirectly, without comments, docstrings, lines for the log, progress bars and texts of errors. Other files of the
-folders of these modules, such as parts of pages, count as they are.
+The digest covers the syntax tree (`ast`) of the script and of every millprint module that it imports, directly or
+indirectly, without comments, docstrings, lines for the log, progress bars and texts of errors. Other files in the
+folders of these modules, such as parts of pages, count with their content.
 """
 
 import ast
@@ -15,8 +15,8 @@ from pathlib import Path
 PACKAGE = Path(__file__).parents[1]
 TEMPLATES = (".html", ".css", ".js", ".yaml")
 
-# A simulation begins in SIMULATION. OUTSIDE is what it imports without a say in its numbers: files and messages, and
-# settings that it gets by value. After a change there that does change numbers, raise millprint.dem.PHYSICS.
+# A simulation begins in SIMULATION. OUTSIDE are modules that it imports and that do not affect its numbers: files and
+# messages, and settings that it gets by value. If a change there does affect numbers, raise millprint.dem.PHYSICS.
 SIMULATION = "dem/run.py"
 OUTSIDE = {
     *("errors.py", *(f"run/{name}.py" for name in ("digest", "files", "hdf5", "machine", "progress", "sealed"))),
@@ -37,12 +37,12 @@ def program_digest(script: str | Path) -> str:
 
 @cache
 def simulation_digest() -> str:
-    """The digest of what decides the numbers of a simulation, besides its configuration."""
+    """The digest of the code that decides the numbers of a simulation; its configuration is not included."""
     return _digest_of([], {SIMULATION}, OUTSIDE)
 
 
 def _digest_of(files: list[Path], modules: set[str] | frozenset[str], outside: set[str]) -> str:
-    """The digest of files, and of modules with all that they import but for `outside`; both by paths in the package."""
+    """The digest of files, and of modules with all their imports except `outside`; both by paths in the package."""
     seen: set[str] = set()
     waiting = set(modules)
     while waiting := waiting - seen - outside:
@@ -70,7 +70,7 @@ def _imports(file: Path) -> frozenset[str]:
 
 @cache
 def content_digest(file: Path) -> bytes:
-    """The digest of a file: of a Python file, of what it computes."""
+    """The digest of a file; for a Python file, of what it computes."""
     content = file.read_bytes()
     if file.suffix == ".py":
         tree = ast.parse(content)
@@ -80,7 +80,7 @@ def content_digest(file: Path) -> bytes:
 
 
 def _drop_texts(node: ast.AST) -> None:
-    """Remove from a block of code, and from the blocks in it, what does not change its results."""
+    """Remove statements that do not change results from a block of code and the blocks in it."""
     for name in ("body", "orelse", "finalbody", "handlers", "cases"):
         block = [each for each in getattr(node, name, []) if not _is_text(each)]
         for each in block:

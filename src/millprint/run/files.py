@@ -30,14 +30,14 @@ written: list[Path] = []
 
 @contextmanager
 def whole_file(path: str | Path) -> Iterator[Path]:
-    """Yield a temporary path beside `path`, renamed onto it only if the block ends without an error.
+    """Yield a temporary path next to `path`, renamed to `path` only if the block ends without an error.
 
-    The content is on the disk before the name changes, so neither a killed job nor a power failure leaves half a file.
+    The content is on the disk before the renaming, so neither a killed job nor a power failure leaves half a file.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     _drop_left_overs(path)
-    # The suffix stays: matplotlib, h5py and pandas choose a format by it.
+    # Keeps the suffix: matplotlib, h5py and pandas choose a format by it.
     partial = path.with_name(f".partial.{os.getpid()}.{path.name}")
     try:
         yield partial
@@ -70,10 +70,10 @@ def read_table(
     optional: Sequence[str] = (),
     may_be_blank: Sequence[str] = (),
 ) -> pd.DataFrame:
-    """Read a TSV (lines that begin with # are comments) and check its columns.
+    """Read a TSV file (lines that begin with # are comments) and check its columns.
 
     optional: numeric columns that the table may lack. may_be_blank: numeric columns that may have empty cells.
-    Raises ConfigError, in one line, for a missing file or column and for a cell of a numeric column without a number.
+    Raises ConfigError, in one line, for a missing file or column, and for a cell of a numeric column without a number.
     """
     import pandas as pd
 
@@ -95,7 +95,7 @@ def read_table(
             raise ConfigError(f"{path}: column {column} is missing; the table has {', '.join(frame.columns)}")
     for column in [*numeric, *(name for name in optional if name in frame)]:
         values = _numbers(frame[column])
-        # A column of true and false alone is read as numbers.
+        # pandas reads a column of only true and false as booleans.
         bad = ~values.abs().lt(float("inf")) | (frame[column].dtype == bool)
         if column in may_be_blank:
             bad &= frame[column].notna()
@@ -110,13 +110,13 @@ def read_table(
 
 
 def row_name(frame: pd.DataFrame, row: int, column: str) -> str:
-    """How a fault in a `column` names the row at place `row` (from 0): by a column of ROW_NAMES, else by its number."""
+    """The name of row `row` (from 0) for a fault in `column`: from a column of ROW_NAMES, or its number."""
     named = [f"{name} {frame[name].iloc[row]}" for name in ROW_NAMES if name in frame and name != column]
     return named[0] if named else f"row {row + 1}"
 
 
 def _numbers(column: pd.Series) -> pd.Series:
-    """The numbers of a column, not a number where there is none."""
+    """The numbers of a column, NaN where there is none."""
     import pandas as pd
 
     try:

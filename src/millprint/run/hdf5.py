@@ -1,4 +1,4 @@
-"""HDF5 result files, written completely or not at all; an error while reading is one line."""
+"""HDF5 result files, written completely or not at all; reading errors are one line."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -12,9 +12,9 @@ from millprint.run.files import whole_file
 
 @contextmanager
 def whole_hdf5(path: str | Path, front: Callable[[bytes], bytes] | None = None) -> Iterator[h5py.File]:
-    """A file that is made in memory and written at the end, below a block of 512 bytes that `front` makes of it.
+    """A file that is made in memory and written at the end, after a block of 512 bytes that `front` makes from it.
 
-    HDF5 itself cannot close a file on a disk that is full: it tries again at the end of the process, and ends it.
+    HDF5 itself cannot close a file on a full disk: it tries again when the process ends, and crashes it.
     """
     with whole_file(path) as partial:
         with h5py.File(partial.name, "w", driver="core", backing_store=False) as file:
@@ -26,7 +26,7 @@ def whole_hdf5(path: str | Path, front: Callable[[bytes], bytes] | None = None) 
 
 @contextmanager
 def open_hdf5(path: str | Path) -> Iterator[h5py.File]:
-    """Open a file of results. Raises ConfigError, in one line, where it or a part of it cannot be read."""
+    """Open a file of results. Raises ConfigError, in one line, if it or a part of it cannot be read."""
     if not Path(path).is_file():
         raise ConfigError(f"{path}: no such file")
     try:

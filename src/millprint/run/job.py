@@ -1,4 +1,4 @@
-"""The log file of a job, its run time, and what ends it with one line."""
+"""The log file of a job, its run time, and errors that end it with one line."""
 
 import errno
 import gc
@@ -29,7 +29,7 @@ def job(log_path: str, title: str) -> Iterator[logging.Logger]:
 
     The files that it writes are recorded next to the log.
     """
-    # The garbage collector need not examine what is imported by now.
+    # The garbage collector need not examine the modules that are imported now.
     gc.freeze()
     gc.enable()
     Path(log_path).parent.mkdir(parents=True, exist_ok=True)

@@ -1,8 +1,8 @@
 """Compilation of the numerical kernels: without Python objects, with one thread by default, cached on disk.
 
-Numba keys its cache by the date of the file that holds a function, and does not see edits of the functions that it
-calls. So the cache lives in a folder named after the contents of every kernel file: an edit starts a new one. The name
-also holds the processor's type: the nodes of a cluster that share a folder keep their code apart.
+Numba keys its cache by the date of a function's file, and does not see edits of the functions that it calls. So the
+name of the cache folder depends on the contents of every kernel file: an edit starts a new cache. It also depends on
+the type of the processor, because the nodes of a cluster may share the folder.
 """
 
 import hashlib
@@ -41,7 +41,7 @@ def processor_type() -> str:
 
 
 def kernel_files() -> list[Path]:
-    """Every library file that holds kernels, and the files that these import: their numbers are compiled in.
+    """Every library file with kernels, and the files that these import, whose constants are compiled in.
 
     Settings (millprint.config) reach kernels as arguments, and are left out, as is millprint.run.digest.
     """
@@ -58,7 +58,7 @@ def kernel_files() -> list[Path]:
 
 
 def kernel_digest() -> str:
-    """A short hash of what the kernels compute, comments aside, and of the compiler's version."""
+    """A short hash of what the kernels compute, without comments, and of the compiler's version."""
     total = hashlib.sha256(numba.__version__.encode())
     for file in kernel_files():
         total.update(file.name.encode())
@@ -82,8 +82,8 @@ def drop_old_caches() -> None:
 if "NUMBA_CACHE_DIR" not in os.environ:
     numba.config.CACHE_DIR = str(cache_folder())
 
-# Without nnan and ninf, so that a lost ball shows up as NaN. Division by zero follows IEEE. C never calls these
-# functions, and compiling the wrappers for it would take a fifth of the time.
+# Without nnan and ninf, so that a lost ball shows up as NaN. Division by zero follows IEEE. The wrappers for calls from
+# C are not needed, and compiling them would take a fifth of the time.
 _OPTIONS = {
     "cache": True,
     "nogil": True,
@@ -94,13 +94,13 @@ _OPTIONS = {
 
 # Kernels make no arrays, so they need no reference counts: counting costs thirty times the physics.
 kernel = partial(numba.njit, _nrt=False, **_OPTIONS)
-# What only kernels call does without the wrapper for Python as well: of a small function, both take as long to compile
-# as all the rest. Python must not call them: the process would end silently.
+# For functions that only kernels call. They have no wrapper for Python either: in a small function, both wrappers take
+# as long to compile as the rest. Python must not call these functions: the process would end silently.
 inner = partial(numba.njit, _nrt=False, no_cpython_wrapper=True, **_OPTIONS)
 inlined = partial(inner, forceinline=True)
 
-# For loops over `prange` whose body is the call of one kernel: these count references, once a call.
+# For loops over `prange` whose body is the call of one kernel. They count references, once per call.
 threaded = partial(numba.njit, parallel=True, **_OPTIONS)
 
-# For the few functions that do make arrays, outside of any step.
+# For the few functions that make arrays, outside of the time steps.
 array_maker = partial(numba.njit, **_OPTIONS)

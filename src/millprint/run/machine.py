@@ -8,10 +8,10 @@ from pathlib import Path
 
 from millprint import JOB_VARIABLE
 
-# Numba is not among them: its loops take threads only where a simulation is given some (millprint.dem.threads), and it
-# can never be given more than it began with.
+# Numba is not among them: its loops use threads only if a simulation asks for them (millprint.dem.threads), and never
+# more than at its start.
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-# How threads of OpenMP wait for each other; read when they are started.
+# How OpenMP threads wait for each other; read when they start.
 WAIT_POLICY = "OMP_WAIT_POLICY"
 
 # The packages that results depend on.
@@ -21,9 +21,9 @@ PACKAGES = ("snakemake", "numpy", "numba", "scipy", "pandas", "statsmodels", "sc
 def prepare_environment() -> None:
     """Set one thread per job for numerical libraries, and put this library first on the path of the jobs.
 
-    Snakemake runs one simulation or fit a core, so a library that starts threads of its own slows all of them; a
-    script that is given threads asks for them itself. Where another copy of the library is installed too, jobs must
-    take the one that the Snakefile was read with.
+    Snakemake runs one simulation or fit per core, so a library that starts more threads slows all of them; a script
+    that gets threads asks for them itself. If another copy of this library is installed too, jobs must use the one that
+    read the Snakefile.
     """
     os.environ[JOB_VARIABLE] = "1"
     for variable in THREAD_VARIABLES:
@@ -41,9 +41,9 @@ def package_versions() -> dict[str, str]:
 
 
 def commit(folder: str | Path = Path(__file__).parent) -> str:
-    """The commit of a working tree, by default the library's own, marked `with changes` where files differ from it.
+    """The commit of a working tree, by default the library's, marked `with changes` if files differ from it.
 
-    `unknown` outside a repository, such as for an installed library.
+    `unknown` outside a repository, as for an installed library.
     """
     command = ["git", "-C", str(folder), "describe", "--always", "--dirty= with changes", "--abbrev=40", "--exclude=*"]
     try:

@@ -1,4 +1,4 @@
-"""HTML pages from templates in the folders of the library. Each page is one file and fetches nothing."""
+"""HTML pages from templates in the folders of the library. Each page is one file and loads nothing else."""
 
 import json
 from pathlib import Path
@@ -26,6 +26,6 @@ def embed_files(folder: Path, *names: str) -> Markup:
 
 
 def embed_json(content: dict) -> Markup:
-    """A value as JSON for use inside <script>: no text in it can end the script."""
+    """A value as JSON for use inside <script>, escaped so that no text can end the script."""
     text = json.dumps(content, allow_nan=False, separators=(",", ":"))
     return Markup(text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029"))

@@ -1,4 +1,4 @@
-"""Regular expressions of names that stay quick with thousands of them: names with the same beginning share it."""
+"""Regular expressions for thousands of names that stay fast, because names share their common beginnings."""
 
 import re
 from collections.abc import Iterable
@@ -8,7 +8,7 @@ from itertools import groupby
 def any_of(names: Iterable[str]) -> str:
     """A pattern that matches these names only; without names it matches nothing.
 
-    A list of alternatives is tried one after another. Here each character decides once, so that the time of a match
+    Alternatives in a list are tried one after another. Here each character is decided once, so that the time of a match
     grows with the length of a name and not with the number of names.
     """
     found = sorted(set(names))
@@ -16,8 +16,8 @@ def any_of(names: Iterable[str]) -> str:
 
 
 def _branches(names: list[str]) -> str:
-    """The pattern of sorted names: what all begin with, then a branch for each next character."""
-    # What the first and the last of sorted names begin with, all do.
+    """The pattern of sorted names: their common beginning, then a branch for each next character."""
+    # The common beginning of the first and the last of sorted names is common to all.
     same = next((place for place, pair in enumerate(zip(names[0], names[-1], strict=False)) if len({*pair}) > 1), None)
     start = names[0][: min(map(len, names)) if same is None else same]
     rest = [name[len(start) :] for name in names]

@@ -6,22 +6,22 @@ from typing import Any
 
 from tqdm import tqdm
 
-# A line is written after so long, and the first one sooner, so that a short job writes none [s].
+# Time between lines [s], and time before the first line, so that a short job writes none [s].
 EVERY_S, FIRST_S = 30.0, 10.0
 
 
-# The title of the job that runs, for progress that has no other name.
+# The title of the running job, for progress without another name.
 job_title = ContextVar("job_title", default="working")
 
 
 class Lines(tqdm):
-    """Progress in lines of their own: what, how much of how much, and the time to go."""
+    """Progress as single lines: the work, how much of it is done, and the remaining time."""
 
     _said_s = float("-inf")
     _shown = False
 
     def display(self, msg: str | None = None, pos: int | None = None) -> bool:
-        """Write a line, unless the last one is not EVERY_S old. A message, which clears a bar, is left out."""
+        """Write a line, unless the last line is younger than EVERY_S. A message, which clears a bar, is left out."""
         now = self._time()
         if msg is not None or now - self._said_s < EVERY_S:
             return False
@@ -29,7 +29,7 @@ class Lines(tqdm):
         return True
 
     def __exit__(self, kind: Any, value: Any, traceback: Any) -> None:
-        """Write no last line after a failure: it would say that all is done."""
+        """Write no last line after a failure, because it would say that everything is done."""
         self._shown = self._shown and kind is None
         super().__exit__(kind, value, traceback)
 
@@ -83,7 +83,7 @@ def duration(seconds: float) -> str:
 def progress(total: float | None, what: str | None, unit: str = "it", **options: Any) -> tqdm:
     """A progress bar with the remaining time in a terminal; lines if the output is a file or CI.
 
-    what: the work; None for that of the whole job, which its title names. unit: what is counted, as one of it.
+    what: the work; None for the title of the job. unit: what is counted, in the singular.
     """
     name = job_title.get() if what is None else what
     if sys.stderr.isatty():

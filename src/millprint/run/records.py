@@ -1,7 +1,7 @@
-"""Records of the files that every job wrote, so that a file damaged afterwards is found.
+"""Records of the files that every job wrote, to find files that were damaged afterwards.
 
-Snakemake records digests of what a job reads, not of what it writes: it sees that a file is younger, not that it is
-broken. A job's record is a JSON file next to its log: for each file the bytes, the SHA-256 digest and the date.
+Snakemake records digests of what a job reads, not of what it writes: it sees that a file is newer, not that it is
+damaged. A job's record is a JSON file next to its log with size, SHA-256 digest and date of each file.
 """
 
 import hashlib
@@ -43,7 +43,7 @@ def entry_of(file: str | Path) -> dict:
 
 
 def write_record(path: Path, files: Iterable[str | Path]) -> None:
-    """Record those of the `files` that exist."""
+    """Record the `files` that exist."""
     _write(path, {name: entry_of(name) for name in map(str, files) if Path(name).is_file()})
 
 
@@ -55,8 +55,8 @@ def _write(path: Path, entries: dict[str, dict]) -> None:
 def report_damaged(logs: str | Path) -> int:
     """Print a line on stderr for each recorded file whose content has changed since its job; returns how many.
 
-    Snakemake dates every output once more after its job, so that it has another date than its record, and is read. The
-    date of a file that is as recorded goes into the record: only files with another size or date are read.
+    Only files with another size or date than in the record are read. Snakemake changes the date of every output after
+    its job, so each is read once; if it is unchanged, the new date is written to the record.
     """
     found = 0
     for record in sorted(Path(logs).rglob("*.json")):
@@ -74,7 +74,7 @@ def report_damaged(logs: str | Path) -> int:
 
 
 def _damage_of(name: str, entry: dict) -> str:
-    """What has happened to a file since it was recorded; empty if it is as it was or missing, as Snakemake sees."""
+    """What happened to a file since it was recorded; empty if it is unchanged, or missing, which Snakemake detects."""
     try:
         found = os.stat(name)
     except OSError:

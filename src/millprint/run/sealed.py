@@ -1,9 +1,9 @@
-"""Files with a digest in front, from which a job continues. A file with a wrong bit is not used."""
+"""Restart files that begin with a digest of their content, so that a damaged file is not used."""
 
 import hashlib
 from pathlib import Path
 
-# HDF5 allows a user block of this size in front of a file, so that a sealed HDF5 file can be opened directly.
+# HDF5 allows a user block of this size at the start of a file, so that a sealed HDF5 file can be opened directly.
 BLOCK = 512
 MARK = b"millprint sealed sha256 "
 

@@ -1,4 +1,4 @@
-"""Measured tables: the columns of each are declared once, and the first fault is refused in one line."""
+"""Measured tables: the columns of each are declared once, and the first fault raises an error of one line."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -44,7 +44,7 @@ class Number:
 
 @dataclass(frozen=True)
 class Text:
-    """A column of text: one of the `choices`, if there are any, or none if it `may_be_blank`; `unique`: none twice."""
+    """A column of text from `choices`, if there are any; may be empty if `may_be_blank`; no duplicates if `unique`."""
 
     name: str
     choices: Sequence[str] = ()
@@ -52,7 +52,7 @@ class Text:
     may_be_blank: bool = False
 
     def check(self, frame: pd.DataFrame, path: str | Path) -> None:
-        """Raise ConfigError for the first text that is no choice, or in a unique column is empty or repeated."""
+        """Raise ConfigError for the first text that is not a choice, or is empty or repeated in a unique column."""
         values = frame[self.name]
         if self.choices:
             bad = ~values.isin(self.choices) & ~(values.isna() & self.may_be_blank)
@@ -73,7 +73,7 @@ def read_measured(path: str | Path, columns: Sequence[Number | Text], fewest_row
     """Read a table and check its columns; columns that are not declared are kept as they are.
 
     Blanks around the text of a unique column are removed. Raises ConfigError, in one line, as
-    `millprint.run.files.read_table`, for too few rows, and for the first cell that does not hold.
+    `millprint.run.files.read_table`, for too few rows, and for the first invalid cell.
     """
     numbers = [column for column in columns if isinstance(column, Number)]
     texts = [column for column in columns if isinstance(column, Text)]
@@ -95,14 +95,14 @@ def read_measured(path: str | Path, columns: Sequence[Number | Text], fewest_row
 
 
 def read_printed(claims_path: str | Path) -> pd.Series:
-    """What the thesis prints, as text, by the id of the claim. Raises ConfigError as `read_measured`."""
+    """The values that the thesis prints, as text, by the id of the claim. Raises ConfigError as `read_measured`."""
     return read_measured(claims_path, [Text("id", unique=True), Text("value")]).set_index("id")["value"]
 
 
 def refuse_rows(
     frame: pd.DataFrame, path: str | Path, column: str, bad: ArrayLike, why: str | Callable[[pd.Series], str]
 ) -> None:
-    """Raise ConfigError for the first row where `bad` is true: file, column, row, value, and what would be right.
+    """Raise ConfigError for the first row where `bad` is true: file, column, row, value, and what to write.
 
     bad: (rows,) truth values. why: the end of the message, or a function that makes it from the row.
     """

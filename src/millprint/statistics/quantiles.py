@@ -1,7 +1,7 @@
 """Quantiles, tails and densities of the normal, Student's t, F and chi-squared distributions; none has a unit.
 
-The numbers are those of scipy.stats, to the last bit: it calls the same functions of scipy.special. This is not
-scipy.stats because to import that takes about a second, and every job of the workflow is a process that would pay it.
+The numbers equal scipy.stats to the last bit, which calls the same functions of scipy.special. Importing scipy.stats
+would take about a second in every job of the workflow.
 Arguments may be numbers or arrays, which are broadcast. A share outside 0 to 1 gives NaN, and so do degrees of freedom
 that are not positive; Student's quantiles need a share between 0 and 1, both excluded.
 
@@ -91,11 +91,11 @@ def chi_squared_above(value: ArrayLike, freedom: ArrayLike) -> Any:
 
 
 def _positive(freedom: ArrayLike) -> np.ndarray:
-    """Degrees of freedom, NaN where they are none: scipy.special takes 0 for a distribution that is always 0."""
+    """Degrees of freedom, NaN where not positive: scipy.special treats 0 as a distribution that is always 0."""
     known = np.asarray(freedom)
     return np.where(known > 0, known, np.nan)
 
 
 def _in_support(value: ArrayLike) -> np.ndarray:
-    """A value of a distribution without negative ones: rounding may bring it below 0, where scipy.special has none."""
+    """The value of a distribution that is never negative: rounding may bring it below 0, where scipy.special fails."""
     return np.maximum(value, 0.0)

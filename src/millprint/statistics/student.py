@@ -1,4 +1,4 @@
-"""What a few repeats, such as trainings or seeds, say of their mean, and of a value that was found once."""
+"""The uncertainty of the mean of a few repeats, such as trainings or seeds, and of a value that was found once."""
 
 from collections.abc import Sequence
 
@@ -7,15 +7,15 @@ import numpy as np
 from millprint.statistics.quantiles import student_quantile
 
 LEVEL = 0.95
-# Of fewer repeats the spread is hardly known: an interval of their mean would be of any size, and decides nothing.
+# With fewer repeats the spread is hardly known: an interval of their mean may have any size, and decides nothing.
 FEWEST_REPEATS = 5
 
 
 def spread_of(values: Sequence[float], level: float = LEVEL) -> tuple[float, float]:
-    """Between which values the mean of repeats lies: Student's interval, mean +- t(n - 1) s / sqrt(n), and all of them.
+    """The interval of the mean of repeats: Student's, mean +- t(n - 1) s / sqrt(n), widened to include all repeats.
 
-    Of fewer than FEWEST_REPEATS, only the lowest and the highest. Repeats that are not finite, as of a roll-out
-    that runs away, open the upper end. Raises ValueError for fewer than two.
+    With fewer than FEWEST_REPEATS, only the lowest and the highest. Repeats that are not finite, as of a roll-out that
+    diverges, make the upper end infinite. Raises ValueError for fewer than two.
     """
     found = _several(values)
     known = found[np.isfinite(found)]
@@ -29,9 +29,9 @@ def spread_of(values: Sequence[float], level: float = LEVEL) -> tuple[float, flo
 
 
 def once(value: float, values: Sequence[float]) -> tuple[float, float]:
-    """Where a value that was found once may lie, if it scatters as these repeats of something alike: value +- `apart`.
+    """The range of a value that was found once, if it scatters like these repeats of something similar: +- `apart`.
 
-    What is not negative does not become so. Raises ValueError for fewer than two repeats.
+    The range of a value that is not negative ends at 0. Raises ValueError for fewer than two repeats.
     """
     found, reach = _several(values), apart(values)
     lowest = 0.0 if value >= 0 and (found >= 0).all() else -np.inf

@@ -1,1 +1,1 @@
-"""How sure a fingerprint is: contact parameters as distributions, sampled, emulated, and turned into intervals."""
+"""How certain a fingerprint is: contact parameters as distributions, sampled, emulated, and turned into intervals."""

@@ -1,7 +1,7 @@
-"""An emulator: a Gaussian process that stands in for the simulation between the points of a design.
+"""An emulator: a Gaussian process that replaces the simulation between the points of a design.
 
-The logarithm y of a quantity is m + g(x) + noise, g a Matern 5/2 process with a length for each variable, the noise the
-scatter of a simulation with other starting positions. Draws of g show what the design leaves open.
+The logarithm y of a quantity is m + g(x) + noise. g is a Matern 5/2 process with a length for each variable; the noise
+is the scatter of a simulation with other starting positions. Draws of g show what the design leaves uncertain.
 """
 
 import warnings
@@ -14,9 +14,9 @@ from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
 
-# In places between 0 and 1, and in variances of the logarithm over that of the design.
+# Bounds of lengths in places between 0 and 1, and of variances of the logarithm over the variance of the design.
 LENGTHS, VARIANCES, LEAST_NOISE, MOST_NOISE = (0.1, 30.0), (1e-2, 1e2), 1e-6, 1.0
-# Of starts of the search for the parameters of largest likelihood.
+# Number of starts of the search for the parameters with the largest likelihood.
 RESTARTS = 2
 JITTER = 1e-8
 
@@ -35,8 +35,8 @@ class Emulator:
     def fit(cls, places: np.ndarray, logs: np.ndarray, run_error: float = 0.0, seed: int = 0) -> "Emulator":
         """The emulator of largest marginal likelihood.
 
-        places: (n, k) between 0 and 1; logs: (n,) logarithms; run_error: standard error of a logarithm that the runs
-        themselves state, which the noise is not below [-].
+        places: (n, k) between 0 and 1; logs: (n,) logarithms; run_error: standard error of a logarithm according to the
+        runs, a lower bound for the noise [-].
         """
         centre, scale = float(logs.mean()), float(logs.std()) or 1.0
         kernel = ConstantKernel(1.0, VARIANCES) * Matern(np.ones(places.shape[1]), LENGTHS, nu=2.5)
@@ -63,9 +63,9 @@ class Emulator:
     def draws(self, places: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
         """Functions (count, m) that agree with the design, at places (m, k), without noise."""
         mean, covariance = self.regressor.predict(places, return_cov=True)
-        # scikit-learn's covariance is that of a new simulation: noise on the diagonal, which no draw has.
+        # scikit-learn's covariance is of a new simulation, with noise on the diagonal; draws have no noise.
         covariance[np.diag_indices_from(covariance)] += JITTER - self.regressor.kernel_.k2.noise_level
-        # Rounding may leave a covariance of some thousand places without a root.
+        # Rounding may make a covariance of some thousand places indefinite.
         spread = JITTER
         while True:
             try:
@@ -80,7 +80,7 @@ class Emulator:
     def left_out(self) -> np.ndarray:
         """Logarithms (n,) of the design, each predicted without it.
 
-        y_i - (K^-1 y)_i / (K^-1)_ii with the parameters of the whole (Rasmussen and Williams 2006, Eq. 5.12).
+        y_i - (K^-1 y)_i / (K^-1)_ii with the parameters of the whole design (Rasmussen and Williams 2006, Eq. 5.12).
         """
         kernel = self.regressor.kernel_(self.places)
         kernel[np.diag_indices_from(kernel)] += JITTER

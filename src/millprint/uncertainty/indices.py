@@ -1,7 +1,7 @@
-"""Sobol indices and intervals of a quantity, from an emulator: what each parameter contributes, and how far all go.
+"""Sobol indices and intervals of a quantity from an emulator: the contribution of each parameter, and of all together.
 
-Saltelli's sample (SALib) is taken through functions drawn from the emulator, so that indices and intervals hold what
-the design leaves open (Le Gratiet, Cannamela, Iooss, SIAM/ASA J. Uncertainty Quantif. 2 (2014) 336).
+Saltelli's sample (SALib) is evaluated by functions drawn from the emulator, so that indices and intervals include what
+the design leaves uncertain (Le Gratiet, Cannamela, Iooss, SIAM/ASA J. Uncertainty Quantif. 2 (2014) 336).
 """
 
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ class Draws:
 
     @property
     def independent(self) -> np.ndarray:
-        """The rows (draws, m) that are independent draws of the distributions: the first and last of each block."""
+        """The rows (draws, m) that are independent draws from the distributions: the first and last of each block."""
         block = len(self.names) + 2
         return self.logs.reshape(len(self.logs), -1, block)[:, :, [0, -1]].reshape(len(self.logs), -1)
 
@@ -62,11 +62,11 @@ def draw(emulator: Emulator, names: list[str], places: np.ndarray, count: int, s
 def sobol_indices(draws: Draws, probability: float, seed: int) -> pd.DataFrame:
     """First-order and total indices of each variable: parameter, first, first_lower, first_upper, total, ...
 
-    S_i = V(E(y | x_i)) / V(y), S_Ti = 1 - V(E(y | all but x_i)) / V(y). The interval holds the spread between draws of
-    the emulator and, by bootstrap, the error of the sums.
+    S_i = V(E(y | x_i)) / V(y), S_Ti = 1 - V(E(y | all but x_i)) / V(y). The interval includes the spread between draws
+    of the emulator and, by bootstrap, the error of the sums.
     """
     width = normal_quantile(0.5 + 0.5 * probability)
-    # SALib takes a seed of 0 for none.
+    # SALib treats a seed of 0 as no seed.
     found = [
         sobol_analysis.analyze(
             problem_of(draws.names), logs, calc_second_order=False, num_resamples=RESAMPLES, conf_level=probability,

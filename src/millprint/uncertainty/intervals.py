@@ -1,12 +1,11 @@
 """Intervals of a mill's predictions by contact parameters: emulators, indices, intervals, and the factors of a file.
 
-An interval is one of values, at the condition that was sampled. Its ends are quantiles of the emulator over the
-distributions and over what the design leaves open. A ratio of two values of the emulator would double the emulator's
-own error, and a factor that is put onto another value, such as that of a fingerprint, would move the interval away from
-where the samples lie. So an interval is limited to what a sample has reached, and widened to hold the samples next to
-its fill ratio, and the emulator's value for the contact set of the predictions, which is one of the possible sets. And
-`Factors` keep the values that they refer to, so that a fingerprint whose own value differs gets the same ends
-(`Factors.onto`).
+An interval is for values at the condition that was sampled. Its ends are quantiles of the emulator over the
+distributions and over what the design leaves uncertain. A ratio of two emulated values would double the error of the
+emulator, and a factor on another value, such as a fingerprint's, would move the interval away from the samples. So an
+interval is limited to the range of the samples. It is widened to include the samples next to its fill ratio, and the
+emulated value for the contact set of the predictions, which is one of the possible sets. `Factors` keep the values that
+they refer to, so that a fingerprint with another value gets the same ends (`Factors.onto`).
 """
 
 from dataclasses import dataclass
@@ -29,7 +28,7 @@ from millprint.uncertainty.sampler import FILLED
 from millprint.uncertainty.samples import contact_values
 from millprint.uncertainty.space import FILL, Space
 
-# Descriptors of a condition: the scaled quantity that they are made of, and their unit.
+# Descriptors of a condition: the scaled quantity that they are computed from, and their unit.
 DESCRIBED = {
     **{name: (scaled, "J" if name.endswith("_J") else "1/s") for name, scaled in SCALED_BY.items()},
     "normal_power_W": ("Pn", "W"),
@@ -42,7 +41,7 @@ SET_COLUMNS = [FILL, "quantity", "contact", "factor", "lower_factor", "upper_fac
 
 @dataclass(frozen=True)
 class Measured:
-    """What the samples of a mill say; the columns are explained in workflow/outputs.md."""
+    """The results from the samples of a mill; workflow/outputs.md explains the columns."""
 
     emulator: pd.DataFrame
     indices: pd.DataFrame
@@ -52,7 +51,7 @@ class Measured:
 
 
 def fit_emulators(samples: pd.DataFrame, space: Space, seed: int) -> dict[str, Emulator]:
-    """An emulator of the logarithm of each quantity of CURVES, over the space; the fill ratio is that of whole balls.
+    """An emulator of the logarithm of each quantity of CURVES over the space; fill ratios are of whole balls.
 
     Raises ConfigError for a quantity that is not positive.
     """
@@ -71,7 +70,7 @@ def fit_emulators(samples: pd.DataFrame, space: Space, seed: int) -> dict[str, E
 def emulator_table(emulators: dict[str, Emulator], samples: pd.DataFrame) -> pd.DataFrame:
     """How good each emulator is: q2, leave_one_out_error, scatter and run_error, all but the first of a logarithm [-].
 
-    scatter: noise of one simulation, as the emulator finds it; run_error: mean standard error that the runs state.
+    scatter: noise of one simulation according to the emulator; run_error: mean standard error according to the runs.
     """
     rows = []
     for name, emulator in emulators.items():
@@ -91,8 +90,8 @@ def measure(
 ) -> Measured:
     """Emulators, indices and intervals from the samples of a mill, at each fill ratio.
 
-    space: of the contact parameters and, last, the fill ratio; contact: the set of the predictions, whose values the
-    factors refer to; others: sets that are compared with it. Raises ConfigError where one lies outside the space.
+    space: of the contact parameters and, last, the fill ratio; contact: the contact set of the predictions, to whose
+    values the factors refer; others: sets that are compared with it. Raises ConfigError for a set outside the space.
     """
     emulators = fit_emulators(samples, space, settings.seed)
     names = list(PARAMETERS)
@@ -135,9 +134,9 @@ def measure(
 
 
 def samples_at(emulator: Emulator, space: Space, samples: pd.DataFrame, fill: float) -> np.ndarray:
-    """Logarithms (n,) of the samples, each with the emulator's change from its own fill ratio to `fill`.
+    """Logarithms (n,) of the samples, each moved by the emulator from its fill ratio to `fill`.
 
-    Only their scatter and their parameters set them apart then.
+    They then differ only by scatter and parameters.
     """
     moved = space.places(samples.assign(**{FILL: fill}))
     return emulator.logs + emulator.predict(moved) - emulator.predict(emulator.places)
@@ -154,9 +153,9 @@ def interval_ends(
 ) -> tuple[float, float]:
     """The ends of an interval of a logarithm, by the emulator and by the samples themselves.
 
-    quantiles: of the emulator, which count as far as any of the samples reaches, moved to the fill ratio (n,); widened
-    to the central part of those that are `near` it (n,), of few the smallest and the largest: between the order
-    statistics k of m at shares k / (m + 1).
+    quantiles: of the emulator, limited to the range of the samples, which are moved to the fill ratio (n,). They are
+    widened to the central part of the samples `near` the fill ratio (n,), interpolated between the order statistics
+    k of m at shares k / (m + 1); with few samples, the smallest and the largest.
     """
     low, high = np.clip(quantiles, moved.min(), moved.max())
     if near.any():
@@ -194,7 +193,7 @@ def _sampled(samples: pd.DataFrame) -> dict[str, float]:
 def _factors(
     scaled: pd.DataFrame, samples: pd.DataFrame, contact: ContactConfig, settings: UncertaintyConfig
 ) -> ContactFactors:
-    """What contact.json holds."""
+    """The content of contact.json."""
     ends = {
         name: Ends(lower=table["lower_factor"].tolist(), upper=table["upper_factor"].tolist())
         for name, table in scaled.groupby("quantity", sort=False)

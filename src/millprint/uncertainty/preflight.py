@@ -12,11 +12,11 @@ from millprint.errors import ConfigError
 def uncertainty_faults(
     config: WorkflowConfig, mills: dict[str, MillConfig], contacts: dict[str, ContactConfig], source: str
 ) -> Iterator[str]:
-    """A line for each fault, with file, key, value and what would be right; none if everything is valid."""
+    """A line for each fault, with file, key, value and what to write; none if everything is valid."""
     settings = config.uncertainty
     if not settings.mills:
         return
-    # Takes long to import, and few configurations name such a mill.
+    # Imported here: slow to import, and few configurations name such a mill.
     from millprint.uncertainty.samples import check_contact, space_of
 
     if settings.rayleigh_fraction > config.dem.rayleigh_fraction_max:
@@ -32,7 +32,7 @@ def uncertainty_faults(
 
 
 def uncertainty_cases(config: WorkflowConfig, mills: dict[str, MillConfig]) -> list[Case]:
-    """The smallest and the largest charge of each mill of the section, with the stiffest balls, which take longest."""
+    """The smallest and the largest charge of each mill in the section, with the stiffest balls, which take longest."""
     settings = config.uncertainty
     if not settings.mills:
         return []

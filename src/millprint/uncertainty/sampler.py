@@ -1,4 +1,4 @@
-"""Many short simulations of one case, each with its own contact parameters."""
+"""Many short simulations of one case, with different contact parameters."""
 
 import logging
 from pathlib import Path
@@ -18,7 +18,7 @@ Settings = TypeVar("Settings", Case, ContactConfig)
 
 logger = logging.getLogger("millprint")
 
-# Of a sampled case, besides what the samples say: the fill ratio as simulated, with a whole number of balls.
+# Added to the columns of the samples: the fill ratio as simulated, with a whole number of balls.
 FILLED = "filled_ratio"
 
 
@@ -36,13 +36,13 @@ def run_samples(
 
     samples: its index names the samples; each column is a key of a contact set (restitution, static_friction,
     wall_static_friction, rolling_friction, young_modulus_gpa, ...) or of a case (fill_ratio, speed_rpm, seed, ...), and
-    replaces the value that `contact` or `case` has. counting_rule: what counts as one collision, of dem.counting_rules.
-    done: a file to which each row is written once it is simulated, and from which a killed call with the same
-    arguments continues (`simulate_each`); the caller removes it once the table is written.
+    replaces the value of `contact` or `case`. counting_rule: a name in dem.counting_rules, defines one collision.
+    done: a file that collects simulated rows and from which a killed call with the same arguments continues
+    (`simulate_each`); the caller removes it once the table is written.
 
     Returns a row for each sample, in their order: the columns of `samples`, filled_ratio (of a whole number of balls),
     and every column of workflow/descriptors.md (powers in W, specific powers and frequency, standard errors).
-    Raises ValueError for an unknown column, and SimulationError, with the sample and its values, for one that fails.
+    Raises ValueError for an unknown column, and SimulationError, with the sample and its values, if one fails.
     """
     unknown = [name for name in samples if name not in ContactConfig.model_fields and name not in Case.model_fields]
     if unknown:
@@ -76,11 +76,11 @@ def _describe(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConf
 
 
 def _with(section: Settings, values: dict) -> Settings:
-    """A contact set or a case with those of the values that it has keys for."""
+    """A contact set or a case with the values that it has keys for."""
     own = {key: value for key, value in values.items() if key in type(section).model_fields}
     return type(section)(**{**section.model_dump(), **own})
 
 
 def _plain(row: dict) -> dict:
-    """A row with Python's own numbers, as JSON takes them."""
+    """A row with Python numbers, as JSON needs them."""
     return {key: value.item() if isinstance(value, np.generic) else value for key, value in row.items()}

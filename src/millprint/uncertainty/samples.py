@@ -1,4 +1,4 @@
-"""The simulations behind the intervals of a mill: which case is varied, and how, and which contact set is compared."""
+"""The simulations behind the intervals of a mill: the varied case, its samples, and the compared contact set."""
 
 import json
 from pathlib import Path
@@ -15,13 +15,13 @@ from millprint.uncertainty.varied import fill_ratios_of
 
 
 def with_sweep(mill: dict, sweep: dict | None, derived: str | Path | None) -> MillConfig:
-    """A mill from plain values, with its own sweep, or with that of the file that was derived from it."""
+    """A mill from plain values, with its own sweep or the sweep from the file that was derived from it."""
     content = json.loads(Path(derived).read_text()) if derived else sweep
     return MillConfig(**mill).model_copy(update={"sweep": content and MillSweepConfig(**content)})
 
 
 def contact_values(contact: ContactConfig) -> dict[str, float]:
-    """The varied parameters of a contact set; friction on the wall is that on balls where the set gives no other."""
+    """The varied parameters of a contact set; if the set has no friction at walls, it is that between balls."""
     found = {name: getattr(contact, name, None) for name in PARAMETERS}
     return {name: contact.static_friction if value is None else value for name, value in found.items()}
 
@@ -32,7 +32,7 @@ def space_of(mill: MillConfig, uncertainty: UncertaintyConfig) -> Space:
 
 
 def check_contact(space: Space, contact: ContactConfig) -> None:
-    """Raise ConfigError, in one line, where the contact set of the predictions lies outside the distributions."""
+    """Raise ConfigError, in one line, if the contact set of the predictions is outside the distributions."""
     values = contact_values(contact)
     for variable in space.variables:
         low, high = variable.ends

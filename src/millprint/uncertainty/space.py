@@ -13,10 +13,10 @@ from millprint.config.uncertainty import PARAMETERS, DistributionSection, Parame
 from millprint.errors import ConfigError
 from millprint.statistics.quantiles import normal_quantile
 
-# Normal distributions end here, so that a design of their range is a design of what matters.
+# Normal distributions are cut off here, so that a design covers only the values that matter.
 MOST_DEVIATIONS = 3.0
 FILL = "fill_ratio"
-# Places this far beyond the range are rounding, or a whole number of balls.
+# Places may exceed the range by this, due to rounding or a whole number of balls.
 NEAR = 0.05
 
 
@@ -50,7 +50,7 @@ def _measured(section: Any, low: float, high: float) -> Any:
     return _cut_normal((section.lower + section.upper) / 2, (section.upper - section.lower) / 2 / half, low, high)
 
 
-# By kind: a function of the section and of the range, which returns a frozen distribution of scipy.
+# By kind: a function of the section and the range that returns a frozen distribution of scipy.
 FROZEN: dict[str, Callable[[Any, float, float], Any]] = {
     "uniform": _uniform,
     "loguniform": _loguniform,
@@ -62,7 +62,7 @@ FROZEN: dict[str, Callable[[Any, float, float], Any]] = {
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable: its frozen distribution of scipy, which has ends, and whether its range spans a power of ten."""
+    """One variable: its frozen, bounded distribution of scipy, and whether its range spans a power of ten."""
 
     name: str
     distribution: Any
@@ -115,7 +115,7 @@ class Space:
     def places(self, table: pd.DataFrame) -> np.ndarray:
         """Places (n, variables) between 0 and 1 of the values in a table.
 
-        Raises ConfigError for a value that lies outside the range of its variable: nothing was simulated there.
+        Raises ConfigError for a value outside the range of its variable, where nothing was simulated.
         """
         found = np.column_stack([variable.places(table[variable.name].to_numpy()) for variable in self.variables])
         for variable, column in zip(self.variables, found.T, strict=True):
@@ -131,10 +131,10 @@ class Space:
     def design(self, samples: int, seed: int) -> pd.DataFrame:
         """A space-filling design: the first `samples` points of a scrambled Sobol sequence, by their quantiles.
 
-        Owen, J. Complexity 14 (1998) 466. A larger design of the same seed begins with the smaller one.
+        Owen, J. Complexity 14 (1998) 466. A larger design with the same seed begins with the smaller one.
         """
         sequence = qmc.Sobol(len(self.variables), scramble=True, rng=np.random.default_rng(seed))
-        # A power of two keeps the sequence balanced; what is too much is left out.
+        # A power of two keeps the sequence balanced; the excess points are dropped.
         return self.values(sequence.random_base2((samples - 1).bit_length())[:samples])
 
 

@@ -10,7 +10,7 @@ from millprint.fingerprint.cases import mill_cases, sweep_of
 def varied_case(mill: MillConfig, settings: MillsConfig, uncertainty: UncertaintyConfig) -> Case:
     """The case that is varied: the first ball size and the first speed of the mill's sweep.
 
-    It has a step of its own, and the recorded time of precision `standard`: what is compared are its samples.
+    It has a separate time step, and the recorded time of precision `standard`, because only its samples are compared.
     """
     first = mill_cases(mill, settings.model_copy(update={"precision": "standard"}))[0]
     own = {"rayleigh_fraction": uncertainty.rayleigh_fraction, "closure_max": uncertainty.closure_max}
@@ -18,7 +18,7 @@ def varied_case(mill: MillConfig, settings: MillsConfig, uncertainty: Uncertaint
 
 
 def fill_ratios_of(mill: MillConfig, uncertainty: UncertaintyConfig) -> list[float]:
-    """The fill ratios at which intervals are given: those of the section, or of the mill's sweep."""
+    """The fill ratios at which intervals are given, from the section or from the mill's sweep."""
     return uncertainty.fill_ratios or sorted(sweep_of(mill).fill_ratios)
 
 

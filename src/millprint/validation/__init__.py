@@ -10,14 +10,14 @@ How a set-up becomes a verdict:
    impact, simulates inside `predict`. Its mill is a file in config/mills, its contact sets are in config/contacts.
 4. The rule `predict_setup` calls `Setup.predict(Inputs)`. It returns the table with the columns `PREDICTION_COLUMNS`, a
    row for each number: `id` of the measured row (empty for a prediction without one), `x` (in the unit of the measured
-   row's x; empty for a single number), `quantity` (that of the measured row), `unit` (likewise), `model` (`DEM`, or the
-   name of a formula that is drawn as a reference line), `predicted`, `lower` and `upper` (empty if there is no
-   interval), and `interval`: by what the interval is, one of `INTERVALS`.
+   row's x; empty for a single number), `quantity` and `unit` (as in the measured row), `model` (`DEM`, or the name of a
+   formula that is drawn as a reference line), `predicted`, `lower` and `upper` (empty if there is no interval), and
+   `interval`: the origin of the interval, one of `INTERVALS`.
 5. `millprint.validation.verdicts` compares the rows of the model `DEM` with the measured ones, at the measured x.
    A prediction must have a row at each measured x. `explanations` tests whether a variant of the prediction explains a
-   miss, and `coverage` counts the numbers that lie in their predicted interval.
+   miss, and `coverage` counts the numbers within their predicted interval.
 6. `python scripts/fix_predictions.py` records in config/data/fixed_predictions.tsv the date and the digest of the
-   settings of each set-up, and why they were fixed again. A verdict says if the settings have changed since.
+   settings of each set-up, and the reason if they were fixed again. A verdict says if the settings have changed since.
 
 To add a set-up: a section in millprint/config/setups, named in config/validation.py; `predict` in a file of this folder
 and a record in `setups.py`; its name in the column `setup` of config/data/measured.tsv; `make reference`;

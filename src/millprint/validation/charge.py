@@ -1,10 +1,9 @@
 """Measures of the charge of a tumbling mill: critical speed, net power, toe and shoulder, rings of centrifuging balls.
 
-Functions of numbers and positions, no files. A place in the drum is (x, z) [m] from its axis, seen so that z points up
-and the drum turns clockwise: for a drum that turns about +y that is x to the right. Angles are clockwise from
-12 o'clock [deg], so that they grow the way the drum turns: 180 is the bottom, 270 is 9 o'clock, where the balls are
-lifted. Counted counter-clockwise from 3 o'clock in a drum that turns counter-clockwise, as Morrell does, an angle is
-90 deg more.
+Functions of numbers and positions, without files. A place in the drum is (x, z) [m] from its axis, with z up and the
+drum turning clockwise: x points to the right for a drum that turns about +y. Angles are clockwise from 12 o'clock
+[deg], so they grow in the direction of the turning: 180 is the bottom, 270 is 9 o'clock, where the balls are lifted.
+Morrell's angles, counter-clockwise from 3 o'clock in a drum that turns counter-clockwise, are 90 deg larger.
 """
 
 import math
@@ -12,13 +11,13 @@ import math
 import numpy as np
 
 GRAVITY = 9.81
-# Toe and shoulder: where the shell is covered by half as many balls as a closed ring has.
+# At toe and shoulder, the shell is covered by half as many balls as in a closed ring.
 COVERED = 0.5
 BINS = 120
-# Of a ball that centrifuges: the most by which its distance from the axis varies over its diameter, and the least by
-# which it goes round over the turn of the drum.
+# For a ball that centrifuges: upper bound of the change of its distance from the axis over its diameter, and lower
+# bound of the angle that it goes round over the drum's.
 CARRIED = 0.5
-# Distance of two rings over the ball diameter: between that of balls in each other's hollows, 0.87, and 1.
+# Distance of two rings over the ball diameter: between 0.87, for balls in the gaps of the other ring, and 1.
 RING_PITCH = 0.9
 
 
@@ -44,10 +43,10 @@ def clock_angle(places: np.ndarray) -> np.ndarray:
 
 
 def coverage(places: np.ndarray, diameters: np.ndarray, radius_m: float, bins: int = BINS) -> np.ndarray:
-    """How much of the shell the outermost balls cover (bins,): 1 where a closed ring would lie, 0 without a ball [-].
+    """How much of the shell the outermost balls cover (bins,): 1 for a closed ring, 0 without a ball [-].
 
-    places: (t, n, 2) [m] at t times; diameters: (n,) [m]; radius_m: of the shell. The outermost balls are those of
-    which the gap to the shell is less than half their diameter; each covers d / (R - d / 2) of the circle [rad].
+    places: (t, n, 2) [m] at t times; diameters: (n,) [m]; radius_m: of the shell. Outermost balls have a gap to the
+    shell of less than half their diameter; each covers d / (R - d / 2) of the circle [rad].
     """
     distance = np.linalg.norm(places, axis=-1)
     outermost = radius_m - distance < diameters
@@ -62,14 +61,14 @@ def toe_and_shoulder(
 ) -> tuple[float, float]:
     """Angles of toe and shoulder [deg]: the ends of the longest arc of the shell that balls cover by `covered` or more.
 
-    The toe is the end that the shell reaches first, the shoulder the one where the balls leave it. Within a bin the end
-    is interpolated. (nan, nan) where balls cover the whole circle, as in a centrifuge, or nothing of it.
+    The toe is the end that the shell reaches first; at the shoulder the balls leave it. Ends are interpolated within a
+    bin. (nan, nan) if balls cover the whole circle, as in a centrifuge, or none of it.
     """
     share = coverage(places, diameters, radius_m, bins)
     inside = share >= covered
     if inside.all() or not inside.any():
         return math.nan, math.nan
-    # Arcs begin where a covered bin follows one that is not.
+    # An arc begins at a covered bin after an uncovered one.
     starts = np.flatnonzero(inside & ~np.roll(inside, 1))
     lengths = [int(np.argmin(np.roll(inside, -start))) for start in starts]
     first, length = int(starts[np.argmax(lengths)]), max(lengths)
@@ -84,7 +83,7 @@ def toe_and_shoulder(
 
 
 def carried(places: np.ndarray, angles: np.ndarray, diameters: np.ndarray) -> np.ndarray:
-    """Which balls (n,) centrifuge: they go round without leaving their distance from the axis.
+    """Which balls (n,) centrifuge: they go round at a constant distance from the axis.
 
     places: (t, n, 2) [m] over a turn; angles: (t,) of the drum, clockwise [rad]; diameters: (n,) [m]. Over the turn the
     distance from the axis varies by less than CARRIED of the diameter, and the ball goes round by more than CARRIED of
@@ -102,9 +101,9 @@ def complete_rings(
     """How many complete rings these balls make, counted from the shell inwards.
 
     places: (n, 2) [m] of the balls that are carried round; diameter_m: of each; radius_m: of the shell. A ball's ring
-    follows from its distance to the shell, in steps of RING_PITCH of the diameter. A ring is complete if nowhere in it
-    two more balls have room side by side: neighbours are less than three diameters apart, and as far as a lifter is
-    wide where lifters stand in the ring. The first ring that is not ends the count.
+    follows from its distance to the shell, in steps of RING_PITCH of the diameter. A ring is complete if it has no room
+    for two more balls side by side: neighbours are less than three diameters apart, plus the width of a lifter where
+    lifters are in the ring. The first incomplete ring ends the count.
     """
     distance = np.linalg.norm(places, axis=1)
     ring = np.floor((radius_m - diameter_m / 2 - distance) / (RING_PITCH * diameter_m) + 0.5).astype(int)

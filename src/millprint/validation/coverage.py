@@ -12,10 +12,10 @@ EVERY = "all"
 def tabulate_coverage(verdicts: pd.DataFrame) -> pd.DataFrame:
     """A row for each set-up and kind of interval, for each kind, and for all: how many numbers the intervals hold.
 
-    verdicts: of `give_verdicts`. Counted are measured numbers, and not the results of other codes, with a prediction
-    that has an interval and is judged. Columns: setup, interval, numbers; held: those that lie in the predicted
-    interval; share; lower, upper: Clopper and Pearson's interval of the share, as if the numbers were independent;
-    overlapping: those of which the stated uncertainty reaches the predicted interval.
+    verdicts: of `give_verdicts`. Only measured numbers count, not results of other codes, and only with a prediction
+    that has an interval and is judged. Columns: setup, interval, numbers; held: numbers within the predicted interval;
+    share; lower, upper: Clopper and Pearson's interval of the share, as if the numbers were independent; overlapping:
+    numbers whose stated uncertainty reaches the predicted interval.
     """
     measured = verdicts["class"].str.startswith("measured") & (verdicts["verdict"] != NO_SETUP)
     known = verdicts[measured & verdicts["predicted_lower"].notna()]

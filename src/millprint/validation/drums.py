@@ -29,15 +29,15 @@ ACROSS = [0, 2]
 SPEED, ANGLE, ZERO = "speed down the slope", "angle of the surface", "place at which the speed is zero"
 REPOSE = "angle of repose"
 TURNING, SHORT = "turning with the drum", "shorter slice"
-# Places at which the speed is predicted, in addition to the measured ones, in a ball diameter.
+# Places per ball diameter at which the speed is predicted, in addition to the measured ones.
 PLACES_PER_DIAMETER = 1
-# The parameters that are varied, and whether in their logarithm.
+# The varied parameters, and whether their logarithm is varied.
 VARIED = {"restitution": False, "static_friction": False, "rolling_friction": True}
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Balls of a drum at t times: places and velocities (t, n, 2) across the axis [m], [m/s], and its radius [m]."""
+    """Balls of a drum at t times: places and velocities (t, n, 2) across the axis [m], [m/s], and the radius [m]."""
 
     places: np.ndarray
     velocities: np.ndarray
@@ -80,7 +80,7 @@ def _single(inputs: Inputs, quantity: str) -> str:
 
 @dataclass(frozen=True)
 class Profile:
-    """What a run of set-up 4 gives: surface angle [deg], speeds (k,) [m/s] at places, and the place of speed 0 [m]."""
+    """Results of a run of set-up 4: surface angle [deg], speeds (k,) [m/s] at places, and the place of speed 0 [m]."""
 
     angle_deg: float
     speeds: np.ndarray
@@ -93,7 +93,7 @@ class Profile:
 
 
 def measure(motion: Motion, depths: np.ndarray, settings: BeadDrumConfig, surface: Surface | None = None) -> Profile:
-    """The profile at places that rise (k,) [m], in the frame of the motion's own surface or of a given one."""
+    """The profile at ascending places (k,) [m], in the frame of the motion's surface or of a given surface."""
     own = motion.surface(settings)
     half_width, half_height = (
         share * settings.ball_diameter_mm * 1e-3
@@ -105,7 +105,7 @@ def measure(motion: Motion, depths: np.ndarray, settings: BeadDrumConfig, surfac
 
 
 def _block_scatter(motion: Motion, depths: np.ndarray, settings: BeadDrumConfig, surface: Surface) -> np.ndarray:
-    """Half the interval of each of `Profile.values` by the scatter of blocks of time, in one frame."""
+    """Half the interval of each of `Profile.values` by the scatter of blocks of time, all in the same frame."""
     blocks = motion.blocks(settings.blocks)
     return block_uncertainty(np.array([measure(block, depths, settings, surface).values for block in blocks]))
 
@@ -113,8 +113,8 @@ def _block_scatter(motion: Motion, depths: np.ndarray, settings: BeadDrumConfig,
 def predict_bead_drum(inputs: Inputs) -> pd.DataFrame:
     """Set-up 4: angle of the surface, speed over depth about the axis, and where the speed is zero, from two slices.
 
-    The long slice predicts, in the frame of its own surface. Its interval is that of blocks of time, and beyond it on
-    each side what the other contact sets change in the short slice.
+    The long slice predicts, in the frame of its surface. Its interval is by blocks of time, plus on each side the
+    change with the other contact sets in the short slice.
     """
     settings: BeadDrumConfig = inputs.settings
     radius, diameter = _radius(inputs), settings.ball_diameter_mm * 1e-3
@@ -133,7 +133,7 @@ def predict_bead_drum(inputs: Inputs) -> pd.DataFrame:
     same = shorts[settings.contact]
     short_scatter = _block_scatter(same, depths, settings, same.surface(settings))
     changes = np.array([values - short[settings.contact] for values in short.values()])
-    # A place that the surface of one bed does not reach tells nothing of its parameters.
+    # A place outside the bed in one of the runs gives no information on the parameters.
     lower, upper = np.fmin.reduce([*changes, 0 * found]), np.fmax.reduce([*changes, 0 * found])
     spread = np.nan_to_num(scatter)
     low, high = found + np.nan_to_num(lower) - spread, found + np.nan_to_num(upper) + spread
@@ -144,7 +144,7 @@ def predict_bead_drum(inputs: Inputs) -> pd.DataFrame:
     interval = f"{BLOCKS} and {CONTACT}" if len(short) > 1 else BLOCKS
 
     def rows_of(place: int, quantity: str, unit: str, id: str, x: float = math.nan) -> list[dict]:
-        """The rows of one number: of the long slice, of the short one, and of the short one with the other sets."""
+        """The rows of one number: for the long slice, the short slice, and the short slice with the other sets."""
         other = short[settings.contact][place]
         return [
             prediction(
@@ -219,14 +219,13 @@ def _slice_angle(inputs: Inputs, case: Case, contact: ContactConfig, title: str)
 def predict_repose_drum(inputs: Inputs) -> pd.DataFrame:
     """Set-up 7: the angle of the surface in the whole drum, the mean of its seeds.
 
-    Its interval is that of the seeds and, beyond it on each side, the largest change that other contact parameters make
-    in a slice.
+    Its interval is by seeds, plus on each side the largest change with other contact parameters in a slice.
     """
     settings: ReposeDrumConfig = inputs.settings
     motions = [read_motion(inputs.runs / path / "run.h5", _radius(inputs)) for path in inputs.cases]
     angles = np.array([motion.surface(settings).angle_deg for motion in motions])
     blocks = [[part.surface(settings).angle_deg for part in motion.blocks(settings.blocks)] for motion in motions]
-    # Two seeds say little about their scatter; the blocks of time of all add to it.
+    # Two seeds give little information on the scatter, so the blocks of time of all seeds are used.
     scatter = float(block_uncertainty(np.concatenate(blocks)))
     case = next(iter(expand_sweep(settings.sweeps[0], inputs.dem, settings.mill)))
     base = _slice_angle(inputs, case, inputs.contact, "slice")

@@ -1,15 +1,15 @@
-"""Why a prediction misses a measured number: what the tables show and other numbers confirm, or `not explained`.
+"""Why a prediction misses a measured number: a cause that other numbers confirm, or `not explained`.
 
 Some set-ups have variants: predictions that change one thing of ours, such as the contact law in an impact or the
-contact set in a drum. A variant explains a missed number only if it stands the test on all others:
+contact set in a drum. A variant explains a missed number only if it passes the test on all others:
 
 - it meets every number of the same measured row, such as all speeds of a mill,
 - it meets at least one more number that our prediction misses, in this set-up or in another one, and
 - it misses none that our prediction meets, in any set-up.
 
-A number is met within the tolerance of its verdict. Only numbers that the variant predicts count, and only those of one
-class: what another code computed confirms no explanation of a measurement. All else that may be the cause was not
-tested, and is not said.
+A number is met within the tolerance of its verdict. Only numbers that the variant predicts count, and only numbers of
+the same class: results of another code do not confirm an explanation of a measurement. Other possible causes were not
+tested, and are not stated.
 """
 
 from collections.abc import Mapping
@@ -21,7 +21,7 @@ NOT_EXPLAINED = "not explained"
 
 
 def values_at(predictions: pd.DataFrame, quantity: str, places: pd.Series) -> np.ndarray:
-    """What a model predicts of a quantity at places; not a number where it predicts nothing.
+    """The predictions of a model for a quantity at places; NaN where it predicts nothing.
 
     predictions: of one model; places: x, empty for a single number.
     """
@@ -35,7 +35,7 @@ def values_at(predictions: pd.DataFrame, quantity: str, places: pd.Series) -> np
 
 
 def met_by(model: str, numbers: pd.DataFrame, variants: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
-    """Which numbers our prediction (column `ours`) and a variant (`variant`) meet: those that both predict; with id.
+    """Which numbers our prediction (column `ours`) and a variant (`variant`) meet, of the numbers that both predict.
 
     numbers: rows of the verdicts; variants: predictions of all variants, by set-up.
     """
@@ -51,7 +51,7 @@ def met_by(model: str, numbers: pd.DataFrame, variants: Mapping[str, pd.DataFram
 
 
 def explain(numbers: pd.DataFrame, missed: pd.Series, variants: Mapping[str, pd.DataFrame]) -> pd.Series:
-    """A text for each missed number: the variant that meets it and stands the test, or why none does.
+    """A text for each missed number: the variant that meets it and passes the test, or why none does.
 
     numbers: rows of the verdicts, all of one class; missed: which of them; variants: their predictions, by set-up.
     """

@@ -24,7 +24,7 @@ from millprint.run.tables import Text, read_measured
 
 COLUMNS = [Text("setup"), Text("date"), Text("digest"), Text("why")]
 FIRST = "fixed for the first time"
-# Settings of `dem` that can change a prediction; its times and its step are those of the section.
+# Settings of `dem` that can change a prediction; times and step are set by the section.
 DEM_KEYS = {"rayleigh_fraction_max", "overlap_max"}
 # Texts for people.
 TEXTS = {"title", "source"}
@@ -32,7 +32,7 @@ TEXTS = {"title", "source"}
 
 @dataclass(frozen=True)
 class Fixed:
-    """A set-up was fixed: date and time (UTC), the digest of its settings then, and why it was fixed then."""
+    """One fixing of a set-up: date and time (UTC), the digest of its settings at that time, and the reason."""
 
     date: str
     digest: str
@@ -42,7 +42,7 @@ class Fixed:
 def settings_digest(
     settings: SetupConfig, mill: MillConfig | None, contacts: Mapping[str, ContactConfig], dem: DemConfig
 ) -> str:
-    """A digest of every setting that makes the prediction of a set-up, except the places at which is predicted."""
+    """A digest of every setting that makes the prediction of a set-up, except the places of the predictions."""
     content = {
         "settings": settings.model_dump(mode="json", exclude=set(settings.places), exclude_none=True),
         "mill": mill and mill.model_dump(mode="json", exclude={*TEXTS, "sweep"}, exclude_none=True),
@@ -56,7 +56,7 @@ def settings_digest(
 
 
 def read_fixed(path: str | Path) -> dict[str, list[Fixed]]:
-    """Every time that each set-up was fixed, the last one at the end. Raises ConfigError as `read_measured`."""
+    """Every time that each set-up was fixed, in order. Raises ConfigError as `read_measured`."""
     fixed: dict[str, list[Fixed]] = {}
     for row in read_measured(path, COLUMNS, fewest_rows=0).to_dict("records"):
         fixed.setdefault(row["setup"], []).append(Fixed(row["date"], row["digest"], row["why"]))
@@ -64,7 +64,7 @@ def read_fixed(path: str | Path) -> dict[str, list[Fixed]]:
 
 
 def status_of(name: str, digest: str, fixed: Mapping[str, Sequence[Fixed]]) -> str:
-    """Whether the settings of a set-up are those that were fixed last, in words, with the dates and the last reason."""
+    """Whether the settings of a set-up are as fixed last, in words, with the dates and the last reason."""
     if name not in fixed:
         return "settings not fixed"
     first, last = fixed[name][0], fixed[name][-1]
@@ -78,7 +78,7 @@ def status_of(name: str, digest: str, fixed: Mapping[str, Sequence[Fixed]]) -> s
 
 
 def fixed_table(fixed: Mapping[str, Sequence[Fixed]], digests: Mapping[str, str]) -> pd.DataFrame:
-    """Every time that the set-ups of `digests` were fixed; `today`: whether the settings are those of that time."""
+    """Every time that the set-ups of `digests` were fixed; `today`: whether the settings are still the same."""
     rows = [
         {"setup": name, **vars(each), "today": "yes" if each.digest == digest else "no"}
         for name, digest in digests.items()
@@ -88,10 +88,10 @@ def fixed_table(fixed: Mapping[str, Sequence[Fixed]], digests: Mapping[str, str]
 
 
 def fix(path: str | Path, digests: Mapping[str, str], now: str, why: str = "") -> list[str]:
-    """Add the digests of some set-ups with date and time, and return the names of those that have changed.
+    """Add the digests of some set-ups with date and time, and return the names of the changed ones.
 
-    A set-up whose digest is unchanged gets no row. why: the reason for fixing again. Raises ConfigError where a set-up
-    that had been fixed has changed, and no reason is given.
+    A set-up with an unchanged digest gets no row. why: the reason for fixing again. Raises ConfigError if a fixed
+    set-up has changed and no reason is given.
     """
     fixed = read_fixed(path) if Path(path).exists() else {}
     changed = [name for name, digest in digests.items() if name not in fixed or fixed[name][-1].digest != digest]

@@ -1,8 +1,8 @@
 """Measures of a bed of balls that flows in a turning drum: angle of its surface, speed over depth, depth of zero speed.
 
-Functions of positions and velocities, no files. A place is (x, z) [m] from the axis of the drum, z up. The frame of all
-measures is that of the surface: down its slope, and along its normal, both through the axis. So a place along the
-normal is negative below the axis.
+Functions of positions and velocities, without files. A place is (x, z) [m] from the axis of the drum, z up. All
+measures are in the frame of the surface: down its slope, and along its normal, both through the axis. So a place along
+the normal is negative below the axis.
 """
 
 import math
@@ -12,9 +12,9 @@ import numpy as np
 
 from millprint.statistics.quantiles import student_quantile
 
-# The surface is where the number density falls to this share of that of the bed.
+# At the surface, the number density falls to this share of its value in the bed.
 SURFACE_SHARE = 0.5
-# Rows of the histogram of a column in a width of it.
+# Rows of the histogram of a column per width of the column.
 ROWS_PER_CELL = 2
 TURNS_MAX, TURN_END = 20, 1e-4
 # A mean needs at least this number of balls.
@@ -49,7 +49,7 @@ class Surface:
 
 
 def _column_tops(along: np.ndarray, up: np.ndarray, half_width: float, cell: float) -> tuple[np.ndarray, np.ndarray]:
-    """Middles (c,) of columns, and heights (c,) at which their density falls to SURFACE_SHARE of that below [m]."""
+    """Middles (c,) of columns, and heights (c,) at which the density falls to SURFACE_SHARE of that below [m]."""
     columns = max(4, round(2 * half_width / cell))
     step = cell / ROWS_PER_CELL
     low, high = up.min() - step, up.max() + 2 * step
@@ -63,7 +63,7 @@ def _column_tops(along: np.ndarray, up: np.ndarray, half_width: float, cell: flo
             continue
         half = SURFACE_SHARE * np.median(count[count > 0])
         last = np.flatnonzero(count >= half)[-1]
-        # The highest row of all is empty.
+        # The highest row is always empty.
         tops[column] = centres[last] + step * (count[last] - half) / (count[last] - count[last + 1])
     return middles, tops
 
@@ -72,8 +72,8 @@ def fit_surface(places: np.ndarray, half_width: float, cell: float) -> Surface:
     """The free surface by least squares, in the middle part of the drum.
 
     places: (n, 2) of the balls at all times [m]; half_width: of the part that is fitted, along the surface on both
-    sides of the axis [m]; cell: width of a column [m], about a ball. Columns stand perpendicular to the surface, so the
-    fit is repeated until they do. Raises ValueError if fewer than three columns hold balls.
+    sides of the axis [m]; cell: width of a column [m], about a ball. The fit is repeated until the columns are
+    perpendicular to the surface. Raises ValueError if fewer than three columns contain balls.
     """
     slope, height = 0.0, math.nan
     for _ in range(TURNS_MAX):
@@ -97,8 +97,8 @@ def speed_profile(
 ) -> np.ndarray:  # fmt: skip
     """Mean speed down the slope (k,) [m/s] at places (k,) along the normal [m].
 
-    places, velocities: (n, 2) of the balls at all times [m], [m/s]. The mean at a place is that of the balls in a box
-    about it, of half the height half_height and half the width half_width [m]; not a number for fewer than FEWEST.
+    places, velocities: (n, 2) of the balls at all times [m], [m/s]. The mean is over the balls in a box around the
+    place with half the height half_height and half the width half_width [m]; NaN for fewer than FEWEST balls.
     """
     near = np.abs(places @ surface.down) < half_width
     height, speed = places[near] @ surface.normal, velocities[near] @ surface.down
@@ -111,9 +111,9 @@ def speed_profile(
 
 
 def zero_place(depths: np.ndarray, speeds: np.ndarray) -> float:
-    """The place [m] at which the speed changes its sign first on the way up from the wall, interpolated; nan for none.
+    """The place [m] of the first change of sign of the speed on the way up from the wall, interpolated; nan for none.
 
-    depths: (k,) that rise [m]; speeds: (k,) [m/s], negative where the bed turns with the drum.
+    depths: (k,) ascending [m]; speeds: (k,) [m/s], negative where the bed turns with the drum.
     """
     known = np.isfinite(speeds)
     depth, speed = np.asarray(depths)[known], np.asarray(speeds)[known]
@@ -127,7 +127,7 @@ def zero_place(depths: np.ndarray, speeds: np.ndarray) -> float:
 def block_uncertainty(values: np.ndarray, probability: float = 0.95) -> np.ndarray:
     """Half the interval of the means of blocks, from Student's t and the scatter of the blocks.
 
-    values: (b, ...) of b blocks of one run, or of b runs; not a number where a block has none, or for one block.
+    values: (b, ...) of b blocks of one run, or of b runs; NaN where a block has no value, or for one block.
     """
     blocks = len(values)
     if blocks < 2:

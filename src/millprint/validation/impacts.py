@@ -1,7 +1,7 @@
-"""A sphere hits a plate: rebound and spin in the DEM's own kernel, at real stiffness, and the forms of rigid bodies.
+"""A sphere hits a plate: rebound and spin from the DEM's kernel, at real stiffness, and formulas for rigid bodies.
 
-The plate lies at z = 0 and the sphere comes along +x. Nothing else acts on it, so an impact is two velocities and a
-contact set. The step is a fraction of the duration of the elastic normal impact (Hertz).
+The plate is at z = 0 and the sphere moves along +x. No other force acts on it, so two velocities and a contact set
+define an impact. The step is a fraction of the duration of the elastic normal impact (Hertz).
 """
 
 import math
@@ -32,7 +32,7 @@ SLIDING, PARTIAL = "full sliding (Walton 1993)", "partial slip (Maw, Barber and 
 def pair_modulus(first_gpa: float, second_gpa: float) -> float:
     """Young's modulus of one material that acts as two of the same Poisson's ratio: 2 E1 E2 / (E1 + E2) [GPa].
 
-    1/E* = (1 - nu^2) (1/E1 + 1/E2) and 1/G* = 2 (2 - nu) (1 + nu) (1/E1 + 1/E2) are those of the pair.
+    The pair has 1/E* = (1 - nu^2) (1/E1 + 1/E2) and 1/G* = 2 (2 - nu) (1 + nu) (1/E1 + 1/E2).
     """
     return 2 * first_gpa * second_gpa / (first_gpa + second_gpa)
 
@@ -68,7 +68,7 @@ class Plate:
 
 
 def sliding(contact: ContactConfig, radius: float, normal: float, tangential: float) -> Rebound | None:
-    """Rebound of a sphere, without spin at first, that slides throughout (Walton 1993); None where it would not.
+    """Rebound of a sphere without initial spin that slides throughout (Walton 1993); None if it would not.
 
     The impulse along the plate is mu (1 + e) m v, so that the tangential restitution is 1 - mu (1 + e) v / w. It slides
     throughout if w > 7/2 mu (1 + e) v. radius [m]; normal v, tangential w: speeds before the impact [m/s].
@@ -103,7 +103,7 @@ def _all_places(given: Iterable[float], places: pd.Series) -> list[float]:
     return sorted({*map(float, given), *places})
 
 
-# Quantity to its unit and how it is read. The spin is counted as in the source: that of rolling on is negative.
+# Quantity -> its unit and how it is computed. The sign of the spin is as in the source: forward rolling is negative.
 QUANTITIES: dict[str, tuple[str, Callable[[Rebound], float]]] = {
     "tangential restitution": ("-", lambda hit: hit.tangential_restitution),
     "spin after the impact": ("rad/s", lambda hit: -hit.spin),

@@ -1,4 +1,4 @@
-"""What a set-up predicts from."""
+"""The inputs of a set-up's prediction."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,7 +24,7 @@ OTHER_CODES: list[Number | Text] = [
 
 
 def read_other_codes(path: str | Path) -> pd.DataFrame:
-    """Power of tumbling mills by other DEM codes, a row a speed. Raises ConfigError as `read_measured`."""
+    """Power of tumbling mills by other DEM codes, a row for each speed. Raises ConfigError as `read_measured`."""
     return read_measured(path, OTHER_CODES, fewest_rows=0)
 
 
@@ -34,12 +34,12 @@ def _no_codes() -> pd.DataFrame:
 
 @dataclass(frozen=True)
 class Inputs:
-    """What a prediction may use; of what was measured it is given the places x only.
+    """What a prediction may use; it gets only the places x of the measured points, not their values.
 
-    settings: the section of the set-up, of its own class; mill: None without one; contacts: by name, the one that
-    predicts first; cases: the simulations of its sweeps by path; runs: the folder results/dem; places: id, quantity,
-    unit and x of the measured points of this set-up, without their values; folder: of the set-up's own tables, for one
-    that simulates before it predicts; other_codes: as `read_other_codes`.
+    settings: the section of the set-up; mill: None without one; contacts: by name, first the one that predicts; cases:
+    the simulations of its sweeps by path; runs: the folder results/dem; places: id, quantity, unit and x of the
+    measured points of this set-up; folder: of the set-up's tables, if it simulates before it predicts; other_codes: as
+    `read_other_codes`.
     """
 
     settings: Any
@@ -58,11 +58,11 @@ class Inputs:
         return self.contacts[self.settings.contact]
 
     def summary(self, path: str) -> dict:
-        """The summary of a case. Raises DamagedFile for one that is no JSON."""
+        """The summary of a case. Raises DamagedFile if it is not valid JSON."""
         return read_json(self.runs / path / "summary.json")
 
     def table(self, name: str) -> pd.DataFrame:
-        """A table of the set-up's own folder. Raises ConfigError as `read_table`."""
+        """A table in the set-up's folder. Raises ConfigError as `read_table`."""
         return read_table(self.folder / name)
 
     def places_of(self, quantity: str) -> pd.Series:

@@ -1,4 +1,4 @@
-"""What others measured: config/data/measured.tsv, a row for each number or series."""
+"""Measurements by others: config/data/measured.tsv, a row for each number or series."""
 
 import re
 from collections.abc import Collection
@@ -11,8 +11,8 @@ import pandas as pd
 from millprint.run.tables import Number, Text, read_measured, refuse_rows
 
 UNKNOWN = "unknown"
-# Unit to the deviation that is tolerated in place of 10 % of the measured value, if any: a ratio of two angles, of two
-# places or of two small counts says little.
+# Unit -> the tolerated deviation in place of 10 % of the measured value, if any: a ratio of two angles, of two places
+# or of two small counts has little meaning.
 UNITS: dict[str, float | None] = {
     "W": None, "J/rev": None, "rad/s": None, "m/s": None, "-": None, "degC": None,
     "deg": 3.0, "m": 0.003, "rings": 0.5,
@@ -23,7 +23,7 @@ COLUMNS: list[Number | Text] = [
     Text("value"), Text("unit", choices=tuple(UNITS)), Number("uncertainty", 0, above=True, may_be_blank=True),
     Text("uncertainty_unit"), Text("class"), Text("source"), Text("note"),
 ]  # fmt: skip
-# Of the table with a row for each point.
+# Columns of the table with a row for each point.
 POINT_COLUMNS = (
     *("id", "setup", "quantity", "x_name", "x", "measured", "measured_lower", "measured_upper", "unit", "class"),
     *("source", "note"),
@@ -76,8 +76,8 @@ def _is_value(text: str) -> bool:
 def read_measurements(path: str | Path, setups: Collection[str]) -> pd.DataFrame:
     """The measured rows as they are in the file. setups: the names that a row may have, and also `unknown`.
 
-    Raises ConfigError, in one line with file, row, key and value, for an unknown unit or set-up, a value that is no
-    number, series, range or bound, and an uncertainty without a unit or in another one than the value or per cent.
+    Raises ConfigError, in one line with file, row, key and value, for an unknown unit or set-up, a value that is not a
+    number, series, range or bound, and an uncertainty without a unit or in a unit other than the value's or per cent.
     """
     frame = read_measured(path, COLUMNS)
     for name in (column.name for column in COLUMNS if isinstance(column, Text)):
@@ -107,14 +107,14 @@ def read_measurements(path: str | Path, setups: Collection[str]) -> pd.DataFrame
 def measured_points(rows: pd.DataFrame) -> pd.DataFrame:
     """A row for each measured number (POINT_COLUMNS).
 
-    measured_lower, measured_upper: the value less and plus its uncertainty, or the ends of a range; empty where nothing
+    measured_lower, measured_upper: the value minus and plus its uncertainty, or the ends of a range; empty if nothing
     is stated. x is empty for a single number.
     """
     points = []
     for row in rows.to_dict("records"):
         for point in parse_value(row["value"]):
             share = abs(point.value) / 100 if row["uncertainty_unit"] == PERCENT else 1.0
-            # An uncertainty that is not stated is not a number, and so are the ends then.
+            # An uncertainty that is not stated is NaN, and so are the ends.
             half = row["uncertainty"] * share
             lower, upper = (
                 (point.lower, point.upper) if point.lower == point.lower else (point.value - half, point.value + half)

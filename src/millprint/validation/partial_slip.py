@@ -1,7 +1,7 @@
-"""The impact of an elastic sphere with partial slip in its contact: a reference line, and not our contact law.
+"""The impact of an elastic sphere with partial slip in its contact: a reference line, not our contact law.
 
 Where friction and elastic displacement act together, the rim of a contact slides while its middle sticks. Our law has
-one spring for the whole contact, which sticks or slides as one. The difference between both is what the law leaves out.
+one spring for the whole contact, which either sticks or slides. The difference shows what the law leaves out.
 """
 
 import math
@@ -22,8 +22,8 @@ def partial_slip(
 
     By the method of dimensionality reduction (Lyashenko and Popov, Sci. Rep. 5, 8479, 2015): independent springs at x
     over the contact's diameter, pressed by d - x^2 / R; the stiffness of each is E* dx along the normal, G* dx across,
-    with G* = 4 G / (2 (2 - nu)), and each slides on its own at mu times its normal force. For Mindlin's contact the
-    result is exact. The normal force is damped as in our law, the tangential one is not.
+    with G* = 4 G / (2 (2 - nu)), and each slides separately at mu times its normal force. For Mindlin's contact the
+    result is exact. The normal force is damped as in our law, the tangential force is not.
 
     radius [m]; normal, tangential: speeds before the impact [m/s].
     """
@@ -42,7 +42,7 @@ def partial_slip(
     overlap = 0.5 * step * approach
     while overlap > 0:
         pressed = np.maximum(overlap - gap, 0.0)
-        # A spring that has left the plate forgets.
+        # A spring that has left the plate loses its displacement.
         drawn = np.where(pressed > 0, drawn + (along - radius * spin) * step, 0.0)
         limit = contact.static_friction * stiffness / shear * pressed
         drawn = np.clip(drawn, -limit, limit)

@@ -1,14 +1,14 @@
 """Formulas for the net power of tumbling mills, as reference lines for the simulation.
 
-Both take the charge as a continuum of one bulk density that fills a share J of the drum, its voids included. Neither
-knows lifters, friction, or balls that are carried past the top.
+Both treat the charge as a continuum of one bulk density that fills a share J of the drum, its voids included. Neither
+includes lifters, friction, or balls that are carried past the top.
 """
 
 import math
 from dataclasses import dataclass
 
 GRAVITY = 9.81
-# Lift angle of Hogg and Fuerstenau [deg]: the formula leaves it open. 35 deg is a usual choice for ball mills.
+# Lift angle of Hogg and Fuerstenau [deg], a free parameter. 35 deg is a usual choice for ball mills.
 LIFT_ANGLE_DEG = 35.0
 
 
@@ -16,8 +16,8 @@ LIFT_ANGLE_DEG = 35.0
 class Mill:
     """What the formulas need.
 
-    Radius and length inside the shell [m], share J of it that the charge fills, voids included [-], mass [kg]. The
-    critical speed is that of a point at the shell, sqrt(g / R).
+    Radius and length inside the shell [m], share J that the charge fills, voids included [-], mass [kg]. The critical
+    speed is for a point at the shell, sqrt(g / R).
     """
 
     radius_m: float
@@ -32,7 +32,7 @@ class Mill:
 
 
 def half_angle(filling: float) -> float:
-    """Half the angle that a segment takes of a circle [rad], from its share of the area: J = (t - sin t cos t) / pi."""
+    """Half the angle of a segment of a circle [rad], from its share of the area: J = (t - sin t cos t) / pi."""
     # Slow to import, and every set-up imports this module.
     from scipy.optimize import brentq
 
@@ -40,7 +40,7 @@ def half_angle(filling: float) -> float:
 
 
 def hogg_fuerstenau(mill: Mill, turns_hz: float, lift_angle_deg: float = LIFT_ANGLE_DEG) -> float:
-    """Net power of a charge that lies as a tilted segment, 2/3 rho g L R^3 sin^3(t) sin(a) 2 pi N [W].
+    """Net power of a charge in the shape of a tilted segment, 2/3 rho g L R^3 sin^3(t) sin(a) 2 pi N [W].
 
     turns_hz: N [1/s]; t: half the angle of the segment; a: lift_angle_deg, the tilt of its surface. The torque is the
     weight of the segment times the horizontal distance of its centre from the axis (Hogg and Fuerstenau, Trans.
@@ -55,7 +55,7 @@ def hogg_fuerstenau(mill: Mill, turns_hz: float, lift_angle_deg: float = LIFT_AN
 class ChargeShape:
     """The charge of Morrell's C-model: angles counter-clockwise from 3 o'clock [rad], inner radius [m].
 
-    The mill turns counter-clockwise. profile: z of the velocity, which is that of the shell at r = R and
+    The mill turns counter-clockwise. profile: z of the velocity, which equals the shell's at r = R and
     2 pi N R (r - z r_i) / (R - z r_i) further in.
     """
 
@@ -68,8 +68,8 @@ class ChargeShape:
 def morrell_shape(mill: Mill, critical_share: float) -> ChargeShape:
     """Shape of a dry or grate-discharge charge in the C-model (Morrell, Trans. IMM 105 (1996) C43 and C54).
 
-    critical_share: speed over the critical speed [-]. Raises ValueError where all of the charge centrifuges: from
-    phi_c = 0.35 (3.364 - J) on the model has no charge that moves.
+    critical_share: speed over the critical speed [-]. Raises ValueError where the whole charge centrifuges: from
+    phi_c = 0.35 (3.364 - J) on, no charge moves in the model.
     """
     filling = mill.filling
     centrifuge = 0.35 * (3.364 - filling)

@@ -10,9 +10,9 @@ SCATTER = "scatter of seeds"
 BLOCKS = "scatter of blocks of time"
 CONTACT = "contact parameters"
 BALLS = "spread of the balls"
-# By what an interval is; both where the two are added.
+# Origins of an interval; both where they are added.
 INTERVALS = ("", SCATTER, BLOCKS, CONTACT, f"{SCATTER} and {CONTACT}", f"{BLOCKS} and {CONTACT}", BALLS)
-# Units of quantities that are not negative, so that their intervals end at 0 at the lowest.
+# Units of quantities that are not negative, so that their intervals do not go below 0.
 NOT_NEGATIVE = ("W", "J/rev")
 PREDICTION_COLUMNS = ("id", "x", "quantity", "unit", "model", "predicted", "lower", "upper", "interval")
 
@@ -35,7 +35,7 @@ def prediction(
 
 
 def check_predictions(table: pd.DataFrame, setup: str) -> pd.DataFrame:
-    """The table with its columns in order. Raises ValueError for a column, an interval or an end that is not right."""
+    """The table with its columns in order. Raises ValueError for a wrong column, interval or end."""
     if set(table.columns) != set(PREDICTION_COLUMNS):
         raise ValueError(f"{setup}: columns {sorted(table.columns)}; expected {', '.join(PREDICTION_COLUMNS)}")
     if unknown := sorted(set(table["interval"]) - set(INTERVALS)):

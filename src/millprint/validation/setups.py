@@ -22,7 +22,7 @@ from millprint.validation.tumbling import OTHER_CONTACT, predict_tumbling
 
 @dataclass(frozen=True)
 class Assumption:
-    """Something that the source does not say, or that we took from elsewhere."""
+    """Something that the source does not state, or that we took from another source."""
 
     what: str
     value: str
@@ -31,12 +31,12 @@ class Assumption:
 
 @dataclass(frozen=True)
 class Setup:
-    """A set-up. The name is that of its section in the configuration.
+    """A set-up, named after its section in the configuration.
 
     number: in the literature list of measured machines; title: in figures and tables; predict: its predictions from its
-    inputs, a table with PREDICTION_COLUMNS; assumptions: those that the files of mill and contact sets do not state;
-    variants: with what the names of the models begin that change one thing of ours, and may explain a miss
-    (`millprint.validation.explanations`); known: False where the source says too little, so that the prediction is an
+    inputs, a table with PREDICTION_COLUMNS; assumptions: assumptions that the files of mill and contact sets do not
+    state; variants: beginnings of the names of models that change one thing of ours and may explain a miss
+    (`millprint.validation.explanations`); known: False if the source states too little, so that the prediction is an
     order of magnitude and is not judged.
     """
 
@@ -199,8 +199,8 @@ def predict(
 ) -> pd.DataFrame:
     """The predictions of a set-up, checked; `measured` are points as of `measured_points`, the others as of `Inputs`.
 
-    A set-up learns where was measured, and not what. Raises ConfigError as `setup_named`, and for a measured quantity
-    that the set-up does not predict.
+    A set-up gets the measured places, but not the values. Raises ConfigError as `setup_named`, and for a measured
+    quantity that the set-up does not predict.
     """
     setup = setup_named(name)
     places = measured.loc[measured["setup"] == name, list(PLACE_COLUMNS)]
@@ -219,7 +219,7 @@ def predict(
 def assumption_table(
     name: str, settings: SetupConfig, mill: MillConfig | None, contacts: dict[str, ContactConfig]
 ) -> list[dict[str, Any]]:
-    """A row for each thing that a set-up assumes: setup, what, value, source."""
+    """A row for each assumption of a set-up: setup, what, value, source."""
     setup = setup_named(name)
     rows = [(each.what, each.value, each.source) for each in setup.assumptions]
     if mill is not None:

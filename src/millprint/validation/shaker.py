@@ -1,4 +1,4 @@
-"""Row 8a: the order of magnitude of ball speeds in a shaker mill, of which neither balls nor vial are known."""
+"""Row 8a: the order of magnitude of ball speeds in a shaker mill whose balls and vial are not known."""
 
 import numpy as np
 import pandas as pd
@@ -12,7 +12,7 @@ QUANTITY = "ball speeds"
 
 
 def predict_ball_speeds(inputs: Inputs) -> pd.DataFrame:
-    """Median of the balls' speeds in the laboratory [m/s], over all charges; the interval holds the `share` of them."""
+    """Median of the balls' speeds in the laboratory [m/s], over all charges; the interval contains the `share`."""
     settings: ShakerConfig = inputs.settings
     speeds = []
     for path in inputs.cases:

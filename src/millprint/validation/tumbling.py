@@ -21,7 +21,7 @@ OTHER_CONTACT = f"{DEM}, contact set"
 
 
 def _named(quantity: str, number: int, settings: TumblingConfig) -> str:
-    """The quantity, with the number of balls where it is not the first."""
+    """The quantity, with the number of balls unless it is the first."""
     return quantity if number == settings.numbers[0] else f"{quantity}, {number} balls"
 
 
@@ -58,7 +58,7 @@ def _dem_rows(inputs: Inputs, curve: pd.DataFrame, runs: pd.DataFrame, settings:
 
 
 def charge_of(settings: TumblingConfig, mill: MillConfig, density: float, number: int) -> Mill:
-    """What the power formulas take for a number of balls."""
+    """The charge for the power formulas, for a number of balls."""
     low, high = build_bodies(mill, settings.speed_rpm(settings.speeds[0]))[0].vessel.bounds
     across = "xyz".index(getattr(mill.geometry, "axis", "y"))
     mass = number * density * math.pi / 6 * (settings.diameter_mm / 1e3) ** 3
@@ -69,7 +69,7 @@ def charge_of(settings: TumblingConfig, mill: MillConfig, density: float, number
 def formula_powers(
     settings: TumblingConfig, mill: MillConfig, density: float, number: int, speed_rpm: float
 ) -> dict[str, float]:
-    """Net power by each formula [W]; one that does not hold at this speed is left out."""
+    """Net power by each formula [W], without formulas that do not hold at this speed."""
     charge = charge_of(settings, mill, density, number)
     share = speed_rpm / 60 * 2 * math.pi / math.sqrt(9.81 / charge.radius_m)
     powers = {}
@@ -110,7 +110,7 @@ def predict_tumbling(inputs: Inputs) -> pd.DataFrame:
 def powers_of_other_codes(inputs: Inputs, single: bool) -> list[dict[str, Any]]:
     """Predictions by other codes for the same mill, contact set and numbers of balls.
 
-    single: whether the set-up is of one speed, so that it has the energy of a revolution for the power.
+    single: whether the set-up has one speed, and therefore the energy of a revolution in place of the power.
     """
     settings: TumblingConfig = inputs.settings
     codes = inputs.other_codes

@@ -21,8 +21,8 @@ def mean_interval(
 ) -> tuple[float, float, float]:
     """Mean of values over the seeds, and its interval by Student's t; without an interval (nan) for a single value.
 
-    least: the smallest value that the quantity can have, at which an interval ends that would go beyond. That takes
-    nothing from its probability.
+    least: the smallest possible value of the quantity, where the interval is cut off. This does not change its
+    probability.
     """
     values = np.asarray(values, dtype=float)
     mean = float(values.mean())
@@ -55,10 +55,10 @@ def nearest_turn(angles_deg: Any, reference_deg: Any) -> Any:
 
 @dataclass(frozen=True)
 class Quantity:
-    """A quantity of which the interval by contact parameters is known: a column of the runs, and how it changes.
+    """A quantity with a known interval by contact parameters: a column of the runs, and how it changes.
 
-    least: the smallest value that it can have; relative: whether contact parameters multiply it, or add to it, as to an
-    angle [deg].
+    least: its smallest possible value; relative: whether contact parameters multiply it, or add to it, as to an angle
+    [deg].
     """
 
     column: str
@@ -68,19 +68,19 @@ class Quantity:
 
     @property
     def unchanged(self) -> float:
-        """The change of a quantity that stays as it is."""
+        """The change of a quantity that stays the same."""
         return 1.0 if self.relative else 0.0
 
     def change(self, value: pd.Series, base: pd.Series) -> pd.Series:
-        """From the base to the value."""
+        """The change from the base to the value."""
         return value / base if self.relative else nearest_turn(value, base) - base
 
     def changed(self, base: float, change: float) -> float:
-        """The base with a change."""
+        """The base after a change."""
         return base * change if self.relative else base + change
 
     def mean_interval(self, values: pd.Series) -> tuple[float, float, float]:
-        """`mean_interval` of the values that are known; nan for none."""
+        """`mean_interval` of the known values; nan if there are none."""
         known = values.dropna().to_numpy()
         if not known.size:
             return math.nan, math.nan, math.nan
@@ -101,8 +101,8 @@ def contact_changes(runs: pd.DataFrame, quantity: Quantity, probability: float =
     """How contact parameters change a quantity: index speed, columns lower and upper, factors or differences.
 
     Each run of the sample and of the further contact sets is compared with the prediction of the same seed and speed.
-    The ends are quantiles over the sample, widened to the further sets, and never leave out the prediction itself. A
-    charge that covers the whole shell has no toe and no shoulder, and is left out: so is a speed without any angle.
+    The ends are quantiles over the sample, widened to include the further sets and the prediction itself. A charge that
+    covers the whole shell has no toe and no shoulder, and is left out; so is a speed without any angle.
     """
     first = runs[runs["role"] != PREDICTS]
     own = runs[(runs["role"] == PREDICTS) & (runs["number"] == runs["number"].iloc[0])]
@@ -145,10 +145,10 @@ def _interval_columns(group: pd.DataFrame, speed: float, quantity: Quantity, cha
 def intervals(runs: pd.DataFrame, settings: TumblingConfig) -> pd.DataFrame:
     """Power, toe and shoulder with both of their intervals; a row for each number of balls and speed.
 
-    Columns: number, speed, speed_rpm, seeds; of power_W, toe_deg and shoulder_deg the mean over the seeds and the ends
+    Columns: number, speed, speed_rpm, seeds; for power_W, toe_deg and shoulder_deg the mean over the seeds and the ends
     of the intervals, such as power_scatter_lower_W and toe_contact_upper_deg; rings; carried_share: of the balls. The
-    effect of contact parameters is that of the first number of balls, interpolated over the speed and constant beyond
-    the sampled speeds.
+    effect of contact parameters is taken from the first number of balls, interpolated over the speed and constant
+    beyond the sampled speeds.
     """
     changes = {quantity: contact_changes(runs, quantity) for quantity in QUANTITIES}
     own = runs[runs["role"] == PREDICTS]
@@ -163,7 +163,7 @@ def intervals(runs: pd.DataFrame, settings: TumblingConfig) -> pd.DataFrame:
 
 
 def whole_interval(row: dict[str, Any], quantity: Quantity) -> tuple[float, float, str]:
-    """Ends of the interval of a row of `intervals` by scatter and by contact parameters, and by what it is."""
+    """Ends of the interval of a row of `intervals` by scatter and by contact parameters, and its origin."""
     value, scatter, contact = (
         row[quantity.column],
         *((row[quantity.name(f"{by}_lower")], row[quantity.name(f"{by}_upper")]) for by in ("scatter", "contact")),

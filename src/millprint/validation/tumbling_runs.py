@@ -1,4 +1,4 @@
-"""The simulations of a tumbling mill: which there are, and what each gives."""
+"""The simulations of a tumbling mill, and their results."""
 
 import logging
 from collections.abc import Iterable, Mapping
@@ -22,7 +22,7 @@ from millprint.validation.charge import carried, complete_rings, net_power, toe_
 logger = logging.getLogger("millprint")
 
 CONTACT_KEYS = ("restitution", "static_friction", "wall_restitution", "wall_static_friction", "rolling_friction")
-# What a run is for: the prediction, another contact set that is as likely, or a set of the sample.
+# The purpose of a run: the prediction, another equally likely contact set, or a set of the sample.
 PREDICTS, FURTHER, SAMPLE = "predicts", "further", "sample"
 # Columns of a table of runs.
 DESIGN_COLUMNS = ("run", "role", "contact", "number", "speed", "speed_rpm", "seed", *CONTACT_KEYS)
@@ -35,7 +35,7 @@ SAMPLE_SEED = 0
 
 
 def contact_values(contact: ContactConfig) -> dict[str, float]:
-    """CONTACT_KEYS of a contact set; what it leaves out for walls is that of two balls."""
+    """CONTACT_KEYS of a contact set; values at walls that it leaves out are as between balls."""
     wall = contact.at_wall
     return {
         "restitution": contact.restitution,
@@ -61,8 +61,8 @@ def sampled_contacts(settings: TumblingConfig) -> list[dict[str, float]]:
 def design(settings: TumblingConfig, contacts: Mapping[str, ContactConfig], measured: Iterable[float]) -> pd.DataFrame:
     """A row (DESIGN_COLUMNS) for each simulation; `run` names it.
 
-    The contact set that predicts is run for every number of balls, speed and seed; the further ones and the sample for
-    the first number, at `sample_speeds`, with the first seed. measured: measured speeds, in the unit of the set-up.
+    The contact set that predicts is run for every number of balls, speed and seed; the further sets and the sample only
+    for the first number, at `sample_speeds`, with the first seed. measured: measured speeds, in the unit of the set-up.
     """
     speeds = sorted({*map(float, settings.speeds), *map(float, measured)})
     first = settings.numbers[0]
@@ -88,7 +88,7 @@ def design(settings: TumblingConfig, contacts: Mapping[str, ContactConfig], meas
         for role, name, number, speed, seed, values in rows
     ]  # fmt: skip
     frame = pd.DataFrame(table, columns=list(DESIGN_COLUMNS))
-    # The first seed and the other contact sets come first, so that a run that was stopped says the most.
+    # The first seed and the other contact sets come first, so that a stopped run has the most useful results.
     later = (frame["role"] == PREDICTS) & (frame["seed"] != settings.seeds[0])
     return pd.concat([frame[~later], frame[later]], ignore_index=True)
 
@@ -99,7 +99,7 @@ def case_of(row: Mapping[str, Any], settings: TumblingConfig, mill: MillConfig) 
 
 
 def tumbling_cases(settings: TumblingConfig, mills: Mapping[str, MillConfig]) -> list[Case]:
-    """A case of each number of balls and speed, by which size, step and cost are checked before anything runs."""
+    """A case for each number of balls and speed, to check size, step and cost before anything runs."""
     mill = mills[settings.mill]
     rows = [
         {"number": number, "speed_rpm": settings.speed_rpm(speed), "seed": settings.seeds[0]}
@@ -156,8 +156,8 @@ def run_all(
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Simulate every row of a design. Returns the rows with their results, and the balls of the drawn speeds.
 
-    done: a file that holds each row once it is simulated, and from which a killed call continues (`simulate_each`);
-    the caller removes it. Raises SimulationError, with the name of the run.
+    done: a file that collects simulated rows, and from which a killed call continues (`simulate_each`); the caller
+    removes it. Raises SimulationError, with the name of the run.
     """
     drawn = {(settings.numbers[0], float(speed)) for speed in settings.drawn_speeds}
     drawn |= {(number, speed) for number in settings.numbers[1:] for speed in (table["speed"].max(),)}

@@ -1,14 +1,14 @@
 """The verdict on every measured number: the prediction, both intervals, the ratio, and why a prediction is off.
 
-- `within both intervals`: the predicted value lies within the measured interval, and the measured value within the
-  predicted one. Where either has no interval, this verdict is not given.
+- `within both intervals`: the predicted value is within the measured interval, and the measured value within the
+  predicted one. This verdict needs both intervals.
 - `within 10 %`: the deviation is at most 10 % of the measured value.
-- `near`: where a ratio says little, the deviation is at most a fixed one. For angles, places and counts that is the
-  deviation of their unit (millprint.validation.measured.UNITS); in a series that changes its sign, 10 % of the measured
+- `near`: where a ratio has little meaning, the deviation is at most a fixed tolerance. For angles, places and counts,
+  the unit sets it (millprint.validation.measured.UNITS); in a series that changes its sign, it is 10 % of the measured
   value or of the mean size of the series. The column `tolerance` has the number that was used.
-- `off`: anything else, with a text of millprint.validation.explanations.
-- `set-up unknown`: the source does not say enough for a prediction. Where there is a number all the same, it is an
-  order of magnitude and is not judged.
+- `off`: anything else, with a text from millprint.validation.explanations.
+- `set-up unknown`: the source does not state enough for a prediction. If there is a number, it is an order of magnitude
+  and is not judged.
 """
 
 from collections.abc import Collection, Mapping
@@ -53,14 +53,14 @@ def verdict_of(point: dict, tolerance: float, close: str, unknown: Collection[st
     predicted, measured = point["predicted"], point["measured"]
     if predicted != predicted:
         return NOT_RUN
-    # Comparisons with a bound that is not a number are false.
+    # Comparisons with a NaN bound are false.
     if point["measured_lower"] <= predicted <= point["measured_upper"] and point["lower"] <= measured <= point["upper"]:
         return BOTH
     return close if abs(predicted - measured) <= tolerance * (1 + 1e-9) else OFF
 
 
 def _predicted_at(predictions: pd.DataFrame, id: str, x: float) -> dict:
-    """The prediction of a measured number: that of its id at its x; without numbers if there is none."""
+    """The prediction of a measured number, by its id and x; without numbers if there is none."""
     rows = predictions[(predictions["id"] == id) & (predictions["model"] == DEM)]
     same = [(x != x and each != each) or isclose(x, each, rel_tol=1e-9, abs_tol=1e-12) for each in rows["x"]]
     found = rows[np.asarray(same, dtype=bool)]
@@ -82,9 +82,9 @@ def give_verdicts(
 ) -> pd.DataFrame:
     """A row (VERDICT_COLUMNS) for each measured number.
 
-    points: of `measured_points`; by set-up: predictions of those that were run; settings: whether they are those that
-    were fixed, in words; variants: with what the names of the models begin that may explain a miss. unknown: set-ups of
-    which too little is known for a verdict. A set-up that was not run has the verdict `not run`.
+    points: of `measured_points`. By set-up: predictions, if it was run; settings: whether they are as fixed, in words;
+    variants: beginnings of the names of models that may explain a miss. unknown: set-ups with too little information
+    for a verdict. A set-up that was not run has the verdict `not run`.
     Raises ValueError for a prediction in another unit than the measured value.
     """
     together = pd.concat(predictions.values())

@@ -1,4 +1,4 @@
-"""Balls of a prediction next to those of the simulation, in one movie."""
+"""Balls of a prediction and of the simulation side by side, in one movie."""
 
 from pathlib import Path
 
@@ -23,8 +23,8 @@ def movie_beside(
 ) -> Movie:
     """A movie with the simulation on the left and a prediction of it on the right.
 
-    time_s (n,) of motion, position_m and velocity_m_s (n, balls, 3): the prediction, of which every `every`-th frame
-    is shown. Raises ConfigError for a run without snapshots at those times.
+    time_s (n,) since the start of the motion, position_m and velocity_m_s (n, balls, 3): the prediction; one frame in
+    `every` is shown. Raises ConfigError for a run without snapshots at these times.
     """
     time_s, position_m, velocity_m_s = (values[::every] for values in (time_s, position_m, velocity_m_s))
     with open_run(run) as file:
@@ -50,7 +50,7 @@ def _together(simulated: Frame, predicted: Frame) -> Frame:
 
 
 def _rows(recorded_s: np.ndarray | None, asked_s: np.ndarray, run: str | Path) -> tuple[int, int, int]:
-    """First, stride and last of the snapshots at the times asked for."""
+    """First, stride and last of the snapshots at the requested times."""
     refusal = f"{run}: no snapshots at the frames of the roll-out: set snapshot_interval_s to divide them"
     if recorded_s is None:
         raise ConfigError(refusal)

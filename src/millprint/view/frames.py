@@ -43,7 +43,7 @@ VIEWS = (View("from above", 0, 1, 2, 1), View("from the side, along y", 0, 2, 1,
 
 @dataclass(frozen=True)
 class Panel:
-    """What one view shows all the time: limits (2, 2) low and high [mm], path of the jar's middle (m, 2) [mm]."""
+    """The constant part of a view: limits (2, 2) low and high [mm], path of the jar's middle (m, 2) [mm]."""
 
     title: str
     labels: tuple[str, str]
@@ -55,7 +55,7 @@ class Panel:
 class Drawing:
     """The bodies in one view at one time, from the back to the front.
 
-    wall_mm (t, 3, 2) triangles that face the eye, with how squarely they do, wall_shade (t,), 1 for head on;
+    wall_mm (t, 3, 2) triangles that face the eye; wall_shade (t,) cosine of their angle to the view, 1 for head on;
     outline_mm (k, 2, 2) lines of the vessel and insert_mm (j, 2, 2) of the inserts, which show through the balls.
     """
 
@@ -104,7 +104,7 @@ class Shape:
     """A body's triangles, and the edges that can be seen."""
 
     def __init__(self, vertices_m: np.ndarray, triangles: np.ndarray) -> None:
-        # Slow to import, and a milling card imports this module whether or not it simulates.
+        # Imported here: slow to import, and a milling card imports this module even if it does not simulate.
         import trimesh
 
         mesh = trimesh.Trimesh(vertices_m, triangles, process=False)
@@ -114,7 +114,7 @@ class Shape:
         self.is_sharp = mesh.face_adjacency_angles > SHARP
 
     def seen(self, view: View, vertices_m: np.ndarray, rotation: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Triangles that face the eye, how squarely, and the lines of silhouette and sharp edges."""
+        """Triangles that face the eye, cosines of their angles to the view, and lines of silhouette and sharp edges."""
         facing = view.nearness(self.normals @ rotation.T)
         front = np.flatnonzero(facing > 1e-6)
         depth = view.nearness(vertices_m)[self.triangles[front]].mean(axis=1)
@@ -129,7 +129,7 @@ class Stage:
     """A run's snapshots and the shapes of its bodies: makes frames and movies of balls in them."""
 
     def __init__(self, snapshots: Snapshots) -> None:
-        """Reads the chosen snapshots of an open file into memory."""
+        """Read the shapes and poses of the bodies from an open file."""
         self.snapshots, self.blocks = snapshots, list(snapshots.blocks())
         self._shapes = [Shape(body.vertices_m, body.triangles) for body in snapshots.bodies]
         self._frequency_hz = frequency_of(snapshots.config)
@@ -149,13 +149,13 @@ class Stage:
 
     @cached_property
     def _corners(self) -> np.ndarray:
-        """Lower and upper corner (2, 3) of all that the vessel's walls pass through [m]."""
+        """Lower and upper corner (2, 3) of the space that the vessel's walls pass through [m]."""
         moved = [block.poses.to_laboratory(self.snapshots.geometry.vertices_m) for block in self.blocks]
         low, high = (np.array([end(points, axis=(0, 1)) for points in moved]) for end in (np.min, np.max))
         return np.array([low.min(axis=0), high.max(axis=0)])
 
     def panel(self, view: View, title: str, path_points: int | None = None) -> Panel:
-        """A panel that shows all that the walls pass through, and the first points of the path of the jar's middle."""
+        """A panel of the space that the walls pass through, with the first points of the path of the jar's middle."""
         middle = self._shapes[0].middle_m[None]
         path = np.concatenate([block.poses.to_laboratory(middle)[:, 0] for block in self.blocks])
         return Panel(
@@ -176,7 +176,7 @@ class Stage:
         """A movie of frames that are interval_s apart; the first picture of each frame sets the scale of speeds."""
         mill, case = self.snapshots.config["mill"], self.snapshots.config["case"]
         balls = balls_in_words(self.snapshots.radius_m, case.get("mixture"))
-        # The delays of a GIF are hundredths of a second.
+        # GIF delays are multiples of 0.01 s.
         delay_ms = 10 * round(100 / frames_per_second)
         return Movie(
             heading=f"{mill['title']}\n{balls}, {case['speed_rpm']:g} rpm",
@@ -208,14 +208,14 @@ def read_movie(run: str | Path, settings: ViewConfig, start_s: float | None = No
 
 
 def balls_in_words(radius_m: np.ndarray, mixture: dict | None) -> str:
-    """The balls of a run for a heading: their number and size or, of a mixture, its name and from where to where."""
+    """The balls of a run for a heading: their number and size or, for a mixture, its name and range of sizes."""
     smallest, largest = 2 * MM * radius_m.min(), 2 * MM * radius_m.max()
     sizes = f"{smallest:g} mm" if mixture is None else f"{mixture['name']}, {smallest:g} to {largest:g} mm"
     return f"{len(radius_m)} balls of {sizes}"
 
 
 def frequency_of(config: dict) -> float:
-    """Revolutions of the mill in a second; 0 for one at rest."""
+    """Revolutions of the mill per second; 0 for a mill at rest."""
     motions = [config["mill"]["motion"], *(insert["motion"] for insert in config["mill"].get("inserts", []))]
     moves = any(motion_kind(motion["kind"]).moves for motion in motions if motion)
     return config["case"]["speed_rpm"] / 60 if moves else 0.0

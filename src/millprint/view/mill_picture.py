@@ -25,8 +25,8 @@ class Look(Drawing):
 class MillPicture:
     """Views of a mill at the start of a turn, and a strip of FRAMES moments in the view that shows most of its motion.
 
-    path_mm (m, 2): the path of a marked point of the wall (of the first insert, where the vessel stands still) in the
-    view of the strip; limits_mm (2, 2) of every view in turn, and of the strip; mark_mm is that point in a look.
+    path_mm (m, 2): the path of a marked point of the wall (of the first insert, if the vessel does not move) in the
+    view of the strip; limits_mm (2, 2) of every view in turn, and of the strip; mark_mm in a `Look` is that point.
     """
 
     title: str
@@ -60,7 +60,7 @@ def picture_mill(mill: MillConfig) -> MillPicture:
     turns = np.arange(FRAMES) / FRAMES
     moving = next((k for k, body in enumerate(bodies) if body.motion.frequency_hz), 0)
     corners = shapes[moving].vertices_m
-    # The vertex farthest from the body's origin in the horizontal plane is the easiest to follow.
+    # The vertex farthest from the body's origin in the horizontal plane is easiest to follow.
     mark = moving, corners[np.argmax(np.linalg.norm(corners - shapes[moving].middle_m, axis=1))]
     times = np.linspace(0, 1, PATH_POINTS)
     path = np.array([bodies[moving].to_laboratory(mark[1][None], time)[0] for time in times])

@@ -98,14 +98,14 @@ def contact_number(block: Block, balls: int) -> np.ndarray:
 
 
 def _append_contacts(file: TransientPolyData, snapshots: Snapshots, block: Block) -> None:
-    """Lines, cut into two points each, and what is known of each contact."""
+    """Lines of two points each, and the data of each contact."""
     position, step = block.balls["position_m"], block.contact_step
     start = position[step, block.first]
     end = np.empty_like(start)
     is_pair = block.second >= 0
     end[is_pair] = position[step[is_pair], block.second[is_pair]]
     end[~is_pair] = _feet(snapshots, block, start[~is_pair], -1 - block.second[~is_pair], step[~is_pair])
-    # A wall adds nothing to the ball's radius.
+    # A wall has no radius to add to the ball's.
     radius = np.append(snapshots.radius_m, 0.0)
     reach = radius[block.first] + radius[np.where(is_pair, block.second, -1)]
     file.append("", "Points", np.stack([start, end], axis=1).reshape(-1, 3))

@@ -1,4 +1,4 @@
-"""The snapshots of a run, read in blocks: a long run has more of them than memory."""
+"""The snapshots of a run, read in blocks, because a long run does not fit into memory."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -26,9 +26,9 @@ BLOCK_VALUES = 1_000_000
 class Geometry:
     """Walls in the body frame [m].
 
-    vertices_m (v, 3) and triangles (t, 3), normals inward; features that a ball touches, numbered in this order:
+    vertices_m (v, 3) and triangles (t, 3), normals inward; features that a ball can touch, numbered in this order:
     facets (facet_normal . x = facet_offset_m), convex edges edge_m (e, 2, 3) by their ends, corners corner_m (c, 3),
-    curves (k, width) by the numbers of mill.curves.CurveColumns.
+    curves (k, width) in the columns of mill.curves.CurveColumns.
     """
 
     vertices_m: np.ndarray
@@ -81,11 +81,11 @@ class Poses:
 
 @dataclass(frozen=True)
 class Block:
-    """Consecutive snapshots of those chosen: `rows` of them by their number among the chosen ones.
+    """Consecutive chosen snapshots; `rows`: their numbers among the chosen ones.
 
     balls: quantities of PER_BALL, (n, balls, 3) each; poses: of the vessel, body_poses: of the vessel and the inserts;
-    contact_count (n,), and first and second of all their contacts one after the other: a ball, and a ball or
-    -1 - feature of the walls.
+    contact_count (n,); first and second, over the contacts of all snapshots in turn: a ball, and a ball or -1 - feature
+    of the walls.
     """
 
     rows: slice
@@ -113,14 +113,14 @@ def body_of_feature(bodies: Sequence[Geometry], feature: np.ndarray) -> tuple[np
     """
     counts = np.array([[len(getattr(body, name)) for body in bodies] for name in FEATURES])
     owner = np.concatenate([np.repeat(np.arange(len(bodies)), row) for row in counts])
-    # The order within a body is the same: its facets, edges, corners, curves.
+    # The order within a body is the same: facets, edges, corners, curves.
     before = np.cumsum(np.vstack([np.zeros(len(bodies), dtype=int), counts[:-1]]), axis=0)
     local = np.concatenate([first + np.arange(k) for k, first in zip(counts.ravel(), before.ravel(), strict=True)])
     return owner[feature], local[feature]
 
 
 class Snapshots:
-    """One snapshot in `every` of an open run.h5, from row `first` up to but not `last`.
+    """One snapshot in `every` of an open run.h5, from row `first` up to, but without, row `last`.
 
     time_s (n,); normal_J and tangential_J (n,) dissipated since the previous chosen snapshot, 0 for the first;
     contact_count (n,); radius_m (balls,) of every ball. Raises ConfigError for a run without snapshots or with a data
@@ -130,7 +130,7 @@ class Snapshots:
     def __init__(self, file: h5py.File, every: int = 1, first: int = 0, last: int | None = None) -> None:
         path = file.filename
         if every < 1:
-            raise ConfigError(f"every = {every}: must be 1 or more, for one snapshot in so many")
+            raise ConfigError(f"every = {every}: must be 1 or more, to take every n-th snapshot")
         if "snapshots" not in file:
             raise ConfigError(
                 f"{path}: no snapshots: set snapshot_interval_s in the sweep of this case, and simulate it again"
@@ -145,7 +145,7 @@ class Snapshots:
         groups = ["geometry", *(f"geometry/inserts/{name}" for name in self.inserts)]
         self.bodies = tuple(Geometry(**{name: file[group][name][:] for name in GEOMETRY}) for group in groups)
         self.balls = self._group["position_m"].shape[1]
-        # Runs of earlier versions have balls of one size only.
+        # Runs of earlier versions only have balls of one size.
         one_size = np.full(self.balls, float(file.attrs["ball_radius_m"]))
         self.radius_m = file["balls/radius_m"][:] if "balls" in file else one_size
         self._rows = slice(first, len(self._group["time_s"]) if last is None else last, every)
@@ -165,7 +165,7 @@ class Snapshots:
         return self.bodies[0]
 
     def _since_before(self, name: str) -> np.ndarray:
-        """Energy since the previous chosen snapshot, with that of the snapshots between."""
+        """Energy since the previous chosen snapshot, including the snapshots between."""
         begin, end, every = self._rows.start, self._rows.stop, self._rows.step
         total = np.cumsum(self._group[name][begin:end])[::every]
         return np.diff(total, prepend=total[0])
@@ -193,7 +193,7 @@ class Snapshots:
 
     @staticmethod
     def _poses(group: h5py.Group, stored: slice) -> Poses:
-        """Poses of a body; no rotation is recorded of one that only translates."""
+        """Poses of a body; the rotation of a body that only translates is not recorded."""
         position, velocity = group["body_position_m"][stored], group["body_velocity_m_s"][stored]
         if "body_rotation" in group:
             return Poses(position, velocity, group["body_rotation"][stored], group["body_spin_rad_s"][stored])
@@ -202,7 +202,7 @@ class Snapshots:
 
 @contextmanager
 def open_run(path: str | Path) -> Iterator[h5py.File]:
-    """Open run.h5. Raises ConfigError for a file that is absent or is no HDF5 file."""
+    """Open run.h5. Raises ConfigError for a file that is missing or is not an HDF5 file."""
     if not Path(path).is_file():
         raise ConfigError(f"{path}: no such file")
     try:

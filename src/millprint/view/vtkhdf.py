@@ -1,7 +1,7 @@
 """Transient VTKHDF files of type PolyData, as ParaView reads them (VTK's file format specification, version 2.0).
 
-Points, cells and their data of all time steps lie one after the other; the group Steps has where each begins. A mesh
-whose points move while its cells stay is stored with its cells once.
+Points, cells and their data are stored step after step; the group Steps has where each step begins. If the points of a
+mesh move while its cells stay the same, the cells are stored once.
 """
 
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ CHUNK_BYTES = 1 << 17
 
 
 def _starts(counts: np.ndarray) -> np.ndarray:
-    """Where each step begins, if step k has counts[k] rows."""
+    """The first row of each step, if step k has counts[k] rows."""
     return np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int64)
 
 
@@ -32,12 +32,12 @@ def _numbers(counts: np.ndarray) -> np.ndarray:
 
 
 class TransientPolyData:
-    """A file under construction: how much each step has is known from the start, contents come in blocks of steps.
+    """A file that is being written: the sizes of all steps are known from the start, contents come in blocks of steps.
 
-    kind: the only sort of cells, one of CELLS, of `corners` points each.
+    kind: the only kind of cells, one of CELLS, with `corners` points each.
     points: points of every step, (steps,). cells: cells of every step, (steps,).
-    connectivity: (cells, corners) if all steps share their cells, otherwise None: step by step, each cell then has
-    points of its own, numbered one after the other.
+    connectivity: (cells, corners) if all steps share their cells. Otherwise None: in each step every cell then has
+    separate points, numbered one after the other.
     """
 
     def __init__(
@@ -52,7 +52,7 @@ class TransientPolyData:
     ) -> None:
         self._root = file.create_group("VTKHDF")
         self._root.attrs["Version"] = np.array(VERSION, dtype=np.int64)
-        # VTK wants a string of fixed length here.
+        # VTK requires a string of fixed length here.
         self._root.attrs.create("Type", b"PolyData", dtype=h5py.string_dtype("ascii", len("PolyData")))
         self._steps = self._root.create_group("Steps")
         self._steps.attrs["NSteps"] = np.int64(len(time_s))
@@ -72,7 +72,7 @@ class TransientPolyData:
             self._put_cells(name, counts[:1] if shared else counts, corners, ids)
 
     def _put_parts(self, shared: bool) -> None:
-        """One part a step; or one part for all of them, of which only the points move."""
+        """One part for each step, or one part for all steps if only the points move."""
         points, steps = self._rows[""], len(self._steps["Values"])
         self._root["NumberOfPoints"] = (points[:1] if shared else points).astype(np.int64)
         self._steps["PartOffsets"] = np.zeros(steps, dtype=np.int64) if shared else np.arange(steps, dtype=np.int64)
@@ -122,7 +122,7 @@ class TransientPolyData:
         self._written[key] = begin + len(values)
 
     def check_complete(self) -> None:
-        """Raise ValueError if a quantity has not been given for every step."""
+        """Raise ValueError if a quantity is missing for some steps."""
         for key, rows in self._written.items():
             needed = int(self._rows[key.split("/")[0]].sum())
             if rows != needed:
@@ -131,7 +131,7 @@ class TransientPolyData:
 
 @contextmanager
 def transient_polydata(path: str | Path, time_s: np.ndarray, **layout: Any) -> Iterator[TransientPolyData]:
-    """A new file, complete or absent; `layout` is that of TransientPolyData."""
+    """A new file, complete or absent; `layout`: arguments of TransientPolyData."""
     with whole_hdf5(path) as file:
         writer = TransientPolyData(file, time_s, **layout)
         yield writer

@@ -1,1 +1,1 @@
-"""What a run says at its end: what was made, where to look first, what to do next; or what failed and what to try."""
+"""Messages at the end of a run: what was made, where to look first, what to do next; or what failed, what to try."""

@@ -1,11 +1,11 @@
-"""What failed in a run, where its log is, and what to try. The Snakefile imports this, so no heavy imports here."""
+"""What failed in a run, where the log is, and what to try. The Snakefile imports this, so no heavy imports here."""
 
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-# Snakemake's words about a failed job.
+# Snakemake's message about a failed job.
 FAILED = re.compile(r"^Error in (?:rule|checkpoint) (\w+):\n((?:[ \t]+.*\n?)*)", re.MULTILINE)
 LOG = re.compile(r"^\s+log: (\S+?)(?:,| \(|$)", re.MULTILINE)
 OUTPUT = re.compile(r"^\s+output: (\S+?)(?:,|$)", re.MULTILINE)
@@ -43,7 +43,7 @@ def failures_of(text: str) -> list[Failure]:
 
 
 def failure_lines(snakemake_logs: Sequence[str | Path]) -> list[str]:
-    """The failed jobs of a run, and what to try; also if Snakemake's own logs, the files of `log`, tell of none."""
+    """The failed jobs of a run, and what to try, even if the logs of Snakemake name no failed job."""
     text = "".join(Path(log).read_text(errors="replace") for log in snakemake_logs if Path(log).is_file())
     failures, killed = failures_of(text), {signal for _, signal in SCRIPT.findall(text)}
     lines = ["", f"failed: {len(failures)} {'job' if len(failures) == 1 else 'jobs'}; what was finished before is kept"]
@@ -57,9 +57,9 @@ def failure_lines(snakemake_logs: Sequence[str | Path]) -> list[str]:
 
 
 def advice(signals: set[str]) -> str:
-    """What to try, after jobs that were ended by these signals or ended by themselves."""
+    """What to try after jobs that were ended by these signals, or failed on their own."""
     if "SIGKILL" in signals:
         return "a job was killed from outside, most often for lack of memory: the same command with fewer --cores"
     if signals & {"SIGTERM", "SIGINT"}:
         return "the run was stopped: the same command goes on where it stopped"
-    return "mend what the log says, then the same command goes on; snakemake -n says what is left to do"
+    return "fix what the log says, then the same command goes on; snakemake -n says what is left to do"

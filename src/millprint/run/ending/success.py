@@ -8,7 +8,7 @@ from pathlib import Path
 import yaml
 
 TARGETS = Path(__file__).with_name("targets.yaml")
-# After more targets than these, the lines would be no summary.
+# With more targets than this, the lines would not be a summary.
 SHOWN = 4
 
 
@@ -37,11 +37,11 @@ def endings() -> dict[str, Ending]:
 
 
 def success_lines(targets: Iterable[str], chapters: bool, values: Mapping[str, str]) -> list[str]:
-    """The lines for the targets of a run that has made all of them.
+    """The lines for the targets of a successful run.
 
-    targets: names of rules or files; without any, and for `everything`, those of the whole run: of the chapters or, in
-    a run without them, of a fingerprint. values: results, mill and contact. Names that are neither a target nor a
-    file, such as those of a workflow that uses this one as a module, are left out.
+    targets: names of rules or files; without any, and for `everything`, the lines of the whole run: of the chapters or,
+    in a run without them, of a fingerprint. values: results, mill and contact. Other names, such as rules of a workflow
+    that uses this one as a module, are left out.
     """
     whole = "all" if chapters else "fingerprint"
     named = [whole if name in ("all", "everything") else name for name in targets] or [whole]

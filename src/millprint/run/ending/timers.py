@@ -1,4 +1,4 @@
-"""What Snakemake would wait for when a run has ended. The Snakefile imports this, so no heavy imports here."""
+"""Timers that Snakemake would wait for at the end of a run. The Snakefile imports this, so no heavy imports here."""
 
 import threading
 
@@ -6,8 +6,8 @@ import threading
 def stop_timers() -> None:
     """Stop the timers of this process.
 
-    After each look at the waiting jobs, Snakemake sets a timer to look again once `max-jobs-per-timespan` is over, and
-    it ends only after the last of them. None is of use to a run that has ended.
+    Whenever Snakemake checks the waiting jobs, it sets a timer to check again after `max-jobs-per-timespan`, and it
+    exits only after the last timer. A run that has ended does not need them.
     """
     for thread in threading.enumerate():
         if isinstance(thread, threading.Timer):
