@@ -83,8 +83,8 @@ class RetrospectiveConfig(Section):
     starts: Count = 30
     """random starts, which do not contain the best run"""
     targets: Annotated[int, Field(ge=1, le=12)] = 5
-    """best runs to find: the best of all runs, the best without that one, and so on. Finding one best run
-    fast may be luck
+    """best runs to find: the best of all runs, the best without that one, and so on, because a single run may
+    be found fast by luck
     """
     held_out_runs: Annotated[int, Field(ge=1, le=100_000)] = 7
     """runs that no strategy may choose; their error says what the chosen runs teach"""
