@@ -128,7 +128,7 @@ def chosen_balls(choice: float | str, sizes: "list[float | BallMixture]", place:
         return choice
     known = {mixture.name: mixture for mixture in filter(None, map(mixture_of, sizes))}
     if choice not in known:
-        has = f"must be one of {', '.join(known)}" if known else "its sweep has balls of one size alone; give a number"
+        has = f"must be one of {', '.join(known)}" if known else "its sweep has only balls of one size; give a number"
         raise ConfigError(f"{place} = {choice}: no charge of the mill's sweep has that name; {has}")
     return known[choice]
 

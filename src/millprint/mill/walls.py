@@ -248,7 +248,7 @@ def near(walls, feature, point, radius, margin):
 
 @inlined()
 def bounding_plane(walls, feature, point, margin):
-    """A plane (normal, offset) that a ball near `point` (body frame) is no farther from than from the feature.
+    """A plane (normal, offset) to which a ball near `point` (body frame) is at most as far as to the feature.
 
     It holds until the ball has moved by `margin` [m]. For edges, corners and the inside of tight curves it is nowhere
     far: normal and offset are 0.
