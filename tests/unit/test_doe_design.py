@@ -232,11 +232,11 @@ def test_runs_may_lack_the_treatment_code(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"generators": ["D = A + X"]}, "X is no base factor"),
+        ({"generators": ["D = A + X"]}, "X is not a base factor"),
         ({"generators": ["D = A - B"]}, "a sum such as"),
         ({"generators": ["D = D + A"]}, "appear once"),
         ({"generators": ["D = A + 3B"]}, "zero modulo 3"),
-        ({"generators": ["E = A + B"]}, "E is no factor"),
+        ({"generators": ["E = A + B"]}, "E is not a factor"),
         ({"model": ["A", "A:E"]}, "A:E"),
         ({"model": ["A:B", "B:A"]}, "appears twice"),
         ({"confidence": 1.5}, "less than 1"),

@@ -297,7 +297,7 @@ def test_the_large_run_has_the_charge_of_the_small_mill():
     ("key", "section", "words"),
     [
         ("match.like_ball_diameter_mm", {"like_ball_diameter_mm": "graded"}, "must be one of bond"),
-        ("match.ball_diameters_mm", {"ball_diameters_mm": [8, "bond"]}, "balls of one size alone; give a number"),
+        ("match.ball_diameters_mm", {"ball_diameters_mm": [8, "bond"]}, "only balls of one size; give a number"),
     ],
 )
 def test_a_charge_that_no_sweep_has_is_refused_before_a_run(key, section, words):

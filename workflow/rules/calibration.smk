@@ -16,7 +16,7 @@ rule tabulate_convergence:
         of_step=STEP_STUDY,
         of_modulus=MODULUS_STUDY,
     output:
-        # A configuration without one of the sweeps has nothing to tabulate of it.
+        # A configuration without one of the sweeps has no table of it.
         **(
             {
                 "step_table": f"{CONVERGENCE}/timestep.tsv",

@@ -147,7 +147,7 @@ def heated_summaries(name: str) -> list[str]:
 
 
 def heated_runs(name: str) -> list[str]:
-    """The run.h5 beside each of them."""
+    """The run.h5 next to each summary file of the heat balance."""
     return [str(Path(summary).with_name("run.h5")) for summary in heated_summaries(name)]
 
 

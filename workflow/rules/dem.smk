@@ -30,7 +30,7 @@ rule run_dem_case:
     benchmark:
         f"{BENCHMARKS}/run_dem_case/{{mill}}/{{contact}}/{{case}}.tsv"
     priority: lambda wildcards: urgency(case_at(wildcards))
-    # On a cluster, short cases share a job; how many, `group-components` of the profile says.
+    # On a cluster, short cases share a job; `group-components` of the profile sets their number.
     group:
         lambda wildcards: None if resources_at(wildcards).needs_own_job else "simulations"
     threads: lambda wildcards: resources_at(wildcards).threads

@@ -1,4 +1,4 @@
-"""What a chemist reads off any mill: counting rules of spectra, and how warm it gets."""
+"""Dose of any mill: counting rules of spectra, and temperatures."""
 
 DOSE = f"{RESULTS}/dose"
 

@@ -260,7 +260,7 @@ if FIT_MILL:
             fitted=CONFIG.fit.fitted,
             counting_rule=CONFIG.fingerprint.counting_rule,
         message:
-            "Tabulating the fitted values and those held back"
+            "Tabulating the fitted and the held-back values"
         script:
             "../../scripts/tabulate_fit.py"
 
@@ -300,7 +300,7 @@ if FIT_MILL:
 # The fingerprint of chapter 3 is from more simulations than the mill's own sweep; the factors hold for both.
 rule add_uncertainty_to_chapters:
     input:
-        # Figures decide nothing, nor do the tables beside them.
+        # No decision depends on the figures or on the tables next to them.
         chapters=[
             *(path for path in FINGERPRINT_OUTPUTS if path.endswith((".tsv", ".json")) and "/figures/" not in path),
             f"{RESULTS}/partition/table_4_2.tsv",

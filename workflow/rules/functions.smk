@@ -25,17 +25,17 @@ def uncertainty_of(mills) -> list[str]:
 
 
 def spectra_rules(own: str) -> list[str]:
-    """The counting rules of spectra: that of the descriptors first, which the figures show."""
+    """The counting rules of spectra; the first is the rule of the descriptors, which the figures show."""
     return list(dict.fromkeys([own, *CONFIG.dose.spectra.counting_rules]))
 
 
 def records_of(summaries) -> list[str]:
-    """The records, run.h5, beside these summaries."""
+    """The records, run.h5, next to these summaries."""
     return [str(Path(path).with_name("run.h5")) for path in summaries]
 
 
 def swept_summaries(contact: str) -> list[str]:
-    """The summaries of the sweeps' conditions with a contact set, as the descriptors have them."""
+    """The summaries of the sweeps' conditions with a contact set, as for the descriptors."""
     return [f"{RESULTS}/dem/{path}/summary.json" for path, case in DESCRIBED_CASES.items() if case.contact == contact]
 
 
@@ -77,7 +77,7 @@ def setup_inputs(name: str) -> dict:
 
 
 def simulated_inside(name: str) -> list:
-    """The simulations of a set-up that a rule has inside, without a file in results/dem."""
+    """The simulations of a set-up that run inside a rule, without a file in results/dem."""
     setup = CONFIG.validation.chosen[name]
     return setup.simulated_inside(MILLS[setup.mill_name]) if setup.mill_name else []
 
@@ -150,7 +150,7 @@ def compared_runs(tests) -> dict[str, str]:
 
 
 def starts_in(tests) -> dict[str, float]:
-    """Those tests in which the balls move, with their first starts [s]; single steps are evaluated from there."""
+    """The tests in which the balls move, with their first starts [s]; single steps are evaluated from there."""
     moving = [test for test in tests if test in MOVING_TESTS]
     return {test: CONFIG.surrogate.tests[test].starts_s[0] for test in moving}
 

@@ -126,7 +126,7 @@ rule draw_sheet:
         "../../scripts/draw_sheet.py"
 
 
-# Beside the page, which takes as long.
+# At the same time as the page, which takes as long.
 rule draw_spectra:
     input:
         sheet=rules.describe_mill.output.sheet,

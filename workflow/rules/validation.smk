@@ -68,7 +68,7 @@ rule predict_setup:
         "../../scripts/predict_setup.py"
 
 
-# Verdicts and figures alike are read off the predictions.
+# Verdicts and figures both come from the predictions.
 rule judge_setups:
     input:
         predictions=expand(rules.predict_setup.output.predictions, setup=CONFIG.validation.chosen),

@@ -42,7 +42,7 @@ YIELD_MACHINE = {
     "density": YIELD_CONTACT.density_kg_m3,
     "diameter": CONFIG.partition.ball_diameter_mm * 1e-3,
 }
-# Runs of others, and the fingerprints of their mills.
+# Runs of other groups, and the fingerprints of their mills.
 OTHER_SOURCES = CONFIG.yields.other_sources
 OTHER_FILES = {
     **({"others": OTHER_SOURCES.runs} if OTHER_SOURCES.runs else {}),

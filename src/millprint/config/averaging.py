@@ -1,16 +1,16 @@
-"""Settings of the averaged Gaussian process: its possible members, declared before any score of theirs was computed.
+"""Settings of the averaged Gaussian process: its possible members, declared before any of their scores was computed.
 
-The argument for the default library, from kinetics and not from scores. What it decides is fixed; what it leaves open
-is averaged:
+The default library follows from kinetics, not from scores. Choices that this argument leaves open
+are averaged:
 
 - Conversion saturates, since the powder runs out. So the yield enters under a link that ends at 0 and at 100 %:
   Avrami's, under which y = 1 - exp(-(k t)^n) is a straight line in ln t, or the logit, under which log-logistic
   kinetics y = 1 / (1 + (k t)^-n) is one. The yield itself (`identity`) has no such end.
-- Time enters as its logarithm, since in both laws it stands beside the rate constant, as ln k + ln t. On a linear
+- Time enters as its logarithm, since both laws add it to that of the rate constant, ln k + ln t. On a linear
   scale the yield would rise between 15 and 20 h as fast as between 5 and 10 h.
 - The logarithm of the ball-to-powder ratio belongs to a rate constant that is a power of it, the ratio itself to one
   that changes less and less. The argument does not say which, so both are kept.
-- The kernels are one product, or that with a term for each input, for time alone, or a straight line in each input,
+- The kernels are one product, or this and a term for each input, for time only, or a straight line in each input,
   which for time is Avrami's exponent. `mains_pairs` (15 variances for 27 runs) is gone: all runs together gave each
   of its members a smaller weight than the smallest that is kept.
 
@@ -76,7 +76,7 @@ class Priors(Section):
 
 
 class LibraryConfig(Section):
-    """Another library: what it has in place of the links, structures and scales of `averaging`."""
+    """Another library: its links and time scales, in place of those of `averaging`."""
 
     links: Annotated[list[LinkName], Field(min_length=1)]
     """scales of the yield"""

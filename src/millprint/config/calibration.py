@@ -40,7 +40,7 @@ class ReleaseConfig(Section):
     across: Vector = (0.0, 1.0, 0.0)
     """direction from the jar's middle to the start, square to `down` [-]"""
     height_fraction: Fraction = 0.5
-    """height of the start over that of the turned jar [-]"""
+    """height of the start over the height of the turned jar [-]"""
 
     @model_validator(mode="after")
     def _directions_are_square(self) -> "ReleaseConfig":
@@ -59,13 +59,13 @@ class ExperimentConfig(Section):
     name: Name
     """name of the experiment"""
     contact: Name
-    """contact set; its friction pair is kept for a simulated track alone"""
+    """contact set; only a simulated track uses its friction pair"""
     track: ProjectFile | None = None
     """measured track (time_s; across_mm, height_mm or both); simulated if left out"""
     track_mill: Name | None = None
-    """mill of a simulated track; that of the fit if left out"""
+    """mill of a simulated track; if left out, the mill of the fit"""
     mill: Name | None = None
-    """mill in which the pair is fitted; the run's if left out"""
+    """mill in which the pair is fitted; if left out, the run's mill"""
     ball_diameter_mm: Positive = 10.0
     """ball diameter [mm]"""
 
@@ -76,7 +76,7 @@ class ExperimentConfig(Section):
         return self
 
     def mills(self, run_mill: str) -> dict[str, str]:
-        """Names of the mill in which the pair is fitted and of that in which a simulated track is made."""
+        """Names of two mills: the one in which the pair is fitted, and the one in which a track is simulated."""
         mill = self.mill or run_mill
         return {"mill": mill, "track_mill": self.track_mill or mill}
 
@@ -94,7 +94,7 @@ class SwingConfig(Section):
     noise_mm: NonNegative = 0.3
     """standard deviation of the error added to a simulated track, in each direction [mm]"""
     seed: Seed = 0
-    """seed of that error"""
+    """seed of the track's error"""
     release_uncertainty_s: NonNegative = 0.02
     """largest time of the release, before or after time 0 of a track; 0 if it is known [s]"""
     static_friction: Bounds = (0.05, 2.0)
@@ -106,7 +106,7 @@ class SwingConfig(Section):
     profile_points: int = Field(default=4, ge=2, le=50)
     """points of a profile on either side of its estimate"""
     varied: list[tuple[Coefficient, Coefficient]] = []
-    """further pairs (static, rolling) to show beside the fit, as in Fig. 3.3 [-]"""
+    """further pairs (static, rolling) to show next to the fit, as in Fig. 3.3 [-]"""
 
     @model_validator(mode="after")
     def _bounds_rise(self) -> "SwingConfig":

@@ -1,6 +1,6 @@
-"""The file `card.yaml`: one milling experiment, of which a card is written; and the section `cards` of a run.
+"""The file `card.yaml`: one milling experiment, described on a card; and the section `cards` of a run.
 
-A table of experiments says the same in a row an experiment: each column is a key of `card.yaml`, those of a section
+A table of experiments has one row per experiment: each column is a key of `card.yaml`, a key in a section
 with a dot, such as `balls.fill_ratio`. An empty cell is a key that is left out.
 """
 
@@ -44,7 +44,7 @@ class CardBallsSection(Section):
     material: str | None = None
     """material of the balls, for wear: a row of dose.wear.materials; no wear if left out"""
     density_kg_m3: Positive | None = None
-    """density of the balls, if not that of the contact set [kg/m3]"""
+    """density of the balls, if it differs from the contact set's [kg/m3]"""
 
     @model_validator(mode="after")
     def _one_measure_of_the_charge(self) -> "CardBallsSection":
@@ -53,7 +53,7 @@ class CardBallsSection(Section):
         return self
 
     def fill_of(self, volume_ml: float) -> float:
-        """The fill ratio in a jar of this nominal volume [-]; ValueError where the balls alone are as large as it."""
+        """The fill ratio in a jar of this nominal volume [-]; ValueError if the balls fill the jar or more."""
         if self.fill_ratio is not None:
             return self.fill_ratio
         fill = (self.number or 0) * math.pi / 6 * (1e-1 * diameter_of(self.diameter_mm)) ** 3 / volume_ml
@@ -122,7 +122,7 @@ class Experiment(Section):
     mill: Name
     """a file in config/mills"""
     contact: Name | None = None
-    """contact set, a file in config/contacts; that of `mills.contact` if left out"""
+    """contact set, a file in config/contacts; if left out, `mills.contact`"""
     speed_rpm: PositiveSpeed | None = None
     """speed of the mill; or give `speed_hz` [rpm]"""
     speed_hz: PositiveSpeed | None = None
@@ -134,7 +134,7 @@ class Experiment(Section):
     programme: CardProgrammeSection | None = None
     """milling and pauses; no dose and no wear if left out"""
     jar: CardJarSection | None = None
-    """the jar; what `dose.heat.jars` says of the mill if left out"""
+    """the jar; if left out, the mill's entry in `dose.heat.jars`"""
     atmosphere: Words = ""
     """gas in the jar, such as argon"""
     title: Words = ""
@@ -183,11 +183,11 @@ class CardsConfig(Section):
     """Milling cards of a table of experiments: results/cards, target `cards`."""
 
     experiments: ProjectFile | None = None
-    """table of experiments: a row an experiment, a column for each key of `card.yaml`; none if left out"""
+    """table of experiments: a row for each experiment, a column for each key of `card.yaml`; none if left out"""
     match: list[Name] = []
     """mills whose settings come nearest to each card, in the target `cards`: files in config/mills"""
     animation: bool = True
-    """whether each card has an animation; it needs a short simulation of its own"""
+    """whether each card has an animation; it needs another short simulation"""
 
 
 def read_experiments(path: str | Path) -> list[Experiment]:

@@ -19,7 +19,7 @@ from millprint.errors import ConfigError
 
 MILL_FOLDER = "config/mills"
 CONTACT_FOLDER = "config/contacts"
-# The name in messages about a configuration without a file, as in the Snakefile of a module.
+# The name in messages about a configuration that has no file, such as a module's.
 CONFIGURATION = "configuration"
 
 

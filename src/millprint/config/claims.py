@@ -8,7 +8,7 @@ from millprint.config.section import Section, Seed
 
 
 class ClaimsConfig(Section):
-    """Intervals of the claims that chance has a part in."""
+    """Intervals of the claims that depend on chance."""
 
     draws: Annotated[int, Field(ge=2, le=100_000)] = 200
     """times that the simulations of chapter 3 are drawn again from their own windows [-]"""

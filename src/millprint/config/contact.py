@@ -4,7 +4,7 @@ from pydantic import Field
 
 from millprint.config.section import Name, NamedSection
 
-# Coefficients that a set may give for walls apart.
+# Coefficients that a set may give separately for walls.
 PAIR_COEFFICIENTS = ("restitution", "static_friction", "rolling_friction")
 
 
@@ -22,11 +22,11 @@ class ContactConfig(NamedSection):
     rolling_friction: float = Field(ge=0, le=100)
     """rolling friction coefficient mu_r [-], thesis Eq. 3.16"""
     wall_restitution: float | None = Field(default=None, gt=0, le=1)
-    """restitution of a ball at a wall [-]; that of two balls if left out"""
+    """restitution of a ball at a wall [-]; if left out, as between two balls"""
     wall_static_friction: float | None = Field(default=None, ge=0, le=100)
-    """static friction of a ball at a wall [-]; that of two balls if left out"""
+    """static friction of a ball at a wall [-]; if left out, as between two balls"""
     wall_rolling_friction: float | None = Field(default=None, ge=0, le=100)
-    """rolling friction of a ball at a wall [-]; that of two balls if left out"""
+    """rolling friction of a ball at a wall [-]; if left out, as between two balls"""
     density_kg_m3: float = Field(ge=1, le=1e5)
     """density of the balls [kg/m3]"""
     young_modulus_gpa: float = Field(ge=1e-6, le=1e5)
@@ -36,7 +36,7 @@ class ContactConfig(NamedSection):
 
     @property
     def at_wall(self) -> "ContactConfig":
-        """The set with the values of a wall in place of those of two balls, and none for walls apart."""
+        """The set with the wall's values in place of the values between two balls, and no separate wall values."""
         own = {name: getattr(self, f"wall_{name}") for name in PAIR_COEFFICIENTS}
         given = {name: value for name, value in own.items() if value is not None}
         return self.model_copy(update={**given, **dict.fromkeys((f"wall_{name}" for name in own), None)})

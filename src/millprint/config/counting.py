@@ -20,9 +20,9 @@ class CountingRule(Section):
     name: RuleName
     """name of the rule"""
     by: Literal["surface", "facet"] = "surface"
-    """what a ball touches of a wall: a surface, however finely it is meshed, or a facet of it, as the thesis counted"""
+    """wall part of a pair: a surface, however finely it is meshed, or a facet of it, as the thesis counted"""
     gap_turns: NonNegative = 0.0
-    """contacts of a pair within it are one collision, if over 0 [turns of the mill]; without effect at rest"""
+    """if over 0, contacts of a pair within this time are one collision [turns of the mill]; without effect at rest"""
     peak_force_min_N: NonNegative = 0.0
     """smallest normal force at the peak that counts [N]"""
     duration_min_s: NonNegative = 0.0

@@ -132,11 +132,11 @@ class DesignConfig(Section):
         if first_repeated(made):
             raise ValueError(f"generators = {self.generators}: a factor can be generated once")
         if unknown := sorted(set(made) - set(self.symbols)):
-            raise ValueError(f"generators: {unknown[0]} is no factor; known: {', '.join(self.symbols)}")
+            raise ValueError(f"generators: {unknown[0]} is not a factor; known: {', '.join(self.symbols)}")
         for generator in self.parsed_generators:
             place = f"generator of {generator.factor}"
             if other := sorted(set(generator.coefficients) - set(base)):
-                raise ValueError(f"{place}: {other[0]} is no base factor ({', '.join(base)})")
+                raise ValueError(f"{place}: {other[0]} is not a base factor ({', '.join(base)})")
             involved = [self.factor(symbol) for symbol in (generator.factor, *generator.coefficients)]
             number = len(involved[0].levels)
             if any(len(factor.levels) != number for factor in involved) or number not in PRIMES:

@@ -57,7 +57,7 @@ def explained_schema(model: type[BaseModel]) -> dict[str, Any]:
         keys = own["properties"]
         for key, field in section.model_fields.items():
             if meaning := meaning_of(section, key):
-                # In the order of pydantic, which sorts what it says of a key.
+                # In the order of pydantic, which sorts the properties of a key.
                 keys[field.alias or key] = dict(sorted({**keys[field.alias or key], "description": meaning}.items()))
     return descriptions_on_a_line(schema)
 

@@ -1,4 +1,4 @@
-"""The section `dose`: what is read off finished simulations: energy spectra of collisions, wear of the balls, heat."""
+"""The section `dose`: quantities from finished simulations: energy spectra of collisions, wear of the balls, heat."""
 
 import math
 from typing import Annotated
@@ -11,16 +11,16 @@ from millprint.config.section import Fraction, Name, Positive, ProjectFile, Sect
 
 
 class SpectraConfig(Section):
-    """Energy spectra. The bins are the same for every mill and condition; what lies beyond them is in two open bins."""
+    """Energy spectra. Every mill and condition has the same bins, with an open bin at either end."""
 
     lowest_J: Positive = 1e-12
     """lower edge of the first bin [J]; collisions below it have a bin of their own"""
     highest_J: Positive = 10.0
     """upper edge of the last bin [J]; collisions from it on have a bin of their own"""
     bins_per_decade: Annotated[int, Field(ge=1, le=100)] = 5
-    """bins in a factor of ten, equally wide in the logarithm [-]"""
+    """bins per decade, equally wide in the logarithm [-]"""
     counting_rules: list[RuleName] = ["lifetimes"]
-    """further rules of dem.counting_rules in the tables, beside fingerprint.counting_rule"""
+    """further rules of dem.counting_rules in the tables, in addition to fingerprint.counting_rule"""
 
     @model_validator(mode="after")
     def _edges_rise(self) -> "SpectraConfig":
@@ -54,11 +54,11 @@ class WearConfig(Section):
     )
     """powder and time for which the wear is predicted, at every simulated condition"""
     mills: list[Name] = []
-    """further mills whose own sweeps are simulated for it"""
+    """further mills whose own sweeps are simulated to predict wear"""
     fill_tolerance: Positive = 0.05
-    """a run may differ in fill ratio from a weighing by this, as a fraction"""
+    """largest difference in fill ratio between a run and a weighing, as a fraction"""
     probability: Fraction = 0.95
-    """of every interval [-]"""
+    """probability of every interval [-]"""
 
 
 class DoseConfig(Section):

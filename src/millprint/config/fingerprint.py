@@ -1,4 +1,4 @@
-"""Settings of the fingerprint stage, and of the convergence study that its time step rests on."""
+"""Settings of the fingerprint stage, and of the convergence study that justifies its time step."""
 
 from typing import Annotated, Literal
 
@@ -9,7 +9,7 @@ from millprint.config.mixture import BallChoice
 from millprint.config.section import Count, Fraction, Name, NonNegative, Positive, ProjectFile, Section
 
 DescriptorSet = Literal["weighted", "per_collision"]
-# The descriptors by which conditions are compared: energy-weighted ones, which need no counting rule, or the thesis's.
+# Descriptors for comparing conditions: energy-weighted, which need no counting rule, or the thesis's descriptors.
 DESCRIPTOR_SETS: dict[DescriptorSet, tuple[str, ...]] = {
     "weighted": (
         *("weighted_normal_energy_J", "weighted_tangential_energy_J"),
@@ -37,7 +37,7 @@ class LikeConfig(Section):
 
 
 class TargetConfig(Section):
-    """The descriptors that the inverse mode looks for: numbers, or those of a condition of another mill."""
+    """The descriptors that the inverse mode looks for: numbers, or the descriptors of another mill's condition."""
 
     name: Name
     """name of the target"""
@@ -71,7 +71,7 @@ class TargetConfig(Section):
 
 
 class WeightsConfig(Section):
-    """Weights of the descriptors when conditions are ranked; those that a target does not have do not matter."""
+    """Weights of the descriptors when conditions are ranked. A weight counts only if the target has its descriptor."""
 
     weighted_normal_energy_J: NonNegative = 1.0
     """weight of E*_n [-]"""
@@ -90,10 +90,10 @@ class WeightsConfig(Section):
 
 
 class MatchConfig(Section):
-    """The targets, and what a user can change to come near them."""
+    """The targets, and the settings that a user can change to approach them."""
 
     targets: list[TargetConfig] = Field(min_length=1)
-    """descriptors to come near to"""
+    """descriptors to approach"""
     speeds_rpm: Range
     """speeds that the user can set, from and to [rpm]"""
     fill_ratios: Range
@@ -103,7 +103,7 @@ class MatchConfig(Section):
     densities_kg_m3: list[Positive] = []
     """densities of the balls, if not as simulated [kg/m3]"""
     descriptors: DescriptorSet = "weighted"
-    """descriptors that a condition of another mill is met in; numbers name their own"""
+    """descriptors compared with another mill's condition; a target of numbers uses the ones it gives"""
     weights: WeightsConfig = WeightsConfig()
     """weights of the descriptors in the ranking"""
     ranked: Count = 10
@@ -132,11 +132,11 @@ class InverseConfig(MatchConfig):
     """Inverse mode: which conditions come nearest to the descriptors of a target."""
 
     contact: Name
-    """contact set of the search for the speed alone"""
+    """contact set of the search in which only the speed varies"""
     fixed_fill_ratio: Fraction
-    """fill ratio of the search for the speed alone [-]"""
+    """fill ratio of the search in which only the speed varies [-]"""
     fixed_ball_diameter_mm: Positive
-    """ball diameter of the search for the speed alone [mm]"""
+    """ball diameter of the search in which only the speed varies [mm]"""
     contacts: list[Name] = Field(min_length=1)
     """contact sets that the user can choose from"""
 
@@ -153,13 +153,13 @@ class MapsConfig(Section):
 
 
 class FingerprintConfig(Section):
-    """Settings of the fingerprint stage. The last three serve the chapters of the thesis alone."""
+    """Settings of the fingerprint stage. Only the thesis chapters need the last three."""
 
     counting_rule: RuleName = DEFAULT_RULE
     """name of the rule of dem.counting_rules that counts"""
     descriptors: DescriptorSet = "weighted"
     """descriptors by which mills are matched: `weighted`, energy-weighted ones, which need no counting rule, or
-    `per_collision`, those of the thesis; tables, pages and cards have both
+    `per_collision`, the thesis's; tables, pages and cards show both
     """
     interval: Fraction = 0.95
     """probability of every band and confidence interval [-]"""
@@ -176,11 +176,11 @@ class FingerprintConfig(Section):
 class StudyConfig(Section):
     """Whether the settings of the sweep of the run's mill are good enough: target `convergence`.
 
-    One condition (first speed, first balls, middle fill ratio) is simulated again, each setting changed alone.
+    One condition (first speed, first balls, middle fill ratio) is simulated again, with one setting changed at a time.
     """
 
     seeds: Annotated[int, Field(ge=2, le=100)] = 6
-    """starting positions that each variant is simulated with"""
+    """starting positions simulated for each variant"""
     step_factors: Factors = [0.5, 2.0]
     """factors on the time step; the largest under 1 decides [-]"""
     modulus_factors: Factors = [0.3, 3.0]
@@ -188,7 +188,7 @@ class StudyConfig(Section):
     facet_factors: Factors = [0.5, 2.0]
     """factors on the number of facets around the vessel; the smallest over 1 decides [-]"""
     tolerance_percent: Annotated[float, Field(gt=0, le=100)] = 5.0
-    """a change of a descriptor up to this does not matter [%]"""
+    """changes of a descriptor up to this are accepted [%]"""
     confidence: Fraction = 0.95
     """probability that no verdict is wrong by chance [-]"""
 
@@ -211,7 +211,7 @@ class StudyConfig(Section):
 class ConvergenceConfig(Section):
     """How the sweeps over time_steps_s and over young_moduli_gpa are judged.
 
-    Energies and frequencies are those of fingerprint.counting_rule.
+    Energies and frequencies use fingerprint.counting_rule.
     """
 
     counting_rules: list[RuleName] = ["lifetimes"]
@@ -219,7 +219,7 @@ class ConvergenceConfig(Section):
     tolerance_percent: Positive = 1.0
     """largest significant deviation of a descriptor from its value at the finest step [%]"""
     confidence: Fraction = 0.95
-    """probability that no comparison of a sweep is taken for a deviation by chance [-]"""
+    """probability that no comparison of a sweep is significant by chance [-]"""
     closure_max: Fraction = 0.001
     """largest energy balance error over the wall work at a step that passes [-]"""
     study: StudyConfig = StudyConfig()

@@ -1,4 +1,4 @@
-"""The section `fit`: jar shape and counting rule, fitted to some published values and checked with the rest."""
+"""The section `fit`: jar shape and counting rule, fitted to some published values and checked with the others."""
 
 from typing import Annotated
 
@@ -20,7 +20,7 @@ class RangeConfig(Section):
     high: Positive
     """largest value, in the parameter's unit"""
     step: Positive
-    """values are low, low + step, ...; the sensitivity is that to one step"""
+    """values are low, low + step, ...; the sensitivity is the effect of one step"""
 
     @model_validator(mode="after")
     def _range_rises(self) -> "RangeConfig":
@@ -59,7 +59,7 @@ class StageConfig(Section):
     revolutions: int = Field(ge=2)
     """revolutions of the mill that are recorded"""
     seeds: Count = 1
-    """starting positions of each, common to all jars: 0 and on"""
+    """starting positions of each jar, the same for all: seeds from 0 on"""
 
 
 class TrialConfig(Section):
@@ -70,7 +70,7 @@ class TrialConfig(Section):
     fitted: list[ValueName] = Field(min_length=1)
     """fitted values, at most half of each kind"""
     counting_rules: list[RuleName] = Field(default=[rule.name for rule in DEFAULT_RULES], min_length=1)
-    """rules to choose from, of no threshold"""
+    """rules to choose from, without thresholds"""
     shape: ShapeConfig
     ball_diameters_mm: list[Positive] = Field(min_length=1)
     """ball diameters that curves average over [mm]"""
@@ -81,11 +81,11 @@ class TrialConfig(Section):
     settle_s: Positive = 0.2
     """time for the balls to come to rest [s]"""
     discard_revolutions: int = Field(default=6, ge=0)
-    """first revolutions, left out"""
+    """first revolutions, left out of the averages"""
     closure_max: Positive = 0.02
     """in place of dem.closure_max, for the coarse step [-]"""
     refining: StageConfig = StageConfig(jars=5, revolutions=12)
-    """of the best jars, of steps from there and sensitivity"""
+    """simulations of the best jars, the steps from them, and the sensitivity"""
 
 
 class FitConfig(TrialConfig):

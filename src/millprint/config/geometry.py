@@ -13,7 +13,7 @@ FilletFacets = Annotated[int, Field(ge=1, le=180)]
 
 
 class GeometrySection(Section):
-    """The keys of a shape, whose `kind` is that of its record in `millprint.mill.shapes`."""
+    """The keys of a shape, whose `kind` is the name of its record in `millprint.mill.shapes`."""
 
     kind: str
     faceted: bool = False
@@ -116,7 +116,7 @@ class CylinderGeometry(DrumGeometry):
     def _sizes_fit(self) -> "CylinderGeometry":
         ends = {"none": 0, "bottom": 1, "both": 2}[self.fillet_ends]
         bound = min(self.radius_mm, self.height_mm / ends) if ends else 0.0
-        # A half as deep as the radius is typed in as a decimal number, so the bound holds to rounding.
+        # Sizes are typed as decimal numbers, so the bound allows for rounding.
         if self.fillet_radius_mm > bound * (1 + 1e-9) or (ends == 1 and self.fillet_radius_mm >= self.height_mm):
             raise ValueError(
                 f"fillet_radius_mm = {self.fillet_radius_mm:g}: with fillet_ends = {self.fillet_ends} at most "
@@ -163,7 +163,7 @@ class LifterDrumGeometry(DrumGeometry):
     @property
     def top_half_width_mm(self) -> float:
         """Half the width of a lifter at its top [mm]."""
-        # The foot's corners lie on the shell, the height counts from the shell's middle.
+        # The foot's corners are on the shell; the height counts from the shell at the lifter's middle.
         rise = self.lifters.height_mm - self.radius_mm * (1 - math.cos(self.foot_angle))
         return self.lifters.width_mm / 2 - rise / math.tan(math.radians(self.lifters.face_angle_deg))
 

@@ -20,7 +20,7 @@ ABSOLUTE_ZERO_DEGC = -273.15
 
 
 class RangeSection(Section):
-    """A number that is known no better than a range."""
+    """A number of which only a range is known."""
 
     low: float
     """smallest value, in the unit of the key"""
@@ -70,7 +70,7 @@ class Bounds:
 
 COEFFICIENT = Bounds("heat transfer to the surroundings", "W/m2K", 0.0, 1e6)
 TEMPERATURE = Bounds("surroundings", "degC", ABSOLUTE_ZERO_DEGC, 500.0)
-# Every parameter of the balance, beside those of the surroundings.
+# Every parameter of the balance, except the parameters of the surroundings.
 PARAMETERS = {
     "ball_to_powder_ratio": Bounds("mass of the balls over that of the powder", "-", 0.0, 1e6),
     "ball_heat_capacity_J_kgK": Bounds("specific heat of the balls", "J/kgK", 0.0, 1e5),
@@ -130,7 +130,7 @@ class HeatParametersSection(Section):
     wall_share: RangeSection = known(
         0.3, 0.7, "half where ball and wall are of one material (equal half spaces, Carslaw and Jaeger); widened"
     )
-    """of the dissipation of ball on wall that does not heat powder, the share of the jar; balls take the rest [-]"""
+    """share of the jar in the ball-on-wall dissipation that does not heat powder; the balls take the rest [-]"""
 
     @model_validator(mode="after")
     def _possible(self) -> "HeatParametersSection":
@@ -144,7 +144,7 @@ class HeatParametersSection(Section):
 
 
 class CoolingSection(Section):
-    """What the outside of a jar gives its heat to."""
+    """The surroundings that take up the heat of a jar."""
 
     coefficient_W_m2K: RangeSection
     """heat transfer from the outside of the jar, radiation included [W/m2K]"""
@@ -197,11 +197,11 @@ class JarSection(Section):
     mass_kg: Positive | None = None
     """mass of jar and lid [kg]; from the inside of the jar and wall_thickness_mm if left out"""
     surface_cm2: Positive | None = None
-    """outside that gives heat away [cm2]; from the inside of the jar and wall_thickness_mm if left out"""
+    """outer surface that loses heat [cm2]; from the inside of the jar and wall_thickness_mm if left out"""
 
 
 class ProgrammeSection(Section):
-    """Milling and pauses. The direction of the motion plays no part: what a reversal does to heat is its standing time.
+    """Milling and pauses. The direction of motion does not matter: a reversal affects heat only by its standing time.
 
     A cycle is milling with its pause after it.
     """
@@ -266,7 +266,7 @@ class HeatConfig(Section):
     """Temperatures of balls, powder and jar from the dissipation of finished simulations: target `heat`."""
 
     mills: list[Name] = []
-    """mills whose heat balance is part of the whole run, beside the mill of the run: files in config/mills"""
+    """mills whose heat balance is part of the whole run, in addition to the run's mill: files in config/mills"""
     samples: Annotated[int, Field(ge=8, le=100_000)] = 200
     """samples of the parameters, a Latin hypercube over their ranges"""
     seed: Seed = 0
@@ -289,7 +289,7 @@ class HeatConfig(Section):
     parameters: HeatParametersSection = HeatParametersSection()
     flash: FlashSection = FlashSection()
     measured: dict[Name, Annotated[str, Field(min_length=1)]] = {"spex": "8b", "planetary": "8c"}
-    """row of validation.measured (column id), a temperature of the balls, that a mill is held against"""
+    """for a mill, the row of validation.measured (column id) with its measured ball temperature, for comparison"""
 
     @model_validator(mode="after")
     def _limit_above_surroundings(self) -> "HeatConfig":

@@ -17,7 +17,7 @@ COPY = PACKAGE / "included"
 def shipped(path: str) -> str | None:
     """The location of a file or folder of this project, by its path from the project's root; None if it is not there.
 
-    An installed library has the included mills and contact sets alone.
+    An installed library has only the included mills and contact sets.
     """
     place = (COPY if COPY.is_dir() else PACKAGE.parents[1]) / path
     return str(place) if place.exists() else None
@@ -30,8 +30,8 @@ SOURCES = Sources(shipped)
 def load_mill(mill: str | Path) -> MillConfig:
     """A mill by its name, such as "planetary", or by its own YAML file.
 
-    A name is looked for in config/mills of the working folder, then among the included mills (`included_mills`).
-    Raises ConfigError with a line for each fault: an unknown name, a file that is not there, a key that is not valid.
+    A name is searched in config/mills of the working folder, then among the included mills (`included_mills`).
+    Raises ConfigError with a line for each fault: an unknown name, a missing file, an invalid key.
     """
     return _load(mill, MILL_FOLDER, MillConfig, "mill")
 

@@ -62,7 +62,7 @@ def _where_it_belongs(model: type[BaseModel], place: tuple) -> str:
 
 
 def file_of_key(files: Sequence[str], place: tuple) -> str:
-    """The last of some YAML files, each laid over the one before, that sets the longest part of a key's path.
+    """The last of some YAML files, each merged over the one before, that sets the longest part of a key's path.
 
     A fault of the whole has an empty path; it is reported for the last file.
     """
@@ -104,7 +104,7 @@ def _line(source: str | Sequence[str], model: type[BaseModel], error: ErrorDetai
 
 
 def check_model(content: object, model: type[Model], source: str | Sequence[str]) -> Model:
-    """Validate a mapping read from `source`, or from several files laid over each other.
+    """Validate a mapping read from `source`, or from several files merged over each other.
 
     Raises ConfigError with a line for each fault.
     """

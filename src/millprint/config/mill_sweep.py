@@ -18,7 +18,7 @@ PrecisionName = Literal["quick", "standard", "fine"]
 
 
 class Precision(NamedTuple):
-    """How exactly the sweep of a mill is simulated, as factors on what its settings say.
+    """How exactly the sweep of a mill is simulated, as factors on its settings.
 
     step: on mills.rayleigh_fraction; recorded: on the recorded time; seeds: on the number of starting positions.
     """
@@ -80,7 +80,7 @@ class MatchMillsConfig(Section):
     mill: Name
     """mill whose conditions are searched: a file in config/mills"""
     like_mill: Name
-    """mill whose condition is to be met: a file in config/mills"""
+    """mill whose condition is the target: a file in config/mills"""
     like_speed_rpm: Positive
     """its speed [rpm]"""
     like_ball_diameter_mm: BallChoice
@@ -105,7 +105,7 @@ class ScaleUpConfig(Section):
     ball_diameter_mm: BallChoice
     """balls of the small mill [mm], or the name of a charge of several sizes in its sweep"""
     fill_ratio: Fraction
-    """fill ratio of both [-]"""
+    """fill ratio of both mills [-]"""
     speed_rpm: PositiveSpeed
     """speed of the small mill [rpm]"""
     revolutions: Turns = 10.0
@@ -146,15 +146,15 @@ class MillsConfig(Section):
     settle_s: Positive = 0.2
     """time for the balls to come to rest before the mill starts [s]"""
     held_out: Annotated[int, Field(ge=0, le=64)] = 8
-    """simulations of new conditions that the fingerprint of a mill does not see, to count how often its bands hold"""
+    """simulations of new conditions, not used in the fingerprint, to count how often its bands hold"""
     first_case_only: bool = False
     """simulate only the first case of each mill of the box, for a smoke test"""
     explored: list[Name] = []
-    """further mills on the explorer of the report, each by its own sweep, which the run then simulates"""
+    """further mills in the report's explorer; the run simulates the own sweep of each"""
     collapse_max: Fraction = 0.2
     """curves collapse if the scaled power spreads by no more than this, in logarithms [-]"""
     match: MatchMillsConfig | None = None
-    """conditions of one mill that come nearest to one of another; none if left out"""
+    """search for one mill's conditions nearest to a condition of another; none if left out"""
     scale_up: ScaleUpConfig | None = None
     """a large mill; none if left out"""
 
@@ -165,14 +165,14 @@ class MillsConfig(Section):
 
     @property
     def contact_set(self) -> str:
-        """The contact set of the balls. Raises ValueError for a section without one that is no part of a whole."""
+        """The contact set of the balls. Raises ValueError if neither this section nor the configuration has it."""
         if self.contact is None:
             raise ValueError("mills.contact: is left out, and there are no `contacts` to take the first of")
         return self.contact
 
     @property
     def rule(self) -> str:
-        """The counting rule. Raises ValueError for a section without one that is no part of a whole."""
+        """The counting rule. Raises ValueError if neither this section nor the configuration has it."""
         if self.counting_rule is None:
             raise ValueError("mills.counting_rule: is left out, and there is no `fingerprint.counting_rule` to take")
         return self.counting_rule

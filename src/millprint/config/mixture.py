@@ -16,7 +16,7 @@ SHARES_TOLERANCE = 2e-3
 class BallMixture(Section):
     """Balls of several sizes in one charge, given by their numbers or by their shares of the ball volume.
 
-    Where one diameter stands for the charge, in tables and in scales, it is that of the ball of mean volume.
+    Where tables and scales need one diameter for the charge, they use the diameter of the ball of mean volume.
     """
 
     name: Name
@@ -56,7 +56,7 @@ class BallMixture(Section):
 
     @property
     def fractions(self) -> list[float]:
-        """The number of balls of each size over that of all [-]."""
+        """The share of each size in the number of balls [-]."""
         relative = self.numbers or [s / d**3 for s, d in zip(self.shares or (), self.sizes_mm, strict=True)]
         return [number / sum(relative) for number in relative]
 
@@ -91,7 +91,7 @@ def _kind_of_size(size: Any) -> str:
     return BallMixture.__name__ if isinstance(size, dict | BallMixture) else PLAIN_VALUE
 
 
-# One of the two is meant, so that a fault is told of that one alone.
+# The input means one of the two kinds; a fault is reported only for that kind.
 BallSize = Annotated[
     Annotated[Positive, Tag(PLAIN_VALUE)] | Annotated[BallMixture, Tag(BallMixture.__name__)],
     Discriminator(_kind_of_size),
@@ -128,7 +128,7 @@ def chosen_balls(choice: float | str, sizes: "list[float | BallMixture]", place:
         return choice
     known = {mixture.name: mixture for mixture in filter(None, map(mixture_of, sizes))}
     if choice not in known:
-        has = f"must be one of {', '.join(known)}" if known else "its sweep has balls of one size alone; give a number"
+        has = f"must be one of {', '.join(known)}" if known else "its sweep has only balls of one size; give a number"
         raise ConfigError(f"{place} = {choice}: no charge of the mill's sweep has that name; {has}")
     return known[choice]
 
@@ -147,7 +147,7 @@ def check_charges(sizes: "list[float | BallMixture]") -> "list[float | BallMixtu
 
 
 def diameter_of(size: "float | BallMixture") -> float:
-    """The ball diameter that stands for an element of `ball_diameters_mm` [mm]."""
+    """The ball diameter that represents an element of `ball_diameters_mm` [mm]."""
     return size.mean_diameter_mm if isinstance(size, BallMixture) else size
 
 

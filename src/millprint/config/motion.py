@@ -1,4 +1,4 @@
-"""Motions of a mill's bodies: the keys of each kind and the registry of what the program knows about it.
+"""Motions of a mill's bodies: the keys of each kind and the registry of their properties.
 
 To add a motion, write its section with its `drive`, and add a record to `MOTIONS`.
 """
@@ -30,7 +30,7 @@ Axis = Annotated[Vector, AfterValidator(_has_length)]
 
 # The sum of amplitudes below which nothing moves [m].
 LEAST_M = 1e-9
-# What a motion that does not move is told.
+# Advice in the message for a motion that does not move.
 STILL = "nothing would move; give the value of the machine, or for a body at rest the motion {kind: rest}"
 
 
@@ -53,8 +53,8 @@ class Drive:
         and its sine (x, y, z) [m];
     axis, pivot_mm: the axis, of any length, and a point of it [mm]; turns: steady turns about it [-];
     swing: harmonics of the angle, each a multiple and the amplitudes of its cosine and its sine [rad];
-    own_turns: turns of the body's own about its axis, by which a stirrer is faster than the mill [-];
-    table, scale: path of a table of points, in place of all that, and the factor on its places.
+    own_turns: turns of the body about its own axis, for a stirrer that is faster than the mill [-];
+    table, scale: path of a table of points, in place of all the others, and the factor on its coordinates.
     """
 
     harmonics: Sequence[Sequence[float]] = ((1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),)
@@ -178,8 +178,8 @@ class PlanetaryMotion(MotionSection):
     The ratio is the jar's speed about its own axis, measured from the turning sun wheel, over the sun wheel's speed:
     what makers print as 1 : -2 is ratio -2. Relative to the laboratory the jar turns at (1 + ratio) w, and at -1 it
     does not turn at all. It is the ratio whose critical value is sqrt(R / l) - 1 for balls at a distance l from the
-    jar's axis (Mio, Kano, Saito, Mater. Sci. Eng. A 332, 2002, 75). At 0 the jar would be fixed to the sun wheel, a
-    centrifuge and no planetary mill: that is a rotation about the wheel's axis.
+    jar's axis (Mio, Kano, Saito, Mater. Sci. Eng. A 332, 2002, 75). At 0 the jar would be fixed to the sun wheel: a
+    centrifuge, not a planetary mill. Its motion is a rotation about the wheel's axis.
     """
 
     kind: Literal["planetary"]
@@ -258,7 +258,7 @@ class RestMotion(MotionSection):
 
 
 class Agitation(Enum):
-    """How a moving wall agitates the balls; it decides which speeds suit a mill, and which no machine reaches."""
+    """How a moving wall agitates the balls; it decides which speeds suit a mill, and which are beyond any machine."""
 
     SHAKEN = "shaken"  # by its acceleration
     TUMBLED = "tumbled"  # by gravity, in a drum

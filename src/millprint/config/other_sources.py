@@ -1,4 +1,4 @@
-"""Runs of others beside the screening runs: where their table is, and which groups or mills they come from."""
+"""Runs of other groups or mills, in addition to the screening runs: their table and their sources."""
 
 from typing import Annotated
 
@@ -19,7 +19,7 @@ class SourceConfig(Section):
 
 
 class OtherSourcesConfig(Section):
-    """Runs of other groups or mills, to see what the yield models say about runs that are not ours."""
+    """Runs of other groups or mills, to test the yield models on runs that are not ours."""
 
     own: SourceName = "screening"
     """name of the source of data.screening"""

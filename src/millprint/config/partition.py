@@ -40,7 +40,7 @@ class PartitionConfig(Section):
     gibbs_kJ_mol: Positive = 1510.0
     """size of the Gibbs energy at 298 K [kJ per mol NaBH4]"""
     lower_heating_value_kJ_mol: Positive = 2908.0
-    """that of the H2 [kJ per mol NaBH4]"""
+    """lower heating value of the H2 [kJ per mol NaBH4]"""
     plug_efficiency: Fraction = 0.5
     """assumed power of the balls over the plug's, Eq. 4.8 [-]"""
     electricity_price_EUR_kWh: NonNegative = 0.2

@@ -27,14 +27,14 @@ class RegionConfig(Section):
     ball_diameter_mm: Settings
     """ball diameters [mm]"""
     powder_max_g: Positive | None = 6.0
-    """most powder in the jar that is proposed; null: no limit [g]"""
+    """largest powder mass that is proposed; null: no limit [g]"""
     hydrogen_max_mmol: Positive | None = 75.0
-    """most hydrogen that the powder of a proposed run may give off at full conversion; null: no limit. The default is
+    """largest amount of hydrogen that a proposed run may give off at full conversion; null: no limit. The default is
     cautious: the charges of the screening with a ball-to-powder ratio of 30 and more stay below it. Ask the maker of
     your jar [mmol]
     """
     pressure_max_bar: Positive | None = None
-    """most pressure of this hydrogen in the free volume of the jar, where the maker of the jar gives one [bar]"""
+    """largest pressure of this hydrogen in the free volume of the jar, where the maker of the jar gives one [bar]"""
     gas_temperature_k: Annotated[float, Field(ge=250, le=1000)] = 298.15
     """temperature of the gas for this pressure, which is proportional to it [K]"""
     powder_density_kg_m3: Positive = 1500.0
@@ -47,7 +47,7 @@ class ProposalConfig(Section):
     runs: Count = 4
     """experiments for each purpose, proposed as one batch"""
     curves: Literal["published", "fingerprint"] = "published"
-    """master curves for the descriptors: those of data.regimes, or the simulated ones"""
+    """master curves for the descriptors: from data.regimes, or simulated"""
     regimes: bool = True
     """whether the cases of data.regimes train averaged_gpr_final too, which proposes and predicts"""
     experiments: ProjectFile | None = None
@@ -71,7 +71,7 @@ class ProposalConfig(Section):
     draws: Count = 2000
     """joint draws from the model for the expected improvement"""
     seed: Seed = 42
-    """of the shortlist and the draws"""
+    """seed of the shortlist and the draws"""
     region: RegionConfig
 
 
@@ -83,15 +83,15 @@ class RetrospectiveConfig(Section):
     starts: Count = 30
     """random starts, which do not contain the best run"""
     targets: Annotated[int, Field(ge=1, le=12)] = 5
-    """best runs to find: the best of all runs, the best without that one, and so on. One best run is one draw: what
-    finds it fast may do so by luck
+    """best runs to find: the best of all runs, the best without that one, and so on, because a single run may
+    be found fast by luck
     """
     held_out_runs: Annotated[int, Field(ge=1, le=100_000)] = 7
     """runs that no strategy may choose; their error says what the chosen runs teach"""
     chosen_runs: Annotated[int, Field(ge=1, le=100_000)] = 8
     """runs that a strategy chooses one by one before the last error"""
     seed: Seed = 42
-    """of the starts and of ties"""
+    """seed of the starts and of ties"""
     links: Annotated[list[LinkName], Field(min_length=1)] = ["logit", "avrami"]
     """scales of the yield that are averaged"""
     structures: Annotated[list[Structure], Field(min_length=1)] = ["product"]

@@ -22,4 +22,4 @@ class ProvenanceConfig(Section):
     affiliation: Annotated[str, Field(max_length=200)] = ""
     """institution of that person"""
     licence: Annotated[str, Field(pattern=LICENCE)] = ""
-    """licence of the results, a name of spdx.org/licenses such as CC-BY-4.0 or an address; empty: that of millprint"""
+    """licence of the results, a name of spdx.org/licenses such as CC-BY-4.0 or an address; empty: millprint's"""

@@ -99,7 +99,7 @@ class XgbSpace(SearchSpace):
 
 
 class ExtraTreesSpace(RfSpace):
-    """As of the random forest. Extremely randomised trees (Geurts et al. 2006) draw thresholds and see every row."""
+    """As for the random forest. Extremely randomised trees (Geurts et al. 2006) draw thresholds and see every row."""
 
 
 class Spaces(Section):

@@ -35,7 +35,7 @@ class Section(BaseModel):
         return content
 
     def part(self, base: type["Section"]) -> dict[str, Any]:
-        """The keys that this section has from `base`, a section that it extends, as plain values."""
+        """The keys that this section inherits from `base`, as plain values."""
         return self.model_dump(mode="json", include=set(base.model_fields))
 
 
@@ -68,7 +68,7 @@ PositiveSpeed = Annotated[float, Field(gt=0, le=FASTEST)]
 
 @dataclass(frozen=True)
 class InProject:
-    """Marks a text that is the path of a file inside the project; `millprint.preflight` holds it to that."""
+    """Marks a text that is the path of a file inside the project; `millprint.preflight` checks that."""
 
 
 ProjectFile = Annotated[str, InProject()]

@@ -1,4 +1,4 @@
-"""The files that a configuration names: where they are looked for, and that they stay inside the project."""
+"""The files that a configuration names: where they are searched, and a check that they stay inside the project."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -21,8 +21,8 @@ def _nothing(path: str) -> str | None:
 class Sources:
     """Finds files by their path from the project's root, such as config/mills/emax.yaml.
 
-    shipped: where a file of that path lies that came with the workflow, None if there is none. So mills, contact sets
-    and tables of the workflow serve a run in any folder, and a file of the user's own takes their place.
+    shipped: the location of the workflow's own file of that path, None if it has none. So mills, contact sets
+    and tables of the workflow serve a run in any folder, and a user's file takes precedence.
     """
 
     shipped: Callable[[str], str | None] = _nothing

@@ -12,7 +12,7 @@ LARGEST_BYTES = 4_000_000
 MOST_VALUES = 200_000
 DEEPEST = 60
 
-# What the loader raises, for a wrong text below a tag such as !!int also others than its own errors.
+# What the loader raises: its own errors, and others for a wrong text after a tag such as !!int.
 LOADER_ERRORS = (yaml.YAMLError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RecursionError)
 
 try:

@@ -101,7 +101,7 @@ class RollOutConfig(Section):
     """The recursive stage (thesis Sec. 6.2.2)."""
 
     snap_back_m: Annotated[float, Field(lt=0)] | None
-    """phi_sb: a ball with a larger signed distance is moved back to this one; null: never [m]"""
+    """phi_sb: a ball with a larger signed distance is moved back to phi_sb; null: never [m]"""
     length_s: Positive = 15.0
     """physical time of a roll-out [s]"""
     frame_interval_s: Positive = 0.001
@@ -109,7 +109,7 @@ class RollOutConfig(Section):
 
 
 class ScenarioConfig(Section):
-    """A motion and a geometry that the surrogate is rolled out in."""
+    """A motion and a geometry for roll-outs of the surrogate."""
 
     case: str
     """DEM case that gives the first states, as MILL/CONTACT/NAME, with snapshots as far apart as those of the training;
@@ -122,11 +122,11 @@ class ScenarioConfig(Section):
     other_seed: str
     """the same case with another seed: how much two DEM runs differ"""
     long_step: str | None = None
-    """the same case with a longer time step: a faster simulation in which nothing is learned"""
+    """the same case with a longer time step: a faster simulation without learning"""
     original: str | None = None
     """DEM case of the unmodified geometry, which the thesis compares with in Fig. 6.17"""
     driven: str | None = None
-    """for a test of a jar at rest: the DEM case in motion whose dissipation is the reference"""
+    """for a test of a jar at rest: a DEM case in motion, whose dissipation is the reference"""
     starts_s: list[NonNegative] = Field(min_length=1)
     """start times of the roll-outs, computed as one batch [s]"""
     length_s: Positive | None = None
@@ -272,7 +272,7 @@ class SurrogateConfig(Section):
         return self
 
     def variant(self, name: str) -> Variant:
-        """The sections of a variant or ablation, with its overrides on top; raises ValueError for one that fails.
+        """The sections of a variant or ablation with its overrides; raises ValueError for an invalid override.
 
         A further training has the next seed.
         """
@@ -299,7 +299,7 @@ class SurrogateConfig(Section):
 
     @property
     def trained_again(self) -> dict[str, tuple[str, int]]:
-        """Further trainings by their names: of which variant, or ablation with the weights of one, and which training.
+        """Further trainings by name: the variant (or an ablation that uses its weights) and the number of the training.
 
         An ablation that is trained itself is trained once.
         """

@@ -26,7 +26,7 @@ def check_surrogate_cases(config: SurrogateConfig, cases: dict[str, Case], sourc
     """Check that the sweeps simulate what the surrogate reads.
 
     Raises ConfigError for a case that no sweep has, that records no snapshots, or that begins too late or ends too
-    early, for a twin that has no disturbance at the start, and for a longer step that is none.
+    early, for a twin that has no disturbance at the start, and for a `long_step` case that does not set a step.
     """
     for path, (from_s, until_s) in config.simulated_cases().items():
         fault = _fault_of(cases.get(path), from_s, until_s)

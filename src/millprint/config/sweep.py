@@ -38,7 +38,7 @@ class DemConfig(Section):
     counting_rules: Annotated[list[CountingRule], AfterValidator(check_names)] = Field(
         default=DEFAULT_RULES, min_length=1
     )
-    """definitions of one collision; every run counts by each of them"""
+    """definitions of one collision; every run counts collisions by each of them"""
     skin_share: Annotated[float, Field(gt=0, le=10)] = 1.5
     """a candidate contact is listed when its gap is smaller than this times the smallest ball's radius and the root of
     the step over the Rayleigh time [-]
@@ -50,7 +50,7 @@ class DemConfig(Section):
     occupancy_cell_m: Positive = 0.002
     """side of the occupancy grid's square cells [m]"""
     collision_rows_max: Annotated[int, Field(ge=0, le=1_000_000_000)] = 3_000_000
-    """run.h5 keeps a table of up to so many collisions; with more, only its histograms"""
+    """run.h5 keeps a table of at most this number of collisions; with more, only histograms"""
     restart_interval_s: NonNegative = 60.0
     """wall time between restart files, from which a stopped run continues [s]"""
     closure_max: Fraction = 0.002
@@ -112,7 +112,7 @@ class SweepConfig(Section):
     snapshot_interval_s: Positive | None = None
     """time between snapshots of every ball; none are recorded if left out [s]"""
     disturbances_m: list[Disturbance] | None = None
-    """every ball is displaced by this distance, in a direction of its own, at the start of the recorded window; 0 for
+    """every ball is displaced by this distance, in a random direction, at the start of the recorded window; 0 for
     the reference run [m]
     """
 

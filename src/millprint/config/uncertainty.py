@@ -29,7 +29,7 @@ class DistributionSection(Section):
 
 
 class UniformSection(DistributionSection):
-    """Every value between two ends is as likely as any other: no more is known than a range."""
+    """Every value between two ends is equally likely: only a range is known."""
 
     kind: Literal["uniform"]
     low: float
@@ -75,9 +75,9 @@ class NormalSection(DistributionSection):
     standard_deviation: Positive
     """standard deviation before it is cut off, in the unit of the parameter"""
     low: float | None = None
-    """smallest value; that which the parameter can have if left out"""
+    """smallest value; if left out, the parameter's own bound"""
     high: float | None = None
-    """largest value; that which the parameter can have if left out"""
+    """largest value; if left out, the parameter's own bound"""
 
 
 class MeasuredSection(DistributionSection):
@@ -148,7 +148,7 @@ GOVENDER = "Govender et al., BLAZE-DEM of a steel ball mill"
 
 
 class ParametersSection(Section):
-    """The contact parameters, each with its distribution. The defaults are wide: for balls that nobody has measured."""
+    """The contact parameters, each with its distribution. The defaults are wide, for balls that were not measured."""
 
     restitution: Distribution = UniformSection(
         kind="uniform",
@@ -213,13 +213,13 @@ class UncertaintyConfig(Section):
     """How much the predictions for a mill depend on contact parameters: target `uncertainty`."""
 
     mills: list[Name] = []
-    """mills whose intervals are part of the whole run: files in config/mills; the target needs none"""
+    """mills whose intervals are part of the whole run: files in config/mills; may be empty for the target"""
     samples: Annotated[int, Field(ge=8, le=4096)] = 128
     """short simulations of a mill, each with its own contact parameters and fill ratio"""
     jobs: Annotated[int, Field(ge=1, le=64)] = 8
-    """jobs that they are divided among"""
+    """jobs that share the samples"""
     fill_ratios: Annotated[list[Fraction], Field(min_length=2, max_length=24)] | None = None
-    """fill ratios at which intervals are given; those of the mill's sweep if left out [-]"""
+    """fill ratios at which intervals are given; if left out, the fill ratios of the mill's sweep [-]"""
     rayleigh_fraction: Fraction = 0.08
     """step over the Rayleigh time of each simulation; 0.08 is 2e-6 s for 5 mm balls of a softened set [-]"""
     closure_max: Fraction = 0.02
@@ -227,11 +227,11 @@ class UncertaintyConfig(Section):
     probability: Fraction = 0.95
     """probability of every interval [-]"""
     seed: Seed = 0
-    """seed of the design and of what is drawn from the emulator"""
+    """seed of the design and of the draws from the emulator"""
     base_samples: Annotated[int, Field(ge=16, le=4096)] = 512
     """rows of Saltelli's sample of the emulator; a power of two [-]"""
     draws: Annotated[int, Field(ge=2, le=1000)] = 32
-    """functions drawn from the emulator, for what it does not know [-]"""
+    """functions drawn from the emulator, for its own uncertainty [-]"""
     parameters: ParametersSection = ParametersSection()
 
     @model_validator(mode="after")

@@ -1,4 +1,4 @@
-"""The section `validation`: set-ups that others measured, and the settings by which each is predicted.
+"""The section `validation`: set-ups that others measured, and the settings of each prediction.
 
 The settings of a set-up are fixed before the prediction is compared with the measured values: `python
 scripts/fix_predictions.py` records their digest and the date. To add a set-up, write a section with its defaults in

@@ -44,11 +44,11 @@ class DataConfig(Section):
     verdicts: ProjectFile = "config/data/verdicts_elsewhere.tsv"
     """verdicts of the claims on other machines"""
     conclusions: ProjectFile = "config/data/conclusions.tsv"
-    """what each chapter concludes, and the claims that it rests on"""
+    """each chapter's conclusions, and the claims that support them"""
 
 
 class ChapterSections(Section):
-    """The sections that the chapters of the thesis need; the last three are keys of `fingerprint`."""
+    """The sections that the thesis chapters need; the last three are keys of `fingerprint`."""
 
     data: DataConfig
     doe: DoeConfig

@@ -39,11 +39,11 @@ class HeldOutConfig(SearchConfig):
     random_splits: Count = 20
     """random splits of the size of the locked one"""
     largest_forest: Annotated[int, Field(ge=2, le=100_000)] = 100
-    """trees of a forest in an outer fold at most; more change it by its own noise alone"""
+    """trees of a forest in an outer fold at most; more trees only change its noise"""
     conformal_folds: Annotated[int, Field(ge=2, le=100_000)] = 5
     """folds of the CV+ predictive intervals, and of the errors that give other models a normal distribution"""
     seed: Seed = 42
-    """of the outer folds and the bootstrap"""
+    """seed of the outer folds and the bootstrap"""
     nominal: list[Fraction] = Field(default=[0.5, 0.8, 0.95], min_length=1)
     """levels at which predictive intervals are checked [-]"""
 
@@ -82,7 +82,7 @@ class TrainingConfig(Section):
     high_yield_weight: Positive = 2.0
     """weight of an error above high_yield_percent [-]"""
     seed: Seed = 42
-    """of the folds, the search and the trees"""
+    """seed of the folds, the search and the trees"""
     kernel_starts: Annotated[int, Field(ge=1, le=1000)] = 8
     """starts of the regressor gpr_starts, drawn within spaces.gpr [-]"""
     spaces: Spaces = Spaces()
@@ -90,16 +90,16 @@ class TrainingConfig(Section):
 
 
 class LibraryTrialConfig(Section):
-    """What the choice of the averaged process's library is worth, and whether chance could reach its score."""
+    """What the averaged process gains by the choice of its library, and whether chance could reach its score."""
 
     earlier: LibraryConfig = LibraryConfig(links=["identity", "logit", "avrami"], time_h=["linear", "log"])
-    """library that is scored beside that of `averaging`: the one before it, chosen after a look at scores"""
+    """library scored next to that of `averaging`: the earlier one, chosen after seeing scores"""
     sub_libraries: Count = 500
     """random halves of a library, each scored by the same folds"""
     permutations: Annotated[int, Field(ge=19, le=100_000)] = 199
     """shuffles of the yields among the runs; the smallest p-value is 1 / (1 + permutations)"""
     seed: Seed = 42
-    """of the halves and of the shuffles"""
+    """seed of the halves and of the shuffles"""
 
 
 class YieldConfig(Section):

@@ -29,7 +29,7 @@ def can_step(balls, candidates, contacts, laws, walls, clock, time, counters, ta
 def advance(balls, candidates, contacts, laws, walls, clock, totals, counters, table, recorder, last_step, shares):
     """Run up to and including step `last_step`, or until a buffer is full or something is wrong.
 
-    Everything is changed in place; counters[COUNTER.step] tells how far it came and counters[COUNTER.status] whether it
+    Everything is changed in place; counters[COUNTER.step] is the step reached and counters[COUNTER.status] whether it
     may go on. Time is the step's number times the step; the mill starts at step 0.
 
     shares: threads.Shares, one row for each thread, or None for the loop without threads.

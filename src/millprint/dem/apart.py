@@ -1,7 +1,7 @@
-"""Access to the lanes and to the present rows, two arrays of which the compiler is told that they never overlap.
+"""Access to the lanes and to the present rows, two arrays that are declared to the compiler as never overlapping.
 
 A loop becomes vector instructions only if no number that it writes can be one that it reads later. Within one row the
-compiler sees that by itself; of two arrays it must be told, by the scopes of LLVM's metadata (`alias.scope` and
+compiler sees that by itself; for two arrays it needs the scopes of LLVM's metadata (`alias.scope` and
 `noalias` in https://llvm.org/docs/LangRef.html). Rows and columns are not checked and count from the front.
 """
 
@@ -29,7 +29,7 @@ def _place(context, builder, signature, arguments):
 
 
 def _mark(builder, instruction, own, other):
-    """Say that an instruction reads or writes the memory `own` and not `other`."""
+    """Declare that an instruction reads or writes the memory `own` and not `other`."""
     instruction.set_metadata("alias.scope", _scope(builder.module, own))
     instruction.set_metadata("noalias", _scope(builder.module, other))
     return instruction

@@ -10,7 +10,7 @@ from millprint.dem.timestep import aligned_step
 from millprint.mill.vessel import Vessel
 
 MOST_DAYS = 60
-# Of energies, snapshots and the grid of occupancy, which are held in memory until the end.
+# Bytes of energies, snapshots and the grid of occupancy, which stay in memory until the end.
 MOST_BYTES = 32e9
 # Numbers in a row of the energy ledger, and in a cell of the grid of occupancy.
 LEDGER_COLUMNS, OCCUPANCY_COLUMNS = 16, 5
@@ -37,7 +37,7 @@ def cost(
     # A window holds at least one sample, even in a slow mill.
     window = max(window, sample)
     interval = case.snapshot_interval_s or sample
-    # A step so small that their ratio is no number stays as it is.
+    # A step so small that their ratio is not finite stays as it is.
     step = aligned_step(step_s, interval)[0] if interval < 1e15 * step_s else step_s
     days = (case.settle_s + case.discard_s + window) / step * balls * BALL_STEP_S / 86_400
     low, high = vessel.bounds

@@ -23,14 +23,14 @@ if TYPE_CHECKING:
     # Its module holds kernels, which a reader of finished runs does not need.
     from millprint.dem.recording import Table
 
-# What a collision has in the column of all its tangential work: the work less the damping share.
+# Name of a collision's value in the column of all tangential work: the work less the damping share.
 SLIDING = "sliding_J"
 # Values of a collision, with their units in the name.
 VALUE_NAMES = [SLIDING if name == "tangential_J" else name for name in names_of(COLLISION)]
 # Columns of the rows as recorded, and of contacts.
 ROW_NAMES = ["first", "second", "facet", "contact", *VALUE_NAMES, "ended"]
 COLLISION_NAMES = ["first", "second", *VALUE_NAMES, "complete"]
-# How the values of its rows become that of a contact; by others they add up.
+# How the values of rows combine to the value of their contact; all others add up.
 JOINED = {"start_s": "first", "approach_speed_m_s": "first", "peak_force_N": "max", "peak_overlap_m": "max"}
 
 CHANNELS = ("normal", "tangential")
@@ -197,7 +197,7 @@ def energies_of(contacts: pd.DataFrame) -> dict[str, np.ndarray]:
 def turns_of(contacts: pd.DataFrame, begin_s: float, frequency_hz: float) -> np.ndarray:
     """How many contacts each counts as in `weighted_energy`: 1, or its turns in the window if it lasts longer than one.
 
-    Without this, a ball that lies or rolls all the time would make E* grow with the time recorded.
+    Otherwise a ball that always rests or rolls would make E* grow with the recorded time.
     """
     start = contacts["start_s"].to_numpy()
     within_s = start + contacts["duration_s"].to_numpy() - np.maximum(start, begin_s)

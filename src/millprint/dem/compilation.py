@@ -56,7 +56,7 @@ class CompiledKernels(event.Listener):
         self._seen: set[FunctionType] = set()
 
     def on_start(self, event: event.Event) -> None:
-        """Nothing to show: a kernel that calls others ends after them."""
+        """Show nothing: a kernel that calls others ends after them."""
 
     def on_end(self, event: event.Event) -> None:
         """Count a kernel, except for further signatures and for functions of numba itself."""

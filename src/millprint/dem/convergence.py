@@ -11,7 +11,7 @@ SERIES = ["mill", "contact", "ball_diameter_mm", "fill_ratio", "speed_rpm"]
 # The varied quantity, and whether its largest value is the reference.
 VARIED = {"time_step_s": False, "young_modulus_gpa": True}
 
-# The descriptors of a collision that decide about a step.
+# The descriptors that decide whether a step is accepted.
 DESCRIPTORS = ["normal_energy_J", "tangential_energy_J", "specific_frequency_hz"]
 POWERS = ["normal_power_W", "tangential_power_W", "rolling_power_W", "wall_power_W", "power_W"]
 

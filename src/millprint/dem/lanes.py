@@ -4,7 +4,7 @@ A block of lanes is one row of numbers, LANES for each quantity, so that the com
 overlap and makes vector instructions of the loop over the lanes. A lane that is free keeps the numbers of an earlier
 contact, or IDLE ones: they cost nothing, and their results are not read.
 
-What lives for one step alone is in rows of its own (layout.PresentColumns), GROUP of them, which all blocks use in
+Quantities of one step only are in separate rows (layout.PresentColumns), GROUP of them, which all blocks use in
 turn: so they stay in the processor's nearest memory, however many contacts there are.
 """
 

@@ -2,7 +2,7 @@
 
 Choices that the equations leave open, each tested in tests/physics:
 
-- Cap. Spring and damping are capped together, |F_t| <= mu F_n, and the spring alone is held to mu F_n / K_t. To set it
+- Cap. Spring and damping are capped together, |F_t| <= mu F_n, and the spring is limited to mu F_n / K_t. To set it
   to the capped force over K_t would charge it with the dashpot's share: a contact begins with a dashpot's force above
   the cap, so its spring would be drawn to the limit by a slip that never was, and give that energy back. F_n is here
   the elastic normal force K_n delta. Its impulse over an impact is exactly m (1 + e) v, so that sliding gives
@@ -103,7 +103,7 @@ def contact_law(lanes, block, m, overlap, normal, arm, velocity, angular_velocit
     stiffness = get(lanes, block, LANE.law.tangential_stiffness, m) * root
 
     slip = add_scaled(velocity, -approach, normal)
-    # The trapezoidal rule: with velocities at the end of a step alone the spring would damp in proportion to the step.
+    # The trapezoidal rule: with velocities only at the end of a step, the spring would damp in proportion to the step.
     spring = add_scaled(turn_spring(spring, normal), 0.5 * step, add(slip, last_slip))
     viscous = get(lanes, block, LANE.law.tangential_damping, m) * quarter
     cap = get(lanes, block, LANE.law.friction, m) * elastic

@@ -189,8 +189,8 @@ class CounterColumns(NamedTuple):
     check_in: int  # steps until the lists are checked again
     look_in: int  # steps until the candidates that are near are listed again
     status: int  # see Statuses
-    ball: int  # that a status is about
-    partner: int  # that a status is about
+    ball: int  # number of the ball that a status concerns
+    partner: int  # number of the partner that a status concerns
     records: int  # rows in the table of collisions
     samples: int  # rows in the buffer
     snapshots: int  # rows in the buffer
@@ -205,7 +205,7 @@ class CounterColumns(NamedTuple):
 class RowEnds(NamedTuple):
     """How a row of the table of collisions ended."""
 
-    cut: int  # the window did before it
+    cut: int  # the window ended before it
     parted: int  # the bodies came apart
     passed: int  # the contact went on on another facet, in a row of its own
 

@@ -13,7 +13,7 @@ def ledger_series(samples: np.ndarray) -> pd.DataFrame:
     samples: (m, width) rows of layout.SampleColumns, at least one. Returns m rows with those columns and with
     sliding_J, kinetic_J, elastic_J, gravity_work_J and imbalance_J.
 
-    sliding_J is the tangential work that is neither damping nor held by the tangential springs. It takes in what a
+    sliding_J is the tangential work that is neither damping nor held by the tangential springs. It includes what a
     spring gives up when its stiffness falls with the overlap, so that nothing of the tangential work is lost.
     """
     series = pd.DataFrame(samples, columns=SAMPLE_NAMES)
@@ -61,7 +61,7 @@ def ledger_summary(series: pd.DataFrame) -> dict[str, float]:
 def closure(series: pd.DataFrame) -> float:
     """Error of the energy balance over the series, as a fraction of the wall work [-].
 
-    Where the walls do no work (a mill at rest) the fraction is that of the energy dissipated or set free by gravity.
+    If the walls do no work (a mill at rest), it is a fraction of the energy dissipated or released by gravity.
     """
     last = series.iloc[-1]
     dissipated = last[["normal_damping_J", "tangential_damping_J", "sliding_J", "rolling_J"]].sum()

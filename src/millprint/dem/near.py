@@ -1,7 +1,7 @@
 """A second, shorter list: the candidates that can come within reach in the next few steps.
 
-A candidate is listed up to a skin from contact, and most are nowhere near it. So the list is looked through only every
-few steps, and the steps between check those alone that are near: closer than both partners can come in that time. The
+A candidate is listed up to a skin from contact, and most are nowhere near it. So the list is searched only every
+few steps, and the steps between check only the near ones: closer than both partners can come in that time. The
 others would not have opened, so the shorter list changes no number of a run.
 
 As in neighbours.needs_rebuild, no ball is taken to become faster, relative to a body, than twice the fastest one
@@ -19,12 +19,12 @@ from millprint.mill.vectors import cross, dot, row, subtract, vector
 from millprint.mill.walls import PLANE, direction_to_body
 from millprint.run.kernel import inlined, inner
 
-# How far two balls may come nearer to each other between two looks, over the skin. With less, looks are more frequent;
+# How far two balls may come nearer to each other between two searches, over the skin. With less, searches are frequent;
 # with more, more candidates are near.
 NEAR_SHARE = 0.12
 # Added to that, over the skin, for balls and walls that start from rest.
 SLACK_SHARE = 0.02
-# The most steps between two looks.
+# The most steps between two searches.
 LOOK_EVERY = 50.0
 
 
@@ -91,7 +91,7 @@ def near_pairs(balls, candidates, nearer, count):
 
 @inner()
 def look(balls, candidates, clock, counters):
-    """List the candidates that are near, and plan the next look."""
+    """List the candidates that are near, and plan the next search."""
     longest = 0.0
     for stride in candidates.stride:
         longest = max(longest, stride)

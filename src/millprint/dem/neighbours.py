@@ -99,7 +99,7 @@ def add_pair(balls, candidates, laws, i, j, skin, k):
 def add_walls(balls, candidates, walls, body, i, skin, k):
     """Append the features of a body near ball i; returns -1 if the ball is outside the vessel's bounding box."""
     radius = balls.radius[balls.species[i]]
-    # Walls stand still in their body's frame: the ball alone moves, by half the skin at most.
+    # Walls stand still in their body's frame: only the ball moves, by half the skin at most.
     margin = 0.5 * skin
     point = row(candidates.anchor[body], i)
     cell = cell_of(walls, body, point)

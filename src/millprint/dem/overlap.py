@@ -22,7 +22,7 @@ UNRESOLVED = 0.1
 
 
 class Stopped(Protocol):
-    """What is needed of a simulation that has stopped at an overlap."""
+    """The attributes used of a simulation that has stopped at an overlap."""
 
     bodies: list[Body]
     balls: state.Balls
@@ -123,7 +123,7 @@ def _contacts(stopped: Stopped) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.
 
 
 def _pair(stopped: Stopped, ball: int, partner: int) -> tuple[str, str, float]:
-    """The other ball, how far apart both are in words, and 0: what two balls touch is not in doubt."""
+    """The other ball, the distance of both in words, and 0: the contact of two balls is certain."""
     balls = stopped.balls
     apart = float(np.linalg.norm(balls.position[ball] - balls.position[partner]))
     reach = balls.radius[balls.species[ball]] + balls.radius[balls.species[partner]]
@@ -192,7 +192,7 @@ def _cause(stopped: Stopped, meeting: Meeting, clear_m: float) -> str:
         )
     if causes:
         return "; and ".join(causes)
-    # Since the contact was last looked at, the ball has moved a step.
+    # The ball has moved a step since the contact was last checked.
     moved = 2 * stopped.step * float(np.abs(stopped.balls.rate_now[:, :3]).max())
     innocent = f"Neither speed nor step is the cause ({impact})"
     if clear_m > moved:

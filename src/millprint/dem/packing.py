@@ -122,7 +122,7 @@ Sites = Callable[[Vessel, float, float, np.random.Generator, Sequence[Vessel]], 
 
 
 def _kept(points: np.ndarray, vessel: Vessel, diameter: float, inserts: Sequence[Vessel]) -> np.ndarray:
-    """Those of the points (n, 3) [m] that a ball has a place at."""
+    """The points (n, 3) [m] at which a ball has room."""
     low, high = vessel.bounds + np.array([[diameter / 2], [-diameter / 2]])
     points = points[((points >= low) & (points <= high)).all(axis=1)]
     return points[inside(vessel, points, diameter / 2 * (1 + GAP), inserts)]
@@ -190,7 +190,7 @@ def cell_order(points: np.ndarray, pitch: float) -> np.ndarray:
 def _tries(seed: int) -> Iterator[tuple[Sites, np.random.Generator]]:
     """The packings that are tried for a start, one after another: level ones first, then those laid.
 
-    After some packings of the seed's own come all those by which the capacity is judged: what it allows must fit.
+    After some packings of this seed come all packings that decide the capacity: charges within the capacity must fit.
     """
     for sites_of in (_sites, _laid_sites):
         own, judged = np.random.default_rng(seed), np.random.default_rng(0)
@@ -233,7 +233,7 @@ def _place_sizes(
             # Balls of one size have one distance to keep.
             for radius in np.unique(radii):
                 reach = (radius + diameter / 2) * (1 + GAP)
-                # A third of what a simulation imports, and balls of one size need none of it.
+                # A third of a simulation's import time, and not needed for balls of one size.
                 from scipy.spatial import cKDTree
 
                 sites = sites[cKDTree(points[radii == radius]).query(sites, distance_upper_bound=reach)[0] >= reach]
@@ -249,7 +249,7 @@ def _place_sizes(
 
 
 def _free_way(vessel: Vessel, normal: np.ndarray, diameter_m: float) -> float:
-    """How far a laid ball may move to either side across its plane [m]: 0 where there is more than one plane.
+    """How far a ball of a laid packing may move to either side of its plane [m]: 0 where there is more than one plane.
 
     In a slice that is hardly wider than a ball, balls that all start in the middle would stay there, since no force
     points out of a plane that holds every centre: the charge would never touch the ends.

@@ -114,7 +114,7 @@ def check_step_and_cost(
     """Check that a case has a small enough time step, ends in a reasonable time and fits into the memory of a machine.
 
     contact: the set as the case runs it. told: the file of the configuration, file and section of the case, and file
-    and key of its step as a fraction of the Rayleigh time. The largest step is a fraction of that time of its balls.
+    and key of its step as a fraction of the Rayleigh time, for messages. The largest step is a fraction of this time.
     """
     source, place, fraction = told
     stiffness = contact.young_modulus_gpa * 1e9

@@ -224,7 +224,7 @@ def record(balls, candidates, contacts, clock, time, since, totals, counters, re
 
 @kernel()
 def begin_window(contacts, totals, counters):
-    """Book and clear the works of open contacts, so that the table of collisions counts the window alone."""
+    """Book and clear the works of open contacts, so that the table of collisions counts only the window."""
     for lane in range(counters[COUNTER.used]):
         if contacts.slot[lane] < 0:
             continue

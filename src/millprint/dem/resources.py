@@ -1,6 +1,6 @@
 """Time, memory and disk of a simulation, estimated. The Snakefile imports this, so no heavy imports here.
 
-A cluster is asked for more than a simulation is likely to take; a plan says what it is likely to take.
+Requests to a cluster exceed the likely cost of a simulation; a plan states the likely cost.
 """
 
 import math
@@ -30,7 +30,7 @@ SNAPSHOT_COLUMNS = 12
 # A row of the table of collisions; a ball's state, contacts and candidates, of a run of 200,000 balls
 # (docs/how_to/speed.md) [bytes].
 COLLISION_BYTES, BALL_BYTES = 96, 7500
-# Collisions per ball and second: more than in any mill of the box.
+# Collisions per ball and second: more than in any included mill.
 COLLISIONS_HZ = 1000
 # In run.h5: a collision of the table, a ball in a snapshot [bytes].
 STORED_COLLISION_BYTES, STORED_SNAPSHOT_BYTES = 37, 38

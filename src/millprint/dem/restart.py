@@ -82,7 +82,7 @@ def _write_state(file: h5py.File, simulation: Restartable, recording: Recording)
 def read_restart(path: str | Path, simulation: Restartable, recording: Recording) -> bool:
     """Put a simulation and its recording into the state of a restart file; returns whether there was one that fits.
 
-    A file of another configuration, of other kernels, or one that cannot be read is left alone, with a line in the log.
+    A file of another configuration, of other kernels, or one that cannot be read is not used; the log says so.
     """
     if not Path(path).is_file():
         return False

@@ -1,4 +1,4 @@
-"""The largest time step that changes no descriptor and keeps the energy balance; is the one taken small enough?"""
+"""The largest time step that changes no descriptor and keeps the energy balance, compared with the step taken."""
 
 from collections.abc import Mapping
 
@@ -37,7 +37,7 @@ def judge_row(row: pd.Series, factor: float, settings: ConvergenceConfig) -> dic
         "rayleigh_fraction": float(row["rayleigh_fraction"]),
         "largest_deviation_percent": float(deviations[largest]),
         "largest_deviation_of": largest,
-        # With so few seeds, a smaller deviation cannot be distinguished from chance.
+        # A smaller deviation cannot be distinguished from chance with this number of seeds.
         "resolution_percent": float(max(chance.values())),
         "deviating": beyond,
         "closure_worst": float(row["closure_worst"]),
@@ -68,10 +68,10 @@ def judge_series(series: pd.DataFrame, settings: ConvergenceConfig, taken_s: flo
 
 
 def choose_step(table: pd.DataFrame, settings: ConvergenceConfig, taken_s: Mapping[float, float]) -> dict:
-    """The largest step that passes in each series of the time-step table, against that of the sweeps.
+    """The largest step that passes in each series of the time-step table, compared with the step of the sweeps.
 
     A step passes where each of DESCRIPTORS is within settings.tolerance_percent of that at the finest step, or within
-    what chance does to so few seeds, where the balance closes within settings.closure_max, and every finer step passes.
+    what chance does with these seeds, the balance closes within settings.closure_max, and every finer step passes.
     taken_s: the step of the sweeps [s] for each ball diameter [mm].
     """
     series = [

@@ -37,7 +37,7 @@ def weighted_errors(energies: list[float], squares: np.ndarray) -> dict[str, flo
 
 
 def finite(value: float) -> float | None:
-    """A number for JSON, which knows no infinite ones."""
+    """A number for JSON, which has no infinity."""
     return value if math.isfinite(value) else None
 
 
@@ -51,7 +51,7 @@ def largest_overlap(table: pd.DataFrame, radius_m: np.ndarray) -> float:
     """The largest overlap of a contact over the radius of its smaller ball [-]; radius_m: of every ball (balls,)."""
     if not len(table):
         return 0.0
-    # Of a contact with a wall, `second` is under 0.
+    # In a contact with a wall, `second` is negative.
     partner = np.append(radius_m, np.inf)[np.maximum(table["second"].to_numpy(), -1)]
     smaller = np.minimum(radius_m[table["first"].to_numpy()], partner)
     return float((table["peak_overlap_m"].to_numpy() / smaller).max())
@@ -61,8 +61,8 @@ def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame,
     """The summary of a run; raises SimulationError where the energy balance does not close.
 
     table: rows as `collision_table` gives them.
-    wall_clock_s and processor_s are those of the kernel; ns_per_ball_step is processor time, which jobs beside this
-    one disturb less.
+    wall_clock_s and processor_s are those of the kernel; ns_per_ball_step is processor time, which other jobs
+    disturb less.
     """
     case, dem, contact = simulation.case, simulation.dem, simulation.contact
     ledger = ledger_summary(series)

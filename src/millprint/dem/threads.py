@@ -1,10 +1,10 @@
 """A step with threads inside one simulation: the same as in `steps`, each part shared out in chunks.
 
 Each thread takes one chunk and adds the forces of its contacts to loads of its own, which are then summed in the order
-of the chunks. So a run depends on the number of chunks by rounding, and on nothing else: not on which thread comes
+of the chunks. So a run depends only on the number of chunks, by rounding: not on which thread comes
 first, nor on how many the machine has. Contacts open and close in one thread, in the order of the serial loop.
 
-A loop over `prange` cannot take groups of arrays within groups, so a clock is passed as its parts.
+A loop over `prange` does not accept nested tuples of arrays, so the parts of a clock are passed separately.
 """
 
 import os
@@ -60,7 +60,7 @@ def make_shares(
 
 @contextmanager
 def _waiting_awake() -> Iterator[None]:
-    """Let threads that are started in here wait for each other awake, for some milliseconds, before they sleep.
+    """Let threads started in this context wait actively for some milliseconds before they sleep.
 
     Every job has OMP_WAIT_POLICY=PASSIVE (millprint.run.machine), with which threads sleep at once. A step wakes them
     four times, and with 20,000 balls two such threads took longer than one.

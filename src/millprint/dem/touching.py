@@ -1,7 +1,7 @@
 """Contacts begin, pass on and end.
 
 A candidate that comes within reach opens a contact in a free lane; one that parts closes. On a wall, a contact passes
-from feature to feature of a patch (mill.patches) with all that it carries: where a ball touches a feature anew, and is
+from feature to feature of a patch (mill.patches) with its whole history: where a ball touches a feature anew, and is
 already in contact with a neighbouring one that it leaves or that is now farther away, the contact goes on there.
 """
 

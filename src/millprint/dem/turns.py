@@ -1,9 +1,9 @@
-"""What the turns of one run say of their mean: its standard error, and whether the motion repeats or has no impacts.
+"""The turns of one run and their mean: its standard error, and whether the motion repeats or has no impacts.
 
 Neighbouring turns are alike. They are averaged in pairs again and again, and the largest of the errors of the mean at
 the sizes of block that leave at least FEWEST_BLOCKS is taken (Flyvbjerg and Petersen, J. Chem. Phys. 91 (1989) 461). So
 a correlation over more than an eighth of a window is not seen, and of fewer than sixteen turns none is; and a motion
-that has settled into one of several lasting ones tells nothing of the others, however long it is recorded. Only other
+that has settled into one of several lasting ones does not show the others, however long it is recorded. Only other
 seeds do (`millprint.fingerprint.seeds`).
 """
 
@@ -14,14 +14,14 @@ from typing import NamedTuple
 import numpy as np
 
 FEWEST_BLOCKS = 8
-# A motion repeats if turns so many apart differ by less than this part of what independent collisions would make them.
+# A motion repeats if turns a period apart differ by less than this fraction of the spread of independent collisions.
 LONGEST_PERIOD, FEWEST_PAIRS, ALIKE = 4, 8, 1 / 3
 # Normal dissipation of a ball in a turn over rho omega^2 A^2 d^3 of one hit by 1 % of the wall's speed.
 LEAST_HIT = 1e-3
 
 
 class MeanOfTurns(NamedTuple):
-    """The standard error of a mean, its degrees of freedom, and the number of independent turns it is worth."""
+    """The standard error of a mean, its degrees of freedom, and the equivalent number of independent turns."""
 
     error: float
     freedom: int
@@ -29,7 +29,7 @@ class MeanOfTurns(NamedTuple):
 
 
 def mean_of_turns(values: Sequence[float]) -> MeanOfTurns | None:
-    """What the values of single turns say of their mean; None for fewer than two."""
+    """What the values of single turns tell about their mean; None for fewer than two."""
     blocks = np.asarray(values, dtype=float)
     if len(blocks) < 2:
         return None

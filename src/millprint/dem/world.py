@@ -98,7 +98,7 @@ class World:
         return ledger_series(recorder.sample[:samples]) if sample_every else None
 
     def track(self, seconds: float, every: int) -> tuple[np.ndarray, np.ndarray]:
-        """Advance by a time [s] and look every so many steps: times (m,) [s] and positions (m, n, 3) [m].
+        """Advance by a time [s] and record the balls at regular steps: times (m,) [s] and positions (m, n, 3) [m].
 
         Raises SimulationError.
         """

@@ -1,4 +1,4 @@
-"""The sweep of a mill without one, from the size of its vessel and from how its walls agitate the balls."""
+"""The sweep of a mill that has none, from the size of its vessel and the way its walls agitate the balls."""
 
 import math
 from collections.abc import Callable
@@ -86,8 +86,7 @@ def default_sweep(mill: MillConfig) -> MillSweepConfig:
 
     A drum turns at 60 and 80 % of its critical speed sqrt(g / (R - d / 2)); a stirrer's tip moves at 0.5 and 0.9 m/s;
     any other vessel is accelerated by 6 and 12 g. Balls fit five times into the narrowest direction. Raises ConfigError
-    for a mill whose shape is refused or
-    of which nothing moves.
+    for a mill whose shape is refused or that does not move.
     """
     bodies, rule = build_bodies(mill, CHECK_RPM), SWEEP_RULES[motion_kind(mill.motion.kind).vessel]
     sizes = _sizes_mm(bodies[0].vessel.bounds, mill.volume_ml * 1e-6, SWEEP_RULES[Agitation.SHAKEN].fill_ratios[-1])

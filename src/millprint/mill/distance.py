@@ -78,7 +78,7 @@ def _surface(vessel: Vessel) -> Surface:
 def _nearest_on_outline(surface, facet, point):
     """Nearest point of a facet's outline: (squared distance, vector from it to the point, normal there).
 
-    Joints of curves are left out: nothing is there.
+    Joints of curves are left out: there is no edge.
     """
     best = 1e300
     away_best = (0.0, 0.0, 0.0)
@@ -122,7 +122,7 @@ def distance_at(surface, point):
             away = scale(height, normal) if height != 0.0 else normal
             sign = -1.0 if height >= 0 else 1.0
         else:
-            # Of a piece of a curve, what is sharp on its outline is a wall itself.
+            # A sharp edge on the outline of a piece of a curve is a wall itself.
             squared, offset, outward = _nearest_on_outline(surface, facet, point)
             if squared < best:
                 best = squared

@@ -21,7 +21,7 @@ def _height(points, triangles, normal, t, point):
 
 @inlined()
 def _same_side(points, triangles, normal, a, b, tolerance):
-    """Where the corners of b lie: 1 all on one side of the plane of a, 0 all in it, -1 neither."""
+    """Place of the corners of b: 1 all on one side of the plane of a, 0 all in it, -1 neither."""
     low, high = 1e300, -1e300
     for k in range(3):
         height = _height(points, triangles, normal, a, _corner(points, triangles, b, k))

@@ -115,7 +115,7 @@ def _outlines(edges: HalfEdges, region: np.ndarray) -> list[list[list[int]]]:
 
 
 def _straight_vertices(points: np.ndarray, loops: list[list[list[int]]], tolerance: float) -> set[int]:
-    """Vertices in the middle of a straight side between the same two facets, which are no corners."""
+    """Vertices in the middle of a straight side between the same two facets, which are not corners."""
     visits: dict[int, int] = {}
     neighbours: dict[int, tuple[int, int]] = {}
     for facet in loops:

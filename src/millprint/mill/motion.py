@@ -41,7 +41,7 @@ def _waves(waves: np.ndarray, time_s: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Motion:
-    """A rigid motion, which `stack_motions` hands to the kernels; they alone compute its velocities.
+    """A rigid motion, which `stack_motions` hands to the kernels; only they compute its velocities.
 
     harmonics: (k, 7) angular frequency [rad/s], cosine amplitudes x, y, z and sine amplitudes x, y, z [m];
     axis: (3,) unit vector; pivot: (3,) [m]; rate: steady angular velocity about the axis [rad/s];

@@ -31,7 +31,7 @@ class Patches(NamedTuple):
     patches: int  # number of them
     patch: tuple[np.ndarray, ...]  # number of each feature's patch
     vertices: tuple[list[np.ndarray], ...]  # numbers of its vertices, ascending
-    is_drawing: tuple[np.ndarray, ...]  # whether it only shows a curve, and is no wall itself
+    is_drawing: tuple[np.ndarray, ...]  # whether it only shows a curve and is not a wall itself
 
 
 def is_joint(vessel: Vessel, edge: Edge) -> bool:

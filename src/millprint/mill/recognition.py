@@ -17,7 +17,7 @@ LARGEST_TURN = 0.36
 SMALLEST_TURN = 1e-5
 # A first guess is from two facets, whose noise it magnifies; what is found is fitted and checked again.
 LOOSE = 30.0
-# Four points may lie on one circle by chance of symmetry; so many steps around or across do not.
+# Four points may lie on one circle by chance of symmetry; this number of steps around or across does not.
 FEWEST_STEPS = 5
 # What angles of half and whole turns may be off [rad].
 ROUNDING = 1e-4

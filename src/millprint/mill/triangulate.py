@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 
-# A turn by less is no corner [rad]: a fan would have triangles of no area there.
+# A smaller turn is not a corner [rad]: a fan would have triangles of no area there.
 STRAIGHT = 1e-6
 
 

@@ -31,7 +31,7 @@ CURVE_ANGLE = 0.6
 # An edge that turns by more juts into the vessel [rad].
 CONVEX = 1e-9
 
-# With more facets, a simulation takes days only for the walls.
+# With more facets, the walls take days of a simulation.
 MOST_FACETS = 20_000
 
 
@@ -235,7 +235,7 @@ class Vessel:
         return np.array([abs(facet.normal[along]) > 1 - 1e-9 for facet in self.facets])
 
     def _pieces(self, curve: Curve) -> list[int]:
-        """The facets that are pieces of a curve; none if one ends at a convex edge, since rims are straight lines."""
+        """The facets that are pieces of a curve; none if one ends at a convex edge, because rims are straight."""
         found: list[int] = []
         rims = {facet for edge in self.edges if edge.turn > CURVE_ANGLE for facet in edge.facets}
         for index, facet in enumerate(self.facets):

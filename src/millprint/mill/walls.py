@@ -2,7 +2,7 @@
 
 A ball touches the local minima of its distance to the wall: the inside of a facet, a convex edge, or a corner. Where
 two of them meet in a seam that is no more than a joint of facets, only the nearer one carries the contact: `belongs`
-tells which features are pieces of one wall there (mill.patches), and dem.touching chooses and passes contacts on.
+says which features are pieces of one wall there (mill.patches), and dem.touching chooses and passes contacts on.
 
 A vessel and the inserts in it are bodies, each in a frame of its own. Features are numbered: the facets of all bodies
 first, then the convex edges, the corners, and the curves (mill.curves), of which some facets are only a drawing.
@@ -248,7 +248,7 @@ def near(walls, feature, point, radius, margin):
 
 @inlined()
 def bounding_plane(walls, feature, point, margin):
-    """A plane (normal, offset) that a ball near `point` (body frame) is no farther from than from the feature.
+    """A plane (normal, offset) to which a ball near `point` (body frame) is at most as far as to the feature.
 
     It holds until the ball has moved by `margin` [m]. For edges, corners and the inside of tight curves it is nowhere
     far: normal and offset are 0.

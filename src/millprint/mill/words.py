@@ -1,4 +1,4 @@
-"""What the walls of a mill do, in words for a reader who does not know the machine."""
+"""The motion of a mill's walls in words, for a reader who does not know the machine."""
 
 from collections.abc import Callable
 from typing import Any

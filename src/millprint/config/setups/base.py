@@ -12,13 +12,13 @@ Interval = tuple[float, float]
 class SetupConfig(Section):
     """Settings of a set-up: its contact sets, its mill if it has one, and its simulations."""
 
-    # Keys that say where is predicted, such as at which speeds: they change no number, and so no digest.
+    # Keys that choose where to predict, such as speeds: they change no number, and so no digest.
     places: ClassVar[tuple[str, ...]] = ()
 
     contact: Name
-    """contact set that predicts: a file in config/contacts"""
+    """contact set of the prediction: a file in config/contacts"""
     further_contacts: list[Name] = []
-    """contact sets that are as likely; the interval by contact parameters spans them all"""
+    """contact sets that are equally likely; the interval by contact parameters spans them all"""
 
     @property
     def mill_name(self) -> str | None:

@@ -34,7 +34,7 @@ class DrumOfBallsConfig(SetupConfig):
     snapshot_interval_s: Positive = 0.02
     """time between snapshots [s]"""
     blocks: Annotated[int, Field(ge=2, le=100)] = 4
-    """blocks of the window, whose scatter is the interval without that by contact parameters"""
+    """blocks of the window, whose scatter gives the interval at fixed contact parameters"""
     surface_share: Fraction = 0.5
     """the surface is fitted over this share of the radius on both sides of the axis [-]"""
 
@@ -107,7 +107,7 @@ class ReposeDrumConfig(DrumOfBallsConfig):
     slice_mm: Positive = 30.0
     """length of the slices in which contact parameters are varied, with smooth ends [mm]"""
     samples: Annotated[int, Field(ge=2, le=1000)] = 8
-    """slices, each with contact parameters of its own, drawn at random but evenly from these intervals"""
+    """slices, each with different contact parameters, drawn evenly at random from these intervals"""
     restitution: Interval = (0.2, 0.95)
     """restitution [-]"""
     static_friction: Interval = (0.08, 0.8)

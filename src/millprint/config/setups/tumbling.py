@@ -33,7 +33,7 @@ class TumblingConfig(SetupConfig):
     critical_speed_rpm: Positive | None = None
     """critical speed that the speeds are per cent of; left out, they are in rpm [rpm]"""
     drawn_speeds: list[Positive] = []
-    """speeds of which the charge is drawn, for the first number of balls"""
+    """speeds at which the charge is drawn, for the first number of balls"""
     seeds: Annotated[list[Seed], Field(min_length=2, max_length=100)] = [0, 1, 2]
     """seeds of the starting positions; their scatter is one of the two intervals"""
     settle_s: Positive = 0.3
@@ -47,7 +47,7 @@ class TumblingConfig(SetupConfig):
     window_s: Positive = 4.0
     """time that is averaged, if that is longer [s]"""
     snapshots_per_turn: Annotated[int, Field(ge=12, le=720)] = 67
-    """places of the balls a revolution, for toe, shoulder and rings; no multiple of the number of lifters [-]"""
+    """records of the balls per revolution, for toe, shoulder and rings; not a multiple of the number of lifters [-]"""
     rayleigh_fraction: Fraction = 0.15
     """step over the Rayleigh time of the smallest ball [-]"""
     closure_max: Fraction = 0.01
@@ -55,7 +55,7 @@ class TumblingConfig(SetupConfig):
     samples: Annotated[int, Field(ge=2, le=1000)] = 8
     """contact sets of the interval by contact parameters, a Latin hypercube over the four ranges below"""
     sample_speeds: list[Positive] = Field(min_length=1)
-    """speeds at which they are simulated; in between their effect is interpolated"""
+    """speeds at which these sets are simulated; between them the effect is interpolated"""
     restitution: Interval = (0.45, 0.90)
     """range of the coefficient of restitution, ball on ball and ball on wall [-]"""
     static_friction: Interval = (0.14, 0.70)
