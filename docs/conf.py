@@ -30,7 +30,7 @@ myst_heading_anchors = 3
 # Equations are MathML, which browsers draw themselves: no script of another site is needed.
 html_math_renderer = "mathml"
 
-# Files of the repository that are pages of this site too, where the page exists. Any other file is copied beside the
+# Files of the repository that are pages of this site too, where the page exists. Any other file is copied next to the
 # pages. So one link serves readers of the repository and of the site.
 repository_pages = {
     "README.md": "index",

@@ -1,7 +1,7 @@
 """Links to files of the repository lead somewhere on the site too, written as a reader of the repository needs them.
 
 `[keys](../config/keys.md)` leads to the page that `repository_pages` of conf.py names for that file. A file that is no
-page is copied beside the pages and opened from there. A link to a file that does not exist is a warning.
+page is copied next to the pages and opened from there. A link to a file that does not exist is a warning.
 """
 
 import re

@@ -58,7 +58,7 @@ class Bound(Section):
         return self
 
     def allowed(self, expected: np.ndarray) -> float:
-        """The largest error allowed beside the expected value."""
+        """The largest error allowed from the expected value."""
         return self.abs if self.rel is None else self.rel * float(np.abs(expected).max())
 
 

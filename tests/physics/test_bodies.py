@@ -108,7 +108,7 @@ def jar_from_file(made: MillConfig, folder, kind: str) -> MillConfig:
 
 @pytest.mark.parametrize("name", ["emax", "emax_post"])
 def test_the_same_jar_from_parameters_and_from_a_file(mills, contacts, tmp_path, monkeypatch, name):
-    """A file that keeps all digits gives the same motion, bit for bit: rounding alone would grow by chaos."""
+    """A file that keeps all digits gives the same motion, bit for bit: a rounding would grow by chaos."""
     monkeypatch.chdir(tmp_path)
     described = case(mill=name, speed_rpm=600, window_s=0.1, settle_s=0.02)
     by_parameters, by_file = (
@@ -134,7 +134,7 @@ def test_a_binary_stl_gives_the_same_powers_within_the_spread_of_seeds(mills, co
 
 
 def notched_crate(folder) -> dict:
-    """A crate of 80 x 60 x 50 mm with the hollow beside a baffle that stands on its wall, as one surface in a file."""
+    """A crate of 80 x 60 x 50 mm with the hollow next to a baffle that stands on its wall, as one surface in a file."""
     x, y = [-40, 40, 40, 12, 12, 8, 8, -40], [-30, -30, 30, 30, 22, 22, 30, 30]
     low, high = (np.column_stack([x, y, np.full(8, z)]) / 1e3 for z in (0, 50))
     sides = [np.array([low[k], high[k], high[(k + 1) % 8], low[(k + 1) % 8]]) for k in range(8)]

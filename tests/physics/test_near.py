@@ -12,7 +12,7 @@ STEPS = 800
 
 
 def state_after(simulation, steps_a_call: int) -> tuple[list[np.ndarray], list[float]]:
-    """The state after STEPS steps in calls of so many, and the share of the candidates that were near at each end."""
+    """The state after STEPS steps, and the share of candidates that were near at the end of each call."""
     table, recorder, shares = make_table(20_000), silent_recorder(), []
     for last in range(steps_a_call - 1, STEPS, steps_a_call):
         advance(

@@ -109,7 +109,7 @@ def test_a_useless_restart_file_is_ignored(mills, contacts, tmp_path, monkeypatc
 
 
 def test_other_jobs_do_not_change_a_run(mills, contacts):
-    """Two simulations that run alternately give the same results as each alone."""
+    """Two simulations that run alternately give the same results as each by itself."""
     alone = Simulation(CASE, mills["emax"], contacts["calibrated"], DEM)
     alone.run("alone")
     first, second = (

@@ -76,7 +76,7 @@ def test_the_same_number_of_threads_gives_the_same_bits(runs):
 @pytest.mark.parametrize("name", ["2", "3"])
 def test_the_ledger_closes_with_threads(runs, name):
     serial, shared = (ledger_summary(ledger_series(np.concatenate(runs[key][1].samples))) for key in ("1", name))
-    # The walls do little work in 2 ms, so the balance is held against what the collisions turn over.
+    # The walls do little work in 2 ms, so the balance is compared with what the collisions dissipate.
     dissipated = sum(shared[channel] for channel in ("normal_damping", "tangential_damping", "sliding", "rolling"))
     assert dissipated > 0
     assert abs(shared["imbalance"]) < 0.002 * dissipated

@@ -1,4 +1,4 @@
-"""What `import millprint` offers: its names, mills by name and by file, and two mills beside each other."""
+"""What `import millprint` offers: its names, mills by name and by file, and two mills compared."""
 
 import numpy as np
 import pytest

@@ -76,7 +76,7 @@ def words(text: str, command: str) -> list[str]:
 
 
 def after(line: list[str], *keys: str) -> list[float]:
-    """The numbers that follow some words in a line, up to the next word that is no number."""
+    """The numbers that follow some words in a line, up to the next word that is not a number."""
     k = next(k for k in range(len(line)) if line[k : k + len(keys)] == list(keys)) + len(keys)
     numbers = []
     for word in line[k:]:

@@ -1,4 +1,4 @@
-"""The verdict on a claim follows from its tolerance alone, and every claim leads to its code and to its source."""
+"""The verdict on a claim follows only from its tolerance, and every claim leads to its code and to its source."""
 
 import importlib
 import re

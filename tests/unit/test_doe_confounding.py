@@ -23,7 +23,7 @@ def planted(config: DoeConfig, signal: np.ndarray, scatter: float = 1.0, seed: i
 
 
 def component(config: DoeConfig, a: int, b: int) -> np.ndarray:
-    """A yield that depends on (a A + b B) mod 3 alone."""
+    """A yield that depends only on (a A + b B) mod 3."""
     codes = design_table(config)
     return np.array([-8.0, 1.0, 7.0])[(a * codes["A"] + b * codes["B"]) % 3]
 

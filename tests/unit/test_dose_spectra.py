@@ -38,7 +38,7 @@ BEGIN, WINDOW = 0.5, 2.0
 def contacts(
     number: int, normal: float, tangential: float, wall: bool = False, force: float = 2.0, start: float = 0.6
 ) -> pd.DataFrame:
-    """Contacts of so many pairs, 1 ms long, each with these energies; a quarter of the tangential one is damping."""
+    """Contacts of `number` pairs, each 1 ms long with these energies; a quarter of the tangential one is damping."""
     first = np.arange(number)
     return pd.DataFrame(
         {

@@ -31,7 +31,7 @@ def _charged(charges: dict[BallMixture, float]) -> list[dict]:
 
 @pytest.fixture(scope="module")
 def mills(tmp_path_factory) -> dict:
-    """Fingerprints of balls of two sizes and two charges, and of one charge alone, with their pages."""
+    """Fingerprints of balls of two sizes and two charges, and of only one charge, with their pages."""
     folder, found = tmp_path_factory.mktemp("charges"), {}
     for name, runs in {
         "both": summaries(fills=FILLS[::2]) + _charged({THREE: 1.5, TWICE: 3.0}),

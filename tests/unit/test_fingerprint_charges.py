@@ -38,7 +38,7 @@ MEAN_M = THREE.mean_diameter_mm / 1e3
 
 
 def charged(speeds=(600.0, 1200.0), fills=FILLS) -> list[dict]:
-    """Runs of the charge alone."""
+    """Runs of only the charge."""
     return [summary(fill, speed_rpm=speed, mixture=THREE, error=0.002) for fill in fills for speed in speeds]
 
 

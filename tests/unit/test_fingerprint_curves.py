@@ -159,7 +159,7 @@ def test_the_spread_of_a_sweep_over_amplitude_is_its_own():
     assert spread["speed and ball size"] < 1e-9 and spread["density"] < 1e-9
     assert spread["amplitude"] > 0.4
     swept = table[(table["compared"] == "amplitude") & (table["quantity"] == "Pn")]
-    # Fill 0.17 is not in the sweep as built, so there its three amplitudes stand alone.
+    # Fill 0.17 is not in the sweep as built, so there only its three amplitudes count.
     assert dict(zip(swept["fill_ratio"], swept["conditions"], strict=True)) == {0.06: 4, 0.10: 4, 0.17: 3}
     assert swept["spread_dimensional"].max() < 1e-9
 

@@ -92,7 +92,7 @@ def test_what_few_conditions_leave_out_of_the_others_is_below_what_is_allowed(pr
     assert 3 < len(order) < len(process.logs)
     np.testing.assert_allclose(np.diag(rest), left, atol=1e-12)
     assert np.abs(rest).max() <= 1.01e-6
-    # The corner that new conditions are told by is a triangle.
+    # The corner from which new conditions are predicted is a triangle.
     assert not np.triu(rows[:, order].T, 1).any()
 
 

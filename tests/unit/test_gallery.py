@@ -46,7 +46,7 @@ def test_a_figure_has_the_tables_of_its_own_contact_set_and_no_other():
     found = data_of("fingerprint/figures/master_curves_steel.svg")
     assert found.words == {"contact": "steel"}
     assert "fingerprint/means_steel.tsv" in found.tables and "fingerprint/descriptors.tsv" in found.tables
-    # The pattern of one figure alone comes before that of many.
+    # The pattern of a single figure comes before that of many.
     assert data_of("convergence/timestep.svg").tables == ("convergence/timestep.tsv",)
     assert data_of("mills/wear.svg").tables == ("mills/wear.tsv",)
     with pytest.raises(ConfigError, match=r"^doe/new.svg: no table is named"):

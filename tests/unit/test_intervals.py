@@ -386,7 +386,7 @@ def test_a_run_says_which_verdicts_are_others_on_another_machine(tmp_path):
     assert "a (deviates here, reproduced there: an interval decides nothing)" in said
     assert in_a_line(compare_verdicts(there, stored, "thesis"), stored, "thesis").endswith("none differs here")
     assert in_a_line(table, stored, "smoke") == "verdicts of other machines: none is stored of the run smoke"
-    # The same machine again takes the place of its earlier verdicts; another one stands beside it.
+    # The same machine again takes the place of its earlier verdicts; another one is added.
     assert with_run(stored, here, "thesis", MACHINE).set_index("id")["verdict"]["a"] == DEVIATES
     assert len(with_run(stored, here, "thesis", MACHINE | {"processor": "other"})) == 8
 

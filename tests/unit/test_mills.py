@@ -277,7 +277,7 @@ def test_curves_that_obey_the_scaling_collapse_by_it_and_give_its_exponents():
 
 
 def test_other_exponents_of_the_power_are_found_and_reported():
-    """Power that grows as omega^2 d^4 collapses by its own exponents only; at one speed nothing can be told of it."""
+    """Power that grows as omega^2 d^4 collapses by its own exponents only; one speed does not show it."""
     runs = [
         summary(fill, size, speed, factor=(speed / 600) ** -1 * (size / 10))
         for fill in (0.06, 0.1, 0.2)
@@ -385,7 +385,7 @@ def test_an_enlarged_mill_is_similar_in_shape_and_motion():
 
 
 def test_each_way_to_run_a_large_mill_keeps_its_quantity(settings):
-    """With the scaling exact, the ratios large over small follow from L alone."""
+    """With the scaling exact, the ratios large over small follow only from L."""
     plan = settings.scale_up.model_copy(update={"ball_diameter_mm": 10.0})
     factor = 80 ** (1 / 3)
     table = tabulate_scale_up(fingerprint(), factor, plan, 2e-6, 40.0).set_index("way")

@@ -12,7 +12,7 @@ from plain_docstrings import plain_docstring
 
 
 def shown(text: str) -> str:
-    """The text of a docstring as a page has it; docutils raises for anything that is no clean reStructuredText."""
+    """The text of a docstring as a page has it; docutils raises for anything that is not clean reStructuredText."""
     source = "\n".join(plain_docstring(text.splitlines()))
     return publish_doctree(source, settings_overrides={"halt_level": 2, "report_level": 5}).astext()
 

@@ -1,8 +1,8 @@
 """The compiled roll-out of the graph network against its steps in torch, and a step against double precision.
 
-Torch takes its steps in single precision, and so does the kernel. Each has a distance of its own from what the weights
-say, so that the two can be twice that apart. What a step is held against is the same network in double precision. A few
-networks of random weights end in a small difference of large numbers: a rounding of their weights alone moves the
+Torch takes its steps in single precision, and so does the kernel. Each differs from the exact result of its weights,
+so that the two can differ by twice that. A step is compared with the same network in double precision. A few
+networks of random weights end in a small difference of large numbers: rounding only their weights moves the
 largest acceleration by more than a millionth, and no step in single precision can be nearer than that.
 """
 

@@ -265,7 +265,7 @@ def test_metrics_carry_the_figures_of_the_thesis_and_the_aims():
 
 
 def test_the_claims_explain_a_roll_out_that_runs_away(tmp_path):
-    """The cause stands beside the verdict: what left when, and how long the network was trained."""
+    """The cause is given with the verdict: what left when, and how long the network was trained."""
     values = {"stable": 0, "balls_left": 3, "first_left_s": 0.25, "mean_square_speed_ratio": 9e9}
     values |= {"one_step_dissipation_bias_percent": -8.0, "one_step_acceleration_r2": 0.1}
     values |= {"dissipation_error_percent": 400.0, "position_mse_plateau_m2": 1.0, "position_mse_centroid_m2": 4e-4}

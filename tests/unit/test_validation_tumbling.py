@@ -90,7 +90,7 @@ def test_toe_and_shoulder_are_the_ends_of_the_covered_arc(toe, shoulder):
         at(toe + rng.uniform(0, pitch) + np.arange(0, arc - pitch, pitch), RADIUS - DIAMETER / 2) for _ in range(400)
     ]
     count = min(map(len, places))
-    # Balls in the middle of the drum are no part of the bed at the shell.
+    # Balls in the middle of the drum are not part of the bed at the shell.
     inner = np.zeros((5, 2))
     times = np.stack([np.vstack([place[:count], inner]) for place in places])
     found = toe_and_shoulder(times, np.full(count + 5, DIAMETER), RADIUS)

@@ -183,7 +183,7 @@ def test_bounded_members_stay_within_their_bounds_far_outside():
 
 
 def test_evidence_finds_the_link_and_the_time_scale_of_avrami_kinetics():
-    """Yields from Avrami's law are a straight line with the avrami link and log time alone."""
+    """Yields from Avrami's law are a straight line with the avrami link and log time."""
     rows, config = all_runs(), settings().averaging
     rate = 0.05 * (rows["bpr"] / 30) ** 0.8 * (rows["specific_frequency_hz"] / 500) ** 0.5
     latent = 1.2 * np.log(rate * rows["time_h"]) + np.random.default_rng(1).normal(0, 0.05, len(rows))

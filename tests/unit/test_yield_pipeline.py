@@ -285,7 +285,7 @@ def test_tables_have_the_columns_that_are_read_later(chapter):
     scores = read_table(chapter / "honest.tsv")
     assert list(scores) == ["model", "strategy", "scheme", "metric", "value", "error", "lower", "upper", *SPREAD]
     schemes = {"locked", "locked_reduced_budget", "leave_one_out", "nested_cv", "random_split"}
-    # Climatology is no trained model, so it has no row for the locked split at the full budget.
+    # Climatology is not a trained model, so it has no row for the locked split at the full budget.
     assert set(scores["scheme"]) == schemes and len(scores) == (len(schemes) * 13 - 1) * 5
     assert (scores["lower"] <= scores["upper"]).all()
     repeated = scores["scheme"].isin(["nested_cv", "random_split"])

@@ -131,7 +131,7 @@ def project(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def settings(tmp_path: Path) -> Path:
-    """A folder with the configuration alone, which is all that the check before a run reads."""
+    """A folder with only the configuration, which is all that the check before a run reads."""
     return copy_project(tmp_path / "millprint", "config", "results")
 
 

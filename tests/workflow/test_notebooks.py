@@ -49,7 +49,7 @@ def test_notebooks_are_kept_without_outputs(path):
 
 def test_the_first_takes_a_fingerprint_in_twenty_lines():
     code = [cell.source for cell in read(FOLDER / "fingerprint.ipynb").cells if cell.cell_type == "code"]
-    # The figure, the last cell, is beside the point.
+    # The figure, the last cell, does not matter here.
     assert len([line for cell in code[:-1] for line in cell.splitlines() if line.strip()]) <= 20
     assert not any("sys.path" in cell or "snakemake" in cell for cell in code)
 

@@ -54,7 +54,7 @@ def test_the_chapters_can_have_a_planetary_mill(project):
 
 
 def test_convergence_of_a_mill_of_ones_own_varies_its_settings_alone(project):
-    """Six settings beside the reference, two seeds each; no sweep of the thesis, and no case twice."""
+    """Six settings and the reference, two seeds each; no sweep of the thesis, and no case twice."""
     content = smoke_content(project)
     content["convergence"]["study"] = {"seeds": 2}
     copy_planetary(project / "config/mills")

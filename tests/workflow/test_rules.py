@@ -1,4 +1,4 @@
-"""Rules are written, not generated: the configuration alone decides the graph, and it changes no name of a rule."""
+"""Rules are written, not generated: only the configuration decides the graph, and it changes no name of a rule."""
 
 import csv
 import io

@@ -91,7 +91,7 @@ def test_the_wheel_holds_nothing_else(wheel):
 
 @pytest.fixture(scope="module")
 def installed(wheel, tmp_path_factory) -> Path:
-    """The Python of an environment that has the wheel alone, and sees what it depends on, but not this project."""
+    """The Python of an environment that has only the wheel, and sees what it depends on, but not this project."""
     home = tmp_path_factory.mktemp("environment")
     venv.create(home, with_pip=False, symlinks=True)
     python = home / "bin/python"

@@ -26,7 +26,7 @@ IMPORTED = (
 
 
 class Started:
-    """A fork that runs beside this process, with a process group of its own."""
+    """A fork that runs in parallel with this process, with a process group of its own."""
 
     def __init__(self, server: subprocess.Popen, pid: int) -> None:
         self.server, self.pid = server, pid
@@ -47,7 +47,7 @@ class Started:
         return self.returncode
 
     def kill(self) -> None:
-        """Kill it alone, not the processes that it has started."""
+        """Kill only it, not the processes that it has started."""
         if self.poll() is None:
             os.kill(self.pid, signal.SIGKILL)
 
