@@ -17,7 +17,7 @@ def state_after(simulation, steps_a_call: int) -> tuple[list[np.ndarray], list[f
     for last in range(steps_a_call - 1, STEPS, steps_a_call):
         advance(
             simulation.balls, simulation.candidates, simulation.contacts, simulation.laws, simulation.walls,
-            simulation.clock, simulation.totals, simulation.counters, table, recorder, last, None, None,
+            simulation.clock, simulation.totals, simulation.counters, table, recorder, last, None,
         )  # fmt: skip
         shares.append(simulation.candidates.near_first[-1] / simulation.candidates.first_wall[-1, -1])
     assert simulation.counters[COUNTER.step] == STEPS
