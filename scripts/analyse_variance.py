@@ -1,6 +1,6 @@
 """Analyses the variance of the screening runs: as printed, as corrected, confounded terms, and residuals; draws it.
 
-params: section `doe` as `settings`, and the figures of `interactions`. input: `screening` (the runs) and `claims`.
+params: section `doe` as `settings`, and the figures of `interactions`. input: `screening` and `claims`.
 output: the tables of VARIANCE and TABLES, and the figures.
 """
 

@@ -120,7 +120,7 @@ class GasConditions:
 
     @property
     def dry_pressure(self) -> np.ndarray:
-        """Pressure of the gas without vapour: P - P_water(T), or P of dry gas [Pa]; ValueError if it is not positive."""
+        """Pressure of the gas without vapour: P - P_water(T), or P of dry gas [Pa]; ValueError unless above 0."""
         vapour = vapour_pressure(self.temperature) if self.saturated else 0.0
         dry = np.asarray(self.pressure, dtype=float) - vapour
         if np.any(dry <= 0):

@@ -175,7 +175,7 @@ def propose(
         return pd.concat([running[columns], conditions.iloc[[each[0] for each in picked]][columns]], ignore_index=True)
 
     def learn(candidates: np.ndarray, count: int) -> list[tuple[int, float]]:
-        """Positions among the conditions, and the further share of the variance that each removes, given what is waiting."""
+        """Positions among the conditions, and the share of the variance that each removes after what is waiting."""
         given = waiting()
         rows = pd.concat([conditions.iloc[chosen][columns], conditions.iloc[candidates][columns], given])
         first = len(chosen) + len(candidates)

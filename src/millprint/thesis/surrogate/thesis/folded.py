@@ -18,7 +18,7 @@ from millprint.thesis.surrogate.thesis.terms import PANEL
 
 
 class Hidden(NamedTuple):
-    """The layers of perceptrons between the first and the last; where there are several rounds, they are the first axis."""
+    """The layers of perceptrons between the first and the last; several rounds are the first axis."""
 
     weight: np.ndarray  # (..., layers, width, width) inputs first
     bias: np.ndarray  # (..., layers, width)
