@@ -62,9 +62,9 @@ class PhysicsLaw(Section):
     name: Name
     """name of the law in the table"""
     restitution: float | None = Field(default=None, gt=0, le=1)
-    """instead of that of the contact set [-]"""
+    """in place of the contact set's value [-]"""
     rolling_friction: NonNegative | None = None
-    """instead of that of the contact set [-]"""
+    """in place of the contact set's value [-]"""
     differs: str
     """in what the two codes' laws still differ"""
 

@@ -1,4 +1,4 @@
-"""Power of a drum with lifters from LAMMPS, beside ours: `make bench DRUMS=1`.
+"""Power of a drum with lifters from LAMMPS, compared with ours: `make bench DRUMS=1`.
 
 LAMMPS has the shell as a cylinder and each square lifter as a block, all turning (`fix wall/gran/region`), and the
 contact law that means are compared with (`lammps.compared`). Its shell is smooth, ours has flat facets.

@@ -1,6 +1,9 @@
 """Adds the intervals by contact parameters, and by the shape of a fitted jar, to the fingerprint of a mill.
 
 Also writes its sheet and its curves, with every interval of its own origin, and draws indices, intervals and sheet.
+
+params.mill: the mill. input: the fingerprint, `contact` and `shape` (factors), and the tables of the sweep. output:
+fingerprint, sheet, curves, and the three drawings.
 """
 
 import numpy as np

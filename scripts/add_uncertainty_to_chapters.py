@@ -1,7 +1,10 @@
 """Intervals by contact parameters for the chapters: of the fingerprint of chapter 3, and of printed values.
 
 The fingerprint also gets those by the shape of a fitted jar. The table has each of the thesis's values that come from
-the DEM, with ours and its interval by contact parameters alone.
+the DEM, with ours and its interval by contact parameters only.
+
+params: `results`, `cycle_fill_ratio`. input: fingerprint, `contact` and `shape` (factors), claims. output:
+`fingerprint`, and the table of printed values as `thesis`.
 """
 
 from millprint.fingerprint.bands import FURTHER

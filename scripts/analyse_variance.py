@@ -1,4 +1,8 @@
-"""Analyses the variance of the screening runs: as printed, as corrected, confounded terms, and residuals; draws it."""
+"""Analyses the variance of the screening runs: as printed, as corrected, confounded terms, and residuals; draws it.
+
+params: section `doe` as `settings`, and the figures of `interactions`. input: `screening` and `claims`.
+output: the tables of VARIANCE and TABLES, and the figures.
+"""
 
 from pathlib import Path
 
@@ -15,7 +19,7 @@ from millprint.thesis.doe.trends import interaction_table, trend_table
 from millprint.thesis.doe.variance import corrected_table, detectable_table, pareto_table, printed_table
 from millprint.thesis.figures.chapter2 import interactions, pareto, residuals
 
-# The tables of the analysis beside those of the variance, by the names of the rule's outputs.
+# The tables of the analysis that follow the analysis of variance, by the names of the rule's outputs.
 TABLES = (
     "trends",
     "contested",

@@ -1,4 +1,7 @@
-"""Builds the explorer of a run: its mill with the yield model, and every other mill that has been run."""
+"""Builds the explorer of a run: its mill with the yield model, and every other mill that has been run.
+
+params: `about`, and `others` (their mills). input: files of the mill and, as other_KEY, of the others. output: `html`.
+"""
 
 from millprint.config.dose import SpectraConfig
 from millprint.config.fingerprint import InverseConfig

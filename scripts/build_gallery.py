@@ -1,4 +1,7 @@
-"""Builds the gallery: every figure of a run with its caption, its tables, and how it was made."""
+"""Builds the gallery: every figure of a run with its caption, its tables, and how it was made.
+
+params: `figures` as the workflow lists them, and the folder `results`. output: `html`.
+"""
 
 from pathlib import Path
 

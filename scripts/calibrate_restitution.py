@@ -1,6 +1,9 @@
 """The drop test: restitution of every contact set from simulated bounces and, if given, from measured bounces.
 
 Draws every drop, and the track of each oscillating ball with its fit (Fig. 3.3).
+
+params: `contacts`, `time_step_s`, `rayleigh_fraction_max`, `settings`, `interval`. input: `measured` bounces, and the
+tables of the friction fits. output: `drops`, `restitution`, and the figures.
 """
 
 import pandas as pd

@@ -1,4 +1,8 @@
-"""Measures, in every test, roll-outs that are known to be right or wrong and those in which nothing is learned."""
+"""Measures, in every test, roll-outs that are known to be right or wrong and those in which nothing is learned.
+
+params: `starts_s` and `lengths_s` by test, `interval_s`, `train_until_s`. input: `trained` (run.h5) and the simulations
+of each test. output: `controls`.
+"""
 
 import pandas as pd
 

@@ -1,4 +1,7 @@
-"""Collects how often the bands of several mills hold new simulations, with a sum over the mills."""
+"""Collects how often new simulations are within the bands of several mills, with a sum over the mills.
+
+params: names of `mills`. input: the coverage table of each, in this order. output: `table`.
+"""
 
 from millprint.fingerprint.held_out import sum_coverage
 from millprint.run.files import read_table, write_table

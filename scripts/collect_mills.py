@@ -1,4 +1,8 @@
-"""Do the curves of the thesis collapse for each mill? A table with a row for each mill, and a figure."""
+"""Do the curves of the thesis collapse for each mill? A table with a row for each mill, and a figure.
+
+params: `collapse_max`, the largest spread of a collapse. input: the collapse table of each mill. output: `table`,
+`svg`, `png`.
+"""
 
 from millprint.figures.mills import plot_collapse
 from millprint.figures.style import save

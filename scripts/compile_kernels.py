@@ -1,4 +1,7 @@
-"""Compiles the DEM kernels before any simulation, so that no simulation has to wait for it."""
+"""Compiles the DEM kernels before any simulation, so that no simulation has to wait for it.
+
+output.report: how long it took, as JSON.
+"""
 
 from millprint.dem.compilation import compile_kernels
 from millprint.run.files import write_json

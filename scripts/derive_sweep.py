@@ -1,4 +1,7 @@
-"""Derives the conditions of a mill whose file has no sweep."""
+"""Derives the conditions of a mill whose file has no sweep.
+
+params: `mill`. output: `sweep`, as JSON.
+"""
 
 from millprint.config.mill import MillConfig
 from millprint.mill.default_sweep import default_sweep

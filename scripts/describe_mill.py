@@ -1,4 +1,8 @@
-"""The fingerprint of a mill from its own sweep: descriptors, curves, exponents, collapse, zones, spectra, its sheet."""
+"""The fingerprint of a mill from its own sweep: descriptors, curves, exponents, collapse, zones, spectra, its sheet.
+
+params: `mill` and settings of the fingerprint. input: `summaries` and their `runs`. output: fingerprint.json, the
+sheet, and a table for each of the others.
+"""
 
 from millprint.config.dose import SpectraConfig
 from millprint.config.mill import MillConfig

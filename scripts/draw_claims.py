@@ -1,4 +1,8 @@
-"""Computes the claims that are simulated or trained again, from other draws of chance, for their intervals."""
+"""Computes claims again from redrawn simulations and further trainings, for their intervals.
+
+params: `results`, section `claims` as `settings`, `trainings`, and `tables`. input: `claims`, `summaries`, and those
+with several Young's moduli as `of_modulus`. output: `intervals`.
+"""
 
 import pandas as pd
 

@@ -1,4 +1,7 @@
-"""Draws the fingerprint of a mill on one page."""
+"""Draws the fingerprint of a mill on one page.
+
+params: `mill`. input: sheet, descriptors, curves and spectra of the mill. output: `svg`, `png`, `pdf`.
+"""
 
 from millprint.config.mill import MillConfig
 from millprint.dose.spectra import read_spectra

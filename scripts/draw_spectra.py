@@ -1,4 +1,8 @@
-"""Draws the energy spectra of a mill's sweep: over the fill ratio, and by each counting rule."""
+"""Draws the energy spectra of a mill's sweep: over the fill ratio, and by each counting rule.
+
+params: `title`, and counting `rules`. input: the tables `spectra`, `spectra_summary` and `sheet`. output: two figures,
+each as SVG and PNG.
+"""
 
 from millprint.dose.spectra import read_spectra
 from millprint.dose.spectra_shown import of_sheet, over_pairs, rules_apart, shown

@@ -1,6 +1,9 @@
 """Compares the roll-outs of a surrogate with the simulations that they started from.
 
 Also the errors of single steps from states of the simulation, before errors can grow.
+
+params: `tests`, `edges`, `starts_s`. input: `rollouts`, the simulations of each test, `weights`, `stepped` (run.h5) and
+`claims`. output: a table for each kind of measure, and `single_steps`.
 """
 
 import pandas as pd

@@ -1,5 +1,9 @@
 """Evaluates the trained models on the locked split, on held-out runs and outside the trained domain; explains trees;
-compares the choices that the thesis leaves open."""
+compares the choices that the thesis leaves open.
+
+params: `training`, `honest`, `interval_level`, `searched_again`. input: `train`, `test`, `outside`, and the models with
+their held-out predictions. output: the tables.
+"""
 
 import pandas as pd
 from threadpoolctl import threadpool_limits

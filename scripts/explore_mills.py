@@ -1,4 +1,7 @@
-"""Builds the explorer of one mill or several: one page with their fingerprints, spectra and temperatures."""
+"""Builds the explorer of one mill or several: one page with their fingerprints, spectra and temperatures.
+
+params: `mills`, and `about`. input: for each mill the files of EXPLORED. output: `html`.
+"""
 
 from millprint.config.dose import SpectraConfig
 from millprint.config.fingerprint import DescriptorSet

@@ -1,4 +1,8 @@
-"""The oscillating ball: the friction pair that fits one track, simulated or measured."""
+"""The oscillating ball: the friction pair that fits one track, simulated or measured.
+
+params: `experiment`, `mills`, `contact`, `rayleigh_fraction_max`, `settings`, `interval`. input: a measured track, if
+any. output: a table for each result of `fit_experiment`.
+"""
 
 from millprint.config.calibration import ExperimentConfig, SwingConfig
 from millprint.config.contact import ContactConfig

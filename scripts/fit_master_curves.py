@@ -1,6 +1,10 @@
 """The fingerprint of each contact set: its fitted curves as a table and as a model, and the coverage of its bands.
 
-Is the scaling universal? Numbers of the collapse, universal curves, exponents by regression, and zones."""
+Is the scaling universal? Numbers of the collapse, universal curves, exponents by regression, and zones.
+
+params: `mill`, `contacts`, `volume_m3`, `interval`, `smooth_points`. input: `descriptors` and `counting_rules`. output:
+FILES for each contact set, and `collapse`, `universal`, `exponents`, `zones`.
+"""
 
 from types import SimpleNamespace
 

@@ -1,5 +1,9 @@
 """Measures the sliding work; fits the wear coefficient to half of the weighings, holds it against the others, and
-predicts the wear elsewhere."""
+predicts the wear elsewhere.
+
+params: section `dose.wear` as `settings`, and `machine`. input: `summaries`, their `runs`, `weighings`, `materials`,
+and `factors` if there are any. output: `runs`, `conditions`, `fit`, `coefficient`, `wear`, and the figure.
+"""
 
 from millprint.config.dose import WearConfig
 from millprint.dose.sliding import CONDITION, mean_conditions, tabulate_sliding

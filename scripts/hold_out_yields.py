@@ -1,4 +1,7 @@
-"""Predicts the screening runs of every outer fold with models that were tuned and fitted without them."""
+"""Predicts the screening runs of every outer fold with models that were tuned and fitted without them.
+
+params: sections `training`, `honest`, `averaging`. input: `train` and `test`. output: `predictions` and `intervals`.
+"""
 
 import pandas as pd
 from threadpoolctl import threadpool_limits

@@ -1,4 +1,8 @@
-"""Inverse mode: the speeds that give the target descriptors, and possible conditions ranked by their distance."""
+"""Inverse mode: the speeds that give the target descriptors, and possible conditions ranked by their distance.
+
+params: names of `contacts`, and `settings`. input: `fingerprints` and `published` curves. output: `inverse` (speeds)
+and `ranked` (conditions).
+"""
 
 import pandas as pd
 

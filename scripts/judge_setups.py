@@ -1,6 +1,9 @@
 """What was measured in each set-up and its prediction: verdicts, coverage, what is assumed, when it was fixed, figures.
 
 Of a tumbling mill also its charge at several speeds, and a table of power with both intervals, toe, shoulder and rings.
+
+params: `setups`, `tumbling`, `dem`, and the page's `chapter`, `name`, `results`. input: `measured`, `predictions`,
+`runs`, `charges`, `fixed`. output: the tables, the page, and the figures.
 """
 
 import pandas as pd
@@ -28,7 +31,7 @@ from millprint.validation.verdicts import count_verdicts, give_verdicts
 
 def read_setup(name: str, given: dict) -> tuple[SetupConfig, MillConfig | None, dict[str, ContactConfig]]:
     """A set-up from plain values: its `settings`, its `mill` (or none) and its `contacts`."""
-    # The section of a set-up is of a class of its own.
+    # Each set-up has its own class of settings.
     settings = type(getattr(ValidationConfig(), name))(**given["settings"])
     mill = MillConfig(**given["mill"]) if given["mill"] else None
     return settings, mill, {contact["name"]: ContactConfig(**contact) for contact in given["contacts"]}

@@ -1,4 +1,8 @@
-"""Predicts what no training row covers: fill ratios of other regimes, and the runs of other groups and mills."""
+"""Predicts what no training row covers: fill ratios of other regimes, and the runs of other groups and mills.
+
+params: settings of models, mill and sources. input: `screening`, `split`, `train`, `test`, `sources`, `regimes`.
+output: `regimes`, `regimes_summary`, `sources`, `sources_predictions`, `sources_runs`.
+"""
 
 import pandas as pd
 from threadpoolctl import threadpool_limits

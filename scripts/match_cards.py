@@ -1,4 +1,7 @@
-"""Reads milling cards back: the settings of other mills that come nearest to each, and a sentence on what is lost."""
+"""Reads milling cards back: the settings of other mills that come nearest to each, and a sentence on what is lost.
+
+params: `descriptors`. input: `cards` and `fingerprints`. output: `table` and `verdict`.
+"""
 
 import pandas as pd
 

@@ -1,4 +1,8 @@
-"""Ranks the conditions of one mill that come nearest to a condition of another, with what is lost in each."""
+"""Ranks the conditions of one mill that come nearest to a condition of another, with what is lost in each.
+
+params: `settings` of the request, and `descriptors`. input: fingerprints `mill` and `like`. output: the table of
+conditions.
+"""
 
 from millprint.config.fingerprint import DescriptorSet, LikeConfig, MatchConfig, TargetConfig
 from millprint.config.mill_sweep import MatchMillsConfig

@@ -1,4 +1,8 @@
-"""Counts how often the bands of a mill's fingerprint hold new simulations, and conditions that are left out."""
+"""Counts how often new simulations, and conditions left out of the fit, are within the bands of a mill's fingerprint.
+
+params: `mill`, `sweep`, `contact`, `mills`, `dem`. input: `fingerprint`, and `sweep` where it was derived. output:
+`coverage` and `held_out`.
+"""
 
 from pathlib import Path
 

@@ -1,4 +1,7 @@
-"""Effect of one step of each parameter of the jar on the fitted values, from short simulations."""
+"""Effect of one step of each parameter of the jar on the fitted values, from short simulations.
+
+params: `mill`, `contact`, `dem`, `settings`. input: `published`. output: `sensitivity`.
+"""
 
 from millprint.config.contact import ContactConfig
 from millprint.config.fit import TrialConfig

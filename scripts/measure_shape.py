@@ -1,4 +1,7 @@
-"""What the fit of a jar leaves open of its shape, as factors on what its fingerprint predicts."""
+"""What the fit of a jar leaves open of its shape, as factors on what its fingerprint predicts.
+
+params: `mill`, `settings`, `about`. input: `search` (fit_search.tsv) and `published`. output: `shape`.
+"""
 
 from millprint.config.fit import TrialConfig
 from millprint.config.mill import MillConfig

@@ -1,4 +1,8 @@
-"""Calculates how much the predictions for a mill depend on contact parameters, from its samples."""
+"""Calculates how much the predictions for a mill depend on contact parameters, from its samples.
+
+params: `mill`, `sweep`, `contacts`, and section `uncertainty` as `settings`. input: `samples` of the jobs, and `sweep`
+where it was derived. output: `samples`, `emulator`, `indices`, `intervals`, `sets`, `contact`.
+"""
 
 import pandas as pd
 from threadpoolctl import threadpool_limits
@@ -24,7 +28,7 @@ def main(
     parts = [read_table(path, text=["mill", "contact", "varied", "counting_rule", "motion"]) for path in inputs.samples]
     samples = pd.concat(parts).sort_values("sample", ignore_index=True)
     space, fills = space_of(mill, settings), fill_ratios_of(mill, settings)
-    # Threads of linear algebra would stand in the way of the jobs beside this one.
+    # Threads of linear algebra would slow the jobs that run at the same time.
     with threadpool_limits(1):
         measured = measure(with_impacts(samples).reset_index(drop=True), space, fills, contact, others, settings)
     write_table(samples, output.samples)

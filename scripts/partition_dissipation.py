@@ -1,6 +1,9 @@
 """Shear against compression: Tables 4.2 to 4.5 and the two regression lines, from published and from our curves.
 
 Also doses of these cases and of the screening runs, and the kinetics of their yields.
+
+params: `settings`, and `density_kg_m3` of the balls. input: `regimes`, `screening`, `fingerprint`. output: the tables
+and figures.
 """
 
 import pandas as pd
@@ -24,7 +27,7 @@ from millprint.thesis.curves.energy import (
 )
 from millprint.thesis.figures.chapter4 import plot_mass_per_watt, plot_specific_yield, plot_yield
 
-# The sets of runs whose yields are held against their doses, as the verdict names them.
+# The sets of runs whose yields are compared with their doses, as the verdict names them.
 SETS = {"screening": "Screening runs", "regimes": "Five cases of chapter 4"}
 
 

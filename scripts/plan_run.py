@@ -68,7 +68,7 @@ def main(words: list[str]) -> int:
         with redirect_stderr(said):
             snakemake_command(["--dry-run", *words])
     except SystemExit as ended:
-        # Of the usage of all arguments, the last line says which of them is wrong.
+        # The last line of Snakemake's usage message says which argument is wrong.
         lines = said.getvalue().splitlines()
         print("\n".join(lines[-1:] if ended.code == USAGE else lines), file=sys.stderr)
         if ended.code:

@@ -1,4 +1,8 @@
-"""A large mill by geometric similarity: how to run it, what stays the same, and the cost of simulating it."""
+"""A large mill by geometric similarity: how to run it, what stays the same, and the cost of simulating it.
+
+params: `settings`, `mill`, `rayleigh_fraction`, `poisson_ratio`. input: `fingerprint`, and `summary` of a simulated
+large mill. output: `sheet`, `run`, `svg`, `png`.
+"""
 
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import ScaleUpConfig

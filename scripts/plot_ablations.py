@@ -1,4 +1,7 @@
-"""Draws the ablations of appendix A."""
+"""Draws the ablations of appendix A.
+
+input: `ablations`. output: `svg`, `png`.
+"""
 
 from millprint.figures.style import save
 from millprint.run.files import read_table

@@ -1,4 +1,7 @@
-"""Figure: the flowing bed of a measured drum, each ball coloured by its speed."""
+"""Figure: the flowing bed of a measured drum, each ball coloured by its speed.
+
+params: `radius_m` and `diameter_m`. input: `run` (run.h5). output: `svg`, `png`, `tsv`.
+"""
 
 from pathlib import Path
 

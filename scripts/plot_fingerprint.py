@@ -1,6 +1,9 @@
 """Figures 3.5 to 3.12 and 3.14: single revolutions, master curves of each contact set, their scaling, and maps.
 
 Also the energy spectra of the conditions of the maps: collisions a second, power, and its share above an energy.
+
+params: `mill`, `contacts`, `cycle_fill_ratio`, the runs of `maps`, and `titles`, `counting_rule`, `conditions` of the
+spectra. input: the tables of the chapter. output: each figure as SVG and PNG.
 """
 
 from millprint.dose.spectra import read_spectra

@@ -1,4 +1,8 @@
-"""Joins the measures of all surrogates; draws their input (distance and contacts of the wall), losses and roll-outs."""
+"""Joins the measures of all surrogates; draws their input (distance and contacts of the wall), losses and roll-outs.
+
+params: `window`, `edges`, `snap_back_m`, `tests`, `trained_test`, `trainings`. input: `run`, `wall_contacts`, and the
+tables of each variant. output: `metrics`, `trainings`, `baselines`, and the figures.
+"""
 
 import numpy as np
 

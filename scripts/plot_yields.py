@@ -1,4 +1,7 @@
-"""Figures of chapter 5: predictions, SHAP values, cross-validation, scores, regimes and sources; and what they say."""
+"""Figures of chapter 5: predictions, SHAP values, cross-validation, scores, regimes and sources; and what they say.
+
+input: the tables of the yield models, and `claims`. output: `statements`, and each figure as SVG and PNG.
+"""
 
 from millprint.figures.style import save
 from millprint.run.files import read_table, write_table

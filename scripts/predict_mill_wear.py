@@ -1,4 +1,8 @@
-"""Wear of the balls and iron in the powder in the mills of the box, by the coefficient of the thesis's weighings."""
+"""Wear of the balls and iron in the powder in the mills of the box, by the coefficient of the thesis's weighings.
+
+params: section `dose.wear` as `settings`. input: `summaries`, their `runs`, `coefficient`, `materials`. output:
+`table`, `svg`, `png`.
+"""
 
 from millprint.config.dose import WearConfig
 from millprint.dose.sliding import mean_conditions, tabulate_sliding

@@ -1,4 +1,8 @@
-"""The predictions of one measured set-up."""
+"""The predictions of one measured set-up.
+
+params: its section as `settings`, `mill`, `contacts`, `dem`, `runs`, `folder`. input: `measured` and `other_codes`.
+output: `predictions`.
+"""
 
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
@@ -13,7 +17,7 @@ from millprint.validation.setups import SETUPS, predict
 if "snakemake" in globals():
     name, given = snakemake.wildcards.setup, snakemake.params
     with job(snakemake.log[0], f"predict set-up {name}"):
-        # The section of a set-up is of a class of its own.
+        # Each set-up has its own class of settings.
         settings = type(getattr(ValidationConfig(), name))(**given.settings)
         dem = DemConfig(**given.dem)
         table = predict(

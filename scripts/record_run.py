@@ -1,4 +1,7 @@
-"""Writes the merged configuration of a run, which can be used again with --configfile."""
+"""Writes the merged configuration of a run, which can be used again with --configfile.
+
+params: `config`. output: `run`, a YAML file.
+"""
 
 import platform
 

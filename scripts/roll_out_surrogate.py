@@ -1,4 +1,8 @@
-"""Rolls a trained surrogate out in every test, from the first states of its simulation."""
+"""Rolls a trained surrogate out in every test, from the first states of its simulation.
+
+params: `edges`, and `tests` with their settings. input: `weights`, and the simulations. output: `rollouts`, one for
+each test.
+"""
 
 import logging
 

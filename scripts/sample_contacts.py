@@ -1,4 +1,8 @@
-"""Simulates one job's share of the samples of a mill: contact parameters and fill ratio by a space-filling design."""
+"""Simulates one job's share of the samples of a mill: contact parameters and fill ratio by a space-filling design.
+
+params: `mill`, `sweep`, `contact`, `mills`, `dem`, `counting_rule`, and section `uncertainty` as `settings`. input:
+`sweep` where it was derived. output: `samples`.
+"""
 
 from pathlib import Path
 

@@ -1,4 +1,7 @@
-"""How many runs the search for the next experiment needs to find the best run, and what its runs teach of others."""
+"""How many runs the search for the next experiment needs to find the best run, and what its runs teach of others.
+
+params: `settings`, `averaging`, `level`. input: `train` and `test`. output: `retrospective`, `summary`, `learning`.
+"""
 
 import numpy as np
 import pandas as pd

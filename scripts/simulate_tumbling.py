@@ -1,4 +1,7 @@
-"""Simulates a tumbling mill at every speed, number of balls, seed and contact set of its section."""
+"""Simulates a tumbling mill at every speed, number of balls, seed and contact set of its section.
+
+params: its section as `settings`, `mill`, `contacts`, `dem`. input: `measured`. output: `runs` and `charge`.
+"""
 
 from pathlib import Path
 

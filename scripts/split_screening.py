@@ -1,6 +1,8 @@
 """Splits the screening runs into training and test rows, so that training jobs cannot see a test row.
 
 Runs of others join the training rows only if the configuration says so; the test rows are always those of the split.
+
+params: `factors` of the design, and `other_sources`. input: `screening` and `split`. output: `train` and `test`.
 """
 
 import logging

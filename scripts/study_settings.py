@@ -1,4 +1,8 @@
-"""Are the settings of a mill's sweep good enough? Tables, figure, and a verdict in one line."""
+"""Are the settings of a mill's sweep good enough? Tables, figure, and a verdict in one line.
+
+params: `variants`, `folder`, `sweep_seeds`, `counting_rule`, `study`. output: `table`, `window`, `verdict`, `line`, and
+the figure.
+"""
 
 import sys
 

@@ -1,4 +1,7 @@
-"""Tabulates the ablations of appendix A next to the statements of the thesis."""
+"""Tabulates the ablations of appendix A next to the statements of the thesis.
+
+params: `changes`, `trainings`, `length_s`. input: `metrics`, `histories`, `claims`. output: `ablations`.
+"""
 
 import logging
 

@@ -1,4 +1,8 @@
-"""Writes which conclusions of the thesis stand, every claim with its verdicts, counts of them, and the errata."""
+"""Writes which conclusions of the thesis stand, every claim with its verdicts, counts of them, and the errata.
+
+params: `name` of the run, and the folder `results`. input: `claims`, `intervals`, `verdicts`, `conclusions`. output:
+the tables, and the pages of the report.
+"""
 
 from pathlib import Path
 
@@ -53,5 +57,5 @@ if "snakemake" in globals():
     with job(snakemake.log[0], "tabulate claims") as logger:
         told = main(snakemake.params.name, snakemake.params.results, snakemake.input, snakemake.output)
         logger.info("wrote %s; %s", snakemake.output.claims, told)
-        # Where whoever runs the thesis sees it.
+        # Printed too, so that whoever runs the thesis sees it.
         print(told)

@@ -1,6 +1,9 @@
 """Descriptors against the time step and against Young's modulus (Fig. 3.4): tables and figures.
 
 Of the time step also the largest one that leaves every descriptor unchanged: is the one of the sweeps small enough?
+
+params: `counting_rule`, `further_rules`, `settings`, `taken_s`. input: summaries, `of_step` and `of_modulus`. output:
+for each sweep a table and a figure, and the `choice` of the step.
 """
 
 from millprint.config.fingerprint import ConvergenceConfig
@@ -43,7 +46,7 @@ if "snakemake" in globals():
     given, made, own = snakemake.input, snakemake.output, snakemake.params
     rules = own.counting_rule, own.further_rules
     with job(snakemake.log[0], "tabulate convergence") as logger:
-        # A configuration may have one of the sweeps alone.
+        # A configuration may have only one of the sweeps.
         if given.of_step:
             logger.info("%d simulations of the time step", len(given.of_step))
             tabulate(given.of_step, "time_step_s", rules, made.step_table)

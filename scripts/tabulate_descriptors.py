@@ -1,4 +1,7 @@
-"""Descriptors of every condition, collision counting rules, and the dissipation of single revolutions."""
+"""Descriptors of every condition, collision counting rules, and the dissipation of single revolutions.
+
+params: `mill`, `counting_rule`, `cycle_fill_ratio`. input: `summaries` and `published`. output: the five tables.
+"""
 
 from millprint.fingerprint.cycles import tabulate_cycles, tabulate_densities, tabulate_published
 from millprint.fingerprint.descriptors import CHARGE, tabulate_counting_rules, tabulate_descriptors

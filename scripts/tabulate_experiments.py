@@ -1,4 +1,8 @@
-"""Tabulates experiments: the design and its check, half-lives, wear, powder and gas of the runs, and the literature."""
+"""Tabulates experiments: the design and its check, half-lives, wear, powder and gas of the runs, and the literature.
+
+params: sections `design`, `half_life`, `powder`, `chemistry`, `gas`. input: `screening`, `weighings`, `studies`,
+`yields`. output: the tables, and the figures of the literature.
+"""
 
 from pathlib import Path
 

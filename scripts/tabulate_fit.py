@@ -1,4 +1,8 @@
-"""The values that the jar and the counting rule were fitted to, those held back, and the error of each."""
+"""The values that the jar and the counting rule were fitted to, those held back, and the error of each.
+
+params: `mill`, `contact`, `fitted` (names of values), `counting_rule`. input: `descriptors`, `cycles`, `published`,
+`sensitivity`. output: `fit`.
+"""
 
 import pandas as pd
 

@@ -1,4 +1,8 @@
-"""Writes a page of tables for each of some chapters, to sort and filter, and how long every job of the run took."""
+"""Writes a page of tables for each of some chapters, to sort and filter, and how long every job of the run took.
+
+params: `chapters`, `name`, `results`, and the folders `benchmarks` and `logs`. input: `tables`. output: `pages`, and
+`runtimes` with its page `html`.
+"""
 
 from pathlib import Path
 

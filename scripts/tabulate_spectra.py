@@ -1,4 +1,8 @@
-"""Energy spectra of the collisions of every condition, and what is read off each, for each contact set."""
+"""Energy spectra of the collisions of every condition, and what is read off each, for each contact set.
+
+params: `runs` by contact set, counting `rules`, `settings`. input: `summaries` and `runs`. output: `spectra` and
+`summary` of each contact set.
+"""
 
 from pathlib import Path
 
@@ -11,7 +15,7 @@ from millprint.run.job import job
 def main(
     run_paths: list[str], spectra_path: str, summary_path: str, rule_names: list[str], settings: SpectraConfig
 ) -> None:
-    """Read the runs, each with the summary beside it, and write both tables."""
+    """Read the runs, each with the summary in its folder, and write both tables."""
     runs = [(path, read_json(Path(path).with_name("summary.json"))) for path in run_paths]
     spectra, summary = tabulate_spectra(runs, rule_names, settings)
     write_table(spectra, spectra_path)

@@ -1,4 +1,7 @@
-"""Times roll-outs of trained surrogates, and our simulation of the same cases."""
+"""Times roll-outs of trained surrogates, and our simulation of the same cases.
+
+params: `variants` with their rules, and `timing`. input: `weights`, `trained` and `runs` (run.h5). output: `runtime`.
+"""
 
 import pandas as pd
 

@@ -1,4 +1,8 @@
-"""What the averaged process is compared with: other libraries, and yields that were shuffled."""
+"""What the averaged process is compared with: other libraries, and yields that were shuffled.
+
+params: `training`, `honest`, `averaging`, `trial`. input: `train` and `test`. output: `libraries`, or `permutations`
+and `permutation_test`.
+"""
 
 from collections.abc import Sequence
 

@@ -11,7 +11,7 @@ card.yaml needs a name, a mill of config/mills, its speed, and the balls; config
     powder: {name: quartz, mass_g: 20}
     programme: {duration_h: 5, cycle_min: 20, pause_min: 10}
 
-That condition alone is simulated, with several seeds, without a sweep. The folder gets card.json (workflow/card.md
+Only that condition is simulated, with several seeds, without a sweep. The folder gets card.json (workflow/card.md
 explains it), the card on one page (PDF, SVG, PNG), the methods paragraph, a LaTeX table, BibTeX, and an animation. A
 call that was stopped continues where it stopped. Wear needs the coefficient that the target `dose` fits, and intervals
 by contact parameters the target `uncertainty`; both are found in --results.

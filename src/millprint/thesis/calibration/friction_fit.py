@@ -231,7 +231,7 @@ def _profiles(misfit: Misfit, best: np.ndarray, bounds: np.ndarray, error: _Erro
     """The least S with each coefficient held in turn, on both sides of the estimate: value, other, squares_mm2."""
     rise = error.threshold * error.variance
     slopes = _slopes(misfit, best, bounds)
-    # How far each logarithm may go, by the curvature of S alone, before the profile has risen by as much.
+    # How far each logarithm may go, by the curvature of S only, before the profile has risen by as much.
     half = np.maximum(np.sqrt(rise * np.diag(np.linalg.pinv(slopes.T @ slopes))), NARROWEST)
     tables = []
     for index in (0, 1):

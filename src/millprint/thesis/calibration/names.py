@@ -1,4 +1,4 @@
-"""What the tables of a calibration call things; apart from the experiments, since claims read tables alone."""
+"""Names in the tables of a calibration; in a module without the experiments, since claims read only tables."""
 
 SIMULATED, MEASURED = "simulated", "measured"
 FRICTION_PAIR = ("static_friction", "rolling_friction")

@@ -7,7 +7,7 @@ from millprint.thesis.claims.evidence import Contradiction, Evidence, Finding, N
 from millprint.thesis.claims.tolerances import agrees
 
 ANOVA, WEAR = "doe/anova_printed.tsv", "doe/wear.tsv"
-# What the printed analysis does not say; for explanations alone.
+# What the printed analysis does not say; only for explanations.
 CORRECTED, PARTS = "doe/anova_corrected.tsv", "doe/residual_parts.tsv"
 DETECTABLE, CONTESTED = "doe/detectable.tsv", "doe/contested.tsv"
 MAIN_EFFECTS, INTERACTIONS = ("A", "B", "C", "D"), ("A:B", "A:C", "B:C")
@@ -62,7 +62,7 @@ def sum_of_squares(evidence: Evidence, term: str) -> Finding:
 
 
 def only_by_a_departure(evidence: Evidence, term: str) -> str:
-    """What is left of a term beside a rival only because some runs are not at the levels of the design."""
+    """What a term keeps after a confounded rival only because some runs are not at the levels of the design."""
     where = f"term == '{term}' and degrees_of_freedom_if_rival_first > degrees_of_freedom_if_designed"
     return "".join(
         f"; beside {row.rival} it keeps {row.sum_if_rival_first:.3f} on {row.degrees_of_freedom_if_rival_first:.0f} "
@@ -73,7 +73,7 @@ def only_by_a_departure(evidence: Evidence, term: str) -> str:
 
 
 def tested_against(evidence: Evidence, term: str) -> str:
-    """What the residual is that the F of a term is over, if it holds interactions of that term alone."""
+    """Explains the residual in a term's F ratio, where it consists only of interactions of that term."""
     parts = evidence.table(PARTS)
     if parts.empty:
         return ""
@@ -207,7 +207,7 @@ def weight_loss(evidence: Evidence, speed: str) -> Finding:
 
 
 def _loss_of_the_wear(evidence: Evidence, speed: str, unused_g: float) -> Contradiction | None:
-    """The printed loss and the printed wear are of one weighing, and each stands for a range."""
+    """The printed loss and the printed wear are from the same weighing; as rounded numbers, each stands for a range."""
     printed, wear_g = evidence.printed[evidence.id], evidence.printed[f"2.wear.{speed}.g"]
     rests = f"2.wear.{speed}.g"
     ends = [100 * (float(wear_g) + end * 0.001) / unused_g for end in (-0.5, 1)]

@@ -21,7 +21,7 @@ from millprint.thesis.claims.chapter3_causes import (
 )
 from millprint.thesis.claims.evidence import CLAIMS, Evidence, Finding, Interval, NotRun, claim, interval_of, yes_no
 
-# What the interval of the fitted pair is from.
+# Origin of the interval of the fitted pair.
 FIT = "profile of the fit"
 INVERSE = "target == 'thesis_reference' and kept == 'normal energy' and fill_ratio == 0.10 and ball_diameter_mm == 5"
 

@@ -1,6 +1,6 @@
 """What our runs show of deviations in chapter 3: single conditions, steps of the jar's shape, counting rules.
 
-Each text is computed from the results, and says what moves a value by how much. None is said to be the cause.
+Each text is computed from the results, and says what moves a value by how much. No text claims to name the cause.
 """
 
 import numpy as np

@@ -45,7 +45,7 @@ def _published_and_ours(evidence: Evidence, number: str, column: str, case: str)
     """,
 )
 def condition(evidence: Evidence, case: str, quantity: str) -> Finding:
-    """An entry of Table 4.2, with that of our own curves beside it."""
+    """An entry of Table 4.2, with the value from our own curves."""
     column, factor = TABLE_4_2[quantity]
     row, ours = _published_and_ours(evidence, "4_2", column, case)
     value = factor * float(row[column])

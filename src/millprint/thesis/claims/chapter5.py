@@ -17,7 +17,7 @@ from millprint.thesis.yields.regressors import regressor
 from millprint.thesis.yields.schemes import LEFT_OUT, NESTED, RANDOM
 
 UNITS = {"rmse": " pp", "mae": " pp", "mape": " %", "r2": "", "wmse": " pp2"}
-# Rows of yield/choices.tsv of models that differ in a seed alone.
+# Rows of yield/choices.tsv of models that differ only in a seed.
 SEEDED = ("seed", "search_seed")
 # Disjoint parts of the sum of squares of the yields, Table 2.5; the residual is not printed.
 PRINTED_SUMS = "2.anova.A.ss 2.anova.B.ss 2.anova.C.ss 2.anova.D.ss 2.anova.AB.ss 2.anova.AC.ss 2.anova.BC.ss"
@@ -43,7 +43,7 @@ OVER_REPEATS = "over {repeats:g} of them {lowest:.3g} to {highest:.3g}, median {
 def error_on_the_locked_split(
     evidence: Evidence, metric: str, model: str = "linear", strategy: str = "primary"
 ) -> Finding:
-    """A metric of Table 5.6, with its interval and the figures of other schemes beside it."""
+    """A metric of Table 5.6, with its interval and the values of other schemes."""
     path, unit = "yield/honest.tsv", UNITS[metric]
     own = f"model == '{model}' and strategy == '{strategy}' and metric == '{metric}'"
     absent = f"results/{path} has no {metric} of {model} {strategy}"

@@ -11,7 +11,7 @@ from millprint.thesis.surrogate.tables import covered_share
 
 VARIANT = "thesis"
 METRICS = "surrogate/metrics.tsv"
-# What a test is on, in words. On the trained motion, the roll-out begins after the time of the training.
+# The motion of a test, in words. On the trained motion, the roll-out begins after the time of the training.
 TRAINED_TEST, TRAINED, UNSEEN = "trained", "the motion of the training", "a motion that was not trained on"
 # What an interval is over.
 TRAININGS = "trainings"
@@ -42,7 +42,7 @@ def covered_contacts(evidence: Evidence) -> Finding:
 def contact_duration(evidence: Evidence) -> Finding:
     """Sec. 6.2.2: of the simulation that the surrogate is trained on.
 
-    Other seeds of this condition are shorter runs for other ends, such as those of a smoke run in the same folder.
+    Other seeds of this condition are shorter runs for other purposes, such as a smoke run in the same folder.
     """
     run = f"{MILL}/{CONTACT}/d10_f0.10_n300_s0"
     row = evidence.row(f"dem/{run}/summary.json", "median_contact_duration_s", "", f"no simulation of {run}")
@@ -227,7 +227,7 @@ def surrogate_time(evidence: Evidence) -> Finding:
 
 
 def _ablation(evidence: Evidence, variant: str, column: str) -> Finding:
-    """A column of an ablation, with what was measured of it beside the baseline of the same budget."""
+    """A column of an ablation, compared with the baseline of the same budget."""
     path, absent = "surrogate/ablations.tsv", f"no ablation {variant} or {BASELINE}"
     row = evidence.row(path, column, f"variant == '{variant}'", absent)
     baseline = evidence.table(path, f"variant == '{BASELINE}'")

@@ -52,7 +52,7 @@ def _of_ends(published: str, lower: str, upper: str, tolerance: str) -> str:
     if all(inside):
         return REPRODUCED
     numbers = is_number(lower) and is_number(upper)
-    # What a tolerance allows is in one piece. Where it is about a printed number, it holds that number.
+    # A tolerance allows one connected range. If it is about a printed number, the range contains that number.
     about = numbers and is_number(published) and not BOUND.fullmatch(tolerance) and not RANGE.fullmatch(tolerance)
     around = about and float(lower) <= float(published) <= float(upper)
     if not any(inside) and not around and not _holds_range(tolerance, lower, upper):

@@ -1,4 +1,4 @@
-"""Printed values that the DEM decides, each with ours and its interval by contact parameters alone."""
+"""Printed values that the DEM decides, each with ours and its interval by contact parameters only."""
 
 import re
 from dataclasses import dataclass

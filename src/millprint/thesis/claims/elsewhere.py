@@ -1,7 +1,8 @@
 """Verdicts of other machines: a small table of the project, and how the verdicts of a run differ from it.
 
 The processor decides how sums are rounded, and chaotic simulations and trainings magnify that. So a claim whose
-interval decides nothing may have another verdict elsewhere; of one that its interval decides, this is not expected.
+interval decides nothing may have another verdict elsewhere; a claim that its interval decides should have the same
+verdict everywhere.
 """
 
 import platform
@@ -40,7 +41,7 @@ def read_stored(path: str | Path) -> pd.DataFrame:
     Raises ConfigError, in one line, for a table that lacks a column, has another verdict, or has two verdicts of one
     processor on a claim of a run.
     """
-    # A claim without an interval has none by it.
+    # A claim without an interval has no verdict by interval.
     columns = [Text(name, WORDS.get(name, ()), may_be_blank=name == "interval_verdict") for name in COLUMNS]
     table = read_measured(path, columns, fewest_rows=0)[COLUMNS].fillna("")
     twice = table.duplicated(["run", "id", "processor"])
@@ -69,7 +70,7 @@ def store(path: str | Path, claims: pd.DataFrame, run: str, date: str) -> int:
 
 
 def compare_verdicts(claims: pd.DataFrame, stored: pd.DataFrame, run: str) -> pd.DataFrame:
-    """A row, with DIFFERENCES, for each stored verdict of a run of this name that is another here."""
+    """A row, with DIFFERENCES, for each stored verdict of a run of this name that differs here."""
     own = claims.set_index("id")
     rows = []
     for row in stored[(stored["run"] == run) & stored["id"].isin(own.index)].to_dict("records"):

@@ -20,7 +20,8 @@ class Interval:
     """Between which values a claim's value would lie if chance were drawn again, and what was drawn.
 
     lower, upper: two numbers, or two words (the same one twice if it is certain), or pairs such as 0.29/0.044;
-    repeats: how many draws, trainings or seeds it is of; failed: how many of these failed, which are in neither end.
+    repeats: how many draws, trainings or seeds it is of; failed: how many of these failed; they do not enter lower and
+    upper.
     """
 
     lower: float | str
@@ -83,8 +84,8 @@ class Evidence:
 
     results: folder of the run; data: folder of claims.tsv; printed: every claim's printed value, as text, by id;
     id: the claim; sources: every row that its code has read to find the value, filled by `rows`, `row` and `cite`;
-    tables: by path, those that were read before, or that stand in the place of a file; conditions: those that a table
-    was asked, with the columns that they name and the answer.
+    tables: by path, those that were read before, or that stand in the place of a file; conditions: a cache of evaluated
+    row conditions, each with the columns that it names and the rows that it holds for.
     """
 
     results: Path
@@ -96,7 +97,7 @@ class Evidence:
     conditions: dict[str, tuple[pd.DataFrame, pd.Series]] = field(default_factory=dict)
 
     def table(self, path: str, where: str = "") -> pd.DataFrame:
-        """Rows of a table of the results, for an explanation alone; empty where the run did not write the table.
+        """Rows of a table of the results, only for an explanation; empty where the run did not write the table.
 
         path: from the results folder; several files if it is a pattern such as calibration/*/friction_fit.tsv.
         A JSON file is a table of one row. where: a condition on the columns, as `pandas.DataFrame.query` takes it.

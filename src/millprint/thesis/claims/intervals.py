@@ -24,7 +24,7 @@ from millprint.thesis.claims.tolerances import is_number
 from millprint.thesis.surrogate.spread import failed_tests
 
 WINDOWS = "bootstrap of windows"
-# What the claims ask of a roll-out that ran away; its other measures are of no size.
+# What the claims ask of a roll-out that ran away; its other measures mean nothing.
 COURSE = ("stable", "balls_left", "mean_square_speed_ratio")
 
 INTERVAL_COLUMNS = ["id", "lower", "upper", "interval_from", "repeats", "failed"]
@@ -89,7 +89,7 @@ def findings_of(name: str, evidence: Evidence, tables: Sequence[Tables]) -> list
 def interval_from(found: Sequence[Finding], finding: Finding, repeated: Repeated, level: float) -> Interval:
     """The interval of a claim over its repeats. One that failed is counted, and is in neither end.
 
-    A number that is not finite is of a repeat that failed.
+    A repeat with a value that is not finite counts as failed.
     """
     values = [one.value for one in found if not one.failed and one.value is not None and _is_known(one.value)]
     failed = len(found) - len(values)

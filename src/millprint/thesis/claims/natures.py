@@ -1,6 +1,6 @@
-"""What a claim is: how its value comes about, and whether the thesis states it."""
+"""The nature of a claim, which is how its value is obtained, and its basis: whether the thesis states it."""
 
-# Values of the column `nature` of claims.tsv, in the order from the least to the most that a match says.
+# Values of the column `nature` of claims.tsv, ordered by how much a match proves, least first.
 NATURES = {
     "read": "read from a table of the thesis and printed back",
     "arithmetic": "arithmetic on printed numbers",
@@ -10,7 +10,7 @@ NATURES = {
     "trained": "trained",
     "timed": "a run time",
 }
-# The same on every machine: no chance is in them.
+# The same on every machine, because they do not depend on chance.
 CERTAIN = ("read", "arithmetic")
 TIMED = "timed"
 

@@ -41,7 +41,7 @@ def agrees(published: str, tolerance: str, value: float | str) -> bool:
 
 
 def pairs(published: str, *others: str) -> list[tuple[str, ...]]:
-    """The numbers of a pair such as 0.30/0.045 with those of the others; one tuple for what is not a pair."""
+    """The numbers of a pair such as 0.30/0.045 with those of the others; one tuple for a value that is not a pair."""
     split = published.split("/")
     if len(split) == 1 or not all(map(is_number, split)):
         return [(published, *others)]

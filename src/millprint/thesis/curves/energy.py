@@ -72,7 +72,7 @@ def energy_leverage(runs: pd.DataFrame, chemistry: Chemistry, efficiency: float,
 def compare_with_prior(best: dict[str, float], prior: dict[str, float]) -> pd.DataFrame:
     """Comparison of the best case with earlier work (Table 4.3): both hold yield_percent, time_h, bpr and speed_hz.
 
-    The change is relative, in per cent, but that of the yield, which is in percentage points.
+    The change is relative, in per cent; only the change of the yield is in percentage points.
     """
     rows = []
     for metric, earlier in prior.items():

@@ -14,7 +14,7 @@ def read_published(path: str | Path, claims_path: str | Path) -> pd.DataFrame:
     """The published values: quantity, contact, fill_ratio, ball_diameter_mm, speed_rpm, value, unit, locus.
 
     path: their table, which may have a column `claim`: the id of a claim whose value is in the table `claims_path`.
-    Raises ConfigError for a missing column, for a claim that is unknown, and for a value that is no number.
+    Raises ConfigError for a missing column, for a claim that is unknown, and for a value that is not a number.
     """
     text = ["quantity", "contact", "unit", "locus"]
     table = read_table(path, numeric=["fill_ratio", "value"], text=text, may_be_blank=["value"])

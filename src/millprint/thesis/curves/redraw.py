@@ -3,7 +3,7 @@
 A run is a series of revolutions, and neighbours are alike. Blocks of revolutions are drawn with replacement from all
 seeds of a condition (circular block bootstrap, Politis and Romano 1992); a block is as long as the cube root of the
 number of revolutions, rounded up (Kunsch 1989: the rate at which bias and variance of the standard error balance).
-Numbers of collisions are known for whole runs alone: they vary as their seeds do.
+Numbers of collisions are known only for whole runs: they are drawn with the scatter between seeds.
 """
 
 import json
@@ -38,9 +38,9 @@ def draw_blocks(series: list[np.ndarray], length: int, rng: np.random.Generator)
 
 
 def dispersions(groups: list[list[dict]]) -> dict[str, float]:
-    """Variance over mean of the number of collisions between seeds, by counting rule; at least 1, that of chance alone.
+    """Variance over mean of the number of collisions between seeds, by counting rule; at least 1 (independent).
 
-    groups: the runs of each condition; those with one seed say nothing. Pooled over the conditions.
+    groups: the runs of each condition; conditions with one seed are left out. Pooled over the conditions.
     """
     squares: dict[str, float] = defaultdict(float)
     freedom = 0
@@ -55,7 +55,7 @@ def dispersions(groups: list[list[dict]]) -> dict[str, float]:
 
 
 def same_conditions(summaries: list[dict]) -> list[list[dict]]:
-    """The runs of each condition: those that differ in their seed alone, and in a step that had to be shortened."""
+    """The runs of each condition: they differ only in their seed, and in a step that had to be shortened."""
     groups: dict[str, list[dict]] = defaultdict(list)
     for summary in summaries:
         named = {"mill": summary["mill"], "contact": summary["contact"]}
@@ -82,7 +82,7 @@ def redraw(summaries: list[dict], rng: np.random.Generator) -> list[dict]:
 def draw_tables(
     summaries: list[dict], of_modulus: list[dict], draws: int, seed: int, **settings: Any
 ) -> list[dict[str, pd.DataFrame]]:
-    """So many draws of `redrawn_tables`, whose settings these are."""
+    """A number of draws of `redrawn_tables`, with the settings of that function."""
     rng, found = np.random.default_rng(seed), []
     with progress(draws, None, "draw") as bar:
         for _ in range(draws):
@@ -124,7 +124,7 @@ def redrawn_tables(
     counting_rule: str,
     further_rules: list[str],
 ) -> dict[str, pd.DataFrame]:
-    """One draw of the tables of chapter 3 that follow from simulations alone, by path from the results folder.
+    """One draw of the tables of chapter 3 that follow only from simulations, by path from the results folder.
 
     summaries: of the described runs; of_modulus: of the runs with several Young's moduli; the rest as in the rules that
     write these tables.

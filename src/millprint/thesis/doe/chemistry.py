@@ -20,7 +20,7 @@ VAPOUR_EXPONENTS = np.array([1.0, 1.5, 3.0, 3.5, 4.0, 7.5])
 
 
 def molar_mass(formula: str) -> float:
-    """Molar mass of a formula such as NaBO2.4H2O [kg/mol]; raises molmass.FormulaError if it is none."""
+    """Molar mass of a formula such as NaBO2.4H2O [kg/mol]; raises molmass.FormulaError for an invalid formula."""
     return 1e-3 * Formula(formula).mass
 
 
@@ -120,7 +120,7 @@ class GasConditions:
 
     @property
     def dry_pressure(self) -> np.ndarray:
-        """Pressure of the gas alone: P - P_water(T), or P of dry gas [Pa]; ValueError where the vapour alone has P."""
+        """Pressure of the gas without vapour: P - P_water(T), or P of dry gas [Pa]; ValueError unless above 0."""
         vapour = vapour_pressure(self.temperature) if self.saturated else 0.0
         dry = np.asarray(self.pressure, dtype=float) - vapour
         if np.any(dry <= 0):

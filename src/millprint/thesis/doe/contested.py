@@ -1,4 +1,4 @@
-"""How much of a term's sum of squares an effect outside the model could claim, and models with that effect instead."""
+"""How much of a term's sum of squares may belong to an effect outside the model, and models with that effect."""
 
 from itertools import combinations, product
 from math import log
@@ -56,11 +56,11 @@ def _rivals(config: AnalysisConfig) -> list[str]:
 def residual_parts_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
     """What the residual of the analysis consists of: the effects outside the model that take degrees of freedom of it.
 
-    Each effect is added alone to the model. degrees_of_freedom, sum_of_squares and share are what it takes of the
-    residual: the factors as they were run, and those ending in _as_designed at the levels that the generators give.
-    The last row, `together`, has all these effects in the model at once; a share of 1 means that the residual holds
-    these effects and nothing else, so that every F of the analysis is against them. In the design of thesis Table 2.3
-    the parts as designed are orthogonal and their shares add up to that of the last row; as run they overlap.
+    Each effect is added to the model without the others. degrees_of_freedom, sum_of_squares and share are what it takes
+    of the residual: the factors as they were run, and those ending in _as_designed at the levels that the generators
+    give. The last row, `together`, has all these effects in the model at once; a share of 1 means that the residual
+    holds these effects and nothing else, so that every F of the analysis is against them. In the design of thesis Table
+    2.3 the parts as designed are orthogonal and their shares add up to that of the last row; as run they overlap.
     """
     rivals = _rivals(config)
     rows: dict[str, dict[str, object]] = {}
@@ -84,10 +84,10 @@ def contested_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
     sum_of_squares is type II: SS(term | the terms that do not hold it); with the rival entered before the term it is
     sum_if_rival_first, on degrees_of_freedom_if_rival_first. fraction_claimable = 1 - sum_if_rival_first /
     sum_of_squares: 1 if the data cannot tell the two apart, 0 if the rival takes nothing, below 0 if the term is
-    clearer beside the rival (in runs that are not orthogonal). F_if_rival_first and its p-value are against the
-    residual of the whole model with the rival; they are empty if the rival leaves no degree of freedom.
+    clearer with the rival in the model (in runs that are not orthogonal). F_if_rival_first and its p-value are against
+    the residual of the whole model with the rival; they are empty if the rival leaves no degree of freedom.
     degrees_of_freedom_if_designed is what the rival would leave if every run had the levels of the generators: fewer
-    than as run where only the runs off the design tell the two apart, and their estimate rests on those runs alone.
+    than as run where only the runs off the design tell the two apart, and their estimate rests only on those runs.
     Rivals that share no degree of freedom with the term are left out.
     """
     models, designed = _Projector(config, runs), _Projector(config, as_designed(config, runs))

@@ -10,7 +10,7 @@ from millprint.config.design import PRIMES, DesignConfig
 from millprint.errors import ConfigError
 from millprint.thesis.doe.fraction import Fraction, length
 
-# So many sets of generators are compared in a few seconds.
+# Largest number of sets of generators; their comparison takes a few seconds.
 MOST_SETS = 20_000
 
 
@@ -54,7 +54,7 @@ def treatments(codes: pd.DataFrame) -> pd.Series:
 def defining_relation(config: DesignConfig) -> list[str]:
     """The defining words as they hold in this fraction: -ABD of two levels where the product of signs is -1.
 
-    Of more levels, a word that is not zero modulo their number has its value beside it, as in ABCD2(1).
+    Of more levels, a word that is not zero modulo their number is followed by its value, as in ABCD2(1).
     """
     fraction, first = Fraction(config), level_codes(config).iloc[0]
     relation = []

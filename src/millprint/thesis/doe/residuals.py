@@ -195,7 +195,7 @@ def residual_checks(
     The textbook's p-values hold for independent observations. The residuals of a model with nearly as many parameters
     as runs are far from independent. p_simulated is the share of `simulations` sets of normal errors, fitted by the
     same model, whose statistic is at least as large. durbin_watson is the distance of that statistic from 2. The
-    leverage has no p-value, because it depends on the design alone. Without a column run_order in the runs, the checks
+    leverage has no p-value, because it depends only on the design. Without a column run_order in the runs, the checks
     of the order are empty.
     """
     hat = fit.model.exog @ np.linalg.pinv(fit.model.exog)

@@ -31,7 +31,7 @@ def read_runs(path: str, factors: Sequence[Factor], positive: Sequence[str] = ()
 
     Columns `treatment` and `run_order` are kept where there are any; `positive` names further columns that must hold
     numbers above 0. Raises ConfigError, in one line, for a missing column, a text in a numeric column, a case that
-    appears twice, a setting that is no level, and a yield outside 0 to 100 %.
+    appears twice, a setting that is not a level, and a yield outside 0 to 100 %.
     """
     numeric = [factor.column for factor in factors if factor.numeric and factor.column not in positive]
     names = [factor.column for factor in factors if not factor.numeric]

@@ -37,7 +37,7 @@ def source_name(config: AnalysisConfig, term: str) -> str:
 def degrees_of_freedom_of_source(config: AnalysisConfig, term: str) -> int:
     """Degrees of freedom of all the interactions that a source names, together, in the design: 6 for `AB, CD`.
 
-    What Table 2.5 prints for an interaction, although its sum of squares is that of the term alone, with 4.
+    What Table 2.5 prints for an interaction, although its sum of squares is only the term's, which has 4.
     """
     names = [":".join(pair) for pair in interaction_partners(config, term)] if term.count(":") == 1 else [term]
     codes = level_codes(config)

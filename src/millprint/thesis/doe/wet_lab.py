@@ -25,7 +25,7 @@ def _positive(*names: str) -> list[Number]:
     return [Number(name, 0, above=True) for name in names]
 
 
-# Bounds of the readings: a value outside has another unit or a digit too many.
+# Bounds of the readings: a value outside has the wrong unit or an extra digit.
 YIELD_READINGS = (
     Number("gas_volume_ml", 0, 1e6),
     Number("temperature_k", 273.15, 373.0),
@@ -58,8 +58,8 @@ def yield_table(path: str, reaction: ChemistryConfig, gas: GasConfig) -> pd.Data
 
     The table at `path` has case, gas_volume_ml, temperature_k, pressure_pa and limiting_mass_g. If there is a
     water_head_mm, the water stands that much higher inside than outside, and the gas has P - rho g h. Columns of
-    READING_ERRORS give yield_error_percent. Raises ConfigError as `read_measured`, where the vapour alone has more
-    than the pressure, and for a yield above gas.yield_max_percent: a wrong mass or unit, or air in the gas.
+    READING_ERRORS give yield_error_percent. Raises ConfigError as `read_measured`, where the vapour pressure exceeds
+    the total pressure, and for a yield above gas.yield_max_percent: a wrong mass or unit, or air in the gas.
     """
     frame = _read_readings(path, [*YIELD_READINGS, WATER_HEAD, *(column for column, _ in READING_ERRORS.values())])
     volume, mass = frame["gas_volume_ml"] * MILLILITRE, frame["limiting_mass_g"] * GRAM

@@ -146,7 +146,7 @@ def plot_coverage(coverage: pd.DataFrame) -> Figure:
 
 
 def plot_retrospective(table: pd.DataFrame) -> Figure:
-    """Share of starts that have found the best run against the runs done, for the first target alone.
+    """Share of starts that have found the best run against the runs done, for the first target only.
 
     table: target, strategy, runs, found, lower, upper.
     """

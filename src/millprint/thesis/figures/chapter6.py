@@ -168,7 +168,7 @@ def _draw_curves(panel: Axes, part: pd.DataFrame, names: tuple[str, ...], unit: 
 
 
 def plot_error_growth(errors: pd.DataFrame) -> Figure:
-    """Position error over time beside those of two other DEM runs and of the centre of mass (Figs 6.7, 6.11)."""
+    """Position error over time next to the errors of two other DEM runs and of the centre of mass (Figs 6.7, 6.11)."""
     figure, panels = _grid(list(errors["test"].unique()))
     for test, panel in panels.items():
         part = errors[(errors["test"] == test) & (errors["time_s"] > 0)]

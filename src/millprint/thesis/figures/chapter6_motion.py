@@ -1,4 +1,4 @@
-"""Balls of a roll-out beside those of the simulation, at a few moments (Figs 6.9, 6.12, 6.13, 6.18)."""
+"""Balls of a roll-out next to the balls of the simulation, at a few moments (Figs 6.9, 6.12, 6.13, 6.18)."""
 
 import numpy as np
 from matplotlib.axes import Axes

@@ -24,7 +24,7 @@ class FigureData:
 
 @cache
 def _registry() -> tuple[tuple[re.Pattern[str], dict], ...]:
-    """The entries with their patterns. Those without braces come first: they are about one figure alone."""
+    """The entries with their patterns. Those without braces come first: each is about a single figure."""
     entries = yaml.safe_load(REGISTRY.read_text())
     entries.sort(key=lambda entry: len(PLACEHOLDER.findall(entry["figure"])))
     return tuple((_pattern(entry["figure"]), entry) for entry in entries)

@@ -25,7 +25,7 @@ from millprint.thesis.report.tables import FOLDER, section_id
 
 # Twice the width of a thumbnail on the page [px], and its quality: lines and letters stay sharp.
 THUMBNAIL_PX, THUMBNAIL_QUALITY = 640, 80
-# Inputs that are named one by one; of more, the number is said.
+# Largest number of inputs that are named one by one; any further ones are only counted.
 NAMED_INPUTS = 12
 TEMPLATES = Environment(autoescape=False)
 # Made once: docutils takes longer to collect them than to render a caption. Files that a caption names are not read.

@@ -15,7 +15,7 @@ DRAWN = ("surrogate", "dem", "other_seed")
 def error_table(rollouts: dict[str, RollOut], test: str) -> pd.DataFrame:
     """Position errors over time, averaged over the batch: of the roll-out, the twin, another seed, the centre of mass.
 
-    A twin is that of the batch's first trajectory alone.
+    A twin exists only for the batch's first trajectory.
     """
     truth = rollouts["dem"]
     columns = {

@@ -97,7 +97,7 @@ def evaluate(rollout: RollOut, runs: dict[str, Trajectory], scene: Scene) -> Eva
     truth, radius_m = rollouts["dem"], scene.ball_radius_m
     other = measures.position_error(rollouts["other_seed"].position_m, truth.position_m)
     saturation_m2 = measures.plateau(other)
-    # A twin shares the start of the first trajectory alone.
+    # A twin shares only the start of the first trajectory.
     first = rollout.first_trajectory(), truth.first_trajectory()
     values = growth(*first, saturation_m2) | statistics(rollouts["surrogate"], truth, radius_m)
     values["balls_left"] = _balls_left(rollout)

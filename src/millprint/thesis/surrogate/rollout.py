@@ -67,7 +67,7 @@ class RollOut:
         return replace(self, wall_distance_m=-distance)
 
     def first_trajectory(self) -> "RollOut":
-        """What is known of every trajectory, of the first one alone: a batch of one."""
+        """The same arrays for only the first trajectory: a batch of one."""
         names = ("position_m", "velocity_m_s", "dissipated_J", "recorded_J", "wall_distance_m")
         first = {name: values[:, :1] for name in names if (values := getattr(self, name)) is not None}
         return RollOut(time_s=self.time_s, crossed_s=self.crossed_s[:1], start_s=self.start_s[:1], **first)
@@ -77,7 +77,7 @@ class RollOut:
         return np.linalg.norm(self.velocity_m_s, axis=-1)
 
     def contacts(self, radius_m: float) -> np.ndarray:
-        """How many balls and walls each ball touches, from positions alone, (frames, batch, balls) [-]."""
+        """How many balls and walls each ball touches, from positions only, (frames, batch, balls) [-]."""
         first, second = np.triu_indices(self.position_m.shape[2], 1)
         reach = (2 + TOUCH) * radius_m
         count = (self.known("wall_distance_m") <= (1 + TOUCH) * radius_m).astype(int)

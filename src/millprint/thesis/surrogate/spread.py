@@ -1,4 +1,4 @@
-"""The spread of a surrogate's measures over its trainings: one training is one draw, as one run of a mill is."""
+"""The spread of a surrogate's measures over its trainings: one training is a single draw, like one run of a mill."""
 
 import pandas as pd
 

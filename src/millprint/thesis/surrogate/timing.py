@@ -1,4 +1,4 @@
-"""The wall clock of roll-outs beside that of our own DEM, in one job so that both find the machine in one state."""
+"""Wall time of roll-outs and of our own DEM, in one job so that the machine is in the same state for both."""
 
 import time
 from pathlib import Path

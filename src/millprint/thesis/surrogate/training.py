@@ -1,4 +1,4 @@
-"""A training that can be stopped after any step, and goes on from its checkpoint as if it had not been."""
+"""A training that can be stopped after any step, and continues from its checkpoint exactly as without the stop."""
 
 import logging
 import math

@@ -69,7 +69,7 @@ def read_trajectory(path: str | Path, from_s: float = 0.0, until_s: float = np.i
         if "snapshots" not in file:
             raise ConfigError(f"{path}: no snapshots: the sweep of this case needs snapshot_interval_s")
         time_s, offset = (_dataset(file, name, path)[:] for name in ("time_s", "contact_offset"))
-        # Times are sums of steps: half a microsecond decides which snapshot belongs to a bound.
+        # Times are sums of steps: a tolerance of half a microsecond decides whether a snapshot at a bound belongs.
         rows = slice(*np.searchsorted(time_s, [from_s - 5e-7, until_s + 5e-7]))
         if rows.stop - rows.start < 2:
             raise ConfigError(f"{path}: fewer than two snapshots from {from_s:g} s to {until_s:g} s of motion")

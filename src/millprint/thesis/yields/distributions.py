@@ -69,7 +69,7 @@ class MixtureYields:
 
     @classmethod
     def of(cls, members: list[Member], weights: np.ndarray, rows: pd.DataFrame, margin: float) -> "MixtureYields":
-        """The one that members of these weights predict for rows with the six conditions."""
+        """The mixture that members with these weights predict for rows with the six conditions."""
         inputs = describe(rows).to_numpy()
         return cls(members, weights, [member.latent(inputs) for member in members], margin)
 

@@ -1,4 +1,4 @@
-"""Where a yield model may be asked: what a mill can do at once, and how near the runs are in the model's metric."""
+"""The domain of a yield model: descriptors that a mill can have at once, and nearness to the runs in its metric."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,7 +26,7 @@ class MillCurves:
     """The master curves of a mill and what can be set on it.
 
     curves: fill_ratio, Pn, Pt, f, and their ends Pn_lower, Pn_upper, ... where a band is known; density: of the balls
-    [kg/m3]; amplitude: of the motion [m]; diameters_mm: of the balls that there are; speeds_rpm: lowest and highest.
+    [kg/m3]; amplitude: of the motion [m]; diameters_mm: of the available balls; speeds_rpm: lowest and highest.
     """
 
     name: str

@@ -31,7 +31,7 @@ class MarginalLikelihood:
 
     @classmethod
     def of(cls, inputs: np.ndarray, target: np.ndarray, shared: bool) -> "MarginalLikelihood":
-        """That of inputs (n, k) and a target (n,); shared: whether all features have one length scale."""
+        """For inputs (n, k) and a target (n,); shared: whether all features have one length scale."""
         squares = Pairs.of(inputs, inputs).squares.reshape(inputs.shape[1], -1)
         return cls(squares.sum(axis=0, keepdims=True) if shared else squares, target)
 
@@ -45,7 +45,8 @@ class MarginalLikelihood:
         smooth = (1 + root) * decay
         covariance = smooth.copy()
         covariance[:: rows + 1] += noise + JITTER
-        # LAPACK itself: what surrounds it in numpy and scipy takes longer than the twenty rows.
+        # LAPACK is called directly: for twenty rows, the wrappers of numpy and scipy take longer than the
+        # factorisation.
         lower, failed = dpotrf(covariance.reshape(rows, rows), lower=1, clean=1)
         if failed:
             return np.inf, np.zeros_like(theta)

@@ -16,7 +16,7 @@ STATUS, PROPOSED, RUNNING, DONE = "status", "proposed", "running", "done"
 def read_experiments(path: str, curves: pd.DataFrame | None = None, taken: Iterable[str] = ()) -> pd.DataFrame:
     """Read the experiments: case, status, the settings of the mill, yield_percent where the status is done.
 
-    Rows of next_experiments.tsv can be copied into it as they are; further columns are left alone. curves: master
+    Rows of next_experiments.tsv can be copied into it as they are; further columns are not changed. curves: master
     curves that must cover the fill ratios, or None; taken: cases of other tables. Raises ConfigError, in one line, as
     `read_measured`, for a status other than proposed, running or done, for a done experiment without a yield and for a
     yield of one that is not done, for a fill ratio outside the curves, and for a case that another table has.

@@ -39,7 +39,7 @@ def describe(rows: pd.DataFrame) -> pd.DataFrame:
 
     The power per ball (En + Et) f [mW] measures how strongly the powder is stressed, the tangential share Et / (En +
     Et) [-] in which way. At one fill ratio the power follows the cube of the speed and the share is constant (Eqs 3.28
-    and 3.29): another speed changes the power alone, another regime the share as well.
+    and 3.29): another speed changes only the power, another regime also the share.
     """
     values = dict(zip(CONDITIONS, rows[list(CONDITIONS)].to_numpy(float).T, strict=True))
     both = values[NORMAL] + values[TANGENTIAL]
@@ -59,7 +59,7 @@ class Standardisation:
     def of(
         cls, inputs: np.ndarray, logarithmic: np.ndarray | bool = False, smallest: np.ndarray | float = 0.0
     ) -> "Standardisation":
-        """The one for training inputs (n, k): their population deviation, or `smallest` (k,) where that is larger.
+        """From training inputs (n, k): their mean, and their population deviation or `smallest` (k,) if that is larger.
 
         Without `smallest`, an input that hardly varies among the training rows would be scaled to the same spread as
         the others. An input that does not vary at all is only centred.
@@ -75,7 +75,7 @@ class Standardisation:
 
     @classmethod
     def none(cls, columns: int) -> "Standardisation":
-        """The one that leaves inputs with so many columns as they are."""
+        """A standardisation that leaves inputs with this number of columns as they are."""
         return cls(np.zeros(columns), np.ones(columns), np.zeros(columns, dtype=bool))
 
     def __call__(self, inputs: np.ndarray) -> np.ndarray:

@@ -38,7 +38,7 @@ class Grower:
         return self._bootstraps[index]
 
     def grow(self, index: int, depth: int, split: int, leaf: int) -> DecisionTreeRegressor:
-        """The tree of this number; split: the rows that a node needs; leaf: those of a leaf."""
+        """The tree of this number; split: fewest rows of a node that is split; leaf: fewest rows of a leaf."""
         weights = self._bootstrap(index)
         self._generator.seed(self._seeds[index])
         tree = DecisionTreeRegressor(
@@ -52,7 +52,7 @@ class Grower:
 
 
 def few_checks() -> AbstractContextManager:
-    """Numbers of ours are finite and parameters are checked by the configuration: not again for each of many trees."""
+    """Skip scikit-learn's checks of each tree: numbers are finite, parameters checked by the configuration."""
     return config_context(assume_finite=True, skip_parameter_validation=True)
 
 
@@ -70,7 +70,8 @@ class ForestFold:
         """inputs (n, k), target (n,) [pp] and held-out inputs (m, k) of a fold; trees: the largest number of trees."""
         self._grower = Grower(inputs, target, max_features, seed, trees)
         self._held_out = np.ascontiguousarray(held_out, dtype=np.float32)
-        # By number of a tree and rows of a node and leaf: the smallest depth that it stands for, and its prediction.
+        # By number of a tree and rows of a node and leaf: the smallest depth limit that gives this tree, and its
+        # prediction.
         self._free: dict[tuple[int, int, int], tuple[int, np.ndarray]] = {}
         self._bounded: dict[tuple[int, int, int, int], np.ndarray] = {}
 

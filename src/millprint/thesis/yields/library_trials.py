@@ -1,4 +1,4 @@
-"""What the choice of the averaged process's library is worth, and whether chance could reach its score.
+"""How much the choice of the averaged process's library changes its score, and whether chance could reach that score.
 
 The library before the present one was fixed after some 130 kernels had been compared by leave-one-out, so its score
 holds a choice that no fold has seen. Random halves of a library show how far such a choice moves the score. The present
@@ -56,7 +56,7 @@ class Refit:
 def refit_members(
     rows: pd.DataFrame, candidates: Sequence[Candidate], folds: list[OuterFold], settings: AveragingConfig, tick: Tick
 ) -> list[Refit]:
-    """All candidates, fitted in every fold on its training rows alone."""
+    """All candidates, fitted in every fold on its training rows only."""
     found = []
     for fold in folds:
         known, unseen = (describe(rows.iloc[part]).to_numpy() for part in (fold.kept, fold.held))

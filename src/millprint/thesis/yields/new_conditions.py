@@ -52,7 +52,7 @@ def domain_warnings(
 
     Each condition must be within its trained range, the three descriptors must belong to one setting of the mill (if
     there is one), and the yield must be correlated with that of a run (for the averaged process, which has length
-    scales for its inputs; a row outside a range is told so and no more).
+    scales for its inputs; for a row outside a range, only the range is reported).
 
     known: the training rows; rows: the six conditions.
     """

@@ -15,7 +15,7 @@ from millprint.thesis.yields.intervals import CV_PLUS, cross_intervals, cross_va
 from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY, regressor
 from millprint.thesis.yields.search import Trainer
 
-# A normal distribution whose spread is that of errors of other runs.
+# A normal distribution with the spread of the errors of other runs.
 ERRORS = "errors"
 
 
@@ -36,7 +36,7 @@ Procedure = Callable[[pd.DataFrame, np.ndarray, pd.DataFrame, list[float]], Pred
 
 
 def smaller_forests(training: TrainingConfig, largest: int) -> TrainingConfig:
-    """The settings with forests of at most `largest` trees: more trees change a forest by its own noise alone."""
+    """The settings with forests of at most `largest` trees: more trees only average out the noise of a forest."""
     spaces = {}
     for name, space in training.spaces:
         if regressor(name).forest and (trees := space.n_estimators)[1] > largest:
@@ -56,7 +56,7 @@ def climatology(rows: pd.DataFrame, yields: np.ndarray, unseen: pd.DataFrame, le
 def procedure_of(
     name: str, strategy: str, training: TrainingConfig, budget: HeldOutConfig, averaging: AveragingConfig
 ) -> Procedure:
-    """The training procedure of a model. Everything that it chooses, it chooses from the training rows alone.
+    """The training procedure of a model. It makes every choice from the training rows only.
 
     name: a regressor, which is tuned and fitted, AVERAGED, whose members are fitted and weighted, or CLIMATOLOGY.
     Raises ValueError for an unknown one.

@@ -152,11 +152,11 @@ def propose(
     yields are not known yet, with the six conditions; tolerance: of `same_setting`; taken: cases of other experiments.
     First come repeats and centre points. Runs for a higher yield are chosen by their joint expected improvement over
     what is known, running and repeated, whose unknown yields are drawn from the model together with theirs; runs for a
-    better model by the variance that they take beside all of these. Runs that would add less than the smallest gain of
-    the settings are left out; a slot that is not needed for a higher yield goes to learning.
+    better model by how much variance they remove in addition to all of these. Runs that would add less than the
+    smallest gain of the settings are left out; a slot that is not needed for a higher yield goes to learning.
 
     Columns: case, status, purpose, rank, the settings, balls, powder_mass_g, hydrogen_mmol, hydrogen_pressure_bar,
-    descriptors, predicted_percent, lower_percent, upper_percent, expected_improvement_pp (of the run alone), gain and
+    descriptors, predicted_percent, lower_percent, upper_percent, expected_improvement_pp (of the single run), gain and
     gain_unit (what the run adds to those ranked before it), repeats (the case that is done again), yield_percent
     (empty: for your result).
     """
@@ -175,7 +175,7 @@ def propose(
         return pd.concat([running[columns], conditions.iloc[[each[0] for each in picked]][columns]], ignore_index=True)
 
     def learn(candidates: np.ndarray, count: int) -> list[tuple[int, float]]:
-        """Positions among the conditions, and the share of the variance that each takes beside what is waiting."""
+        """Positions among the conditions, and the share of the variance that each removes after what is waiting."""
         given = waiting()
         rows = pd.concat([conditions.iloc[chosen][columns], conditions.iloc[candidates][columns], given])
         first = len(chosen) + len(candidates)

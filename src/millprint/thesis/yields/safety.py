@@ -17,9 +17,9 @@ def with_hydrogen(rows: pd.DataFrame, region: RegionConfig, reaction: ChemistryC
 
     rows: molar_ratio, balls, ball_diameter_mm and powder_mass_g; volume: of the jar [m3]. The amount is
     `hydrogen_released` times the limiting reactant in the powder. Its pressure is that of an ideal gas in what balls
-    and powder leave of the jar, n R T / (V - V_balls - m / rho), beside that of the gas at closing; NaN where they
-    leave nothing. rho and T are keys of the region. Excess hydride, which gives off its hydrogen from about 300 degC
-    only, is not counted.
+    and powder leave of the jar, n R T / (V - V_balls - m / rho), added to the pressure of the gas at closing; NaN where
+    they leave nothing. rho and T are keys of the region. Excess hydride, which gives off its hydrogen from about 300
+    degC only, is not counted.
     """
     powder = rows[POWDER].to_numpy(float) * 1e-3
     limiting, _ = reactant_masses(powder, rows["molar_ratio"].to_numpy(float), reaction)

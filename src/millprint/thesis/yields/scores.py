@@ -72,9 +72,9 @@ def paired_test(one: pd.DataFrame, other: pd.DataFrame, scheme: str, metric: str
     Leave-one-out: errors are paired by run, the error is a jackknife over runs, and t = difference / error has n - 1
     degrees of freedom. Repeated k-fold: d_j is the difference in fold j of J = k r, and t = mean(d) / sqrt((1 / J +
     n_test / n_train) var(d)) with J - 1 degrees: the corrected resampled t-test of Nadeau and Bengio, Machine Learning
-    52 (2003) 239, since the training rows of folds overlap and their differences are no independent draws. R2 is taken
-    as 1 minus the squared error over the variance of all yields, so that folds add up. Both tests leave out that models
-    trained on overlapping rows err alike, and that 27 runs are one draw.
+    52 (2003) 239, since the training rows of folds overlap and their differences are not independent draws. R2 is taken
+    as 1 minus the squared error over the variance of all yields, so that folds add up. Neither test accounts for
+    correlated errors of models trained on overlapping rows, nor for the choice of the 27 runs.
     """
     keys = ["repeat", "fold", "case"]
     pair = one.merge(other, on=keys, suffixes=("", "_other"), validate="one_to_one")

@@ -65,7 +65,7 @@ def _told_apart(differences: pd.DataFrame) -> str:
 
 
 def _starts(honest: pd.DataFrame, differences: pd.DataFrame) -> str:
-    """What the search for a start costs the process of the thesis."""
+    """How much of the score of the thesis's process is lost by its search for a start."""
     parts = []
     for scheme, title in BOTH.items():
         searched, several = (

@@ -13,7 +13,7 @@ from millprint.config.averaging import INPUTS, Priors
 # Variance of the unknown mean, for a target of unit variance: large, but finite so that the evidence is defined.
 MEAN_VARIANCE = 4.0
 JITTER = 1e-9
-# Hyper-parameters stay within this many standard deviations of the logarithm of their prior's median.
+# Bounds of the log hyper-parameters, in standard deviations of their prior from its median.
 REACH = 4.0
 # Step of the central differences of the gradient.
 STEP = 1e-4
@@ -63,7 +63,7 @@ class Pairs:
 
     @classmethod
     def with_itself(cls, rows: np.ndarray) -> "Pairs":
-        """Each row of inputs (m, k) paired with itself alone, (k, m, 1)."""
+        """Each row of inputs (m, k) paired only with itself, (k, m, 1)."""
         squared = (rows**2).T[:, :, None]
         return cls(np.zeros_like(squared), squared)
 
@@ -144,7 +144,7 @@ class Posterior:
         covariance = parts.sum(axis=0) + MEAN_VARIANCE
         covariance[:: rows + 1] += noise + JITTER
         factor = np.linalg.cholesky(covariance.reshape(rows, rows))
-        # LAPACK itself: what surrounds it in scipy takes longer than some thirty rows.
+        # LAPACK is called directly: for some thirty rows, the wrappers of scipy take longer than the factorisation.
         inverse = dpotrs(factor, self._unit, lower=1)[0]
         weights = inverse @ target
         off = (logs - centre) / width
@@ -208,7 +208,7 @@ class Process:
     def predict(self, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean and standard deviation, (m,) each, of a measurement with noise at scaled inputs (m, k)."""
         cross, solved = self._solved(right)
-        # The diagonal alone: the whole covariance of a few thousand rows takes seconds.
+        # Only the diagonal: the whole covariance of a few thousand rows takes seconds.
         variance = self._prior_covariance(Pairs.with_itself(right))[:, 0] - (cross * solved).sum(axis=0)
         return solved.T @ self.target, np.sqrt(np.maximum(variance, 0) + self.noise)
 

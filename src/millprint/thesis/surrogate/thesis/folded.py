@@ -18,7 +18,7 @@ from millprint.thesis.surrogate.thesis.terms import PANEL
 
 
 class Hidden(NamedTuple):
-    """The layers of perceptrons between the first and the last; rounds first, of what there is more than one of."""
+    """The layers of perceptrons between the first and the last; several rounds are the first axis."""
 
     weight: np.ndarray  # (..., layers, width, width) inputs first
     bias: np.ndarray  # (..., layers, width)

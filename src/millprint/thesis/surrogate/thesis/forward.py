@@ -44,7 +44,7 @@ class Scratch(NamedTuple):
 
 
 def make_scratch(graphs: int, balls: int, inputs: int, width: int) -> Scratch:
-    """Scratch for graphs of so many balls each; inputs of a node, and width filled up to whole panels."""
+    """Scratch for graphs of `balls` balls each; inputs of a node, and width filled up to whole panels."""
     nodes, edges = graphs * (balls + 1), graphs * balls * (balls + 1)
 
     def rows(count: int, columns: int) -> np.ndarray:

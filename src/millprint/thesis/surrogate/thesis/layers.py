@@ -1,7 +1,7 @@
 """Linear layers and ReLU as kernels, in single precision, for the few rows of a roll-out's graph.
 
-Rows are nodes or edges, (rows, width). Columns are taken PANEL at a time: arrays have so many more at the end, and
-these hold zeros.
+Rows are nodes or edges, (rows, width). Columns are taken PANEL at a time: arrays are filled up to whole
+panels with columns of zeros.
 """
 
 import numpy as np

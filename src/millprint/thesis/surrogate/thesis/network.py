@@ -34,7 +34,7 @@ class Perceptron(nn.Sequential):
     """A multi-layer perceptron of `layers` linear layers with ReLU between them.
 
     Weights start as He et al. (2015) have them for ReLU. The default of torch shrinks the signal by 0.4 a layer, and
-    after the twelve layers between input and output nothing of it is left to learn from.
+    after the twelve layers between input and output too little is left to learn from.
     """
 
     def __init__(self, inputs: int, width: int, outputs: int, layers: int):

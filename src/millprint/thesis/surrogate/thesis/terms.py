@@ -1,8 +1,8 @@
 """The inner loop of a matrix product without its zeros, as vector instructions, which numba's compiler does not find.
 
-Of the numbers that a ReLU hands on, half to three quarters are zero. Those of a row that are not are told by a word, a
-bit a number. Their products are added up in registers, PANEL columns of the result at a time, and the sum is added to
-what stands in memory: a sum of 256 numbers in single precision loses less in parts than in one after the other.
+Of the numbers that a ReLU hands on, half to three quarters are zero. The others of a row are marked in a word, one bit
+for each number. Their products are added up in registers, PANEL columns of the result at a time, and the sum is added
+to the value in memory. In single precision, a sum of 256 numbers loses less by rounding if it is taken in parts.
 """
 
 from typing import Any
@@ -19,7 +19,7 @@ LANES = 16
 # Eight vectors fill a quarter of the 32 registers of AVX-512, enough to wait for none; others have 16, half as long.
 VECTORS = 8 if binding.get_host_cpu_features().get("avx512f") else 4
 PANEL = VECTORS * LANES
-# Numbers of a row that a word tells of. So many rows of a panel fit into the processor's first cache.
+# Numbers of a row that a word marks. This number of rows of a panel fits into the processor's first cache.
 WORD = 64
 
 # A product and a sum as one instruction where the processor has it.
@@ -34,7 +34,7 @@ _MATRIX = types.Array(types.float32, 2, "C")
 def mark(x, row, first, count):
     """A word for the numbers x[row, first : first + count], WORD of them at most: a bit for each that is not zero.
 
-    What is not a number has a bit, and so have all numbers of fewer than WORD.
+    NaN has a bit. With fewer than WORD numbers, all have a bit.
     """
     if count == WORD:
         return mark_whole(x, row, first)
@@ -115,7 +115,7 @@ def _generate(context: Any, builder: ir.IRBuilder, signature: Any, arguments: An
 
 
 def _at(builder: ir.IRBuilder, matrix: Any, line: Any, place: Any) -> Any:
-    """Where a number of a contiguous matrix stands."""
+    """Address of a number in a contiguous matrix."""
     width = cgutils.unpack_tuple(builder, matrix.shape)[1]
     return builder.gep(matrix.data, [builder.add(builder.mul(line, width), place)])
 
