@@ -32,11 +32,11 @@ sys.path.insert(0, str(ROOT / "src"))
 
 import millprint.dem.preflight as cases  # noqa: E402
 import millprint.preflight as preflight  # noqa: E402
+import millprint.thesis.preflight as chapters  # noqa: E402
 from millprint.config.checks import load_workflow  # noqa: E402
 from millprint.config.load import read_yaml  # noqa: E402
 from millprint.config.workflow import WorkflowConfig  # noqa: E402
 from millprint.errors import ConfigError, SimulationError  # noqa: E402
-from millprint.thesis.preflight import chapter_faults  # noqa: E402
 from tests.mutations import mutate_table, mutate_yaml  # noqa: E402
 from tests.remembered import SLOW_PARTS  # noqa: E402
 
@@ -111,7 +111,7 @@ def make_project(folder: Path) -> Path:
     return folder
 
 
-_check_tables = preflight.check_tables
+_check_tables = chapters.check_tables
 _capacity, _pack_mixture = cases.capacity, cases.pack_mixture
 
 
@@ -145,14 +145,14 @@ def remember_shapes() -> None:
     for place, quick in SLOW_PARTS.items():
         module, name = place.rsplit(".", 1)
         setattr(importlib.import_module(module), name, quick)
-    preflight.check_tables = check_tables
+    chapters.check_tables = check_tables
     cases.capacity, cases.pack_mixture = capacity, pack_mixture
 
 
 def plan() -> None:
     """Check the input as the Snakefile does before the first job. Raises ConfigError."""
     loaded = load_workflow(read_yaml(CONFIG), [CONFIG])
-    preflight.check_before_running(*loaded, CONFIG, chapter_faults)
+    preflight.check_before_running(*loaded, CONFIG, chapters.chapter_faults)
 
 
 class TooSlow(BaseException):

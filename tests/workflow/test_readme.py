@@ -65,9 +65,9 @@ def test_snakemake_would_run_with_your_own_mill_and_powder(project: Path, config
 
 
 def options_by_script() -> dict[str, set[str]]:
-    """The options that the pages give to each script."""
+    """The options that the pages give to each script; a module of the tests (`python -m`) is not a script."""
     found: dict[str, set[str]] = {}
-    for command in commands_of("python"):
+    for command in (each for each in commands_of("python") if each.words[1] != "-m"):
         found.setdefault(command.words[1], set()).update(word for word in command.words[2:] if word.startswith("--"))
     return found
 
