@@ -93,7 +93,7 @@ def shown_help() -> dict[str, tuple[int, str]]:
     done = subprocess.run(
         [sys.executable, "-c", SHOW_HELP, *options_by_script()],
         cwd=ROOT,
-        env={**os.environ, "PYTHONPATH": str(ROOT / "src")},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT / "src"), str(ROOT / "scripts")])},
         capture_output=True,
         text=True,
         timeout=300,
