@@ -228,7 +228,7 @@ def test_a_charge_of_another_mill_can_be_the_target(unlike, tmp_path):
 def test_balls_of_which_nothing_is_known_are_refused_in_one_line(unlike):
     alone = fitted(charged())
     for mill, choice, words in (
-        (alone, 10.0, "balls of 10 mm: emax was simulated with charges of several sizes alone"),
+        (alone, 10.0, "balls of 10 mm: emax was only simulated with charges of several sizes"),
         (alone, "graded", "charge = graded: the fingerprint of emax has three"),
         (fitted(summaries(error=0.002)), "three", "charge = three: the fingerprint of emax is of balls of one size"),
     ):
