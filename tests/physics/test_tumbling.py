@@ -43,7 +43,8 @@ def test_in_a_steady_drum_the_work_of_the_walls_is_dissipated():
 
 
 def test_a_charge_that_centrifuges_in_a_smooth_drum_takes_almost_no_energy():
-    # Friction decides whether a charge that slides ever comes to rest on a smooth shell: at this speed, most starts do.
+    # Friction decides whether a charge that slides ever comes to rest on a smooth shell: at this speed, half of the
+    # starts or more do.
     fast, slow = 3.0 * CRITICAL, 0.7 * CRITICAL
     tumbling, _ = simulate(case(slow, fill_ratio=0.06), drum(11), CONTACT, DEM)
     spun = [
