@@ -164,7 +164,7 @@ class Session:
 def test_kills_at_random_moments_change_nothing(workplace):
     project, undisturbed, targets = workplace
     rng, log = random.Random(SEED), project / "sessions.log"
-    session, kills, resumable = Session(project, log, workplace.arguments), 0, 0
+    session, kills = Session(project, log, workplace.arguments), 0
     while kills < KILLS:
         # While Snakemake starts, while a job starts, or in the middle of a job.
         moment = rng.choices([lambda: True, session.wait_for_a_job, session.wait_for_progress], [1, 4, 5])[0]
@@ -176,7 +176,6 @@ def test_kills_at_random_moments_change_nothing(workplace):
             session = Session(project, log, workplace.arguments)
             continue
         time.sleep(rng.uniform(0, 2))
-        resumable += bool(left_behind(project))
         session.kill(rng.choice(["job", "job", "Snakemake", "everything"]), rng)
         kills += 1
     session.process.kill()
@@ -190,10 +189,23 @@ def test_kills_at_random_moments_change_nothing(workplace):
     assert results_of(project) == undisturbed
     assert changed_files(project) == []
     assert "IncompleteFilesException" not in log.read_text() + done.stdout
-    # Some job continued where it had stopped.
+    assert not left_behind(project)
+
+
+def test_a_killed_job_continues_where_it_stopped(workplace):
+    project, undisturbed, _ = workplace
+    shutil.rmtree(project / "results", ignore_errors=True)
+    session = Session(project, project / "sessions.log", workplace.arguments)
+    assert session.wait_for_progress()
+    # Snakemake and its jobs at once, so that no job comes to its end.
+    session.kill("everything", random.Random(0))
+    assert left_behind(project)
+    unlock(project)
+    done = run_snakemake(project, *workplace.arguments, timeout=1800)
+    assert done.returncode == 0, done.stdout[-4000:]
     logs = "".join(path.read_text() for path in (project / "results/logs").rglob("*.log"))
-    assert resumable
     assert "continuing from" in logs
+    assert results_of(project) == undisturbed
     assert not left_behind(project)
 
 
