@@ -117,6 +117,15 @@ def test_the_cache_stays_where_only_a_comment_changes(library):
     assert kernel.kernel_digest() == before
 
 
+def test_the_hash_is_remembered_by_the_bytes_of_the_files(library, monkeypatch, tmp_path):
+    monkeypatch.setattr(kernel, "CACHE_ROOT", tmp_path / "cache")
+    parsed = kernel.kernel_digest()
+    monkeypatch.setattr(kernel.digest, "content_digest", lambda file: b"parsed again")
+    assert kernel.kernel_digest() == parsed
+    append(library / "dem/law.py", "\n# a remark\n")
+    assert kernel.kernel_digest() != parsed
+
+
 def test_every_constant_that_a_kernel_file_imports_is_seen():
     """Names in capitals come from files of the digest."""
     seen = {module_of(file) for file in kernel.kernel_files()}

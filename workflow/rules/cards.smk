@@ -12,7 +12,7 @@ rule write_card:
         materials=CONFIG.dose.wear.materials,
     output:
         card=f"{CARD}/card.json",
-        svg=shown(f"{CARD}/card.svg", "card", "Cards", {"card": "{card}", "shows": "one page"}),
+        svg=shown(f"{CARD}/card.svg"),
         png=f"{CARD}/card.png",
         pdf=f"{CARD}/card.pdf",
         tsv=f"{CARD}/card.tsv",

@@ -26,15 +26,10 @@ rule tabulate_experiments:
         unreported=f"{DOE}/unreported.tsv",
         missingness=f"{DOE}/missingness.tsv",
         checks=f"{DOE}/literature_checks.tsv",
-        svg=shown(f"{DOE}/literature.svg", "literature", "Chapter 2", {"figure": "Yields in the literature (Fig. 1.4)"}),
+        svg=shown(f"{DOE}/literature.svg"),
         png=f"{DOE}/literature.png",
         tsv=f"{DOE}/literature.tsv",
-        missingness_svg=shown(
-            f"{DOE}/missingness.svg",
-            "missingness",
-            "Chapter 2",
-            {"figure": "What the literature leaves unreported (Table 2.2)"},
-        ),
+        missingness_svg=shown(f"{DOE}/missingness.svg"),
         missingness_png=f"{DOE}/missingness.png",
     log:
         f"{LOGS}/doe/tabulate_experiments.log",
@@ -68,13 +63,12 @@ rule analyse_variance:
         lack_of_fit=f"{DOE}/lack_of_fit.tsv",
         interactions=f"{DOE}/interactions.tsv",
         pareto=f"{DOE}/pareto.tsv",
-        pareto_svg=shown(f"{DOE}/pareto.svg", "pareto", "Chapter 2", {"figure": "Pareto plot (Fig. 2.3)"}),
+        pareto_svg=shown(f"{DOE}/pareto.svg"),
         pareto_png=f"{DOE}/pareto.png",
-        residuals_svg=shown(f"{DOE}/residuals.svg", "residuals", "Chapter 2", {"figure": "Residuals of the ANOVA"}),
+        residuals_svg=shown(f"{DOE}/residuals.svg"),
         residuals_png=f"{DOE}/residuals.png",
         interaction_svgs=[
-            shown(f"{DOE}/interaction_{name}.svg", "interactions", "Chapter 2", {"figure": title})
-            for name, title in INTERACTION_TITLES.items()
+            shown(f"{DOE}/interaction_{name}.svg", title=title) for name, title in INTERACTION_TITLES.items()
         ],
         interaction_pngs=[f"{DOE}/interaction_{name}.png" for name in INTERACTION_TITLES],
     log:

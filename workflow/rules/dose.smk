@@ -20,7 +20,7 @@ rule balance_heat:
         limits=f"{HEAT}/limits.tsv",
         comparison=f"{HEAT}/comparison.tsv",
         flash=f"{HEAT}/flash.tsv",
-        svg=shown(f"{HEAT}/temperatures.svg", "heat", "Mills", {"mill": "{mill}", "figure": "temperatures"}),
+        svg=shown(f"{HEAT}/temperatures.svg"),
         png=f"{HEAT}/temperatures.png",
     log:
         f"{LOGS}/dose/{{mill}}_heat.log",

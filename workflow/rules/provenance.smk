@@ -9,12 +9,7 @@ rule build_gallery:
     input:
         RUN_OUTPUTS,
     output:
-        html=shown(
-            f"{RESULTS}/report/gallery.html",
-            "gallery",
-            "Figures and tables",
-            {"shows": "every figure with its data and origin"},
-        ),
+        html=shown(f"{RESULTS}/report/gallery.html"),
     log:
         f"{LOGS}/report/build_gallery.log",
     localrule: True
@@ -67,12 +62,7 @@ rule write_crate:
         targets=[*RUN_OUTPUTS, *rules.build_gallery.output],
         configuration=rules.record_run.output.run,
     output:
-        crate=shown(
-            f"{RESULTS}/ro-crate-metadata.json",
-            "crate",
-            "Runtime and versions",
-            {"shows": "inputs, files, digests, versions: RO-Crate"},
-        ),
+        crate=shown(f"{RESULTS}/ro-crate-metadata.json"),
         sources=directory(f"{RESULTS}/crate"),
     log:
         f"{LOGS}/report/write_crate.log",

@@ -11,7 +11,7 @@ rule study_settings:
         window=f"{STUDY}/window.tsv",
         verdict=f"{STUDY}/verdict.json",
         line=f"{STUDY}/verdict.txt",
-        svg=shown(f"{STUDY}/study.svg", "study", "Mills", {"mill": "{mill}", "figure": "settings of the sweep"}),
+        svg=shown(f"{STUDY}/study.svg"),
         png=f"{STUDY}/study.png",
     log:
         f"{LOGS}/convergence/{{mill}}_study.log",
@@ -40,7 +40,7 @@ rule convergence:
 # Written by the jobs of the fingerprint.
 MILL_SPECTRA = [
     path.format(mill=CONFIG.mill)
-    for path in (*rules.describe_mill.output, *rules.draw_spectra.output)
+    for path in (*rules.describe_mill.output, *rules.draw_fingerprint.output)
     if path.startswith(f"{DOSE}/")
 ]
 

@@ -147,7 +147,7 @@ class Evidence:
         names: what in the file is used; function: what computes the value from it.
         """
         own_name = f"{function.__module__}.{function.__qualname__}"
-        self.sources.append(Source(path, names, "", "tabulate_claims", own_name))
+        self.sources.append(Source(path, names, "", "write_pages", own_name))
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from collections.abc import Collection
 
 from millprint.run.files import read_table, whole_file
-from millprint.thesis.report.catalogue import TABLES
+from millprint.run.outputs import listed_tables
 from millprint.thesis.report.tables import Section, tables_page
 
 
@@ -14,7 +14,7 @@ def write_chapter(chapter: str, name: str, tables: Collection[str], results: str
     """
     sections = [
         Section(listed.title, read_table(path), f"{listed.note} {listed.path}".strip())
-        for listed in TABLES[chapter]
+        for listed in listed_tables()[chapter]
         if (path := f"{results}/{listed.path}") in tables
     ]
     title, about = (

@@ -10,13 +10,13 @@ from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
 from millprint.figures.style import COLUMN_WIDTH_IN
+from millprint.run.outputs import listed_tables
 from millprint.run.pages import embed_files, render_page
 from millprint.thesis.claims.conclusions import FALLS, PARTLY, STANDS, UNKNOWN, deviating_everywhere, in_prose
 from millprint.thesis.claims.evidence import Finding
 from millprint.thesis.claims.natures import NATURES
 from millprint.thesis.claims.tabulate import INTERVAL_PARTS, count_natures, count_verdicts
 from millprint.thesis.claims.verdicts import DEVIATES, ERRATUM, NOT_RUN, REPRODUCED
-from millprint.thesis.report.catalogue import TABLES
 from millprint.thesis.report.tables import FOLDER, Section, section_id, tables_page
 
 
@@ -39,7 +39,7 @@ DEVIATION_COLUMNS = ["id", "locus", "quantity", "published", "unit", "reproduced
 # Pages of the tables, by the path of a table under the results folder.
 PAGES = {
     table.path: f"tables_{chapter}.html#{section_id(table.title)}"
-    for chapter, tables in TABLES.items()
+    for chapter, tables in listed_tables().items()
     for table in tables
 }
 

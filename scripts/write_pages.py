@@ -1,19 +1,29 @@
-"""Writes which conclusions of the thesis stand, every claim with its verdicts, counts of them, and the errata.
+"""The pages of the report: which conclusions stand, claims with verdicts and errata, tables by chapter, and run times.
 
-params: `name` of the run, and the folder `results`. input: `claims`, `intervals`, `verdicts`, `conclusions`. output:
-the tables, and the pages of the report.
+Settings: name; the folders of results, benchmarks and logs.
+Inputs: `claims`, `intervals`, `verdicts`, `conclusions`, and the `tables` that pages show.
+Outputs: `summary`, `page`, `svg`, `png`, `front` and the tables `claims`, `conclusions`, `counts`, `natures`, `errata`,
+`elsewhere`; `pages`, one for each chapter; `runtimes` with its page `html`.
 """
 
 from pathlib import Path
 
+import pandas as pd
+from markupsafe import Markup
+
 from millprint.figures.style import save
+from millprint.provenance.inside import CRATE
 from millprint.run.files import read_table, whole_file, write_table
 from millprint.run.job import job
+from millprint.run.machine import provenance
 from millprint.thesis.claims.conclusions import judge_conclusions, read_conclusions
 from millprint.thesis.claims.elsewhere import compare_verdicts, in_a_line, read_stored
 from millprint.thesis.claims.errata import collect_errata
 from millprint.thesis.claims.tabulate import collect_findings, count_verdicts, tabulate_claims
+from millprint.thesis.report.chapter_pages import write_chapter
+from millprint.thesis.report.runtimes import sum_stages, tabulate_runtimes
 from millprint.thesis.report.summary import claims_page, front_text, plot_verdicts, summary_page, what_falls
+from millprint.thesis.report.tables import Section, tables_page
 
 
 def write_page(text: str, path: str) -> None:
@@ -53,9 +63,32 @@ def main(name: str, results: str, inputs, output) -> str:
     return told
 
 
+def write_runtimes(name: str, benchmarks: str, logs: str, output) -> None:
+    """Write the table of jobs and the page."""
+    jobs = tabulate_runtimes(Path(benchmarks), Path(logs))
+    made_with = pd.DataFrame(provenance().items(), columns=["what", "version"])
+    write_table(jobs, output.runtimes)
+    note = Markup(
+        '<a href="../{}">{}</a> has all of this, every input and file with its digest, and the dates.'
+    ).format(CRATE, CRATE)
+    sections = [
+        Section("Stages", sum_stages(jobs), "Wall times of all jobs of a stage added up; jobs run side by side."),
+        Section("Made with", made_with, note),
+        Section("Every job", jobs, "Jobs without processor time have no benchmark; their time comes from their log."),
+    ]
+    total = jobs["wall_s"].sum() / 60
+    introduction = f"Run {name}: {len(jobs)} jobs, {total:.0f} minutes of wall time in all."
+    with whole_file(output.html) as partial:
+        partial.write_text(tables_page("Runtime and versions", introduction, sections))
+
+
 if "snakemake" in globals():
-    with job(snakemake.log[0], "tabulate claims") as logger:
-        told = main(snakemake.params.name, snakemake.params.results, snakemake.input, snakemake.output)
-        logger.info("wrote %s; %s", snakemake.output.claims, told)
+    given, made, own = snakemake.input, snakemake.output, snakemake.params
+    with job(snakemake.log[0], "write pages") as logger:
+        told = main(own.name, own.results, given, made)
+        logger.info("wrote %s; %s", made.claims, told)
         # Printed too, so that whoever runs the thesis sees it.
         print(told)
+        for chapter, page in zip(own.chapters, made.pages, strict=True):
+            write_chapter(chapter, own.name, list(given.tables), own.results, page)
+        write_runtimes(own.name, own.benchmarks, own.logs, made)
