@@ -1,8 +1,11 @@
 """Evaluates the trained models on the locked split, on held-out runs and outside the trained domain; explains trees;
 compares the choices that the thesis leaves open.
 
-params: `training`, `honest`, `interval_level`, `searched_again`. input: `train`, `test`, `outside`, and the models with
-their held-out predictions. output: the tables.
+Settings: yields.training, yields.honest, yields.interval_level, yields.searched_again.
+Inputs: `train`, `test`, `outside`; `models`, `averaged`, `explained`, `otherwise`; `held_out` predictions and
+`intervals`.
+Outputs: `locked`, `honest`, `coverage`, `predictions`, `out_of_domain`, `hyperparameters`, `time_variance`, `scores`,
+`pit`, `differences`, `shap`, `shap_ranking`, `choices`.
 """
 
 import pandas as pd

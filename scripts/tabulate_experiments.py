@@ -1,7 +1,9 @@
 """Tabulates experiments: the design and its check, half-lives, wear, powder and gas of the runs, and the literature.
 
-params: sections `design`, `half_life`, `powder`, `chemistry`, `gas`. input: `screening`, `weighings`, `studies`,
-`yields`. output: the tables, and the figures of the literature.
+Settings: doe (design, half_life, powder, chemistry, gas).
+Inputs: `screening`, `weighings`, `studies`, `yields`.
+Outputs: `design`, `fraction`, `aliases`, `confounding`, `audit`; `half_life`, `wear`, `powder`; `unreported`,
+`missingness`, `checks`; figures of the literature, and the points of one as `tsv`.
 """
 
 from pathlib import Path

@@ -1,7 +1,8 @@
 """Fits the averaged Gaussian process on the training rows, and on every run that is collected for the final model.
 
-params: `machine`, `mill`, `volume_m3`, `proposals`, `averaging`. input: `train`, `test`, `regimes`, and `curves` if
-there are any. output: `rows`, `mill`, and two `models` with their `members`.
+Settings: yields.averaging, yields.proposals, partition (the machine); the mill.
+Inputs: `train`, `test`, `regimes`, and `curves` and `experiments` if there are any.
+Outputs: `rows`, `mill`, and two `models` with their `members`.
 """
 
 import pandas as pd
