@@ -23,8 +23,8 @@ def triangulate_polygon(loops: list[np.ndarray], area: float) -> np.ndarray | No
     """Triangles (t, 3) of an outline with holes, rows of the vertices of its loops in turn, counter-clockwise.
 
     loops: (k, 2) each, the outer one counter-clockwise first, then holes clockwise; area: what they enclose. Every side
-    of a loop is the side of a triangle, so that triangles of neighbours meet: a fan where the outline is convex, as that
-    of most walls is; else the constrained Delaunay triangles. None for an outline that crosses itself.
+    of a loop is the side of a triangle, so that triangles of neighbours meet: a fan where the outline is convex, as
+    that of most walls is; else constrained Delaunay triangles. None for an outline that crosses itself.
     """
     if len(loops) == 1 and _is_convex(loops[0]):
         last = np.arange(2, len(loops[0]))
