@@ -2,11 +2,11 @@
 
 import shutil
 
+import fix_predictions
 import numpy as np
 import pandas as pd
 import pytest
 
-import fix_predictions
 from millprint.config.load import check_model
 from millprint.config.setups.base import SetupConfig
 from millprint.config.sweep import DemConfig

@@ -24,7 +24,7 @@ FILES = {
     "config": "config/config.yaml, config/smoke.yaml and your own",
     "mill": "config/mills/NAME.yaml",
     "contact": "config/contacts/NAME.yaml",
-    "experiment": "card.yaml, of scripts/write_card.py; in a table of experiments each key is a column",
+    "experiment": "card.yaml, of `millprint card`; in a table of experiments each key is a column",
 }
 
 HEAD = """# Every key
