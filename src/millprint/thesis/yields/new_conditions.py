@@ -2,9 +2,11 @@
 
 import numpy as np
 import pandas as pd
+from threadpoolctl import threadpool_limits
 
 from millprint.config.proposals import PredictionConfig
 from millprint.config.yields import TrainingConfig
+from millprint.run.files import write_table
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import AveragedModel
 from millprint.thesis.yields.domain import MillCurves, correlation_warnings
@@ -12,6 +14,7 @@ from millprint.thesis.yields.features import CONDITIONS, SHARE, describe
 from millprint.thesis.yields.intervals import CV_PLUS, cross_validated_intervals, own_intervals, refit
 from millprint.thesis.yields.model import YieldModel
 from millprint.thesis.yields.model_files import load_any, training_rows
+from millprint.thesis.yields.tables import read_rows
 
 
 def trained_ranges(rows: pd.DataFrame, settings: PredictionConfig) -> dict[str, tuple[float, float]]:
@@ -97,3 +100,25 @@ def predict_conditions(
         **{name: np.where(answered, value, np.nan) for name, value in numbers.items()}
     )
     return table.assign(interval=np.where(answered, method, ""), warning=warnings)
+
+
+def write_predictions(
+    model: str,
+    conditions: str,
+    out: str,
+    limits: PredictionConfig,
+    training: TrainingConfig,
+    folds: int,
+    level: float,
+    extrapolate: bool,
+    mill: str | None = None,
+) -> int:
+    """Write the predictions, and return the number of rows without one.
+
+    mill: path of the curves of the mill that the conditions belong to; None if they are not known.
+    """
+    with threadpool_limits(1):
+        rows, own = read_rows(conditions, yields=False), MillCurves.read(mill) if mill else None
+        table = predict_conditions(model, rows, limits, training, folds, level, extrapolate, own)
+    write_table(table, out)
+    return int(table["predicted_percent"].isna().sum())
