@@ -16,12 +16,10 @@ from millprint.config.yields import TrainingConfig, YieldConfig
 from millprint.errors import ConfigError, MillprintError
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.yields.domain import MillCurves
-from millprint.thesis.yields.experiments import RUNNING, experiment_rows, read_experiments
+from millprint.thesis.yields.experiments import RUNNING, Mill, experiment_rows, read_experiments, region_conditions
 from millprint.thesis.yields.model_files import load_averaged, training_rows
-from millprint.thesis.yields.new_conditions import predict_conditions
+from millprint.thesis.yields.new_conditions import MillCurves, predict_conditions
 from millprint.thesis.yields.proposals import count_reasons, propose, split_region
-from millprint.thesis.yields.region import Mill, region_conditions
 from millprint.thesis.yields.tables import read_rows
 
 
