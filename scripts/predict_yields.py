@@ -11,12 +11,10 @@ from millprint.config.proposals import PredictionConfig, ProposalConfig
 from millprint.config.yields import TrainingConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.yields.domain import MillCurves
-from millprint.thesis.yields.experiments import RUNNING, experiment_rows, read_experiments
+from millprint.thesis.yields.experiments import RUNNING, Mill, experiment_rows, read_experiments, region_conditions
 from millprint.thesis.yields.model_files import load_averaged, training_rows
-from millprint.thesis.yields.new_conditions import write_predictions
+from millprint.thesis.yields.new_conditions import MillCurves, write_predictions
 from millprint.thesis.yields.proposals import count_reasons, propose, split_region
-from millprint.thesis.yields.region import Mill, region_conditions
 
 
 def propose_experiments(

@@ -20,6 +20,8 @@ def main(arguments: list[str], name: str = "export") -> None:
     parser.add_argument("--every", type=int, default=every, help=f"write every n-th snapshot (default {every})")
     parser.add_argument("--out", type=Path, help="folder of the files (default: that of run.h5)")
     chosen = parser.parse_args(arguments)
-    files = [(chosen.out or chosen.run.parent) / f"{chosen.run.stem}{part}.vtkhdf" for part in PARTS]
-    count = export_run(chosen.run, *files, chosen.every)
+    balls, walls, contacts = files = [
+        (chosen.out or chosen.run.parent) / f"{chosen.run.stem}{part}.vtkhdf" for part in PARTS
+    ]
+    count = export_run(chosen.run, balls, walls, contacts, chosen.every)
     print(f"{count} snapshots written to {', '.join(map(str, files))}")
