@@ -36,7 +36,7 @@ def chapter_content(inputs, own: dict, settings: Settings) -> dict:
     own: mill, request, prediction and level as plain values, and the counting rule of its spectra.
     """
     # The page of another mill needs no library of the yield models.
-    from millprint.thesis.yields.explorer import explorer_yields
+    from millprint.thesis.yields.new_conditions import explorer_yields
 
     spectra = list(zip(inputs.own_spectra, inputs.own_summaries, strict=True))
     return mill_content(
