@@ -4,7 +4,8 @@ Also doses of these cases and of the screening runs, and the kinetics of their y
 
 Settings: partition; the density of the balls.
 Inputs: `regimes`, `screening`, `fingerprint`.
-Outputs: `table_4_2` to `table_4_5`, `slopes`, `design`; `doses`, `kinetics`, `curves`, `verdict`; and the figures.
+Outputs: `table_4_2`, `table_4_3`, `table_4_4`, `table_4_5`, `slopes`, `design`; `doses`, `kinetics`, `curves`,
+`verdict`; and the figures.
 """
 
 import pandas as pd

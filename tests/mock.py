@@ -58,8 +58,8 @@ def mock_snakemake(
     workflow = read_workflow(config_files, config)
     own = workflow.get_rule(rule)
     job = Job(own, DAG(workflow, rules=[own]), wildcards)
-    files = job.input, job.output, job.params, job.wildcards
-    return Snakemake(*files, 1, job.resources, job.log, workflow.config, rule, None, str(SCRIPTS / Path(own.script).name))
+    given, script = (job.input, job.output, job.params, job.wildcards), SCRIPTS / Path(own.script).name
+    return Snakemake(*given, 1, job.resources, job.log, workflow.config, rule, None, str(script))
 
 
 def run_script(snakemake: Snakemake) -> None:

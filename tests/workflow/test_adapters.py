@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from millprint.run.files import read_json, read_table
+from millprint.run.files import read_table
 from tests.conftest import ROOT
 from tests.mock import mock_snakemake, read_workflow, run_script
 
 SMOKE = ROOT / "config/smoke.yaml"
-# Files that a docstring may name together: figures and pages.
-DRAWN = re.compile(r"(.*_)?(svg|png|pdf|gif|html)s?|page|summary|front")
+# Files that a docstring may name together: figures.
+DRAWN = re.compile(r"(.*_)?(svg|png|pdf|gif)s?")
 
 
 @pytest.fixture(scope="module")
@@ -28,14 +28,14 @@ def test_every_adapter_says_its_settings_inputs_and_outputs(rules):
         parts = re.findall(r"^(Settings|Inputs|Outputs): ", text, re.MULTILINE)
         assert parts == ["Settings", "Inputs", "Outputs"], f"{rule.script}: {parts}"
         said = text.partition("Outputs: ")[2]
-        for output in rule.output.keys():
-            assert f"`{output}`" in said or DRAWN.fullmatch(output) or "_to_" in said, f"{name}: output {output}"
+        missing = [output for output, _ in rule.output.items() if f"`{output}`" not in said]
+        assert all(map(DRAWN.fullmatch, missing)), f"{name}: {missing}"
 
 
 def test_every_script_of_scripts_is_that_of_a_rule(rules):
-    used = {Path(rule.script).name for rule in rules.values()} | {"check_input.py"}
-    optional = {"plan_scale_up.py", "match_mills.py", "match_cards.py"}
-    assert {path.name for path in (ROOT / "scripts").glob("*.py")} - optional <= used
+    used = {Path(rule.script).name for rule in rules.values()}
+    # The start of a run calls it, before any job.
+    assert {path.name for path in (ROOT / "scripts").glob("*.py")} == used | {"check_input.py"}
 
 
 @pytest.mark.parametrize(
@@ -47,8 +47,7 @@ def test_an_adapter_runs_by_hand_with_a_mock(settings, monkeypatch, rule, wildca
     assert mocked.rule == rule and dict(mocked.wildcards.items()) == wildcards
     run_script(mocked)
     assert all(Path(file).stat().st_size for file in mocked.output)
-    record = read_json(Path(mocked.log[0]).with_suffix(".json"))
-    assert len(record["files"] if "files" in record else record) >= len(mocked.output)
+    assert "done in" in Path(mocked.log[0]).read_text()
 
 
 def test_a_mock_has_what_the_rule_gives(settings, monkeypatch):

@@ -2,7 +2,6 @@
 
 from millprint.config.calibration import SwingConfig
 from millprint.dem.timestep import longest_step
-from millprint.fingerprint.cases import described_cases
 
 CONVERGENCE = f"{RESULTS}/convergence"
 STEP_STUDY = summaries_of([sweep for sweep in CONFIG.sweeps if sweep.compares_steps])

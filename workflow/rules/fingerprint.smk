@@ -1,7 +1,6 @@
 """Chapter 3: master curves with descriptors and inverse mode, fit of the jar, intervals of the curves."""
 
 from millprint.config.fit import TrialConfig
-from millprint.fingerprint.cases import described_cases
 from millprint.thesis.fit import fitted_mill
 
 FINGERPRINT = f"{RESULTS}/fingerprint"

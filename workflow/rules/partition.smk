@@ -1,6 +1,6 @@
 """Chapter 4: shear against compression; energy spectra of the sweeps, and wear of the balls."""
 
-from millprint.fingerprint.cases import described_cases, is_as_built
+from millprint.fingerprint.cases import is_as_built
 
 PARTITION = f"{RESULTS}/partition"
 PARTITION_FIGURES = f"{PARTITION}/figures"

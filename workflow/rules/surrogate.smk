@@ -1,7 +1,5 @@
 """Chapter 6 and appendix A: surrogates of the simulation."""
 
-import math
-
 SURROGATE = f"{RESULTS}/surrogate"
 SURROGATE_TESTS = list(CONFIG.surrogate.tests)
 # By variant, the names of all of its trainings.

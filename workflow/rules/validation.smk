@@ -29,7 +29,6 @@ rule simulate_tumbling:
         "../../scripts/simulate_tumbling.py"
 
 
-VALIDATION_CHAPTER = "Validation"
 # Set-ups whose flowing bed is drawn.
 BEDS = [name for name in ("bead_drum", "repose_drum") if name in CONFIG.validation.chosen]
 
@@ -103,7 +102,7 @@ rule judge_setups:
         tumbling=CONFIG.validation.tumbling,
         beds={name: bed_sizes(name) for name in BEDS},
         dem=settings("dem"),
-        chapter=VALIDATION_CHAPTER,
+        chapter="Validation",
         name=CONFIG.name,
         results=lambda wildcards, output: str(Path(output.page).parents[1]),
     message:
