@@ -11,12 +11,20 @@ from millprint.config.doe import AnalysisConfig
 from millprint.figures.style import save
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
-from millprint.thesis.doe.contested import contested_table, residual_parts_table, rival_models_table
-from millprint.thesis.doe.model import fit_factors
 from millprint.thesis.doe.residuals import lack_of_fit_table, residual_checks, residual_table
 from millprint.thesis.doe.runs import read_runs
-from millprint.thesis.doe.trends import interaction_table, trend_table
-from millprint.thesis.doe.variance import corrected_table, detectable_table, pareto_table, printed_table
+from millprint.thesis.doe.variance import (
+    contested_table,
+    corrected_table,
+    detectable_table,
+    fit_factors,
+    interaction_table,
+    pareto_table,
+    printed_table,
+    residual_parts_table,
+    rival_models_table,
+    trend_table,
+)
 from millprint.thesis.figures.chapter2 import interactions, pareto, residuals
 
 # The tables of the analysis that follow the analysis of variance, by the names of the rule's outputs.

@@ -11,9 +11,7 @@ from millprint.config.doe import ChemistryConfig, GasConfig, HalfLifeConfig, Pow
 from millprint.figures.style import save
 from millprint.run.files import write_json, write_table
 from millprint.run.job import job
-from millprint.thesis.doe.aliases import alias_table, confounding_table
-from millprint.thesis.doe.audit import audit_table
-from millprint.thesis.doe.design import describe, design_table
+from millprint.thesis.doe.design import alias_table, audit_table, confounding_table, describe, design_table
 from millprint.thesis.doe.literature import (
     literature_checks,
     missingness_table,

@@ -15,16 +15,20 @@ from millprint.config.doe import AnalysisConfig
 from millprint.config.load import check_model
 from millprint.errors import ConfigError
 from millprint.run.files import read_table
-from millprint.thesis.doe.aliases import (
+from millprint.thesis.doe.design import (
+    Fraction,
     alias_table,
+    audit_table,
+    best_generators,
     contrasts,
+    describe,
+    design_table,
+    level_codes,
     level_contrasts,
     shared_degrees_of_freedom,
     term_columns,
+    treatments,
 )
-from millprint.thesis.doe.audit import audit_table
-from millprint.thesis.doe.design import best_generators, describe, design_table, level_codes, treatments
-from millprint.thesis.doe.fraction import Fraction
 from millprint.thesis.doe.runs import read_runs
 from tests.conftest import ROOT
 from tests.unit.doe_settings import settings

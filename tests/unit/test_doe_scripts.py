@@ -11,7 +11,7 @@ import analyse_variance
 import tabulate_experiments
 from millprint.config.doe import DoeConfig
 from millprint.run.files import read_table, write_table
-from millprint.thesis.claims.compare import verdict
+from millprint.thesis.claims.evidence import verdict
 from millprint.thesis.claims.tabulate import collect_findings
 from millprint.thesis.doe.design import design_table
 from tests.conftest import ROOT

@@ -21,7 +21,7 @@ import try_alternatives
 from millprint.config.regressors import COMPARED
 from millprint.fingerprint.condition import Condition
 from millprint.run.files import read_table
-from millprint.thesis.claims.compare import verdict
+from millprint.thesis.claims.evidence import verdict
 from millprint.thesis.claims.tabulate import collect_findings
 from millprint.thesis.curves.regimes import read_regimes
 from millprint.thesis.yields.metrics import LOCKED_AGAIN, SPREAD
