@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
+import compute_dose
 import numpy as np
 import pandas as pd
 import pytest
 
-import compute_dose
 from millprint.dose.dose import AXES, HITS, NORMAL, TANGENTIAL, TOTAL, doses, own_doses, powder_of_ball, screening_doses
 from millprint.dose.kinetics import (
     MODELS,

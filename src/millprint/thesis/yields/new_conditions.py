@@ -8,13 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from threadpoolctl import threadpool_limits
 
 from millprint.config.averaging import INPUTS
 from millprint.config.proposals import PredictionConfig
 from millprint.config.yields import TrainingConfig
 from millprint.errors import ConfigError
 from millprint.fingerprint.condition import BASIC, Condition, energy_scale
-from millprint.run.files import read_format, write_json
+from millprint.run.files import read_format, write_json, write_table
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import (
     BISECTIONS,
@@ -31,6 +32,7 @@ from millprint.thesis.yields.distributions import CV_PLUS, cross_validated_inter
 from millprint.thesis.yields.features import CHEMICAL, CONDITIONS, FREQUENCY, NORMAL, SHARE, TANGENTIAL, describe
 from millprint.thesis.yields.model import YieldModel
 from millprint.thesis.yields.model_files import load_any, load_averaged, training_rows
+from millprint.thesis.yields.tables import read_rows
 
 DESCRIPTORS = (NORMAL, TANGENTIAL, FREQUENCY)
 # The energies go with the square of the speed, the frequency with the speed (Eqs 3.28 and 3.29).
@@ -248,6 +250,28 @@ def predict_conditions(
         **{name: np.where(answered, value, np.nan) for name, value in numbers.items()}
     )
     return table.assign(interval=np.where(answered, method, ""), warning=warnings)
+
+
+def write_predictions(
+    model: str,
+    conditions: str,
+    out: str,
+    limits: PredictionConfig,
+    training: TrainingConfig,
+    folds: int,
+    level: float,
+    extrapolate: bool,
+    mill: str | None = None,
+) -> int:
+    """Write the predictions, and return the number of rows without one.
+
+    mill: path of the curves of the mill that the conditions belong to; None if they are not known.
+    """
+    with threadpool_limits(1):
+        rows, own = read_rows(conditions, yields=False), MillCurves.read(mill) if mill else None
+        table = predict_conditions(model, rows, limits, training, folds, level, extrapolate, own)
+    write_table(table, out)
+    return int(table["predicted_percent"].isna().sum())
 
 
 def explorer_yields(model: str | Path, prediction: PredictionConfig, level: float) -> dict:

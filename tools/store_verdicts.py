@@ -1,4 +1,4 @@
-"""Stores the verdicts of a run, and the surrogate with its baselines: python scripts/store_verdicts.py.
+"""Stores the verdicts of a run, and the surrogate with its baselines: python tools/store_verdicts.py.
 
 Both with this machine's processor; a run on the same one takes the place of the earlier one. Whoever runs the thesis on
 another machine is then told which verdicts differ from those in config/data/verdicts_elsewhere.tsv. The tables of

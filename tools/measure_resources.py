@@ -57,6 +57,7 @@ def resources_text(jobs: pd.DataFrame, source: str) -> str:
 
 
 def main(benchmarks: str, profile: str) -> None:
+    """Write the measured part of a profile."""
     folder, path = Path(benchmarks), Path(profile)
     run = folder.parent / "report/run.yaml"
     name = run.read_text().split("name: ", 1)[1].split("\n", 1)[0] if run.is_file() else "a part of one"

@@ -1,4 +1,6 @@
-"""Wet-lab calculations for a TSV of your own readings: `python scripts/calculate_wet_lab.py --help`.
+"""Wet-lab calculations for a TSV of your own readings. Example:
+
+    millprint wet-lab yield readings.tsv results.tsv
 
 Each calculation reads the column case and:
 
@@ -12,9 +14,7 @@ wear       ball_diameter_mm, speed_rpm, time_h, bpr, unused_mass_g, used_mass_g;
 The reaction and purities come from doe.chemistry of the configuration; doe.gas says whether the gas holds water vapour.
 """
 
-import argparse
-
-from millprint.config.checks import stop_on_bad_input
+from millprint.cli.arguments import parser_of
 from millprint.config.doe import WetLabConfig
 from millprint.config.load import read_part
 from millprint.run.files import write_table
@@ -29,25 +29,20 @@ CALCULATIONS = {
 }
 
 
-def main(arguments: list[str] | None = None) -> None:
+def main(arguments: list[str], name: str = "wet-lab") -> None:
     """Calculate one table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_of(name, __doc__)
     parser.add_argument("calculation", choices=CALCULATIONS)
     parser.add_argument("readings", help="TSV with the readings")
     parser.add_argument("results", help="TSV to write: the readings with the calculated columns")
     parser.add_argument("--config", default="config/config.yaml", help="YAML file with doe.chemistry and doe.gas")
     parser.add_argument("--dry-gas", action="store_true", help="the gas holds no water vapour")
     options = parser.parse_args(arguments)
-    with stop_on_bad_input():
-        settings = read_part(options.config, "doe", WetLabConfig)
-        check_formulas(settings.chemistry, f"{options.config}: chemistry")
-        if options.dry_gas:
-            dry = settings.gas.model_copy(update={"saturated": False})
-            settings = settings.model_copy(update={"gas": dry})
-        table = CALCULATIONS[options.calculation](options.readings, settings)
-        write_table(table, options.results)
+    settings = read_part(options.config, "doe", WetLabConfig)
+    check_formulas(settings.chemistry, f"{options.config}: chemistry")
+    if options.dry_gas:
+        dry = settings.gas.model_copy(update={"saturated": False})
+        settings = settings.model_copy(update={"gas": dry})
+    table = CALCULATIONS[options.calculation](options.readings, settings)
+    write_table(table, options.results)
     print(f"{options.results}: {len(table)} rows")
-
-
-if __name__ == "__main__":
-    main()

@@ -1,18 +1,17 @@
-"""Wear of the balls and iron in the powder for runs of your own, by Archard's law: `--help`.
+"""Wear of the balls and iron in the powder for runs of your own, by Archard's law. Example:
 
-    python scripts/predict_wear.py results/dem/MILL/CONTACT/CASE --bpr 30 --hours 12.5
+    millprint wear results/dem/MILL/CONTACT/CASE --bpr 30 --hours 12.5
 
 Each folder has run.h5 and summary.json; seeds of one condition are averaged. The coefficient is that of the thesis's
 weighings (`snakemake --cores 2 dose`), so that it holds for its steel and its powder; for another material it is an
 order of magnitude. The printed range is that between the coefficients of the single weighings.
 """
 
-import argparse
 from pathlib import Path
 
 import pandas as pd
 
-from millprint.config.checks import stop_on_bad_input
+from millprint.cli.arguments import parser_of
 from millprint.config.dose import ChargeConfig, WearConfig
 from millprint.config.load import check_model
 from millprint.dose.sliding import mean_conditions, tabulate_sliding
@@ -34,10 +33,10 @@ SHOWN = {
 }
 
 
-def main(arguments: list[str] | None = None) -> None:
+def main(arguments: list[str], name: str = "wear") -> None:
     """Predict and print the wear."""
     defaults = WearConfig()
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_of(name, __doc__)
     parser.add_argument("runs", nargs="+", help="folders with run.h5 and summary.json")
     parser.add_argument("--bpr", type=float, required=True, help="ball-to-powder ratio")
     parser.add_argument("--hours", type=float, required=True, help="milling time [h]")
@@ -46,24 +45,19 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--materials", default=defaults.materials, help="table of materials")
     parser.add_argument("--out", help="TSV for the whole table")
     options = parser.parse_args(arguments)
-    with stop_on_bad_input():
-        charge = check_model({"bpr": options.bpr, "time_h": options.hours}, ChargeConfig, "options")
-        materials = read_materials(options.materials)
-        for name in options.material or []:
-            if name not in materials.index:
-                raise ConfigError(f"--material {name}: not in {options.materials}; it has {', '.join(materials.index)}")
-        result = read_coefficient(options.coefficient)
-        paths = [(str(Path(run) / "run.h5"), str(Path(run) / "summary.json")) for run in options.runs]
-        conditions = mean_conditions(tabulate_sliding(paths))
-        chosen = materials.loc[options.material or list(materials.index)]
-        table = predict_wear(conditions, chosen, [charge], result, None, defaults.probability)
-        if options.out:
-            write_table(table, options.out)
+    charge = check_model({"bpr": options.bpr, "time_h": options.hours}, ChargeConfig, "options")
+    materials = read_materials(options.materials)
+    for name in options.material or []:
+        if name not in materials.index:
+            raise ConfigError(f"--material {name}: not in {options.materials}; it has {', '.join(materials.index)}")
+    result = read_coefficient(options.coefficient)
+    paths = [(str(Path(run) / "run.h5"), str(Path(run) / "summary.json")) for run in options.runs]
+    conditions = mean_conditions(tabulate_sliding(paths))
+    chosen = materials.loc[options.material or list(materials.index)]
+    table = predict_wear(conditions, chosen, [charge], result, None, defaults.probability)
+    if options.out:
+        write_table(table, options.out)
     with pd.option_context("display.width", 200):
         print(table[list(SHOWN)].rename(columns=SHOWN).to_string(index=False, float_format="{:.3g}".format))
     for note in dict.fromkeys(table["note"]):
         print(f"note: {note}")
-
-
-if __name__ == "__main__":
-    main()

@@ -1,9 +1,10 @@
 """Says what a run would do, before anything runs: Snakemake's table of its jobs, and time, memory and disk.
 
-    python scripts/plan_run.py [TARGET ...] [ARGUMENTS OF SNAKEMAKE]
+    millprint plan fingerprint --config mill=planetary
+    millprint plan fingerprint mine.yaml --cores 4
 
-The arguments are those of your run, such as --cores 4 --configfile config/smoke.yaml --config mill=planetary. Nothing
-is changed.
+Targets come first, then a configuration, then arguments of Snakemake, such as --configfile config/smoke.yaml; without a
+target, the whole run. Nothing is changed.
 """
 
 import argparse
@@ -17,6 +18,8 @@ from snakemake.cli import main as snakemake_command
 from snakemake.logging import logger
 from snakemake_interface_logger_plugins.common import LogEvent
 
+from millprint.cli.arguments import parser_of
+from millprint.cli.engine import YAML, settings_of, snakefile_words
 from millprint.plan import Job, plan_text
 
 # Exit status of a command whose arguments are wrong.
@@ -57,16 +60,17 @@ def cores_of(words: list[str]) -> int:
     return int(found) if found.isdigit() else os.cpu_count() or 1
 
 
-def main(words: list[str]) -> int:
+def main(arguments: list[str], name: str = "plan") -> int:
     """Print the plan; returns the exit status, that of Snakemake where it refuses."""
-    if "--help" in words or "-h" in words:
-        print(__doc__)
-        return 0
+    if "--help" in arguments or "-h" in arguments:
+        parser_of(name, __doc__).parse_args(["--help"])
+    # Reading the Snakefile as a run does: a configuration among the targets is its settings.
+    words = [part for word in arguments for part in (settings_of(word) if word.endswith(YAML) else [word])]
     plan, said = Plan(), io.StringIO()
     logger.addFilter(plan)
     try:
         with redirect_stderr(said):
-            snakemake_command(["--dry-run", *words])
+            snakemake_command(["--dry-run", *snakefile_words(), *words])
     except SystemExit as ended:
         # The last line of Snakemake's usage message says which argument is wrong.
         lines = said.getvalue().splitlines()
@@ -76,7 +80,3 @@ def main(words: list[str]) -> int:
     # The jobs of a target make no file.
     print(plan_text([job for job in plan.jobs if job.outputs], cores_of(words)))
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
