@@ -7,7 +7,7 @@ from pathlib import Path
 
 from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
-from scripts.write_conda_file import conda_text
+from tools.write_conda_file import conda_text
 
 ENVIRONMENTS = Path(__file__).parents[2] / "envs"
 

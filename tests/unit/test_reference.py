@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import yaml
 from jsonschema import Draft202012Validator
-from write_reference import PAGES
+from tools.write_reference import PAGES
 
 from millprint.config.document import MODELS, nested_models, schema_text, sections
 from millprint.config.meanings import meaning_of

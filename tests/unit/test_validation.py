@@ -2,10 +2,10 @@
 
 import shutil
 
-import fix_predictions
 import numpy as np
 import pandas as pd
 import pytest
+from tools import fix_predictions
 
 from millprint.config.load import check_model
 from millprint.config.setups.base import SetupConfig
