@@ -11,6 +11,7 @@ from packaging.requirements import Requirement
 from millprint.run.files import whole_file
 
 ROOT = Path(__file__).parent.parent
+TORCH_INDEX = "https://download.pytorch.org/whl/cpu"
 
 
 def _name(text: str) -> str:
@@ -21,16 +22,19 @@ def _name(text: str) -> str:
 def locked() -> dict[str, str]:
     """The line of each package in the lock file, by normalised name."""
     lines = (ROOT / "envs" / "requirements.lock").read_text().splitlines()
-    return {_name(line.split("==")[0]): line for line in lines if line and not line.startswith("#")}
+    return {line.split("==")[0]: line for line in lines if not line.startswith("#")}
 
 
 def library_packages() -> list[str]:
-    """Lines of the lock file that the library needs, directly or through another package.
+    """Lines of the lock file that jobs need, directly or through another package: the core's, the thesis's, torch.
 
     Snakemake and the tools of developers are not among them: a job of Snakemake needs neither.
     """
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    known, waiting, found = locked(), [Requirement(text) for text in project["dependencies"]], set()
+    extras = project["optional-dependencies"]
+    texts = [*project["dependencies"], *extras["thesis"], *extras["surrogate"], "xgboost-cpu"]
+    waiting = [Requirement(text) for text in texts if not text.startswith("snakemake")]
+    known, found = locked(), set()
     while waiting:
         requirement = waiting.pop()
         name = _name(requirement.name)
@@ -46,9 +50,10 @@ def library_packages() -> list[str]:
 
 def conda_text() -> str:
     """The text of the environment file: Python and pip from conda-forge, the packages as locked."""
-    packages = ["python=3.11", "pip", {"pip": library_packages()}]
+    # pip reads an index among the packages: that of torch without gigabytes for graphics cards.
+    packages = ["python=3.11", "pip", {"pip": [f"--extra-index-url {TORCH_INDEX}", *library_packages()]}]
     content = {"channels": ["conda-forge", "nodefaults"], "dependencies": packages}
-    return f"# Written from requirements.lock by `make lock`.\n{yaml.safe_dump(content, sort_keys=False)}"
+    return f"# Written from requirements.lock by `make lock`.\n{yaml.safe_dump(content, sort_keys=False, width=500)}"
 
 
 if __name__ == "__main__":
