@@ -51,7 +51,7 @@ def test_the_overview_names_every_command(capsys):
     ("words", "parts"),
     [
         (["fingerprnt"], ["unknown command", "did you mean fingerprint?"]),
-        (["run", "convergance"], ["unknown target", "did you mean convergence?"]),
+        (["run", "convergencee"], ["unknown target", "did you mean convergence?"]),
         (["fingerprint", "planetry"], ["unknown mill", "did you mean planetary?"]),
         (["fingerprint", "no.yaml"], ["no.yaml: no such file", "millprint new"]),
         (["new", "plantary", "--yes"], ["unknown kind", "did you mean planetary?"]),
