@@ -43,7 +43,7 @@ from millprint.fingerprint.zones import find_zones
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.thesis.curves.collapse import tabulate_collapse
-from millprint.thesis.curves.published import published_cycles, published_point, read_published
+from millprint.thesis.curves.regimes import published_cycles, published_point, read_published
 
 # What is written for each contact set, by the names of the rule's outputs.
 FILES = ("means", "curves", "coverage", "fingerprint")

@@ -12,8 +12,7 @@ from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.run.tables import read_printed
 from millprint.thesis.figures.chapter6 import plot_ablations
-from millprint.thesis.surrogate.ablations import ablation_table, scatter_in_words
-from millprint.thesis.surrogate.tables import join_tables
+from millprint.thesis.surrogate.tables import ablation_table, join_tables, scatter_in_words
 
 logger = logging.getLogger("millprint")
 

@@ -16,14 +16,25 @@ from millprint.provenance.inside import CRATE
 from millprint.run.files import read_table, whole_file, write_table
 from millprint.run.job import job
 from millprint.run.machine import provenance
-from millprint.thesis.claims.conclusions import judge_conclusions, read_conclusions
-from millprint.thesis.claims.elsewhere import compare_verdicts, in_a_line, read_stored
+from millprint.thesis.claims.conclusions import (
+    compare_verdicts,
+    in_a_line,
+    judge_conclusions,
+    read_conclusions,
+    read_stored,
+)
 from millprint.thesis.claims.errata import collect_errata
 from millprint.thesis.claims.tabulate import collect_findings, count_verdicts, tabulate_claims
-from millprint.thesis.report.chapter_pages import write_chapter
-from millprint.thesis.report.runtimes import sum_stages, tabulate_runtimes
-from millprint.thesis.report.summary import claims_page, front_text, plot_verdicts, summary_page, what_falls
-from millprint.thesis.report.tables import Section, tables_page
+from millprint.thesis.report.summary import (
+    claims_page,
+    front_text,
+    plot_verdicts,
+    sum_stages,
+    summary_page,
+    tabulate_runtimes,
+    what_falls,
+)
+from millprint.thesis.report.tables import Section, tables_page, write_chapter
 
 
 def write_page(text: str, path: str) -> None:

@@ -13,7 +13,7 @@ from millprint.config.other_sources import OtherSourcesConfig
 from millprint.config.yields import YieldConfig
 from millprint.errors import ConfigError
 from millprint.thesis.doe.runs import YIELD
-from millprint.thesis.figures.chapter5_sources import plot_sources
+from millprint.thesis.figures.chapter5 import plot_sources
 from millprint.thesis.yields import groups as sources
 from millprint.thesis.yields import tables
 from millprint.thesis.yields.features import CONDITIONS
