@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from scripts.store_verdicts import main
+from tools.store_verdicts import main
 
 from millprint.errors import ConfigError
 from millprint.fingerprint.seeds import block_length

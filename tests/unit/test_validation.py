@@ -5,8 +5,8 @@ import shutil
 import numpy as np
 import pandas as pd
 import pytest
+from tools import fix_predictions
 
-import fix_predictions
 from millprint.config.load import check_model
 from millprint.config.setups.base import SetupConfig
 from millprint.config.sweep import DemConfig

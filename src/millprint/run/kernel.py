@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numba
 from llvmlite import binding
+from platformdirs import user_cache_path
 
 from millprint.run.digest import content_digest
 
@@ -28,7 +29,7 @@ def cache_root() -> Path:
     project = PACKAGE.parents[1]
     if (project / "pyproject.toml").is_file() and os.access(project, os.W_OK):
         return project / ".numba_cache"
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "millprint"
+    return user_cache_path("millprint", appauthor=False)
 
 
 CACHE_ROOT = cache_root()
