@@ -21,7 +21,6 @@ from millprint.thesis.yields.evaluation import (
     compare_choices,
     coverage_table,
     describe_search,
-    hyperparameters,
     labelled,
     locked_metrics,
     paired_differences,
@@ -35,7 +34,7 @@ from millprint.thesis.yields.evaluation import (
 )
 from millprint.thesis.yields.held_out import INTERVAL_COLUMNS, PREDICTION_COLUMNS
 from millprint.thesis.yields.metrics import YieldWeights
-from millprint.thesis.yields.model_files import load_averaged, load_model, stored_search
+from millprint.thesis.yields.model_files import load_averaged, load_model
 from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY, PRIMARY
 from millprint.thesis.yields.tables import read_rows
 
@@ -60,7 +59,6 @@ def main(inputs, output, training: TrainingConfig, budget: EvaluationConfig, lev
     train, test = read_rows(inputs.train), read_rows(inputs.test)
     printed = [load_model(path) for path in inputs.models]
     models = [*printed, load_averaged(inputs.averaged)]
-    write_table(hyperparameters(printed, [stored_search(path) for path in inputs.models]), output.hyperparameters)
     write_table(locked_metrics(models, test, weigh), output.locked)
     rows = pd.concat([train.assign(role="train"), test.assign(role="test")], ignore_index=True)
     predicted = predictions(models, rows, level)

@@ -18,12 +18,9 @@ rule tabulate_experiments:
         design=f"{DOE}/design.tsv",
         fraction=f"{DOE}/fraction.json",
         aliases=f"{DOE}/aliases.tsv",
-        confounding=f"{DOE}/confounding.tsv",
         audit=f"{DOE}/audit.tsv",
         half_life=f"{DOE}/half_life.tsv",
         wear=f"{DOE}/wear.tsv",
-        powder=f"{DOE}/powder.tsv",
-        unreported=f"{DOE}/unreported.tsv",
         missingness=f"{DOE}/missingness.tsv",
         checks=f"{DOE}/literature_checks.tsv",
         svg=shown(f"{DOE}/literature.svg"),
@@ -37,11 +34,8 @@ rule tabulate_experiments:
     params:
         design=CONFIG.doe.part(DesignConfig),
         half_life=CONFIG.doe.half_life.model_dump(mode="json"),
-        powder=CONFIG.doe.powder.model_dump(mode="json"),
-        chemistry=CONFIG.doe.chemistry.model_dump(mode="json"),
-        gas=CONFIG.doe.gas.model_dump(mode="json"),
     message:
-        "Checking the runs in {input.screening} against the design; tabulating wet-lab arithmetic and the literature"
+        "Checking the runs in {input.screening} against the design; tabulating half-lives, wear and the literature"
     script:
         "../../scripts/tabulate_experiments.py"
 
@@ -55,7 +49,6 @@ rule analyse_variance:
         corrected=f"{DOE}/anova_corrected.tsv",
         trends=f"{DOE}/trends.tsv",
         contested=f"{DOE}/contested.tsv",
-        rival_models=f"{DOE}/rival_models.tsv",
         residual_parts=f"{DOE}/residual_parts.tsv",
         detectable=f"{DOE}/detectable.tsv",
         residuals=f"{DOE}/residuals.tsv",

@@ -108,7 +108,6 @@ rule train_averaged_models:
         rows=f"{YIELDS}/final_rows.tsv",
         mill=f"{YIELDS}/models/mill.json",
         models=expand(f"{YIELDS}/models/averaged_gpr_{{rows}}.json", rows=["primary", "final"]),
-        members=expand(f"{YIELDS}/averaging_{{rows}}.tsv", rows=["primary", "final"]),
     log:
         f"{LOGS}/yields/train_averaged_models.log",
     benchmark:
@@ -131,7 +130,6 @@ YIELD_TABLES = [
     "coverage",
     "predictions",
     "out_of_domain",
-    "hyperparameters",
     "time_variance",
     "scores",
     "pit",
