@@ -23,8 +23,8 @@ extensions = [
 ]
 exclude_patterns = ["_build"]
 
-# `$...$` and `$$...$$` are equations, `::: {note}` a box, `[word]{#anchor}` an anchor, and each heading down to the third
-# level has one.
+# `$...$` and `$$...$$` are equations, `::: {note}` a box, `[word]{#anchor}` an anchor, and each heading down to the
+# third level has one.
 myst_enable_extensions = ["attrs_inline", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 

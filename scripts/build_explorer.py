@@ -3,7 +3,6 @@
 params: `about`, and `others` (their mills). input: files of the mill and, as other_KEY, of the others. output: `html`.
 """
 
-from millprint.config.dose import SpectraConfig
 from millprint.config.fingerprint import InverseConfig
 from millprint.config.heat import HeatConfig
 from millprint.config.mill import MillConfig
@@ -24,16 +23,16 @@ def main(inputs, output: str, about: dict, others: list[dict]) -> None:
     prediction, level, spectra, own_rule, rule, heat, descriptors; others: section `mill` and files of each further
     mill.
     """
-    spectra, heat, names = SpectraConfig(**about["spectra"]), HeatConfig(**about["heat"]), about["descriptors"]
+    heat, names = HeatConfig(**about["heat"]), about["descriptors"]
     own = mill_content(
         Machine.of_mill(MillConfig(**about["mill"])),
         list(inputs.fingerprints),
         InverseConfig(**about["request"]),
         explorer_yields(inputs.yield_model, PredictionConfig(**about["prediction"]), about["level"]),
-        Spectra(list(zip(inputs.spectra, inputs.summaries, strict=True)), spectra, about["own_rule"]),
+        Spectra(list(zip(inputs.spectra, inputs.summaries, strict=True)), about["own_rule"]),
         Heat(inputs.temperatures, inputs.limits, heat),
     )
-    settings = {"spectra": spectra, "rule": about["rule"], "heat": heat, "descriptors": names}
+    settings = {"rule": about["rule"], "heat": heat, "descriptors": names}
     further = [simulated_content(each["mill"], each["files"], settings) for each in others]
     with whole_file(output) as partial:
         partial.write_text(explorer_page(explorer_content(about["name"], [own, *further], names)))

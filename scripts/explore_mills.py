@@ -3,7 +3,6 @@
 params: `mills`, and `about`. input: for each mill the files of EXPLORED. output: `html`.
 """
 
-from millprint.config.dose import SpectraConfig
 from millprint.config.fingerprint import DescriptorSet
 from millprint.config.heat import HeatConfig
 from millprint.explorer.content import explorer_content
@@ -13,12 +12,10 @@ from millprint.run.files import whole_file
 from millprint.run.job import job
 
 
-def main(
-    mills: list[dict], output: str, name: str, *, descriptors: DescriptorSet, spectra: dict, rule: str, heat: dict
-) -> None:
+def main(mills: list[dict], output: str, name: str, *, descriptors: DescriptorSet, rule: str, heat: dict) -> None:
     """Write the page; mills: for each its section `mill` and its files, as `simulated_content` takes them."""
     settings = {
-        "spectra": SpectraConfig(**spectra), "rule": rule, "heat": HeatConfig(**heat), "descriptors": descriptors,
+        "rule": rule, "heat": HeatConfig(**heat), "descriptors": descriptors,
     }  # fmt: skip
     content = explorer_content(name, [simulated_content(**each, settings=settings) for each in mills], descriptors)
     with whole_file(output) as partial:

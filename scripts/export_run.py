@@ -7,7 +7,6 @@ import argparse
 from pathlib import Path
 
 from millprint.config.checks import stop_on_bad_input
-from millprint.config.view import ViewConfig
 from millprint.run.job import job
 from millprint.view.paraview import export_run
 
@@ -18,8 +17,7 @@ def main() -> None:
     """Parse the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("run", type=Path, help="run.h5 of a case with snapshots")
-    every = ViewConfig().paraview_every
-    parser.add_argument("--every", type=int, default=every, help=f"write every n-th snapshot (default {every})")
+    parser.add_argument("--every", type=int, default=1, help="write every n-th snapshot (default 1)")
     parser.add_argument("--out", type=Path, help="folder of the files (default: that of run.h5)")
     chosen = parser.parse_args()
     files = [(chosen.out or chosen.run.parent) / f"{chosen.run.stem}{part}.vtkhdf" for part in PARTS]
@@ -30,7 +28,7 @@ def main() -> None:
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "export run") as log:
-        count = export_run(snakemake.input.run, *snakemake.output, snakemake.params.every)
+        count = export_run(snakemake.input.run, *snakemake.output)
         log.info("%d snapshots", count)
 elif __name__ == "__main__":
     main()
