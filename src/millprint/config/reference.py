@@ -86,7 +86,7 @@ def parts() -> dict[str, list[Place]]:
         "config/mills/NAME.yaml": [Place(key, model, "mill") for key, model in sections(MillConfig)],
         "config/contacts/NAME.yaml": [Place(key, model, "contact") for key, model in sections(ContactConfig)],
         "Sections of the configuration": [place for place in inner if place not in thesis],
-        "card.yaml, of scripts/write_card.py; in a table of experiments each key is a column": [
+        "card.yaml, of `millprint card`; in a table of experiments each key is a column": [
             Place(key, model, "card") for key, model in sections(Experiment)
         ],
         "Sections of the configuration for the chapters of the thesis": thesis,

@@ -29,5 +29,5 @@ REMOVED = {
     "sweeps.threads": "that of all simulations is dem.threads",
     "uncertainty.closure_max": "fixed at 0.02",
     "view.frames_per_second": "fixed at 25",
-    "view.paraview_every": "fixed at 1; scripts/export_run.py has --every",
+    "view.paraview_every": "fixed at 1; `millprint export` has --every",
 }
