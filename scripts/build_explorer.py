@@ -1,13 +1,12 @@
 """Builds the explorer, a page that needs no server: of one mill, of several, or of the run's chapters and other mills.
 
-Settings: name, mills.rule, dose.spectra, dose.heat, fingerprint.descriptors; the `mills` of the page. For the chapters
+Settings: name, mills.rule, dose.heat, fingerprint.descriptors; the `mills` of the page. For the chapters
 also fingerprint.counting_rule, fingerprint.inverse, yields.prediction, yields.interval_level, and their mill.
 Inputs: `fingerprint`, `spectra`, `summary`, `temperatures`, `limits` of each mill. Of the chapters `own_fingerprints`,
 `own_spectra`, `own_summaries` (one for each contact set), `own_temperatures`, `own_limits`, `yield_model`.
 Outputs: `html`.
 """
 
-from millprint.config.dose import SpectraConfig
 from millprint.config.fingerprint import InverseConfig
 from millprint.config.heat import HeatConfig
 from millprint.config.mill import MillConfig
@@ -23,7 +22,6 @@ from millprint.run.job import job
 def settings_of(about: dict) -> Settings:
     """The settings that hold for every mill of the page."""
     return {
-        "spectra": SpectraConfig(**about["spectra"]),
         "rule": about["rule"],
         "heat": HeatConfig(**about["heat"]),
         "descriptors": about["descriptors"],
@@ -44,7 +42,7 @@ def chapter_content(inputs, own: dict, settings: Settings) -> dict:
         list(inputs.own_fingerprints),
         InverseConfig(**own["request"]),
         explorer_yields(inputs.yield_model, PredictionConfig(**own["prediction"]), own["level"]),
-        Spectra(spectra, settings["spectra"], own["rule"]),
+        Spectra(spectra, own["rule"]),
         Heat(inputs.own_temperatures, inputs.own_limits, settings["heat"]),
     )
 

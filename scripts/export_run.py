@@ -10,5 +10,5 @@ from millprint.view.paraview import export_run
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "export run") as log:
-        count = export_run(snakemake.input.run, *snakemake.output, snakemake.params.every)
+        count = export_run(snakemake.input.run, *snakemake.output)
         log.info("%d snapshots", count)

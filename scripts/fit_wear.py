@@ -26,12 +26,12 @@ def main(conditions_path: str, inputs, output, settings: WearConfig, machine: di
     own = conditions[(conditions["mill"] == machine["mill"]) & (conditions["contact"] == machine["contact"])]
     materials = read_materials(inputs.materials, settings.material)
     weighings = wear_table(read_wear(inputs.weighings))
-    table, result = fit_wear(weighings, own, materials.loc[settings.material], settings.fill_tolerance)
+    table, result = fit_wear(weighings, own, materials.loc[settings.material])
     log.info("wear: %s", verdict(result))
     factors = read_factors(inputs.factors, "contact", machine) if inputs.get("factors") else None
     write_table(table, output.fit)
     write_json({**result, "verdict": verdict(result)}, output.coefficient)
-    wear = predict_wear(conditions, materials, settings.charges, result, factors, settings.probability)
+    wear = predict_wear(conditions, materials, settings.charges, result, factors)
     write_table(wear, output.wear)
 
 

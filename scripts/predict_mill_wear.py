@@ -20,7 +20,7 @@ def main(runs: list[tuple[str, str]], coefficient: str, materials: str, output, 
     conditions = mean_conditions(tabulate_sliding(runs))
     # Factors by contact parameters are those of single mills; the note says that they are not in the interval.
     known = read_materials(materials, settings.material)
-    wear = predict_wear(conditions, known, settings.charges, result, None, settings.probability)
+    wear = predict_wear(conditions, known, settings.charges, result, None)
     write_table(wear, output.table)
     save(plot_mill_wear(wear, settings.material), output.svg, output.png)
 

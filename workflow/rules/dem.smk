@@ -62,8 +62,6 @@ rule export_run:
         f"{LOGS}/view/{{mill}}/{{contact}}/{{case}}_export.log",
     benchmark:
         f"{BENCHMARKS}/export_run/{{mill}}/{{contact}}/{{case}}.tsv"
-    params:
-        every=CONFIG.view.paraview_every,
     message:
         "Writing {wildcards.mill}/{wildcards.contact}/{wildcards.case} for ParaView"
     script:
@@ -82,7 +80,7 @@ rule animate_run:
     benchmark:
         f"{BENCHMARKS}/animate_run/{{mill}}/{{contact}}/{{case}}.tsv"
     params:
-        settings=CONFIG.view.model_dump(mode="json", exclude={"paraview_every"}),
+        settings=settings("view"),
     message:
         "Animating {wildcards.mill}/{wildcards.contact}/{wildcards.case}"
     script:

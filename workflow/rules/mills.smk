@@ -65,9 +65,7 @@ rule describe_mill:
         counting_rule=CONFIG.mills.rule,
         interval=CONFIG.fingerprint.interval,
         smooth_points=CONFIG.fingerprint.smooth_points,
-        collapse_max=CONFIG.mills.collapse_max,
         spectra_rules=spectra_rules(CONFIG.mills.rule),
-        spectra=CONFIG.dose.spectra.model_dump(mode="json"),
     message:
         "Calculating fingerprint and energy spectra of mill {wildcards.mill}"
     script:
@@ -144,7 +142,6 @@ rule collect_mills:
         f"{LOGS}/mills/collect.log",
     localrule: True
     params:
-        collapse_max=CONFIG.mills.collapse_max,
         mills=BOX,
     message:
         "Comparing how well the curves of {BOX} collapse, and counting how often their bands hold new simulations"
@@ -256,7 +253,6 @@ if CONFIG.mills.scale_up is not None:
 
 EXPLORED_WITH = {
     "name": CONFIG.name,
-    "spectra": CONFIG.dose.spectra.model_dump(mode="json"),
     "rule": CONFIG.mills.rule,
     "descriptors": CONFIG.fingerprint.descriptors,
     "heat": CONFIG.dose.heat.model_dump(mode="json"),

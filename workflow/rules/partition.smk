@@ -59,7 +59,6 @@ rule tabulate_spectra:
     params:
         runs={contact: records_of(swept_summaries(contact)) for contact in CONFIG.contacts},
         rules=spectra_rules(CONFIG.fingerprint.counting_rule),
-        settings=CONFIG.dose.spectra.model_dump(mode="json"),
     message:
         "Tabulating the energy spectra of {CONFIG.contacts}"
     script:
