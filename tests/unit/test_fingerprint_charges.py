@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-import match_conditions
 from match_mills import request_of
+from millprint.cli.commands import main as millprint
 from millprint.config.checks import load_workflow
 from millprint.config.fingerprint import DESCRIPTOR_SETS, TARGET_DESCRIPTORS, LikeConfig, MatchConfig, TargetConfig
 from millprint.config.load import check_model, load_named
@@ -252,11 +252,10 @@ def test_the_command_line_takes_charges_by_name(unlike, tmp_path, capsys):
     file = str(tmp_path / "fingerprint.json")
     unlike.write(file)
     options = ["--speeds", "600", "1200", "--balls", "10", "twice"]
-    match_conditions.main([file, "--like", file, "800", "twice", "0.12", *options])
+    millprint(["match", file, "--like", file, "800", "twice", "0.12", *options])
     head, best = capsys.readouterr().out.splitlines()[1:3]
     assert "charge" in head and best.split()[:4] == ["1", "emax", "calibrated", "twice"]
-    with pytest.raises(SystemExit):
-        match_conditions.main([file, "--like", file, "800", "four", "0.12", *options])
+    assert millprint(["match", file, "--like", file, "800", "four", "0.12", *options]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert line == "error: charge = four: the fingerprint of emax has three, twice"
 

@@ -7,12 +7,11 @@ from millprint.config.load import check_model
 from millprint.config.regressors import COMPARED, TABLE_5_6, TUNED, UNTUNED, Spaces
 from millprint.config.yields import YieldConfig
 from millprint.errors import ConfigError
-from millprint.thesis.yields.choices import ALTERNATIVES, compare_choices
 from millprint.thesis.yields.estimators import GaussianProcess, gaussian_process
-from millprint.thesis.yields.explanation import shap_values
-from millprint.thesis.yields.model import fit_model, plan_steps
+from millprint.thesis.yields.evaluation import ALTERNATIVES, compare_choices, shap_values
+from millprint.thesis.yields.held_out import procedure_of
+from millprint.thesis.yields.model import Trainer, fit_model, plan_steps
 from millprint.thesis.yields.model_files import load_model, save_model, stored_search
-from millprint.thesis.yields.procedures import procedure_of
 from millprint.thesis.yields.regressors import (
     AVERAGED,
     CLIMATOLOGY,
@@ -24,7 +23,6 @@ from millprint.thesis.yields.regressors import (
     regressor,
     searched_again,
 )
-from millprint.thesis.yields.search import Trainer
 from tests.unit.yield_settings import parts, settings, thesis_yields
 
 # Whether SHAP values can be calculated, by regressor.

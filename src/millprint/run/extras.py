@@ -43,7 +43,7 @@ def _only_asked() -> bool:
 
 
 def explain_extras() -> None:
-    """From now on, the import of a missing package of an extra names the extra, in one line at the end of a program."""
+    """From now on, the import of a missing package names its extra; at the end of a program, in one line."""
     if _Extras in sys.meta_path:
         return
     sys.meta_path.append(_Extras)

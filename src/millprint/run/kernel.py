@@ -19,7 +19,7 @@ from platformdirs import user_cache_path
 from millprint.run.digest import content_digest
 
 PACKAGE = Path(__file__).parents[1]
-KERNEL_FOLDERS = ("mill", "dem", "thesis/surrogate/thesis")
+KERNEL_FOLDERS = ("mill", "dem", "thesis/surrogate")
 MAKERS = re.compile(r"from millprint\.run\.kernel import .*\b(kernel|inner|inlined|threaded|array_maker)\b")
 IMPORTS = re.compile(r"^from millprint\.([\w.]+) import", re.MULTILINE)
 

@@ -11,12 +11,10 @@ from millprint.config.yields import TrainingConfig
 from millprint.errors import ConfigError
 from millprint.run.files import read_format, read_json, write_json
 from millprint.thesis.doe.runs import YIELD
-from millprint.thesis.yields.averaging import LINKS, AveragedModel, Candidate, Member, to_conversion
+from millprint.thesis.yields.averaging import LINKS, AveragedModel, Candidate, Member, Process, terms_of, to_conversion
 from millprint.thesis.yields.features import CONDITIONS, Standardisation, describe
-from millprint.thesis.yields.model import Plan, Step, YieldModel, fit_in_turn
+from millprint.thesis.yields.model import Plan, SearchResult, Step, YieldModel, fit_in_turn
 from millprint.thesis.yields.regressors import regressor
-from millprint.thesis.yields.search import SearchResult
-from millprint.thesis.yields.structured import Process, terms_of
 
 FORMAT, AVERAGED_FORMAT = "millprint yield model 1", "millprint averaged yield model 1"
 # Largest difference between the predictions of a stored model and those in its file [pp].
