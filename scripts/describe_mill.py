@@ -1,6 +1,6 @@
 """The fingerprint of a mill from its own sweep: descriptors, curves, exponents, collapse, zones, spectra, its sheet.
 
-Settings: the mill; mills.counting_rule, mills.collapse_max, fingerprint.interval, fingerprint.smooth_points,
+Settings: the mill; mills.counting_rule, fingerprint.interval, fingerprint.smooth_points,
 dose.spectra.
 Inputs: `summaries` and their `runs`.
 Outputs: `descriptors`, `means`, `curves`, `fingerprint` (JSON), `exponents`, `collapse`, `zones`, `sheet`, `spectra`,

@@ -1,6 +1,6 @@
 """Writes the snapshots of a run for ParaView: run.vtkhdf (balls), run_walls.vtkhdf and run_contacts.vtkhdf.
 
-Settings: view.paraview_every, for every n-th snapshot.
+Settings: none.
 Inputs: `run`: run.h5 with snapshots.
 Outputs: `balls`, `walls`, `contacts`.
 """
