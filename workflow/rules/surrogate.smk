@@ -353,6 +353,7 @@ ABLATION_OUTPUTS = [*rules.tabulate_ablations.output, *rules.plot_ablations.outp
 
 
 rule ablations:
+    """Appendix A: the ablations of the surrogate."""
     input:
         ABLATION_OUTPUTS,
     localrule: True
