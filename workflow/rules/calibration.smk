@@ -137,6 +137,7 @@ CALIBRATION_OUTPUTS = [
 
 
 rule calibration:
+    """The drop test and the friction of chapter 3."""
     input:
         CALIBRATION_OUTPUTS,
     localrule: True

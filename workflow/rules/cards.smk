@@ -66,6 +66,7 @@ CARD_OUTPUTS = expand([*rules.write_card.output], card=CARD_EXPERIMENTS)
 
 
 rule cards:
+    """A milling card for each experiment of the section cards."""
     input:
         CARD_OUTPUTS,
         rules.match_cards.output if CARD_EXPERIMENTS and CONFIG.cards.match else [],

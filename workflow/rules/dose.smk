@@ -39,6 +39,7 @@ HEAT_OUTPUTS = expand([*rules.balance_heat.output], mill=HEATED_MILLS)
 
 
 rule heat:
+    """Temperatures of balls, powder and jar over a milling programme, and the pauses that keep a limit."""
     input:
         HEAT_OUTPUTS,
     localrule: True

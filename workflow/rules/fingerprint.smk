@@ -200,6 +200,7 @@ if FIT_MILL:
             "../../scripts/measure_shape.py"
 
     rule fit:
+        """The shape of a jar by a fit to published powers."""
         input:
             rules.fit_jar.output,
         localrule: True

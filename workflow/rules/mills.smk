@@ -150,6 +150,7 @@ rule collect_mills:
 
 
 rule coverage:
+    """How many new simulations the bands of the mills of the box hold."""
     input:
         rules.collect_mills.output.coverage,
     localrule: True
@@ -177,6 +178,7 @@ FINGERPRINTED = [
 
 
 rule fingerprint:
+    """The fingerprint of the run's mill: its curves, its page, its spectra, and how often its bands hold."""
     input:
         FINGERPRINTED,
     localrule: True
@@ -185,6 +187,7 @@ rule fingerprint:
 
 
 rule mills:
+    """The fingerprints of the mills of mills.box, compared."""
     input:
         BOX_OUTPUTS,
     localrule: True
@@ -212,6 +215,7 @@ if CONFIG.mills.match is not None:
             "../../scripts/match_mills.py"
 
     rule match:
+        """The settings of mills.match.mill that come nearest to a condition of another mill."""
         input:
             rules.match_mills.output,
         localrule: True
@@ -244,6 +248,7 @@ if CONFIG.mills.scale_up is not None:
             "../../scripts/plan_scale_up.py"
 
     rule scale_up:
+        """A large mill, similar to mills.scale_up.mill, and what it costs to simulate."""
         input:
             rules.plan_scale_up.output,
         localrule: True
@@ -300,6 +305,7 @@ use rule explore_mill as explore_mills with:
 
 
 rule explorer:
+    """A page with sliders for the run's mill."""
     input:
         rules.explore_mill.output.html.format(mill=CONFIG.mill),
     localrule: True

@@ -133,6 +133,7 @@ rule predict_mill_wear:
 
 # A target of its own: the coefficient of wear comes from the simulations of the thesis, which `mills` does not start.
 rule mill_wear:
+    """The wear of the balls in the mills of the box."""
     input:
         rules.predict_mill_wear.output,
     localrule: True

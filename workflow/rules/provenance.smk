@@ -23,6 +23,7 @@ rule build_gallery:
 
 
 rule gallery:
+    """A page with every figure of the run."""
     input:
         rules.build_gallery.output,
     localrule: True
@@ -82,6 +83,7 @@ rule write_crate:
 
 
 rule crate:
+    """The record of the run, an RO-Crate."""
     input:
         rules.write_crate.output,
     localrule: True

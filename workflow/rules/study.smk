@@ -29,6 +29,7 @@ rule study_settings:
 
 
 rule convergence:
+    """Whether time step, stiffness, window and number of seeds are good enough."""
     input:
         CONVERGENCE_OUTPUTS if CHAPTERS else [],
         [output.format(mill=CONFIG.mill) for output in rules.study_settings.output],
@@ -46,6 +47,7 @@ MILL_SPECTRA = [
 
 
 rule dose:
+    """Energy spectra; for the thesis also dose, kinetics and wear."""
     input:
         DOSE_OUTPUTS if CHAPTERS else MILL_SPECTRA,
     localrule: True

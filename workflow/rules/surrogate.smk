@@ -297,6 +297,7 @@ ABLATION_OUTPUTS = [*rules.tabulate_ablations.output]
 
 
 rule ablations:
+    """Appendix A: the ablations of the surrogate."""
     input:
         ABLATION_OUTPUTS,
     localrule: True

@@ -108,6 +108,7 @@ UNCERTAINTY_OUTPUTS = uncertainty_of(CONFIG.uncertainty.mills)
 
 
 rule uncertainty:
+    """What friction, restitution and stiffness that nobody has measured leave open."""
     input:
         uncertainty_of([CONFIG.mill]),
     localrule: True

@@ -118,6 +118,7 @@ VALIDATION_OUTPUTS = [
 
 
 rule validation:
+    """Machines and impacts that others measured, predicted, with a verdict on each number."""
     input:
         VALIDATION_OUTPUTS,
     localrule: True
