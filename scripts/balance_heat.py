@@ -1,6 +1,8 @@
 """Temperatures of balls, powder and jar of every simulated condition of a mill: tables and figures.
 
-input: `summaries`, their `runs`, and `measured`, a table or none. params: section `dose.heat` as `settings`; `title`.
+Settings: dose.heat; the title of the mill.
+Inputs: `summaries`, their `runs`, and `measured`, a table or none.
+Outputs: `sources`, `parameters`, `temperatures`, `limits`, `comparison`, `flash`, and the figure.
 """
 
 from collections.abc import Sequence

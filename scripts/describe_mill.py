@@ -1,7 +1,10 @@
 """The fingerprint of a mill from its own sweep: descriptors, curves, exponents, collapse, zones, spectra, its sheet.
 
-params: `mill` and settings of the fingerprint. input: `summaries` and their `runs`. output: fingerprint.json, the
-sheet, and a table for each of the others.
+Settings: the mill; mills.counting_rule, fingerprint.interval, fingerprint.smooth_points,
+dose.spectra.
+Inputs: `summaries` and their `runs`.
+Outputs: `descriptors`, `means`, `curves`, `fingerprint` (JSON), `exponents`, `collapse`, `zones`, `sheet`, `spectra`,
+`spectra_summary`.
 """
 
 from millprint.config.mill import MillConfig

@@ -1,6 +1,8 @@
 """Writes the snapshots of a run for ParaView: run.vtkhdf (balls), run_walls.vtkhdf and run_contacts.vtkhdf.
 
-input: `run`. output: the three files.
+Settings: none.
+Inputs: `run`: run.h5 with snapshots.
+Outputs: `balls`, `walls`, `contacts`.
 """
 
 from millprint.run.job import job

@@ -1,8 +1,9 @@
 """Measures the sliding work; fits the wear coefficient to half of the weighings, holds it against the others, and
 predicts the wear elsewhere.
 
-params: section `dose.wear` as `settings`, and `machine`. input: `summaries`, their `runs`, `weighings`, `materials`,
-and `factors` if there are any. output: `runs`, `conditions`, `fit`, `coefficient`, `wear`, and the figure.
+Settings: dose.wear; mill, contact set and counting rule of the weighings.
+Inputs: `summaries`, their `runs`, `weighings`, `materials`, and `factors` if there are any.
+Outputs: `runs`, `conditions`, `fit`, `coefficient`, `wear`, and the figure.
 """
 
 from millprint.config.dose import WearConfig

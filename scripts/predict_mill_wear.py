@@ -1,7 +1,8 @@
 """Wear of the balls and iron in the powder in the mills of the box, by the coefficient of the thesis's weighings.
 
-params: section `dose.wear` as `settings`. input: `summaries`, their `runs`, `coefficient`, `materials`. output:
-`table`, `svg`, `png`.
+Settings: dose.wear.
+Inputs: `summaries`, their `runs`, `coefficient`, `materials`.
+Outputs: `table`, and the figure.
 """
 
 from millprint.config.dose import WearConfig

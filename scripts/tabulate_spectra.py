@@ -1,7 +1,8 @@
 """Energy spectra of the collisions of every condition, and what is read off each, for each contact set.
 
-params: `runs` by contact set, counting `rules`. input: `summaries` and `runs`. output: `spectra` and
-`summary` of each contact set.
+Settings: fingerprint.counting_rule; the runs of each contact set.
+Inputs: `summaries` and `runs`.
+Outputs: `spectra` and `summary` of each contact set.
 """
 
 from pathlib import Path

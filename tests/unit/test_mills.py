@@ -312,7 +312,7 @@ def test_the_sheet_has_every_part_and_only_its_own_columns():
     assert list(dict.fromkeys(sheet["section"])) == [
         *("mill", "condition", "descriptors", "exponents", "collapse", "zones", "validity", "precision"),
     ]
-    verdicts = {"by the thesis's exponents": "collapses by", VERDICTS[2]: "does not collapse by powers of speed"}
+    verdicts = {"by the scaling law": "collapses by", VERDICTS[2]: "does not collapse by powers of speed"}
     for verdict, words in {**verdicts, UNKNOWN: "unknown: "}.items():
         own = tabulate_sheet(
             mill("spex"), fingerprint(), table.assign(collapse=verdict), find_zones(fingerprint()), descriptors()

@@ -74,12 +74,7 @@ rule animate_run:
     output:
         gif=f"{CASE}/mill.gif",
         # Snakemake's report shows a PNG, even an animated one, but offers a GIF only as a download.
-        png=shown(
-            f"{CASE}/mill.png",
-            "mill",
-            "Chapter 3",
-            {"figure": "animation", "shows": "balls in the mill, {mill}/{contact}/{case}"},
-        ),
+        png=shown(f"{CASE}/mill.png"),
     log:
         f"{LOGS}/view/{{mill}}/{{contact}}/{{case}}_animate.log",
     benchmark:

@@ -22,7 +22,7 @@ VARIED = {"omega": "speed_hz", "d": "ball_diameter_m"}
 # Curves collapse if the scaled power spreads by no more than this, in logarithms [-].
 COLLAPSE_MAX = 0.2
 UNKNOWN = "unknown: no fill ratio has two speeds or two sizes"
-VERDICTS = ("by the thesis's exponents", "by exponents of its own", "not by powers of speed and ball size")
+VERDICTS = ("by the scaling law", "by exponents of its own", "not by powers of speed and ball size")
 
 
 def _about_means(values: np.ndarray, constants: np.ndarray) -> np.ndarray:
