@@ -58,7 +58,7 @@ def test_every_channel_of_the_reference_takes_its_share(reference):
 def squeezed(width: float, height: float, balls: list, step: float) -> pd.DataFrame:
     """The ledger of spinning balls, each side of a box at rest pressing on them; all sizes in ball diameters."""
     spin = np.random.default_rng(1).normal(size=(len(balls), 3))
-    position = 1e-2 * (np.array(balls) + [0, 0, height / 2])
+    position = 1e-2 * np.add(balls, [0, 0, height / 2])
     made = World(position, spin=spin, vessel=box(1e-2 * width, 1e-2 * width, 1e-2 * height), step=step)
     return made.run(4e-3, sample_every=10)
 
