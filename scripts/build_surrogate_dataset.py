@@ -1,7 +1,8 @@
 """Calculates the training set of the surrogate from the snapshots of simulations.
 
-params: the snapshot settings as `settings`. input.runs: run.h5 of each simulation. output: `dataset` and
-`wall_contacts`.
+Settings: surrogate.snapshots.
+Inputs: `runs`: run.h5 of each simulation.
+Outputs: `dataset` and `wall_contacts`.
 """
 
 import logging
@@ -11,10 +12,9 @@ import numpy as np
 from millprint.config.surrogate import SnapshotConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.surrogate.scene import read_scene
+from millprint.thesis.surrogate.dataset import TrainingRun, featurise, wall_contact_distances, write_dataset
+from millprint.thesis.surrogate.scene import read_scene, read_trajectory
 from millprint.thesis.surrogate.tables import wall_contact_table
-from millprint.thesis.surrogate.thesis.dataset import TrainingRun, featurise, wall_contact_distances, write_dataset
-from millprint.thesis.surrogate.trajectory import read_trajectory
 
 logger = logging.getLogger("millprint")
 

@@ -1,18 +1,18 @@
 """Measures, in every test, roll-outs that are known to be right or wrong and those in which nothing is learned.
 
-params: `starts_s` and `lengths_s` by test, `interval_s`, `train_until_s`. input: `trained` (run.h5) and the simulations
-of each test. output: `controls`.
+Settings: surrogate.tests, surrogate.rollout, surrogate.snapshots.train_until_s.
+Inputs: `trained` (run.h5) and the simulations of each test.
+Outputs: `controls`.
 """
 
 import pandas as pd
 
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.surrogate.controls import blurred, riding, simulated_rollout, slowed
 from millprint.thesis.surrogate.evaluation import evaluate, of_test
-from millprint.thesis.surrogate.scene import read_scene
+from millprint.thesis.surrogate.rollout import blurred, riding, simulated_rollout, slowed
+from millprint.thesis.surrogate.scene import mean_power_W, read_scene, read_trajectory
 from millprint.thesis.surrogate.tables import is_met, join_tables, tabulate
-from millprint.thesis.surrogate.trajectory import mean_power_W, read_trajectory
 
 # What other roll-outs are compared with, by role.
 REFERENCES = ("dem", "other_seed", "twin")

@@ -1,7 +1,8 @@
 """Draws the balls of roll-outs next to those of the simulation, as a figure and as animations.
 
-params: variant and test of each pair as `moved`, the `trained` test, `settings`. input: `rollouts` and `runs`. output:
-`stills`, `pngs`, `tsvs`, `gifs`, `movies`.
+Settings: surrogate.movie; variant and test of each pair, and the test on the motion of the training.
+Inputs: `rollouts` and `runs`.
+Outputs: `stills`, `pngs`, `tsvs`, `gifs`, `movies`.
 """
 
 import numpy as np
@@ -10,7 +11,7 @@ from millprint.config.surrogate import MovieConfig
 from millprint.figures.animation import save_animation
 from millprint.figures.style import save
 from millprint.run.job import job
-from millprint.thesis.figures.chapter6_motion import plot_motion
+from millprint.thesis.figures.chapter6 import plot_motion
 from millprint.thesis.surrogate.rollout import RollOut
 from millprint.view.beside import movie_beside
 

@@ -1,7 +1,8 @@
 """Computes claims again from redrawn simulations and further trainings, for their intervals.
 
-params: `results`, section `claims` as `settings`, `trainings`, and `tables`. input: `claims`, `summaries`, and those
-with several Young's moduli as `of_modulus`. output: `intervals`.
+Settings: claims, fingerprint.counting_rule, convergence.counting_rules; trainings of every variant.
+Inputs: `claims`, `summaries`, and those with several Young's moduli as `of_modulus`.
+Outputs: `intervals`.
 """
 
 import pandas as pd
@@ -11,7 +12,7 @@ from millprint.fingerprint.inputs import read_summaries
 from millprint.run.files import read_json, write_table
 from millprint.run.job import job
 from millprint.thesis.claims.intervals import Repeated, over_draws, repeated_trainings, tabulate_intervals
-from millprint.thesis.curves.redraw import draw_tables
+from millprint.thesis.curves.collapse import draw_tables
 
 
 def main(

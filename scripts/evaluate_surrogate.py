@@ -2,8 +2,9 @@
 
 Also the errors of single steps from states of the simulation, before errors can grow.
 
-params: `tests`, `edges`, `starts_s`. input: `rollouts`, the simulations of each test, `weights`, `stepped` (run.h5) and
-`claims`. output: a table for each kind of measure, and `single_steps`.
+Settings: surrogate.tests, and the edges of the variant.
+Inputs: `rollouts`, the simulations of each test, `weights`, `stepped` (run.h5) and `claims`.
+Outputs: `metrics`, `errors`, `dissipation`, `distributions`, `single_steps`.
 """
 
 import pandas as pd
@@ -12,15 +13,19 @@ from millprint.config.surrogate import EdgeConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.run.tables import read_printed
-from millprint.thesis.surrogate.checkpoint import choose_device
-from millprint.thesis.surrogate.curves import dissipation_table, distribution_table, error_table
-from millprint.thesis.surrogate.evaluation import evaluate, evaluate_at_rest, of_test
+from millprint.thesis.surrogate.evaluation import (
+    dissipation_table,
+    distribution_table,
+    error_table,
+    evaluate,
+    evaluate_at_rest,
+    of_test,
+)
+from millprint.thesis.surrogate.graph_surrogate import single_steps
+from millprint.thesis.surrogate.network import choose_device, read_weights
 from millprint.thesis.surrogate.rollout import RollOut
-from millprint.thesis.surrogate.scene import read_scene
+from millprint.thesis.surrogate.scene import read_scene, read_trajectory
 from millprint.thesis.surrogate.tables import join_tables, printed_measures, tabulate
-from millprint.thesis.surrogate.thesis.network import read_weights
-from millprint.thesis.surrogate.thesis.surrogate import single_steps
-from millprint.thesis.surrogate.trajectory import read_trajectory
 
 # Single steps that are averaged.
 GRAPHS = 2000

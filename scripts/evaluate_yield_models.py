@@ -1,8 +1,11 @@
 """Evaluates the trained models on the locked split, on held-out runs and outside the trained domain; explains trees;
 compares the choices that the thesis leaves open.
 
-params: `training`, `honest`, `interval_level`, `searched_again`. input: `train`, `test`, `outside`, and the models with
-their held-out predictions. output: the tables.
+Settings: yields.training, yields.honest, yields.interval_level, yields.searched_again.
+Inputs: `train`, `test`, `outside`; `models`, `averaged`, `explained`, `otherwise`; `held_out` predictions and
+`intervals`.
+Outputs: `locked`, `honest`, `coverage`, `predictions`, `out_of_domain`, `hyperparameters`, `time_variance`, `scores`,
+`pit`, `differences`, `shap`, `shap_ranking`, `choices`.
 """
 
 import pandas as pd
@@ -13,15 +16,26 @@ from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.run.progress import progress
 from millprint.thesis.doe.runs import YIELD
-from millprint.thesis.yields.choices import compare_choices, describe_search
-from millprint.thesis.yields.evaluation import coverage_table, score_table, time_variance
-from millprint.thesis.yields.explanation import rank_features, shap_values
+from millprint.thesis.yields.evaluation import (
+    MODEL_KEYS,
+    compare_choices,
+    coverage_table,
+    describe_search,
+    labelled,
+    locked_metrics,
+    paired_differences,
+    pit_histogram,
+    predictions,
+    rank_features,
+    score_distributions,
+    score_table,
+    shap_values,
+    time_variance,
+)
 from millprint.thesis.yields.held_out import INTERVAL_COLUMNS, PREDICTION_COLUMNS
 from millprint.thesis.yields.metrics import YieldWeights
-from millprint.thesis.yields.model_files import load_averaged, load_model, stored_search
+from millprint.thesis.yields.model_files import load_averaged, load_model
 from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY, PRIMARY
-from millprint.thesis.yields.report import MODEL_KEYS, hyperparameters, labelled, locked_metrics, predictions
-from millprint.thesis.yields.scores import paired_differences, pit_histogram, score_distributions
 from millprint.thesis.yields.tables import read_rows
 
 TEXT = ["scheme", "case", "distribution"]
@@ -45,7 +59,6 @@ def main(inputs, output, training: TrainingConfig, budget: EvaluationConfig, lev
     train, test = read_rows(inputs.train), read_rows(inputs.test)
     printed = [load_model(path) for path in inputs.models]
     models = [*printed, load_averaged(inputs.averaged)]
-    write_table(hyperparameters(printed, [stored_search(path) for path in inputs.models]), output.hyperparameters)
     write_table(locked_metrics(models, test, weigh), output.locked)
     rows = pd.concat([train.assign(role="train"), test.assign(role="test")], ignore_index=True)
     predicted = predictions(models, rows, level)

@@ -1,7 +1,9 @@
 """The oscillating ball: the friction pair that fits one track, simulated or measured.
 
-params: `experiment`, `mills`, `contact`, `rayleigh_fraction_max`, `settings`, `interval`. input: a measured track, if
-any. output: a table for each result of `fit_experiment`.
+Settings: calibration.oscillation, calibration.interval, dem.rayleigh_fraction_max; the experiment with its mills and
+contact set.
+Inputs: a measured `track`, if any.
+Outputs: `track`, `fit`, `profile`, `paths`, `swings`.
 """
 
 from millprint.config.calibration import ExperimentConfig, SwingConfig
@@ -9,7 +11,7 @@ from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.calibration.experiment import fit_experiment
+from millprint.thesis.calibration.friction_fit import fit_experiment
 
 if "snakemake" in globals():
     with job(snakemake.log[0], f"fit friction of {snakemake.wildcards.experiment}"):

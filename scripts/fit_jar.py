@@ -1,7 +1,8 @@
 """Searches the jar that agrees best with the fitted published values; writes its geometry for a mill's file.
 
-params: `mill`, `contact`, `dem`, and section `fit` as `settings`. input: `published`. output: `search` (every jar) and
-`geometry`.
+Settings: fit, dem; the mill and its contact set.
+Inputs: `published`.
+Outputs: `search` (every jar) and `geometry`.
 """
 
 import yaml
@@ -12,9 +13,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig
 from millprint.run.files import whole_file, write_table
 from millprint.run.job import job
-from millprint.thesis.fit.search import Search
-from millprint.thesis.fit.shape import parameters_of, shaped
-from millprint.thesis.fit.trial import trial_of
+from millprint.thesis.fit.search import Search, parameters_of, shaped, trial_of
 
 
 def main(

@@ -1,6 +1,8 @@
 """Predicts the screening runs of every outer fold with models that were tuned and fitted without them.
 
-params: sections `training`, `honest`, `averaging`. input: `train` and `test`. output: `predictions` and `intervals`.
+Settings: yields.training, yields.honest, yields.averaging.
+Inputs: `train` and `test`.
+Outputs: `predictions` and `intervals`.
 """
 
 import pandas as pd
@@ -11,8 +13,7 @@ from millprint.config.yields import HeldOutConfig, TrainingConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.run.progress import progress
-from millprint.thesis.yields.held_out import outer_folds, predict_held_out
-from millprint.thesis.yields.procedures import procedure_of
+from millprint.thesis.yields.held_out import outer_folds, predict_held_out, procedure_of
 from millprint.thesis.yields.tables import read_rows
 
 

@@ -1,6 +1,8 @@
 """Effect of one step of each parameter of the jar on the fitted values, from short simulations.
 
-params: `mill`, `contact`, `dem`, `settings`. input: `published`. output: `sensitivity`.
+Settings: fit, dem; the mill and its contact set.
+Inputs: `published`.
+Outputs: `sensitivity`.
 """
 
 from millprint.config.contact import ContactConfig
@@ -9,9 +11,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.fit.shape import parameters_of
-from millprint.thesis.fit.table import sensitivity_rows
-from millprint.thesis.fit.trial import trial_of
+from millprint.thesis.fit.search import parameters_of, sensitivity_rows, trial_of
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "sensitivity of the fit"):

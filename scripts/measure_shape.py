@@ -1,16 +1,18 @@
 """What the fit of a jar leaves open of its shape, as factors on what its fingerprint predicts.
 
-params: `mill`, `settings`, `about`. input: `search` (fit_search.tsv) and `published`. output: `shape`.
+Settings: fit, fingerprint.counting_rule, fingerprint.interval; the mill.
+Inputs: `search` (fit_search.tsv) and `published`.
+Outputs: `shape`.
 """
 
 from millprint.config.fit import TrialConfig
 from millprint.config.mill import MillConfig
 from millprint.run.files import read_table, write_json
 from millprint.run.job import job
-from millprint.thesis.curves.published import read_published
+from millprint.thesis.curves.regimes import read_published
 from millprint.thesis.fit.open_shape import shape_factors
 from millprint.thesis.fit.published import published_values
-from millprint.thesis.fit.shape import JAR_PARAMETERS, parameters_of
+from millprint.thesis.fit.search import JAR_PARAMETERS, parameters_of
 
 
 def main(search: str, published: list[str], output: str, mill: MillConfig, settings: TrialConfig, about: dict) -> None:

@@ -2,8 +2,10 @@
 
 Also the energy spectra of the conditions of the maps: collisions a second, power, and its share above an energy.
 
-params: `mill`, `contacts`, `cycle_fill_ratio`, the runs of `maps`, and `titles`, `counting_rule`, `conditions` of the
-spectra. input: the tables of the chapter. output: each figure as SVG and PNG.
+Settings: mill, contacts, fingerprint.cycle_fill_ratio, fingerprint.counting_rule, fingerprint.maps.
+Inputs: `descriptors`, `cycles`, `densities`, `means`, `curves`, `zones`, `universal`, `exponents`, `spectra`,
+`published`, and the `runs` of the maps.
+Outputs: each figure as SVG and PNG, and the points of the maps as `maps_tsvs`.
 """
 
 from millprint.dose.spectra import read_spectra
@@ -16,7 +18,7 @@ from millprint.fingerprint.descriptors import NOTHING, as_built
 from millprint.fingerprint.occupancy import read_occupancy
 from millprint.run.files import read_table
 from millprint.run.job import job
-from millprint.thesis.curves.published import published_curves, published_cycles, read_published
+from millprint.thesis.curves.regimes import published_curves, published_cycles, read_published
 from millprint.thesis.figures.chapter3 import (
     plot_cycle_densities,
     plot_cycle_means,

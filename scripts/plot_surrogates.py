@@ -1,7 +1,10 @@
 """Joins the measures of all surrogates; draws their input (distance and contacts of the wall), losses and roll-outs.
 
-params: `window`, `edges`, `snap_back_m`, `tests`, `trained_test`, `trainings`. input: `run`, `wall_contacts`, and the
-tables of each variant. output: `metrics`, `trainings`, `baselines`, and the figures.
+Settings: surrogate.graph.window, surrogate.edges, surrogate.rollout.snap_back_m, surrogate.tests; trainings of every
+variant.
+Inputs: `run`, `wall_contacts`, `controls`; `errors`, `distributions`, `histories`, `measured` and `dissipation` of
+the variants.
+Outputs: `metrics`, `trainings`, `baselines`, the figures, and the points of one as `slices_tsv`.
 """
 
 import numpy as np
@@ -19,12 +22,17 @@ from millprint.thesis.figures.chapter6 import (
     plot_recursion,
     plot_wall_contacts,
 )
-from millprint.thesis.surrogate.ablations import DISSIPATION
-from millprint.thesis.surrogate.baselines import baseline_rows, baseline_table, with_motion
-from millprint.thesis.surrogate.scene import read_scene
-from millprint.thesis.surrogate.spread import tabulate_trainings, with_spread
-from millprint.thesis.surrogate.tables import covered_share, join_tables
-from millprint.thesis.surrogate.trajectory import read_attributes
+from millprint.thesis.surrogate.scene import read_attributes, read_scene
+from millprint.thesis.surrogate.tables import (
+    DISSIPATION,
+    baseline_rows,
+    baseline_table,
+    covered_share,
+    join_tables,
+    tabulate_trainings,
+    with_motion,
+    with_spread,
+)
 
 
 def collect(

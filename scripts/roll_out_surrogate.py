@@ -1,16 +1,17 @@
 """Rolls a trained surrogate out in every test, from the first states of its simulation.
 
-params: `edges`, and `tests` with their settings. input: `weights`, and the simulations. output: `rollouts`, one for
-each test.
+Settings: surrogate.tests, and the edges and roll-out of the variant.
+Inputs: `weights`, and the `runs` that the roll-outs start from.
+Outputs: `rollouts`, one for each test.
 """
 
 import logging
 
 from millprint.config.surrogate import EdgeConfig, RollOutConfig
 from millprint.run.job import job
-from millprint.thesis.surrogate.checkpoint import choose_device
-from millprint.thesis.surrogate.protocol import Setting
-from millprint.thesis.surrogate.thesis.compiled import open_graph_surrogate
+from millprint.thesis.surrogate.compiled import open_graph_surrogate
+from millprint.thesis.surrogate.network import choose_device
+from millprint.thesis.surrogate.rollout import Setting
 
 logger = logging.getLogger("millprint")
 

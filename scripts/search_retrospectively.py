@@ -1,6 +1,8 @@
 """How many runs the search for the next experiment needs to find the best run, and what its runs teach of others.
 
-params: `settings`, `averaging`, `level`. input: `train` and `test`. output: `retrospective`, `summary`, `learning`.
+Settings: yields.retrospective, yields.averaging, yields.honest.level.
+Inputs: `train` and `test`.
+Outputs: `retrospective`, `summary`, `learning`.
 """
 
 import numpy as np
@@ -14,15 +16,18 @@ from millprint.run.job import job
 from millprint.run.progress import progress
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.retrospective import (
+    CHOICES,
     STRATEGIES,
+    draw_held_out,
     draw_starts,
+    learn,
+    learning_table,
     search_best,
     search_table,
     smaller_library,
     summarise_search,
     without_best,
 )
-from millprint.thesis.yields.retrospective_learning import CHOICES, draw_held_out, learn, learning_table
 from millprint.thesis.yields.tables import read_rows
 
 

@@ -2,7 +2,9 @@
 
 Runs of others join the training rows only if the configuration says so; the test rows are always those of the split.
 
-params: `factors` of the design, and `other_sources`. input: `screening` and `split`. output: `train` and `test`.
+Settings: doe.factors, yields.other_sources.
+Inputs: `screening` and `split`.
+Outputs: `train` and `test`.
 """
 
 import logging
@@ -13,8 +15,7 @@ from millprint.config.design import Factor
 from millprint.config.other_sources import OtherSourcesConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.yields.other_runs import read_other_runs
-from millprint.thesis.yields.tables import read_parts
+from millprint.thesis.yields.tables import read_other_runs, read_parts
 
 logger = logging.getLogger("millprint")
 

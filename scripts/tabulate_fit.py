@@ -1,7 +1,8 @@
 """The values that the jar and the counting rule were fitted to, those held back, and the error of each.
 
-params: `mill`, `contact`, `fitted` (names of values), `counting_rule`. input: `descriptors`, `cycles`, `published`,
-`sensitivity`. output: `fit`.
+Settings: fit.contact, fit.fitted, fingerprint.counting_rule; the mill.
+Inputs: `descriptors`, `cycles`, `published`, `sensitivity`.
+Outputs: `fit`.
 """
 
 import pandas as pd
@@ -9,10 +10,9 @@ import pandas as pd
 from millprint.config.mill import MillConfig
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
-from millprint.thesis.curves.published import read_published
+from millprint.thesis.curves.regimes import read_published
 from millprint.thesis.fit.published import computed_values, published_values, with_roles
-from millprint.thesis.fit.shape import parameters_of
-from millprint.thesis.fit.table import fit_table, parameter_rows
+from millprint.thesis.fit.search import fit_table, parameter_rows, parameters_of
 
 TEXT = ["mill", "contact", "varied"]
 

@@ -1,6 +1,8 @@
 """Times roll-outs of trained surrogates, and our simulation of the same cases.
 
-params: `variants` with their rules, and `timing`. input: `weights`, `trained` and `runs` (run.h5). output: `runtime`.
+Settings: surrogate.timing, and the edges and roll-out of each variant.
+Inputs: `weights`, `trained` and `runs` (run.h5).
+Outputs: `runtime`.
 """
 
 import pandas as pd
@@ -8,10 +10,10 @@ import pandas as pd
 from millprint.config.surrogate import EdgeConfig, TimingConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.surrogate.checkpoint import choose_device
-from millprint.thesis.surrogate.protocol import Setting
+from millprint.thesis.surrogate.compiled import open_graph_surrogate
+from millprint.thesis.surrogate.network import choose_device
+from millprint.thesis.surrogate.rollout import Setting
 from millprint.thesis.surrogate.scene import read_scene
-from millprint.thesis.surrogate.thesis.compiled import open_graph_surrogate
 from millprint.thesis.surrogate.timing import scaled_thresholds, simulation_seconds, time_rollouts
 
 

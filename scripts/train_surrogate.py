@@ -1,6 +1,8 @@
 """Trains a variant of the surrogate; continues from the last checkpoint after a kill.
 
-input.dataset: features and targets. params.recipe: graph, network and training. output: `weights` and `history`.
+Settings: graph, network and training of the variant in surrogate.
+Inputs: `dataset`: features and targets.
+Outputs: `weights` and `history`.
 """
 
 from pathlib import Path
@@ -8,8 +10,8 @@ from pathlib import Path
 from millprint.config.surrogate import Recipe
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.surrogate.checkpoint import choose_device, write_tensors
-from millprint.thesis.surrogate.thesis.training import train
+from millprint.thesis.surrogate.network import choose_device, write_tensors
+from millprint.thesis.surrogate.training import train
 
 
 def main(dataset: str, weights: str, history: str, recipe: Recipe, threads: int) -> None:

@@ -1,7 +1,8 @@
 """Tunes and fits a yield model on the training rows.
 
-input.train: the rows. params: regressor, strategy and settings as `trained`, and section `yields.search` as `search`.
-output.model: the model as JSON.
+Settings: yields.training, yields.search; regressor and strategy.
+Inputs: `train`: the rows.
+Outputs: `model`, as JSON.
 """
 
 from threadpoolctl import threadpool_limits
@@ -10,8 +11,8 @@ from millprint.config.yields import SearchConfig, TrainingConfig
 from millprint.run.job import job
 from millprint.run.progress import progress
 from millprint.thesis.doe.runs import YIELD
+from millprint.thesis.yields.model import Trainer
 from millprint.thesis.yields.model_files import save_model
-from millprint.thesis.yields.search import Trainer
 from millprint.thesis.yields.tables import read_rows
 
 

@@ -1,7 +1,8 @@
 """What the averaged process is compared with: other libraries, and yields that were shuffled.
 
-params: `training`, `honest`, `averaging`, `trial`. input: `train` and `test`. output: `libraries`, or `permutations`
-and `permutation_test`.
+Settings: yields.training, yields.honest, yields.averaging, yields.library_trial.
+Inputs: `train` and `test`.
+Outputs: `libraries`; or `permutations` and `permutation_test`.
 """
 
 from collections.abc import Sequence
@@ -14,10 +15,10 @@ from millprint.config.yields import HeldOutConfig, LibraryTrialConfig, TrainingC
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.run.progress import progress
+from millprint.thesis.yields.evaluation import WHOLE
 from millprint.thesis.yields.held_out import outer_folds
 from millprint.thesis.yields.library_trials import compare_libraries, permutation_p, permute
 from millprint.thesis.yields.metrics import YieldWeights
-from millprint.thesis.yields.scores import WHOLE
 from millprint.thesis.yields.tables import read_rows
 
 

@@ -88,7 +88,7 @@ def remembered_yaml(path: str | Path) -> object:
 
 # What each of them replaces, by its place in the library.
 SLOW_PARTS = {
-    "millprint.thesis.calibration.preflight.make_swing": remembered_swing,
+    "millprint.thesis.preflight.make_swing": remembered_swing,
     "millprint.config.load.read_yaml": remembered_yaml,
     "millprint.dem.preflight.inserts_in_vessel": remembered_inserts,
     "millprint.preflight.checked_bodies": remembered_bodies,

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import compute_dose
+from millprint.cli.commands import main as millprint
 from millprint.dose.dose import AXES, HITS, NORMAL, TANGENTIAL, TOTAL, doses, own_doses, powder_of_ball, screening_doses
 from millprint.dose.kinetics import (
     MODELS,
@@ -190,8 +190,8 @@ def test_one_command_prints_doses_kinetics_and_a_verdict(known, tmp_path, capsys
         case=list("abcdef"), mill=mill, time_h=[1, 2, 4, 6, 8, 10], yield_percent=[9, 18, 33, 45, 55, 63]
     )
     runs.to_csv(tmp_path / "runs.tsv", sep="\t", index=False)
-    compute_dose.main(
-        [str(tmp_path / "runs.tsv"), str(tmp_path / "fingerprint.json"), "--out", str(tmp_path / "d.tsv")]
+    millprint(
+        ["dose", str(tmp_path / "runs.tsv"), str(tmp_path / "fingerprint.json"), "--out", str(tmp_path / "d.tsv")]
     )
     said = capsys.readouterr().out
     assert "first order" in said and "The smallest AICc" in said

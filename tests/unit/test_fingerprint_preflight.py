@@ -9,7 +9,7 @@ import yaml
 from millprint.config.checks import load_workflow
 from millprint.fingerprint.cases import described_cases, mapped_cases
 from millprint.fingerprint.preflight import fingerprint_faults
-from millprint.thesis.curves.preflight import curve_faults
+from millprint.thesis.preflight import curve_faults
 
 ROOT = Path(__file__).parents[2]
 

@@ -25,8 +25,8 @@ from millprint.errors import ConfigError, SimulationError
 from millprint.fingerprint.preflight import fingerprint_faults
 from millprint.preflight import check_same_charges
 from millprint.thesis.calibration.drop_test import simulate_drops
-from millprint.thesis.curves.preflight import curve_faults
-from millprint.thesis.surrogate.trajectory import read_attributes
+from millprint.thesis.preflight import curve_faults
+from millprint.thesis.surrogate.scene import read_attributes
 from tests.conftest import ROOT
 from tests.unit.run_samples import write_sample
 from tests.unit.test_mill_lifters import drum

@@ -16,8 +16,7 @@ from millprint.errors import ConfigError
 from millprint.fingerprint.cases import has_chapters, mill_cases
 from millprint.fingerprint.preflight import fingerprint_faults
 from millprint.preflight import check_before_running
-from millprint.thesis.curves.preflight import curve_faults
-from millprint.thesis.preflight import chapter_faults
+from millprint.thesis.preflight import chapter_faults, curve_faults
 from tests.conftest import ROOT
 
 HANDBOOK = (ROOT / "docs/how_to/configuration.md").read_text()

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 import torch
 
+from millprint.thesis.surrogate.dataset import DISTANCE, featurise, graphs_at
+from millprint.thesis.surrogate.graph_surrogate import GraphSurrogate, euler_step, snap_back
+from millprint.thesis.surrogate.network import NormalisedNetwork, feature_statistics
 from millprint.thesis.surrogate.rollout import RollOut
-from millprint.thesis.surrogate.thesis.dataset import DISTANCE, featurise
-from millprint.thesis.surrogate.thesis.graphs import graphs_at
-from millprint.thesis.surrogate.thesis.network import NormalisedNetwork, feature_statistics
-from millprint.thesis.surrogate.thesis.surrogate import GraphSurrogate, euler_step, snap_back
 from tests.unit.surrogate_samples import CONTACTS, STEP, VESSEL, circle, simulate, small_recipe, sphere_scene
 
 RUN, SCENE = simulate(), sphere_scene()

@@ -9,7 +9,7 @@ from millprint.config.fit import TrialConfig
 from millprint.errors import ConfigError
 from millprint.fingerprint.bands import checked_factors
 from millprint.thesis.fit.open_shape import agreement, shape_factors
-from millprint.thesis.fit.shape import JAR_PARAMETERS
+from millprint.thesis.fit.search import JAR_PARAMETERS
 
 RANGES = {
     "straight_ratio": {"low": 0.5, "high": 1.5, "step": 0.05},

@@ -198,7 +198,7 @@ def test_a_movie_without_snapshots_is_refused_before_a_run(monkeypatch):
 
 def command(*arguments) -> subprocess.CompletedProcess:
     return subprocess.run(
-        [sys.executable, ROOT / "scripts/animate_run.py", *map(str, arguments)], capture_output=True, text=True
+        [sys.executable, "-m", "millprint.cli", "animate", *map(str, arguments)], capture_output=True, text=True
     )
 
 
@@ -208,7 +208,7 @@ def test_the_command_line(run):
     assert "10 frames, 20 times slower than real time" in done.stdout
     with Image.open(run.with_name("mill.gif")) as image:
         assert image.n_frames == 10
-    done = command(run, "--frames-per-second", "0")
+    done = command(run, "--frames-per-revolution", "0")
     assert done.returncode == 1
     (line,) = done.stderr.splitlines()
-    assert "frames_per_second = 0.0" in line and "greater than or equal to 1" in line
+    assert "frames_per_revolution = 0" in line and "greater than or equal to 1" in line

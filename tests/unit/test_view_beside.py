@@ -10,7 +10,7 @@ from PIL import Image
 from millprint.errors import ConfigError
 from millprint.figures.animation import save_animation
 from millprint.figures.style import save
-from millprint.thesis.figures.chapter6_motion import plot_motion
+from millprint.thesis.figures.chapter6 import plot_motion
 from millprint.view.beside import movie_beside
 
 pytestmark = pytest.mark.usefixtures("close_figures")

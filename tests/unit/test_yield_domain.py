@@ -11,11 +11,16 @@ from millprint.errors import ConfigError
 from millprint.run.files import read_table
 from millprint.thesis.curves.regimes import read_regimes
 from millprint.thesis.yields.averaging import AveragedModel, Candidate, fit_averaged, fit_member
-from millprint.thesis.yields.domain import DESCRIPTORS, MillCurves, correlation_warnings, nearest_correlation
+from millprint.thesis.yields.experiments import Mill, described_settings
+from millprint.thesis.yields.groups import regime_rows
 from millprint.thesis.yields.model_files import save_averaged
-from millprint.thesis.yields.new_conditions import domain_warnings
-from millprint.thesis.yields.regimes import regime_rows
-from millprint.thesis.yields.region import Mill, described_settings
+from millprint.thesis.yields.new_conditions import (
+    DESCRIPTORS,
+    MillCurves,
+    correlation_warnings,
+    domain_warnings,
+    nearest_correlation,
+)
 from tests.conftest import ROOT
 from tests.unit.test_yield_proposals import MILL, REFERENCE, REGIMES, SCALES
 from tests.unit.yield_settings import all_runs, settings
@@ -129,7 +134,7 @@ def test_the_command_refuses_descriptors_that_the_mill_does_not_have_at_once(tmp
     model = fit_averaged(rows, rows["yield_percent"].to_numpy(float), config.averaging)
     save_averaged(model, rows, config.averaging.margin, str(tmp_path / "final.json"))
     CURVES.write(tmp_path / "mill.json")
-    command = [sys.executable, "scripts/predict_yields.py", str(tmp_path / "final.json")]
+    command = [sys.executable, "-m", "millprint.cli", "yields", str(tmp_path / "final.json")]
     command += [str(ROOT / "config/data/conditions.tsv"), str(tmp_path / "out.tsv")]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

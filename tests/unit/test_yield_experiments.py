@@ -13,13 +13,11 @@ from millprint.config.proposals import ProposalConfig
 from millprint.errors import ConfigError
 from millprint.run.files import read_table, write_table
 from millprint.thesis.curves.regimes import read_regimes
-from millprint.thesis.yields.domain import MillCurves
-from millprint.thesis.yields.experiments import DONE, RUNNING, next_cases, read_experiments
+from millprint.thesis.yields.experiments import DONE, RUNNING, SETTINGS, next_cases, read_experiments, region_conditions
 from millprint.thesis.yields.features import CONDITIONS
 from millprint.thesis.yields.model_files import load_averaged, training_rows
-from millprint.thesis.yields.new_conditions import predict_conditions
+from millprint.thesis.yields.new_conditions import MillCurves, predict_conditions
 from millprint.thesis.yields.proposals import choose_centre, choose_repeats, same_setting
-from millprint.thesis.yields.region import SETTINGS, region_conditions
 from millprint.thesis.yields.tables import read_rows
 from tests.unit.doe_settings import settings as doe_settings
 from tests.unit.test_yield_proposals import MILL, REFERENCE, REGIMES
@@ -45,7 +43,7 @@ def batch(folder: Path, experiments: pd.DataFrame | None = None, **changes) -> S
     model, mill = str(folder / "averaged_gpr_final.json"), str(folder / "mill.json")
     screening = [paths["train"], paths["test"]]
     train_averaged_models.collect(screening, CASES, None, paths["rows"], mill, REFERENCE, "emax", 125e-6, proposals)
-    train_averaged_models.main([paths["rows"]], model, folder / "members.tsv", config.averaging)
+    train_averaged_models.main([paths["rows"]], model, config.averaging)
     output = SimpleNamespace(proposals=paths["next"], left_out=paths["left_out"], reasons=paths["reasons"])
     predict_yields.propose_experiments(model, mill, output, 125e-6, proposals, config.prediction, CHEMISTRY)
     text = ["case", "status", "purpose", "gain_unit", "repeats"]

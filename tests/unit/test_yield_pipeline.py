@@ -21,12 +21,12 @@ import try_alternatives
 from millprint.config.regressors import COMPARED
 from millprint.fingerprint.condition import Condition
 from millprint.run.files import read_table
-from millprint.thesis.claims.compare import verdict
+from millprint.thesis.claims.evidence import verdict
 from millprint.thesis.claims.tabulate import collect_findings
 from millprint.thesis.curves.regimes import read_regimes
-from millprint.thesis.yields.metrics import SPREAD
+from millprint.thesis.yields.metrics import LOCKED_AGAIN, SPREAD
+from millprint.thesis.yields.new_conditions import write_predictions
 from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY, models_of, otherwise, searched_again
-from millprint.thesis.yields.schemes import LOCKED_AGAIN
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings
@@ -43,7 +43,6 @@ TABLES = [
     "coverage",
     "predictions",
     "out_of_domain",
-    "hyperparameters",
     "time_variance",
     "scores",
     "pit",
@@ -72,7 +71,6 @@ ALL_RUNS = {
     "retrospective_summary.tsv",
     "retrospective_learning.tsv",
     "models/averaged_gpr_final.json",
-    "averaging_final.tsv",
     "predicted_final.tsv",
     "final_rows.tsv",
     "next_experiments.tsv",
@@ -112,7 +110,7 @@ def run_chapter(results: Path, screening: Path, to_the_end: bool = True) -> Path
     train_averaged_models.collect([train, test], cases, None, rows, mill, REFERENCE, "emax", 125e-6, config.proposals)
     for name, files in (("primary", [train]), ("final", [rows])):
         stored = str(folder / f"models/averaged_gpr_{name}.json")
-        train_averaged_models.main(files, stored, folder / f"averaging_{name}.tsv", config.averaging)
+        train_averaged_models.main(files, stored, config.averaging)
     held_out = {}
     for model, strategy in ((name, "primary") for name in HELD_OUT):
         paths = folder / f"held_out/{model}.tsv", folder / f"held_out/{model}_intervals.tsv"
@@ -148,7 +146,7 @@ def run_chapter(results: Path, screening: Path, to_the_end: bool = True) -> Path
     for name in ("primary", "final"):
         model, out = str(folder / f"models/averaged_gpr_{name}.json"), str(folder / f"predicted_{name}.tsv")
         own = (config.prediction, config.training, config.honest.conformal_folds, 0.95, False)
-        predict_yields.main(model, config.prediction.conditions, out, *own, mill)
+        write_predictions(model, config.prediction.conditions, out, *own, mill)
     if to_the_end:
         follow_up(folder, [train, test], config)
     return folder
@@ -206,7 +204,7 @@ def test_poisoned_test_yields_change_nothing_but_the_final_metrics(chapter, pois
     assert files >= ALL_RUNS and files >= FINAL_METRICS
     same = files - ALL_RUNS - FINAL_METRICS
     assert {f"models/{model}_{strategy}.json" for model, strategy in EVERY_MODEL} <= same
-    assert {"hyperparameters.tsv", "out_of_domain.tsv", "shap.tsv", "averaging_primary.tsv"} <= same
+    assert {"out_of_domain.tsv", "shap.tsv"} <= same
     for name in same:
         assert (chapter / name).read_bytes() == (poisoned_chapter / name).read_bytes(), name
     clean, other = (read_table(folder / "predictions.tsv", text=["case"]) for folder in (chapter, poisoned_chapter))

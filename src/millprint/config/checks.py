@@ -2,9 +2,10 @@
 
 import difflib
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from millprint.config.calibration import ExperimentConfig
 from millprint.config.card import Experiment, read_experiments
@@ -13,8 +14,9 @@ from millprint.config.load import check_model, check_names_differ, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import chosen_balls
 from millprint.config.sources import WORKING_FOLDER, Sources, check_paths
+from millprint.config.strict_yaml import read_yaml
 from millprint.config.sweep import Case, expand_sweep
-from millprint.config.workflow import WorkflowConfig
+from millprint.config.workflow import ChapterSections, WorkflowConfig
 from millprint.errors import ConfigError
 
 MILL_FOLDER = "config/mills"
@@ -60,6 +62,19 @@ def load_workflow(
     return config, mills, contacts, collect_cases(config, source)
 
 
+def stands_alone(given: Mapping[str, Any], base: str) -> bool:
+    """Whether settings of a user are a configuration of their own, and not changes of the thesis's, the file `base`.
+
+    given: what --configfile and --config say. They stand alone if they name another mill and no section of chapters,
+    while `base` has such sections: nothing of a thesis is then a part of the run of another mill.
+    """
+    thesis = {"sweeps", *ChapterSections.model_fields}
+    if "mill" not in given or thesis & set(given):
+        return False
+    content = read_yaml(base)
+    return isinstance(content, dict) and bool(thesis & set(content)) and given["mill"] != content.get("mill")
+
+
 def check_chosen_charges(config: WorkflowConfig, mills: dict[str, MillConfig], source: str) -> None:
     """Refuse a charge that the sections of `mills` name and the sweep of its mill does not have."""
     for key, name, choices in config.mills.named_balls:
@@ -69,14 +84,13 @@ def check_chosen_charges(config: WorkflowConfig, mills: dict[str, MillConfig], s
 
 
 def check_heated_mills(config: WorkflowConfig, sources: Sources, source: str) -> None:
-    """Refuse a mill of `dose.heat.jars` or `dose.heat.measured` that has no file: its numbers would be used nowhere."""
-    for key in ("jars", "measured"):
-        for name in getattr(config.dose.heat, key):
-            if not Path(sources.find(f"{MILL_FOLDER}/{name}.yaml")).is_file():
-                known = sources.names(MILL_FOLDER)
-                close = difflib.get_close_matches(name, known, n=1)
-                hint = f"; did you mean {close[0]}?" if close else ""
-                raise ConfigError(f"{source}: dose.heat.{key}.{name}: unknown mill; known: {', '.join(known)}{hint}")
+    """Refuse a mill of `dose.heat.jars` that has no file: its numbers would be used nowhere."""
+    for name in config.dose.heat.jars:
+        if not Path(sources.find(f"{MILL_FOLDER}/{name}.yaml")).is_file():
+            known = sources.names(MILL_FOLDER)
+            close = difflib.get_close_matches(name, known, n=1)
+            hint = f"; did you mean {close[0]}?" if close else ""
+            raise ConfigError(f"{source}: dose.heat.jars.{name}: unknown mill; known: {', '.join(known)}{hint}")
 
 
 def _mill_names(config: WorkflowConfig) -> list[str]:

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-import yaml
+from millprint.run.outputs import listed_targets
 
-TARGETS = Path(__file__).with_name("targets.yaml")
 # With more targets than this, the lines would not be a summary.
 SHOWN = 4
 
@@ -33,7 +32,7 @@ class Ending:
 @cache
 def endings() -> dict[str, Ending]:
     """Every target with its texts."""
-    return {name: Ending(**texts) for name, texts in yaml.safe_load(TARGETS.read_text()).items()}
+    return {name: Ending(**texts) for name, texts in listed_targets().items()}
 
 
 def success_lines(targets: Iterable[str], chapters: bool, values: Mapping[str, str]) -> list[str]:
@@ -51,5 +50,5 @@ def success_lines(targets: Iterable[str], chapters: bool, values: Mapping[str, s
     if files:
         more = f" and {len(files) - 1} more" if len(files) > 1 else ""
         lines += ["", f"made:  {files[0]}{more}", f"look:  {values['results']}/logs has the log of every job"]
-        lines += ["next:  python scripts/plan_run.py says what the whole run would make, and how long it takes"]
+        lines += ["next:  millprint plan says what the whole run would make, and how long it takes"]
     return lines

@@ -21,7 +21,7 @@ from millprint.fingerprint.condition import BASIC, scaled_quantities
 from millprint.fingerprint.curves import CURVES, WEIGHTED
 from millprint.thesis.fit import FEWEST_JARS
 from millprint.thesis.fit.published import FREQUENCY
-from millprint.thesis.fit.shape import JAR_PARAMETERS
+from millprint.thesis.fit.search import JAR_PARAMETERS
 from millprint.uncertainty.emulator import Emulator
 
 logger = logging.getLogger("millprint")
