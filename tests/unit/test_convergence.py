@@ -193,7 +193,8 @@ def outputs(folder, name):
 
 def test_the_verdict_and_the_figure_come_from_the_written_table(files):
     choice = read_json(files / "timestep.json")
-    assert choice["series"][0]["taken_step_s"] == 2e-6 and choice["criteria"] == SETTINGS.model_dump(exclude={"study"})
+    assert choice["series"][0]["taken_step_s"] == 2e-6
+    assert SETTINGS.model_dump(exclude={"study"}).items() <= choice["criteria"].items()
     tabulate_convergence.draw_steps(files / "timestep.tsv", files / "timestep.json", *outputs(files, "timestep"))
     assert (files / "timestep.svg").stat().st_size > 1000 and (files / "timestep.png").stat().st_size > 1000
 
