@@ -12,12 +12,12 @@ from millprint.figures.style import save
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.thesis.doe.contested import contested_table, residual_parts_table, rival_models_table
-from millprint.thesis.doe.model import fit_factors
+from millprint.thesis.doe.least_squares import fit_factors
 from millprint.thesis.doe.residuals import lack_of_fit_table, residual_checks, residual_table
 from millprint.thesis.doe.runs import read_runs
 from millprint.thesis.doe.trends import interaction_table, trend_table
 from millprint.thesis.doe.variance import corrected_table, detectable_table, pareto_table, printed_table
-from millprint.thesis.figures.chapter2 import interactions, pareto, residuals
+from millprint.thesis.figures.chapter2_figures import interactions, pareto, residuals
 
 # The tables of the analysis that follow the analysis of variance, by the names of the rule's outputs.
 TABLES = (

@@ -7,11 +7,11 @@ from millprint.config.dose import SpectraConfig
 from millprint.config.fingerprint import InverseConfig
 from millprint.config.heat import HeatConfig
 from millprint.config.mill import MillConfig
-from millprint.config.proposals import PredictionConfig
+from millprint.config.next_experiments import PredictionConfig
+from millprint.explorer.condition_tables import Heat, Spectra
 from millprint.explorer.content import Machine, explorer_content, mill_content
 from millprint.explorer.page import explorer_page
 from millprint.explorer.simulated import EXPLORED, simulated_content
-from millprint.explorer.tables import Heat, Spectra
 from millprint.run.files import whole_file
 from millprint.run.job import job
 from millprint.thesis.yields.explorer import explorer_yields

@@ -5,7 +5,7 @@ params: `figures` as the workflow lists them, and the folder `results`. output: 
 
 from pathlib import Path
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.provenance.lineage import read_jobs
 from millprint.run.files import whole_file
 from millprint.run.job import job

@@ -3,7 +3,7 @@
 params: names of `mills`. input: the coverage table of each, in this order. output: `table`.
 """
 
-from millprint.fingerprint.held_out import sum_coverage
+from millprint.fingerprint.unseen_runs import sum_coverage
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 

@@ -11,7 +11,7 @@ import argparse
 from pathlib import Path
 
 from millprint.config.checks import stop_on_bad_input
-from millprint.dose.dose import AXES, TIME, YIELD, own_doses
+from millprint.dose.energy_doses import AXES, TIME, YIELD, own_doses
 from millprint.dose.kinetics import FEWEST_RUNS, fit_kinetics, verdict
 from millprint.dose.shear import said_of_shear
 from millprint.fingerprint.model import Fingerprint

@@ -6,7 +6,7 @@ params: `mill`. input: sheet, descriptors, curves and spectra of the mill. outpu
 from millprint.config.mill import MillConfig
 from millprint.dose.spectra import read_spectra
 from millprint.dose.spectra_shown import of_sheet
-from millprint.figures.mill_sheet import plot_sheet
+from millprint.figures.mill_sheet_figure import plot_sheet
 from millprint.figures.style import save
 from millprint.fingerprint.descriptors import read_descriptors
 from millprint.run.files import read_table

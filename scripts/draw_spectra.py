@@ -6,7 +6,7 @@ each as SVG and PNG.
 
 from millprint.dose.spectra import read_spectra
 from millprint.dose.spectra_shown import of_sheet, over_pairs, rules_apart, shown
-from millprint.figures.spectra import plot_rules, plot_spectra
+from millprint.figures.spectra_figures import plot_rules, plot_spectra
 from millprint.figures.style import save
 from millprint.run.files import read_table
 from millprint.run.job import job

@@ -5,7 +5,7 @@ any. output: a table for each result of `fit_experiment`.
 """
 
 from millprint.config.calibration import ExperimentConfig, SwingConfig
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.run.files import write_table
 from millprint.run.job import job

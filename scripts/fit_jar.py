@@ -6,13 +6,13 @@ params: `mill`, `contact`, `dem`, and section `fit` as `settings`. input: `publi
 
 import yaml
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.fit import FitConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig
 from millprint.run.files import whole_file, write_table
 from millprint.run.job import job
-from millprint.thesis.fit.search import Search
+from millprint.thesis.fit.jar_search import Search
 from millprint.thesis.fit.shape import parameters_of, shaped
 from millprint.thesis.fit.trial import trial_of
 

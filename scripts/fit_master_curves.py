@@ -11,8 +11,10 @@ from types import SimpleNamespace
 import pandas as pd
 
 from millprint.config.mixture import ONE_SIZE
-from millprint.fingerprint.coverage import tabulate_coverage
-from millprint.fingerprint.curves import (
+from millprint.fingerprint.band_coverage import tabulate_coverage
+from millprint.fingerprint.descriptors import CHARGE, as_built, read_descriptors
+from millprint.fingerprint.exponents import fit_exponents
+from millprint.fingerprint.master_curves import (
     CURVE_COLUMNS,
     at_shared_fills,
     average_curves,
@@ -20,8 +22,6 @@ from millprint.fingerprint.curves import (
     fill_grid,
     universal_descriptors,
 )
-from millprint.fingerprint.descriptors import CHARGE, as_built, read_descriptors
-from millprint.fingerprint.exponents import fit_exponents
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.zones import find_zones
 from millprint.run.files import read_table, write_table

@@ -1,19 +1,20 @@
 """Predicts the screening runs of every outer fold with models that were tuned and fitted without them.
 
-params: sections `training`, `honest`, `averaging`. input: `train` and `test`. output: `predictions` and `intervals`.
+params: sections `training`, `evaluation`, `averaging`. input: `train` and `test`. output: `predictions` and
+`intervals`.
 """
 
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from millprint.config.averaging import AveragingConfig
+from millprint.config.averaged_process import AveragingConfig
 from millprint.config.yields import HeldOutConfig, TrainingConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.run.progress import progress
 from millprint.thesis.yields.held_out import outer_folds, predict_held_out
 from millprint.thesis.yields.procedures import procedure_of
-from millprint.thesis.yields.tables import read_rows
+from millprint.thesis.yields.run_tables import read_rows
 
 
 def main(
@@ -49,6 +50,6 @@ if "snakemake" in globals():
             names.model,
             names.strategy,
             TrainingConfig(**own.training),
-            HeldOutConfig(**own.honest),
+            HeldOutConfig(**own.evaluation),
             AveragingConfig(**own.averaging),
         )

@@ -8,9 +8,9 @@ import pandas as pd
 
 from millprint.config.fingerprint import DESCRIPTOR_SETS, InverseConfig
 from millprint.fingerprint.condition import WEIGHTED_BASIC
+from millprint.fingerprint.condition_search import match_targets, target_descriptors
 from millprint.fingerprint.inverse import invert_speed
 from millprint.fingerprint.model import KNOWN, Fingerprint
-from millprint.fingerprint.search import match_targets, target_descriptors
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.thesis.curves.published import published_point, read_published

@@ -8,15 +8,15 @@ params: `setups`, `tumbling`, `dem`, and the page's `chapter`, `name`, `results`
 
 import pandas as pd
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.setups.base import SetupConfig
-from millprint.config.setups.tumbling import TumblingConfig
+from millprint.config.setups.tumbling_setups import TumblingConfig
 from millprint.config.sweep import DemConfig
 from millprint.config.validation import ValidationConfig
-from millprint.figures.charge import plot_charge
+from millprint.figures.charge_figures import plot_charge
 from millprint.figures.style import save
-from millprint.figures.validation import plot_setup
+from millprint.figures.validation_figures import plot_setup
 from millprint.mill.bodies import build_bodies
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job

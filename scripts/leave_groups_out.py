@@ -7,23 +7,23 @@ output: `regimes`, `regimes_summary`, `sources`, `sources_predictions`, `sources
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from millprint.config.averaging import AveragingConfig
+from millprint.config.averaged_process import AveragingConfig
 from millprint.config.design import Factor
 from millprint.config.mill import MillConfig
-from millprint.config.other_sources import OtherSourcesConfig
-from millprint.config.proposals import PredictionConfig
+from millprint.config.next_experiments import PredictionConfig
+from millprint.config.run_sources import OtherSourcesConfig
 from millprint.config.yields import EvaluationConfig, HeldOutConfig, TrainingConfig
 from millprint.fingerprint.condition import Condition
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.run.progress import progress
 from millprint.thesis.curves.regimes import read_regimes
+from millprint.thesis.yields.new_regime import leave_regimes_out, reference_of_mill, regime_rows, summarise_regimes
 from millprint.thesis.yields.other_runs import GIVEN, read_other_runs, with_other_runs
 from millprint.thesis.yields.other_sources import leave_sources_out, score_sources, sources_out
 from millprint.thesis.yields.procedures import procedure_of
-from millprint.thesis.yields.regimes import leave_regimes_out, reference_of_mill, regime_rows, summarise_regimes
 from millprint.thesis.yields.regressors import AVERAGED, PRIMARY, TWO_STEP
-from millprint.thesis.yields.tables import read_parts, read_rows
+from millprint.thesis.yields.run_tables import read_parts, read_rows
 
 # For regimes, the averaged Gaussian process with and without the tangential share, and the two models of Table 5.8, the
 # process with the start of the largest marginal likelihood.
@@ -88,7 +88,7 @@ if "snakemake" in globals():
     given, made, settings = snakemake.input, snakemake.output, snakemake.params
     models = (
         TrainingConfig(**settings.training),
-        EvaluationConfig(**settings.honest),
+        EvaluationConfig(**settings.evaluation),
         AveragingConfig(**settings.averaging),
     )
     with job(snakemake.log[0], "leave groups out") as log:

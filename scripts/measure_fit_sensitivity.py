@@ -3,7 +3,7 @@
 params: `mill`, `contact`, `dem`, `settings`. input: `published`. output: `sensitivity`.
 """
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.fit import TrialConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig

@@ -9,7 +9,7 @@ from millprint.run.files import read_table, write_json
 from millprint.run.job import job
 from millprint.thesis.curves.published import read_published
 from millprint.thesis.fit.open_shape import shape_factors
-from millprint.thesis.fit.published import published_values
+from millprint.thesis.fit.published_targets import published_values
 from millprint.thesis.fit.shape import JAR_PARAMETERS, parameters_of
 
 

@@ -17,7 +17,7 @@ from snakemake.cli import main as snakemake_command
 from snakemake.logging import logger
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from millprint.plan import Job, plan_text
+from millprint.run.plan import Job, plan_text
 
 # Exit status of a command whose arguments are wrong.
 USAGE = 2

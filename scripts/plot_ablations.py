@@ -6,7 +6,7 @@ input: `ablations`. output: `svg`, `png`.
 from millprint.figures.style import save
 from millprint.run.files import read_table
 from millprint.run.job import job
-from millprint.thesis.figures.chapter6 import plot_ablations
+from millprint.thesis.figures.chapter6_figures import plot_ablations
 from millprint.thesis.surrogate.ablations import scatter_in_words
 
 

@@ -6,7 +6,7 @@ params: `radius_m` and `diameter_m`. input: `run` (run.h5). output: `svg`, `png`
 from pathlib import Path
 
 from millprint.figures.style import save
-from millprint.figures.validation import plot_bed
+from millprint.figures.validation_figures import plot_bed
 from millprint.run.job import job
 from millprint.validation.drums import slab_of_bed
 from millprint.validation.setups import setup_named

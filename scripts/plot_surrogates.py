@@ -10,7 +10,7 @@ from millprint.config.surrogate import EdgeConfig
 from millprint.figures.style import save
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
-from millprint.thesis.figures.chapter6 import (
+from millprint.thesis.figures.chapter6_figures import (
     plot_dissipation,
     plot_distance_slices,
     plot_distributions,
@@ -21,9 +21,9 @@ from millprint.thesis.figures.chapter6 import (
 )
 from millprint.thesis.surrogate.ablations import DISSIPATION
 from millprint.thesis.surrogate.baselines import baseline_rows, baseline_table, with_motion
+from millprint.thesis.surrogate.measure_tables import covered_share, join_tables
 from millprint.thesis.surrogate.scene import read_scene
 from millprint.thesis.surrogate.spread import tabulate_trainings, with_spread
-from millprint.thesis.surrogate.tables import covered_share, join_tables
 from millprint.thesis.surrogate.trajectory import read_attributes
 
 

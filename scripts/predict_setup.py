@@ -4,7 +4,7 @@ params: its section as `settings`, `mill`, `contacts`, `dem`, `runs`, `folder`. 
 output: `predictions`.
 """
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig
 from millprint.config.validation import ValidationConfig, setup_cases

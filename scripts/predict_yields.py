@@ -10,10 +10,10 @@ from pathlib import Path
 from threadpoolctl import threadpool_limits
 
 from millprint.config.doe import ChemistryConfig
+from millprint.config.errors import ConfigError, MillprintError
 from millprint.config.load import check_model, read_yaml
-from millprint.config.proposals import PredictionConfig, ProposalConfig
+from millprint.config.next_experiments import PredictionConfig, ProposalConfig
 from millprint.config.yields import TrainingConfig, YieldConfig
-from millprint.errors import ConfigError, MillprintError
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.thesis.yields.domain import MillCurves
@@ -22,7 +22,7 @@ from millprint.thesis.yields.model_files import load_averaged, training_rows
 from millprint.thesis.yields.new_conditions import predict_conditions
 from millprint.thesis.yields.proposals import count_reasons, propose, split_region
 from millprint.thesis.yields.region import Mill, region_conditions
-from millprint.thesis.yields.tables import read_rows
+from millprint.thesis.yields.run_tables import read_rows
 
 
 def main(
@@ -102,7 +102,7 @@ def command_line() -> int:
     try:
         settings = read_settings(given.config)
         level = given.level or settings.interval_level
-        folds = settings.honest.conformal_folds
+        folds = settings.evaluation.conformal_folds
         own = (settings.prediction, settings.training, folds, level, given.extrapolate)
         beside = Path(given.model).parent / "mill.json"
         mill = given.mill or (str(beside) if beside.exists() else None)

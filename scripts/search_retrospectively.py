@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from millprint.config.averaging import AveragingConfig
-from millprint.config.proposals import RetrospectiveConfig
+from millprint.config.averaged_process import AveragingConfig
+from millprint.config.next_experiments import RetrospectiveConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.run.progress import progress
@@ -23,7 +23,7 @@ from millprint.thesis.yields.retrospective import (
     without_best,
 )
 from millprint.thesis.yields.retrospective_learning import CHOICES, draw_held_out, learn, learning_table
-from millprint.thesis.yields.tables import read_rows
+from millprint.thesis.yields.run_tables import read_rows
 
 
 def main(parts: list[str], output, plan: RetrospectiveConfig, averaging: AveragingConfig, level: float) -> None:

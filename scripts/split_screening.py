@@ -10,11 +10,11 @@ import logging
 import pandas as pd
 
 from millprint.config.design import Factor
-from millprint.config.other_sources import OtherSourcesConfig
+from millprint.config.run_sources import OtherSourcesConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.thesis.yields.other_runs import read_other_runs
-from millprint.thesis.yields.tables import read_parts
+from millprint.thesis.yields.run_tables import read_parts
 
 logger = logging.getLogger("millprint")
 

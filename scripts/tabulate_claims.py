@@ -13,7 +13,7 @@ from millprint.thesis.claims.conclusions import judge_conclusions, read_conclusi
 from millprint.thesis.claims.elsewhere import compare_verdicts, in_a_line, read_stored
 from millprint.thesis.claims.errata import collect_errata
 from millprint.thesis.claims.tabulate import collect_findings, count_verdicts, tabulate_claims
-from millprint.thesis.report.summary import claims_page, front_text, plot_verdicts, summary_page, what_falls
+from millprint.thesis.report.claims_page import claims_page, front_text, plot_verdicts, summary_page, what_falls
 
 
 def write_page(text: str, path: str) -> None:

@@ -5,7 +5,7 @@ params: `mill`, `counting_rule`, `cycle_fill_ratio`. input: `summaries` and `pub
 
 from millprint.fingerprint.cycles import tabulate_cycles, tabulate_densities, tabulate_published
 from millprint.fingerprint.descriptors import CHARGE, tabulate_counting_rules, tabulate_descriptors
-from millprint.fingerprint.inputs import read_summaries
+from millprint.fingerprint.readers import read_summaries
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.thesis.curves.published import published_cycles, read_published

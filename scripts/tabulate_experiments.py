@@ -13,7 +13,7 @@ from millprint.run.files import write_json, write_table
 from millprint.run.job import job
 from millprint.thesis.doe.aliases import alias_table, confounding_table
 from millprint.thesis.doe.audit import audit_table
-from millprint.thesis.doe.design import describe, design_table
+from millprint.thesis.doe.factorial_designs import describe, design_table
 from millprint.thesis.doe.literature import (
     literature_checks,
     missingness_table,
@@ -23,7 +23,7 @@ from millprint.thesis.doe.literature import (
 )
 from millprint.thesis.doe.runs import read_runs
 from millprint.thesis.doe.wet_lab import half_life_table, powder_table, read_wear, wear_table
-from millprint.thesis.figures.chapter2 import literature, missingness
+from millprint.thesis.figures.chapter2_figures import literature, missingness
 
 # The tables of the design, by the names of the rule's outputs.
 DESIGN_TABLES = ("design", "aliases", "confounding", "audit")

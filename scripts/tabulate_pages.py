@@ -15,7 +15,7 @@ from millprint.run.job import job
 from millprint.run.machine import provenance
 from millprint.thesis.report.chapter_pages import write_chapter
 from millprint.thesis.report.runtimes import sum_stages, tabulate_runtimes
-from millprint.thesis.report.tables import Section, tables_page
+from millprint.thesis.report.table_pages import Section, tables_page
 
 
 def write_runtimes(name: str, benchmarks: str, logs: str, output) -> None:

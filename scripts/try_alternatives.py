@@ -1,7 +1,7 @@
 """What the averaged process is compared with: other libraries, and yields that were shuffled.
 
-params: `training`, `honest`, `averaging`, `trial`. input: `train` and `test`. output: `libraries`, or `permutations`
-and `permutation_test`.
+params: `training`, `evaluation`, `averaging`, `trial`. input: `train` and `test`. output: `libraries`, or
+`permutations` and `permutation_test`.
 """
 
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from millprint.config.averaging import AveragingConfig
+from millprint.config.averaged_process import AveragingConfig
 from millprint.config.yields import HeldOutConfig, LibraryTrialConfig, TrainingConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
@@ -17,8 +17,8 @@ from millprint.run.progress import progress
 from millprint.thesis.yields.held_out import outer_folds
 from millprint.thesis.yields.library_trials import compare_libraries, permutation_p, permute
 from millprint.thesis.yields.metrics import YieldWeights
+from millprint.thesis.yields.run_tables import read_rows
 from millprint.thesis.yields.scores import WHOLE
-from millprint.thesis.yields.tables import read_rows
 
 
 def try_libraries(
@@ -55,7 +55,7 @@ if "snakemake" in globals():
     with job(snakemake.log[0], "try alternatives") as log:
         if made.get("libraries"):
             training = TrainingConfig(**own.training)
-            try_libraries(*parts, made.libraries, training, HeldOutConfig(**own.honest), averaging, trial)
+            try_libraries(*parts, made.libraries, training, HeldOutConfig(**own.evaluation), averaging, trial)
             log.info("tried: libraries")
         if made.get("permutations"):
             try_shuffles(parts, made, averaging, trial)

@@ -8,7 +8,7 @@ The exit status is 0 if there are none, else 1.
 import sys
 from pathlib import Path
 
-from millprint.run.records import report_damaged
+from millprint.run.output_digests import report_damaged
 
 
 def main(words: list[str]) -> int:

@@ -24,17 +24,18 @@ import time
 from pathlib import Path
 
 from millprint.card.build import build_card
-from millprint.card.cases import animated_case, own_cases
-from millprint.card.inputs import CardSettings, Known, Runs
+from millprint.card.card_files import FILES, animate, remove_left_overs, write_card
+from millprint.card.card_inputs import CardSettings, Known, Runs
+from millprint.card.card_model import MillingCard
+from millprint.card.experiment_cases import animated_case, own_cases
+from millprint.card.experiment_checks import check_experiment
 from millprint.card.latex import TITLES
-from millprint.card.model import MillingCard
 from millprint.card.numbers import in_words
-from millprint.card.preflight import check_experiment
 from millprint.card.simulate import GIF, simulate_cases
-from millprint.card.write import FILES, animate, remove_left_overs, write_card
 from millprint.config.card import Experiment
 from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER, stop_on_bad_input
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import MillprintError
 from millprint.config.included import SOURCES
 from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
@@ -42,7 +43,6 @@ from millprint.config.sweep import Case, DemConfig, overridden
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.compilation import compile_kernels
 from millprint.dose.wear import read_coefficient, read_materials
-from millprint.errors import MillprintError
 from millprint.fingerprint.model import Fingerprint
 from millprint.run.files import read_json, whole_file
 from millprint.run.job import job

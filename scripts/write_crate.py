@@ -8,13 +8,13 @@ import argparse
 from pathlib import Path
 
 from millprint.config.checks import stop_on_bad_input
+from millprint.provenance.crate_files import read_configuration, write_crate
 from millprint.provenance.finished import check_finished, recipe_of, targets_of
 from millprint.provenance.inside import CRATE
 from millprint.provenance.lineage import read_jobs
-from millprint.provenance.write import read_configuration, write_crate
 from millprint.run import files
 from millprint.run.job import job
-from millprint.run.records import write_record
+from millprint.run.output_digests import write_record
 
 # The rule of this script, and where its job records what it wrote.
 RULE, RECORD = "write_crate", "logs/report/write_crate.json"

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 from millprint.config.calibration import ExperimentConfig, SwingConfig
+from millprint.config.errors import ConfigError
 from millprint.config.geometry import CylinderGeometry
-from millprint.errors import ConfigError
 from millprint.thesis.calibration.experiment import fit_experiment
 from millprint.thesis.calibration.friction_fit import fit_friction
 from millprint.thesis.calibration.oscillation import describe_swings, make_swing, simulate_track

@@ -8,8 +8,8 @@ from scipy.stats import f as f_distribution
 
 from millprint.config.doe import DoeConfig
 from millprint.thesis.doe.contested import contested_table, residual_parts_table, rival_models_table
-from millprint.thesis.doe.design import design_table
-from millprint.thesis.doe.model import fit_factors, sums_of_squares
+from millprint.thesis.doe.factorial_designs import design_table
+from millprint.thesis.doe.least_squares import fit_factors, sums_of_squares
 from millprint.thesis.doe.residuals import lack_of_fit_table, pure_error, residual_checks
 from millprint.thesis.doe.trends import trend_table
 from tests.unit.doe_settings import settings, thesis_config, thesis_runs  # noqa: F401 (fixtures)

@@ -12,8 +12,8 @@ import analyse_design
 import make_design
 from millprint.config.design import DesignConfig
 from millprint.config.doe import AnalysisConfig
+from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
-from millprint.errors import ConfigError
 from millprint.run.files import read_table
 from millprint.thesis.doe.aliases import (
     alias_table,
@@ -23,7 +23,7 @@ from millprint.thesis.doe.aliases import (
     term_columns,
 )
 from millprint.thesis.doe.audit import audit_table
-from millprint.thesis.doe.design import best_generators, describe, design_table, level_codes, treatments
+from millprint.thesis.doe.factorial_designs import best_generators, describe, design_table, level_codes, treatments
 from millprint.thesis.doe.fraction import Fraction
 from millprint.thesis.doe.runs import read_runs
 from tests.conftest import ROOT

@@ -6,10 +6,10 @@ import pytest
 from scipy.stats import f as f_distribution
 from scipy.stats import ncf
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.thesis.doe.aliases import contrasts
-from millprint.thesis.doe.design import as_designed, design_table
-from millprint.thesis.doe.model import fit_factors, sums_of_squares
+from millprint.thesis.doe.factorial_designs import as_designed, design_table
+from millprint.thesis.doe.least_squares import fit_factors, sums_of_squares
 from millprint.thesis.doe.residuals import residual_checks, residual_table
 from millprint.thesis.doe.trends import interaction_table, trend_table
 from millprint.thesis.doe.variance import (

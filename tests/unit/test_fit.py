@@ -6,18 +6,18 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from millprint.config.errors import ConfigError
 from millprint.config.fit import FitConfig
 from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
 from millprint.config.workflow import WorkflowConfig
-from millprint.errors import ConfigError
 from millprint.fingerprint.cycles import tabulate_cycles
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.thesis.curves.published import read_published
 from millprint.thesis.fit import fitted_mill
-from millprint.thesis.fit.preflight import fit_faults
-from millprint.thesis.fit.published import computed_values, misfit, published_values, with_roles
-from millprint.thesis.fit.search import Search, candidates, neighbours
+from millprint.thesis.fit.fit_checks import fit_faults
+from millprint.thesis.fit.jar_search import Search, candidates, neighbours
+from millprint.thesis.fit.published_targets import computed_values, misfit, published_values, with_roles
 from millprint.thesis.fit.shape import JAR_PARAMETERS, on_grid, parameters_of, shaped, volume_ml
 from millprint.thesis.fit.table import FIT_COLUMNS, fit_table, parameter_rows, sensitivity_rows
 from millprint.thesis.fit.trial import trial_cases

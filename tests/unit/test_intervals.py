@@ -7,10 +7,19 @@ import pandas as pd
 import pytest
 from scripts.store_verdicts import main
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.fingerprint.seeds import block_length
 from millprint.run.files import write_json, write_table
 from millprint.statistics.student import apart, once, spread_of
+from millprint.thesis.claims.claim_intervals import (
+    WINDOWS,
+    Repeated,
+    over_draws,
+    over_repeats,
+    tabulate_intervals,
+    without_sizes,
+)
+from millprint.thesis.claims.claim_verdicts import DEVIATES, ERRATUM, REPRODUCED, TOO_FEW, TOO_WIDE, UNDECIDED
 from millprint.thesis.claims.compare import interval_verdict, verdict
 from millprint.thesis.claims.elsewhere import (
     EXPECTED,
@@ -22,16 +31,7 @@ from millprint.thesis.claims.elsewhere import (
     with_run,
 )
 from millprint.thesis.claims.evidence import Contradiction, Evidence, Finding, Interval
-from millprint.thesis.claims.intervals import (
-    WINDOWS,
-    Repeated,
-    over_draws,
-    over_repeats,
-    tabulate_intervals,
-    without_sizes,
-)
 from millprint.thesis.claims.tabulate import collect_findings, tabulate_claims
-from millprint.thesis.claims.verdicts import DEVIATES, ERRATUM, REPRODUCED, TOO_FEW, TOO_WIDE, UNDECIDED
 from millprint.thesis.curves.redraw import dispersions, draw_blocks, draw_tables, redraw, redrawn_tables
 from millprint.thesis.surrogate.spread import failed_tests, tabulate_trainings, with_spread
 from tests.conftest import ROOT

@@ -18,14 +18,14 @@ import yaml
 
 from millprint.config.surrogate import NetworkConfig
 from millprint.thesis.surrogate.checkpoint import write_tensors
+from millprint.thesis.surrogate.network.compiled import STEPPED_BY, CompiledSurrogate, open_graph_surrogate
+from millprint.thesis.surrogate.network.dataset import featurise
+from millprint.thesis.surrogate.network.forward import PIECE
+from millprint.thesis.surrogate.network.graph_surrogate import GraphSurrogate
+from millprint.thesis.surrogate.network.graphs import Graphs, threshold_edges
+from millprint.thesis.surrogate.network.sdf_network import NormalisedNetwork, feature_statistics, weights_content
 from millprint.thesis.surrogate.protocol import Setting
 from millprint.thesis.surrogate.scene import read_scene
-from millprint.thesis.surrogate.thesis.compiled import STEPPED_BY, CompiledSurrogate, open_graph_surrogate
-from millprint.thesis.surrogate.thesis.dataset import featurise
-from millprint.thesis.surrogate.thesis.forward import PIECE
-from millprint.thesis.surrogate.thesis.graphs import Graphs, threshold_edges
-from millprint.thesis.surrogate.thesis.network import NormalisedNetwork, feature_statistics, weights_content
-from millprint.thesis.surrogate.thesis.surrogate import GraphSurrogate
 from tests.unit.surrogate_samples import CONTACTS, circle, simulate, small_recipe, sphere_scene, write_run
 
 ROOT = Path(__file__).parents[2]

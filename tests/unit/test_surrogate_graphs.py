@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import torch
 
-from millprint.errors import ConfigError
-from millprint.thesis.surrogate.tables import covered_share, wall_contact_table
-from millprint.thesis.surrogate.thesis.dataset import (
+from millprint.config.errors import ConfigError
+from millprint.thesis.surrogate.measure_tables import covered_share, wall_contact_table
+from millprint.thesis.surrogate.network.dataset import (
     DISTANCE,
     GRADIENT,
     VELOCITY,
@@ -16,9 +16,9 @@ from millprint.thesis.surrogate.thesis.dataset import (
     wall_contact_distances,
     write_dataset,
 )
-from millprint.thesis.surrogate.thesis.graphs import contact_edges, graphs_at, threshold_edges
-from millprint.thesis.surrogate.thesis.network import NormalisedNetwork, feature_statistics
-from millprint.thesis.surrogate.thesis.training import Trainer
+from millprint.thesis.surrogate.network.graphs import contact_edges, graphs_at, threshold_edges
+from millprint.thesis.surrogate.network.network_training import Trainer
+from millprint.thesis.surrogate.network.sdf_network import NormalisedNetwork, feature_statistics
 from millprint.thesis.surrogate.trajectory import read_trajectory
 from tests.unit.surrogate_samples import (
     CONTACTS,

@@ -7,18 +7,18 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.run.files import write_table
+from millprint.thesis.claims.claim_verdicts import TOO_FEW
 from millprint.thesis.claims.tabulate import collect_findings, tabulate_claims
-from millprint.thesis.claims.verdicts import TOO_FEW
 from millprint.thesis.surrogate import measures
 from millprint.thesis.surrogate.ablations import STATEMENTS, ablation_table, scatter_in_words
 from millprint.thesis.surrogate.baselines import baseline_rows, baseline_table, with_machine
 from millprint.thesis.surrogate.controls import blurred, riding, simulated_rollout, slowed
-from millprint.thesis.surrogate.curves import distribution_table, error_table
-from millprint.thesis.surrogate.evaluation import evaluate, evaluate_at_rest
+from millprint.thesis.surrogate.measure_tables import AT_LEAST, OF_REFERENCE, is_met, join_tables, tabulate
 from millprint.thesis.surrogate.rollout import RollOut, simulated
-from millprint.thesis.surrogate.tables import AT_LEAST, OF_REFERENCE, is_met, join_tables, tabulate
+from millprint.thesis.surrogate.rollout_curves import distribution_table, error_table
+from millprint.thesis.surrogate.rollout_evaluation import evaluate, evaluate_at_rest
 from millprint.thesis.surrogate.trajectory import Trajectory, mean_power_W
 from tests.conftest import PRINTED, ROOT
 from tests.unit.surrogate_samples import (

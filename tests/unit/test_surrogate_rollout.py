@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 import torch
 
+from millprint.thesis.surrogate.network.dataset import DISTANCE, featurise
+from millprint.thesis.surrogate.network.graph_surrogate import GraphSurrogate, euler_step, snap_back
+from millprint.thesis.surrogate.network.graphs import graphs_at
+from millprint.thesis.surrogate.network.sdf_network import NormalisedNetwork, feature_statistics
 from millprint.thesis.surrogate.rollout import RollOut
-from millprint.thesis.surrogate.thesis.dataset import DISTANCE, featurise
-from millprint.thesis.surrogate.thesis.graphs import graphs_at
-from millprint.thesis.surrogate.thesis.network import NormalisedNetwork, feature_statistics
-from millprint.thesis.surrogate.thesis.surrogate import GraphSurrogate, euler_step, snap_back
 from tests.unit.surrogate_samples import CONTACTS, STEP, VESSEL, circle, simulate, small_recipe, sphere_scene
 
 RUN, SCENE = simulate(), sphere_scene()

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 from scipy.stats import qmc
 
+from millprint.config.errors import ConfigError
 from millprint.config.fit import TrialConfig
-from millprint.errors import ConfigError
 from millprint.fingerprint.bands import checked_factors
 from millprint.thesis.fit.open_shape import agreement, shape_factors
 from millprint.thesis.fit.shape import JAR_PARAMETERS

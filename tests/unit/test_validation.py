@@ -7,13 +7,13 @@ import pandas as pd
 import pytest
 
 import fix_predictions
+from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.setups.base import SetupConfig
 from millprint.config.sweep import DemConfig
 from millprint.config.validation import ValidationConfig
 from millprint.config.workflow import WorkflowConfig
-from millprint.errors import ConfigError
-from millprint.figures.validation import plot_setup
+from millprint.figures.validation_figures import plot_setup
 from millprint.validation.coverage import tabulate_coverage
 from millprint.validation.explanations import NOT_EXPLAINED
 from millprint.validation.fixed import Fixed, fix, fixed_table, read_fixed, settings_digest, status_of

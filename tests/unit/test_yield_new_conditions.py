@@ -38,7 +38,7 @@ def models(tmp_path_factory) -> dict[str, str]:
 def arguments(level: float) -> tuple:
     """The arguments of predict_conditions after model and conditions: limits, training, folds, level."""
     config = settings()
-    return config.prediction, config.training, config.honest.conformal_folds, level
+    return config.prediction, config.training, config.evaluation.conformal_folds, level
 
 
 @pytest.mark.parametrize("kind", ["mixture", "gaussian", "cv_plus"])

@@ -5,24 +5,24 @@ import pandas as pd
 import pytest
 from scipy.stats import norm
 
+from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
-from millprint.config.proposals import RegionConfig
-from millprint.errors import ConfigError
+from millprint.config.next_experiments import RegionConfig
 from millprint.fingerprint.condition import Condition
 from millprint.thesis.curves.regimes import read_regimes
 from millprint.thesis.yields.acquisition import choose_for_learning, choose_for_yield, expected_improvement, joint_draws
 from millprint.thesis.yields.averaging import AveragedModel, Candidate, fit_member
 from millprint.thesis.yields.features import describe
-from millprint.thesis.yields.procedures import Prediction
-from millprint.thesis.yields.proposals import shortlist
-from millprint.thesis.yields.regimes import (
+from millprint.thesis.yields.new_regime import (
     leave_regimes_out,
     reference_of_mill,
     regime_rows,
     summarise_regimes,
     without_regime,
 )
+from millprint.thesis.yields.procedures import Prediction
+from millprint.thesis.yields.proposals import shortlist
 from millprint.thesis.yields.region import Mill, check_region, region_conditions
 from millprint.thesis.yields.retrospective import (
     STRATEGIES,

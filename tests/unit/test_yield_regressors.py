@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
+from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
-from millprint.config.regressors import COMPARED, TABLE_5_6, TUNED, UNTUNED, Spaces
+from millprint.config.search_spaces import COMPARED, TABLE_5_6, TUNED, UNTUNED, Spaces
 from millprint.config.yields import YieldConfig
-from millprint.errors import ConfigError
 from millprint.thesis.yields.choices import ALTERNATIVES, compare_choices
 from millprint.thesis.yields.estimators import GaussianProcess, gaussian_process
 from millprint.thesis.yields.explanation import shap_values
-from millprint.thesis.yields.model import fit_model, plan_steps
 from millprint.thesis.yields.model_files import load_model, save_model, stored_search
 from millprint.thesis.yields.procedures import procedure_of
 from millprint.thesis.yields.regressors import (
@@ -25,6 +24,7 @@ from millprint.thesis.yields.regressors import (
     searched_again,
 )
 from millprint.thesis.yields.search import Trainer
+from millprint.thesis.yields.yield_model import fit_model, plan_steps
 from tests.unit.yield_settings import parts, settings, thesis_yields
 
 # Whether SHAP values can be calculated, by regressor.
@@ -136,7 +136,7 @@ def test_an_unknown_regressor_raises_wherever_one_is_named(tmp_path):
     with pytest.raises(ValueError, match=message):
         fit_model("boosted", "primary", [{}], rows, yields, config.training)
     with pytest.raises(ValueError, match=message):
-        procedure_of("boosted", "primary", config.training, config.honest, config.averaging)
+        procedure_of("boosted", "primary", config.training, config.evaluation, config.averaging)
     model, results = trained("linear", "primary")
     path = tmp_path / "model.json"
     save_model(model, results, rows, config.training, str(path))

@@ -7,9 +7,9 @@ import pytest
 from PIL import Image
 
 from millprint.run.files import read_json, read_table
+from millprint.thesis.claims.claim_verdicts import INTERVAL_VERDICTS, VERDICTS
 from millprint.thesis.claims.natures import CERTAIN, TIMED
 from millprint.thesis.claims.tabulate import CLAIM_COLUMNS
-from millprint.thesis.claims.verdicts import INTERVAL_VERDICTS, VERDICTS
 from tests.workflow.conftest import ROOT, jobs_of, run_snakemake
 
 SMOKE = ("--configfile", "config/smoke.yaml")
@@ -140,7 +140,7 @@ def test_an_edit_of_the_yield_models_reruns_only_yield_and_report(smoke_project)
         ("fingerprint={maps: {fill_ratios: [0.06]}}", {"plot_fingerprint"}),
         ("yields={proposals: {seed: 5}}", {"predict_yields", "plot_yields"}),
         (
-            "yields={honest: {level: 0.9}}",
+            "yields={evaluation: {level: 0.9}}",
             {
                 "evaluate_yield_models",
                 "search_retrospectively",

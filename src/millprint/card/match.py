@@ -5,18 +5,18 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from millprint.card.model import MillingCard, Quantity
+from millprint.card.card_model import MillingCard, Quantity
 from millprint.config.checks import MILL_FOLDER
+from millprint.config.errors import ConfigError
+from millprint.config.file_sources import WORKING_FOLDER, Sources
 from millprint.config.fingerprint import DESCRIPTOR_SETS, TARGET_DESCRIPTORS
 from millprint.config.mixture import ONE_SIZE, balls_in_words
-from millprint.config.sources import WORKING_FOLDER, Sources
-from millprint.errors import ConfigError
 from millprint.fingerprint.bands import FURTHER, Band, Interval
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.comparison import ALL_SIMULATED, Wanted, nearest
+from millprint.fingerprint.condition_search import SHARED_CONTACT, check_same_count
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.search import SHARED_CONTACT, check_same_count
 
 # Settings are near a card if its descriptors are met to this on average (root mean square of logarithms).
 NEAR = 0.25

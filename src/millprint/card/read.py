@@ -3,9 +3,9 @@
 import json
 from pathlib import Path
 
-from millprint.card.model import FORMAT, SCHEMA_VERSION, MillingCard
+from millprint.card.card_model import FORMAT, SCHEMA_VERSION, MillingCard
+from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
-from millprint.errors import ConfigError
 
 
 def read_card(path: str | Path) -> MillingCard:

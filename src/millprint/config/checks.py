@@ -8,14 +8,14 @@ from pathlib import Path
 
 from millprint.config.calibration import ExperimentConfig
 from millprint.config.card import Experiment, read_experiments
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
+from millprint.config.file_sources import WORKING_FOLDER, Sources, check_paths
 from millprint.config.load import check_model, check_names_differ, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import chosen_balls
-from millprint.config.sources import WORKING_FOLDER, Sources, check_paths
 from millprint.config.sweep import Case, expand_sweep
 from millprint.config.workflow import WorkflowConfig
-from millprint.errors import ConfigError
 
 MILL_FOLDER = "config/mills"
 CONTACT_FOLDER = "config/contacts"

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import SimulationError
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, ball_count, overridden, threads_of
 from millprint.dem import state
@@ -32,7 +33,6 @@ from millprint.dem.recording import (
 from millprint.dem.restart import read_restart, write_restart
 from millprint.dem.threads import Shares, make_shares, use_threads
 from millprint.dem.timestep import aligned_step, largest_fraction, rayleigh_time, requested_step, skin_of
-from millprint.errors import SimulationError
 from millprint.mill.bodies import Body, build_bodies, inserts_in_vessel
 from millprint.mill.motion import Motion
 from millprint.mill.vessel import Vessel

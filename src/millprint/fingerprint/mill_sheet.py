@@ -10,7 +10,7 @@ from millprint.fingerprint.bands import ENDS, FURTHER, MEAN, SCATTER
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import SCALED_BY, Condition
 from millprint.fingerprint.descriptors import as_built, said_of
-from millprint.fingerprint.inputs import WALL
+from millprint.fingerprint.readers import WALL
 from millprint.fingerprint.seeds import MOTIONS
 
 if TYPE_CHECKING:
@@ -137,7 +137,7 @@ def _said(verdict: str) -> str:
 def _precision_rows(fingerprint: "Fingerprint", descriptors: pd.DataFrame) -> list[Row]:
     """How much the sweep simulated for a condition, and how wide the resulting intervals are."""
     # It needs scikit-learn, as the fingerprint does.
-    from millprint.fingerprint.coverage import half_widths
+    from millprint.fingerprint.band_coverage import half_widths
 
     seeds, recorded = descriptors["seeds"], descriptors["window_s"]
     rows = [

@@ -18,7 +18,7 @@ from llvmlite import binding
 from millprint.run.digest import content_digest
 
 PACKAGE = Path(__file__).parents[1]
-KERNEL_FOLDERS = ("mill", "dem", "thesis/surrogate/thesis")
+KERNEL_FOLDERS = ("mill", "dem", "thesis/surrogate/network")
 MAKERS = re.compile(r"from millprint\.run\.kernel import .*\b(kernel|inner|inlined|threaded|array_maker)\b")
 IMPORTS = re.compile(r"^from millprint\.([\w.]+) import", re.MULTILINE)
 
@@ -59,11 +59,8 @@ def kernel_files() -> list[Path]:
 
 def kernel_digest() -> str:
     """A short hash of what the kernels compute, without comments, and of the compiler's version."""
-    total = hashlib.sha256(numba.__version__.encode())
-    for file in kernel_files():
-        total.update(file.name.encode())
-        total.update(content_digest(file))
-    return total.hexdigest()[:16]
+    contents = sorted(content_digest(file) for file in kernel_files())
+    return hashlib.sha256(b"".join([numba.__version__.encode(), *contents])).hexdigest()[:16]
 
 
 def cache_folder() -> Path:

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.dem.law import damping_ratio
 from millprint.validation.rebound import Rebound, impact_duration, largest_overlap
 

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.dem.overlap import impact_duration as hertz_duration
 from millprint.dem.overlap import impact_overlap
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from millprint.config.setups.shaker import ShakerConfig
+from millprint.config.setups.shaker_setup import ShakerConfig
 from millprint.validation.inputs import Inputs
 from millprint.validation.predictions import BALLS, prediction
 from millprint.view.snapshots import Snapshots, open_run

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.mill import MillConfig
-from millprint.config.setups.tumbling import TumblingConfig
+from millprint.config.setups.tumbling_setups import TumblingConfig
 from millprint.mill.bodies import build_bodies
 from millprint.validation.inputs import Inputs
 from millprint.validation.power_formulas import LIFT_ANGLE_DEG, Mill, hogg_fuerstenau, morrell

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from millprint.config.setups.tumbling import TumblingConfig
+from millprint.config.setups.tumbling_setups import TumblingConfig
 from millprint.statistics.quantiles import student_quantile
 from millprint.validation.predictions import CONTACT, SCATTER
 from millprint.validation.tumbling_runs import FURTHER, PREDICTS, SAMPLE

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.calibration import ExperimentConfig, SwingConfig
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.run.progress import progress
 from millprint.thesis.calibration.friction_fit import Fit, fit_friction

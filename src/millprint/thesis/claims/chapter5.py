@@ -44,7 +44,7 @@ def error_on_the_locked_split(
     evidence: Evidence, metric: str, model: str = "linear", strategy: str = "primary"
 ) -> Finding:
     """A metric of Table 5.6, with its interval and the values of other schemes."""
-    path, unit = "yield/honest.tsv", UNITS[metric]
+    path, unit = "yield/scores_by_scheme.tsv", UNITS[metric]
     own = f"model == '{model}' and strategy == '{strategy}' and metric == '{metric}'"
     absent = f"results/{path} has no {metric} of {model} {strategy}"
     locked = evidence.row(path, "value", f"{own} and scheme == 'locked'", absent)

@@ -6,8 +6,8 @@ import pandas as pd
 from millprint.thesis.claims.chapter3_causes import CONTACT, MILL
 from millprint.thesis.claims.evidence import Evidence, Finding, Interval, NotRun, claim, in_words, yes_no
 from millprint.thesis.surrogate.ablations import BASELINE, DISSIPATION, NOTHING, OPEN, PLATEAU, SOMETHING
+from millprint.thesis.surrogate.measure_tables import covered_share
 from millprint.thesis.surrogate.spread import failed_tests
-from millprint.thesis.surrogate.tables import covered_share
 
 VARIANT = "thesis"
 METRICS = "surrogate/metrics.tsv"

@@ -1,9 +1,7 @@
 """The two verdicts on a claim: by its value, and by the interval of a value that chance has a part in."""
 
 from millprint.statistics.student import FEWEST_REPEATS
-from millprint.thesis.claims.evidence import Finding
-from millprint.thesis.claims.tolerances import BOUND, RANGE, agrees, allowed_width, is_number, pairs
-from millprint.thesis.claims.verdicts import (
+from millprint.thesis.claims.claim_verdicts import (
     DEVIATES,
     ERRATUM,
     NOT_RUN,
@@ -12,6 +10,8 @@ from millprint.thesis.claims.verdicts import (
     TOO_WIDE,
     UNDECIDED,
 )
+from millprint.thesis.claims.evidence import Finding
+from millprint.thesis.claims.tolerances import BOUND, RANGE, agrees, allowed_width, is_number, pairs
 
 
 def verdict(published: str, tolerance: str, finding: Finding) -> str:

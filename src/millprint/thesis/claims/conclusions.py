@@ -6,7 +6,7 @@ from pathlib import Path
 import pandas as pd
 
 from millprint.run.tables import Text, read_measured, refuse_rows
-from millprint.thesis.claims.verdicts import DEVIATES, ERRATUM, NOT_RUN, OPEN_VERDICTS, REPRODUCED
+from millprint.thesis.claims.claim_verdicts import DEVIATES, ERRATUM, NOT_RUN, OPEN_VERDICTS, REPRODUCED
 
 COLUMNS = ["chapter", "locus", "conclusion", "claims"]
 STANDS, PARTLY, FALLS, UNKNOWN = "stands", "stands in part", "does not stand", "not run"

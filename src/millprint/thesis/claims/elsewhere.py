@@ -12,8 +12,8 @@ import pandas as pd
 
 from millprint.run.files import write_table
 from millprint.run.tables import Text, read_measured, refuse_rows
+from millprint.thesis.claims.claim_verdicts import INTERVAL_VERDICTS, NOT_RUN, OPEN_VERDICTS, VERDICTS
 from millprint.thesis.claims.natures import CERTAIN, TIMED
-from millprint.thesis.claims.verdicts import INTERVAL_VERDICTS, NOT_RUN, OPEN_VERDICTS, VERDICTS
 
 MACHINE = ["processor", "instructions", "date"]
 STORED = ["run", "id", "verdict", "interval_verdict", "reproduced", "lower", "upper"]

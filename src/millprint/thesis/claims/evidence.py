@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.run.files import read_json, read_table
 from millprint.statistics.student import spread_of
 from millprint.thesis.claims.sources import Source, source_in

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.run.files import read_table
 from millprint.run.tables import refuse_rows
 
@@ -22,12 +22,12 @@ from millprint.thesis.claims import (  # noqa: F401
     chapter5_text,
     chapter6,
 )
+from millprint.thesis.claims.claim_verdicts import DEVIATES, OPEN_VERDICTS, VERDICTS
 from millprint.thesis.claims.compare import interval_verdict, verdict
 from millprint.thesis.claims.conclusions import chapter_name
 from millprint.thesis.claims.evidence import CLAIMS, Evidence, Finding, Interval, find_claim
 from millprint.thesis.claims.natures import BASES, DERIVED, NATURES
 from millprint.thesis.claims.tolerances import deviation, is_number
-from millprint.thesis.claims.verdicts import DEVIATES, OPEN_VERDICTS, VERDICTS
 
 CLAIM_COLUMNS = ["id", "locus", "quantity", "value", "unit", "nature", "basis", "tolerance", "note"]
 # Columns of the table of verdicts: part of an interval.
@@ -63,8 +63,8 @@ def collect_findings(
 ) -> dict[str, Finding]:
     """What the run in the folder `results` says of each claim whose id has this beginning, by id.
 
-    intervals: as `millprint.thesis.claims.intervals.tabulate_intervals`; a claim that they lack keeps what its own code
-    says. A value that deviates is explained further, where the results show a reason. Raises ConfigError as
+    intervals: as `millprint.thesis.claims.claim_intervals.tabulate_intervals`; a claim that they lack keeps what its
+    own code says. A value that deviates is explained further, where the results show a reason. Raises ConfigError as
     `read_claims`.
     """
     claims, data, found = read_claims(claims_path), Path(claims_path).parent, {}

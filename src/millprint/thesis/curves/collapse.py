@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 
 from millprint.fingerprint.condition import SCALED_BY
-from millprint.fingerprint.curves import WEIGHTED, at_shared_fills, universal_descriptors
 from millprint.fingerprint.descriptors import NOTHING, as_built
 from millprint.fingerprint.exponents import with_power_per_ball
+from millprint.fingerprint.master_curves import WEIGHTED, at_shared_fills, universal_descriptors
 
 # Scaled quantity -> the column that it scales; none for the ratio, which has no unit.
 DIMENSIONAL = {

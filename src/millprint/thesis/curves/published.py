@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.fingerprint.condition import BASIC
 from millprint.run.files import read_table
 from millprint.run.tables import read_printed, refuse_rows

@@ -14,9 +14,9 @@ import numpy as np
 import pandas as pd
 
 from millprint.dem.convergence import convergence_table
-from millprint.fingerprint.curves import average_curves, conditions_of
 from millprint.fingerprint.cycles import tabulate_cycles
 from millprint.fingerprint.descriptors import as_built, tabulate_descriptors
+from millprint.fingerprint.master_curves import average_curves, conditions_of
 from millprint.fingerprint.seeds import block_length
 from millprint.run.progress import progress
 from millprint.thesis.curves.collapse import tabulate_collapse

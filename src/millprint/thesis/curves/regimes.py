@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from millprint.config.errors import ConfigError
 from millprint.config.sweep import ball_count
-from millprint.errors import ConfigError
 from millprint.fingerprint.condition import Condition, Quantity, descriptors_of, power_scale, scaled_quantities
 from millprint.run.tables import Number, Text, read_measured
 

@@ -7,7 +7,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from millprint.config.design import DesignConfig, Factor
-from millprint.thesis.doe.design import defining_relation, level_codes
+from millprint.thesis.doe.factorial_designs import defining_relation, level_codes
 from millprint.thesis.doe.fraction import Fraction, length
 
 

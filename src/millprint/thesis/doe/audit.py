@@ -7,7 +7,7 @@ import pandas as pd
 
 from millprint.config.design import DesignConfig, Generator
 from millprint.thesis.doe.aliases import shared_degrees_of_freedom, term_columns
-from millprint.thesis.doe.design import complete, level_codes, planned_codes, treatments
+from millprint.thesis.doe.factorial_designs import complete, level_codes, planned_codes, treatments
 
 Row = tuple[str, str, str, str, str, str]
 # The column `wanted` holds what the design planned.

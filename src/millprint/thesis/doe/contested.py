@@ -10,7 +10,7 @@ from statsmodels.regression.linear_model import OLS
 from millprint.config.doe import AnalysisConfig
 from millprint.statistics.quantiles import f_above
 from millprint.thesis.doe.aliases import interaction_partners, term_columns
-from millprint.thesis.doe.design import as_designed
+from millprint.thesis.doe.factorial_designs import as_designed
 from millprint.thesis.doe.runs import YIELD
 
 # Longer tables of models are not read.

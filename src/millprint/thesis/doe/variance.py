@@ -12,8 +12,8 @@ from statsmodels.stats.multitest import multipletests
 from millprint.config.doe import AnalysisConfig
 from millprint.statistics.quantiles import chi_squared_exceeded, f_exceeded
 from millprint.thesis.doe.aliases import interaction_partners, term_columns
-from millprint.thesis.doe.design import as_designed, level_codes
-from millprint.thesis.doe.model import contrast_sums, fit_factors, sums_of_squares
+from millprint.thesis.doe.factorial_designs import as_designed, level_codes
+from millprint.thesis.doe.least_squares import contrast_sums, fit_factors, sums_of_squares
 from millprint.thesis.doe.runs import YIELD
 
 

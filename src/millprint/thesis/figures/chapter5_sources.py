@@ -6,7 +6,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, MARKERS, PAGE_WIDTH_IN
-from millprint.thesis.figures.chapter5 import STRATEGIES, interval_errors
+from millprint.thesis.figures.chapter5_figures import STRATEGIES, interval_errors
 from millprint.thesis.yields.regressors import AVERAGED, TITLES
 
 R2_FROM = -2.0

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN, PUBLISHED
-from millprint.thesis.figures.chapter5 import STRATEGIES, interval_errors
+from millprint.thesis.figures.chapter5_figures import STRATEGIES, interval_errors
 from millprint.thesis.yields.metrics import SPREAD
 from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY, TITLES
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from millprint.config.errors import ConfigError
 from millprint.config.fit import RangeConfig, ShapeConfig
 from millprint.config.geometry import StadiumGeometry
 from millprint.config.mill import MillConfig
-from millprint.errors import ConfigError
 from millprint.mill.shapes import stadium_facets
 from millprint.mill.vessel import enclosed_volume
 

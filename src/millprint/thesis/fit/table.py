@@ -3,10 +3,10 @@
 import numpy as np
 import pandas as pd
 
+from millprint.config.errors import ConfigError
 from millprint.config.fit import TrialConfig
-from millprint.errors import ConfigError
-from millprint.thesis.fit.published import NAMING
-from millprint.thesis.fit.search import Trial, neighbours
+from millprint.thesis.fit.jar_search import Trial, neighbours
+from millprint.thesis.fit.published_targets import NAMING
 from millprint.thesis.fit.shape import JAR_PARAMETERS
 
 FIT_COLUMNS = [

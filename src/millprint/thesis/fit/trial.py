@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.fit import StageConfig, TrialConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
@@ -14,7 +14,7 @@ from millprint.dem.run import simulate
 from millprint.fingerprint.cycles import tabulate_cycles
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.thesis.curves.published import read_published
-from millprint.thesis.fit.published import FITTED, computed_values, misfit, published_values, with_roles
+from millprint.thesis.fit.published_targets import FITTED, computed_values, misfit, published_values, with_roles
 from millprint.thesis.fit.shape import shaped
 
 

@@ -4,7 +4,7 @@ from collections.abc import Collection
 
 from millprint.run.files import read_table, whole_file
 from millprint.thesis.report.catalogue import TABLES
-from millprint.thesis.report.tables import Section, tables_page
+from millprint.thesis.report.table_pages import Section, tables_page
 
 
 def write_chapter(chapter: str, name: str, tables: Collection[str], results: str, output: str) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import yaml
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 
 REGISTRY = Path(__file__).with_suffix(".yaml")
 PLACEHOLDER = re.compile(r"\{(\w+)\}")

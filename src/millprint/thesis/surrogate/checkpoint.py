@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import torch
 
+from millprint.config.errors import ConfigError
 from millprint.config.section import Section
-from millprint.errors import ConfigError
+from millprint.run.checksummed import checksum_header, read_checksummed
 from millprint.run.files import whole_file
-from millprint.run.sealed import seal, unsealed
 
 logger = logging.getLogger("millprint")
 
@@ -50,7 +50,7 @@ def write_checkpoint(path: str | Path, content: dict) -> None:
     """Write tensors, numbers, texts and mappings of them, below a digest of them all."""
     with whole_file(path) as partial:
         payload = _as_bytes(content)
-        partial.write_bytes(seal(payload) + payload)
+        partial.write_bytes(checksum_header(payload) + payload)
 
 
 def read_checkpoint(path: str | Path, own_identity: str, device: torch.device) -> dict | None:
@@ -58,7 +58,7 @@ def read_checkpoint(path: str | Path, own_identity: str, device: torch.device) -
     if not Path(path).exists():
         return None
     try:
-        content = torch.load(io.BytesIO(unsealed(path)), map_location=device, weights_only=True)
+        content = torch.load(io.BytesIO(read_checksummed(path)), map_location=device, weights_only=True)
         fits = content["identity"] == own_identity
     except (OSError, ValueError, KeyError, TypeError, RuntimeError, EOFError, pickle.UnpicklingError) as error:
         logger.warning("%s cannot be read (%s): starting again", path, " ".join(str(error).split()))

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.run.hdf5 import open_hdf5, whole_hdf5
 from millprint.thesis.surrogate.scene import Scene
 from millprint.thesis.surrogate.trajectory import Trajectory

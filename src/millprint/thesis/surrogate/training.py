@@ -10,8 +10,8 @@ import pandas as pd
 import torch
 from torch import Tensor, nn
 
+from millprint.config.errors import TrainingError
 from millprint.config.surrogate import TrainingConfig
-from millprint.errors import TrainingError
 from millprint.run.progress import progress
 from millprint.thesis.surrogate.checkpoint import read_checkpoint, write_checkpoint
 

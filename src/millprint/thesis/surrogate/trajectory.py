@@ -7,7 +7,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.run.hdf5 import open_hdf5
 
 # Arrays of Trajectory with a row a snapshot, and their data sets.

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import expit, logit, logsumexp, ndtr
 
-from millprint.config.averaging import INPUTS, AveragingConfig
+from millprint.config.averaged_process import INPUTS, AveragingConfig
 from millprint.thesis.yields.features import Standardisation, describe
 from millprint.thesis.yields.regressors import AVERAGED, PRIMARY
 from millprint.thesis.yields.structured import Process, fit_process, terms_of

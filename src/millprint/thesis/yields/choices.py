@@ -9,8 +9,8 @@ from millprint.config.yields import Choices, TrainingConfig
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.features import CONDITIONS, FEATURES
 from millprint.thesis.yields.metrics import YieldWeights, metrics
-from millprint.thesis.yields.model import YieldModel, fit_model
 from millprint.thesis.yields.regressors import RESIDUAL_WEIGHTS, SEARCH_SEED, TWO_STEP, otherwise, regressor
+from millprint.thesis.yields.yield_model import YieldModel, fit_model
 
 TAKEN = "as taken"
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from millprint.config.averaging import INPUTS
-from millprint.errors import ConfigError
+from millprint.config.averaged_process import INPUTS
+from millprint.config.errors import ConfigError
 from millprint.fingerprint.condition import BASIC, Condition, energy_scale
 from millprint.run.files import read_format, write_json
 from millprint.thesis.yields.averaging import AveragedModel

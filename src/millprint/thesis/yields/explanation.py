@@ -3,8 +3,8 @@
 import pandas as pd
 
 from millprint.thesis.yields.features import FEATURES, engineer
-from millprint.thesis.yields.model import YieldModel
 from millprint.thesis.yields.regressors import regressor
+from millprint.thesis.yields.yield_model import YieldModel
 
 
 def shap_values(model: YieldModel, rows: pd.DataFrame) -> pd.DataFrame:

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from millprint.config.averaging import INPUTS
-from millprint.config.proposals import PredictionConfig
+from millprint.config.averaged_process import INPUTS
+from millprint.config.next_experiments import PredictionConfig
 from millprint.thesis.yields.averaging import BISECTIONS, HIGHEST, LOWEST, NODE_WEIGHTS, NODES, Member
 from millprint.thesis.yields.features import CHEMICAL
 from millprint.thesis.yields.model_files import load_averaged, training_rows

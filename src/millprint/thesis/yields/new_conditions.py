@@ -3,15 +3,15 @@
 import numpy as np
 import pandas as pd
 
-from millprint.config.proposals import PredictionConfig
+from millprint.config.next_experiments import PredictionConfig
 from millprint.config.yields import TrainingConfig
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import AveragedModel
 from millprint.thesis.yields.domain import MillCurves, correlation_warnings
 from millprint.thesis.yields.features import CONDITIONS, SHARE, describe
-from millprint.thesis.yields.intervals import CV_PLUS, cross_validated_intervals, own_intervals, refit
-from millprint.thesis.yields.model import YieldModel
 from millprint.thesis.yields.model_files import load_any, training_rows
+from millprint.thesis.yields.predictive_intervals import CV_PLUS, cross_validated_intervals, own_intervals, refit
+from millprint.thesis.yields.yield_model import YieldModel
 
 
 def trained_ranges(rows: pd.DataFrame, settings: PredictionConfig) -> dict[str, tuple[float, float]]:

@@ -5,8 +5,8 @@ from collections.abc import Collection, Mapping
 import numpy as np
 import pandas as pd
 
-from millprint.config.other_sources import OtherSourcesConfig
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
+from millprint.config.run_sources import OtherSourcesConfig
 from millprint.run.files import row_name
 from millprint.run.tables import CASE, Number, Text, read_measured, refuse_rows
 from millprint.thesis.doe.runs import PERCENT_YIELD, YIELD
@@ -140,5 +140,5 @@ def check_folds(rows: pd.DataFrame, folds: int, config: str) -> None:
         kept = len(rows) - own
         if len(runs) > 1 and FEWEST_TRAINED <= kept < folds:
             raise ConfigError(
-                f"{config}: yields.honest.folds = {folds}: at most {kept}, the runs without source {name}"
+                f"{config}: yields.evaluation.folds = {folds}: at most {kept}, the runs without source {name}"
             )

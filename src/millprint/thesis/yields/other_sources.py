@@ -12,7 +12,7 @@ from scipy.stats import rankdata
 from sklearn.model_selection import LeaveOneGroupOut
 from statsmodels.stats.proportion import proportion_confint
 
-from millprint.config.proposals import PredictionConfig
+from millprint.config.next_experiments import PredictionConfig
 from millprint.config.yields import EvaluationConfig
 from millprint.run.tables import CASE
 from millprint.thesis.doe.runs import YIELD

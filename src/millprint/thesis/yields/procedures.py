@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from millprint.config.averaging import AveragingConfig
+from millprint.config.averaged_process import AveragingConfig
 from millprint.config.yields import HeldOutConfig, TrainingConfig
 from millprint.statistics.quantiles import normal_quantile
 from millprint.thesis.yields.averaging import fit_averaged
 from millprint.thesis.yields.distributions import Distribution, MixtureYields, NormalYields
-from millprint.thesis.yields.intervals import CV_PLUS, cross_intervals, cross_validate, own_intervals, refit
+from millprint.thesis.yields.predictive_intervals import CV_PLUS, cross_intervals, cross_validate, own_intervals, refit
 from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY, regressor
 from millprint.thesis.yields.search import Trainer
 

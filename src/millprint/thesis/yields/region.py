@@ -6,9 +6,9 @@ from itertools import product
 import numpy as np
 import pandas as pd
 
-from millprint.config.proposals import RegionConfig
+from millprint.config.errors import ConfigError
+from millprint.config.next_experiments import RegionConfig
 from millprint.config.sweep import ball_count
-from millprint.errors import ConfigError
 from millprint.fingerprint.condition import BASIC, Condition, descriptors_of, scaled_quantities
 
 SETTINGS = ("bpr", "molar_ratio", "time_h", "speed_rpm", "fill_ratio", "ball_diameter_mm")

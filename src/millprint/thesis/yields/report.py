@@ -5,8 +5,8 @@ import pandas as pd
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import AveragedModel
 from millprint.thesis.yields.metrics import YieldWeights, metrics
-from millprint.thesis.yields.model import YieldModel
 from millprint.thesis.yields.regressors import regressor
+from millprint.thesis.yields.yield_model import YieldModel
 
 MODEL_KEYS = ["model", "strategy"]
 

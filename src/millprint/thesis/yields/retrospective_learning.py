@@ -10,8 +10,8 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 
-from millprint.config.averaging import AveragingConfig
-from millprint.config.proposals import RetrospectiveConfig
+from millprint.config.averaged_process import AveragingConfig
+from millprint.config.next_experiments import RetrospectiveConfig
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.acquisition import choose_for_learning, expected_improvement
 from millprint.thesis.yields.averaging import AveragedModel, fit_averaged

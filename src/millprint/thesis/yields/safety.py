@@ -5,7 +5,7 @@ import pandas as pd
 from scipy.constants import bar, gas_constant
 
 from millprint.config.doe import ChemistryConfig
-from millprint.config.proposals import RegionConfig
+from millprint.config.next_experiments import RegionConfig
 from millprint.thesis.doe.chemistry import hydrogen_released, molar_mass, reactant_masses
 
 POWDER, HYDROGEN, PRESSURE = "powder_mass_g", "hydrogen_mmol", "hydrogen_pressure_bar"

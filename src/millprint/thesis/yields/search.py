@@ -8,11 +8,11 @@ import numpy as np
 import pandas as pd
 from sklearn.model_selection import RepeatedKFold
 
-from millprint.config.regressors import SearchSpace
+from millprint.config.search_spaces import SearchSpace
 from millprint.config.yields import SearchConfig, TrainingConfig
 from millprint.thesis.yields.metrics import YieldWeights, weighted_mse
-from millprint.thesis.yields.model import Plan, Step, YieldModel, fit_in_turn, fit_step, plan_steps
 from millprint.thesis.yields.regressors import Parameters, regressor
+from millprint.thesis.yields.yield_model import Plan, Step, YieldModel, fit_in_turn, fit_step, plan_steps
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,167 @@
+"""The network's weights for the compiled step: linear layers that follow one another folded into one.
+
+No ReLU stands between the last linear layer of one multi-layer perceptron and the first of the next, nor between a
+message and the mean over messages (Eq. 6.25). With x the last hidden values of a perceptron, its last layer L x + b and
+a block W of the next one's first layer,
+    W (L x + b) = (W L) x + W b,   mean_j(L x_j + b) = L mean_j(x_j) + b where there is a message, and 0 elsewhere.
+So each perceptron hands on its last hidden values, and W L and W b are computed once, in double precision. The first
+layer of a message, W_i v_i + W_j v_j + W_e e (Eq. 6.24), is computed once a node and once an edge, as in `network`,
+whose results these are but for rounding.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from millprint.thesis.surrogate.network.sdf_network import CHANNELS, NormalisedNetwork
+from millprint.thesis.surrogate.network.terms import PANEL
+
+
+class Hidden(NamedTuple):
+    """The layers of perceptrons between the first and the last; several rounds are the first axis."""
+
+    weight: np.ndarray  # (..., layers, width, width) inputs first
+    bias: np.ndarray  # (..., layers, width)
+
+
+class Folded(NamedTuple):
+    """Weights with inputs first, (inputs, outputs), in single precision, and what the features are normalised with.
+
+    Outputs are packed in panels, see `packed`.
+
+    `mean` and `deviation` (6, 7): a row for each kind of CHANNELS, in its order.
+    """
+
+    mean: np.ndarray
+    deviation: np.ndarray
+    node_first: np.ndarray  # (window * 7, width) of the encoder of nodes
+    node_first_bias: np.ndarray  # (width,)
+    node: Hidden
+    edge_first: np.ndarray  # (3, width) of the encoder of edges
+    edge_first_bias: np.ndarray
+    edge: Hidden
+    to_target: np.ndarray  # (rounds, width, width) from the node that receives a message, into its first layer
+    to_source: np.ndarray  # from the node that sends it
+    to_edge: np.ndarray
+    message_bias: np.ndarray  # (rounds, width)
+    message: Hidden
+    own: np.ndarray  # (rounds, width, width) into the node's new values, from its old ones
+    own_bias: np.ndarray
+    received: np.ndarray  # (rounds, width, width) from the mean of its messages
+    received_bias: np.ndarray  # (rounds, width) where there is a message
+    updated: Hidden
+    decoder_first: np.ndarray  # (width, width)
+    decoder_first_bias: np.ndarray
+    decoder: Hidden
+    decoder_last: np.ndarray  # (width, 3)
+    decoder_last_bias: np.ndarray
+    readout_first: np.ndarray  # (width, width) from the mean of the balls that have an edge
+    readout_bias: np.ndarray
+    readout_any_bias: np.ndarray  # (width,) where any ball has one
+    readout: Hidden
+    readout_last: np.ndarray  # (width, 1)
+    readout_last_bias: np.ndarray
+
+
+class _Perceptron:
+    """The layers of a torch perceptron in double precision, inputs first."""
+
+    def __init__(self, state: dict[str, np.ndarray], name: str):
+        numbers = sorted(int(key.split(".")[-2]) for key in state if key.startswith(f"{name}.") and "weight" in key)
+        self.weights = [state[f"{name}.{number}.weight"].T for number in numbers]
+        self.biases = [state[f"{name}.{number}.bias"] for number in numbers]
+
+    def hidden(self) -> Hidden:
+        """What is between the first layer and the last."""
+        width = len(self.biases[0])
+        weight = np.array(self.weights[1:-1]).reshape(-1, width, width)
+        return Hidden(weight, np.array(self.biases[1:-1]).reshape(-1, width))
+
+    def into(self, block: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The last layer, followed by a block (width, width) of the next perceptron's first: weight and bias."""
+        return self.weights[-1] @ block, self.biases[-1] @ block
+
+
+def fold(model: NormalisedNetwork) -> Folded:
+    """The folded weights of a network."""
+    state = {name: value.detach().cpu().double().numpy() for name, value in model.network.state_dict().items()}
+    encoder, edge = _Perceptron(state, "node_encoder"), _Perceptron(state, "edge_encoder")
+    decoder, readout = _Perceptron(state, "decoder"), _Perceptron(state, "readout")
+    rounds: list[dict[str, Any]] = []
+    before = encoder
+    for number in range(len(model.network.processor)):
+        message, update = (_Perceptron(state, f"processor.{number}.{name}") for name in ("message_mlp", "node_mlp"))
+        rounds.append(_round(before, edge, message, update))
+        before = update
+    decoder_first, decoder_bias = before.into(decoder.weights[0])
+    readout_first, readout_any_bias = before.into(readout.weights[0])
+    arrays: dict[str, Any] = {
+        "node_first": encoder.weights[0],
+        "node_first_bias": encoder.biases[0],
+        "node": encoder.hidden(),
+        "edge_first": edge.weights[0],
+        "edge_first_bias": edge.biases[0],
+        "edge": edge.hidden(),
+        **{name: _stacked([part[name] for part in rounds]) for name in rounds[0]},
+        "decoder_first": decoder_first,
+        "decoder_first_bias": decoder.biases[0] + decoder_bias,
+        "decoder": decoder.hidden(),
+        "decoder_last": decoder.weights[-1],
+        "decoder_last_bias": decoder.biases[-1],
+        "readout_first": readout_first,
+        "readout_bias": readout.biases[0],
+        "readout_any_bias": readout_any_bias,
+        "readout": readout.hidden(),
+        "readout_last": readout.weights[-1],
+        "readout_last_bias": readout.biases[-1],
+    }
+    arrays_in_panels = {name: packed(name, value) for name, value in arrays.items()}
+    return Folded(mean=_table(model, "mean"), deviation=_table(model, "std"), **arrays_in_panels)
+
+
+def _round(before: _Perceptron, edge: _Perceptron, message: _Perceptron, update: _Perceptron) -> dict[str, Any]:
+    """The arrays of one round of messages; before: the perceptron whose hidden values the nodes hold."""
+    target, source, along = np.split(message.weights[0], 3)
+    own, received = np.split(update.weights[0], 2)
+    to_target, to_source, to_edge = before.into(target), before.into(source), edge.into(along)
+    keeps, takes = before.into(own), message.into(received)
+    return {
+        "to_target": to_target[0],
+        "to_source": to_source[0],
+        "to_edge": to_edge[0],
+        "message_bias": message.biases[0] + to_target[1] + to_source[1] + to_edge[1],
+        "message": message.hidden(),
+        "own": keeps[0],
+        "own_bias": update.biases[0] + keeps[1],
+        "received": takes[0],
+        "received_bias": takes[1],
+        "updated": update.hidden(),
+    }
+
+
+def _stacked(values: list[Any]) -> Any:
+    """The same array of every round in one."""
+    if isinstance(values[0], Hidden):
+        return Hidden(*(np.stack(parts) for parts in zip(*values, strict=True)))
+    return np.stack(values)
+
+
+def packed(name: str, value: Any) -> Any:
+    """In single precision, with zeros for outputs that fill up the last panel: (..., outputs) of a bias as it is, and
+    (..., inputs, outputs) of a weight as (..., panels, inputs, PANEL).
+    """
+    if isinstance(value, Hidden):
+        return Hidden(*(packed(field, part) for field, part in value._asdict().items()))
+    filled = np.pad(value, [(0, 0)] * (value.ndim - 1) + [(0, -value.shape[-1] % PANEL)]).astype(np.float32)
+    if name.endswith("bias"):
+        return filled
+    panels = filled.reshape(*filled.shape[:-1], filled.shape[-1] // PANEL, PANEL)
+    return np.ascontiguousarray(panels.swapaxes(-3, -2))
+
+
+def _table(model: NormalisedNetwork, name: str) -> np.ndarray:
+    """What each kind of feature or target is normalised with, a row a kind, filled up with ones."""
+    table = np.ones((len(CHANNELS), max(CHANNELS.values())), dtype=np.float32)
+    for row, (kind, channels) in zip(table, CHANNELS.items(), strict=True):
+        row[:channels] = getattr(model, f"{kind}_{name}").cpu().numpy()
+    return table

@@ -1,0 +1,257 @@
+"""The network as a kernel: from the features of a batch of graphs to accelerations and dissipation.
+
+The equations are those of `network` (Eqs 6.22 to 6.27) with the weights of `folded`. Nodes are numbered through the
+batch, all balls before all walls. Edges are listed as pairs of balls in both directions, then from the wall to each
+ball at it, then from these balls to the wall. They are worked through a piece at a time.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from millprint.run.kernel import inner
+from millprint.thesis.surrogate.network.layers import ZERO, add_product, begin, clear, rectify, through
+from millprint.thesis.surrogate.network.terms import PANEL
+
+# Edges in a piece: their hidden values stay in the processor's second cache.
+PIECE = 64
+ONE = np.float32(1.0)
+TINY = np.finfo(np.float32).tiny
+# Rows of folded.Folded.mean and .deviation.
+BALL, WALL, PAIR, WALL_EDGE, ACCELERATION, DISSIPATION = range(6)
+
+
+class Scratch(NamedTuple):
+    """What a step writes over: node rows hold all balls, then all walls; piece rows hold edges."""
+
+    place: np.ndarray  # (balls, 3) positions in single precision [m]
+    source: np.ndarray  # (edges,) node that sends
+    target: np.ndarray  # (edges,) node that receives
+    features: np.ndarray  # (nodes, window * 7) normalised
+    node: np.ndarray  # (nodes, width)
+    node_sum: np.ndarray  # (nodes, width) before the ReLU
+    to_target: np.ndarray  # (nodes, width) a node's share in the first layer of messages that it receives
+    to_source: np.ndarray  # (nodes, width) and sends
+    received: np.ndarray  # (nodes, width) mean of the messages
+    messages: np.ndarray  # (nodes,) how many they are
+    vector: np.ndarray  # (piece, 3) of an edge, normalised
+    edge: np.ndarray  # (piece, width)
+    edge_sum: np.ndarray  # (piece, width)
+    pooled: np.ndarray  # (graphs, width)
+    pooled_sum: np.ndarray  # (graphs, width)
+    acceleration: np.ndarray  # (balls, PANEL) the first three [m/s2]
+    dissipation: np.ndarray  # (graphs, PANEL) the first [J]
+
+
+def make_scratch(graphs: int, balls: int, inputs: int, width: int) -> Scratch:
+    """Scratch for graphs of `balls` balls each; inputs of a node, and width filled up to whole panels."""
+    nodes, edges = graphs * (balls + 1), graphs * balls * (balls + 1)
+
+    def rows(count: int, columns: int) -> np.ndarray:
+        return np.zeros((count, columns), dtype=np.float32)
+
+    return Scratch(
+        place=rows(graphs * balls, 3),
+        source=np.empty(edges, dtype=np.int32),
+        target=np.empty(edges, dtype=np.int32),
+        features=rows(nodes, inputs),
+        **{name: rows(nodes, width) for name in ("node", "node_sum", "to_target", "to_source", "received")},
+        messages=np.zeros(nodes, dtype=np.int64),
+        vector=rows(PIECE, 3),
+        edge=rows(PIECE, width),
+        edge_sum=rows(PIECE, width),
+        pooled=rows(graphs, width),
+        pooled_sum=rows(graphs, width),
+        acceleration=rows(graphs * balls, PANEL),
+        dissipation=rows(graphs, PANEL),
+    )
+
+
+@inner()
+def join(scratch, position, ball, reach_squared, wall_threshold):
+    """List the edges of every graph (graphs.threshold_edges); returns how many join two balls, and balls to walls.
+
+    position (graphs, balls, 3), ball (graphs, balls, window, 7); reach_squared [m2] and wall_threshold [m] in single
+    precision, as the network's inputs are.
+    """
+    graphs, balls, window = ball.shape[0], ball.shape[1], ball.shape[2]
+    place, source, target = scratch.place, scratch.source, scratch.target
+    for g in range(graphs):
+        for b in range(balls):
+            for c in range(3):
+                place[g * balls + b, c] = np.float32(position[g, b, c])
+    count = 0
+    for g in range(graphs):
+        for i in range(g * balls, (g + 1) * balls):
+            for j in range(i + 1, (g + 1) * balls):
+                x, y, z = place[j, 0] - place[i, 0], place[j, 1] - place[i, 1], place[j, 2] - place[i, 2]
+                if x * x + y * y + z * z <= reach_squared:
+                    source[count], target[count] = j, i
+                    source[count + 1], target[count + 1] = i, j
+                    count += 2
+    walls = 0
+    for g in range(graphs):
+        for b in range(balls):
+            if ball[g, b, window - 1, 3] >= wall_threshold:
+                source[count + walls], target[count + walls] = graphs * balls + g, g * balls + b
+                walls += 1
+    for w in range(count, count + walls):
+        source[w + walls], target[w + walls] = target[w], source[w]
+    return count, walls
+
+
+@inner()
+def normalise(weights, scratch, ball, wall):
+    """The features of balls (graphs, balls, window, 7) and walls (graphs, window, 7), normalised, a row a node.
+
+    Here and for edges in double precision, which costs nothing: a rounding at the start reaches everything after it.
+    """
+    graphs, balls, window, channels = ball.shape
+    features, mean, deviation = scratch.features, weights.mean, weights.deviation
+    for g in range(graphs):
+        for t in range(window):
+            for c in range(channels):
+                at = t * channels + c
+                for b in range(balls):
+                    features[g * balls + b, at] = (np.float64(ball[g, b, t, c]) - mean[BALL, c]) / deviation[BALL, c]
+                features[graphs * balls + g, at] = (np.float64(wall[g, t, c]) - mean[WALL, c]) / deviation[WALL, c]
+
+
+@inner()
+def write_vectors(weights, scratch, ball, first, count):
+    """The normalised vectors of the edges first to first + count (Eqs 6.20 and 6.21)."""
+    graphs, balls, window = ball.shape[0], ball.shape[1], ball.shape[2]
+    place, vector, mean, deviation = scratch.place, scratch.vector, weights.mean, weights.deviation
+    for e in range(count):
+        source, target = scratch.source[first + e], scratch.target[first + e]
+        at = min(source, target)
+        if max(source, target) < graphs * balls:
+            for c in range(3):
+                length = np.float64(place[source, c]) - place[target, c]
+                vector[e, c] = (length - mean[PAIR, c]) / deviation[PAIR, c]
+        else:
+            newest = ball[at // balls, at % balls, window - 1]
+            x, y, z = np.float64(newest[4]), np.float64(newest[5]), np.float64(newest[6])
+            size = max(np.sqrt(x * x + y * y + z * z), TINY)
+            for c in range(3):
+                length = newest[3] * newest[4 + c] / size
+                vector[e, c] = (length - mean[WALL_EDGE, c]) / deviation[WALL_EDGE, c]
+
+
+@inner()
+def exchange(weights, scratch, ball, layer, edges, nodes):
+    """The mean of the messages along the first `edges` edges into each of the first `nodes` nodes (Eqs 6.24, 6.25)."""
+    received, messages, edge, edge_sum = scratch.received, scratch.messages, scratch.edge, scratch.edge_sum
+    width = edge.shape[1]
+    clear(received, nodes)
+    for n in range(nodes):
+        messages[n] = 0
+    for first in range(0, edges, PIECE):
+        count = min(PIECE, edges - first)
+        write_vectors(weights, scratch, ball, first, count)
+        begin(edge_sum, weights.edge_first_bias, count)
+        add_product(edge_sum, weights.edge_first, scratch.vector, count)
+        rectify(edge, edge_sum, count)
+        through(weights.edge.weight, weights.edge.bias, edge, edge_sum, count)
+        for e in range(count):
+            to_target = scratch.to_target[scratch.target[first + e]]
+            to_source = scratch.to_source[scratch.source[first + e]]
+            for c in range(width):
+                edge_sum[e, c] = to_target[c] + to_source[c]
+        add_product(edge_sum, weights.to_edge[layer], edge, count)
+        rectify(edge, edge_sum, count)
+        through(weights.message.weight[layer], weights.message.bias[layer], edge, edge_sum, count)
+        for e in range(count):
+            target = scratch.target[first + e]
+            messages[target] += 1
+            for c in range(width):
+                received[target, c] += edge[e, c]
+    for n in range(nodes):
+        if messages[n] > 1:
+            share = ONE / np.float32(messages[n])
+            for c in range(width):
+                received[n, c] *= share
+
+
+@inner()
+def update(weights, scratch, layer, nodes):
+    """The new values of the first `nodes` nodes from their own and their messages (Eq. 6.26)."""
+    node, node_sum = scratch.node, scratch.node_sum
+    begin(node_sum, weights.own_bias[layer], nodes)
+    for n in range(nodes):
+        if scratch.messages[n] > 0:
+            for c in range(node.shape[1]):
+                node_sum[n, c] += weights.received_bias[layer, c]
+    add_product(node_sum, weights.own[layer], node, nodes)
+    add_product(node_sum, weights.received[layer], scratch.received, nodes)
+    rectify(node, node_sum, nodes)
+    through(weights.updated.weight[layer], weights.updated.bias[layer], node, node_sum, nodes)
+
+
+@inner()
+def read_out(weights, scratch, graphs, balls):
+    """The dissipation of every graph [J], from the mean of its balls that have an edge (Eq. 6.27)."""
+    node, pooled, pooled_sum, out = scratch.node, scratch.pooled, scratch.pooled_sum, scratch.dissipation
+    width = node.shape[1]
+    begin(pooled_sum, weights.readout_bias, graphs)
+    for g in range(graphs):
+        touched = 0
+        for c in range(width):
+            pooled[g, c] = ZERO
+        for n in range(g * balls, (g + 1) * balls):
+            if scratch.messages[n] > 0:
+                touched += 1
+                for c in range(width):
+                    pooled[g, c] += node[n, c]
+        if touched > 0:
+            share = ONE / np.float32(touched)
+            for c in range(width):
+                pooled[g, c] *= share
+                pooled_sum[g, c] += weights.readout_any_bias[c]
+    add_product(pooled_sum, weights.readout_first, pooled, graphs)
+    rectify(pooled, pooled_sum, graphs)
+    through(weights.readout.weight, weights.readout.bias, pooled, pooled_sum, graphs)
+    begin(out, weights.readout_last_bias, graphs)
+    add_product(out, weights.readout_last, pooled, graphs)
+    for g in range(graphs):
+        out[g, 0] = out[g, 0] * weights.deviation[DISSIPATION, 0] + weights.mean[DISSIPATION, 0]
+
+
+@inner()
+def decode(weights, scratch, count):
+    """The acceleration of every ball [m/s2]."""
+    node, node_sum, out = scratch.node, scratch.node_sum, scratch.acceleration
+    begin(node_sum, weights.decoder_first_bias, count)
+    add_product(node_sum, weights.decoder_first, node, count)
+    rectify(node, node_sum, count)
+    through(weights.decoder.weight, weights.decoder.bias, node, node_sum, count)
+    begin(out, weights.decoder_last_bias, count)
+    add_product(out, weights.decoder_last, node, count)
+    for n in range(count):
+        for c in range(3):
+            out[n, c] = out[n, c] * weights.deviation[ACCELERATION, c] + weights.mean[ACCELERATION, c]
+
+
+@inner()
+def predict(weights, scratch, ball, wall, pairs, walls):
+    """Accelerations and dissipation, into the scratch, from features and the edges that `join` has listed."""
+    graphs, balls = ball.shape[0], ball.shape[1]
+    node, node_sum, nodes = scratch.node, scratch.node_sum, graphs * (balls + 1)
+    normalise(weights, scratch, ball, wall)
+    begin(node_sum, weights.node_first_bias, nodes)
+    add_product(node_sum, weights.node_first, scratch.features, nodes)
+    rectify(node, node_sum, nodes)
+    through(weights.node.weight, weights.node.bias, node, node_sum, nodes)
+    rounds = weights.own.shape[0]
+    for layer in range(rounds):
+        # Of the wall's own output nothing is used, so nothing is sent to it in the last round.
+        last = layer == rounds - 1
+        receivers = graphs * balls if last else nodes
+        begin(scratch.to_target, weights.message_bias[layer], receivers)
+        clear(scratch.to_source, nodes)
+        add_product(scratch.to_target, weights.to_target[layer], node, receivers)
+        add_product(scratch.to_source, weights.to_source[layer], node, nodes)
+        exchange(weights, scratch, ball, layer, pairs + walls if last else pairs + 2 * walls, receivers)
+        update(weights, scratch, layer, receivers)
+    read_out(weights, scratch, graphs, balls)
+    decode(weights, scratch, graphs * balls)
