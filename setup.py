@@ -1,16 +1,16 @@
-"""Builds the wheel with the included mills and contact sets, which a checkout keeps in config/ (see pyproject.toml)."""
+"""Builds the wheel with what a checkout has next to the library: mills, contact sets, tables, and the workflow."""
 
 from pathlib import Path
-from shutil import copytree
+from shutil import copytree, ignore_patterns
 
 from setuptools import setup
 from setuptools.command.build_py import build_py
 
-INCLUDED = ("config/mills", "config/contacts")
+INCLUDED = ("config", "workflow", "scripts", "envs", "profiles")
 
 
-class BuildWithMills(build_py):
-    """Copies the included files beside the modules, where `millprint.config.included` finds them."""
+class BuildWithWorkflow(build_py):
+    """Copies these folders next to the modules, where `millprint.config.included` finds them."""
 
     def run(self) -> None:
         """Build as setuptools does, and copy; an editable library reads the files of its checkout."""
@@ -18,7 +18,8 @@ class BuildWithMills(build_py):
         if self.editable_mode:
             return
         for folder in INCLUDED:
-            copytree(folder, Path(self.build_lib, "millprint/included", folder), dirs_exist_ok=True)
+            place = Path(self.build_lib, "millprint/included", folder)
+            copytree(folder, place, dirs_exist_ok=True, ignore=ignore_patterns("__pycache__"))
 
 
-setup(cmdclass={"build_py": BuildWithMills})
+setup(cmdclass={"build_py": BuildWithWorkflow})

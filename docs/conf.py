@@ -23,8 +23,9 @@ extensions = [
 ]
 exclude_patterns = ["_build"]
 
-# `$...$` and `$$...$$` are equations, `::: {note}` a box, and each heading down to the third level has an anchor.
-myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
+# `$...$` and `$$...$$` are equations, `::: {note}` a box, `[word]{#anchor}` an anchor, and each heading down to the
+# third level has one.
+myst_enable_extensions = ["attrs_inline", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 
 # Equations are MathML, which browsers draw themselves: no script of another site is needed.

@@ -14,7 +14,7 @@ from millprint.explorer.page import explorer_page
 from millprint.explorer.simulated import EXPLORED, simulated_content
 from millprint.run.files import whole_file
 from millprint.run.job import job
-from millprint.thesis.yields.explorer import explorer_yields
+from millprint.thesis.yields.new_conditions import explorer_yields
 
 
 def main(inputs, output: str, about: dict, others: list[dict]) -> None:

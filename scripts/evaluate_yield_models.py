@@ -13,16 +13,28 @@ from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.run.progress import progress
 from millprint.thesis.doe.runs import YIELD
-from millprint.thesis.yields.choices import compare_choices, describe_search
-from millprint.thesis.yields.evaluation import coverage_table, score_table, time_variance
-from millprint.thesis.yields.explanation import rank_features, shap_values
+from millprint.thesis.yields.evaluation import (
+    MODEL_KEYS,
+    compare_choices,
+    coverage_table,
+    describe_search,
+    hyperparameters,
+    labelled,
+    locked_metrics,
+    paired_differences,
+    pit_histogram,
+    predictions,
+    rank_features,
+    score_distributions,
+    score_table,
+    shap_values,
+    time_variance,
+)
 from millprint.thesis.yields.held_out import INTERVAL_COLUMNS, PREDICTION_COLUMNS
 from millprint.thesis.yields.metrics import YieldWeights
 from millprint.thesis.yields.model_files import load_averaged, load_model, stored_search
 from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY, PRIMARY
-from millprint.thesis.yields.report import MODEL_KEYS, hyperparameters, labelled, locked_metrics, predictions
 from millprint.thesis.yields.run_tables import read_rows
-from millprint.thesis.yields.scores import paired_differences, pit_histogram, score_distributions
 
 TEXT = ["scheme", "case", "distribution"]
 # The scheme of Table 5.6: the locked split, with models trained at the full search budget.

@@ -18,12 +18,18 @@ from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.run.progress import progress
 from millprint.thesis.curves.regimes import read_regimes
-from millprint.thesis.yields.new_regime import leave_regimes_out, reference_of_mill, regime_rows, summarise_regimes
-from millprint.thesis.yields.other_runs import GIVEN, read_other_runs, with_other_runs
-from millprint.thesis.yields.other_sources import leave_sources_out, score_sources, sources_out
-from millprint.thesis.yields.procedures import procedure_of
+from millprint.thesis.yields.groups import (
+    leave_regimes_out,
+    leave_sources_out,
+    reference_of_mill,
+    regime_rows,
+    score_sources,
+    sources_out,
+    summarise_regimes,
+)
+from millprint.thesis.yields.held_out import procedure_of
 from millprint.thesis.yields.regressors import AVERAGED, PRIMARY, TWO_STEP
-from millprint.thesis.yields.run_tables import read_parts, read_rows
+from millprint.thesis.yields.run_tables import GIVEN, read_other_runs, read_parts, read_rows, with_other_runs
 
 # For regimes, the averaged Gaussian process with and without the tangential share, and the two models of Table 5.8, the
 # process with the start of the largest marginal likelihood.

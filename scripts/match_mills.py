@@ -6,9 +6,8 @@ conditions.
 
 from millprint.config.fingerprint import DescriptorSet, LikeConfig, MatchConfig, TargetConfig
 from millprint.config.mill_sweep import MatchMillsConfig
-from millprint.config.mixture import ONE_SIZE, balls_in_words
 from millprint.fingerprint.condition_search import match_targets, shared_contact
-from millprint.fingerprint.descriptors import CHARGE
+from millprint.fingerprint.match_words import match_in_words
 from millprint.fingerprint.model import Fingerprint
 from millprint.run.files import write_table
 from millprint.run.job import job
@@ -42,11 +41,6 @@ if "snakemake" in globals():
         request = request_of(settings, snakemake.input.like, mill, snakemake.params.descriptors)
         table = match_targets(request, [mill])
         write_table(table, snakemake.output[0])
-        best = table.iloc[0]
-        logger.info(
-            "nearest: %s, fill %.3g, %.4g rpm; off by a factor of %.3g on average; outside: %s",
-            balls_in_words(best["ball_diameter_mm"], best.get(CHARGE, ONE_SIZE)), best["fill_ratio"],
-            best["speed_rpm"], 1 + best["distance"], best["outside"],
-        )  # fmt: skip
+        logger.info("%s", match_in_words(table, request, [mill]))
         for note in shared_contact(request, [mill]):
             logger.info("%s", note)

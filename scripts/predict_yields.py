@@ -1,50 +1,20 @@
-"""Predicts yields of new conditions: python scripts/predict_yields.py MODEL conditions.tsv out.tsv
+"""Predicts yields of new conditions, and proposes the next experiments within the configured region.
 
-In the workflow it also proposes the next experiments, within the configured region.
+params: `settings` of predictions, `training`, `conformal_folds`, `interval_level`, `proposals`, `volume_m3`,
+`chemistry`. input: `model`, `conditions`, `proposing`, `mill`. output: `predicted`, `proposals`, `left_out`, `reasons`.
 """
-
-import argparse
-import sys
-from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
 from millprint.config.doe import ChemistryConfig
-from millprint.config.errors import ConfigError, MillprintError
-from millprint.config.load import check_model, read_yaml
 from millprint.config.next_experiments import PredictionConfig, ProposalConfig
-from millprint.config.yields import TrainingConfig, YieldConfig
+from millprint.config.yields import TrainingConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.yields.domain import MillCurves
-from millprint.thesis.yields.experiments import RUNNING, experiment_rows, read_experiments
+from millprint.thesis.yields.experiments import RUNNING, Mill, experiment_rows, read_experiments, region_conditions
 from millprint.thesis.yields.model_files import load_averaged, training_rows
-from millprint.thesis.yields.new_conditions import predict_conditions
+from millprint.thesis.yields.new_conditions import MillCurves, write_predictions
 from millprint.thesis.yields.proposals import count_reasons, propose, split_region
-from millprint.thesis.yields.region import Mill, region_conditions
-from millprint.thesis.yields.run_tables import read_rows
-
-
-def main(
-    model: str,
-    conditions: str,
-    out: str,
-    limits: PredictionConfig,
-    training: TrainingConfig,
-    folds: int,
-    level: float,
-    extrapolate: bool,
-    mill: str | None = None,
-) -> int:
-    """Write the predictions, and return the number of rows without one.
-
-    mill: path of the curves of the mill that the conditions belong to; None if they are not known.
-    """
-    with threadpool_limits(1):
-        rows, own = read_rows(conditions, yields=False), MillCurves.read(mill) if mill else None
-        table = predict_conditions(model, rows, limits, training, folds, level, extrapolate, own)
-    write_table(table, out)
-    return int(table["predicted_percent"].isna().sum())
 
 
 def propose_experiments(
@@ -78,53 +48,11 @@ def propose_experiments(
     return f"{len(allowed)} of {len(conditions)} conditions may be proposed; {free} slots of the batch are left empty"
 
 
-def read_settings(path: str) -> YieldConfig:
-    """The section `yields` of a configuration file."""
-    content = read_yaml(path)
-    if not isinstance(content, dict) or "yields" not in content:
-        raise ConfigError(f"{path}: section yields is missing")
-    return check_model(content["yields"], YieldConfig, f"{path}: yields")
-
-
-def command_line() -> int:
-    """Read the arguments and predict; return 1 for bad input."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("model", help="a stored model, results/yield/models/*.json")
-    parser.add_argument("conditions", help="table with case and the six conditions")
-    parser.add_argument("out", help="table to write")
-    parser.add_argument("--config", default="config/config.yaml", help="configuration with the section yields")
-    parser.add_argument("--mill", help="curves that the descriptors are held to; default mill.json beside the model")
-    parser.add_argument("--level", type=float, help="level of the intervals [-]; default yields.interval_level")
-    parser.add_argument("--extrapolate", action="store_true", help="predict outside the domain of the model too")
-    given = parser.parse_args()
-    if given.level is not None and not 0 < given.level < 1:
-        parser.error(f"--level = {given.level:g}: must be between 0 and 1")
-    try:
-        settings = read_settings(given.config)
-        level = given.level or settings.interval_level
-        folds = settings.evaluation.conformal_folds
-        own = (settings.prediction, settings.training, folds, level, given.extrapolate)
-        beside = Path(given.model).parent / "mill.json"
-        mill = given.mill or (str(beside) if beside.exists() else None)
-        refused = main(given.model, given.conditions, given.out, *own, mill)
-    except MillprintError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 1
-    if mill is None:
-        print(f"{beside}: no such file: the descriptors are not held to the curves of a mill", file=sys.stderr)
-    if refused:
-        print(
-            f"{refused} rows are outside the domain of the model and have no prediction; see column warning",
-            file=sys.stderr,
-        )
-    return 0
-
-
 if "snakemake" in globals():
     given, made, asked = snakemake.input, snakemake.output, snakemake.params
     limits = PredictionConfig(**asked.settings)
     with job(snakemake.log[0], "predict yields") as logger:
-        main(
+        write_predictions(
             given.model,
             given.conditions,
             made.predicted,
@@ -146,5 +74,3 @@ if "snakemake" in globals():
             ChemistryConfig(**asked.chemistry),
         )
         logger.info(line)
-elif __name__ == "__main__":
-    raise SystemExit(command_line())

@@ -14,15 +14,18 @@ from millprint.run.job import job
 from millprint.run.progress import progress
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.retrospective import (
+    CHOICES,
     STRATEGIES,
+    draw_held_out,
     draw_starts,
+    learn,
+    learning_table,
     search_best,
     search_table,
     smaller_library,
     summarise_search,
     without_best,
 )
-from millprint.thesis.yields.retrospective_learning import CHOICES, draw_held_out, learn, learning_table
 from millprint.thesis.yields.run_tables import read_rows
 
 

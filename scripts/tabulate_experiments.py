@@ -4,16 +4,11 @@ params: sections `design`, `half_life`, `powder`, `chemistry`, `gas`. input: `sc
 `yields`. output: the tables, and the figures of the literature.
 """
 
-from pathlib import Path
-
 from millprint.config.design import DesignConfig, Factor
 from millprint.config.doe import ChemistryConfig, GasConfig, HalfLifeConfig, PowderConfig
 from millprint.figures.style import save
-from millprint.run.files import write_json, write_table
+from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.doe.aliases import alias_table, confounding_table
-from millprint.thesis.doe.audit import audit_table
-from millprint.thesis.doe.factorial_designs import describe, design_table
 from millprint.thesis.doe.literature import (
     literature_checks,
     missingness_table,
@@ -23,29 +18,8 @@ from millprint.thesis.doe.literature import (
 )
 from millprint.thesis.doe.runs import read_runs
 from millprint.thesis.doe.wet_lab import half_life_table, powder_table, read_wear, wear_table
+from millprint.thesis.doe.written import write_design
 from millprint.thesis.figures.chapter2_figures import literature, missingness
-
-# The tables of the design, by the names of the rule's outputs.
-DESIGN_TABLES = ("design", "aliases", "confounding", "audit")
-
-
-def design_paths(folder: str | Path) -> dict[str, str]:
-    """The path of every file of the design in a folder."""
-    names = [*(f"{name}.tsv" for name in DESIGN_TABLES), "fraction.json"]
-    return {name.partition(".")[0]: str(Path(folder) / name) for name in names}
-
-
-def make_design(screening: str, outputs: dict[str, str], settings: DesignConfig) -> list[str]:
-    """Write the design, its aliases and the audit of the runs, and return one line for each departure from it."""
-    runs = read_runs(screening, settings.factors)
-    write_table(design_table(settings), outputs["design"])
-    write_json(describe(settings), outputs["fraction"])
-    write_table(alias_table(settings), outputs["aliases"])
-    write_table(confounding_table(settings, runs), outputs["confounding"])
-    found = audit_table(settings, runs)
-    write_table(found, outputs["audit"])
-    departures = found[found["departs"] == "yes"]
-    return [f"{row.check}, {row.subject}: {row.found}, planned {row.wanted}" for row in departures.itertuples()]
 
 
 def compute_wet_lab(
@@ -80,7 +54,7 @@ if "snakemake" in globals():
     given, outputs, own = snakemake.input, dict(snakemake.output.items()), snakemake.params
     settings = DesignConfig(**own.design)
     with job(snakemake.log[0], "tabulate experiments") as log:
-        for line in make_design(given.screening, outputs, settings):
+        for line in write_design(given.screening, outputs, settings):
             log.warning("the runs depart from the design: %s", line)
         compute_wet_lab(
             given.screening,

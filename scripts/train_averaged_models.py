@@ -16,12 +16,11 @@ from millprint.run.job import job
 from millprint.thesis.curves.regimes import design_cases, read_regimes
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import describe_members, fit_averaged
-from millprint.thesis.yields.domain import MillCurves
-from millprint.thesis.yields.experiments import DONE, experiment_rows, read_experiments
+from millprint.thesis.yields.experiments import DONE, Mill, check_region, experiment_rows, read_experiments
 from millprint.thesis.yields.features import CONDITIONS
+from millprint.thesis.yields.groups import reference_of_mill, regime_rows
 from millprint.thesis.yields.model_files import save_averaged
-from millprint.thesis.yields.new_regime import reference_of_mill, regime_rows
-from millprint.thesis.yields.region import Mill, check_region
+from millprint.thesis.yields.new_conditions import MillCurves
 from millprint.thesis.yields.run_tables import read_rows
 
 

@@ -14,11 +14,11 @@ from millprint.config.yields import HeldOutConfig, LibraryTrialConfig, TrainingC
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.run.progress import progress
+from millprint.thesis.yields.evaluation import WHOLE
 from millprint.thesis.yields.held_out import outer_folds
 from millprint.thesis.yields.library_trials import compare_libraries, permutation_p, permute
 from millprint.thesis.yields.metrics import YieldWeights
 from millprint.thesis.yields.run_tables import read_rows
-from millprint.thesis.yields.scores import WHOLE
 
 
 def try_libraries(

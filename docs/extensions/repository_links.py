@@ -1,7 +1,8 @@
 """Links to files of the repository lead somewhere on the site too, written as a reader of the repository needs them.
 
 `[keys](../config/keys.md)` leads to the page that `repository_pages` of conf.py names for that file. A file that is no
-page is copied next to the pages and opened from there. A link to a file that does not exist is a warning.
+page is copied next to the pages and opened from there. A link to a file that does not exist is a warning. An anchor
+after a word in code, written as HTML for GitHub, becomes one that links of the site may name.
 """
 
 import re
@@ -13,6 +14,9 @@ from sphinx.util import logging
 LOGGER = logging.getLogger(__name__)
 # A link, and not the same with ! before it, which is an image; its text may hold brackets.
 LINK = re.compile(r"(?<!!)(\[(?:[^\[\]]|\[[^\]]*\])*\])\(([^)\s#:]+)(#[^)\s]*)?\)")
+
+# A word in code with an anchor.
+ANCHOR = re.compile(r'(`[^`]+`)<a id="([^"]+)"></a>')
 
 
 def rewrite_links(app: Sphinx, text: str, source: Path) -> str:
@@ -35,7 +39,7 @@ def rewrite_links(app: Sphinx, text: str, source: Path) -> str:
             return found[0]
         return f"{words}(path:/../{name})"
 
-    return LINK.sub(rewrite, text)
+    return ANCHOR.sub(r"[\1]{#\2}", LINK.sub(rewrite, text))
 
 
 def on_source_read(app: Sphinx, page: str, content: list[str]) -> None:

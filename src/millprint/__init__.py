@@ -5,6 +5,8 @@ import os
 from importlib import import_module
 from typing import Any
 
+from millprint.run.extras import explain_extras
+
 # Set in the environment of the jobs of a run (millprint.run.machine).
 JOB_VARIABLE = "MILLPRINT_JOB"
 
@@ -12,6 +14,8 @@ if JOB_VARIABLE in os.environ:
     # The garbage collector would examine imported modules again and again, which takes up to a quarter of the import
     # time, although they live as long as the job. It is off during imports; millprint.run.job turns it on.
     gc.disable()
+
+explain_extras()
 
 # What `import millprint` offers to a script or a notebook, by module. A name is imported when it is used: a job of the
 # workflow needs few modules, and should not wait for the others.

@@ -3,13 +3,13 @@
 import json
 from itertools import combinations
 
+import analyse_design
+import make_design
 import numpy as np
 import pandas as pd
 import pytest
 import yaml
 
-import analyse_design
-import make_design
 from millprint.config.design import DesignConfig
 from millprint.config.doe import AnalysisConfig
 from millprint.config.errors import ConfigError

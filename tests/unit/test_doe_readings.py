@@ -1,11 +1,11 @@
 """Wet-lab calculations for your own readings, by the library and by the command."""
 
+import calculate_wet_lab
 import numpy as np
 import pandas as pd
 import pytest
 import yaml
 
-import calculate_wet_lab
 from millprint.config.doe import ChemistryConfig, WetLabConfig
 from millprint.config.errors import ConfigError
 from millprint.run.files import read_table

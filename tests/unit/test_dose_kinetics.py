@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
+import compute_dose
 import numpy as np
 import pandas as pd
 import pytest
 
-import compute_dose
 from millprint.config.errors import ConfigError
 from millprint.dose.energy_doses import (
     AXES,

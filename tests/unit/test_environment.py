@@ -1,25 +1,49 @@
 """All packages are pinned, and every environment file follows from the lock file."""
 
 import re
+import subprocess
+import sys
 import tomllib
+from collections import Counter
 from importlib import metadata
+from importlib.metadata import distributions
 from pathlib import Path
 
+import pytest
 from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
-from scripts.write_conda_file import conda_text
+from scripts.write_conda_file import TORCH_INDEX, conda_text
+
+from millprint.run.extras import EXTRAS
 
 ENVIRONMENTS = Path(__file__).parents[2] / "envs"
 
 
-def locked() -> dict[str, str]:
+def locked() -> list[Requirement]:
     lines = (ENVIRONMENTS / "requirements.lock").read_text().splitlines()
-    return dict(line.split("==") for line in lines if not line.startswith("#"))
+    return [Requirement(line) for line in lines if not line.startswith("#")]
 
 
-def test_every_package_has_one_version():
-    lines = (ENVIRONMENTS / "requirements.lock").read_text().splitlines()
-    assert all(re.fullmatch(r"[\w.-]+==[\w.]+", line) for line in lines if not line.startswith("#"))
+def version_of(requirement: Requirement) -> str:
+    (exact,) = requirement.specifier
+    assert exact.operator == "=="
+    return exact.version
+
+
+@pytest.mark.parametrize("python", ["3.11", "3.12", "3.13", "3.14"])
+@pytest.mark.parametrize("platform", ["linux", "darwin", "win32"])
+def test_every_package_has_one_version(python, platform):
+    """On each system with each version of Python."""
+    here = {"python_version": python, "python_full_version": f"{python}.5", "sys_platform": platform}
+    names = [each.name for each in locked() if each.marker is None or each.marker.evaluate(here)]
+    assert len(names) == len(set(names)) > 150 and all(map(version_of, locked()))
+
+
+def test_the_lock_is_the_same_for_every_version_of_python():
+    """So that each computes the same numbers; what only older versions of Python need is the exception."""
+    several = [name for name, count in Counter(each.name for each in locked()).items() if count > 1]
+    # Macs with an Intel processor have an older shap.
+    assert several == ["shap"]
 
 
 def required() -> list[str]:
@@ -30,15 +54,17 @@ def required() -> list[str]:
 
 
 def test_every_required_package_is_locked_in_an_allowed_version():
-    versions = {re.sub(r"[-_.]+", "-", name).lower(): version for name, version in locked().items()}
+    versions = {each.name: version_of(each) for each in locked()}
+    # The same package without what graphics cards need.
+    versions["xgboost"] = versions.pop("xgboost-cpu")
     for requirement in map(Requirement, required()):
         assert versions[requirement.name.lower()] in requirement.specifier, requirement
 
 
 def test_every_package_runs_on_the_python_of_debian_12():
     """Where the installed version is that of the lock file, its own metadata says which versions of Python it takes."""
-    wanted = {name: metadata.metadata(name)["Requires-Python"] for name, version in locked().items()
-              if metadata.version(name) == version}  # fmt: skip
+    here = [each.name for each in locked() if any(d.version == version_of(each) for d in distributions(name=each.name))]
+    wanted = {name: metadata.metadata(name)["Requires-Python"] for name in here}
     assert len(wanted) > 150
     assert not {name: text for name, text in wanted.items() if text and "3.11.2" not in SpecifierSet(text)}
 
@@ -49,8 +75,41 @@ def test_the_environment_of_jobs_has_no_snakemake_and_no_developer_tools():
     assert not re.search(r"- (snakemake|pytest|ruff|mypy|snakefmt)", text)
 
 
-def test_torch_is_the_cpu_build():
-    assert locked()["torch"] == "2.13.0"
+def test_nothing_for_graphics_cards_is_locked_and_torch_comes_from_its_index_without_them():
+    assert not [each.name for each in locked() if each.name.startswith(("cuda", "nvidia", "triton"))]
+    assert TORCH_INDEX in (ENVIRONMENTS.parent / "Makefile").read_text()
+    assert f"- --extra-index-url {TORCH_INDEX}\n" in (ENVIRONMENTS / "millprint.yaml").read_text()
+
+
+def test_every_package_of_an_extra_is_named_where_it_is_missing():
+    """The module of a package has its name, but for torch-geometric and vtk; tools are not imported."""
+    project = tomllib.loads((ENVIRONMENTS.parent / "pyproject.toml").read_text())["project"]
+    for extra in ("thesis", "surrogate"):
+        names = {Requirement(text).name.replace("-", "_") for text in project["optional-dependencies"][extra]}
+        assert names == set(EXTRAS[extra])
+
+
+def test_a_missing_package_of_an_extra_is_named_in_one_line(tmp_path):
+    """The environment of this test has them all, so a finder of packages hides one."""
+    program = """
+import sys
+from importlib.machinery import PathFinder
+from importlib.util import find_spec
+class Without(PathFinder):
+    @classmethod
+    def find_spec(cls, name, path=None, target=None):
+        return None if name == "xgboost" else super().find_spec(name, path, target)
+sys.meta_path[sys.meta_path.index(PathFinder)] = Without
+import millprint
+assert find_spec("xgboost") is None
+import millprint.thesis.yields.boosting
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr.splitlines() == [
+        "error: no package xgboost, which belongs to the extra `thesis`: pip install 'millprint[thesis]', or "
+        "pip install '.[thesis]' in a clone"
+    ]
 
 
 def test_conda_file_follows_the_lock_file():

@@ -20,9 +20,8 @@ from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import fit_averaged
-from millprint.thesis.yields.explorer import explorer_yields
 from millprint.thesis.yields.model_files import load_averaged, save_averaged, training_rows
-from millprint.thesis.yields.new_conditions import range_warnings, trained_ranges
+from millprint.thesis.yields.new_conditions import explorer_yields, range_warnings, trained_ranges
 from tests.browser import DESKTOP, PHONE, needs_browser
 from tests.conftest import ROOT
 from tests.unit.factor_samples import factors_of

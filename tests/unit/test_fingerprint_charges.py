@@ -1,9 +1,9 @@
 """A fingerprint of a charge of several ball sizes: apart from balls of one size in tables, intervals and sheets."""
 
+import match_conditions
 import numpy as np
 import pytest
 
-import match_conditions
 from match_mills import request_of
 from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError

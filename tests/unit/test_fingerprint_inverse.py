@@ -4,12 +4,12 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import match_conditions
 import numpy as np
 import pytest
 import yaml
 from scipy.stats import norm
 
-import match_conditions
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import MatchConfig
 from millprint.config.load import check_model

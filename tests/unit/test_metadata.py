@@ -99,18 +99,16 @@ def test_links_of_the_community_pages_lead_to_files(page):
 DOCKERFILE = (ROOT / "Dockerfile").read_text()
 
 
-def test_the_image_has_the_python_of_the_lock_file_and_copies_files_that_exist():
-    (version,) = re.findall(r"^FROM python:([\d.]+)-slim", DOCKERFILE, re.MULTILINE)
-    assert f"Python {version}" in (ROOT / "envs/requirements.lock").read_text().splitlines()[0]
+def test_the_image_copies_files_that_exist():
     for source in re.findall(r"^COPY (?:--\S+ )*(\S+) ", DOCKERFILE, re.MULTILINE):
         assert (ROOT / source).exists(), source
 
 
 def test_the_image_runs_a_target_that_exists():
     (target,) = re.findall(r'^CMD \["make", "(\w+)"\]', DOCKERFILE, re.MULTILINE)
-    assert re.search(rf"^{target}:.*\$\(VENV\)/installed", (ROOT / "Makefile").read_text(), re.MULTILINE)
-    # make takes the environment as installed if this file is there.
-    assert "touch .venv/installed" in DOCKERFILE
+    assert re.search(rf"^{target}:.*\$\(VENV\)/complete", (ROOT / "Makefile").read_text(), re.MULTILINE)
+    # make takes the environment as installed if these files are there.
+    assert "touch .venv/installed .venv/complete" in DOCKERFILE
 
 
 def test_what_git_ignores_is_not_sent_to_the_builder():

@@ -52,9 +52,11 @@ def test_triangles_fill_an_outline_and_keep_its_sides(name, turn):
         begin += len(loop)
 
 
+@pytest.mark.parametrize("turn", [0.0, 0.3])
 @pytest.mark.parametrize("seed", range(20))
-def test_every_vertex_in_the_middle_of_a_side_is_kept(seed):
+def test_every_vertex_in_the_middle_of_a_side_is_kept(seed, turn):
     """A facet has such vertices where two others meet at its side: without them the mesh would not close."""
+    matrix = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
     rng = np.random.default_rng(seed)
     corners = ring(10, 7, inner=6) + rng.uniform(-1, 1, (7, 2))
     hole = ring(2, 4)[::-1]
@@ -62,14 +64,16 @@ def test_every_vertex_in_the_middle_of_a_side_is_kept(seed):
         np.concatenate(
             [np.linspace(a, b, rng.integers(1, 5), endpoint=False) for a, b in zip(loop, after, strict=True)]
         )
+        @ matrix
         for loop, after in ((corners, np.roll(corners, -1, axis=0)), (hole, np.roll(hole, -1, axis=0)))
     ]
     triangles = triangulate_polygon(loops, sum(map(area, loops)))
     assert triangles is not None
     points = np.concatenate(loops)
     a, b, c = np.moveaxis(points[triangles], 1, 0)
-    assert ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0] > 1e-9).all()
-    assert len(triangles) == len(points)
+    twice = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    assert (twice > 1e-9).all() and twice.sum() / 2 == pytest.approx(sum(map(area, loops)))
+    assert len(triangles) == len(points) and set(triangles.flat) == set(range(len(points)))
 
 
 @pytest.mark.parametrize("count", [5, 7])

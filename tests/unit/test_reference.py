@@ -1,6 +1,7 @@
 """Schemas and the reference of keys follow the models: `make reference` writes them."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ from jsonschema import Draft202012Validator
 
 from millprint.config.document import MODELS, nested_models, schema_text, sections
 from millprint.config.meanings import meaning_of
+from millprint.config.reference import parts, reference_text
 from write_reference import PAGES
 
 ROOT = Path(__file__).parents[2]
@@ -22,6 +24,25 @@ def test_schema_has_not_drifted(name):
 def test_reference_has_not_drifted():
     for name, text in PAGES.items():
         assert (ROOT / name).read_text() == text()
+
+
+def test_every_key_is_written_once_and_every_link_of_the_reference_leads_somewhere():
+    page = reference_text()
+    headings = re.findall(r"^### `(.+)`$", page, re.MULTILINE)
+    slugs = [re.sub(r"[^\w -]", "", heading).replace(" ", "-").lower() for heading in headings]
+    rows = re.findall(r'^\| `(\w+)`<a id="([^"]+)"></a> \|', page, re.MULTILINE)
+    assert len(rows) == page.count("\n| `") and len(rows) > 100
+    anchors = [*slugs, *(anchor for _, anchor in rows)]
+    assert len(set(anchors)) == len(anchors)
+    assert set(re.findall(r"\(#([^)]+)\)", page)) <= set(slugs)
+    assert {"dem-window_s", "contact-restitution", "mill-volume_ml", "card-balls-fill_ratio"} <= set(anchors)
+    # A key without a row is in the line of a section that has it.
+    models = {place.model for group in parts().values() for place in group}
+    explained = {key for key, _ in rows} | set(re.findall(r"`(\w+)`", "".join(re.findall("^Keys as in.*", page, re.M))))
+    assert {key for model in models for key in model.model_fields} - explained == {"kind"}
+    # One that occurs in many places has one table.
+    assert page.count("### `geometry (cylinder)`") == 1 and "### `inserts.geometry (cylinder)`" not in page
+    assert page.count("\n| `sizes_mm`") == 1
 
 
 @pytest.mark.parametrize("name", MODELS)

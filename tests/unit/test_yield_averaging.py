@@ -10,29 +10,27 @@ from millprint.config.averaged_process import INPUTS
 from millprint.config.errors import ConfigError
 from millprint.run.files import read_json, write_json
 from millprint.thesis.yields.averaging import (
+    JITTER,
     LINKS,
+    MEAN_VARIANCE,
     AveragedModel,
     Candidate,
-    describe_members,
-    evidence_weights,
-    fit_averaged,
-    fit_member,
-    library,
-    to_conversion,
-)
-from millprint.thesis.yields.features import Standardisation, describe
-from millprint.thesis.yields.model_files import load_any, load_averaged, save_averaged, training_rows
-from millprint.thesis.yields.structured import (
-    JITTER,
-    MEAN_VARIANCE,
     Pairs,
     Posterior,
     Process,
     covariance_terms,
+    describe_members,
+    evidence_weights,
+    fit_averaged,
+    fit_member,
     fit_process,
+    library,
     prior_of,
     terms_of,
+    to_conversion,
 )
+from millprint.thesis.yields.features import Standardisation, describe
+from millprint.thesis.yields.model_files import load_any, load_averaged, save_averaged, training_rows
 from tests.unit.yield_settings import all_runs, parts, settings, thesis_yields
 
 SCALES = ("linear", "linear", "log", "log", "linear")

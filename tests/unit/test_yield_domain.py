@@ -11,11 +11,16 @@ from millprint.config.errors import ConfigError
 from millprint.run.files import read_table
 from millprint.thesis.curves.regimes import read_regimes
 from millprint.thesis.yields.averaging import AveragedModel, Candidate, fit_averaged, fit_member
-from millprint.thesis.yields.domain import DESCRIPTORS, MillCurves, correlation_warnings, nearest_correlation
+from millprint.thesis.yields.experiments import Mill, described_settings
+from millprint.thesis.yields.groups import regime_rows
 from millprint.thesis.yields.model_files import save_averaged
-from millprint.thesis.yields.new_conditions import domain_warnings
-from millprint.thesis.yields.new_regime import regime_rows
-from millprint.thesis.yields.region import Mill, described_settings
+from millprint.thesis.yields.new_conditions import (
+    DESCRIPTORS,
+    MillCurves,
+    correlation_warnings,
+    domain_warnings,
+    nearest_correlation,
+)
 from tests.conftest import ROOT
 from tests.unit.test_yield_proposals import MILL, REFERENCE, REGIMES, SCALES
 from tests.unit.yield_settings import all_runs, settings

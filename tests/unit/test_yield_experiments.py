@@ -13,13 +13,11 @@ from millprint.config.errors import ConfigError
 from millprint.config.next_experiments import ProposalConfig
 from millprint.run.files import read_table, write_table
 from millprint.thesis.curves.regimes import read_regimes
-from millprint.thesis.yields.domain import MillCurves
-from millprint.thesis.yields.experiments import DONE, RUNNING, next_cases, read_experiments
+from millprint.thesis.yields.experiments import DONE, RUNNING, SETTINGS, next_cases, read_experiments, region_conditions
 from millprint.thesis.yields.features import CONDITIONS
 from millprint.thesis.yields.model_files import load_averaged, training_rows
-from millprint.thesis.yields.new_conditions import predict_conditions
+from millprint.thesis.yields.new_conditions import MillCurves, predict_conditions
 from millprint.thesis.yields.proposals import choose_centre, choose_repeats, same_setting
-from millprint.thesis.yields.region import SETTINGS, region_conditions
 from millprint.thesis.yields.run_tables import read_rows
 from tests.unit.doe_settings import settings as doe_settings
 from tests.unit.test_yield_proposals import MILL, REFERENCE, REGIMES

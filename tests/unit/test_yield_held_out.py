@@ -4,12 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from millprint.thesis.yields.distributions import cross_intervals, cross_validated_intervals
 from millprint.thesis.yields.evaluation import coverage_table, score_table
-from millprint.thesis.yields.held_out import outer_folds, predict_held_out
-from millprint.thesis.yields.metrics import SPREAD, YieldWeights
-from millprint.thesis.yields.predictive_intervals import cross_intervals, cross_validated_intervals
-from millprint.thesis.yields.procedures import procedure_of
-from millprint.thesis.yields.schemes import LEFT_OUT, LOCKED_AGAIN, NESTED, RANDOM
+from millprint.thesis.yields.held_out import outer_folds, predict_held_out, procedure_of
+from millprint.thesis.yields.metrics import LEFT_OUT, LOCKED_AGAIN, NESTED, RANDOM, SPREAD, YieldWeights
 from tests.unit.yield_settings import parts, settings
 
 WEIGH = YieldWeights(70, 2.0)

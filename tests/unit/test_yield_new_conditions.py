@@ -13,7 +13,7 @@ from millprint.thesis.yields.averaging import fit_averaged
 from millprint.thesis.yields.features import CONDITIONS
 from millprint.thesis.yields.model_files import save_averaged, save_model
 from millprint.thesis.yields.new_conditions import predict_conditions
-from millprint.thesis.yields.search import Trainer
+from millprint.thesis.yields.yield_model import Trainer
 from tests.conftest import ROOT
 from tests.unit.yield_settings import parts, settings
 

@@ -24,9 +24,8 @@ from millprint.run.files import read_table
 from millprint.thesis.claims.compare import verdict
 from millprint.thesis.claims.tabulate import collect_findings
 from millprint.thesis.curves.regimes import read_regimes
-from millprint.thesis.yields.metrics import SPREAD
+from millprint.thesis.yields.metrics import LOCKED_AGAIN, SPREAD
 from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY, models_of, otherwise, searched_again
-from millprint.thesis.yields.schemes import LOCKED_AGAIN
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings

@@ -11,31 +11,39 @@ from millprint.config.mill import MillConfig
 from millprint.config.next_experiments import RegionConfig
 from millprint.fingerprint.condition import Condition
 from millprint.thesis.curves.regimes import read_regimes
-from millprint.thesis.yields.acquisition import choose_for_learning, choose_for_yield, expected_improvement, joint_draws
-from millprint.thesis.yields.averaging import AveragedModel, Candidate, fit_member
+from millprint.thesis.yields.averaging import AveragedModel, Candidate, Process, fit_member
+from millprint.thesis.yields.experiments import Mill, check_region, region_conditions
 from millprint.thesis.yields.features import describe
-from millprint.thesis.yields.new_regime import (
+from millprint.thesis.yields.groups import (
     leave_regimes_out,
     reference_of_mill,
     regime_rows,
     summarise_regimes,
     without_regime,
 )
-from millprint.thesis.yields.procedures import Prediction
-from millprint.thesis.yields.proposals import shortlist
-from millprint.thesis.yields.region import Mill, check_region, region_conditions
+from millprint.thesis.yields.held_out import Prediction
+from millprint.thesis.yields.proposals import (
+    choose_for_learning,
+    choose_for_yield,
+    expected_improvement,
+    joint_draws,
+    shortlist,
+)
 from millprint.thesis.yields.retrospective import (
+    CHOICES,
     STRATEGIES,
     chance,
+    conclude,
+    draw_held_out,
     draw_starts,
+    learn,
+    learning_table,
     search_best,
     search_table,
     smaller_library,
     summarise_search,
     without_best,
 )
-from millprint.thesis.yields.retrospective_learning import CHOICES, conclude, draw_held_out, learn, learning_table
-from millprint.thesis.yields.structured import Process
 from tests.conftest import ROOT
 from tests.unit.yield_settings import all_runs, settings
 

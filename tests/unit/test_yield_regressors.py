@@ -7,11 +7,10 @@ from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.search_spaces import COMPARED, TABLE_5_6, TUNED, UNTUNED, Spaces
 from millprint.config.yields import YieldConfig
-from millprint.thesis.yields.choices import ALTERNATIVES, compare_choices
 from millprint.thesis.yields.estimators import GaussianProcess, gaussian_process
-from millprint.thesis.yields.explanation import shap_values
+from millprint.thesis.yields.evaluation import ALTERNATIVES, compare_choices, shap_values
+from millprint.thesis.yields.held_out import procedure_of
 from millprint.thesis.yields.model_files import load_model, save_model, stored_search
-from millprint.thesis.yields.procedures import procedure_of
 from millprint.thesis.yields.regressors import (
     AVERAGED,
     CLIMATOLOGY,
@@ -23,8 +22,7 @@ from millprint.thesis.yields.regressors import (
     regressor,
     searched_again,
 )
-from millprint.thesis.yields.search import Trainer
-from millprint.thesis.yields.yield_model import fit_model, plan_steps
+from millprint.thesis.yields.yield_model import Trainer, fit_model, plan_steps
 from tests.unit.yield_settings import parts, settings, thesis_yields
 
 # Whether SHAP values can be calculated, by regressor.

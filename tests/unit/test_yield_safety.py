@@ -10,9 +10,8 @@ from millprint.config.next_experiments import RegionConfig
 from millprint.thesis.curves.regimes import read_regimes
 from millprint.thesis.doe.chemistry import hydrogen_released
 from millprint.thesis.yields.averaging import fit_averaged
+from millprint.thesis.yields.experiments import region_conditions, safety_warnings, with_hydrogen
 from millprint.thesis.yields.proposals import count_reasons, split_region
-from millprint.thesis.yields.region import region_conditions
-from millprint.thesis.yields.safety import safety_warnings, with_hydrogen
 from tests.unit.doe_settings import settings as doe_settings
 from tests.unit.test_yield_domain import CURVES
 from tests.unit.test_yield_proposals import MILL, REGIMES, REGION

@@ -12,8 +12,9 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from millprint.thesis.yields.averaging import AveragedModel, Candidate, fit_member, library
 from millprint.thesis.yields.distributions import MixtureYields, NormalYields
 from millprint.thesis.yields.estimators import LeastSquares, MarginalLikelihood, gaussian_process
+from millprint.thesis.yields.evaluation import paired_test
 from millprint.thesis.yields.features import Standardisation, engineer
-from millprint.thesis.yields.held_out import outer_folds
+from millprint.thesis.yields.held_out import climatology, outer_folds, smaller_forests
 from millprint.thesis.yields.library_trials import (
     closed_form_r2,
     earlier_library,
@@ -22,10 +23,15 @@ from millprint.thesis.yields.library_trials import (
     predict_runs,
     refit_members,
 )
-from millprint.thesis.yields.metrics import SPREAD, YieldWeights, bootstrap_metrics, jackknife_error, without_each
-from millprint.thesis.yields.procedures import climatology, smaller_forests
-from millprint.thesis.yields.schemes import LEFT_OUT, NESTED
-from millprint.thesis.yields.scores import paired_test
+from millprint.thesis.yields.metrics import (
+    LEFT_OUT,
+    NESTED,
+    SPREAD,
+    YieldWeights,
+    bootstrap_metrics,
+    jackknife_error,
+    without_each,
+)
 from millprint.thesis.yields.statements import state
 from millprint.thesis.yields.yield_model import fit_model
 from tests.unit.yield_settings import all_runs, parts, settings

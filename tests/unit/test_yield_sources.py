@@ -14,10 +14,10 @@ from millprint.config.run_sources import OtherSourcesConfig
 from millprint.config.yields import YieldConfig
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.figures.chapter5_sources import plot_sources
-from millprint.thesis.yields import other_runs
-from millprint.thesis.yields import other_sources as sources
+from millprint.thesis.yields import groups as sources
+from millprint.thesis.yields import run_tables as tables
 from millprint.thesis.yields.features import CONDITIONS
-from millprint.thesis.yields.procedures import procedure_of
+from millprint.thesis.yields.held_out import procedure_of
 from millprint.thesis.yields.run_tables import read_rows
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING
@@ -41,7 +41,7 @@ def example(tmp_path, monkeypatch) -> OtherSourcesConfig:
 
 
 def test_the_handbooks_example_is_read_and_its_energies_are_those_of_the_fingerprint(example):
-    runs = other_runs.read_other_runs(example, {}, FILE)
+    runs = tables.read_other_runs(example, {}, FILE)
     assert runs["descriptors"].tolist() == ["given"] * 5 + ["gap_0_03"] * 2
     assert runs[list(CONDITIONS)].notna().all(axis=None)
     model = fingerprint()
@@ -55,7 +55,7 @@ def test_the_handbooks_example_is_read_and_its_energies_are_those_of_the_fingerp
 
 def test_the_handbooks_example_is_scored(example):
     yields = settings()
-    rows = other_runs.with_other_runs(all_runs(), other_runs.read_other_runs(example, {}, FILE), example.own)
+    rows = tables.with_other_runs(all_runs(), tables.read_other_runs(example, {}, FILE), example.own)
     procedures = {("linear", "primary"): procedure_of("linear", "primary", yields.training, yields.evaluation, None)}
     predictions = sources.leave_sources_out(rows, procedures, yields.prediction, 0.8)
     table = sources.score_sources(predictions, rows, yields.evaluation, 0.8).set_index("source")
@@ -113,7 +113,7 @@ def test_a_bad_table_is_refused_in_one_line(example, tmp_path, old, new, message
         message = "column yield_percent, case s1 = 0.66: no yield of source south is above 1; must be in %"
     (tmp_path / example.runs).write_text(text)
     with pytest.raises(ConfigError) as caught:
-        other_runs.read_other_runs(example, {"screening.tsv": ["14"]}, FILE)
+        tables.read_other_runs(example, {"screening.tsv": ["14"]}, FILE)
     assert message in str(caught.value) and "\n" not in str(caught.value)
     assert str(caught.value).startswith(f"{example.runs}: ")
 
@@ -121,7 +121,7 @@ def test_a_bad_table_is_refused_in_one_line(example, tmp_path, old, new, message
 def test_a_source_without_runs_is_refused(example):
     more = OtherSourcesConfig(**{**example.model_dump(), "sources": [*example.sources, {"name": "east"}]})
     with pytest.raises(ConfigError, match=r"my.yaml: yields.other_sources.sources: 'east': .* has no run of it"):
-        other_runs.read_other_runs(more, {}, FILE)
+        tables.read_other_runs(more, {}, FILE)
 
 
 @pytest.mark.parametrize(
@@ -141,7 +141,7 @@ def test_keys_that_do_not_go_together_are_refused(keys, message):
 
 
 def test_with_one_source_nothing_can_be_said(close_figures):
-    rows = other_runs.with_other_runs(all_runs(), other_runs.read_other_runs(OtherSourcesConfig(), {}, FILE), "thesis")
+    rows = tables.with_other_runs(all_runs(), tables.read_other_runs(OtherSourcesConfig(), {}, FILE), "thesis")
     predictions = sources.leave_sources_out(rows, {}, settings().prediction, 0.8)
     table = sources.score_sources(predictions, rows, settings().evaluation, 0.8)
     assert table[["source", "runs", "verdict"]].values.tolist() == [
@@ -165,7 +165,7 @@ def two_sources(shift: float) -> pd.DataFrame:
 
     own = own.assign(**{YIELD: truth(own)})
     others = others.assign(source="other", **{YIELD: truth(others) + shift})
-    return other_runs.with_other_runs(own, others, "own")
+    return tables.with_other_runs(own, others, "own")
 
 
 def scored(rows: pd.DataFrame, model: str) -> tuple[pd.DataFrame, pd.DataFrame]:

@@ -24,7 +24,7 @@ if PROJECT is not None:
     sys.path.insert(0, str(PROJECT / "src"))
 
 try:
-    from millprint.config.checks import load_workflow, stop_on_bad_input
+    from millprint.config.checks import load_workflow, stands_alone, stop_on_bad_input
 except ModuleNotFoundError as error:
     raise WorkflowError(
         f"Python has no module {error.name}: in the environment of Snakemake, install pydantic and, for a remote "

@@ -15,7 +15,7 @@ Made by `make reference` from `src/millprint/card/card_model.py`; do not edit. `
 mill in numbers. Any program can write such a file: [schemas/card.schema.json](schemas/card.schema.json) is its
 JSON schema (draft 2020-12), and this page has every field. A field that is not required may be left out or be `null`.
 `format` is `{FORMAT}` and `schema_version` {SCHEMA_VERSION}; a change that makes older cards invalid raises it, and a
-card of another version is refused. `python scripts/match_conditions.py --from card.json --to MILL` reads any
+card of another version is refused. `millprint match --from card.json --to MILL` reads any
 card: it needs only the required fields, and for doses also `powder` and `programme`.
 
 Numbers are in the unit at the end of their name, or in their `unit`. Intervals of different origins are given

@@ -9,13 +9,11 @@ from millprint.card.card_model import MillingCard, Quantity
 from millprint.config.checks import MILL_FOLDER
 from millprint.config.errors import ConfigError
 from millprint.config.file_sources import WORKING_FOLDER, Sources
-from millprint.config.fingerprint import DESCRIPTOR_SETS, TARGET_DESCRIPTORS
-from millprint.config.mixture import ONE_SIZE, balls_in_words
+from millprint.config.fingerprint import DESCRIPTOR_SETS
 from millprint.fingerprint.bands import FURTHER, Band, Interval
-from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.comparison import ALL_SIMULATED, Wanted, nearest
 from millprint.fingerprint.condition_search import SHARED_CONTACT, check_same_count
-from millprint.fingerprint.descriptors import CHARGE
+from millprint.fingerprint.match_words import limits_in_words, lost_in_words, setting_in_words
 from millprint.fingerprint.model import Fingerprint
 
 # Settings are near a card if its descriptors are met to this on average (root mean square of logarithms).
@@ -37,10 +35,9 @@ def find_fingerprint(mill: str, results: str | Path = "results", sources: Source
         if path.is_file() and (path.parent.name == mill or Fingerprint.read(path).about["mill"] == mill):
             return path
     if not Path(sources.find(f"{MILL_FOLDER}/{mill}.yaml")).is_file():
-        raise ConfigError(f"--to {mill}: unknown mill; known: {', '.join(sources.names(MILL_FOLDER))}")
+        raise ConfigError(f"{mill}: unknown mill; known: {', '.join(sources.names(MILL_FOLDER))}")
     raise ConfigError(
-        f"--to {mill}: this mill was not run: {places[1]} is missing; "
-        f"`snakemake --cores 2 fingerprint --config mill={mill}` writes it"
+        f"{mill}: this mill was not run: {places[1]} is missing; `millprint fingerprint {mill}` writes it"
     )
 
 
@@ -86,27 +83,17 @@ def is_near(row: pd.Series, near: float = NEAR) -> bool:
     return bool(np.expm1(row["distance"]) <= near and row["inside"] == "yes")
 
 
-def setting_in_words(row: pd.Series) -> str:
-    """A setting: "10 mm balls, fill 0.12, 420 rpm"."""
-    balls = balls_in_words(row["ball_diameter_mm"], row.get(CHARGE, ONE_SIZE))
-    return f"balls of {balls}, fill {row['fill_ratio']:.3g}, {row['speed_rpm']:.0f} rpm"
+def verdict(
+    card: MillingCard,
+    fingerprint: Fingerprint,
+    table: pd.DataFrame,
+    near: float = NEAR,
+    wanted: Wanted = ALL_SIMULATED,
+) -> list[str]:
+    """Sentences on a ranking: the nearest setting, if there is one, what is lost, and how long it takes.
 
-
-def lost_in_words(row: pd.Series) -> str:
-    """How a setting differs from the card: each descriptor in per cent, with the factors that intervals allow."""
-    parts = []
-    for name in TARGET_DESCRIPTORS:
-        if f"{name}_residual_percent" not in row:
-            continue
-        text = f"{DESCRIPTORS[name].title} {row[f'{name}_residual_percent']:+.0f} %"
-        if f"{name}_ratio_lower" in row:
-            text += f" (ratio {row[f'{name}_ratio_lower']:.2f} to {row[f'{name}_ratio_upper']:.2f})"
-        parts.append(text)
-    return ", ".join(parts)
-
-
-def verdict(card: MillingCard, fingerprint: Fingerprint, table: pd.DataFrame, near: float = NEAR) -> list[str]:
-    """Sentences on a ranking: the nearest setting, if there is one, what is lost, and how long it takes."""
+    wanted: what was searched, whose limits are named where nothing comes near.
+    """
     mill = fingerprint.about["mill"]
     if table.empty:
         return [f"{card.name}: no setting of {mill}: none of the requested fill ratios was simulated"]
@@ -122,7 +109,7 @@ def verdict(card: MillingCard, fingerprint: Fingerprint, table: pd.DataFrame, ne
         return [
             f"{card.name}: no setting of {mill} comes within {100 * near:g} % of the card; the nearest "
             f"({setting_in_words(best)}{outside}) is off by a factor of {np.exp(best['distance']):.2g}: "
-            f"{lost_in_words(best)}"
+            f"{lost_in_words(best)}; {_limits(best, fingerprint, wanted)}"
         ]
     best = near_rows[0]
     lines = [f"{card.name}: on {mill}, {setting_in_words(best)}; against the card: {lost_in_words(best)}"]
@@ -135,3 +122,10 @@ def verdict(card: MillingCard, fingerprint: Fingerprint, table: pd.DataFrame, ne
     if "contact" in fingerprint.further and fingerprint.about["contact"] == card.contact_set.name:
         lines.append(SHARED_CONTACT.format(contact=card.contact_set.name))
     return lines
+
+
+def _limits(best: pd.Series, fingerprint: Fingerprint, wanted: Wanted) -> str:
+    ranges = fingerprint.about["ranges"]
+    balls = [1e3 * fingerprint.balls(choice)[0] for choice in wanted.balls or fingerprint.choices()]
+    speeds = wanted.speeds_rpm or [60 * speed for speed in ranges["speed_hz"]]
+    return limits_in_words(best, speeds, wanted.fill_ratios or ranges["fill_ratio"], balls)

@@ -2,9 +2,10 @@
 
 import difflib
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from millprint.config.calibration import ExperimentConfig
 from millprint.config.card import Experiment, read_experiments
@@ -14,8 +15,9 @@ from millprint.config.file_sources import WORKING_FOLDER, Sources, check_paths
 from millprint.config.load import check_model, check_names_differ, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import chosen_balls
+from millprint.config.strict_yaml import read_yaml
 from millprint.config.sweep import Case, expand_sweep
-from millprint.config.workflow import WorkflowConfig
+from millprint.config.workflow import ChapterSections, WorkflowConfig
 
 MILL_FOLDER = "config/mills"
 CONTACT_FOLDER = "config/contacts"
@@ -58,6 +60,19 @@ def load_workflow(
     check_names_differ(MILL_FOLDER, list(mills), "mill")
     check_names_differ(CONTACT_FOLDER, list(contacts), "contact set")
     return config, mills, contacts, collect_cases(config, source)
+
+
+def stands_alone(given: Mapping[str, Any], base: str) -> bool:
+    """Whether settings of a user are a configuration of their own, and not changes of the thesis's, the file `base`.
+
+    given: what --configfile and --config say. They stand alone if they name another mill and no section of chapters,
+    while `base` has such sections: nothing of a thesis is then a part of the run of another mill.
+    """
+    thesis = {"sweeps", *ChapterSections.model_fields}
+    if "mill" not in given or thesis & set(given):
+        return False
+    content = read_yaml(base)
+    return isinstance(content, dict) and bool(thesis & set(content)) and given["mill"] != content.get("mill")
 
 
 def check_chosen_charges(config: WorkflowConfig, mills: dict[str, MillConfig], source: str) -> None:

@@ -25,8 +25,12 @@ def _docstrings(model: type[BaseModel]) -> dict[str, str]:
     return found
 
 
+def source_of_meaning(model: type[BaseModel], key: str) -> type[BaseModel]:
+    """The nearest class that has a docstring for a key; without any, the one that is the first to have the key."""
+    classes = [each for each in model.__mro__ if issubclass(each, BaseModel) and key in each.model_fields]
+    return next((each for each in classes if key in _docstrings(each)), classes[-1])
+
+
 def meaning_of(model: type[BaseModel], key: str) -> str:
     """The docstring of a key, of the nearest class that has one, or the description of its type; empty without any."""
-    classes = [each for each in model.__mro__ if issubclass(each, BaseModel) and each is not BaseModel]
-    own = next((docs[key] for docs in map(_docstrings, classes) if key in docs), None)
-    return own or model.model_fields[key].description or ""
+    return _docstrings(source_of_meaning(model, key)).get(key) or model.model_fields[key].description or ""

@@ -1,7 +1,7 @@
 """The section `validation`: set-ups that others measured, and the settings of each prediction.
 
 The settings of a set-up are fixed before the prediction is compared with the measured values: `python
-scripts/fix_predictions.py` records their digest and the date. To add a set-up, write a section with its defaults in
+tools/fix_predictions.py` records their digest and the date. To add a set-up, write a section with its defaults in
 millprint/config/setups and a record in millprint/validation/setups.py, and name the section here as the record.
 """
 

@@ -74,40 +74,40 @@ class WorkflowConfig(Section):
     """contact sets of the run: files in config/contacts; mills have the first"""
     sweep: MillSweepConfig | None = None
     """conditions of the fingerprint of the mill; if left out, those of the mill's file"""
-    data: DataConfig | None = None
-    """measured tables; for the chapters of the thesis"""
-    doe: DoeConfig | None = None
-    """chapter 2; for the chapters of the thesis"""
     dem: DemConfig = DemConfig()
     sweeps: list[SweepConfig] = []
     """blocks of further simulations, which chapters read"""
     convergence: ConvergenceConfig = ConvergenceConfig()
     view: ViewConfig = ViewConfig()
-    calibration: CalibrationConfig | None = None
-    """virtual calibration (Sec. 3.2.2); for the chapters of the thesis"""
     fingerprint: FingerprintConfig = FingerprintConfig()
     # As if it were given, so that its contact set and its counting rule are filled in.
     mills: MillsConfig = Field(default=MillsConfig(), validate_default=True)
     """fingerprints of any mills, a match, a large mill"""
-    validation: ValidationConfig = ValidationConfig()
-    """what others measured, predicted without a fit"""
+    dose: DoseConfig = DoseConfig()
+    """what the powder has been through: energy spectra, wear of the balls, heat"""
     uncertainty: UncertaintyConfig = UncertaintyConfig()
     """how much a fingerprint depends on contact parameters that are not known"""
+    cards: CardsConfig = CardsConfig()
+    """milling cards of a table of experiments"""
+    provenance: ProvenanceConfig = ProvenanceConfig()
+    """who runs, and the licence of the results"""
+    validation: ValidationConfig = ValidationConfig()
+    """what others measured, predicted without a fit"""
+    data: DataConfig | None = None
+    """measured tables; for the chapters of the thesis"""
+    doe: DoeConfig | None = None
+    """chapter 2; for the chapters of the thesis"""
+    calibration: CalibrationConfig | None = None
+    """virtual calibration (Sec. 3.2.2); for the chapters of the thesis"""
     fit: FitConfig | None = None
     """fit to published values; none if left out"""
     partition: PartitionConfig | None = None
     """chapter 4; for the chapters of the thesis"""
     yields: YieldConfig | None = None
     """chapter 5; for the chapters of the thesis"""
-    dose: DoseConfig = DoseConfig()
-    """what the powder has been through: energy spectra, wear of the balls, heat"""
     surrogate: SurrogateConfig | None = None
     """chapter 6; for the chapters of the thesis"""
-    cards: CardsConfig = CardsConfig()
-    """milling cards of a table of experiments"""
     claims: ClaimsConfig = ClaimsConfig()
-    provenance: ProvenanceConfig = ProvenanceConfig()
-    """who runs, and the licence of the results"""
 
     @field_validator("mills")
     @classmethod

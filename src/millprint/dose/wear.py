@@ -63,7 +63,7 @@ def worn_load(loads: Mapping[str, float]) -> float:
     return 2 * loads[BALL_BALL] + loads[BALL_WALL]
 
 
-def read_materials(path: str, needed: str = "") -> pd.DataFrame:
+def read_materials(path: str | Path, needed: str = "") -> pd.DataFrame:
     """The table of materials, by name.
 
     Raises ConfigError, in one line, as `read_measured`, for a hardness outside its range, and if `needed` is missing.

@@ -9,7 +9,7 @@ const LINKS = {
   },
 };
 
-/** One Gaussian process of the yield through its link (millprint.thesis.yields.structured). */
+/** One Gaussian process of the yield through its link (millprint.thesis.yields.averaging). */
 class Member {
   constructor(stored, shared) {
     Object.assign(this, stored);

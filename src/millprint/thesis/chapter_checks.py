@@ -21,10 +21,15 @@ from millprint.thesis.doe.literature import read_literature, read_reported_yield
 from millprint.thesis.doe.runs import read_runs
 from millprint.thesis.doe.wet_lab import read_wear
 from millprint.thesis.fit.fit_checks import fit_faults
-from millprint.thesis.yields.experiments import read_experiments
-from millprint.thesis.yields.other_runs import check_folds, read_other_runs, with_other_runs
-from millprint.thesis.yields.region import check_region
-from millprint.thesis.yields.run_tables import check_yield_tables, read_parts, read_rows
+from millprint.thesis.yields.experiments import check_region, read_experiments
+from millprint.thesis.yields.run_tables import (
+    check_folds,
+    check_yield_tables,
+    read_other_runs,
+    read_parts,
+    read_rows,
+    with_other_runs,
+)
 
 
 def chapter_faults(

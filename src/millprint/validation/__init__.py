@@ -16,7 +16,7 @@ How a set-up becomes a verdict:
 5. `millprint.validation.verdicts` compares the rows of the model `DEM` with the measured ones, at the measured x.
    A prediction must have a row at each measured x. `explanations` tests whether a variant of the prediction explains a
    miss, and `coverage` counts the numbers within their predicted interval.
-6. `python scripts/fix_predictions.py` records in config/data/fixed_predictions.tsv the date and the digest of the
+6. `python tools/fix_predictions.py` records in config/data/fixed_predictions.tsv the date and the digest of the
    settings of each set-up, and the reason if they were fixed again. A verdict says if the settings have changed since.
 
 To add a set-up: a section in millprint/config/setups, named in config/validation.py; `predict` in a file of this folder

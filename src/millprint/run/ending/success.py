@@ -51,5 +51,5 @@ def success_lines(targets: Iterable[str], chapters: bool, values: Mapping[str, s
     if files:
         more = f" and {len(files) - 1} more" if len(files) > 1 else ""
         lines += ["", f"made:  {files[0]}{more}", f"look:  {values['results']}/logs has the log of every job"]
-        lines += ["next:  python scripts/plan_run.py says what the whole run would make, and how long it takes"]
+        lines += ["next:  millprint plan says what the whole run would make, and how long it takes"]
     return lines

@@ -12,9 +12,8 @@ from millprint.thesis.claims.evidence import (
     in_words,
     interval_of,
 )
-from millprint.thesis.yields.metrics import GAINS
+from millprint.thesis.yields.metrics import GAINS, LEFT_OUT, NESTED, RANDOM
 from millprint.thesis.yields.regressors import regressor
-from millprint.thesis.yields.schemes import LEFT_OUT, NESTED, RANDOM
 
 UNITS = {"rmse": " pp", "mae": " pp", "mape": " %", "r2": "", "wmse": " pp2"}
 # Rows of yield/choices.tsv of models that differ only in a seed.

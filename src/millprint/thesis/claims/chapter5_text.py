@@ -4,7 +4,7 @@ import pandas as pd
 
 from millprint.thesis.claims.evidence import Evidence, Finding, NotRun, claim, in_words, yes_no
 from millprint.thesis.yields.features import FREQUENCY, NORMAL, TANGENTIAL
-from millprint.thesis.yields.schemes import LEFT_OUT
+from millprint.thesis.yields.metrics import LEFT_OUT
 
 HONEST, SHAP = "yield/scores_by_scheme.tsv", "yield/shap_ranking.tsv"
 # The learned models of the thesis; the linear one is its baseline.

@@ -31,9 +31,9 @@ ORIGINS: dict[str, tuple[str, str]] = {
     "partition/table_4_5.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.energy_leverage"),
     "partition/slopes.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.fit_slopes"),
     "yield/scores_by_scheme.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.score_table"),
-    "yield/out_of_domain.tsv": ("evaluate_yield_models", "millprint.thesis.yields.report.predictions"),
+    "yield/out_of_domain.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.predictions"),
     "yield/time_variance.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.time_variance"),
-    "yield/shap_ranking.tsv": ("evaluate_yield_models", "millprint.thesis.yields.explanation.rank_features"),
+    "yield/shap_ranking.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.rank_features"),
     "surrogate/*/metrics.tsv": ("evaluate_surrogate", "millprint.thesis.surrogate.rollout_evaluation.evaluate"),
     "surrogate/runtime.tsv dem_seconds_for_15_s": (
         "time_surrogates",

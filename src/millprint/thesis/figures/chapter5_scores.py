@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN
 from millprint.thesis.figures.chapter5_trust import SCHEMES, draw_range, model_title
-from millprint.thesis.yields.schemes import LEFT_OUT, NESTED
+from millprint.thesis.yields.metrics import LEFT_OUT, NESTED
 
 BOTH = (LEFT_OUT, NESTED)
 AXES = {"crps_pp": "CRPS [percentage points]", "log_score": "logarithmic score [nats]"}

@@ -24,10 +24,10 @@ from millprint.thesis.yields.averaging import (
     library,
 )
 from millprint.thesis.yields.distributions import SCORE_COLUMNS, MixtureYields
+from millprint.thesis.yields.evaluation import COMPARED, WHOLE, paired_test
 from millprint.thesis.yields.features import describe
 from millprint.thesis.yields.held_out import OuterFold
 from millprint.thesis.yields.metrics import SPREAD, YieldWeights, jackknife_error, metrics, spread, without_each
-from millprint.thesis.yields.scores import COMPARED, WHOLE, paired_test
 
 DECLARED, EARLIER = "declared", "earlier"
 DIFFERENCE = f"{DECLARED} minus {EARLIER}"

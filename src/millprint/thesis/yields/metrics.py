@@ -1,4 +1,4 @@
-"""How far predictions are from measured yields: thesis Eqs 5.3 and 5.17 to 5.20."""
+"""How far predictions are from measured yields (thesis Eqs 5.3 and 5.17 to 5.20), and the ways to split the rows."""
 
 from dataclasses import dataclass
 
@@ -7,6 +7,11 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from millprint.config.yields import TrainingConfig
+
+LEFT_OUT, NESTED, RANDOM = "leave_one_out", "nested_cv", "random_split"
+# The locked split at the budget of the other schemes, to be compared with them.
+LOCKED_AGAIN = "locked_reduced_budget"
+
 
 METRICS = ("rmse", "mae", "mape", "r2", "wmse")
 # The metrics of which more is better; all others are errors.

@@ -1,7 +1,7 @@
 """Yield models as JSON files: what a fit has learned, or what is needed to repeat it exactly. Nothing is pickled."""
 
 from collections.abc import Sequence
-from importlib.metadata import version
+from importlib.metadata import distributions, version
 
 import numpy as np
 import pandas as pd
@@ -11,12 +11,10 @@ from millprint.config.errors import ConfigError
 from millprint.config.yields import TrainingConfig
 from millprint.run.files import read_format, read_json, write_json
 from millprint.thesis.doe.runs import YIELD
-from millprint.thesis.yields.averaging import LINKS, AveragedModel, Candidate, Member, to_conversion
+from millprint.thesis.yields.averaging import LINKS, AveragedModel, Candidate, Member, Process, terms_of, to_conversion
 from millprint.thesis.yields.features import CONDITIONS, Standardisation, describe
 from millprint.thesis.yields.regressors import regressor
-from millprint.thesis.yields.search import SearchResult
-from millprint.thesis.yields.structured import Process, terms_of
-from millprint.thesis.yields.yield_model import Plan, Step, YieldModel, fit_in_turn
+from millprint.thesis.yields.yield_model import Plan, SearchResult, Step, YieldModel, fit_in_turn
 
 FORMAT, AVERAGED_FORMAT = "millprint yield model 1", "millprint averaged yield model 1"
 # Largest difference between the predictions of a stored model and those in its file [pp].
@@ -28,7 +26,7 @@ def _about(model: YieldModel | AveragedModel, rows: pd.DataFrame, libraries: Seq
     return {
         "algorithm": model.name,
         "strategy": model.strategy,
-        "versions": {name: version(name) for name in libraries},
+        "versions": {name: version(name) for name in libraries if any(distributions(name=name))},
         "rows": rows[[*CONDITIONS, YIELD]].astype(float).to_dict("list"),
         "cases": rows["case"].astype(str).tolist(),
         "predicted_percent": model.predict(rows).tolist(),
@@ -55,7 +53,7 @@ def save_model(
         for step, best in zip(model.steps, results, strict=True)
     ]
     own = {"format": FORMAT, "seed": training.seed, "choices": training.choices.model_dump(mode="json"), "steps": steps}
-    write_json(_about(model, rows, ("numpy", "scipy", "scikit-learn", "xgboost-cpu")) | own, path)
+    write_json(_about(model, rows, ("numpy", "scipy", "scikit-learn", "xgboost", "xgboost-cpu")) | own, path)
 
 
 def save_averaged(model: AveragedModel, rows: pd.DataFrame, margin: float, path: str) -> None:

@@ -51,7 +51,7 @@ class Regressor:
     forest: whether it is a mean over `n_estimators` trees that do not depend on each other.
     two_step: whether it also makes a model of two steps, first on time and then on the rest (Sec. 5.2.5).
     primary_features(choices): the features of its single step; None for all of them.
-    choices: the open choices that affect it (keys of millprint.thesis.yields.choices.ALTERNATIVES).
+    choices: the open choices that affect it (keys of millprint.thesis.yields.evaluation.ALTERNATIVES).
     keep(estimator): what its file stores of a fit; restore(estimator, kept, inputs, target): the fitted estimator from
     that and from the training rows, inputs (n, k) and target (n,). Without them it is fitted again, which is exact.
     explain(estimator, inputs): SHAP values (n, k) [pp] and the mean prediction [pp]; None if it cannot be explained.
@@ -140,13 +140,13 @@ def _fitted_kernel(estimator: Any, features: Sequence[str]) -> dict[str, float]:
 
 
 def _make_forest(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
-    from millprint.thesis.yields.forests import Forest
+    from millprint.thesis.yields.estimators import Forest
 
     return Forest(**parameters, max_features=float(training.choices.max_features), seed=training.seed)
 
 
 def _forest_folds(inputs: np.ndarray, target: np.ndarray, folds: list, training: TrainingConfig) -> FoldPredictor:
-    from millprint.thesis.yields.forests import ForestFold
+    from millprint.thesis.yields.estimators import ForestFold
 
     trees, share = training.spaces.rf.n_estimators[1], float(training.choices.max_features)
     forests = [

@@ -2,12 +2,11 @@
 
 import pandas as pd
 
+from millprint.thesis.yields.evaluation import CRPS, LOG_SCORE
 from millprint.thesis.yields.library_trials import DECLARED, DIFFERENCE, EARLIER
+from millprint.thesis.yields.metrics import LEFT_OUT, NESTED
 from millprint.thesis.yields.regressors import AVERAGED, PRIMARY, TITLES, TWO_STEP
-from millprint.thesis.yields.retrospective import ALL_TARGETS, CHANCE, IMPROVEMENT, RULE
-from millprint.thesis.yields.retrospective_learning import LEARNING
-from millprint.thesis.yields.schemes import LEFT_OUT, NESTED
-from millprint.thesis.yields.scores import CRPS, LOG_SCORE
+from millprint.thesis.yields.retrospective import ALL_TARGETS, CHANCE, IMPROVEMENT, LEARNING, RULE
 
 BOTH = {LEFT_OUT: "leave-one-out", NESTED: "repeated k-fold"}
 # The two-step process with the start of the largest marginal likelihood, and with the thesis's search for a start.

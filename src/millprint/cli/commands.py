@@ -1,0 +1,92 @@
+"""The command `millprint`: finds the command that is asked for, and runs its module. Nothing else is imported."""
+
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from typing import NamedTuple
+
+from millprint.cli.arguments import close_to
+from millprint.config.errors import MillprintError
+
+USAGE = 2
+
+
+class Command(NamedTuple):
+    """A command: the module whose `main` runs it, and what it does in a few words."""
+
+    module: str
+    does: str
+
+
+COMMANDS = {
+    "new": Command("millprint.cli.new_mill", "describe a mill of your own: asks, and writes its YAML and its picture"),
+    "fingerprint": Command("millprint.cli.run_targets", "simulate a mill and write its fingerprint"),
+    "explore": Command("millprint.cli.run_targets", "make a page with sliders for a mill"),
+    "run": Command("millprint.cli.run_targets", "make any target or file of the workflow"),
+    "plan": Command("millprint.cli.plan_run", "say what a run would do: jobs, time, memory and disk"),
+    "match": Command("millprint.cli.match_conditions", "find the settings of a mill that mill like another one"),
+    "card": Command("millprint.cli.simulate_card", "simulate one experiment and write its milling card"),
+    "dose": Command(
+        "millprint.cli.compute_dose", "energy and hits that a gram of powder has seen, for a table of runs"
+    ),
+    "wear": Command("millprint.cli.predict_wear", "wear of the balls and iron in the powder"),
+    "animate": Command("millprint.cli.animate", "animate the snapshots of a simulation"),
+    "export": Command("millprint.cli.export", "write the snapshots of a simulation for ParaView"),
+    "design": Command("millprint.thesis.commands.make_design", "make a design of experiments"),
+    "analyse": Command("millprint.thesis.commands.analyse_design", "analyse the runs of a design"),
+    "wet-lab": Command(
+        "millprint.thesis.commands.calculate_wet_lab", "yields, half-lives, charges and wear from readings"
+    ),
+    "yields": Command("millprint.thesis.commands.ask_yields", "predict yields by a stored model"),
+    "verify": Command("millprint.cli.verify_results", "list the files that have changed since their jobs wrote them"),
+    "crate": Command("millprint.cli.describe_run", "describe a finished run as an RO-Crate"),
+    "check-crate": Command("millprint.cli.check_crate", "check a copy of results against its crate"),
+    "completion": Command("millprint.cli.completion", "print the completion of this command for bash"),
+}
+
+
+def overview() -> str:
+    """What `millprint --help` prints."""
+    lines = [f"  {name:<12} {command.does}" for name, command in COMMANDS.items()]
+    return "\n".join(
+        [
+            "millprint: the mechanical fingerprint of a ball mill.",
+            "",
+            "usage: millprint COMMAND ...; millprint COMMAND --help has an example of each",
+            "",
+            *lines,
+            "",
+            "example:",
+            "  millprint new planetary --name mine",
+            "  millprint fingerprint mine.yaml",
+        ]
+    )
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run a command; returns the exit status."""
+    words = sys.argv[1:] if words is None else words
+    if not words or words[0] in ("-h", "--help", "help"):
+        print(overview())
+        return 0
+    if words[0] == "--version":
+        # Reading the versions of packages takes a while.
+        from importlib.metadata import version
+
+        print(f"millprint {version('millprint')}")
+        return 0
+    name = words[0]
+    if name not in COMMANDS:
+        print(f"error: millprint {name}: unknown command{close_to(name, COMMANDS)}", file=sys.stderr)
+        return USAGE
+    try:
+        return import_module(COMMANDS[name].module).main(list(words[1:]), name) or 0
+    except MillprintError as error:
+        print("\n".join(f"error: {line}" for line in str(error).splitlines()), file=sys.stderr)
+        return 1
+    except ModuleNotFoundError as error:
+        print(
+            f"error: millprint {name}: Python has no module {error.name}; install it, or use `make install`",
+            file=sys.stderr,
+        )
+        return 1

@@ -1,0 +1,36 @@
+"""Dose of your own runs: energy and hits a gram of powder has seen, normal and tangential apart.
+
+    millprint dose my_runs.tsv results/mills/planetary/fingerprint.json --out my_doses.tsv
+
+The table has the columns case, mill, powder_mass_g, time_h, fill_ratio, speed_rpm, ball_diameter_mm, and yield_percent
+if there is one. Each mill needs its fingerprint. With five yields or more, first-order, Avrami and threshold kinetics
+over time and over each dose are fitted, compared by AICc, and printed with a verdict.
+"""
+
+from pathlib import Path
+
+from millprint.cli.arguments import parser_of
+from millprint.dose.energy_doses import AXES, TIME, YIELD, own_doses
+from millprint.dose.kinetics import FEWEST_RUNS, fit_kinetics, verdict
+from millprint.dose.shear import said_of_shear
+from millprint.fingerprint.model import Fingerprint
+from millprint.run.files import write_table
+
+
+def main(arguments: list[str], name: str = "dose") -> None:
+    """Print the doses, and kinetics where there are enough yields; with --out, write the doses."""
+    parser = parser_of(name, __doc__)
+    parser.add_argument("runs", type=Path, help="TSV with a row for each run")
+    parser.add_argument("fingerprints", nargs="+", type=Path, help="JSON files of the mills")
+    parser.add_argument("--out", type=Path, help="TSV file for the doses")
+    options = parser.parse_args(arguments)
+    known = {own.about["mill"]: own for own in map(Fingerprint.read, options.fingerprints)}
+    table = own_doses(options.runs, known)
+    if options.out:
+        write_table(table, options.out)
+    shown = ["case", "mill", TIME, *(axis for axis in AXES if axis != TIME), "power_W", "outside"]
+    print(table[shown].to_string(index=False, float_format="{:.4g}".format))
+    if YIELD in table and len(table) >= FEWEST_RUNS:
+        kinetics = fit_kinetics(table)
+        print(kinetics.to_string(index=False, float_format="{:.4g}".format, na_rep="-"))
+        print(verdict(table, kinetics, str(options.runs)), said_of_shear(table))

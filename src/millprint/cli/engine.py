@@ -1,0 +1,69 @@
+"""Runs the workflow: the Snakemake command for a mill and some targets, printed before it runs."""
+
+import os
+import shlex
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from millprint.cli.arguments import close_to
+from millprint.config.checks import MILL_FOLDER
+from millprint.config.errors import ConfigError
+from millprint.config.included import included_mills, shipped
+from millprint.config.strict_yaml import read_yaml
+
+YAML = (".yaml", ".yml")
+
+
+def cores() -> int:
+    """Processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def settings_of(mill: str) -> list[str]:
+    """The words of Snakemake for a mill: its name, its file in config/mills, or a configuration of a run.
+
+    Raises ConfigError, in one line, for anything else.
+    """
+    if Path(mill).suffix not in YAML:
+        if Path(f"{mill}.yaml").is_file():
+            return settings_of(f"{mill}.yaml")
+        if mill not in included_mills():
+            raise ConfigError(
+                f"{mill}: unknown mill{close_to(mill, included_mills())}; `millprint new` describes yours"
+            )
+        return ["--config", f"mill={mill}"]
+    if not Path(mill).is_file():
+        raise ConfigError(f"{mill}: no such file; `millprint new` writes one")
+    content = read_yaml(mill)
+    if not isinstance(content, dict) or not ("mill" in content or "geometry" in content):
+        raise ConfigError(f"{mill}: has neither `mill` (a run) nor `geometry` (a mill); `millprint new` writes both")
+    if "mill" in content:
+        return ["--configfile", mill]
+    place = Path(MILL_FOLDER) / f"{content.get('name')}.yaml"
+    if not place.is_file() or not place.samefile(mill):
+        raise ConfigError(f"{mill}: is the file of a mill; put it where runs look for it: {place}")
+    return ["--config", f"mill={content['name']}"]
+
+
+def snakefile_words() -> list[str]:
+    """Where the Snakefile is: nothing in a checkout, where Snakemake finds it itself."""
+    if Path("workflow/Snakefile").is_file() and Path("src/millprint").is_dir():
+        return []
+    found = shipped("workflow/Snakefile")
+    if found is None:
+        raise ConfigError("workflow/Snakefile: not in this installation; install millprint from its wheel or a clone")
+    # A checkout or folder that lies in the working folder has a shorter name.
+    return ["--snakefile", os.path.relpath(found) if Path(found).is_relative_to(Path.cwd()) else found]
+
+
+def run_workflow(words: Sequence[str]) -> int:
+    """Print a Snakemake command and run it; returns its exit status."""
+    words = [*snakefile_words(), *words]
+    print(f"snakemake {shlex.join(words)}", file=sys.stderr, flush=True)
+    try:
+        return subprocess.run([sys.executable, "-m", "snakemake", *words], check=False).returncode
+    except KeyboardInterrupt:
+        # Snakemake got the signal too, and says itself what it stopped.
+        return 130

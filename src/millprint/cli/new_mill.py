@@ -1,0 +1,251 @@
+"""Describes a mill of your own: asks for its dimensions, writes its YAML and draws its jar and motion.
+
+    millprint new planetary
+    millprint new planetary --name mine --set radius_mm=32.5 height_mm=60 "fill_ratios=[25, 50, 75]"
+    millprint new --list drum
+
+It writes two files of yours: config/mills/NAME.yaml, the mill, and NAME.yaml, the run, with its contact set. With --set
+(or --yes, which takes the default of everything else) nothing is asked. Then `millprint fingerprint NAME.yaml` runs it.
+"""
+
+import argparse
+import re
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import yaml
+
+from millprint.cli.arguments import close_to, parser_of
+from millprint.cli.engine import cores, run_workflow
+from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER
+from millprint.config.errors import ConfigError
+from millprint.config.included import included_contacts, included_mills, load_contact
+from millprint.config.load import check_model, load_named
+from millprint.config.mill import MillConfig
+from millprint.mill.vessel import build_vessel, check_volume
+from millprint.run.files import whole_file
+
+KINDS = Path(__file__).with_name("mills")
+# A place of a template: `<default>`, `<name=default>` where the key of the line is another's name too, or `<=name>` for
+# the same value again.
+PLACE = re.compile(r"(?P<key>\w+): <(?P<name>\w*)(?P<equals>=?)(?P<default>[^>]*)>")
+ASSUMED = "calibrated"
+
+
+class Question(NamedTuple):
+    """A value that is asked: its name, what it is, and what is taken without an answer; empty for the volume."""
+
+    name: str
+    means: str
+    default: str
+
+
+def kinds() -> list[str]:
+    """The kinds of mills that have a template."""
+    return sorted(path.stem for path in KINDS.glob("*.yaml"))
+
+
+def read_template(kind: str) -> str:
+    """The template of a kind of mill. Raises ConfigError for an unknown kind."""
+    if kind not in kinds():
+        raise ConfigError(f"millprint new {kind}: unknown kind of mill{close_to(kind, kinds())}")
+    return (KINDS / f"{kind}.yaml").read_text()
+
+
+def _parts(found: re.Match) -> tuple[str, str, bool]:
+    """Name and default of a place, and whether it repeats another one."""
+    name, default = found["name"], found["default"]
+    if not found["equals"]:
+        return found["key"], name + default, False
+    return (name, default, False) if name else (default, "", True)
+
+
+def questions(template: str) -> list[Question]:
+    """What a template asks, in the order of its lines, but the volume, which follows from the others, at last."""
+    asked = []
+    for line in template.splitlines():
+        found = PLACE.search(line)
+        if found and not (parts := _parts(found))[2]:
+            asked.append(Question(parts[0], line.partition(" # ")[2].strip(), parts[1]))
+    return sorted(asked, key=lambda question: question.name == "volume_ml")
+
+
+def filled(template: str, answers: dict[str, str]) -> str:
+    """The template with the answers in the place of its defaults, comments aligned as they were."""
+    lines = []
+    for line in template.splitlines():
+        text, mark, comment = line.partition(" # ")
+        new = PLACE.sub(lambda found: f"{found['key']}: {answers[_parts(found)[0]]}", text).rstrip()
+        # A line that is a comment as a whole begins with its mark.
+        lines.append(f"{new.ljust(len(text))} # {comment}" if mark else new)
+    return "\n".join(lines) + "\n"
+
+
+def value_of(question: Question, text: str) -> object:
+    """The value that a text means in YAML. Raises ConfigError for one of another type than the default."""
+    try:
+        value = yaml.safe_load(text)
+    except yaml.YAMLError:
+        value = None
+    wanted = yaml.safe_load(question.default) if question.default else 1.0
+    if isinstance(wanted, list) and isinstance(value, int | float) and not isinstance(value, bool):
+        value = [value]
+    alike = isinstance(value, list) and all(isinstance(item, int | float) for item in value)
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not (alike if isinstance(wanted, list) else number if isinstance(wanted, int | float) else bool(value)):
+        example = question.default or "250"
+        raise ConfigError(f"{question.name} = {text!r}: must be like {example}, with a point, without a unit")
+    return value
+
+
+def answer(question: Question, text: str) -> str:
+    """An answer as it stands in the file; one value where a list is asked becomes a list."""
+    value = value_of(question, text)
+    return f"[{', '.join(map(str, value))}]" if isinstance(value, list) else text.strip()
+
+
+def fractions(counts: list[float], volume_ml: float, diameter_mm: float) -> list[float]:
+    """Fill ratios of numbers of balls; a value below 1 is a fill ratio already."""
+    one_ml = 3.141592653589793 / 6 * diameter_mm**3 * 1e-3
+    return [float(f"{count * one_ml / volume_ml:.4g}") if count >= 1 else count for count in counts]
+
+
+def head_of(name: str, title: str) -> str:
+    """The first lines of a mill's file."""
+    return f"name: {name}\ntitle: {title}\nsource: measured or from a drawing; say here by whom and when\n"
+
+
+def mill_of(name: str, title: str, template: str, answers: dict[str, str]) -> MillConfig:
+    """The mill that the answers describe. Raises ConfigError, a line for each fault."""
+    content = yaml.safe_load(head_of(name, title) + filled(template, answers))
+    return check_model(content, MillConfig, "answers")
+
+
+def completed(name: str, title: str, template: str, answers: dict[str, str]) -> str:
+    """The text of the mill's file: the volume follows from the shape if it was not given, fills from numbers of balls.
+
+    Raises ConfigError where the volume and the shape contradict each other.
+    """
+    given = dict(answers)
+    own = {**answers, "volume_ml": answers["volume_ml"] or "1", "fill_ratios": "[0.1, 0.2, 0.3]"}
+    mill = mill_of(name, title, template, own)
+    vessel = build_vessel(mill)
+    if given["volume_ml"]:
+        check_volume(mill, vessel)
+    else:
+        given["volume_ml"] = f"{vessel.volume_m3 * 1e6:.4g}"
+    counts = yaml.safe_load(given["fill_ratios"])
+    (diameter, *_) = yaml.safe_load(given["ball_diameters_mm"])
+    given["fill_ratios"] = str(fractions(counts, float(given["volume_ml"]), diameter))
+    mill_of(name, title, template, given)
+    first, _, rest = filled(template, given).partition("\n")
+    return f"{first}\n{head_of(name, title)}{rest}"
+
+
+def run_text(name: str, contact: str) -> str:
+    """The text of the run's file, which names what was assumed."""
+    assumed = (
+        "assumed: steel balls with the powder of a thesis (NaBO2.4H2O and MgH2); yours is not known"
+        if contact == ASSUMED
+        else load_contact(contact).source
+    )
+    return (
+        f"# A run of the mill {name}: `millprint fingerprint {name}.yaml`. config/keys.md has every key.\n"
+        f"name: {name}\n"
+        f"mill: {name} # {MILL_FOLDER}/{name}.yaml\n"
+        f"# {' '.join(assumed.split())}. Own values: docs/how_to/contact_set.md\n"
+        f"contacts: [{contact}]\n"
+        f"results: results/{name}\n"
+    )
+
+
+def ask(question: Question) -> str:
+    """An answer of the terminal; an empty line takes the default."""
+    shown = question.default or "from the dimensions"
+    while True:
+        text = input(f"{question.name}: {question.means}\n  [{shown}] ").strip() or question.default
+        try:
+            return answer(question, text) if text else ""
+        except ConfigError as error:
+            print(f"  {error}", file=sys.stderr)
+
+
+def settings_of(words: list[str], asked: list[Question]) -> dict[str, str]:
+    """The answers of --set, by name. Raises ConfigError for an unknown name."""
+    known, found = {question.name: question for question in asked}, {}
+    for word in words:
+        name, equals, text = word.partition("=")
+        if not equals or name not in known:
+            raise ConfigError(f"--set {word}: must be NAME=VALUE{close_to(name, known)}")
+        found[name] = answer(known[name], text)
+    return found
+
+
+def contact_asked(chosen: str | None, quiet: bool) -> str:
+    """The contact set of the balls: chosen, asked, or the default. Raises ConfigError for an unknown one."""
+    known = included_contacts()
+    while chosen is None and not quiet:
+        text = input(f"contact: how balls bounce and rub, one of {', '.join(known)}\n  [{ASSUMED}] ").strip() or ASSUMED
+        if text in known:
+            return text
+        print(f"  {text}: unknown contact set{close_to(text, known)}", file=sys.stderr)
+    chosen = chosen or ASSUMED
+    if chosen not in known:
+        raise ConfigError(f"--contact {chosen}: unknown contact set{close_to(chosen, known)}: {CONTACT_FOLDER}")
+    return chosen
+
+
+def parse(arguments: list[str], name: str) -> argparse.Namespace:
+    """Parse the command line."""
+    parser = parser_of(name, __doc__)
+    parser.add_argument("kind", nargs="?", help=f"one of {', '.join(kinds())}")
+    parser.add_argument("--name", help="name of the mill: small letters, digits, _ (default: mine)")
+    parser.add_argument("--title", help="its name in figures")
+    parser.add_argument("--set", nargs="+", default=[], metavar="NAME=VALUE", help="values; nothing is asked")
+    parser.add_argument("--contact", help=f"contact set of the balls (default: {ASSUMED}, which is an assumption)")
+    parser.add_argument("--yes", action="store_true", help="ask nothing: defaults for everything that is not set")
+    parser.add_argument("--list", action="store_true", help="show what can be set, and end")
+    parser.add_argument("--no-picture", action="store_true", help="do not draw the mill")
+    return parser.parse_args(arguments)
+
+
+def main(arguments: list[str], name: str = "new") -> int:
+    """Write the files of a mill, and draw it."""
+    options = parse(arguments, name)
+    quiet = bool(options.yes or options.set or options.list)
+    if options.kind is None:
+        if quiet:
+            raise ConfigError(f"millprint new: name the kind of mill: {', '.join(kinds())}")
+        options.kind = input(f"kind of mill: {', '.join(kinds())}\n  ").strip()
+    template = read_template(options.kind)
+    asked = questions(template)
+    if options.list:
+        print("\n".join(f"{each.name:<20} {each.default or '-':<20} {each.means}" for each in asked))
+        return 0
+    own = options.name or ("mine" if quiet else input("name: small letters, digits, _\n  [mine] ").strip() or "mine")
+    given = settings_of(options.set, asked)
+    answers = {each.name: given.get(each.name, each.default) if quiet else ask(each) for each in asked}
+    contact = contact_asked(options.contact, quiet)
+    mill_file, run_file = Path(MILL_FOLDER) / f"{own}.yaml", Path(f"{own}.yaml")
+    for path in (mill_file, run_file):
+        if path.exists():
+            raise ConfigError(f"{path}: is there already; give another --name, or remove it")
+    if own in included_mills():
+        raise ConfigError(f"--name {own}: is the name of an included mill; give yours another")
+    texts = {mill_file: completed(own, options.title or own, template, answers), run_file: run_text(own, contact)}
+    for path, text in texts.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with whole_file(path) as partial:
+            partial.write_text(text)
+    load_named(MILL_FOLDER, own, MillConfig, "mill")
+    print(f"made:  {mill_file} (the mill), {run_file} (the run)", file=sys.stderr)
+    if options.no_picture:
+        return 0
+    folder = f"results/{own}/mills/{own}"
+    pictures = [f"{folder}/geometry.png", f"{folder}/motion.png"]
+    status = run_workflow(["--cores", str(cores()), *pictures, "--configfile", str(run_file)])
+    if not status:
+        print(f"look:  {' and '.join(pictures)}: are these your jar and its motion?", file=sys.stderr)
+        print(f"next:  millprint fingerprint {run_file}", file=sys.stderr)
+    return status

@@ -1,0 +1,82 @@
+"""Says what a run would do, before anything runs: Snakemake's table of its jobs, and time, memory and disk.
+
+    millprint plan fingerprint --config mill=planetary
+    millprint plan fingerprint mine.yaml --cores 4
+
+Targets come first, then a configuration, then arguments of Snakemake, such as --configfile config/smoke.yaml; without a
+target, the whole run. Nothing is changed.
+"""
+
+import argparse
+import io
+import logging
+import os
+import sys
+from contextlib import redirect_stderr
+
+from snakemake.cli import main as snakemake_command
+from snakemake.logging import logger
+from snakemake_interface_logger_plugins.common import LogEvent
+
+from millprint.cli.arguments import parser_of
+from millprint.cli.engine import YAML, settings_of, snakefile_words
+from millprint.run.plan import Job, plan_text
+
+# Exit status of a command whose arguments are wrong.
+USAGE = 2
+
+
+class Plan(logging.Filter):
+    """Collects the jobs that Snakemake reports; lets through its table of them, once, and what went wrong."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.jobs: list[Job] = []
+        self.shown = False
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Whether a record is printed."""
+        event, first = getattr(record, "event", None), not self.shown
+        if event == LogEvent.JOB_INFO:
+            self.jobs.append(job_of(record))
+        self.shown |= event == LogEvent.RUN_INFO
+        return record.levelno >= logging.WARNING or (event == LogEvent.RUN_INFO and first)
+
+
+def job_of(record: logging.LogRecord) -> Job:
+    """A job, as Snakemake reports it to every logger."""
+    given = vars(record)
+    resources = {name: value for name, value in given["resources"].items() if isinstance(value, int | float)}
+    # A file with a flag is reported as `summary.json (update)`.
+    outputs = tuple(str(name).partition(" (")[0] for name in given["output"])
+    return Job(given["rule_name"], given["threads"], outputs, resources)
+
+
+def cores_of(words: list[str]) -> int:
+    """The number of cores among the arguments of Snakemake; that of the machine without one."""
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    parser.add_argument("--cores", "-c", "--jobs", "-j", dest="cores")
+    found = parser.parse_known_args(words)[0].cores or ""
+    return int(found) if found.isdigit() else os.cpu_count() or 1
+
+
+def main(arguments: list[str], name: str = "plan") -> int:
+    """Print the plan; returns the exit status, that of Snakemake where it refuses."""
+    if "--help" in arguments or "-h" in arguments:
+        parser_of(name, __doc__).parse_args(["--help"])
+    # Reading the Snakefile as a run does: a configuration among the targets is its settings.
+    words = [part for word in arguments for part in (settings_of(word) if word.endswith(YAML) else [word])]
+    plan, said = Plan(), io.StringIO()
+    logger.addFilter(plan)
+    try:
+        with redirect_stderr(said):
+            snakemake_command(["--dry-run", *snakefile_words(), *words])
+    except SystemExit as ended:
+        # The last line of Snakemake's usage message says which argument is wrong.
+        lines = said.getvalue().splitlines()
+        print("\n".join(lines[-1:] if ended.code == USAGE else lines), file=sys.stderr)
+        if ended.code:
+            return int(ended.code)
+    # The jobs of a target make no file.
+    print(plan_text([job for job in plan.jobs if job.outputs], cores_of(words)))
+    return 0

@@ -1,0 +1,48 @@
+"""Runs the workflow for a mill: the fingerprint, the page with sliders, or any target.
+
+    millprint fingerprint planetary
+    millprint fingerprint mine.yaml --cores 4
+    millprint explore mine.yaml
+    millprint run convergence mine.yaml
+    millprint run uncertainty mine.yaml --dry-run
+
+A mill is the name of an included one, its file in config/mills, or the configuration of a run, as `millprint new`
+writes it; without one, config/config.yaml of this folder. The command prints the Snakemake command that it runs.
+Further arguments are those of Snakemake, such as --dry-run, or --config with keys of the configuration.
+"""
+
+from millprint.cli.arguments import close_to, parser_of
+from millprint.cli.engine import cores, run_workflow, settings_of
+from millprint.config.errors import ConfigError
+from millprint.run.ending.success import endings
+
+TARGETS = {"fingerprint": "fingerprint", "explore": "explorer"}
+
+
+def check_target(target: str) -> None:
+    """Raise ConfigError, with the nearest known one, for a target that the workflow cannot have; files have a /."""
+    if "/" not in target and target not in endings():
+        raise ConfigError(f"millprint run {target}: unknown target{close_to(target, endings())}")
+
+
+def joined_settings(words: list[str], further: list[str]) -> list[str]:
+    """The settings of a mill and those given after the command: Snakemake takes one --config only."""
+    if "--config" in words and "--config" in further:
+        place = further.index("--config") + 1
+        return [*further[:place], *words[1:], *further[place:]]
+    return [*words, *further]
+
+
+def main(arguments: list[str], name: str) -> int:
+    """Run a target of the workflow."""
+    parser = parser_of(name, __doc__)
+    if name not in TARGETS:
+        parser.add_argument("target", help=f"what to make: {', '.join(endings())}, or a file in results/")
+    parser.add_argument("mill", nargs="?", help="name, file or configuration of a mill")
+    parser.add_argument("--cores", type=int, default=cores(), metavar="N", help="processors (default %(default)s)")
+    options, further = parser.parse_known_args(arguments)
+    target = TARGETS.get(name) or options.target
+    check_target(target)
+    settings = joined_settings(settings_of(options.mill) if options.mill else [], further)
+    # A list of settings would take the target as one of its own.
+    return run_workflow(["--cores", str(options.cores), target, *settings])

@@ -1,0 +1,49 @@
+"""Predicts yields of new conditions by a stored model.
+
+millprint yields results/yield/models/averaged_gpr_final.json conditions.tsv out.tsv
+"""
+
+import sys
+from pathlib import Path
+
+from millprint.cli.arguments import parser_of
+from millprint.config.errors import ConfigError
+from millprint.config.load import check_model, read_yaml
+from millprint.config.yields import YieldConfig
+from millprint.thesis.yields.new_conditions import write_predictions
+
+
+def read_settings(path: str) -> YieldConfig:
+    """The section `yields` of a configuration file."""
+    content = read_yaml(path)
+    if not isinstance(content, dict) or "yields" not in content:
+        raise ConfigError(f"{path}: section yields is missing")
+    return check_model(content["yields"], YieldConfig, f"{path}: yields")
+
+
+def main(arguments: list[str], name: str = "yields") -> None:
+    """Read the arguments and predict."""
+    parser = parser_of(name, __doc__)
+    parser.add_argument("model", help="a stored model, results/yield/models/*.json")
+    parser.add_argument("conditions", help="table with case and the six conditions")
+    parser.add_argument("out", help="table to write")
+    parser.add_argument("--config", default="config/config.yaml", help="configuration with the section yields")
+    parser.add_argument("--mill", help="curves that the descriptors are held to; default mill.json next to the model")
+    parser.add_argument("--level", type=float, help="level of the intervals [-]; default yields.interval_level")
+    parser.add_argument("--extrapolate", action="store_true", help="predict outside the domain of the model too")
+    given = parser.parse_args(arguments)
+    if given.level is not None and not 0 < given.level < 1:
+        parser.error(f"--level = {given.level:g}: must be between 0 and 1")
+    settings = read_settings(given.config)
+    level = given.level or settings.interval_level
+    own = (settings.prediction, settings.training, settings.evaluation.conformal_folds, level, given.extrapolate)
+    beside = Path(given.model).parent / "mill.json"
+    mill = given.mill or (str(beside) if beside.exists() else None)
+    refused = write_predictions(given.model, given.conditions, given.out, *own, mill)
+    if mill is None:
+        print(f"{beside}: no such file: the descriptors are not held to the curves of a mill", file=sys.stderr)
+    if refused:
+        print(
+            f"{refused} rows are outside the domain of the model and have no prediction; see column warning",
+            file=sys.stderr,
+        )
