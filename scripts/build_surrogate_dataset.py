@@ -11,10 +11,9 @@ import numpy as np
 from millprint.config.surrogate import SnapshotConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
+from millprint.thesis.surrogate.dataset import TrainingRun, featurise, wall_contact_distances, write_dataset
 from millprint.thesis.surrogate.measure_tables import wall_contact_table
-from millprint.thesis.surrogate.network.dataset import TrainingRun, featurise, wall_contact_distances, write_dataset
-from millprint.thesis.surrogate.scene import read_scene
-from millprint.thesis.surrogate.trajectory import read_trajectory
+from millprint.thesis.surrogate.scene import read_scene, read_trajectory
 
 logger = logging.getLogger("millprint")
 

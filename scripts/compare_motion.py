@@ -10,7 +10,7 @@ from millprint.config.surrogate import MovieConfig
 from millprint.figures.animation import save_animation
 from millprint.figures.style import save
 from millprint.run.job import job
-from millprint.thesis.figures.chapter6_motion import plot_motion
+from millprint.thesis.figures.chapter6_figures import plot_motion
 from millprint.thesis.surrogate.rollout import RollOut
 from millprint.view.side_by_side import movie_side_by_side
 

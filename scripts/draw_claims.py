@@ -11,7 +11,7 @@ from millprint.fingerprint.readers import read_summaries
 from millprint.run.files import read_json, write_table
 from millprint.run.job import job
 from millprint.thesis.claims.claim_intervals import Repeated, over_draws, repeated_trainings, tabulate_intervals
-from millprint.thesis.curves.redraw import draw_tables
+from millprint.thesis.curves.collapse import draw_tables
 
 
 def main(

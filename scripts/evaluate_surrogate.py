@@ -12,15 +12,19 @@ from millprint.config.surrogate import EdgeConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.run.tables import read_printed
-from millprint.thesis.surrogate.checkpoint import choose_device
+from millprint.thesis.surrogate.graph_surrogate import single_steps
 from millprint.thesis.surrogate.measure_tables import join_tables, printed_measures, tabulate
-from millprint.thesis.surrogate.network.graph_surrogate import single_steps
-from millprint.thesis.surrogate.network.sdf_network import read_weights
+from millprint.thesis.surrogate.network import choose_device, read_weights
 from millprint.thesis.surrogate.rollout import RollOut
-from millprint.thesis.surrogate.rollout_curves import dissipation_table, distribution_table, error_table
-from millprint.thesis.surrogate.rollout_evaluation import evaluate, evaluate_at_rest, of_test
-from millprint.thesis.surrogate.scene import read_scene
-from millprint.thesis.surrogate.trajectory import read_trajectory
+from millprint.thesis.surrogate.rollout_evaluation import (
+    dissipation_table,
+    distribution_table,
+    error_table,
+    evaluate,
+    evaluate_at_rest,
+    of_test,
+)
+from millprint.thesis.surrogate.scene import read_scene, read_trajectory
 
 # Single steps that are averaged.
 GRAPHS = 2000

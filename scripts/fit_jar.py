@@ -12,9 +12,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig
 from millprint.run.files import whole_file, write_table
 from millprint.run.job import job
-from millprint.thesis.fit.jar_search import Search
-from millprint.thesis.fit.shape import parameters_of, shaped
-from millprint.thesis.fit.trial import trial_of
+from millprint.thesis.fit.jar_search import Search, parameters_of, shaped, trial_of
 
 
 def main(

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import pandas as pd
 
 from millprint.config.mixture import ONE_SIZE
-from millprint.fingerprint.band_coverage import tabulate_coverage
+from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.descriptors import CHARGE, as_built, read_descriptors
 from millprint.fingerprint.exponents import fit_exponents
 from millprint.fingerprint.master_curves import (

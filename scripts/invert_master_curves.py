@@ -13,7 +13,7 @@ from millprint.fingerprint.inverse import invert_speed
 from millprint.fingerprint.model import KNOWN, Fingerprint
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.curves.published import published_point, read_published
+from millprint.thesis.curves.regimes import published_point, read_published
 
 
 def solve_speeds(own: Fingerprint, points: dict[str, dict[str, float]], inverse: InverseConfig) -> pd.DataFrame:

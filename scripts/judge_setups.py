@@ -14,19 +14,18 @@ from millprint.config.setups.base import SetupConfig
 from millprint.config.setups.tumbling_setups import TumblingConfig
 from millprint.config.sweep import DemConfig
 from millprint.config.validation import ValidationConfig
-from millprint.figures.charge_figures import plot_charge
+from millprint.figures.charge import plot_charge
 from millprint.figures.style import save
 from millprint.figures.validation_figures import plot_setup
 from millprint.mill.bodies import build_bodies
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
-from millprint.thesis.report.chapter_pages import write_chapter
-from millprint.validation.coverage import tabulate_coverage
+from millprint.thesis.report.table_pages import write_chapter
 from millprint.validation.fixed import fixed_table, read_fixed, settings_digest, status_of
 from millprint.validation.measured import measured_points, read_measurements
 from millprint.validation.setups import SETUPS, assumption_table, setup_named
-from millprint.validation.tumbling_intervals import intervals
-from millprint.validation.verdicts import count_verdicts, give_verdicts
+from millprint.validation.tumbling import intervals
+from millprint.validation.verdicts import count_verdicts, give_verdicts, tabulate_coverage
 
 
 def read_setup(name: str, given: dict) -> tuple[SetupConfig, MillConfig | None, dict[str, ContactConfig]]:

@@ -9,9 +9,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.fit.shape import parameters_of
-from millprint.thesis.fit.table import sensitivity_rows
-from millprint.thesis.fit.trial import trial_of
+from millprint.thesis.fit.jar_search import parameters_of, sensitivity_rows, trial_of
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "sensitivity of the fit"):

@@ -7,10 +7,10 @@ from millprint.config.fit import TrialConfig
 from millprint.config.mill import MillConfig
 from millprint.run.files import read_table, write_json
 from millprint.run.job import job
-from millprint.thesis.curves.published import read_published
+from millprint.thesis.curves.regimes import read_published
+from millprint.thesis.fit.jar_search import JAR_PARAMETERS, parameters_of
 from millprint.thesis.fit.open_shape import shape_factors
-from millprint.thesis.fit.published_targets import published_values
-from millprint.thesis.fit.shape import JAR_PARAMETERS, parameters_of
+from millprint.thesis.fit.published import published_values
 
 
 def main(search: str, published: list[str], output: str, mill: MillConfig, settings: TrialConfig, about: dict) -> None:

@@ -7,7 +7,7 @@ from millprint.figures.style import save
 from millprint.run.files import read_table
 from millprint.run.job import job
 from millprint.thesis.figures.chapter6_figures import plot_ablations
-from millprint.thesis.surrogate.ablations import scatter_in_words
+from millprint.thesis.surrogate.measure_tables import scatter_in_words
 
 
 def main(table: str, svg: str, png: str) -> None:

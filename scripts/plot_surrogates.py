@@ -19,12 +19,17 @@ from millprint.thesis.figures.chapter6_figures import (
     plot_recursion,
     plot_wall_contacts,
 )
-from millprint.thesis.surrogate.ablations import DISSIPATION
-from millprint.thesis.surrogate.baselines import baseline_rows, baseline_table, with_motion
-from millprint.thesis.surrogate.measure_tables import covered_share, join_tables
-from millprint.thesis.surrogate.scene import read_scene
-from millprint.thesis.surrogate.spread import tabulate_trainings, with_spread
-from millprint.thesis.surrogate.trajectory import read_attributes
+from millprint.thesis.surrogate.measure_tables import (
+    DISSIPATION,
+    baseline_rows,
+    baseline_table,
+    covered_share,
+    join_tables,
+    tabulate_trainings,
+    with_motion,
+    with_spread,
+)
+from millprint.thesis.surrogate.scene import read_attributes, read_scene
 
 
 def collect(

@@ -6,15 +6,19 @@ input: the tables of the yield models, and `claims`. output: `statements`, and e
 from millprint.figures.style import save
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
-from millprint.thesis.figures.chapter5_figures import plot_attributions, plot_intervals, plot_test_predictions
-from millprint.thesis.figures.chapter5_scores import plot_permutations, plot_pit, plot_scores
-from millprint.thesis.figures.chapter5_sources import plot_sources
-from millprint.thesis.figures.chapter5_trust import (
+from millprint.thesis.figures.chapter5_figures import (
+    plot_attributions,
     plot_coverage,
     plot_evaluation,
+    plot_intervals,
+    plot_permutations,
+    plot_pit,
     plot_proposals,
     plot_regimes,
     plot_retrospective,
+    plot_scores,
+    plot_sources,
+    plot_test_predictions,
 )
 from millprint.thesis.yields.statements import state
 

@@ -8,9 +8,9 @@ import logging
 
 from millprint.config.surrogate import EdgeConfig, RollOutConfig
 from millprint.run.job import job
-from millprint.thesis.surrogate.checkpoint import choose_device
-from millprint.thesis.surrogate.network.compiled import open_graph_surrogate
-from millprint.thesis.surrogate.protocol import Setting
+from millprint.thesis.surrogate.compiled import open_graph_surrogate
+from millprint.thesis.surrogate.network import choose_device
+from millprint.thesis.surrogate.rollout import Setting
 
 logger = logging.getLogger("millprint")
 

@@ -8,8 +8,7 @@ import logging
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.run.tables import read_printed
-from millprint.thesis.surrogate.ablations import ablation_table, scatter_in_words
-from millprint.thesis.surrogate.measure_tables import join_tables
+from millprint.thesis.surrogate.measure_tables import ablation_table, join_tables, scatter_in_words
 
 logger = logging.getLogger("millprint")
 

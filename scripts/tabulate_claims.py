@@ -9,8 +9,13 @@ from pathlib import Path
 from millprint.figures.style import save
 from millprint.run.files import read_table, whole_file, write_table
 from millprint.run.job import job
-from millprint.thesis.claims.conclusions import judge_conclusions, read_conclusions
-from millprint.thesis.claims.elsewhere import compare_verdicts, in_a_line, read_stored
+from millprint.thesis.claims.conclusions import (
+    compare_verdicts,
+    in_a_line,
+    judge_conclusions,
+    read_conclusions,
+    read_stored,
+)
 from millprint.thesis.claims.errata import collect_errata
 from millprint.thesis.claims.tabulate import collect_findings, count_verdicts, tabulate_claims
 from millprint.thesis.report.claims_page import claims_page, front_text, plot_verdicts, summary_page, what_falls

@@ -8,7 +8,7 @@ from millprint.fingerprint.descriptors import CHARGE, tabulate_counting_rules, t
 from millprint.fingerprint.readers import read_summaries
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.curves.published import published_cycles, read_published
+from millprint.thesis.curves.regimes import published_cycles, read_published
 
 
 def main(

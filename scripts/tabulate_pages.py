@@ -13,9 +13,8 @@ from millprint.provenance.inside import CRATE
 from millprint.run.files import whole_file, write_table
 from millprint.run.job import job
 from millprint.run.machine import provenance
-from millprint.thesis.report.chapter_pages import write_chapter
-from millprint.thesis.report.runtimes import sum_stages, tabulate_runtimes
-from millprint.thesis.report.table_pages import Section, tables_page
+from millprint.thesis.report.claims_page import sum_stages, tabulate_runtimes
+from millprint.thesis.report.table_pages import Section, tables_page, write_chapter
 
 
 def write_runtimes(name: str, benchmarks: str, logs: str, output) -> None:

@@ -8,9 +8,9 @@ import pandas as pd
 from millprint.config.surrogate import EdgeConfig, TimingConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.surrogate.checkpoint import choose_device
-from millprint.thesis.surrogate.network.compiled import open_graph_surrogate
-from millprint.thesis.surrogate.protocol import Setting
+from millprint.thesis.surrogate.compiled import open_graph_surrogate
+from millprint.thesis.surrogate.network import choose_device
+from millprint.thesis.surrogate.rollout import Setting
 from millprint.thesis.surrogate.scene import read_scene
 from millprint.thesis.surrogate.timing import scaled_thresholds, simulation_seconds, time_rollouts
 

@@ -8,8 +8,8 @@ from pathlib import Path
 from millprint.config.surrogate import Recipe
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.surrogate.checkpoint import choose_device, write_tensors
-from millprint.thesis.surrogate.network.network_training import train
+from millprint.thesis.surrogate.network import choose_device, write_tensors
+from millprint.thesis.surrogate.training import train
 
 
 def main(dataset: str, weights: str, history: str, recipe: Recipe, threads: int) -> None:

@@ -88,7 +88,7 @@ def remembered_yaml(path: str | Path) -> object:
 
 # What each of them replaces, by its place in the library.
 SLOW_PARTS = {
-    "millprint.thesis.calibration.calibration_checks.make_swing": remembered_swing,
+    "millprint.thesis.chapter_checks.make_swing": remembered_swing,
     "millprint.config.load.read_yaml": remembered_yaml,
     "millprint.dem.case_checks.inserts_in_vessel": remembered_inserts,
     "millprint.checks.before_running.checked_bodies": remembered_bodies,

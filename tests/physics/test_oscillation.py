@@ -7,8 +7,7 @@ import pytest
 from millprint.config.calibration import ExperimentConfig, SwingConfig
 from millprint.config.errors import ConfigError
 from millprint.config.geometry import CylinderGeometry
-from millprint.thesis.calibration.experiment import fit_experiment
-from millprint.thesis.calibration.friction_fit import fit_friction
+from millprint.thesis.calibration.friction_fit import fit_experiment, fit_friction
 from millprint.thesis.calibration.oscillation import describe_swings, make_swing, simulate_track
 
 RAYLEIGH_FRACTION_MAX = 0.2

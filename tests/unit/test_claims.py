@@ -12,7 +12,6 @@ from millprint.config.errors import ConfigError
 from millprint.fingerprint.descriptors import NOTHING
 from millprint.run.digest import PACKAGE, _imports
 from millprint.run.files import read_table, write_json, write_table
-from millprint.thesis.claims.compare import verdict
 from millprint.thesis.claims.conclusions import (
     FALLS,
     PARTLY,
@@ -22,9 +21,22 @@ from millprint.thesis.claims.conclusions import (
     judge_conclusions,
     read_conclusions,
 )
-from millprint.thesis.claims.evidence import CLAIMS, Contradiction, Evidence, Finding, NotRun, claim
-from millprint.thesis.claims.natures import BASES, NATURES
-from millprint.thesis.claims.sources import ORIGINS, source_in
+from millprint.thesis.claims.evidence import (
+    BASES,
+    CLAIMS,
+    NATURES,
+    ORIGINS,
+    Contradiction,
+    Evidence,
+    Finding,
+    NotRun,
+    agrees,
+    allowed_width,
+    claim,
+    deviation,
+    source_in,
+    verdict,
+)
 from millprint.thesis.claims.tabulate import (
     CLAIM_COLUMNS,
     collect_findings,
@@ -33,8 +45,7 @@ from millprint.thesis.claims.tabulate import (
     read_claims,
     tabulate_claims,
 )
-from millprint.thesis.claims.tolerances import agrees, allowed_width, deviation
-from millprint.thesis.curves.published import read_published
+from millprint.thesis.curves.regimes import read_published
 from tests.conftest import PRINTED, ROOT
 
 CLAIMS_TSV = ROOT / "config/data/claims.tsv"

@@ -6,8 +6,8 @@ import pytest
 
 from millprint.fingerprint.bands import ContactFactors
 from millprint.run.files import write_table
-from millprint.thesis.claims import contact_intervals
-from millprint.thesis.claims.contact_intervals import Place, place_of, tabulate_contact_intervals
+from millprint.thesis.claims import intervals as contact_intervals
+from millprint.thesis.claims.claim_intervals import Place, place_of, tabulate_contact_intervals
 from millprint.thesis.claims.evidence import CLAIMS, Finding
 from tests.conftest import ROOT
 from tests.unit.factor_samples import factors_of

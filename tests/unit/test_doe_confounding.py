@@ -7,11 +7,16 @@ from scipy.stats import chi2
 from scipy.stats import f as f_distribution
 
 from millprint.config.doe import DoeConfig
-from millprint.thesis.doe.contested import contested_table, residual_parts_table, rival_models_table
 from millprint.thesis.doe.factorial_designs import design_table
-from millprint.thesis.doe.least_squares import fit_factors, sums_of_squares
 from millprint.thesis.doe.residuals import lack_of_fit_table, pure_error, residual_checks
-from millprint.thesis.doe.trends import trend_table
+from millprint.thesis.doe.variance import (
+    contested_table,
+    fit_factors,
+    residual_parts_table,
+    rival_models_table,
+    sums_of_squares,
+    trend_table,
+)
 from tests.unit.doe_settings import settings, thesis_config, thesis_runs  # noqa: F401 (fixtures)
 
 

@@ -8,10 +8,19 @@ import pytest
 
 from millprint.config.doe import DoeConfig
 from millprint.config.errors import ConfigError
-from millprint.thesis.doe.aliases import alias_table, confounding_table, interaction_partners
-from millprint.thesis.doe.audit import audit_table
-from millprint.thesis.doe.factorial_designs import describe, design_table, full_factorial_runs, level_codes, treatments
-from millprint.thesis.doe.fraction import Fraction, length
+from millprint.thesis.doe.factorial_designs import (
+    Fraction,
+    alias_table,
+    audit_table,
+    confounding_table,
+    describe,
+    design_table,
+    full_factorial_runs,
+    interaction_partners,
+    length,
+    level_codes,
+    treatments,
+)
 from millprint.thesis.doe.runs import read_runs
 from tests.unit.doe_settings import SCREENING, settings, thesis_settings
 

@@ -3,28 +3,31 @@
 import json
 from itertools import combinations
 
-import analyse_design
-import make_design
 import numpy as np
 import pandas as pd
 import pytest
 import yaml
 
+from millprint.cli.commands import main as millprint
 from millprint.config.design import DesignConfig
 from millprint.config.doe import AnalysisConfig
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.run.files import read_table
-from millprint.thesis.doe.aliases import (
+from millprint.thesis.doe.factorial_designs import (
+    Fraction,
     alias_table,
+    audit_table,
+    best_generators,
     contrasts,
+    describe,
+    design_table,
+    level_codes,
     level_contrasts,
     shared_degrees_of_freedom,
     term_columns,
+    treatments,
 )
-from millprint.thesis.doe.audit import audit_table
-from millprint.thesis.doe.factorial_designs import best_generators, describe, design_table, level_codes, treatments
-from millprint.thesis.doe.fraction import Fraction
 from millprint.thesis.doe.runs import read_runs
 from tests.conftest import ROOT
 from tests.unit.doe_settings import settings
@@ -221,7 +224,7 @@ def written(tmp_path, config: DesignConfig):
 
 def test_the_command_writes_the_design_of_a_file(tmp_path, capsys):
     config = design("ABCDEFG", [-1, 1])
-    make_design.main([str(written(tmp_path, config)), str(tmp_path / "out"), "--generate", "E", "F", "G"])
+    millprint(["design", str(written(tmp_path, config)), str(tmp_path / "out"), "--generate", "E", "F", "G"])
     assert "16 runs of 128" in capsys.readouterr().out
     table = read_table(tmp_path / "out/design.tsv", numeric=list("abcdefg"), text=["treatment"])
     assert (len(table), table["treatment"].nunique()) == (16, 16)
@@ -230,7 +233,7 @@ def test_the_command_writes_the_design_of_a_file(tmp_path, capsys):
 
 
 def test_the_command_makes_the_thesis_s_design_from_its_configuration(tmp_path):
-    make_design.main([str(ROOT / "config/config.yaml"), str(tmp_path)])
+    millprint(["design", str(ROOT / "config/config.yaml"), str(tmp_path)])
     pd.testing.assert_frame_equal(
         read_table(tmp_path / "design.tsv", text=["treatment"]), design_table(settings()), check_dtype=False
     )
@@ -239,9 +242,7 @@ def test_the_command_makes_the_thesis_s_design_from_its_configuration(tmp_path):
 def test_the_command_refuses_a_bad_design_in_one_line(tmp_path, capsys):
     path = tmp_path / "design.yaml"
     path.write_text("factors: []\norder_seed: 1\n")
-    with pytest.raises(SystemExit) as stop:
-        make_design.main([str(path), str(tmp_path / "out")])
-    assert stop.value.code == 1
+    assert millprint(["design", str(path), str(tmp_path / "out")]) == 1
     line = capsys.readouterr().err.strip()
     assert line.startswith(f"error: {path}: factors")
     assert "\n" not in line
@@ -268,10 +269,10 @@ def screened(tmp_path, **changes) -> tuple:
 
 def test_a_design_with_names_is_analysed_by_one_command(tmp_path, capsys):
     out = tmp_path / "out"
-    analyse_design.main(list(screened(tmp_path)))
+    millprint(["analyse", *screened(tmp_path)])
     assert "departs" not in capsys.readouterr().out
     # The same file makes the design.
-    make_design.main([str(tmp_path / "design.yaml"), str(tmp_path / "again")])
+    millprint(["design", str(tmp_path / "design.yaml"), str(tmp_path / "again")])
     assert (tmp_path / "again/design.tsv").read_bytes() == (out / "design.tsv").read_bytes()
     anova = read_table(out / "anova_printed.tsv", text=["term"]).set_index("term")
     assert anova["F"].idxmax() == "A"
@@ -299,8 +300,7 @@ def test_the_analysis_refuses_in_one_line(tmp_path, capsys, changes, row, words)
     if row is not None:
         runs = tmp_path / "runs.tsv"
         runs.write_text(runs.read_text().replace(*row, 1))
-    with pytest.raises(SystemExit):
-        analyse_design.main(list(paths))
+    assert millprint(["analyse", *paths]) == 1
     line = capsys.readouterr().err.strip()
     assert words in line
     assert line.startswith("error: ")

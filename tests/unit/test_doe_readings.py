@@ -1,11 +1,11 @@
 """Wet-lab calculations for your own readings, by the library and by the command."""
 
-import calculate_wet_lab
 import numpy as np
 import pandas as pd
 import pytest
 import yaml
 
+from millprint.cli.commands import main as millprint
 from millprint.config.doe import ChemistryConfig, WetLabConfig
 from millprint.config.errors import ConfigError
 from millprint.run.files import read_table
@@ -204,7 +204,7 @@ def test_a_missing_column_is_refused(tmp_path, column):
 def test_the_command_calculates_each_table(tmp_path, calculation, reading, column, value):
     out = tmp_path / "out.tsv"
     path = write(tmp_path / "in.tsv", reading)
-    calculate_wet_lab.main([calculation, path, str(out), "--config", str(ROOT / "config/config.yaml")])
+    millprint(["wet-lab", calculation, path, str(out), "--config", str(ROOT / "config/config.yaml")])
     assert read_table(out, numeric=[column])[column][0] == pytest.approx(value, rel=1e-3)
 
 
@@ -212,7 +212,7 @@ def test_the_command_takes_a_file_of_its_own_and_dry_gas(tmp_path):
     own = {"doe": {"chemistry": CHEMISTRY.model_dump(), "gas": GAS.model_dump()}}
     (tmp_path / "lab.yaml").write_text(yaml.safe_dump(own))
     path, out = write(tmp_path / "in.tsv", READING), tmp_path / "out.tsv"
-    calculate_wet_lab.main(["yield", path, str(out), "--config", str(tmp_path / "lab.yaml"), "--dry-gas"])
+    millprint(["wet-lab", "yield", path, str(out), "--config", str(tmp_path / "lab.yaml"), "--dry-gas"])
     assert read_table(out, numeric=["yield_percent"])["yield_percent"][0] == pytest.approx(73.29, abs=0.01)
     assert set(WetLabConfig.model_fields) == {"chemistry", "gas"}
 
@@ -237,9 +237,8 @@ def test_the_command_refuses_in_one_line_and_writes_nothing(tmp_path, capsys, co
         file = tmp_path / "lab.yaml"
         file.write_text(config)
     out = tmp_path / "out.tsv"
-    with pytest.raises(SystemExit) as stop:
-        calculate_wet_lab.main(["yield", write(tmp_path / "in.tsv", reading), str(out), "--config", str(file)])
-    assert stop.value.code == 1
+    path = write(tmp_path / "in.tsv", reading)
+    assert millprint(["wet-lab", "yield", path, str(out), "--config", str(file)]) == 1
     line = capsys.readouterr().err.strip()
     assert line.startswith("error: ")
     assert words in line

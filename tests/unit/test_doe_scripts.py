@@ -11,9 +11,10 @@ import analyse_variance
 import tabulate_experiments
 from millprint.config.doe import DoeConfig
 from millprint.run.files import read_table, write_table
-from millprint.thesis.claims.compare import verdict
+from millprint.thesis.claims.evidence import verdict
 from millprint.thesis.claims.tabulate import collect_findings
 from millprint.thesis.doe.factorial_designs import design_table
+from millprint.thesis.doe.written import analysis_paths, design_paths, write_analysis, write_design
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING, settings
 
@@ -24,9 +25,9 @@ WEAR = ROOT / "config/data/wear.tsv"
 def run_chapter(results: Path, screening: Path, config: DoeConfig) -> list[str]:
     """Everything that the claims of chapter 2 read, under results/doe; returns the audit's departures."""
     doe = results / "doe"
-    departures = tabulate_experiments.make_design(str(screening), tabulate_experiments.design_paths(doe), config)
-    analysis = analyse_variance.paths_in(doe)
-    analyse_variance.main(str(screening), analysis, config)
+    departures = write_design(str(screening), design_paths(doe), config)
+    analysis = analysis_paths(doe)
+    write_analysis(str(screening), analysis, config)
     outputs = {
         f"{name}_{kind}": str(doe / f"{name}.{kind}") for name in ("pareto", "residuals") for kind in ("svg", "png")
     }

@@ -7,18 +7,19 @@ from scipy.stats import f as f_distribution
 from scipy.stats import ncf
 
 from millprint.config.errors import ConfigError
-from millprint.thesis.doe.aliases import contrasts
-from millprint.thesis.doe.factorial_designs import as_designed, design_table
-from millprint.thesis.doe.least_squares import fit_factors, sums_of_squares
+from millprint.thesis.doe.factorial_designs import as_designed, contrasts, design_table
 from millprint.thesis.doe.residuals import residual_checks, residual_table
-from millprint.thesis.doe.trends import interaction_table, trend_table
 from millprint.thesis.doe.variance import (
     corrected_table,
     detectable_table,
     effect_sizes,
+    fit_factors,
+    interaction_table,
     noncentrality,
     pareto_table,
     printed_table,
+    sums_of_squares,
+    trend_table,
     truncated,
 )
 from tests.unit.doe_settings import settings, thesis_config, thesis_runs  # noqa: F401 (fixtures)

@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-import compute_dose
 import numpy as np
 import pandas as pd
 import pytest
 
+from millprint.cli.commands import main as millprint
 from millprint.config.errors import ConfigError
 from millprint.dose.energy_doses import (
     AXES,
@@ -200,8 +200,8 @@ def test_one_command_prints_doses_kinetics_and_a_verdict(known, tmp_path, capsys
         case=list("abcdef"), mill=mill, time_h=[1, 2, 4, 6, 8, 10], yield_percent=[9, 18, 33, 45, 55, 63]
     )
     runs.to_csv(tmp_path / "runs.tsv", sep="\t", index=False)
-    compute_dose.main(
-        [str(tmp_path / "runs.tsv"), str(tmp_path / "fingerprint.json"), "--out", str(tmp_path / "d.tsv")]
+    millprint(
+        ["dose", str(tmp_path / "runs.tsv"), str(tmp_path / "fingerprint.json"), "--out", str(tmp_path / "d.tsv")]
     )
     said = capsys.readouterr().out
     assert "first order" in said and "The smallest AICc" in said

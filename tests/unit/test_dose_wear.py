@@ -8,9 +8,9 @@ import h5py
 import numpy as np
 import pandas as pd
 import pytest
-from scripts import predict_wear
 
 import predict_mill_wear
+from millprint.cli.commands import main as millprint
 from millprint.config.dose import ChargeConfig, WearConfig
 from millprint.config.errors import ConfigError
 from millprint.dose import sliding, wear
@@ -207,17 +207,15 @@ def test_the_command_predicts_a_run_and_names_what_is_wrong(tmp_path, materials,
     coefficient = tmp_path / "wear_coefficient.json"
     common = [str(tmp_path / "run"), "--bpr", "30", "--hours", "10", "--materials", str(MATERIALS)]
     common += ["--coefficient", str(coefficient)]
-    with pytest.raises(SystemExit):
-        predict_wear.main(common)
+    assert millprint(["wear", *common]) == 1
     assert "no such file; `snakemake --cores 2 dose` fits" in capsys.readouterr().err
     _, result = wear.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
     write_json(result, coefficient)
-    predict_wear.main([*common, "--material", STEEL, "--out", str(tmp_path / "out.tsv")])
+    millprint(["wear", *common, "--material", STEEL, "--out", str(tmp_path / "out.tsv")])
     assert "stainless_steel" in capsys.readouterr().out
     row = pd.read_csv(tmp_path / "out.tsv", sep="\t").iloc[0]
     assert row["wear_g"] == pytest.approx(1e3 * 7700 * TRUE * 6.0 * 36000 / (550 * 9.80665e6), rel=1e-6)
-    with pytest.raises(SystemExit):
-        predict_wear.main([*common, "--material", "chocolate"])
+    assert millprint(["wear", *common, "--material", "chocolate"]) == 1
     assert "--material chocolate: not in" in capsys.readouterr().err
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
-from scripts.write_conda_file import TORCH_INDEX, conda_text
+from tools.write_conda_file import TORCH_INDEX, conda_text
 
 from millprint.run.extras import EXTRAS
 

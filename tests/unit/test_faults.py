@@ -1,6 +1,5 @@
 """Killed jobs, damaged files and full disks: sealed checkpoints, whole files, records of results."""
 
-import importlib
 import json
 import os
 import subprocess
@@ -11,6 +10,7 @@ import numpy as np
 import psutil
 import pytest
 
+from millprint.cli.commands import main as millprint
 from millprint.config.errors import ConfigError, MillprintError
 from millprint.run import files
 from millprint.run.checksummed import BLOCK, checksum_header, read_checksummed
@@ -132,15 +132,12 @@ def test_a_file_that_is_as_dated_is_not_read(recorded, monkeypatch):
         report_damaged(logs)
 
 
-def test_the_check_lists_damage_in_its_status(recorded, monkeypatch, capsys):
+def test_the_check_lists_damage_in_its_status(recorded, capsys):
     logs, (one, _) = recorded
-    monkeypatch.syspath_prepend(ROOT / "src")
-    verify_results = importlib.import_module("verify_results")
-    assert verify_results.main([str(logs.parent)]) == 0
+    assert millprint(["verify", str(logs.parent)]) == 0
     assert "as its job wrote it" in capsys.readouterr().out
     one.write_text("other")
-    assert verify_results.main([str(logs.parent)]) == 1
-    assert verify_results.main(["--repair"]) == 2
+    assert millprint(["verify", str(logs.parent)]) == 1
 
 
 def test_each_fault_of_a_job_is_a_line(tmp_path, capsys):

@@ -1,10 +1,10 @@
 """A fingerprint of a charge of several ball sizes: apart from balls of one size in tables, intervals and sheets."""
 
-import match_conditions
 import numpy as np
 import pytest
 
 from match_mills import request_of
+from millprint.cli.commands import main as millprint
 from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import DESCRIPTOR_SETS, TARGET_DESCRIPTORS, LikeConfig, MatchConfig, TargetConfig
@@ -15,9 +15,9 @@ from millprint.config.mixture import BallMixture, mixture_of
 from millprint.config.sweep import ball_count
 from millprint.dose.spectra_shown import of_sheet, sheet_rows, with_rows
 from millprint.figures import mill_sheet_figure as figures
-from millprint.fingerprint.band_coverage import tabulate_coverage
 from millprint.fingerprint.cases import WAYS, enlarged, large_case
 from millprint.fingerprint.condition_search import match_targets, target_descriptors
+from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.descriptors import read_descriptors, tabulate_counting_rules, tabulate_descriptors
 from millprint.fingerprint.exponents import fit_exponents
 from millprint.fingerprint.mill_collapse import UNKNOWN, tabulate_mill_collapse
@@ -252,11 +252,10 @@ def test_the_command_line_takes_charges_by_name(unlike, tmp_path, capsys):
     file = str(tmp_path / "fingerprint.json")
     unlike.write(file)
     options = ["--speeds", "600", "1200", "--balls", "10", "twice"]
-    match_conditions.main([file, "--like", file, "800", "twice", "0.12", *options])
+    millprint(["match", file, "--like", file, "800", "twice", "0.12", *options])
     head, best = capsys.readouterr().out.splitlines()[1:3]
     assert "charge" in head and best.split()[:4] == ["1", "emax", "calibrated", "twice"]
-    with pytest.raises(SystemExit):
-        match_conditions.main([file, "--like", file, "800", "four", "0.12", *options])
+    assert millprint(["match", file, "--like", file, "800", "four", "0.12", *options]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert line == "error: charge = four: the fingerprint of emax has three, twice"
 

@@ -9,9 +9,9 @@ import pandas as pd
 import pytest
 
 from millprint.config.errors import ConfigError
-from millprint.fingerprint.band_coverage import tabulate_coverage
 from millprint.fingerprint.bands import Band
 from millprint.fingerprint.condition import Condition
+from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.master_curves import CURVES
 from millprint.fingerprint.model import Fingerprint

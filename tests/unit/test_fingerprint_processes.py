@@ -5,7 +5,7 @@ import pytest
 from sklearn.gaussian_process import GaussianProcessRegressor
 
 from millprint.fingerprint import processes
-from millprint.fingerprint.band_coverage import LEFT_OUT, grouped
+from millprint.fingerprint.coverage import LEFT_OUT, grouped
 from millprint.fingerprint.many import Reduced, pivoted
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.processes import Process, logarithms, varied_components

@@ -13,14 +13,25 @@ from millprint.config.mill import MillConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.fingerprint.cycles import tabulate_cycles
 from millprint.fingerprint.descriptors import tabulate_descriptors
-from millprint.thesis.curves.published import read_published
+from millprint.thesis.chapter_checks import fit_faults
+from millprint.thesis.curves.regimes import read_published
 from millprint.thesis.fit import fitted_mill
-from millprint.thesis.fit.fit_checks import fit_faults
-from millprint.thesis.fit.jar_search import Search, candidates, neighbours
-from millprint.thesis.fit.published_targets import computed_values, misfit, published_values, with_roles
-from millprint.thesis.fit.shape import JAR_PARAMETERS, on_grid, parameters_of, shaped, volume_ml
-from millprint.thesis.fit.table import FIT_COLUMNS, fit_table, parameter_rows, sensitivity_rows
-from millprint.thesis.fit.trial import trial_cases
+from millprint.thesis.fit.jar_search import (
+    FIT_COLUMNS,
+    JAR_PARAMETERS,
+    Search,
+    candidates,
+    fit_table,
+    neighbours,
+    on_grid,
+    parameter_rows,
+    parameters_of,
+    sensitivity_rows,
+    shaped,
+    trial_cases,
+    volume_ml,
+)
+from millprint.thesis.fit.published import computed_values, misfit, published_values, with_roles
 from tests.conftest import PRINTED
 from tests.unit.synthetic_mill import summary, true_curves
 

@@ -16,7 +16,7 @@ from millprint.figures.drawn import DRAWN_COLUMNS, drawn
 from millprint.figures.style import save
 from millprint.provenance.lineage import Job
 from millprint.run.files import read_table
-from millprint.thesis.report.figures import REGISTRY, data_of
+from millprint.thesis.report.catalogue import REGISTRY, data_of
 from millprint.thesis.report.gallery import Listed, first_sentence, gallery_page, render_caption, show, thumbnail
 from tests.conftest import ROOT
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from scripts.store_verdicts import main
+from tools.store_verdicts import main
 
 from millprint.config.errors import ConfigError
 from millprint.fingerprint.seeds import block_length
@@ -19,9 +19,7 @@ from millprint.thesis.claims.claim_intervals import (
     tabulate_intervals,
     without_sizes,
 )
-from millprint.thesis.claims.claim_verdicts import DEVIATES, ERRATUM, REPRODUCED, TOO_FEW, TOO_WIDE, UNDECIDED
-from millprint.thesis.claims.compare import interval_verdict, verdict
-from millprint.thesis.claims.elsewhere import (
+from millprint.thesis.claims.conclusions import (
     EXPECTED,
     OF_MACHINE,
     UNEXPECTED,
@@ -30,10 +28,23 @@ from millprint.thesis.claims.elsewhere import (
     read_stored,
     with_run,
 )
-from millprint.thesis.claims.evidence import Contradiction, Evidence, Finding, Interval
+from millprint.thesis.claims.evidence import (
+    DEVIATES,
+    ERRATUM,
+    REPRODUCED,
+    TOO_FEW,
+    TOO_WIDE,
+    UNDECIDED,
+    Contradiction,
+    Evidence,
+    Finding,
+    Interval,
+    interval_verdict,
+    verdict,
+)
 from millprint.thesis.claims.tabulate import collect_findings, tabulate_claims
-from millprint.thesis.curves.redraw import dispersions, draw_blocks, draw_tables, redraw, redrawn_tables
-from millprint.thesis.surrogate.spread import failed_tests, tabulate_trainings, with_spread
+from millprint.thesis.curves.collapse import dispersions, draw_blocks, draw_tables, redraw, redrawn_tables
+from millprint.thesis.surrogate.measure_tables import failed_tests, tabulate_trainings, with_spread
 from tests.conftest import ROOT
 from tests.unit import synthetic_mill
 

@@ -25,8 +25,8 @@ from millprint.dem.run import balls_in_words
 from millprint.dem.summary import largest_overlap
 from millprint.fingerprint.rule_checks import fingerprint_faults
 from millprint.thesis.calibration.drop import simulate_drops
-from millprint.thesis.curves.sweep_checks import curve_faults
-from millprint.thesis.surrogate.trajectory import read_attributes
+from millprint.thesis.chapter_checks import curve_faults
+from millprint.thesis.surrogate.scene import read_attributes
 from tests.conftest import ROOT
 from tests.unit.run_samples import write_sample
 from tests.unit.test_mill_lifters import drum

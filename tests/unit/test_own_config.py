@@ -16,8 +16,7 @@ from millprint.config.load import check_model
 from millprint.config.workflow import WorkflowConfig
 from millprint.fingerprint.cases import has_chapters, mill_cases
 from millprint.fingerprint.rule_checks import fingerprint_faults
-from millprint.thesis.chapter_checks import chapter_faults
-from millprint.thesis.curves.sweep_checks import curve_faults
+from millprint.thesis.chapter_checks import chapter_faults, curve_faults
 from tests.conftest import ROOT
 
 HANDBOOK = (ROOT / "docs/how_to/configuration.md").read_text()

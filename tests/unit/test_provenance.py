@@ -18,7 +18,6 @@ from millprint.provenance.inside import places
 from millprint.provenance.lineage import Job, read_jobs, trace
 from millprint.provenance.people import author, licence
 from millprint.run.output_digests import write_record
-from tests.conftest import ROOT
 from tests.unit.made_run import BEGIN, CONFIG, END, JOBS, MILL, RUN, TARGETS, describe_run, keep_record, make_run, write
 
 FIGURE = "doe/mean yield.svg"
@@ -212,7 +211,7 @@ def test_a_copy_is_checked_file_by_file(run, tmp_path_factory):
 
 
 def check(folder) -> subprocess.CompletedProcess:
-    command = [sys.executable, str(ROOT / "scripts/check_crate.py"), str(folder)]
+    command = [sys.executable, "-m", "millprint.cli", "check-crate", str(folder)]
     return subprocess.run(command, capture_output=True, text=True)
 
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 import yaml
 from jsonschema import Draft202012Validator
+from tools.write_reference import PAGES
 
 from millprint.config.document import MODELS, nested_models, schema_text, sections
 from millprint.config.meanings import meaning_of
 from millprint.config.reference import parts, reference_text
-from write_reference import PAGES
 
 ROOT = Path(__file__).parents[2]
 

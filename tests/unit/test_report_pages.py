@@ -11,11 +11,17 @@ from jinja2 import Environment
 from millprint.run.files import write_table
 from millprint.run.html_pages import embed_json
 from millprint.run.machine import commit, provenance
-from millprint.thesis.claims.evidence import Finding
-from millprint.thesis.claims.sources import source_in
+from millprint.thesis.claims.evidence import Finding, source_in
 from millprint.thesis.claims.tabulate import INTERVAL_PARTS, read_claims, tabulate_claims
-from millprint.thesis.report.claims_page import claims_page, front_text, largest_deviations, summary_page, what_falls
-from millprint.thesis.report.runtimes import sum_stages, tabulate_runtimes
+from millprint.thesis.report.claims_page import (
+    claims_page,
+    front_text,
+    largest_deviations,
+    sum_stages,
+    summary_page,
+    tabulate_runtimes,
+    what_falls,
+)
 from millprint.thesis.report.table_pages import Section, tables_page
 from tests.browser import DESKTOP, PHONE, needs_browser
 from tests.conftest import ROOT

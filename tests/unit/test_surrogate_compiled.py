@@ -17,14 +17,12 @@ import torch
 import yaml
 
 from millprint.config.surrogate import NetworkConfig
-from millprint.thesis.surrogate.checkpoint import write_tensors
-from millprint.thesis.surrogate.network.compiled import STEPPED_BY, CompiledSurrogate, open_graph_surrogate
-from millprint.thesis.surrogate.network.dataset import featurise
-from millprint.thesis.surrogate.network.forward import PIECE
-from millprint.thesis.surrogate.network.graph_surrogate import GraphSurrogate
-from millprint.thesis.surrogate.network.graphs import Graphs, threshold_edges
-from millprint.thesis.surrogate.network.sdf_network import NormalisedNetwork, feature_statistics, weights_content
-from millprint.thesis.surrogate.protocol import Setting
+from millprint.thesis.surrogate.compiled import STEPPED_BY, CompiledSurrogate, open_graph_surrogate
+from millprint.thesis.surrogate.dataset import Graphs, featurise, threshold_edges
+from millprint.thesis.surrogate.graph_surrogate import GraphSurrogate
+from millprint.thesis.surrogate.kernels import PIECE
+from millprint.thesis.surrogate.network import NormalisedNetwork, feature_statistics, weights_content, write_tensors
+from millprint.thesis.surrogate.rollout import Setting
 from millprint.thesis.surrogate.scene import read_scene
 from tests.unit.surrogate_samples import CONTACTS, circle, simulate, small_recipe, sphere_scene, write_run
 

@@ -5,21 +5,23 @@ import pytest
 import torch
 
 from millprint.config.errors import ConfigError
-from millprint.thesis.surrogate.measure_tables import covered_share, wall_contact_table
-from millprint.thesis.surrogate.network.dataset import (
+from millprint.thesis.surrogate.dataset import (
     DISTANCE,
     GRADIENT,
     VELOCITY,
     TrainingRun,
+    contact_edges,
     featurise,
+    graphs_at,
     read_dataset,
+    threshold_edges,
     wall_contact_distances,
     write_dataset,
 )
-from millprint.thesis.surrogate.network.graphs import contact_edges, graphs_at, threshold_edges
-from millprint.thesis.surrogate.network.network_training import Trainer
-from millprint.thesis.surrogate.network.sdf_network import NormalisedNetwork, feature_statistics
-from millprint.thesis.surrogate.trajectory import read_trajectory
+from millprint.thesis.surrogate.measure_tables import covered_share, wall_contact_table
+from millprint.thesis.surrogate.network import NormalisedNetwork, feature_statistics
+from millprint.thesis.surrogate.scene import read_trajectory
+from millprint.thesis.surrogate.training import Trainer
 from tests.unit.surrogate_samples import (
     CONTACTS,
     GRAVITY,

@@ -9,17 +9,25 @@ import pytest
 
 from millprint.config.errors import ConfigError
 from millprint.run.files import write_table
-from millprint.thesis.claims.claim_verdicts import TOO_FEW
+from millprint.thesis.claims.evidence import TOO_FEW
 from millprint.thesis.claims.tabulate import collect_findings, tabulate_claims
 from millprint.thesis.surrogate import measures
-from millprint.thesis.surrogate.ablations import STATEMENTS, ablation_table, scatter_in_words
-from millprint.thesis.surrogate.baselines import baseline_rows, baseline_table, with_machine
-from millprint.thesis.surrogate.controls import blurred, riding, simulated_rollout, slowed
-from millprint.thesis.surrogate.measure_tables import AT_LEAST, OF_REFERENCE, is_met, join_tables, tabulate
-from millprint.thesis.surrogate.rollout import RollOut, simulated
-from millprint.thesis.surrogate.rollout_curves import distribution_table, error_table
-from millprint.thesis.surrogate.rollout_evaluation import evaluate, evaluate_at_rest
-from millprint.thesis.surrogate.trajectory import Trajectory, mean_power_W
+from millprint.thesis.surrogate.measure_tables import (
+    AT_LEAST,
+    OF_REFERENCE,
+    STATEMENTS,
+    ablation_table,
+    baseline_rows,
+    baseline_table,
+    is_met,
+    join_tables,
+    scatter_in_words,
+    tabulate,
+    with_machine,
+)
+from millprint.thesis.surrogate.rollout import RollOut, blurred, riding, simulated, simulated_rollout, slowed
+from millprint.thesis.surrogate.rollout_evaluation import distribution_table, error_table, evaluate, evaluate_at_rest
+from millprint.thesis.surrogate.scene import Trajectory, mean_power_W
 from tests.conftest import PRINTED, ROOT
 from tests.unit.surrogate_samples import (
     AMPLITUDE,

@@ -8,16 +8,15 @@ import torch
 
 from millprint.config.errors import TrainingError
 from millprint.config.surrogate import NetworkConfig
-from millprint.thesis.surrogate.checkpoint import write_tensors
-from millprint.thesis.surrogate.network.dataset import TrainingRun, featurise
-from millprint.thesis.surrogate.network.graphs import Edges, Graphs, graphs_at
-from millprint.thesis.surrogate.network.network_training import Trainer, draw_epoch, huber, losses
-from millprint.thesis.surrogate.network.sdf_network import (
+from millprint.thesis.surrogate.dataset import Edges, Graphs, TrainingRun, featurise, graphs_at
+from millprint.thesis.surrogate.network import (
     InteractionLayer,
     SignedDistanceNetwork,
     read_weights,
     weights_content,
+    write_tensors,
 )
+from millprint.thesis.surrogate.training import Trainer, draw_epoch, huber, losses
 from tests.unit.surrogate_samples import simulate, small_recipe, sphere_scene
 
 CPU = torch.device("cpu")

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 import torch
 
-from millprint.thesis.surrogate.network.dataset import DISTANCE, featurise
-from millprint.thesis.surrogate.network.graph_surrogate import GraphSurrogate, euler_step, snap_back
-from millprint.thesis.surrogate.network.graphs import graphs_at
-from millprint.thesis.surrogate.network.sdf_network import NormalisedNetwork, feature_statistics
+from millprint.thesis.surrogate.dataset import DISTANCE, featurise, graphs_at
+from millprint.thesis.surrogate.graph_surrogate import GraphSurrogate, euler_step, snap_back
+from millprint.thesis.surrogate.network import NormalisedNetwork, feature_statistics
 from millprint.thesis.surrogate.rollout import RollOut
 from tests.unit.surrogate_samples import CONTACTS, STEP, VESSEL, circle, simulate, small_recipe, sphere_scene
 

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from millprint.run.kernel import array_maker
-from millprint.thesis.surrogate.network.folded import packed
-from millprint.thesis.surrogate.network.layers import add_product
-from millprint.thesis.surrogate.network.terms import PANEL, WORD, add_terms
+from millprint.thesis.surrogate.compiled import packed
+from millprint.thesis.surrogate.kernels import PANEL, WORD, add_product, add_terms
 
 
 @array_maker()

@@ -5,8 +5,8 @@ import shutil
 import numpy as np
 import pandas as pd
 import pytest
+from tools import fix_predictions
 
-import fix_predictions
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.setups.base import SetupConfig
@@ -14,13 +14,11 @@ from millprint.config.sweep import DemConfig
 from millprint.config.validation import ValidationConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.figures.validation_figures import plot_setup
-from millprint.validation.coverage import tabulate_coverage
-from millprint.validation.explanations import NOT_EXPLAINED
 from millprint.validation.fixed import Fixed, fix, fixed_table, read_fixed, settings_digest, status_of
+from millprint.validation.inputs import CONTACT, PREDICTION_COLUMNS, SCATTER, check_predictions, prediction
 from millprint.validation.measured import UNKNOWN, measured_points, parse_value, read_measurements
-from millprint.validation.predictions import CONTACT, PREDICTION_COLUMNS, SCATTER, check_predictions, prediction
 from millprint.validation.setups import SETUPS, assumption_table, predict, setup_named
-from millprint.validation.verdicts import count_verdicts, give_verdicts
+from millprint.validation.verdicts import NOT_EXPLAINED, count_verdicts, give_verdicts, tabulate_coverage
 from tests.physics.test_impacts import ALUMINA, contact_set
 from tests.workflow.conftest import ROOT
 

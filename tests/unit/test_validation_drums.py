@@ -16,8 +16,7 @@ from millprint.config.sweep import DemConfig
 from millprint.config.validation import setup_cases
 from millprint.run.hdf5 import whole_hdf5
 from millprint.validation import drums
-from millprint.validation.inputs import PLACE_COLUMNS, Inputs
-from millprint.validation.predictions import DEM, check_predictions
+from millprint.validation.inputs import DEM, PLACE_COLUMNS, Inputs, check_predictions
 from tests.unit.test_validation_flowing_bed import RATE, ZERO, bed
 
 SHOTS, BALLS = 8, 6000

@@ -7,8 +7,16 @@ import pytest
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.setups.drum_setups import BeadDrumConfig, ReposeDrumConfig
-from millprint.validation.drums import Motion, measure, sample_contacts
-from millprint.validation.flowing_bed import Surface, block_uncertainty, fit_surface, speed_profile, zero_place
+from millprint.validation.drums import (
+    Motion,
+    Surface,
+    block_uncertainty,
+    fit_surface,
+    measure,
+    sample_contacts,
+    speed_profile,
+    zero_place,
+)
 
 RADIUS, HEIGHT, CELL = 0.12, -0.03, 0.003
 # The speed is 0 at this place [m] and grows at this rate towards the surface [1/s].

@@ -12,29 +12,37 @@ from millprint.config.mill import MillConfig
 from millprint.config.setups.tumbling_setups import BondMillConfig, SliceMillConfig
 from millprint.config.sweep import DemConfig
 from millprint.validation import tumbling_runs
-from millprint.validation.charge import (
+from millprint.validation.inputs import CONTACT, DEM, SCATTER, Inputs, check_predictions, read_other_codes
+from millprint.validation.tumbling import (
+    ANGLES,
+    POWER_W,
+    Mill,
+    combined,
+    contact_changes,
+    half_angle,
+    hogg_fuerstenau,
+    intervals,
+    mean_interval,
+    morrell,
+    morrell_shape,
+    powers_of_other_codes,
+    predict_tumbling,
+    without_jump,
+)
+from millprint.validation.tumbling_runs import (
+    CONTACT_KEYS,
     carried,
+    case_of,
     clock_angle,
     complete_rings,
     coverage,
     critical_speed_rpm,
+    design,
     net_power,
+    run_all,
+    sampled_contacts,
     toe_and_shoulder,
 )
-from millprint.validation.inputs import Inputs, read_other_codes
-from millprint.validation.power_formulas import Mill, half_angle, hogg_fuerstenau, morrell, morrell_shape
-from millprint.validation.predictions import CONTACT, DEM, SCATTER, check_predictions
-from millprint.validation.tumbling import powers_of_other_codes, predict_tumbling
-from millprint.validation.tumbling_intervals import (
-    ANGLES,
-    POWER_W,
-    combined,
-    contact_changes,
-    intervals,
-    mean_interval,
-    without_jump,
-)
-from millprint.validation.tumbling_runs import CONTACT_KEYS, case_of, design, run_all, sampled_contacts
 
 RADIUS, DIAMETER = 0.275, 0.022
 VALUES = {

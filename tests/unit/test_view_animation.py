@@ -198,7 +198,7 @@ def test_a_movie_without_snapshots_is_refused_before_a_run(monkeypatch):
 
 def command(*arguments) -> subprocess.CompletedProcess:
     return subprocess.run(
-        [sys.executable, ROOT / "scripts/animate_run.py", *map(str, arguments)], capture_output=True, text=True
+        [sys.executable, "-m", "millprint.cli", "animate", *map(str, arguments)], capture_output=True, text=True
     )
 
 

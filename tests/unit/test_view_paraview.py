@@ -201,7 +201,7 @@ def test_the_refusal_of_a_run_without_snapshots_names_the_key(tmp_path):
     with h5py.File(tmp_path / "run.h5", "a") as file:
         del file["snapshots"]
     done = subprocess.run(
-        [sys.executable, ROOT / "scripts/export_run.py", tmp_path / "run.h5"], capture_output=True, text=True
+        [sys.executable, "-m", "millprint.cli", "export", tmp_path / "run.h5"], capture_output=True, text=True
     )
     assert done.returncode == 1
     (line,) = done.stderr.splitlines()
@@ -211,7 +211,7 @@ def test_the_refusal_of_a_run_without_snapshots_names_the_key(tmp_path):
 
 def test_the_command_line_writes_to_the_folder_of_the_run_or_to_another(tmp_path):
     write_sample(tmp_path / "run.h5")
-    command = [sys.executable, ROOT / "scripts/export_run.py", tmp_path / "run.h5", "--every", "20"]
+    command = [sys.executable, "-m", "millprint.cli", "export", tmp_path / "run.h5", "--every", "20"]
     done = subprocess.run([*command, "--out", tmp_path / "there"], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     names = sorted(path.name for path in (tmp_path / "there").iterdir())

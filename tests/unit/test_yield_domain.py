@@ -134,7 +134,7 @@ def test_the_command_refuses_descriptors_that_the_mill_does_not_have_at_once(tmp
     model = fit_averaged(rows, rows["yield_percent"].to_numpy(float), config.averaging)
     save_averaged(model, rows, config.averaging.margin, str(tmp_path / "final.json"))
     CURVES.write(tmp_path / "mill.json")
-    command = [sys.executable, "scripts/predict_yields.py", str(tmp_path / "final.json")]
+    command = [sys.executable, "-m", "millprint.cli", "yields", str(tmp_path / "final.json")]
     command += [str(ROOT / "config/data/conditions.tsv"), str(tmp_path / "out.tsv")]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

@@ -7,12 +7,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import predict_yields
+from millprint.cli.commands import main as millprint
 from millprint.run.files import read_table, write_table
 from millprint.thesis.yields.averaging import fit_averaged
 from millprint.thesis.yields.features import CONDITIONS
 from millprint.thesis.yields.model_files import save_averaged, save_model
-from millprint.thesis.yields.new_conditions import predict_conditions
+from millprint.thesis.yields.new_conditions import predict_conditions, write_predictions
 from millprint.thesis.yields.yield_model import Trainer
 from tests.conftest import ROOT
 from tests.unit.yield_settings import parts, settings
@@ -72,7 +72,7 @@ def test_conditions_outside_the_trained_ranges_are_refused_with_the_reason(model
 
 def test_the_command_predicts_the_example(models, tmp_path):
     out = tmp_path / "out.tsv"
-    command = [sys.executable, "scripts/predict_yields.py", models["mixture"], str(CONDITIONS_TABLE), str(out)]
+    command = [sys.executable, "-m", "millprint.cli", "yields", models["mixture"], str(CONDITIONS_TABLE), str(out)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert "1 rows are outside the domain" in done.stderr
@@ -93,13 +93,12 @@ def test_the_command_predicts_the_example(models, tmp_path):
         (lambda t: t.head(0), "no rows"),
     ],
 )
-def test_bad_conditions_are_refused_in_one_line(models, tmp_path, monkeypatch, capsys, change, message):
+def test_bad_conditions_are_refused_in_one_line(models, tmp_path, capsys, change, message):
     rows, _ = parts()
     table = tmp_path / "conditions.tsv"
     write_table(change(rows[["case", *CONDITIONS]].astype({"case": object})), table)
-    typed = ["predict_yields.py", models["mixture"], str(table), str(tmp_path / "out.tsv")]
-    monkeypatch.setattr(sys, "argv", [*typed, "--config", str(ROOT / "config/config.yaml")])
-    assert predict_yields.command_line() == 1
+    typed = ["yields", models["mixture"], str(table), str(tmp_path / "out.tsv")]
+    assert millprint([*typed, "--config", str(ROOT / "config/config.yaml")]) == 1
     error = capsys.readouterr().err.strip()
     assert message in error and "\n" not in error and error.startswith("error: ")
     assert not (tmp_path / "out.tsv").exists()
@@ -109,5 +108,5 @@ def test_a_conditions_table_may_hold_other_columns(models, tmp_path):
     rows, _ = parts()
     table = tmp_path / "conditions.tsv"
     write_table(rows.assign(note="x"), table)
-    assert predict_yields.main(models["mixture"], str(table), str(tmp_path / "out.tsv"), *arguments(0.9), False) == 0
+    assert write_predictions(models["mixture"], str(table), str(tmp_path / "out.tsv"), *arguments(0.9), False) == 0
     assert list(pd.read_csv(tmp_path / "out.tsv", sep="\t"))[:7] == ["case", *CONDITIONS]

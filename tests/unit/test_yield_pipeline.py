@@ -21,10 +21,11 @@ import try_alternatives
 from millprint.config.search_spaces import COMPARED
 from millprint.fingerprint.condition import Condition
 from millprint.run.files import read_table
-from millprint.thesis.claims.compare import verdict
+from millprint.thesis.claims.evidence import verdict
 from millprint.thesis.claims.tabulate import collect_findings
 from millprint.thesis.curves.regimes import read_regimes
 from millprint.thesis.yields.metrics import LOCKED_AGAIN, SPREAD
+from millprint.thesis.yields.new_conditions import write_predictions
 from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY, models_of, otherwise, searched_again
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING
@@ -147,7 +148,7 @@ def run_chapter(results: Path, screening: Path, to_the_end: bool = True) -> Path
     for name in ("primary", "final"):
         model, out = str(folder / f"models/averaged_gpr_{name}.json"), str(folder / f"predicted_{name}.tsv")
         own = (config.prediction, config.training, config.evaluation.conformal_folds, 0.95, False)
-        predict_yields.main(model, config.prediction.conditions, out, *own, mill)
+        write_predictions(model, config.prediction.conditions, out, *own, mill)
     if to_the_end:
         follow_up(folder, [train, test], config)
     return folder

@@ -10,10 +10,10 @@ from scripts import split_screening
 
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
-from millprint.config.run_sources import OtherSourcesConfig
+from millprint.config.other_sources import OtherSourcesConfig
 from millprint.config.yields import YieldConfig
 from millprint.thesis.doe.runs import YIELD
-from millprint.thesis.figures.chapter5_sources import plot_sources
+from millprint.thesis.figures.chapter5_figures import plot_sources
 from millprint.thesis.yields import groups as sources
 from millprint.thesis.yields import run_tables as tables
 from millprint.thesis.yields.features import CONDITIONS

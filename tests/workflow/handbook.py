@@ -10,7 +10,7 @@ from tests.conftest import ROOT
 
 BLOCK = re.compile(r"^(?P<indent> *)```sh\n(?P<text>.*?)^(?P=indent)```$", re.MULTILINE | re.DOTALL)
 # A command within a sentence.
-INLINE = re.compile(r"`((?:make|snakemake|python) [^`]+)`")
+INLINE = re.compile(r"`((?:make|snakemake|python|millprint) [^`]+)`")
 # Names that stand for those of the reader, and what a test takes for them.
 PLACES = {"MILL/CONTACT/CASE": "emax/calibrated/d10_f0.10_n600_s2", "mill=NAME": "mill=mine"}
 

@@ -163,6 +163,36 @@ def test_yaml_that_cannot_be_read_as_text(tmp_path):
         read_yaml(tmp_path)
 
 
+@pytest.mark.parametrize(
+    ("value", "parts"),
+    [
+        ("30:1", ["read as 1801", "write a plain number"]),
+        ("1:30", ["read as 90"]),
+        ("1:30.5", ["read as 90.5"]),
+        ("0450", ["read as 296"]),
+        ("070", ["read as 56"]),
+        ("1_000", ["read as 1000"]),
+        ("yes", ["read as True", "write true or false"]),
+        ("Off", ["read as False"]),
+        ("2026-11-25", ["date(2026, 11, 25)", "in quotes"]),
+    ],
+)
+def test_a_value_that_versions_of_yaml_read_differently_is_refused(tmp_path, value, parts):
+    """Snakemake reads by YAML 1.1, and a person means what YAML 1.2 reads."""
+    (tmp_path / "mine.yaml").write_text(f"name: mine\nratio: [1.5, {value}]\n")
+    with pytest.raises(ConfigError) as caught:
+        read_yaml(tmp_path / "mine.yaml")
+    assert all(part in str(caught.value) for part in [f"mine.yaml: line 2: {value} would be", *parts])
+
+
+def test_values_that_every_version_of_yaml_reads_the_same(tmp_path):
+    text = "[0, -0, 7, +5, -1.82, .5, 1., 1.5e+3, 0x1f, 010.5, .inf, true, False, null, '070', \"yes\", a:b]"
+    (tmp_path / "mine.yaml").write_text(text)
+    expected = [0, 0, 7, 5, -1.82, 0.5, 1.0, 1500.0, 31, 10.5, float("inf"), True, False, None, "070", "yes", "a:b"]
+    found = read_yaml(tmp_path / "mine.yaml")
+    assert found == expected and [type(value) for value in found] == [type(value) for value in expected]
+
+
 def test_merged_keys_are_not_keys_given_twice(tmp_path):
     path = tmp_path / "a.yaml"
     path.write_text("base: &base {a: 1, b: 2}\nother:\n  <<: *base\n  a: 3\n")

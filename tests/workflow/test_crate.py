@@ -79,9 +79,9 @@ def test_the_report_leads_to_it(smoke_project):
     assert "ro-crate-metadata.json" in (smoke_project / "results/report/report.html").read_text()
 
 
-def test_further_targets_come_into_it_by_the_script(smoke_project, tmp_path):
+def test_further_targets_come_into_it_by_the_command(smoke_project, tmp_path):
     done = subprocess.run(
-        [sys.executable, "scripts/write_crate.py"], cwd=smoke_project, capture_output=True, text=True, timeout=300
+        [sys.executable, "-m", "millprint.cli", "crate"], cwd=smoke_project, capture_output=True, text=True, timeout=300
     )
     assert done.returncode == 0, done.stderr
     assert check_folder(smoke_project / "results")[1] == []

@@ -187,7 +187,7 @@ def first_hour(smoke_project) -> dict[str, str]:
     printed = {}
     for line in lines[2:]:
         done = subprocess.run(
-            ["bash", "-c", line],
+            ["bash", "-c", re.sub("^millprint", f"{sys.executable} -m millprint.cli", line)],
             cwd=smoke_project,
             env=active_environment(),
             capture_output=True,

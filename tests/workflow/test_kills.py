@@ -79,7 +79,7 @@ def unlock(project: Path) -> None:
 
 def changed_files(project: Path) -> list[str]:
     """The lines of `make verify`."""
-    command = [sys.executable, "scripts/verify_results.py"]
+    command = [sys.executable, "-m", "millprint.cli", "verify"]
     done = subprocess.run(command, cwd=project, env=active_environment(), capture_output=True, text=True, timeout=60)
     assert (done.returncode == 1) == bool(done.stderr), done.stderr
     return done.stderr.splitlines()

@@ -52,7 +52,7 @@ def test_a_run_ends_with_what_was_made_and_a_failed_one_with_the_log_and_what_to
 
 def test_a_plan_says_what_a_run_would_do_and_changes_nothing(project):
     def plan(*arguments: str) -> subprocess.CompletedProcess:
-        command = [sys.executable, "scripts/plan_run.py", "--cores", "2", *SMOKE, *arguments]
+        command = [sys.executable, "-m", "millprint.cli", "plan", "--cores", "2", *SMOKE, *arguments]
         return subprocess.run(
             command, cwd=project, env=active_environment(), capture_output=True, text=True, timeout=300
         )  # fmt: skip
@@ -71,5 +71,5 @@ def test_a_plan_says_what_a_run_would_do_and_changes_nothing(project):
     assert "time  " not in unknown.stdout
     wrong = plan("--nonsense")
     assert wrong.returncode == 2
-    assert wrong.stderr == "plan_run.py: error: unrecognized arguments: --nonsense\n"
+    assert wrong.stderr == "__main__.py: error: unrecognized arguments: --nonsense\n"
     assert state_of(project) == before

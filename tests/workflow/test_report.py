@@ -14,9 +14,8 @@ from markupsafe import escape
 from millprint.provenance.lineage import read_jobs
 from millprint.run.files import read_json, read_table
 from millprint.run.machine import commit
-from millprint.thesis.claims.claim_verdicts import VERDICTS
-from millprint.thesis.report.catalogue import TABLES
-from millprint.thesis.report.figures import data_of
+from millprint.thesis.claims.evidence import VERDICTS
+from millprint.thesis.report.catalogue import TABLES, data_of
 from tests.browser import DESKTOP, PHONE, needs_browser
 from tests.workflow.conftest import run_snakemake
 

@@ -7,8 +7,7 @@ import pytest
 from PIL import Image
 
 from millprint.run.files import read_json, read_table
-from millprint.thesis.claims.claim_verdicts import INTERVAL_VERDICTS, VERDICTS
-from millprint.thesis.claims.natures import CERTAIN, TIMED
+from millprint.thesis.claims.evidence import CERTAIN, INTERVAL_VERDICTS, TIMED, VERDICTS
 from millprint.thesis.claims.tabulate import CLAIM_COLUMNS
 from tests.workflow.conftest import ROOT, jobs_of, run_snakemake
 

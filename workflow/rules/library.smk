@@ -31,7 +31,7 @@ except ModuleNotFoundError as error:
         "workflow, millprint (pip install git+URL); or use --sdm conda"
     ) from None
 
-from millprint.config.file_sources import Sources
+from millprint.config.sources import Sources
 from millprint.config.strict_yaml import read_yaml
 from millprint.run.ending.failure import failure_lines
 from millprint.run.ending.success import success_lines

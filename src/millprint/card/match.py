@@ -8,8 +8,8 @@ import pandas as pd
 from millprint.card.card_model import MillingCard, Quantity
 from millprint.config.checks import MILL_FOLDER
 from millprint.config.errors import ConfigError
-from millprint.config.file_sources import WORKING_FOLDER, Sources
 from millprint.config.fingerprint import DESCRIPTOR_SETS
+from millprint.config.sources import WORKING_FOLDER, Sources
 from millprint.fingerprint.bands import FURTHER, Band, Interval
 from millprint.fingerprint.comparison import ALL_SIMULATED, Wanted, nearest
 from millprint.fingerprint.condition_search import SHARED_CONTACT, check_same_count

@@ -11,6 +11,7 @@ It writes two files of yours: config/mills/NAME.yaml, the mill, and NAME.yaml, t
 import argparse
 import re
 import sys
+from collections.abc import Collection
 from pathlib import Path
 from typing import NamedTuple
 
@@ -71,14 +72,16 @@ def questions(template: str) -> list[Question]:
     return sorted(asked, key=lambda question: question.name == "volume_ml")
 
 
-def filled(template: str, answers: dict[str, str]) -> str:
-    """The template with the answers in the place of its defaults, comments aligned as they were."""
+def filled(template: str, answers: dict[str, str], defaults: Collection[str] = ()) -> str:
+    """The template with the answers in its places; the comment of a value that is a default says so."""
     lines = []
     for line in template.splitlines():
         text, mark, comment = line.partition(" # ")
-        new = PLACE.sub(lambda found: f"{found['key']}: {answers[_parts(found)[0]]}", text).rstrip()
+        place = PLACE.search(text)
+        new = PLACE.sub(lambda found: f"{found['key']}: {answers[_parts(found)[0]]}", text)
+        kept = "; a default, not yours" if place and _parts(place)[0] in defaults else ""
         # A line that is a comment as a whole begins with its mark.
-        lines.append(f"{new.ljust(len(text))} # {comment}" if mark else new)
+        lines.append(f"{new.rstrip().ljust(len(text))} # {comment}{kept}" if mark else new)
     return "\n".join(lines) + "\n"
 
 
@@ -122,10 +125,10 @@ def mill_of(name: str, title: str, template: str, answers: dict[str, str]) -> Mi
     return check_model(content, MillConfig, "answers")
 
 
-def completed(name: str, title: str, template: str, answers: dict[str, str]) -> str:
+def completed(name: str, title: str, template: str, answers: dict[str, str], defaults: Collection[str] = ()) -> str:
     """The text of the mill's file: the volume follows from the shape if it was not given, fills from numbers of balls.
 
-    Raises ConfigError where the volume and the shape contradict each other.
+    defaults: the names that were not answered. Raises ConfigError where the volume and the shape contradict each other.
     """
     given = dict(answers)
     own = {**answers, "volume_ml": answers["volume_ml"] or "1", "fill_ratios": "[0.1, 0.2, 0.3]"}
@@ -139,7 +142,7 @@ def completed(name: str, title: str, template: str, answers: dict[str, str]) -> 
     (diameter, *_) = yaml.safe_load(given["ball_diameters_mm"])
     given["fill_ratios"] = str(fractions(counts, float(given["volume_ml"]), diameter))
     mill_of(name, title, template, given)
-    first, _, rest = filled(template, given).partition("\n")
+    first, _, rest = filled(template, given, {*defaults} - {"volume_ml"}).partition("\n")
     return f"{first}\n{head_of(name, title)}{rest}"
 
 
@@ -161,10 +164,10 @@ def run_text(name: str, contact: str) -> str:
 
 
 def ask(question: Question) -> str:
-    """An answer of the terminal; an empty line takes the default."""
+    """An answer of the terminal; empty for the default."""
     shown = question.default or "from the dimensions"
     while True:
-        text = input(f"{question.name}: {question.means}\n  [{shown}] ").strip() or question.default
+        text = input(f"{question.name}: {question.means}\n  [{shown}] ").strip()
         try:
             return answer(question, text) if text else ""
         except ConfigError as error:
@@ -225,7 +228,9 @@ def main(arguments: list[str], name: str = "new") -> int:
         return 0
     own = options.name or ("mine" if quiet else input("name: small letters, digits, _\n  [mine] ").strip() or "mine")
     given = settings_of(options.set, asked)
-    answers = {each.name: given.get(each.name, each.default) if quiet else ask(each) for each in asked}
+    if not quiet:
+        given = {each.name: text for each in asked if (text := ask(each))}
+    answers = {each.name: given.get(each.name, each.default) for each in asked}
     contact = contact_asked(options.contact, quiet)
     mill_file, run_file = Path(MILL_FOLDER) / f"{own}.yaml", Path(f"{own}.yaml")
     for path in (mill_file, run_file):
@@ -233,7 +238,11 @@ def main(arguments: list[str], name: str = "new") -> int:
             raise ConfigError(f"{path}: is there already; give another --name, or remove it")
     if own in included_mills():
         raise ConfigError(f"--name {own}: is the name of an included mill; give yours another")
-    texts = {mill_file: completed(own, options.title or own, template, answers), run_file: run_text(own, contact)}
+    defaults = {each.name for each in asked} - set(given)
+    texts = {
+        mill_file: completed(own, options.title or own, template, answers, defaults),
+        run_file: run_text(own, contact),
+    }
     for path, text in texts.items():
         path.parent.mkdir(parents=True, exist_ok=True)
         with whole_file(path) as partial:

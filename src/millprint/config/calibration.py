@@ -17,6 +17,10 @@ from millprint.config.section import (
     first_repeated,
 )
 
+SIMULATED, MEASURED = "simulated", "measured"
+FRICTION_PAIR = ("static_friction", "rolling_friction")
+
+
 Coefficient = Annotated[float, Field(ge=1e-4, le=10)]
 Bounds = tuple[Coefficient, Coefficient]
 

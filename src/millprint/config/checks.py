@@ -11,10 +11,10 @@ from millprint.config.calibration import ExperimentConfig
 from millprint.config.card import Experiment, read_experiments
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
-from millprint.config.file_sources import WORKING_FOLDER, Sources, check_paths
 from millprint.config.load import check_model, check_names_differ, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import chosen_balls
+from millprint.config.sources import WORKING_FOLDER, Sources, check_paths
 from millprint.config.strict_yaml import read_yaml
 from millprint.config.sweep import Case, expand_sweep
 from millprint.config.workflow import ChapterSections, WorkflowConfig

@@ -10,8 +10,8 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from millprint.config.errors import ConfigError
-from millprint.config.file_sources import WORKING_FOLDER, Sources
 from millprint.config.section import PLAIN_VALUE, TRUTH, NamedSection, kind_of, nested_models
+from millprint.config.sources import WORKING_FOLDER, Sources
 from millprint.config.strict_yaml import read_yaml
 
 # Faults that are shown: a list of a wrong type has one for each of its items.

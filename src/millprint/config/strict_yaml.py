@@ -1,5 +1,9 @@
-"""YAML for configuration: plain data, no key twice, a bounded number of aliases and levels."""
+"""YAML for configuration: plain data, no key twice, a bounded number of aliases and levels.
 
+What YAML 1.1 and 1.2 read differently, as 30:1, 070 and yes, is refused: Snakemake reads `--configfile` by YAML 1.1.
+"""
+
+import re
 from collections.abc import Hashable
 from pathlib import Path
 
@@ -36,6 +40,32 @@ class _StrictLoader(_Parser):
                 seen.add(key)
         return super().construct_mapping(node, deep)
 
+    def construct_plain(self, node: yaml.ScalarNode) -> object:
+        """A number or a truth value, if every version of YAML reads the same."""
+        read, kind = _Parser.yaml_constructors[node.tag](self, node), node.tag.rpartition(":")[2]
+        if node.value and not re.fullmatch(ONE_READING[kind], node.value, re.IGNORECASE):
+            line = node.start_mark.line + 1
+            raise _TwoReadings(f"line {line}: {node.value} would be read as {read!r}: {WRITE[kind]}")
+        return read
+
+
+class _TwoReadings(Exception):
+    """A value that YAML 1.1 reads as another one than YAML 1.2."""
+
+
+# Not a number of base 8 or 60, as 070 and 1:30, nor with underscores; not yes, no, on, off; not a date.
+ONE_READING = {
+    "int": r"[-+]?(0|[1-9]\d*)|0x[0-9a-f]+",
+    "float": r"[-+]?(\.\d+|\d+\.\d*)(e[-+]\d+)?|[-+]?\.inf|\.nan",
+    "bool": "true|false",
+    "timestamp": "",
+}
+PLAIN_NUMBER = "write a plain number, such as 30 or 0.5, or a text in quotes"
+TRUTH = "write true or false, or a text in quotes"
+WRITE = {"int": PLAIN_NUMBER, "float": PLAIN_NUMBER, "bool": TRUTH, "timestamp": "write it in quotes"}
+for _kind in ONE_READING:
+    _StrictLoader.add_constructor(f"tag:yaml.org,2002:{_kind}", _StrictLoader.construct_plain)
+
 
 def read_yaml(path: str | Path) -> object:
     """Read a YAML file as plain data. Raises ConfigError, in one line, with the position of the fault."""
@@ -49,6 +79,8 @@ def read_yaml(path: str | Path) -> object:
         raise ConfigError(f"{path}: no such file") from None
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read ({error.strerror})") from None
+    except _TwoReadings as error:
+        raise ConfigError(f"{path}: {error}") from None
     except LOADER_ERRORS as error:
         what = " ".join(str(error).split()) or type(error).__name__
         raise ConfigError(f"{path}: not valid YAML ({what})") from None

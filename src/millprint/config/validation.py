@@ -11,7 +11,7 @@ from millprint.config.section import Name, ProjectFile, Section, first_repeated
 from millprint.config.setups.base import SetupConfig
 from millprint.config.setups.drum_setups import BeadDrumConfig, ReposeDrumConfig
 from millprint.config.setups.impact_setups import AluminaImpactConfig, ElasticImpactConfig
-from millprint.config.setups.shaker_setup import ShakerConfig
+from millprint.config.setups.shaker import ShakerConfig
 from millprint.config.setups.tumbling_setups import BondMillConfig, DrumConfig, SliceMillConfig, TumblingConfig
 from millprint.config.sweep import Case, DemConfig, expand_sweep
 

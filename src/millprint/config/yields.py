@@ -6,7 +6,7 @@ from pydantic import Field
 
 from millprint.config.averaged_process import AveragingConfig, LibraryConfig
 from millprint.config.next_experiments import PredictionConfig, ProposalConfig, RetrospectiveConfig
-from millprint.config.run_sources import OtherSourcesConfig
+from millprint.config.other_sources import OtherSourcesConfig
 from millprint.config.search_spaces import COMPARED, Evaluations, Interval, RegressorList, Spaces
 from millprint.config.section import Count, Fraction, NonNegative, Positive, ProjectFile, Section, Seed
 

@@ -137,7 +137,7 @@ def _said(verdict: str) -> str:
 def _precision_rows(fingerprint: "Fingerprint", descriptors: pd.DataFrame) -> list[Row]:
     """How much the sweep simulated for a condition, and how wide the resulting intervals are."""
     # It needs scikit-learn, as the fingerprint does.
-    from millprint.fingerprint.band_coverage import half_widths
+    from millprint.fingerprint.coverage import half_widths
 
     seeds, recorded = descriptors["seeds"], descriptors["window_s"]
     rows = [

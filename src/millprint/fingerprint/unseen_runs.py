@@ -12,7 +12,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.run import simulate
 from millprint.dem.short_runs import simulate_each
-from millprint.fingerprint.band_coverage import coverage_row
+from millprint.fingerprint.coverage import coverage_row
 from millprint.fingerprint.descriptors import CONDITION, tabulate_descriptors
 from millprint.fingerprint.master_curves import CURVES
 from millprint.fingerprint.model import Fingerprint

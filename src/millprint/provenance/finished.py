@@ -6,7 +6,7 @@ from pathlib import Path
 
 from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER, load_workflow
 from millprint.config.errors import ConfigError
-from millprint.config.file_sources import Sources
+from millprint.config.sources import Sources
 from millprint.provenance.crate_files import AGAIN, CONFIGURATION, read_configuration
 from millprint.provenance.inside import CRATE
 from millprint.provenance.lineage import Job

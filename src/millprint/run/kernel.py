@@ -14,11 +14,12 @@ from pathlib import Path
 
 import numba
 from llvmlite import binding
+from platformdirs import user_cache_path
 
 from millprint.run.digest import content_digest
 
 PACKAGE = Path(__file__).parents[1]
-KERNEL_FOLDERS = ("mill", "dem", "thesis/surrogate/network")
+KERNEL_FOLDERS = ("mill", "dem", "thesis/surrogate")
 MAKERS = re.compile(r"from millprint\.run\.kernel import .*\b(kernel|inner|inlined|threaded|array_maker)\b")
 IMPORTS = re.compile(r"^from millprint\.([\w.]+) import", re.MULTILINE)
 
@@ -28,7 +29,7 @@ def cache_root() -> Path:
     project = PACKAGE.parents[1]
     if (project / "pyproject.toml").is_file() and os.access(project, os.W_OK):
         return project / ".numba_cache"
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "millprint"
+    return user_cache_path("millprint", appauthor=False)
 
 
 CACHE_ROOT = cache_root()

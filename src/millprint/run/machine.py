@@ -3,7 +3,7 @@
 import os
 import platform
 import subprocess
-from importlib.metadata import version
+from importlib.metadata import distributions, version
 from pathlib import Path
 
 from millprint import JOB_VARIABLE
@@ -36,8 +36,8 @@ def prepare_environment() -> None:
 
 
 def package_versions() -> dict[str, str]:
-    """Versions of the packages that results depend on, by name."""
-    return {name: version(name) for name in PACKAGES}
+    """Versions of the packages that results depend on, by name; those of extras that are installed."""
+    return {name: version(name) for name in PACKAGES if any(distributions(name=name))}
 
 
 def commit(folder: str | Path = Path(__file__).parent) -> str:

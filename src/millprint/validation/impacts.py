@@ -1,25 +1,131 @@
-"""A sphere hits a plate: rebound and spin from the DEM's kernel, at real stiffness, and formulas for rigid bodies.
-
-The plate is at z = 0 and the sphere moves along +x. No other force acts on it, so two velocities and a contact set
-define an impact. The step is a fraction of the duration of the elastic normal impact (Hertz).
-"""
+"""Impacts of single spheres: the DEM, laws of partial slip and of plastic rebound, and what was measured."""
 
 import math
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from itertools import product
 
+import numpy as np
 import pandas as pd
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.geometry import BoxGeometry
 from millprint.config.setups.impact_setups import AluminaImpactConfig, ElasticImpactConfig, ImpactConfig
 from millprint.dem.few_balls import FewBalls, walls_for
+from millprint.dem.law import damping_ratio
+from millprint.dem.overlap import impact_duration as hertz_duration
+from millprint.dem.overlap import impact_overlap
 from millprint.mill.vessel import Vessel, shape_vessel
 from millprint.mill.walls import Walls
-from millprint.validation.inputs import Inputs
-from millprint.validation.partial_slip import partial_slip
-from millprint.validation.predictions import CONTACT, prediction
-from millprint.validation.rebound import Rebound, impact_duration
+from millprint.validation.inputs import CONTACT, Inputs, prediction
+
+
+@dataclass(frozen=True)
+class Rebound:
+    """Velocities of a sphere before and after an impact.
+
+    normal, tangential: of the centre [m/s], the normal one positive towards the plate before and away from it after;
+    spin: about the axis across both, positive for rolling along +x [rad/s]; radius [m].
+    """
+
+    normal_before: float
+    tangential_before: float
+    normal: float
+    tangential: float
+    spin: float
+    radius: float
+
+    @property
+    def restitution(self) -> float:
+        """Normal velocity after over before [-]."""
+        return self.normal / self.normal_before
+
+    @property
+    def tangential_restitution(self) -> float:
+        """Tangential velocity of the centre after over before [-]."""
+        return self.tangential / self.tangential_before
+
+    @property
+    def angle_deg(self) -> float:
+        """Rebound angle of the centre from the normal [deg]."""
+        return math.degrees(math.atan2(self.tangential, self.normal))
+
+    @property
+    def surface_velocity(self) -> float:
+        """Tangential velocity of the surface at the contact point after the impact [m/s]."""
+        return self.tangential - self.radius * self.spin
+
+    @property
+    def surface_angle_deg(self) -> float:
+        """Rebound angle of the contact point from the normal [deg]."""
+        return math.degrees(math.atan2(self.surface_velocity, self.normal))
+
+
+def largest_overlap(contact: ContactConfig, radius: float, speed: float) -> float:
+    """Largest overlap of an elastic sphere and a plate, (15 m v^2 / (16 sqrt(R) E*))^(2/5) [m] (Hertz 1882).
+
+    radius [m], speed along the normal [m/s].
+    """
+    return impact_overlap(*_mass_and_stiffness(contact, radius), speed)
+
+
+def impact_duration(contact: ContactConfig, radius: float, speed: float) -> float:
+    """Duration of the elastic impact of a sphere on a plate, 2.9432 d / v with the largest overlap d [s] (Hertz 1882).
+
+    radius [m], speed along the normal [m/s].
+    """
+    return hertz_duration(*_mass_and_stiffness(contact, radius), speed)
+
+
+def _mass_and_stiffness(contact: ContactConfig, radius: float) -> tuple[float, float]:
+    """Mass of a sphere [kg], and Hertz's stiffness 4/3 E* sqrt(R) of its contact with a plate [N/m^(3/2)]."""
+    effective = contact.young_modulus_gpa * 1e9 / (2 * (1 - contact.poisson_ratio**2))
+    return contact.density_kg_m3 * 4 / 3 * math.pi * radius**3, 4 / 3 * effective * math.sqrt(radius)
+
+
+STEPS, SPRINGS = 2000, 300
+
+
+def partial_slip(
+    contact: ContactConfig, radius: float, normal: float, tangential: float, steps: int = STEPS, springs: int = SPRINGS
+) -> Rebound:
+    """Rebound of a sphere, without spin at first, from a plate of its own material (Maw, Barber and Fawcett 1976).
+
+    By the method of dimensionality reduction (Lyashenko and Popov, Sci. Rep. 5, 8479, 2015): independent springs at x
+    over the contact's diameter, pressed by d - x^2 / R; the stiffness of each is E* dx along the normal, G* dx across,
+    with G* = 4 G / (2 (2 - nu)), and each slides separately at mu times its normal force. For Mindlin's contact the
+    result is exact. The normal force is damped as in our law, the tangential force is not.
+
+    radius [m]; normal, tangential: speeds before the impact [m/s].
+    """
+    modulus, poisson = contact.young_modulus_gpa * 1e9, contact.poisson_ratio
+    stiffness = modulus / (2 * (1 - poisson**2))
+    shear = modulus / ((2 - poisson) * (1 + poisson))
+    mass = contact.density_kg_m3 * 4 / 3 * math.pi * radius**3
+    damping = -2 * math.sqrt(5 / 6) * damping_ratio(contact.restitution)
+    # A little wider than the largest contact.
+    half = 1.02 * math.sqrt(radius * largest_overlap(contact, radius, normal))
+    place = (np.arange(springs) + 0.5) * half / springs
+    gap, width = place**2 / radius, 2 * half / springs
+    step = impact_duration(contact, radius, normal) / steps
+    drawn = np.zeros(springs)
+    approach, along, spin = normal, tangential, 0.0
+    overlap = 0.5 * step * approach
+    while overlap > 0:
+        pressed = np.maximum(overlap - gap, 0.0)
+        # A spring that has left the plate loses its displacement.
+        drawn = np.where(pressed > 0, drawn + (along - radius * spin) * step, 0.0)
+        limit = contact.static_friction * stiffness / shear * pressed
+        drawn = np.clip(drawn, -limit, limit)
+        drag = shear * width * drawn.sum()
+        root = math.sqrt(radius * overlap)
+        push = 4 / 3 * stiffness * root * overlap + damping * math.sqrt(2 * stiffness * root * mass) * approach
+        approach -= push / mass * step
+        along -= drag / mass * step
+        spin += 2.5 * drag / (mass * radius) * step
+        overlap += approach * step
+    return Rebound(normal, tangential, -approach, along, spin, radius)
+
 
 # Length of the run in durations of the elastic impact; damping makes an impact longer.
 DURATIONS = 4.0

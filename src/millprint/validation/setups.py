@@ -1,23 +1,40 @@
-"""The registry of set-ups: what each answers, what it assumes, and the function that predicts."""
+"""The set-ups that others measured, one record each."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.config.setups.base import SetupConfig
+from millprint.config.setups.shaker import ShakerConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.validation.drums import SHORT, predict_bead_drum, predict_repose_drum
 from millprint.validation.impacts import PARTIAL, predict_alumina_impact, predict_elastic_impact
-from millprint.validation.inputs import PLACE_COLUMNS, Inputs
-from millprint.validation.predictions import check_predictions
-from millprint.validation.shaker import predict_ball_speeds
+from millprint.validation.inputs import BALLS, PLACE_COLUMNS, Inputs, check_predictions, prediction
 from millprint.validation.tumbling import OTHER_CONTACT, predict_tumbling
+from millprint.view.snapshots import Snapshots, open_run
+
+QUANTITY = "ball speeds"
+
+
+def predict_ball_speeds(inputs: Inputs) -> pd.DataFrame:
+    """Median of the balls' speeds in the laboratory [m/s], over all charges; the interval contains the `share`."""
+    settings: ShakerConfig = inputs.settings
+    speeds = []
+    for path in inputs.cases:
+        with open_run(inputs.runs / path / "run.h5") as file:
+            for block in Snapshots(file).blocks():
+                speeds.append(np.linalg.norm(block.balls["velocity_m_s"], axis=2).ravel())
+    ends = (0.5 - settings.share / 2, 0.5, 0.5 + settings.share / 2)
+    lower, median, upper = np.quantile(np.concatenate(speeds), ends)
+    id = inputs.ids_of_single(QUANTITY)
+    return pd.DataFrame([prediction(QUANTITY, "m/s", median, id=id, lower=lower, upper=upper, interval=BALLS)])
 
 
 @dataclass(frozen=True)
@@ -36,7 +53,7 @@ class Setup:
     number: in the literature list of measured machines; title: in figures and tables; predict: its predictions from its
     inputs, a table with PREDICTION_COLUMNS; assumptions: assumptions that the files of mill and contact sets do not
     state; variants: beginnings of the names of models that change one thing of ours and may explain a miss
-    (`millprint.validation.explanations`); known: False if the source states too little, so that the prediction is an
+    (`millprint.validation.verdicts`); known: False if the source states too little, so that the prediction is an
     order of magnitude and is not judged.
     """
 

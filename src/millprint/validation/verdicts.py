@@ -1,25 +1,72 @@
-"""The verdict on every measured number: the prediction, both intervals, the ratio, and why a prediction is off.
-
-- `within both intervals`: the predicted value is within the measured interval, and the measured value within the
-  predicted one. This verdict needs both intervals.
-- `within 10 %`: the deviation is at most 10 % of the measured value.
-- `near`: where a ratio has little meaning, the deviation is at most a fixed tolerance. For angles, places and counts,
-  the unit sets it (millprint.validation.measured.UNITS); in a series that changes its sign, it is 10 % of the measured
-  value or of the mean size of the series. The column `tolerance` has the number that was used.
-- `off`: anything else, with a text from millprint.validation.explanations.
-- `set-up unknown`: the source does not state enough for a prediction. If there is a number, it is an order of magnitude
-  and is not judged.
-"""
+"""Verdicts on the predictions, what explains a miss, and how often intervals hold."""
 
 from collections.abc import Collection, Mapping
 from math import inf, isclose, nan
 
 import numpy as np
 import pandas as pd
+from statsmodels.stats.proportion import proportion_confint
 
-from millprint.validation.explanations import explain
+from millprint.validation.inputs import DEM
 from millprint.validation.measured import UNITS, UNKNOWN
-from millprint.validation.predictions import DEM
+
+NOT_EXPLAINED = "not explained"
+
+
+def values_at(predictions: pd.DataFrame, quantity: str, places: pd.Series) -> np.ndarray:
+    """The predictions of a model for a quantity at places; NaN where it predicts nothing.
+
+    predictions: of one model; places: x, empty for a single number.
+    """
+    own = predictions[predictions["quantity"] == quantity]
+    x, value = own["x"].to_numpy(dtype=float), own["predicted"].to_numpy(dtype=float)
+    found = np.full(len(places), np.nan)
+    for row, place in enumerate(places.to_numpy(dtype=float)):
+        same = value[np.isclose(x, place, rtol=1e-9, atol=1e-12, equal_nan=True)]
+        found[row] = same[0] if len(same) else np.nan
+    return found
+
+
+def met_by(model: str, numbers: pd.DataFrame, variants: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """Which numbers our prediction (column `ours`) and a variant (`variant`) meet, of the numbers that both predict.
+
+    numbers: rows of the verdicts; variants: predictions of all variants, by set-up.
+    """
+    value = pd.Series(np.nan, index=numbers.index)
+    for (setup, quantity), group in numbers.groupby(["setup", "quantity"]):
+        if str(setup) in variants:
+            own = variants[str(setup)]
+            value[group.index] = values_at(own[own["model"] == model], str(quantity), group["x"])
+    met = pd.DataFrame({"id": numbers["id"]})
+    for name, predicted in (("ours", numbers["predicted"]), ("variant", value)):
+        met[name] = (predicted - numbers["measured"]).abs() <= numbers["tolerance"] * (1 + 1e-9)
+    return met[value.notna() & numbers["predicted"].notna()]
+
+
+def explain(numbers: pd.DataFrame, missed: pd.Series, variants: Mapping[str, pd.DataFrame]) -> pd.Series:
+    """A text for each missed number: the variant that meets it and passes the test, or why none does.
+
+    numbers: rows of the verdicts, all of one class; missed: which of them; variants: their predictions, by set-up.
+    """
+    models = {model: None for own in variants.values() for model in own["model"]}
+    judged = {model: met_by(model, numbers, variants) for model in models}
+    places = numbers.index[missed]
+    return pd.Series([_explanation(place, judged) for place in places], index=places, dtype=object)
+
+
+def _explanation(place: int, judged: Mapping[str, pd.DataFrame]) -> str:
+    refused = []
+    for model, met in judged.items():
+        if place not in met.index or not met.loc[place, "variant"]:
+            continue
+        row = met[met["id"] == met.loc[place, "id"]]
+        gained, lost = (met["variant"] & ~met["ours"]).sum(), (met["ours"] & ~met["variant"]).sum()
+        counts = f"{met['variant'].sum()} of all {len(met)} numbers that it predicts, ours {met['ours'].sum()}"
+        if row["variant"].all() and gained > 1 and not lost:
+            return f"met by: {model}. It meets {counts}"
+        refused.append(f"{model} meets this number, and {row['variant'].sum()} of {len(row)} of its row, {counts}")
+    return "; ".join([NOT_EXPLAINED, *refused])
+
 
 BOTH, TENTH, NEAR, OFF, NO_SETUP = "within both intervals", "within 10 %", "near", "off", "set-up unknown"
 NOT_RUN = "not run"
@@ -122,3 +169,35 @@ def count_verdicts(verdicts: pd.DataFrame) -> pd.DataFrame:
     """How many numbers of each set-up have each verdict: a row for each set-up, a column for each verdict."""
     counts = pd.crosstab(verdicts["setup"], verdicts["verdict"]).reindex(columns=list(VERDICTS), fill_value=0)
     return counts.reset_index().rename_axis(None, axis=1)
+
+
+LEVEL = 0.95
+EVERY = "all"
+
+
+def tabulate_coverage(verdicts: pd.DataFrame) -> pd.DataFrame:
+    """A row for each set-up and kind of interval, for each kind, and for all: how many numbers the intervals hold.
+
+    verdicts: of `give_verdicts`. Only measured numbers count, not results of other codes, and only with a prediction
+    that has an interval and is judged. Columns: setup, interval, numbers; held: numbers within the predicted interval;
+    share; lower, upper: Clopper and Pearson's interval of the share, as if the numbers were independent; overlapping:
+    numbers whose stated uncertainty reaches the predicted interval.
+    """
+    measured = verdicts["class"].str.startswith("measured") & (verdicts["verdict"] != NO_SETUP)
+    known = verdicts[measured & verdicts["predicted_lower"].notna()]
+    value, half = known["measured"], known["measured_uncertainty"].fillna(0.0)
+    low, high = known["predicted_lower"], known["predicted_upper"]
+    known = known.assign(held=value.between(low, high), overlapping=(value + half >= low) & (value - half <= high))
+    groups = [known, known.assign(setup=EVERY), known.assign(setup=EVERY, interval=EVERY)]
+    rows = []
+    for (setup, interval), group in pd.concat(groups).groupby(["setup", "interval"], sort=False):
+        held, numbers = int(group["held"].sum()), len(group)
+        lower, upper = proportion_confint(held, numbers, alpha=1 - LEVEL, method="beta")
+        rows.append(
+            {
+                "setup": setup, "interval": interval, "numbers": numbers, "held": held, "share": held / numbers,
+                "lower": lower, "upper": upper, "overlapping": int(group["overlapping"].sum()),
+            }
+        )  # fmt: skip
+    columns = ["setup", "interval", "numbers", "held", "share", "lower", "upper", "overlapping"]
+    return pd.DataFrame(rows, columns=columns)

@@ -1,19 +1,4 @@
-"""The friction pair that fits the track of a swinging ball, and its uncertainty (thesis Fig. 3.3).
-
-With one error of one size in all places, the most likely pair is the one of least squares,
-S(mu, mu_r) = sum (x_measured - x_simulated)^2. Both coefficients are searched for by their logarithms. S is rough: a
-ball on facets can come to rest one facet sooner. So the whole range is searched first (DIRECT, Jones et al. 1993,
-which knows no chance), Gauss-Newton steps follow, and a profile that finds a better pair begins them again there. The
-time of the release is a third unknown, which needs no simulation of its own.
-
-An interval is that of the profile: a coefficient belongs to it as long as the best fit with the other one free has
-    (S - S_min) / (S_min / (n - p)) <= F(probability; 1, n - p)
-with n the number of independent errors: neighbours in time err together, so that n is the number of places times
-(1 - r) / (1 + r), r the correlation of an error with the next. Every simulated pair that passes the test belongs to
-it too. An interval that reaches a bound of the search is open on that side: the track does not tell how far it goes.
-Where the profiles do not rise steadily from the estimate, S is rough at the scale of the errors and the search may have
-missed the best pair; the threshold is then raised by the median of their falls, and such a fit says is_steady = False.
-"""
+"""The friction pair of an oscillating ball, fitted to its track, and the experiments."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -26,10 +11,19 @@ from scipy import stats
 from scipy.interpolate import CubicSpline
 from scipy.optimize import direct, least_squares, minimize_scalar
 
-from millprint.config.calibration import SwingConfig
+from millprint.config.calibration import FRICTION_PAIR, MEASURED, SIMULATED, ExperimentConfig, SwingConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.run.progress import progress
 from millprint.statistics.quantiles import f_quantile
-from millprint.thesis.calibration.names import FRICTION_PAIR
-from millprint.thesis.calibration.oscillation import PLACES
+from millprint.thesis.calibration.oscillation import (
+    PLACES,
+    Swing,
+    describe_swings,
+    make_swing,
+    read_track,
+    simulate_track,
+)
 
 STEP = 0.004  # of finite differences, in the logarithm
 CLOSE = 1e-4  # change of a logarithm at which the search ends
@@ -292,3 +286,78 @@ def _interval(profile: pd.DataFrame, threshold: float, accepted: np.ndarray) -> 
         found[side] = float(np.exp(sign * max(sign * edge, *(sign * accepted))))
         found[f"{side}_open"] = bool(is_open)
     return found
+
+
+FITTED, VARIED = "fit", "varied"
+PATH_STEP_S = 2e-3
+
+
+def fit_experiment(
+    experiment: ExperimentConfig,
+    mills: dict[str, MillConfig],
+    contact: ContactConfig,
+    rayleigh_fraction_max: float,
+    settings: SwingConfig,
+    interval: float,
+) -> dict[str, pd.DataFrame]:
+    """Fit the friction pair of one experiment; mills: by the keys `mill` and `track_mill` of the experiment.
+
+    rayleigh_fraction_max: longest step, over the Rayleigh time of the ball [-]; interval: probability of the confidence
+    intervals [-]. Tables: track (as fitted), fit (a row a coefficient), profile, paths (of the fitted and of varied
+    pairs) and swings (what those look like in numbers). Raises ConfigError and SimulationError.
+    """
+    diameter, contact = experiment.ball_diameter_mm * 1e-3, contact.at_wall
+    swing = make_swing(mills["mill"], contact, rayleigh_fraction_max, diameter, settings)
+    if experiment.track:
+        track = read_track(experiment.track)
+    else:
+        released = make_swing(mills["track_mill"], contact, rayleigh_fraction_max, diameter, settings)
+        track = simulate_track(released, settings)
+    with progress(None, f"fitting {experiment.name}", " simulations") as bar:
+        fit = fit_friction(track, swing.positions, settings, interval, bar.update)
+    pairs = [tuple(fit.pair), *settings.varied]
+    duration = float(track["time_s"].iloc[-1])
+    return {
+        "track": track,
+        "fit": _fit_table(experiment, mills, contact, fit, len(track)),
+        "profile": fit.profile,
+        "paths": _paths(swing, pairs, duration, fit.release_s),
+        "swings": describe_swings(swing, pairs, duration),
+    }
+
+
+def _fit_table(
+    experiment: ExperimentConfig, mills: dict[str, MillConfig], contact: ContactConfig, fit: Fit, frames: int
+) -> pd.DataFrame:
+    """A row a coefficient, with what the track was and how well it is met; `given` is empty for a measured track."""
+    measured = bool(experiment.track)
+    known = {
+        "experiment": experiment.name,
+        "source": MEASURED if measured else SIMULATED,
+        "contact": contact.name,
+        "mill": mills["mill"].name,
+        "track_mill": "" if measured else mills["track_mill"].name,
+        "parameter": FRICTION_PAIR,
+        "given": [np.nan if measured else getattr(contact, name) for name in FRICTION_PAIR],
+    }
+    table = pd.DataFrame(known).merge(fit.summary, on="parameter")
+    return table.assign(
+        deviation_percent=100 * (table["estimate"] / table["given"] - 1),
+        rms_mm=fit.rms_mm,
+        release_s=fit.release_s,
+        frames=frames,
+        independent_places=fit.effective_places,
+        simulations=fit.simulations,
+    )
+
+
+def _paths(swing: Swing, pairs: list[tuple[float, float]], duration: float, release: float) -> pd.DataFrame:
+    """Simulated paths, the first being the fit: path, static_friction, rolling_friction, time_s and the places."""
+    times = np.arange(0, duration, PATH_STEP_S)
+    tables = []
+    for index, pair in enumerate(pairs):
+        places = swing.positions(pair, duration)(times)
+        path = {"path": VARIED if index else FITTED, **dict(zip(FRICTION_PAIR, pair, strict=True))}
+        path |= {"time_s": times + release, **dict(zip(PLACES, places.T, strict=True))}
+        tables.append(pd.DataFrame(path))
+    return pd.concat(tables, ignore_index=True)

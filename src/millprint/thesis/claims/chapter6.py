@@ -5,9 +5,16 @@ import pandas as pd
 
 from millprint.thesis.claims.chapter3_causes import CONTACT, MILL
 from millprint.thesis.claims.evidence import Evidence, Finding, Interval, NotRun, claim, in_words, yes_no
-from millprint.thesis.surrogate.ablations import BASELINE, DISSIPATION, NOTHING, OPEN, PLATEAU, SOMETHING
-from millprint.thesis.surrogate.measure_tables import covered_share
-from millprint.thesis.surrogate.spread import failed_tests
+from millprint.thesis.surrogate.measure_tables import (
+    BASELINE,
+    DISSIPATION,
+    NOTHING,
+    OPEN,
+    PLATEAU,
+    SOMETHING,
+    covered_share,
+    failed_tests,
+)
 
 VARIANT = "thesis"
 METRICS = "surrogate/metrics.tsv"

@@ -6,9 +6,8 @@ from pathlib import Path
 import pandas as pd
 
 from millprint.run.files import read_table
-from millprint.thesis.claims.chapter3_text import implied_difference
-from millprint.thesis.claims.claim_verdicts import ERRATUM
-from millprint.thesis.claims.evidence import Evidence, Finding, in_words
+from millprint.thesis.claims.chapter3 import implied_difference
+from millprint.thesis.claims.evidence import ERRATUM, Evidence, Finding, in_words
 from millprint.thesis.claims.tabulate import chapter_of
 from millprint.thesis.surrogate.measure_tables import covered_share
 

@@ -1,18 +1,223 @@
-"""The registry of the claims: code that finds a claim's value, and the rows of the results that decide it."""
+"""The registry of the claims: code that finds a claim's value, the rows that decide it, tolerances and verdicts."""
 
 import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from decimal import ROUND_DOWN, ROUND_HALF_UP, Decimal, InvalidOperation
+from fnmatch import fnmatch
 from pathlib import Path
 
 import pandas as pd
 
 from millprint.config.errors import ConfigError
 from millprint.run.files import read_json, read_table
-from millprint.statistics.student import spread_of
-from millprint.thesis.claims.sources import Source, source_in
-from millprint.thesis.claims.tolerances import agrees
+from millprint.statistics.student import FEWEST_REPEATS, spread_of
+
+# By the value itself.
+REPRODUCED, DEVIATES, ERRATUM, NOT_RUN = "reproduced", "deviates", "erratum", "not run"
+VERDICTS = (REPRODUCED, ERRATUM, DEVIATES, NOT_RUN)
+
+# By the interval, of claims that have one; these two besides REPRODUCED and DEVIATES.
+UNDECIDED, TOO_WIDE, TOO_FEW = "undecided", "wider than the tolerance", "too few repeats"
+INTERVAL_VERDICTS = (REPRODUCED, DEVIATES, UNDECIDED, TOO_WIDE, TOO_FEW)
+# Another run may fall on either side of the tolerance.
+OPEN_VERDICTS = (UNDECIDED, TOO_WIDE, TOO_FEW)
+
+
+# Values of the column `nature` of claims.tsv, ordered by how much a match proves, least first.
+NATURES = {
+    "read": "read from a table of the thesis and printed back",
+    "arithmetic": "arithmetic on printed numbers",
+    "put_in": "put in and read back",
+    "fitted": "fitted to the printed value",
+    "simulated": "simulated",
+    "trained": "trained",
+    "timed": "a run time",
+}
+# The same on every machine, because they do not depend on chance.
+CERTAIN = ("read", "arithmetic")
+TIMED = "timed"
+
+# Values of the column `basis`.
+STATED, DERIVED = "stated", "derived"
+BASES = {
+    STATED: "printed in the thesis, as a number or as a statement",
+    DERIVED: "not printed: follows from two printed numbers (a mean from its standard deviation and variation)",
+}
+
+
+# Relative bounds for fitted pairs (tolerance `recover`) and for claims with the tolerance `report`.
+RECOVER_BOUND = 0.05
+REPORT_BOUND = 0.10
+
+# A bound on the value itself, and a range that it must lie in.
+BOUND = re.compile(r"(<=|>=|<|>)\s*([-+.\deE]+)%?")
+RANGE = re.compile(r"([-+.\deE]+)\.\.([-+.\deE]+)")
+_ORDERS = {"<=": lambda a, b: a <= b, ">=": lambda a, b: a >= b, "<": lambda a, b: a < b, ">": lambda a, b: a > b}
+
+
+def agrees(published: str, tolerance: str, value: float | str) -> bool:
+    """Whether `value` meets `published` within `tolerance`.
+
+    Tolerances: `printed` (the published digits, rounded or truncated), `15%` (relative), `0.01` (absolute),
+    `<=15%` and `>=3` (a bound on the value itself, for a percentage in per cent), `20..35` (a range), `recover` (5 %),
+    `report` (10 %, or the same word), and any word, which must be equal. Of a pair, such as 0.30/0.045, each number.
+    Raises ValueError for a number instead of a word, or the reverse.
+    """
+    parts = pairs(published, str(value))
+    if len(parts) > 1:
+        return all(agrees(theirs, tolerance, ours) for theirs, ours in parts)
+    bound, within = BOUND.fullmatch(tolerance), RANGE.fullmatch(tolerance)
+    if bound:
+        return _ORDERS[bound[1]](float(value), float(bound[2]))
+    if within:
+        return float(within[1]) <= float(value) <= float(within[2])
+    if not is_number(published):
+        return str(value) == published
+    value = float(value)
+    if not math.isfinite(value):
+        return False
+    if tolerance == "printed":
+        return _has_digits(published, value)
+    return abs(value - float(published)) <= _reach(published, tolerance) * (1 + 1e-12)
+
+
+def pairs(published: str, *others: str) -> list[tuple[str, ...]]:
+    """The numbers of a pair such as 0.30/0.045 with those of the others; one tuple for a value that is not a pair."""
+    split = published.split("/")
+    if len(split) == 1 or not all(map(is_number, split)):
+        return [(published, *others)]
+    return list(zip(split, *(other.split("/") for other in others), strict=True))
+
+
+def allowed_width(published: str, tolerance: str) -> float:
+    """The width of what a tolerance allows about a printed number; infinite for a bound and for a word."""
+    if within := RANGE.fullmatch(tolerance):
+        return float(within[2]) - float(within[1])
+    if BOUND.fullmatch(tolerance) or not is_number(published):
+        return math.inf
+    # Rounded: half a unit to either side; truncated: a whole one to one side.
+    return 1.5 * float(_unit(published)) if tolerance == "printed" else 2 * _reach(published, tolerance)
+
+
+def deviation(published: str, value: float | str | None) -> float | None:
+    """Relative deviation from the published number, in per cent; None where one is not a number or the latter is 0."""
+    if value is None or not is_number(published) or not is_number(value) or float(published) == 0:
+        return None
+    if not math.isfinite(float(value)):
+        return None
+    return 100 * (float(value) - float(published)) / abs(float(published))
+
+
+def is_number(text: float | str) -> bool:
+    """Whether a value or a text is a number, infinite ones included."""
+    try:
+        return not Decimal(str(text)).is_nan()
+    except InvalidOperation:
+        return False
+
+
+def _reach(published: str, tolerance: str) -> float:
+    """How far a value may be from a printed number to either side."""
+    size = abs(float(published)) or 1.0
+    if tolerance in ("recover", "report"):
+        return (RECOVER_BOUND if tolerance == "recover" else REPORT_BOUND) * size
+    return float(tolerance[:-1]) / 100 * size if tolerance.endswith("%") else float(tolerance)
+
+
+def _unit(published: str) -> Decimal:
+    """One unit of the last printed digit."""
+    exponent = Decimal(published).as_tuple().exponent
+    assert isinstance(exponent, int), "only infinity and what is not a number have a letter there"
+    return Decimal(1).scaleb(exponent)
+
+
+def _has_digits(published: str, value: float) -> bool:
+    step = _unit(published)
+    # repr carries the shortest digits that give the number back, so 0.145 is not read as 0.14499999.
+    exact = Decimal(repr(round(value, 12)))
+    return Decimal(published) in (exact.quantize(step, ROUND_HALF_UP), exact.quantize(step, ROUND_DOWN))
+
+
+# By path from the results folder: the rule that writes the file, and the function that computes its content. Where one
+# column has a function of its own, its name follows the path. Functions are named, not imported: claims read files, and
+# what computed these would bring most of the library.
+ORIGINS: dict[str, tuple[str, str]] = {
+    "doe/fraction.json": ("tabulate_experiments", "millprint.thesis.doe.factorial_designs.describe"),
+    "doe/audit.tsv": ("tabulate_experiments", "millprint.thesis.doe.factorial_designs.audit_table"),
+    "doe/anova_printed.tsv": ("analyse_variance", "millprint.thesis.doe.variance.printed_table"),
+    "doe/interactions.tsv": ("analyse_variance", "millprint.thesis.doe.variance.interaction_table"),
+    "doe/residuals.tsv": ("analyse_variance", "millprint.thesis.doe.residuals.residual_table"),
+    "doe/pareto.tsv": ("analyse_variance", "millprint.thesis.doe.variance.pareto_table"),
+    "doe/half_life.tsv": ("tabulate_experiments", "millprint.thesis.doe.wet_lab.half_life_table"),
+    "doe/wear.tsv": ("tabulate_experiments", "millprint.thesis.doe.wet_lab.wear_table"),
+    "calibration/drop_test.tsv": ("calibrate_restitution", "millprint.thesis.calibration.drop.simulate_drops"),
+    "calibration/*/friction_fit.tsv": ("fit_friction", "millprint.thesis.calibration.friction_fit.fit_experiment"),
+    "convergence/modulus.tsv": ("tabulate_convergence", "millprint.dem.convergence.convergence_table"),
+    "dem/*/summary.json": ("run_dem_case", "millprint.dem.summary.summarise"),
+    "fingerprint/descriptors.tsv": ("tabulate_descriptors", "millprint.fingerprint.descriptors.tabulate_descriptors"),
+    "fingerprint/cycles.tsv": ("tabulate_descriptors", "millprint.fingerprint.cycles.tabulate_cycles"),
+    "fingerprint/means_*.tsv": ("fit_master_curves", "millprint.fingerprint.master_curves.average_curves"),
+    "fingerprint/collapse.tsv": ("fit_master_curves", "millprint.thesis.curves.collapse.tabulate_collapse"),
+    "fingerprint/inverse.tsv": ("invert_master_curves", "millprint.fingerprint.inverse.invert_speed"),
+    "partition/table_4_2.tsv yield_percent": ("partition_dissipation", "millprint.thesis.curves.regimes.read_regimes"),
+    "partition/table_4_2.tsv": ("partition_dissipation", "millprint.thesis.curves.regimes.design_cases"),
+    "partition/table_4_3.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.compare_with_prior"),
+    "partition/table_4_4.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.specific_yields"),
+    "partition/table_4_5.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.energy_leverage"),
+    "partition/slopes.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.fit_slopes"),
+    "yield/scores_by_scheme.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.score_table"),
+    "yield/out_of_domain.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.predictions"),
+    "yield/time_variance.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.time_variance"),
+    "yield/shap_ranking.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.rank_features"),
+    "surrogate/*/metrics.tsv": ("evaluate_surrogate", "millprint.thesis.surrogate.rollout_evaluation.evaluate"),
+    "surrogate/runtime.tsv dem_seconds_for_15_s": (
+        "time_surrogates",
+        "millprint.thesis.surrogate.timing.simulation_seconds",
+    ),
+    "surrogate/runtime.tsv": ("time_surrogates", "millprint.thesis.surrogate.timing.time_rollouts"),
+    "surrogate/wall_contacts.tsv": (
+        "build_surrogate_dataset",
+        "millprint.thesis.surrogate.measure_tables.wall_contact_table",
+    ),
+    "surrogate/ablations.tsv": ("tabulate_ablations", "millprint.thesis.surrogate.measure_tables.ablation_table"),
+}
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a value comes from.
+
+    path: of the file, from the results folder, or of a file of the project; columns: names, separated by commas;
+    rows: a condition on the columns, as `pandas.DataFrame.query` takes it, empty for every row; rule: what writes the
+    file; for a simulation run_dem_case, also where a job of another rule run_dem_... holds several, and for the errors
+    of a network evaluate_surrogate; function: what computes
+    its content.
+    """
+
+    path: str
+    columns: str
+    rows: str
+    rule: str
+    function: str
+
+    def __str__(self) -> str:
+        return f"{self.path}{self.details}"
+
+    @property
+    def details(self) -> str:
+        """All but the path, in words."""
+        rows = f" [{self.rows}]" if self.rows else ""
+        return f"{rows} {self.columns} (rule {self.rule}, {self.function})"
+
+
+def source_in(path: str, columns: str, rows: str = "") -> Source:
+    """A source in a file of the results. Raises KeyError for a file that ORIGINS does not have."""
+    for pattern, (rule, function) in ORIGINS.items():
+        if fnmatch(path, pattern) or pattern == f"{path} {columns}":
+            return Source(path, columns, rows, rule, function)
+    raise KeyError(f"{path}: no file of claims.sources.ORIGINS")
 
 
 @dataclass(frozen=True)
@@ -222,3 +427,56 @@ def as_printed(evidence: Evidence, ids: str) -> bool:
     """
     found = {name: find_claim(replace(evidence, id=name, sources=[])).value for name in ids.split()}
     return all(value is not None and agrees(evidence.printed[name], "printed", value) for name, value in found.items())
+
+
+def verdict(published: str, tolerance: str, finding: Finding) -> str:
+    """One of VERDICTS, by the value.
+
+    A value within the tolerance is reproduced, whatever else the thesis prints. Else it is an erratum where two printed
+    places cannot both hold, and deviates where they can.
+    """
+    if finding.value is None:
+        return NOT_RUN
+    if agrees(published, tolerance, finding.value):
+        return REPRODUCED
+    return ERRATUM if finding.contradiction else DEVIATES
+
+
+def interval_verdict(published: str, tolerance: str, finding: Finding) -> str:
+    """One of INTERVAL_VERDICTS; empty for a claim without an interval.
+
+    Fewer than FEWEST_REPEATS decide nothing. `reproduced` if the interval lies inside the tolerance and no repeat
+    failed, `deviates` if it lies outside, and else undecided, or too wide where it is wider than what is allowed.
+    """
+    interval = finding.interval
+    if finding.value is None or interval is None:
+        return ""
+    if interval.repeats < FEWEST_REPEATS:
+        return TOO_FEW
+    if interval.failed == interval.repeats:
+        return DEVIATES
+    parts = pairs(published, str(interval.lower), str(interval.upper))
+    found = [_of_ends(theirs, lower, upper, tolerance) for theirs, lower, upper in parts]
+    worst = next((one for one in (DEVIATES, TOO_WIDE, UNDECIDED) if one in found), REPRODUCED)
+    # A repeat that failed is a miss, so that the others cannot all be hits.
+    return UNDECIDED if worst == REPRODUCED and interval.failed else worst
+
+
+def _of_ends(published: str, lower: str, upper: str, tolerance: str) -> str:
+    inside = [agrees(published, tolerance, end) for end in (lower, upper)]
+    if all(inside):
+        return REPRODUCED
+    numbers = is_number(lower) and is_number(upper)
+    # A tolerance allows one connected range. If it is about a printed number, the range contains that number.
+    about = numbers and is_number(published) and not BOUND.fullmatch(tolerance) and not RANGE.fullmatch(tolerance)
+    around = about and float(lower) <= float(published) <= float(upper)
+    if not any(inside) and not around and not _holds_range(tolerance, lower, upper):
+        return DEVIATES
+    wide = numbers and float(upper) - float(lower) > allowed_width(published, tolerance)
+    return TOO_WIDE if wide else UNDECIDED
+
+
+def _holds_range(tolerance: str, lower: str, upper: str) -> bool:
+    """Whether an interval holds the range that a tolerance names."""
+    within = RANGE.fullmatch(tolerance)
+    return within is not None and float(lower) <= float(within[1]) and float(within[2]) <= float(upper)

@@ -12,22 +12,30 @@ from millprint.run.tables import refuse_rows
 # Importing a chapter registers its claims.
 from millprint.thesis.claims import (  # noqa: F401
     chapter2,
-    chapter2_text,
     chapter3,
     chapter3_curves,
-    chapter3_text,
     chapter4,
-    chapter4_text,
     chapter5,
-    chapter5_text,
     chapter6,
 )
-from millprint.thesis.claims.claim_verdicts import DEVIATES, OPEN_VERDICTS, VERDICTS
-from millprint.thesis.claims.compare import interval_verdict, verdict
 from millprint.thesis.claims.conclusions import chapter_name
-from millprint.thesis.claims.evidence import CLAIMS, Evidence, Finding, Interval, find_claim
-from millprint.thesis.claims.natures import BASES, DERIVED, NATURES
-from millprint.thesis.claims.tolerances import deviation, is_number
+from millprint.thesis.claims.evidence import (
+    BASES,
+    CLAIMS,
+    DERIVED,
+    DEVIATES,
+    NATURES,
+    OPEN_VERDICTS,
+    VERDICTS,
+    Evidence,
+    Finding,
+    Interval,
+    deviation,
+    find_claim,
+    interval_verdict,
+    is_number,
+    verdict,
+)
 
 CLAIM_COLUMNS = ["id", "locus", "quantity", "value", "unit", "nature", "basis", "tolerance", "note"]
 # Columns of the table of verdicts: part of an interval.

@@ -15,8 +15,8 @@ from millprint.config.doe import AnalysisConfig
 from millprint.run.progress import progress
 from millprint.statistics.quantiles import chi_squared_above, f_above, normal_quantile
 from millprint.thesis.doe.factorial_designs import treatments
-from millprint.thesis.doe.least_squares import sums_of_squares
 from millprint.thesis.doe.runs import RUN_ORDER, YIELD
+from millprint.thesis.doe.variance import sums_of_squares
 
 # A run of at least this leverage fixes a parameter: the model goes through it.
 FULL_LEVERAGE = 1 - 1e-9

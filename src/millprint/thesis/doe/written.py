@@ -5,15 +5,20 @@ from pathlib import Path
 from millprint.config.design import DesignConfig
 from millprint.config.doe import AnalysisConfig
 from millprint.run.files import write_json, write_table
-from millprint.thesis.doe.aliases import alias_table, confounding_table
-from millprint.thesis.doe.audit import audit_table
-from millprint.thesis.doe.contested import contested_table, residual_parts_table, rival_models_table
-from millprint.thesis.doe.factorial_designs import describe, design_table
-from millprint.thesis.doe.least_squares import fit_factors
+from millprint.thesis.doe.factorial_designs import alias_table, audit_table, confounding_table, describe, design_table
 from millprint.thesis.doe.residuals import lack_of_fit_table, residual_checks, residual_table
 from millprint.thesis.doe.runs import read_runs
-from millprint.thesis.doe.trends import interaction_table, trend_table
-from millprint.thesis.doe.variance import corrected_table, detectable_table, printed_table
+from millprint.thesis.doe.variance import (
+    contested_table,
+    corrected_table,
+    detectable_table,
+    fit_factors,
+    interaction_table,
+    printed_table,
+    residual_parts_table,
+    rival_models_table,
+    trend_table,
+)
 
 # The tables of the design, by the names of the rule's outputs.
 DESIGN_TABLES = ("design", "aliases", "confounding", "audit")

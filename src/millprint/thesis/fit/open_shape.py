@@ -20,8 +20,8 @@ from millprint.fingerprint.bands import Ends, ShapeFactors
 from millprint.fingerprint.condition import BASIC, scaled_quantities
 from millprint.fingerprint.master_curves import CURVES, WEIGHTED
 from millprint.thesis.fit import FEWEST_JARS
-from millprint.thesis.fit.published_targets import FREQUENCY
-from millprint.thesis.fit.shape import JAR_PARAMETERS
+from millprint.thesis.fit.jar_search import JAR_PARAMETERS
+from millprint.thesis.fit.published import FREQUENCY
 from millprint.uncertainty.emulator import Emulator
 
 logger = logging.getLogger("millprint")

@@ -20,7 +20,7 @@ from PIL import Image
 from millprint.config.errors import ConfigError
 from millprint.provenance.lineage import Job
 from millprint.run.html_pages import embed_files, render_page
-from millprint.thesis.report.figures import data_of
+from millprint.thesis.report.catalogue import data_of
 from millprint.thesis.report.table_pages import FOLDER, section_id
 
 # Twice the width of a thumbnail on the page [px], and its quality: lines and letters stay sharp.

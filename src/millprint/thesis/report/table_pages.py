@@ -1,13 +1,16 @@
-"""HTML pages of tables that can be sorted and filtered in the browser, offline."""
+"""Tables of the report as HTML, and the pages of the chapters."""
 
 import re
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
 import pandas as pd
 
+from millprint.run.files import read_table, whole_file
 from millprint.run.html_pages import embed_files, render_page
+from millprint.thesis.report.catalogue import TABLES
 
 FOLDER = Path(__file__).parent
 DIGITS = 4
@@ -82,3 +85,21 @@ def tables_page(title: str, introduction: str, sections: list[Section]) -> str:
         style=embed_files(FOLDER, "page.css"),
         script=embed_files(FOLDER, "tables.js"),
     )
+
+
+def write_chapter(chapter: str, name: str, tables: Collection[str], results: str, output: str) -> None:
+    """Write the page of a chapter, with those of its tables in the folder `results` that `tables` lists.
+
+    name: of the run.
+    """
+    sections = [
+        Section(listed.title, read_table(path), f"{listed.note} {listed.path}".strip())
+        for listed in TABLES[chapter]
+        if (path := f"{results}/{listed.path}") in tables
+    ]
+    title, about = (
+        (f"Chapter {chapter}", f"thesis chapter {chapter}") if chapter.isdigit() else (chapter, chapter.lower())
+    )
+    introduction = f"Tables of {about} as the run {name} computed them. A click on a column sorts by it."
+    with whole_file(output) as partial:
+        partial.write_text(tables_page(f"{title}: tables", introduction, sections))

@@ -11,8 +11,8 @@ from millprint.config.mill import MillConfig
 from millprint.config.surrogate import EdgeConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.simulation import Simulation
-from millprint.thesis.surrogate.protocol import Surrogate
-from millprint.thesis.surrogate.trajectory import read_attributes
+from millprint.thesis.surrogate.rollout import Surrogate
+from millprint.thesis.surrogate.scene import read_attributes
 
 PHYSICAL_S = 15.0
 # Timings whose median is taken, and wall time after which no further one is begun [s].

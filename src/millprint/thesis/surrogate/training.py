@@ -1,4 +1,4 @@
-"""A training that can be stopped after any step, and continues from its checkpoint exactly as without the stop."""
+"""Training of the network (thesis Sec. 6.2.2); stopped after any step, it continues exactly as without the stop."""
 
 import logging
 import math
@@ -10,10 +10,19 @@ import pandas as pd
 import torch
 from torch import Tensor, nn
 
-from millprint.config.errors import TrainingError
-from millprint.config.surrogate import TrainingConfig
+from millprint.config.errors import ConfigError, TrainingError
+from millprint.config.surrogate import GraphConfig, Recipe, TrainingConfig
 from millprint.run.progress import progress
-from millprint.thesis.surrogate.checkpoint import read_checkpoint, write_checkpoint
+from millprint.thesis.surrogate.dataset import Snapshots, TrainingRun, graphs_at, on_device, read_dataset
+from millprint.thesis.surrogate.network import (
+    NormalisedNetwork,
+    feature_statistics,
+    identity,
+    read_checkpoint,
+    target,
+    weights_content,
+    write_checkpoint,
+)
 
 logger = logging.getLogger("millprint")
 
@@ -138,3 +147,188 @@ class ResumableTraining(ABC):
             setattr(self, name, content[name])
         self.restore(content)
         return True
+
+
+Batch = tuple[int, Tensor]
+
+
+def huber(error: Tensor, delta: float) -> Tensor:
+    """Huber penalty, Eq. 6.30: e^2 / (2 delta) below delta, |e| - delta / 2 from there on. Elementwise."""
+    size = error.abs()
+    return torch.where(size < delta, error * error / (2 * delta), size - delta / 2)
+
+
+def losses(
+    predicted: tuple[Tensor, Tensor], targets: tuple[Tensor, Tensor], settings: TrainingConfig
+) -> dict[str, Tensor]:
+    """Loss of accelerations (Eq. 6.29a), of dissipation (Eq. 6.29b) and their weighted sum `total` (Eq. 6.28).
+
+    Both pairs hold normalised accelerations (n, 3) and normalised dissipation (graphs,).
+    """
+    acceleration = huber(predicted[0] - targets[0], settings.huber_delta).mean()
+    dissipation = huber(predicted[1] - targets[1], settings.huber_delta).mean()
+    total = settings.acceleration_weight * acceleration + settings.dissipation_weight * dissipation
+    return {"total": total, "acceleration": acceleration, "dissipation": dissipation}
+
+
+def draw_epoch(rows: list[Tensor], snapshots: int, batch_size: int, seed: int) -> list[Batch]:
+    """Batches of one epoch: `snapshots` rows drawn from all runs without replacement, each batch from one run."""
+    generator = torch.Generator().manual_seed(seed)
+    sizes = torch.tensor([len(part) for part in rows])
+    chosen = torch.randperm(int(sizes.sum()), generator=generator)[:snapshots]
+    ends = torch.cumsum(sizes, 0)
+    run = torch.searchsorted(ends, chosen, right=True)
+    batches = []
+    for number, part in enumerate(rows):
+        own = part[chosen[run == number] - (ends[number] - sizes[number])]
+        batches += [(number, batch) for batch in own.split(batch_size)]
+    return [batches[place] for place in torch.randperm(len(batches), generator=generator)]
+
+
+def check_data(run: TrainingRun, graph: GraphConfig) -> None:
+    """Raise TrainingError for the first snapshot of a run with a feature or target that is not a finite number."""
+    snapshots, end = run.snapshots, run.validation_end
+    read = {"ball": snapshots.ball, "wall": snapshots.wall, "position": snapshots.position}
+    read |= {graph.acceleration: target(snapshots, graph), "dissipation": snapshots.dissipation}
+    for name, values in read.items():
+        finite = torch.isfinite(values[:end]).reshape(end, -1).all(dim=1)
+        if not finite.all():
+            row = int(torch.argmin(finite.int()))
+            raise TrainingError(
+                f"surrogate.training: before epoch 1, run {run.case}: {name} of snapshot {row} is not a finite number; "
+                "delete its run.h5 and run the same command again"
+            )
+
+
+class Trainer(ResumableTraining):
+    """The training of a graph network.
+
+    Raises ConfigError without a full window of snapshots to train on, and TrainingError for data that are not finite.
+    """
+
+    headline = "training_total"
+    model: NormalisedNetwork
+    settings: TrainingConfig
+
+    def __init__(self, runs: list[TrainingRun], recipe: Recipe, device: torch.device):
+        super().__init__()
+        self.recipe, self.device, self.settings = recipe, device, recipe.training
+        window, settings = recipe.graph.window, recipe.training
+        self.rows = [run.training_rows(window) for run in runs]
+        if not sum(map(len, self.rows)):
+            raise ConfigError(f"surrogate.snapshots.train_until_s: no {window} snapshots in a row to train on")
+        for run in runs:
+            check_data(run, recipe.graph)
+        # Statistics never see a row that is not trained on.
+        parts = [(run.snapshots, rows) for run, rows in zip(runs, self.rows, strict=True)]
+        statistics = feature_statistics(parts, recipe.graph, recipe.edges)
+        self.validation = [run.validation_rows(window) for run in runs]
+        self.runs = [on_device(run, device) for run in runs]
+        torch.manual_seed(settings.seed)
+        self.model = NormalisedNetwork(recipe, statistics).to(device)
+        self.optimiser = torch.optim.Adam(self.model.parameters(), lr=settings.learning_rate, fused=True)
+        self.noise = torch.Generator().manual_seed(settings.seed)
+        self.drawn: dict[int, list[Batch]] = {}
+        decay = (settings.final_learning_rate / settings.learning_rate) ** (1 / (settings.epochs * self.epoch_steps()))
+        self.scheduler = torch.optim.lr_scheduler.ExponentialLR(self.optimiser, decay)
+        self.identity = identity(recipe, [statistics[name].cpu().numpy() for name in sorted(statistics)])
+
+    def batches(self) -> list[Batch]:
+        """Batches of the present epoch."""
+        if self.epoch not in self.drawn:
+            settings = self.settings
+            seed = settings.seed + 1_000_003 * self.epoch
+            self.drawn = {self.epoch: draw_epoch(self.rows, settings.snapshots_per_epoch, settings.batch_size, seed)}
+        return self.drawn[self.epoch]
+
+    def epoch_steps(self) -> int:
+        """Steps of the present epoch."""
+        return len(self.batches())
+
+    def step(self) -> dict[str, Tensor]:
+        """One batch, with noise on the velocities."""
+        number, rows = self.batches()[self.cursor]
+        snapshots = self.runs[number].snapshots
+        shape = (len(rows) * snapshots.ball.shape[1], self.recipe.graph.window, 3)
+        noise = self.settings.velocity_noise * torch.randn(shape, generator=self.noise)
+        terms, _ = self._losses(snapshots, rows.to(self.device), noise.to(self.device))
+        self.optimiser.zero_grad()
+        terms["total"].backward()
+        self.optimiser.step()
+        self.scheduler.step()
+        return terms
+
+    def subject(self) -> str:
+        """The simulation whose snapshots the step takes."""
+        number, _ = self.batches()[self.cursor]
+        return f"run {self.runs[number].case}"
+
+    def stop(self) -> None:
+        """An epoch that the wall-time limit has cut short counts."""
+        if self.cursor and self.elapsed_s >= self.settings.wall_time_max_s:
+            self.end_epoch()
+
+    def _losses(
+        self, snapshots: Snapshots, rows: Tensor, noise: Tensor | None = None
+    ) -> tuple[dict[str, Tensor], Tensor]:
+        """Losses of a batch, and the mean squared error of its normalised accelerations."""
+        graphs = graphs_at(snapshots, rows, self.recipe.graph.window, self.recipe.edges)
+        acceleration = target(snapshots, self.recipe.graph)[rows].reshape(-1, 3)
+        targets = (
+            self.model.normalised(acceleration, "acceleration"),
+            self.model.normalised(snapshots.dissipation[rows, None], "dissipation").squeeze(1),
+        )
+        predicted = self.model.network(self.model.normalise(graphs, noise))
+        mean_square = (predicted[0] - targets[0]).square().mean()
+        return losses(predicted, targets, self.recipe.training), mean_square
+
+    def validate(self) -> dict[str, float]:
+        """The learning rate; losses and mean squared error without noise, on snapshots after those of the training."""
+        settings = self.settings
+        sums: dict[str, float] = {}
+        count = 0
+        with torch.inference_mode():
+            for number, rows in draw_epoch(self.validation, settings.validation_snapshots, 256, settings.seed):
+                terms, mean_square = self._losses(self.runs[number].snapshots, rows.to(self.device))
+                for name, value in (terms | {"mean_square": mean_square}).items():
+                    sums[name] = sums.get(name, 0.0) + value.item() * len(rows)
+                count += len(rows)
+        rate = float(self.scheduler.get_last_lr()[0])
+        return {"learning_rate": rate} | {f"validation_{name}": value / count for name, value in sums.items()}
+
+    def history_table(self) -> pd.DataFrame:
+        """A row an epoch: learning rate, seconds since the start, losses on training and validation snapshots."""
+        table = pd.DataFrame(self.history)
+        table.insert(1, "learning_rate", table.pop("learning_rate"))
+        return table
+
+    def further_state(self) -> dict:
+        """Learning rate and noise."""
+        return {"scheduler": self.scheduler.state_dict(), "noise": self.noise.get_state()}
+
+    def restore(self, content: dict) -> None:
+        """Take over learning rate and noise."""
+        self.scheduler.load_state_dict(content["scheduler"])
+        self.noise.set_state(content["noise"].cpu())
+
+
+def train(dataset: str, checkpoint: Path, recipe: Recipe, device: torch.device) -> tuple[dict, pd.DataFrame]:
+    """Train a network on a data set, from its checkpoint if there is one of the same recipe and data.
+
+    Returns the content of the weights file, and a row of losses an epoch. Raises ConfigError and TrainingError as
+    `Trainer` and `ResumableTraining.train`.
+    """
+    trainer = Trainer(read_dataset(dataset), recipe, device)
+    if trainer.resume(checkpoint, device):
+        logger.info("continuing from epoch %d, step %d of %s", trainer.epoch, trainer.cursor, checkpoint)
+    finished = trainer.train(checkpoint)
+    logger.info(
+        "%s after %d of %d epochs, %.0f s on %s with %d thread(s)",
+        "finished" if finished else "stopped by training.wall_time_max_s",
+        trainer.epoch,
+        recipe.training.epochs,
+        trainer.elapsed_s,
+        device.type,
+        torch.get_num_threads(),
+    )
+    return weights_content(trainer.model, recipe), trainer.history_table()

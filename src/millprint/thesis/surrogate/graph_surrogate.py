@@ -13,13 +13,18 @@ from tqdm import tqdm
 from millprint.config.surrogate import EdgeConfig, Recipe
 from millprint.run.progress import progress
 from millprint.thesis.surrogate import measures
-from millprint.thesis.surrogate.network.dataset import ball_features, featurise, on_device, wall_features
-from millprint.thesis.surrogate.network.graphs import Graphs, graphs_at, threshold_edges
-from millprint.thesis.surrogate.network.sdf_network import NormalisedNetwork, target
-from millprint.thesis.surrogate.protocol import Run
-from millprint.thesis.surrogate.rollout import RollOut
-from millprint.thesis.surrogate.scene import Scene
-from millprint.thesis.surrogate.trajectory import Trajectory
+from millprint.thesis.surrogate.dataset import (
+    Graphs,
+    ball_features,
+    featurise,
+    graphs_at,
+    on_device,
+    threshold_edges,
+    wall_features,
+)
+from millprint.thesis.surrogate.network import NormalisedNetwork, target
+from millprint.thesis.surrogate.rollout import RollOut, Run
+from millprint.thesis.surrogate.scene import Scene, Trajectory
 
 
 @dataclass

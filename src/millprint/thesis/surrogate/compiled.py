@@ -1,4 +1,4 @@
-"""The network's weights for the compiled step: linear layers that follow one another folded into one.
+"""The roll-out of a graph network as one kernel: its weights, folded where no ReLU is between linear layers.
 
 No ReLU stands between the last linear layer of one multi-layer perceptron and the first of the next, nor between a
 message and the mean over messages (Eq. 6.25). With x the last hidden values of a perceptron, its last layer L x + b and
@@ -9,12 +9,18 @@ layer of a message, W_i v_i + W_j v_j + W_e e (Eq. 6.24), is computed once a nod
 whose results these are but for rounding.
 """
 
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from millprint.thesis.surrogate.network.sdf_network import CHANNELS, NormalisedNetwork
-from millprint.thesis.surrogate.network.terms import PANEL
+from millprint.mill.distance import SignedDistance
+from millprint.thesis.surrogate.dataset import ball_reach
+from millprint.thesis.surrogate.graph_surrogate import GraphSurrogate, State, Sums, no_sums
+from millprint.thesis.surrogate.kernels import PANEL, Batch, Rules, make_scratch, roll
+from millprint.thesis.surrogate.network import CHANNELS, NormalisedNetwork, read_weights
+from millprint.thesis.surrogate.rollout import Setting
+from millprint.thesis.surrogate.scene import read_scene, read_trajectory
 
 
 class Hidden(NamedTuple):
@@ -165,3 +171,64 @@ def _table(model: NormalisedNetwork, name: str) -> np.ndarray:
     for row, (kind, channels) in zip(table, CHANNELS.items(), strict=True):
         row[:channels] = getattr(model, f"{kind}_{name}").cpu().numpy()
     return table
+
+
+class CompiledSurrogate(GraphSurrogate):
+    """A graph network whose steps are compiled. Its model is a NormalisedNetwork, and its vessel one of facets."""
+
+    @cached_property
+    def weights(self) -> Folded:
+        """The weights of the model. Raises TypeError for a model that is not this network."""
+        if not isinstance(self.model, NormalisedNetwork):
+            raise TypeError(f"the compiled step knows NormalisedNetwork, not {type(self.model).__name__}")
+        return fold(self.model)
+
+    @cached_property
+    def rules(self) -> Rules:
+        """The rules of the recursion as the kernel takes them."""
+        return Rules(
+            step_s=self.step_s,
+            speed_rpm=self.scene.speed_rpm,
+            reach_squared_m2=np.float32(ball_reach(self.edges, self.scene.ball_radius_m) ** 2),
+            wall_threshold_m=np.float32(self.edges.wall_threshold_m),
+            snap_back_m=np.inf if self.snap_back_m is None else self.snap_back_m,
+        )
+
+    def batch(self, state: State) -> Batch:
+        """A state for the kernel to write over; the state itself stays as it is."""
+        position, velocity, ball, wall = (
+            np.array(values, order="C") for values in (state.position_m, state.velocity_m_s, state.ball, state.wall)
+        )
+        return Batch(position, velocity, ball, wall, *no_sums(state))
+
+    def advance_many(self, state: State, steps: int) -> tuple[State, Sums]:
+        """The state some steps later, and what is added up over them. Raises TypeError for a wall without facets."""
+        distance = self.scene.distance
+        if not isinstance(distance, SignedDistance):
+            raise TypeError(f"the compiled step knows the walls of SignedDistance, not {type(distance).__name__}")
+        graphs, balls, _ = state.position_m.shape
+        # Added up step by step, as a clock does.
+        later = np.full((steps, graphs), self.step_s)
+        times_s = np.cumsum(np.concatenate([state.time_s[None], later]), axis=0)[1:]
+        batch = self.batch(state)
+        panels, inputs, panel = self.weights.node_first.shape
+        scratch = make_scratch(graphs, balls, inputs, panels * panel)
+        walls = np.ascontiguousarray(self.scene.wall_position(times_s))
+        roll(self.weights, scratch, distance.surface, self.rules, batch, walls)
+        after = State(times_s[-1], batch.position, batch.velocity, batch.ball, batch.wall)
+        return after, Sums(batch.dissipated, batch.crossed, batch.edges)
+
+
+# By the type of a torch device: a graphics card has no kernels of ours.
+STEPPED_BY: dict[str, type[GraphSurrogate]] = {"cpu": CompiledSurrogate, "cuda": GraphSurrogate}
+
+
+def open_graph_surrogate(setting: Setting) -> GraphSurrogate:
+    """The network of a weights file in the scene of a simulation.
+
+    Raises ConfigError for a damaged file, and KeyError for a device that is not in STEPPED_BY.
+    """
+    model, recipe = read_weights(setting.weights, setting.device)
+    source, window = read_trajectory(setting.run, until_s=setting.until_s), recipe.graph.window
+    stepped = STEPPED_BY[setting.device.type]
+    return stepped(model, read_scene(setting.run), source, window, setting.edges, setting.snap_back_m, setting.device)

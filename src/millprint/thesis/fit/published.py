@@ -7,7 +7,7 @@ from millprint.config.errors import ConfigError
 from millprint.fingerprint.cycles import CHANNELS
 from millprint.fingerprint.descriptors import as_built
 from millprint.fingerprint.master_curves import average_curves
-from millprint.thesis.curves.published import published_curves, published_cycles
+from millprint.thesis.curves.regimes import published_curves, published_cycles
 
 FITTED, HELD_BACK = "fitted", "held back"
 POWERS, FREQUENCY = ("Pn", "Pt"), "f"

@@ -1,0 +1,210 @@
+"""The command `millprint`: its help, what it refuses, the mills that it describes, the commands that it runs."""
+
+import subprocess
+from importlib import import_module
+from pathlib import Path
+
+import pandas as pd
+import pytest
+import yaml
+
+from millprint.cli import engine
+from millprint.cli.commands import COMMANDS, main
+from millprint.cli.new_mill import completed, filled, fractions, kinds, questions, read_template
+from millprint.config.checks import stands_alone
+from millprint.config.fingerprint import MatchConfig
+from millprint.config.load import check_model
+from millprint.config.mill import MillConfig
+from millprint.fingerprint.match_words import match_in_words
+from tests.conftest import ROOT
+from tests.unit import synthetic_mill
+
+SIZES = ["radius_mm=32.5", "height_mm=60", "fillet_radius_mm=5", "fill_ratios=[25, 50, 75]"]
+
+
+@pytest.fixture
+def ran(monkeypatch) -> list[list[str]]:
+    """The commands that would have run, without the Python that runs them."""
+    commands: list[list[str]] = []
+
+    def run(words: list[str], check: bool) -> subprocess.CompletedProcess:
+        commands.append(words[1:])
+        return subprocess.CompletedProcess(words, 0)
+
+    monkeypatch.setattr(engine.subprocess, "run", run)
+    return commands
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_help_of_each_command_has_an_example(name):
+    text = import_module(COMMANDS[name].module).__doc__
+    assert f"millprint {name} " in text or name == "completion"
+
+
+def test_the_overview_names_every_command(capsys):
+    assert main([]) == 0 and main(["--help"]) == 0
+    said = capsys.readouterr().out
+    assert all(f"  {name} " in said for name in COMMANDS)
+
+
+@pytest.mark.parametrize(
+    ("words", "parts"),
+    [
+        (["fingerprnt"], ["unknown command", "did you mean fingerprint?"]),
+        (["run", "convergencee"], ["unknown target", "did you mean convergence?"]),
+        (["fingerprint", "planetry"], ["unknown mill", "did you mean planetary?"]),
+        (["fingerprint", "no.yaml"], ["no.yaml: no such file", "millprint new"]),
+        (["new", "plantary", "--yes"], ["unknown kind", "did you mean planetary?"]),
+        (["new", "drum", "--set", "radius=3"], ["--set radius=3", "did you mean radius_mm?"]),
+        (["new", "drum", "--set", "radius_mm=32,5"], ["radius_mm = '32,5'", "with a point"]),
+        (["new", "drum", "--set", "fill_ratios=many"], ["fill_ratios = 'many'", "[0.15, 0.25, 0.35]"]),
+        (["new", "drum", "--set", "volume_ml=900"], ["volume_ml = 900", "235.6 mL"]),
+        (["new", "drum", "--yes", "--contact", "stel"], ["--contact stel", "did you mean steel"]),
+        (["new", "drum", "--yes", "--name", "emax"], ["--name emax", "included mill"]),
+        (
+            ["match", "mixer", "--like", "emax", "800", "10", "0.1"],
+            ["mixer: this mill was not run"],
+        ),
+    ],
+)
+def test_what_is_wrong_is_one_line(tmp_path, monkeypatch, capsys, ran, words, parts):
+    monkeypatch.chdir(tmp_path)
+    assert main(words) in (1, 2)
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("error: ") and all(part in line for part in parts), line
+    assert not ran and not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("kind", kinds())
+def test_each_kind_is_a_mill_with_its_defaults(kind):
+    template = read_template(kind)
+    answers = {question.name: question.default for question in questions(template)}
+    assert len(answers) == len(questions(template)) >= 6 and list(answers)[-1] == "volume_ml"
+    assert all(question.means for question in questions(template))
+    if kind == "stl":
+        # The walls are those of a file.
+        content = yaml.safe_load(filled(template, answers | {"volume_ml": "100"}))
+        check_model(content | {"name": "mine", "title": "mine", "source": "-"}, MillConfig, kind)
+        return
+    mill = check_model(yaml.safe_load(completed("mine", "mine", template, answers)), MillConfig, kind)
+    included = yaml.safe_load((ROOT / f"config/mills/{kind}.yaml").read_text())
+    assert mill.volume_ml == pytest.approx(included["volume_ml"], rel=0.02)
+    assert mill.motion.kind == included["motion"]["kind"]
+
+
+def test_numbers_of_balls_become_fill_ratios():
+    assert fractions([0.1, 50], 198.0, 10.0) == [0.1, pytest.approx(50 * 0.5236 / 198, rel=1e-3)]
+
+
+def test_a_mill_of_ones_own_is_two_files_and_its_pictures(tmp_path, monkeypatch, capsys, ran):
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "planetary", "--name", "mine", "--set", *SIZES]) == 0
+    mill = yaml.safe_load(Path("config/mills/mine.yaml").read_text())
+    assert mill["geometry"]["radius_mm"] == 32.5 and mill["sweep"]["fill_ratios"][1] == pytest.approx(0.132, abs=0.002)
+    run = yaml.safe_load(Path("mine.yaml").read_text())
+    assert run == {"name": "mine", "mill": "mine", "contacts": ["calibrated"], "results": "results/mine"}
+    assert "assumed" in Path("mine.yaml").read_text() and "a default" in Path("config/mills/mine.yaml").read_text()
+    (words,) = ran
+    assert words[:2] == ["-m", "snakemake"] and words[-2:] == ["--configfile", "mine.yaml"]
+    assert "results/mine/mills/mine/motion.png" in words
+    said = capsys.readouterr().err
+    assert "snakemake " in said and "next:  millprint fingerprint mine.yaml" in said
+    assert main(["new", "planetary", "--name", "mine", "--yes"]) == 1
+    assert "is there already" in capsys.readouterr().err
+
+
+def test_questions_are_asked_until_an_answer_is_right(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    typed = iter(["drum", "mine", "32,5", "32.5", "", "", "12", "", "", "stel", "steel"])
+    monkeypatch.setattr("builtins.input", lambda text: next(typed))
+    assert main(["new", "--no-picture"]) == 0
+    mill = yaml.safe_load(Path("config/mills/mine.yaml").read_text())
+    assert mill["geometry"]["radius_mm"] == 32.5 and mill["sweep"]["ball_diameters_mm"] == [12]
+    assert yaml.safe_load(Path("mine.yaml").read_text())["contacts"] == ["steel"]
+    said = capsys.readouterr().err
+    assert "with a point" in said and "did you mean steel" in said
+
+
+def test_the_snakemake_command_is_printed_and_run(tmp_path, monkeypatch, capsys, ran):
+    monkeypatch.chdir(ROOT)
+    assert main(["fingerprint", "planetary", "--cores", "3", "--dry-run", "--config", "name=own"]) == 0
+    expected = ["--cores", "3", "fingerprint", "--dry-run", "--config", "mill=planetary", "name=own"]
+    assert ran == [["-m", "snakemake", *expected]]
+    assert capsys.readouterr().err == f"snakemake {' '.join(expected)}\n"
+    assert main(["explore", "config/first_hour/mixer.yaml", "--cores", "1"]) == 0
+    assert ran[1][2:] == ["--cores", "1", "explorer", "--configfile", "config/first_hour/mixer.yaml"]
+    assert main(["run", "heat", "config/mills/spex.yaml", "--cores", "1"]) == 0
+    assert ran[2][2:] == ["--cores", "1", "heat", "--config", "mill=spex"]
+    # Outside a checkout Snakemake is told where the workflow is.
+    monkeypatch.chdir(tmp_path)
+    assert main(["fingerprint", "planetary", "--cores", "1"]) == 0
+    assert ran[3][2:4] == ["--snakefile", str(ROOT / "workflow/Snakefile")]
+
+
+def test_without_the_workflow_one_line_says_what_is_missing(tmp_path, monkeypatch, capsys, ran):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(engine, "shipped", lambda path: None)
+    assert main(["fingerprint", "planetary"]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "workflow/Snakefile: not in this installation" in line and not ran
+
+
+@pytest.mark.parametrize(
+    ("given", "alone"),
+    [
+        ({"mill": "planetary"}, True),
+        ({"mill": "mine", "contacts": ["steel"], "mills": {"precision": "fine"}}, True),
+        ({"mill": "emax"}, False),
+        ({"mills": {"precision": "fine"}}, False),
+        # A smaller thesis, of another mill.
+        ({"mill": "planetary", "sweeps": []}, False),
+    ],
+)
+def test_another_mill_is_no_change_of_the_thesis(given, alone):
+    assert stands_alone(given, str(ROOT / "config/config.yaml")) == alone
+
+
+def test_a_configuration_without_chapters_is_changed_and_not_replaced(tmp_path):
+    (tmp_path / "config.yaml").write_text("mill: mine\ncontacts: [steel]\n")
+    assert not stands_alone({"mill": "planetary"}, str(tmp_path / "config.yaml"))
+
+
+def ranked(**changes) -> pd.DataFrame:
+    row = {"mill": "emax", "contact": "calibrated", "ball_diameter_mm": 10.0, "fill_ratio": 0.2, "speed_rpm": 900.0}
+    row |= {"within_interval": "normal_energy_J", "inside": "yes", "outside": "nothing"}
+    row |= {"normal_energy_J_residual_percent": 3.0, "tangential_energy_J_residual_percent": -42.0}
+    return pd.DataFrame([row | changes])
+
+
+@pytest.mark.parametrize(
+    ("changes", "begin", "end"),
+    [
+        ({"within_interval": "normal_energy_J, tangential_energy_J"}, "met within the scatter", "900 rpm"),
+        (
+            {},
+            "no setting of emax",
+            "this mill does not give these values together",
+        ),
+        (
+            {"speed_rpm": 600.0},
+            "no setting of emax",
+            "; the lowest speed, 600 rpm, stands in the way: a wider range may come nearer",
+        ),
+    ],
+)
+def test_a_match_begins_with_whether_it_is_met(changes, begin, end):
+    request = MatchConfig(
+        targets=[{"name": "t", "normal_energy_J": 1e-4, "tangential_energy_J": 1e-4}],
+        speeds_rpm=[600, 1200], fill_ratios=[0.05, 0.3], ball_diameters_mm=[10], descriptors="per_collision",
+    )  # fmt: skip
+    said = match_in_words(ranked(**changes), request, [synthetic_mill.fingerprint()])
+    assert said.startswith(begin) and said.endswith(end), said
+    assert begin.startswith("met") or "tangential energy" in said
+
+
+def test_the_completion_is_that_of_bash(capsys):
+    assert main(["completion"]) == 0
+    script = f"{capsys.readouterr().out}\nCOMP_WORDS=(millprint fin); COMP_CWORD=1; _millprint; echo ${{COMPREPLY[@]}}"
+    script += "\nCOMP_WORDS=(millprint run conv); COMP_CWORD=2; _millprint; echo ${COMPREPLY[@]}"
+    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["fingerprint", "convergence"]
