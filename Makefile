@@ -26,7 +26,7 @@ HINT = || { ls .snakemake/locks/* >/dev/null 2>&1 && echo "If no other run works
 
 # What any mill needs; `make thesis` and `make test` install the rest.
 install: $(VENV)/installed  ## install what any mill needs into .venv
-	@echo "done; now type: source .venv/bin/activate && snakemake --cores $(CORES) fingerprint --config mill=planetary"
+	@echo "done; now type: source .venv/bin/activate && millprint fingerprint planetary"
 
 help:  ## this list
 	@sed -n 's/^\([a-z]*\):.*  ## /  make \1\t/p' $(firstword $(MAKEFILE_LIST)) | expand -t 20

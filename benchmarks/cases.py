@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
@@ -19,6 +20,12 @@ SAMPLES = 200
 
 # The shortest settling time of a simulation [s]: one step of a jar at rest.
 ONE_STEP_S = 1e-12
+
+
+class BenchDem(DemConfig):
+    """Settings of a benchmark."""
+
+    ledger_samples_per_revolution: ClassVar[int] = SAMPLES
 
 
 @dataclass(frozen=True)
@@ -83,13 +90,11 @@ class Setup:
 
     def settings(self) -> DemConfig:
         """Settings with almost no output."""
-        return DemConfig(
+        return BenchDem(
             time_step_s=self.time_step_s,
             settle_s=self.settle_s,
             discard_s=0,
             window_s=1e-4,
-            ledger_samples_per_revolution=SAMPLES,
-            occupancy_interval_s=1.0,
         )
 
     def simulation(self, case: Case, start: np.ndarray | None = None) -> Simulation:

@@ -11,6 +11,7 @@ balls' angular momentum does not change, so that the torque is the one against g
 import math
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pandas as pd
@@ -38,6 +39,12 @@ POWER_COLUMNS = (
     *("mill", "contact", "code", "speed_rpm", "balls", "power_W", "se_W", "millprint_W", "millprint_se_W"),
     *("difference_pct", "runs", "time_step_s", "version"),
 )
+
+
+class DrumDem(DemConfig):
+    """Settings of a drum: a turn is a multiple of ROW steps."""
+
+    ledger_samples_per_revolution: ClassVar[int] = ROW
 
 
 def check_drum(mill: MillConfig) -> LifterDrumGeometry:
@@ -147,8 +154,7 @@ def compare_power(
 ) -> pd.DataFrame:
     """Rows of POWER_COLUMNS, one for each speed, with standard errors over the starts. LAMMPS runs on `cores` cores."""
     check_drum(mill)
-    # A turn is a multiple of ROW steps.
-    dem = DemConfig(ledger_samples_per_revolution=ROW, closure_max=CLOSURE_MAX)
+    dem = DrumDem(closure_max=CLOSURE_MAX)
     wanted = [(speed, seed) for speed in settings.speeds_rpm for seed in range(settings.seeds)]
     cases = [case_of(mill, contact, settings, speed, seed) for speed, seed in wanted]
     simulations = [Simulation(case, mill, contact, dem) for case in cases]

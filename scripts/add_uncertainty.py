@@ -2,8 +2,10 @@
 
 Also writes its sheet and its curves, with every interval of its own origin, and draws indices, intervals and sheet.
 
-params.mill: the mill. input: the fingerprint, `contact` and `shape` (factors), and the tables of the sweep. output:
-fingerprint, sheet, curves, and the three drawings.
+Settings: the mill.
+Inputs: `fingerprint`, `contact` and `shape` (factors), and of the mill's sweep `collapse`, `zones`, `descriptors`,
+`curves`, `spectra`, `spectra_summary`; `indices`, `intervals`, `sets`.
+Outputs: `fingerprint`, `sheet`, `curves`, and the drawings of indices, intervals and sheet.
 """
 
 import numpy as np

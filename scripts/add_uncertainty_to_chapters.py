@@ -3,8 +3,9 @@
 The fingerprint also gets those by the shape of a fitted jar. The table has each of the thesis's values that come from
 the DEM, with ours and its interval by contact parameters only.
 
-params: `results`, `cycle_fill_ratio`. input: fingerprint, `contact` and `shape` (factors), claims. output:
-`fingerprint`, and the table of printed values as `thesis`.
+Settings: fingerprint.cycle_fill_ratio; the folder of results.
+Inputs: `fingerprint`, `contact` and `shape` (factors), `claims`.
+Outputs: `fingerprint`, and the table of printed values as `thesis`.
 """
 
 from millprint.fingerprint.bands import FURTHER

@@ -1,7 +1,9 @@
 """Analyses the variance of the screening runs: as printed, as corrected, confounded terms, and residuals; draws it.
 
-params: section `doe` as `settings`, and the figures of `interactions`. input: `screening` and `claims`.
-output: the tables of `thesis.doe.written`, and the figures.
+Settings: doe.
+Inputs: `screening` and `claims`.
+Outputs: `printed` and `corrected` variance, `trends`, `contested`, `rival_models`, `residual_parts`, `detectable`,
+`residuals`, `residual_checks`, `lack_of_fit`, `interactions`, `pareto`, and the figures.
 """
 
 from millprint.config.design import Factor

@@ -1,6 +1,8 @@
 """Animates the mill from the snapshots of a run: balls and jar from above and from the side, coloured by speed.
 
-params: section `view` as `settings`. input: `run`. output: `gif` and `png`.
+Settings: view.
+Inputs: `run`: run.h5 with snapshots.
+Outputs: `gif` and `png`.
 """
 
 from millprint.config.view import ViewConfig

@@ -1,11 +1,13 @@
 """Temperatures of balls, powder and jar of every simulated condition of a mill: tables and figures.
 
-input: `summaries`, their `runs`, and `measured`, a table or none. params: section `dose.heat` as `settings`; `title`.
+Settings: dose.heat; the title of the mill.
+Inputs: `summaries`, their `runs`, and `measured`, a table or none.
+Outputs: `sources`, `parameters`, `temperatures`, `limits`, `comparison`, `flash`, and the figure.
 """
 
 from collections.abc import Sequence
 
-from millprint.config.heat import HeatConfig
+from millprint.config.heat import MEASURED, HeatConfig
 from millprint.dose.flash import flash_table
 from millprint.dose.heat_sources import read_sources, source_table
 from millprint.dose.heat_table import HeatTables, heat_tables, measured_row
@@ -20,7 +22,7 @@ def main(
     files: Sequence[tuple[str, str]], measured: Sequence[str], output, *, mill: str, title: str, settings: HeatConfig
 ) -> HeatTables:
     """Write tables and figure. files: pairs of summary and run.h5; measured: table of measured values, or none."""
-    row = measured_row(measured[0], settings.measured[mill]) if measured else None
+    row = measured_row(measured[0], MEASURED[mill]) if measured else None
     sources = read_sources(files)
     with progress(len(sources), f"heat balance of {mill}", "condition") as bar:
         tables = heat_tables(settings, mill, sources, row, bar.update)

@@ -1,9 +1,12 @@
-"""Builds the explorer of a run: its mill with the yield model, and every other mill that has been run.
+"""Builds the explorer, a page that needs no server: of one mill, of several, or of the run's chapters and other mills.
 
-params: `about`, and `others` (their mills). input: files of the mill and, as other_KEY, of the others. output: `html`.
+Settings: name, mills.rule, dose.heat, fingerprint.descriptors; the `mills` of the page. For the chapters
+also fingerprint.counting_rule, fingerprint.inverse, yields.prediction, yields.interval_level, and their mill.
+Inputs: `fingerprint`, `spectra`, `summary`, `temperatures`, `limits` of each mill. Of the chapters `own_fingerprints`,
+`own_spectra`, `own_summaries` (one for each contact set), `own_temperatures`, `own_limits`, `yield_model`.
+Outputs: `html`.
 """
 
-from millprint.config.dose import SpectraConfig
 from millprint.config.fingerprint import InverseConfig
 from millprint.config.heat import HeatConfig
 from millprint.config.mill import MillConfig
@@ -11,40 +14,45 @@ from millprint.config.next_experiments import PredictionConfig
 from millprint.explorer.condition_tables import Heat, Spectra
 from millprint.explorer.content import Machine, explorer_content, mill_content
 from millprint.explorer.page import explorer_page
-from millprint.explorer.simulated import EXPLORED, simulated_content
+from millprint.explorer.simulated import EXPLORED, Settings, simulated_content
 from millprint.run.files import whole_file
 from millprint.run.job import job
-from millprint.thesis.yields.new_conditions import explorer_yields
 
 
-def main(inputs, output: str, about: dict, others: list[dict]) -> None:
-    """Write the page.
+def settings_of(about: dict) -> Settings:
+    """The settings that hold for every mill of the page."""
+    return {
+        "rule": about["rule"],
+        "heat": HeatConfig(**about["heat"]),
+        "descriptors": about["descriptors"],
+    }
 
-    inputs: fingerprints, yield_model, spectra with summaries, temperatures, limits; about: name, mill, request,
-    prediction, level, spectra, own_rule, rule, heat, descriptors; others: section `mill` and files of each further
-    mill.
+
+def chapter_content(inputs, own: dict, settings: Settings) -> dict:
+    """The data of the page for the mill of the chapters, with its yields.
+
+    own: mill, request, prediction and level as plain values, and the counting rule of its spectra.
     """
-    spectra, heat, names = SpectraConfig(**about["spectra"]), HeatConfig(**about["heat"]), about["descriptors"]
-    own = mill_content(
-        Machine.of_mill(MillConfig(**about["mill"])),
-        list(inputs.fingerprints),
-        InverseConfig(**about["request"]),
-        explorer_yields(inputs.yield_model, PredictionConfig(**about["prediction"]), about["level"]),
-        Spectra(list(zip(inputs.spectra, inputs.summaries, strict=True)), spectra, about["own_rule"]),
-        Heat(inputs.temperatures, inputs.limits, heat),
+    # The page of another mill needs no library of the yield models.
+    from millprint.thesis.yields.new_conditions import explorer_yields
+
+    spectra = list(zip(inputs.own_spectra, inputs.own_summaries, strict=True))
+    return mill_content(
+        Machine.of_mill(MillConfig(**own["mill"])),
+        list(inputs.own_fingerprints),
+        InverseConfig(**own["request"]),
+        explorer_yields(inputs.yield_model, PredictionConfig(**own["prediction"]), own["level"]),
+        Spectra(spectra, own["rule"]),
+        Heat(inputs.own_temperatures, inputs.own_limits, settings["heat"]),
     )
-    settings = {"spectra": spectra, "rule": about["rule"], "heat": heat, "descriptors": names}
-    further = [simulated_content(each["mill"], each["files"], settings) for each in others]
-    with whole_file(output) as partial:
-        partial.write_text(explorer_page(explorer_content(about["name"], [own, *further], names)))
 
 
 if "snakemake" in globals():
+    given, own = snakemake.input, snakemake.params
     with job(snakemake.log[0], "build explorer"):
-        given, mills = snakemake.input, snakemake.params.others
-        columns = zip(*(given[f"other_{key}"] for key in EXPLORED), strict=True)
-        others = [
-            {"mill": mill, "files": dict(zip(EXPLORED, row, strict=True))}
-            for mill, row in zip(mills, columns, strict=True)
-        ]
-        main(given, snakemake.output.html, dict(snakemake.params.about), others)
+        settings = settings_of(own.about)
+        content = [chapter_content(given, own.chapters, settings)] if own.get("chapters") else []
+        for mill, *files in zip(own.mills, *(given[key] for key in EXPLORED), strict=True):
+            content.append(simulated_content(mill, dict(zip(EXPLORED, files, strict=True)), settings))
+        with whole_file(snakemake.output.html) as partial:
+            partial.write_text(explorer_page(explorer_content(own.about["name"], content, settings["descriptors"])))

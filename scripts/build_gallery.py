@@ -1,6 +1,8 @@
 """Builds the gallery: every figure of a run with its caption, its tables, and how it was made.
 
-params: `figures` as the workflow lists them, and the folder `results`. output: `html`.
+Settings: name; the figures as the workflow lists them, and the folder of results.
+Inputs: the files of the run, which name the figures.
+Outputs: `html`.
 """
 
 from pathlib import Path

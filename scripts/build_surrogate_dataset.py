@@ -1,7 +1,8 @@
 """Calculates the training set of the surrogate from the snapshots of simulations.
 
-params: the snapshot settings as `settings`. input.runs: run.h5 of each simulation. output: `dataset` and
-`wall_contacts`.
+Settings: surrogate.snapshots.
+Inputs: `runs`: run.h5 of each simulation.
+Outputs: `dataset` and `wall_contacts`.
 """
 
 import logging

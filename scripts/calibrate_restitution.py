@@ -2,8 +2,9 @@
 
 Draws every drop, and the track of each oscillating ball with its fit (Fig. 3.3).
 
-params: `contacts`, `time_step_s`, `rayleigh_fraction_max`, `settings`, `interval`. input: `measured` bounces, and the
-tables of the friction fits. output: `drops`, `restitution`, and the figures.
+Settings: calibration.drop_test, calibration.interval, dem.time_step_s, dem.rayleigh_fraction_max; contact sets.
+Inputs: `measured` bounces; `track`, `fit`, `profile`, `paths` of the friction fits.
+Outputs: `drops`, `restitution`, and the figures.
 """
 
 import pandas as pd

@@ -1,7 +1,8 @@
 """Measures, in every test, roll-outs that are known to be right or wrong and those in which nothing is learned.
 
-params: `starts_s` and `lengths_s` by test, `interval_s`, `train_until_s`. input: `trained` (run.h5) and the simulations
-of each test. output: `controls`.
+Settings: surrogate.tests, surrogate.rollout, surrogate.snapshots.train_until_s.
+Inputs: `trained` (run.h5) and the simulations of each test.
+Outputs: `controls`.
 """
 
 import pandas as pd

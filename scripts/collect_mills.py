@@ -1,17 +1,27 @@
-"""Do the curves of the thesis collapse for each mill? A table with a row for each mill, and a figure.
+"""Do the curves of the thesis collapse for each mill, and how often are new simulations within its bands?
 
-params: `collapse_max`, the largest spread of a collapse. input: the collapse table of each mill. output: `table`,
-`svg`, `png`.
+A table of the collapse with a row for each mill, and its figure; and the coverage of each mill with a sum over them.
+
+Settings: mills.box.
+Inputs: `collapse` and `coverage`, a table of each mill in the order of the box.
+Outputs: `table`, `svg`, `png` of the collapse; `coverage`.
 """
 
 from millprint.figures.mills import plot_collapse
 from millprint.figures.style import save
-from millprint.fingerprint.mill_collapse import one_row_a_mill
+from millprint.fingerprint.mill_collapse import COLLAPSE_MAX, one_row_a_mill
+from millprint.fingerprint.unseen_runs import sum_coverage
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 
 if "snakemake" in globals():
-    with job(snakemake.log[0], "collect the collapse of all mills"):
-        table = one_row_a_mill([read_table(path) for path in snakemake.input])
-        write_table(table, snakemake.output.table)
-        save(plot_collapse(table, snakemake.params.collapse_max), snakemake.output.svg, snakemake.output.png)
+    given, made, own = snakemake.input, snakemake.output, snakemake.params
+    with job(snakemake.log[0], "collect the mills") as logger:
+        table = one_row_a_mill([read_table(path) for path in given.collapse])
+        write_table(table, made.table)
+        save(plot_collapse(table, COLLAPSE_MAX), made.svg, made.png)
+        counted = {name: read_table(path) for name, path in zip(own.mills, given.coverage, strict=True)}
+        found = sum_coverage(counted)
+        write_table(found, made.coverage)
+        for row in found[found["quantity"] == "powers"].itertuples():
+            logger.info("%s: %d of %d powers of new simulations", row.mill, row.held, row.conditions)

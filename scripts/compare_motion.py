@@ -1,7 +1,8 @@
 """Draws the balls of roll-outs next to those of the simulation, as a figure and as animations.
 
-params: variant and test of each pair as `moved`, the `trained` test, `settings`. input: `rollouts` and `runs`. output:
-`stills`, `pngs`, `tsvs`, `gifs`, `movies`.
+Settings: surrogate.movie; variant and test of each pair, and the test on the motion of the training.
+Inputs: `rollouts` and `runs`.
+Outputs: `stills`, `pngs`, `tsvs`, `gifs`, `movies`.
 """
 
 import numpy as np

@@ -1,6 +1,8 @@
 """Compiles the DEM kernels before any simulation, so that no simulation has to wait for it.
 
-output.report: how long it took, as JSON.
+Settings: none.
+Inputs: none.
+Outputs: `report`: how long it took, as JSON.
 """
 
 from millprint.dem.compilation import compile_kernels

@@ -1,6 +1,8 @@
 """Derives the conditions of a mill whose file has no sweep.
 
-params: `mill`. output: `sweep`, as JSON.
+Settings: the mill.
+Inputs: `sources`: the files of its geometry and motion.
+Outputs: `sweep`, as JSON.
 """
 
 from millprint.config.mill import MillConfig

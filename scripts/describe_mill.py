@@ -1,10 +1,12 @@
 """The fingerprint of a mill from its own sweep: descriptors, curves, exponents, collapse, zones, spectra, its sheet.
 
-params: `mill` and settings of the fingerprint. input: `summaries` and their `runs`. output: fingerprint.json, the
-sheet, and a table for each of the others.
+Settings: the mill; mills.counting_rule, fingerprint.interval, fingerprint.smooth_points,
+dose.spectra.
+Inputs: `summaries` and their `runs`.
+Outputs: `descriptors`, `means`, `curves`, `fingerprint` (JSON), `exponents`, `collapse`, `zones`, `sheet`, `spectra`,
+`spectra_summary`.
 """
 
-from millprint.config.dose import SpectraConfig
 from millprint.config.mill import MillConfig
 from millprint.dose.spectra import tabulate_spectra
 from millprint.dose.spectra_shown import sheet_rows, with_rows
@@ -29,9 +31,7 @@ def main(
     counting_rule: str,
     interval: float,
     smooth_points: int,
-    collapse_max: float,
     spectra_rules: list[str],
-    spectra_settings: SpectraConfig,
 ) -> None:
     """Read the summaries of the mill's sweep and their run.h5, `records` in the same order, and write its tables."""
     runs = read_summaries(summaries)
@@ -44,11 +44,11 @@ def main(
     write_table(fingerprint.curve(fills)[CURVE_COLUMNS], output.curves)
     fingerprint.write(output.fingerprint)
     write_table(fit_exponents(fitted, tabulate_counting_rules(runs), interval), output.exponents)
-    collapse = tabulate_mill_collapse(fitted, interval, collapse_max)
+    collapse = tabulate_mill_collapse(fitted, interval)
     write_table(collapse, output.collapse)
     zones = find_zones(fingerprint)
     write_table(zones, output.zones)
-    spectra, read_off = tabulate_spectra(list(zip(records, runs, strict=True)), spectra_rules, spectra_settings)
+    spectra, read_off = tabulate_spectra(list(zip(records, runs, strict=True)), spectra_rules)
     write_table(spectra, output.spectra)
     write_table(read_off, output.spectra_summary)
     sheet = tabulate_sheet(mill, fingerprint, collapse, zones, descriptors)
@@ -65,7 +65,5 @@ if "snakemake" in globals():
             counting_rule=snakemake.params.counting_rule,
             interval=snakemake.params.interval,
             smooth_points=snakemake.params.smooth_points,
-            collapse_max=snakemake.params.collapse_max,
             spectra_rules=snakemake.params.spectra_rules,
-            spectra_settings=SpectraConfig(**snakemake.params.spectra),
         )

@@ -1,7 +1,8 @@
 """Computes claims again from redrawn simulations and further trainings, for their intervals.
 
-params: `results`, section `claims` as `settings`, `trainings`, and `tables`. input: `claims`, `summaries`, and those
-with several Young's moduli as `of_modulus`. output: `intervals`.
+Settings: claims, fingerprint.counting_rule, convergence.counting_rules; trainings of every variant.
+Inputs: `claims`, `summaries`, and those with several Young's moduli as `of_modulus`.
+Outputs: `intervals`.
 """
 
 import pandas as pd

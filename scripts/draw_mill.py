@@ -1,6 +1,8 @@
 """Draws the geometry of a mill, and its motion as a row of pictures.
 
-params.mill: section `mill`. output: SVG and PNG of the geometry, then of the motion, then the points of both as TSV.
+Settings: the mill.
+Inputs: `sources`: the files of its geometry and motion.
+Outputs: the drawings; the points of both as `geometry_tsv` and `motion_tsv`.
 """
 
 from millprint.config.mill import MillConfig

@@ -2,8 +2,9 @@
 
 Also the errors of single steps from states of the simulation, before errors can grow.
 
-params: `tests`, `edges`, `starts_s`. input: `rollouts`, the simulations of each test, `weights`, `stepped` (run.h5) and
-`claims`. output: a table for each kind of measure, and `single_steps`.
+Settings: surrogate.tests, and the edges of the variant.
+Inputs: `rollouts`, the simulations of each test, `weights`, `stepped` (run.h5) and `claims`.
+Outputs: `metrics`, `errors`, `dissipation`, `distributions`, `single_steps`.
 """
 
 import pandas as pd

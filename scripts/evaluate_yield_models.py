@@ -1,8 +1,11 @@
 """Evaluates the trained models on the locked split, on held-out runs and outside the trained domain; explains trees;
 compares the choices that the thesis leaves open.
 
-params: `training`, `evaluation`, `interval_level`, `searched_again`. input: `train`, `test`, `outside`, and the models
-with their held-out predictions. output: the tables.
+Settings: yields.training, yields.evaluation, yields.interval_level, yields.searched_again.
+Inputs: `train`, `test`, `outside`; `models`, `averaged`, `explained`, `otherwise`; `held_out` predictions and
+`intervals`.
+Outputs: `locked`, `evaluation`, `coverage`, `predictions`, `out_of_domain`, `hyperparameters`, `time_variance`,
+`scores`, `pit`, `differences`, `shap`, `shap_ranking`, `choices`.
 """
 
 import pandas as pd
@@ -18,7 +21,6 @@ from millprint.thesis.yields.evaluation import (
     compare_choices,
     coverage_table,
     describe_search,
-    hyperparameters,
     labelled,
     locked_metrics,
     paired_differences,
@@ -32,7 +34,7 @@ from millprint.thesis.yields.evaluation import (
 )
 from millprint.thesis.yields.held_out import INTERVAL_COLUMNS, PREDICTION_COLUMNS
 from millprint.thesis.yields.metrics import YieldWeights
-from millprint.thesis.yields.model_files import load_averaged, load_model, stored_search
+from millprint.thesis.yields.model_files import load_averaged, load_model
 from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY, PRIMARY
 from millprint.thesis.yields.run_tables import read_rows
 
@@ -57,7 +59,6 @@ def main(inputs, output, training: TrainingConfig, budget: EvaluationConfig, lev
     train, test = read_rows(inputs.train), read_rows(inputs.test)
     printed = [load_model(path) for path in inputs.models]
     models = [*printed, load_averaged(inputs.averaged)]
-    write_table(hyperparameters(printed, [stored_search(path) for path in inputs.models]), output.hyperparameters)
     write_table(locked_metrics(models, test, weigh), output.locked)
     rows = pd.concat([train.assign(role="train"), test.assign(role="test")], ignore_index=True)
     predicted = predictions(models, rows, level)

@@ -1,6 +1,8 @@
 """Writes the snapshots of a run for ParaView: run.vtkhdf (balls), run_walls.vtkhdf and run_contacts.vtkhdf.
 
-params: `every`, for every n-th snapshot. input: `run`. output: the three files.
+Settings: none.
+Inputs: `run`: run.h5 with snapshots.
+Outputs: `balls`, `walls`, `contacts`.
 """
 
 from millprint.run.job import job
@@ -8,5 +10,5 @@ from millprint.view.paraview import export_run
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "export run") as log:
-        count = export_run(snakemake.input.run, *snakemake.output, snakemake.params.every)
+        count = export_run(snakemake.input.run, *snakemake.output)
         log.info("%d snapshots", count)

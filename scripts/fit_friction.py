@@ -1,7 +1,9 @@
 """The oscillating ball: the friction pair that fits one track, simulated or measured.
 
-params: `experiment`, `mills`, `contact`, `rayleigh_fraction_max`, `settings`, `interval`. input: a measured track, if
-any. output: a table for each result of `fit_experiment`.
+Settings: calibration.oscillation, calibration.interval, dem.rayleigh_fraction_max; the experiment with its mills and
+contact set.
+Inputs: a measured `track`, if any.
+Outputs: `track`, `fit`, `profile`, `paths`, `swings`.
 """
 
 from millprint.config.calibration import ExperimentConfig, SwingConfig

@@ -1,7 +1,8 @@
 """Searches the jar that agrees best with the fitted published values; writes its geometry for a mill's file.
 
-params: `mill`, `contact`, `dem`, and section `fit` as `settings`. input: `published`. output: `search` (every jar) and
-`geometry`.
+Settings: fit, dem; the mill and its contact set.
+Inputs: `published`.
+Outputs: `search` (every jar) and `geometry`.
 """
 
 import yaml

@@ -1,19 +1,34 @@
-"""The fingerprint of each contact set: its fitted curves as a table and as a model, and the coverage of its bands.
+"""Chapter 3: descriptors of every condition, the fingerprint of each contact set, its scaling, and the inverse mode.
 
-Is the scaling universal? Numbers of the collapse, universal curves, exponents by regression, and zones.
+Tables of descriptors, counting rules and single revolutions; fitted curves as a table and as a model, and the coverage
+of their bands; numbers of the collapse, universal curves, exponents by regression, and zones; the speeds that give
+target descriptors, and conditions ranked by their distance.
 
-params: `mill`, `contacts`, `volume_m3`, `interval`, `smooth_points`. input: `descriptors` and `counting_rules`. output:
-FILES for each contact set, and `collapse`, `universal`, `exponents`, `zones`.
+Settings: mill, contacts, fingerprint (counting_rule, cycle_fill_ratio, interval, smooth_points, inverse).
+Inputs: `summaries` of the simulations, `published` values, fingerprints of `others` that a target names.
+Outputs: `descriptors`, `counting_rules`, `cycles`, `densities`, `table_3_5`; for each contact set `means`, `curves`,
+`coverage`, `fingerprint`; `collapse`, `universal`, `exponents`, `zones`; `inverse` (speeds) and `ranked` (conditions).
 """
 
 from types import SimpleNamespace
 
 import pandas as pd
 
+from millprint.config.fingerprint import DESCRIPTOR_SETS, InverseConfig
 from millprint.config.mixture import ONE_SIZE
+from millprint.fingerprint.condition import WEIGHTED_BASIC
+from millprint.fingerprint.condition_search import match_targets, target_descriptors
 from millprint.fingerprint.coverage import tabulate_coverage
-from millprint.fingerprint.descriptors import CHARGE, as_built, read_descriptors
+from millprint.fingerprint.cycles import tabulate_cycles, tabulate_densities, tabulate_published
+from millprint.fingerprint.descriptors import (
+    CHARGE,
+    as_built,
+    read_descriptors,
+    tabulate_counting_rules,
+    tabulate_descriptors,
+)
 from millprint.fingerprint.exponents import fit_exponents
+from millprint.fingerprint.inverse import invert_speed
 from millprint.fingerprint.master_curves import (
     CURVE_COLUMNS,
     at_shared_fills,
@@ -22,17 +37,33 @@ from millprint.fingerprint.master_curves import (
     fill_grid,
     universal_descriptors,
 )
-from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.model import KNOWN, Fingerprint
+from millprint.fingerprint.readers import read_summaries
 from millprint.fingerprint.zones import find_zones
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.thesis.curves.collapse import tabulate_collapse
+from millprint.thesis.curves.regimes import published_cycles, published_point, read_published
 
 # What is written for each contact set, by the names of the rule's outputs.
 FILES = ("means", "curves", "coverage", "fingerprint")
 
 
-def main(
+def tabulate_conditions(
+    summary_paths: list[str], published_paths: list[str], output, mill: str, counting_rule: str, fill_ratio: float
+) -> None:
+    """Read all summaries and write the five tables; revolutions are compared at one fill ratio."""
+    summaries = read_summaries(summary_paths)
+    cycles, published = tabulate_cycles(summaries), published_cycles(read_published(*published_paths))
+    write_table(tabulate_descriptors(summaries, counting_rule), output.descriptors)
+    # The chapters are of balls of one size.
+    write_table(tabulate_counting_rules(summaries).drop(columns=CHARGE), output.counting_rules)
+    write_table(cycles, output.cycles)
+    write_table(tabulate_published(cycles, published, mill, fill_ratio), output.table_3_5)
+    write_table(tabulate_densities(summaries, fill_ratio), output.densities)
+
+
+def fit_contact(
     descriptors_path: str, output, mill: str, contact: str, volume_m3: float, interval: float, smooth_points: int
 ) -> None:
     """Average the descriptors of one mill and contact set, and fit the fingerprint."""
@@ -66,13 +97,51 @@ def measure_scaling(
     write_table(zones, output.zones)
 
 
+def solve_speeds(own: Fingerprint, points: dict[str, dict[str, float]], inverse: InverseConfig) -> pd.DataFrame:
+    """Speeds at the fixed fill ratio and ball size from the scaling laws only, for every target and set of curves.
+
+    Curves that know nothing of weighted descriptors, as those of the thesis, answer no target of them.
+    """
+    condition = own.condition(
+        speed_hz=1.0,  # is what is sought
+        ball_diameter_m=inverse.fixed_ball_diameter_mm * 1e-3,
+        fill_ratio=inverse.fixed_fill_ratio,
+    )
+    tables = []
+    for target in inverse.targets:
+        for source, point in points.items():
+            wanted = target_descriptors(target, [own], inverse.descriptors)
+            if not wanted.keys().isdisjoint(DESCRIPTOR_SETS["weighted"]) and not point.keys() >= set(WEIGHTED_BASIC):
+                continue
+            table = invert_speed(wanted, point, condition, own.about["volume_m3"])
+            table.insert(0, "curves", source)
+            table.insert(0, "target", target.name)
+            tables.append(table)
+    return pd.concat(tables, ignore_index=True)
+
+
+def invert(fingerprints: dict[str, str], published_paths: list[str], output, inverse: InverseConfig) -> None:
+    """Solve and rank with our curves, and solve with the published curves for the contact sets that have them."""
+    read = {contact: Fingerprint.read(path) for contact, path in fingerprints.items()}
+    own, fill = read[inverse.contact], inverse.fixed_fill_ratio
+    printed = published_point(read_published(*published_paths), inverse.contact, fill)
+    scaled = own.at(fill)
+    points = {"ours": {name: scaled[name].value for name in KNOWN}}
+    points |= {"published": printed} if printed else {}
+    write_table(solve_speeds(own, points, inverse), output.inverse)
+    write_table(match_targets(inverse, [read[contact] for contact in inverse.contacts]), output.ranked)
+
+
 if "snakemake" in globals():
     given, made, own = snakemake.input, snakemake.output, snakemake.params
     with job(snakemake.log[0], "fit master curves") as log:
+        log.info("%d simulations", len(given.summaries))
+        tabulate_conditions(given.summaries, given.published, made, own.mill, own.counting_rule, own.cycle_fill_ratio)
         for number, contact in enumerate(own.contacts):
             output = SimpleNamespace(**{name: made[name][number] for name in FILES})
-            main(given.descriptors, output, own.mill, contact, own.volume_m3, own.interval, own.smooth_points)
+            fit_contact(made.descriptors, output, own.mill, contact, own.volume_m3, own.interval, own.smooth_points)
             log.info("fitted: %s", contact)
-        measure_scaling(
-            given.descriptors, given.counting_rules, made.fingerprint, made, own.mill, own.contacts, own.interval
-        )
+        tables = made.descriptors, made.counting_rules, made.fingerprint
+        measure_scaling(*tables, made, own.mill, own.contacts, own.interval)
+        fingerprints = dict(zip(own.contacts, made.fingerprint, strict=True))
+        invert(fingerprints, given.published, made, InverseConfig(**own.inverse))

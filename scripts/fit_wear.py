@@ -1,8 +1,9 @@
 """Measures the sliding work; fits the wear coefficient to half of the weighings, holds it against the others, and
 predicts the wear elsewhere.
 
-params: section `dose.wear` as `settings`, and `machine`. input: `summaries`, their `runs`, `weighings`, `materials`,
-and `factors` if there are any. output: `runs`, `conditions`, `fit`, `coefficient`, `wear`, and the figure.
+Settings: dose.wear; mill, contact set and counting rule of the weighings.
+Inputs: `summaries`, their `runs`, `weighings`, `materials`, and `factors` if there are any.
+Outputs: `runs`, `conditions`, `fit`, `coefficient`, `wear`, and the figure.
 """
 
 from millprint.config.dose import WearConfig
@@ -25,12 +26,12 @@ def main(conditions_path: str, inputs, output, settings: WearConfig, machine: di
     own = conditions[(conditions["mill"] == machine["mill"]) & (conditions["contact"] == machine["contact"])]
     materials = read_materials(inputs.materials, settings.material)
     weighings = wear_table(read_wear(inputs.weighings))
-    table, result = fit_wear(weighings, own, materials.loc[settings.material], settings.fill_tolerance)
+    table, result = fit_wear(weighings, own, materials.loc[settings.material])
     log.info("wear: %s", verdict(result))
     factors = read_factors(inputs.factors, "contact", machine) if inputs.get("factors") else None
     write_table(table, output.fit)
     write_json({**result, "verdict": verdict(result)}, output.coefficient)
-    wear = predict_wear(conditions, materials, settings.charges, result, factors, settings.probability)
+    wear = predict_wear(conditions, materials, settings.charges, result, factors)
     write_table(wear, output.wear)
 
 

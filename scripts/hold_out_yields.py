@@ -1,7 +1,8 @@
 """Predicts the screening runs of every outer fold with models that were tuned and fitted without them.
 
-params: sections `training`, `evaluation`, `averaging`. input: `train` and `test`. output: `predictions` and
-`intervals`.
+Settings: yields.training, yields.evaluation, yields.averaging.
+Inputs: `train` and `test`.
+Outputs: `predictions` and `intervals`.
 """
 
 import pandas as pd

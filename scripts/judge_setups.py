@@ -1,10 +1,15 @@
 """What was measured in each set-up and its prediction: verdicts, coverage, what is assumed, when it was fixed, figures.
 
-Of a tumbling mill also its charge at several speeds, and a table of power with both intervals, toe, shoulder and rings.
+Of a tumbling mill also its charge at several speeds, and a table of power with both intervals, toe, shoulder and rings;
+of some drums the flowing bed, each ball coloured by its speed.
 
-params: `setups`, `tumbling`, `dem`, and the page's `chapter`, `name`, `results`. input: `measured`, `predictions`,
-`runs`, `charges`, `fixed`. output: the tables, the page, and the figures.
+Settings: validation (every chosen set-up with its mill and contact sets), dem, name.
+Inputs: `measured`, `predictions`, `fixed`; of tumbling mills `runs` and `charges`; `beds` (run.h5 of a drum).
+Outputs: `verdicts`, `counts`, `coverage`, `assumptions`, `fixed`, their `page`; figures `svgs`, `pngs`, of the first
+quantity `first_svgs`, `first_pngs`; `charge_svgs`, `charge_pngs`, `intervals`; `bed_svgs`, `bed_pngs`, `bed_tsvs`.
 """
+
+from pathlib import Path
 
 import pandas as pd
 
@@ -16,11 +21,12 @@ from millprint.config.sweep import DemConfig
 from millprint.config.validation import ValidationConfig
 from millprint.figures.charge import plot_charge
 from millprint.figures.style import save
-from millprint.figures.validation_figures import plot_setup
+from millprint.figures.validation_figures import plot_bed, plot_setup
 from millprint.mill.bodies import build_bodies
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.thesis.report.table_pages import write_chapter
+from millprint.validation.drums import slab_of_bed
 from millprint.validation.fixed import fixed_table, read_fixed, settings_digest, status_of
 from millprint.validation.measured import measured_points, read_measurements
 from millprint.validation.setups import SETUPS, assumption_table, setup_named
@@ -94,6 +100,13 @@ def draw_charge(
     save(plot_charge(read_table(charge_path), table, vessel, mill.geometry.axis, unit), svg, png)
 
 
+def draw_bed(name: str, run: str, sizes_m: tuple[float, float], svg: str, png: str, tsv: str) -> None:
+    """Draw the flowing bed of a drum; sizes_m: its radius and the diameter of the balls."""
+    radius_m, diameter_m = sizes_m
+    balls = slab_of_bed(Path(run), diameter_m)
+    save(plot_bed(balls, radius_m, diameter_m, setup_named(name).title), svg, png, tsv=tsv)
+
+
 if "snakemake" in globals():
     given, made, own = snakemake.input, snakemake.output, snakemake.params
     with job(snakemake.log[0], "judge set-ups") as log:
@@ -111,3 +124,7 @@ if "snakemake" in globals():
             settings, mill, _ = read_setup(name, own.setups[name])
             draw_charge(settings, mill, *paths)
             log.info("charge drawn: %s", name)
+        beds = zip(given.beds, own.beds.values(), made.bed_svgs, made.bed_pngs, made.bed_tsvs, strict=True)
+        for name, paths in zip(own.beds, beds, strict=True):
+            draw_bed(name, *paths)
+            log.info("bed drawn: %s", name)

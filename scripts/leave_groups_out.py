@@ -1,7 +1,9 @@
 """Predicts what no training row covers: fill ratios of other regimes, and the runs of other groups and mills.
 
-params: settings of models, mill and sources. input: `screening`, `split`, `train`, `test`, `sources`, `regimes`.
-output: `regimes`, `regimes_summary`, `sources`, `sources_predictions`, `sources_runs`.
+Settings: yields.training, yields.evaluation, yields.averaging, yields.prediction, yields.other_sources, doe.factors;
+the mill.
+Inputs: `screening`, `split`, `train`, `test`, `regimes`; `others` and their `fingerprints`.
+Outputs: `regimes`, `regimes_summary`, `sources`, `sources_predictions`, `sources_runs`.
 """
 
 import pandas as pd

@@ -1,6 +1,8 @@
 """Reads milling cards back: the settings of other mills that come nearest to each, and a sentence on what is lost.
 
-params: `descriptors`. input: `cards` and `fingerprints`. output: `table` and `verdict`.
+Settings: fingerprint.descriptors.
+Inputs: `cards` and `fingerprints`.
+Outputs: `table` and `verdict`.
 """
 
 import pandas as pd

@@ -1,7 +1,8 @@
 """Ranks the conditions of one mill that come nearest to a condition of another, with what is lost in each.
 
-params: `settings` of the request, and `descriptors`. input: fingerprints `mill` and `like`. output: the table of
-conditions.
+Settings: mills.match, fingerprint.descriptors.
+Inputs: fingerprints of the `mill` and of the one that it is to be `like`.
+Outputs: the table of conditions.
 """
 
 from millprint.config.fingerprint import DescriptorSet, LikeConfig, MatchConfig, TargetConfig

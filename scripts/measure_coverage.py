@@ -1,7 +1,8 @@
 """Counts how often new simulations, and conditions left out of the fit, are within the bands of a mill's fingerprint.
 
-params: `mill`, `sweep`, `contact`, `mills`, `dem`. input: `fingerprint`, and `sweep` where it was derived. output:
-`coverage` and `held_out`.
+Settings: mills, dem; the mill with its sweep, and the contact set.
+Inputs: `fingerprint`, and `sweep` where it was derived.
+Outputs: `coverage` and `held_out`.
 """
 
 from pathlib import Path

@@ -1,6 +1,8 @@
 """Effect of one step of each parameter of the jar on the fitted values, from short simulations.
 
-params: `mill`, `contact`, `dem`, `settings`. input: `published`. output: `sensitivity`.
+Settings: fit, dem; the mill and its contact set.
+Inputs: `published`.
+Outputs: `sensitivity`.
 """
 
 from millprint.config.contact_set import ContactConfig

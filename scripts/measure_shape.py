@@ -1,6 +1,8 @@
 """What the fit of a jar leaves open of its shape, as factors on what its fingerprint predicts.
 
-params: `mill`, `settings`, `about`. input: `search` (fit_search.tsv) and `published`. output: `shape`.
+Settings: fit, fingerprint.counting_rule, fingerprint.interval; the mill.
+Inputs: `search` (fit_search.tsv) and `published`.
+Outputs: `shape`.
 """
 
 from millprint.config.fit import TrialConfig

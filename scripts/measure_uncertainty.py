@@ -1,7 +1,8 @@
 """Calculates how much the predictions for a mill depend on contact parameters, from its samples.
 
-params: `mill`, `sweep`, `contacts`, and section `uncertainty` as `settings`. input: `samples` of the jobs, and `sweep`
-where it was derived. output: `samples`, `emulator`, `indices`, `intervals`, `sets`, `contact`.
+Settings: uncertainty; the mill with its sweep, and the contact sets.
+Inputs: `samples` of the jobs, and `sweep` where it was derived.
+Outputs: `samples`, `emulator`, `indices`, `intervals`, `sets`, `contact`.
 """
 
 import pandas as pd

@@ -2,8 +2,10 @@
 
 Also doses of these cases and of the screening runs, and the kinetics of their yields.
 
-params: `settings`, and `density_kg_m3` of the balls. input: `regimes`, `screening`, `fingerprint`. output: the tables
-and figures.
+Settings: partition; the density of the balls.
+Inputs: `regimes`, `screening`, `fingerprint`.
+Outputs: `table_4_2`, `table_4_3`, `table_4_4`, `table_4_5`, `slopes`, `design`; `doses`, `kinetics`, `curves`,
+`verdict`; and the figures.
 """
 
 import pandas as pd

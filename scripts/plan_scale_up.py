@@ -1,7 +1,8 @@
 """A large mill by geometric similarity: how to run it, what stays the same, and the cost of simulating it.
 
-params: `settings`, `mill`, `rayleigh_fraction`, `poisson_ratio`. input: `fingerprint`, and `summary` of a simulated
-large mill. output: `sheet`, `run`, `svg`, `png`.
+Settings: mills.scale_up, mills.rayleigh_fraction; the small mill.
+Inputs: `fingerprint`, and `summary` of a simulated large mill.
+Outputs: `sheet`, `run`, and the figure.
 """
 
 from millprint.config.mill import MillConfig

@@ -2,8 +2,10 @@
 
 Also the energy spectra of the conditions of the maps: collisions a second, power, and its share above an energy.
 
-params: `mill`, `contacts`, `cycle_fill_ratio`, the runs of `maps`, and `titles`, `counting_rule`, `conditions` of the
-spectra. input: the tables of the chapter. output: each figure as SVG and PNG.
+Settings: mill, contacts, fingerprint.cycle_fill_ratio, fingerprint.counting_rule, fingerprint.maps.
+Inputs: `descriptors`, `cycles`, `densities`, `means`, `curves`, `zones`, `universal`, `exponents`, `spectra`,
+`published`, and the `runs` of the maps.
+Outputs: each figure as SVG and PNG, and the points of the maps as `maps_tsvs`.
 """
 
 from millprint.config.errors import ConfigError

@@ -1,7 +1,10 @@
 """Joins the measures of all surrogates; draws their input (distance and contacts of the wall), losses and roll-outs.
 
-params: `window`, `edges`, `snap_back_m`, `tests`, `trained_test`, `trainings`. input: `run`, `wall_contacts`, and the
-tables of each variant. output: `metrics`, `trainings`, `baselines`, and the figures.
+Settings: surrogate.graph.window, surrogate.edges, surrogate.rollout.snap_back_m, surrogate.tests; trainings of every
+variant.
+Inputs: `run`, `wall_contacts`, `controls`; `errors`, `distributions`, `histories`, `measured` and `dissipation` of
+the variants.
+Outputs: `metrics`, `trainings`, `baselines`, the figures, and the points of one as `slices_tsv`.
 """
 
 import numpy as np

@@ -1,6 +1,8 @@
 """Figures of chapter 5: predictions, SHAP values, cross-validation, scores, regimes and sources; and what they say.
 
-input: the tables of the yield models, and `claims`. output: `statements`, and each figure as SVG and PNG.
+Settings: none.
+Inputs: the tables of the yield models, and `claims`.
+Outputs: `statements`, and each figure as SVG and PNG.
 """
 
 from millprint.figures.style import save

@@ -1,7 +1,8 @@
 """Wear of the balls and iron in the powder in the mills of the box, by the coefficient of the thesis's weighings.
 
-params: section `dose.wear` as `settings`. input: `summaries`, their `runs`, `coefficient`, `materials`. output:
-`table`, `svg`, `png`.
+Settings: dose.wear.
+Inputs: `summaries`, their `runs`, `coefficient`, `materials`.
+Outputs: `table`, and the figure.
 """
 
 from millprint.config.dose import WearConfig
@@ -19,7 +20,7 @@ def main(runs: list[tuple[str, str]], coefficient: str, materials: str, output, 
     conditions = mean_conditions(tabulate_sliding(runs))
     # Factors by contact parameters are those of single mills; the note says that they are not in the interval.
     known = read_materials(materials, settings.material)
-    wear = predict_wear(conditions, known, settings.charges, result, None, settings.probability)
+    wear = predict_wear(conditions, known, settings.charges, result, None)
     write_table(wear, output.table)
     save(plot_mill_wear(wear, settings.material), output.svg, output.png)
 

@@ -1,7 +1,8 @@
 """The predictions of one measured set-up.
 
-params: its section as `settings`, `mill`, `contacts`, `dem`, `runs`, `folder`. input: `measured` and `other_codes`.
-output: `predictions`.
+Settings: the section of the set-up in validation, dem; its mill and contact sets.
+Inputs: `measured` and `other_codes`; the `runs` and `tables` of its simulations.
+Outputs: `predictions`.
 """
 
 from millprint.config.contact_set import ContactConfig

@@ -1,7 +1,9 @@
 """Predicts yields of new conditions, and proposes the next experiments within the configured region.
 
-params: `settings` of predictions, `training`, `conformal_folds`, `interval_level`, `proposals`, `volume_m3`,
-`chemistry`. input: `model`, `conditions`, `proposing`, `mill`. output: `predicted`, `proposals`, `left_out`, `reasons`.
+Settings: yields.prediction, yields.training, yields.evaluation.conformal_folds, yields.interval_level,
+yields.proposals, doe.chemistry; the volume of the mill.
+Inputs: `model`, `conditions`, `proposing`, `mill`, and `experiments` if there are any.
+Outputs: `predicted`, `proposals`, `left_out`, `reasons`.
 """
 
 from threadpoolctl import threadpool_limits

@@ -1,6 +1,8 @@
 """Writes the merged configuration of a run, which can be used again with --configfile.
 
-params: `config`. output: `run`, a YAML file.
+Settings: all of them.
+Inputs: none.
+Outputs: `run`, a YAML file.
 """
 
 import platform

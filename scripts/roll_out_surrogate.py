@@ -1,7 +1,8 @@
 """Rolls a trained surrogate out in every test, from the first states of its simulation.
 
-params: `edges`, and `tests` with their settings. input: `weights`, and the simulations. output: `rollouts`, one for
-each test.
+Settings: surrogate.tests, and the edges and roll-out of the variant.
+Inputs: `weights`, and the `runs` that the roll-outs start from.
+Outputs: `rollouts`, one for each test.
 """
 
 import logging

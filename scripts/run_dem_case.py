@@ -1,7 +1,8 @@
 """Simulates a case.
 
-params: `case`, `mill`, `contact`, and section `dem` as `settings`. input.sources: files of the mill's geometry, motion.
-output: `run` (run.h5) and `summary` (summary.json). A stopped case continues from restart.h5 in their folder.
+Settings: dem; the case, its mill and its contact set.
+Inputs: `sources`: the files of the mill's geometry and motion.
+Outputs: `run` (run.h5) and `summary` (summary.json). A stopped case continues from restart.h5 in their folder.
 """
 
 import sys

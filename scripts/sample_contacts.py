@@ -1,7 +1,8 @@
 """Simulates one job's share of the samples of a mill: contact parameters and fill ratio by a space-filling design.
 
-params: `mill`, `sweep`, `contact`, `mills`, `dem`, `counting_rule`, and section `uncertainty` as `settings`. input:
-`sweep` where it was derived. output: `samples`.
+Settings: uncertainty, mills, dem, fingerprint.counting_rule; the mill with its sweep, and the contact set.
+Inputs: `sweep` where it was derived.
+Outputs: `samples`.
 """
 
 from pathlib import Path

@@ -1,6 +1,8 @@
 """How many runs the search for the next experiment needs to find the best run, and what its runs teach of others.
 
-params: `settings`, `averaging`, `level`. input: `train` and `test`. output: `retrospective`, `summary`, `learning`.
+Settings: yields.retrospective, yields.averaging, yields.evaluation.level.
+Inputs: `train` and `test`.
+Outputs: `retrospective`, `summary`, `learning`.
 """
 
 import numpy as np

@@ -1,6 +1,8 @@
 """Simulates a tumbling mill at every speed, number of balls, seed and contact set of its section.
 
-params: its section as `settings`, `mill`, `contacts`, `dem`. input: `measured`. output: `runs` and `charge`.
+Settings: the section of the set-up in validation, dem; its mill and contact sets.
+Inputs: `measured`.
+Outputs: `runs` and `charge`.
 """
 
 from pathlib import Path

@@ -2,7 +2,9 @@
 
 Runs of others join the training rows only if the configuration says so; the test rows are always those of the split.
 
-params: `factors` of the design, and `other_sources`. input: `screening` and `split`. output: `train` and `test`.
+Settings: doe.factors, yields.other_sources.
+Inputs: `screening` and `split`.
+Outputs: `train` and `test`.
 """
 
 import logging

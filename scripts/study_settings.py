@@ -1,7 +1,8 @@
 """Are the settings of a mill's sweep good enough? Tables, figure, and a verdict in one line.
 
-params: `variants`, `folder`, `sweep_seeds`, `counting_rule`, `study`. output: `table`, `window`, `verdict`, `line`, and
-the figure.
+Settings: convergence.study, mills.counting_rule; the variants of the mill's sweep.
+Inputs: `summaries` of every variant.
+Outputs: `table`, `window`, `verdict` (JSON), `line` (text), and the figure.
 """
 
 import sys

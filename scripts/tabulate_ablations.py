@@ -1,13 +1,17 @@
-"""Tabulates the ablations of appendix A next to the statements of the thesis.
+"""Tabulates the ablations of appendix A next to the statements of the thesis, and draws them.
 
-params: `changes`, `trainings`, `length_s`. input: `metrics`, `histories`, `claims`. output: `ablations`.
+Settings: surrogate.ablations: what each changes, its trainings, and the length of its roll-out.
+Inputs: `metrics` of every training, `histories` of the loss, `claims`.
+Outputs: `ablations`, `svg`, `png`.
 """
 
 import logging
 
+from millprint.figures.style import save
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.run.tables import read_printed
+from millprint.thesis.figures.chapter6_figures import plot_ablations
 from millprint.thesis.surrogate.measure_tables import ablation_table, join_tables, scatter_in_words
 
 logger = logging.getLogger("millprint")
@@ -25,6 +29,12 @@ def main(
     logger.info("%s", scatter_in_words(table) or "the baseline was trained once, so nothing tells chance apart")
 
 
+def draw(table: str, svg: str, png: str) -> None:
+    """Draw every ablation, from the written table."""
+    ablations = read_table(table, numeric=["stable"], text=["variant", "says"])
+    save(plot_ablations(ablations, scatter_in_words(ablations)), svg, png)
+
+
 if "snakemake" in globals():
     with job(snakemake.log[0], "tabulate the ablations"):
         main(
@@ -36,3 +46,4 @@ if "snakemake" in globals():
             snakemake.params.length_s,
             snakemake.params.trainings,
         )
+        draw(snakemake.output.ablations, snakemake.output.svg, snakemake.output.png)

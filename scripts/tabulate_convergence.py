@@ -2,8 +2,9 @@
 
 Of the time step also the largest one that leaves every descriptor unchanged: is the one of the sweeps small enough?
 
-params: `counting_rule`, `further_rules`, `settings`, `taken_s`. input: summaries, `of_step` and `of_modulus`. output:
-for each sweep a table and a figure, and the `choice` of the step.
+Settings: convergence, fingerprint.counting_rule; the steps that the sweeps take.
+Inputs: summaries, `of_step` and `of_modulus`.
+Outputs: `step_table`, `choice` of the step, `modulus_table`, and the figures; those of a sweep that there is.
 """
 
 from millprint.config.fingerprint import ConvergenceConfig

@@ -1,11 +1,12 @@
-"""Tabulates experiments: the design and its check, half-lives, wear, powder and gas of the runs, and the literature.
+"""Tabulates experiments: the design and its check, half-lives, wear, and the literature.
 
-params: sections `design`, `half_life`, `powder`, `chemistry`, `gas`. input: `screening`, `weighings`, `studies`,
-`yields`. output: the tables, and the figures of the literature.
+Settings: doe (design, half_life).
+Inputs: `screening`, `weighings`, `studies`, `yields`.
+Outputs: the tables, the figures of the literature, and the points of one as `tsv`.
 """
 
-from millprint.config.design import DesignConfig, Factor
-from millprint.config.doe import ChemistryConfig, GasConfig, HalfLifeConfig, PowderConfig
+from millprint.config.design import DesignConfig
+from millprint.config.doe import HalfLifeConfig
 from millprint.figures.style import save
 from millprint.run.files import write_table
 from millprint.run.job import job
@@ -14,35 +15,21 @@ from millprint.thesis.doe.literature import (
     missingness_table,
     read_literature,
     read_reported_yields,
-    unreported_table,
 )
-from millprint.thesis.doe.runs import read_runs
-from millprint.thesis.doe.wet_lab import half_life_table, powder_table, read_wear, wear_table
+from millprint.thesis.doe.wet_lab import half_life_table, read_wear, wear_table
 from millprint.thesis.doe.written import write_design
 from millprint.thesis.figures.chapter2_figures import literature, missingness
 
 
-def compute_wet_lab(
-    screening: str,
-    weighings: str,
-    outputs: dict[str, str],
-    factors: list[Factor],
-    solution: HalfLifeConfig,
-    jar: PowderConfig,
-    chemistry: ChemistryConfig,
-    gas: GasConfig,
-) -> None:
-    """Write half-lives, the wear of the balls and the iron from it, and masses of powder and volumes of gas."""
-    runs = read_runs(screening, factors, positive=["bpr", "molar_ratio"])
+def compute_wet_lab(weighings: str, outputs: dict[str, str], solution: HalfLifeConfig) -> None:
+    """Write half-lives, and the wear of the balls with the iron from it."""
     write_table(half_life_table(solution), outputs["half_life"])
     write_table(wear_table(read_wear(weighings)), outputs["wear"])
-    write_table(powder_table(runs, jar, chemistry, gas), outputs["powder"])
 
 
 def tabulate_literature(studies: str, yields: str, outputs: dict[str, str]) -> None:
     """Write what other groups report, do not report and contradict, and draw their yields against speed."""
     frame, reported = read_literature(studies), read_reported_yields(yields)
-    write_table(unreported_table(frame), outputs["unreported"])
     missing = missingness_table(frame)
     write_table(missing, outputs["missingness"])
     write_table(literature_checks(frame, reported), outputs["checks"])
@@ -56,14 +43,5 @@ if "snakemake" in globals():
     with job(snakemake.log[0], "tabulate experiments") as log:
         for line in write_design(given.screening, outputs, settings):
             log.warning("the runs depart from the design: %s", line)
-        compute_wet_lab(
-            given.screening,
-            given.weighings,
-            outputs,
-            settings.factors,
-            HalfLifeConfig(**own.half_life),
-            PowderConfig(**own.powder),
-            ChemistryConfig(**own.chemistry),
-            GasConfig(**own.gas),
-        )
+        compute_wet_lab(given.weighings, outputs, HalfLifeConfig(**own.half_life))
         tabulate_literature(given.studies, given.yields, outputs)

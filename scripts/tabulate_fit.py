@@ -1,7 +1,8 @@
 """The values that the jar and the counting rule were fitted to, those held back, and the error of each.
 
-params: `mill`, `contact`, `fitted` (names of values), `counting_rule`. input: `descriptors`, `cycles`, `published`,
-`sensitivity`. output: `fit`.
+Settings: fit.contact, fit.fitted, fingerprint.counting_rule; the mill.
+Inputs: `descriptors`, `cycles`, `published`, `sensitivity`.
+Outputs: `fit`.
 """
 
 import pandas as pd

@@ -1,23 +1,21 @@
 """Energy spectra of the collisions of every condition, and what is read off each, for each contact set.
 
-params: `runs` by contact set, counting `rules`, `settings`. input: `summaries` and `runs`. output: `spectra` and
-`summary` of each contact set.
+Settings: fingerprint.counting_rule; the runs of each contact set.
+Inputs: `summaries` and `runs`.
+Outputs: `spectra` and `summary` of each contact set.
 """
 
 from pathlib import Path
 
-from millprint.config.dose import SpectraConfig
 from millprint.dose.spectra import tabulate_spectra
 from millprint.run.files import read_json, write_table
 from millprint.run.job import job
 
 
-def main(
-    run_paths: list[str], spectra_path: str, summary_path: str, rule_names: list[str], settings: SpectraConfig
-) -> None:
+def main(run_paths: list[str], spectra_path: str, summary_path: str, rule_names: list[str]) -> None:
     """Read the runs, each with the summary in its folder, and write both tables."""
     runs = [(path, read_json(Path(path).with_name("summary.json"))) for path in run_paths]
-    spectra, summary = tabulate_spectra(runs, rule_names, settings)
+    spectra, summary = tabulate_spectra(runs, rule_names)
     write_table(spectra, spectra_path)
     write_table(summary, summary_path)
 
@@ -26,5 +24,5 @@ if "snakemake" in globals():
     own, output = snakemake.params, snakemake.output
     with job(snakemake.log[0], "tabulate energy spectra") as logger:
         for (contact, runs), *paths in zip(own.runs.items(), output.spectra, output.summary, strict=True):
-            main(runs, *paths, own.rules, SpectraConfig(**own.settings))
+            main(runs, *paths, own.rules)
             logger.info("%s: %d simulations", contact, len(runs))

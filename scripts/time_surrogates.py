@@ -1,6 +1,8 @@
 """Times roll-outs of trained surrogates, and our simulation of the same cases.
 
-params: `variants` with their rules, and `timing`. input: `weights`, `trained` and `runs` (run.h5). output: `runtime`.
+Settings: surrogate.timing, and the edges and roll-out of each variant.
+Inputs: `weights`, `trained` and `runs` (run.h5).
+Outputs: `runtime`.
 """
 
 import pandas as pd

@@ -1,7 +1,8 @@
 """Fits the averaged Gaussian process on the training rows, and on every run that is collected for the final model.
 
-params: `machine`, `mill`, `volume_m3`, `proposals`, `averaging`. input: `train`, `test`, `regimes`, and `curves` if
-there are any. output: `rows`, `mill`, and two `models` with their `members`.
+Settings: yields.averaging, yields.proposals, partition (the machine); the mill.
+Inputs: `train`, `test`, `regimes`, and `curves` if there are any.
+Outputs: `rows`, `mill`, and two `models`.
 """
 
 import pandas as pd
@@ -15,7 +16,7 @@ from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.thesis.curves.regimes import design_cases, read_regimes
 from millprint.thesis.doe.runs import YIELD
-from millprint.thesis.yields.averaging import describe_members, fit_averaged
+from millprint.thesis.yields.averaging import fit_averaged
 from millprint.thesis.yields.experiments import DONE, Mill, check_region, experiment_rows, read_experiments
 from millprint.thesis.yields.features import CONDITIONS
 from millprint.thesis.yields.groups import reference_of_mill, regime_rows
@@ -24,13 +25,12 @@ from millprint.thesis.yields.new_conditions import MillCurves
 from millprint.thesis.yields.run_tables import read_rows
 
 
-def main(parts: list[str], model_path: str, members_path: str, settings: AveragingConfig) -> None:
+def main(parts: list[str], model_path: str, settings: AveragingConfig) -> None:
     """Train only on the rows of `parts`."""
     rows = pd.concat([read_rows(path) for path in parts], ignore_index=True)
     with threadpool_limits(1):
         model = fit_averaged(rows, rows[YIELD].to_numpy(float), settings)
         save_averaged(model, rows, settings.margin, model_path)
-    write_table(describe_members(model), members_path)
 
 
 def collect(
@@ -85,6 +85,6 @@ if "snakemake" in globals():
             ProposalConfig(**own.proposals),
         )
         log.info("collected: %s", made.rows)
-        for rows, model, members in zip((given.train, made.rows), made.models, made.members, strict=True):
-            main([rows], model, members, AveragingConfig(**own.averaging))
+        for rows, model in zip((given.train, made.rows), made.models, strict=True):
+            main([rows], model, AveragingConfig(**own.averaging))
             log.info("trained: %s", model)

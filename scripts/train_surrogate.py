@@ -1,6 +1,8 @@
 """Trains a variant of the surrogate; continues from the last checkpoint after a kill.
 
-input.dataset: features and targets. params.recipe: graph, network and training. output: `weights` and `history`.
+Settings: graph, network and training of the variant in surrogate.
+Inputs: `dataset`: features and targets.
+Outputs: `weights` and `history`.
 """
 
 from pathlib import Path

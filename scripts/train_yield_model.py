@@ -1,7 +1,8 @@
 """Tunes and fits a yield model on the training rows.
 
-input.train: the rows. params: regressor, strategy and settings as `trained`, and section `yields.search` as `search`.
-output.model: the model as JSON.
+Settings: yields.training, yields.search; regressor and strategy.
+Inputs: `train`: the rows.
+Outputs: `model`, as JSON.
 """
 
 from threadpoolctl import threadpool_limits

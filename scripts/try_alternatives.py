@@ -1,7 +1,8 @@
 """What the averaged process is compared with: other libraries, and yields that were shuffled.
 
-params: `training`, `evaluation`, `averaging`, `trial`. input: `train` and `test`. output: `libraries`, or
-`permutations` and `permutation_test`.
+Settings: yields.training, yields.evaluation, yields.averaging, yields.library_trial.
+Inputs: `train` and `test`.
+Outputs: `libraries`; or `permutations` and `permutation_test`.
 """
 
 from collections.abc import Sequence

@@ -1,7 +1,9 @@
 """Writes the milling card of one experiment of the table `cards.experiments`.
 
-params: `experiment`, `cases`, `mill`, `contact`, `settings`, `dem`, `animation`. input: `runs`, `summaries`,
-`materials`, and, where they are known, `uncertainty` and `wear`. output: the files of a card.
+Settings: dose, dem, mills.counting_rule, fingerprint.interval, cards.animation; the experiment with its cases, mill
+and contact set.
+Inputs: `runs`, `summaries`, `materials`, and `uncertainty` and `wear` where they are known.
+Outputs: `card`, `svg`, `png`, `pdf`, `tsv`, `methods`, `table`, `references`, and the `animation` if it is asked for.
 """
 
 from pathlib import Path

@@ -1,6 +1,8 @@
 """Writes the Workflow Run RO-Crate of a run next to its results.
 
-params: `results`, `sources`, `snakefiles`. input: `targets`, `configuration`. output: `crate`, `sources`.
+Settings: the files of the configuration and of the workflow, and the folder of results.
+Inputs: `targets`, `configuration`.
+Outputs: `crate`, and copies of what was read in the folder `sources`.
 """
 
 from millprint.provenance.crate_files import write_crate

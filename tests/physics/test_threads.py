@@ -4,6 +4,7 @@ import itertools
 import os
 import subprocess
 import sys
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -14,9 +15,14 @@ from millprint.dem.ledger import ledger_series, ledger_summary
 from millprint.dem.simulation import Simulation
 from millprint.dem.threads import chunk
 
-DEM = DemConfig(
-    time_step_s=2e-6, settle_s=1e-6, discard_s=0.0, window_s=2e-3, ledger_samples_per_revolution=500, closure_max=0.05
-)
+
+class FineDem(DemConfig):
+    """A short run with many samples of the ledger."""
+
+    ledger_samples_per_revolution: ClassVar[int] = 500
+
+
+DEM = FineDem(time_step_s=2e-6, settle_s=1e-6, discard_s=0.0, window_s=2e-3, closure_max=0.05)
 CASE = Case(
     mill="emax", contact="calibrated", ball_diameter_mm=5, fill_ratio=0.16, speed_rpm=1200, seed=0,
     settle_s=1e-6, discard_s=0.0, window_s=2e-3, snapshot_interval_s=1e-3,

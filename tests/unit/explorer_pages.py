@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 
-from millprint.config.dose import SpectraConfig
 from millprint.config.heat import HeatConfig
 from millprint.dose.heat_sources import HeatSource
 from millprint.dose.heat_table import heat_tables
@@ -19,9 +18,8 @@ from millprint.run.files import write_table
 from tests.unit.synthetic_mill import FILLS, VOLUME, summaries
 from tests.unit.test_dose_spectra import contacts, write
 
-BINS = SpectraConfig()
 RULE = "lifetimes"
-HEAT = HeatConfig(samples=16, times=7)
+HEAT = HeatConfig(samples=16)
 # Of one turn a second, in units of gravity.
 ACCELERATION = {"emax": 0.0684, "planetary": 0.4346}
 # Simulated conditions of the spectra and of the heat balance: fill ratio and speed [rpm].
@@ -42,10 +40,10 @@ def spectra_of(folder: Path) -> Spectra:
         path, summary = write(folder / f"{number}.h5", *kinds, fill=fill)
         summary["case"]["speed_rpm"] = speed
         runs.append((path, summary | {"contact": "calibrated"}))
-    table, summary = tabulate_spectra(runs, [RULE], BINS)
+    table, summary = tabulate_spectra(runs, [RULE])
     write_table(table, folder / "spectra.tsv")
     write_table(summary, folder / "spectra_summary.tsv")
-    return Spectra([(folder / "spectra.tsv", folder / "spectra_summary.tsv")], BINS, RULE)
+    return Spectra([(folder / "spectra.tsv", folder / "spectra_summary.tsv")], RULE)
 
 
 def heat_of(folder: Path, mill: str) -> Heat:
@@ -59,7 +57,7 @@ def heat_of(folder: Path, mill: str) -> Heat:
         )
         for fill, speed in CONDITIONS
     ]  # fmt: skip
-    tables = heat_tables(HEAT, mill, sources, None)
+    tables = heat_tables(HEAT, mill, sources, None, times=7)
     write_table(tables.temperatures, folder / f"{mill}_temperatures.tsv")
     write_table(tables.limits, folder / f"{mill}_limits.tsv")
     return Heat(folder / f"{mill}_temperatures.tsv", folder / f"{mill}_limits.tsv", HEAT)

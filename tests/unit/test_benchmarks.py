@@ -41,7 +41,6 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
-from millprint.config.sweep import DemConfig
 from millprint.dem.simulation import Simulation
 
 ROOT = Path(__file__).parents[2]
@@ -374,7 +373,7 @@ def drum() -> tuple[MillConfig, ContactConfig]:
 def test_the_drum_of_lammps_turns_with_all_its_lifters(config, drum):
     mill, contact = drum
     case = drums.case_of(mill, contact, config.drums[0], 40.81, 0)
-    simulation = Simulation(case, mill, contact, DemConfig(ledger_samples_per_revolution=drums.ROW))
+    simulation = Simulation(case, mill, contact, drums.DrumDem())
     text = drums.input_text(simulation, mill.geometry, config, config.drums[0])
     shell, *lifters = re.findall(r"^region .*", text, re.MULTILINE)
     assert "cylinder y 0 0 0.275 -0.01175 0.01175 side in rotate v_turned" in shell

@@ -307,7 +307,7 @@ def test_a_claim_names_its_source_before_anything_has_run(tmp_path):
     for source in table["source"].str.split("; ").explode():
         path, _, columns, rule, _ = re.fullmatch(form, source).groups()
         assert columns
-        if rule == "tabulate_claims":
+        if rule == "write_pages":
             assert (ROOT / path).is_file()
         else:
             assert any(fnmatch(path, pattern) for pattern in ORIGINS)

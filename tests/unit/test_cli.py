@@ -1,5 +1,6 @@
 """The command `millprint`: its help, what it refuses, the mills that it describes, the commands that it runs."""
 
+import re
 import subprocess
 from importlib import import_module
 from pathlib import Path
@@ -16,6 +17,7 @@ from millprint.config.fingerprint import MatchConfig
 from millprint.config.load import check_model
 from millprint.config.mill import MillConfig
 from millprint.fingerprint.match_words import match_in_words
+from millprint.run.ending.success import endings
 from tests.conftest import ROOT
 from tests.unit import synthetic_mill
 
@@ -208,3 +210,16 @@ def test_the_completion_is_that_of_bash(capsys):
     script += "\nCOMP_WORDS=(millprint run conv); COMP_CWORD=2; _millprint; echo ${COMPREPLY[@]}"
     done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["fingerprint", "convergence"]
+
+
+def test_each_target_has_a_docstring_for_list_rules():
+    """`snakemake --list-rules` shows it."""
+    text = "".join(path.read_text() for path in [ROOT / "workflow/Snakefile", *(ROOT / "workflow/rules").glob("*.smk")])
+    assert len(endings()) > 20
+    for name in endings():
+        assert re.search(rf'^ *rule {name}:\n *"""[^"]+"""$', text, re.MULTILINE), name
+
+
+def test_make_help_names_the_targets():
+    done = subprocess.run(["make", "help"], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert {"install", "thesis", "test", "docs"} <= {line.split()[1] for line in done.stdout.splitlines()}

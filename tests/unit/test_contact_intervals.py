@@ -6,7 +6,7 @@ import pytest
 
 from millprint.fingerprint.bands import ContactFactors
 from millprint.run.files import write_table
-from millprint.thesis.claims import intervals as contact_intervals
+from millprint.thesis.claims import claim_intervals as contact_intervals
 from millprint.thesis.claims.claim_intervals import Place, place_of, tabulate_contact_intervals
 from millprint.thesis.claims.evidence import CLAIMS, Finding
 from tests.conftest import ROOT

@@ -15,6 +15,7 @@ from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
+from millprint.dem import store
 from millprint.dem.collisions import (
     CHANNELS,
     HISTOGRAM_NAMES,
@@ -449,9 +450,10 @@ def test_a_step_by_the_rayleigh_time_is_shortened_until_the_balance_closes(tmp_p
         run(tmp_path, closure_max=1e-9, **open_case)
 
 
-def test_a_long_table_becomes_histograms_of_the_same_contacts(files, tmp_path):
+def test_a_long_table_becomes_histograms_of_the_same_contacts(files, tmp_path, monkeypatch):
     """The same run with room for no row: every contact is in a bin, and the summary counts them as before."""
-    small = run(tmp_path, DEM.model_copy(update={"collision_rows_max": 10}), window_s=0.45, snapshot_interval_s=1e-3)
+    monkeypatch.setattr(store, "COLLISION_ROWS_MAX", 10)
+    small = run(tmp_path, DEM, window_s=0.45, snapshot_interval_s=1e-3)
     with h5py.File(files / "run.h5") as whole, h5py.File(tmp_path / "run.h5") as binned:
         table, group = whole["collisions"], binned["collisions"]
         assert not table.attrs["is_histogram"] and group.attrs["is_histogram"]

@@ -16,7 +16,7 @@ from millprint.config.sweep import Case, DemConfig
 from millprint.dem.case_checks import check_room, checked_bodies
 from millprint.dem.packing import capacity, inside, laid_lattice, largest_fill, pack, thin_direction
 from millprint.dem.simulation import Simulation
-from millprint.dem.timestep import aligned_step, longest_step, rayleigh_time, skin_of
+from millprint.dem.timestep import SKIN_SHARE, aligned_step, longest_step, rayleigh_time, skin_of
 from millprint.mill.bodies import CHECK_RPM, build_bodies
 from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import build_vessel
@@ -221,6 +221,5 @@ def test_the_longest_step_is_that_of_the_cases_of_a_ball_as_it_is():
 
 
 def test_the_skin_goes_with_the_ball_and_the_root_of_the_step():
-    dem = DemConfig()
-    assert skin_of(dem, 5e-3, 0.16) == pytest.approx(dem.skin_share * 5e-3 * 0.4)
-    assert skin_of(dem, 5e-3, 0.16) == pytest.approx(2 * skin_of(dem, 5e-3, 0.04))
+    assert skin_of(5e-3, 0.16) == pytest.approx(SKIN_SHARE * 5e-3 * 0.4)
+    assert skin_of(5e-3, 0.16) == pytest.approx(2 * skin_of(5e-3, 0.04))

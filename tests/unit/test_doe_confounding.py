@@ -13,7 +13,6 @@ from millprint.thesis.doe.variance import (
     contested_table,
     fit_factors,
     residual_parts_table,
-    rival_models_table,
     sums_of_squares,
     trend_table,
 )
@@ -67,23 +66,6 @@ def test_a_contested_sum_is_a_difference_of_residuals_of_fitted_models(config, r
     assert row["sum_if_rival_first"] == pytest.approx(rest(*base, "A:D") - rest(*base, "A:D", "C"))
 
 
-def test_the_rival_models_hold_one_interaction_of_each_confounded_pair(config, runs):
-    table = rival_models_table(config, runs).set_index("model")
-    own = table.loc["A + B + C + D + A:B + A:C + B:C"]
-    fit = fit_factors(config, runs)
-    assert len(table) == 8
-    assert own["residual_sum_of_squares"] == pytest.approx(fit.ssr)
-    assert own["r2"] == pytest.approx(fit.rsquared)
-    assert own["r2_adjusted"] == pytest.approx(fit.rsquared_adj)
-    left_out = fit.resid / (1 - fit.get_influence().hat_matrix_diag)
-    assert own["r2_leave_one_out"] == pytest.approx(1 - (left_out**2).sum() / fit.centered_tss)
-    # Run 4 was done at another speed, so that in one of the models it alone fixes a parameter.
-    assert np.isfinite(table["r2_leave_one_out"].drop("A + B + C + D + C:D + B:D + A:D")).all()
-    assert np.isnan(table.loc["A + B + C + D + C:D + B:D + A:D", "r2_leave_one_out"])
-    # A model with C:D in the place of A:B fits the runs better than the thesis's.
-    assert table["aicc"].idxmin() == "A + B + C + D + C:D + A:C + A:D"
-
-
 def test_the_residual_is_the_interactions_of_speed_and_nothing_else(config, runs):
     table = residual_parts_table(config, runs).set_index("effect")
     assert table.index.tolist() == ["A:D", "B:D", "C:D", "together"]
@@ -120,7 +102,7 @@ def test_no_table_of_the_analysis_holds_an_infinite_number(config, runs):
     few = runs[runs["A"] < 2].reset_index(drop=True)
     for model, used in ((config.model, runs), (every, runs), (["A", "B", "C", "D"], few)):
         own = config.model_copy(update={"model": model})
-        for make in (rival_models_table, contested_table, residual_parts_table):
+        for make in (contested_table, residual_parts_table):
             numbers = make(own, used).select_dtypes("number").to_numpy(float)
             assert not np.isinf(numbers).any(), make.__name__
 

@@ -12,7 +12,6 @@ from millprint.thesis.doe.factorial_designs import (
     Fraction,
     alias_table,
     audit_table,
-    confounding_table,
     describe,
     design_table,
     full_factorial_runs,
@@ -155,16 +154,6 @@ def test_a_full_factorial_of_any_levels_has_no_aliases():
     assert (table["aliases"] == "").all()
     assert table.set_index("effect")["degrees_of_freedom"][["A", "C", "AB", "AC"]].tolist() == [2, 1, 4, 2]
     assert describe(config)["resolution"] is None
-
-
-def test_as_designed_only_the_three_pairs_share_two_degrees_of_freedom():
-    config = settings()
-    table = confounding_table(config, read_runs(SCREENING, config.factors))
-    shared = table[table["shared_as_designed"] > 0]
-    assert list(zip(shared["effect"], shared["with"], strict=True)) == [("A:B", "C:D"), ("A:C", "B:D"), ("A:D", "B:C")]
-    assert shared["shared_as_designed"].tolist() == pytest.approx([2, 2, 2])
-    main = table[(table["effect"] == "A") & (table["with"] == "D")]
-    assert main["shared_as_run"].item() > 0.01
 
 
 def test_the_audit_finds_case_4_and_the_treatment_that_was_meant():

@@ -9,7 +9,6 @@ import pytest
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.counting import DEFAULT_RULES, CountingRule
-from millprint.config.dose import SpectraConfig
 from millprint.config.errors import ConfigError, MillprintError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
@@ -18,7 +17,7 @@ from millprint.config.sweep import DemConfig
 from millprint.dem.run import run_case
 from millprint.dose.heat_sources import read_sources
 from millprint.dose.sliding import sliding_of_run
-from millprint.dose.spectra import PAIRS, TABLE_ONLY, bin_edges, read_spectra, tabulate_spectra, weighted_median
+from millprint.dose.spectra import BIN_EDGES, PAIRS, TABLE_ONLY, read_spectra, tabulate_spectra, weighted_median
 from millprint.dose.spectra_shown import NOTE, of_sheet, over_pairs, rules_apart, sheet_rows, shown, with_rows
 from millprint.figures.spectra_figures import plot_rules, plot_spectra
 from millprint.fingerprint.cases import mill_cases
@@ -28,7 +27,7 @@ from tests.unit.made_spectra import made_spectra, without_contacts
 from tests.unit.synthetic_mill import descriptors, fingerprint
 
 CONFIG = Path(__file__).parents[2] / "config"
-SETTINGS = SpectraConfig(lowest_J=1e-8, highest_J=1e-1, bins_per_decade=2)
+EDGES = np.geomspace(1e-8, 1e-1, 7 * 2 + 1)
 RULE = {"name": "lifetimes", "by": "surface", "gap_turns": 0.0, "peak_force_min_N": 0.0, "duration_min_s": 0.0}
 MERGING = RULE | {"name": "gap_0_02", "gap_turns": 0.02}
 HARD = RULE | {"name": "over_1N", "peak_force_min_N": 1.0}
@@ -82,7 +81,7 @@ def two_kinds(tmp_path):
 
 
 def test_two_kinds_of_collisions_stand_in_two_bins(two_kinds):
-    spectra, summary = tabulate_spectra([two_kinds], ["lifetimes"], SETTINGS)
+    spectra, summary = tabulate_spectra([two_kinds], ["lifetimes"], EDGES)
     normal = rows(spectra, channel="normal")
     filled = normal[normal["power_W"] > 0]
     assert filled["pair"].tolist() == list(PAIRS)
@@ -105,7 +104,7 @@ def test_the_integral_is_the_power_also_of_what_lies_beyond_the_bins(tmp_path):
         contacts(3, 10.0**power, 10.0 ** (power + 1), start=0.6 + 0.01 * k) for k, power in enumerate(range(-14, 2))
     ]
     run = write(tmp_path / "run.h5", *energies, contacts(1, 0.0, -1e-6, wall=True), stored=2e-3)
-    spectra, summary = tabulate_spectra([run], ["lifetimes", "gap_0_02"], SETTINGS)
+    spectra, summary = tabulate_spectra([run], ["lifetimes", "gap_0_02"], EDGES)
     for rule in ("lifetimes", "gap_0_02"):
         for channel, stored in (("normal", 0.0), ("tangential", 2e-3)):
             total = rows(spectra, counting_rule=rule, channel=channel)["power_W"].sum()
@@ -120,7 +119,7 @@ def test_the_integral_is_the_power_also_of_what_lies_beyond_the_bins(tmp_path):
 
 def test_merged_contacts_are_one_collision_of_their_whole_energy(tmp_path):
     run = write(tmp_path / "run.h5", contacts(10, 1e-5, 0.0), contacts(10, 3e-5, 0.0, start=0.602))
-    _, summary = tabulate_spectra([run], ["lifetimes", "gap_0_02"], SETTINGS)
+    _, summary = tabulate_spectra([run], ["lifetimes", "gap_0_02"], EDGES)
     normal = rows(summary, channel="normal", pair="ball_ball").set_index("counting_rule")
     assert normal["collisions_hz"].to_dict() == pytest.approx({"lifetimes": 10.0, "gap_0_02": 5.0})
     assert normal["median_J"].to_dict() == pytest.approx({"lifetimes": 1e-5, "gap_0_02": 4e-5})
@@ -129,7 +128,7 @@ def test_merged_contacts_are_one_collision_of_their_whole_energy(tmp_path):
 
 def test_what_a_threshold_drops_is_told_and_completes_the_power(tmp_path):
     run = write(tmp_path / "run.h5", contacts(10, 1e-5, 0.0, force=0.5), contacts(10, 3e-5, 0.0, wall=True))
-    _, summary = tabulate_spectra([run], ["over_1N"], SETTINGS)
+    _, summary = tabulate_spectra([run], ["over_1N"], EDGES)
     row = rows(summary, channel="normal", pair="both").iloc[0]
     assert row["dropped_W"] == pytest.approx(1e-4 / WINDOW)
     assert row["power_W"] == pytest.approx(3e-4 / WINDOW)
@@ -138,7 +137,7 @@ def test_what_a_threshold_drops_is_told_and_completes_the_power(tmp_path):
 
 def test_a_contact_from_before_the_window_gives_power_and_is_not_counted(tmp_path):
     run = write(tmp_path / "run.h5", contacts(10, 1e-5, 0.0), contacts(4, 1e-5, 0.0, wall=True, start=0.4))
-    _, summary = tabulate_spectra([run], ["lifetimes"], SETTINGS)
+    _, summary = tabulate_spectra([run], ["lifetimes"], EDGES)
     normal = rows(summary, channel="normal").set_index("pair")
     assert normal["collisions_hz"].to_dict() == pytest.approx({"ball_ball": 5.0, "ball_wall": 0.0, "both": 5.0})
     assert normal.loc["both", "open_W"] == pytest.approx(4e-5 / WINDOW)
@@ -149,7 +148,7 @@ def test_seeds_of_a_condition_are_averaged(tmp_path):
     one = write(tmp_path / "a.h5", contacts(10, 1e-5, 1e-5))
     two = write(tmp_path / "b.h5", contacts(30, 1e-5, 1e-5), seed=1)
     other = write(tmp_path / "c.h5", contacts(5, 1e-4, 1e-4), fill=0.2)
-    _, summary = tabulate_spectra([one, other, two], ["lifetimes"], SETTINGS)
+    _, summary = tabulate_spectra([one, other, two], ["lifetimes"], EDGES)
     both = rows(summary, channel="normal", pair="both")
     assert both["seeds"].tolist() == [2, 1]
     assert both["collisions_hz"].tolist() == pytest.approx([10.0, 2.5])
@@ -160,7 +159,7 @@ def test_a_run_without_contacts_has_a_row_that_says_so(tmp_path):
     path, summary = write(tmp_path / "run.h5", contacts(3, 1e-5, 1e-5))
     with h5py.File(path, "a") as file:
         file["collisions"].attrs["is_histogram"] = True
-    spectra, table = tabulate_spectra([(path, summary)], ["lifetimes"], SETTINGS)
+    spectra, table = tabulate_spectra([(path, summary)], ["lifetimes"], EDGES)
     assert spectra.empty
     assert table["note"].tolist() == [TABLE_ONLY]
 
@@ -171,23 +170,20 @@ def test_contacts_that_do_not_hold_the_power_of_the_ledger_are_refused(two_kinds
     with pytest.raises(
         MillprintError, match=r"run\.h5: its contacts dissipate .* W \(normal\), its ledger has"
     ) as info:
-        tabulate_spectra([(path, summary)], ["lifetimes"], SETTINGS)
+        tabulate_spectra([(path, summary)], ["lifetimes"], EDGES)
     assert "\n" not in str(info.value)
 
 
 def test_bad_input_is_one_line(two_kinds):
     with pytest.raises(ConfigError, match="not among the rules that the simulations recorded"):
-        tabulate_spectra([two_kinds], ["gap_0_09"], SETTINGS)
+        tabulate_spectra([two_kinds], ["gap_0_09"], EDGES)
     with pytest.raises(ConfigError, match="no simulation to read"):
-        tabulate_spectra([], ["lifetimes"], SETTINGS)
-    with pytest.raises(ValueError, match="must be above lowest_J"):
-        SpectraConfig(lowest_J=1.0, highest_J=0.1)
+        tabulate_spectra([], ["lifetimes"], EDGES)
 
 
 def test_bins_are_equally_wide_in_the_logarithm():
-    edges = bin_edges(SpectraConfig())
-    assert len(edges) == 13 * 5 + 1
-    assert np.diff(np.log10(edges)) == pytest.approx(0.2)
+    assert len(BIN_EDGES) == 13 * 5 + 1
+    assert np.diff(np.log10(BIN_EDGES)) == pytest.approx(0.2)
 
 
 def test_median_of_weighted_values():
@@ -201,7 +197,7 @@ def test_the_figure_shows_a_line_for_each_fill_and_pair(tmp_path):
         write(tmp_path / f"{fill}.h5", contacts(30, 1e-6, 4e-6), contacts(10, 1e-3, 2e-3, wall=True), fill=fill)
         for fill in (0.05, 0.1, 0.15, 0.2, 0.25)
     ]
-    spectra, _ = tabulate_spectra(runs, ["lifetimes"], SETTINGS)
+    spectra, _ = tabulate_spectra(runs, ["lifetimes"], EDGES)
     chosen = shown(spectra, "lifetimes")
     assert len(set(chosen["fill_ratio"])) == 4
     figure = plot_spectra(chosen, "Emax")
@@ -229,7 +225,7 @@ def test_spectra_of_a_real_run_hold_its_ledger_and_its_count(real_run):
     """For every mill of the box and every rule; a threshold drops power, which is told."""
     path, summary = real_run
     names = [rule["name"] for rule in summary["collisions"]]
-    spectra, table = tabulate_spectra([(str(path), summary)], names, SpectraConfig())
+    spectra, table = tabulate_spectra([(str(path), summary)], names)
     for rule in summary["collisions"]:
         for channel in ("normal", "tangential"):
             bins = rows(spectra, counting_rule=rule["name"], channel=channel)
@@ -298,7 +294,7 @@ def test_counting_rules_are_shown_to_differ_and_by_how_much():
 
 def test_real_rules_differ_in_collisions_and_not_in_power(real_run):
     path, summary = real_run
-    _, table = tabulate_spectra([(str(path), summary)], ["lifetimes", "gap_0_04", "over_1N"], SpectraConfig())
+    _, table = tabulate_spectra([(str(path), summary)], ["lifetimes", "gap_0_04", "over_1N"])
     both = rows(table, pair="both", channel="normal").set_index("counting_rule")
     assert both.at["gap_0_04", "collisions_hz"] < both.at["lifetimes", "collisions_hz"]
     assert both.at["gap_0_04", "half_power_J"] >= both.at["lifetimes", "half_power_J"]

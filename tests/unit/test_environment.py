@@ -1,5 +1,6 @@
 """All packages are pinned, and every environment file follows from the lock file."""
 
+import ast
 import re
 import subprocess
 import sys
@@ -67,6 +68,33 @@ def test_every_package_runs_on_the_python_of_debian_12():
     wanted = {name: metadata.metadata(name)["Requires-Python"] for name in here}
     assert len(wanted) > 150
     assert not {name: text for name, text in wanted.items() if text and "3.11.2" not in SpecifierSet(text)}
+
+
+# Packages whose module has another name; the module of the rest is their name.
+OTHER_NAME = {"pillow": "PIL", "pyyaml": "yaml", "salib": "SALib", "scikit-learn": "sklearn"}
+
+
+def imported(path: Path) -> set[str]:
+    nodes = list(ast.walk(ast.parse(path.read_text())))
+    plain = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    named = {node.module for node in nodes if isinstance(node, ast.ImportFrom) and node.module}
+    return {name.split(".")[0] for name in plain | named} - set(sys.stdlib_module_names) - {"millprint"}
+
+
+def test_everything_that_is_imported_is_declared():
+    """The mill imports packages of the core only; the thesis also those of its extras."""
+    project = tomllib.loads((ENVIRONMENTS.parent / "pyproject.toml").read_text())["project"]
+    names = [Requirement(text).name for text in project["dependencies"]]
+    core = {OTHER_NAME.get(name, name) for name in names} | {"pydantic_core", "markupsafe"}
+    package = ENVIRONMENTS.parent / "src/millprint"
+    undeclared = {
+        name
+        for path in package.rglob("*.py")
+        for name in imported(path) - core
+        if "thesis" not in path.relative_to(package).parts or name not in EXTRAS["thesis"] + EXTRAS["surrogate"]
+    }
+    # They come with Snakemake, whose plugin of the log is imported by Snakemake only; types for mypy.
+    assert undeclared <= {"snakemake_interface_logger_plugins", "_typeshed"}
 
 
 def test_the_environment_of_jobs_has_no_snakemake_and_no_developer_tools():

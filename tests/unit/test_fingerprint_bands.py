@@ -229,7 +229,7 @@ def test_the_scripts_add_every_interval_and_tabulate_them(plain, tmp_path):
     found.write(files["fingerprint"])
     assert list(found.further) == list(Fingerprint.read(files["fingerprint"]).further) == ["contact"]
     tables = {
-        "collapse": tabulate_mill_collapse(descriptors(), 0.95, 0.2),
+        "collapse": tabulate_mill_collapse(descriptors(), 0.95),
         "zones": find_zones(plain),
         "descriptors": descriptors(),
         "spectra_summary": made_spectra(descriptors())[1],

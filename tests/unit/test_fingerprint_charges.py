@@ -111,7 +111,7 @@ def test_a_charge_is_no_other_size_of_balls():
     for name, chosen in {"alone": runs, "both": runs + odd}.items():
         table = fit_exponents(tabulate_descriptors(chosen, "gap_0_03"), tabulate_counting_rules(chosen), 0.95)
         own = table[(table["quantity"] == "power_per_ball_W") & (table["variable"] == "d")].iloc[0]
-        collapse = tabulate_mill_collapse(tabulate_descriptors(chosen, "gap_0_03"), 0.95, 0.2).iloc[0]
+        collapse = tabulate_mill_collapse(tabulate_descriptors(chosen, "gap_0_03"), 0.95).iloc[0]
         found[name] = [own["exponent"], collapse["d"], collapse["omega"]]
     assert found["both"] == pytest.approx(found["alone"], rel=1e-9)
 
@@ -120,7 +120,7 @@ def test_a_charge_is_no_other_size_of_balls():
 def test_a_mill_with_a_charge_alone_has_a_sheet(speeds):
     runs = [{**run, "wall_static_friction": 0.5} for run in charged(speeds, FILLS[2:5])]
     table, mill = tabulate_descriptors(runs, "gap_0_03"), load_named(ROOT / "config/mills", "spex", MillConfig, "mill")
-    fingerprint, collapse = fitted(runs), tabulate_mill_collapse(table, 0.95, 0.2)
+    fingerprint, collapse = fitted(runs), tabulate_mill_collapse(table, 0.95)
     assert (collapse["collapse"] == UNKNOWN).all() == (len(speeds) == 1)
     assert collapse["d"].isna().all()
     sheet = tabulate_sheet(mill, fingerprint, collapse, find_zones(fingerprint), table)

@@ -11,9 +11,7 @@ import yaml
 from scipy.stats import spearmanr
 
 import fit_master_curves
-import invert_master_curves
 import partition_dissipation
-import tabulate_descriptors
 from millprint.config.fingerprint import FingerprintConfig
 from millprint.config.partition import PartitionConfig
 from millprint.run.files import read_table
@@ -49,12 +47,14 @@ def results(tmp_path_factory) -> Path:
     stage = root / "fingerprint"
     names = ("descriptors", "counting_rules", "cycles", "densities", "table_3_5")
     described = outputs(stage, **{name: f"{name}.tsv" for name in names})
-    tabulate_descriptors.main(paths, PUBLISHED, described, "emax", settings.counting_rule, settings.cycle_fill_ratio)
+    fit_master_curves.tabulate_conditions(
+        paths, PUBLISHED, described, "emax", settings.counting_rule, settings.cycle_fill_ratio
+    )
     fingerprints = {}
     for contact in CONTACTS:
         names = {name: f"{name}_{contact}.tsv" for name in ("means", "curves", "coverage")}
         files = outputs(stage, **names, fingerprint=f"fingerprint_{contact}.json")
-        fit_master_curves.main(
+        fit_master_curves.fit_contact(
             described.descriptors, files, "emax", contact, VOLUME, settings.interval, settings.smooth_points
         )
         fingerprints[contact] = files.fingerprint
@@ -69,7 +69,7 @@ def results(tmp_path_factory) -> Path:
         settings.interval,
     )
     answers = outputs(stage, inverse="inverse.tsv", ranked="inverse_ranked.tsv")
-    invert_master_curves.main(fingerprints, PUBLISHED, answers, settings.inverse)
+    fit_master_curves.invert(fingerprints, PUBLISHED, answers, settings.inverse)
     names = ["table_4_2", "table_4_3", "table_4_4", "table_4_5", "slopes", "design"]
     files = outputs(root / "partition", **{name: f"{name}.tsv" for name in names})
     partition = PartitionConfig(**content["partition"])

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-import yaml
 from matplotlib import pyplot as plt
 from matplotlib.collections import EllipseCollection, LineCollection
 from PIL import Image
@@ -16,7 +15,7 @@ from millprint.figures.drawn import DRAWN_COLUMNS, drawn
 from millprint.figures.style import save
 from millprint.provenance.lineage import Job
 from millprint.run.files import read_table
-from millprint.thesis.report.catalogue import REGISTRY, data_of
+from millprint.run.outputs import captioned, listed_outputs, listed_tables
 from millprint.thesis.report.gallery import Listed, first_sentence, gallery_page, render_caption, show, thumbnail
 from tests.conftest import ROOT
 
@@ -43,20 +42,31 @@ FOLDERS = {
 
 
 def test_a_figure_has_the_tables_of_its_own_contact_set_and_no_other():
-    found = data_of("fingerprint/figures/master_curves_steel.svg")
+    found = captioned("fingerprint/figures/master_curves_steel.svg")
     assert found.words == {"contact": "steel"}
-    assert "fingerprint/means_steel.tsv" in found.tables and "fingerprint/descriptors.tsv" in found.tables
+    assert "fingerprint/means_steel.tsv" in found.data and "fingerprint/descriptors.tsv" in found.data
     # The pattern of a single figure comes before that of many.
-    assert data_of("convergence/timestep.svg").tables == ("convergence/timestep.tsv",)
-    assert data_of("mills/wear.svg").tables == ("mills/wear.tsv",)
-    with pytest.raises(ConfigError, match=r"^doe/new.svg: no table is named"):
-        data_of("doe/new.svg")
+    assert captioned("convergence/timestep.svg").data == ("convergence/timestep.tsv",)
+    assert captioned("mills/wear.svg").data == ("mills/wear.tsv",)
+    with pytest.raises(ConfigError, match=r"^doe/new.svg: no record of this figure"):
+        captioned("doe/new.svg")
 
 
-def test_every_entry_has_tables_or_says_why_it_has_none():
-    for entry in yaml.safe_load(REGISTRY.read_text()):
-        assert bool(entry.get("data")) != bool(entry.get("none")), entry
-        assert all(table.endswith(".tsv") for table in entry.get("data", [])), entry
+def test_every_record_is_of_a_figure_a_page_or_a_table_and_has_what_that_needs():
+    for each in listed_outputs():
+        assert bool(each.caption) == bool(each.labels) != bool(each.title), each
+        if each.path.endswith((".svg", ".png")):
+            assert bool(each.data) != bool(each.none), each
+        assert all(table.endswith(".tsv") for table in each.data), each
+        assert not each.caption or (ROOT / f"workflow/report/{each.caption}.rst").is_file(), each
+    assert list(listed_tables()) == ["2", "3", "4", "5", "6", "Validation"]
+
+
+def test_a_label_takes_the_words_of_the_path_and_those_that_are_given():
+    assert captioned("surrogate/tiny/loss.svg").labels == {"figure": "loss of tiny (Fig. 6.6)"}
+    assert captioned("mills/{mill}/motion.svg").labels == {"mill": "{mill}", "figure": "one turn"}
+    assert captioned("doe/interaction_x.svg", title="Time and speed").labels == {"figure": "Time and speed"}
+    assert captioned("report/tables_3.html").chapter == "Chapter 3"
 
 
 def test_every_figure_that_the_rules_report_is_in_the_registry():
@@ -68,7 +78,7 @@ def test_every_figure_that_the_rules_report_is_in_the_registry():
         path = rest if folder == "RESULTS" else f"{FOLDERS[folder]}/{rest}"
         names = ["loss", "error_growth", "dissipation", "distributions"] if rest == "{variant}/{name}.svg" else ["x"]
         for name in names:
-            data_of(re.sub(r"\{+[^{}]+\}+", "x", path.replace("{name}", name)))
+            captioned(re.sub(r"\{+[^{}]+\}+", "x", path.replace("{name}", name)))
 
 
 def test_a_caption_knows_the_configuration_and_the_words_of_its_path():

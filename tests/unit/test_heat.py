@@ -11,6 +11,7 @@ import pytest
 
 from balance_heat import main
 from millprint.config.errors import ConfigError
+from millprint.config.heat import MEASURED as ROWS
 from millprint.config.heat import FlashSection, HeatConfig
 from millprint.config.load import check_model
 from millprint.config.workflow import WorkflowConfig
@@ -19,6 +20,7 @@ from millprint.dose.heat_sources import HeatSource, read_sources, split_of_summa
 from millprint.dose.heat_table import (
     RESTING,
     RUNNING,
+    TIMES,
     balance_of,
     band,
     compare,
@@ -30,7 +32,7 @@ from millprint.dose.heat_table import (
     sample,
 )
 
-SETTINGS = HeatConfig(samples=16, times=5)
+SETTINGS = HeatConfig(samples=16)
 POWER_W = np.array([[1.0, 2.0, 0.5], [3.0, 4.0, 0.25]])
 SOURCE = HeatSource("d10", {"contact": "steel"}, POWER_W, 0.1, 0.02, 0.02, 2e-4)
 MEASURED = {"id": "x", "quantity": "ball temperature", "value": "below 100", "unit": "degC", "source": "a test"}
@@ -200,8 +202,8 @@ def test_a_comparison_is_a_statement_on_the_band(temperatures, share, words):
 
 
 def test_the_rows_that_mills_are_held_against_are_in_the_table():
-    assert measured_row("config/data/measured.tsv", SETTINGS.measured["spex"])["value"] == "below 100"
-    assert measured_row("config/data/measured.tsv", SETTINGS.measured["planetary"])["value"] == "above 200"
+    assert measured_row("config/data/measured.tsv", ROWS["spex"])["value"] == "below 100"
+    assert measured_row("config/data/measured.tsv", ROWS["planetary"])["value"] == "above 200"
     with pytest.raises(ConfigError, match="no row of id 'zz'"):
         measured_row("config/data/measured.tsv", "zz")
     with pytest.raises(ConfigError, match="must be in degC"):
@@ -209,10 +211,10 @@ def test_the_rows_that_mills_are_held_against_are_in_the_table():
 
 
 def test_more_cooling_and_more_pauses_make_it_colder():
-    hot = heat_tables(SETTINGS, "spex", [SOURCE], None).limits.iloc[0]
-    cold = heat_tables(SETTINGS, "emax", [SOURCE], None).limits.iloc[0]
-    paused = HeatConfig(samples=16, times=5, programme={"duration_h": 5, "cycle_min": 30, "pause_min": 20})
-    rested = heat_tables(paused, "spex", [SOURCE], None).limits.iloc[0]
+    hot = heat_tables(SETTINGS, "spex", [SOURCE], None, times=5).limits.iloc[0]
+    cold = heat_tables(SETTINGS, "emax", [SOURCE], None, times=5).limits.iloc[0]
+    paused = HeatConfig(samples=16, programme={"duration_h": 5, "cycle_min": 30, "pause_min": 20})
+    rested = heat_tables(paused, "spex", [SOURCE], None, times=5).limits.iloc[0]
     assert cold["balls_steady_degC_median"] < hot["balls_steady_degC_median"]
     assert rested["balls_peak_degC_median"] < hot["balls_peak_degC_median"]
     for row in (hot, cold, rested):
@@ -227,7 +229,7 @@ def test_the_job_writes_every_table_and_the_figure(tmp_path):
     main(files, ["config/data/measured.tsv"], output, mill="spex", title="a box", settings=SETTINGS)
     tables = {name: pd.read_csv(getattr(output, name), sep="\t") for name in names}
     assert len(tables["limits"]) == len(tables["comparison"]) == 1
-    assert len(tables["temperatures"]) == 3 * 5
+    assert len(tables["temperatures"]) == 3 * TIMES
     # At the start everything has the temperature of the room.
     begin = tables["temperatures"].query("time_h == 0")
     assert begin["lower_degC"].nunique() == 1 and begin["upper_degC"].nunique() == 1

@@ -11,7 +11,6 @@ import pytest
 from pydantic import ValidationError
 
 import describe_mill
-from millprint.config.dose import SpectraConfig
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import FingerprintConfig
 from millprint.config.load import check_model, load_named, read_yaml
@@ -135,7 +134,7 @@ def test_the_intervals_by_contact_parameters_do_not_depend_on_the_precision(sett
 
 
 def test_a_sheet_states_what_a_condition_was_given_and_the_intervals_of_its_own_sweep():
-    table = tabulate_mill_collapse(descriptors(), 0.95, 0.2)
+    table = tabulate_mill_collapse(descriptors(), 0.95)
 
     def said(own: pd.DataFrame) -> pd.DataFrame:
         sheet = tabulate_sheet(mill("spex"), Fingerprint.fit(own, 65e-6, 0.95), table, find_zones(fingerprint()), own)
@@ -184,7 +183,7 @@ def test_a_fingerprint_of_several_seeds_is_that_of_their_mean(tmp_path, monkeypa
     monkeypatch.setattr(
         describe_mill,
         "tabulate_spectra",
-        lambda runs, rules, settings: made_spectra(tabulate_descriptors([run for _, run in runs], rules[0])),
+        lambda runs, rules: made_spectra(tabulate_descriptors([run for _, run in runs], rules[0])),
     )
 
     def described(seeds: list[int]) -> tuple[pd.DataFrame, Fingerprint]:
@@ -211,9 +210,7 @@ def test_a_fingerprint_of_several_seeds_is_that_of_their_mean(tmp_path, monkeypa
             counting_rule="gap_0_03",
             interval=settings.interval,
             smooth_points=settings.smooth_points,
-            collapse_max=MillsConfig().collapse_max,
             spectra_rules=["gap_0_03"],
-            spectra_settings=SpectraConfig(),
         )
         return read_table(output.means), Fingerprint.read(output.fingerprint)
 
@@ -267,7 +264,7 @@ def test_a_mill_that_never_moves_has_no_sweep():
 
 
 def test_curves_that_obey_the_scaling_collapse_by_it_and_give_its_exponents():
-    table = tabulate_mill_collapse(descriptors(), 0.95, 0.2).set_index("quantity")
+    table = tabulate_mill_collapse(descriptors(), 0.95).set_index("quantity")
     power = table.loc["power_per_ball_W"]
     assert power["spread_thesis"] < 1e-9
     assert power["spread_before"] > 1
@@ -284,13 +281,13 @@ def test_other_exponents_of_the_power_are_found_and_reported():
         for size in (10.0, 5.0)
         for speed in (600.0, 1200.0)
     ]
-    table = tabulate_mill_collapse(tabulate_descriptors(runs, "gap_0_03"), 0.95, 0.2).set_index("quantity")
+    table = tabulate_mill_collapse(tabulate_descriptors(runs, "gap_0_03"), 0.95).set_index("quantity")
     power = table.loc["power_per_ball_W"]
     assert (power["omega"], power["d"]) == pytest.approx((2, 4))
     assert power["spread_thesis"] > 0.3
     assert power["spread_own"] < 1e-9
     assert power["collapse"] == VERDICTS[1]
-    slow = tabulate_mill_collapse(descriptors(speeds=(600.0,)), 0.95, 0.2).set_index("quantity")
+    slow = tabulate_mill_collapse(descriptors(speeds=(600.0,)), 0.95).set_index("quantity")
     assert np.isnan(slow.loc["power_per_ball_W", "omega"])
     assert slow.loc["power_per_ball_W", "d"] == pytest.approx(3)
 
@@ -302,20 +299,20 @@ def test_a_regime_that_changes_is_said_not_to_collapse():
         for size in (10.0, 5.0)
         for speed in (600.0, 1200.0)
     ]
-    table = tabulate_mill_collapse(tabulate_descriptors(runs, "gap_0_03"), 0.95, 0.2)
+    table = tabulate_mill_collapse(tabulate_descriptors(runs, "gap_0_03"), 0.95)
     (row,) = one_row_a_mill([table]).to_dict("records")
     assert row["power_collapse"] == VERDICTS[2]
     assert row["power_spread_own"] > 0.2
 
 
 def test_the_sheet_has_every_part_and_only_its_own_columns():
-    table = tabulate_mill_collapse(descriptors(), 0.95, 0.2)
+    table = tabulate_mill_collapse(descriptors(), 0.95)
     sheet = tabulate_sheet(mill("spex"), fingerprint(), table, find_zones(fingerprint()), descriptors())
     assert list(sheet.columns) == SHEET
     assert list(dict.fromkeys(sheet["section"])) == [
         *("mill", "condition", "descriptors", "exponents", "collapse", "zones", "validity", "precision"),
     ]
-    verdicts = {"by the thesis's exponents": "collapses by", VERDICTS[2]: "does not collapse by powers of speed"}
+    verdicts = {"by the scaling law": "collapses by", VERDICTS[2]: "does not collapse by powers of speed"}
     for verdict, words in {**verdicts, UNKNOWN: "unknown: "}.items():
         own = tabulate_sheet(
             mill("spex"), fingerprint(), table.assign(collapse=verdict), find_zones(fingerprint()), descriptors()
@@ -334,7 +331,7 @@ def analysed() -> Fingerprint:
 
 
 def sheet_of(own: Fingerprint) -> pd.DataFrame:
-    table = tabulate_mill_collapse(descriptors(), 0.95, 0.2)
+    table = tabulate_mill_collapse(descriptors(), 0.95)
     return tabulate_sheet(mill("spex"), own, table, find_zones(own), descriptors())
 
 
@@ -445,7 +442,7 @@ def test_a_picture_shows_the_mill_its_inserts_and_a_turn(name):
 
 
 def test_the_page_of_a_fingerprint_and_the_collapse_of_mills_show_their_tables():
-    table = tabulate_mill_collapse(descriptors(), 0.95, 0.2)
+    table = tabulate_mill_collapse(descriptors(), 0.95)
     sheet = tabulate_sheet(mill("attritor"), fingerprint(), table, find_zones(fingerprint()), descriptors())
     curves = fingerprint().curve(np.geomspace(0.04, 0.4, 20))
     page = page_of("attritor", sheet, fingerprint(), curves)

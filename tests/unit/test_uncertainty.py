@@ -18,7 +18,6 @@ from millprint.config.uncertainty import (
     DISTRIBUTIONS,
     PARAMETERS,
     MeasuredSection,
-    NormalSection,
     ParametersSection,
     UncertaintyConfig,
 )
@@ -169,8 +168,8 @@ def test_quantiles_are_those_of_closed_forms():
     assert quantile(0.5, kind="loguniform", low=0.1, high=0.9) == pytest.approx(0.3)
     assert quantile(0.5, kind="triangular", low=0.2, mode=0.4, high=0.6) == pytest.approx(0.4)
     assert quantile(0.125, kind="triangular", low=0.2, mode=0.4, high=0.6) == pytest.approx(0.3)
-    assert quantile(0.5, kind="normal", mean=0.5, standard_deviation=0.1) == pytest.approx(0.5)
-    assert quantile(1.0, kind="normal", mean=0.5, standard_deviation=0.3) == 1.0  # no ball gives energy back
+    assert quantile(0.5, kind="measured", value=0.5, standard_error=0.1) == pytest.approx(0.5)
+    assert quantile(1.0, kind="measured", value=0.5, standard_error=0.3) == 1.0  # no ball gives energy back
     # The ends of a measured interval are its quantiles, but for the cut at three deviations.
     assert quantile(0.025, kind="measured", lower=0.3, upper=0.4) == pytest.approx(0.3, abs=1e-3)
     assert quantile(0.975, kind="measured", lower=0.3, upper=0.4) == pytest.approx(0.4, abs=1e-3)
@@ -252,7 +251,7 @@ def test_wrong_settings_are_refused(keys, words):
 
 
 def test_a_distribution_without_possible_values_is_refused_in_one_line():
-    section = NormalSection(kind="normal", mean=5.0, standard_deviation=0.1, source="a test")
+    section = MeasuredSection(kind="measured", value=5.0, standard_error=0.1, source="a test")
     with pytest.raises(ConfigError, match=r"uncertainty.parameters.restitution: mean = 5"):
         variable_of("restitution", section, PARAMETERS["restitution"])
 

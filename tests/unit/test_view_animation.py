@@ -208,7 +208,7 @@ def test_the_command_line(run):
     assert "10 frames, 20 times slower than real time" in done.stdout
     with Image.open(run.with_name("mill.gif")) as image:
         assert image.n_frames == 10
-    done = command(run, "--frames-per-second", "0")
+    done = command(run, "--frames-per-revolution", "0")
     assert done.returncode == 1
     (line,) = done.stderr.splitlines()
-    assert "frames_per_second = 0.0" in line and "greater than or equal to 1" in line
+    assert "frames_per_revolution = 0" in line and "greater than or equal to 1" in line

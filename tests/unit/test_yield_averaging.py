@@ -6,7 +6,7 @@ import pytest
 from scipy.optimize import approx_fprime
 from scipy.stats import multivariate_normal, norm
 
-from millprint.config.averaged_process import INPUTS
+from millprint.config.averaged_process import INPUTS, Priors
 from millprint.config.errors import ConfigError
 from millprint.run.files import read_json, write_json
 from millprint.thesis.yields.averaging import (
@@ -19,7 +19,6 @@ from millprint.thesis.yields.averaging import (
     Posterior,
     Process,
     covariance_terms,
-    describe_members,
     evidence_weights,
     fit_averaged,
     fit_member,
@@ -74,12 +73,8 @@ def test_posterior_is_the_likelihood_of_its_kernel_times_the_prior(structure):
 def test_evidence_is_the_integral_over_the_noise_where_nothing_else_is_free():
     """With length scales and the variance fixed by narrow priors, the evidence is one integral over the noise."""
     priors = settings().averaging.priors
-    narrow = priors.model_copy(
-        update={
-            "length_scale": priors.length_scale.model_copy(update={"log_deviation": 1e-3}),
-            "variance": priors.variance.model_copy(update={"log_deviation": 1e-3}),
-            "noise": priors.noise.model_copy(update={"log_deviation": 0.4}),
-        }
+    narrow = Priors(
+        *(prior._replace(log_deviation=width) for prior, width in zip(priors, (1e-3, 1e-3, 0.4), strict=True))
     )
     generator = np.random.default_rng(0)
     inputs, terms = generator.normal(size=(30, len(INPUTS))), terms_of("product")
@@ -215,8 +210,7 @@ def test_a_second_fit_and_the_stored_model_are_the_same(tmp_path):
     np.testing.assert_allclose(loaded.predict(test), model.predict(test), rtol=1e-12)
     np.testing.assert_allclose(loaded.interval(test, 0.9), model.interval(test, 0.9), rtol=1e-9)
     assert training_rows(str(tmp_path / "0.json"))["case"].tolist() == rows["case"].tolist()
-    table = describe_members(model)
-    assert table["weight"].sum() == pytest.approx(1) and table["weight"].is_monotonic_decreasing
+    assert model.weights.sum() == pytest.approx(1)
     assert set(read_json(tmp_path / "0.json")["versions"]) == {"numpy", "scipy"}
 
 

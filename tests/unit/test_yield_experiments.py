@@ -43,7 +43,7 @@ def batch(folder: Path, experiments: pd.DataFrame | None = None, **changes) -> S
     model, mill = str(folder / "averaged_gpr_final.json"), str(folder / "mill.json")
     screening = [paths["train"], paths["test"]]
     train_averaged_models.collect(screening, CASES, None, paths["rows"], mill, REFERENCE, "emax", 125e-6, proposals)
-    train_averaged_models.main([paths["rows"]], model, folder / "members.tsv", config.averaging)
+    train_averaged_models.main([paths["rows"]], model, config.averaging)
     output = SimpleNamespace(proposals=paths["next"], left_out=paths["left_out"], reasons=paths["reasons"])
     predict_yields.propose_experiments(model, mill, output, 125e-6, proposals, config.prediction, CHEMISTRY)
     text = ["case", "status", "purpose", "gain_unit", "repeats"]

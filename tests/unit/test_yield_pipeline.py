@@ -43,7 +43,6 @@ TABLES = [
     "coverage",
     "predictions",
     "out_of_domain",
-    "hyperparameters",
     "time_variance",
     "scores",
     "pit",
@@ -72,7 +71,6 @@ ALL_RUNS = {
     "retrospective_summary.tsv",
     "retrospective_learning.tsv",
     "models/averaged_gpr_final.json",
-    "averaging_final.tsv",
     "predicted_final.tsv",
     "final_rows.tsv",
     "next_experiments.tsv",
@@ -112,7 +110,7 @@ def run_chapter(results: Path, screening: Path, to_the_end: bool = True) -> Path
     train_averaged_models.collect([train, test], cases, None, rows, mill, REFERENCE, "emax", 125e-6, config.proposals)
     for name, files in (("primary", [train]), ("final", [rows])):
         stored = str(folder / f"models/averaged_gpr_{name}.json")
-        train_averaged_models.main(files, stored, folder / f"averaging_{name}.tsv", config.averaging)
+        train_averaged_models.main(files, stored, config.averaging)
     held_out = {}
     for model, strategy in ((name, "primary") for name in HELD_OUT):
         paths = folder / f"held_out/{model}.tsv", folder / f"held_out/{model}_intervals.tsv"
@@ -206,7 +204,7 @@ def test_poisoned_test_yields_change_nothing_but_the_final_metrics(chapter, pois
     assert files >= ALL_RUNS and files >= FINAL_METRICS
     same = files - ALL_RUNS - FINAL_METRICS
     assert {f"models/{model}_{strategy}.json" for model, strategy in EVERY_MODEL} <= same
-    assert {"hyperparameters.tsv", "out_of_domain.tsv", "shap.tsv", "averaging_primary.tsv"} <= same
+    assert {"out_of_domain.tsv", "shap.tsv"} <= same
     for name in same:
         assert (chapter / name).read_bytes() == (poisoned_chapter / name).read_bytes(), name
     clean, other = (read_table(folder / "predictions.tsv", text=["case"]) for folder in (chapter, poisoned_chapter))

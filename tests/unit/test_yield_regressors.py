@@ -7,10 +7,11 @@ from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.search_spaces import COMPARED, TABLE_5_6, TUNED, UNTUNED, Spaces
 from millprint.config.yields import YieldConfig
+from millprint.run.files import read_json
 from millprint.thesis.yields.estimators import GaussianProcess, gaussian_process
 from millprint.thesis.yields.evaluation import ALTERNATIVES, compare_choices, shap_values
 from millprint.thesis.yields.held_out import procedure_of
-from millprint.thesis.yields.model_files import load_model, save_model, stored_search
+from millprint.thesis.yields.model_files import load_model, save_model
 from millprint.thesis.yields.regressors import (
     AVERAGED,
     CLIMATOLOGY,
@@ -63,7 +64,7 @@ def test_a_second_training_and_the_stored_model_predict_the_same(tmp_path, name,
     np.testing.assert_allclose(loaded.deviation(test), model.deviation(test), rtol=1e-6)
     assert np.isfinite(model.deviation(test)).all() == (model.distribution is not None)
     assert (model.distribution is not None) == (regressor(name).deviation is not None)
-    tuned = sum(search["evaluations"] for search in stored_search(str(tmp_path / "0.json")) if search)
+    tuned = sum(step["search"]["evaluations"] for step in read_json(tmp_path / "0.json")["steps"] if step["search"])
     assert tuned == Trainer(config.training, config.search).evaluations(name, strategy)
 
 

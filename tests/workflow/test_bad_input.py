@@ -114,7 +114,7 @@ def test_valid_input_is_checked_only_once(project):
         (CONFIG, ("dem", "time_step_s"), 1e-15, ["sweeps: case", "days on one core"]),
         (CONFIG, ("dem", "time_step_s"), 5e-324, ["sweeps: case", "days on one core"]),
         (CONFIG, ("sweeps", 0, "snapshot_interval_s"), 1e-13, ["sweeps: case", "days on one core"]),
-        (CONFIG, ("dem", "occupancy_cell_m"), 1e-9, ["sweeps: case", "GB", "occupancy_cell_m"]),
+        (CONFIG, ("sweeps", 0, "snapshot_interval_s"), 1e-8, ["sweeps: case", "GB", "snapshot_interval_s"]),
         # The key of the step and of the cost is that of the section which asks for the simulation.
         (CONFIG, ("sweeps", 0, "rayleigh_fraction"), 0.9, ["config.yaml: sweeps: rayleigh_fraction = 0.9: at most"]),
         (
@@ -216,7 +216,7 @@ def test_valid_input_is_checked_only_once(project):
         (CONFIG, ("dose", "heat", "measured"), {"spex": "9z"}, ["measured.tsv", "no row of id '9z'"]),
         (CONFIG, ("dose", "heat", "measured"), {"spx": "8b"}, ["dose.heat.measured.spx: unknown mill"]),
         (CONFIG, ("dose", "spectra", "counting_rules"), ["gap_0_09"], ["dose.spectra.counting_rules", "gap_0_09"]),
-        (CONFIG, ("dose", "spectra", "highest_J"), 1e-15, ["dose.spectra", "highest_J = 1e-15", "above lowest_J"]),
+        (CONFIG, ("dem", "skin_share"), 2, ["config.yaml: dem.skin_share = 2: this key was removed (fixed at 1.5)"]),
         # Volumes that disagree with the geometry.
         (
             PLANETARY,

@@ -14,12 +14,12 @@ from markupsafe import escape
 from millprint.provenance.lineage import read_jobs
 from millprint.run.files import read_json, read_table
 from millprint.run.machine import commit
+from millprint.run.outputs import captioned, listed_tables
 from millprint.thesis.claims.evidence import VERDICTS
-from millprint.thesis.report.catalogue import TABLES, data_of
 from tests.browser import DESKTOP, PHONE, needs_browser
 from tests.workflow.conftest import run_snakemake
 
-PAGES = ["summary", "claims", "runtimes", "explorer", "gallery", *(f"tables_{chapter}" for chapter in TABLES)]
+PAGES = ["summary", "claims", "runtimes", "explorer", "gallery", *(f"tables_{chapter}" for chapter in listed_tables())]
 
 # The validation is a target of its own, and so is its page.
 ELSEWHERE = {"tables_Validation": "validation/tables.html"}
@@ -129,10 +129,10 @@ def test_a_table_sorts_and_filters(report, page):
     assert found["said"].startswith(f"{len(found['left'])} of ")
 
 
-@pytest.mark.parametrize("chapter", TABLES)
+@pytest.mark.parametrize("chapter", listed_tables())
 def test_every_table_of_the_catalogue_is_shown(report, chapter):
     text = page_path(report, f"tables_{chapter}").read_text()
-    assert re.findall("<h2>(.*?)</h2>", text) == [escape(listed.title) for listed in TABLES[chapter]]
+    assert re.findall("<h2>(.*?)</h2>", text) == [escape(listed.title) for listed in listed_tables()[chapter]]
 
 
 def test_the_summary_counts_what_the_table_of_claims_holds(report):
@@ -167,7 +167,7 @@ def test_every_claim_leads_to_rows_that_exist_and_to_the_rule_that_wrote_them(re
     for source in sources[sources["verdict"] != "not run"].itertuples():
         module, name = source.function.rsplit(".", 1)
         assert callable(getattr(importlib.import_module(module), name))
-        if source.rule == "tabulate_claims":
+        if source.rule == "write_pages":
             assert (report.parents[1] / source.path).is_file()
             continue
         assert rules[source.path] == source.rule, source
@@ -209,7 +209,7 @@ def test_the_gallery_has_every_figure_of_the_report_with_the_tables_that_its_rul
     assert {Path(path).name for path in re.findall(r'"results/([^"]*\.svg)": \{', summary)} <= drawn
     for path in shown:
         own = jobs[f"results/{path}"]
-        for table in data_of(path).tables:
+        for table in captioned(path).data:
             assert f'href="../{table}"' in text and (report.parent / table).is_file()
             name = f"results/{table}"
             assert name in own.inputs or jobs[name].rule == own.rule, f"{path} is not drawn from {table}"

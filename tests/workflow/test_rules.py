@@ -34,6 +34,16 @@ def test_every_simulation_is_a_job_of_one_rule_that_selectors_name(project):
     assert jobs_of(plan) == {"compile_kernels": 1, "run_dem_case": len(runs)}
 
 
+def test_resources_and_threads_of_the_command_line_reach_every_simulation(project):
+    given = ("--cores", "3", "--set-threads", "run_dem_case=3", "--set-resources", "run_dem_case:mem_mb=12345")
+    plan = asked(project, *SMOKE, "-n", *given, "--until", "run_dem_case")
+    jobs = re.findall(r"^rule run_dem_case:\n((?: +.*\n)+)", plan, re.MULTILINE)
+    blocks = [block for block in re.split(r"\n(?=\[|Job )", plan) if "/run.h5, " in block]
+    assert jobs_of(plan)["run_dem_case"] == len(jobs or blocks) > 30
+    for block in jobs or blocks:
+        assert "threads: 3" in block and "mem_mb=12345" in block, block
+
+
 def test_no_configuration_of_the_thesis_changes_the_names_of_rules():
     names = [ask_snakemake(ROOT, *given, "--list-rules").stdout for given in ((), SMOKE)]
     assert "run_dem_case" in names[0] and names[0] == names[1]
@@ -51,5 +61,5 @@ def test_what_lies_on_the_disk_changes_no_plan_and_no_message_lists_files(projec
 
 def test_the_configuration_adds_the_search_the_ablations_and_further_mills_to_the_whole():
     jobs = jobs_of(asked(ROOT, "-n", "--forceall", *ADDED))
-    assert jobs["fit_jar"] == jobs["measure_shape"] == jobs["tabulate_ablations"] == jobs["plot_ablations"] == 1
+    assert jobs["fit_jar"] == jobs["measure_shape"] == jobs["tabulate_ablations"] == 1
     assert jobs["describe_mill"] == 2

@@ -76,10 +76,10 @@ def test_the_wheel_holds_every_module_and_every_file_beside_them(wheel):
     assert not missing
 
 
-def test_the_wheel_holds_the_included_mills_and_contact_sets(wheel):
+def test_the_wheel_holds_the_included_mills_and_the_workflow(wheel):
     names = names_of(wheel)
-    for folder in ("config/mills", "config/contacts"):
-        for path in (wheel.parent / "millprint" / folder).iterdir():
+    for folder in ("config/mills", "config/contacts", "config/data", "workflow/rules", "workflow/report", "scripts"):
+        for path in filter(Path.is_file, (wheel.parent / "millprint" / folder).iterdir()):
             assert f"millprint/included/{folder}/{path.name}" in names
 
 
@@ -125,6 +125,18 @@ def test_the_wheel_fits_a_fingerprint_in_an_empty_environment(installed, tmp_pat
     condition = synthetic_mill.fingerprint().condition(speed_hz=12.0, ball_diameter_m=0.01, fill_ratio=0.12)
     found = Fingerprint.read(tmp_path / "fingerprint.json").predict(condition)
     assert found.power_W.value == pytest.approx(synthetic_mill.fingerprint().predict(condition).power_W.value, rel=0.02)
+
+
+def test_the_command_of_the_wheel_finds_its_workflow(installed, tmp_path):
+    """A mill of one's own is described and drawn, and its fingerprint planned, in a folder that has nothing else."""
+    command = "import sys; from millprint.cli.commands import main; sys.exit(main(sys.argv[1].split()))"
+    run = [installed, "-c", command]
+    hidden = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    for words in ("new drum --name mine --yes", "fingerprint mine.yaml --dry-run --quiet reason"):
+        done = subprocess.run([*run, words], cwd=tmp_path, env=hidden, capture_output=True, text=True, timeout=600)
+        assert done.returncode == 0, done.stderr[-4000:]
+    assert (tmp_path / "results/mine/mills/mine/motion.png").stat().st_size > 0
+    assert "run_dem_case" in done.stdout + done.stderr and "chapter" not in done.stdout + done.stderr
 
 
 @pytest.mark.skipif(

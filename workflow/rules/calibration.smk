@@ -2,7 +2,6 @@
 
 from millprint.config.calibration import SwingConfig
 from millprint.dem.timestep import longest_step
-from millprint.fingerprint.cases import described_cases
 
 CONVERGENCE = f"{RESULTS}/convergence"
 STEP_STUDY = summaries_of([sweep for sweep in CONFIG.sweeps if sweep.compares_steps])
@@ -21,12 +20,7 @@ rule tabulate_convergence:
             {
                 "step_table": f"{CONVERGENCE}/timestep.tsv",
                 "choice": f"{CONVERGENCE}/timestep.json",
-                "step_svg": shown(
-                    f"{CONVERGENCE}/timestep.svg",
-                    "timestep",
-                    "Chapter 3",
-                    {"figure": "Sec. 3.2.3", "shows": "energy balance and descriptors against the time step"},
-                ),
+                "step_svg": shown(f"{CONVERGENCE}/timestep.svg"),
                 "step_png": f"{CONVERGENCE}/timestep.png",
             }
             if STEP_STUDY
@@ -35,12 +29,7 @@ rule tabulate_convergence:
         **(
             {
                 "modulus_table": f"{CONVERGENCE}/modulus.tsv",
-                "modulus_svg": shown(
-                    f"{CONVERGENCE}/modulus.svg",
-                    "modulus",
-                    "Chapter 3",
-                    {"figure": "3.4", "shows": "power and run time against Young's modulus"},
-                ),
+                "modulus_svg": shown(f"{CONVERGENCE}/modulus.svg"),
                 "modulus_png": f"{CONVERGENCE}/modulus.png",
             }
             if MODULUS_STUDY
@@ -121,22 +110,9 @@ rule calibrate_restitution:
     output:
         drops=f"{CALIBRATION}/drop_test.tsv",
         restitution=f"{CALIBRATION}/restitution.tsv",
-        drops_svg=shown(
-            f"{CALIBRATION}/drop_test.svg",
-            "drop_test",
-            "Chapter 3",
-            {"figure": "Sec. 3.2.2", "shows": "restitution from the drop test"},
-        ),
+        drops_svg=shown(f"{CALIBRATION}/drop_test.svg"),
         drops_png=f"{CALIBRATION}/drop_test.png",
-        friction_svgs=[
-            shown(
-                f"{CALIBRATION}/{name}/friction_fit.svg",
-                "friction_fit",
-                "Chapter 3",
-                {"figure": "3.3", "shows": f"friction pair of the oscillating ball, {name}"},
-            )
-            for name in EXPERIMENTS
-        ],
+        friction_svgs=[shown(f"{CALIBRATION}/{name}/friction_fit.svg") for name in EXPERIMENTS],
         friction_pngs=[f"{CALIBRATION}/{name}/friction_fit.png" for name in EXPERIMENTS],
     log:
         f"{LOGS}/calibration/calibrate_restitution.log",
@@ -161,6 +137,7 @@ CALIBRATION_OUTPUTS = [
 
 
 rule calibration:
+    """The drop test and the friction of chapter 3."""
     input:
         CALIBRATION_OUTPUTS,
     localrule: True

@@ -12,7 +12,7 @@ rule write_card:
         materials=CONFIG.dose.wear.materials,
     output:
         card=f"{CARD}/card.json",
-        svg=shown(f"{CARD}/card.svg", "card", "Cards", {"card": "{card}", "shows": "one page"}),
+        svg=shown(f"{CARD}/card.svg"),
         png=f"{CARD}/card.png",
         pdf=f"{CARD}/card.pdf",
         tsv=f"{CARD}/card.tsv",
@@ -66,6 +66,7 @@ CARD_OUTPUTS = expand([*rules.write_card.output], card=CARD_EXPERIMENTS)
 
 
 rule cards:
+    """A milling card for each experiment of the section cards."""
     input:
         CARD_OUTPUTS,
         rules.match_cards.output if CARD_EXPERIMENTS and CONFIG.cards.match else [],

@@ -4,6 +4,7 @@ import math
 
 from millprint.card.experiment_cases import cases_of
 from millprint.config.checks import card_experiments
+from millprint.config.heat import MEASURED
 from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.validation import setup_cases
 from millprint.dem.resources import resources_of
@@ -153,7 +154,7 @@ def heated_runs(name: str) -> list[str]:
 
 def measured_heat(name: str) -> list[str]:
     """The table of measured values, if a mill is compared with one of them."""
-    return [CONFIG.validation.measured] if name in CONFIG.dose.heat.measured else []
+    return [CONFIG.validation.measured] if name in MEASURED else []
 
 
 def derived_sweep(wildcards) -> list[str]:

@@ -35,6 +35,7 @@ include: "report.smk"
 
 
 rule chapter2:
+    """Chapter 2: the design of the screening runs and its analysis."""
     input:
         DOE_OUTPUTS,
     localrule: True
@@ -43,6 +44,7 @@ rule chapter2:
 
 
 rule chapter3:
+    """Chapter 3: calibration, simulations and master curves."""
     input:
         CALIBRATION_OUTPUTS,
         FINGERPRINT_OUTPUTS,
@@ -55,6 +57,7 @@ rule chapter3:
 
 
 rule chapter4:
+    """Chapter 4: shares of shear and compression."""
     input:
         PARTITION_OUTPUTS,
     localrule: True
@@ -63,6 +66,7 @@ rule chapter4:
 
 
 rule chapter5:
+    """Chapter 5: yield models and the next experiments."""
     input:
         YIELD_OUTPUTS,
     localrule: True
@@ -71,6 +75,7 @@ rule chapter5:
 
 
 rule chapter6:
+    """Chapter 6: the surrogates of the DEM."""
     input:
         SURROGATE_OUTPUTS,
     localrule: True

@@ -3,6 +3,7 @@
 from millprint.config.checks import CONFIGURATION
 from millprint.config.sweep import expand_sweep
 from millprint.fingerprint.cases import has_chapters
+from millprint.run.outputs import captioned
 from millprint.run.digest import program_digest, simulation_digest
 
 # In the order in which they are merged. Those of --configfile come last and win; Snakemake lists them among the first too.
@@ -70,6 +71,7 @@ def every_model(pattern: str, models) -> list[str]:
     return [pattern.format(model=model, strategy=strategy) for model, strategy in models]
 
 
-def shown(path: str, caption: str, category: str, labels: dict[str, str]):
-    """A file that the report of Snakemake shows; caption: a file in workflow/report, without its ending."""
-    return report(path, caption=f"../report/{caption}.rst", category=category, labels=labels)
+def shown(path: str, **further: str):
+    """A file that the report of Snakemake shows, as its record in millprint.run.outputs says; further: words of its labels."""
+    about = captioned(str(Path(path).relative_to(RESULTS)), **further)
+    return report(path, caption=f"../report/{about.caption}.rst", category=about.chapter, labels=dict(about.labels))

@@ -62,8 +62,6 @@ rule export_run:
         f"{LOGS}/view/{{mill}}/{{contact}}/{{case}}_export.log",
     benchmark:
         f"{BENCHMARKS}/export_run/{{mill}}/{{contact}}/{{case}}.tsv"
-    params:
-        every=CONFIG.view.paraview_every,
     message:
         "Writing {wildcards.mill}/{wildcards.contact}/{wildcards.case} for ParaView"
     script:
@@ -76,18 +74,13 @@ rule animate_run:
     output:
         gif=f"{CASE}/mill.gif",
         # Snakemake's report shows a PNG, even an animated one, but offers a GIF only as a download.
-        png=shown(
-            f"{CASE}/mill.png",
-            "mill",
-            "Chapter 3",
-            {"figure": "animation", "shows": "balls in the mill, {mill}/{contact}/{case}"},
-        ),
+        png=shown(f"{CASE}/mill.png"),
     log:
         f"{LOGS}/view/{{mill}}/{{contact}}/{{case}}_animate.log",
     benchmark:
         f"{BENCHMARKS}/animate_run/{{mill}}/{{contact}}/{{case}}.tsv"
     params:
-        settings=CONFIG.view.model_dump(mode="json", exclude={"paraview_every"}),
+        settings=settings("view"),
     message:
         "Animating {wildcards.mill}/{wildcards.contact}/{wildcards.case}"
     script:

@@ -18,23 +18,15 @@ rule tabulate_experiments:
         design=f"{DOE}/design.tsv",
         fraction=f"{DOE}/fraction.json",
         aliases=f"{DOE}/aliases.tsv",
-        confounding=f"{DOE}/confounding.tsv",
         audit=f"{DOE}/audit.tsv",
         half_life=f"{DOE}/half_life.tsv",
         wear=f"{DOE}/wear.tsv",
-        powder=f"{DOE}/powder.tsv",
-        unreported=f"{DOE}/unreported.tsv",
         missingness=f"{DOE}/missingness.tsv",
         checks=f"{DOE}/literature_checks.tsv",
-        svg=shown(f"{DOE}/literature.svg", "literature", "Chapter 2", {"figure": "Yields in the literature (Fig. 1.4)"}),
+        svg=shown(f"{DOE}/literature.svg"),
         png=f"{DOE}/literature.png",
         tsv=f"{DOE}/literature.tsv",
-        missingness_svg=shown(
-            f"{DOE}/missingness.svg",
-            "missingness",
-            "Chapter 2",
-            {"figure": "What the literature leaves unreported (Table 2.2)"},
-        ),
+        missingness_svg=shown(f"{DOE}/missingness.svg"),
         missingness_png=f"{DOE}/missingness.png",
     log:
         f"{LOGS}/doe/tabulate_experiments.log",
@@ -42,11 +34,8 @@ rule tabulate_experiments:
     params:
         design=CONFIG.doe.part(DesignConfig),
         half_life=CONFIG.doe.half_life.model_dump(mode="json"),
-        powder=CONFIG.doe.powder.model_dump(mode="json"),
-        chemistry=CONFIG.doe.chemistry.model_dump(mode="json"),
-        gas=CONFIG.doe.gas.model_dump(mode="json"),
     message:
-        "Checking the runs in {input.screening} against the design; tabulating wet-lab arithmetic and the literature"
+        "Checking the runs in {input.screening} against the design; tabulating half-lives, wear and the literature"
     script:
         "../../scripts/tabulate_experiments.py"
 
@@ -60,7 +49,6 @@ rule analyse_variance:
         corrected=f"{DOE}/anova_corrected.tsv",
         trends=f"{DOE}/trends.tsv",
         contested=f"{DOE}/contested.tsv",
-        rival_models=f"{DOE}/rival_models.tsv",
         residual_parts=f"{DOE}/residual_parts.tsv",
         detectable=f"{DOE}/detectable.tsv",
         residuals=f"{DOE}/residuals.tsv",
@@ -68,13 +56,12 @@ rule analyse_variance:
         lack_of_fit=f"{DOE}/lack_of_fit.tsv",
         interactions=f"{DOE}/interactions.tsv",
         pareto=f"{DOE}/pareto.tsv",
-        pareto_svg=shown(f"{DOE}/pareto.svg", "pareto", "Chapter 2", {"figure": "Pareto plot (Fig. 2.3)"}),
+        pareto_svg=shown(f"{DOE}/pareto.svg"),
         pareto_png=f"{DOE}/pareto.png",
-        residuals_svg=shown(f"{DOE}/residuals.svg", "residuals", "Chapter 2", {"figure": "Residuals of the ANOVA"}),
+        residuals_svg=shown(f"{DOE}/residuals.svg"),
         residuals_png=f"{DOE}/residuals.png",
         interaction_svgs=[
-            shown(f"{DOE}/interaction_{name}.svg", "interactions", "Chapter 2", {"figure": title})
-            for name, title in INTERACTION_TITLES.items()
+            shown(f"{DOE}/interaction_{name}.svg", title=title) for name, title in INTERACTION_TITLES.items()
         ],
         interaction_pngs=[f"{DOE}/interaction_{name}.png" for name in INTERACTION_TITLES],
     log:

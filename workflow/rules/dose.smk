@@ -20,7 +20,7 @@ rule balance_heat:
         limits=f"{HEAT}/limits.tsv",
         comparison=f"{HEAT}/comparison.tsv",
         flash=f"{HEAT}/flash.tsv",
-        svg=shown(f"{HEAT}/temperatures.svg", "heat", "Mills", {"mill": "{mill}", "figure": "temperatures"}),
+        svg=shown(f"{HEAT}/temperatures.svg"),
         png=f"{HEAT}/temperatures.png",
     log:
         f"{LOGS}/dose/{{mill}}_heat.log",
@@ -39,6 +39,7 @@ HEAT_OUTPUTS = expand([*rules.balance_heat.output], mill=HEATED_MILLS)
 
 
 rule heat:
+    """Temperatures of balls, powder and jar over a milling programme, and the pauses that keep a limit."""
     input:
         HEAT_OUTPUTS,
     localrule: True

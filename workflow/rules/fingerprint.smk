@@ -1,7 +1,6 @@
-"""Chapter 3: descriptors, master curves, inverse mode, fit of the jar, intervals of the curves."""
+"""Chapter 3: master curves with descriptors and inverse mode, fit of the jar, intervals of the curves."""
 
 from millprint.config.fit import TrialConfig
-from millprint.fingerprint.cases import described_cases
 from millprint.thesis.fit import fitted_mill
 
 FINGERPRINT = f"{RESULTS}/fingerprint"
@@ -9,48 +8,37 @@ FINGERPRINT_FIGURES = f"{FINGERPRINT}/figures"
 DESCRIBED_CASES = described_cases(CONFIG, CASES)
 # Values that the thesis prints; those that are claims are in the second table.
 PUBLISHED = [CONFIG.data.published, CONFIG.data.claims]
+OWN_FINGERPRINTS = [f"{FINGERPRINT}/fingerprint_{contact}.json" for contact in CONFIG.contacts]
+# Those whose conditions are targets of the inverse mode.
+LIKE_FINGERPRINTS = [target.like.fingerprint for target in CONFIG.fingerprint.inverse.targets if target.like]
 
 
 wildcard_constraints:
     contact="|".join(CONTACTS),
 
 
-rule tabulate_descriptors:
+rule fit_master_curves:
     input:
         summaries=[f"{RESULTS}/dem/{path}/summary.json" for path in DESCRIBED_CASES],
         published=PUBLISHED,
+        # A target may be a condition of the curves that are fitted here.
+        others=[path for path in LIKE_FINGERPRINTS if path not in OWN_FINGERPRINTS],
     output:
         descriptors=f"{FINGERPRINT}/descriptors.tsv",
         counting_rules=f"{FINGERPRINT}/counting_rules.tsv",
         cycles=f"{FINGERPRINT}/cycles.tsv",
         densities=f"{FINGERPRINT}/cycle_densities.tsv",
         table_3_5=f"{FINGERPRINT}/table_3_5.tsv",
-    log:
-        f"{LOGS}/fingerprint/tabulate_descriptors.log",
-    localrule: True
-    params:
-        mill=CONFIG.mill,
-        counting_rule=CONFIG.fingerprint.counting_rule,
-        cycle_fill_ratio=CONFIG.fingerprint.cycle_fill_ratio,
-    message:
-        "Tabulating the descriptors of every condition"
-    script:
-        "../../scripts/tabulate_descriptors.py"
-
-
-rule fit_master_curves:
-    input:
-        descriptors=rules.tabulate_descriptors.output.descriptors,
-        counting_rules=rules.tabulate_descriptors.output.counting_rules,
-    output:
         means=expand(f"{FINGERPRINT}/means_{{contact}}.tsv", contact=CONFIG.contacts),
         curves=expand(f"{FINGERPRINT}/curves_{{contact}}.tsv", contact=CONFIG.contacts),
-        fingerprint=expand(f"{FINGERPRINT}/fingerprint_{{contact}}.json", contact=CONFIG.contacts),
+        fingerprint=OWN_FINGERPRINTS,
         coverage=expand(f"{FINGERPRINT}/coverage_{{contact}}.tsv", contact=CONFIG.contacts),
         collapse=f"{FINGERPRINT}/collapse.tsv",
         universal=f"{FINGERPRINT}/universal.tsv",
         exponents=f"{FINGERPRINT}/exponents.tsv",
         zones=f"{FINGERPRINT}/zones.tsv",
+        inverse=f"{FINGERPRINT}/inverse.tsv",
+        ranked=f"{FINGERPRINT}/inverse_ranked.tsv",
     log:
         f"{LOGS}/fingerprint/fit_master_curves.log",
     benchmark:
@@ -59,39 +47,22 @@ rule fit_master_curves:
         mill=CONFIG.mill,
         contacts=CONFIG.contacts,
         volume_m3=MILLS[CONFIG.mill].volume_ml * 1e-6,
+        counting_rule=CONFIG.fingerprint.counting_rule,
+        cycle_fill_ratio=CONFIG.fingerprint.cycle_fill_ratio,
         interval=CONFIG.fingerprint.interval,
         smooth_points=CONFIG.fingerprint.smooth_points,
+        inverse=CONFIG.fingerprint.inverse.model_dump(mode="json"),
     message:
-        "Fitting the master curves of {CONFIG.contacts}, and measuring how well the scaling collapses them"
+        "Tabulating every condition, fitting the master curves of {CONFIG.contacts}, and searching target descriptors"
     script:
         "../../scripts/fit_master_curves.py"
 
 
-rule invert_master_curves:
-    input:
-        fingerprints=rules.fit_master_curves.output.fingerprint,
-        published=PUBLISHED,
-        others=[target.like.fingerprint for target in CONFIG.fingerprint.inverse.targets if target.like],
-    output:
-        inverse=f"{FINGERPRINT}/inverse.tsv",
-        ranked=f"{FINGERPRINT}/inverse_ranked.tsv",
-    log:
-        f"{LOGS}/fingerprint/invert_master_curves.log",
-    localrule: True
-    params:
-        settings=CONFIG.fingerprint.inverse.model_dump(mode="json"),
-        contacts=CONFIG.contacts,
-    message:
-        "Searching the conditions that give the target descriptors"
-    script:
-        "../../scripts/invert_master_curves.py"
-
-
 rule plot_fingerprint:
     input:
-        descriptors=rules.tabulate_descriptors.output.descriptors,
-        cycles=rules.tabulate_descriptors.output.cycles,
-        densities=rules.tabulate_descriptors.output.densities,
+        descriptors=rules.fit_master_curves.output.descriptors,
+        cycles=rules.fit_master_curves.output.cycles,
+        densities=rules.fit_master_curves.output.densities,
         means=rules.fit_master_curves.output.means,
         curves=rules.fit_master_curves.output.curves,
         zones=rules.fit_master_curves.output.zones,
@@ -101,74 +72,22 @@ rule plot_fingerprint:
         runs=[path for contact in CONFIG.contacts for path in mapped_runs(contact).values()],
         spectra=expand(f"{DOSE}/spectra_{{contact}}.tsv", contact=CONFIG.contacts),
     output:
-        densities_svg=shown(
-            f"{FINGERPRINT_FIGURES}/cycle_densities.svg",
-            "cycle_densities",
-            "Chapter 3",
-            {"figure": "3.5", "shows": "dissipation per revolution"},
-        ),
+        densities_svg=shown(f"{FINGERPRINT_FIGURES}/cycle_densities.svg"),
         densities_png=f"{FINGERPRINT_FIGURES}/cycle_densities.png",
-        means_svg=shown(
-            f"{FINGERPRINT_FIGURES}/cycle_means.svg",
-            "cycle_means",
-            "Chapter 3",
-            {"figure": "3.6", "shows": "mean dissipation per revolution"},
-        ),
+        means_svg=shown(f"{FINGERPRINT_FIGURES}/cycle_means.svg"),
         means_png=f"{FINGERPRINT_FIGURES}/cycle_means.png",
-        energies_svgs=[
-            shown(
-                f"{FINGERPRINT_FIGURES}/energies_{contact}.svg",
-                "energies",
-                "Chapter 3",
-                {"figure": "3.7, 3.8", "shows": f"energy and frequency of collisions, {contact}"},
-            )
-            for contact in CONFIG.contacts
-        ],
+        energies_svgs=[shown(f"{FINGERPRINT_FIGURES}/energies_{contact}.svg") for contact in CONFIG.contacts],
         energies_pngs=expand(f"{FINGERPRINT_FIGURES}/energies_{{contact}}.png", contact=CONFIG.contacts),
-        curves_svgs=[
-            shown(
-                f"{FINGERPRINT_FIGURES}/master_curves_{contact}.svg",
-                "master_curves",
-                "Chapter 3",
-                {"figure": "3.11, 3.12, 4.2", "shows": f"master curves, {contact}"},
-            )
-            for contact in CONFIG.contacts
-        ],
+        curves_svgs=[shown(f"{FINGERPRINT_FIGURES}/master_curves_{contact}.svg") for contact in CONFIG.contacts],
         curves_pngs=expand(f"{FINGERPRINT_FIGURES}/master_curves_{{contact}}.png", contact=CONFIG.contacts),
-        universal_svg=shown(
-            f"{FINGERPRINT_FIGURES}/universal_curves.svg",
-            "universal_curves",
-            "Chapter 3",
-            {"figure": "3.14", "shows": "universal master curves"},
-        ),
+        universal_svg=shown(f"{FINGERPRINT_FIGURES}/universal_curves.svg"),
         universal_png=f"{FINGERPRINT_FIGURES}/universal_curves.png",
-        exponents_svg=shown(
-            f"{FINGERPRINT_FIGURES}/exponents.svg",
-            "exponents",
-            "Chapter 3",
-            {"figure": "Eqs 3.28, 3.29", "shows": "exponents of the scaling"},
-        ),
+        exponents_svg=shown(f"{FINGERPRINT_FIGURES}/exponents.svg"),
         exponents_png=f"{FINGERPRINT_FIGURES}/exponents.png",
-        maps_svgs=[
-            shown(
-                f"{FINGERPRINT_FIGURES}/maps_{contact}.svg",
-                "maps",
-                "Chapter 3",
-                {"figure": "3.9, 3.10", "shows": f"heat map and granular temperature, {contact}"},
-            )
-            for contact in CONFIG.contacts
-        ],
+        maps_svgs=[shown(f"{FINGERPRINT_FIGURES}/maps_{contact}.svg") for contact in CONFIG.contacts],
         maps_pngs=expand(f"{FINGERPRINT_FIGURES}/maps_{{contact}}.png", contact=CONFIG.contacts),
         maps_tsvs=expand(f"{FINGERPRINT_FIGURES}/maps_{{contact}}.tsv", contact=CONFIG.contacts),
-        spectra_svgs=[
-            shown(
-                f"{DOSE}/spectra_{contact}.svg",
-                "spectra",
-                "Chapter 3",
-                {"figure": "energy spectra", "shows": f"energies of single collisions, {contact}"},
-            )
-            for contact in CONFIG.contacts
-        ],
+        spectra_svgs=[shown(f"{DOSE}/spectra_{contact}.svg") for contact in CONFIG.contacts],
         spectra_pngs=expand(f"{DOSE}/spectra_{{contact}}.png", contact=CONFIG.contacts),
     log:
         f"{LOGS}/fingerprint/plot_fingerprint.log",
@@ -188,9 +107,7 @@ rule plot_fingerprint:
 
 
 FINGERPRINT_OUTPUTS = [
-    *rules.tabulate_descriptors.output,
     *rules.fit_master_curves.output,
-    *rules.invert_master_curves.output,
     *rules.plot_fingerprint.output,
 ]
 
@@ -245,8 +162,8 @@ if FIT_MILL:
 
     rule tabulate_fit:
         input:
-            descriptors=rules.tabulate_descriptors.output.descriptors,
-            cycles=rules.tabulate_descriptors.output.cycles,
+            descriptors=rules.fit_master_curves.output.descriptors,
+            cycles=rules.fit_master_curves.output.cycles,
             published=PUBLISHED,
             sensitivity=rules.measure_fit_sensitivity.output.sensitivity,
         output:
@@ -283,6 +200,7 @@ if FIT_MILL:
             "../../scripts/measure_shape.py"
 
     rule fit:
+        """The shape of a jar by a fit to published powers."""
         input:
             rules.fit_jar.output,
         localrule: True

@@ -98,6 +98,12 @@ def bed_case(name: str):
     return next(iter(SETUP_CASES[name].values()))
 
 
+def bed_sizes(name: str) -> tuple[float, float]:
+    """The radius of the drum of a set-up and the diameter of its balls [m]."""
+    case = bed_case(name)
+    return MILLS[case.mill].geometry.radius_mm / 1e3, case.ball_diameter_mm / 1e3
+
+
 def simulated(case: str) -> str:
     """The file of a simulation, with its snapshots."""
     return f"{RESULTS}/dem/{case}/run.h5"

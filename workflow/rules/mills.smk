@@ -24,9 +24,9 @@ rule draw_mill:
     input:
         sources=lambda wildcards: mill_named(wildcards.mill).source_files,
     output:
-        geometry_svg=shown(f"{MILL}/geometry.svg", "mill_geometry", "Mills", {"mill": "{mill}", "figure": "geometry"}),
+        geometry_svg=shown(f"{MILL}/geometry.svg"),
         geometry_png=f"{MILL}/geometry.png",
-        motion_svg=shown(f"{MILL}/motion.svg", "mill_motion", "Mills", {"mill": "{mill}", "figure": "one turn"}),
+        motion_svg=shown(f"{MILL}/motion.svg"),
         motion_png=f"{MILL}/motion.png",
         geometry_tsv=f"{MILL}/geometry.tsv",
         motion_tsv=f"{MILL}/motion.tsv",
@@ -65,9 +65,7 @@ rule describe_mill:
         counting_rule=CONFIG.mills.rule,
         interval=CONFIG.fingerprint.interval,
         smooth_points=CONFIG.fingerprint.smooth_points,
-        collapse_max=CONFIG.mills.collapse_max,
         spectra_rules=spectra_rules(CONFIG.mills.rule),
-        spectra=CONFIG.dose.spectra.model_dump(mode="json"),
     message:
         "Calculating fingerprint and energy spectra of mill {wildcards.mill}"
     script:
@@ -103,7 +101,7 @@ rule measure_coverage:
         "../../scripts/measure_coverage.py"
 
 
-rule draw_sheet:
+rule draw_fingerprint:
     input:
         sources=lambda wildcards: mill_named(wildcards.mill).source_files,
         sheet=rules.describe_mill.output.sheet,
@@ -112,87 +110,49 @@ rule draw_sheet:
         spectra=rules.describe_mill.output.spectra,
         spectra_summary=rules.describe_mill.output.spectra_summary,
     output:
-        svg=shown(f"{MILL}/fingerprint.svg", "mill_fingerprint", "Mills", {"mill": "{mill}", "figure": "fingerprint"}),
+        svg=shown(f"{MILL}/fingerprint.svg"),
         png=f"{MILL}/fingerprint.png",
         pdf=f"{MILL}/fingerprint.pdf",
+        spectra_svg=shown(f"{DOSE}/{{mill}}/spectra.svg"),
+        spectra_png=f"{DOSE}/{{mill}}/spectra.png",
+        rules_svg=shown(f"{DOSE}/{{mill}}/spectra_rules.svg"),
+        rules_png=f"{DOSE}/{{mill}}/spectra_rules.png",
     log:
-        f"{LOGS}/mills/{{mill}}_sheet.log",
+        f"{LOGS}/mills/{{mill}}_fingerprint.log",
     localrule: True
     params:
         mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
-    message:
-        "Drawing the fingerprint of mill {wildcards.mill} on one page"
-    script:
-        "../../scripts/draw_sheet.py"
-
-
-# At the same time as the page, which takes as long.
-rule draw_spectra:
-    input:
-        sheet=rules.describe_mill.output.sheet,
-        spectra=rules.describe_mill.output.spectra,
-        spectra_summary=rules.describe_mill.output.spectra_summary,
-    output:
-        spectra_svg=shown(
-            f"{DOSE}/{{mill}}/spectra.svg", "spectra", "Dose", {"mill": "{mill}", "figure": "energy spectra"}
-        ),
-        spectra_png=f"{DOSE}/{{mill}}/spectra.png",
-        rules_svg=shown(
-            f"{DOSE}/{{mill}}/spectra_rules.svg",
-            "spectra_rules",
-            "Dose",
-            {"mill": "{mill}", "figure": "energy spectra by counting rule"},
-        ),
-        rules_png=f"{DOSE}/{{mill}}/spectra_rules.png",
-    log:
-        f"{LOGS}/mills/{{mill}}_spectra.log",
-    localrule: True
-    params:
-        title=lambda wildcards: mill_named(wildcards.mill).title,
         rules=spectra_rules(CONFIG.mills.rule),
     message:
-        "Drawing the energy spectra of mill {wildcards.mill}"
+        "Drawing the fingerprint of mill {wildcards.mill} on one page, and its energy spectra"
     script:
-        "../../scripts/draw_spectra.py"
+        "../../scripts/draw_fingerprint.py"
 
 
 rule collect_mills:
     input:
-        [f"{RESULTS}/mills/{name}/collapse.tsv" for name in BOX],
+        collapse=[f"{RESULTS}/mills/{name}/collapse.tsv" for name in BOX],
+        coverage=[f"{RESULTS}/mills/{name}/coverage.tsv" for name in BOX],
     output:
         table=f"{RESULTS}/mills/collapse.tsv",
-        svg=shown(f"{RESULTS}/mills/collapse.svg", "mill_collapse", "Mills", {"mill": "all", "figure": "collapse"}),
+        svg=shown(f"{RESULTS}/mills/collapse.svg"),
         png=f"{RESULTS}/mills/collapse.png",
+        coverage=f"{RESULTS}/mills/coverage.tsv",
     log:
         f"{LOGS}/mills/collect.log",
     localrule: True
     params:
-        collapse_max=CONFIG.mills.collapse_max,
+        mills=BOX,
     message:
-        "Comparing how well the curves of {BOX} collapse"
+        "Comparing how well the curves of {BOX} collapse, and counting how often their bands hold new simulations"
     script:
         "../../scripts/collect_mills.py"
 
 
-rule collect_coverage:
-    input:
-        [f"{RESULTS}/mills/{name}/coverage.tsv" for name in BOX],
-    output:
-        table=f"{RESULTS}/mills/coverage.tsv",
-    log:
-        f"{LOGS}/mills/collect_coverage.log",
-    localrule: True
-    params:
-        mills=BOX,
-    message:
-        "Counting how often the bands of {BOX} hold new simulations"
-    script:
-        "../../scripts/collect_coverage.py"
-
-
 rule coverage:
+    """How many new simulations the bands of the mills of the box hold."""
     input:
-        rules.collect_coverage.output,
+        rules.collect_mills.output.coverage,
     localrule: True
     message:
         "The coverage of the bands is complete"
@@ -205,20 +165,20 @@ BOX_OUTPUTS = (
     if CONFIG.mills.first_case_only
     else [
         *MILL_PICTURES,
-        *expand([*rules.draw_sheet.output, *rules.draw_spectra.output, *rules.balance_heat.output], mill=BOX),
+        *expand([*rules.draw_fingerprint.output, *rules.balance_heat.output], mill=BOX),
         *rules.collect_mills.output,
-        *rules.collect_coverage.output,
         f"{RESULTS}/mills/explorer.html",
     ]
 )
 FINGERPRINTED = [
     output.format(mill=CONFIG.mill)
-    for made in (rules.draw_mill, rules.describe_mill, rules.measure_coverage, rules.draw_sheet, rules.draw_spectra)
+    for made in (rules.draw_mill, rules.describe_mill, rules.measure_coverage, rules.draw_fingerprint)
     for output in made.output
 ]
 
 
 rule fingerprint:
+    """The fingerprint of the run's mill: its curves, its page, its spectra, and how often its bands hold."""
     input:
         FINGERPRINTED,
     localrule: True
@@ -227,6 +187,7 @@ rule fingerprint:
 
 
 rule mills:
+    """The fingerprints of the mills of mills.box, compared."""
     input:
         BOX_OUTPUTS,
     localrule: True
@@ -254,6 +215,7 @@ if CONFIG.mills.match is not None:
             "../../scripts/match_mills.py"
 
     rule match:
+        """The settings of mills.match.mill that come nearest to a condition of another mill."""
         input:
             rules.match_mills.output,
         localrule: True
@@ -270,7 +232,7 @@ if CONFIG.mills.scale_up is not None:
         output:
             sheet=f"{SCALE_UP}/sheet.tsv",
             run=f"{SCALE_UP}/run.tsv",
-            svg=shown(f"{SCALE_UP}/sheet.svg", "scale_up", "Mills", {"mill": "large", "figure": "scale-up"}),
+            svg=shown(f"{SCALE_UP}/sheet.svg"),
             png=f"{SCALE_UP}/sheet.png",
         log:
             f"{LOGS}/mills/scale_up.log",
@@ -286,6 +248,7 @@ if CONFIG.mills.scale_up is not None:
             "../../scripts/plan_scale_up.py"
 
     rule scale_up:
+        """A large mill, similar to mills.scale_up.mill, and what it costs to simulate."""
         input:
             rules.plan_scale_up.output,
         localrule: True
@@ -295,7 +258,6 @@ if CONFIG.mills.scale_up is not None:
 
 EXPLORED_WITH = {
     "name": CONFIG.name,
-    "spectra": CONFIG.dose.spectra.model_dump(mode="json"),
     "rule": CONFIG.mills.rule,
     "descriptors": CONFIG.fingerprint.descriptors,
     "heat": CONFIG.dose.heat.model_dump(mode="json"),
@@ -314,7 +276,7 @@ rule explore_mill:
         unpack(lambda wildcards: explored([wildcards.mill])),
         sources=lambda wildcards: mill_named(wildcards.mill).source_files,
     output:
-        html=shown(f"{MILL}/explorer.html", "mill_explorer", "Mills", {"mill": "{mill}", "figure": "explorer"}),
+        html=shown(f"{MILL}/explorer.html"),
     log:
         f"{LOGS}/mills/{{mill}}_explorer.log",
     localrule: True
@@ -324,7 +286,7 @@ rule explore_mill:
     message:
         "Building the explorer of mill {wildcards.mill}, a page that needs no server"
     script:
-        "../../scripts/explore_mills.py"
+        "../../scripts/build_explorer.py"
 
 
 use rule explore_mill as explore_mills with:
@@ -332,7 +294,7 @@ use rule explore_mill as explore_mills with:
         **explored(BOX),
         sources=[path for name in BOX for path in mill_named(name).source_files],
     output:
-        html=shown(f"{RESULTS}/mills/explorer.html", "mills_explorer", "Mills", {"mill": "all", "figure": "explorer"}),
+        html=shown(f"{RESULTS}/mills/explorer.html"),
     log:
         f"{LOGS}/mills/explorer.log",
     params:
@@ -343,6 +305,7 @@ use rule explore_mill as explore_mills with:
 
 
 rule explorer:
+    """A page with sliders for the run's mill."""
     input:
         rules.explore_mill.output.html.format(mill=CONFIG.mill),
     localrule: True

@@ -1,6 +1,6 @@
 """Chapter 4: shear against compression; energy spectra of the sweeps, and wear of the balls."""
 
-from millprint.fingerprint.cases import described_cases, is_as_built
+from millprint.fingerprint.cases import is_as_built
 
 PARTITION = f"{RESULTS}/partition"
 PARTITION_FIGURES = f"{PARTITION}/figures"
@@ -18,34 +18,17 @@ rule partition_dissipation:
         table_4_5=f"{PARTITION}/table_4_5.tsv",
         slopes=f"{PARTITION}/slopes.tsv",
         design=f"{PARTITION}/design.tsv",
-        yield_svg=shown(
-            f"{PARTITION_FIGURES}/yield.svg",
-            "partition_yield",
-            "Chapter 4",
-            {"figure": "4.3", "shows": "yield against fill ratio"},
-        ),
+        yield_svg=shown(f"{PARTITION_FIGURES}/yield.svg"),
         yield_png=f"{PARTITION_FIGURES}/yield.png",
-        specific_svg=shown(
-            f"{PARTITION_FIGURES}/specific_yield.svg",
-            "partition_specific_yield",
-            "Chapter 4",
-            {"figure": "4.4", "shows": "specific yield against fill ratio"},
-        ),
+        specific_svg=shown(f"{PARTITION_FIGURES}/specific_yield.svg"),
         specific_png=f"{PARTITION_FIGURES}/specific_yield.png",
-        mass_svg=shown(
-            f"{PARTITION_FIGURES}/mass_per_watt.svg",
-            "partition_mass",
-            "Chapter 4",
-            {"figure": "4.5", "shows": "converted mass per watt against fill ratio"},
-        ),
+        mass_svg=shown(f"{PARTITION_FIGURES}/mass_per_watt.svg"),
         mass_png=f"{PARTITION_FIGURES}/mass_per_watt.png",
         doses=f"{DOSE}/dose.tsv",
         kinetics=f"{DOSE}/kinetics.tsv",
         curves=f"{DOSE}/kinetics_curves.tsv",
         verdict=f"{DOSE}/dose_verdict.txt",
-        dose_svg=shown(
-            f"{DOSE}/dose.svg", "dose", "Chapter 4", {"figure": "dose", "shows": "yield against time and dose"}
-        ),
+        dose_svg=shown(f"{DOSE}/dose.svg"),
         dose_png=f"{DOSE}/dose.png",
     log:
         f"{LOGS}/partition/partition_dissipation.log",
@@ -76,7 +59,6 @@ rule tabulate_spectra:
     params:
         runs={contact: records_of(swept_summaries(contact)) for contact in CONFIG.contacts},
         rules=spectra_rules(CONFIG.fingerprint.counting_rule),
-        settings=CONFIG.dose.spectra.model_dump(mode="json"),
     message:
         "Tabulating the energy spectra of {CONFIG.contacts}"
     script:
@@ -109,7 +91,7 @@ rule fit_wear:
         fit=f"{DOSE}/wear_fit.tsv",
         coefficient=f"{DOSE}/wear_coefficient.json",
         wear=f"{DOSE}/wear.tsv",
-        svg=shown(f"{DOSE}/wear.svg", "wear", "Chapter 2", {"figure": "Table 2.6", "shows": "wear by Archard's law"}),
+        svg=shown(f"{DOSE}/wear.svg"),
         png=f"{DOSE}/wear.png",
     log:
         f"{LOGS}/dose/fit_wear.log",
@@ -136,7 +118,7 @@ rule predict_mill_wear:
         materials=WEAR.materials,
     output:
         table=f"{RESULTS}/mills/wear.tsv",
-        svg=shown(f"{RESULTS}/mills/wear.svg", "mill_wear", "Mills", {"mill": "all", "figure": "wear of the balls"}),
+        svg=shown(f"{RESULTS}/mills/wear.svg"),
         png=f"{RESULTS}/mills/wear.png",
     log:
         f"{LOGS}/mills/wear.log",
@@ -151,6 +133,7 @@ rule predict_mill_wear:
 
 # A target of its own: the coefficient of wear comes from the simulations of the thesis, which `mills` does not start.
 rule mill_wear:
+    """The wear of the balls in the mills of the box."""
     input:
         rules.predict_mill_wear.output,
     localrule: True

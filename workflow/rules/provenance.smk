@@ -9,12 +9,7 @@ rule build_gallery:
     input:
         RUN_OUTPUTS,
     output:
-        html=shown(
-            f"{RESULTS}/report/gallery.html",
-            "gallery",
-            "Figures and tables",
-            {"shows": "every figure with its data and origin"},
-        ),
+        html=shown(f"{RESULTS}/report/gallery.html"),
     log:
         f"{LOGS}/report/build_gallery.log",
     localrule: True
@@ -28,6 +23,7 @@ rule build_gallery:
 
 
 rule gallery:
+    """A page with every figure of the run."""
     input:
         rules.build_gallery.output,
     localrule: True
@@ -67,12 +63,7 @@ rule write_crate:
         targets=[*RUN_OUTPUTS, *rules.build_gallery.output],
         configuration=rules.record_run.output.run,
     output:
-        crate=shown(
-            f"{RESULTS}/ro-crate-metadata.json",
-            "crate",
-            "Runtime and versions",
-            {"shows": "inputs, files, digests, versions: RO-Crate"},
-        ),
+        crate=shown(f"{RESULTS}/ro-crate-metadata.json"),
         sources=directory(f"{RESULTS}/crate"),
     log:
         f"{LOGS}/report/write_crate.log",
@@ -92,6 +83,7 @@ rule write_crate:
 
 
 rule crate:
+    """The record of the run, an RO-Crate."""
     input:
         rules.write_crate.output,
     localrule: True

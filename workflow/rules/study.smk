@@ -11,7 +11,7 @@ rule study_settings:
         window=f"{STUDY}/window.tsv",
         verdict=f"{STUDY}/verdict.json",
         line=f"{STUDY}/verdict.txt",
-        svg=shown(f"{STUDY}/study.svg", "study", "Mills", {"mill": "{mill}", "figure": "settings of the sweep"}),
+        svg=shown(f"{STUDY}/study.svg"),
         png=f"{STUDY}/study.png",
     log:
         f"{LOGS}/convergence/{{mill}}_study.log",
@@ -29,6 +29,7 @@ rule study_settings:
 
 
 rule convergence:
+    """Whether time step, stiffness, window and number of seeds are good enough."""
     input:
         CONVERGENCE_OUTPUTS if CHAPTERS else [],
         [output.format(mill=CONFIG.mill) for output in rules.study_settings.output],
@@ -40,12 +41,13 @@ rule convergence:
 # Written by the jobs of the fingerprint.
 MILL_SPECTRA = [
     path.format(mill=CONFIG.mill)
-    for path in (*rules.describe_mill.output, *rules.draw_spectra.output)
+    for path in (*rules.describe_mill.output, *rules.draw_fingerprint.output)
     if path.startswith(f"{DOSE}/")
 ]
 
 
 rule dose:
+    """Energy spectra; for the thesis also dose, kinetics and wear."""
     input:
         DOSE_OUTPUTS if CHAPTERS else MILL_SPECTRA,
     localrule: True

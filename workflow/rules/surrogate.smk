@@ -1,7 +1,5 @@
 """Chapter 6 and appendix A: surrogates of the simulation."""
 
-import math
-
 SURROGATE = f"{RESULTS}/surrogate"
 SURROGATE_TESTS = list(CONFIG.surrogate.tests)
 # By variant, the names of all of its trainings.
@@ -171,13 +169,7 @@ rule time_surrogates:
         "../../scripts/time_surrogates.py"
 
 
-# The figures of a variant: name, caption, and what it shows.
-VARIANT_FIGURES = {
-    "loss": ("surrogate_loss", "loss of {variant} (Fig. 6.6)"),
-    "error_growth": ("surrogate_error_growth", "position error of {variant} (Figs 6.7, 6.11)"),
-    "dissipation": ("surrogate_dissipation", "dissipation of {variant} (Figs 6.8, 6.14, 6.15, 6.17)"),
-    "distributions": ("surrogate_distributions", "distributions of {variant}"),
-}
+VARIANT_FIGURES = ("loss", "error_growth", "dissipation", "distributions")
 
 
 rule plot_surrogates:
@@ -201,34 +193,17 @@ rule plot_surrogates:
         metrics=f"{SURROGATE}/metrics.tsv",
         trainings=f"{SURROGATE}/trainings.tsv",
         baselines=f"{SURROGATE}/baselines.tsv",
-        slices_svg=shown(
-            f"{SURROGATE}/signed_distance.svg",
-            "surrogate_signed_distance",
-            "Chapter 6",
-            {"figure": "signed distance (Fig. 6.3)"},
-        ),
+        slices_svg=shown(f"{SURROGATE}/signed_distance.svg"),
         slices_png=f"{SURROGATE}/signed_distance.png",
         slices_tsv=f"{SURROGATE}/signed_distance.tsv",
-        contacts_svg=shown(
-            f"{SURROGATE}/wall_contacts.svg",
-            "surrogate_wall_contacts",
-            "Chapter 6",
-            {"figure": "wall contacts (Fig. 6.4)"},
-        ),
+        contacts_svg=shown(f"{SURROGATE}/wall_contacts.svg"),
         contacts_png=f"{SURROGATE}/wall_contacts.png",
-        loop_svg=shown(
-            f"{SURROGATE}/recursion.svg", "surrogate_recursion", "Chapter 6", {"figure": "recursive stage (Fig. 6.5)"}
-        ),
+        loop_svg=shown(f"{SURROGATE}/recursion.svg"),
         loop_png=f"{SURROGATE}/recursion.png",
         svgs=[
-            shown(
-                f"{SURROGATE}/{variant}/{name}.svg",
-                f"{caption}",
-                "Chapter 6",
-                {"figure": title.format(variant=variant)},
-            )
+            shown(f"{SURROGATE}/{variant}/{name}.svg")
             for variant in CONFIG.surrogate.variants
-            for name, (caption, title) in VARIANT_FIGURES.items()
+            for name in VARIANT_FIGURES
         ],
         pngs=[f"{SURROGATE}/{variant}/{name}.png" for variant in CONFIG.surrogate.variants for name in VARIANT_FIGURES],
     log:
@@ -257,27 +232,14 @@ rule compare_motion:
         rollouts=[ROLLOUT.format(variant=variant, test=test) for variant, test in MOVED],
         runs=[simulated(CONFIG.surrogate.tests[test].runs()["dem"]) for _, test in MOVED],
     output:
-        stills=[
-            shown(
-                f"{SURROGATE}/{variant}/{test}/motion.svg",
-                "surrogate_motion",
-                "Chapter 6",
-                {"figure": f"balls of {variant}, {test} (Figs 6.9, 6.12, 6.13, 6.18)"},
-            )
-            for variant, test in MOVED
-        ],
+        stills=[shown(f"{SURROGATE}/{variant}/{test}/motion.svg") for variant, test in MOVED],
         pngs=[f"{SURROGATE}/{variant}/{test}/motion.png" for variant, test in MOVED],
         tsvs=[f"{SURROGATE}/{variant}/{test}/motion.tsv" for variant, test in MOVED],
         gifs=[f"{SURROGATE}/{variant}/{test}/motion.gif" for variant, test in MOVED],
         # Snakemake's report shows a PNG, even an animated one, but offers a GIF only as a download. One animation of each
         # variant keeps the report small enough for mail.
         movies=[
-            shown(
-                f"{SURROGATE}/{variant}/{CONFIG.surrogate.trained_test}/motion_animated.png",
-                "surrogate_motion",
-                "Chapter 6",
-                {"figure": f"animation of {variant} (Fig. 6.9)"},
-            )
+            shown(f"{SURROGATE}/{variant}/{CONFIG.surrogate.trained_test}/motion_animated.png")
             for variant in CONFIG.surrogate.variants
         ],
     log:
@@ -313,6 +275,8 @@ rule tabulate_ablations:
         claims=CONFIG.data.claims,
     output:
         ablations=f"{SURROGATE}/ablations.tsv",
+        svg=shown(f"{SURROGATE}/ablations.svg"),
+        png=f"{SURROGATE}/ablations.png",
     log:
         f"{LOGS}/surrogate/tabulate_ablations.log",
     localrule: True
@@ -324,35 +288,16 @@ rule tabulate_ablations:
             for variant in CONFIG.surrogate.ablations
         },
     message:
-        "Tabulating every ablation next to the statement of the thesis"
+        "Tabulating every ablation next to the statement of the thesis, and drawing them"
     script:
         "../../scripts/tabulate_ablations.py"
 
 
-rule plot_ablations:
-    input:
-        ablations=rules.tabulate_ablations.output.ablations,
-    output:
-        svg=shown(
-            f"{SURROGATE}/ablations.svg",
-            "surrogate_ablations",
-            "Appendix A",
-            {"figure": "ablations (Figs A.1 to A.8)"},
-        ),
-        png=f"{SURROGATE}/ablations.png",
-    log:
-        f"{LOGS}/surrogate/plot_ablations.log",
-    localrule: True
-    message:
-        "Drawing the ablations of appendix A"
-    script:
-        "../../scripts/plot_ablations.py"
-
-
-ABLATION_OUTPUTS = [*rules.tabulate_ablations.output, *rules.plot_ablations.output]
+ABLATION_OUTPUTS = [*rules.tabulate_ablations.output]
 
 
 rule ablations:
+    """Appendix A: the ablations of the surrogate."""
     input:
         ABLATION_OUTPUTS,
     localrule: True

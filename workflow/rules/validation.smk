@@ -29,9 +29,8 @@ rule simulate_tumbling:
         "../../scripts/simulate_tumbling.py"
 
 
-VALIDATION_CHAPTER = "Validation"
-# Set-ups whose bed is drawn.
-FLOWING_BEDS = ("bead_drum", "repose_drum")
+# Set-ups whose flowing bed is drawn.
+BEDS = [name for name in ("bead_drum", "repose_drum") if name in CONFIG.validation.chosen]
 
 
 wildcard_constraints:
@@ -74,6 +73,7 @@ rule judge_setups:
         predictions=expand(rules.predict_setup.output.predictions, setup=CONFIG.validation.chosen),
         runs=expand(rules.simulate_tumbling.output.runs, setup=CONFIG.validation.tumbling),
         charges=expand(rules.simulate_tumbling.output.charge, setup=CONFIG.validation.tumbling),
+        beds=[simulated(bed_case(name).path) for name in BEDS],
         measured=CONFIG.validation.measured,
         fixed=CONFIG.validation.fixed,
     output:
@@ -82,44 +82,27 @@ rule judge_setups:
         coverage=f"{VALIDATION}/coverage.tsv",
         assumptions=f"{VALIDATION}/assumptions.tsv",
         fixed=f"{VALIDATION}/fixed.tsv",
-        page=shown(
-            f"{VALIDATION}/tables.html",
-            "validation",
-            "Validation",
-            {"figure": "tables", "shows": "verdicts, coverage, and what was assumed, to sort and filter"},
-        ),
-        svgs=[
-            shown(
-                f"{VALIDATION}/{name}/predictions.svg",
-                "validation_setup",
-                "Validation",
-                {"figure": name, "shows": "measured points over the prediction"},
-            )
-            for name in CONFIG.validation.chosen
-        ],
+        page=shown(f"{VALIDATION}/tables.html"),
+        svgs=[shown(f"{VALIDATION}/{name}/predictions.svg") for name in CONFIG.validation.chosen],
         pngs=expand(f"{VALIDATION}/{{setup}}/predictions.png", setup=CONFIG.validation.chosen),
         # Only the first quantity, for a page.
         first_svgs=expand(f"{VALIDATION}/{{setup}}/first.svg", setup=CONFIG.validation.chosen),
         first_pngs=expand(f"{VALIDATION}/{{setup}}/first.png", setup=CONFIG.validation.chosen),
-        charge_svgs=[
-            shown(
-                f"{VALIDATION}/{name}/charge.svg",
-                "validation_charge",
-                "Validation",
-                {"figure": name, "shows": "the charge at several speeds, with toe and shoulder"},
-            )
-            for name in CONFIG.validation.tumbling
-        ],
+        charge_svgs=[shown(f"{VALIDATION}/{name}/charge.svg") for name in CONFIG.validation.tumbling],
         charge_pngs=expand(f"{VALIDATION}/{{setup}}/charge.png", setup=CONFIG.validation.tumbling),
         intervals=expand(f"{VALIDATION}/{{setup}}/intervals.tsv", setup=CONFIG.validation.tumbling),
+        bed_svgs=[shown(f"{VALIDATION}/{name}/bed.svg") for name in BEDS],
+        bed_pngs=expand(f"{VALIDATION}/{{setup}}/bed.png", setup=BEDS),
+        bed_tsvs=expand(f"{VALIDATION}/{{setup}}/bed.tsv", setup=BEDS),
     log:
         f"{LOGS}/validation/judge_setups.log",
     localrule: True
     params:
         setups={name: setup_inputs(name) for name in CONFIG.validation.chosen},
         tumbling=CONFIG.validation.tumbling,
+        beds={name: bed_sizes(name) for name in BEDS},
         dem=settings("dem"),
-        chapter=VALIDATION_CHAPTER,
+        chapter="Validation",
         name=CONFIG.name,
         results=lambda wildcards, output: str(Path(output.page).parents[1]),
     message:
@@ -128,38 +111,14 @@ rule judge_setups:
         "../../scripts/judge_setups.py"
 
 
-rule plot_bed:
-    input:
-        run=lambda wildcards: f"{RESULTS}/dem/{bed_case(wildcards.setup).path}/run.h5",
-    output:
-        svg=shown(
-            f"{VALIDATION}/{{setup}}/bed.svg",
-            "validation_bed",
-            "Validation",
-            {"figure": "{setup}", "shows": "the flowing bed, by speed"},
-        ),
-        png=f"{VALIDATION}/{{setup}}/bed.png",
-        tsv=f"{VALIDATION}/{{setup}}/bed.tsv",
-    log:
-        f"{LOGS}/validation/plot_bed_{{setup}}.log",
-    localrule: True
-    params:
-        radius_m=lambda wildcards: MILLS[bed_case(wildcards.setup).mill].geometry.radius_mm / 1e3,
-        diameter_m=lambda wildcards: bed_case(wildcards.setup).ball_diameter_mm / 1e3,
-    message:
-        "Drawing the bed of set-up {wildcards.setup}"
-    script:
-        "../../scripts/plot_bed.py"
-
-
 VALIDATION_OUTPUTS = [
     *expand(rules.predict_setup.output, setup=CONFIG.validation.chosen),
-    *expand(rules.plot_bed.output, setup=[name for name in CONFIG.validation.chosen if name in FLOWING_BEDS]),
     *rules.judge_setups.output,
 ]
 
 
 rule validation:
+    """Machines and impacts that others measured, predicted, with a verdict on each number."""
     input:
         VALIDATION_OUTPUTS,
     localrule: True

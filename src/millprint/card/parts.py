@@ -28,10 +28,10 @@ from millprint.config.heat import JarSection
 from millprint.dose.energy_doses import HITS, NORMAL, TANGENTIAL, TOTAL, doses
 from millprint.dose.heat_balance import BODIES
 from millprint.dose.heat_sources import mean_of, read_source
-from millprint.dose.heat_table import heat_tables
+from millprint.dose.heat_table import TIMES, heat_tables
 from millprint.dose.sliding import mean_conditions, tabulate_sliding
 from millprint.dose.spectra import BOTH, tabulate_spectra
-from millprint.dose.wear import FEWEST_HELD, predict_wear
+from millprint.dose.wear import FEWEST_HELD, PROBABILITY, predict_wear
 
 COURSE = ["lower_degC", "median_degC", "upper_degC"]
 TIMES_OF_CYCLE, MOST_TIMES = 10, 400
@@ -46,7 +46,7 @@ def _number(value: float) -> float | None:
 def spectra_part(summaries: list[dict], paths: list[str], settings: CardSettings) -> tuple[list[Spectrum], str]:
     """The spectra by channel and pair, and the reason if there are none."""
     runs = list(zip(paths, summaries, strict=True))
-    bins, rows = tabulate_spectra(runs, [settings.counting_rule], settings.dose.spectra)
+    bins, rows = tabulate_spectra(runs, [settings.counting_rule])
     found = []
     for row in rows.to_dict("records"):
         if row["note"] == row["note"] and row["note"]:
@@ -96,10 +96,10 @@ def _temperature(row: pd.Series, name: str) -> Temperature:
     return Temperature(**{end: float(row[f"{name}_{end}"]) for end in Temperature.model_fields})
 
 
-def times_of(programme: CardProgrammeSection, settings: CardSettings) -> int:
+def times_of(programme: CardProgrammeSection) -> int:
     """Number of times with temperatures: enough to show each of up to about forty cycles."""
     cycles = 60 * programme.duration_h / programme.cycle_min if programme.pause_min else 0.0
-    return max(settings.dose.heat.times, 1 + min(MOST_TIMES, round(TIMES_OF_CYCLE * cycles)))
+    return max(TIMES, 1 + min(MOST_TIMES, round(TIMES_OF_CYCLE * cycles)))
 
 
 def heat_part(
@@ -111,12 +111,12 @@ def heat_part(
         update={
             "jars": {experiment.mill: jar},
             "powder_mass_g": powder.mass_g if powder else None,
-            **({"programme": programme, "times": times_of(programme, settings)} if programme else {}),
+            **({"programme": programme} if programme else {}),
         }
     )
     summaries = [path.replace("run.h5", "summary.json") for path in runs.paths]
     source = mean_of([read_source(*pair) for pair in zip(summaries, runs.paths, strict=True)])
-    tables = heat_tables(own, experiment.mill, [source], None)
+    tables = heat_tables(own, experiment.mill, [source], None, times=times_of(programme) if programme else TIMES)
     limits, course = tables.limits.iloc[0], tables.temperatures
     bodies = {
         name: BodyHeat(
@@ -155,7 +155,7 @@ def wear_part(
     charge = ChargeConfig(bpr=powder.ball_to_powder_ratio, time_h=programme.milling_h)
     factors = known.fingerprint.further.get("contact") if known.fingerprint else None
     chosen = known.materials.loc[[balls.material]]
-    row = predict_wear(conditions, chosen, [charge], known.wear, factors, settings.dose.wear.probability).iloc[0]
+    row = predict_wear(conditions, chosen, [charge], known.wear, factors).iloc[0]
 
     tested = known.wear["weighings_held_back"] >= FEWEST_HELD
     ends = "" if tested else "seen_"
@@ -165,7 +165,7 @@ def wear_part(
 
     return Wear(
         material=balls.material,
-        probability=settings.dose.wear.probability if tested else None,
+        probability=PROBABILITY if tested else None,
         wear_g=estimate("wear_g"),
         iron_percent=estimate("iron_percent"),
         coefficient=known.wear["coefficient"],

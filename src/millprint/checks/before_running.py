@@ -7,6 +7,7 @@ from millprint.card.experiment_cases import own_cases
 from millprint.config.checks import card_experiments
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
+from millprint.config.heat import MEASURED
 from millprint.config.mill import MillConfig
 from millprint.config.setups.tumbling_setups import TumblingConfig
 from millprint.config.sweep import Case, overridden
@@ -127,7 +128,7 @@ def check_same_charges(cases: dict[str, Case], swept: dict[str, list[Case]], sou
 def check_measured_heat(config: WorkflowConfig) -> None:
     """Check that the table has the measured temperatures that mills are compared with."""
     heated = {config.mill, *config.dose.heat.mills, *config.mills.box}
-    for mill, name in config.dose.heat.measured.items():
+    for mill, name in MEASURED.items():
         if mill in heated:
             measured_row(config.validation.measured, name)
 

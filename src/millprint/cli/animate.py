@@ -19,7 +19,7 @@ def main(arguments: list[str], name: str = "animate") -> None:
     parser.add_argument("run", type=Path, help="run.h5 of a case with snapshots")
     parser.add_argument("--out", type=Path, help=".gif or animated .png (default: mill.gif next to run.h5)")
     parser.add_argument("--start", type=float, metavar="S", help="time of the first frame after the start [s]")
-    for key in ("revolutions", "frames_per_revolution", "frames_per_second"):
+    for key in ("revolutions", "frames_per_revolution"):
         field, meaning = ViewConfig.model_fields[key], meaning_of(ViewConfig, key)
         parser.add_argument(
             f"--{key.replace('_', '-')}",

@@ -6,7 +6,6 @@ millprint export results/dem/MILL/CONTACT/CASE/run.h5 --every 20
 from pathlib import Path
 
 from millprint.cli.arguments import parser_of
-from millprint.config.view import ViewConfig
 from millprint.view.paraview import export_run
 
 PARTS = ("", "_walls", "_contacts")
@@ -16,8 +15,7 @@ def main(arguments: list[str], name: str = "export") -> None:
     """Write the three files."""
     parser = parser_of(name, __doc__)
     parser.add_argument("run", type=Path, help="run.h5 of a case with snapshots")
-    every = ViewConfig().paraview_every
-    parser.add_argument("--every", type=int, default=every, help=f"write every n-th snapshot (default {every})")
+    parser.add_argument("--every", type=int, default=1, help="write every n-th snapshot (default 1)")
     parser.add_argument("--out", type=Path, help="folder of the files (default: that of run.h5)")
     chosen = parser.parse_args(arguments)
     balls, walls, contacts = files = [

@@ -54,7 +54,7 @@ def main(arguments: list[str], name: str = "wear") -> None:
     paths = [(str(Path(run) / "run.h5"), str(Path(run) / "summary.json")) for run in options.runs]
     conditions = mean_conditions(tabulate_sliding(paths))
     chosen = materials.loc[options.material or list(materials.index)]
-    table = predict_wear(conditions, chosen, [charge], result, None, defaults.probability)
+    table = predict_wear(conditions, chosen, [charge], result, None)
     if options.out:
         write_table(table, options.out)
     with pd.option_context("display.width", 200):

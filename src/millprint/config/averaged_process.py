@@ -20,11 +20,11 @@ this one had seen scores of the earlier library, too. No score of this one had b
 and it stays whatever its score turns out to be.
 """
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
-from millprint.config.section import Fraction, NonNegative, Positive, Section
+from millprint.config.section import Fraction, Section
 
 INPUTS = ("bpr", "molar_ratio", "time_h", "power_per_ball_mW", "tangential_share")
 Scale = Literal["linear", "log"]
@@ -48,31 +48,23 @@ class InputScales(Section):
     """tangential over total energy of a collision"""
 
 
-class SmallestSpread(Section):
-    """Smallest standard deviations by which inputs are scaled."""
+class LogNormal(NamedTuple):
+    """A log-normal prior: its median, and the standard deviation of the natural logarithm [-]."""
 
-    tangential_share: NonNegative = 0.05
-    """smallest standard deviation to scale it by [-]"""
-
-
-class LogNormal(Section):
-    """A log-normal prior."""
-
-    median: Positive
-    """median"""
-    log_deviation: Positive
-    """standard deviation of the natural logarithm [-]"""
+    median: float
+    log_deviation: float
 
 
-class Priors(Section):
-    """Priors of the kernel's hyper-parameters, for inputs and targets of unit variance."""
+class Priors(NamedTuple):
+    """Priors of the kernel's hyper-parameters, for inputs and targets of unit variance.
 
-    length_scale: LogNormal = LogNormal(median=2.5, log_deviation=0.7)
-    """length scales [standard deviations of an input]"""
-    variance: LogNormal = LogNormal(median=0.5, log_deviation=1.5)
-    """variance of a term [variance of the target]"""
-    noise: LogNormal = LogNormal(median=0.03, log_deviation=1.5)
-    """variance of the noise [variance of the target]"""
+    length_scale: two steps of a three-level factor [standard deviations of an input]; variance: of a term [variance of
+    the target]; noise: its variance [variance of the target].
+    """
+
+    length_scale: LogNormal = LogNormal(2.5, 0.7)
+    variance: LogNormal = LogNormal(0.5, 1.5)
+    noise: LogNormal = LogNormal(0.03, 1.5)
 
 
 class LibraryConfig(Section):
@@ -97,9 +89,10 @@ class AveragingConfig(Section):
     ]
     """sums of products of kernels"""
     scales: InputScales = InputScales()
-    smallest_spread: SmallestSpread = SmallestSpread()
-    priors: Priors = Priors()
-    margin: Fraction = 0.005
-    """distance of conversions from 0 and 1 under a bounded link [-]"""
+    # An input that varies less is divided by this [-].
+    smallest_spread: ClassVar[dict[str, float]] = {"tangential_share": 0.05}
+    priors: ClassVar[Priors] = Priors()
+    # Under a bounded link, conversions are kept this far from 0 and 1 [-].
+    margin: ClassVar[float] = 0.005
     smallest_weight: Fraction = 0.002
     """members of a smaller weight are dropped [-]"""

@@ -84,14 +84,13 @@ def check_chosen_charges(config: WorkflowConfig, mills: dict[str, MillConfig], s
 
 
 def check_heated_mills(config: WorkflowConfig, sources: Sources, source: str) -> None:
-    """Refuse a mill of `dose.heat.jars` or `dose.heat.measured` that has no file: its numbers would be used nowhere."""
-    for key in ("jars", "measured"):
-        for name in getattr(config.dose.heat, key):
-            if not Path(sources.find(f"{MILL_FOLDER}/{name}.yaml")).is_file():
-                known = sources.names(MILL_FOLDER)
-                close = difflib.get_close_matches(name, known, n=1)
-                hint = f"; did you mean {close[0]}?" if close else ""
-                raise ConfigError(f"{source}: dose.heat.{key}.{name}: unknown mill; known: {', '.join(known)}{hint}")
+    """Refuse a mill of `dose.heat.jars` that has no file: its numbers would be used nowhere."""
+    for name in config.dose.heat.jars:
+        if not Path(sources.find(f"{MILL_FOLDER}/{name}.yaml")).is_file():
+            known = sources.names(MILL_FOLDER)
+            close = difflib.get_close_matches(name, known, n=1)
+            hint = f"; did you mean {close[0]}?" if close else ""
+            raise ConfigError(f"{source}: dose.heat.jars.{name}: unknown mill; known: {', '.join(known)}{hint}")
 
 
 def _mill_names(config: WorkflowConfig) -> list[str]:

@@ -6,6 +6,8 @@ from millprint.config.section import Name, NamedSection
 
 # Coefficients that a set may give separately for walls.
 PAIR_COEFFICIENTS = ("restitution", "static_friction", "rolling_friction")
+# Next to the name of a set where it is not said of which powder it was measured.
+ASSUMED = "an assumption unless measured with this powder"
 
 
 class ContactConfig(NamedSection):

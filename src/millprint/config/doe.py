@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from millprint.config.design import DesignConfig, Symbol
-from millprint.config.section import Count, Fraction, Name, Positive, ProjectFile, Section, first_repeated
+from millprint.config.section import Fraction, Name, Positive, ProjectFile, Section, first_repeated
 
 Purity = Annotated[float, Field(gt=0, le=1)]
 
@@ -37,15 +37,6 @@ class HalfLifeConfig(Section):
     """pH of the solution [-]"""
     temperature_k: float = Field(ge=273, le=373)
     """temperature of the solution [K]"""
-
-
-class PowderConfig(Section):
-    """The charge of the jar in the screening runs."""
-
-    balls: Count
-    """number of balls in the jar [-]"""
-    ball_mass_g: Positive
-    """total mass of the balls [g]"""
 
 
 class GasConfig(Section):
@@ -121,5 +112,4 @@ class DoeConfig(AnalysisConfig):
     """table of the yields that they report, from the project's root"""
     chemistry: ChemistryConfig
     half_life: HalfLifeConfig
-    powder: PowderConfig
     gas: GasConfig = GasConfig()

@@ -18,9 +18,17 @@ DESCRIPTOR_SETS: dict[DescriptorSet, tuple[str, ...]] = {
     "per_collision": ("normal_energy_J", "tangential_energy_J", "specific_frequency_hz"),
 }
 TARGET_DESCRIPTORS = tuple(name for names in DESCRIPTOR_SETS.values() for name in names)
+TargetDescriptor = Literal[
+    "weighted_normal_energy_J",
+    "weighted_tangential_energy_J",
+    "weighted_normal_frequency_hz",
+    "weighted_tangential_frequency_hz",
+    "normal_energy_J",
+    "tangential_energy_J",
+    "specific_frequency_hz",
+]
 
 Range = Annotated[list[Positive], Field(min_length=2, max_length=2)]
-Factors = Annotated[list[Annotated[float, Field(ge=0.01, le=100)]], Field(min_length=1, max_length=8)]
 
 
 class LikeConfig(Section):
@@ -70,25 +78,6 @@ class TargetConfig(Section):
         return self
 
 
-class WeightsConfig(Section):
-    """Weights of the descriptors when conditions are ranked. A weight counts only if the target has its descriptor."""
-
-    weighted_normal_energy_J: NonNegative = 1.0
-    """weight of E*_n [-]"""
-    weighted_tangential_energy_J: NonNegative = 1.0
-    """weight of E*_t [-]"""
-    weighted_normal_frequency_hz: NonNegative = 1.0
-    """weight of f*_n [-]"""
-    weighted_tangential_frequency_hz: NonNegative = 1.0
-    """weight of f*_t [-]"""
-    normal_energy_J: NonNegative = 1.0
-    """weight of the normal energy [-]"""
-    tangential_energy_J: NonNegative = 1.0
-    """weight of the tangential energy [-]"""
-    specific_frequency_hz: NonNegative = 1.0
-    """weight of the specific collision frequency [-]"""
-
-
 class MatchConfig(Section):
     """The targets, and the settings that a user can change to approach them."""
 
@@ -104,8 +93,8 @@ class MatchConfig(Section):
     """densities of the balls, if not as simulated [kg/m3]"""
     descriptors: DescriptorSet = "weighted"
     """descriptors compared with another mill's condition; a target of numbers uses the ones it gives"""
-    weights: WeightsConfig = WeightsConfig()
-    """weights of the descriptors in the ranking"""
+    weights: dict[TargetDescriptor, NonNegative] = {}
+    """weights of descriptors in the ranking, 1 if left out; only those of the target count [-]"""
     ranked: Count = 10
     """number of conditions to list for each target"""
 
@@ -119,11 +108,16 @@ class MatchConfig(Section):
             raise ValueError(f"fill_ratios = {self.fill_ratios}: must be under 1")
         return self
 
+    @property
+    def all_weights(self) -> dict[str, float]:
+        """The weight of every descriptor."""
+        return dict.fromkeys(TARGET_DESCRIPTORS, 1.0) | self.weights
+
     @model_validator(mode="after")
     def _something_weighs(self) -> "MatchConfig":
         for target in self.targets:
             counted = target.given or DESCRIPTOR_SETS[self.descriptors]
-            if not any(getattr(self.weights, name) for name in counted):
+            if not any(self.all_weights[name] for name in counted):
                 raise ValueError(f"weights: at least one of target {target.name} must be over 0 ({', '.join(counted)})")
         return self
 
@@ -181,31 +175,8 @@ class StudyConfig(Section):
 
     seeds: Annotated[int, Field(ge=2, le=100)] = 6
     """starting positions simulated for each variant"""
-    step_factors: Factors = [0.5, 2.0]
-    """factors on the time step; the largest under 1 decides [-]"""
-    modulus_factors: Factors = [0.3, 3.0]
-    """factors on Young's modulus; the smallest over 1 decides [-]"""
-    facet_factors: Factors = [0.5, 2.0]
-    """factors on the number of facets around the vessel; the smallest over 1 decides [-]"""
     tolerance_percent: Annotated[float, Field(gt=0, le=100)] = 5.0
     """changes of a descriptor up to this are accepted [%]"""
-    confidence: Fraction = 0.95
-    """probability that no verdict is wrong by chance [-]"""
-
-    @model_validator(mode="after")
-    def _each_setting_is_also_refined(self) -> "StudyConfig":
-        refined = {
-            "step_factors": (min(self.step_factors) < 1, "under 1, a finer step"),
-            "modulus_factors": (max(self.modulus_factors) > 1, "over 1, a stiffer ball"),
-            "facet_factors": (max(self.facet_factors) > 1, "over 1, a smoother wall"),
-        }
-        for key, (is_refined, wanted) in refined.items():
-            values = getattr(self, key)
-            if 1 in values or len(set(values)) < len(values):
-                raise ValueError(f"{key} = {values}: must differ from 1, the sweep's own setting, and from each other")
-            if not is_refined:
-                raise ValueError(f"{key} = {values}: at least one must be {wanted}")
-        return self
 
 
 class ConvergenceConfig(Section):
@@ -218,8 +189,4 @@ class ConvergenceConfig(Section):
     """further rules of dem.counting_rules in the tables"""
     tolerance_percent: Positive = 1.0
     """largest significant deviation of a descriptor from its value at the finest step [%]"""
-    confidence: Fraction = 0.95
-    """probability that no comparison of a sweep is significant by chance [-]"""
-    closure_max: Fraction = 0.001
-    """largest energy balance error over the wall work at a step that passes [-]"""
     study: StudyConfig = StudyConfig()

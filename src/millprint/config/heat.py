@@ -9,13 +9,15 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from millprint.config.section import Count, Fraction, Name, NonNegative, Positive, Section, Seed
+from millprint.config.section import Fraction, Name, NonNegative, Positive, Section, Seed
 
 Cooling = Literal["still_air", "moving_air", "water"]
 BodyName = Literal["balls", "powder", "jar"]
 # A range that spans more than this is uniform in the logarithm.
 WIDE_RANGE = 10.0
 MOST_CYCLES = 2000
+# The row of the table of measured values (column id) with the measured ball temperature of a mill, for comparison.
+MEASURED = {"spex": "8b", "planetary": "8c"}
 ABSOLUTE_ZERO_DEGC = -273.15
 
 
@@ -150,8 +152,6 @@ class CoolingSection(Section):
     """heat transfer from the outside of the jar, radiation included [W/m2K]"""
     temperature_degC: RangeSection
     """temperature of the surroundings, and of everything at the start [degC]"""
-    at_rest: Cooling
-    """the kind of cooling while the mill stands"""
 
     @model_validator(mode="after")
     def _possible(self) -> "CoolingSection":
@@ -169,13 +169,11 @@ class SurroundingsSection(Section):
     still_air: CoolingSection = CoolingSection(
         coefficient_W_m2K=known(8, 15, "natural convection of 3 to 8, and some 5 to 6 by radiation: textbook values"),
         temperature_degC=ROOM,
-        at_rest="still_air",
     )
     """air at rest"""
     moving_air: CoolingSection = CoolingSection(
         coefficient_W_m2K=known(20, 100, "forced convection of air at some 2 to 15 m/s over a body of 5 to 10 cm"),
         temperature_degC=ROOM,
-        at_rest="still_air",
     )
     """a fan, or a jar that moves through the air at metres per second; while the mill stands, air at rest"""
     water: CoolingSection = CoolingSection(
@@ -184,7 +182,6 @@ class SurroundingsSection(Section):
             "(some 300 to 3000): assumed; makers give none",
         ),
         temperature_degC=known(10, 25, "tap water to a closed circuit: assumed"),
-        at_rest="water",
     )  # fmt: skip
     """water around the jar, as in the Emax"""
 
@@ -273,8 +270,6 @@ class HeatConfig(Section):
     """seed of the samples"""
     probability: Fraction = 0.9
     """probability of every band [-]"""
-    times: Annotated[Count, Field(ge=2, le=10_000)] = 61
-    """times in temperatures.tsv, from the start to the end of the programme [-]"""
     programme: ProgrammeSection = ProgrammeSection()
     limit: LimitSection = LimitSection()
     powder_mass_g: Positive | None = None
@@ -288,8 +283,6 @@ class HeatConfig(Section):
     surroundings: SurroundingsSection = SurroundingsSection()
     parameters: HeatParametersSection = HeatParametersSection()
     flash: FlashSection = FlashSection()
-    measured: dict[Name, Annotated[str, Field(min_length=1)]] = {"spex": "8b", "planetary": "8c"}
-    """for a mill, the row of validation.measured (column id) with its measured ball temperature, for comparison"""
 
     @model_validator(mode="after")
     def _limit_above_surroundings(self) -> "HeatConfig":

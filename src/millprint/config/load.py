@@ -10,6 +10,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from millprint.config.errors import ConfigError
+from millprint.config.removed import REMOVED
 from millprint.config.section import PLAIN_VALUE, TRUTH, NamedSection, kind_of, nested_models
 from millprint.config.sources import WORKING_FOLDER, Sources
 from millprint.config.strict_yaml import read_yaml
@@ -92,6 +93,8 @@ def _line(source: str | Sequence[str], model: type[BaseModel], error: ErrorDetai
         source = file_of_key(source, place)
     key = ".".join(str(step) for step in place) or "(top level)"
     if error["type"] == "extra_forbidden":
+        if fixed := REMOVED.get(".".join(str(step) for step in place if not isinstance(step, int))):
+            return f"{source}: {key} = {error['input']!r}: this key was removed ({fixed}); delete it"
         close = difflib.get_close_matches(str(place[-1]), _known_keys(section), n=1)
         hint = f"; did you mean {close[0]}?" if close else _where_it_belongs(model, error["loc"])
         hint = f"; it is now called {RENAMED[key]}" if key in RENAMED else hint

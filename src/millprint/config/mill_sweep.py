@@ -112,10 +112,6 @@ class ScaleUpConfig(Section):
     """revolutions for which the cost is estimated [-]"""
     cores: Annotated[int, Field(ge=1)] = 1
     """threads of the large run"""
-    run_turns: Turns = 1.0
-    """revolutions of the large run; the second half counts [-]"""
-    run_settle_s: Positive = 0.1
-    """time for the balls of the large run to come to rest [s]"""
 
 
 class MillsConfig(Section):
@@ -151,8 +147,6 @@ class MillsConfig(Section):
     """simulate only the first case of each mill of the box, for a smoke test"""
     explored: list[Name] = []
     """further mills in the report's explorer; the run simulates the own sweep of each"""
-    collapse_max: Fraction = 0.2
-    """curves collapse if the scaled power spreads by no more than this, in logarithms [-]"""
     match: MatchMillsConfig | None = None
     """search for one mill's conditions nearest to a condition of another; none if left out"""
     scale_up: ScaleUpConfig | None = None

@@ -1,5 +1,7 @@
 """Settings of the partition stage."""
 
+from typing import ClassVar
+
 from pydantic import Field
 
 from millprint.config.section import Fraction, Name, NonNegative, Positive, Section
@@ -31,15 +33,15 @@ class PartitionConfig(Section):
     """speed of the reference and of the constant-speed cases [rpm]"""
     fill_ratios: list[Fraction] = []
     """further fill ratios of equal speed and of equal power"""
-    borate_molar_mass_g_mol: Positive = 137.86
+    borate_molar_mass_g_mol: ClassVar[float] = 137.86
     """molar mass of NaBO2.4H2O [g/mol]"""
-    borohydride_molar_mass_g_mol: Positive = 37.83
+    borohydride_molar_mass_g_mol: ClassVar[float] = 37.83
     """molar mass of NaBH4 [g/mol]"""
-    enthalpy_kJ_mol: Positive = 1226.0
+    enthalpy_kJ_mol: ClassVar[float] = 1226.0
     """size of the reaction enthalpy [kJ per mol NaBH4]"""
-    gibbs_kJ_mol: Positive = 1510.0
+    gibbs_kJ_mol: ClassVar[float] = 1510.0
     """size of the Gibbs energy at 298 K [kJ per mol NaBH4]"""
-    lower_heating_value_kJ_mol: Positive = 2908.0
+    lower_heating_value_kJ_mol: ClassVar[float] = 2908.0
     """lower heating value of the H2 [kJ per mol NaBH4]"""
     plug_efficiency: Fraction = 0.5
     """assumed power of the balls over the plug's, Eq. 4.8 [-]"""

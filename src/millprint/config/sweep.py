@@ -1,7 +1,7 @@
 """DEM settings and sweeps: the simulated cases, their names, and what each changes."""
 
 import itertools
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
@@ -33,24 +33,14 @@ class DemConfig(Section):
     """time of motion before the averages begin [s]"""
     window_s: Positive = 1.0
     """time of motion that is recorded [s]"""
-    ledger_samples_per_revolution: Annotated[int, Field(ge=1, le=10_000)] = 20
-    """samples of the energy ledger per revolution"""
+    # Not a key: only benchmarks take another number of samples of the energy ledger.
+    ledger_samples_per_revolution: ClassVar[int] = 20
     counting_rules: Annotated[list[CountingRule], AfterValidator(check_names)] = Field(
         default=DEFAULT_RULES, min_length=1
     )
     """definitions of one collision; every run counts collisions by each of them"""
-    skin_share: Annotated[float, Field(gt=0, le=10)] = 1.5
-    """a candidate contact is listed when its gap is smaller than this times the smallest ball's radius and the root of
-    the step over the Rayleigh time [-]
-    """
     overlap_max: Annotated[float, Field(gt=0, le=OVERLAP_LIMIT)] = 0.15
     """overlap over the ball's radius at which a run fails [-]"""
-    occupancy_interval_s: Positive = 5e-4
-    """time between samples of occupancy, granular temperature and ball height [s]"""
-    occupancy_cell_m: Positive = 0.002
-    """side of the occupancy grid's square cells [m]"""
-    collision_rows_max: Annotated[int, Field(ge=0, le=1_000_000_000)] = 3_000_000
-    """run.h5 keeps a table of at most this number of collisions; with more, only histograms"""
     restart_interval_s: NonNegative = 60.0
     """wall time between restart files, from which a stopped run continues [s]"""
     closure_max: Fraction = 0.002
@@ -97,8 +87,6 @@ class SweepConfig(Section):
     """instead of dem.rayleigh_fraction_max [-]"""
     closure_max: Fraction | None = None
     """instead of dem.closure_max [-]"""
-    threads: Threads | None = None
-    """instead of dem.threads"""
     settle_s: Positive | None = None
     """instead of dem.settle_s [s]"""
     discard_s: NonNegative | None = None

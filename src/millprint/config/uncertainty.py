@@ -66,22 +66,10 @@ class TriangularSection(DistributionSection):
         return self
 
 
-class NormalSection(DistributionSection):
-    """A normal distribution, cut off at its ends and at three standard deviations."""
-
-    kind: Literal["normal"]
-    mean: float
-    """mean before it is cut off, in the unit of the parameter"""
-    standard_deviation: Positive
-    """standard deviation before it is cut off, in the unit of the parameter"""
-    low: float | None = None
-    """smallest value; if left out, the parameter's own bound"""
-    high: float | None = None
-    """largest value; if left out, the parameter's own bound"""
-
-
 class MeasuredSection(DistributionSection):
-    """A measured value with its standard error, or the interval of a measurement: a normal distribution, as `normal`.
+    """A measured value with its standard error, or the interval of a measurement.
+
+    A normal distribution, cut off at the parameter's bounds and at three standard deviations.
 
     The stage `calibration` gives the numbers: `lower` and `upper` of restitution.tsv and of friction_fit.tsv, as
     docs/how_to/contact_set.md shows.
@@ -112,8 +100,7 @@ class MeasuredSection(DistributionSection):
 
 
 DISTRIBUTIONS = {
-    kind_of(section): section
-    for section in (UniformSection, LogUniformSection, TriangularSection, NormalSection, MeasuredSection)
+    kind_of(section): section for section in (UniformSection, LogUniformSection, TriangularSection, MeasuredSection)
 }
 
 if TYPE_CHECKING:
@@ -222,8 +209,6 @@ class UncertaintyConfig(Section):
     """fill ratios at which intervals are given; if left out, the fill ratios of the mill's sweep [-]"""
     rayleigh_fraction: Fraction = 0.08
     """step over the Rayleigh time of each simulation; 0.08 is 2e-6 s for 5 mm balls of a softened set [-]"""
-    closure_max: Fraction = 0.02
-    """a simulation fails at this energy balance error over the wall work [-]"""
     probability: Fraction = 0.95
     """probability of every interval [-]"""
     seed: Seed = 0

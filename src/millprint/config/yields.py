@@ -1,6 +1,6 @@
 """Settings of the yield stage: models, search of hyper-parameters, and evaluation."""
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
@@ -8,7 +8,7 @@ from millprint.config.averaged_process import AveragingConfig, LibraryConfig
 from millprint.config.next_experiments import PredictionConfig, ProposalConfig, RetrospectiveConfig
 from millprint.config.other_sources import OtherSourcesConfig
 from millprint.config.search_spaces import COMPARED, Evaluations, Interval, RegressorList, Spaces
-from millprint.config.section import Count, Fraction, NonNegative, Positive, ProjectFile, Section, Seed
+from millprint.config.section import Count, Fraction, ProjectFile, Section, Seed
 
 
 class SearchConfig(Section):
@@ -38,8 +38,8 @@ class HeldOutConfig(SearchConfig):
     """repeats of the nested cross-validation, each shuffled differently"""
     random_splits: Count = 20
     """random splits of the size of the locked one"""
-    largest_forest: Annotated[int, Field(ge=2, le=100_000)] = 100
-    """trees of a forest in an outer fold at most; more trees only change its noise"""
+    # Trees of a forest in an outer fold at most: more trees only change its noise.
+    largest_forest: ClassVar[int] = 100
     conformal_folds: Annotated[int, Field(ge=2, le=100_000)] = 5
     """folds of the CV+ predictive intervals, and of the errors that give other models a normal distribution"""
     seed: Seed = 42
@@ -77,10 +77,9 @@ class Choices(Section):
 class TrainingConfig(Section):
     """How a model is trained, whatever the budget of its search."""
 
-    high_yield_percent: NonNegative = 70.0
-    """errors above this yield have a larger weight, Eq. 5.3 [%]"""
-    high_yield_weight: Positive = 2.0
-    """weight of an error above high_yield_percent [-]"""
+    # Eq. 5.3: errors above this yield [%] have this weight, all others 1.
+    high_yield_percent: ClassVar[float] = 70.0
+    high_yield_weight: ClassVar[float] = 2.0
     seed: Seed = 42
     """seed of the folds, the search and the trees"""
     kernel_starts: Annotated[int, Field(ge=1, le=1000)] = 8

@@ -142,5 +142,5 @@ def check_step_and_cost(
     if size > MOST_BYTES:
         raise ConfigError(
             f"{place}: case {case.path} would record about {size / 1e9:.2g} GB (limit {MOST_BYTES / 1e9:g}); "
-            "look at snapshot_interval_s, window_s, dem.ledger_samples_per_revolution and dem.occupancy_cell_m"
+            "look at snapshot_interval_s, window_s and the size of the mill"
         )

@@ -14,6 +14,8 @@ MOST_DAYS = 60
 MOST_BYTES = 32e9
 # Numbers in a row of the energy ledger, and in a cell of the grid of occupancy.
 LEDGER_COLUMNS, OCCUPANCY_COLUMNS = 16, 5
+# Side of the square cells of that grid [m], and the time between its samples [s].
+OCCUPANCY_CELL_M, OCCUPANCY_INTERVAL_S = 0.002, 5e-4
 # Largest number of sites for the balls at the start.
 MOST_SITES = 5e6
 
@@ -42,7 +44,7 @@ def cost(
     days = (case.settle_s + case.discard_s + window) / step * balls * BALL_STEP_S / 86_400
     low, high = vessel.bounds
     values = window / sample * LEDGER_COLUMNS
-    values += float(np.prod((high - low)[:2] / dem.occupancy_cell_m + 1)) * OCCUPANCY_COLUMNS
+    values += float(np.prod((high - low)[:2] / OCCUPANCY_CELL_M + 1)) * OCCUPANCY_COLUMNS
     if case.snapshot_interval_s:
         values += window / max(case.snapshot_interval_s, step) * balls * SNAPSHOT_COLUMNS
     return days, 8 * values

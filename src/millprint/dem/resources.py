@@ -32,6 +32,8 @@ SNAPSHOT_COLUMNS = 12
 COLLISION_BYTES, BALL_BYTES = 96, 7500
 # Collisions per ball and second: more than in any included mill.
 COLLISIONS_HZ = 1000
+# A run of more collisions keeps histograms of them in run.h5, and no table.
+COLLISION_ROWS_MAX = 3_000_000
 # In run.h5: a collision of the table, a ball in a snapshot [bytes].
 STORED_COLLISION_BYTES, STORED_SNAPSHOT_BYTES = 37, 38
 
@@ -67,12 +69,12 @@ def resources_of(case: Case, dem: DemConfig, mill: MillConfig, contact: ContactC
     window = max(case.window_s, case.window_max_s or 0.0)
     before, step = case.settle_s + case.discard_s, requested_step(case, dem, rayleigh)
     snapshots = window / case.snapshot_interval_s if case.snapshot_interval_s else 0
-    collisions = min(balls * window * COLLISIONS_HZ, dem.collision_rows_max)
+    collisions = min(balls * window * COLLISIONS_HZ, COLLISION_ROWS_MAX)
     recorded = balls * snapshots * SNAPSHOT_COLUMNS * 8 + collisions * COLLISION_BYTES
     seconds = balls * (before + window) / step * BALL_STEP_S
     # A table with more collisions than it may have is not written.
     rows = balls * case.window_s * COLLISIONS_HZ
-    stored = (rows if rows < dem.collision_rows_max else 0) * STORED_COLLISION_BYTES
+    stored = (rows if rows < COLLISION_ROWS_MAX else 0) * STORED_COLLISION_BYTES
     stored += balls * snapshots * STORED_SNAPSHOT_BYTES
     return Resources(
         runtime_min=runtime_of(seconds),

@@ -15,6 +15,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, ball_count, overridden, threads_of
 from millprint.dem import state
 from millprint.dem.advance import advance
+from millprint.dem.case_cost import OCCUPANCY_CELL_M, OCCUPANCY_INTERVAL_S
 from millprint.dem.layout import COUNTER, STATUS, TOTAL_WIDTH
 from millprint.dem.overlap import overlap_in_words
 from millprint.dem.packing import pack, pack_mixture
@@ -81,7 +82,7 @@ class Simulation:
         )
         self.candidates = state.make_candidates(self.count, len(self.bodies))
         self.contacts = state.make_contacts(self.candidates.partner.size)
-        skin = skin_of(dem, float(self.radii.min()), self.step / self.rayleigh_s)
+        skin = skin_of(float(self.radii.min()), self.step / self.rayleigh_s)
         self.clock = state.make_clock(self.balls, [body.motion for body in self.bodies], self.step, skin)
         self.walls: Walls = build_walls(
             [body.vessel for body in self.bodies],
@@ -229,9 +230,9 @@ class Simulation:
 
     def _recorder(self) -> Recorder:
         """Buffers for the window."""
-        occupancy_every = max(1, round(self.dem.occupancy_interval_s / self.step))
+        occupancy_every = max(1, round(OCCUPANCY_INTERVAL_S / self.step))
         return make_recorder(
-            self.vessel.bounds[:, :2], self.dem.occupancy_cell_m, self.count, len(self.bodies), self.discard_steps,
+            self.vessel.bounds[:, :2], OCCUPANCY_CELL_M, self.count, len(self.bodies), self.discard_steps,
             (self.sample_every, self.snapshot_every, occupancy_every), self.candidates.partner.size,
         )  # fmt: skip
 

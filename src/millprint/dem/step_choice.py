@@ -9,6 +9,10 @@ from millprint.config.fingerprint import ConvergenceConfig
 from millprint.dem.convergence import DESCRIPTORS, SERIES, column_of
 from millprint.statistics.quantiles import student_exceeded
 
+# Probability that no comparison of a sweep is significant by chance, and the largest energy balance error over the wall
+# work at a step that passes [-].
+CONFIDENCE, CLOSURE_MAX = 0.95, 0.001
+
 
 def closure_order(series: pd.DataFrame) -> float:
     """Order at which the balance error falls with the step: the slope of its logarithm over that of the step."""
@@ -41,8 +45,8 @@ def judge_row(row: pd.Series, factor: float, settings: ConvergenceConfig) -> dic
         "resolution_percent": float(max(chance.values())),
         "deviating": beyond,
         "closure_worst": float(row["closure_worst"]),
-        "closes": bool(row["closure_worst"] <= settings.closure_max),
-        "passes": bool(not beyond and row["closure_worst"] <= settings.closure_max),
+        "closes": bool(row["closure_worst"] <= CLOSURE_MAX),
+        "passes": bool(not beyond and row["closure_worst"] <= CLOSURE_MAX),
     }
 
 
@@ -52,7 +56,7 @@ def judge_series(series: pd.DataFrame, settings: ConvergenceConfig, taken_s: flo
     taken_s: the step that the sweeps take for these balls [s]. It is a little smaller than requested, so that a whole
     number of steps makes an energy sample.
     """
-    factor = chance_factor(series, settings.confidence)
+    factor = chance_factor(series, CONFIDENCE)
     steps = [judge_row(row, factor, settings) for _, row in series.iterrows()]
     failed = next((index for index, step in enumerate(steps) if not step["passes"]), len(steps))
     largest = steps[failed - 1]["time_step_s"] if failed else None
@@ -71,7 +75,7 @@ def choose_step(table: pd.DataFrame, settings: ConvergenceConfig, taken_s: Mappi
     """The largest step that passes in each series of the time-step table, compared with the step of the sweeps.
 
     A step passes where each of DESCRIPTORS is within settings.tolerance_percent of that at the finest step, or within
-    what chance does with these seeds, the balance closes within settings.closure_max, and every finer step passes.
+    what chance does with these seeds, the balance closes within CLOSURE_MAX, and every finer step passes.
     taken_s: the step of the sweeps [s] for each ball diameter [mm].
     """
     series = [
@@ -79,7 +83,11 @@ def choose_step(table: pd.DataFrame, settings: ConvergenceConfig, taken_s: Mappi
         for _, rows in table.groupby(SERIES, sort=False)
     ]
     return {
-        "criteria": settings.model_dump(exclude={"study"}),
+        "criteria": {
+            **settings.model_dump(exclude={"study"}),
+            "confidence": CONFIDENCE,
+            "closure_max": CLOSURE_MAX,
+        },
         "taken_steps_hold": all(each["taken_step_holds"] for each in series),
         "series": series,
     }

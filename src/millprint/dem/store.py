@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from millprint.dem.collisions import by_surface, histograms
 from millprint.dem.layout import OCCUPANCY, SNAPSHOT, SNAPSHOT_TOTAL
 from millprint.dem.recording import Recording
+from millprint.dem.resources import COLLISION_ROWS_MAX
 from millprint.dem.simulation import Simulation
 from millprint.mill.curved_surfaces import curve_rows
 from millprint.mill.kernel_columns import span_of
@@ -133,7 +134,7 @@ def write_run(
         group.attrs["begin_s"] = simulation.begin_s
         group.attrs["window_s"] = simulation.window_s
         group.attrs["rows"] = len(table)
-        group.attrs["is_histogram"] = len(table) > simulation.dem.collision_rows_max
+        group.attrs["is_histogram"] = len(table) > COLLISION_ROWS_MAX
         if group.attrs["is_histogram"]:
             for name, (edges, counts) in histograms(by_surface(table)).items():
                 put(group, f"{name}_histogram_edges", edges)

@@ -6,6 +6,9 @@ from collections.abc import Iterable, Mapping
 from millprint.config.contact_set import ContactConfig
 from millprint.config.sweep import Case, DemConfig
 
+# The skin over the smallest ball's radius and the root of the step over the Rayleigh time [-].
+SKIN_SHARE = 1.5
+
 
 def rayleigh_time(radius_m: float, density: float, young_modulus_pa: float, poisson: float) -> float:
     """Time for a surface wave to run round half a ball, pi R sqrt(rho / G) / (0.1631 nu + 0.8766) [s].
@@ -52,14 +55,14 @@ def largest_fraction(case: Case, dem: DemConfig) -> float:
     return case.rayleigh_fraction_max or dem.rayleigh_fraction_max
 
 
-def skin_of(dem: DemConfig, radius_m: float, step_over_rayleigh: float) -> float:
-    """The skin of the lists of candidates [m]: skin_share R sqrt(step / t_R).
+def skin_of(radius_m: float, step_over_rayleigh: float) -> float:
+    """The skin of the lists of candidates [m]: SKIN_SHARE R sqrt(step / t_R). A contact is listed at a smaller gap.
 
     Lists are made again when a ball has moved by half the skin, so that their cost in a step goes with step / skin.
     That of going through them goes with their length, and so with skin / R. The sum is least where the skin goes with
     the root of R times the step, and t_R goes with R.
     """
-    return dem.skin_share * radius_m * math.sqrt(step_over_rayleigh)
+    return SKIN_SHARE * radius_m * math.sqrt(step_over_rayleigh)
 
 
 def resolved_step(contact: ContactConfig, radius_m: float, wanted_s: float, rayleigh_fraction_max: float) -> float:

@@ -26,6 +26,10 @@ from millprint.validation.measured import parse_value
 RUNNING, RESTING, ROOM = "running_W_m2K", "resting_W_m2K", "surroundings_degC"
 # Bounds of a band, by the columns that hold them.
 BAND = ("lower", "median", "upper")
+# Times in a table of temperatures, from the start to the end of the programme.
+TIMES = 61
+# What cools a jar while the mill stands, by what cools it while the mill runs.
+AT_REST: dict[str, str] = {"still_air": "still_air", "moving_air": "still_air", "water": "water"}
 COMPARED = (
     "id",
     "mill",
@@ -48,7 +52,7 @@ COMPARED = (
 def ranges_of(settings: HeatConfig, mill: str) -> dict[str, tuple[RangeSection, str, str]]:
     """Every sampled number by name, with its range, title and unit: parameters, and the surroundings of the mill."""
     cooling = getattr(settings.surroundings, settings.jar_of(mill).cooling)
-    resting = getattr(settings.surroundings, cooling.at_rest)
+    resting = getattr(settings.surroundings, AT_REST[settings.jar_of(mill).cooling])
     own = {name: (given, PARAMETERS[name].title, PARAMETERS[name].unit) for name, given in settings.parameters.items()}
     return {
         **own,
@@ -77,7 +81,7 @@ def sample(settings: HeatConfig, mill: str) -> pd.DataFrame:
             else given.low + (given.high - given.low) * share
         )
     cooling = settings.jar_of(mill).cooling
-    if getattr(settings.surroundings, cooling).at_rest == cooling:
+    if AT_REST[cooling] == cooling:
         columns[RESTING] = columns[RUNNING]
     return pd.DataFrame(columns)
 
@@ -240,9 +244,9 @@ def measured_row(path: str | Path, name: str) -> dict:
     table = read_table(path, text=["id", "quantity", "value", "unit", "source"])
     rows = table[table["id"] == name].to_dict("records")
     if not rows:
-        raise ConfigError(f"dose.heat.measured: {path} has no row of id {name!r}")
+        raise ConfigError(f"{path}: has no row of id {name!r}")
     if rows[0]["unit"] != "degC":
-        raise ConfigError(f"dose.heat.measured: row {name!r} of {path} is in {rows[0]['unit']}: must be in degC")
+        raise ConfigError(f"{path}: row {name!r} is in {rows[0]['unit']}: must be in degC")
     return rows[0]
 
 
@@ -281,19 +285,23 @@ def heat_tables(
     sources: list[HeatSource],
     measured: dict | None,
     step: Callable[[], object] = lambda: None,
+    times: int = TIMES,
 ) -> HeatTables:
-    """Every table of a mill. measured: row of the measured temperature, if any; step: called after each condition."""
+    """Every table of a mill.
+
+    measured: row of the measured temperature, if any; step: called after each condition; times: of temperatures.
+    """
     drawn = sample(settings, mill)
     programme = settings.programme
     duration = 3600 * programme.duration_h
     phases = programme_phases(duration, 60 * programme.milling_min, 60 * programme.pause_min)
     if not programme.pause_min:
         phases = programme_phases(duration, duration, 0.0)
-    times = np.linspace(0.0, duration, settings.times)
+    times_s = np.linspace(0.0, duration, times)
     limits, temperatures, comparison = [], [], []
     for source in sources:
         balance = balance_of(settings, mill, source, drawn)
-        course = solve(balance, phases, times)
+        course = solve(balance, phases, times_s)
         limits.append(limit_row(settings, source, balance, course))
         temperatures.append(temperature_rows(settings, source, course))
         if measured:

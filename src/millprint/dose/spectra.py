@@ -20,7 +20,6 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.counting import CountingRule, recorded_count
-from millprint.config.dose import SpectraConfig
 from millprint.config.errors import ConfigError, MillprintError
 from millprint.dem.collisions import (
     CHANNELS,
@@ -38,6 +37,8 @@ from millprint.run.files import read_table
 from millprint.run.hdf5 import open_hdf5
 from millprint.run.progress import progress
 
+# Edges of the bins [J], five in a factor of ten, evenly spaced in the logarithm; the bins at the ends are open.
+BIN_EDGES = np.geomspace(1e-12, 10.0, 13 * 5 + 1)
 PAIRS = ("ball_ball", "ball_wall")
 BOTH = "both"
 # Largest difference between a spectrum's integral and the ledger, over the power of the ledger.
@@ -53,7 +54,7 @@ READ_OFF = [
     *("collisions_hz", "power_W", "power_share", "mean_J", "median_J", "half_power_J", "beyond_bins_share"),
     *("dropped_W", "stored_W", "open_W", "ledger_W", "error_percent", "note"),
 ]
-TABLE_ONLY = "run.h5 holds histograms and no contacts; raise dem.collision_rows_max and run it again"
+TABLE_ONLY = "run.h5 holds histograms and no contacts; record a shorter window"
 
 
 @dataclass(frozen=True)
@@ -106,12 +107,6 @@ def read_spectra(path: str | Path) -> pd.DataFrame:
     text, powers = [*CONDITION_TEXT, "counting_rule", "channel", "pair"], ["collisions_hz", "power_W"]
     table = read_table(path, numeric=["fill_ratio", *powers], text=text, may_be_blank=powers)
     return table.fillna({CHARGE: ONE_SIZE})
-
-
-def bin_edges(settings: SpectraConfig) -> np.ndarray:
-    """The edges of the bins [J], (bins + 1,), evenly spaced in the logarithm."""
-    decades = np.log10(settings.highest_J / settings.lowest_J)
-    return np.geomspace(settings.lowest_J, settings.highest_J, max(1, round(decades * settings.bins_per_decade)) + 1)
 
 
 @dataclass(frozen=True)
@@ -250,7 +245,7 @@ def _condition_tables(
 
 
 def tabulate_spectra(
-    runs: Iterable[tuple[str, dict]], rule_names: list[str], settings: SpectraConfig
+    runs: Iterable[tuple[str, dict]], rule_names: list[str], edges: np.ndarray = BIN_EDGES
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Spectra of every condition, and the numbers read off each: OF_SPECTRUM with BIN_COLUMNS, and with READ_OFF.
 
@@ -258,7 +253,6 @@ def tabulate_spectra(
     run has no contacts, its condition has one row without numbers, which says so. Raises ConfigError for a rule that a
     run lacks, and MillprintError if the contacts do not add up to the power of the ledger.
     """
-    edges = bin_edges(settings)
     conditions: dict[tuple, list[tuple[str, dict]]] = {}
     for path, summary in runs:
         conditions.setdefault(tuple(condition_of(summary).values()), []).append((path, summary))

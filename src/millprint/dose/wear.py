@@ -46,6 +46,8 @@ FEWEST_HELD = 3
 LOADS = {kind: f"load_{kind}_N_m_s" for kind in (BALL_BALL, BALL_WALL)}
 ORIGINS = ("coefficient", "scatter", "hardness", "contact")
 ENDS = ("", "seen_lower_", "seen_upper_", "lower_", "upper_")
+# Largest difference in fill ratio between a run and a weighing, as a fraction; probability of every interval [-].
+FILL_TOLERANCE, PROBABILITY = 0.05, 0.95
 WEAR_COLUMNS = [
     *(*CONDITION, "material", "bpr", "time_h", "powder_g"),
     *(f"{end}{name}" for name in ("wear_g", "powder_percent", "iron_percent") for end in ENDS),
@@ -123,7 +125,7 @@ def loads_at(
 
 
 def fit_wear(
-    weighings: pd.DataFrame, conditions: pd.DataFrame, material: pd.Series, tolerance: float
+    weighings: pd.DataFrame, conditions: pd.DataFrame, material: pd.Series, tolerance: float = FILL_TOLERANCE
 ) -> tuple[pd.DataFrame, dict]:
     """The coefficient from every other weighing, and the others predicted by it.
 
@@ -239,7 +241,7 @@ def predict_wear(
     charges: list[ChargeConfig],
     result: Mapping,
     contact: Factors | None,
-    probability: float,
+    probability: float = PROBABILITY,
 ) -> pd.DataFrame:
     """Wear and iron in the powder at every condition, for every material of balls and jar and every charge.
 

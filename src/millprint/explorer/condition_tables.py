@@ -7,13 +7,12 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from millprint.config.dose import SpectraConfig
 from millprint.config.errors import ConfigError
 from millprint.config.heat import HeatConfig
 from millprint.config.mixture import ONE_SIZE, balls_in_words
 from millprint.dose.heat_balance import BODIES
 from millprint.dose.heat_table import BAND
-from millprint.dose.spectra import BOTH, CHANNELS, PAIRS, bin_edges
+from millprint.dose.spectra import BIN_EDGES, BOTH, CHANNELS, PAIRS
 from millprint.fingerprint.condition import VARIABLES
 from millprint.fingerprint.descriptors import CHARGE, CONDITION, CONDITION_TEXT, NOTHING
 from millprint.run.files import read_table
@@ -26,10 +25,9 @@ BANDS_OF_LIMIT = ("time_to_limit_h", "pause_needed_min")
 
 
 class Spectra(NamedTuple):
-    """Tables of energy spectra: pairs of spectra...tsv and spectra_summary...tsv, their bins, and the rule to show."""
+    """Tables of energy spectra: pairs of spectra...tsv and spectra_summary...tsv, and the rule to show."""
 
     tables: Sequence[tuple[str | Path, str | Path]]
-    settings: SpectraConfig
     rule: str
 
 
@@ -78,9 +76,8 @@ def spectra_content(spectra: Spectra) -> dict:
     """Bins and spectra of every condition whose contacts were recorded; the spectra of `rule`, from their first bin.
 
     The place of a bin is 0 below the lowest edge, and one more for each edge. Raises ConfigError for a table with other
-    bins than in `settings`.
+    bins than BIN_EDGES.
     """
-    edges = bin_edges(spectra.settings)
     found: list[dict] = []
     for path, summary_path in spectra.tables:
         text = [*CONDITION_TEXT, "counting_rule", "channel", "pair"]
@@ -92,25 +89,25 @@ def spectra_content(spectra: Spectra) -> dict:
         for key, rows in summary[summary["channel"].isin(CHANNELS)].groupby(CONDITION, sort=False):
             own = _condition(dict(zip(CONDITION, key, strict=True)))
             own["bins"] = {
-                channel: {pair: _bins(grouped.get((*key, channel, pair)), edges, path) for pair in PAIRS}
+                channel: {pair: _bins(grouped.get((*key, channel, pair)), path) for pair in PAIRS}
                 for channel in CHANNELS
             }
             own["read_off"] = {channel: {} for channel in CHANNELS}
             for row in rows.to_dict("records"):
                 own["read_off"][row["channel"]][row["pair"]] = {name: _number(row[name]) for name in SHOWN}
             found.append(own)
-    return {"edges": edges.tolist(), "rule": spectra.rule, "pairs": [*PAIRS, BOTH], "conditions": found}
+    return {"edges": BIN_EDGES.tolist(), "rule": spectra.rule, "pairs": [*PAIRS, BOTH], "conditions": found}
 
 
-def _bins(rows: pd.DataFrame | None, edges: np.ndarray, path: str | Path) -> dict:
+def _bins(rows: pd.DataFrame | None, path: str | Path) -> dict:
     """The bins of one spectrum: place of the first, collisions per second and power [W] of each."""
     if rows is None or not len(rows):
         return {"first": 0, "collisions_hz": [], "power_W": []}
     low = rows["energy_low_J"].to_numpy(float)
-    places = np.where(np.isnan(low), 0, np.searchsorted(edges, low * (1 + 1e-6)))
-    expected = np.concatenate([[np.nan], edges])[places]
+    places = np.where(np.isnan(low), 0, np.searchsorted(BIN_EDGES, low * (1 + 1e-6)))
+    expected = np.concatenate([[np.nan], BIN_EDGES])[places]
     if not np.allclose(low, expected, rtol=1e-6, equal_nan=True) or (np.diff(places) != 1).any():
-        raise ConfigError(f"{path}: its bins are not those of dose.spectra; delete the file and run again")
+        raise ConfigError(f"{path}: its bins are not those of this version; delete the file and run again")
     numbers = {name: [_number(value) for value in rows[name]] for name in ("collisions_hz", "power_W")}
     return {"first": int(places[0]), **numbers}
 

@@ -24,7 +24,7 @@ from millprint.mill.words import mill_in_words, wall_acceleration
 BEYOND = 1.25
 LONE = 2.0
 # The keys of the request that the search of the page uses.
-SEARCHED = {"speeds_rpm", "fill_ratios", "ball_diameters_mm", "densities_kg_m3", "weights", "ranked"}
+SEARCHED = {"speeds_rpm", "fill_ratios", "ball_diameters_mm", "densities_kg_m3", "ranked"}
 # Digits of a file's SHA-256 that name it in the methods text.
 DIGEST = 12
 
@@ -105,6 +105,7 @@ def mill_content(
         "search": {
             "grid": list(GRID),
             **request.model_dump(include=SEARCHED),
+            "weights": request.all_weights,
             "balls_in_words": balls_searched(request.ball_diameters_mm),
             "targets": {target.name: target.given for target in request.targets if target.like is None},
         },

@@ -2,7 +2,6 @@
 
 from typing import TypedDict
 
-from millprint.config.dose import SpectraConfig
 from millprint.config.fingerprint import DescriptorSet
 from millprint.config.heat import HeatConfig
 from millprint.config.mill import MillConfig
@@ -16,9 +15,8 @@ EXPLORED = ("fingerprint", "spectra", "summary", "temperatures", "limits")
 
 
 class Settings(TypedDict):
-    """Settings that the tables of a run were made with: bins, the rule to show, heat balance and descriptors."""
+    """Settings that the tables of a run were made with: the rule to show, heat balance and descriptors."""
 
-    spectra: SpectraConfig
     rule: str
     heat: HeatConfig
     descriptors: DescriptorSet
@@ -34,6 +32,6 @@ def simulated_content(mill: dict, files: dict[str, str], settings: Settings) -> 
         Machine.of_mill(MillConfig(**mill)),
         [files["fingerprint"]],
         request,
-        spectra=Spectra([(files["spectra"], files["summary"])], settings["spectra"], settings["rule"]),
+        spectra=Spectra([(files["spectra"], files["summary"])], settings["rule"]),
         heat=Heat(files["temperatures"], files["limits"], settings["heat"]),
     )

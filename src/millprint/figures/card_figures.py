@@ -10,6 +10,7 @@ from matplotlib.transforms import Bbox
 from millprint.card.card_model import Ends, MillingCard, Quantity, Spectrum
 from millprint.card.latex import TITLES, settings_of
 from millprint.card.numbers import between, in_words, prefix_of, three
+from millprint.config.contact_set import ASSUMED
 from millprint.figures.heat_figures import BODY_NAMES
 from millprint.figures.mill_pictures import draw_views
 from millprint.figures.mill_sheet_figure import SHEET_IN
@@ -37,7 +38,7 @@ def _settings(card: MillingCard) -> list[str]:
     """The settings, and the source of the contact set."""
     rows = settings_of(card)
     rows += [(name, text) for name in ("atmosphere", "authors", "reference", "note") if (text := getattr(card, name))]
-    rows += [("contact set from", card.contact_set.source)]
+    rows += [("contact set", f"{card.contact_set.name}, {ASSUMED}; from {card.contact_set.source}")]
     return [line for title, text in rows for line in textwrap.wrap(f"{title}: {text}", SETTING_LINE, max_lines=3,
                                                                    subsequent_indent="  ")]  # fmt: skip
 

@@ -83,16 +83,16 @@ def _lines_of(sheet: pd.DataFrame) -> tuple[str, str]:
             f"{row.quantity}: {_number(row.value)} ({new}; {mean}){_unit(row.unit)}", LINE, subsequent_indent="  "
         )
     left += [*([""] if len(described) else []), *_precision_lines(sheet[sheet["section"] == "precision"])]
-    right.append("exponents (interval; of the thesis)")
+    right.append("exponents (interval; of the scaling law)")
     exponents = sheet[sheet["section"] == "exponents"]
     for title in SCALED_ON_PAGE:
         words = []
         for row in exponents[exponents["quantity"].str.startswith(f"{title}:")].itertuples():
-            variable, supposed = row.quantity.removeprefix(f"{title}: "), row.text.removeprefix("the thesis has ")
+            variable, supposed = row.quantity.removeprefix(f"{title}: "), row.text.removeprefix("scaling law: ")
             interval = f"{_number(row.lower)} to {_number(row.upper)}"
             words.append(f"{variable} {_number(row.value)} ({interval}; {supposed})")
         right.append(f"  {title}: {', '.join(words)}")
-    right += ["", "spread, before: after the thesis's scaling: after its own"]
+    right += ["", "spread, before: after the scaling law: after its own"]
     for title in SCALED_ON_PAGE:
         rows = sheet[(sheet["section"] == "collapse") & sheet["quantity"].str.startswith(f"{title}:")]
         values = " : ".join(_number(value) for value in rows["value"])

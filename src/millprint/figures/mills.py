@@ -16,7 +16,7 @@ def plot_collapse(collapse: pd.DataFrame, largest: float) -> Figure:
     figure, axis = plt.subplots(figsize=(COLUMN_WIDTH_IN, 0.9 + 0.3 * len(collapse)))
     places = np.arange(len(collapse))
     for number, (name, label) in enumerate(
-        {"before": "before scaling", "thesis": "exponents of the thesis", "own": "exponents of its own"}.items()
+        {"before": "before scaling", "thesis": "by the scaling law", "own": "exponents of its own"}.items()
     ):
         axis.plot(collapse[f"power_spread_{name}"], places, MARKERS[number], color=COLOURS[number], label=label)
     axis.axvline(largest, color="0.5", linestyle="--", linewidth=0.8)

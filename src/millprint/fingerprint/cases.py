@@ -18,6 +18,8 @@ from millprint.config.workflow import WorkflowConfig
 FEWEST_TURNS, DISCARD_S, WINDOW_S = 3, 0.25, 0.8
 # The first seed of the simulations that no fit sees; the seeds of a sweep begin at 0.
 HELD_OUT_SEED = 1000
+# Revolutions of the large run, of which the second half counts [-], and time for its balls to come to rest [s].
+LARGE_TURNS, LARGE_SETTLE_S = 1.0, 0.1
 # Turns from which a standard error of the powers can be estimated.
 TURNS_WITH_ERROR = 2
 
@@ -199,8 +201,8 @@ def large_case(small: MillConfig, large: MillConfig, factor: float, settings: Mi
     return Case(
         mill=large.name, contact=settings.contact_set, **balls_of(balls),
         fill_ratio=plan.fill_ratio, speed_rpm=speed, seed=0, rayleigh_fraction=settings.rayleigh_fraction,
-        settle_s=plan.run_settle_s,
-        discard_s=plan.run_turns / 2 * turn_s, window_s=plan.run_turns / 2 * turn_s, threads=plan.cores,
+        settle_s=LARGE_SETTLE_S,
+        discard_s=LARGE_TURNS / 2 * turn_s, window_s=LARGE_TURNS / 2 * turn_s, threads=plan.cores,
     )  # fmt: skip
 
 

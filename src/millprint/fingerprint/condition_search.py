@@ -145,7 +145,7 @@ def rank_conditions(target: dict[str, float], fingerprints: list[Fingerprint], r
     Descriptors have columns NAME_by_ORIGIN_lower and _upper for each further origin of intervals that any of the
     fingerprints has. Raises ConfigError for balls that no fingerprint can predict.
     """
-    weights, speeds = request.weights.model_dump(), tuple(speed / 60.0 for speed in request.speeds_rpm)
+    weights, speeds = request.all_weights, tuple(speed / 60.0 for speed in request.speeds_rpm)
     rows = []
     candidates = _candidates(fingerprints, request.ball_diameters_mm)
     for fingerprint, media in zip(fingerprints, candidates, strict=True):

@@ -19,8 +19,10 @@ COLLAPSED = {
     "specific_frequency_hz": "frequency",
 }
 VARIED = {"omega": "speed_hz", "d": "ball_diameter_m"}
+# Curves collapse if the scaled power spreads by no more than this, in logarithms [-].
+COLLAPSE_MAX = 0.2
 UNKNOWN = "unknown: no fill ratio has two speeds or two sizes"
-VERDICTS = ("by the thesis's exponents", "by exponents of its own", "not by powers of speed and ball size")
+VERDICTS = ("by the scaling law", "by exponents of its own", "not by powers of speed and ball size")
 
 
 def _about_means(values: np.ndarray, constants: np.ndarray) -> np.ndarray:
@@ -62,7 +64,7 @@ def verdict(thesis: float, own: float, largest: float) -> str:
     return VERDICTS[0] if thesis <= largest else VERDICTS[1] if own <= largest else VERDICTS[2]
 
 
-def tabulate_mill_collapse(descriptors: pd.DataFrame, probability: float, largest: float) -> pd.DataFrame:
+def tabulate_mill_collapse(descriptors: pd.DataFrame, probability: float) -> pd.DataFrame:
     """The spread between speeds and ball sizes of one mill and contact set, a row for each quantity.
 
     Each spread is a standard deviation of log y about the mean of a fill ratio, pooled over the fill ratios, so that
@@ -94,7 +96,7 @@ def tabulate_mill_collapse(descriptors: pd.DataFrame, probability: float, larges
             **_own(logs, constants, varied, probability),
             **{f"{name}_supposed": supposed[name] for name in VARIED},
         }
-        rows.append(row | {"collapse": verdict(row["spread_thesis"], row["spread_own"], largest)})
+        rows.append(row | {"collapse": verdict(row["spread_thesis"], row["spread_own"], COLLAPSE_MAX)})
     return pd.DataFrame(rows)
 
 

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import pandas as pd
 
+from millprint.config.contact_set import ASSUMED
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import balls_in_words
 from millprint.fingerprint.bands import ENDS, FURTHER, MEAN, SCATTER
@@ -88,7 +89,7 @@ def tabulate_sheet(
         Row("mill", "name", text=f"{mill.name}: {mill.title}"),
         Row("mill", "nominal volume", mill.volume_ml, unit="mL"),
         Row("mill", "amplitude A, half of the longest way of a wall", 1e3 * about["amplitude_m"], unit="mm"),
-        Row("mill", "contact set", text=f"{about['contact']}, {about['density_kg_m3']:g} kg/m3"),
+        Row("mill", "contact set", text=f"{about['contact']}, {about['density_kg_m3']:g} kg/m3; {ASSUMED}"),
         *([Row("mill", "at the wall", text=", ".join(at_wall))] if at_wall else []),
         Row("mill", "collisions counted by", text=about["counting_rule"]),
         Row("condition", "speed", 60 * speed, unit="rpm", text=shown_speed(mill, speed)),
@@ -106,11 +107,11 @@ def tabulate_sheet(
         title = own.quantity.removesuffix("_W").removesuffix("_hz").removesuffix("_J").replace("_", " ")
         rows += [
             Row("exponents", f"{title}: of speed", own.omega, own.omega_lower, own.omega_upper, "-",
-                 f"the thesis has {own.omega_supposed:g}"),
+                 f"scaling law: {own.omega_supposed:g}"),
             Row("exponents", f"{title}: of ball size", own.d, own.d_lower, own.d_upper, "-",
-                 f"the thesis has {own.d_supposed:g}"),
+                 f"scaling law: {own.d_supposed:g}"),
             Row("collapse", f"{title}: spread before scaling", own.spread_before, unit="-"),
-            Row("collapse", f"{title}: by the thesis's exponents", own.spread_thesis, unit="-"),
+            Row("collapse", f"{title}: by the scaling law", own.spread_thesis, unit="-"),
             Row("collapse", f"{title}: by its own exponents", own.spread_own, None, None, "-",
                  _said(own.collapse)),
         ]  # fmt: skip

@@ -13,6 +13,7 @@ from millprint.config.fingerprint import DESCRIPTOR_SETS, StudyConfig
 from millprint.dem.convergence import column_of, deviations, pooled_variance
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.readers import counted
+from millprint.fingerprint.study_cases import FACTORS
 from millprint.statistics.quantiles import chi_squared_exceeded, chi_squared_quantile, normal_exceeded, student_exceeded
 
 GOOD, BAD, UNKNOWN, UNTESTED = "good enough", "not good enough", "undecided", "not tested"
@@ -36,6 +37,8 @@ ADVICE = {
     "window": "raise sweep.discard_turns or sweep.window_turns",
     "seeds": "give sweep.seeds {seeds} seeds, or raise sweep.window_turns",
 }
+# Probability that no verdict is wrong by chance [-].
+CONFIDENCE = 0.95
 # Never advise more seeds than this.
 MOST_SEEDS = 200
 
@@ -123,7 +126,7 @@ def judge(change: float, error: float, freedom: int, comparisons: int, study: St
     """
     if freedom < 1 or not math.isfinite(change) or not math.isfinite(error):
         return UNKNOWN
-    chance = 1 - study.confidence
+    chance = 1 - CONFIDENCE
     if abs(change) + student_exceeded(chance, freedom) * error <= study.tolerance_percent:
         return GOOD
     if abs(change) - student_exceeded(chance / comparisons, freedom) * error > study.tolerance_percent:
@@ -136,7 +139,7 @@ def seeds_to_decide(change: float, error: float, freedom: int, seeds: int, study
     room = study.tolerance_percent - abs(change)
     if freedom < 1 or not room > 0 or not math.isfinite(error):
         return None
-    needed = math.ceil(seeds * (student_exceeded(1 - study.confidence, freedom) * error / room) ** 2)
+    needed = math.ceil(seeds * (student_exceeded(1 - CONFIDENCE, freedom) * error / room) ** 2)
     return max(needed, seeds + 1) if needed <= MOST_SEEDS else None
 
 
@@ -147,10 +150,10 @@ def judge_scatter(relative: float, freedom: int, seeds: int, comparisons: int, s
     half-width is z s / sqrt(seeds). GOOD where it is within the tolerance with the upper bound of s (chi square), BAD
     where it is beyond with the lower bound, shared among the comparisons.
     """
-    half = 100 * float(normal_exceeded((1 - study.confidence) / 2)) * relative / math.sqrt(seeds)
+    half = 100 * float(normal_exceeded((1 - CONFIDENCE) / 2)) * relative / math.sqrt(seeds)
     if freedom < 1 or not math.isfinite(half):
         return half, UNKNOWN
-    chance = 1 - study.confidence
+    chance = 1 - CONFIDENCE
     upper = half * math.sqrt(freedom / chi_squared_quantile(chance, freedom))
     lower = half * math.sqrt(freedom / chi_squared_exceeded(chance / comparisons, freedom))
     if upper <= study.tolerance_percent:
@@ -233,7 +236,7 @@ def conclude(mill: str, checks: list[Check], study: StudyConfig) -> dict:
         "verdict": overall,
         "line": f"{mill}: {_line(overall, settings, checks, study)}",
         "settings": settings,
-        "criteria": study.model_dump(mode="json"),
+        "criteria": {**study.model_dump(mode="json"), **FACTORS, "confidence": CONFIDENCE},
         "checks": [asdict(check) for check in checks],
     }
 

@@ -16,6 +16,9 @@ from millprint.config.sweep import Case, DemConfig, mill_of
 from millprint.dem.timestep import rayleigh_time
 from millprint.fingerprint.cases import mill_cases, sweep_of
 
+# Factors on the time step (the largest under 1 decides), on Young's modulus, and on the number of facets around the
+# vessel (the smallest over 1 decides) [-].
+FACTORS = {"step_factors": (0.5, 2.0), "modulus_factors": (0.3, 3.0), "facet_factors": (0.5, 2.0)}
 # The largest balance error of a variant: large, so that a coarse variant is compared and not refused.
 CLOSURE_MAX = 0.5
 
@@ -84,17 +87,17 @@ def _changes(
     fraction = case.rayleigh_fraction or 0.0
     loose = {"closure_max": CLOSURE_MAX}
     changes: list[tuple[str, float, float, dict[str, float]]] = []
-    for factor in study.step_factors:
+    for factor in FACTORS["step_factors"]:
         if factor * fraction <= dem.rayleigh_fraction_max:
             # Few digits, for the name of the case.
             step = float(f"{factor * fraction * rayleigh:.4g}")
             changes.append(("time_step", factor, step, loose | {"time_step_s": step}))
-    for factor in study.modulus_factors:
+    for factor in FACTORS["modulus_factors"]:
         # Each modulus has its own stable step, the same fraction of its Rayleigh time.
         modulus = float(f"{factor * stiffness:.6g}")
         changes.append(("stiffness", factor, modulus, loose | {"young_modulus_gpa": modulus}))
     own = facets_of(mill)
-    for factor in study.facet_factors if own else []:
+    for factor in FACTORS["facet_factors"] if own else []:
         facets = round(factor * own)
         try:
             mill_of(case.model_copy(update={"facets": facets}), mill)

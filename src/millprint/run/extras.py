@@ -10,7 +10,7 @@ from millprint.config.errors import MillprintError
 EXTRAS = {
     "thesis": ("hyperopt", "molmass", "shap", "xgboost"),
     "surrogate": ("torch", "torch_geometric"),
-    "dev": ("nbclient", "nbformat", "selenium", "vtkmodules"),
+    "dev": ("nbclient", "nbformat", "vtkmodules"),
     "docs": ("latex2mathml", "sphinx"),
 }
 

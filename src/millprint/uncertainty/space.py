@@ -39,10 +39,6 @@ def _cut_normal(mean: float, deviation: float, low: float, high: float) -> Any:
     return stats.truncnorm(*ends, loc=mean, scale=deviation)
 
 
-def _normal(section: Any, low: float, high: float) -> Any:
-    return _cut_normal(section.mean, section.standard_deviation, low, high)
-
-
 def _measured(section: Any, low: float, high: float) -> Any:
     if section.value is not None:
         return _cut_normal(section.value, section.standard_error, low, high)
@@ -55,7 +51,6 @@ FROZEN: dict[str, Callable[[Any, float, float], Any]] = {
     "uniform": _uniform,
     "loguniform": _loguniform,
     "triangular": _triangular,
-    "normal": _normal,
     "measured": _measured,
 }
 

@@ -17,6 +17,8 @@ from millprint.view.snapshots import Block, Snapshots, open_run
 SHARP = np.radians(30)
 MARGIN_MM = 4.0
 MM = 1e3
+# Frames shown per second; each is shown for a whole number of 0.01 s.
+FRAMES_PER_SECOND = 25
 
 
 @dataclass(frozen=True)
@@ -204,7 +206,7 @@ def read_movie(run: str | Path, settings: ViewConfig, start_s: float | None = No
     ]
     panels = [stage.panel(view, view.title, settings.frames_per_revolution + 1) for view in VIEWS]
     interval_s = float(time_s[-1] - time_s[0]) / max(1, len(time_s) - 1)
-    return stage.movie(frames, panels, interval_s, settings.frames_per_second)
+    return stage.movie(frames, panels, interval_s, FRAMES_PER_SECOND)
 
 
 def balls_in_words(radius_m: np.ndarray, mixture: dict | None) -> str:

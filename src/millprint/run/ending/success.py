@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-import yaml
+from millprint.run.outputs import listed_targets
 
-TARGETS = Path(__file__).with_name("targets.yaml")
 # With more targets than this, the lines would not be a summary.
 SHOWN = 4
 
@@ -33,7 +32,7 @@ class Ending:
 @cache
 def endings() -> dict[str, Ending]:
     """Every target with its texts."""
-    return {name: Ending(**texts) for name, texts in yaml.safe_load(TARGETS.read_text()).items()}
+    return {name: Ending(**texts) for name, texts in listed_targets().items()}
 
 
 def success_lines(targets: Iterable[str], chapters: bool, values: Mapping[str, str]) -> list[str]:

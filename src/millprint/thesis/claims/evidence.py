@@ -156,11 +156,11 @@ ORIGINS: dict[str, tuple[str, str]] = {
     "calibration/*/friction_fit.tsv": ("fit_friction", "millprint.thesis.calibration.friction_fit.fit_experiment"),
     "convergence/modulus.tsv": ("tabulate_convergence", "millprint.dem.convergence.convergence_table"),
     "dem/*/summary.json": ("run_dem_case", "millprint.dem.summary.summarise"),
-    "fingerprint/descriptors.tsv": ("tabulate_descriptors", "millprint.fingerprint.descriptors.tabulate_descriptors"),
-    "fingerprint/cycles.tsv": ("tabulate_descriptors", "millprint.fingerprint.cycles.tabulate_cycles"),
+    "fingerprint/descriptors.tsv": ("fit_master_curves", "millprint.fingerprint.descriptors.tabulate_descriptors"),
+    "fingerprint/cycles.tsv": ("fit_master_curves", "millprint.fingerprint.cycles.tabulate_cycles"),
     "fingerprint/means_*.tsv": ("fit_master_curves", "millprint.fingerprint.master_curves.average_curves"),
     "fingerprint/collapse.tsv": ("fit_master_curves", "millprint.thesis.curves.collapse.tabulate_collapse"),
-    "fingerprint/inverse.tsv": ("invert_master_curves", "millprint.fingerprint.inverse.invert_speed"),
+    "fingerprint/inverse.tsv": ("fit_master_curves", "millprint.fingerprint.inverse.invert_speed"),
     "partition/table_4_2.tsv yield_percent": ("partition_dissipation", "millprint.thesis.curves.regimes.read_regimes"),
     "partition/table_4_2.tsv": ("partition_dissipation", "millprint.thesis.curves.regimes.design_cases"),
     "partition/table_4_3.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.compare_with_prior"),
@@ -352,7 +352,7 @@ class Evidence:
         names: what in the file is used; function: what computes the value from it.
         """
         own_name = f"{function.__module__}.{function.__qualname__}"
-        self.sources.append(Source(path, names, "", "tabulate_claims", own_name))
+        self.sources.append(Source(path, names, "", "write_pages", own_name))
 
 
 @dataclass(frozen=True)

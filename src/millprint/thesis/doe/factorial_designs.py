@@ -342,25 +342,6 @@ def shared_degrees_of_freedom(left: np.ndarray, right: np.ndarray) -> float:
     return float(np.sum((_basis(left).T @ _basis(right)) ** 2))
 
 
-def confounding_table(config: DesignConfig, runs: pd.DataFrame) -> pd.DataFrame:
-    """Degrees of freedom shared by every two main effects and two-factor interactions, as designed and as run.
-
-    Only pairs that share something in either are listed.
-    """
-    symbols = config.symbols
-    terms = [*symbols, *(":".join(pair) for pair in combinations(symbols, 2))]
-    designed = {term: term_columns(config, level_codes(config), term) for term in terms}
-    run = {term: term_columns(config, runs, term) for term in terms}
-    rows = []
-    for one, two in combinations(terms, 2):
-        shared = [shared_degrees_of_freedom(columns[one], columns[two]) for columns in (designed, run)]
-        shared = [0.0 if value < 1e-9 else value for value in shared]
-        if any(shared):
-            rows.append((one, two, designed[one].shape[1], designed[two].shape[1], *shared))
-    columns = ["effect", "with", "degrees_of_freedom", "degrees_of_freedom_with", "shared_as_designed", "shared_as_run"]
-    return pd.DataFrame(rows, columns=columns)
-
-
 Row = tuple[str, str, str, str, str, str]
 # The column `wanted` holds what the design planned.
 AUDIT_COLUMNS = ["check", "subject", "found", "wanted", "departs", "note"]

@@ -73,16 +73,6 @@ def _is_formula(text: str) -> bool:
     return True
 
 
-def unreported_table(studies: pd.DataFrame) -> pd.DataFrame:
-    """The number and names of the process parameters that each study does not report."""
-    missing = studies[PARAMETERS].isna()
-    return studies[["reference", YIELD]].assign(
-        parameters=len(PARAMETERS),
-        unreported=missing.sum(axis=1),
-        unreported_parameters=missing.apply(lambda left_out: ", ".join(left_out.index[left_out]), axis=1),
-    )
-
-
 def missingness_table(studies: pd.DataFrame) -> pd.DataFrame:
     """A row a parameter, a column a study: yes where it is reported, no where not; least reported parameters first."""
     missing = studies.set_index("reference")[PARAMETERS].isna().T

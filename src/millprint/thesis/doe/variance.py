@@ -2,7 +2,7 @@
 
 from decimal import ROUND_DOWN, Decimal
 from itertools import combinations, product
-from math import floor, isfinite, log, log10
+from math import floor, isfinite, log10
 
 import numpy as np
 import pandas as pd
@@ -327,10 +327,6 @@ def effect_sizes(terms: pd.DataFrame, residual: pd.Series, runs: int, total: flo
     )
 
 
-# Longer tables of models are not read.
-MOST_MODELS = 64
-# One minus the leverage of a run, below which it is zero but for rounding.
-LEAST_SPARE_LEVERAGE = 1e-9
 # The last row of the table of what the residual consists of.
 TOGETHER = "together"
 
@@ -439,52 +435,6 @@ def contested_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
     columns += ["sum_if_rival_first", "fraction_claimable"]
     columns += ["F_if_rival_first", "p_if_rival_first", "residual_degrees_of_freedom"]
     return pd.DataFrame(rows, columns=columns)
-
-
-def _choices(config: AnalysisConfig) -> list[list[str]]:
-    """For each term of the model, itself and the two-factor interactions that share a component with it."""
-    choices = []
-    for term in config.model:
-        partners = [":".join(pair) for pair in interaction_partners(config, term)] if term.count(":") == 1 else []
-        same = next((pair for pair in partners if set(pair.split(":")) == set(term.split(":"))), term)
-        choices.append([term, *(pair for pair in partners if pair != same)])
-    return choices
-
-
-def rival_models_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
-    """The model of the analysis, and those with a confounded interaction in place of one of its interactions.
-
-    AICc = N ln(RSS / N) + 2 k + 2 k (k + 1) / (N - k - 1), k parameters and a variance; r2_leave_one_out predicts each
-    run from the others. Either is empty where it is not defined: AICc with too few runs for its last term,
-    r2_leave_one_out if a single run fixes a parameter. Models with terms that the runs cannot tell apart are left out,
-    and so are all but the first MOST_MODELS.
-    """
-    models, count = _Projector(config, runs), len(runs)
-    rows = []
-    for terms in list(product(*_choices(config)))[:MOST_MODELS]:
-        columns = models.columns(list(terms))
-        rank = models.fit(list(terms))[1]
-        if rank < columns.shape[1] or rank >= count:
-            continue
-        fit = OLS(models.response, columns).fit()
-        influence = fit.get_influence()
-        # A run of full leverage cannot be predicted from the others.
-        predictable = (1 - influence.hat_matrix_diag).min() > LEAST_SPARE_LEVERAGE
-        parameters, spare = rank + 1, count - rank - 2
-        rows.append(
-            {
-                "model": " + ".join(terms),
-                "residual_degrees_of_freedom": count - rank,
-                "residual_sum_of_squares": fit.ssr,
-                "r2": fit.rsquared,
-                "r2_adjusted": fit.rsquared_adj,
-                "r2_leave_one_out": 1 - np.sum(influence.resid_press**2) / fit.centered_tss if predictable else np.nan,
-                "aicc": count * log(fit.ssr / count)
-                + 2 * parameters
-                + (2 * parameters * (parameters + 1) / spare if spare > 0 else np.nan),
-            }
-        )
-    return pd.DataFrame(rows)
 
 
 SHAPES = "LQ"

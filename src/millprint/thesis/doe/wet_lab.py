@@ -8,7 +8,7 @@ from scipy.constants import g as GRAVITY
 from scipy.constants import gram as GRAM
 from scipy.constants import hour as HOUR
 
-from millprint.config.doe import ChemistryConfig, GasConfig, HalfLifeConfig, PowderConfig
+from millprint.config.doe import ChemistryConfig, GasConfig, HalfLifeConfig
 from millprint.dose.wear import READING_G
 from millprint.run.files import read_table
 from millprint.run.tables import CASE, Number, Text, read_measured, refuse_rows
@@ -152,29 +152,6 @@ def half_life_table(solution: HalfLifeConfig) -> pd.DataFrame:
     table.insert(2, "half_life_h", half / HOUR)
     table.insert(3, "lost_in_an_hour_percent", 100 * chemistry.share_lost(HOUR, half))
     return table
-
-
-def powder_table(runs: pd.DataFrame, jar: PowderConfig, reaction: ChemistryConfig, gas: GasConfig) -> pd.DataFrame:
-    """Masses weighed in for each run, and the gas volume of its yield at the configured conditions.
-
-    The runs have the columns case, bpr, molar_ratio and yield_percent. yield_if_vapour_ignored_percent is the yield if
-    the moist gas is taken for pure hydrogen. yield_per_ml_percent is the yield of 1 mL of gas, the resolution of the
-    method: finest where there is much powder, at a low ball-to-powder ratio.
-    """
-    conditions = chemistry.GasConditions(gas.temperature_k, gas.pressure_pa, gas.saturated)
-    dry = replace(conditions, saturated=False)
-    charge = _charge(chemistry.powder_mass(jar.ball_mass_g * GRAM, runs["bpr"]), runs["molar_ratio"], reaction)
-    limiting = charge["limiting_mass_g"] * GRAM
-    full = chemistry.gas_volume(1.0, conditions, limiting, reaction)
-    volume = runs[YIELD] / 100 * full
-    return runs[[CASE, "bpr", "molar_ratio"]].assign(
-        **charge,
-        gas_volume_full_ml=full / MILLILITRE,
-        gas_volume_ml=volume / MILLILITRE,
-        **{YIELD: runs[YIELD]},
-        yield_if_vapour_ignored_percent=100 * chemistry.gas_yield(volume, dry, limiting, reaction),
-        yield_per_ml_percent=100 * chemistry.gas_yield(MILLILITRE, conditions, limiting, reaction),
-    )
 
 
 def read_wear(path: str) -> pd.DataFrame:

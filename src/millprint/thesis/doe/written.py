@@ -5,7 +5,7 @@ from pathlib import Path
 from millprint.config.design import DesignConfig
 from millprint.config.doe import AnalysisConfig
 from millprint.run.files import write_json, write_table
-from millprint.thesis.doe.factorial_designs import alias_table, audit_table, confounding_table, describe, design_table
+from millprint.thesis.doe.factorial_designs import alias_table, audit_table, describe, design_table
 from millprint.thesis.doe.residuals import lack_of_fit_table, residual_checks, residual_table
 from millprint.thesis.doe.runs import read_runs
 from millprint.thesis.doe.variance import (
@@ -16,17 +16,15 @@ from millprint.thesis.doe.variance import (
     interaction_table,
     printed_table,
     residual_parts_table,
-    rival_models_table,
     trend_table,
 )
 
 # The tables of the design, by the names of the rule's outputs.
-DESIGN_TABLES = ("design", "aliases", "confounding", "audit")
+DESIGN_TABLES = ("design", "aliases", "audit")
 # The tables of the analysis that follow the analysis of variance, by the names of the rule's outputs.
 TABLES = (
     "trends",
     "contested",
-    "rival_models",
     "residual_parts",
     "detectable",
     "residuals",
@@ -50,7 +48,6 @@ def write_design(screening: str, outputs: dict[str, str], settings: DesignConfig
     write_table(design_table(settings), outputs["design"])
     write_json(describe(settings), outputs["fraction"])
     write_table(alias_table(settings), outputs["aliases"])
-    write_table(confounding_table(settings, runs), outputs["confounding"])
     found = audit_table(settings, runs)
     write_table(found, outputs["audit"])
     departures = found[found["departs"] == "yes"]
@@ -71,7 +68,6 @@ def write_analysis(screening: str, tables: dict[str, str], settings: AnalysisCon
     write_table(corrected_table(settings, runs), tables["corrected"])
     write_table(trend_table(settings, runs), tables["trends"])
     write_table(contested_table(settings, runs), tables["contested"])
-    write_table(rival_models_table(settings, runs), tables["rival_models"])
     write_table(residual_parts_table(settings, runs), tables["residual_parts"])
     write_table(detectable_table(settings, runs), tables["detectable"])
     write_table(residual_table(runs, fit), tables["residuals"])

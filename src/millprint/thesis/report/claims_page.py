@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from millprint.figures.style import COLUMN_WIDTH_IN
 from millprint.run.files import read_table
 from millprint.run.html_pages import embed_files, render_page
+from millprint.run.outputs import listed_tables
 from millprint.thesis.claims.conclusions import FALLS, PARTLY, STANDS, UNKNOWN, deviating_everywhere, in_prose
 from millprint.thesis.claims.evidence import DEVIATES, ERRATUM, NATURES, NOT_RUN, REPRODUCED, Finding
 from millprint.thesis.claims.tabulate import INTERVAL_PARTS, count_natures, count_verdicts
-from millprint.thesis.report.catalogue import TABLES
 from millprint.thesis.report.table_pages import FOLDER, Section, section_id, tables_page
 
 RUNTIME_COLUMNS = ["stage", "job", "wall_s", "processor_s", "memory_MB"]
@@ -92,7 +92,7 @@ DEVIATION_COLUMNS = ["id", "locus", "quantity", "published", "unit", "reproduced
 # Pages of the tables, by the path of a table under the results folder.
 PAGES = {
     table.path: f"tables_{chapter}.html#{section_id(table.title)}"
-    for chapter, tables in TABLES.items()
+    for chapter, tables in listed_tables().items()
     for table in tables
 }
 

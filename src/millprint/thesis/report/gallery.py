@@ -20,7 +20,7 @@ from PIL import Image
 from millprint.config.errors import ConfigError
 from millprint.provenance.lineage import Job
 from millprint.run.html_pages import embed_files, render_page
-from millprint.thesis.report.catalogue import data_of
+from millprint.run.outputs import captioned
 from millprint.thesis.report.table_pages import FOLDER, section_id
 
 # Twice the width of a thumbnail on the page [px], and its quality: lines and letters stay sharp.
@@ -109,11 +109,11 @@ def thumbnail(path: Path) -> tuple[str, int, int]:
 
 def show(listed: Listed, results: Path, job: Job, config: Mapping[str, Any]) -> Shown:
     """A figure with everything that the page says of it. Raises ConfigError for one whose tables are missing."""
-    data = data_of(listed.path)
-    if absent := [table for table in data.tables if not (results / table).is_file()]:
+    about = captioned(listed.path)
+    if absent := [table for table in about.data if not (results / table).is_file()]:
         raise ConfigError(f"{results / absent[0]}: the table of {listed.path} is missing; run the same command again")
-    labels = ", ".join(str(value).format(**data.words) for value in listed.labels.values())
-    caption = render_caption(listed.caption, config, data.words)
+    labels = ", ".join(str(value).format(**about.words) for value in listed.labels.values())
+    caption = render_caption(listed.caption, config, about.words)
     picture, width, height = thumbnail((results / listed.path).with_suffix(".png"))
     inputs = tuple(dict.fromkeys(job.inputs))
     return Shown(
@@ -125,8 +125,8 @@ def show(listed: Listed, results: Path, job: Job, config: Mapping[str, Any]) -> 
         picture=picture,
         width=width,
         height=height,
-        tables=tuple((f"../{table}", table) for table in data.tables),
-        reason=data.reason,
+        tables=tuple((f"../{table}", table) for table in about.data),
+        reason=about.none,
         rule=job.rule,
         inputs=inputs[:NAMED_INPUTS],
         more=max(0, len(inputs) - NAMED_INPUTS),

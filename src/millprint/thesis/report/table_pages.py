@@ -10,7 +10,7 @@ import pandas as pd
 
 from millprint.run.files import read_table, whole_file
 from millprint.run.html_pages import embed_files, render_page
-from millprint.thesis.report.catalogue import TABLES
+from millprint.run.outputs import listed_tables
 
 FOLDER = Path(__file__).parent
 DIGITS = 4
@@ -94,7 +94,7 @@ def write_chapter(chapter: str, name: str, tables: Collection[str], results: str
     """
     sections = [
         Section(listed.title, read_table(path), f"{listed.note} {listed.path}".strip())
-        for listed in TABLES[chapter]
+        for listed in listed_tables()[chapter]
         if (path := f"{results}/{listed.path}") in tables
     ]
     title, about = (

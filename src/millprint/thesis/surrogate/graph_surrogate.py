@@ -23,7 +23,7 @@ from millprint.thesis.surrogate.dataset import (
     wall_features,
 )
 from millprint.thesis.surrogate.network import NormalisedNetwork, target
-from millprint.thesis.surrogate.rollout import RollOut, Run
+from millprint.thesis.surrogate.rollout import RollOut
 from millprint.thesis.surrogate.scene import Scene, Trajectory
 
 
@@ -123,7 +123,7 @@ class GraphSurrogate:
             wall=wall_features(wall, self.scene.speed_rpm).astype(np.float32),
         )
 
-    def begin(self, starts_s: list[float]) -> Run:
+    def begin(self, starts_s: list[float]) -> Callable[..., RollOut]:
         """Take the first states from the simulation, one a start [s]; the batch advances as one."""
         return partial(self.run, self.first_state(starts_s))
 

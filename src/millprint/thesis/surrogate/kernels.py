@@ -156,7 +156,7 @@ def clear(out, rows):
 
 @inner()
 def add_product(out, weight, x, rows):
-    """out += x weight, with weight (panels, inputs, PANEL) as `folded` packs it; zeros of x are left out.
+    """out += x weight, with weight (panels, inputs, PANEL) as `compiled.packed` packs it; zeros of x are left out.
 
     WORD inputs of a panel stay in the processor's first cache while all rows pass over them.
     """
@@ -191,7 +191,7 @@ def through(weight, bias, x, z, rows):
 PIECE = 64
 ONE = np.float32(1.0)
 TINY = np.finfo(np.float32).tiny
-# Rows of folded.Folded.mean and .deviation.
+# Rows of compiled.Folded.mean and .deviation.
 BALL, WALL, PAIR, WALL_EDGE, ACCELERATION, DISSIPATION = range(6)
 
 
@@ -243,7 +243,7 @@ def make_scratch(graphs: int, balls: int, inputs: int, width: int) -> Scratch:
 
 @inner()
 def join(scratch, position, ball, reach_squared, wall_threshold):
-    """List the edges of every graph (graphs.threshold_edges); returns how many join two balls, and balls to walls.
+    """List the edges of every graph (dataset.threshold_edges); returns how many join two balls, and balls to walls.
 
     position (graphs, balls, 3), ball (graphs, balls, window, 7); reach_squared [m2] and wall_threshold [m] in single
     precision, as the network's inputs are.
@@ -442,7 +442,7 @@ class Rules(NamedTuple):
 
 
 class Batch(NamedTuple):
-    """The state of a batch (surrogate.State), written over step by step, and what is added up over the steps."""
+    """The state of a batch (graph_surrogate.State), written over step by step, and what is added up over the steps."""
 
     position: np.ndarray  # (graphs, balls, 3) [m]
     velocity: np.ndarray  # (graphs, balls, 3) [m/s]
@@ -466,7 +466,7 @@ def place_at(surface, point, wall):
 def move_ball(batch, surface, rules, g, b, acceleration, wall):
     """Explicit Euler (Eqs 6.31 and 6.32), snap-back, and the ball's newest features; True if it was outside.
 
-    As in surrogate.euler_step and surrogate.snap_back; a ball counts as outside before the snap-back.
+    As in graph_surrogate.euler_step and snap_back; a ball counts as outside before the snap-back.
     """
     position, velocity, ball = batch.position[g, b], batch.velocity[g, b], batch.ball[g, b]
     for c in range(3):

@@ -2,10 +2,9 @@
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
-from tqdm import tqdm
 
 from millprint.config.errors import ConfigError
 from millprint.config.surrogate import EdgeConfig
@@ -204,36 +203,6 @@ def slowed(rollout: RollOut, scene: Scene, rate: float = SLOWED_RATE) -> RollOut
         velocity_m_s=drift + rate * ((1 - share) * motion[frame] + share * motion[following]),
         dissipated_J=np.diff(late, axis=0, prepend=0),
     )
-
-
-class Run(Protocol):
-    """Rolls a batch of trajectories out, each time from the same first states."""
-
-    def __call__(self, steps: int, steps_per_frame: int, bar: tqdm | None = None) -> RollOut:
-        """Advance by `steps` steps and keep every `steps_per_frame`-th state."""
-        ...
-
-
-class Surrogate(Protocol):
-    """A trained surrogate in the scene of a simulation."""
-
-    @property
-    def step_s(self) -> float:
-        """Length of a step [s]."""
-        ...
-
-    @property
-    def balls(self) -> int:
-        """How many balls there are."""
-        ...
-
-    def begin(self, starts_s: list[float]) -> Run:
-        """Take the first states from the simulation, one a start [s]."""
-        ...
-
-    def roll_out(self, starts_s: list[float], steps: int, steps_per_frame: int) -> RollOut:
-        """A roll-out with everything that the surrogate knows, and a progress bar."""
-        ...
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.surrogate import EdgeConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.simulation import Simulation
-from millprint.thesis.surrogate.rollout import Surrogate
+from millprint.thesis.surrogate.graph_surrogate import GraphSurrogate
 from millprint.thesis.surrogate.scene import read_attributes
 
 PHYSICAL_S = 15.0
@@ -19,7 +19,7 @@ PHYSICAL_S = 15.0
 TIMINGS, ENOUGH_S = 5, 10.0
 
 
-def seconds_per_step(surrogate: Surrogate, start_s: float, batch: int, steps: int) -> tuple[float, int]:
+def seconds_per_step(surrogate: GraphSurrogate, start_s: float, batch: int, steps: int) -> tuple[float, int]:
     """Median time for one step of a batch [s], and how many steps were timed.
 
     Up to five timings of `steps / 5` steps, each from the same first states; no further one after ten seconds, as
@@ -40,7 +40,9 @@ def seconds_per_step(surrogate: Surrogate, start_s: float, batch: int, steps: in
     return float(np.median(timings)), len(timings) * block
 
 
-def time_rollouts(surrogate: Surrogate, start_s: float, batches: list[int], steps: int, machine: str) -> pd.DataFrame:
+def time_rollouts(
+    surrogate: GraphSurrogate, start_s: float, batches: list[int], steps: int, machine: str
+) -> pd.DataFrame:
     """A row a batch size: balls, batch, seconds for 15 s of physical time, and from how long they are extrapolated.
 
     One trajectory's share is the batch's time over its size. machine: what it was timed on, as a text.

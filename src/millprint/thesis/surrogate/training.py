@@ -3,12 +3,11 @@
 import logging
 import math
 import time
-from abc import ABC, abstractmethod
 from pathlib import Path
 
 import pandas as pd
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from millprint.config.errors import ConfigError, TrainingError
 from millprint.config.surrogate import GraphConfig, Recipe, TrainingConfig
@@ -25,128 +24,6 @@ from millprint.thesis.surrogate.network import (
 )
 
 logger = logging.getLogger("millprint")
-
-
-class ResumableTraining(ABC):
-    """Steps and epochs around a model. Subclasses take a step and validate, and say what else a step depends on."""
-
-    settings: TrainingConfig
-    identity: str
-    model: nn.Module
-    optimiser: torch.optim.Optimizer
-    # Column of the history that the progress bar shows.
-    headline: str
-
-    def __init__(self) -> None:
-        self.epoch, self.cursor, self.elapsed_s = 0, 0, 0.0
-        self.sums: dict[str, float] = {}
-        self.history: list[dict] = []
-
-    @property
-    def finished(self) -> bool:
-        """Whether every epoch is over."""
-        return self.epoch >= self.settings.epochs
-
-    @abstractmethod
-    def epoch_steps(self) -> int:
-        """Steps of the present epoch."""
-
-    @abstractmethod
-    def step(self) -> dict[str, Tensor]:
-        """Step `cursor` of the present epoch; returns the terms of its loss."""
-
-    @abstractmethod
-    def validate(self) -> dict[str, float]:
-        """Columns of the history, at the end of an epoch."""
-
-    @abstractmethod
-    def subject(self) -> str:
-        """What the present step is about, in words for an error."""
-
-    @abstractmethod
-    def further_state(self) -> dict:
-        """What the next step depends on besides the model, its optimiser and the place in the epoch."""
-
-    @abstractmethod
-    def restore(self, content: dict) -> None:
-        """Take over what `further_state` returned."""
-
-    def train(self, checkpoint: str | Path | None = None, max_steps: int | None = None) -> bool:
-        """Train until it is finished, the wall-time limit or `max_steps` more steps; True if it is finished.
-
-        With a path, a checkpoint is written every `checkpoint_every_s` and at the end. Raises TrainingError at the
-        first loss that is not finite.
-        """
-        settings, total = self.settings, self.epoch_steps()
-        started = saved = time.perf_counter()
-        started -= self.elapsed_s
-        left = math.inf if max_steps is None else max_steps
-        done = self.epoch * total + self.cursor
-        with progress(settings.epochs * total, None, "step", initial=done) as bar:
-            while not self.finished and left and self.elapsed_s < settings.wall_time_max_s:
-                terms = {name: value.item() for name, value in self.step().items()}
-                self.check_finite(terms, f"step {self.cursor + 1}, {self.subject()}")
-                for name, value in terms.items():
-                    self.sums[name] = self.sums.get(name, 0.0) + value
-                self.cursor, left = self.cursor + 1, left - 1
-                self.elapsed_s = time.perf_counter() - started
-                bar.update()
-                if self.cursor == self.epoch_steps():
-                    self.end_epoch()
-                    bar.set_postfix(refresh=False, **{self.headline: f"{self.history[-1][self.headline]:.4g}"})
-                    self.elapsed_s = time.perf_counter() - started
-                if checkpoint and time.perf_counter() - saved > settings.checkpoint_every_s:
-                    self.save(checkpoint)
-                    saved = time.perf_counter()
-        finished = self.finished
-        self.stop()
-        if checkpoint:
-            self.save(checkpoint)
-        return finished
-
-    def stop(self) -> None:  # noqa: B027
-        """What is left to do where the training stops: nothing, unless a subclass says so."""
-
-    def end_epoch(self) -> None:
-        """Validate, add a row to the history, and begin the next epoch."""
-        row = {f"training_{name}": value / self.cursor for name, value in self.sums.items()}
-        measured = self.validate()
-        self.check_finite(measured, "validation")
-        self.epoch, self.cursor, self.sums = self.epoch + 1, 0, {}
-        row |= measured
-        self.history.append({"epoch": self.epoch, "elapsed_s": self.elapsed_s, **row})
-        logger.info("epoch %d: %s", self.epoch, ", ".join(f"{key} {value:.4g}" for key, value in row.items()))
-
-    def check_finite(self, values: dict[str, float], where: str) -> None:
-        """Raise TrainingError where one of these losses of the present epoch is not finite."""
-        for name, value in values.items():
-            if not math.isfinite(value):
-                raise TrainingError(
-                    f"surrogate.training: epoch {self.epoch + 1}, {where}: {name} is {value:g}, not a finite "
-                    f"number; learning_rate = {self.settings.learning_rate:g} may be too large"
-                )
-
-    def history_table(self) -> pd.DataFrame:
-        """A row an epoch: losses on training and validation data, and seconds since the start."""
-        return pd.DataFrame(self.history)
-
-    def save(self, path: str | Path) -> None:
-        """Write everything that the next step needs."""
-        names = ("epoch", "cursor", "elapsed_s", "sums", "history", "identity")
-        states = {"model": self.model.state_dict(), "optimiser": self.optimiser.state_dict()}
-        write_checkpoint(path, {name: getattr(self, name) for name in names} | states | self.further_state())
-
-    def resume(self, path: str | Path, device: torch.device) -> bool:
-        """Go on from the checkpoint at `path`; False if there is none of the same settings and data."""
-        content = read_checkpoint(path, self.identity, device)
-        if content is None:
-            return False
-        self.model.load_state_dict(content["model"])
-        self.optimiser.load_state_dict(content["optimiser"])
-        for name in ("epoch", "cursor", "elapsed_s", "sums", "history"):
-            setattr(self, name, content[name])
-        self.restore(content)
-        return True
 
 
 Batch = tuple[int, Tensor]
@@ -200,18 +77,16 @@ def check_data(run: TrainingRun, graph: GraphConfig) -> None:
             )
 
 
-class Trainer(ResumableTraining):
+class Trainer:
     """The training of a graph network.
 
     Raises ConfigError without a full window of snapshots to train on, and TrainingError for data that are not finite.
     """
 
-    headline = "training_total"
-    model: NormalisedNetwork
-    settings: TrainingConfig
-
     def __init__(self, runs: list[TrainingRun], recipe: Recipe, device: torch.device):
-        super().__init__()
+        self.epoch, self.cursor, self.elapsed_s = 0, 0, 0.0
+        self.sums: dict[str, float] = {}
+        self.history: list[dict] = []
         self.recipe, self.device, self.settings = recipe, device, recipe.training
         window, settings = recipe.graph.window, recipe.training
         self.rows = [run.training_rows(window) for run in runs]
@@ -311,12 +186,87 @@ class Trainer(ResumableTraining):
         self.scheduler.load_state_dict(content["scheduler"])
         self.noise.set_state(content["noise"].cpu())
 
+    @property
+    def finished(self) -> bool:
+        """Whether every epoch is over."""
+        return self.epoch >= self.settings.epochs
+
+    def train(self, checkpoint: str | Path | None = None, max_steps: int | None = None) -> bool:
+        """Train until it is finished, the wall-time limit or `max_steps` more steps; True if it is finished.
+
+        With a path, a checkpoint is written every `checkpoint_every_s` and at the end. Raises TrainingError at the
+        first loss that is not finite.
+        """
+        settings, total = self.settings, self.epoch_steps()
+        started = saved = time.perf_counter()
+        started -= self.elapsed_s
+        left = math.inf if max_steps is None else max_steps
+        done = self.epoch * total + self.cursor
+        with progress(settings.epochs * total, None, "step", initial=done) as bar:
+            while not self.finished and left and self.elapsed_s < settings.wall_time_max_s:
+                terms = {name: value.item() for name, value in self.step().items()}
+                self.check_finite(terms, f"step {self.cursor + 1}, {self.subject()}")
+                for name, value in terms.items():
+                    self.sums[name] = self.sums.get(name, 0.0) + value
+                self.cursor, left = self.cursor + 1, left - 1
+                self.elapsed_s = time.perf_counter() - started
+                bar.update()
+                if self.cursor == self.epoch_steps():
+                    self.end_epoch()
+                    bar.set_postfix(refresh=False, training_total=f"{self.history[-1]['training_total']:.4g}")
+                    self.elapsed_s = time.perf_counter() - started
+                if checkpoint and time.perf_counter() - saved > settings.checkpoint_every_s:
+                    self.save(checkpoint)
+                    saved = time.perf_counter()
+        finished = self.finished
+        self.stop()
+        if checkpoint:
+            self.save(checkpoint)
+        return finished
+
+    def end_epoch(self) -> None:
+        """Validate, add a row to the history, and begin the next epoch."""
+        row = {f"training_{name}": value / self.cursor for name, value in self.sums.items()}
+        measured = self.validate()
+        self.check_finite(measured, "validation")
+        self.epoch, self.cursor, self.sums = self.epoch + 1, 0, {}
+        row |= measured
+        self.history.append({"epoch": self.epoch, "elapsed_s": self.elapsed_s, **row})
+        logger.info("epoch %d: %s", self.epoch, ", ".join(f"{key} {value:.4g}" for key, value in row.items()))
+
+    def check_finite(self, values: dict[str, float], where: str) -> None:
+        """Raise TrainingError where one of these losses of the present epoch is not finite."""
+        for name, value in values.items():
+            if not math.isfinite(value):
+                raise TrainingError(
+                    f"surrogate.training: epoch {self.epoch + 1}, {where}: {name} is {value:g}, not a finite "
+                    f"number; learning_rate = {self.settings.learning_rate:g} may be too large"
+                )
+
+    def save(self, path: str | Path) -> None:
+        """Write everything that the next step needs."""
+        names = ("epoch", "cursor", "elapsed_s", "sums", "history", "identity")
+        states = {"model": self.model.state_dict(), "optimiser": self.optimiser.state_dict()}
+        write_checkpoint(path, {name: getattr(self, name) for name in names} | states | self.further_state())
+
+    def resume(self, path: str | Path, device: torch.device) -> bool:
+        """Go on from the checkpoint at `path`; False if there is none of the same settings and data."""
+        content = read_checkpoint(path, self.identity, device)
+        if content is None:
+            return False
+        self.model.load_state_dict(content["model"])
+        self.optimiser.load_state_dict(content["optimiser"])
+        for name in ("epoch", "cursor", "elapsed_s", "sums", "history"):
+            setattr(self, name, content[name])
+        self.restore(content)
+        return True
+
 
 def train(dataset: str, checkpoint: Path, recipe: Recipe, device: torch.device) -> tuple[dict, pd.DataFrame]:
     """Train a network on a data set, from its checkpoint if there is one of the same recipe and data.
 
     Returns the content of the weights file, and a row of losses an epoch. Raises ConfigError and TrainingError as
-    `Trainer` and `ResumableTraining.train`.
+    `Trainer` and `Trainer.train`.
     """
     trainer = Trainer(read_dataset(dataset), recipe, device)
     if trainer.resume(checkpoint, device):

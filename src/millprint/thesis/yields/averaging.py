@@ -352,7 +352,7 @@ def fit_described(candidate: Candidate, raw: np.ndarray, yields: np.ndarray, set
     Raises KeyError for an unknown link or structure.
     """
     conversion, link = to_conversion(yields, settings.margin), LINKS[candidate.link]
-    smallest = np.array([getattr(settings.smallest_spread, name, 0.0) for name in INPUTS])
+    smallest = np.array([settings.smallest_spread.get(name, 0.0) for name in INPUTS])
     standard = Standardisation.of(raw, candidate.logarithmic, smallest)
     latent = link.forward(conversion)
     mean, spread = float(latent.mean()), float(latent.std()) or 1.0
@@ -432,26 +432,3 @@ def average(members: list[Member], settings: AveragingConfig) -> AveragedModel:
 def fit_averaged(rows: pd.DataFrame, yields: np.ndarray, settings: AveragingConfig) -> AveragedModel:
     """The averaged process of rows with the six conditions and their yields (n,) [%], and of nothing else."""
     return average(fit_library(rows, yields, settings), settings)
-
-
-def describe_members(model: AveragedModel) -> pd.DataFrame:
-    """One row for each member, largest weight first.
-
-    Columns: link, a scale for each input, structure, weight, log_evidence, a length scale for each input [standard
-    deviations], noise_variance.
-    """
-    table = []
-    for member, weight in zip(model.members, model.weights, strict=True):
-        lengths = np.exp(member.process.logs[: len(INPUTS)])
-        table.append(
-            {
-                "link": member.candidate.link,
-                **{f"{name}_scale": scale for name, scale in zip(INPUTS, member.candidate.scales, strict=True)},
-                "structure": member.candidate.structure,
-                "weight": weight,
-                "log_evidence": member.log_evidence,
-                **{f"{name}_length_scale": length for name, length in zip(INPUTS, lengths, strict=True)},
-                "noise_variance": member.process.noise,
-            }
-        )
-    return pd.DataFrame(table).sort_values("weight", ascending=False, kind="stable", ignore_index=True)

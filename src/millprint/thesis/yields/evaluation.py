@@ -263,20 +263,6 @@ def predictions(models: list[YieldModel | AveragedModel], rows: pd.DataFrame, le
     return pd.concat(tables, ignore_index=True)
 
 
-def hyperparameters(models: list[YieldModel], searches: list[list[dict | None]]) -> pd.DataFrame:
-    """Columns: model, strategy, step (yield, time or residual), parameter, value, loss_pp2, evaluations."""
-    rows = []
-    for model, results in zip(models, searches, strict=True):
-        titles = ("time", "residual") if len(model.steps) > 1 else ("yield",)
-        for title, step, result in zip(titles, model.steps, results, strict=True):
-            values = dict(step.parameters)
-            if fitted := regressor(step.plan.regressor).fitted:
-                values |= fitted(step.estimator, step.plan.features)
-            about = {"model": model.name, "strategy": model.strategy, "step": title, **(result or {})}
-            rows += [about | {"parameter": name, "value": value} for name, value in values.items()]
-    return pd.DataFrame(rows, columns=[*MODEL_KEYS, "step", "parameter", "value", "loss_pp2", "evaluations"])
-
-
 def shap_values(model: YieldModel, rows: pd.DataFrame) -> pd.DataFrame:
     """SHAP values of a model: columns case, feature, feature_value, shap_pp, base_percent.
 

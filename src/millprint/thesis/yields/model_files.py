@@ -9,7 +9,7 @@ import pandas as pd
 from millprint.config.averaged_process import INPUTS
 from millprint.config.errors import ConfigError
 from millprint.config.yields import TrainingConfig
-from millprint.run.files import read_format, read_json, write_json
+from millprint.run.files import read_format, write_json
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import LINKS, AveragedModel, Candidate, Member, Process, terms_of, to_conversion
 from millprint.thesis.yields.features import CONDITIONS, Standardisation, describe
@@ -87,11 +87,6 @@ def read_stored(path: str, expected: str | None = None) -> dict:
     Raises ConfigError, in one line, if it is missing, holds no yield model, or has another format than `expected`.
     """
     return read_format(path, [expected] if expected else [FORMAT, AVERAGED_FORMAT], "stored model")
-
-
-def stored_search(path: str) -> list[dict | None]:
-    """The search of each step of a stored model: loss_pp2 and evaluations; None for a step that is not tuned."""
-    return [step["search"] for step in read_json(path)["steps"]]
 
 
 def training_rows(path: str) -> pd.DataFrame:

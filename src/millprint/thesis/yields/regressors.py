@@ -57,7 +57,6 @@ class Regressor:
     explain(estimator, inputs): SHAP values (n, k) [pp] and the mean prediction [pp]; None if it cannot be explained.
     deviation(estimator, inputs): standard deviation (n,) [pp] of a measurement; None if it gives no distribution.
     mean_deviation(estimator, inputs): the same of what is predicted, without the scatter of a measurement.
-    fitted(estimator, features): the hyper-parameters that the fit has determined, by name.
     fold_predictor(inputs, target, folds, training): a faster cross-validation than a fit for each evaluation.
     """
 
@@ -75,7 +74,6 @@ class Regressor:
     explain: Callable[[Any, np.ndarray], tuple[np.ndarray, float]] | None = None
     deviation: Callable[[Any, np.ndarray], np.ndarray] | None = None
     mean_deviation: Callable[[Any, np.ndarray], np.ndarray] | None = None
-    fitted: Callable[[Any, Sequence[str]], dict[str, float]] | None = None
     fold_predictor: Callable[[np.ndarray, np.ndarray, list, TrainingConfig], FoldPredictor] | None = None
 
     @property
@@ -124,19 +122,6 @@ def _own_deviation(estimator: Any, inputs: np.ndarray) -> np.ndarray:
 
 def _own_mean_deviation(estimator: Any, inputs: np.ndarray) -> np.ndarray:
     return estimator.mean_deviation(inputs)
-
-
-def _fitted_kernel(estimator: Any, features: Sequence[str]) -> dict[str, float]:
-    """The fitted hyper-parameters of a kernel; length scales in standard deviations of their feature."""
-    import numpy as np
-
-    constant, *lengths, noise = np.exp(estimator.logs).tolist()
-    names = features if len(lengths) == len(features) else ("all",)
-    return {
-        "fitted_constant": constant,
-        **{f"fitted_length_scale.{name}": length for name, length in zip(names, lengths, strict=True)},
-        "fitted_noise": noise,
-    }
 
 
 def _make_forest(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
@@ -230,7 +215,6 @@ OF_A_PROCESS: dict[str, Any] = {
     "restore": _restore_gpr,
     "deviation": _own_deviation,
     "mean_deviation": _own_mean_deviation,
-    "fitted": _fitted_kernel,
 }
 REGRESSORS = {
     "linear": Regressor(

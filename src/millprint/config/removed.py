@@ -1,0 +1,33 @@
+"""Keys that earlier versions had, for a clear refusal of a configuration that still has one."""
+
+# By the path of a key without the numbers of its lists: its value today, or what to do.
+REMOVED = {
+    "convergence.closure_max": "fixed at 0.001",
+    "convergence.confidence": "fixed at 0.95",
+    "convergence.study.confidence": "fixed at 0.95",
+    "convergence.study.facet_factors": "fixed at [0.5, 2]",
+    "convergence.study.modulus_factors": "fixed at [0.3, 3]",
+    "convergence.study.step_factors": "fixed at [0.5, 2]",
+    "dem.collision_rows_max": "fixed at 3000000",
+    "dem.ledger_samples_per_revolution": "fixed at 20",
+    "dem.occupancy_cell_m": "fixed at 0.002",
+    "dem.occupancy_interval_s": "fixed at 0.0005",
+    "dem.skin_share": "fixed at 1.5",
+    "dose.heat.measured": "fixed: rows 8b and 8c of config/data/measured.tsv, for spex and planetary",
+    "dose.heat.surroundings.moving_air.at_rest": "fixed at still_air",
+    "dose.heat.surroundings.still_air.at_rest": "fixed at still_air",
+    "dose.heat.surroundings.water.at_rest": "fixed at water",
+    "dose.heat.times": "fixed at 61",
+    "dose.spectra.bins_per_decade": "fixed at 5",
+    "dose.spectra.highest_J": "fixed at 10",
+    "dose.spectra.lowest_J": "fixed at 1e-12",
+    "dose.wear.fill_tolerance": "fixed at 0.05",
+    "dose.wear.probability": "fixed at 0.95",
+    "mills.collapse_max": "fixed at 0.2",
+    "mills.scale_up.run_settle_s": "fixed at 0.1",
+    "mills.scale_up.run_turns": "fixed at 1",
+    "sweeps.threads": "that of all simulations is dem.threads",
+    "uncertainty.closure_max": "fixed at 0.02",
+    "view.frames_per_second": "fixed at 25",
+    "view.paraview_every": "fixed at 1; `millprint export` has --every",
+}

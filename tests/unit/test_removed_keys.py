@@ -1,0 +1,67 @@
+"""A key that was removed is refused with one line that says what is fixed in its place."""
+
+from importlib import import_module
+
+import pytest
+
+from millprint.config.document import MODELS, sections
+from millprint.config.errors import ConfigError
+from millprint.config.heat import MEASURED
+from millprint.config.load import check_model
+from millprint.config.removed import REMOVED
+from millprint.config.sweep import DemConfig
+from millprint.config.workflow import WorkflowConfig
+from millprint.dose.heat_table import AT_REST
+
+# Where the values are today.
+FIXED = {
+    "convergence.closure_max": "dem.step_choice.CLOSURE_MAX",
+    "convergence.confidence": "dem.step_choice.CONFIDENCE",
+    "convergence.study.confidence": "fingerprint.study.CONFIDENCE",
+    "dem.collision_rows_max": "dem.resources.COLLISION_ROWS_MAX",
+    "dem.occupancy_cell_m": "dem.budget.OCCUPANCY_CELL_M",
+    "dem.occupancy_interval_s": "dem.budget.OCCUPANCY_INTERVAL_S",
+    "dem.skin_share": "dem.timestep.SKIN_SHARE",
+    "dose.heat.times": "dose.heat_table.TIMES",
+    "dose.wear.fill_tolerance": "dose.wear.FILL_TOLERANCE",
+    "dose.wear.probability": "dose.wear.PROBABILITY",
+    "mills.collapse_max": "fingerprint.mill_collapse.COLLAPSE_MAX",
+    "mills.scale_up.run_settle_s": "fingerprint.cases.LARGE_SETTLE_S",
+    "mills.scale_up.run_turns": "fingerprint.cases.LARGE_TURNS",
+    "uncertainty.closure_max": "uncertainty.varied.CLOSURE_MAX",
+    "view.frames_per_second": "view.frames.FRAMES_PER_SECOND",
+}
+
+
+@pytest.mark.parametrize(("key", "place"), FIXED.items())
+def test_the_table_has_the_values_that_are_fixed(key, place):
+    module, _, name = place.rpartition(".")
+    value = getattr(import_module(f"millprint.{module}"), name)
+    assert REMOVED[key] == f"fixed at {value if isinstance(value, int) else format(value, 'g')}"
+
+
+def test_the_table_has_the_other_values_that_are_fixed():
+    from millprint.dose.spectra import BIN_EDGES
+    from millprint.fingerprint.study_cases import FACTORS
+
+    for name, factors in FACTORS.items():
+        assert REMOVED[f"convergence.study.{name}"] == f"fixed at [{', '.join(f'{each:g}' for each in factors)}]"
+    for kind, resting in AT_REST.items():
+        assert REMOVED[f"dose.heat.surroundings.{kind}.at_rest"] == f"fixed at {resting}"
+    assert (BIN_EDGES[0], BIN_EDGES[-1], round((BIN_EDGES[5] / BIN_EDGES[0]), 9)) == (1e-12, 10, 10)
+    assert REMOVED["dem.ledger_samples_per_revolution"] == f"fixed at {DemConfig.ledger_samples_per_revolution}"
+    assert all(f"{row}" in REMOVED["dose.heat.measured"] for row in [*MEASURED, *MEASURED.values()])
+
+
+@pytest.mark.parametrize("key", REMOVED)
+def test_a_removed_key_is_refused_in_one_line_and_is_not_a_key(key):
+    *outer, own = key.split(".")
+    content = {own: 7}
+    for name in reversed(outer):
+        content = {name: [{"name": "a", **content}] if name == "sweeps" else content}
+    with pytest.raises(ConfigError) as info:
+        check_model({"mill": "emax", **content}, WorkflowConfig, "my.yaml")
+    (line,) = [line for line in str(info.value).splitlines() if "removed" in line]
+    assert line.startswith("my.yaml: ") and f"{own} = 7: this key was removed ({REMOVED[key]}); delete it" in line
+    keys = {f"{place}.{name}" for place, model in sections(MODELS["config"]) for name in model.model_fields}
+    assert key not in keys

@@ -1,0 +1,59 @@
+"""The scripts of rules: each says its settings, inputs and outputs, and runs with a mock of `snakemake`."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+from millprint.run.files import read_table
+from tests.conftest import ROOT
+from tests.mock import mock_snakemake, read_workflow, run_script
+
+SMOKE = ROOT / "config/smoke.yaml"
+# Files that a docstring may name together: figures.
+DRAWN = re.compile(r"(.*_)?(svg|png|pdf|gif)s?")
+
+
+@pytest.fixture(scope="module")
+def rules():
+    """The rules of the smoke run that have a script, by name."""
+    return {rule.name: rule for rule in read_workflow([SMOKE]).rules if rule.script}
+
+
+def test_every_adapter_says_its_settings_inputs_and_outputs(rules):
+    assert len(rules) > 50
+    for name, rule in rules.items():
+        text = ast.get_docstring(ast.parse((ROOT / "scripts" / Path(rule.script).name).read_text())) or ""
+        parts = re.findall(r"^(Settings|Inputs|Outputs): ", text, re.MULTILINE)
+        assert parts == ["Settings", "Inputs", "Outputs"], f"{rule.script}: {parts}"
+        said = text.partition("Outputs: ")[2]
+        missing = [output for output, _ in rule.output.items() if f"`{output}`" not in said]
+        assert all(map(DRAWN.fullmatch, missing)), f"{name}: {missing}"
+
+
+def test_every_script_of_scripts_is_that_of_a_rule(rules):
+    used = {Path(rule.script).name for rule in rules.values()}
+    # The start of a run calls it, before any job.
+    assert {path.name for path in (ROOT / "scripts").glob("*.py")} == used | {"check_input.py"}
+
+
+@pytest.mark.parametrize(
+    ("rule", "wildcards"), [("split_screening", {}), ("draw_mill", {"mill": "spex"}), ("record_run", {})]
+)
+def test_an_adapter_runs_by_hand_with_a_mock(settings, monkeypatch, rule, wildcards):
+    monkeypatch.chdir(settings)
+    mocked = mock_snakemake(rule, [SMOKE], **wildcards)
+    assert mocked.rule == rule and dict(mocked.wildcards.items()) == wildcards
+    run_script(mocked)
+    assert all(Path(file).stat().st_size for file in mocked.output)
+    assert "done in" in Path(mocked.log[0]).read_text()
+
+
+def test_a_mock_has_what_the_rule_gives(settings, monkeypatch):
+    monkeypatch.chdir(settings)
+    mocked = mock_snakemake("split_screening", [SMOKE])
+    run_script(mocked)
+    parts = [read_table(path) for path in (mocked.output.train, mocked.output.test)]
+    assert [len(part) for part in parts] == [21, 6]
+    assert set(parts[0]["case"]).isdisjoint(parts[1]["case"])
