@@ -121,12 +121,15 @@ def test_the_jar_of_the_mixer_mill_stays_on_its_horizontal_arc(mills):
 
 
 def test_a_planetary_jar_with_few_balls_has_no_impacts_and_says_so(mills, contacts):
-    """All balls go round the smooth wall as one layer, rubbing it (fill 0.08); more balls fall and hit (0.20)."""
+    """All balls go round the smooth wall as one layer, rubbing it (fill 0.08); more balls fall and hit (0.20).
+
+    From rest, the layer takes up to a second to form.
+    """
     summaries = []
     for fill in (0.08, 0.20):
         case = Case(
             mill="planetary", contact="calibrated", ball_diameter_mm=10, fill_ratio=fill, speed_rpm=400, seed=0,
-            settle_s=0.1, discard_s=0.3, window_s=0.6, rayleigh_fraction=0.11,
+            settle_s=0.1, discard_s=1.2, window_s=0.6, rayleigh_fraction=0.11,
         )  # fmt: skip
         summaries.append(simulated(case, mills["planetary"], contacts["calibrated"], DEM))
     table = tabulate_descriptors(summaries, "gap_0_02")
@@ -176,15 +179,10 @@ def test_an_attritor_is_driven_against_friction_not_inertia(mills, contacts):
     speeds, made = [60, 180], mills["attritor"]
     # At the lower speed the bed jams and slips: one start says little.
     settings = {"ball_diameter_mm": 9, "fill_ratio": 0.26, "window_s": 1.0, "discard_s": 0.5, "rayleigh_fraction": 0.1}
-    # There, a start in which balls jam between arm and wall opened the balance by 2.6 %, which is not explained.
-    closure_max = {60: 0.05, 180: 2e-3}
     powers = [
-        np.mean([
-            simulate(made, contacts["calibrated"], speed, closure_max[speed], seed=seed, **settings)[1]
-            for seed in range(4)
-        ])
+        np.mean([simulate(made, contacts["calibrated"], speed, seed=seed, **settings)[1] for seed in range(4)])
         for speed in speeds
-    ]  # fmt: skip
+    ]
     (found,) = exponents(powers, speeds)
     assert 0 < found < 1.7
 

@@ -34,16 +34,6 @@ def test_every_simulation_is_a_job_of_one_rule_that_selectors_name(project):
     assert jobs_of(plan) == {"compile_kernels": 1, "run_dem_case": len(runs)}
 
 
-def test_resources_and_threads_of_the_command_line_reach_every_simulation(project):
-    given = ("--cores", "3", "--set-threads", "run_dem_case=3", "--set-resources", "run_dem_case:mem_mb=12345")
-    plan = asked(project, *SMOKE, "-n", *given, "--until", "run_dem_case")
-    jobs = re.findall(r"^rule run_dem_case:\n((?: +.*\n)+)", plan, re.MULTILINE)
-    blocks = [block for block in re.split(r"\n(?=\[|Job )", plan) if "/run.h5, " in block]
-    assert jobs_of(plan)["run_dem_case"] == len(jobs or blocks) > 30
-    for block in jobs or blocks:
-        assert "threads: 3" in block and "mem_mb=12345" in block, block
-
-
 def test_no_configuration_of_the_thesis_changes_the_names_of_rules():
     names = [ask_snakemake(ROOT, *given, "--list-rules").stdout for given in ((), SMOKE)]
     assert "run_dem_case" in names[0] and names[0] == names[1]
