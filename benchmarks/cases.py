@@ -8,11 +8,11 @@ from typing import ClassVar
 import numpy as np
 
 from benchmarks.config import BenchConfig
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
 from millprint.config.mill import CircleMotion, MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.simulation import Simulation
-from millprint.errors import ConfigError
 from millprint.mill.vessel import Vessel, build_vessel
 
 # Ledger samples per revolution in millprint. The window that ends a timed run is one of them.

@@ -27,7 +27,7 @@ from benchmarks.cases import (
 )
 from benchmarks.config import BenchCase, BenchConfig
 from benchmarks.lammps import Lammps
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.run.progress import progress
 

@@ -18,14 +18,14 @@ import pandas as pd
 
 from benchmarks.config import BenchConfig, TumblingConfig
 from benchmarks.lammps import MEANS_FILE, SAMPLE_EVERY, Lammps, balls_text, head_lines, law_text
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
 from millprint.config.geometry import LifterDrumGeometry
 from millprint.config.mill import MillConfig
-from millprint.config.motion import RotationMotion
+from millprint.config.motion_kinds import RotationMotion
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.run import run_case
 from millprint.dem.simulation import Simulation
-from millprint.errors import ConfigError
 from millprint.run.progress import progress
 
 # Steps of a row of the file of means.

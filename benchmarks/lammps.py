@@ -26,8 +26,8 @@ import numpy as np
 
 from benchmarks.cases import Setup, Timing
 from benchmarks.config import LammpsConfig, LammpsLaw
-from millprint.config.contact import ContactConfig
-from millprint.errors import SimulationError
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import SimulationError
 
 # Steps between the samples of a mean.
 SAMPLE_EVERY = 20

@@ -15,7 +15,7 @@ import pandas as pd
 from benchmarks.cases import SAMPLES, Setup, box_jar, make_setup, settle
 from benchmarks.config import BenchConfig, PhysicsConfig, PhysicsLaw
 from benchmarks.lammps import MEANS, Lammps
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.dem.run import run_case
 from millprint.run.files import read_json

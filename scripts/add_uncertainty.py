@@ -13,9 +13,9 @@ import numpy as np
 from millprint.config.mill import MillConfig
 from millprint.dose.spectra import read_spectra
 from millprint.dose.spectra_shown import of_sheet, sheet_rows, with_rows
-from millprint.figures.mill_sheet import plot_sheet
+from millprint.figures.mill_sheet_figure import plot_sheet
 from millprint.figures.style import save
-from millprint.figures.uncertainty import plot_indices, plot_intervals
+from millprint.figures.uncertainty_figures import plot_indices, plot_intervals
 from millprint.fingerprint.bands import FURTHER
 from millprint.fingerprint.descriptors import read_descriptors
 from millprint.fingerprint.mill_sheet import tabulate_sheet

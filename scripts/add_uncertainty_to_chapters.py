@@ -12,7 +12,7 @@ from millprint.fingerprint.bands import FURTHER
 from millprint.fingerprint.model import Fingerprint
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.claims.intervals import tabulate_contact_intervals
+from millprint.thesis.claims.claim_intervals import tabulate_contact_intervals
 
 if "snakemake" in globals():
     given, made, own = snakemake.input, snakemake.output, snakemake.params

@@ -13,7 +13,7 @@ from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.thesis.doe.variance import pareto_table
 from millprint.thesis.doe.written import write_analysis
-from millprint.thesis.figures.chapter2 import interactions, pareto, residuals
+from millprint.thesis.figures.chapter2_figures import interactions, pareto, residuals
 
 
 def published_p(claims: str) -> dict[str, float]:

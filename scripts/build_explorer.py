@@ -10,11 +10,11 @@ Outputs: `html`.
 from millprint.config.fingerprint import InverseConfig
 from millprint.config.heat import HeatConfig
 from millprint.config.mill import MillConfig
-from millprint.config.proposals import PredictionConfig
+from millprint.config.next_experiments import PredictionConfig
+from millprint.explorer.condition_tables import Heat, Spectra
 from millprint.explorer.content import Machine, explorer_content, mill_content
 from millprint.explorer.page import explorer_page
 from millprint.explorer.simulated import EXPLORED, Settings, simulated_content
-from millprint.explorer.tables import Heat, Spectra
 from millprint.run.files import whole_file
 from millprint.run.job import job
 

@@ -7,7 +7,7 @@ Outputs: `html`.
 
 from pathlib import Path
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.provenance.lineage import read_jobs
 from millprint.run.files import whole_file
 from millprint.run.job import job

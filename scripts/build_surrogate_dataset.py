@@ -13,8 +13,8 @@ from millprint.config.surrogate import SnapshotConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.thesis.surrogate.dataset import TrainingRun, featurise, wall_contact_distances, write_dataset
+from millprint.thesis.surrogate.measure_tables import wall_contact_table
 from millprint.thesis.surrogate.scene import read_scene, read_trajectory
-from millprint.thesis.surrogate.tables import wall_contact_table
 
 logger = logging.getLogger("millprint")
 

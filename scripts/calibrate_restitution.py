@@ -10,12 +10,12 @@ Outputs: `drops`, `restitution`, and the figures.
 import pandas as pd
 
 from millprint.config.calibration import DropTestConfig
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.figures.style import save
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
-from millprint.thesis.calibration.drop_test import read_heights, simulate_drops, summarise_drops
-from millprint.thesis.figures.calibration import plot_drops, plot_friction_fit
+from millprint.thesis.calibration.drop import read_heights, simulate_drops, summarise_drops
+from millprint.thesis.figures.calibration_figures import plot_drops, plot_friction_fit
 
 MEASURED = "measured"
 

@@ -1,17 +1,17 @@
 """Checks a configuration, given as JSON on standard input: geometry, balls that fit, time steps, speeds, tables.
 
-The Snakefile calls it at the start of a run (millprint.input_check). The exit status is 1 if anything is refused.
+The Snakefile calls it at the start of a run (millprint.checks.check_once). The exit status is 1 if anything is refused.
 """
 
 import json
 import sys
 
+from millprint.checks.before_running import check_before_running
 from millprint.config.checks import collect_cases, stop_on_bad_input
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.workflow import WorkflowConfig
-from millprint.preflight import check_before_running
-from millprint.thesis.preflight import chapter_faults
+from millprint.thesis.chapter_checks import chapter_faults
 
 
 def main(content: dict) -> None:

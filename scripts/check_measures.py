@@ -9,10 +9,10 @@ import pandas as pd
 
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.surrogate.evaluation import evaluate, of_test
+from millprint.thesis.surrogate.measure_tables import is_met, join_tables, tabulate
 from millprint.thesis.surrogate.rollout import blurred, riding, simulated_rollout, slowed
+from millprint.thesis.surrogate.rollout_evaluation import evaluate, of_test
 from millprint.thesis.surrogate.scene import mean_power_W, read_scene, read_trajectory
-from millprint.thesis.surrogate.tables import is_met, join_tables, tabulate
 
 # What other roll-outs are compared with, by role.
 REFERENCES = ("dem", "other_seed", "twin")

@@ -11,9 +11,9 @@ from millprint.config.surrogate import MovieConfig
 from millprint.figures.animation import save_animation
 from millprint.figures.style import save
 from millprint.run.job import job
-from millprint.thesis.figures.chapter6 import plot_motion
+from millprint.thesis.figures.chapter6_figures import plot_motion
 from millprint.thesis.surrogate.rollout import RollOut
-from millprint.view.beside import movie_beside
+from millprint.view.side_by_side import movie_side_by_side
 
 # Moments of the figure, as fractions of the length of the animation: while the errors grow, and after.
 MOMENTS = (0.0, 0.1, 0.4, 1.0)
@@ -24,7 +24,7 @@ def main(path: str, run: str, svg: str, png: str, tsv: str, animations: list[str
     interval_s = rollout.time_s[1] - rollout.time_s[0]
     last = min(len(rollout.time_s) - 1, round(settings.length_s / interval_s))
     every = max(1, min(last, round(settings.frame_interval_s / interval_s)))
-    movie = movie_beside(
+    movie = movie_side_by_side(
         run,
         rollout.start_s[0] + rollout.time_s[: last + 1],
         rollout.position_m[: last + 1, 0],

@@ -10,13 +10,13 @@ Outputs: `descriptors`, `means`, `curves`, `fingerprint` (JSON), `exponents`, `c
 from millprint.config.mill import MillConfig
 from millprint.dose.spectra import tabulate_spectra
 from millprint.dose.spectra_shown import sheet_rows, with_rows
-from millprint.fingerprint.curves import CURVE_COLUMNS, average_curves, fill_grid
 from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors, with_impacts
 from millprint.fingerprint.exponents import fit_exponents
-from millprint.fingerprint.inputs import charges_of, read_summaries
+from millprint.fingerprint.master_curves import CURVE_COLUMNS, average_curves, fill_grid
 from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
 from millprint.fingerprint.mill_sheet import tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.readers import charges_of, read_summaries
 from millprint.fingerprint.zones import find_zones
 from millprint.run.files import write_table
 from millprint.run.job import job

@@ -8,10 +8,10 @@ Outputs: `intervals`.
 import pandas as pd
 
 from millprint.config.claims import ClaimsConfig
-from millprint.fingerprint.inputs import read_summaries
+from millprint.fingerprint.readers import read_summaries
 from millprint.run.files import read_json, write_table
 from millprint.run.job import job
-from millprint.thesis.claims.intervals import Repeated, over_draws, repeated_trainings, tabulate_intervals
+from millprint.thesis.claims.claim_intervals import Repeated, over_draws, repeated_trainings, tabulate_intervals
 from millprint.thesis.curves.collapse import draw_tables
 
 

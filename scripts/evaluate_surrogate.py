@@ -13,7 +13,11 @@ from millprint.config.surrogate import EdgeConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.run.tables import read_printed
-from millprint.thesis.surrogate.evaluation import (
+from millprint.thesis.surrogate.graph_surrogate import single_steps
+from millprint.thesis.surrogate.measure_tables import join_tables, printed_measures, tabulate
+from millprint.thesis.surrogate.network import choose_device, read_weights
+from millprint.thesis.surrogate.rollout import RollOut
+from millprint.thesis.surrogate.rollout_evaluation import (
     dissipation_table,
     distribution_table,
     error_table,
@@ -21,11 +25,7 @@ from millprint.thesis.surrogate.evaluation import (
     evaluate_at_rest,
     of_test,
 )
-from millprint.thesis.surrogate.graph_surrogate import single_steps
-from millprint.thesis.surrogate.network import choose_device, read_weights
-from millprint.thesis.surrogate.rollout import RollOut
 from millprint.thesis.surrogate.scene import read_scene, read_trajectory
-from millprint.thesis.surrogate.tables import join_tables, printed_measures, tabulate
 
 # Single steps that are averaged.
 GRAPHS = 2000

@@ -1,11 +1,11 @@
 """Evaluates the trained models on the locked split, on held-out runs and outside the trained domain; explains trees;
 compares the choices that the thesis leaves open.
 
-Settings: yields.training, yields.honest, yields.interval_level, yields.searched_again.
+Settings: yields.training, yields.evaluation, yields.interval_level, yields.searched_again.
 Inputs: `train`, `test`, `outside`; `models`, `averaged`, `explained`, `otherwise`; `held_out` predictions and
 `intervals`.
-Outputs: `locked`, `honest`, `coverage`, `predictions`, `out_of_domain`, `hyperparameters`, `time_variance`, `scores`,
-`pit`, `differences`, `shap`, `shap_ranking`, `choices`.
+Outputs: `locked`, `evaluation`, `coverage`, `predictions`, `out_of_domain`, `hyperparameters`, `time_variance`,
+`scores`, `pit`, `differences`, `shap`, `shap_ranking`, `choices`.
 """
 
 import pandas as pd
@@ -36,7 +36,7 @@ from millprint.thesis.yields.held_out import INTERVAL_COLUMNS, PREDICTION_COLUMN
 from millprint.thesis.yields.metrics import YieldWeights
 from millprint.thesis.yields.model_files import load_averaged, load_model
 from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY, PRIMARY
-from millprint.thesis.yields.tables import read_rows
+from millprint.thesis.yields.run_tables import read_rows
 
 TEXT = ["scheme", "case", "distribution"]
 # The scheme of Table 5.6: the locked split, with models trained at the full search budget.
@@ -68,7 +68,7 @@ def main(inputs, output, training: TrainingConfig, budget: EvaluationConfig, lev
     locked = predicted[predicted["role"] == "test"].assign(scheme=LOCKED, repeat=0)
     compared = [*((model.name, model.strategy) for model in models), (CLIMATOLOGY, PRIMARY)]
     held_out = read_held_out(inputs.held_out, compared, PREDICTION_COLUMNS)
-    write_table(score_table(pd.concat([locked, held_out], ignore_index=True), weigh, budget), output.honest)
+    write_table(score_table(pd.concat([locked, held_out], ignore_index=True), weigh, budget), output.scores_by_scheme)
     write_table(score_distributions(held_out), output.scores)
     write_table(pit_histogram(held_out), output.pit)
     write_table(paired_differences(held_out, (AVERAGED, PRIMARY), budget.level), output.differences)
@@ -108,6 +108,6 @@ if "snakemake" in globals():
     given, made, own = snakemake.input, snakemake.output, snakemake.params
     training = TrainingConfig(**own.training)
     with job(snakemake.log[0], "evaluate yield models"):
-        main(given, made, training, EvaluationConfig(**own.honest), own.interval_level)
+        main(given, made, training, EvaluationConfig(**own.evaluation), own.interval_level)
         explain([given.train, given.test], given.explained, made.shap, made.shap_ranking)
         compare(given, made.choices, training, own.searched_again)

@@ -7,7 +7,7 @@ Outputs: `track`, `fit`, `profile`, `paths`, `swings`.
 """
 
 from millprint.config.calibration import ExperimentConfig, SwingConfig
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.run.files import write_table
 from millprint.run.job import job

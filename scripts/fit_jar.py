@@ -7,13 +7,13 @@ Outputs: `search` (every jar) and `geometry`.
 
 import yaml
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.fit import FitConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig
 from millprint.run.files import whole_file, write_table
 from millprint.run.job import job
-from millprint.thesis.fit.search import Search, parameters_of, shaped, trial_of
+from millprint.thesis.fit.jar_search import Search, parameters_of, shaped, trial_of
 
 
 def main(

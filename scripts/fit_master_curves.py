@@ -17,15 +17,8 @@ import pandas as pd
 from millprint.config.fingerprint import DESCRIPTOR_SETS, InverseConfig
 from millprint.config.mixture import ONE_SIZE
 from millprint.fingerprint.condition import WEIGHTED_BASIC
+from millprint.fingerprint.condition_search import match_targets, target_descriptors
 from millprint.fingerprint.coverage import tabulate_coverage
-from millprint.fingerprint.curves import (
-    CURVE_COLUMNS,
-    at_shared_fills,
-    average_curves,
-    conditions_of,
-    fill_grid,
-    universal_descriptors,
-)
 from millprint.fingerprint.cycles import tabulate_cycles, tabulate_densities, tabulate_published
 from millprint.fingerprint.descriptors import (
     CHARGE,
@@ -35,10 +28,17 @@ from millprint.fingerprint.descriptors import (
     tabulate_descriptors,
 )
 from millprint.fingerprint.exponents import fit_exponents
-from millprint.fingerprint.inputs import read_summaries
 from millprint.fingerprint.inverse import invert_speed
+from millprint.fingerprint.master_curves import (
+    CURVE_COLUMNS,
+    at_shared_fills,
+    average_curves,
+    conditions_of,
+    fill_grid,
+    universal_descriptors,
+)
 from millprint.fingerprint.model import KNOWN, Fingerprint
-from millprint.fingerprint.search import match_targets, target_descriptors
+from millprint.fingerprint.readers import read_summaries
 from millprint.fingerprint.zones import find_zones
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job

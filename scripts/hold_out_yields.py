@@ -1,6 +1,6 @@
 """Predicts the screening runs of every outer fold with models that were tuned and fitted without them.
 
-Settings: yields.training, yields.honest, yields.averaging.
+Settings: yields.training, yields.evaluation, yields.averaging.
 Inputs: `train` and `test`.
 Outputs: `predictions` and `intervals`.
 """
@@ -8,13 +8,13 @@ Outputs: `predictions` and `intervals`.
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from millprint.config.averaging import AveragingConfig
+from millprint.config.averaged_process import AveragingConfig
 from millprint.config.yields import HeldOutConfig, TrainingConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.run.progress import progress
 from millprint.thesis.yields.held_out import outer_folds, predict_held_out, procedure_of
-from millprint.thesis.yields.tables import read_rows
+from millprint.thesis.yields.run_tables import read_rows
 
 
 def main(
@@ -50,6 +50,6 @@ if "snakemake" in globals():
             names.model,
             names.strategy,
             TrainingConfig(**own.training),
-            HeldOutConfig(**own.honest),
+            HeldOutConfig(**own.evaluation),
             AveragingConfig(**own.averaging),
         )

@@ -13,19 +13,19 @@ from pathlib import Path
 
 import pandas as pd
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.setups.base import SetupConfig
-from millprint.config.setups.tumbling import TumblingConfig
+from millprint.config.setups.tumbling_setups import TumblingConfig
 from millprint.config.sweep import DemConfig
 from millprint.config.validation import ValidationConfig
 from millprint.figures.charge import plot_charge
 from millprint.figures.style import save
-from millprint.figures.validation import plot_bed, plot_setup
+from millprint.figures.validation_figures import plot_bed, plot_setup
 from millprint.mill.bodies import build_bodies
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
-from millprint.thesis.report.tables import write_chapter
+from millprint.thesis.report.table_pages import write_chapter
 from millprint.validation.drums import slab_of_bed
 from millprint.validation.fixed import fixed_table, read_fixed, settings_digest, status_of
 from millprint.validation.measured import measured_points, read_measurements

@@ -1,7 +1,7 @@
 """Predicts what no training row covers: fill ratios of other regimes, and the runs of other groups and mills.
 
-Settings: yields.training, yields.honest, yields.averaging, yields.prediction, yields.other_sources, doe.factors; the
-mill.
+Settings: yields.training, yields.evaluation, yields.averaging, yields.prediction, yields.other_sources, doe.factors;
+the mill.
 Inputs: `screening`, `split`, `train`, `test`, `regimes`; `others` and their `fingerprints`.
 Outputs: `regimes`, `regimes_summary`, `sources`, `sources_predictions`, `sources_runs`.
 """
@@ -9,11 +9,11 @@ Outputs: `regimes`, `regimes_summary`, `sources`, `sources_predictions`, `source
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from millprint.config.averaging import AveragingConfig
+from millprint.config.averaged_process import AveragingConfig
 from millprint.config.design import Factor
 from millprint.config.mill import MillConfig
+from millprint.config.next_experiments import PredictionConfig
 from millprint.config.other_sources import OtherSourcesConfig
-from millprint.config.proposals import PredictionConfig
 from millprint.config.yields import EvaluationConfig, HeldOutConfig, TrainingConfig
 from millprint.fingerprint.condition import Condition
 from millprint.run.files import write_table
@@ -31,7 +31,7 @@ from millprint.thesis.yields.groups import (
 )
 from millprint.thesis.yields.held_out import procedure_of
 from millprint.thesis.yields.regressors import AVERAGED, PRIMARY, TWO_STEP
-from millprint.thesis.yields.tables import GIVEN, read_other_runs, read_parts, read_rows, with_other_runs
+from millprint.thesis.yields.run_tables import GIVEN, read_other_runs, read_parts, read_rows, with_other_runs
 
 # For regimes, the averaged Gaussian process with and without the tangential share, and the two models of Table 5.8, the
 # process with the start of the largest marginal likelihood.
@@ -96,7 +96,7 @@ if "snakemake" in globals():
     given, made, settings = snakemake.input, snakemake.output, snakemake.params
     models = (
         TrainingConfig(**settings.training),
-        EvaluationConfig(**settings.honest),
+        EvaluationConfig(**settings.evaluation),
         AveragingConfig(**settings.averaging),
     )
     with job(snakemake.log[0], "leave groups out") as log:

@@ -5,13 +5,13 @@ Inputs: `published`.
 Outputs: `sensitivity`.
 """
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.fit import TrialConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.fit.search import parameters_of, sensitivity_rows, trial_of
+from millprint.thesis.fit.jar_search import parameters_of, sensitivity_rows, trial_of
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "sensitivity of the fit"):

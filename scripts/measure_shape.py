@@ -10,9 +10,9 @@ from millprint.config.mill import MillConfig
 from millprint.run.files import read_table, write_json
 from millprint.run.job import job
 from millprint.thesis.curves.regimes import read_published
+from millprint.thesis.fit.jar_search import JAR_PARAMETERS, parameters_of
 from millprint.thesis.fit.open_shape import shape_factors
 from millprint.thesis.fit.published import published_values
-from millprint.thesis.fit.search import JAR_PARAMETERS, parameters_of
 
 
 def main(search: str, published: list[str], output: str, mill: MillConfig, settings: TrialConfig, about: dict) -> None:

@@ -8,7 +8,7 @@ Outputs: `samples`, `emulator`, `indices`, `intervals`, `sets`, `contact`.
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.uncertainty import UncertaintyConfig
 from millprint.fingerprint.descriptors import with_impacts

@@ -11,8 +11,8 @@ from millprint.dem.timestep import rayleigh_time
 from millprint.figures.mills import plot_scale_up
 from millprint.figures.style import save
 from millprint.fingerprint.cases import enlarged
-from millprint.fingerprint.inputs import counted
 from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.readers import counted
 from millprint.fingerprint.scale_up import compare_run, tabulate_scale_up
 from millprint.run.files import read_json, write_table
 from millprint.run.job import job

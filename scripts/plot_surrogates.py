@@ -13,7 +13,7 @@ from millprint.config.surrogate import EdgeConfig
 from millprint.figures.style import save
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
-from millprint.thesis.figures.chapter6 import (
+from millprint.thesis.figures.chapter6_figures import (
     plot_dissipation,
     plot_distance_slices,
     plot_distributions,
@@ -22,8 +22,7 @@ from millprint.thesis.figures.chapter6 import (
     plot_recursion,
     plot_wall_contacts,
 )
-from millprint.thesis.surrogate.scene import read_attributes, read_scene
-from millprint.thesis.surrogate.tables import (
+from millprint.thesis.surrogate.measure_tables import (
     DISSIPATION,
     baseline_rows,
     baseline_table,
@@ -33,6 +32,7 @@ from millprint.thesis.surrogate.tables import (
     with_motion,
     with_spread,
 )
+from millprint.thesis.surrogate.scene import read_attributes, read_scene
 
 
 def collect(

@@ -8,7 +8,7 @@ Outputs: `statements`, and each figure as SVG and PNG.
 from millprint.figures.style import save
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
-from millprint.thesis.figures.chapter5 import (
+from millprint.thesis.figures.chapter5_figures import (
     plot_attributions,
     plot_coverage,
     plot_evaluation,
@@ -25,7 +25,16 @@ from millprint.thesis.figures.chapter5 import (
 from millprint.thesis.yields.statements import state
 
 # The tables that the sentences are of.
-STATED = ("honest", "differences", "scores", "coverage", "libraries", "permutation_test", "search", "learning")
+STATED = (
+    "scores_by_scheme",
+    "differences",
+    "scores",
+    "coverage",
+    "libraries",
+    "permutation_test",
+    "search",
+    "learning",
+)
 
 
 def draw_models(inputs, output) -> None:
@@ -42,7 +51,7 @@ def draw_trust(inputs, output) -> None:
     """Cross-validation, coverage, other regimes, and the next experiments."""
     text = ["model", "strategy", "scheme"]
     claims = read_table(inputs.claims, text=["id", "value"])
-    scores = read_table(inputs.honest, numeric=["value", "repeats"], text=[*text, "metric"])
+    scores = read_table(inputs.scores_by_scheme, numeric=["value", "repeats"], text=[*text, "metric"])
     save(plot_evaluation(scores, claims), output.evaluation_svg, output.evaluation_png)
     coverage = read_table(inputs.coverage, numeric=["nominal", "covered", "width_pp"], text=[*text, "method"])
     save(plot_coverage(coverage), output.coverage_svg, output.coverage_png)

@@ -5,7 +5,7 @@ Inputs: `measured` and `other_codes`; the `runs` and `tables` of its simulations
 Outputs: `predictions`.
 """
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig
 from millprint.config.validation import ValidationConfig, setup_cases

@@ -1,7 +1,7 @@
 """Predicts yields of new conditions, and proposes the next experiments within the configured region.
 
-Settings: yields.prediction, yields.training, yields.honest.conformal_folds, yields.interval_level, yields.proposals,
-doe.chemistry; the volume of the mill.
+Settings: yields.prediction, yields.training, yields.evaluation.conformal_folds, yields.interval_level,
+yields.proposals, doe.chemistry; the volume of the mill.
 Inputs: `model`, `conditions`, `proposing`, `mill`, and `experiments` if there are any.
 Outputs: `predicted`, `proposals`, `left_out`, `reasons`.
 """
@@ -9,7 +9,7 @@ Outputs: `predicted`, `proposals`, `left_out`, `reasons`.
 from threadpoolctl import threadpool_limits
 
 from millprint.config.doe import ChemistryConfig
-from millprint.config.proposals import PredictionConfig, ProposalConfig
+from millprint.config.next_experiments import PredictionConfig, ProposalConfig
 from millprint.config.yields import TrainingConfig
 from millprint.run.files import write_table
 from millprint.run.job import job

@@ -7,7 +7,7 @@ Outputs: `run` (run.h5) and `summary` (summary.json). A stopped case continues f
 
 import sys
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, threads_of
 from millprint.dem.run import run_case

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import DemConfig

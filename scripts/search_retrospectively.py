@@ -1,6 +1,6 @@
 """How many runs the search for the next experiment needs to find the best run, and what its runs teach of others.
 
-Settings: yields.retrospective, yields.averaging, yields.honest.level.
+Settings: yields.retrospective, yields.averaging, yields.evaluation.level.
 Inputs: `train` and `test`.
 Outputs: `retrospective`, `summary`, `learning`.
 """
@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from millprint.config.averaging import AveragingConfig
-from millprint.config.proposals import RetrospectiveConfig
+from millprint.config.averaged_process import AveragingConfig
+from millprint.config.next_experiments import RetrospectiveConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.run.progress import progress
@@ -28,7 +28,7 @@ from millprint.thesis.yields.retrospective import (
     summarise_search,
     without_best,
 )
-from millprint.thesis.yields.tables import read_rows
+from millprint.thesis.yields.run_tables import read_rows
 
 
 def main(parts: list[str], output, plan: RetrospectiveConfig, averaging: AveragingConfig, level: float) -> None:

@@ -7,7 +7,7 @@ Outputs: `runs` and `charge`.
 
 from pathlib import Path
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig
 from millprint.config.validation import ValidationConfig

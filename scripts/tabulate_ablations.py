@@ -11,8 +11,8 @@ from millprint.figures.style import save
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.run.tables import read_printed
-from millprint.thesis.figures.chapter6 import plot_ablations
-from millprint.thesis.surrogate.tables import ablation_table, join_tables, scatter_in_words
+from millprint.thesis.figures.chapter6_figures import plot_ablations
+from millprint.thesis.surrogate.measure_tables import ablation_table, join_tables, scatter_in_words
 
 logger = logging.getLogger("millprint")
 

@@ -18,7 +18,7 @@ from millprint.thesis.doe.literature import (
 )
 from millprint.thesis.doe.wet_lab import half_life_table, read_wear, wear_table
 from millprint.thesis.doe.written import write_design
-from millprint.thesis.figures.chapter2 import literature, missingness
+from millprint.thesis.figures.chapter2_figures import literature, missingness
 
 
 def compute_wet_lab(weighings: str, outputs: dict[str, str], solution: HalfLifeConfig) -> None:

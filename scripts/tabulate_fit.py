@@ -11,8 +11,8 @@ from millprint.config.mill import MillConfig
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.thesis.curves.regimes import read_published
+from millprint.thesis.fit.jar_search import fit_table, parameter_rows, parameters_of
 from millprint.thesis.fit.published import computed_values, published_values, with_roles
-from millprint.thesis.fit.search import fit_table, parameter_rows, parameters_of
 
 TEXT = ["mill", "contact", "varied"]
 

@@ -8,9 +8,9 @@ Outputs: `rows`, `mill`, and two `models`.
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from millprint.config.averaging import AveragingConfig
+from millprint.config.averaged_process import AveragingConfig
 from millprint.config.mill import MillConfig
-from millprint.config.proposals import ProposalConfig
+from millprint.config.next_experiments import ProposalConfig
 from millprint.fingerprint.condition import BASIC, Condition
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
@@ -22,7 +22,7 @@ from millprint.thesis.yields.features import CONDITIONS
 from millprint.thesis.yields.groups import reference_of_mill, regime_rows
 from millprint.thesis.yields.model_files import save_averaged
 from millprint.thesis.yields.new_conditions import MillCurves
-from millprint.thesis.yields.tables import read_rows
+from millprint.thesis.yields.run_tables import read_rows
 
 
 def main(parts: list[str], model_path: str, settings: AveragingConfig) -> None:

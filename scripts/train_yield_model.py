@@ -11,9 +11,9 @@ from millprint.config.yields import SearchConfig, TrainingConfig
 from millprint.run.job import job
 from millprint.run.progress import progress
 from millprint.thesis.doe.runs import YIELD
-from millprint.thesis.yields.model import Trainer
 from millprint.thesis.yields.model_files import save_model
-from millprint.thesis.yields.tables import read_rows
+from millprint.thesis.yields.run_tables import read_rows
+from millprint.thesis.yields.yield_model import Trainer
 
 
 def main(

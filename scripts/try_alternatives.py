@@ -1,6 +1,6 @@
 """What the averaged process is compared with: other libraries, and yields that were shuffled.
 
-Settings: yields.training, yields.honest, yields.averaging, yields.library_trial.
+Settings: yields.training, yields.evaluation, yields.averaging, yields.library_trial.
 Inputs: `train` and `test`.
 Outputs: `libraries`; or `permutations` and `permutation_test`.
 """
@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from millprint.config.averaging import AveragingConfig
+from millprint.config.averaged_process import AveragingConfig
 from millprint.config.yields import HeldOutConfig, LibraryTrialConfig, TrainingConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
@@ -19,7 +19,7 @@ from millprint.thesis.yields.evaluation import WHOLE
 from millprint.thesis.yields.held_out import outer_folds
 from millprint.thesis.yields.library_trials import compare_libraries, permutation_p, permute
 from millprint.thesis.yields.metrics import YieldWeights
-from millprint.thesis.yields.tables import read_rows
+from millprint.thesis.yields.run_tables import read_rows
 
 
 def try_libraries(
@@ -56,7 +56,7 @@ if "snakemake" in globals():
     with job(snakemake.log[0], "try alternatives") as log:
         if made.get("libraries"):
             training = TrainingConfig(**own.training)
-            try_libraries(*parts, made.libraries, training, HeldOutConfig(**own.honest), averaging, trial)
+            try_libraries(*parts, made.libraries, training, HeldOutConfig(**own.evaluation), averaging, trial)
             log.info("tried: libraries")
         if made.get("permutations"):
             try_shuffles(parts, made, averaging, trial)

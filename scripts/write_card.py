@@ -9,13 +9,13 @@ Outputs: `card`, `svg`, `png`, `pdf`, `tsv`, `methods`, `table`, `references`, a
 from pathlib import Path
 
 from millprint.card.build import build_card
-from millprint.card.cases import animated_case
-from millprint.card.inputs import CardSettings, Runs
+from millprint.card.card_files import animate, remove_left_overs, write_card
+from millprint.card.card_inputs import CardSettings, Runs
+from millprint.card.experiment_cases import animated_case
 from millprint.card.read import known_of
 from millprint.card.simulate import GIF
-from millprint.card.write import animate, remove_left_overs, write_card
 from millprint.config.card import Experiment
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, overridden
 from millprint.run.files import read_json

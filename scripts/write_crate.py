@@ -5,8 +5,8 @@ Inputs: `targets`, `configuration`.
 Outputs: `crate`, and copies of what was read in the folder `sources`.
 """
 
+from millprint.provenance.crate_files import write_crate
 from millprint.provenance.lineage import read_jobs
-from millprint.provenance.write import write_crate
 from millprint.run.job import job
 
 if "snakemake" in globals():

@@ -25,7 +25,7 @@ from millprint.thesis.claims.conclusions import (
 )
 from millprint.thesis.claims.errata import collect_errata
 from millprint.thesis.claims.tabulate import collect_findings, count_verdicts, tabulate_claims
-from millprint.thesis.report.summary import (
+from millprint.thesis.report.claims_page import (
     claims_page,
     front_text,
     plot_verdicts,
@@ -34,7 +34,7 @@ from millprint.thesis.report.summary import (
     tabulate_runtimes,
     what_falls,
 )
-from millprint.thesis.report.tables import Section, tables_page, write_chapter
+from millprint.thesis.report.table_pages import Section, tables_page, write_chapter
 
 
 def write_page(text: str, path: str) -> None:

@@ -30,13 +30,13 @@ import sys  # noqa: E402
 
 sys.path.insert(0, str(ROOT / "src"))
 
-import millprint.dem.preflight as cases  # noqa: E402
-import millprint.preflight as preflight  # noqa: E402
-import millprint.thesis.preflight as chapters  # noqa: E402
+import millprint.checks.before_running as preflight  # noqa: E402
+import millprint.dem.case_checks as cases  # noqa: E402
+import millprint.thesis.chapter_checks as chapters  # noqa: E402
 from millprint.config.checks import load_workflow  # noqa: E402
+from millprint.config.errors import ConfigError, SimulationError  # noqa: E402
 from millprint.config.load import read_yaml  # noqa: E402
 from millprint.config.workflow import WorkflowConfig  # noqa: E402
-from millprint.errors import ConfigError, SimulationError  # noqa: E402
 from tests.mutations import mutate_table, mutate_yaml  # noqa: E402
 from tests.remembered import SLOW_PARTS  # noqa: E402
 

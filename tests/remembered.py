@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.config.strict_yaml import read_yaml
-from millprint.dem.preflight import checked_bodies
-from millprint.errors import ConfigError
+from millprint.dem.case_checks import checked_bodies
 from millprint.mill.bodies import Body, inserts_in_vessel
 from millprint.mill.speed_limits import Pace, paces
 from millprint.mill.vessel import Vessel
@@ -88,10 +88,10 @@ def remembered_yaml(path: str | Path) -> object:
 
 # What each of them replaces, by its place in the library.
 SLOW_PARTS = {
-    "millprint.thesis.preflight.make_swing": remembered_swing,
+    "millprint.thesis.chapter_checks.make_swing": remembered_swing,
     "millprint.config.load.read_yaml": remembered_yaml,
-    "millprint.dem.preflight.inserts_in_vessel": remembered_inserts,
-    "millprint.preflight.checked_bodies": remembered_bodies,
+    "millprint.dem.case_checks.inserts_in_vessel": remembered_inserts,
+    "millprint.checks.before_running.checked_bodies": remembered_bodies,
     "millprint.fingerprint.speeds.paces": remembered_paces,
     "millprint.run.tables.read_table": remembered_table,
 }

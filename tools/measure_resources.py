@@ -12,7 +12,7 @@ from pathlib import Path
 import pandas as pd
 
 from millprint.config.checks import stop_on_bad_input
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.run.files import read_table, whole_file
 
 MARK = "# --- measured ---\n"

@@ -13,7 +13,7 @@ from millprint.config.checks import stop_on_bad_input
 from millprint.config.strict_yaml import read_yaml
 from millprint.run.files import read_table, write_table
 from millprint.thesis.claims.conclusions import store, this_machine
-from millprint.thesis.surrogate.tables import with_machine
+from millprint.thesis.surrogate.measure_tables import with_machine
 
 TABLE = "config/data/verdicts_elsewhere.tsv"
 BASELINES = "docs/why/surrogate_baselines.tsv"

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from millprint.card.document import card_schema_text, explain_card
+from millprint.card.card_schema import card_schema_text, explain_card
 from millprint.config.document import MODELS, schema_text
 from millprint.config.reference import reference_text
 from millprint.fingerprint.columns import explain_columns

@@ -20,14 +20,14 @@ explain_extras()
 # What `import millprint` offers to a script or a notebook, by module. A name is imported when it is used: a job of the
 # workflow needs few modules, and should not wait for the others.
 OFFERED = {
-    "ConfigError": "errors",
-    "SimulationError": "errors",
+    "ConfigError": "config.errors",
+    "SimulationError": "config.errors",
     "load_mill": "config.included",
     "load_contact": "config.included",
     "included_mills": "config.included",
     "included_contacts": "config.included",
     "MillConfig": "config.mill",
-    "ContactConfig": "config.contact",
+    "ContactConfig": "config.contact_set",
     "take_fingerprint": "api",
     "simulate": "api",
     "read_fingerprint": "api",

@@ -18,11 +18,12 @@ from typing import Any
 
 import pandas as pd
 
-from millprint.card.cases import own_cases
-from millprint.card.preflight import check_cases
+from millprint.card.experiment_cases import own_cases
+from millprint.card.experiment_checks import check_cases
 from millprint.card.simulate import simulate_cases
 from millprint.config.card import Experiment
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
 from millprint.config.included import load_contact, load_mill
 from millprint.config.load import check_model
 from millprint.config.mill import MillConfig
@@ -30,11 +31,10 @@ from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.sweep import Case, overridden
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.compilation import compile_kernels
-from millprint.errors import ConfigError
 from millprint.fingerprint.cases import mill_cases, sweep_of
 from millprint.fingerprint.descriptors import tabulate_descriptors
-from millprint.fingerprint.inputs import charges_of, read_summaries
 from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.readers import charges_of, read_summaries
 from millprint.run.files import write_table
 
 # The conditions of a mill: its sweep, or the keys of a sweep.

@@ -9,10 +9,10 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
 from millprint.config.load import check_model, read_yaml
 from millprint.config.section import Name, NonNegative, Positive, Section
-from millprint.errors import ConfigError
 from tests.physics.closed_forms import CLOSED_FORMS
 
 FOLDER = Path(__file__).parent / "cases"

@@ -1,4 +1,4 @@
-"""Runs a contact case in a World and measures what the closed forms give."""
+"""Runs a contact case in a FewBalls and measures what the closed forms give."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.physics.closed_forms import CLOSED_FORMS, approach_of, momenta, pair_of
 from tests.physics.contact_cases import ContactCase
-from tests.physics.setups import World, box
+from tests.physics.setups import FewBalls, box
 
 # A rotation about no axis of symmetry: every case must have the same result in the rotated frame.
 TURNED = Rotation.from_euler("zyx", [0.61, -1.13, 0.37]).as_matrix()
@@ -39,7 +39,7 @@ def run_case(case: ContactCase, frame: np.ndarray = UPRIGHT) -> Outcome:
     if not case.wall:
         # Amid the box, far from every wall.
         position[:, 2] += width / 2
-    world = World(
+    world = FewBalls(
         position @ frame.T, case.velocity @ frame.T, case.spin @ frame.T, radius=case.radius, contact=case.material,
         vessel=box(width, width, width, frame), step=case.step_s, skin=0.1 * largest, pitch=width / 20,
         gravity=-case.gravity_m_s2 * frame[:, 2],

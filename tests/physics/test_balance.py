@@ -5,15 +5,15 @@ import pandas as pd
 import pytest
 
 from millprint.config.counting import CountingRule
+from millprint.config.errors import SimulationError
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem import timestep
 from millprint.dem.collisions import collision_statistics, collision_table, merge_contacts, sort_by_pair
 from millprint.dem.layout import COUNTER
 from millprint.dem.ledger import check_closure, closure, ledger_series, ledger_summary
 from millprint.dem.simulation import Simulation
-from millprint.errors import SimulationError
 from millprint.mill import wall_arrays
-from tests.physics.setups import World, box
+from tests.physics.setups import FewBalls, box
 
 DEM = DemConfig(time_step_s=2e-6, settle_s=0.1, discard_s=0.05, window_s=0.2)
 
@@ -60,7 +60,7 @@ def squeezed(width: float, height: float, balls: list, step: float) -> pd.DataFr
     """The ledger of spinning balls, each side of a box at rest pressing on them; all sizes in ball diameters."""
     spin = np.random.default_rng(1).normal(size=(len(balls), 3))
     position = 1e-2 * np.add(balls, [0, 0, height / 2])
-    made = World(position, spin=spin, vessel=box(1e-2 * width, 1e-2 * width, 1e-2 * height), step=step)
+    made = FewBalls(position, spin=spin, vessel=box(1e-2 * width, 1e-2 * width, 1e-2 * height), step=step)
     return made.run(4e-3, sample_every=10)
 
 
@@ -87,7 +87,7 @@ def test_balance_error_falls_with_the_square_of_the_step():
     """Oblique impacts of two spinning balls on the floor and on each other, every channel at work."""
     steps, errors = np.array([4e-6, 2e-6, 1e-6, 5e-7]), []
     for step in steps:
-        world = World(
+        world = FewBalls(
             [[0, 0, 5.2e-3], [9.9e-3, 2e-3, 5.3e-3]], [[1.0, 0.3, -0.7], [-0.8, 0, -0.5]], [[50, -90, 30], [0, 80, 0]],
             step=step, gravity=9.81,
         )  # fmt: skip

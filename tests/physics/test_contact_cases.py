@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from tests.physics.closed_forms import CLOSED_FORMS, pair_of, slides_throughout
 from tests.physics.contact_cases import FOLDER, ContactCase, load_cases
 from tests.physics.contact_run import TURNED, UPRIGHT, Outcome, balance_error, measure, run_case

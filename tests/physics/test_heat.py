@@ -8,7 +8,16 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from millprint.dose.heat import BALLS, JAR, Balance, cycle_peak, pause_needed, programme_phases, solve, time_to_limit
+from millprint.dose.heat_balance import (
+    BALLS,
+    JAR,
+    Balance,
+    cycle_peak,
+    pause_needed,
+    programme_phases,
+    solve,
+    time_to_limit,
+)
 
 
 def balances(samples: int = 20, seed: int = 0) -> Balance:

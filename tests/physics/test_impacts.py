@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.load import check_model
 from millprint.config.strict_yaml import read_yaml
-from millprint.dem.world import World
+from millprint.dem.few_balls import FewBalls
 from millprint.validation.impacts import Plate, Rebound, impact_duration, pair_modulus, partial_slip, sliding
 from tests.workflow.conftest import ROOT
 
@@ -141,7 +141,7 @@ def test_the_contact_set_has_the_stiffness_of_the_pair():
 def test_the_duration_is_that_of_hertz(plate):
     contact = ALUMINA.model_copy(update={"restitution": 1.0})
     duration = impact_duration(contact, RADIUS, SPEED)
-    world = World(
+    world = FewBalls(
         plate.vessel, contact, [0.0, 0.0, plate.vessel.bounds[0][2] + RADIUS], [0.0, 0.0, -SPEED], None, RADIUS,
         step=duration / STEPS, skin=0.1 * RADIUS, walls=plate.walls,
     )  # fmt: skip

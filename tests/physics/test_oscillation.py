@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 from millprint.config.calibration import ExperimentConfig, SwingConfig
+from millprint.config.errors import ConfigError
 from millprint.config.geometry import CylinderGeometry
-from millprint.errors import ConfigError
 from millprint.thesis.calibration.friction_fit import fit_experiment, fit_friction
 from millprint.thesis.calibration.oscillation import describe_swings, make_swing, simulate_track
 

@@ -9,15 +9,15 @@ import pytest
 
 from millprint.config.sweep import OVERLAP_LIMIT
 from millprint.dem.collisions import by_surface, collision_table
+from millprint.dem.few_balls import walls_for
 from millprint.dem.layout import COUNTER, ENDED
-from millprint.dem.world import walls_for
 from millprint.mill.bodies import build_bodies
 from millprint.mill.distance import signed_distance
 from millprint.mill.patches import SMOOTH_TURN, find_patches
 from millprint.mill.vessel import Facet, Vessel
 from millprint.mill.walls import touch
 from millprint.run.kernel import kernel
-from tests.physics.setups import CALIBRATED, World, box, prism
+from tests.physics.setups import CALIBRATED, FewBalls, box, prism
 
 RADIUS = 5e-3
 FRICTIONLESS = CALIBRATED.model_copy(update={"static_friction": 0.0, "rolling_friction": 0.0})
@@ -37,7 +37,7 @@ def distances(walls, point, radius=RADIUS) -> dict[int, float]:
 
 def open_features(vessel, walls, point, radius=RADIUS) -> list[int]:
     """Features with which a ball that is put at `point` is in contact."""
-    world = World(point, None, vessel=vessel, radius=radius, walls=walls, step=1e-10)
+    world = FewBalls(point, None, vessel=vessel, radius=radius, walls=walls, step=1e-10)
     world.run(1e-10)
     contacts = world.open_contacts
     return (-1 - contacts.partner[contacts.slot >= 0]).tolist()
@@ -132,7 +132,7 @@ def test_a_hit_on_a_remeshed_floor_is_one_contact_of_its_restitution(noise_m, re
     corners = vessel.vertices[vessel.vertices[:, 2] < 1e-5]
     inner = corners[np.abs(corners[:, :2] - 0.016).max(axis=1) < 0.01]
     for place in [*rng.choice(inner[:, :2], 6), *rng.uniform(0.008, 0.024, (6, 2))]:
-        world = World([*place, 1.02 * RADIUS], [0, 0, -1.0], vessel=vessel, contact=contact, walls=walls, step=5e-7)
+        world = FewBalls([*place, 1.02 * RADIUS], [0, 0, -1.0], vessel=vessel, contact=contact, walls=walls, step=5e-7)
         world.run(2e-3)
         assert len(world.contacts) == 1
         assert world.balls.velocity[0, 2] == pytest.approx(restitution, abs=2e-3)
@@ -148,7 +148,7 @@ def test_a_hit_on_a_round_wall_loses_what_one_on_a_cylinder_does(facets):
     for phi in np.pi / facets * np.linspace(0, 2, 11)[:-1]:
         outwards = np.array([np.cos(phi), np.sin(phi), 0.0])
         start = 0.0322 * outwards + [0, 0, 0.025]
-        world = World(start, 2 * outwards, vessel=vessel, contact=contact, walls=walls, step=5e-7)
+        world = FewBalls(start, 2 * outwards, vessel=vessel, contact=contact, walls=walls, step=5e-7)
         world.run(1.5e-3)
         assert len(world.contacts) == 1
         kept.append((world.balls.velocity[0] ** 2).sum() / 4)
@@ -163,10 +163,10 @@ def round_room(facets: int, radius: float = 0.03) -> Vessel:
     return prism(radius * np.column_stack([np.cos(angle), np.sin(angle)]), 0.05, turn)
 
 
-def rolled(facets: int, by_facet: bool = False) -> World:
+def rolled(facets: int, by_facet: bool = False) -> FewBalls:
     """A ball that swings in the bottom of a lying cylinder, in the middle of its length."""
     start = 0.02498 * np.array([np.sin(0.5), 0, -np.cos(0.5)]) - [0, 0.025, 0]
-    world = World(start, vessel=round_room(facets), gravity=9.81, step=2e-6, by_facet=by_facet)
+    world = FewBalls(start, vessel=round_room(facets), gravity=9.81, step=2e-6, by_facet=by_facet)
     world.series = world.run(0.5, sample_every=1000)
     return world
 
@@ -210,7 +210,9 @@ def test_a_ball_that_rolls_over_a_ridge_keeps_its_contact(turn):
     half, wide = turn / 2, 0.05
     outline = np.array([[0, 0], [wide, -wide * np.tan(half)], [wide, 0.1], [-wide, 0.1], [-wide, -wide * np.tan(half)]])
     vessel = prism(outline, 0.05, np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]))
-    world = World([1e-5, -0.025, 0.9997 * RADIUS], [0.1, 0, 0], vessel=vessel, gravity=60.0, step=1e-6, by_facet=True)
+    world = FewBalls(
+        [1e-5, -0.025, 0.9997 * RADIUS], [0.1, 0, 0], vessel=vessel, gravity=60.0, step=1e-6, by_facet=True
+    )
     world.run(0.03)
     assert world.balls.position[0, 0] > RADIUS * np.sin(half)
     assert world.counters[COUNTER.opened] == 1

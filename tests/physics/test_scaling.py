@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.counting import CountingRule
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig

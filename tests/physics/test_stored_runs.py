@@ -11,7 +11,7 @@ import pytest
 
 from millprint.mill.motion import Motion
 from tests.conftest import ROOT
-from tests.physics.setups import World, box
+from tests.physics.setups import FewBalls, box
 
 STORED = ROOT / "tests/data/stored_runs.tsv"
 RADIUS = 5e-3  # [m]
@@ -20,23 +20,23 @@ STEP_S = 2e-6
 SWING = Motion(np.array([[20 * np.pi, 0.0, 0.0, 0.0, 0.017, 0.017, 0.0]]), 10.0)
 
 
-def oblique_pair() -> World:
+def oblique_pair() -> FewBalls:
     """A spinning ball that meets another one at an angle."""
     position = [[0.0, 0.0, 0.1], [2.001 * RADIUS, 0.002, 0.1]]
-    return World(position, [[1.5, 0.4, 0.0], [0.0, 0.0, 0.0]], [[0.0, 30.0, 80.0], [0.0, 0.0, 0.0]], step=STEP_S)
+    return FewBalls(position, [[1.5, 0.4, 0.0], [0.0, 0.0, 0.0]], [[0.0, 30.0, 80.0], [0.0, 0.0, 0.0]], step=STEP_S)
 
 
-def unequal_balls_that_drop() -> World:
+def unequal_balls_that_drop() -> FewBalls:
     """Four balls of two sizes that fall on the floor and on each other."""
     position = [[0.0, 0.0, 0.0051], [0.0065, 0.001, 0.0135], [-0.004, 0.006, 0.014], [0.001, -0.0055, 0.0132]]
     radius = np.array([5e-3, 4e-3, 5e-3, 4e-3])
-    return World(position, [[0.0, 0.0, -0.5]] * 4, radius=radius, gravity=9.81, step=STEP_S)
+    return FewBalls(position, [[0.0, 0.0, -0.5]] * 4, radius=radius, gravity=9.81, step=STEP_S)
 
 
-def balls_in_a_moving_box() -> World:
+def balls_in_a_moving_box() -> FewBalls:
     """Three balls on the floor of a box that swings along its diagonal, two of them near its walls."""
     position = [[-0.0249, 0.0, 0.005], [0.0, 0.0, 0.005], [0.0, -0.0249, 0.0051]]
-    return World(position, vessel=box(0.06, 0.06, 0.06), motion=SWING, gravity=9.81, step=STEP_S)
+    return FewBalls(position, vessel=box(0.06, 0.06, 0.06), motion=SWING, gravity=9.81, step=STEP_S)
 
 
 RUNS = {run.__name__: run for run in (oblique_pair, unequal_balls_that_drop, balls_in_a_moving_box)}

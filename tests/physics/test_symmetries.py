@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.physics.contact_run import TURNED, UPRIGHT
-from tests.physics.setups import World, box, uniform
+from tests.physics.setups import FewBalls, box, uniform
 
 G = 9.81
 STILL = np.zeros(3)
@@ -16,18 +16,18 @@ VELOCITY = np.array([[-0.2, 0.1, -0.6], [-0.9, 0.1, -0.8], [0.8, 0.1, -0.5], [0.
 SPIN = np.array([[10.0, -40, 70], [0, 60, -20], [-50, 0, 30], [20, 20, 90]])
 
 
-def world(frame=UPRIGHT, reflection=UPRIGHT, drift=STILL, order=slice(None)) -> World:
+def world(frame=UPRIGHT, reflection=UPRIGHT, drift=STILL, order=slice(None)) -> FewBalls:
     """The set-up, mirrored, then turned, in a vessel that drifts at a velocity [m/s], the balls in some order."""
     move = frame @ reflection
     spin = np.linalg.det(reflection) * SPIN @ move.T
-    return World(
+    return FewBalls(
         (POSITION @ move.T)[order], (VELOCITY @ move.T + drift)[order], spin[order], radius=RADIUS[order], step=1e-6,
         vessel=box(0.07, 0.07, 0.1, frame), gravity=-G * frame[:, 2], motion=uniform(drift),
     )  # fmt: skip
 
 
 @pytest.fixture(scope="module")
-def still() -> World:
+def still() -> FewBalls:
     made = world()
     made.run(0.03)
     # Otherwise the symmetries would be those of free flight.
@@ -37,7 +37,7 @@ def still() -> World:
     return made
 
 
-def assert_same(one: World, other: World, move: np.ndarray, drift=STILL, sense=1.0, tolerance=1e-11) -> None:
+def assert_same(one: FewBalls, other: FewBalls, move: np.ndarray, drift=STILL, sense=1.0, tolerance=1e-11) -> None:
     """Positions [m], velocities and rim speeds [m/s] of `one` are those of `other`, moved and drifted."""
     assert one.balls.position - 0.03 * drift == pytest.approx(other.balls.position @ move.T, abs=tolerance)
     assert one.balls.velocity - drift == pytest.approx(other.balls.velocity @ move.T, abs=1e3 * tolerance)

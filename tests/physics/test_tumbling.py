@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.simulation import Simulation

@@ -7,7 +7,7 @@ from millprint.mill.motion import motion_from_law
 from millprint.mill.wall_arrays import build_walls
 from millprint.mill.walls import touch
 from millprint.run.kernel import kernel
-from tests.physics.setups import CALIBRATED, World, box, prism
+from tests.physics.setups import CALIBRATED, FewBalls, box, prism
 from tests.poses import velocity
 
 RADIUS = 5e-3
@@ -82,7 +82,7 @@ def test_a_ball_bounces_off_a_convex_edge_as_off_a_sphere_of_no_radius():
     vessel = prism(NOTCHED, 0.1)
     contact = CALIBRATED.model_copy(update={"restitution": 1.0, "static_friction": 0.0, "rolling_friction": 0.0})
     direction = np.array([-np.cos(np.pi / 4), -np.sin(np.pi / 4), 0])
-    world = World([*(direction[:2] * (RADIUS + 1e-5)), 0.05], -direction, vessel=vessel, contact=contact, step=5e-7)
+    world = FewBalls([*(direction[:2] * (RADIUS + 1e-5)), 0.05], -direction, vessel=vessel, contact=contact, step=5e-7)
     world.run(1e-3)
     assert len(world.collisions[0]) == 1
     assert world.balls.velocity[0] == pytest.approx(direction, abs=1e-3)

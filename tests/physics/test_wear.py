@@ -6,14 +6,14 @@ from scipy.constants import g
 
 from millprint.dose.sliding import BALL_BALL, BALL_WALL, load_distance, sliding_of_contacts
 from millprint.dose.wear import archard_mass, worn_load
-from tests.physics.setups import CALIBRATED, World, box
+from tests.physics.setups import CALIBRATED, FewBalls, box
 
 SLIPPERY = CALIBRATED.model_copy(update={"rolling_friction": 0.0})
 MU, RADIUS = SLIPPERY.static_friction, 5e-3
 MASS = SLIPPERY.density_kg_m3 * 4 / 3 * np.pi * RADIUS**3
 
 
-def work_of(world: World) -> dict[str, float]:
+def work_of(world: FewBalls) -> dict[str, float]:
     """Sliding work [J] by kind of the contacts that ended."""
     contacts = world.contacts
     return sliding_of_contacts(contacts["second"].to_numpy(), contacts["sliding_J"].to_numpy())
@@ -25,7 +25,7 @@ def test_a_ball_sliding_on_a_floor_wears_by_its_weight_times_its_way():
     # The overlap at which the floor bears the weight, so that the ball does not bounce.
     reduced = SLIPPERY.young_modulus_gpa * 1e9 / (2 * (1 - SLIPPERY.poisson_ratio**2))
     sunk = (3 * MASS * g / (4 * reduced * np.sqrt(RADIUS))) ** (2 / 3)
-    world = World([[-0.05, 0, RADIUS - sunk]], [[speed, 0, 0]], contact=SLIPPERY, gravity=[0, 0, -g])
+    world = FewBalls([[-0.05, 0, RADIUS - sunk]], [[speed, 0, 0]], contact=SLIPPERY, gravity=[0, 0, -g])
     stop = 2 * speed / (7 * MU * g)
     ledger = world.run(1.3 * stop, sample_every=100)
     way = speed**2 / (7 * MU * g)
@@ -44,7 +44,7 @@ def oblique(normal: float, tangential: float) -> float:
 
 def test_an_impact_on_a_wall_counts_for_the_wall_alone():
     normal, tangential = 0.3, 1.2
-    world = World([[-0.05, 0, 1.01 * RADIUS]], [[tangential, 0, -normal]], contact=SLIPPERY, gravity=[0, 0, 0])
+    world = FewBalls([[-0.05, 0, 1.01 * RADIUS]], [[tangential, 0, -normal]], contact=SLIPPERY, gravity=[0, 0, 0])
     world.run(0.01)
     works = work_of(world)
     assert works[BALL_BALL] == 0
@@ -57,7 +57,7 @@ def test_an_impact_of_two_balls_counts_for_both_of_them():
     # All but touching: on the way to each other they would also pass each other.
     centres = np.array([[-1.00001 * RADIUS, 0, 0.1], [1.00001 * RADIUS, 0, 0.1]])
     velocity = 0.5 * np.array([[normal, tangential, 0], [-normal, -tangential, 0]])
-    world = World(centres, velocity, contact=SLIPPERY, gravity=[0, 0, 0], vessel=box(0.4, 0.4, 0.4))
+    world = FewBalls(centres, velocity, contact=SLIPPERY, gravity=[0, 0, 0], vessel=box(0.4, 0.4, 0.4))
     world.run(0.01)
     works = work_of(world)
     load = {kind: load_distance(work, MU) for kind, work in works.items()}

@@ -8,12 +8,12 @@ from millprint.config.heat import HeatConfig
 from millprint.dose.heat_sources import HeatSource
 from millprint.dose.heat_table import heat_tables
 from millprint.dose.spectra import tabulate_spectra
+from millprint.explorer.condition_tables import Heat, Spectra
 from millprint.explorer.content import Machine, explorer_content, mill_content
 from millprint.explorer.page import explorer_page
-from millprint.explorer.tables import Heat, Spectra
+from millprint.fingerprint.condition_search import simulated_request
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.search import simulated_request
 from millprint.run.files import write_table
 from tests.unit.synthetic_mill import FILLS, VOLUME, summaries
 from tests.unit.test_dose_spectra import contacts, write

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import yaml
 
+from millprint.provenance.crate_files import write_crate
 from millprint.provenance.lineage import METADATA, read_jobs
-from millprint.provenance.write import write_crate
-from millprint.run.records import write_record
+from millprint.run.output_digests import write_record
 
 CONFIG = {
     "name": "made",

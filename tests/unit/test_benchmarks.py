@@ -37,11 +37,11 @@ from benchmarks.compare import (
 )
 from benchmarks.config import BenchConfig
 from benchmarks.lammps import MEANS, Lammps, data_text, input_text, read_log
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
 from millprint.dem.simulation import Simulation
-from millprint.errors import ConfigError, SimulationError
 
 ROOT = Path(__file__).parents[2]
 LOG = (ROOT / "tests/data/lammps.log").read_text()

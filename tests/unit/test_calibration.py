@@ -8,10 +8,10 @@ import pytest
 import yaml
 
 from millprint.config.calibration import CalibrationConfig
+from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
-from millprint.errors import ConfigError
 from millprint.run.files import write_table
-from millprint.thesis.calibration.drop_test import read_heights, summarise_drops
+from millprint.thesis.calibration.drop import read_heights, summarise_drops
 from millprint.thesis.calibration.oscillation import read_track
 from millprint.thesis.claims.evidence import TOO_WIDE, Finding, interval_verdict, verdict
 from millprint.thesis.claims.tabulate import collect_findings

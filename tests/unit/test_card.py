@@ -8,16 +8,16 @@ import pytest
 from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
 
-from millprint.card.document import card_schema_text
+from millprint.card.card_model import MillingCard
+from millprint.card.card_schema import card_schema_text
 from millprint.card.latex import bibtex, escape, latex_table
 from millprint.card.match import match_card, verdict
 from millprint.card.methods import methods_paragraph
-from millprint.card.model import MillingCard
 from millprint.card.numbers import plain, prefix_of, three
 from millprint.card.read import read_card
 from millprint.card.scatter import Window, descriptors_of_totals, jackknife, spread
+from millprint.config.errors import ConfigError
 from millprint.config.sweep import ball_count
-from millprint.errors import ConfigError
 from millprint.fingerprint.comparison import Wanted
 from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, VOLUME, WEIGHTED_OVER_MEAN, fingerprint, true_curves
 

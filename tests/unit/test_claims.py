@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.fingerprint.descriptors import NOTHING
 from millprint.run.digest import PACKAGE, _imports
 from millprint.run.files import read_table, write_json, write_table

@@ -9,8 +9,8 @@ from matplotlib import colormaps
 from matplotlib.colors import Colormap
 
 from millprint.figures.style import COLOURS
-from millprint.thesis.figures.chapter5 import LOW_TO_HIGH
-from millprint.thesis.report.summary import SHOWN_VERDICTS
+from millprint.thesis.figures.chapter5_figures import LOW_TO_HIGH
+from millprint.thesis.report.claims_page import SHOWN_VERDICTS
 from tests.colour_vision import LOST, distance, seen_lab
 from tests.conftest import ROOT
 
@@ -44,7 +44,7 @@ def test_the_simulation_confuses_what_people_confuse():
 def test_figures_and_pages_have_no_other_colours():
     """A colour that is written down anywhere is of a palette above, or a shade of grey."""
     allowed = {colour.lower() for colour in (*COLOURS, *VERDICTS, *EXPLORER)}
-    files = [*LIBRARY.glob("**/figures/*.py"), *LIBRARY.glob("view/*.py"), LIBRARY / "thesis/report/summary.py"]
+    files = [*LIBRARY.glob("**/figures/*.py"), *LIBRARY.glob("view/*.py"), LIBRARY / "thesis/report/claims_page.py"]
     files += LIBRARY.glob("explorer/*.js")
     for file in files:
         for colour in re.findall(r"#(?:[0-9a-fA-F]{6}|[0-9a-fA-F]{3})\b", file.read_text()):

@@ -3,10 +3,10 @@
 import pytest
 
 from millprint.config.checks import stop_on_bad_input
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
 from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.sweep import DemConfig, SweepConfig, ball_count, expand_sweep
-from millprint.errors import ConfigError
 
 DEM = {"time_step_s": 2e-6, "settle_s": 0.2, "discard_s": 0.1, "window_s": 1.0}
 SWEEP = {

@@ -9,8 +9,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.counting import DEFAULT_RULES, CountingRule
+from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
@@ -35,7 +36,6 @@ from millprint.dem.layout import COLLISION, ENDED
 from millprint.dem.ledger import LEDGER_CHANNELS
 from millprint.dem.recording import Table, make_table
 from millprint.dem.run import AIM, run_case
-from millprint.errors import ConfigError, SimulationError
 from millprint.mill.kernel_columns import width_of
 from millprint.run.files import read_json
 

@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import SimulationError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, ball_count
 from millprint.dem.layout import COUNTER, LANE, LANES, STATUS
 from millprint.dem.overlap import feature_at, impact_overlap, overlap_in_words
 from millprint.dem.simulation import Simulation
-from millprint.errors import SimulationError
 from millprint.mill.kernel_columns import width_of
 from millprint.mill.vessel import build_vessel
 

@@ -8,15 +8,15 @@ import pytest
 import trimesh
 from scipy.spatial.distance import pdist
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
+from millprint.dem.case_checks import check_room, checked_bodies
 from millprint.dem.packing import capacity, inside, laid_lattice, largest_fill, pack, thin_direction
-from millprint.dem.preflight import check_room, checked_bodies
 from millprint.dem.simulation import Simulation
 from millprint.dem.timestep import SKIN_SHARE, aligned_step, longest_step, rayleigh_time, skin_of
-from millprint.errors import ConfigError, SimulationError
 from millprint.mill.bodies import CHECK_RPM, build_bodies
 from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import build_vessel

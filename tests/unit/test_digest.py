@@ -8,7 +8,7 @@ import pytest
 from millprint.run import digest
 
 SCRIPTS = sorted((Path(__file__).parents[2] / "scripts").glob("*.py"))
-KEPT = (digest.content_digest, digest._imports, digest.program_digest, digest.simulation_digest)
+KEPT = (digest.content_digest, digest._parsed, digest._imports, digest.program_digest, digest.simulation_digest)
 
 FIRST = '''"""A module."""
 import logging
@@ -137,6 +137,25 @@ def simulation_after(library, file, before, after):
     return digest.simulation_digest() != first
 
 
+def test_a_module_may_be_renamed_and_moved(library):
+    first = digest.simulation_digest()
+    (library / "dem/law.py").rename(library / "mill/force_law.py")
+    for path in library.rglob("*.py"):
+        path.write_text(path.read_text().replace("millprint.dem.law ", "millprint.mill.force_law "))
+    forget()
+    assert digest.simulation_digest() == first
+
+
+def test_a_name_from_another_module_changes_the_digest(package):
+    root, script = package
+    write(root, "near/third.py", "VALUE, OTHER = 1, 2\n")
+    both = "from millprint.near.second import {}\nfrom millprint.near.third import {}\n"
+    write(script.parent, script.name, both.format("VALUE", "OTHER"))
+    first = fresh(script)
+    write(script.parent, script.name, both.format("OTHER", "VALUE"))
+    assert fresh(script) != first
+
+
 @pytest.mark.parametrize(
     ("file", "before", "after"),
     [
@@ -145,7 +164,7 @@ def simulation_after(library, file, before, after):
         ("run/progress.py", "EVERY_S, FIRST_S = 30.0, 10.0", "EVERY_S, FIRST_S = 60.0, 5.0"),
         ("dem/simulation.py", '"s simulated"', '"seconds"'),
         ("run/job.py", ": begin", ": starts"),
-        ("figures/card.py", "import", "import re\nimport"),
+        ("figures/card_figures.py", "import", "import re\nimport"),
     ],
 )
 def test_a_simulation_stays_done_after_an_edit_of_texts_and_figures(library, file, before, after):
@@ -161,7 +180,7 @@ def test_a_simulation_stays_done_after_an_edit_of_texts_and_figures(library, fil
         ("dem/packing.py", " + ", " - "),
         ("dem/ledger.py", " / ", " * "),
         ("mill/motion.py", " * ", " / "),
-        ("config/contact.py", '"static_friction": 0.0', '"static_friction": 0.1'),
+        ("config/contact_set.py", '"static_friction": 0.0', '"static_friction": 0.1'),
         ("config/mixture.py", " / ", " * "),
     ],
 )

@@ -7,7 +7,7 @@ from scipy.stats import chi2
 from scipy.stats import f as f_distribution
 
 from millprint.config.doe import DoeConfig
-from millprint.thesis.doe.design import design_table
+from millprint.thesis.doe.factorial_designs import design_table
 from millprint.thesis.doe.residuals import lack_of_fit_table, pure_error, residual_checks
 from millprint.thesis.doe.variance import (
     contested_table,

@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 from millprint.config.doe import DoeConfig
-from millprint.errors import ConfigError
-from millprint.thesis.doe.design import (
+from millprint.config.errors import ConfigError
+from millprint.thesis.doe.factorial_designs import (
     Fraction,
     alias_table,
     audit_table,

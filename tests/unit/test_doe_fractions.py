@@ -11,10 +11,10 @@ import yaml
 from millprint.cli.commands import main as millprint
 from millprint.config.design import DesignConfig
 from millprint.config.doe import AnalysisConfig
+from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
-from millprint.errors import ConfigError
 from millprint.run.files import read_table
-from millprint.thesis.doe.design import (
+from millprint.thesis.doe.factorial_designs import (
     Fraction,
     alias_table,
     audit_table,

@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.thesis.doe.literature import (
     literature_checks,
     missingness_table,

@@ -7,7 +7,7 @@ import yaml
 
 from millprint.cli.commands import main as millprint
 from millprint.config.doe import ChemistryConfig, WetLabConfig
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.run.files import read_table
 from millprint.thesis.doe.chemistry import (
     GasConditions,

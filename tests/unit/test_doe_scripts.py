@@ -13,7 +13,7 @@ from millprint.config.doe import DoeConfig
 from millprint.run.files import read_table, write_table
 from millprint.thesis.claims.evidence import verdict
 from millprint.thesis.claims.tabulate import collect_findings
-from millprint.thesis.doe.design import design_table
+from millprint.thesis.doe.factorial_designs import design_table
 from millprint.thesis.doe.written import analysis_paths, design_paths, write_analysis, write_design
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING, settings

@@ -6,8 +6,8 @@ import pytest
 from scipy.stats import f as f_distribution
 from scipy.stats import ncf
 
-from millprint.errors import ConfigError
-from millprint.thesis.doe.design import as_designed, contrasts, design_table
+from millprint.config.errors import ConfigError
+from millprint.thesis.doe.factorial_designs import as_designed, contrasts, design_table
 from millprint.thesis.doe.residuals import residual_checks, residual_table
 from millprint.thesis.doe.variance import (
     corrected_table,

@@ -7,7 +7,18 @@ import pandas as pd
 import pytest
 
 from millprint.cli.commands import main as millprint
-from millprint.dose.dose import AXES, HITS, NORMAL, TANGENTIAL, TOTAL, doses, own_doses, powder_of_ball, screening_doses
+from millprint.config.errors import ConfigError
+from millprint.dose.energy_doses import (
+    AXES,
+    HITS,
+    NORMAL,
+    TANGENTIAL,
+    TOTAL,
+    doses,
+    own_doses,
+    powder_of_ball,
+    screening_doses,
+)
 from millprint.dose.kinetics import (
     MODELS,
     NO_EFFECT,
@@ -18,7 +29,6 @@ from millprint.dose.kinetics import (
     verdict,
 )
 from millprint.dose.shear import said_of_shear, shear_worth
-from millprint.errors import ConfigError
 from tests.unit.synthetic_mill import fingerprint
 
 ROOT = Path(__file__).parents[2]

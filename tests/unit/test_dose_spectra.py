@@ -7,8 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.counting import DEFAULT_RULES, CountingRule
+from millprint.config.errors import ConfigError, MillprintError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
@@ -18,8 +19,7 @@ from millprint.dose.heat_sources import read_sources
 from millprint.dose.sliding import sliding_of_run
 from millprint.dose.spectra import BIN_EDGES, PAIRS, TABLE_ONLY, read_spectra, tabulate_spectra, weighted_median
 from millprint.dose.spectra_shown import NOTE, of_sheet, over_pairs, rules_apart, sheet_rows, shown, with_rows
-from millprint.errors import ConfigError, MillprintError
-from millprint.figures.spectra import plot_rules, plot_spectra
+from millprint.figures.spectra_figures import plot_rules, plot_spectra
 from millprint.fingerprint.cases import mill_cases
 from millprint.fingerprint.mill_sheet import SHEET, Row, sheet_condition
 from millprint.run.files import write_table

@@ -12,9 +12,9 @@ import pytest
 import predict_mill_wear
 from millprint.cli.commands import main as millprint
 from millprint.config.dose import ChargeConfig, WearConfig
+from millprint.config.errors import ConfigError
 from millprint.dose import sliding, wear
-from millprint.errors import ConfigError
-from millprint.figures.dose import plot_mill_wear, plot_wear
+from millprint.figures.dose_figures import plot_mill_wear, plot_wear
 from millprint.run.files import write_json
 from millprint.thesis.doe.wet_lab import wear_table
 from tests.conftest import ROOT

@@ -6,18 +6,18 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.config.averaging import AveragingConfig
+from millprint.config.averaged_process import AveragingConfig
+from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import TARGET_DESCRIPTORS, InverseConfig
 from millprint.config.load import read_yaml
-from millprint.config.proposals import PredictionConfig
-from millprint.errors import ConfigError
+from millprint.config.next_experiments import PredictionConfig
 from millprint.explorer.content import Machine, explorer_content, mill_content, sliders
 from millprint.explorer.page import explorer_page
 from millprint.fingerprint import processes
 from millprint.fingerprint.bands import checked_factors
+from millprint.fingerprint.condition_search import rank_conditions
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.search import rank_conditions
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import fit_averaged
 from millprint.thesis.yields.model_files import load_averaged, save_averaged, training_rows

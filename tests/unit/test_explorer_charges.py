@@ -7,10 +7,10 @@ from millprint.config.fingerprint import DESCRIPTOR_SETS, TARGET_DESCRIPTORS
 from millprint.config.mixture import BallMixture
 from millprint.explorer.content import Machine, balls_searched, explorer_content, mill_content
 from millprint.explorer.page import explorer_page
+from millprint.fingerprint.condition_search import rank_conditions, simulated_request
 from millprint.fingerprint.descriptors import tabulate_descriptors
-from millprint.fingerprint.inputs import charges_of
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.search import rank_conditions, simulated_request
+from millprint.fingerprint.readers import charges_of
 from tests.browser import needs_browser
 from tests.unit.synthetic_mill import FILLS, VOLUME, summaries, summary
 

@@ -11,13 +11,13 @@ import psutil
 import pytest
 
 from millprint.cli.commands import main as millprint
-from millprint.errors import ConfigError, MillprintError
+from millprint.config.errors import ConfigError, MillprintError
 from millprint.run import files
+from millprint.run.checksummed import BLOCK, checksum_header, read_checksummed
 from millprint.run.files import read_json, whole_file
 from millprint.run.hdf5 import open_hdf5, whole_hdf5
 from millprint.run.job import job
-from millprint.run.records import read_record, record_path, report_damaged
-from millprint.run.sealed import BLOCK, seal, unsealed
+from millprint.run.output_digests import read_record, record_path, report_damaged
 from tests.conftest import ROOT
 
 PREFACE = f"import sys; sys.path.insert(0, {str(ROOT / 'src')!r})\n"
@@ -31,27 +31,27 @@ def python(code: str, *words: str, **options) -> subprocess.Popen:
 
 def test_one_wrong_bit_breaks_a_seal(tmp_path):
     path, payload = tmp_path / "state", os.urandom(3000)
-    path.write_bytes(seal(payload) + payload)
-    assert unsealed(path) == payload
+    path.write_bytes(checksum_header(payload) + payload)
+    assert read_checksummed(path) == payload
     whole = path.read_bytes()
     for place in (0, 40, BLOCK, BLOCK + 1500, len(whole) - 1):
         damaged = bytearray(whole)
         damaged[place] ^= 1
         path.write_bytes(damaged)
         with pytest.raises(ValueError):
-            unsealed(path)
+            read_checksummed(path)
     for length in (0, 10, BLOCK, len(whole) - 1):
         path.write_bytes(whole[:length])
         with pytest.raises(ValueError):
-            unsealed(path)
+            read_checksummed(path)
 
 
 def test_a_sealed_hdf5_file_opens_as_it_is(tmp_path):
-    with whole_hdf5(tmp_path / "a.h5", seal) as file:
+    with whole_hdf5(tmp_path / "a.h5", checksum_header) as file:
         file["x"] = np.arange(1000)
     with h5py.File(tmp_path / "a.h5") as file:
         assert (file["x"][:] == np.arange(1000)).all()
-    assert (tmp_path / "a.h5").stat().st_size == BLOCK + len(unsealed(tmp_path / "a.h5"))
+    assert (tmp_path / "a.h5").stat().st_size == BLOCK + len(read_checksummed(tmp_path / "a.h5"))
 
 
 def test_a_truncated_hdf5_file_is_named(tmp_path):
@@ -125,7 +125,7 @@ def test_one_other_bit_is_damage(recorded, capsys):
 
 def test_a_file_that_is_as_dated_is_not_read(recorded, monkeypatch):
     logs, (one, _) = recorded
-    monkeypatch.setattr("millprint.run.records.digest", lambda path: pytest.fail(f"{path} was read"))
+    monkeypatch.setattr("millprint.run.output_digests.digest", lambda path: pytest.fail(f"{path} was read"))
     assert report_damaged(logs) == 0
     os.utime(one)
     with pytest.raises(pytest.fail.Exception, match=r"one\.txt was read"):
@@ -151,7 +151,7 @@ def test_each_fault_of_a_job_is_a_line(tmp_path, capsys):
 
 def test_what_the_snakefile_imports_of_this_needs_no_scientific_libraries():
     code = """
-import millprint.run.digest, millprint.run.records
+import millprint.run.digest, millprint.run.output_digests
 heavy = {"numpy", "pandas", "scipy", "numba", "h5py", "matplotlib", "torch"}
 print(sorted(heavy & set(sys.modules)))
 """

@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.run.files import read_table, whole_file, write_table
 
 

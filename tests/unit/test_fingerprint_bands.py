@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import add_uncertainty
+from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
-from millprint.errors import ConfigError
 from millprint.fingerprint.bands import (
     FURTHER,
     Band,
@@ -21,7 +21,7 @@ from millprint.fingerprint.bands import (
     share_of,
 )
 from millprint.fingerprint.condition import COUNTED
-from millprint.fingerprint.curves import CURVES
+from millprint.fingerprint.master_curves import CURVES
 from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.zones import find_zones

@@ -6,6 +6,7 @@ import pytest
 from match_mills import request_of
 from millprint.cli.commands import main as millprint
 from millprint.config.checks import load_workflow
+from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import DESCRIPTOR_SETS, TARGET_DESCRIPTORS, LikeConfig, MatchConfig, TargetConfig
 from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
@@ -13,18 +14,17 @@ from millprint.config.mill_sweep import MatchMillsConfig, MillsConfig, ScaleUpCo
 from millprint.config.mixture import BallMixture, mixture_of
 from millprint.config.sweep import ball_count
 from millprint.dose.spectra_shown import of_sheet, sheet_rows, with_rows
-from millprint.errors import ConfigError
-from millprint.figures import mill_sheet as figures
+from millprint.figures import mill_sheet_figure as figures
 from millprint.fingerprint.cases import WAYS, enlarged, large_case
+from millprint.fingerprint.condition_search import match_targets, target_descriptors
 from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.descriptors import read_descriptors, tabulate_counting_rules, tabulate_descriptors
 from millprint.fingerprint.exponents import fit_exponents
-from millprint.fingerprint.inputs import charges_of
 from millprint.fingerprint.mill_collapse import UNKNOWN, tabulate_mill_collapse
 from millprint.fingerprint.mill_sheet import tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.readers import charges_of
 from millprint.fingerprint.scale_up import tabulate_scale_up
-from millprint.fingerprint.search import match_targets, target_descriptors
 from millprint.fingerprint.zones import find_zones
 from millprint.run.files import write_table
 from millprint.view.mill_picture import picture_mill

@@ -10,15 +10,15 @@ import yaml
 from scipy.stats import norm
 
 from millprint.cli.commands import main as millprint
+from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import MatchConfig
 from millprint.config.load import check_model
-from millprint.errors import ConfigError
 from millprint.fingerprint.bands import Band, Interval, checked_factors, interval_columns, ratio_of
 from millprint.fingerprint.condition import Condition, descriptors_of, scaled_quantities
+from millprint.fingerprint.condition_search import match_targets, rank_conditions
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.inverse import invert_speed, nearest_speed
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.search import match_targets, rank_conditions
 from millprint.run.files import read_table
 from tests.conftest import PRINTED
 from tests.unit.factor_samples import factors_of

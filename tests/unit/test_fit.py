@@ -6,17 +6,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from millprint.config.errors import ConfigError
 from millprint.config.fit import FitConfig
 from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
 from millprint.config.workflow import WorkflowConfig
-from millprint.errors import ConfigError
 from millprint.fingerprint.cycles import tabulate_cycles
 from millprint.fingerprint.descriptors import tabulate_descriptors
+from millprint.thesis.chapter_checks import fit_faults
 from millprint.thesis.curves.regimes import read_published
 from millprint.thesis.fit import fitted_mill
-from millprint.thesis.fit.published import computed_values, misfit, published_values, with_roles
-from millprint.thesis.fit.search import (
+from millprint.thesis.fit.jar_search import (
     FIT_COLUMNS,
     JAR_PARAMETERS,
     Search,
@@ -31,7 +31,7 @@ from millprint.thesis.fit.search import (
     trial_cases,
     volume_ml,
 )
-from millprint.thesis.preflight import fit_faults
+from millprint.thesis.fit.published import computed_values, misfit, published_values, with_roles
 from tests.conftest import PRINTED
 from tests.unit.synthetic_mill import summary, true_curves
 

@@ -10,7 +10,7 @@ from matplotlib import pyplot as plt
 from matplotlib.collections import EllipseCollection, LineCollection
 from PIL import Image
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.figures.drawn import DRAWN_COLUMNS, drawn
 from millprint.figures.style import save
 from millprint.provenance.lineage import Job

@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from balance_heat import main
+from millprint.config.errors import ConfigError
 from millprint.config.heat import MEASURED as ROWS
 from millprint.config.heat import FlashSection, HeatConfig
 from millprint.config.load import check_model
@@ -30,7 +31,6 @@ from millprint.dose.heat_table import (
     ranges_of,
     sample,
 )
-from millprint.errors import ConfigError
 
 SETTINGS = HeatConfig(samples=16)
 POWER_W = np.array([[1.0, 2.0, 0.5], [3.0, 4.0, 0.25]])

@@ -7,10 +7,18 @@ import pandas as pd
 import pytest
 from tools.store_verdicts import main
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.fingerprint.seeds import block_length
 from millprint.run.files import write_json, write_table
 from millprint.statistics.student import apart, once, spread_of
+from millprint.thesis.claims.claim_intervals import (
+    WINDOWS,
+    Repeated,
+    over_draws,
+    over_repeats,
+    tabulate_intervals,
+    without_sizes,
+)
 from millprint.thesis.claims.conclusions import (
     EXPECTED,
     OF_MACHINE,
@@ -34,17 +42,9 @@ from millprint.thesis.claims.evidence import (
     interval_verdict,
     verdict,
 )
-from millprint.thesis.claims.intervals import (
-    WINDOWS,
-    Repeated,
-    over_draws,
-    over_repeats,
-    tabulate_intervals,
-    without_sizes,
-)
 from millprint.thesis.claims.tabulate import collect_findings, tabulate_claims
 from millprint.thesis.curves.collapse import dispersions, draw_blocks, draw_tables, redraw, redrawn_tables
-from millprint.thesis.surrogate.tables import failed_tests, tabulate_trainings, with_spread
+from millprint.thesis.surrogate.measure_tables import failed_tests, tabulate_trainings, with_spread
 from tests.conftest import ROOT
 from tests.unit import synthetic_mill
 

@@ -7,11 +7,11 @@ import pytest
 import trimesh
 from scipy.spatial.distance import pdist
 
+from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.load import check_model
 from millprint.config.mill import MillConfig
+from millprint.dem.case_checks import checked_bodies
 from millprint.dem.packing import capacity, inside, lattice, pack
-from millprint.dem.preflight import checked_bodies
-from millprint.errors import ConfigError, SimulationError
 from millprint.mill.bodies import (
     CHECK_RPM,
     ball_space_m3,

@@ -12,7 +12,7 @@ from millprint.config.geometry import LifterDrumGeometry, VesselGeometry
 from millprint.config.load import check_model
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
-from millprint.dem.preflight import check_mixtures
+from millprint.dem.case_checks import check_mixtures
 from millprint.fingerprint.cases import enlarged, mill_cases
 from millprint.mill.bodies import build_bodies
 from millprint.mill.default_sweep import default_sweep

@@ -8,10 +8,10 @@ import pytest
 import trimesh
 from pydantic import ValidationError
 
+from millprint.config.errors import ConfigError
 from millprint.config.geometry import StlGeometry
 from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
-from millprint.errors import ConfigError
 from millprint.mill.intersect import self_intersection
 from millprint.mill.merge import merge_coplanar
 from millprint.mill.vessel import Vessel, build_vessel, check_volume, shape_facets

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from millprint.config.errors import ConfigError
 from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
-from millprint.config.motion import MOTIONS, STILL
-from millprint.errors import ConfigError
+from millprint.config.motion_kinds import MOTIONS, STILL
 from millprint.mill.motion import motion_from_law, stack_motions
 from tests.poses import poses_at, velocity
 

@@ -6,9 +6,9 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 from scipy.spatial.transform import Rotation
 
-from millprint.config.motion import Motion as Law
-from millprint.config.motion import PointsMotion
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
+from millprint.config.motion_kinds import Motion as Law
+from millprint.config.motion_kinds import PointsMotion
 from millprint.mill.motion import motion_from_law, stack_motions
 from tests.poses import angular_velocity, poses_at, velocity
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from millprint.config.motion import MOTIONS, MotionKind, MotionSection
-from millprint.config.motion import Motion as Law
+from millprint.config.motion_kinds import MOTIONS, MotionKind, MotionSection
+from millprint.config.motion_kinds import Motion as Law
 from millprint.mill.motion import motion_from_law, stack_motions
 from tests.poses import angular_velocity, poses_at, velocity
 

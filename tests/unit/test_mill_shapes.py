@@ -7,9 +7,9 @@ import pytest
 import trimesh
 from pydantic import TypeAdapter, ValidationError
 
+from millprint.config.errors import ConfigError
 from millprint.config.geometry import GeometrySection, SolidGeometry, VesselGeometry
 from millprint.config.section import kind_of
-from millprint.errors import ConfigError
 from millprint.mill import shapes
 from millprint.mill.distance import SignedDistance
 from millprint.mill.vessel import LATTICE, Facet, Vessel, shape_facets

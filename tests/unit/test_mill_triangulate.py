@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.mill.triangulate import triangulate_polygon
 from millprint.mill.vessel import Facet, Vessel, triangulate_facet
 

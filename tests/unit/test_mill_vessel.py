@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import trimesh
 
+from millprint.config.errors import ConfigError
 from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
-from millprint.errors import ConfigError
 from millprint.mill.distance import SignedDistance
 from millprint.mill.shapes import stadium_facets
 from millprint.mill.vessel import Facet, Vessel, build_vessel, enclosed_volume

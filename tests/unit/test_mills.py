@@ -11,6 +11,7 @@ import pytest
 from pydantic import ValidationError
 
 import describe_mill
+from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import FingerprintConfig
 from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
@@ -18,8 +19,7 @@ from millprint.config.mill_sweep import PRECISIONS, MillsConfig, MillSweepConfig
 from millprint.config.uncertainty import UncertaintyConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.dose.spectra_shown import of_sheet, sheet_rows, with_rows
-from millprint.errors import ConfigError
-from millprint.figures import mill_pictures, mill_sheet
+from millprint.figures import mill_pictures, mill_sheet_figure
 from millprint.figures import mills as figures
 from millprint.fingerprint.bands import checked_factors
 from millprint.fingerprint.cases import (
@@ -31,8 +31,8 @@ from millprint.fingerprint.cases import (
     settings_of,
     sweep_of,
 )
-from millprint.fingerprint.curves import CURVES
 from millprint.fingerprint.descriptors import tabulate_descriptors
+from millprint.fingerprint.master_curves import CURVES
 from millprint.fingerprint.mill_collapse import UNKNOWN, VERDICTS, one_row_a_mill, tabulate_mill_collapse
 from millprint.fingerprint.mill_sheet import SHEET, by_columns, sheet_condition, tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
@@ -339,7 +339,7 @@ def page_of(name: str, sheet: pd.DataFrame, own: Fingerprint, curves: pd.DataFra
     """The page of a mill with made-up spectra."""
     spectra, read_off = made_spectra(descriptors())
     whole = with_rows(sheet, sheet_rows(read_off, own))
-    return mill_sheet.plot_sheet(
+    return mill_sheet_figure.plot_sheet(
         picture_mill(mill(name)), whole, descriptors(), curves, of_sheet(spectra, whole), of_sheet(read_off, whole)
     )
 

@@ -11,8 +11,10 @@ from scipy.spatial.distance import pdist, squareform
 
 from benchmarks.cases import emax_jar, make_setup
 from benchmarks.config import BenchConfig
+from millprint.checks.before_running import check_same_charges
 from millprint.config.checks import load_workflow
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillSweepConfig
@@ -21,11 +23,9 @@ from millprint.config.sweep import Case, DemConfig, SweepConfig, ball_count, bal
 from millprint.dem.packing import inside, pack_mixture
 from millprint.dem.run import balls_in_words
 from millprint.dem.summary import largest_overlap
-from millprint.errors import ConfigError, SimulationError
-from millprint.fingerprint.preflight import fingerprint_faults
-from millprint.preflight import check_same_charges
-from millprint.thesis.calibration.drop_test import simulate_drops
-from millprint.thesis.preflight import curve_faults
+from millprint.fingerprint.rule_checks import fingerprint_faults
+from millprint.thesis.calibration.drop import simulate_drops
+from millprint.thesis.chapter_checks import curve_faults
 from millprint.thesis.surrogate.scene import read_attributes
 from tests.conftest import ROOT
 from tests.unit.run_samples import write_sample

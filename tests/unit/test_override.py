@@ -5,15 +5,15 @@ from pathlib import Path
 import pytest
 import yaml
 
+from millprint.checks.before_running import check_before_running
 from millprint.config.checks import load_workflow
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
 from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig, SweepConfig, expand_sweep, overridden
 from millprint.dem.simulation import Simulation
-from millprint.errors import ConfigError
-from millprint.preflight import check_before_running
-from millprint.thesis.preflight import chapter_faults
+from millprint.thesis.chapter_checks import chapter_faults
 
 ROOT = Path(__file__).parents[2]
 MILL = load_named(ROOT / "config/mills", "emax", MillConfig, "mill")

@@ -9,14 +9,14 @@ import sys
 import pytest
 import yaml
 
+from millprint.checks.before_running import check_before_running
 from millprint.config.checks import load_workflow
+from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.workflow import WorkflowConfig
-from millprint.errors import ConfigError
 from millprint.fingerprint.cases import has_chapters, mill_cases
-from millprint.fingerprint.preflight import fingerprint_faults
-from millprint.preflight import check_before_running
-from millprint.thesis.preflight import chapter_faults, curve_faults
+from millprint.fingerprint.rule_checks import fingerprint_faults
+from millprint.thesis.chapter_checks import chapter_faults, curve_faults
 from tests.conftest import ROOT
 
 HANDBOOK = (ROOT / "docs/how_to/configuration.md").read_text()

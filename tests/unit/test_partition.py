@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.fingerprint.condition import Condition
 from millprint.thesis.claims.evidence import agrees
 from millprint.thesis.curves.energy import Chemistry, compare_with_prior, energy_leverage, fit_slopes, specific_yields

@@ -2,7 +2,7 @@
 
 import pytest
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
@@ -10,7 +10,7 @@ from millprint.config.sweep import Case, DemConfig
 from millprint.config.uncertainty import UncertaintyConfig
 from millprint.config.validation import ValidationConfig
 from millprint.dem.resources import LIKELY_BALL_STEP_S, LIKELY_START_S, resources_of
-from millprint.plan import JOB_START_S, LONG_S, OTHER_S, Job, plan_text, run_time
+from millprint.run.plan import JOB_START_S, LONG_S, OTHER_S, Job, plan_text, run_time
 from millprint.uncertainty.varied import samples_of_job
 from millprint.validation.tumbling_runs import design
 from tests.conftest import ROOT
@@ -66,7 +66,7 @@ def test_a_run_takes_the_time_of_all_jobs_over_the_cores_or_of_the_longest():
 
 
 def test_the_plan_counts_simulations_with_files_and_those_inside_a_rule(monkeypatch):
-    monkeypatch.setattr("millprint.plan.free_mb", lambda files: 500.0)
+    monkeypatch.setattr("millprint.run.plan.free_mb", lambda files: 500.0)
     jobs = [
         job("run_dem_case", outputs=("results/dem/a/run.h5", "results/dem/a/summary.json"), processor_s=58, mem_mb=900),
         job("simulate_tumbling", processor_s=118, mem_mb=800),

@@ -11,13 +11,13 @@ from urllib.parse import quote
 
 import pytest
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.provenance.check import ADDITIONAL, CHANGED, MISSING, check_folder
 from millprint.provenance.finished import check_finished, targets_of
 from millprint.provenance.inside import places
 from millprint.provenance.lineage import Job, read_jobs, trace
 from millprint.provenance.people import author, licence
-from millprint.run.records import write_record
+from millprint.run.output_digests import write_record
 from tests.unit.made_run import BEGIN, CONFIG, END, JOBS, MILL, RUN, TARGETS, describe_run, keep_record, make_run, write
 
 FIGURE = "doe/mean yield.svg"

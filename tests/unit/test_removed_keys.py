@@ -5,13 +5,13 @@ from importlib import import_module
 import pytest
 
 from millprint.config.document import MODELS, sections
+from millprint.config.errors import ConfigError
 from millprint.config.heat import MEASURED
 from millprint.config.load import check_model
 from millprint.config.removed import REMOVED
 from millprint.config.sweep import DemConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.dose.heat_table import AT_REST
-from millprint.errors import ConfigError
 
 # Where the values are today.
 FIXED = {

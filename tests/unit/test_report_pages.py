@@ -9,11 +9,11 @@ from docutils.core import publish_parts
 from jinja2 import Environment
 
 from millprint.run.files import write_table
+from millprint.run.html_pages import embed_json
 from millprint.run.machine import commit, provenance
-from millprint.run.pages import embed_json
 from millprint.thesis.claims.evidence import Finding, source_in
 from millprint.thesis.claims.tabulate import INTERVAL_PARTS, read_claims, tabulate_claims
-from millprint.thesis.report.summary import (
+from millprint.thesis.report.claims_page import (
     claims_page,
     front_text,
     largest_deviations,
@@ -22,7 +22,7 @@ from millprint.thesis.report.summary import (
     tabulate_runtimes,
     what_falls,
 )
-from millprint.thesis.report.tables import Section, tables_page
+from millprint.thesis.report.table_pages import Section, tables_page
 from tests.browser import DESKTOP, PHONE, needs_browser
 from tests.conftest import ROOT
 

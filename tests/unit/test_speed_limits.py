@@ -8,16 +8,16 @@ import pandas as pd
 import pytest
 import yaml
 
+from millprint.checks.before_running import own_sweeps
 from millprint.config.checks import load_workflow
+from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
-from millprint.config.motion import MOTIONS, Agitation
-from millprint.errors import ConfigError
+from millprint.config.motion_kinds import MOTIONS, Agitation
 from millprint.fingerprint.speeds import check_speeds, speed_settings, speed_warnings, with_paces
 from millprint.mill.bodies import CHECK_RPM, build_bodies
 from millprint.mill.default_sweep import SWEEP_RULES
 from millprint.mill.speed_limits import BOUNDS, paces
-from millprint.preflight import own_sweeps
 
 ROOT = Path(__file__).parents[2]
 W = 2 * math.pi

@@ -10,14 +10,14 @@ import yaml
 from pydantic import ValidationError
 
 import study_settings
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import StudyConfig
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import DemConfig, mill_of
 from millprint.dem.timestep import rayleigh_time
-from millprint.errors import ConfigError
 from millprint.fingerprint.cases import mill_cases
 from millprint.fingerprint.study import (
     BAD,

@@ -6,14 +6,14 @@ import pandas as pd
 import pytest
 import yaml
 
+from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.surrogate import SurrogateConfig
 from millprint.config.surrogate_cases import check_surrogate_cases
 from millprint.config.sweep import DemConfig, SweepConfig, expand_sweep
-from millprint.errors import ConfigError
 from millprint.run.files import read_table, write_json, write_table
 from millprint.thesis.claims.tabulate import collect_findings
-from millprint.thesis.surrogate.tables import is_met, printed_measures, tabulate
+from millprint.thesis.surrogate.measure_tables import is_met, printed_measures, tabulate
 from tests.conftest import PRINTED
 
 ROOT = Path(__file__).parents[2]

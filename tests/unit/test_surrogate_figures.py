@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.thesis.figures.chapter6 import (
+from millprint.thesis.figures.chapter6_figures import (
     plot_ablations,
     plot_dissipation,
     plot_distributions,

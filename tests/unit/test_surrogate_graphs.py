@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.thesis.surrogate.dataset import (
     DISTANCE,
     GRADIENT,
@@ -18,9 +18,9 @@ from millprint.thesis.surrogate.dataset import (
     wall_contact_distances,
     write_dataset,
 )
+from millprint.thesis.surrogate.measure_tables import covered_share, wall_contact_table
 from millprint.thesis.surrogate.network import NormalisedNetwork, feature_statistics
 from millprint.thesis.surrogate.scene import read_trajectory
-from millprint.thesis.surrogate.tables import covered_share, wall_contact_table
 from millprint.thesis.surrogate.training import Trainer
 from tests.unit.surrogate_samples import (
     CONTACTS,

@@ -7,15 +7,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.run.files import write_table
 from millprint.thesis.claims.evidence import TOO_FEW
 from millprint.thesis.claims.tabulate import collect_findings, tabulate_claims
 from millprint.thesis.surrogate import measures
-from millprint.thesis.surrogate.evaluation import distribution_table, error_table, evaluate, evaluate_at_rest
-from millprint.thesis.surrogate.rollout import RollOut, blurred, riding, simulated, simulated_rollout, slowed
-from millprint.thesis.surrogate.scene import Trajectory, mean_power_W
-from millprint.thesis.surrogate.tables import (
+from millprint.thesis.surrogate.measure_tables import (
     AT_LEAST,
     OF_REFERENCE,
     STATEMENTS,
@@ -28,6 +25,9 @@ from millprint.thesis.surrogate.tables import (
     tabulate,
     with_machine,
 )
+from millprint.thesis.surrogate.rollout import RollOut, blurred, riding, simulated, simulated_rollout, slowed
+from millprint.thesis.surrogate.rollout_evaluation import distribution_table, error_table, evaluate, evaluate_at_rest
+from millprint.thesis.surrogate.scene import Trajectory, mean_power_W
 from tests.conftest import PRINTED, ROOT
 from tests.unit.surrogate_samples import (
     AMPLITUDE,

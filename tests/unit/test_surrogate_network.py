@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import torch
 
+from millprint.config.errors import TrainingError
 from millprint.config.surrogate import NetworkConfig
-from millprint.errors import TrainingError
 from millprint.thesis.surrogate.dataset import Edges, Graphs, TrainingRun, featurise, graphs_at
 from millprint.thesis.surrogate.network import (
     InteractionLayer,

@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 
 from millprint.run.files import read_table
-from millprint.thesis.surrogate.tables import BASELINE_COLUMNS, BASELINES
+from millprint.thesis.surrogate.measure_tables import BASELINE_COLUMNS, BASELINES
 from tests.conftest import ROOT
 
 PAGE = (ROOT / "docs/why/surrogate.md").read_text()

@@ -2,7 +2,7 @@
 
 import pytest
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.run.tables import Number, Text, read_measured, read_printed, refuse_rows
 
 COLUMNS = [

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from millprint.dem.turns import has_impacts, mean_of_turns, relative_error, repeats
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
+from millprint.dem.turns import has_impacts, mean_of_turns, motion_repeats, relative_error
 from millprint.fingerprint.bands import factor_of
 from millprint.fingerprint.descriptors import said_of, tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
@@ -47,15 +47,15 @@ def test_locked_motions_repeat_and_chaotic_ones_do_not():
     chaotic = rng.poisson(collisions, 40) * 1e-4
     locked = 0.04 * (1 + 1e-4 * rng.standard_normal(40))
     of_three_turns = np.tile([0.03, 0.05, 0.04], 14) * (1 + 1e-4 * rng.standard_normal(42))
-    assert not repeats(chaotic, collisions)
-    assert repeats(locked, collisions) and repeats(of_three_turns, collisions)
+    assert not motion_repeats(chaotic, collisions)
+    assert motion_repeats(locked, collisions) and motion_repeats(of_three_turns, collisions)
     # Too few turns tell nothing.
-    assert not repeats(locked[:8], collisions) and repeats(locked[:9], collisions)
+    assert not motion_repeats(locked[:8], collisions) and motion_repeats(locked[:9], collisions)
 
 
 def test_chance_is_seldom_taken_for_a_locked_motion():
     rng = np.random.default_rng(3)
-    found = [repeats(rng.poisson(100, turns), 100.0) for turns in (6, 9, 12, 40) for _ in range(1000)]
+    found = [motion_repeats(rng.poisson(100, turns), 100.0) for turns in (6, 9, 12, 40) for _ in range(1000)]
     assert np.mean(found) < 0.003
 
 

@@ -5,11 +5,11 @@ import pandas as pd
 import pytest
 from scipy.stats import qmc
 
+from millprint.config.errors import ConfigError
 from millprint.config.fit import TrialConfig
-from millprint.errors import ConfigError
 from millprint.fingerprint.bands import checked_factors
+from millprint.thesis.fit.jar_search import JAR_PARAMETERS
 from millprint.thesis.fit.open_shape import agreement, shape_factors
-from millprint.thesis.fit.search import JAR_PARAMETERS
 
 RANGES = {
     "straight_ratio": {"low": 0.5, "high": 1.5, "step": 0.05},

@@ -8,7 +8,8 @@ import pytest
 from pydantic import ValidationError
 
 import measure_uncertainty
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
@@ -22,16 +23,15 @@ from millprint.config.uncertainty import (
 )
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.run import simulate
-from millprint.errors import ConfigError, SimulationError
 from millprint.fingerprint.bands import read_factors
-from millprint.fingerprint.curves import CURVES
+from millprint.fingerprint.master_curves import CURVES
 from millprint.fingerprint.seeds import MOTIONS
 from millprint.run.files import read_table, write_json, write_table
 from millprint.uncertainty import sampler
 from millprint.uncertainty.emulator import Emulator, quality
+from millprint.uncertainty.factor_checks import uncertainty_cases, uncertainty_faults
 from millprint.uncertainty.indices import Draws, draw, saltelli_shares, sobol_indices
 from millprint.uncertainty.intervals import measure
-from millprint.uncertainty.preflight import uncertainty_cases, uncertainty_faults
 from millprint.uncertainty.sampler import run_samples
 from millprint.uncertainty.samples import check_contact, contact_values, design_of, space_of
 from millprint.uncertainty.space import FROZEN, Space, contact_space, variable_of

@@ -7,13 +7,13 @@ import pandas as pd
 import pytest
 from tools import fix_predictions
 
+from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.setups.base import SetupConfig
 from millprint.config.sweep import DemConfig
 from millprint.config.validation import ValidationConfig
 from millprint.config.workflow import WorkflowConfig
-from millprint.errors import ConfigError
-from millprint.figures.validation import plot_setup
+from millprint.figures.validation_figures import plot_setup
 from millprint.validation.fixed import Fixed, fix, fixed_table, read_fixed, settings_digest, status_of
 from millprint.validation.inputs import CONTACT, PREDICTION_COLUMNS, SCATTER, check_predictions, prediction
 from millprint.validation.measured import UNKNOWN, measured_points, parse_value, read_measurements

@@ -7,13 +7,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
-from millprint.config.setups.drums import BeadDrumConfig, ReposeDrumConfig
+from millprint.config.setups.drum_setups import BeadDrumConfig, ReposeDrumConfig
 from millprint.config.strict_yaml import read_yaml
 from millprint.config.sweep import DemConfig
 from millprint.config.validation import setup_cases
-from millprint.errors import ConfigError
 from millprint.run.hdf5 import whole_hdf5
 from millprint.validation import drums
 from millprint.validation.inputs import DEM, PLACE_COLUMNS, Inputs, check_predictions
@@ -114,7 +114,7 @@ def test_the_picture_shows_the_middle_of_the_last_snapshot(tmp_path):
 
 
 def test_the_figure_of_a_bed_has_a_circle_for_each_ball(close_figures):
-    from millprint.figures.validation import plot_bed
+    from millprint.figures.validation_figures import plot_bed
 
     balls = pd.DataFrame({"x_m": [0.0, 0.01], "z_m": [-0.1, -0.1], "speed_m_s": [0.1, 0.2]})
     figure = plot_bed(balls, 0.12, 0.003, "a drum")

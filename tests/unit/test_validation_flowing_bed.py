@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from millprint.config.contact import ContactConfig
-from millprint.config.setups.drums import BeadDrumConfig, ReposeDrumConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.setups.drum_setups import BeadDrumConfig, ReposeDrumConfig
 from millprint.validation.drums import (
     Motion,
     Surface,

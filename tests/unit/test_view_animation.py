@@ -12,11 +12,11 @@ import pytest
 import yaml
 from PIL import Image
 
+from millprint.checks.before_running import check_movie
 from millprint.config.checks import load_workflow
+from millprint.config.errors import ConfigError
 from millprint.config.view import ViewConfig
-from millprint.errors import ConfigError
 from millprint.figures.animation import SPEEDS, Animation, save_animation
-from millprint.preflight import check_movie
 from millprint.view.frames import Movie, read_movie
 from tests.unit.run_samples import OUTLINE, RADII, turn, write_sample
 

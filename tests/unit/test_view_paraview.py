@@ -11,13 +11,13 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import BallMixture
 from millprint.config.sweep import Case, DemConfig, balls_of
 from millprint.dem.run import run_case
-from millprint.errors import ConfigError
 from millprint.view import snapshots as snapshots_module
 from millprint.view.paraview import BALL, WALL, export_run
 from millprint.view.snapshots import Snapshots, open_run

@@ -6,8 +6,8 @@ import pytest
 from scipy.optimize import approx_fprime
 from scipy.stats import multivariate_normal, norm
 
-from millprint.config.averaging import INPUTS, Priors
-from millprint.errors import ConfigError
+from millprint.config.averaged_process import INPUTS, Priors
+from millprint.config.errors import ConfigError
 from millprint.run.files import read_json, write_json
 from millprint.thesis.yields.averaging import (
     JITTER,

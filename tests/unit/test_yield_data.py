@@ -7,11 +7,11 @@ import pandas as pd
 import pytest
 from sklearn.model_selection import train_test_split
 
+from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.yields import YieldConfig
-from millprint.errors import ConfigError
 from millprint.thesis.yields.features import FEATURES, engineer
-from millprint.thesis.yields.tables import check_yield_tables, read_parts, read_rows, read_split
+from millprint.thesis.yields.run_tables import check_yield_tables, read_parts, read_rows, read_split
 from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings
 from tests.unit.yield_settings import SPLIT, parts, settings, thesis_yields

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.run.files import read_table
 from millprint.thesis.curves.regimes import read_regimes
 from millprint.thesis.yields.averaging import AveragedModel, Candidate, fit_averaged, fit_member

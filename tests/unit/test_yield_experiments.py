@@ -9,8 +9,8 @@ import pytest
 
 import predict_yields
 import train_averaged_models
-from millprint.config.proposals import ProposalConfig
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
+from millprint.config.next_experiments import ProposalConfig
 from millprint.run.files import read_table, write_table
 from millprint.thesis.curves.regimes import read_regimes
 from millprint.thesis.yields.experiments import DONE, RUNNING, SETTINGS, next_cases, read_experiments, region_conditions
@@ -18,7 +18,7 @@ from millprint.thesis.yields.features import CONDITIONS
 from millprint.thesis.yields.model_files import load_averaged, training_rows
 from millprint.thesis.yields.new_conditions import MillCurves, predict_conditions
 from millprint.thesis.yields.proposals import choose_centre, choose_repeats, same_setting
-from millprint.thesis.yields.tables import read_rows
+from millprint.thesis.yields.run_tables import read_rows
 from tests.unit.doe_settings import settings as doe_settings
 from tests.unit.test_yield_proposals import MILL, REFERENCE, REGIMES
 from tests.unit.yield_settings import all_runs, parts, settings
@@ -61,7 +61,7 @@ def test_the_model_that_proposes_also_predicts_every_proposal(first):
     """One final model with 31 rows: what it recommends, it does not refuse."""
     assert len(training_rows(first.model)) == 31
     rows, config = read_rows(first.path, yields=False), first.config
-    own = (config.prediction, config.training, config.honest.conformal_folds, config.proposals.level)
+    own = (config.prediction, config.training, config.evaluation.conformal_folds, config.proposals.level)
     table = predict_conditions(first.model, rows, *own, mill=MillCurves.read(first.mill))
     assert (table["warning"] == "").all()
     np.testing.assert_allclose(table["predicted_percent"], first.next["predicted_percent"], rtol=1e-5)

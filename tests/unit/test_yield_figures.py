@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.thesis.figures.chapter5 import (
+from millprint.thesis.figures.chapter5_figures import (
     STRATEGIES,
     interval_errors,
     plot_attributions,

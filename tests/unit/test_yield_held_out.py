@@ -20,11 +20,11 @@ def runs() -> pd.DataFrame:
 
 def procedure(model: str, strategy: str):
     config = settings()
-    return procedure_of(model, strategy, config.training, config.honest, config.averaging)
+    return procedure_of(model, strategy, config.training, config.evaluation, config.averaging)
 
 
 def test_outer_folds_hold_out_the_rows_of_their_scheme():
-    rows, budget = runs(), settings().honest
+    rows, budget = runs(), settings().evaluation
     folds = outer_folds(rows, budget)
     for fold in folds:
         assert sorted([*fold.kept, *fold.held]) == list(range(27))
@@ -43,7 +43,7 @@ def test_outer_folds_hold_out_the_rows_of_their_scheme():
 
 
 def test_another_seed_gives_other_folds_and_the_same_seed_the_same():
-    rows, budget = runs(), settings().honest
+    rows, budget = runs(), settings().evaluation
     first, again = outer_folds(rows, budget), outer_folds(rows, budget)
     other = outer_folds(rows, budget.model_copy(update={"seed": 7}))
     assert all(np.array_equal(one.held, two.held) for one, two in zip(first, again, strict=True))
@@ -54,7 +54,7 @@ def test_another_seed_gives_other_folds_and_the_same_seed_the_same():
 
 @pytest.mark.parametrize(("model", "strategy"), [("averaged_gpr", "primary"), ("gpr", "two_step"), ("xgb", "primary")])
 def test_a_held_out_prediction_does_not_depend_on_the_yield_of_its_run(model, strategy):
-    rows, budget = runs().head(9).assign(role=["train"] * 7 + ["test"] * 2), settings().honest
+    rows, budget = runs().head(9).assign(role=["train"] * 7 + ["test"] * 2), settings().evaluation
     wrong = rows.copy()
     wrong.loc[3, "yield_percent"] = 99.0
     tables = []
@@ -110,7 +110,7 @@ def held_out(scheme: str, repeats: int, error: float, model: str = "m") -> pd.Da
 
 
 def test_nested_metrics_are_averaged_over_repeats_and_random_ones_are_a_population():
-    budget = settings().honest
+    budget = settings().evaluation
     table = pd.concat([held_out(NESTED, 3, 2.0), held_out(RANDOM, 3, 2.0)])
     found = score_table(table, WEIGH, budget).set_index(["scheme", "metric"])
     assert found.loc[(NESTED, "mae"), "value"] == pytest.approx((2 + 4 + 6) / 3)
@@ -123,7 +123,7 @@ def test_nested_metrics_are_averaged_over_repeats_and_random_ones_are_a_populati
 
 
 def test_a_score_without_repeats_has_no_spread():
-    found = score_table(held_out(LEFT_OUT, 1, 2.0), WEIGH, settings().honest)
+    found = score_table(held_out(LEFT_OUT, 1, 2.0), WEIGH, settings().evaluation)
     assert (found["repeats"] == 1).all() and found[["lowest", "median", "highest"]].isna().all(axis=None)
 
 

@@ -5,17 +5,17 @@ import pytest
 from sklearn.ensemble import RandomForestRegressor
 from xgboost import XGBRegressor
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.run.files import read_json, write_json
 from millprint.thesis.claims.evidence import agrees
 from millprint.thesis.yields.boosting import Boosting, BoostingFold
 from millprint.thesis.yields.estimators import Forest, ForestFold
 from millprint.thesis.yields.features import FEATURES, Standardisation, engineer
 from millprint.thesis.yields.metrics import METRICS, YieldWeights, metrics
-from millprint.thesis.yields.model import Trainer, fit_model, plan_steps
 from millprint.thesis.yields.model_files import load_model, save_model
 from millprint.thesis.yields.regressors import REGRESSORS
-from millprint.thesis.yields.tables import read_rows
+from millprint.thesis.yields.run_tables import read_rows
+from millprint.thesis.yields.yield_model import Trainer, fit_model, plan_steps
 from tests.conftest import PRINTED
 from tests.unit.yield_settings import parts, settings
 

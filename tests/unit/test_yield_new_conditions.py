@@ -11,9 +11,9 @@ from millprint.cli.commands import main as millprint
 from millprint.run.files import read_table, write_table
 from millprint.thesis.yields.averaging import fit_averaged
 from millprint.thesis.yields.features import CONDITIONS
-from millprint.thesis.yields.model import Trainer
 from millprint.thesis.yields.model_files import save_averaged, save_model
 from millprint.thesis.yields.new_conditions import predict_conditions, write_predictions
+from millprint.thesis.yields.yield_model import Trainer
 from tests.conftest import ROOT
 from tests.unit.yield_settings import parts, settings
 
@@ -38,7 +38,7 @@ def models(tmp_path_factory) -> dict[str, str]:
 def arguments(level: float) -> tuple:
     """The arguments of predict_conditions after model and conditions: limits, training, folds, level."""
     config = settings()
-    return config.prediction, config.training, config.honest.conformal_folds, level
+    return config.prediction, config.training, config.evaluation.conformal_folds, level
 
 
 @pytest.mark.parametrize("kind", ["mixture", "gaussian", "cv_plus"])

@@ -18,7 +18,7 @@ import split_screening
 import train_averaged_models
 import train_yield_model
 import try_alternatives
-from millprint.config.regressors import COMPARED
+from millprint.config.search_spaces import COMPARED
 from millprint.fingerprint.condition import Condition
 from millprint.run.files import read_table
 from millprint.thesis.claims.evidence import verdict
@@ -39,7 +39,7 @@ EVERY_MODEL = (*MODELS, (AVERAGED, "primary"))
 REFERENCE = Condition(0.10, speed_hz=10.0, ball_diameter_m=0.01, density_kg_m3=7700.0, amplitude_m=0.017)
 TABLES = [
     "locked",
-    "honest",
+    "scores_by_scheme",
     "coverage",
     "predictions",
     "out_of_domain",
@@ -54,7 +54,7 @@ FINAL_METRICS = {"test.tsv", "locked.tsv", "choices.tsv", "predictions.tsv"}
 HELD_OUT = ("linear", "averaged_gpr", "climatology")
 # Files made from all runs: evaluations over all of them, and everything that follows the evaluation.
 ALL_RUNS = {
-    "honest.tsv",
+    "scores_by_scheme.tsv",
     "coverage.tsv",
     "time_variance.tsv",
     "scores.tsv",
@@ -115,7 +115,7 @@ def run_chapter(results: Path, screening: Path, to_the_end: bool = True) -> Path
     for model, strategy in ((name, "primary") for name in HELD_OUT):
         paths = folder / f"held_out/{model}.tsv", folder / f"held_out/{model}_intervals.tsv"
         held_out[model] = tuple(map(str, paths))
-        hold_out_yields.main(train, test, *paths, model, strategy, config.training, config.honest, config.averaging)
+        hold_out_yields.main(train, test, *paths, model, strategy, config.training, config.evaluation, config.averaging)
     used = [held_out["linear"]] * len(models) + [held_out["averaged_gpr"], held_out[CLIMATOLOGY]]
     evaluate_yield_models.main(
         SimpleNamespace(
@@ -129,7 +129,7 @@ def run_chapter(results: Path, screening: Path, to_the_end: bool = True) -> Path
         ),
         SimpleNamespace(**{name: folder / f"{name}.tsv" for name in TABLES}),
         config.training,
-        config.honest,
+        config.evaluation,
         config.interval_level,
     )
     otherwise_models, again = [], searched_again(config.searched_again)
@@ -145,7 +145,7 @@ def run_chapter(results: Path, screening: Path, to_the_end: bool = True) -> Path
     evaluate_yield_models.explain([train, test], trees, folder / "shap.tsv", folder / "shap_ranking.tsv")
     for name in ("primary", "final"):
         model, out = str(folder / f"models/averaged_gpr_{name}.json"), str(folder / f"predicted_{name}.tsv")
-        own = (config.prediction, config.training, config.honest.conformal_folds, 0.95, False)
+        own = (config.prediction, config.training, config.evaluation.conformal_folds, 0.95, False)
         write_predictions(model, config.prediction.conditions, out, *own, mill)
     if to_the_end:
         follow_up(folder, [train, test], config)
@@ -155,7 +155,7 @@ def run_chapter(results: Path, screening: Path, to_the_end: bool = True) -> Path
 def follow_up(folder: Path, parts: list[str], config) -> None:
     """What comes after the evaluation: other regimes, the next experiments, and what the models are worth."""
     regimes = SimpleNamespace(regimes=folder / "regimes.tsv", regimes_summary=folder / "regimes_summary.tsv")
-    own = (config.training, config.honest, config.averaging, config.interval_level)
+    own = (config.training, config.evaluation, config.averaging, config.interval_level)
     cases = read_regimes(str(REGIMES))
     leave_groups_out.leave_regimes(parts, cases, regimes, REFERENCE, *own)
     mill, final = str(folder / "models/mill.json"), str(folder / "models/averaged_gpr_final.json")
@@ -168,13 +168,13 @@ def follow_up(folder: Path, parts: list[str], config) -> None:
         summary=folder / "retrospective_summary.tsv",
         learning=folder / "retrospective_learning.tsv",
     )
-    search_retrospectively.main(parts, searched, config.retrospective, config.averaging, config.honest.level)
+    search_retrospectively.main(parts, searched, config.retrospective, config.averaging, config.evaluation.level)
     trust(folder, parts, config)
 
 
 def trust(folder: Path, parts: list[str], config) -> None:
     """The libraries, the permutation test, and the sentences."""
-    own = (config.training, config.honest, config.averaging, config.library_trial)
+    own = (config.training, config.evaluation, config.averaging, config.library_trial)
     try_alternatives.try_libraries(*parts, str(folder / "libraries.tsv"), *own)
     permuted = SimpleNamespace(
         permutations=folder / "permutations.tsv", permutation_test=folder / "permutation_test.tsv"
@@ -252,7 +252,7 @@ def test_another_split_and_another_seed_work(tmp_path):
         train_yield_model.main(train, str(tmp_path / f"{seed}.json"), "xgb", "primary", training, config.search)
     assert (tmp_path / "first.json").read_bytes() != (tmp_path / "other.json").read_bytes()
     outputs = tmp_path / "held.tsv", tmp_path / "intervals.tsv"
-    shifted = config.honest.model_copy(update={"seed": 7})
+    shifted = config.evaluation.model_copy(update={"seed": 7})
     hold_out_yields.main(train, test, *outputs, "linear", "primary", config.training, shifted, config.averaging)
     held = read_table(outputs[0], text=["scheme", "case"])
     assert (held["scheme"] == LOCKED_AGAIN).sum() == 7
@@ -280,7 +280,7 @@ def test_tables_have_the_columns_that_are_read_later(chapter):
     locked = read_table(chapter / "locked.tsv")
     assert list(locked)[:7] == ["model", "strategy", "rmse", "mae", "mape", "r2", "wmse"]
     assert list(zip(locked["model"], locked["strategy"], strict=True)) == list(EVERY_MODEL)
-    scores = read_table(chapter / "honest.tsv")
+    scores = read_table(chapter / "scores_by_scheme.tsv")
     assert list(scores) == ["model", "strategy", "scheme", "metric", "value", "error", "lower", "upper", *SPREAD]
     schemes = {"locked", "locked_reduced_budget", "leave_one_out", "nested_cv", "random_split"}
     # Climatology is not a trained model, so it has no row for the locked split at the full budget.
@@ -306,10 +306,10 @@ def test_tables_have_the_columns_that_are_read_later(chapter):
 
 
 def test_tables_of_trust_agree_with_each_other_and_with_the_sentences(chapter):
-    honest = read_table(chapter / "honest.tsv")
+    by_scheme = read_table(chapter / "scores_by_scheme.tsv")
     differences, libraries = read_table(chapter / "differences.tsv"), read_table(chapter / "libraries.tsv")
-    averaged = honest.query("model == 'averaged_gpr' and metric == 'r2'").set_index("scheme")
-    linear = honest.query("model == 'linear' and metric == 'r2'").set_index("scheme")
+    averaged = by_scheme.query("model == 'averaged_gpr' and metric == 'r2'").set_index("scheme")
+    linear = by_scheme.query("model == 'linear' and metric == 'r2'").set_index("scheme")
     paired = differences.query("model == 'linear' and metric == 'r2'").set_index("scheme")
     for scheme in ("leave_one_out", "nested_cv"):
         own = libraries.query(f"library == 'declared' and metric == 'r2' and scheme == '{scheme}'").iloc[0]
@@ -345,7 +345,7 @@ def test_figures_are_drawn(chapter, tmp_path):
     tables = {name: chapter / f"{name}.tsv" for name in ("predictions", "shap")}
     plot_yields.draw_models(SimpleNamespace(**tables), plotted)
     trusted = drawn(["evaluation", "coverage", "retrospective", "proposals", "regimes"], tmp_path)
-    tables = {name: chapter / f"{name}.tsv" for name in ("honest", "coverage", "retrospective")}
+    tables = {name: chapter / f"{name}.tsv" for name in ("scores_by_scheme", "coverage", "retrospective")}
     more = {"proposals": chapter / "next_experiments.tsv", "regimes": chapter / "regimes_summary.tsv"}
     plot_yields.draw_trust(SimpleNamespace(**tables, **more, claims=CLAIMS), trusted)
     scored = drawn(["scores", "pit", "permutations"], tmp_path)

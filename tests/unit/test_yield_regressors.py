@@ -3,15 +3,14 @@
 import numpy as np
 import pytest
 
+from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
-from millprint.config.regressors import COMPARED, TABLE_5_6, TUNED, UNTUNED, Spaces
+from millprint.config.search_spaces import COMPARED, TABLE_5_6, TUNED, UNTUNED, Spaces
 from millprint.config.yields import YieldConfig
-from millprint.errors import ConfigError
 from millprint.run.files import read_json
 from millprint.thesis.yields.estimators import GaussianProcess, gaussian_process
 from millprint.thesis.yields.evaluation import ALTERNATIVES, compare_choices, shap_values
 from millprint.thesis.yields.held_out import procedure_of
-from millprint.thesis.yields.model import Trainer, fit_model, plan_steps
 from millprint.thesis.yields.model_files import load_model, save_model
 from millprint.thesis.yields.regressors import (
     AVERAGED,
@@ -24,6 +23,7 @@ from millprint.thesis.yields.regressors import (
     regressor,
     searched_again,
 )
+from millprint.thesis.yields.yield_model import Trainer, fit_model, plan_steps
 from tests.unit.yield_settings import parts, settings, thesis_yields
 
 # Whether SHAP values can be calculated, by regressor.
@@ -135,7 +135,7 @@ def test_an_unknown_regressor_raises_wherever_one_is_named(tmp_path):
     with pytest.raises(ValueError, match=message):
         fit_model("boosted", "primary", [{}], rows, yields, config.training)
     with pytest.raises(ValueError, match=message):
-        procedure_of("boosted", "primary", config.training, config.honest, config.averaging)
+        procedure_of("boosted", "primary", config.training, config.evaluation, config.averaging)
     model, results = trained("linear", "primary")
     path = tmp_path / "model.json"
     save_model(model, results, rows, config.training, str(path))

@@ -32,8 +32,8 @@ from millprint.thesis.yields.metrics import (
     jackknife_error,
     without_each,
 )
-from millprint.thesis.yields.model import fit_model
 from millprint.thesis.yields.statements import state
+from millprint.thesis.yields.yield_model import fit_model
 from tests.unit.yield_settings import all_runs, parts, settings
 
 SCALES = ("linear", "linear", "log", "log", "linear")
@@ -227,7 +227,7 @@ def test_a_library_predicts_a_run_without_its_yield():
     wrong.loc[4, "yield_percent"] = 99.0
     tables = []
     for each in (rows, wrong):
-        folds = [fold for fold in outer_folds(each, config.honest) if fold.scheme == LEFT_OUT][4:6]
+        folds = [fold for fold in outer_folds(each, config.evaluation) if fold.scheme == LEFT_OUT][4:6]
         found = refit_members(each, library(config.averaging), folds, config.averaging, lambda: None)
         tables.append(predict_runs(found, np.arange(len(found[0].members)), config.averaging, each))
     clean, other = tables
@@ -285,7 +285,7 @@ def test_the_sentence_follows_the_test(apart, words):
         "conclusion": "cannot",
     }
     tables = {
-        "honest": pd.DataFrame([each | rest | {"metric": "r2"} for each in every]),
+        "scores_by_scheme": pd.DataFrame([each | rest | {"metric": "r2"} for each in every]),
         "differences": pd.DataFrame(paired),
         "scores": pd.DataFrame(
             [each | rest | {"score": score} for each in every for score in ("crps_pp", "log_score")]

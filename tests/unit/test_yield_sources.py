@@ -8,17 +8,17 @@ import pytest
 import yaml
 from scripts import split_screening
 
+from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.other_sources import OtherSourcesConfig
 from millprint.config.yields import YieldConfig
-from millprint.errors import ConfigError
 from millprint.thesis.doe.runs import YIELD
-from millprint.thesis.figures.chapter5 import plot_sources
+from millprint.thesis.figures.chapter5_figures import plot_sources
 from millprint.thesis.yields import groups as sources
-from millprint.thesis.yields import tables
+from millprint.thesis.yields import run_tables as tables
 from millprint.thesis.yields.features import CONDITIONS
 from millprint.thesis.yields.held_out import procedure_of
-from millprint.thesis.yields.tables import read_rows
+from millprint.thesis.yields.run_tables import read_rows
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings
@@ -56,9 +56,9 @@ def test_the_handbooks_example_is_read_and_its_energies_are_those_of_the_fingerp
 def test_the_handbooks_example_is_scored(example):
     yields = settings()
     rows = tables.with_other_runs(all_runs(), tables.read_other_runs(example, {}, FILE), example.own)
-    procedures = {("linear", "primary"): procedure_of("linear", "primary", yields.training, yields.honest, None)}
+    procedures = {("linear", "primary"): procedure_of("linear", "primary", yields.training, yields.evaluation, None)}
     predictions = sources.leave_sources_out(rows, procedures, yields.prediction, 0.8)
-    table = sources.score_sources(predictions, rows, yields.honest, 0.8).set_index("source")
+    table = sources.score_sources(predictions, rows, yields.evaluation, 0.8).set_index("source")
     assert table["runs"].to_dict() == {"thesis": 27, "north": 5, "south": 2}
     assert table["training_runs"].to_dict() == {"thesis": 7, "north": 29, "south": 32}
     assert table.loc["thesis", "verdict"] == sources.TOO_FEW_TRAINED
@@ -143,7 +143,7 @@ def test_keys_that_do_not_go_together_are_refused(keys, message):
 def test_with_one_source_nothing_can_be_said(close_figures):
     rows = tables.with_other_runs(all_runs(), tables.read_other_runs(OtherSourcesConfig(), {}, FILE), "thesis")
     predictions = sources.leave_sources_out(rows, {}, settings().prediction, 0.8)
-    table = sources.score_sources(predictions, rows, settings().honest, 0.8)
+    table = sources.score_sources(predictions, rows, settings().evaluation, 0.8)
     assert table[["source", "runs", "verdict"]].values.tolist() == [
         ["thesis", 27, "one source: nothing can be said on transfer"]
     ]
@@ -170,9 +170,11 @@ def two_sources(shift: float) -> pd.DataFrame:
 
 def scored(rows: pd.DataFrame, model: str) -> tuple[pd.DataFrame, pd.DataFrame]:
     yields = settings()
-    procedures = {(model, "primary"): procedure_of(model, "primary", yields.training, yields.honest, yields.averaging)}
+    procedures = {
+        (model, "primary"): procedure_of(model, "primary", yields.training, yields.evaluation, yields.averaging)
+    }
     predictions = sources.leave_sources_out(rows, procedures, yields.prediction, 0.8)
-    table = sources.score_sources(predictions, rows, yields.honest, 0.8)
+    table = sources.score_sources(predictions, rows, yields.evaluation, 0.8)
     return table.set_index("source"), predictions
 
 

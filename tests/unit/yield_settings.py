@@ -4,9 +4,9 @@ import pandas as pd
 import yaml
 
 from millprint.config.load import check_model
-from millprint.config.regressors import TUNED, Spaces
+from millprint.config.search_spaces import TUNED, Spaces
 from millprint.config.yields import YieldConfig
-from millprint.thesis.yields.tables import read_parts
+from millprint.thesis.yields.run_tables import read_parts
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings
@@ -43,7 +43,7 @@ def settings(**choices) -> YieldConfig:
             section["training"]["spaces"].setdefault(name, {})["n_estimators"] = [5, 10]
     section["training"]["choices"] |= choices
     section["search"] = SMALL
-    section["honest"] |= {**SMALL, **SMALL_EVALUATION, "resamples": 200}
+    section["evaluation"] |= {**SMALL, **SMALL_EVALUATION, "resamples": 200}
     section["averaging"] |= SMALL_LIBRARY
     section["library_trial"] |= {"sub_libraries": 20, "permutations": 19}
     section["proposals"] |= {"runs": 2, "shortlist": 40, "draws": 200}

@@ -12,12 +12,12 @@ import pytest
 import yaml
 from numba.core.caching import UserProvidedCacheLocator
 
+from millprint.checks.before_running import check_before_running
 from millprint.config.checks import load_workflow
+from millprint.config.errors import ConfigError
 from millprint.config.strict_yaml import read_yaml
-from millprint.errors import ConfigError
-from millprint.preflight import check_before_running
 from millprint.run import kernel
-from millprint.thesis.preflight import chapter_faults
+from millprint.thesis.chapter_checks import chapter_faults
 from tests.conftest import ROOT
 from tests.mutations import DUMPER
 from tests.remembered import SLOW_PARTS

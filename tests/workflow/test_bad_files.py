@@ -4,8 +4,8 @@ import os
 
 import pytest
 
+from millprint.config.errors import ConfigError
 from millprint.config.strict_yaml import DEEPEST, read_yaml
-from millprint.errors import ConfigError
 from tests.workflow.conftest import CONFIG, error_lines, run_snakemake
 
 

@@ -5,10 +5,10 @@ import pytest
 import trimesh
 import yaml
 
+from millprint.checks.before_running import check_before_running
 from millprint.config.checks import load_workflow
-from millprint.errors import LONGEST_LINE, ConfigError
-from millprint.preflight import check_before_running
-from millprint.thesis.preflight import chapter_faults
+from millprint.config.errors import LONGEST_LINE, ConfigError
+from millprint.thesis.chapter_checks import chapter_faults
 from tests.workflow.conftest import CONFIG, edit_yaml, error_lines, run_snakemake
 
 STEEL = "config/contacts/steel.yaml"
@@ -145,7 +145,8 @@ def test_valid_input_is_checked_only_once(project):
         (CONFIG, ("sweeps", 0, "ball_diameters_mm"), [0.001], ["ball_diameters_mm = 0.001", "too small to simulate"]),
         (CONFIG, ("sweeps", 0, "fill_ratios"), [1e-9], ["fill_ratios = 1e-09", "one ball needs at least"]),
         (CONFIG, ("sweeps", 0, "seeds"), [10**30], ["sweeps.0.seeds.0", "less than"]),
-        (CONFIG, ("yields", "honest", "resamples"), 10**12, ["yields.honest.resamples", "less than"]),
+        (CONFIG, ("yields", "evaluation", "resamples"), 10**12, ["yields.evaluation.resamples", "less than"]),
+        (CONFIG, ("yields", "honest"), {"folds": 3}, ["yields.honest", "it is now called yields.evaluation"]),
         # Files outside the project, and folders that must not hold results.
         (CONFIG, ("data", "wear"), "../wear.tsv", ["data.wear = '../wear.tsv'", "inside the project"]),
         (CONFIG, ("data", "wear"), "/etc/passwd", ["data.wear = '/etc/passwd'", "inside the project"]),

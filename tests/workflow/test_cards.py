@@ -9,9 +9,9 @@ import yaml
 from jsonschema import Draft202012Validator
 from PIL import Image
 
+from millprint.card.card_files import FILES
 from millprint.card.methods import methods_paragraph
 from millprint.card.read import read_card
-from millprint.card.write import FILES
 from millprint.cli.commands import main as millprint
 from millprint.run.files import read_json
 from tests.workflow.conftest import ROOT, active_environment, error_lines, run_snakemake

@@ -139,7 +139,7 @@ def test_an_edit_of_the_yield_models_reruns_only_yield_and_report(smoke_project)
         ("fingerprint={maps: {fill_ratios: [0.06]}}", {"plot_fingerprint"}),
         ("yields={proposals: {seed: 5}}", {"predict_yields", "plot_yields"}),
         (
-            "yields={honest: {level: 0.9}}",
+            "yields={evaluation: {level: 0.9}}",
             {
                 "evaluate_yield_models",
                 "search_retrospectively",

@@ -2,7 +2,7 @@
 
 import math
 
-from millprint.card.cases import cases_of
+from millprint.card.experiment_cases import cases_of
 from millprint.config.checks import card_experiments
 from millprint.config.heat import MEASURED
 from millprint.config.mill_sweep import MillSweepConfig
@@ -10,7 +10,7 @@ from millprint.config.validation import setup_cases
 from millprint.dem.resources import resources_of
 from millprint.fingerprint.cases import described_cases, enlarged, held_out_cases, large_case, mapped_cases, mill_cases
 from millprint.fingerprint.study_cases import study_variants
-from millprint.run.patterns import any_of
+from millprint.run.name_regex import any_of
 from millprint.uncertainty.varied import samples_of_job
 
 MILL = f"{RESULTS}/mills/{{mill}}"

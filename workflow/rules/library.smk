@@ -36,10 +36,10 @@ from millprint.config.strict_yaml import read_yaml
 from millprint.run.ending.failure import failure_lines
 from millprint.run.ending.success import success_lines
 from millprint.run.ending.timers import stop_timers
-from millprint.errors import ConfigError
-from millprint.input_check import check_once
+from millprint.config.errors import ConfigError
+from millprint.checks.check_once import check_once
 from millprint.run.machine import prepare_environment
-from millprint.run.records import report_damaged
+from millprint.run.output_digests import report_damaged
 
 # Only environment variables are set here: reading this file must change nothing on disk.
 prepare_environment()

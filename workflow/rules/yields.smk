@@ -126,7 +126,7 @@ rule train_averaged_models:
 
 YIELD_TABLES = [
     "locked",
-    "honest",
+    "scores_by_scheme",
     "coverage",
     "predictions",
     "out_of_domain",
@@ -155,7 +155,7 @@ rule hold_out_yields:
         strategy=f"{PRIMARY}|{TWO_STEP}",
     params:
         training=yield_settings("training"),
-        honest=CONFIG.yields.honest.part(HeldOutConfig),
+        evaluation=CONFIG.yields.evaluation.part(HeldOutConfig),
         averaging=yield_settings("averaging"),
     message:
         "Predicting every run with models {wildcards.model}, {wildcards.strategy}, that were not trained on it"
@@ -185,7 +185,7 @@ rule evaluate_yield_models:
         f"{BENCHMARKS}/evaluate_yield_models/evaluate_yield_models.tsv"
     params:
         training=yield_settings("training"),
-        honest=yield_settings("honest"),
+        evaluation=yield_settings("evaluation"),
         interval_level=CONFIG.yields.interval_level,
         searched_again=SEARCHED_AGAIN,
     message:
@@ -212,7 +212,7 @@ rule try_alternatives:
         f"{BENCHMARKS}/try_alternatives/try_alternatives.tsv"
     params:
         training=yield_settings("training"),
-        honest=CONFIG.yields.honest.part(HeldOutConfig),
+        evaluation=CONFIG.yields.evaluation.part(HeldOutConfig),
         averaging=yield_settings("averaging"),
         trial=yield_settings("library_trial"),
     message:
@@ -254,7 +254,7 @@ rule predict_yields:
     params:
         settings=yield_settings("prediction"),
         training=yield_settings("training"),
-        conformal_folds=CONFIG.yields.honest.conformal_folds,
+        conformal_folds=CONFIG.yields.evaluation.conformal_folds,
         interval_level=CONFIG.yields.interval_level,
         volume_m3=MILLS[CONFIG.mill].volume_ml * 1e-6,
         proposals=yield_settings("proposals"),
@@ -280,7 +280,7 @@ rule search_retrospectively:
     params:
         settings=yield_settings("retrospective"),
         averaging=yield_settings("averaging"),
-        level=CONFIG.yields.honest.level,
+        level=CONFIG.yields.evaluation.level,
     message:
         "Counting how many runs it would have taken to find the best one"
     script:
@@ -312,7 +312,7 @@ rule leave_groups_out:
         factors=FACTORS,
         other_sources=yield_settings("other_sources"),
         training=yield_settings("training"),
-        honest=yield_settings("honest"),
+        evaluation=yield_settings("evaluation"),
         averaging=yield_settings("averaging"),
         prediction=yield_settings("prediction"),
         interval_level=CONFIG.yields.interval_level,
@@ -329,7 +329,7 @@ rule plot_yields:
     input:
         predictions=rules.evaluate_yield_models.output.predictions,
         shap=rules.evaluate_yield_models.output.shap,
-        honest=rules.evaluate_yield_models.output.honest,
+        scores_by_scheme=rules.evaluate_yield_models.output.scores_by_scheme,
         coverage=rules.evaluate_yield_models.output.coverage,
         retrospective=rules.search_retrospectively.output.retrospective,
         proposals=rules.predict_yields.output.proposals,

@@ -6,10 +6,8 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-from millprint.card.descriptors import describe_runs
-from millprint.card.inputs import CardSettings, Known, Runs
-from millprint.card.methods import methods_paragraph
-from millprint.card.model import (
+from millprint.card.card_inputs import CardSettings, Known, Runs
+from millprint.card.card_model import (
     FORMAT,
     SCHEMA_VERSION,
     BallGroup,
@@ -22,14 +20,16 @@ from millprint.card.model import (
     Powder,
     Programme,
 )
+from millprint.card.condition_descriptors import describe_runs
+from millprint.card.methods import methods_paragraph
 from millprint.card.parts import dose_part, heat_part, spectra_part, wear_part
 from millprint.card.software import software
 from millprint.config.card import Experiment
-from millprint.config.contact import PAIR_COEFFICIENTS, ContactConfig
+from millprint.config.contact_set import PAIR_COEFFICIENTS, ContactConfig
 from millprint.config.counting import recorded_count
 from millprint.config.heat import JarSection
 from millprint.config.mill import MillConfig
-from millprint.fingerprint.inputs import check_summary
+from millprint.fingerprint.readers import check_summary
 from millprint.run.kernel import kernel_digest
 
 

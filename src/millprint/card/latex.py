@@ -5,8 +5,8 @@ from pathlib import Path
 
 import yaml
 
+from millprint.card.card_model import Ends, MillingCard, Quantity
 from millprint.card.methods import charge_in_words, programme_in_words
-from millprint.card.model import Ends, MillingCard, Quantity
 from millprint.card.numbers import between, plain, prefix_of, three
 from millprint.card.software import citation
 from millprint.fingerprint.columns import DESCRIPTORS

@@ -5,16 +5,16 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from millprint.card.model import MillingCard, Quantity
+from millprint.card.card_model import MillingCard, Quantity
 from millprint.config.checks import MILL_FOLDER
+from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import DESCRIPTOR_SETS
 from millprint.config.sources import WORKING_FOLDER, Sources
-from millprint.errors import ConfigError
 from millprint.fingerprint.bands import FURTHER, Band, Interval
 from millprint.fingerprint.comparison import ALL_SIMULATED, Wanted, nearest
+from millprint.fingerprint.condition_search import SHARED_CONTACT, check_same_count
 from millprint.fingerprint.match_words import limits_in_words, lost_in_words, setting_in_words
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.search import SHARED_CONTACT, check_same_count
 
 # Settings are near a card if its descriptors are met to this on average (root mean square of logarithms).
 NEAR = 0.25

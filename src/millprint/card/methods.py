@@ -1,6 +1,6 @@
 """The methods paragraph of a card, ready for a paper; every number is from the card."""
 
-from millprint.card.model import Balls, MillingCard, Programme
+from millprint.card.card_model import Balls, MillingCard, Programme
 from millprint.card.numbers import between, in_words, plain, three
 
 COOLING = {"still_air": "air at rest", "moving_air": "moving air", "water": "water"}

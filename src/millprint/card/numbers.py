@@ -2,7 +2,7 @@
 
 import math
 
-from millprint.card.model import Ends, Estimate, Quantity, Temperature
+from millprint.card.card_model import Ends, Estimate, Quantity, Temperature
 
 # SI prefixes for small and large numbers.
 PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M"}

@@ -3,8 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from millprint.card.inputs import CardSettings, Known, Runs
-from millprint.card.model import (
+from millprint.card.card_inputs import CardSettings, Known, Runs
+from millprint.card.card_model import (
     Balls,
     Bins,
     BodyHeat,
@@ -25,8 +25,8 @@ from millprint.card.model import (
 from millprint.config.card import CardProgrammeSection, Experiment
 from millprint.config.dose import ChargeConfig
 from millprint.config.heat import JarSection
-from millprint.dose.dose import HITS, NORMAL, TANGENTIAL, TOTAL, doses
-from millprint.dose.heat import BODIES
+from millprint.dose.energy_doses import HITS, NORMAL, TANGENTIAL, TOTAL, doses
+from millprint.dose.heat_balance import BODIES
 from millprint.dose.heat_sources import mean_of, read_source
 from millprint.dose.heat_table import TIMES, heat_tables
 from millprint.dose.sliding import mean_conditions, tabulate_sliding

@@ -3,11 +3,11 @@
 import json
 from pathlib import Path
 
-from millprint.card.inputs import Known
-from millprint.card.model import FORMAT, SCHEMA_VERSION, MillingCard
+from millprint.card.card_inputs import Known
+from millprint.card.card_model import FORMAT, SCHEMA_VERSION, MillingCard
+from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.dose.wear import read_coefficient, read_materials
-from millprint.errors import ConfigError
 from millprint.fingerprint.model import Fingerprint
 
 

@@ -12,8 +12,8 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context, parent_process
 from pathlib import Path
 
-from millprint.card.cases import ANIMATION
-from millprint.config.contact import ContactConfig
+from millprint.card.experiment_cases import ANIMATION
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, overridden
 from millprint.dem.run import run_case

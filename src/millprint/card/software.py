@@ -5,7 +5,7 @@ from pathlib import Path
 
 import yaml
 
-from millprint.card.model import Software
+from millprint.card.card_model import Software
 from millprint.run.machine import commit, package_versions
 
 # Packages that a card's numbers depend on.

@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import NamedTuple
 
 from millprint.cli.arguments import close_to
-from millprint.errors import MillprintError
+from millprint.config.errors import MillprintError
 
 USAGE = 2
 

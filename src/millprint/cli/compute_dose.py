@@ -10,7 +10,7 @@ over time and over each dose are fitted, compared by AICc, and printed with a ve
 from pathlib import Path
 
 from millprint.cli.arguments import parser_of
-from millprint.dose.dose import AXES, TIME, YIELD, own_doses
+from millprint.dose.energy_doses import AXES, TIME, YIELD, own_doses
 from millprint.dose.kinetics import FEWEST_RUNS, fit_kinetics, verdict
 from millprint.dose.shear import said_of_shear
 from millprint.fingerprint.model import Fingerprint

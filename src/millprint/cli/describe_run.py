@@ -9,12 +9,12 @@ further targets, when all have ended. The target `crate` of the workflow describ
 from pathlib import Path
 
 from millprint.cli.arguments import parser_of
+from millprint.provenance.crate_files import read_configuration, write_crate
 from millprint.provenance.finished import check_finished, recipe_of, targets_of
 from millprint.provenance.inside import CRATE
 from millprint.provenance.lineage import read_jobs
-from millprint.provenance.write import read_configuration, write_crate
 from millprint.run import files
-from millprint.run.records import write_record
+from millprint.run.output_digests import write_record
 
 # The rule of this script, and where its job records what it wrote.
 RULE, RECORD = "write_crate", "logs/report/write_crate.json"

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from millprint.cli.arguments import close_to
 from millprint.config.checks import MILL_FOLDER
+from millprint.config.errors import ConfigError
 from millprint.config.included import included_mills, shipped
 from millprint.config.strict_yaml import read_yaml
-from millprint.errors import ConfigError
 
 YAML = (".yaml", ".yml")
 

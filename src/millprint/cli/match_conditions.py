@@ -31,16 +31,16 @@ import pandas as pd
 from millprint.card.match import NEAR, find_fingerprint, match_card, verdict
 from millprint.card.read import read_card
 from millprint.cli.arguments import parser_of
+from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import DESCRIPTOR_SETS, DescriptorSet, MatchConfig
 from millprint.config.included import SOURCES
 from millprint.config.load import check_model, read_yaml
-from millprint.errors import ConfigError
 from millprint.fingerprint.bands import FURTHER, NOT_KNOWN, interval_columns
 from millprint.fingerprint.comparison import Wanted
+from millprint.fingerprint.condition_search import match_targets, shared_contact
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.match_words import match_in_words
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.search import match_targets, shared_contact
 from millprint.run.files import write_table
 
 SHORT = {

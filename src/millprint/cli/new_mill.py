@@ -20,10 +20,10 @@ import yaml
 from millprint.cli.arguments import close_to, parser_of
 from millprint.cli.engine import cores, run_workflow
 from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER
+from millprint.config.errors import ConfigError
 from millprint.config.included import included_contacts, included_mills, load_contact
 from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
-from millprint.errors import ConfigError
 from millprint.mill.vessel import build_vessel, check_volume
 from millprint.run.files import whole_file
 

@@ -20,7 +20,7 @@ from snakemake_interface_logger_plugins.common import LogEvent
 
 from millprint.cli.arguments import parser_of
 from millprint.cli.engine import YAML, settings_of, snakefile_words
-from millprint.plan import Job, plan_text
+from millprint.run.plan import Job, plan_text
 
 # Exit status of a command whose arguments are wrong.
 USAGE = 2

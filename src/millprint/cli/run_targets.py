@@ -13,7 +13,7 @@ Further arguments are those of Snakemake, such as --dry-run, or --config with ke
 
 from millprint.cli.arguments import close_to, parser_of
 from millprint.cli.engine import cores, run_workflow, settings_of
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.run.ending.success import endings
 
 TARGETS = {"fingerprint": "fingerprint", "explore": "explorer"}

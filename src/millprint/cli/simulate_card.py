@@ -24,26 +24,26 @@ import time
 from pathlib import Path
 
 from millprint.card.build import build_card
-from millprint.card.cases import animated_case, own_cases
-from millprint.card.inputs import CardSettings, Runs
+from millprint.card.card_files import FILES, write_card
+from millprint.card.card_inputs import CardSettings, Runs
+from millprint.card.card_model import MillingCard
+from millprint.card.experiment_cases import animated_case, own_cases
+from millprint.card.experiment_checks import check_experiment
 from millprint.card.latex import TITLES
-from millprint.card.model import MillingCard
 from millprint.card.numbers import in_words
-from millprint.card.preflight import check_experiment
 from millprint.card.read import known_of
 from millprint.card.simulate import GIF, simulate_cases
-from millprint.card.write import FILES, write_card
 from millprint.cli.arguments import parser_of
 from millprint.config.card import Experiment
 from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError, MillprintError
 from millprint.config.included import SOURCES
 from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import overridden
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.compilation import compile_kernels
-from millprint.errors import ConfigError, MillprintError
 from millprint.run.files import read_json, whole_file
 
 

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from millprint.config.errors import ConfigError
 from millprint.config.heat import JarSection, ProgrammeSection
 from millprint.config.load import check_model
 from millprint.config.mill_sweep import Turns
@@ -26,7 +27,6 @@ from millprint.config.section import (
     first_repeated,
 )
 from millprint.config.sweep import Case, balls_of
-from millprint.errors import ConfigError
 
 # A line of text in a card.
 Words = Annotated[str, Field(max_length=600)]

@@ -9,7 +9,8 @@ from typing import Any
 
 from millprint.config.calibration import ExperimentConfig
 from millprint.config.card import Experiment, read_experiments
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
 from millprint.config.load import check_model, check_names_differ, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import chosen_balls
@@ -17,7 +18,6 @@ from millprint.config.sources import WORKING_FOLDER, Sources, check_paths
 from millprint.config.strict_yaml import read_yaml
 from millprint.config.sweep import Case, expand_sweep
 from millprint.config.workflow import ChapterSections, WorkflowConfig
-from millprint.errors import ConfigError
 
 MILL_FOLDER = "config/mills"
 CONTACT_FOLDER = "config/contacts"

@@ -4,8 +4,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from millprint.config.errors import ConfigError
 from millprint.config.section import NonNegative, Section, first_repeated
-from millprint.errors import ConfigError
 
 RuleName = Annotated[str, Field(pattern=r"^[a-z][A-Za-z0-9_]*$", max_length=60)]
 

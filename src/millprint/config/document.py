@@ -6,7 +6,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from millprint.config.card import Experiment
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.meanings import meaning_of
 from millprint.config.mill import MillConfig
 from millprint.config.section import kind_of, nested_models

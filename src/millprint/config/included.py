@@ -3,11 +3,11 @@
 from pathlib import Path
 
 from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
 from millprint.config.load import Named, check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
 from millprint.config.sources import Sources
-from millprint.errors import ConfigError
 
 PACKAGE = Path(__file__).parents[1]
 # setup.py copies folders of the project there; a checkout has them once, at its root.

@@ -9,14 +9,16 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from millprint.config.errors import ConfigError
 from millprint.config.removed import REMOVED
 from millprint.config.section import PLAIN_VALUE, TRUTH, NamedSection, kind_of, nested_models
 from millprint.config.sources import WORKING_FOLDER, Sources
 from millprint.config.strict_yaml import read_yaml
-from millprint.errors import ConfigError
 
 # Faults that are shown: a list of a wrong type has one for each of its items.
 MOST_FAULTS = 20
+# Keys of earlier versions, and their present names.
+RENAMED = {"yields.honest": "yields.evaluation"}
 
 Model = TypeVar("Model", bound=BaseModel)
 Named = TypeVar("Named", bound=NamedSection)
@@ -95,6 +97,7 @@ def _line(source: str | Sequence[str], model: type[BaseModel], error: ErrorDetai
             return f"{source}: {key} = {error['input']!r}: this key was removed ({fixed}); delete it"
         close = difflib.get_close_matches(str(place[-1]), _known_keys(section), n=1)
         hint = f"; did you mean {close[0]}?" if close else _where_it_belongs(model, error["loc"])
+        hint = f"; it is now called {RENAMED[key]}" if key in RENAMED else hint
         return f"{source}: {key} = {error['input']!r}: unknown key{hint}"
     if error["type"] == "missing":
         return f"{source}: {key}: this key is missing"

@@ -6,7 +6,7 @@ from pydantic import Field, model_validator
 
 from millprint.config.geometry import PostGeometry, SolidGeometry, StadiumGeometry, VesselGeometry
 from millprint.config.mill_sweep import MillSweepConfig
-from millprint.config.motion import CircleMotion, Motion
+from millprint.config.motion_kinds import CircleMotion, Motion
 from millprint.config.section import Name, NamedSection, Section
 
 __all__ = ["CircleMotion", "InsertConfig", "MillConfig", "PostGeometry", "StadiumGeometry"]

@@ -6,8 +6,8 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
+from millprint.config.errors import ConfigError
 from millprint.config.section import NAME_PATTERN, PLAIN_VALUE, Name, Positive, Section, first_repeated
-from millprint.errors import ConfigError
 
 # Shares written with three decimals add up to 1 within this.
 SHARES_TOLERANCE = 2e-3

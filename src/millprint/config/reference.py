@@ -15,7 +15,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from millprint.config.card import Experiment
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.document import on_a_line, sections
 from millprint.config.meanings import meaning_of, source_of_meaning
 from millprint.config.mill import MillConfig

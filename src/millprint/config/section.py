@@ -68,7 +68,7 @@ PositiveSpeed = Annotated[float, Field(gt=0, le=FASTEST)]
 
 @dataclass(frozen=True)
 class InProject:
-    """Marks a text that is the path of a file inside the project; `millprint.preflight` checks that."""
+    """Marks a text that is the path of a file inside the project; `millprint.checks.before_running` checks that."""
 
 
 ProjectFile = Annotated[str, InProject()]

@@ -7,8 +7,8 @@ from typing import TypeVar, get_args
 
 from pydantic.fields import FieldInfo
 
+from millprint.config.errors import ConfigError
 from millprint.config.section import InProject, Section
-from millprint.errors import ConfigError
 
 Kept = TypeVar("Kept", bound=Section)
 

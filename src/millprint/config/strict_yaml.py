@@ -9,7 +9,7 @@ from pathlib import Path
 
 import yaml
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 
 # Far above any configuration: config/config.yaml has 20 kB, 1500 values and 7 levels.
 LARGEST_BYTES = 4_000_000

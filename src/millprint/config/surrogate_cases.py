@@ -1,8 +1,8 @@
 """Whether the sweeps simulate what the surrogate stage reads."""
 
+from millprint.config.errors import ConfigError
 from millprint.config.surrogate import SurrogateConfig
 from millprint.config.sweep import Case
-from millprint.errors import ConfigError
 
 
 def _fault_of(case: Case | None, from_s: float, until_s: float) -> str | None:

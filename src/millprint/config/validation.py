@@ -9,10 +9,10 @@ from pydantic import model_validator
 
 from millprint.config.section import Name, ProjectFile, Section, first_repeated
 from millprint.config.setups.base import SetupConfig
-from millprint.config.setups.drums import BeadDrumConfig, ReposeDrumConfig
-from millprint.config.setups.impacts import AluminaImpactConfig, ElasticImpactConfig
+from millprint.config.setups.drum_setups import BeadDrumConfig, ReposeDrumConfig
+from millprint.config.setups.impact_setups import AluminaImpactConfig, ElasticImpactConfig
 from millprint.config.setups.shaker import ShakerConfig
-from millprint.config.setups.tumbling import BondMillConfig, DrumConfig, SliceMillConfig, TumblingConfig
+from millprint.config.setups.tumbling_setups import BondMillConfig, DrumConfig, SliceMillConfig, TumblingConfig
 from millprint.config.sweep import Case, DemConfig, expand_sweep
 
 # The name that stands for every set-up.

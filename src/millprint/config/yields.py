@@ -4,10 +4,10 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from millprint.config.averaging import AveragingConfig, LibraryConfig
+from millprint.config.averaged_process import AveragingConfig, LibraryConfig
+from millprint.config.next_experiments import PredictionConfig, ProposalConfig, RetrospectiveConfig
 from millprint.config.other_sources import OtherSourcesConfig
-from millprint.config.proposals import PredictionConfig, ProposalConfig, RetrospectiveConfig
-from millprint.config.regressors import COMPARED, Evaluations, Interval, RegressorList, Spaces
+from millprint.config.search_spaces import COMPARED, Evaluations, Interval, RegressorList, Spaces
 from millprint.config.section import Count, Fraction, ProjectFile, Section, Seed
 
 
@@ -116,7 +116,7 @@ class YieldConfig(Section):
     """choices that are also searched with another value: the seed (every tuned model), the weights of residuals
     (two-step models); [] for none. Together they take longer than the models themselves
     """
-    honest: EvaluationConfig = EvaluationConfig()
+    evaluation: EvaluationConfig = EvaluationConfig()
     other_sources: OtherSourcesConfig = OtherSourcesConfig()
     averaging: AveragingConfig = AveragingConfig()
     library_trial: LibraryTrialConfig = LibraryTrialConfig()

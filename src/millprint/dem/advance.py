@@ -1,7 +1,7 @@
 """The step loop: lists brought up to date, forces, records, kick and drift."""
 
 from millprint.dem.layout import COUNTER, STATUS
-from millprint.dem.near import look, measure_strides
+from millprint.dem.near_candidates import list_near, measure_strides
 from millprint.dem.neighbours import check_lists
 from millprint.dem.recording import begin_record, count_occupancy, is_due, record, room_left
 from millprint.dem.steps import apply_forces, drift, kick, share_stop
@@ -21,7 +21,7 @@ def can_step(balls, candidates, contacts, laws, walls, clock, time, counters, ta
         measure_strides(balls, candidates, clock)
         counters[COUNTER.look_in] = 0
     if counters[COUNTER.look_in] <= 0:
-        look(balls, candidates, clock, counters)
+        list_near(balls, candidates, clock, counters)
     return room_left(candidates, counters, table, recorder)
 
 

@@ -12,7 +12,7 @@ from numba.core import event
 from numba.core.dispatcher import Dispatcher
 from tqdm import tqdm
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import CircleMotion, MillConfig, PostGeometry, StadiumGeometry
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.simulation import Simulation

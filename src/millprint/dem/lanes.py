@@ -10,7 +10,7 @@ turn: so they stay in the processor's nearest memory, however many contacts ther
 
 import numpy as np
 
-from millprint.dem.apart import load_lane, load_present, store_lane, store_present
+from millprint.dem.lane_access import load_lane, load_present, store_lane, store_present
 from millprint.dem.layout import LANE, LANES, PRESENT
 from millprint.mill.kernel_columns import span_of, width_of
 from millprint.run.kernel import inlined

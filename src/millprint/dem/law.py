@@ -16,7 +16,7 @@ Choices that the equations leave open, each tested in tests/physics:
 - Damping in the tangential direction counts while the contact sticks; while it slides, all work is sliding.
 
 To add or change a contact law: write its forces in `contact_law` and its coefficients in `law_row`, name new
-coefficients and history columns in dem/layout.py, and new keys of a contact set in config/contact.py. The step
+coefficients and history columns in dem/layout.py, and new keys of a contact set in config/contact_set.py. The step
 loop (dem/contact.py) calls `contact_law` and nothing else.
 """
 
@@ -24,7 +24,7 @@ import math
 
 import numpy as np
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.dem.lanes import get
 from millprint.dem.layout import LANE, LAW, LAW_WIDTH
 from millprint.mill.vectors import add, add_scaled, dot, scale

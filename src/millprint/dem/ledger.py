@@ -3,8 +3,8 @@
 import numpy as np
 import pandas as pd
 
+from millprint.config.errors import SimulationError
 from millprint.dem.recording import SAMPLE_NAMES
-from millprint.errors import SimulationError
 
 
 def ledger_series(samples: np.ndarray) -> pd.DataFrame:

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
+from millprint.dem.contact_events import check_overlaps, listed, occupy
 from millprint.dem.lanes import get_of, put_of
 from millprint.dem.layout import CELL, COUNTER, HISTORY_WIDTH, LANE_HISTORY, LAW, RATE, STATUS
-from millprint.dem.touching import check_overlaps, listed, occupy
 from millprint.mill.pose import POSE
 from millprint.mill.vectors import cross, dot, row, subtract, vector
 from millprint.mill.walls import PLANE, body_of, bounding_plane, cell_of, near, plane_distance, to_body

@@ -4,7 +4,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.sweep import DemConfig
 from millprint.dem import state
 from millprint.dem.layout import COUNTER, HISTORY, LANE, LANES, LAW

@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
+from millprint.config.errors import SimulationError
 from millprint.config.sweep import ball_count
-from millprint.errors import SimulationError
 from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import Vessel
 

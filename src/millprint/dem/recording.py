@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from millprint.dem.contact_events import book_works, listed, write_collision
 from millprint.dem.lanes import get_of, put_of
 from millprint.dem.layout import (
     COLLISION,
@@ -26,7 +27,6 @@ from millprint.dem.layout import (
     TOTAL,
     TOTAL_WIDTH,
 )
-from millprint.dem.touching import book_works, listed, write_collision
 from millprint.mill.kernel_columns import names_of, width_of
 from millprint.mill.pose import POSE
 from millprint.mill.vectors import row, subtract

@@ -6,7 +6,7 @@ Requests to a cluster exceed the likely cost of a simulation; a plan states the 
 import math
 from dataclasses import dataclass
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, ball_count, overridden, threads_of
 from millprint.dem.timestep import rayleigh_time, requested_step

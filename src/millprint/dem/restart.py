@@ -9,16 +9,16 @@ from typing import Protocol
 import h5py
 import numpy as np
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem import state
 from millprint.dem.layout import COUNTER
 from millprint.dem.recording import Recording, Table
 from millprint.mill.bodies import Body
+from millprint.run.checksummed import checksum_header, read_checksummed
 from millprint.run.hdf5 import whole_hdf5
 from millprint.run.kernel import kernel_digest
-from millprint.run.sealed import seal, unsealed
 
 logger = logging.getLogger("millprint")
 
@@ -54,7 +54,7 @@ def identity(simulation: Restartable) -> str:
 
 def write_restart(path: str | Path, simulation: Restartable, recording: Recording) -> None:
     """Write the state of a simulation and what it has recorded; a killed write leaves the file before it in place."""
-    with whole_hdf5(path, seal) as file:
+    with whole_hdf5(path, checksum_header) as file:
         _write_state(file, simulation, recording)
 
 
@@ -87,7 +87,7 @@ def read_restart(path: str | Path, simulation: Restartable, recording: Recording
     if not Path(path).is_file():
         return False
     try:
-        unsealed(path)
+        read_checksummed(path)
         with h5py.File(path, "r") as file:
             if file.attrs["identity"] != identity(simulation):
                 logger.info("%s belongs to other settings or to another version: starting again", path)

@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import SimulationError
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, ball_count, overridden, threads_of
 from millprint.dem import state
 from millprint.dem.advance import advance
-from millprint.dem.budget import OCCUPANCY_CELL_M, OCCUPANCY_INTERVAL_S
+from millprint.dem.case_cost import OCCUPANCY_CELL_M, OCCUPANCY_INTERVAL_S
 from millprint.dem.layout import COUNTER, STATUS, TOTAL_WIDTH
 from millprint.dem.overlap import overlap_in_words
 from millprint.dem.packing import pack, pack_mixture
@@ -33,7 +34,6 @@ from millprint.dem.recording import (
 from millprint.dem.restart import read_restart, write_restart
 from millprint.dem.threads import Shares, make_shares, use_threads
 from millprint.dem.timestep import aligned_step, largest_fraction, rayleigh_time, requested_step, skin_of
-from millprint.errors import SimulationError
 from millprint.mill.bodies import Body, build_bodies, inserts_in_vessel
 from millprint.mill.motion import Motion
 from millprint.mill.vessel import Vessel

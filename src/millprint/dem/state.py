@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.dem.lanes import IDLE, IDLE_PRESENT
 from millprint.dem.law import law_row
 from millprint.dem.layout import CELL, COUNTER, GROUP, HISTORY_WIDTH, LANES, LOAD_WIDTH, RATE, RATE_WIDTH
@@ -54,7 +54,7 @@ class Candidates(NamedTuple):
     sure: np.ndarray  # (s,) 1 where the foot is surely on the facet
     lane: np.ndarray  # (s,) the contact's lane, or -1
     trigger: np.ndarray  # (s,) (squared) distance below which a contact opens [m2, wall: m]; negative while open
-    near: np.ndarray  # (s + 1,) those that may come within reach before the next look (dem.near)
+    near: np.ndarray  # (s + 1,) those that may come within reach before the next search (dem.near_candidates)
     near_first: (
         np.ndarray
     )  # (bodies + 2,) features of body b are near[near_first[b]] to near[near_first[b + 1]], then pairs

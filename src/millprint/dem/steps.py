@@ -9,9 +9,9 @@ rule. So the energy balance closes with the square of the step.
 import numpy as np
 
 from millprint.dem.contact import evaluate
+from millprint.dem.contact_events import FAR, close_contact, open_contacts, wall_away
 from millprint.dem.lanes import get, get_present, get_vector, put, put_present
 from millprint.dem.layout import COUNTER, GROUP, GROUPED_TO, LANE, LANES, LOAD, LOAD_WIDTH, PRESENT, RATE, TOTAL
-from millprint.dem.touching import FAR, close_contact, open_contacts, wall_away
 from millprint.mill.pose import POSE
 from millprint.mill.vectors import cross, dot, row, scale, subtract, vector
 from millprint.mill.walls import body_of, wall_velocity

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pandas as pd
 
-from millprint.config.contact import PAIR_COEFFICIENTS
+from millprint.config.contact_set import PAIR_COEFFICIENTS
 from millprint.dem.collisions import CHANNELS, by_surface, collision_statistics, squares_per_turn, weighted_statistics
 from millprint.dem.ledger import check_closure, ledger_summary
 from millprint.dem.simulation import Simulation

@@ -17,6 +17,7 @@ import numpy as np
 
 from millprint.dem import state
 from millprint.dem.contact import evaluate
+from millprint.dem.contact_events import find_pairs, near_pairs_listed, open_pairs, open_walls
 from millprint.dem.layout import LANES, LOAD_WIDTH, RATE_WIDTH, SHARE
 from millprint.dem.steps import (
     blocks_in_use,
@@ -29,7 +30,6 @@ from millprint.dem.steps import (
     share_stop,
     width_in_use,
 )
-from millprint.dem.touching import find_pairs, near_pairs_listed, open_pairs, open_walls
 from millprint.run.kernel import inlined, inner, threaded
 from millprint.run.machine import WAIT_POLICY
 

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.sweep import Case, DemConfig
 
 # The skin over the smallest ball's radius and the root of the step over the Rayleigh time [-].

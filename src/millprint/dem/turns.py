@@ -53,7 +53,7 @@ def relative_error(energies: Sequence[float]) -> float:
     return known.error / mean if known else math.inf
 
 
-def repeats(energies: Sequence[float], collisions: float) -> bool:
+def motion_repeats(energies: Sequence[float], collisions: float) -> bool:
     """Whether the energies of turns [J] repeat, one after another or after up to LONGEST_PERIOD turns.
 
     collisions: of a turn. Energies of N independent collisions would vary from turn to turn by 1/sqrt(N) at least, more

@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 import pandas as pd
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.run.files import read_json
 from millprint.run.hdf5 import open_hdf5
 

@@ -7,10 +7,19 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from millprint.config.errors import ConfigError
 from millprint.config.heat import COEFFICIENT, PARAMETERS, TEMPERATURE, HeatConfig, RangeSection
-from millprint.dose.heat import BALLS, BODIES, Balance, Course, pause_needed, programme_phases, solve, time_to_limit
+from millprint.dose.heat_balance import (
+    BALLS,
+    BODIES,
+    Balance,
+    Course,
+    pause_needed,
+    programme_phases,
+    solve,
+    time_to_limit,
+)
 from millprint.dose.heat_sources import HeatSource
-from millprint.errors import ConfigError
 from millprint.run.files import read_table
 from millprint.validation.measured import parse_value
 

@@ -15,8 +15,8 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import least_squares
 
-from millprint.dose.dose import AXES, TANGENTIAL, TIME, TOTAL, YIELD
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
+from millprint.dose.energy_doses import AXES, TANGENTIAL, TIME, TOTAL, YIELD
 
 NO_EFFECT = "no effect"
 FEWEST_RUNS = 5

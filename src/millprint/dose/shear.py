@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import brentq, minimize_scalar
 
-from millprint.dose.dose import NORMAL, TANGENTIAL, TOTAL, YIELD
+from millprint.dose.energy_doses import NORMAL, TANGENTIAL, TOTAL, YIELD
 from millprint.dose.kinetics import FEWEST_RUNS, MODELS, aicc, fit_law
 from millprint.statistics.quantiles import f_quantile
 

@@ -20,6 +20,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.counting import CountingRule, recorded_count
+from millprint.config.errors import ConfigError, MillprintError
 from millprint.dem.collisions import (
     CHANNELS,
     CONTACTS_BY,
@@ -31,7 +32,6 @@ from millprint.dem.collisions import (
     read_rows,
     sort_by_pair,
 )
-from millprint.errors import ConfigError, MillprintError
 from millprint.fingerprint.descriptors import CHARGE, CONDITION, CONDITION_TEXT, ONE_SIZE, condition_of
 from millprint.run.files import read_table
 from millprint.run.hdf5 import open_hdf5

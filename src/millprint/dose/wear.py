@@ -28,8 +28,8 @@ from scipy.constants import gram as GRAM
 from scipy.constants import hour as HOUR
 
 from millprint.config.dose import ChargeConfig
+from millprint.config.errors import ConfigError
 from millprint.dose.sliding import BALL_BALL, BALL_WALL, CONDITION
-from millprint.errors import ConfigError
 from millprint.fingerprint.bands import Factors
 from millprint.run.files import read_json
 from millprint.run.tables import Number, Text, read_measured, refuse_rows

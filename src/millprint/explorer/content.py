@@ -9,14 +9,14 @@ from typing import NamedTuple
 from millprint.config.fingerprint import DESCRIPTOR_SETS, DescriptorSet, MatchConfig
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import ONE_SIZE
-from millprint.explorer.tables import Heat, Spectra, heat_content, spectra_content
+from millprint.explorer.condition_tables import Heat, Spectra, heat_content, spectra_content
 from millprint.fingerprint import processes
 from millprint.fingerprint.bands import FURTHER, MEAN, SCATTER, checked_factors
 from millprint.fingerprint.condition import VARIABLES
+from millprint.fingerprint.condition_search import GRID
 from millprint.fingerprint.descriptors import CHARGE
-from millprint.fingerprint.inputs import read_content
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.search import GRID
+from millprint.fingerprint.readers import read_content
 from millprint.mill.speed_limits import GRAVITY
 from millprint.mill.words import mill_in_words, wall_acceleration
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from millprint.run.pages import embed_files, embed_json, render_page
+from millprint.run.html_pages import embed_files, embed_json, render_page
 
 FOLDER = Path(__file__).parent
 # In the order of their dependencies.

@@ -1,4 +1,4 @@
-/* Conditions whose descriptors come nearest to a target, as millprint.fingerprint.search finds them. */
+/* Conditions whose descriptors come nearest to a target, as millprint.fingerprint.condition_search finds them. */
 
 /** Weighted residuals log(found / target), whose root sum of squares is the distance. */
 function residualsOf(found, target, weights) {

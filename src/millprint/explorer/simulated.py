@@ -5,10 +5,10 @@ from typing import TypedDict
 from millprint.config.fingerprint import DescriptorSet
 from millprint.config.heat import HeatConfig
 from millprint.config.mill import MillConfig
+from millprint.explorer.condition_tables import Heat, Spectra
 from millprint.explorer.content import Machine, mill_content
-from millprint.explorer.tables import Heat, Spectra
+from millprint.fingerprint.condition_search import simulated_request
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.search import simulated_request
 
 # The files of a mill, as the inputs of the rules name them.
 EXPLORED = ("fingerprint", "spectra", "summary", "temperatures", "limits")

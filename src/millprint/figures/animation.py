@@ -10,7 +10,7 @@ from matplotlib.collections import EllipseCollection, LineCollection, PolyCollec
 from matplotlib.colors import Normalize, to_rgb
 from PIL import Image
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, plt
 from millprint.run.files import whole_file
 from millprint.run.progress import progress

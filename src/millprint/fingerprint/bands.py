@@ -7,12 +7,12 @@ from typing import Annotated, Any, Literal, NamedTuple, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.mixture import ONE_SIZE
 from millprint.config.section import Positive
-from millprint.errors import ConfigError
 from millprint.fingerprint.condition import COUNTED
-from millprint.fingerprint.curves import CURVES, WEIGHTED
+from millprint.fingerprint.master_curves import CURVES, WEIGHTED
 from millprint.run.files import read_json
 
 

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import DESCRIPTOR_SETS, TARGET_DESCRIPTORS, DescriptorSet, MatchConfig
 from millprint.config.load import check_model
 from millprint.config.mixture import ONE_SIZE
-from millprint.errors import ConfigError
 from millprint.fingerprint.bands import ENDS, Band, ratio_of
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import Condition
+from millprint.fingerprint.condition_search import check_same_count, counts_alike, rank_conditions, with_ratios
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.search import check_same_count, counts_alike, rank_conditions, with_ratios
 
 # What `compare` compares, with the titles of quantities that are not columns of a table of descriptors.
 TITLES = {

@@ -45,7 +45,7 @@ def tabulate_coverage(fingerprint: Fingerprint) -> pd.DataFrame:
     A `condition` is left out on its own, with all others of its `fill ratio`, or with all others of its `setting`
     (speed, ball size, density and amplitude); the last two extrapolate at the ends of the range. The parameters of the
     processes are still fitted to all conditions, so these rows are not an independent test; that is
-    `millprint.fingerprint.held_out`. The band is for the mean of as many seeds as the condition has.
+    `millprint.fingerprint.unseen_runs`. The band is for the mean of as many seeds as the condition has.
     """
     rows = []
     for quantity, process in fingerprint.processes.items():

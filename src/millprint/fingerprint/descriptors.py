@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from millprint.config.errors import ConfigError
 from millprint.config.mixture import ONE_SIZE
-from millprint.dem.turns import has_impacts, mean_of_turns, repeats
-from millprint.errors import ConfigError
+from millprint.dem.turns import has_impacts, mean_of_turns, motion_repeats
 from millprint.fingerprint.columns import COMPUTED, DESCRIPTORS, MEASURED, relative_error_of
 from millprint.fingerprint.condition import Condition, energy_scale, specific_frequency
-from millprint.fingerprint.inputs import counted
+from millprint.fingerprint.readers import counted
 from millprint.fingerprint.seeds import MOTIONS, Run, motion_of, variance_of_run
 from millprint.run.files import read_table
 
@@ -117,7 +117,7 @@ def _turns_row(summary: dict, collisions: float) -> dict:
         row[f"{name}_variance_W2"] = np.nan if error is None else error**2
         row[f"{name}_freedom"] = 0 if of_turns is None or error is None else of_turns.freedom
     independent = [of_turns.independent if of_turns else float(len(energies[name])) for name, of_turns in known.items()]
-    locked = all(repeats(own, collisions) for own in energies.values())
+    locked = all(motion_repeats(own, collisions) for own in energies.values())
     hits = has_impacts(energies["normal"] or [_of_a_turn(summary)], summary["balls"] * _energy_scale(summary))
     return row | {"runs_with_impacts": int(hits), "independent_turns": min(independent), "repeating_runs": int(locked)}
 

@@ -4,14 +4,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import pandas as pd
 
-from millprint.config.contact import ASSUMED
+from millprint.config.contact_set import ASSUMED
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import balls_in_words
 from millprint.fingerprint.bands import ENDS, FURTHER, MEAN, SCATTER
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import SCALED_BY, Condition
 from millprint.fingerprint.descriptors import as_built, said_of
-from millprint.fingerprint.inputs import WALL
+from millprint.fingerprint.readers import WALL
 from millprint.fingerprint.seeds import MOTIONS
 
 if TYPE_CHECKING:

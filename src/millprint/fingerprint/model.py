@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from millprint.config.errors import ConfigError
 from millprint.config.mixture import ONE_SIZE, BallMixture, balls_in_words
 from millprint.config.sweep import ball_count
-from millprint.errors import ConfigError
 from millprint.fingerprint.bands import (
     FURTHER,
     Band,
@@ -34,9 +34,8 @@ from millprint.fingerprint.condition import (
     power_scale,
     scaled_quantities,
 )
-from millprint.fingerprint.curves import CURVES
 from millprint.fingerprint.descriptors import CHARGE, FEWEST_FILLS, OF_RULE, as_built, with_impacts
-from millprint.fingerprint.inputs import FORMAT, WALL, read_content
+from millprint.fingerprint.master_curves import CURVES
 from millprint.fingerprint.processes import (
     Predictor,
     Process,
@@ -46,6 +45,7 @@ from millprint.fingerprint.processes import (
     logarithms,
     varied_components,
 )
+from millprint.fingerprint.readers import FORMAT, WALL, read_content
 from millprint.run.files import write_json
 
 # Properties of the runs that a fingerprint stores.

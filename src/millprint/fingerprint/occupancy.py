@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.run.hdf5 import open_hdf5
 
 DATASETS = ("edges_x_m", "edges_y_m", "count", "granular_temperature")

@@ -5,10 +5,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, mill_of
 from millprint.config.workflow import WorkflowConfig
-from millprint.errors import ConfigError
 from millprint.fingerprint.cases import place_of_sweep
 from millprint.mill.bodies import Body
 from millprint.mill.speed_limits import Bound, Pace, paces

@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from itertools import count, islice
 from typing import NamedTuple
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import StudyConfig
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import Case, DemConfig, mill_of
 from millprint.dem.timestep import rayleigh_time
-from millprint.errors import ConfigError
 from millprint.fingerprint.cases import mill_cases, sweep_of
 
 # Factors on the time step (the largest under 1 decides), on Young's modulus, and on the number of facets around the

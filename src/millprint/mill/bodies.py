@@ -7,8 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
-from millprint.errors import ConfigError
 from millprint.mill.distance import signed_distance
 from millprint.mill.motion import Motion, motion_from_law
 from millprint.mill.vessel import Facet, Vessel, build_vessel, shape_vessel

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillSweepConfig
-from millprint.config.motion import Agitation, motion_kind
-from millprint.errors import ConfigError
+from millprint.config.motion_kinds import Agitation, motion_kind
 from millprint.mill.bodies import CHECK_RPM, Body, build_bodies, travel_m
 
 GRAVITY = 9.81

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from millprint.mill.curves import curve_rows, curve_touch
+from millprint.mill.curved_surfaces import curve_rows, curve_touch
 from millprint.mill.patches import is_joint, outline_slack
 from millprint.mill.vectors import add_scaled, dot, row, scale, subtract
 from millprint.mill.vessel import Vessel, ahead, cross

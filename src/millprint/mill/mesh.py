@@ -10,8 +10,8 @@ import numpy as np
 import trimesh
 from scipy.spatial import cKDTree
 
+from millprint.config.errors import ConfigError
 from millprint.config.geometry import StlGeometry
-from millprint.errors import ConfigError
 from millprint.mill.intersect import self_intersection
 from millprint.mill.merge import FLAT, half_edges, merge_coplanar
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from millprint.config.motion import MotionSection, motion_kind
+from millprint.config.motion_kinds import MotionSection, motion_kind
 from millprint.mill.kernel_columns import span_of, width_of
 from millprint.mill.path import (
     find_piece,
@@ -116,8 +116,8 @@ AT_REST = Motion(np.zeros((1, 7)), 0.0, moves=False)
 def motion_from_law(law: MotionSection, speed_rpm: float) -> Motion:
     """The motion of a body by the keys of its law, at the mill's speed [rpm].
 
-    Raises ValueError for a kind that is not in the registry of `config.motion`, and ConfigError for a table of points
-    that is not one turn of the mill.
+    Raises ValueError for a kind that is not in the registry of `config.motion_kinds`, and ConfigError for a table of
+    points that is not one turn of the mill.
     """
     if not motion_kind(law.kind).moves:
         return AT_REST

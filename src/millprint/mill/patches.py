@@ -9,7 +9,7 @@ In a seam a ball is at two local minima of its distance at once, one on each fac
 radius R at the nearer one; its foot on the other facet passes the seam while it still overlaps, unless
 R (1 - cos turn) > delta. So where the turn is larger than that of the largest overlap, both contacts begin and end
 without a jump, and are both there; where it is smaller, two contacts would be cut off while they are pressed, and
-would make one wall twice as stiff and damped as it is: there only the nearer one is a contact (dem.touching). Its
+would make one wall twice as stiff and damped as it is: there only the nearer one is a contact (dem.contact_events). Its
 potential is that of the exact distance, so that it makes and loses no energy.
 """
 

@@ -7,8 +7,8 @@ import pandas as pd
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from millprint.config.motion import STILL
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
+from millprint.config.motion_kinds import STILL
 from millprint.run.files import read_table
 
 PLACE = ["x_m", "y_m", "z_m"]

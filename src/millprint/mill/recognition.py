@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from millprint.mill.curves import Curve
+from millprint.mill.curved_surfaces import Curve
 from millprint.mill.vessel import ON_CURVE, Vessel
 
 # Facets that turn by more against each other are not taken for a round wall [rad]: a prism of 18 sides is one.

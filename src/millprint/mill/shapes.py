@@ -19,7 +19,7 @@ from millprint.config.geometry import (
     StadiumGeometry,
     StlGeometry,
 )
-from millprint.mill.curves import Curve
+from millprint.mill.curved_surfaces import Curve
 
 # Which ends of a profile have a fillet: the top, the bottom.
 _ROUNDED = {"none": (False, False), "bottom": (False, True), "both": (True, True)}

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from millprint.config.mill import MillConfig
-from millprint.config.motion import Agitation, MotionSection, motion_kind
+from millprint.config.motion_kinds import Agitation, MotionSection, motion_kind
 from millprint.mill.bodies import CHECK_RPM, Body
 from millprint.mill.motion import Motion, motion_from_law
 

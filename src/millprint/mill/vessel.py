@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
+from millprint.config.errors import ConfigError
 from millprint.config.geometry import GeometrySection
 from millprint.config.mill import MillConfig
-from millprint.errors import ConfigError
-from millprint.mill.curves import Curve
+from millprint.mill.curved_surfaces import Curve
 from millprint.mill.shapes import shape_kind
 from millprint.mill.triangulate import triangulate_polygon
 
@@ -150,8 +150,9 @@ class Vessel:
 
     A solid body inside a vessel is the same with `solid`: its normals point out of it, and its volume is negative.
     smooth_axis: "x", "y" or "z", the axis whose end facets have no friction, or None. curves: surfaces of which facets
-    are pieces, see millprint.mill.curves; facet_curves (f,): which of `curves` each facet is a piece of, -1 for none.
-    Raises ConfigError where the facets do not close: every edge must belong to two facets, in opposite senses.
+    are pieces, see millprint.mill.curved_surfaces; facet_curves (f,): which of `curves` each facet is a piece of, -1
+    for none. Raises ConfigError where the facets do not close: every edge must belong to two facets, in opposite
+    senses.
     """
 
     def __init__(

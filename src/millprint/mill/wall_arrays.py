@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from millprint.mill.curves import curve_rows
+from millprint.mill.curved_surfaces import curve_rows
 from millprint.mill.patches import find_patches, outline_slack
 from millprint.mill.vectors import add_scaled, row
 from millprint.mill.vessel import Vessel, ahead

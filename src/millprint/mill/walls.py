@@ -2,10 +2,11 @@
 
 A ball touches the local minima of its distance to the wall: the inside of a facet, a convex edge, or a corner. Where
 two of them meet in a seam that is no more than a joint of facets, only the nearer one carries the contact: `belongs`
-says which features are pieces of one wall there (mill.patches), and dem.touching chooses and passes contacts on.
+says which features are pieces of one wall there (mill.patches), and dem.contact_events chooses and passes contacts on.
 
 A vessel and the inserts in it are bodies, each in a frame of its own. Features are numbered: the facets of all bodies
-first, then the convex edges, the corners, and the curves (mill.curves), of which some facets are only a drawing.
+first, then the convex edges, the corners, and the curves (mill.curved_surfaces), of which some facets are only a
+drawing.
 """
 
 import math
@@ -13,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from millprint.mill.curves import curve_touch
+from millprint.mill.curved_surfaces import curve_touch
 from millprint.mill.kernel_columns import Vector, number_columns
 from millprint.mill.pose import angular_velocity_of, rotation_of, velocity_of
 from millprint.mill.vectors import add, add_scaled, cross, dot, rotate, rotate_back, row, subtract

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from millprint.config.mill import MillConfig
-from millprint.config.motion import MotionSection
+from millprint.config.motion_kinds import MotionSection
 from millprint.mill.bodies import CHECK_RPM, build_bodies
 from millprint.mill.speed_limits import paces
 

@@ -6,10 +6,10 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 from urllib.parse import unquote
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.provenance.inside import CRATE, files_in
+from millprint.run.output_digests import digest
 from millprint.run.progress import progress
-from millprint.run.records import digest
 
 MISSING, CHANGED, ADDITIONAL = "missing", "changed", "additional"
 

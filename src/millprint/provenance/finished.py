@@ -5,11 +5,11 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER, load_workflow
+from millprint.config.errors import ConfigError
 from millprint.config.sources import Sources
-from millprint.errors import ConfigError
+from millprint.provenance.crate_files import AGAIN, CONFIGURATION, read_configuration
 from millprint.provenance.inside import CRATE
 from millprint.provenance.lineage import Job
-from millprint.provenance.write import AGAIN, CONFIGURATION, read_configuration
 
 PROJECT = Path(__file__).parents[3]
 # The last line of a job's log, from millprint.run.job.

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 from hashlib import sha256
 from pathlib import Path, PurePosixPath
 
-from millprint.run.records import read_record
+from millprint.run.output_digests import read_record
 
 # The description of a run, in the folder of its results.
 CRATE = "ro-crate-metadata.json"

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 
 METADATA = Path(".snakemake/metadata")
 

@@ -1,8 +1,8 @@
 """A digest of what a script computes: a change of the code reruns the jobs of the script, a comment does not.
 
 The digest covers the syntax tree (`ast`) of the script and of every millprint module that it imports, directly or
-indirectly, without comments, docstrings, lines for the log, progress bars and texts of errors. Other files in the
-folders of these modules, such as parts of pages, count with their content.
+indirectly, without comments, docstrings, lines for the log, progress bars and texts of errors. A module may be renamed
+or moved. Other files in the folders of these modules, such as parts of pages, count with their content.
 """
 
 import ast
@@ -19,8 +19,8 @@ TEMPLATES = (".html", ".css", ".js", ".yaml")
 # messages, and settings that it gets by value. If a change there does affect numbers, raise millprint.dem.PHYSICS.
 SIMULATION = "dem/run.py"
 OUTSIDE = {
-    *("errors.py", *(f"run/{name}.py" for name in ("digest", "files", "hdf5", "machine", "progress", "sealed"))),
-    *("config/fingerprint.py", "config/mill_sweep.py", "config/section.py"),
+    *(f"run/{name}.py" for name in ("checksummed", "digest", "errors", "files", "hdf5", "machine", "progress")),
+    *("config/errors.py", "config/fingerprint.py", "config/mill_sweep.py", "config/section.py"),
 }
 
 # An import anywhere in a file. A docstring that looks like an import only adds a dependency.
@@ -50,10 +50,8 @@ def _digest_of(files: list[Path], modules: set[str] | frozenset[str], outside: s
         waiting = {name for module in waiting for name in _imports(PACKAGE / module)}
     for folder in {os.path.dirname(module) for module in seen}:
         seen.update(os.path.join(folder, name) for name in os.listdir(PACKAGE / folder) if name.endswith(TEMPLATES))
-    total = hashlib.sha256()
-    for file in [*files, *(PACKAGE / name for name in sorted(seen))]:
-        total.update(file.name.encode() + content_digest(file))
-    return total.hexdigest()[:16]
+    contents = [content_digest(file) for file in [*files, *(PACKAGE / name for name in seen)]]
+    return hashlib.sha256(b"".join(sorted(contents))).hexdigest()[:16]
 
 
 @cache
@@ -70,13 +68,37 @@ def _imports(file: Path) -> frozenset[str]:
 
 @cache
 def content_digest(file: Path) -> bytes:
-    """The digest of a file; for a Python file, of what it computes."""
-    content = file.read_bytes()
-    if file.suffix == ".py":
-        tree = ast.parse(content)
-        _drop_texts(tree)
-        content = ast.dump(tree).encode()
-    return hashlib.sha256(content).digest()
+    """The digest of a file; for a Python file, of what it computes, wherever it is and whatever its modules are called.
+
+    An import counts with its names and with the content of their module.
+    """
+    if file.suffix != ".py":
+        return hashlib.sha256(file.read_bytes()).digest()
+    computed, imports = _parsed(file)
+    origins = sorted(ast.dump(alias) + _origin(node, alias) for node in imports for alias in node.names)
+    return hashlib.sha256("".join([computed, *origins]).encode()).digest()
+
+
+@cache
+def _parsed(file: Path) -> tuple[str, list[ast.ImportFrom]]:
+    """The syntax tree of a file without texts and without imports from millprint, and these imports."""
+    tree = ast.parse(file.read_bytes())
+    imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and _is_own_import(node)]
+    _drop_texts(tree)
+    return ast.dump(tree), imports
+
+
+def _origin(statement: ast.ImportFrom, alias: ast.alias) -> str:
+    """What the module computes that an import takes a name from; nothing for one that no number comes from."""
+    module = "/".join((statement.module or "").split(".")[1:])
+    for name in (f"{module}/{alias.name}.py".lstrip("/"), f"{module}.py", f"{module}/__init__.py".lstrip("/")):
+        if (PACKAGE / name).is_file():
+            return "" if name in OUTSIDE else _parsed(PACKAGE / name)[0]
+    return ""
+
+
+def _is_own_import(node: ast.AST) -> bool:
+    return isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "millprint"
 
 
 def _drop_texts(node: ast.AST) -> None:
@@ -96,9 +118,9 @@ def _drop_texts(node: ast.AST) -> None:
 
 
 def _is_text(statement: ast.AST) -> bool:
-    """Whether a statement is a docstring or writes to the log."""
+    """Whether a statement is a docstring, writes to the log or imports from millprint."""
     value = statement.value if isinstance(statement, ast.Expr) else None
-    return isinstance(value, ast.Constant) or _calls(value, "logger")
+    return isinstance(value, ast.Constant) or _calls(value, "logger") or _is_own_import(statement)
 
 
 def _is_string(value: ast.expr) -> bool:

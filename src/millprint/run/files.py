@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import psutil
 
-from millprint.errors import ConfigError, DamagedFile
+from millprint.config.errors import ConfigError, DamagedFile
 
 if TYPE_CHECKING:
     import pandas as pd

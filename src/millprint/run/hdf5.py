@@ -6,7 +6,7 @@ from pathlib import Path
 
 import h5py
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.run.files import whole_file
 
 

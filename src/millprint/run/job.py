@@ -11,10 +11,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from millprint.errors import MillprintError
+from millprint.config.errors import MillprintError
 from millprint.run import files
+from millprint.run.output_digests import record_path, write_record
 from millprint.run.progress import job_title
-from millprint.run.records import record_path, write_record
 
 logger = logging.getLogger("millprint")
 

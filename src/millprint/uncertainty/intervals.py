@@ -13,14 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
 from millprint.config.mixture import ONE_SIZE
 from millprint.config.uncertainty import PARAMETERS, UncertaintyConfig
-from millprint.errors import ConfigError
 from millprint.fingerprint.bands import ContactFactors, Ends, Sampled
 from millprint.fingerprint.condition import SCALED_BY, VARIABLES, Condition, energy_scale, power_scale
-from millprint.fingerprint.curves import CURVES
 from millprint.fingerprint.descriptors import CHARGE
+from millprint.fingerprint.master_curves import CURVES
 from millprint.run.progress import progress
 from millprint.uncertainty.emulator import Emulator, quality
 from millprint.uncertainty.indices import draw, saltelli_shares, sobol_indices

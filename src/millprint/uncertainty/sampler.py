@@ -7,11 +7,11 @@ from typing import TypeVar
 import numpy as np
 import pandas as pd
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.run import simulate
-from millprint.dem.several import simulate_each
+from millprint.dem.short_runs import simulate_each
 from millprint.fingerprint.descriptors import tabulate_descriptors
 
 Settings = TypeVar("Settings", Case, ContactConfig)

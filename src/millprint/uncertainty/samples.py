@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.uncertainty import PARAMETERS, UncertaintyConfig
-from millprint.errors import ConfigError
 from millprint.uncertainty.space import Space, contact_space, with_fill
 from millprint.uncertainty.varied import fill_ratios_of
 

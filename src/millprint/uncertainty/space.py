@@ -9,8 +9,8 @@ import pandas as pd
 from scipy import stats
 from scipy.stats import qmc
 
+from millprint.config.errors import ConfigError
 from millprint.config.uncertainty import PARAMETERS, DistributionSection, Parameter, ParametersSection
-from millprint.errors import ConfigError
 from millprint.statistics.quantiles import normal_quantile
 
 # Normal distributions are cut off here, so that a design covers only the values that matter.

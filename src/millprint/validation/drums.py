@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
 from millprint.config.geometry import CylinderGeometry
 from millprint.config.mill import MillConfig
-from millprint.config.setups.drums import BeadDrumConfig, DrumOfBallsConfig, ReposeDrumConfig
+from millprint.config.setups.drum_setups import BeadDrumConfig, DrumOfBallsConfig, ReposeDrumConfig
 from millprint.config.sweep import Case, expand_sweep
 from millprint.dem.layout import SNAPSHOT
 from millprint.dem.simulation import Simulation
-from millprint.errors import ConfigError
 from millprint.mill.kernel_columns import span_of
 from millprint.run.hdf5 import open_hdf5
 from millprint.statistics.quantiles import student_quantile

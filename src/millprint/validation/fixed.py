@@ -14,11 +14,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.config.setups.base import SetupConfig
 from millprint.config.sweep import DemConfig
-from millprint.errors import ConfigError
 from millprint.run.files import write_table
 from millprint.run.tables import Text, read_measured
 

@@ -8,13 +8,13 @@ from itertools import product
 import numpy as np
 import pandas as pd
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.geometry import BoxGeometry
-from millprint.config.setups.impacts import AluminaImpactConfig, ElasticImpactConfig, ImpactConfig
+from millprint.config.setups.impact_setups import AluminaImpactConfig, ElasticImpactConfig, ImpactConfig
+from millprint.dem.few_balls import FewBalls, walls_for
 from millprint.dem.law import damping_ratio
 from millprint.dem.overlap import impact_duration as hertz_duration
 from millprint.dem.overlap import impact_overlap
-from millprint.dem.world import World, walls_for
 from millprint.mill.vessel import Vessel, shape_vessel
 from millprint.mill.walls import Walls
 from millprint.validation.inputs import CONTACT, Inputs, prediction
@@ -160,11 +160,11 @@ class Plate:
     def hit(self, contact: ContactConfig, normal: float, tangential: float, steps: int, spin: float = 0.0) -> Rebound:
         """One impact at velocities [m/s] towards and along the plate, with a spin [rad/s], in `steps` steps a duration.
 
-        Raises SimulationError as `World.run`.
+        Raises SimulationError as `FewBalls.run`.
         """
         duration = impact_duration(contact, self.radius, normal)
         low = self.vessel.bounds[0][2]
-        world = World(
+        world = FewBalls(
             self.vessel, contact, [0.0, 0.0, low + self.radius], [tangential, 0.0, -normal], [0.0, spin, 0.0],
             self.radius, step=duration / steps, skin=0.1 * self.radius, walls=self.walls,
         )  # fmt: skip

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.config.setups.base import SetupConfig
 from millprint.config.setups.shaker import ShakerConfig
 from millprint.config.sweep import Case, DemConfig
-from millprint.errors import ConfigError
 from millprint.validation.drums import SHORT, predict_bead_drum, predict_repose_drum
 from millprint.validation.impacts import PARTIAL, predict_alumina_impact, predict_elastic_impact
 from millprint.validation.inputs import BALLS, PLACE_COLUMNS, Inputs, check_predictions, prediction

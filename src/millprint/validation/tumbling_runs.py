@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.config.setups.tumbling import TumblingConfig
+from millprint.config.setups.tumbling_setups import TumblingConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.layout import SNAPSHOT, SNAPSHOT_TOTAL
 from millprint.dem.ledger import check_closure, ledger_series, ledger_summary
-from millprint.dem.several import simulate_each
+from millprint.dem.short_runs import simulate_each
 from millprint.dem.simulation import Simulation
 from millprint.mill.kernel_columns import span_of
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from millprint.config.motion import motion_kind
+from millprint.config.errors import ConfigError
+from millprint.config.motion_kinds import motion_kind
 from millprint.config.view import ViewConfig
-from millprint.errors import ConfigError
 from millprint.view.snapshots import Block, Snapshots, open_run
 
 # Edges with a larger angle between their facets are drawn, in addition to the silhouette [rad].

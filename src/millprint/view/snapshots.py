@@ -9,8 +9,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from millprint.errors import ConfigError
-from millprint.mill.curves import touch_points
+from millprint.config.errors import ConfigError
+from millprint.mill.curved_surfaces import touch_points
 
 PER_STEP = ("time_s", "body_position_m", "body_velocity_m_s", "normal_J", "tangential_J", "contact_offset")
 PER_BALL = ("position_m", "velocity_m_s", "spin_rad_s", "contact_force_N")
@@ -28,7 +28,7 @@ class Geometry:
 
     vertices_m (v, 3) and triangles (t, 3), normals inward; features that a ball can touch, numbered in this order:
     facets (facet_normal . x = facet_offset_m), convex edges edge_m (e, 2, 3) by their ends, corners corner_m (c, 3),
-    curves (k, width) in the columns of mill.curves.CurveColumns.
+    curves (k, width) in the columns of mill.curved_surfaces.CurveColumns.
     """
 
     vertices_m: np.ndarray

@@ -11,8 +11,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from millprint.config.errors import ConfigError
 from millprint.config.strict_yaml import read_yaml
-from millprint.errors import ConfigError
 
 LISTED = Path(__file__).with_name("outputs.yaml")
 PLACEHOLDER = re.compile(r"\{(\w+)\}")

@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import direct, least_squares, minimize_scalar
 
 from millprint.config.calibration import FRICTION_PAIR, MEASURED, SIMULATED, ExperimentConfig, SwingConfig
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.run.progress import progress
 from millprint.statistics.quantiles import f_quantile

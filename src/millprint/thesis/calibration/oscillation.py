@@ -13,16 +13,16 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.calibration import SwingConfig
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
+from millprint.dem.few_balls import FewBalls, walls_for
 from millprint.dem.timestep import resolved_step
-from millprint.dem.world import World, walls_for
-from millprint.errors import ConfigError
 from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import Vessel, build_vessel
 from millprint.mill.walls import Walls
 from millprint.run.tables import Number, read_measured, refuse_rows
-from millprint.thesis.calibration.drop_test import GRAVITY
+from millprint.thesis.calibration.drop import GRAVITY
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
@@ -62,7 +62,7 @@ class Swing:
         contact = self.contact.model_copy(
             update={"static_friction": float(friction[0]), "rolling_friction": float(friction[1])}
         )
-        world = World(
+        world = FewBalls(
             self.vessel, contact, self.start, radius=self.radius, step=self.step, walls=self.walls,
             gravity=-GRAVITY * self.axes[1],
         )  # fmt: skip

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.calibration import FRICTION_PAIR, SIMULATED
-from millprint.config.contact import ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import ball_count

@@ -46,7 +46,7 @@ def error_on_the_locked_split(
     evidence: Evidence, metric: str, model: str = "linear", strategy: str = "primary"
 ) -> Finding:
     """A metric of Table 5.6, with its interval and the values of other schemes."""
-    path, unit = "yield/honest.tsv", UNITS[metric]
+    path, unit = "yield/scores_by_scheme.tsv", UNITS[metric]
     own = f"model == '{model}' and strategy == '{strategy}' and metric == '{metric}'"
     absent = f"results/{path} has no {metric} of {model} {strategy}"
     locked = evidence.row(path, "value", f"{own} and scheme == 'locked'", absent)
@@ -126,7 +126,7 @@ def first_feature(evidence: Evidence) -> Finding:
     return Finding(" / ".join(dict.fromkeys(first)), f"mean |SHAP| in points over all runs; {'; '.join(words)}")
 
 
-HONEST, SHAP = "yield/honest.tsv", "yield/shap_ranking.tsv"
+HONEST, SHAP = "yield/scores_by_scheme.tsv", "yield/shap_ranking.tsv"
 # The learned models of the thesis; the linear one is its baseline.
 MODELS, BASELINE = ("gpr", "rf", "svr", "xgb"), "linear"
 STRATEGIES = ("primary", "two_step")

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.run.files import read_json, read_table
 from millprint.statistics.student import FEWEST_REPEATS, spread_of
 
@@ -144,21 +144,21 @@ def _has_digits(published: str, value: float) -> bool:
 # column has a function of its own, its name follows the path. Functions are named, not imported: claims read files, and
 # what computed these would bring most of the library.
 ORIGINS: dict[str, tuple[str, str]] = {
-    "doe/fraction.json": ("tabulate_experiments", "millprint.thesis.doe.design.describe"),
-    "doe/audit.tsv": ("tabulate_experiments", "millprint.thesis.doe.design.audit_table"),
+    "doe/fraction.json": ("tabulate_experiments", "millprint.thesis.doe.factorial_designs.describe"),
+    "doe/audit.tsv": ("tabulate_experiments", "millprint.thesis.doe.factorial_designs.audit_table"),
     "doe/anova_printed.tsv": ("analyse_variance", "millprint.thesis.doe.variance.printed_table"),
     "doe/interactions.tsv": ("analyse_variance", "millprint.thesis.doe.variance.interaction_table"),
     "doe/residuals.tsv": ("analyse_variance", "millprint.thesis.doe.residuals.residual_table"),
     "doe/pareto.tsv": ("analyse_variance", "millprint.thesis.doe.variance.pareto_table"),
     "doe/half_life.tsv": ("tabulate_experiments", "millprint.thesis.doe.wet_lab.half_life_table"),
     "doe/wear.tsv": ("tabulate_experiments", "millprint.thesis.doe.wet_lab.wear_table"),
-    "calibration/drop_test.tsv": ("calibrate_restitution", "millprint.thesis.calibration.drop_test.simulate_drops"),
+    "calibration/drop_test.tsv": ("calibrate_restitution", "millprint.thesis.calibration.drop.simulate_drops"),
     "calibration/*/friction_fit.tsv": ("fit_friction", "millprint.thesis.calibration.friction_fit.fit_experiment"),
     "convergence/modulus.tsv": ("tabulate_convergence", "millprint.dem.convergence.convergence_table"),
     "dem/*/summary.json": ("run_dem_case", "millprint.dem.summary.summarise"),
     "fingerprint/descriptors.tsv": ("fit_master_curves", "millprint.fingerprint.descriptors.tabulate_descriptors"),
     "fingerprint/cycles.tsv": ("fit_master_curves", "millprint.fingerprint.cycles.tabulate_cycles"),
-    "fingerprint/means_*.tsv": ("fit_master_curves", "millprint.fingerprint.curves.average_curves"),
+    "fingerprint/means_*.tsv": ("fit_master_curves", "millprint.fingerprint.master_curves.average_curves"),
     "fingerprint/collapse.tsv": ("fit_master_curves", "millprint.thesis.curves.collapse.tabulate_collapse"),
     "fingerprint/inverse.tsv": ("fit_master_curves", "millprint.fingerprint.inverse.invert_speed"),
     "partition/table_4_2.tsv yield_percent": ("partition_dissipation", "millprint.thesis.curves.regimes.read_regimes"),
@@ -167,18 +167,21 @@ ORIGINS: dict[str, tuple[str, str]] = {
     "partition/table_4_4.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.specific_yields"),
     "partition/table_4_5.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.energy_leverage"),
     "partition/slopes.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.fit_slopes"),
-    "yield/honest.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.score_table"),
+    "yield/scores_by_scheme.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.score_table"),
     "yield/out_of_domain.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.predictions"),
     "yield/time_variance.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.time_variance"),
     "yield/shap_ranking.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.rank_features"),
-    "surrogate/*/metrics.tsv": ("evaluate_surrogate", "millprint.thesis.surrogate.evaluation.evaluate"),
+    "surrogate/*/metrics.tsv": ("evaluate_surrogate", "millprint.thesis.surrogate.rollout_evaluation.evaluate"),
     "surrogate/runtime.tsv dem_seconds_for_15_s": (
         "time_surrogates",
         "millprint.thesis.surrogate.timing.simulation_seconds",
     ),
     "surrogate/runtime.tsv": ("time_surrogates", "millprint.thesis.surrogate.timing.time_rollouts"),
-    "surrogate/wall_contacts.tsv": ("build_surrogate_dataset", "millprint.thesis.surrogate.tables.wall_contact_table"),
-    "surrogate/ablations.tsv": ("tabulate_ablations", "millprint.thesis.surrogate.tables.ablation_table"),
+    "surrogate/wall_contacts.tsv": (
+        "build_surrogate_dataset",
+        "millprint.thesis.surrogate.measure_tables.wall_contact_table",
+    ),
+    "surrogate/ablations.tsv": ("tabulate_ablations", "millprint.thesis.surrogate.measure_tables.ablation_table"),
 }
 
 

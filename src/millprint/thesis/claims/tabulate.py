@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.run.files import read_table
 from millprint.run.tables import refuse_rows
 
@@ -71,8 +71,8 @@ def collect_findings(
 ) -> dict[str, Finding]:
     """What the run in the folder `results` says of each claim whose id has this beginning, by id.
 
-    intervals: as `millprint.thesis.claims.intervals.tabulate_intervals`; a claim that they lack keeps what its own code
-    says. A value that deviates is explained further, where the results show a reason. Raises ConfigError as
+    intervals: as `millprint.thesis.claims.claim_intervals.tabulate_intervals`; a claim that they lack keeps what its
+    own code says. A value that deviates is explained further, where the results show a reason. Raises ConfigError as
     `read_claims`.
     """
     claims, data, found = read_claims(claims_path), Path(claims_path).parent, {}

@@ -18,7 +18,7 @@ from millprint.figures.style import save
 from millprint.run.files import read_table, write_table
 from millprint.thesis.doe.variance import pareto_table
 from millprint.thesis.doe.written import VARIANCE, analysis_paths, design_paths, write_analysis, write_design
-from millprint.thesis.figures.chapter2 import interactions, pareto, residuals
+from millprint.thesis.figures.chapter2_figures import interactions, pareto, residuals
 
 
 def write_tables(config: AnalysisConfig, runs: str, folder: Path) -> list[str]:

@@ -7,9 +7,9 @@ import sys
 from pathlib import Path
 
 from millprint.cli.arguments import parser_of
+from millprint.config.errors import ConfigError
 from millprint.config.load import check_model, read_yaml
 from millprint.config.yields import YieldConfig
-from millprint.errors import ConfigError
 from millprint.thesis.yields.new_conditions import write_predictions
 
 
@@ -36,7 +36,7 @@ def main(arguments: list[str], name: str = "yields") -> None:
         parser.error(f"--level = {given.level:g}: must be between 0 and 1")
     settings = read_settings(given.config)
     level = given.level or settings.interval_level
-    own = (settings.prediction, settings.training, settings.honest.conformal_folds, level, given.extrapolate)
+    own = (settings.prediction, settings.training, settings.evaluation.conformal_folds, level, given.extrapolate)
     beside = Path(given.model).parent / "mill.json"
     mill = given.mill or (str(beside) if beside.exists() else None)
     refused = write_predictions(given.model, given.conditions, given.out, *own, mill)

@@ -16,7 +16,7 @@ from millprint.config.design import DesignConfig
 from millprint.config.doe import AnalysisConfig
 from millprint.config.load import check_model, read_part
 from millprint.run.files import write_json, write_table
-from millprint.thesis.doe.design import alias_table, best_generators, describe, design_table
+from millprint.thesis.doe.factorial_designs import alias_table, best_generators, describe, design_table
 
 
 def main(arguments: list[str], name: str = "design") -> None:

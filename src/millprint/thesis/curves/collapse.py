@@ -9,10 +9,16 @@ import pandas as pd
 
 from millprint.dem.convergence import convergence_table
 from millprint.fingerprint.condition import SCALED_BY
-from millprint.fingerprint.curves import WEIGHTED, at_shared_fills, average_curves, conditions_of, universal_descriptors
 from millprint.fingerprint.cycles import tabulate_cycles
 from millprint.fingerprint.descriptors import NOTHING, as_built, tabulate_descriptors
 from millprint.fingerprint.exponents import with_power_per_ball
+from millprint.fingerprint.master_curves import (
+    WEIGHTED,
+    at_shared_fills,
+    average_curves,
+    conditions_of,
+    universal_descriptors,
+)
 from millprint.fingerprint.seeds import block_length
 from millprint.run.progress import progress
 

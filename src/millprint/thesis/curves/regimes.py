@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from millprint.config.errors import ConfigError
 from millprint.config.sweep import ball_count
-from millprint.errors import ConfigError
 from millprint.fingerprint.condition import BASIC, Condition, Quantity, descriptors_of, power_scale, scaled_quantities
 from millprint.run.files import read_table
 from millprint.run.tables import Number, Text, read_measured, read_printed, refuse_rows

@@ -7,7 +7,7 @@ from molmass import Formula, FormulaError
 from scipy.constants import gas_constant
 
 from millprint.config.doe import ChemistryConfig
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 
 # A number, an array, or a pandas column.
 Quantity = np.ndarray | float

@@ -14,7 +14,7 @@ from millprint.config.design import DesignConfig
 from millprint.config.doe import AnalysisConfig
 from millprint.run.progress import progress
 from millprint.statistics.quantiles import chi_squared_above, f_above, normal_quantile
-from millprint.thesis.doe.design import treatments
+from millprint.thesis.doe.factorial_designs import treatments
 from millprint.thesis.doe.runs import RUN_ORDER, YIELD
 from millprint.thesis.doe.variance import sums_of_squares
 

@@ -14,9 +14,15 @@ from statsmodels.stats.anova import anova_lm
 from statsmodels.stats.multitest import multipletests
 
 from millprint.config.doe import AnalysisConfig
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.statistics.quantiles import chi_squared_exceeded, f_above, f_exceeded
-from millprint.thesis.doe.design import as_designed, interaction_partners, level_codes, level_contrasts, term_columns
+from millprint.thesis.doe.factorial_designs import (
+    as_designed,
+    interaction_partners,
+    level_codes,
+    level_contrasts,
+    term_columns,
+)
 from millprint.thesis.doe.runs import YIELD
 
 # A smaller residual mean square, of yields as fractions, is rounding.

@@ -14,14 +14,14 @@ import numpy as np
 import pandas as pd
 from scipy.stats import qmc
 
+from millprint.config.errors import ConfigError
 from millprint.config.fit import TrialConfig
-from millprint.errors import ConfigError
 from millprint.fingerprint.bands import Ends, ShapeFactors
 from millprint.fingerprint.condition import BASIC, scaled_quantities
-from millprint.fingerprint.curves import CURVES, WEIGHTED
+from millprint.fingerprint.master_curves import CURVES, WEIGHTED
 from millprint.thesis.fit import FEWEST_JARS
+from millprint.thesis.fit.jar_search import JAR_PARAMETERS
 from millprint.thesis.fit.published import FREQUENCY
-from millprint.thesis.fit.search import JAR_PARAMETERS
 from millprint.uncertainty.emulator import Emulator
 
 logger = logging.getLogger("millprint")

@@ -3,10 +3,10 @@
 import numpy as np
 import pandas as pd
 
-from millprint.errors import ConfigError
-from millprint.fingerprint.curves import average_curves
+from millprint.config.errors import ConfigError
 from millprint.fingerprint.cycles import CHANNELS
 from millprint.fingerprint.descriptors import as_built
+from millprint.fingerprint.master_curves import average_curves
 from millprint.thesis.curves.regimes import published_curves, published_cycles
 
 FITTED, HELD_BACK = "fitted", "held back"

@@ -17,11 +17,11 @@ from jinja2 import Environment
 from markupsafe import Markup
 from PIL import Image
 
-from millprint.errors import ConfigError
+from millprint.config.errors import ConfigError
 from millprint.provenance.lineage import Job
+from millprint.run.html_pages import embed_files, render_page
 from millprint.run.outputs import captioned
-from millprint.run.pages import embed_files, render_page
-from millprint.thesis.report.tables import FOLDER, section_id
+from millprint.thesis.report.table_pages import FOLDER, section_id
 
 # Twice the width of a thumbnail on the page [px], and its quality: lines and letters stay sharp.
 THUMBNAIL_PX, THUMBNAIL_QUALITY = 640, 80

@@ -19,11 +19,11 @@ from torch.nn.functional import linear
 from torch_geometric.nn import MessagePassing
 from torch_geometric.utils import scatter
 
+from millprint.config.errors import ConfigError
 from millprint.config.section import Section
 from millprint.config.surrogate import EdgeConfig, GraphConfig, NetworkConfig, Recipe
-from millprint.errors import ConfigError
+from millprint.run.checksummed import checksum_header, read_checksummed
 from millprint.run.files import whole_file
-from millprint.run.sealed import seal, unsealed
 from millprint.thesis.surrogate.dataset import BALL_CHANNELS, VELOCITY, WALL_CHANNELS, Graphs, Snapshots, edges_at
 
 logger = logging.getLogger("millprint")
@@ -60,7 +60,7 @@ def write_checkpoint(path: str | Path, content: dict) -> None:
     """Write tensors, numbers, texts and mappings of them, below a digest of them all."""
     with whole_file(path) as partial:
         payload = _as_bytes(content)
-        partial.write_bytes(seal(payload) + payload)
+        partial.write_bytes(checksum_header(payload) + payload)
 
 
 def read_checkpoint(path: str | Path, own_identity: str, device: torch.device) -> dict | None:
@@ -68,7 +68,7 @@ def read_checkpoint(path: str | Path, own_identity: str, device: torch.device) -
     if not Path(path).exists():
         return None
     try:
-        content = torch.load(io.BytesIO(unsealed(path)), map_location=device, weights_only=True)
+        content = torch.load(io.BytesIO(read_checksummed(path)), map_location=device, weights_only=True)
         fits = content["identity"] == own_identity
     except (OSError, ValueError, KeyError, TypeError, RuntimeError, EOFError, pickle.UnpicklingError) as error:
         logger.warning("%s cannot be read (%s): starting again", path, " ".join(str(error).split()))

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from millprint.config.errors import ConfigError
 from millprint.config.surrogate import EdgeConfig
-from millprint.errors import ConfigError
 from millprint.run.hdf5 import open_hdf5, whole_hdf5
 from millprint.thesis.surrogate.scene import Scene, Trajectory
 

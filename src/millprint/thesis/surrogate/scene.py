@@ -8,8 +8,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
-from millprint.errors import ConfigError
 from millprint.mill.distance import SignedDistance
 from millprint.mill.motion import motion_from_law
 from millprint.mill.vessel import build_vessel

@@ -9,8 +9,8 @@ import pandas as pd
 import torch
 from torch import Tensor
 
+from millprint.config.errors import ConfigError, TrainingError
 from millprint.config.surrogate import GraphConfig, Recipe, TrainingConfig
-from millprint.errors import ConfigError, TrainingError
 from millprint.run.progress import progress
 from millprint.thesis.surrogate.dataset import Snapshots, TrainingRun, graphs_at, on_device, read_dataset
 from millprint.thesis.surrogate.network import (

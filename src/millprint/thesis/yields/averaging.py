@@ -12,7 +12,7 @@ from scipy.linalg.lapack import dpotrs
 from scipy.optimize import minimize
 from scipy.special import expit, logit, logsumexp, ndtr
 
-from millprint.config.averaging import INPUTS, AveragingConfig, Priors
+from millprint.config.averaged_process import INPUTS, AveragingConfig, Priors
 from millprint.thesis.yields.features import Standardisation, describe
 from millprint.thesis.yields.regressors import AVERAGED, PRIMARY
 

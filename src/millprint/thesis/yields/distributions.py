@@ -16,7 +16,7 @@ from millprint.config.yields import TrainingConfig
 from millprint.statistics.quantiles import normal_below, normal_density, normal_log_density
 from millprint.thesis.yields.averaging import LINKS, AveragedModel, Member, to_conversion
 from millprint.thesis.yields.features import describe
-from millprint.thesis.yields.model import YieldModel, fit_model
+from millprint.thesis.yields.yield_model import YieldModel, fit_model
 
 # CRPS [pp], logarithmic score [-] (of the density in 1/pp), and the probability integral transform [-].
 SCORE_COLUMNS = ("crps_pp", "log_score", "pit")

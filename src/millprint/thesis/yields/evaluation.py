@@ -27,7 +27,6 @@ from millprint.thesis.yields.metrics import (
     spread,
     without_each,
 )
-from millprint.thesis.yields.model import YieldModel, fit_model
 from millprint.thesis.yields.regressors import (
     CLIMATOLOGY,
     RESIDUAL_WEIGHTS,
@@ -36,6 +35,7 @@ from millprint.thesis.yields.regressors import (
     otherwise,
     regressor,
 )
+from millprint.thesis.yields.yield_model import YieldModel, fit_model
 
 KEYS = ["model", "strategy", "scheme"]
 

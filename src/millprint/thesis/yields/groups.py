@@ -14,7 +14,7 @@ from sklearn.model_selection import LeaveOneGroupOut
 from statsmodels.stats.proportion import proportion_confint
 
 from millprint.config.mill import MillConfig
-from millprint.config.proposals import PredictionConfig
+from millprint.config.next_experiments import PredictionConfig
 from millprint.config.yields import EvaluationConfig
 from millprint.fingerprint.condition import Condition
 from millprint.mill.bodies import CHECK_RPM, build_bodies, travel_m
@@ -24,7 +24,7 @@ from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.features import CONDITIONS
 from millprint.thesis.yields.held_out import OuterFold, Procedure, predict_held_out
 from millprint.thesis.yields.new_conditions import range_warnings, trained_ranges
-from millprint.thesis.yields.tables import FEWEST_TRAINED, SOURCE
+from millprint.thesis.yields.run_tables import FEWEST_TRAINED, SOURCE
 
 LEFT_OUT_SOURCE = "leave_source_out"
 # With fewer held-out runs a bootstrap says nothing.

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 from sklearn.model_selection import RepeatedKFold, ShuffleSplit
 
-from millprint.config.averaging import AveragingConfig
+from millprint.config.averaged_process import AveragingConfig
 from millprint.config.yields import HeldOutConfig, TrainingConfig
 from millprint.statistics.quantiles import normal_quantile
 from millprint.thesis.doe.runs import YIELD
@@ -24,8 +24,8 @@ from millprint.thesis.yields.distributions import (
     refit,
 )
 from millprint.thesis.yields.metrics import LEFT_OUT, LOCKED_AGAIN, NESTED, RANDOM
-from millprint.thesis.yields.model import Trainer
 from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY, regressor
+from millprint.thesis.yields.yield_model import Trainer
 
 # A normal distribution with the spread of the errors of other runs.
 ERRORS = "errors"

@@ -2,7 +2,7 @@
 
 The library before the present one was fixed after some 130 kernels had been compared by leave-one-out, so its score
 holds a choice that no fold has seen. Random halves of a library show how far such a choice moves the score. The present
-library was declared by argument before any score of it was computed (millprint.config.averaging).
+library was declared by argument before any score of it was computed (millprint.config.averaged_process).
 """
 
 from collections.abc import Callable, Sequence
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from millprint.config.averaging import AveragingConfig, LibraryConfig
+from millprint.config.averaged_process import AveragingConfig, LibraryConfig
 from millprint.config.yields import LibraryTrialConfig
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import (

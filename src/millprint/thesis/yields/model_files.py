@@ -6,15 +6,15 @@ from importlib.metadata import distributions, version
 import numpy as np
 import pandas as pd
 
-from millprint.config.averaging import INPUTS
+from millprint.config.averaged_process import INPUTS
+from millprint.config.errors import ConfigError
 from millprint.config.yields import TrainingConfig
-from millprint.errors import ConfigError
 from millprint.run.files import read_format, write_json
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import LINKS, AveragedModel, Candidate, Member, Process, terms_of, to_conversion
 from millprint.thesis.yields.features import CONDITIONS, Standardisation, describe
-from millprint.thesis.yields.model import Plan, SearchResult, Step, YieldModel, fit_in_turn
 from millprint.thesis.yields.regressors import regressor
+from millprint.thesis.yields.yield_model import Plan, SearchResult, Step, YieldModel, fit_in_turn
 
 FORMAT, AVERAGED_FORMAT = "millprint yield model 1", "millprint averaged yield model 1"
 # Largest difference between the predictions of a stored model and those in its file [pp].

@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from millprint.config.averaging import INPUTS
-from millprint.config.proposals import PredictionConfig
+from millprint.config.averaged_process import INPUTS
+from millprint.config.errors import ConfigError
+from millprint.config.next_experiments import PredictionConfig
 from millprint.config.yields import TrainingConfig
-from millprint.errors import ConfigError
 from millprint.fingerprint.condition import BASIC, Condition, energy_scale
 from millprint.run.files import read_format, write_json, write_table
 from millprint.thesis.doe.runs import YIELD
@@ -30,9 +30,9 @@ from millprint.thesis.yields.averaging import (
 )
 from millprint.thesis.yields.distributions import CV_PLUS, cross_validated_intervals, own_intervals, refit
 from millprint.thesis.yields.features import CHEMICAL, CONDITIONS, FREQUENCY, NORMAL, SHARE, TANGENTIAL, describe
-from millprint.thesis.yields.model import YieldModel
 from millprint.thesis.yields.model_files import load_any, load_averaged, training_rows
-from millprint.thesis.yields.tables import read_rows
+from millprint.thesis.yields.run_tables import read_rows
+from millprint.thesis.yields.yield_model import YieldModel
 
 DESCRIPTORS = (NORMAL, TANGENTIAL, FREQUENCY)
 # The energies go with the square of the speed, the frequency with the speed (Eqs 3.28 and 3.29).

@@ -1,7 +1,7 @@
 """The regressors: one record each, which holds everything that depends on which regressor it is.
 
-To add one: its record here, and in millprint.config.regressors its fields in `Spaces` and `Evaluations`, or its name in
-`UNTUNED` if it has no hyper-parameters to search; then `make reference`. Snakemake reads this module with the
+To add one: its record here, and in millprint.config.search_spaces its fields in `Spaces` and `Evaluations`, or its name
+in `UNTUNED` if it has no hyper-parameters to search; then `make reference`. Snakemake reads this module with the
 Snakefile, so a library is imported only where it is used.
 """
 
@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from millprint.config import regressors as spaces
+from millprint.config import search_spaces as spaces
 from millprint.config.yields import Choices, TrainingConfig
 
 if TYPE_CHECKING:

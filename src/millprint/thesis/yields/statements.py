@@ -34,10 +34,10 @@ def _over_repeats(row: pd.Series, digits: int = 3) -> str:
     return f" ({low} to {high} over {row['repeats']:g} repeats, median {middle})"
 
 
-def _both_schemes(honest: pd.DataFrame) -> str:
+def _both_schemes(scores: pd.DataFrame) -> str:
     parts = []
     for model, strategy in PAIR:
-        rows = {name: _one(honest, model=model, strategy=strategy, scheme=name, metric="r2") for name in BOTH}
+        rows = {name: _one(scores, model=model, strategy=strategy, scheme=name, metric="r2") for name in BOTH}
         values = (
             f"{row['value']:.3f} +- {row['error']:.3f} by {BOTH[name]}{_over_repeats(row)}"
             for name, row in rows.items()
@@ -63,12 +63,12 @@ def _told_apart(differences: pd.DataFrame) -> str:
     return f"The {two} and the {averaged} {verdict} (R2 of the first minus that of the second: {values})."
 
 
-def _starts(honest: pd.DataFrame, differences: pd.DataFrame) -> str:
+def _starts(scores: pd.DataFrame, differences: pd.DataFrame) -> str:
     """How much of the score of the thesis's process is lost by its search for a start."""
     parts = []
     for scheme, title in BOTH.items():
         searched, several = (
-            _one(honest, model=name, strategy=TWO_STEP, scheme=scheme, metric="r2") for name in (SEARCHED, STARTS)
+            _one(scores, model=name, strategy=TWO_STEP, scheme=scheme, metric="r2") for name in (SEARCHED, STARTS)
         )
         against = _one(differences, model=SEARCHED, strategy=TWO_STEP, scheme=scheme, metric="r2")
         apart = "can" if against["told_apart"] == "yes" else "cannot"
@@ -176,12 +176,12 @@ def _next_experiments(summary: pd.DataFrame, learning: pd.DataFrame) -> str:
 def state(tables: dict[str, pd.DataFrame]) -> pd.DataFrame:
     """Columns: about, statement.
 
-    tables: honest, differences, scores, coverage, libraries, permutation_test, search and learning.
+    tables: scores_by_scheme, differences, scores, coverage, libraries, permutation_test, search and learning.
     """
     sentences = {
-        "both schemes": _both_schemes(tables["honest"]),
+        "both schemes": _both_schemes(tables["scores_by_scheme"]),
         "two best models": _told_apart(tables["differences"]),
-        "starts": _starts(tables["honest"], tables["differences"]),
+        "starts": _starts(tables["scores_by_scheme"], tables["differences"]),
         "other models": _others(tables["differences"]),
         "distributions": _distributions(tables["scores"], tables["coverage"]),
         "chance": _chance(tables["permutation_test"]),

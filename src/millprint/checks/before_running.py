@@ -1,0 +1,142 @@
+"""Checks before the first job: tables, shapes of mills, balls that fit, stable time steps."""
+
+from collections.abc import Callable
+
+from millprint.card.card_inputs import check_material
+from millprint.card.experiment_cases import own_cases
+from millprint.config.checks import card_experiments
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
+from millprint.config.heat import MEASURED
+from millprint.config.mill import MillConfig
+from millprint.config.setups.tumbling_setups import TumblingConfig
+from millprint.config.sweep import Case, overridden
+from millprint.config.validation import setup_cases
+from millprint.config.workflow import WorkflowConfig
+from millprint.dem.case_checks import check_ball_size, check_mixtures, check_room, check_step_and_cost, checked_bodies
+from millprint.dose.heat_table import measured_row
+from millprint.dose.wear import read_materials
+from millprint.fingerprint.cases import mill_cases, place_of_sweep
+from millprint.fingerprint.rule_checks import fingerprint_faults
+from millprint.fingerprint.speeds import SpeedSetting, check_speeds, speed_settings, speed_warnings, with_paces
+from millprint.uncertainty.factor_checks import uncertainty_cases, uncertainty_faults
+from millprint.validation.fixed import read_fixed
+from millprint.validation.inputs import read_other_codes
+from millprint.validation.measured import read_measurements
+from millprint.validation.tumbling_runs import tumbling_cases
+
+
+def check_before_running(
+    config: WorkflowConfig,
+    mills: dict[str, MillConfig],
+    contacts: dict[str, ContactConfig],
+    cases: dict[str, Case],
+    source: str,
+    chapter_faults: Callable[..., list[str]] | None = None,
+) -> list[str]:
+    """Raise ConfigError with a line for each fault of the first part of the input that would make a job fail.
+
+    chapter_faults: `millprint.thesis.chapter_checks.chapter_faults`, for a run that may have chapters of the thesis.
+    Returns warnings, a line each, about values that are unusual but may be intended.
+    """
+    if config.validation.chosen:
+        read_measurements(config.validation.measured, config.validation.all_setups)
+        read_fixed(config.validation.fixed)
+        read_other_codes(config.validation.other_codes)
+    bodies = checked_bodies(mills)
+    swept = own_sweeps(config, mills)
+    carded = card_cases(config, mills, contacts)
+    settings = [*speed_settings(config, mills, swept, cases, source), *(speed for speed, _ in carded.values())]
+    speeds = with_paces(settings, bodies)
+    check_speeds(speeds)
+    groups = [(place_of_sweep(config, name, source), own) for name, own in swept.items()]
+    groups.append((f"{source}: sweeps", list(cases.values())))
+    groups.append((f"{source}: uncertainty", uncertainty_cases(config, mills)))
+    measured = {name: list(setup_cases(setup, config.dem).values()) for name, setup in config.validation.chosen.items()}
+    for name, setup in config.validation.chosen.items():
+        if isinstance(setup, TumblingConfig):
+            measured[name] = tumbling_cases(setup, mills)
+    groups += [(f"{source}: validation.{name}", own) for name, own in measured.items()]
+    groups += [(place, own) for place, (_, own) in carded.items()]
+    for place, group in groups:
+        for name, diameter in sorted({(case.mill, size) for case in group for size in case.sizes_mm}):
+            check_ball_size(bodies[name][0].vessel, name, diameter, place)
+    # The key of the step: the sweeps of the configuration are a list; for mills' own sweeps it is set for all mills.
+    steps = {place: f"{place}.rayleigh_fraction" for place, _ in groups}
+    own, factor = config.mills, config.mills.level.step
+    times = "" if factor == 1 else f" = {own.rayleigh_fraction:g}, times {factor:g} by mills.precision {own.precision}"
+    steps |= {place_of_sweep(config, name, source): f"{source}: mills.rayleigh_fraction{times}" for name in swept}
+    steps[f"{source}: sweeps"] = f"{source}: sweeps: rayleigh_fraction"
+    # The sweeps of the configuration first, where a user looks first.
+    for place, group in sorted(groups, key=lambda pair: pair[0] != f"{source}: sweeps"):
+        for case in group:
+            try:
+                _, contact = overridden(case, mills[case.mill], contacts[case.contact])
+            except ConfigError as error:
+                raise ConfigError(f"{source}: {error}") from None
+            told = (source, place, steps[place])
+            check_step_and_cost(config, mills[case.mill], contact, case, bodies[case.mill], told)
+    check_same_charges(cases, swept, source)
+    # Last, because it takes longest.
+    for place, group in groups:
+        check_room(group, mills, bodies, place)
+        check_mixtures(group, mills, bodies, place)
+    check_movie(config, source)
+    check_measured_heat(config)
+    faults = [*fingerprint_faults(config, source), *uncertainty_faults(config, mills, contacts, source)]
+    if chapter_faults:
+        faults += chapter_faults(config, mills, contacts, cases, source)
+    if faults:
+        raise ConfigError("\n".join(faults))
+    return speed_warnings(speeds)
+
+
+def card_cases(
+    config: WorkflowConfig, mills: dict[str, MillConfig], contacts: dict[str, ContactConfig]
+) -> dict[str, tuple[SpeedSetting, list[Case]]]:
+    """The cases of every experiment of the milling cards with its speed, by file and name; checks the material."""
+    found = {}
+    for experiment in card_experiments(config):
+        place, mill = f"{config.cards.experiments}: {experiment.name}", mills[experiment.mill]
+        own = own_cases(experiment, mill, config.mills, place)
+        key, unit = ("speed_hz", "Hz") if experiment.speed_hz is not None else ("speed_rpm", "rpm")
+        found[place] = SpeedSetting(f"{place}: {key}", unit, mill, experiment.rpm), own
+        contact = overridden(own[0], mill, contacts[own[0].contact])[1]
+        materials = config.dose.wear.materials
+        check_material(experiment, contact.density_kg_m3, read_materials(materials), place, materials)
+    return found
+
+
+def own_sweeps(config: WorkflowConfig, mills: dict[str, MillConfig]) -> dict[str, list[Case]]:
+    """The cases of the own sweep of every mill that a target of results/mills may need."""
+    named = [config.mill, *config.mills.named, *config.dose.wear.mills, *config.dose.heat.mills]
+    return {name: mill_cases(mills[name], config.mills) for name in dict.fromkeys(named)}
+
+
+def check_same_charges(cases: dict[str, Case], swept: dict[str, list[Case]], source: str) -> None:
+    """Refuse two charges of one name: a case of a sweep that is also in the sweep of its mill is simulated once."""
+    for mill, own in swept.items():
+        for case in own:
+            if case.path in cases and cases[case.path].mixture != case.mixture:
+                name = case.mixture.name if case.mixture else case.name
+                raise ConfigError(
+                    f"{source}: sweeps: ball_diameters_mm: charge {name} has other balls in the sweep of mill {mill}; "
+                    "give one of the two another name"
+                )
+
+
+def check_measured_heat(config: WorkflowConfig) -> None:
+    """Check that the table has the measured temperatures that mills are compared with."""
+    heated = {config.mill, *config.dose.heat.mills, *config.mills.box}
+    for mill, name in MEASURED.items():
+        if mill in heated:
+            measured_row(config.validation.measured, name)
+
+
+def check_movie(config: WorkflowConfig, source: str) -> None:
+    """Check that the case of the report's animation records snapshots."""
+    for sweep in config.sweeps:
+        if sweep.name == "movie" and sweep.snapshot_interval_s is None:
+            raise ConfigError(
+                f"{source}: sweeps.movie.snapshot_interval_s: this key is missing; an animation is made of snapshots"
+            )

@@ -1,0 +1,70 @@
+"""Checks the input that needs geometry or physics, before the first job and in a process that imports the libraries.
+
+The Snakefile starts this process when a run starts, so that reading the Snakefile stays fast. A check that has passed
+leaves a file named after the digest of its input, and is not repeated.
+"""
+
+import hashlib
+import json
+import subprocess
+import sys
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+
+from millprint.config.contact_set import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.config.sources import named_files
+from millprint.config.workflow import WorkflowConfig
+from millprint.run.digest import program_digest
+
+# In the working folder of Snakemake.
+PASSED = Path(".snakemake/millprint/checked")
+
+
+def check_once(
+    config: WorkflowConfig,
+    mills: Mapping[str, MillConfig],
+    contacts: Mapping[str, ContactConfig],
+    source: str,
+    script: str,
+) -> None:
+    """Run `script` (scripts/check_input.py) on a configuration, unless the same has passed before.
+
+    source: the file that messages name if no other file is wrong. If the check fails, its lines are printed and the
+    program ends with status 1. Without numpy, as when only the jobs have conda environments, a line says that the jobs
+    check their input.
+    """
+    if find_spec("numpy") is None:
+        print("note: the jobs check the geometry, because Snakemake's environment has no numpy", file=sys.stderr)
+        return
+    content = json.dumps(
+        {
+            "config": config.model_dump(mode="json"),
+            # Simulations do not record the tolerance, so the plain values of a mill do not contain it.
+            "mills": {
+                name: {**mill.model_dump(mode="json"), "volume_tolerance": mill.volume_tolerance}
+                for name, mill in mills.items()
+            },
+            "contacts": {name: contact.model_dump(mode="json") for name, contact in contacts.items()},
+            "source": source,
+        },
+        sort_keys=True,
+    )
+    shapes = [file for mill in mills.values() for file in mill.source_files]
+    passed = PASSED / _digest(content, [*(path for _, path in named_files(config)), *shapes], script)
+    if passed.exists():
+        return
+    print("checking geometry, balls, time steps and tables", file=sys.stderr, flush=True)
+    if subprocess.run([sys.executable, script], input=content, text=True).returncode:
+        raise SystemExit(1)
+    passed.parent.mkdir(parents=True, exist_ok=True)
+    passed.touch()
+
+
+def _digest(content: str, files: list[str], script: str) -> str:
+    """A digest of a configuration, of the files that it names, and of the library that checks it."""
+    total = hashlib.sha256(content.encode() + program_digest(script).encode())
+    for file in sorted(set(files)):
+        total.update(Path(file).read_bytes() if Path(file).is_file() else b"not there")
+    return total.hexdigest()[:16]

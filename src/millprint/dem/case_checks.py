@@ -1,0 +1,146 @@
+"""Checks of cases before the first job: shapes of mills, balls that fit, time steps and costs."""
+
+import math
+from collections.abc import Iterable
+from typing import cast
+
+import numpy as np
+
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError, SimulationError
+from millprint.config.mill import MillConfig
+from millprint.config.mixture import BallMixture
+from millprint.config.sweep import Case, ball_count
+from millprint.config.workflow import WorkflowConfig
+from millprint.dem.case_cost import MOST_BYTES, MOST_DAYS, MOST_SITES, cost, sites_of
+from millprint.dem.packing import capacity, pack_mixture
+from millprint.dem.timestep import largest_fraction, rayleigh_time, requested_step
+from millprint.mill.bodies import CHECK_RPM, Body, build_bodies, check_inserts, inserts_in_vessel
+from millprint.mill.vessel import Vessel, check_volume
+
+
+def fills_of_media(cases: Iterable[Case]) -> dict[tuple[str, float], set[float]]:
+    """Fill ratios of each mill and ball diameter [mm], of charges of one size."""
+    fills: dict[tuple[str, float], set[float]] = {}
+    for case in cases:
+        if case.mixture:
+            continue
+        fills.setdefault((case.mill, case.ball_diameter_mm), set()).add(case.fill_ratio)
+    return dict(sorted(fills.items()))
+
+
+def check_room(cases: Iterable[Case], mills: dict[str, MillConfig], bodies: dict[str, list[Body]], place: str) -> None:
+    """Check that the balls of every case fit into its mill without overlap, and that there is at least one.
+
+    place: file and key that define the cases.
+    """
+    for (name, diameter), fills in fills_of_media(cases).items():
+        vessel, volume = bodies[name][0].vessel, mills[name].volume_ml * 1e-6
+        share = math.pi / 6 * (diameter / 1000) ** 3 / volume
+        enough = ball_count(max(fills), volume, diameter / 1000)
+        most = capacity(vessel, diameter / 1000, inserts=inserts_in_vessel(bodies[name]), enough=enough)
+        for fill in sorted(fills):
+            balls = ball_count(fill, volume, diameter / 1000)
+            what = f"{place}: fill_ratios = {fill:g}: {balls} balls of {diameter:g} mm"
+            if balls > most:
+                raise ConfigError(f"{what} do not fit in mill {name}; at most {most * share:.2g}")
+            if balls < 1:
+                raise ConfigError(f"{what} in mill {name}; one ball needs at least {share:.2g}")
+
+
+def check_mixtures(
+    cases: Iterable[Case], mills: dict[str, MillConfig], bodies: dict[str, list[Body]], place: str
+) -> None:
+    """Check that every charge of several sizes has a ball of each, and that they fit into its mill.
+
+    place: file and key that define the cases.
+    """
+    for case in {(case.mill, case.mixture, case.fill_ratio): case for case in cases if case.mixture}.values():
+        mixture = cast(BallMixture, case.mixture)
+        volume = mills[case.mill].volume_ml * 1e-6
+        counts = mixture.counts(ball_count(case.fill_ratio, volume, case.ball_diameter_mm / 1000))
+        what = f"{place}: fill_ratios = {case.fill_ratio:g}: of charge {mixture.name}"
+        if min(counts) < 1:
+            rarest = mixture.sizes_mm[counts.index(min(counts))]
+            raise ConfigError(f"{what}, mill {case.mill} has no ball of {rarest:g} mm; raise the fill ratio")
+        inserts = inserts_in_vessel(bodies[case.mill])
+        try:
+            pack_mixture(bodies[case.mill][0].vessel, np.array(mixture.sizes_mm) / 1e3, counts, case.seed, inserts)
+        except SimulationError as error:
+            raise ConfigError(f"{what} in mill {case.mill}, {error}") from None
+
+
+def checked_bodies(mills: dict[str, MillConfig]) -> dict[str, list[Body]]:
+    """The bodies of every mill. Raises ConfigError with a line for each mill whose geometry or volume is not valid."""
+    bodies, faults = {}, []
+    for name, mill in mills.items():
+        try:
+            bodies[name] = build_bodies(mill, CHECK_RPM)
+            check_volume(mill, bodies[name][0].vessel)
+            check_inserts(mill, bodies[name])
+        except ConfigError as error:
+            faults.append(str(error))
+    if faults:
+        raise ConfigError("\n".join(faults))
+    return bodies
+
+
+def check_ball_size(vessel: Vessel, mill: str, diameter_mm: float, place: str) -> None:
+    """Check that a ball fits between the walls, and that not too many of them are needed."""
+    low, high = vessel.bounds
+    widest = 1000 * float((high - low).min())
+    if diameter_mm > widest:
+        raise ConfigError(
+            f"{place}: ball_diameters_mm = {diameter_mm:g}: a ball of that size does not fit in mill {mill}; "
+            f"at most {widest:.3g} mm"
+        )
+    sites = sites_of(vessel, diameter_mm / 1000)
+    if sites > MOST_SITES:
+        smallest = diameter_mm * (sites / MOST_SITES) ** (1 / 3)
+        raise ConfigError(
+            f"{place}: ball_diameters_mm = {diameter_mm:g}: too small to simulate, {sites:.2g} of them "
+            f"have room in mill {mill}; at least {smallest:.3g} mm"
+        )
+
+
+def check_step_and_cost(
+    config: WorkflowConfig,
+    mill: MillConfig,
+    contact: ContactConfig,
+    case: Case,
+    bodies: list[Body],
+    told: tuple[str, str, str],
+) -> None:
+    """Check that a case has a small enough time step, ends in a reasonable time and fits into the memory of a machine.
+
+    contact: the set as the case runs it. told: the file of the configuration, file and section of the case, and file
+    and key of its step as a fraction of the Rayleigh time, for messages. The largest step is a fraction of this time.
+    """
+    source, place, fraction = told
+    stiffness = contact.young_modulus_gpa * 1e9
+    rayleigh = rayleigh_time(min(case.sizes_mm) / 2000, contact.density_kg_m3, stiffness, contact.poisson_ratio)
+    largest = largest_fraction(case, config.dem)
+    step = requested_step(case, config.dem, rayleigh)
+    # With a tolerance, so that the largest fraction itself passes.
+    if step > largest * rayleigh * (1 + 1e-12):
+        if case.rayleigh_fraction is not None:
+            raise ConfigError(
+                f"{fraction} = {case.rayleigh_fraction:g}: at most dem.rayleigh_fraction_max = {largest:g}"
+            )
+        key = f"{source}: dem.time_step_s" if case.time_step_s is None else f"{place}: time_steps_s"
+        raise ConfigError(
+            f"{key} = {step:g}: more than {largest:g} of the Rayleigh time of case {case.path}; "
+            f"at most {largest * rayleigh:.2g} s"
+        )
+    frequency = max(body.motion.frequency_hz for body in bodies) * case.speed_rpm / CHECK_RPM
+    days, size = cost(case, config.dem, bodies[0].vessel, mill.volume_ml * 1e-6, step, frequency)
+    if days > MOST_DAYS:
+        raise ConfigError(
+            f"{place}: case {case.path} would take about {days:.2g} days on one core (limit {MOST_DAYS}); "
+            "look at its speed, its durations, its balls, time_step_s and snapshot_interval_s"
+        )
+    if size > MOST_BYTES:
+        raise ConfigError(
+            f"{place}: case {case.path} would record about {size / 1e9:.2g} GB (limit {MOST_BYTES / 1e9:g}); "
+            "look at snapshot_interval_s, window_s and the size of the mill"
+        )

@@ -1,0 +1,131 @@
+"""A few balls in a vessel, placed and advanced from Python, for the calibration and the tests of the physics."""
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import SimulationError
+from millprint.config.sweep import OVERLAP_LIMIT
+from millprint.dem import state
+from millprint.dem.advance import advance
+from millprint.dem.collisions import by_surface, collision_table
+from millprint.dem.layout import COUNTER, RATE, SAMPLE, STATUS, TOTAL_WIDTH
+from millprint.dem.ledger import ledger_series
+from millprint.dem.recording import Recorder, Table, make_recorder, make_table
+from millprint.mill.kernel_columns import span_of, width_of
+from millprint.mill.motion import AT_REST, Motion
+from millprint.mill.vessel import Vessel
+from millprint.mill.wall_arrays import build_walls
+from millprint.mill.walls import Walls
+
+CANDIDATES_PER_BALL = 40
+COLLISION_ROWS = 100_000  # contacts that one call of `run` can record
+
+TROUBLE = {
+    STATUS.overlap: f"overlaps something by more than {100 * OVERLAP_LIMIT:g} % of its radius",
+    STATUS.escaped: "has left the vessel",
+    STATUS.not_finite: "has no finite position",
+    STATUS.contact_lost: "has lost an open contact",
+    STATUS.candidates_full: "has more neighbours than there is room for",
+}
+
+
+def walls_for(vessel: Vessel, radius: float, skin: float = 6e-4, pitch: float = 0.01) -> Walls:
+    """Walls of a vessel at rest or in motion, for balls of at most `radius`; skin and pitch of the cells, all in m."""
+    return build_walls([vessel], radius, skin / 2, pitch)
+
+
+class FewBalls:
+    """Balls of given radii [m] in a vessel; positions, velocities, angular velocities are (n, 3), in SI.
+
+    Further: step [s], skin [m], gravity (downwards, or a vector (3,)) [m/s2], motion, pitch [m], walls, where many
+    worlds share those of one vessel, and by_facet, see recording.make_table.
+    """
+
+    def __init__(
+        self,
+        vessel: Vessel,
+        contact: ContactConfig,
+        position: ArrayLike,
+        velocity: ArrayLike | None = None,
+        angular_velocity: ArrayLike | None = None,
+        radius: ArrayLike = 5e-3,
+        *,
+        step: float = 1e-6,
+        skin: float = 6e-4,
+        gravity: float | np.ndarray = 0.0,
+        motion: Motion = AT_REST,
+        pitch: float = 0.01,
+        walls: Walls | None = None,
+        by_facet: bool = False,
+    ) -> None:
+        position = np.atleast_2d(np.asarray(position, dtype=float))
+        radii = np.unique(np.broadcast_to(radius, len(position)))
+        species = np.searchsorted(radii, np.broadcast_to(radius, len(position)))
+        self.vessel = vessel
+        self.by_facet = by_facet
+        self.step = step
+        self.balls = state.make_balls(position, species, radii, contact.density_kg_m3)
+        for columns, value in ((RATE.velocity, velocity), (RATE.angular_velocity, angular_velocity)):
+            if value is not None:
+                self.balls.rate[:, span_of(columns)] = self.balls.rate_now[:, span_of(columns)] = value
+        self.candidates = state.make_candidates(len(position), per_ball=CANDIDATES_PER_BALL)
+        self.open_contacts = state.make_contacts(self.candidates.partner.size)
+        self.walls = walls or walls_for(vessel, radii.max(), skin, pitch)
+        self.laws = state.make_laws(self.balls, contact, self.step, OVERLAP_LIMIT, self.walls.surface)
+        self.clock = state.make_clock(self.balls, [motion], self.step, skin, gravity)
+        self.totals = np.zeros(TOTAL_WIDTH)
+        self.counters = state.make_counters()
+
+    @property
+    def contacts(self) -> pd.DataFrame:
+        """The contacts that ended in the last run (collisions.COLLISION_NAMES)."""
+        return by_surface(collision_table(self.collisions))
+
+    def run(self, seconds: float, sample_every: int = 0) -> pd.DataFrame | None:
+        """Advance by a time [s]; returns the ledger if samples are asked for. Raises SimulationError."""
+        steps = round(seconds / self.step)
+        begin = int(self.counters[COUNTER.step])
+        recorder = _recorder(begin, sample_every, steps // sample_every + 2 if sample_every else 0)
+        table = make_table(COLLISION_ROWS, self.by_facet)
+        self._advance(begin + steps - 1 + (1 if sample_every else 0), table, recorder)
+        rows = int(self.counters[COUNTER.records])
+        self.counters[COUNTER.records] = 0
+        self.collisions = Table(*(column[:rows] for column in table))
+        samples = int(self.counters[COUNTER.samples])
+        self.counters[COUNTER.samples] = 0
+        return ledger_series(recorder.sample[:samples]) if sample_every else None
+
+    def track(self, seconds: float, every: int) -> tuple[np.ndarray, np.ndarray]:
+        """Advance by a time [s] and record the balls at regular steps: times (m,) [s] and positions (m, n, 3) [m].
+
+        Raises SimulationError.
+        """
+        looks = int(np.floor(seconds / self.step / every + 1e-9)) + 1
+        begin = int(self.counters[COUNTER.step])
+        table, recorder = make_table(0), _recorder(begin, 0, 0)
+        positions = np.empty((looks, *self.balls.position.shape))
+        for look in range(looks):
+            self._advance(begin + look * every - 1, table, recorder)
+            positions[look] = self.balls.position
+        return (begin + every * np.arange(looks)) * self.step, positions
+
+    def _advance(self, last_step: int, table: Table, recorder: Recorder) -> None:
+        advance(
+            self.balls, self.candidates, self.open_contacts, self.laws, self.walls, self.clock, self.totals,
+            self.counters, table, recorder, last_step, None,
+        )  # fmt: skip
+        counters = self.counters
+        if counters[COUNTER.status] != STATUS.running:
+            trouble = TROUBLE[int(counters[COUNTER.status])]
+            when = counters[COUNTER.step] * self.step
+            raise SimulationError(f"ball {counters[COUNTER.ball]} {trouble} at {when:.6f} s")
+        if counters[COUNTER.step] <= last_step:
+            raise SimulationError(f"more than {len(table.value)} contacts ended in one run")
+
+
+def _recorder(begin: int, sample_every: int, rows: int) -> Recorder:
+    """Buffers for `rows` samples of the ledger and for nothing else."""
+    recorder = make_recorder(np.zeros((2, 2)), 1.0, 0, 0, begin, (sample_every, 0, 0), 0)
+    return recorder._replace(sample=np.zeros((rows, width_of(SAMPLE))))

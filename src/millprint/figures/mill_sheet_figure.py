@@ -1,0 +1,213 @@
+"""The fingerprint of a mill on one page."""
+
+import textwrap
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.transforms import Bbox
+
+from millprint.config.mixture import balls_in_words
+from millprint.dose.spectra import BOTH
+from millprint.dose.spectra_shown import FILL as SPECTRA_FILL
+from millprint.dose.spectra_shown import NOTE as NO_SPECTRA
+from millprint.dose.spectra_shown import SECTION as SPECTRA
+from millprint.figures.curve_figures import FILL_LABEL, draw_curve
+from millprint.figures.mill_pictures import draw_strip, draw_views
+from millprint.figures.spectra_figures import draw_sheet_spectra
+from millprint.figures.style import COLOURS, MARKERS, legend_below, plt
+from millprint.fingerprint.bands import FURTHER, MEAN, NOT_KNOWN, SCATTER, interval_columns
+from millprint.fingerprint.columns import DESCRIPTORS
+from millprint.fingerprint.descriptors import CHARGE
+from millprint.fingerprint.master_curves import SHEET_PANELS
+from millprint.fingerprint.mill_sheet import RECORDED, SIMULATED, STATED, by_columns
+from millprint.fingerprint.seeds import MOTIONS
+from millprint.view.mill_picture import MillPicture
+
+# A4, the sheet of one page [inch].
+SHEET_IN = (8.27, 11.69)
+# Quantities whose exponents and spread are on the page; the table of the sheet has more.
+SCALED_ON_PAGE = (
+    *("power per ball", "weighted normal energy", "weighted tangential energy"),
+    *("weighted normal frequency", "weighted tangential frequency", "specific frequency"),
+)
+LINE = 84  # characters per line in one of the two columns of text
+# Line styles of the ends of intervals, one for each origin of FURTHER.
+FURTHER_LINES = ("--", ":")
+
+
+def _draw_conditions(axis: Axes, quantity: str, descriptors: pd.DataFrame, curves: pd.DataFrame) -> None:
+    """One master curve with its intervals and the simulated conditions, a marker per speed and ball size."""
+    draw_curve(axis, curves, quantity, "master curve")
+    for (origin, (title, _)), style in zip(FURTHER.items(), FURTHER_LINES, strict=True):
+        ends = [name for name in interval_columns(quantity, origin) if name in curves]
+        for end, label in zip(ends, (f"by {title}", None), strict=False):
+            axis.plot(curves["fill_ratio"], curves[end], style, color=COLOURS[0], linewidth=0.8, label=label)
+    settings = descriptors.groupby([CHARGE, "ball_diameter_mm", "speed_rpm"])
+    for number, ((charge, diameter, speed), line) in enumerate(settings):
+        axis.plot(
+            line["fill_ratio"], line[quantity], MARKERS[number % len(MARKERS)], markersize=3.5,
+            color=COLOURS[1 + number % (len(COLOURS) - 1)], label=f"{balls_in_words(diameter, charge)}, {speed:g} rpm",
+        )  # fmt: skip
+    axis.set(xlabel=FILL_LABEL, ylabel=DESCRIPTORS[quantity].label, ylim=(0, None))
+    axis.yaxis.label.set_fontsize(7)
+
+
+def _unit(unit: str) -> str:
+    """A unit as written after a number; a plain number has none."""
+    return "" if unit == "-" else f" {unit}"
+
+
+def _number(value: float) -> str:
+    if value is None or np.isnan(value):
+        return "-"
+    return f"{value:.0f}" if 100 <= abs(value) < 1e5 else f"{value:.3g}"
+
+
+def _lines_of(sheet: pd.DataFrame) -> tuple[str, str]:
+    """The text of a sheet in two columns: the mill, the condition and its descriptors; exponents and validity."""
+    left, right = [], []
+    for row in sheet[sheet["section"].isin(["mill", "condition"])].itertuples():
+        given = row.text if isinstance(row.text, str) and row.text else f"{_number(row.value)}{_unit(row.unit)}"
+        if row.quantity != "name":
+            left += textwrap.wrap(f"{row.quantity}: {given}", LINE, subsequent_indent="  ")
+    left.append("")
+    # With several intervals they are in a separate table.
+    described = sheet[sheet["section"] == "descriptors"] if not _has_intervals(sheet) else sheet[:0]
+    if len(described):
+        left.append(f"value (band of {SCATTER.title}; of {MEAN.title})")
+    for row in described.itertuples():
+        new, mean = (_between(*ends) for ends in ((row.lower, row.upper), (row.mean_lower, row.mean_upper)))
+        left += textwrap.wrap(
+            f"{row.quantity}: {_number(row.value)} ({new}; {mean}){_unit(row.unit)}", LINE, subsequent_indent="  "
+        )
+    left += [*([""] if len(described) else []), *_precision_lines(sheet[sheet["section"] == "precision"])]
+    right.append("exponents (interval; of the scaling law)")
+    exponents = sheet[sheet["section"] == "exponents"]
+    for title in SCALED_ON_PAGE:
+        words = []
+        for row in exponents[exponents["quantity"].str.startswith(f"{title}:")].itertuples():
+            variable, supposed = row.quantity.removeprefix(f"{title}: "), row.text.removeprefix("scaling law: ")
+            interval = f"{_number(row.lower)} to {_number(row.upper)}"
+            words.append(f"{variable} {_number(row.value)} ({interval}; {supposed})")
+        right.append(f"  {title}: {', '.join(words)}")
+    right += ["", "spread, before: after the scaling law: after its own"]
+    for title in SCALED_ON_PAGE:
+        rows = sheet[(sheet["section"] == "collapse") & sheet["quantity"].str.startswith(f"{title}:")]
+        values = " : ".join(_number(value) for value in rows["value"])
+        right.append(f"  {title} {values}; {rows['text'].iloc[-1]}")
+    right += ["", "holds from - to"]
+    for row in sheet[(sheet["section"] == "validity") & sheet["lower"].notna()].itertuples():
+        right.append(f"  {row.quantity}: {_between(row.lower, row.upper)}{_unit(row.unit)}")
+    return "\n".join(left), "\n".join(right)
+
+
+def _between(lower: float, upper: float) -> str:
+    """A range, or a number if both ends are equal; `not known` if an end is not."""
+    if np.isnan(lower + upper):
+        return NOT_KNOWN
+    return " to ".join(dict.fromkeys((_number(lower), _number(upper))))
+
+
+def _precision_lines(section: pd.DataFrame) -> list[str]:
+    """Time and seeds of a condition, the resulting intervals, and the key that narrows them."""
+    said = section.set_index("quantity")
+    recorded, seeds = (_between(*said.loc[name, ["lower", "upper"]]) for name in (RECORDED, SIMULATED))
+    columns = ["value", "lower", "upper"]
+    widths = ", ".join(f"{name} {_width(*said.loc[name, columns])}" for name in STATED.values())
+    lines = [
+        f"precision: {recorded} s recorded, simulations of a condition: {seeds}",
+        f"a new simulation within these ranges is known to within: {widths}",
+        *(f"{motion.word}: {said.at[motion.word, 'text']}" for motion in MOTIONS.values() if motion.word in said.index),
+        f"for more: {said.at['for more', 'text']}",
+    ]
+    return [part for line in lines for part in textwrap.wrap(line, LINE, subsequent_indent="  ")]
+
+
+def _width(median: float, smallest: float, largest: float) -> str:
+    """Half the width of a band [%], the median and the range."""
+    known = [NOT_KNOWN if np.isnan(width) else f"{width:.2g}" for width in (smallest, largest)]
+    return NOT_KNOWN if np.isnan(median) else f"{median:.2g} % ({' to '.join(known)})"
+
+
+def _has_intervals(sheet: pd.DataFrame) -> bool:
+    """Whether a sheet has intervals by origin."""
+    return bool((sheet["section"] == "intervals").any())
+
+
+def _draw_intervals(axis: Axes, sheet: pd.DataFrame) -> None:
+    """Descriptors with a column for each origin of intervals, and a line that explains each."""
+    axis.axis("off")
+
+    def between(row: pd.Series, lower: str, upper: str) -> str:
+        return "-" if np.isnan(row[lower]) else f"{_number(row[lower])} to {_number(row[upper])}"
+
+    columns = {SCATTER.title: ["lower", "upper"], MEAN.title: ["mean_lower", "mean_upper"]}
+    columns |= {title: by_columns(origin) for origin, (title, _) in FURTHER.items()}
+    cells = [
+        [row["quantity"], f"{_number(row['value'])}{_unit(row['unit'])}", *(between(row, *c) for c in columns.values())]
+        for _, row in sheet[sheet["section"] == "descriptors"].iterrows()
+    ]
+    table = axis.table(
+        cells, colLabels=["at this condition", "value", *columns], colWidths=[0.25, 0.11, 0.16, 0.16, 0.16, 0.16],
+        cellLoc="left", edges="horizontal", bbox=Bbox.from_bounds(0, 0.34, 1, 0.66),
+    )  # fmt: skip
+    table.auto_set_font_size(False)
+    table.set_fontsize(6.5)
+    said = sheet[sheet["section"] == "intervals"]
+    lines = [f"{row.quantity}: {row.text}" for row in said.itertuples()]
+    lines.append("the intervals are not added up: each is for one origin, all else as simulated")
+    axis.text(0, 0.28, "\n".join(lines), va="top", fontsize=6.5, transform=axis.transAxes, linespacing=1.35)
+
+
+def _draw_spectra(part: SubFigure, sheet: pd.DataFrame, spectra: pd.DataFrame, read_off: pd.DataFrame) -> None:
+    """Energy spectra of the simulated condition nearest to the sheet's, or the reason why there are none."""
+    told = sheet[sheet["section"] == SPECTRA].set_index("quantity")
+    if not len(spectra):
+        axis = part.subplots()
+        axis.axis("off")
+        axis.text(0.5, 0.5, textwrap.fill(f"No energy spectra: {told.at[NO_SPECTRA, 'text']}", LINE), ha="center")
+        return
+    draw_sheet_spectra(axes := list(part.subplots(1, 2)), spectra, read_off[read_off["pair"] == BOTH])
+    axes[0].set_title(f"Energy spectra at fill {told.at[SPECTRA_FILL, 'value']:g}", loc="left", fontsize=7)
+    axes[1].set_title("dotted: half of the power is above this energy", loc="left", fontsize=7)
+    legend_below(part, axes[:1], 4, fontsize=7)
+
+
+def plot_sheet(
+    picture: MillPicture,
+    sheet: pd.DataFrame,
+    descriptors: pd.DataFrame,
+    curves: pd.DataFrame,
+    spectra: pd.DataFrame,
+    read_off: pd.DataFrame,
+) -> Figure:
+    """The fingerprint of a mill on one page: picture, motion, descriptors, spectra, master curves, exponents, range.
+
+    sheet: as of tabulate_sheet; descriptors: of the mill as built; curves: fill_ratio, Q, Q_lower, Q_upper, and the
+    columns of further intervals if there are any; spectra, read_off: for the sheet's condition, as of
+    `dose.spectra_shown.of_sheet`.
+    """
+    figure = plt.figure(figsize=SHEET_IN)
+    figure.suptitle(f"Mechanical fingerprint: {picture.title}", fontsize=12)
+    heights = [0.7, 1.08, 0.78, 0.55, 1.08] if _has_intervals(sheet) else [0.8, 1.15, 0.66, 1.3]
+    top, middle, *between, energies, bottom = figure.subfigures(
+        len(heights), 1, squeeze=False, height_ratios=heights
+    ).flat
+    for part in between:
+        _draw_intervals(part.subplots(), sheet)
+    views, strip = top.subfigures(1, 2, width_ratios=[1.0, 1.25])
+    draw_views(list(views.subplots(1, 2)), picture)
+    draw_strip(list(strip.subplots(2, 4).flat), picture)
+    left, right = _lines_of(sheet)
+    text = middle.subplots(1, 2)
+    for axis, column in zip(text, (left, right), strict=True):
+        axis.axis("off")
+        axis.text(0, 1, column, va="top", fontsize=6.0, transform=axis.transAxes, linespacing=1.25)
+    _draw_spectra(energies, sheet, spectra, read_off)
+    axes = bottom.subplots(2, 2)
+    for axis, quantity in zip(axes.flat, SHEET_PANELS, strict=True):
+        _draw_conditions(axis, quantity, descriptors, curves)
+    legend_below(bottom, axes.flat[:1], 4, fontsize=7)
+    return figure

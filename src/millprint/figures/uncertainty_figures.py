@@ -1,0 +1,69 @@
+"""Figures of the effects of contact parameters: Sobol indices as bars, intervals against fill ratio."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from millprint.config.uncertainty import PARAMETERS
+from millprint.figures.curve_figures import FILL_LABEL
+from millprint.figures.style import COLOURS, MARKERS, PAGE_WIDTH_IN, legend_below, letter_panels, plt
+from millprint.fingerprint.columns import DESCRIPTORS
+from millprint.fingerprint.master_curves import CURVES
+
+# A panel for each of CURVES.
+COLUMNS = 4
+ROWS = len(CURVES) // COLUMNS
+
+
+def plot_indices(indices: pd.DataFrame, title: str) -> Figure:
+    """First-order (full) and total (pale) indices of each parameter, a panel per quantity, a bar per fill ratio.
+
+    indices: as of `uncertainty.indices.sobol_indices`, with fill_ratio and quantity.
+    """
+    figure, axes = plt.subplots(ROWS, COLUMNS, figsize=(PAGE_WIDTH_IN, 2.0 * ROWS), sharey=True, sharex=True)
+    fills, names = np.unique(indices["fill_ratio"]), list(PARAMETERS)
+    places, width = np.arange(len(names)), 0.8 / len(fills)
+    for axis, quantity in zip(axes.flat, CURVES, strict=True):
+        table = indices[indices["quantity"] == quantity]
+        for number, fill in enumerate(fills):
+            rows = table[table["fill_ratio"] == fill].set_index("parameter").loc[names]
+            at = places + (number - (len(fills) - 1) / 2) * width
+            colour = COLOURS[number % len(COLOURS)]
+            errors = np.abs(rows[["total_lower", "total_upper"]].to_numpy() - rows[["total"]].to_numpy()).T
+            bars = {"width": width, "color": colour}
+            axis.bar(at, rows["total"], alpha=0.35, yerr=errors, error_kw={"linewidth": 0.6}, **bars)
+            axis.bar(at, rows["first"].clip(lower=0), label=f"fill {fill:g}", **bars)
+        axis.set_xticks(places, [PARAMETERS[name].title.replace(", ", ",\n") for name in names], rotation=90)
+        axis.tick_params(labelsize=6)
+        axis.set_ylim(0, 1.1)
+        axis.text(0.98, 0.97, DESCRIPTORS[quantity].title, transform=axis.transAxes, ha="right", va="top", fontsize=7)
+    for axis in axes[:, 0]:
+        axis.set_ylabel("Sobol index [-]")
+    letter_panels(axes.flat)
+    legend_below(figure, axes.flat, columns=min(6, len(fills)), fontsize=7)
+    figure.suptitle(f"{title}: first-order (full) and total (pale) indices", fontsize=8)
+    return figure
+
+
+def plot_intervals(intervals: pd.DataFrame, sets: pd.DataFrame, title: str) -> Figure:
+    """Scaled quantities with their intervals by contact parameters against fill ratio, and those of other contact sets.
+
+    intervals, sets: as `uncertainty.intervals.measure` returns them.
+    """
+    figure, axes = plt.subplots(ROWS, COLUMNS, figsize=(PAGE_WIDTH_IN, 1.9 * ROWS), sharex=True)
+    for axis, quantity in zip(axes.flat, CURVES, strict=True):
+        table = intervals[intervals["quantity"] == quantity]
+        fills, value = table["fill_ratio"], table["value"].to_numpy()
+        axis.fill_between(fills, table["lower"], table["upper"], alpha=0.25, label="by contact parameters")
+        scatter = np.exp(1.96 * table["scatter"].to_numpy())
+        axis.fill_between(fills, value / scatter, value * scatter, alpha=0.5, label="scatter of one simulation")
+        axis.plot(fills, value, label="contact set of the predictions")
+        for number, (name, rows) in enumerate(sets[sets["quantity"] == quantity].groupby("contact", sort=False)):
+            look = {"linestyle": "none", "marker": MARKERS[number % len(MARKERS)], "color": COLOURS[1 + number]}
+            axis.plot(rows["fill_ratio"], rows["factor"].to_numpy() * value, label=f"set {name}", **look)
+        axis.set(xlabel=FILL_LABEL, ylabel=DESCRIPTORS[quantity].label, ylim=(0, None))
+        axis.yaxis.label.set_fontsize(7)
+    letter_panels(axes.flat)
+    legend_below(figure, axes.flat, columns=4, fontsize=7)
+    figure.suptitle(f"{title}: intervals by contact parameters only", fontsize=8)
+    return figure

@@ -1,0 +1,288 @@
+"""Conditions, among those a user can set, whose descriptors come nearest to a target."""
+
+import itertools
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy.ndimage import minimum_filter
+from scipy.optimize import minimize
+
+from millprint.config.errors import ConfigError
+from millprint.config.fingerprint import DESCRIPTOR_SETS, DescriptorSet, LikeConfig, MatchConfig, TargetConfig
+from millprint.fingerprint.bands import ENDS, FURTHER, Band, Interval, interval_columns, ratio_of
+from millprint.fingerprint.condition import Condition
+from millprint.fingerprint.descriptors import CHARGE
+from millprint.fingerprint.inverse import descriptors_shown, residuals
+from millprint.fingerprint.model import Fingerprint
+
+# Fill ratios and speeds of the grid before the refinement; the curves have few turns, all far wider than a step.
+GRID = (81, 61)
+# What distinguishes two results of the search, and to how many decimals.
+PLACE = ["mill", "contact", CHARGE, "ball_diameter_mm", "density_kg_m3"]
+DECIMALS = {"fill_ratio": 3, "speed_rpm": 0}
+# Value for the interval of a further origin at a fill ratio where it was not analysed.
+UNKNOWN = Interval(np.nan, np.nan)
+# What the intervals by contact parameters do not include in a match.
+SHARED_CONTACT = (
+    "both mills have the contact set {contact}, whose unknown parameters act in both: a part of what they change "
+    "cancels between the mills, so the match is surer than the intervals by contact parameters; the intervals of "
+    "ratios take the two as independent, and so are rather too wide"
+)
+
+
+def distance(found: dict[str, np.ndarray], target: dict[str, float], weights: dict[str, float]) -> np.ndarray:
+    """Weighted root mean square of log(found / target) over the descriptors of the target."""
+    total = sum(weights[name] for name in target)
+    return np.sqrt(sum(weights[name] * np.log(found[name] / target[name]) ** 2 for name in target) / total)
+
+
+def _local_minima(
+    fingerprint: Fingerprint, balls: Condition, charge: str, target: dict, weights: dict, fills: tuple, speeds: tuple
+) -> Iterator[Condition[float]]:
+    """The conditions of `balls` of a charge at every local minimum of the distance, refined from a grid in logs."""
+    ranges = zip((fills, speeds), GRID, strict=True)
+    axes = [np.geomspace(low, high, size if high > low else 1) for (low, high), size in ranges]
+
+    def distances(fill: np.ndarray, speed: np.ndarray) -> np.ndarray:
+        found = fingerprint.descriptors(replace(balls, fill_ratio=fill, speed_hz=speed), charge)
+        return distance(found, target, weights)
+
+    def cost(place: np.ndarray) -> float:
+        return float(distances(*np.exp(place)[:, None])[0] ** 2)
+
+    fill, speed = np.meshgrid(*axes, indexing="ij")
+    grid = distances(fill.ravel(), speed.ravel()).reshape(fill.shape)
+    for i, j in np.argwhere(grid == minimum_filter(grid, size=3, mode="nearest")):
+        start = np.log([axes[0][i], axes[1][j]])
+        # Squared distances are smooth, so their slope is right at a target that can be met.
+        found = minimize(
+            cost, start, bounds=np.log([fills, speeds]), method="L-BFGS-B", options={"ftol": 1e-14, "gtol": 1e-10}
+        )
+        fill_ratio, speed_hz = np.exp(found.x if found.fun < grid[i, j] ** 2 else start)
+        yield replace(balls, fill_ratio=fill_ratio, speed_hz=speed_hz)
+
+
+def _row(fingerprint: Fingerprint, condition: Condition[float], charge: str, target: dict, weights: dict) -> dict:
+    """One condition with its descriptors, their intervals and residuals, and whether it was simulated."""
+    prediction = fingerprint.predict(condition, charge=charge)
+    bands = {name: getattr(prediction, name) for name in descriptors_shown(target)}
+    found = {name: band.value for name, band in bands.items()}
+    row = {
+        "mill": fingerprint.about["mill"],
+        "contact": fingerprint.about["contact"],
+        CHARGE: charge,
+        "ball_diameter_mm": condition.ball_diameter_m * 1e3,
+        "density_kg_m3": condition.density_kg_m3,
+        "fill_ratio": condition.fill_ratio,
+        "balls": prediction.balls,
+        "speed_rpm": condition.speed_hz * 60.0,
+        "distance": float(distance(found, target, weights)),
+    }
+    for name, band in bands.items():
+        row |= {name: band.value, f"{name}_lower": band.lower, f"{name}_upper": band.upper}
+        for origin in fingerprint.further:
+            interval = band.by(origin) or UNKNOWN
+            row |= dict(zip(interval_columns(name, origin), vars(interval).values(), strict=True))
+    held = [name for name in target if bands[name].lower <= target[name] <= bands[name].upper]
+    return row | {
+        **residuals(found, target),
+        "power_W": prediction.power_W.value,
+        "within_interval": ", ".join(held) or "nothing",
+        "inside": "no" if prediction.outside else "yes",
+        "outside": ", ".join(prediction.outside) or "nothing",
+    }
+
+
+def ranked_columns(target: Iterable[str], fingerprints: list[Fingerprint]) -> list[str]:
+    """The columns of a ranking for a target, with columns for the origins of intervals that a fingerprint has.
+
+    The charge has a column only if a fingerprint has charges of several sizes.
+    """
+    shown = descriptors_shown(target)
+    columns = [
+        *(*PLACE, "fill_ratio", "balls", "speed_rpm", "distance"),
+        *(f"{name}{end}" for name in shown for end in ("", "_lower", "_upper")),
+        *(f"{name}_residual_percent" for name in shown),
+        *("power_W", "within_interval", "inside", "outside"),
+    ]
+    origins = [origin for origin in FURTHER if any(origin in each.further for each in fingerprints)]
+    charged = any(each.charges for each in fingerprints)
+    return [
+        *(name for name in columns if charged or name != CHARGE),
+        *(column for origin in origins for name in shown for column in interval_columns(name, origin)),
+    ]
+
+
+def _candidates(fingerprints: list[Fingerprint], choices: list[float | str]) -> list[list[tuple[float, str]]]:
+    """Diameters [m] and charges of the requested balls that each fingerprint can predict.
+
+    Raises ConfigError for balls that no fingerprint can.
+    """
+    found: list[list[tuple[float, str]]] = [[] for _ in fingerprints]
+    for choice in choices:
+        faults = []
+        for own, fingerprint in zip(found, fingerprints, strict=True):
+            try:
+                own.append(fingerprint.balls(choice))
+            except ConfigError as error:
+                faults.append(error)
+        if len(faults) == len(fingerprints):
+            raise faults[0]
+    return found
+
+
+def rank_conditions(target: dict[str, float], fingerprints: list[Fingerprint], request: MatchConfig) -> pd.DataFrame:
+    """The conditions nearest to `target` that the request allows, nearest first, with the residual of each descriptor.
+
+    target: some or all of a set of descriptors. For each fingerprint, ball size and density, a row for every fill ratio
+    and speed at a local minimum of the weighted root mean square of log(found / target). `within_interval` names the
+    descriptors whose target is in the condition's band of a new simulation; `outside` names the variables beyond the
+    simulated range. Fill ratios outside the simulated ones are left out. Only charges that were simulated are searched.
+    Descriptors have columns NAME_by_ORIGIN_lower and _upper for each further origin of intervals that any of the
+    fingerprints has. Raises ConfigError for balls that no fingerprint can predict.
+    """
+    weights, speeds = request.all_weights, tuple(speed / 60.0 for speed in request.speeds_rpm)
+    rows = []
+    candidates = _candidates(fingerprints, request.ball_diameters_mm)
+    for fingerprint, media in zip(fingerprints, candidates, strict=True):
+        (lowest, highest), (simulated_low, simulated_high) = request.fill_ratios, fingerprint.fill_range
+        fills = max(lowest, simulated_low), min(highest, simulated_high)
+        if fills[0] > fills[1]:
+            continue
+        densities = request.densities_kg_m3 or [fingerprint.about["density_kg_m3"]]
+        for (diameter, charge), density in itertools.product(media, densities):
+            balls = fingerprint.condition(
+                speed_hz=speeds[0], ball_diameter_m=diameter, fill_ratio=fills[0], density_kg_m3=density
+            )
+            for condition in _local_minima(fingerprint, balls, charge, target, weights, fills, speeds):
+                rows.append(_row(fingerprint, condition, charge, target, weights))
+    table = pd.DataFrame(rows, columns=ranked_columns(target, fingerprints)).sort_values("distance", ignore_index=True)
+    # Two starts of the search can lead to the same condition.
+    told = [name for name in (*PLACE, *DECIMALS) if name in table]
+    places = table[told].astype(dict.fromkeys(DECIMALS, float)).round(DECIMALS)
+    table = table[~places.duplicated()].head(request.ranked).reset_index(drop=True)
+    table.insert(0, "rank", np.arange(1, len(table) + 1))
+    return table
+
+
+def check_same_count(what: str, counted: Mapping[str, Any], fingerprint: Fingerprint, names: DescriptorSet) -> None:
+    """Raise ConfigError if a fingerprint counts collisions with other pairs or another gap than `what` does.
+
+    counted: its collisions_by and collision_gap_turns. Energies per collision and frequencies can be compared under
+    one rule only; weighted descriptors need none.
+    """
+    about, words = fingerprint.about, "by {collisions_by} with a gap of {collision_gap_turns:g} turns"
+    if names != "weighted" and not counts_alike(counted, about):
+        raise ConfigError(
+            f"{what}: collisions are counted {words.format(**counted)}, those of {about['mill']}/{about['contact']} "
+            f"{words.format(**about)}; use one rule for both, or descriptors: weighted"
+        )
+
+
+def counts_alike(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+    """Whether two have the same collisions_by and collision_gap_turns."""
+    gaps = (each["collision_gap_turns"] for each in (one, other))
+    return one["collisions_by"] == other["collisions_by"] and math.isclose(*gaps, rel_tol=1e-6, abs_tol=1e-12)
+
+
+def _of_another_mill(
+    like: LikeConfig, fingerprints: list[Fingerprint], names: DescriptorSet
+) -> tuple[dict[str, Band], float]:
+    """The descriptors of a condition of another mill with their intervals, and the probability of the intervals.
+
+    Raises ConfigError as `check_same_count`, and for balls that the fingerprint cannot predict.
+    """
+    other = Fingerprint.read(like.fingerprint)
+    for fingerprint in fingerprints:
+        check_same_count(like.fingerprint, other.about, fingerprint, names)
+    diameter, charge = other.balls(like.ball_diameter_mm)
+    condition = other.condition(speed_hz=like.speed_rpm / 60.0, ball_diameter_m=diameter, fill_ratio=like.fill_ratio)
+    prediction = other.predict(condition, charge=charge)
+    return {name: getattr(prediction, name) for name in DESCRIPTOR_SETS[names]}, other.about["probability"]
+
+
+def target_descriptors(target: TargetConfig, fingerprints: list[Fingerprint], names: DescriptorSet) -> dict[str, float]:
+    """The descriptors of a target by name: as given, or a set predicted by another mill's fingerprint.
+
+    Raises ConfigError if a condition of another mill cannot be compared or is not known.
+    """
+    if target.like is None:
+        return target.given
+    return {name: band.value for name, band in _of_another_mill(target.like, fingerprints, names)[0].items()}
+
+
+def with_ratios(table: pd.DataFrame, target: dict[str, Band]) -> pd.DataFrame:
+    """A ranking with columns NAME_ratio of the found descriptors over the target's, and their intervals.
+
+    Intervals by the scatter, and by each further origin that both have (`ratio_of`); empty where one lacks it.
+    """
+    columns: dict[str, list[float]] = {}
+    for name, of_target in target.items():
+        ratios = [ratio_of(_stored_band(row, name), of_target) for row in table.to_dict("records")]
+        for end in ("value", *ENDS):
+            columns[f"{name}_ratio{'' if end == 'value' else f'_{end}'}"] = [getattr(each, end) for each in ratios]
+        for origin in FURTHER:
+            known = [each.by(origin) for each in ratios]
+            if any(known):
+                for column, end in zip(interval_columns(f"{name}_ratio", origin), ENDS, strict=True):
+                    columns[column] = [getattr(interval or UNKNOWN, end) for interval in known]
+    return table.assign(**columns)
+
+
+def _stored_band(row: dict, name: str) -> Band:
+    """The band of a descriptor in a row of a ranking."""
+    further: dict[str, Any] = {}
+    for origin in FURTHER:
+        ends = [row.get(column, np.nan) for column in interval_columns(name, origin)]
+        if np.isfinite(ends).all():
+            further[origin] = Interval(*ends)
+    return Band(row[name], *(row[f"{name}_{end}"] for end in ENDS), **further)
+
+
+def match_targets(request: MatchConfig, fingerprints: list[Fingerprint]) -> pd.DataFrame:
+    """The nearest conditions for every target: `rank_conditions` with a column `target`.
+
+    A target that is a condition of another mill also has the ratios to it with their intervals, if all intervals have
+    the same probability.
+    """
+    tables = []
+    for target in request.targets:
+        like, names = target.like, request.descriptors
+        bands, probability = _of_another_mill(like, fingerprints, names) if like else ({}, None)
+        values = {name: band.value for name, band in bands.items()} or target.given
+        table = rank_conditions(values, fingerprints, request)
+        table.insert(0, "target", target.name)
+        alike = all(each.about["probability"] == probability for each in fingerprints)
+        tables.append(with_ratios(table, bands) if alike else table)
+    return pd.concat(tables, ignore_index=True)
+
+
+def simulated_request(fingerprint: Fingerprint, names: DescriptorSet) -> MatchConfig:
+    """A request for everything that was simulated for a fingerprint: all balls, the ranges of fill and speed.
+
+    The target has a set of descriptors of one condition: middle fill ratio, slowest speed and first balls.
+    """
+    ranges, choices = fingerprint.about["ranges"], fingerprint.choices()
+    speeds, (low, high) = ranges["speed_hz"], fingerprint.fill_range
+    diameter, charge = fingerprint.balls(choices[0])
+    middle = fingerprint.condition(speed_hz=speeds[0], ball_diameter_m=diameter, fill_ratio=(low * high) ** 0.5)
+    found = fingerprint.predict(middle, charge=charge)
+    return MatchConfig(
+        targets=[TargetConfig(name="middle", **{name: getattr(found, name).value for name in DESCRIPTOR_SETS[names]})],
+        descriptors=names,
+        speeds_rpm=[60 * speed for speed in speeds],
+        fill_ratios=ranges["fill_ratio"],
+        ball_diameters_mm=choices,
+    )
+
+
+def shared_contact(request: MatchConfig, fingerprints: list[Fingerprint]) -> list[str]:
+    """SHARED_CONTACT, for each contact set that a mill of a target and a fingerprint with such intervals both have."""
+    known = {each.about["contact"] for each in fingerprints if "contact" in each.further}
+    likes = [target.like for target in request.targets if target.like]
+    asked = {Fingerprint.read(like.fingerprint).about["contact"] for like in likes} if known else set()
+    return [SHARED_CONTACT.format(contact=contact) for contact in sorted(known & asked)]

@@ -1,0 +1,201 @@
+"""Figures of thesis chapter 3. They draw tables and arrays and compute nothing."""
+
+import itertools
+
+import matplotlib.pyplot as plt
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from millprint.figures.curve_figures import FILL_LABEL, draw_curve
+from millprint.figures.style import COLOURS, MARKERS, PAGE_WIDTH_IN, PUBLISHED, legend_below, letter_panels
+from millprint.fingerprint.columns import DESCRIPTORS
+from millprint.fingerprint.master_curves import PANELS
+
+# Descriptors in the panels of Figs 3.7 and 3.8, and whether their axis is logarithmic.
+ENERGY_PANELS = {
+    "normal_energy_J": True,
+    "tangential_energy_J": True,
+    "collision_frequency_hz": True,
+    "specific_frequency_hz": False,
+}
+# Zones that a panel of the master curves shows.
+ZONES = {
+    "Pn": {"normal_maximum": "largest power", "choking": "both powers below 90 %"},
+    "Pt": {"tangential_maximum": "largest power", "choking": "both powers below 90 %"},
+    "ratio": {"elbow": "elbow"},
+}
+EXPONENT_LABELS = {
+    "rho": r"$\rho$: exponent $-$ 1 (f: 0)",
+    "omega": r"$\omega$: exponent $-$ 3 (E: 2, f: 1)",
+    "A": "A: exponent $-$ 2 (f: 0)",
+    "d": "d: exponent $-$ 3 (f: 0)",
+}
+QUANTITY_LABELS = {
+    "normal_power_per_ball_W": "normal power",
+    "tangential_power_per_ball_W": "tangential power",
+    "specific_frequency_hz": "frequency",
+    "normal_energy_J": "normal energy",
+    "tangential_energy_J": "tangential energy",
+}
+CONTACT_LINES = ("-", "--", ":", "-.")
+
+
+def _panels(rows: int, columns: int, height: float) -> tuple[Figure, list]:
+    figure, axes = plt.subplots(rows, columns, figsize=(PAGE_WIDTH_IN, height), squeeze=False)
+    letter_panels(axes.flat)
+    return figure, list(axes.flat)
+
+
+def plot_cycle_densities(densities: pd.DataFrame) -> Figure:
+    """Fig. 3.5: probability density of the dissipation per revolution; one row a ball size, one column a channel."""
+    diameters = sorted(densities["ball_diameter_mm"].unique(), reverse=True) or [float("nan")]
+    figure, axes = _panels(len(diameters), 2, 0.6 + 1.9 * len(diameters))
+    speeds = sorted(densities["speed_rpm"].unique())
+    contacts = sorted(densities["contact"].unique())
+    for axis, (diameter, channel) in zip(axes, itertools.product(diameters, ("normal", "tangential")), strict=True):
+        shown = densities[(densities["ball_diameter_mm"] == diameter) & (densities["channel"] == channel)]
+        for (contact, speed), line in shown.groupby(["contact", "speed_rpm"]):
+            style, colour = contacts.index(contact) % len(CONTACT_LINES), speeds.index(speed) % len(COLOURS)
+            axis.plot(
+                line["energy_J"], line["density_per_J"], color=COLOURS[colour], linestyle=CONTACT_LINES[style],
+                label=f"{speed:g} rpm, {contact}",
+            )  # fmt: skip
+        axis.set(xlabel=f"{channel} dissipation per revolution [J]", ylabel="density [1/J]")
+        axis.text(0.98, 0.95, f"{diameter:g} mm", transform=axis.transAxes, ha="right", va="top")
+    legend_below(figure, [max(axes, key=lambda axis: len(axis.lines))], 4)
+    return figure
+
+
+def plot_cycle_means(cycles: pd.DataFrame, published: pd.DataFrame) -> Figure:
+    """Fig. 3.6: mean dissipation per revolution against speed, published means of the calibrated set as diamonds."""
+    figure, axes = _panels(1, 2, 2.7)
+    for axis, channel in zip(axes, ("normal", "tangential"), strict=True):
+        groups = cycles.groupby(["contact", "ball_diameter_mm"], sort=True)
+        for index, ((contact, diameter), line) in enumerate(groups):
+            mean, deviation = line[f"{channel}_mean_J"], line[f"{channel}_sd_J"]
+            marker, label = MARKERS[index % len(MARKERS)], f"{contact}, {diameter:g} mm"
+            axis.errorbar(line["speed_rpm"], mean, yerr=deviation, marker=marker, capsize=2, label=label)
+        if not published.empty:
+            mean = published[f"{channel}_mean_J"]
+            axis.plot(published["speed_rpm"], mean, label="published, calibrated", **PUBLISHED)
+        axis.set(xlabel="speed [rpm]", ylabel=f"{channel} dissipation\nper revolution [J]", ylim=(0, None))
+    legend_below(figure, axes[:1], 3)
+    return figure
+
+
+def plot_energies(descriptors: pd.DataFrame) -> Figure:
+    """Figs 3.7 and 3.8: energies per collision and collision frequencies against fill ratio, a line a condition."""
+    figure, axes = _panels(2, 2, 4.4)
+    # A colour a speed, a marker a ball size.
+    diameters = sorted(descriptors["ball_diameter_mm"].unique())
+    speeds = sorted(descriptors["speed_rpm"].unique())
+    for axis, (quantity, is_logarithmic) in zip(axes, ENERGY_PANELS.items(), strict=True):
+        for (diameter, speed), line in descriptors.groupby(["ball_diameter_mm", "speed_rpm"], sort=True):
+            marker = MARKERS[diameters.index(diameter) % len(MARKERS)]
+            colour = COLOURS[speeds.index(speed) % len(COLOURS)]
+            label = f"{diameter:g} mm, {speed:g} rpm"
+            axis.plot(line["fill_ratio"], line[quantity], marker=marker, color=colour, label=label)
+        scale = "log" if is_logarithmic else "linear"
+        axis.set(xlabel=FILL_LABEL, ylabel=DESCRIPTORS[quantity].label, yscale=scale)
+    legend_below(figure, axes[:1], 4)
+    return figure
+
+
+def _show_zones(axis: Axes, zones: pd.DataFrame, shown: dict[str, str]) -> None:
+    """Fill ratios that were found in the curves: a dashed line, shaded over its interval."""
+    for index, (zone, label) in enumerate(shown.items()):
+        for found in zones[(zones["zone"] == zone) & zones["value"].notna()].itertuples():
+            colour = COLOURS[2 + index]
+            axis.axvspan(found.lower, found.upper, color=colour, alpha=0.15, linewidth=0)
+            axis.axvline(found.value, color=colour, linestyle="--", linewidth=0.9, label=label)
+
+
+def plot_master_curves(
+    descriptors: pd.DataFrame, means: pd.DataFrame, curves: pd.DataFrame, published: pd.DataFrame, zones: pd.DataFrame
+) -> Figure:
+    """Figs 3.11 and 3.12: every condition, the mean and its spread, the curve and its band, published values, zones.
+
+    zones: zone, value, lower, upper; lines where a power is largest, the ratio turns and both powers have fallen.
+    """
+    figure, axes = _panels(2, 2, 4.8)
+    for axis, quantity in zip(axes, PANELS, strict=True):
+        draw_curve(axis, curves, quantity, "smooth curve")
+        fill, single = descriptors["fill_ratio"], descriptors[quantity]
+        axis.plot(fill, single, ".", color="0.6", markersize=3, label="single condition")
+        mean, lower, upper = (means[name] for name in (quantity, f"{quantity}_lower", f"{quantity}_upper"))
+        bars, label = [mean - lower, upper - mean], "mean and standard deviation"
+        axis.errorbar(means["fill_ratio"], mean, yerr=bars, fmt="o", capsize=2, color=COLOURS[1], label=label)
+        if quantity in published:
+            axis.plot(published["fill_ratio"], published[quantity], label="published", **PUBLISHED)
+        _show_zones(axis, zones, ZONES.get(quantity, {}))
+        axis.set(xlabel=FILL_LABEL, ylabel=DESCRIPTORS[quantity].label, ylim=(0, None))
+    legend_below(figure, axes, 3)
+    return figure
+
+
+def plot_exponents(exponents: pd.DataFrame) -> Figure:
+    """Differences between the exponents of our runs and those of Eqs 3.28 and 3.29, with intervals.
+
+    exponents: contact, quantity, variable, supposed, exponent, lower, upper; a panel a variable, a row a quantity.
+    """
+    variables = [name for name in EXPONENT_LABELS if name in set(exponents["variable"])]
+    quantities = [name for name in QUANTITY_LABELS if name in set(exponents["quantity"])]
+    figure, axes = plt.subplots(
+        1, max(len(variables), 1), figsize=(PAGE_WIDTH_IN, 2.6), sharey=True, squeeze=False, sharex=True
+    )
+    for axis, variable in zip(axes.flat, variables, strict=False):
+        shown = exponents[exponents["variable"] == variable]
+        axis.axvline(0.0, color="0.5", linewidth=0.8)
+        for index, (contact, points) in enumerate(shown.groupby("contact", sort=True)):
+            points = points[points["quantity"].isin(quantities)]
+            rows = [quantities.index(name) + 0.2 * index for name in points["quantity"]]
+            exponent, look = points["exponent"], {"markersize": 3, "capsize": 2, "color": COLOURS[index]}
+            ends = [exponent - points["lower"], points["upper"] - exponent]
+            axis.errorbar(exponent - points["supposed"], rows, xerr=ends, fmt=MARKERS[index], label=contact, **look)
+        axis.set(xlabel=f"{EXPONENT_LABELS[variable]} [-]")
+        axis.xaxis.label.set_fontsize(7)
+    axes.flat[0].set_yticks(range(len(quantities)), [QUANTITY_LABELS[name] for name in quantities])
+    axes.flat[0].set(ylabel="quantity [-]")
+    axes.flat[0].invert_yaxis()
+    legend_below(figure, list(axes.flat), 4)
+    return figure
+
+
+def plot_universal_curves(descriptors: pd.DataFrame, universal: pd.DataFrame) -> Figure:
+    """Fig. 3.14: conditions of every contact set after Eqs 3.31 and 3.32, with their common mean and spread."""
+    figure, axes = _panels(2, 2, 4.6)
+    fill = universal["fill_ratio"]
+    for axis, quantity in zip(axes, PANELS, strict=True):
+        lower, upper = universal[f"{quantity}_lower"], universal[f"{quantity}_upper"]
+        axis.fill_between(fill, lower, upper, color="0.85", label="standard deviation")
+        axis.plot(fill, universal[quantity], color="0.3", label="mean")
+        for index, (contact, points) in enumerate(descriptors.groupby("contact", sort=True)):
+            fills, marker = points["fill_ratio"], MARKERS[index]
+            axis.plot(fills, points[quantity], marker, color=COLOURS[index], markersize=3, label=contact)
+        factor = "" if quantity == "ratio" else r" $\times (1-\varepsilon)^{1/2}$"
+        label = DESCRIPTORS[quantity].label.replace(" [-]", f"{factor} [-]")
+        axis.set(xlabel=FILL_LABEL, ylabel=label, ylim=(0, None))
+        axis.yaxis.label.set_fontsize(7)
+    legend_below(figure, axes[:1], 4)
+    return figure
+
+
+def plot_maps(maps: list) -> Figure:
+    """Figs 3.9 and 3.10: share of time a ball spends in a cell, and granular temperature, one row a fill ratio.
+
+    maps: `OccupancyMap` objects. Both columns have their own scale in each row.
+    """
+    figure, axes = _panels(len(maps), 2, 0.4 + 1.9 * len(maps))
+    for row, chart in enumerate(maps):
+        extent_x, extent_y = chart.edges_x_m * 1e3, chart.edges_y_m * 1e3
+        pairs = (
+            (axes[2 * row], chart.share, "viridis", "relative presence [-]"),
+            (axes[2 * row + 1], chart.temperature_m2_s2, "inferno", "granular temperature [m$^2$/s$^2$]"),
+        )
+        for axis, values, palette, label in pairs:
+            image = axis.pcolormesh(extent_x, extent_y, values.T, cmap=palette, rasterized=True)
+            axis.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal")
+            figure.colorbar(image, ax=axis, label=label)
+        axes[2 * row].set_title(chart.title, fontsize=8)
+    return figure

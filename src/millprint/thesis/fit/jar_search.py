@@ -1,0 +1,251 @@
+"""The search for the shape of a jar: shapes, their trials, the steps from the best, and its table."""
+
+import itertools
+import logging
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import pandas as pd
+
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError, SimulationError
+from millprint.config.fit import FitConfig, RangeConfig, ShapeConfig, StageConfig, TrialConfig
+from millprint.config.geometry import StadiumGeometry
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import Case, DemConfig
+from millprint.dem.run import simulate
+from millprint.fingerprint.cycles import tabulate_cycles
+from millprint.fingerprint.descriptors import tabulate_descriptors
+from millprint.mill.shapes import stadium_facets
+from millprint.mill.vessel import enclosed_volume
+from millprint.thesis.curves.regimes import read_published
+from millprint.thesis.fit.published import (
+    FITTED,
+    HELD_BACK,
+    NAMING,
+    computed_values,
+    misfit,
+    published_values,
+    with_roles,
+)
+
+JAR_PARAMETERS = tuple(ShapeConfig.model_fields)
+
+# Range of the end radius in the search, over the cube root of the volume; tolerance of the radius [mm].
+NARROWEST, WIDEST, CLOSE_MM = 0.1, 3.0, 1e-4
+
+
+def parameters_of(geometry: StadiumGeometry) -> dict[str, float]:
+    """The parameters of a jar, by name."""
+    own = {name: float(getattr(geometry, name)) for name in JAR_PARAMETERS if name != "straight_ratio"}
+    return {"straight_ratio": geometry.straight_mm / geometry.end_radius_mm, **own}
+
+
+def on_grid(value: float, allowed: RangeConfig) -> float:
+    """The nearest value on the grid of a parameter."""
+    last = int((allowed.high - allowed.low) / allowed.step + 1e-9)
+    steps = np.clip(round((value - allowed.low) / allowed.step), 0, last)
+    return float(np.round(allowed.low + allowed.step * steps, 9))
+
+
+def volume_ml(geometry: StadiumGeometry) -> float:
+    """Inner volume of the facetted jar [mL]."""
+    return enclosed_volume(stadium_facets(geometry)) * 1e6
+
+
+def shaped(mill: MillConfig, parameters: dict[str, float]) -> MillConfig:
+    """The mill with a jar of these parameters, its end radius such that the facetted jar holds the mill's volume.
+
+    Raises ConfigError where no end radius does.
+    """
+    # Slow to import, and the tables of a fit import this module.
+    from scipy.optimize import brentq
+
+    whole = {name: value for name, value in parameters.items() if name != "straight_ratio"}
+    whole["facets_per_half_circle"] = int(whole["facets_per_half_circle"])
+    size = mill.volume_ml ** (1 / 3) * 10
+
+    def jar(radius: float) -> StadiumGeometry:
+        sizes = {"end_radius_mm": radius, "straight_mm": radius * parameters["straight_ratio"]}
+        return StadiumGeometry.model_validate({**mill.geometry.model_dump(), **whole, **sizes})
+
+    def excess(radius: float) -> float:
+        return volume_ml(jar(radius)) - mill.volume_ml
+
+    narrowest = max(NARROWEST * size, 1.01 * parameters["fillet_radius_mm"])
+    if excess(narrowest) > 0 or excess(WIDEST * size) < 0:
+        described = ", ".join(f"{name} {value:g}" for name, value in parameters.items())
+        raise ConfigError(f"fit.shape: no jar of {mill.volume_ml:g} mL has {described}")
+    radius = brentq(excess, narrowest, WIDEST * size, xtol=CLOSE_MM)
+    return mill.model_copy(update={"geometry": jar(round(radius, 3))})
+
+
+def trial_cases(mill: str, values: pd.DataFrame, settings: TrialConfig, stage: StageConfig) -> list[Case]:
+    """The cases that give every fitted value: fill ratios, ball sizes and speeds as the value or the settings have."""
+    places = set()
+    for row in values[values["role"] == FITTED].to_dict("records"):
+        single = np.isfinite(row["ball_diameter_mm"])
+        diameters = [row["ball_diameter_mm"]] if single else settings.ball_diameters_mm
+        speeds = [row["speed_rpm"]] if single else settings.speeds_rpm
+        places |= set(itertools.product(diameters, [row["fill_ratio"]], speeds))
+    common = {"mill": mill, "contact": settings.contact}
+    common |= {name: getattr(settings, name) for name in ("time_step_s", "closure_max", "settle_s")}
+    cases = []
+    for (diameter, fill, speed), seed in itertools.product(sorted(places), range(stage.seeds)):
+        place = {"ball_diameter_mm": diameter, "fill_ratio": fill, "speed_rpm": speed, "seed": seed}
+        turns = {"discard_s": settings.discard_revolutions, "window_s": stage.revolutions}
+        times = {name: count * 60.0 / speed for name, count in turns.items()}
+        cases.append(Case(**common, **place, **times))
+    return cases
+
+
+def trial_of(
+    mill: MillConfig, contact: ContactConfig, dem: DemConfig, settings: TrialConfig, published_paths: list[str]
+) -> Callable[[dict[str, float], StageConfig], pd.DataFrame]:
+    """What simulates a jar of given parameters, in a stage of the search, in place of the mill's.
+
+    It returns the published values with those of the jar under the counting rule that fits best, whose name is in the
+    column counting_rule. Raises ConfigError for a jar that cannot be built.
+    """
+    values = with_roles(published_values(read_published(*published_paths), settings.contact), settings.fitted)
+
+    def trial(parameters: dict[str, float], stage: StageConfig) -> pd.DataFrame:
+        jar = shaped(mill, parameters)
+        cases = trial_cases(mill.name, values, settings, stage)
+        summaries = [simulate(case, jar, contact, dem, title=case.path) for case in cases]
+        return choose_rule(summaries, values, settings.counting_rules, mill.name, settings.contact)
+
+    return trial
+
+
+def choose_rule(summaries: list[dict], values: pd.DataFrame, rules: list[str], mill: str, contact: str) -> pd.DataFrame:
+    """The values of summaries under the rule with the smallest misfit; powers do not depend on it."""
+    cycles = tabulate_cycles(summaries)
+    tables = [
+        computed_values(values, tabulate_descriptors(summaries, rule), cycles, mill, contact).assign(counting_rule=rule)
+        for rule in rules
+    ]
+    return min(tables, key=misfit)
+
+
+logger = logging.getLogger("millprint")
+
+# A function that simulates a jar in a stage of the search: the published values with ours.
+Trial = Callable[[dict[str, float], StageConfig], pd.DataFrame]
+Jar = tuple[float, ...]
+
+
+class Search:
+    """The jars that were simulated, with their misfits. A jar is a tuple of JAR_PARAMETERS."""
+
+    def __init__(self, settings: FitConfig, trial: Trial) -> None:
+        self.settings, self.trial = settings, trial
+        self.rows: list[dict] = []
+
+    @cache  # noqa: B019 (a search lives as long as its job)
+    def misfit(self, jar: Jar, stage: str) -> float:
+        """The misfit of a jar in a stage [-]; inf for one that cannot be built or run. Each is simulated once."""
+        parameters = dict(zip(JAR_PARAMETERS, jar, strict=True))
+        try:
+            table = self.trial(parameters, getattr(self.settings, stage))
+        except (ConfigError, SimulationError) as error:
+            logger.info("%s: %s", parameters, error)
+            return float("inf")
+        found = misfit(table)
+        errors = table.dropna(subset="ours").set_index("name")["error_percent"]
+        row = {"stage": stage, **parameters, "misfit": found, "counting_rule": table["counting_rule"].iloc[0]}
+        row |= {"held_back_misfit": misfit(table[table["ours"].notna()], HELD_BACK)}
+        self.rows.append(row | {f"{name}_percent": value for name, value in errors.items()})
+        logger.info("%s %s: misfit %.3f", stage, parameters, found)
+        return found
+
+    def table(self) -> pd.DataFrame:
+        """A row for every trial: stage, parameters, misfit [-], rule, and the error of each value [%]."""
+        return pd.DataFrame(self.rows)
+
+    def run(self, present: dict[str, float]) -> dict[str, float]:
+        """The best jar of the search, which includes the present one."""
+        screened = sorted(candidates(self.settings, present), key=lambda jar: self.misfit(jar, "screening"))
+        best = min(screened[: self.settings.refining.jars], key=lambda jar: self.misfit(jar, "refining"))
+        for _ in range(self.settings.rounds):
+            around = [best, *neighbours(best, self.settings.shape)]
+            better = min(around, key=lambda jar: self.misfit(jar, "refining"))
+            if better == best:
+                break
+            best = better
+        return dict(zip(JAR_PARAMETERS, best, strict=True))
+
+
+def candidates(settings: FitConfig, present: dict[str, float]) -> list[Jar]:
+    """The present jar, then a Sobol sequence over the ranges, every parameter on its grid."""
+    # Slow to import, and the tables of a fit import this module.
+    from scipy.stats import qmc
+
+    ranges = [getattr(settings.shape, name) for name in JAR_PARAMETERS]
+    # A power of two keeps the sequence balanced; what is too much is not simulated.
+    places = qmc.Sobol(len(ranges), seed=settings.seed).random_base2((settings.screening.jars - 1).bit_length())
+    scaled = qmc.scale(places, [allowed.low for allowed in ranges], [allowed.high for allowed in ranges])
+    drawn = [tuple(map(on_grid, place, ranges)) for place in scaled[: settings.screening.jars - 1]]
+    return list(dict.fromkeys([tuple(present[name] for name in JAR_PARAMETERS), *drawn]))
+
+
+def neighbours(jar: Jar, shape: ShapeConfig) -> list[Jar]:
+    """The jars one step down and one up in each parameter that stay in the ranges."""
+    found = []
+    for index, name in enumerate(JAR_PARAMETERS):
+        allowed = getattr(shape, name)
+        for step in (-allowed.step, allowed.step):
+            value = round(jar[index] + step, 9)
+            if allowed.low - 1e-9 <= value <= allowed.high + 1e-9:
+                found.append((*jar[:index], value, *jar[index + 1 :]))
+    return found
+
+
+FIT_COLUMNS = [
+    "record", "parameter", "parameter_value", "step", *NAMING, "role", "counting_rule", "published", "ours",
+    "error_percent", "standard_error_percent", "change_percent",
+]  # fmt: skip
+
+
+def parameter_rows(parameters: dict[str, float], end_radius_mm: float, rule: str) -> pd.DataFrame:
+    """Records `parameter`: what was fitted; the end radius follows from the volume."""
+    jar = {**parameters, "end_radius_mm": end_radius_mm}
+    rows = [{"record": "parameter", "parameter": name, "parameter_value": value} for name, value in jar.items()]
+    return pd.DataFrame([*rows, {"record": "parameter", "parameter": "counting_rule", "counting_rule": rule}])
+
+
+def sensitivity_rows(jar: dict[str, float], settings: TrialConfig, trial: Trial) -> pd.DataFrame:
+    """Records `sensitivity`: every value that the search simulates, for a step down and up in each parameter.
+
+    change_percent is against the unchanged jar under the same short windows, those of refining; its standard error is
+    standard_error_percent. A jar that cannot be built is left out.
+    """
+    present = tuple(jar[name] for name in JAR_PARAMETERS)
+    unchanged = trial(jar, settings.refining)
+    tables = []
+    for other in neighbours(present, settings.shape):
+        index = next(k for k, value in enumerate(other) if value != present[k])
+        name = JAR_PARAMETERS[index]
+        try:
+            changed = trial(dict(zip(JAR_PARAMETERS, other, strict=True)), settings.refining)
+        except ConfigError:
+            continue
+        error = np.hypot(changed["standard_error_percent"], unchanged["standard_error_percent"])
+        tables.append(
+            changed.assign(
+                record="sensitivity",
+                parameter=name,
+                parameter_value=other[index],
+                step=other[index] - present[index],
+                change_percent=100.0 * (changed["ours"] / unchanged["ours"] - 1.0),
+                standard_error_percent=error,
+            )
+        )
+    return pd.concat(tables).dropna(subset="ours") if tables else pd.DataFrame(columns=FIT_COLUMNS)
+
+
+def fit_table(parameters: pd.DataFrame, values: pd.DataFrame, sensitivity: pd.DataFrame) -> pd.DataFrame:
+    """The three kinds of records one below the other, with FIT_COLUMNS."""
+    frames = [parameters, values.assign(record="value"), sensitivity]
+    return pd.concat([frame for frame in frames if len(frame)], ignore_index=True).reindex(columns=FIT_COLUMNS)

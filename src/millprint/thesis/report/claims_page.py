@@ -1,0 +1,275 @@
+"""The page of a run: its runtimes, claims, conclusions and chapters."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+from markupsafe import Markup
+from matplotlib import pyplot as plt
+from matplotlib.figure import Figure
+
+from millprint.figures.style import COLUMN_WIDTH_IN
+from millprint.run.files import read_table
+from millprint.run.html_pages import embed_files, render_page
+from millprint.run.outputs import listed_tables
+from millprint.thesis.claims.conclusions import FALLS, PARTLY, STANDS, UNKNOWN, deviating_everywhere, in_prose
+from millprint.thesis.claims.evidence import DEVIATES, ERRATUM, NATURES, NOT_RUN, REPRODUCED, Finding
+from millprint.thesis.claims.tabulate import INTERVAL_PARTS, count_natures, count_verdicts
+from millprint.thesis.report.table_pages import FOLDER, Section, section_id, tables_page
+
+RUNTIME_COLUMNS = ["stage", "job", "wall_s", "processor_s", "memory_MB"]
+# The line that millprint.run.job writes at the end of a job.
+DONE = re.compile(r": done in ([\d.]+) s$", re.MULTILINE)
+
+
+def _row(folder: Path, path: Path, **times: float) -> dict:
+    inside = path.relative_to(folder).with_suffix("")
+    return {"stage": inside.parts[0], "job": "/".join(inside.parts[1:]) or inside.name, **times}
+
+
+def _benchmarks(folder: Path) -> list[dict]:
+    found = []
+    for path in sorted(folder.rglob("*.tsv")):
+        table = read_table(path, numeric=["s", "cpu_time", "max_rss"])
+        row = table.iloc[-1]
+        found.append(_row(folder, path, wall_s=row["s"], processor_s=row["cpu_time"], memory_MB=row["max_rss"]))
+    return found
+
+
+def _logs(folder: Path) -> list[dict]:
+    found = []
+    for path in sorted(folder.rglob("*.log")):
+        times = DONE.findall(path.read_text(errors="replace"))
+        if times:
+            found.append(_row(folder, path, wall_s=float(times[-1])))
+    return found
+
+
+def tabulate_runtimes(benchmarks: Path, logs: Path) -> pd.DataFrame:
+    """A row for every job that has ended: stage, job, wall_s and, of those with a benchmark, processor_s, memory_MB.
+
+    benchmarks: the folder of Snakemake's benchmark files; logs: that of the jobs' own logs, laid out alike.
+    """
+    rows = _benchmarks(Path(benchmarks))
+    known = {(row["stage"], row["job"]) for row in rows}
+    rows += [row for row in _logs(Path(logs)) if (row["stage"], row["job"]) not in known]
+    table = pd.DataFrame(rows, columns=RUNTIME_COLUMNS)
+    return table.sort_values(["stage", "job"], ignore_index=True)
+
+
+def sum_stages(runtimes: pd.DataFrame) -> pd.DataFrame:
+    """Jobs, wall time and processor time [min] of every stage, and the longest job."""
+    groups = runtimes.groupby("stage", sort=False)
+    longest = runtimes.loc[groups["wall_s"].idxmax()].set_index("stage")
+    return pd.DataFrame(
+        {
+            "jobs": groups.size(),
+            "wall_min": groups["wall_s"].sum() / 60,
+            "processor_min": groups["processor_s"].sum(min_count=1) / 60,
+            "longest_job": longest["job"],
+            "longest_s": longest["wall_s"],
+        }
+    ).reset_index()
+
+
+@dataclass(frozen=True)
+class ShownVerdict:
+    """How the report shows a verdict: its colour, and what it means."""
+
+    colour: str
+    meaning: str
+
+
+SHOWN_VERDICTS = {
+    REPRODUCED: ShownVerdict("#009E73", "the value is within the tolerance of the claim"),
+    ERRATUM: ShownVerdict("#56B4E9", "outside the tolerance, and two printed places of the thesis cannot both hold"),
+    DEVIATES: ShownVerdict("#D55E00", "outside the tolerance; the table says by how much and what is known of why"),
+    NOT_RUN: ShownVerdict("#BBBBBB", "this configuration leaves out what the claim needs"),
+}
+LARGEST_COUNT = 15
+DEVIATION_COLUMNS = ["id", "locus", "quantity", "published", "unit", "reproduced", "deviation", "explanation"]
+# Pages of the tables, by the path of a table under the results folder.
+PAGES = {
+    table.path: f"tables_{chapter}.html#{section_id(table.title)}"
+    for chapter, tables in listed_tables().items()
+    for table in tables
+}
+
+
+def plot_verdicts(counts: pd.DataFrame) -> Figure:
+    """Stacked bars, one for each chapter; `counts` has the columns chapter and claims, and one for each verdict."""
+    figure, axes = plt.subplots(figsize=(COLUMN_WIDTH_IN, 0.55 * COLUMN_WIDTH_IN))
+    left, narrow = 0, 0.05 * counts["claims"].max()
+    for name, shown in SHOWN_VERDICTS.items():
+        bars = axes.barh(counts["chapter"], counts[name], left=left, color=shown.colour, label=name)
+        axes.bar_label(bars, [n if n > narrow else "" for n in counts[name]], label_type="center", fontsize=6)
+        left = left + counts[name]
+    axes.invert_yaxis()
+    axes.set_xlabel("number of claims")
+    figure.legend(loc="outside upper center", ncols=len(SHOWN_VERDICTS), fontsize=7, columnspacing=1, handlelength=1)
+    return figure
+
+
+def _bars(counts: pd.DataFrame) -> list[dict]:
+    """A bar for each chapter, with the fraction of each verdict."""
+    bars = []
+    for row in counts.to_dict("records"):
+        parts = [
+            {"name": name, "count": row[name], "colour": shown.colour, "share": row[name] / row["claims"]}
+            for name, shown in SHOWN_VERDICTS.items()
+            if row[name]
+        ]
+        said = ", ".join(f"{part['count']} {part['name']}" for part in parts)
+        bars.append({"chapter": row["chapter"], "claims": row["claims"], "parts": parts, "said": said})
+    return bars
+
+
+def largest_deviations(claims: pd.DataFrame, count: int = LARGEST_COUNT) -> pd.DataFrame:
+    """The claims that deviate, words first, then numbers by the size of their deviation [%], largest first."""
+    found = claims[claims["verdict"] == DEVIATES]
+    size = pd.to_numeric(found["deviation"]).abs()
+    return found.loc[size.sort_values(ascending=False, na_position="first").index, DEVIATION_COLUMNS].head(count)
+
+
+def link_to(path: str, results: Path) -> Markup:
+    """A file of the results as a link from report/: to where a page shows it, else to itself; text if it is absent."""
+    if not (results / path).is_file():
+        return Markup.escape(path)
+    return Markup('<a href="{}">{}</a>').format(PAGES.get(path, f"../{path}"), path)
+
+
+def _with_source(explanation: str, tolerance: str, finding: Finding, results: Path) -> Markup:
+    """The explanation of a claim, then a fold with the tolerance of its verdict and its sources."""
+    sources = Markup("; ").join(link_to(source.path, results) + source.details for source in finding.sources)
+    fold = Markup("<details><summary>source</summary>tolerance: {}; from {}</details>")
+    return Markup.escape(explanation) + fold.format(tolerance, sources or "no file")
+
+
+def claims_page(name: str, claims: pd.DataFrame, findings: dict[str, Finding], results: Path) -> str:
+    """The page of every claim; claims and findings as tabulate_claims and collect_findings give, of the run `name`."""
+    explanations = [
+        _with_source(claim.explanation, claim.tolerance, findings[claim.id], results) for claim in claims.itertuples()
+    ]
+    # Of type object, as pandas would make plain text of it.
+    shown = claims.assign(explanation=pd.Series(explanations, dtype=object, index=claims.index))
+    # In one cell with the value: the page is no wider than a screen.
+    origin = claims["repeats"] + " of " + claims["interval_from"]
+    interval = " (" + claims["lower"] + " to " + claims["upper"] + ", " + origin + ")"
+    shown["reproduced"] += interval.where(claims["interval_from"] != "", "")
+    shown["nature"] = claims["nature"].str.replace("_", " ")
+    shown = shown.drop(columns=["basis", "tolerance", "source", *INTERVAL_PARTS])
+    note = (
+        "Deviation in per cent of the printed value. What chance has a part in has an interval in brackets, with how "
+        "many repeats it is of and what was drawn again, and a verdict by the interval next to that by the value. "
+        "Under source: the tolerance of the verdict, then the file, the rows (in brackets, as pandas.DataFrame.query "
+        "takes them) and the columns that decide the claim, the rule that wrote the file and the function that "
+        "computed it."
+    )
+    introduction = f"What the run {name} computed for each claim, and its verdicts. {count_natures(claims)}."
+    return tables_page("Claims of the thesis", introduction, [Section("Every claim", shown, note, cards=True)])
+
+
+def what_falls(claims: pd.DataFrame, conclusions: pd.DataFrame, stored: pd.DataFrame, run: str) -> list[str]:
+    """The conclusions with claims that stand on no machine, a sentence each.
+
+    claims as tabulate_claims, conclusions as judge_conclusions, stored as read_stored.
+    """
+    names = deviating_everywhere(claims, stored, run)
+    sentences = []
+    for row in conclusions.itertuples():
+        own = [name for name in row.against.split(", ") if name in names]
+        if own:
+            some = f"Of its {row.claims} claims, these are reproduced nowhere"
+            how = "Nothing of it is reproduced anywhere" if row.stands == FALLS else some
+            told = "; ".join(in_prose(name, claims) for name in own)
+            sentences.append(f"{_capital(row.chapter)}: {row.conclusion} {how}: {told}.")
+    return sentences
+
+
+def front_text(conclusions: pd.DataFrame, falls: list[str]) -> str:
+    """What the first page of the report says of each chapter, as reStructuredText.
+
+    conclusions as judge_conclusions, falls as what_falls.
+    """
+    lines = ["**Which conclusions of the thesis stand**", ""]
+    for chapter, own in conclusions.groupby("chapter", sort=False):
+        known = own[own["stands"] != UNKNOWN]
+        count = f"{(own['stands'] == STANDS).sum()} of {len(known)} conclusions stand" if len(known) else UNKNOWN
+        lines += [f"- **{_capital(str(chapter))}**: {count}.", ""]
+        for status in (STANDS, PARTLY, FALLS):
+            told = " ".join(own.loc[own["stands"] == status, "conclusion"])
+            lines += [f"  - *{status.capitalize()}*: {_plain(told)}", ""] if told else []
+    lines += ["**What stands on no machine**", "", *(f"- {_plain(sentence)}\n" for sentence in falls)]
+    return "\n".join(lines if falls else lines[:-2]) + "\n"
+
+
+def _capital(words: str) -> str:
+    return words[0].upper() + words[1:]
+
+
+def _plain(text: str) -> str:
+    """Text in which no sign has a meaning in reStructuredText."""
+    return re.sub(r"([\\*`|_])", r"\\\1", text)
+
+
+def summary_page(
+    name: str, claims: pd.DataFrame, conclusions: pd.DataFrame, errata: pd.DataFrame, results: Path, told: list[str]
+) -> str:
+    """The page of the run `name`; tables as tabulate_claims, judge_conclusions and collect_errata give.
+
+    told: sentences below the conclusions: what stands on no machine, as what_falls gives, and other machines.
+    """
+    counts = count_verdicts(claims)
+    natures = count_verdicts(claims, "nature")
+    natures["nature"] = natures["nature"].map(NATURES)
+    deviating = int(counts[DEVIATES].sum())
+    linked = [
+        Markup("{} ({}).").format(row.calculation.rstrip("."), link_to(row.source, results))
+        for row in errata.itertuples()
+    ]
+    first = Section(
+        "What stands",
+        conclusions,
+        "The conclusions of each chapter. One stands if all claims that it rests on are reproduced; open: claims whose "
+        "interval decides nothing; against: those that are not reproduced.",
+        cards=True,
+    )
+    sections = [
+        Section(
+            "What the claims are",
+            natures,
+            f"{count_natures(claims)}. Only what is simulated, trained or timed says anything about the thesis's "
+            "computations; the others say that its numbers follow from each other.",
+        ),
+        Section(
+            "Errata",
+            errata.drop(columns="source").assign(calculation=pd.Series(linked, dtype=object, index=errata.index)),
+            f"{len(errata)} contradictions inside the thesis: two printed places that cannot both hold, with the "
+            "calculation and the table that its numbers are in.",
+            cards=True,
+        ),
+        Section(
+            "Largest deviations",
+            largest_deviations(claims),
+            f"{min(deviating, LARGEST_COUNT)} of {deviating} claims that deviate, statements first; deviation in per "
+            "cent of the printed value. The table of all claims has the rest, and the source of each.",
+            cards=True,
+        ),
+    ]
+    return render_page(
+        FOLDER / "summary.html",
+        title="Which conclusions of the thesis stand",
+        introduction=f"Run {name}: the conclusions of the thesis and the {len(claims)} numbers and statements that "
+        "they rest on, computed again from its measured data and its methods, and compared with what is printed.",
+        first=first,
+        told=told,
+        verdicts=[
+            {"name": key, "meaning": shown.meaning, "colour": shown.colour, "count": int(counts[key].sum())}
+            for key, shown in SHOWN_VERDICTS.items()
+        ],
+        bars=_bars(counts),
+        sections=[section for section in sections if len(section.frame)],
+        style=embed_files(FOLDER, "page.css"),
+        script=embed_files(FOLDER, "tables.js"),
+    )
