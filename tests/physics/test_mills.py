@@ -123,7 +123,7 @@ def test_the_jar_of_the_mixer_mill_stays_on_its_horizontal_arc(mills):
 def test_a_planetary_jar_with_few_balls_has_no_impacts_and_says_so(mills, contacts):
     """All balls go round the smooth wall as one layer, rubbing it (fill 0.08); more balls fall and hit (0.20).
 
-    From rest, the layer takes up to a second to form.
+    From rest, the layer takes 0.2 to 0.8 s to form.
     """
     summaries = []
     for fill in (0.08, 0.20):
