@@ -33,7 +33,7 @@ from millprint.run.kernel import inlined
 # Keeps a quotient finite if a force [N] or an angular velocity [rad/s] is zero; its root is added to them.
 TINY = 1e-60
 
-# Fraction of the relative angular velocity that rolling friction may remove in one step, by all contacts of a ball.
+# Fraction of the relative angular velocity that rolling friction may remove in one step, all contacts of a ball together.
 STOP_SHARE = 0.25
 
 
