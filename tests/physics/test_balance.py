@@ -1,7 +1,6 @@
 """The energy balance, the table of collisions, and runs that must agree to the last digit."""
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from millprint.config.counting import CountingRule
@@ -13,7 +12,7 @@ from millprint.dem.layout import COUNTER
 from millprint.dem.ledger import check_closure, closure, ledger_series, ledger_summary
 from millprint.dem.simulation import Simulation
 from millprint.mill import wall_arrays
-from tests.physics.setups import FewBalls, box
+from tests.physics.setups import FewBalls
 
 DEM = DemConfig(time_step_s=2e-6, settle_s=0.1, discard_s=0.05, window_s=0.2)
 
@@ -54,33 +53,6 @@ def test_every_channel_of_the_reference_takes_its_share(reference):
     assert all(0.05 < share < 0.9 for share in shares.values()), shares
     works = series[["normal_damping_J", "tangential_damping_J", "rolling_J"]].to_numpy()
     assert (np.diff(works, axis=0) >= 0).all()
-
-
-def squeezed(width: float, height: float, balls: list, step: float) -> pd.DataFrame:
-    """The ledger of spinning balls, each side of a box at rest pressing on them; all sizes in ball diameters."""
-    spin = np.random.default_rng(1).normal(size=(len(balls), 3))
-    position = 1e-2 * np.add(balls, [0, 0, height / 2])
-    made = FewBalls(position, spin=spin, vessel=box(1e-2 * width, 1e-2 * width, 1e-2 * height), step=step)
-    return made.run(4e-3, sample_every=10)
-
-
-CUBE = [[x, y, z] for x in (-0.49, 0.49) for y in (-0.49, 0.49) for z in (-0.49, 0.49)]
-
-
-@pytest.mark.parametrize("step", [5.7e-6, 2.8e-6])
-@pytest.mark.parametrize(
-    ("width", "height", "balls"), [(0.98, 3, [[0, 0, 0]]), (0.98, 0.98, [[0, 0, 0]]), (1.96, 1.96, CUBE)]
-)
-def test_a_ball_squeezed_from_many_sides_loses_no_more_than_it_has(width, height, balls, step):
-    """Between walls at rest nothing does work: what is dissipated was in springs and spins at the start.
-
-    Steps of 0.11 and 0.054 of the Rayleigh time. Where each of four or six contacts had a quarter of the spin for its
-    rolling friction, they reversed it at every step, and in 10 ms booked several times what there was.
-    """
-    series = squeezed(width, height, balls, step)
-    had = series["elastic_J"].iloc[0] + series["kinetic_J"].iloc[0]
-    assert np.abs(series["imbalance_J"]).max() < 2e-3 * had
-    assert series["kinetic_spin_J"].iloc[-1] < 1e-6 * series["kinetic_spin_J"].iloc[0]
 
 
 def test_balance_error_falls_with_the_square_of_the_step():

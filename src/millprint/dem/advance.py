@@ -4,7 +4,7 @@ from millprint.dem.layout import COUNTER, STATUS
 from millprint.dem.near_candidates import list_near, measure_strides
 from millprint.dem.neighbours import check_lists
 from millprint.dem.recording import begin_record, count_occupancy, is_due, record, room_left
-from millprint.dem.steps import apply_forces, drift, kick, share_stop
+from millprint.dem.steps import apply_forces, drift, kick
 from millprint.dem.threads import apply_forces_in_threads, move_in_threads
 from millprint.mill.motion import write_poses
 from millprint.run.kernel import inlined, kernel
@@ -59,7 +59,6 @@ def advance(balls, candidates, contacts, laws, walls, clock, totals, counters, t
         if shares is None:
             kick(rate, rate_now, load, clock.gain, clock.fall)
             drift(balls.position, balls.rate, clock.step)
-            share_stop(balls.crowd, balls.stop)
         else:
             move_in_threads(balls, clock.gain, clock.fall, clock.step, shares.counts.shape[0])
         counters[COUNTER.step] += 1

@@ -65,31 +65,10 @@ def take_lane(contacts, counters):
     return counters[COUNTER.used] - 1
 
 
-@inlined()
-def crowding(balls, i, j):
-    """What a contact counts for among those of ball i, and of its partner j (a ball, or negative for a wall) [-].
-
-    1 for balls of one size or a wall; a ball of another size brakes a spin by its share in the reduced inertia.
-    """
-    if j < 0:
-        return 1.0, 0.0
-    a, b = balls.inertia[balls.species[i]], balls.inertia[balls.species[j]]
-    return 2.0 * b / (a + b), 2.0 * a / (a + b)
-
-
-@inlined()
-def crowd(balls, i, j, sign):
-    """Count a contact that opens (sign 1) or closes (-1) for both partners."""
-    own, others = crowding(balls, i, j)
-    balls.crowd[i] += sign * own
-    balls.crowd[max(j, 0)] += sign * others
-
-
 @inner()
 def occupy(balls, candidates, contacts, laws, counters, k):
     """Give candidate k a lane with the law of its kind; returns the lane."""
     lane = take_lane(contacts, counters)
-    crowd(balls, candidates.ball[k], candidates.partner[k], 1.0)
     settle(balls, candidates, contacts, laws, k, lane)
     return lane
 
@@ -178,9 +157,8 @@ def check_overlaps(contacts, counters):
 
 
 @inlined()
-def free_lane(balls, candidates, contacts, lane, counters):
+def free_lane(candidates, contacts, lane, counters):
     """Take a contact out of its lane; the next one that opens gets the lane."""
-    crowd(balls, contacts.ball[lane], contacts.partner[lane], -1.0)
     candidates.lane[contacts.slot[lane]] = -1
     contacts.slot[lane] = -1
     contacts.free[counters[COUNTER.free]] = lane
@@ -200,7 +178,7 @@ def close_contact(balls, candidates, contacts, laws, walls, lane, time, totals, 
         candidates.near[candidates.near_first[last]] = k
         candidates.near_first[last] += np.uint64(1)
     candidates.trigger[k] = reach * reach if j >= 0 else reach
-    free_lane(balls, candidates, contacts, lane, counters)
+    free_lane(candidates, contacts, lane, counters)
 
 
 @inlined()

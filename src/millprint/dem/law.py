@@ -10,9 +10,7 @@ Choices that the equations leave open, each tested in tests/physics:
 - The normal force is not clipped where it is tensile: that would turn a restitution of 0.30 into 0.40.
 - The tangential spring is turned into the current tangent plane with its length kept.
 - Rolling friction acts against the relative angular velocity (Eq. 3.16). Near zero it is limited to the torque that
-  takes a quarter of that velocity in one step, so that it can stop a ball but never turn it back. All contacts of a
-  ball share that quarter (steps.share_stop). With a quarter each, and the dashpots in addition, several would take more
-  than the whole and turn a spin round at every step: the works would count energy that nobody put in.
+  takes a quarter of that velocity in one step, so that it can stop a ball but never turn it back.
 - Damping in the tangential direction counts while the contact sticks; while it slides, all work is sliding.
 
 To add or change a contact law: write its forces in `contact_law` and its coefficients in `law_row`, name new
@@ -33,7 +31,7 @@ from millprint.run.kernel import inlined
 # Keeps a quotient finite if a force [N] or an angular velocity [rad/s] is zero; its root is added to them.
 TINY = 1e-60
 
-# Fraction of the relative angular velocity that rolling friction may remove in one step, all contacts of a ball together.
+# Fraction of the relative angular velocity that rolling friction may remove in one step.
 STOP_SHARE = 0.25
 
 
@@ -123,7 +121,7 @@ def contact_law(lanes, block, m, overlap, normal, arm, velocity, angular_velocit
 
     # Torque over angular velocity [N m s].
     resistance = get(lanes, block, LANE.law.rolling_friction, m) * elastic * arm * inverse * size
-    largest = get(lanes, block, LANE.law.largest_resistance, m) * get(lanes, block, LANE.stop, m)
+    largest = get(lanes, block, LANE.law.largest_resistance, m)
     resistance = resistance if resistance < largest else largest
     torque = scale(-resistance, angular_velocity)
     powers = (damping * approach, sticking_power, tangential_power, resistance * turning * turning)

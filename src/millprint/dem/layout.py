@@ -70,7 +70,6 @@ class LaneColumns(NamedTuple):
 
     is_wall: int  # 1 for a wall, else 0
     radius_difference: int  # radius of the first less that of the second; 0 for a wall [m]
-    stop: int  # share in the limit of rolling friction, law.largest_resistance [-]
     law: LawColumns
     history: HistoryColumns
     force: Vector  # on the first [N]

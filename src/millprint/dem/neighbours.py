@@ -20,9 +20,8 @@ CHECK_EVERY = 100.0
 
 
 @kernel()
-def put_aside(balls, candidates, contacts, counters):
+def put_aside(candidates, contacts, counters):
     """Copy the open contacts to the side, in the order of the lists, and free all lanes; counts them."""
-    balls.crowd[:] = 0.0
     kept = 0
     for k in range(listed(candidates)):
         lane = candidates.lane[k]
@@ -215,7 +214,7 @@ def relist(balls, candidates, contacts, laws, walls, clock, counters):
     A full list may be made longer and the call repeated: the contacts set aside by the first one stay there.
     """
     if counters[COUNTER.aside] < 0:
-        put_aside(balls, candidates, contacts, counters)
+        put_aside(candidates, contacts, counters)
     for body in range(candidates.anchor.shape[0]):
         for i in range(balls.species.size):
             point = to_body(clock.motions, body, row(balls.position, i))

@@ -23,7 +23,7 @@ from millprint.run.kernel import kernel_digest
 logger = logging.getLogger("millprint")
 
 # Arrays of the state that change; the rest follows from the configuration.
-BALLS = ("position", "rate", "rate_now", "load", "crowd", "stop")
+BALLS = ("position", "rate", "rate_now", "load")
 PIECES = ("samples", "snapshots", "poses", "snapshot_works", "snapshot_contacts")
 
 

@@ -25,8 +25,6 @@ class Balls(NamedTuple):
     rate: np.ndarray  # (n, 6) layout.RateColumns
     rate_now: np.ndarray  # (n, 6)
     load: np.ndarray  # (n, 6) of contacts, layout.LoadColumns
-    crowd: np.ndarray  # (n,) the number of open contacts, see touching.crowding
-    stop: np.ndarray  # (n,) the share of each contact in the limit of rolling friction
     species: np.ndarray  # (n,) row of the tables below
     radius: np.ndarray  # (species,) [m]
     mass: np.ndarray  # (species,) [kg]
@@ -122,9 +120,7 @@ def make_balls(position: np.ndarray, species: np.ndarray, radii: np.ndarray, den
     radii = np.asarray(radii, dtype=float)
     mass = density * 4 / 3 * math.pi * radii**3
     species = np.asarray(species, dtype=np.int64)
-    crowd, stop = np.zeros(len(position)), np.ones(len(position))
-    inertia = 0.4 * mass * radii**2
-    return Balls(on_cache_lines(position), rate, rate_now, load, crowd, stop, species, radii, mass, inertia)
+    return Balls(on_cache_lines(position), rate, rate_now, load, species, radii, mass, 0.4 * mass * radii**2)
 
 
 def make_candidates(balls: int, bodies: int = 1, per_ball: int = 12) -> Candidates:

@@ -10,7 +10,7 @@ import numpy as np
 
 from millprint.dem.contact import evaluate
 from millprint.dem.contact_events import FAR, close_contact, open_contacts, wall_away
-from millprint.dem.lanes import get, get_present, get_vector, put, put_present
+from millprint.dem.lanes import get, get_present, get_vector, put_present
 from millprint.dem.layout import COUNTER, GROUP, GROUPED_TO, LANE, LANES, LOAD, LOAD_WIDTH, PRESENT, RATE, TOTAL
 from millprint.mill.pose import POSE
 from millprint.mill.vectors import cross, dot, row, scale, subtract, vector
@@ -37,7 +37,6 @@ def gather_pair(balls, contacts, present, lane, block, at, m):
     put_present(present, at, PRESENT.velocity, m, velocity)
     put_present(present, at, PRESENT.angular_velocity, m, vector(balls.rate_now, i, RATE.angular_velocity))
     put_present(present, at, PRESENT.other_angular_velocity, m, vector(balls.rate_now, j, RATE.angular_velocity))
-    put(contacts.lanes, block, LANE.stop, m, min(balls.stop[i], balls.stop[j]))
     return dot(away, away) < reach * reach
 
 
@@ -54,7 +53,6 @@ def gather_wall(balls, candidates, contacts, present, walls, motions, lane, bloc
     put_present(present, at, PRESENT.angular_velocity, m, vector(balls.rate_now, i, RATE.angular_velocity))
     turning = vector(motions.pose, body, POSE.angular_velocity)
     put_present(present, at, PRESENT.other_angular_velocity, m, turning)
-    put(contacts.lanes, block, LANE.stop, m, balls.stop[i])
     return away[0] < FAR
 
 
@@ -169,13 +167,6 @@ def kick(rate, rate_now, load, gain, fall):
         rate_now[c] = faster + 0.5 * change
     for c in range(load.size):
         load[c] = 0.0
-
-
-@inlined()
-def share_stop(crowd, stop):
-    """The share of each contact of a ball in the limit of rolling friction in the next step; see Balls.crowd."""
-    for i in range(crowd.size):
-        stop[i] = 1.0 / max(crowd[i], 1.0)
 
 
 @inlined()

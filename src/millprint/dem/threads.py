@@ -27,7 +27,6 @@ from millprint.dem.steps import (
     kick,
     resolve_blocks,
     scatter,
-    share_stop,
     width_in_use,
 )
 from millprint.run.kernel import inlined, inner, threaded
@@ -176,7 +175,6 @@ def move_chunk(balls, gain, fall, step, threads, t):
     a, b = RATE_WIDTH * begin, RATE_WIDTH * end
     kick(rate[a:b], rate_now[a:b], load[a:b], gain[a:b], fall[a:b])
     drift(balls.position[begin:end], balls.rate[begin:end], step)
-    share_stop(balls.crowd[begin:end], balls.stop[begin:end])
 
 
 @threaded()
