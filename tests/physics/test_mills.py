@@ -176,7 +176,7 @@ def test_an_attritor_is_driven_against_friction_not_inertia(mills, contacts):
     speeds, made = [60, 180], mills["attritor"]
     # At the lower speed the bed jams and slips: one start says little.
     settings = {"ball_diameter_mm": 9, "fill_ratio": 0.26, "window_s": 1.0, "discard_s": 0.5, "rayleigh_fraction": 0.1}
-    # There, rolling friction of balls that jam between arm and wall opened the balance by 2.6 %; see docs/why/limits.md.
+    # There, rolling friction of balls that jam opened the balance by 2.6 %; see docs/why/limits.md.
     closure_max = {60: 0.05, 180: 2e-3}
     powers = [
         np.mean([

@@ -25,7 +25,7 @@ NEEDLESS = {
     "predict_setup": ["matplotlib", "scipy.interpolate", "scipy.optimize", "scipy.stats", "sklearn", "trimesh"],
     "fit_wear": ["numba", "scipy.stats", "sklearn", "torch", "trimesh"],
     "tabulate_fit": ["matplotlib", "scipy.optimize", "scipy.stats", "sklearn", "torch", "trimesh"],
-    "tabulate_ablations": ["numba", "scipy.stats", "sklearn", "torch"],
+    "tabulate_ablations": ["scipy.stats", "sklearn", "torch"],
     "tabulate_convergence": ["numba", "scipy.stats", "sklearn", "torch", "trimesh"],
     "study_settings": ["numba", "scipy.stats", "sklearn", "torch", "trimesh"],
     "plot_surrogates": ["scipy.stats", "sklearn", "statsmodels", "trimesh"],
