@@ -67,15 +67,15 @@ def _imports(file: Path) -> frozenset[str]:
 
 
 @cache
-def content_digest(file: Path) -> bytes:
+def content_digest(file: Path, without: str = "/") -> bytes:
     """The digest of a file; for a Python file, of what it computes, wherever it is and whatever its modules are called.
 
-    An import counts with its names and with the content of their module.
+    An import counts with its names and with the content of their module, unless that lies in the folder `without`.
     """
     if file.suffix != ".py":
         return hashlib.sha256(file.read_bytes()).digest()
     computed, imports = _parsed(file)
-    origins = sorted(ast.dump(alias) + _origin(node, alias) for node in imports for alias in node.names)
+    origins = sorted(ast.dump(alias) + _origin(node, alias, without) for node in imports for alias in node.names)
     return hashlib.sha256("".join([computed, *origins]).encode()).digest()
 
 
@@ -88,12 +88,12 @@ def _parsed(file: Path) -> tuple[str, list[ast.ImportFrom]]:
     return ast.dump(tree), imports
 
 
-def _origin(statement: ast.ImportFrom, alias: ast.alias) -> str:
+def _origin(statement: ast.ImportFrom, alias: ast.alias, without: str) -> str:
     """What the module computes that an import takes a name from; nothing for one that no number comes from."""
     module = "/".join((statement.module or "").split(".")[1:])
     for name in (f"{module}/{alias.name}.py".lstrip("/"), f"{module}.py", f"{module}/__init__.py".lstrip("/")):
         if (PACKAGE / name).is_file():
-            return "" if name in OUTSIDE else _parsed(PACKAGE / name)[0]
+            return "" if name in OUTSIDE or name.startswith(without) else _parsed(PACKAGE / name)[0]
     return ""
 
 

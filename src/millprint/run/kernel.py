@@ -72,7 +72,7 @@ def kernel_digest() -> str:
     try:
         return known.read_text()
     except OSError:
-        found = _hash(files, digest.content_digest)
+        found = _hash(files, partial(digest.content_digest, without="config/"))
     with suppress(OSError):
         known.parent.mkdir(parents=True, exist_ok=True)
         draft = known.with_name(f"{known.name}.{os.getpid()}")
