@@ -2,7 +2,8 @@
 
 Settings: doe (design, half_life).
 Inputs: `screening`, `weighings`, `studies`, `yields`.
-Outputs: the tables, the figures of the literature, and the points of one as `tsv`.
+Outputs: `design`, `fraction`, `aliases`, `audit`; `half_life`, `wear`; `missingness`, `checks`; figures of the
+literature, and the points of one as `tsv`.
 """
 
 from millprint.config.design import DesignConfig

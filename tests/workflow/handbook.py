@@ -44,5 +44,6 @@ def commands(page: Path) -> list[Command]:
     lines = [*block_lines(text), *(" ".join(found.split()) for found in INLINE.findall(BLOCK.sub("", text)))]
     for name, value in PLACES.items():
         lines = [line.replace(name, value) for line in lines]
-    split = (tuple(shlex.split(line, comments=True)) for line in lines)
+    # `make install && source ...` is two commands.
+    split = (tuple(shlex.split(part, comments=True)) for line in lines for part in line.split(" && "))
     return [Command(str(page), words) for words in split if words]

@@ -29,7 +29,9 @@ def test_a_run_ends_with_what_was_made_and_a_failed_one_with_the_log_and_what_to
     script = project / "scripts/tabulate_experiments.py"
     text = script.read_text()
     fault = 'from millprint.config.errors import ConfigError\n        raise ConfigError("screening.tsv: no balls")\n'
-    script.write_text(text.replace("        compute_wet_lab(\n", f"        {fault}        compute_wet_lab(\n"))
+    faulty = text.replace("        compute_wet_lab(given", f"        {fault}        compute_wet_lab(given")
+    assert faulty != text
+    script.write_text(faulty)
     failed = run_snakemake(project, *SMOKE, "--", TARGET)
     assert failed.returncode == 1
     assert "failed: 1 job; " in failed.stdout

@@ -16,6 +16,13 @@ def smoke_content(project) -> dict:
     return content
 
 
+def on_its_own(project, content: dict, section: str) -> tuple[str, str]:
+    """The arguments for a mill of one's own with a section and the simulation settings of this configuration."""
+    own = {"mill": "mine", "dem": content["dem"], section: content[section]}
+    (project / "mine.yaml").write_text(yaml.safe_dump(own, sort_keys=False))
+    return ("--configfile", "mine.yaml")
+
+
 def planned(project, content: dict, *arguments: str) -> str:
     """The output of a dry run with a configuration; an error is a failure."""
     (project / CONFIG).write_text(yaml.safe_dump(content, sort_keys=False))
@@ -58,7 +65,7 @@ def test_convergence_of_a_mill_of_ones_own_varies_its_settings_alone(project):
     content = smoke_content(project)
     content["convergence"]["study"] = {"seeds": 2}
     copy_planetary(project / "config/mills")
-    plan = planned(project, content, "convergence", "--config", "mill=mine")
+    plan = planned(project, content, "convergence", *on_its_own(project, content, "convergence"))
     jobs = jobs_of(plan)
     assert jobs == {"compile_kernels": 1, "convergence": 1, "study_settings": 1, "run_dem_case": 14}
     simulated = set(re.findall(r"results/dem/(\S+)/summary.json", plan))
@@ -94,7 +101,7 @@ def test_contact_parameters_of_a_mill_of_ones_own_are_sampled_in_a_few_jobs(proj
         del mill["sweep"]
         file.write_text(yaml.safe_dump(mill))
     content["uncertainty"]["jobs"] = 2
-    jobs = jobs_of(planned(project, content, "uncertainty", "--config", "mill=mine"))
+    jobs = jobs_of(planned(project, content, "uncertainty", *on_its_own(project, content, "uncertainty")))
     assert jobs["sample_contacts"] == 2
     assert jobs["measure_uncertainty"] == jobs["add_uncertainty"] == 1
     assert ("derive_sweep" in jobs) != sweep

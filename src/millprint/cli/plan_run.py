@@ -13,6 +13,7 @@ import logging
 import os
 import sys
 from contextlib import redirect_stderr
+from itertools import takewhile
 
 from snakemake.cli import main as snakemake_command
 from snakemake.logging import logger
@@ -65,7 +66,9 @@ def main(arguments: list[str], name: str = "plan") -> int:
     if "--help" in arguments or "-h" in arguments:
         parser_of(name, __doc__).parse_args(["--help"])
     # Reading the Snakefile as a run does: a configuration among the targets is its settings.
-    words = [part for word in arguments for part in (settings_of(word) if word.endswith(YAML) else [word])]
+    own = list(takewhile(lambda word: not word.startswith("-"), arguments))
+    words = [part for word in own for part in (settings_of(word) if word.endswith(YAML) else [word])]
+    words += arguments[len(own) :]
     plan, said = Plan(), io.StringIO()
     logger.addFilter(plan)
     try:
