@@ -1,8 +1,10 @@
 """The scripts of rules: each says its settings, inputs and outputs, and runs with a mock of `snakemake`."""
 
 import ast
+import os
 import re
 from pathlib import Path
+from unittest.mock import patch
 
 import pytest
 
@@ -13,6 +15,13 @@ from tests.mock import mock_snakemake, read_workflow, run_script
 SMOKE = ROOT / "config/smoke.yaml"
 # Files that a docstring may name together: figures.
 DRAWN = re.compile(r"(.*_)?(svg|png|pdf|gif)s?")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def environment():
+    """Reading the workflow sets the environment of jobs; other tests must not have it."""
+    with patch.dict(os.environ):
+        yield
 
 
 @pytest.fixture(scope="module")
