@@ -4,7 +4,7 @@ compares the choices that the thesis leaves open.
 Settings: yields.training, yields.evaluation, yields.interval_level, yields.searched_again.
 Inputs: `train`, `test`, `outside`; `models`, `averaged`, `explained`, `otherwise`; `held_out` predictions and
 `intervals`.
-Outputs: `locked`, `evaluation`, `coverage`, `predictions`, `out_of_domain`, `hyperparameters`, `time_variance`,
+Outputs: `locked`, `scores_by_scheme`, `coverage`, `predictions`, `out_of_domain`, `time_variance`,
 `scores`, `pit`, `differences`, `shap`, `shap_ranking`, `choices`.
 """
 
