@@ -75,3 +75,10 @@ def test_a_plan_says_what_a_run_would_do_and_changes_nothing(project):
     assert wrong.returncode == 2
     assert wrong.stderr == "__main__.py: error: unrecognized arguments: --nonsense\n"
     assert state_of(project) == before
+
+
+def test_a_run_of_another_mill_says_that_nothing_of_the_configuration_of_the_thesis_is_used(project):
+    given = ("--config", "mill=planetary")
+    done = run_snakemake(project, *given, "--", "results/mills/planetary/motion.svg")
+    assert done.returncode == 0, done.stdout[-4000:]
+    assert done.stdout.count("this run is of another mill than config/config.yaml and uses nothing of it") == 1
