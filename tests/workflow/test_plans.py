@@ -18,7 +18,8 @@ def smoke_content(project) -> dict:
 
 def on_its_own(project, content: dict, section: str) -> tuple[str, str]:
     """The arguments for a mill of one's own with a section and the simulation settings of this configuration."""
-    own = {"mill": "mine", "dem": content["dem"], section: content[section]}
+    # At this precision, twice the step is allowed too.
+    own = {"mill": "mine", "dem": content["dem"], "mills": {"precision": "standard"}, section: content[section]}
     (project / "mine.yaml").write_text(yaml.safe_dump(own, sort_keys=False))
     return ("--configfile", "mine.yaml")
 
