@@ -59,6 +59,8 @@ def test_the_overview_names_every_command(capsys):
         (["new", "plantary", "--yes"], ["unknown kind", "did you mean planetary?"]),
         (["new", "drum", "--set", "radius=3"], ["--set radius=3", "did you mean radius_mm?"]),
         (["new", "drum", "--set", "radius_mm=32,5"], ["radius_mm = '32,5'", "with a point"]),
+        (["new", "drum", "--set", "radius_mm=30:1"], ["radius_mm = '30:1'", "must be like"]),
+        (["new", "drum", "--set", "fill_ratios=[070, 1_0]"], ["fill_ratios = '[070, 1_0]'", "must be like"]),
         (["new", "drum", "--set", "fill_ratios=many"], ["fill_ratios = 'many'", "[0.15, 0.25, 0.35]"]),
         (["new", "drum", "--set", "volume_ml=900"], ["volume_ml = 900", "235.6 mL"]),
         (["new", "drum", "--yes", "--contact", "stel"], ["--contact stel", "did you mean steel"]),

@@ -76,7 +76,7 @@ def test_the_command_predicts_the_example(models, tmp_path):
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert "1 rows are outside the domain" in done.stderr
-    assert "mill.json: no such file: the descriptors are not held to the curves of a mill" in done.stderr
+    assert "mill.json: no such file: the descriptors are not compared with the curves of a mill" in done.stderr
     table = read_table(out, text=["case", "warning"]).set_index("case")
     assert np.isnan(table.loc["low_fill", "predicted_percent"])
     assert "tangential_share = 0.7653" in table.loc["low_fill", "warning"]

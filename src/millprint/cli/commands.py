@@ -24,7 +24,7 @@ COMMANDS = {
     "explore": Command("millprint.cli.run_targets", "make a page with sliders for a mill"),
     "run": Command("millprint.cli.run_targets", "make any target or file of the workflow"),
     "plan": Command("millprint.cli.plan_run", "say what a run would do: jobs, time, memory and disk"),
-    "match": Command("millprint.cli.match_conditions", "find the settings of a mill that mill like another one"),
+    "match": Command("millprint.cli.match_conditions", "find settings that do to a powder what another mill does"),
     "card": Command("millprint.cli.simulate_card", "simulate one experiment and write its milling card"),
     "dose": Command(
         "millprint.cli.compute_dose", "energy and hits that a gram of powder has seen, for a table of runs"
@@ -83,10 +83,4 @@ def main(words: Sequence[str] | None = None) -> int:
         return import_module(COMMANDS[name].module).main(list(words[1:]), name) or 0
     except MillprintError as error:
         print("\n".join(f"error: {line}" for line in str(error).splitlines()), file=sys.stderr)
-        return 1
-    except ModuleNotFoundError as error:
-        print(
-            f"error: millprint {name}: Python has no module {error.name}; install it, or use `make install`",
-            file=sys.stderr,
-        )
         return 1

@@ -9,6 +9,7 @@ It writes two files of yours: config/mills/NAME.yaml, the mill, and NAME.yaml, t
 """
 
 import argparse
+import math
 import re
 import sys
 from collections.abc import Collection
@@ -24,6 +25,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.included import included_contacts, included_mills, load_contact
 from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
+from millprint.config.strict_yaml import parse_yaml
 from millprint.mill.vessel import build_vessel, check_volume
 from millprint.run.files import whole_file
 
@@ -88,8 +90,8 @@ def filled(template: str, answers: dict[str, str], defaults: Collection[str] = (
 def value_of(question: Question, text: str) -> object:
     """The value that a text means in YAML. Raises ConfigError for one of another type than the default."""
     try:
-        value = yaml.safe_load(text)
-    except yaml.YAMLError:
+        value = parse_yaml(text, question.name)
+    except ConfigError:
         value = None
     wanted = yaml.safe_load(question.default) if question.default else 1.0
     if isinstance(wanted, list) and isinstance(value, int | float) and not isinstance(value, bool):
@@ -110,7 +112,7 @@ def answer(question: Question, text: str) -> str:
 
 def fractions(counts: list[float], volume_ml: float, diameter_mm: float) -> list[float]:
     """Fill ratios of numbers of balls; a value below 1 is a fill ratio already."""
-    one_ml = 3.141592653589793 / 6 * diameter_mm**3 * 1e-3
+    one_ml = math.pi / 6 * diameter_mm**3 * 1e-3
     return [float(f"{count * one_ml / volume_ml:.4g}") if count >= 1 else count for count in counts]
 
 

@@ -73,12 +73,20 @@ def read_yaml(path: str | Path) -> object:
         if Path(path).stat().st_size > LARGEST_BYTES:
             raise ConfigError(f"{path}: larger than {LARGEST_BYTES / 1e6:g} MB, which no configuration is")
         text = Path(path).read_text(encoding="utf-8")
-        _check_depth(text, path)
-        content = yaml.load(text, Loader=_StrictLoader)
     except FileNotFoundError:
         raise ConfigError(f"{path}: no such file") from None
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError as error:
+        raise ConfigError(f"{path}: not valid YAML ({error})") from None
+    return parse_yaml(text, path)
+
+
+def parse_yaml(text: str, path: str | Path) -> object:
+    """Plain data from a text in YAML; path: where it is from. Raises ConfigError as `read_yaml`."""
+    try:
+        _check_depth(text, path)
+        content = yaml.load(text, Loader=_StrictLoader)
     except _TwoReadings as error:
         raise ConfigError(f"{path}: {error}") from None
     except LOADER_ERRORS as error:

@@ -37,11 +37,11 @@ def main(arguments: list[str], name: str = "yields") -> None:
     settings = read_settings(given.config)
     level = given.level or settings.interval_level
     own = (settings.prediction, settings.training, settings.evaluation.conformal_folds, level, given.extrapolate)
-    beside = Path(given.model).parent / "mill.json"
-    mill = given.mill or (str(beside) if beside.exists() else None)
+    stored = Path(given.model).parent / "mill.json"
+    mill = given.mill or (str(stored) if stored.exists() else None)
     refused = write_predictions(given.model, given.conditions, given.out, *own, mill)
     if mill is None:
-        print(f"{beside}: no such file: the descriptors are not held to the curves of a mill", file=sys.stderr)
+        print(f"{stored}: no such file: the descriptors are not compared with the curves of a mill", file=sys.stderr)
     if refused:
         print(
             f"{refused} rows are outside the domain of the model and have no prediction; see column warning",
