@@ -10,7 +10,7 @@ import pandas as pd
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.geometry import BoxGeometry
-from millprint.config.setups.impact_setups import AluminaImpactConfig, ElasticImpactConfig, ImpactConfig
+from millprint.config.setups import AluminaImpactConfig, ElasticImpactConfig, ImpactConfig
 from millprint.dem.few_balls import FewBalls, walls_for
 from millprint.dem.law import damping_ratio
 from millprint.dem.overlap import impact_duration as hertz_duration
