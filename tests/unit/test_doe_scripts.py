@@ -39,7 +39,7 @@ def run_chapter(results: Path, screening: Path, config: DoeConfig) -> list[str]:
 
 def run_wet_lab(results: Path, config: DoeConfig, weighings: Path = WEAR) -> None:
     outputs = {name: str(results / f"doe/{name}.tsv") for name in ("half_life", "wear")}
-    tabulate_experiments.compute_wet_lab(str(weighings), outputs, config.half_life)
+    tabulate_experiments.compute_wet_lab(str(weighings), outputs)
 
 
 def verdicts(results: Path) -> dict[str, str]:

@@ -135,11 +135,10 @@ def test_an_edit_of_the_yield_models_reruns_only_yield_and_report(smoke_project)
 @pytest.mark.parametrize(
     ("change", "rerun"),
     [
-        ("doe={half_life: {ph: 12}}", {"tabulate_experiments"}),
         ("fingerprint={maps: {fill_ratios: [0.06]}}", {"plot_fingerprint"}),
-        ("yields={proposals: {seed: 5}}", {"predict_yields", "plot_yields"}),
+        ("yields={proposals: {draws: 210}}", {"predict_yields", "plot_yields"}),
         (
-            "yields={evaluation: {level: 0.9}}",
+            "yields={evaluation: {resamples: 1100}}",
             {
                 "evaluate_yield_models",
                 "search_retrospectively",
@@ -147,7 +146,7 @@ def test_an_edit_of_the_yield_models_reruns_only_yield_and_report(smoke_project)
                 "plot_yields",
             },
         ),
-        ("calibration={drop_test: {heights_mm: [10, 20]}}", {"calibrate_restitution"}),
+        ("calibration={drop_test: {ball_diameter_mm: 8}}", {"calibrate_restitution"}),
     ],
 )
 def test_a_changed_setting_reruns_only_the_rules_that_use_it_and_the_report(smoke_project, change, rerun):
