@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from millprint.config.errors import ConfigError
-from millprint.config.fit import FitConfig
+from millprint.config.fit import JarSearch
 from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
 from millprint.config.workflow import WorkflowConfig
@@ -38,7 +38,7 @@ from tests.unit.synthetic_mill import summary, true_curves
 
 ROOT = Path(__file__).parents[2]
 EMAX = load_named(ROOT / "config/mills", "emax", MillConfig, "mill")
-SETTINGS = FitConfig.model_validate(read_yaml(ROOT / "config/config.yaml")["fit"])
+SETTINGS = JarSearch()
 PUBLISHED = read_published(ROOT / "config/data/published.tsv", ROOT / "config/data/claims.tsv")
 VALUES = published_values(PUBLISHED, "calibrated")
 
@@ -202,9 +202,7 @@ def test_a_mill_of_another_name_or_shape_has_nothing_to_fit():
 
 def test_faults_of_the_section_name_the_key():
     content = read_yaml(ROOT / "config/config.yaml")
-    content["dem"]["counting_rules"] = [
-        rule for rule in content["dem"]["counting_rules"] if rule["name"] != "gap_0_04_by_facet"
-    ]
-    content["fit"] |= {"fitted": ["Pn_f0.07"], "contact": "calibrated"}
+    content["dem"]["counting_rules"] = [r for r in content["dem"]["counting_rules"] if r["name"] != "gap_0_04_by_facet"]
+    content["contacts"] = ["steel"]
     faults = fit_faults(check_model(content, WorkflowConfig, "config.yaml"), {"emax": EMAX}, "config.yaml")
-    assert [fault.split(":")[1].split(" =")[0].strip() for fault in faults] == ["fit.counting_rules", "fit.fitted"]
+    assert [fault.split(":")[1].split(" =")[0].strip() for fault in faults] == ["contacts", "dem.counting_rules"]

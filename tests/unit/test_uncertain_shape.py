@@ -6,13 +6,13 @@ import pytest
 from scipy.stats import qmc
 
 from millprint.config.errors import ConfigError
-from millprint.config.fit import TrialConfig
+from millprint.config.fit import JarSearch
 from millprint.fingerprint.bands import checked_factors
 from millprint.thesis.fit.jar_search import JAR_PARAMETERS, SHAPE
 from millprint.thesis.fit.open_shape import agreement, shape_factors
 
 RANGES = {name: own._asdict() for name, own in SHAPE.items()}
-SETTINGS = TrialConfig(contact="calibrated", fitted=["Pn_f0.10"], ball_diameters_mm=[10])
+SETTINGS = JarSearch(contact="calibrated", fitted=["Pn_f0.10"], ball_diameters_mm=[10])
 PRESENT = {name: (ends["low"] + ends["high"]) / 2 for name, ends in RANGES.items()}
 PUBLISHED = {"Pn_f0.10": 40.0, "Pt_f0.10": 80.0, "f_f0.10": 40.0}
 STEEP, MISFIT = 2.0, 0.1

@@ -1,6 +1,6 @@
 """The conditions of the fingerprint of a mill: its own `sweep`, and the settings of all mills (`mills`)."""
 
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -108,8 +108,8 @@ class ScaleUpConfig(Section):
     """fill ratio of both mills [-]"""
     speed_rpm: PositiveSpeed
     """speed of the small mill [rpm]"""
-    revolutions: Turns = 10.0
-    """revolutions for which the cost is estimated [-]"""
+    # Revolutions for which the cost is estimated [-].
+    revolutions: ClassVar[float] = 10.0
     cores: Annotated[int, Field(ge=1)] = 1
     """threads of the large run"""
 
@@ -141,8 +141,8 @@ class MillsConfig(Section):
     """
     settle_s: Positive = 0.2
     """time for the balls to come to rest before the mill starts [s]"""
-    held_out: Annotated[int, Field(ge=0, le=64)] = 8
-    """simulations of new conditions, not used in the fingerprint, to count how often its bands hold"""
+    # Simulations of new conditions, not used in the fingerprint, to count how often its bands hold.
+    held_out: ClassVar[int] = 8
     first_case_only: bool = False
     """simulate only the first case of each mill of the box, for a smoke test"""
     explored: list[Name] = []

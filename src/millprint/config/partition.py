@@ -2,7 +2,7 @@
 
 from typing import ClassVar, NamedTuple
 
-from millprint.config.section import Fraction, Name, NonNegative, Positive, Section
+from millprint.config.section import Fraction, NonNegative, Section
 
 
 class Prior(NamedTuple):
@@ -17,12 +17,12 @@ class Prior(NamedTuple):
 class PartitionConfig(Section):
     """Settings of the partition stage."""
 
-    contact: Name
-    """contact set whose master curves are used"""
-    ball_diameter_mm: Positive
-    """ball diameter of the cases [mm]"""
-    reference_speed_rpm: Positive
-    """speed of the reference and of the constant-speed cases [rpm]"""
+    # Contact set whose master curves are used.
+    contact: ClassVar[str] = "calibrated"
+    # Ball diameter of the cases [mm].
+    ball_diameter_mm: ClassVar[float] = 10.0
+    # Speed of the reference and of the constant-speed cases [rpm].
+    reference_speed_rpm: ClassVar[float] = 600.0
     fill_ratios: list[Fraction] = []
     """further fill ratios of equal speed and of equal power"""
     borate_molar_mass_g_mol: ClassVar[float] = 137.86

@@ -235,8 +235,8 @@ class SurrogateConfig(Section):
     """overrides for every ablation, below its own"""
     tests: dict[Name, ScenarioConfig] = Field(min_length=1)
     """motions and geometries to roll out, by name; null leaves one out"""
-    trained_test: Name
-    """the test on the motion of the training; ablations and timings use it"""
+    # The test on the motion of the training; ablations and timings use it.
+    trained_test: ClassVar[str] = "trained"
     timing: TimingConfig
     movie: MovieConfig = MovieConfig()
 

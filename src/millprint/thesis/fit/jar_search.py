@@ -11,7 +11,7 @@ import pandas as pd
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError, SimulationError
-from millprint.config.fit import FitConfig, StageConfig, TrialConfig
+from millprint.config.fit import JarSearch, Stage
 from millprint.config.geometry import StadiumGeometry
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
@@ -99,7 +99,7 @@ def shaped(mill: MillConfig, parameters: dict[str, float]) -> MillConfig:
     return mill.model_copy(update={"geometry": jar(round(radius, 3))})
 
 
-def trial_cases(mill: str, values: pd.DataFrame, settings: TrialConfig, stage: StageConfig) -> list[Case]:
+def trial_cases(mill: str, values: pd.DataFrame, settings: JarSearch, stage: Stage) -> list[Case]:
     """The cases that give every fitted value: fill ratios, ball sizes and speeds as the value or the settings have."""
     places = set()
     for row in values[values["role"] == FITTED].to_dict("records"):
@@ -119,8 +119,8 @@ def trial_cases(mill: str, values: pd.DataFrame, settings: TrialConfig, stage: S
 
 
 def trial_of(
-    mill: MillConfig, contact: ContactConfig, dem: DemConfig, settings: TrialConfig, published_paths: list[str]
-) -> Callable[[dict[str, float], StageConfig], pd.DataFrame]:
+    mill: MillConfig, contact: ContactConfig, dem: DemConfig, settings: JarSearch, published_paths: list[str]
+) -> Callable[[dict[str, float], Stage], pd.DataFrame]:
     """What simulates a jar of given parameters, in a stage of the search, in place of the mill's.
 
     It returns the published values with those of the jar under the counting rule that fits best, whose name is in the
@@ -128,7 +128,7 @@ def trial_of(
     """
     values = with_roles(published_values(read_published(*published_paths), settings.contact), settings.fitted)
 
-    def trial(parameters: dict[str, float], stage: StageConfig) -> pd.DataFrame:
+    def trial(parameters: dict[str, float], stage: Stage) -> pd.DataFrame:
         jar = shaped(mill, parameters)
         cases = trial_cases(mill.name, values, settings, stage)
         summaries = [simulate(case, jar, contact, dem, title=case.path) for case in cases]
@@ -150,14 +150,14 @@ def choose_rule(summaries: list[dict], values: pd.DataFrame, rules: list[str], m
 logger = logging.getLogger("millprint")
 
 # A function that simulates a jar in a stage of the search: the published values with ours.
-Trial = Callable[[dict[str, float], StageConfig], pd.DataFrame]
+Trial = Callable[[dict[str, float], Stage], pd.DataFrame]
 Jar = tuple[float, ...]
 
 
 class Search:
     """The jars that were simulated, with their misfits. A jar is a tuple of JAR_PARAMETERS."""
 
-    def __init__(self, settings: FitConfig, trial: Trial) -> None:
+    def __init__(self, settings: JarSearch, trial: Trial) -> None:
         self.settings, self.trial = settings, trial
         self.rows: list[dict] = []
 
@@ -195,7 +195,7 @@ class Search:
         return dict(zip(JAR_PARAMETERS, best, strict=True))
 
 
-def candidates(settings: FitConfig, present: dict[str, float]) -> list[Jar]:
+def candidates(settings: JarSearch, present: dict[str, float]) -> list[Jar]:
     """The present jar, then a Sobol sequence over the ranges, every parameter on its grid."""
     # Slow to import, and the tables of a fit import this module.
     from scipy.stats import qmc
@@ -233,7 +233,7 @@ def parameter_rows(parameters: dict[str, float], end_radius_mm: float, rule: str
     return pd.DataFrame([*rows, {"record": "parameter", "parameter": "counting_rule", "counting_rule": rule}])
 
 
-def sensitivity_rows(jar: dict[str, float], settings: TrialConfig, trial: Trial) -> pd.DataFrame:
+def sensitivity_rows(jar: dict[str, float], settings: JarSearch, trial: Trial) -> pd.DataFrame:
     """Records `sensitivity`: every value that the search simulates, for a step down and up in each parameter.
 
     change_percent is against the unchanged jar under the same short windows, those of refining; its standard error is

@@ -15,7 +15,7 @@ import pandas as pd
 from scipy.stats import qmc
 
 from millprint.config.errors import ConfigError
-from millprint.config.fit import TrialConfig
+from millprint.config.fit import JarSearch
 from millprint.fingerprint.bands import Ends, ShapeFactors
 from millprint.fingerprint.condition import BASIC, scaled_quantities
 from millprint.fingerprint.master_curves import CURVES, WEIGHTED
@@ -75,7 +75,7 @@ def _ends(values: np.ndarray, weights: np.ndarray, probability: float) -> np.nda
 def shape_factors(
     search: pd.DataFrame,
     published: dict[str, float],
-    settings: TrialConfig,
+    settings: JarSearch,
     present: dict[str, float],
     *,
     mill: str,
