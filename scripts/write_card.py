@@ -18,6 +18,7 @@ from millprint.config.card import Experiment
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, overridden
+from millprint.run.files import read_json
 from millprint.run.job import job
 
 if "snakemake" in globals():
