@@ -12,8 +12,8 @@ from millprint.config.errors import SimulationError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, ball_count
-from millprint.dem.layout import COUNTER, LANE, LANES, STATUS
 from millprint.dem.laws.hertz import impact
+from millprint.dem.layout import COUNTER, LANE, LANES, STATUS
 from millprint.dem.overlap import feature_at, overlap_in_words
 from millprint.dem.simulation import Simulation
 from millprint.mill.kernel_columns import width_of
@@ -96,9 +96,9 @@ def test_two_balls_that_start_in_one_place_are_told_to_be_in_the_start():
     assert "GPa" not in line
 
 
-def stopped_at_a_wall(point, speed):
+def stopped_at_a_wall(point, speed, contact=CONTACT):
     """The message of a run that stops in a contact of ball 0, at a point of the vessel's frame [m], with the vessel."""
-    run = simulation()
+    run = simulation(contact=contact)
     run.balls.position[0] = run.bodies[0].to_laboratory(np.asarray(point)[None], 0.0)[0]
     values = {"step": 0, "used": 1, "status": STATUS.overlap, "ball": 0, "partner": -1}
     for name, value in values.items():

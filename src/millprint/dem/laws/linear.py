@@ -53,7 +53,7 @@ LINEAR = ContactLaw(
     coefficients=coefficients,
     springs=springs,
     step_scale=step_scale,
-    scale_title=f"{SCALE_SHARE:g} of the duration of an impact",
+    scale_title="a fifth of an impact's duration",
     impact=impact,
     overlap_power=2.0,
 )
