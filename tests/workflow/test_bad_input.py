@@ -124,15 +124,9 @@ def test_valid_input_is_checked_only_once(project):
         (CONFIG, ("mills", "precision"), "rough", ["config.yaml: mills.precision = 'rough'", "'quick', 'standard'"]),
         (
             CONFIG,
-            ("validation",),
-            {"setups": ["bead_drum"], "bead_drum": {"window_s": 1e7}},
-            ["config.yaml: validation.bead_drum: case", "days on one core"],
-        ),
-        (
-            CONFIG,
-            ("validation",),
-            {"setups": ["bond_mill"], "bond_mill": {"rayleigh_fraction": 0.9}},
-            ["config.yaml: validation.bond_mill.rayleigh_fraction = 0.9: at most dem.rayleigh_fraction_max"],
+            ("dem", "rayleigh_fraction_max"),
+            0.1,
+            ["config.yaml: validation.bond_mill.rayleigh_fraction = 0.15: at most dem.rayleigh_fraction_max"],
         ),
         (CONFIG, ("sweeps", 0, "ball_diameters_mm"), [0.001], ["ball_diameters_mm = 0.001", "too small to simulate"]),
         (CONFIG, ("sweeps", 0, "fill_ratios"), [1e-9], ["fill_ratios = 1e-09", "one ball needs at least"]),
