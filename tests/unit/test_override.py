@@ -52,7 +52,7 @@ def test_a_simulation_runs_with_the_amplitude_and_density_of_its_case():
         assert simulation.motion.position(0.0) == pytest.approx([amplitude_m, 0, 0])
     assert changed.balls.mass[0] == pytest.approx(2 * plain.balls.mass[0])
     # Denser balls have a longer Rayleigh time, with the root of the density.
-    assert changed.rayleigh_s == pytest.approx(2**0.5 * plain.rayleigh_s)
+    assert changed.step_scale_s == pytest.approx(2**0.5 * plain.step_scale_s)
     assert changed.mill.geometry == MILL.geometry and changed.contact.restitution == CONTACT.restitution
 
 

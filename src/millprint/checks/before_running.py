@@ -10,9 +10,8 @@ from millprint.config.errors import ConfigError
 from millprint.config.heat import MEASURED
 from millprint.config.mill import MillConfig
 from millprint.config.motion_kinds import PlanetaryMotion
-from millprint.config.setups.tumbling_setups import TumblingConfig
+from millprint.config.setups import SETTINGS, TumblingConfig, setup_cases
 from millprint.config.sweep import Case, overridden
-from millprint.config.validation import setup_cases
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.case_checks import check_ball_size, check_mixtures, check_room, check_step_and_cost, checked_bodies
 from millprint.dose.heat_table import measured_row
@@ -41,7 +40,7 @@ def check_before_running(
     Returns warnings, a line each, about values that are unusual but may be intended.
     """
     if config.validation.chosen:
-        read_measurements(config.validation.measured, config.validation.all_setups)
+        read_measurements(config.validation.measured, SETTINGS)
         read_fixed(config.validation.fixed)
         read_other_codes(config.validation.other_codes)
     bodies = checked_bodies(mills)
