@@ -130,12 +130,12 @@ def fault_of(*sizes) -> str:
 @pytest.mark.parametrize(
     ("size", "line"),
     [
-        (-3, "ball_diameters_mm.0 = -3: input should be greater than 0"),
-        ("ten", "ball_diameters_mm.0 = 'ten': input should be a valid number, unable to parse string as a number"),
-        ([5], "ball_diameters_mm.0 = [5]: input should be a valid number"),
+        (-3, "ball_diameters_mm.0 = -3: must be greater than 0"),
+        ("ten", "ball_diameters_mm.0 = 'ten': must be a number in mm, such as 30 or 0.5"),
+        ([5], "ball_diameters_mm.0 = [5]: must be a number in mm"),
         ({"name": "bond"}, "ball_diameters_mm.0.sizes_mm: this key is missing"),
         ({**GOOD, "size": 3}, "ball_diameters_mm.0.size = 3: unknown key; did you mean sizes_mm?"),
-        ({**GOOD, "sizes_mm": [10, -5]}, "ball_diameters_mm.0.sizes_mm.1 = -5: input should be greater than 0"),
+        ({**GOOD, "sizes_mm": [10, -5]}, "ball_diameters_mm.0.sizes_mm.1 = -5: must be greater than 0"),
         ({**GOOD, "sizes_mm": [10]}, "ball_diameters_mm.0: sizes_mm = [10.0]: must hold two sizes or more"),
         ({**GOOD, "numbers": [1]}, "ball_diameters_mm.0: numbers = [1.0]: must hold one value for each of 2 sizes"),
         ({**GOOD, "numbers": [1, True]}, "ball_diameters_mm.0.numbers = [1, True]: YAML reads yes, no"),
