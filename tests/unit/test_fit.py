@@ -8,7 +8,7 @@ import pytest
 
 from millprint.config.errors import ConfigError
 from millprint.config.fit import JarSearch
-from millprint.config.load import check_model, load_named, read_yaml
+from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.fingerprint.cycles import tabulate_cycles
@@ -33,7 +33,7 @@ from millprint.thesis.fit.jar_search import (
     volume_ml,
 )
 from millprint.thesis.fit.published import computed_values, misfit, published_values, with_roles
-from tests.conftest import PRINTED
+from tests.conftest import PRINTED, configuration
 from tests.unit.synthetic_mill import summary, true_curves
 
 ROOT = Path(__file__).parents[2]
@@ -190,7 +190,7 @@ def test_the_table_says_what_a_step_does():
 
 
 def test_a_mill_of_another_name_or_shape_has_nothing_to_fit():
-    content = read_yaml(ROOT / "config/config.yaml")
+    content = configuration()
     config = check_model(content, WorkflowConfig, "config.yaml")
     assert fitted_mill(config, {"emax": EMAX}) is EMAX
     assert fit_faults(config, {"emax": EMAX}, "config.yaml") == []
@@ -201,7 +201,7 @@ def test_a_mill_of_another_name_or_shape_has_nothing_to_fit():
 
 
 def test_faults_of_the_section_name_the_key():
-    content = read_yaml(ROOT / "config/config.yaml")
+    content = configuration()
     content["dem"]["counting_rules"] = [r for r in content["dem"]["counting_rules"] if r["name"] != "gap_0_04_by_facet"]
     content["contacts"] = ["steel"]
     faults = fit_faults(check_model(content, WorkflowConfig, "config.yaml"), {"emax": EMAX}, "config.yaml")

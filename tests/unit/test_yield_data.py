@@ -111,7 +111,7 @@ def test_bad_rows_outside_the_domain_are_refused(tmp_path):
         (("training", "spaces", "rf", "n_trees"), [1, 20], "rf.n_trees = [1, 20]: no such hyper-parameter"),
         (("training", "spaces", "rf", "max_depth"), [1.5, 20], "must be whole numbers"),
         (("search", "evaluations", "gpr"), 0, "greater than or equal to 1"),
-        (("training", "choices", "time_model"), "cubic", "input should be 'same' or 'linear'"),
+        (("training", "choices", "time_model"), "cubic", "must be 'same' or 'linear'"),
         (("training", "seeds"), 3, "unknown key"),
     ],
 )

@@ -141,8 +141,8 @@ class MillsConfig(Section):
     """
     settle_s: Positive = 0.2
     """time for the balls to come to rest before the mill starts [s]"""
-    # Simulations of new conditions, not used in the fingerprint, to count how often its bands hold.
-    held_out: ClassVar[int] = 8
+    held_out: Annotated[int, Field(ge=0, le=64)] = 8
+    """simulations of new conditions, not used in the fingerprint, to count how often its bands hold"""
     first_case_only: bool = False
     """simulate only the first case of each mill of the box, for a smoke test"""
     explored: list[Name] = []

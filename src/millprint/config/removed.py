@@ -62,7 +62,6 @@ REMOVED = {
     "fit.speeds_rpm": "fixed, in millprint.config.fit",
     "fit.time_step_s": "fixed, in millprint.config.fit",
     "mills.collapse_max": "fixed at 0.2",
-    "mills.held_out": "fixed at 8",
     "mills.scale_up.revolutions": "fixed at 10",
     "mills.scale_up.run_settle_s": "fixed at 0.1",
     "mills.scale_up.run_turns": "fixed at 1",
