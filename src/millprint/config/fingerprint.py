@@ -185,8 +185,8 @@ class ConvergenceConfig(Section):
     Energies and frequencies use fingerprint.counting_rule.
     """
 
-    # Further rules of dem.counting_rules in the tables.
-    counting_rules: ClassVar[list[str]] = ["lifetimes"]
+    counting_rules: list[RuleName] = ["lifetimes"]
+    """further rules of dem.counting_rules in the tables"""
     tolerance_percent: Positive = 1.0
     """largest significant deviation of a descriptor from its value at the finest step [%]"""
     study: StudyConfig = StudyConfig()

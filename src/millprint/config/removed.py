@@ -11,7 +11,6 @@ REMOVED = {
     "claims.seed": "fixed at 0",
     "convergence.closure_max": "fixed at 0.001",
     "convergence.confidence": "fixed at 0.95",
-    "convergence.counting_rules": "fixed at [lifetimes]",
     "convergence.study.confidence": "fixed at 0.95",
     "convergence.study.facet_factors": "fixed at [0.5, 2]",
     "convergence.study.modulus_factors": "fixed at [0.3, 3]",
