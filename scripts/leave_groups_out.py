@@ -13,8 +13,7 @@ from millprint.config.averaged_process import AveragingConfig
 from millprint.config.design import Factor
 from millprint.config.mill import MillConfig
 from millprint.config.next_experiments import PredictionConfig
-from millprint.config.other_sources import OtherSourcesConfig
-from millprint.config.yields import EvaluationConfig, HeldOutConfig, TrainingConfig
+from millprint.config.yields import EvaluationConfig, HeldOutConfig, OtherSourcesConfig, TrainingConfig
 from millprint.fingerprint.condition import Condition
 from millprint.run.files import write_table
 from millprint.run.job import job

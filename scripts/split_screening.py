@@ -12,7 +12,7 @@ import logging
 import pandas as pd
 
 from millprint.config.design import Factor
-from millprint.config.other_sources import OtherSourcesConfig
+from millprint.config.yields import OtherSourcesConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.thesis.yields.run_tables import read_other_runs, read_parts

@@ -8,9 +8,9 @@ import pytest
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.surrogate import SurrogateConfig
-from millprint.config.surrogate_cases import check_surrogate_cases
 from millprint.config.sweep import DemConfig, SweepConfig, expand_sweep
 from millprint.run.files import read_table, write_json, write_table
+from millprint.thesis.chapter_checks import check_surrogate_cases
 from millprint.thesis.claims.tabulate import collect_findings
 from millprint.thesis.surrogate.measure_tables import is_met, printed_measures, tabulate
 from tests.conftest import PRINTED, configuration

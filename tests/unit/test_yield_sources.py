@@ -10,8 +10,7 @@ from scripts import split_screening
 
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
-from millprint.config.other_sources import OtherSourcesConfig
-from millprint.config.yields import YieldConfig
+from millprint.config.yields import OtherSourcesConfig, YieldConfig
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.figures.chapter5_figures import plot_sources
 from millprint.thesis.yields import groups as sources

@@ -8,8 +8,7 @@ import pandas as pd
 from millprint.config.design import Factor
 from millprint.config.doe import DoeConfig
 from millprint.config.errors import ConfigError
-from millprint.config.other_sources import OtherSourcesConfig
-from millprint.config.yields import YieldConfig
+from millprint.config.yields import OtherSourcesConfig, YieldConfig
 from millprint.run.files import row_name
 from millprint.run.tables import CASE, Number, Text, read_measured, refuse_rows
 from millprint.thesis.doe.runs import PERCENT_YIELD, YIELD, read_runs
