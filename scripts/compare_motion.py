@@ -1,13 +1,12 @@
 """Draws the balls of roll-outs next to those of the simulation, as a figure and as animations.
 
-Settings: surrogate.movie; variant and test of each pair, and the test on the motion of the training.
+Settings: variant and test of each pair, and the test on the motion of the training.
 Inputs: `rollouts` and `runs`.
 Outputs: `stills`, `pngs`, `tsvs`, `gifs`, `movies`.
 """
 
 import numpy as np
 
-from millprint.config.surrogate import MovieConfig
 from millprint.figures.animation import save_animation
 from millprint.figures.style import save
 from millprint.run.job import job
@@ -18,19 +17,23 @@ from millprint.view.side_by_side import movie_side_by_side
 # Moments of the figure, as fractions of the length of the animation: while the errors grow, and after.
 MOMENTS = (0.0, 0.1, 0.4, 1.0)
 
+# Two revolutions, or the length of the roll-out; time of motion between two frames [s]; frames shown per
+# second [1/s].
+LENGTH_S, FRAME_INTERVAL_S, FRAMES_PER_SECOND = 0.4, 0.008, 15
 
-def main(path: str, run: str, svg: str, png: str, tsv: str, animations: list[str], settings: MovieConfig) -> None:
+
+def main(path: str, run: str, svg: str, png: str, tsv: str, animations: list[str]) -> None:
     rollout = RollOut.read(path)
     interval_s = rollout.time_s[1] - rollout.time_s[0]
-    last = min(len(rollout.time_s) - 1, round(settings.length_s / interval_s))
-    every = max(1, min(last, round(settings.frame_interval_s / interval_s)))
+    last = min(len(rollout.time_s) - 1, round(LENGTH_S / interval_s))
+    every = max(1, min(last, round(FRAME_INTERVAL_S / interval_s)))
     movie = movie_side_by_side(
         run,
         rollout.start_s[0] + rollout.time_s[: last + 1],
         rollout.position_m[: last + 1, 0],
         rollout.velocity_m_s[: last + 1, 0],
         every,
-        settings.frames_per_second,
+        FRAMES_PER_SECOND,
     )
     moments = np.unique(np.rint(np.array(MOMENTS) * (len(movie.frames) - 1)).astype(int)).tolist()
     save(plot_motion(movie, moments), svg, png, tsv=tsv)
@@ -46,5 +49,5 @@ if "snakemake" in globals():
             snakemake.params.moved, *files, *drawings, strict=True
         ):
             animations = [gif, next(movies)] if test == snakemake.params.trained else [gif]
-            main(rollout, run, svg, png, tsv, animations, MovieConfig(**snakemake.params.settings))
+            main(rollout, run, svg, png, tsv, animations)
             log.info("drawn: %s, %s", variant, test)

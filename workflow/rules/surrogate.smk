@@ -250,7 +250,6 @@ rule compare_motion:
     params:
         moved=MOVED,
         trained=CONFIG.surrogate.trained_test,
-        settings=CONFIG.surrogate.movie.model_dump(mode="json"),
     message:
         "Drawing the balls of the surrogates next to those of the simulation"
     script:

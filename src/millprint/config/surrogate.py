@@ -154,17 +154,6 @@ class TimingConfig(Section):
     """time of motion over which our DEM is timed [s]"""
 
 
-class MovieConfig(Section):
-    """Animations of a roll-out next to the simulation, from its start."""
-
-    length_s: Positive = 0.4
-    """time of motion that is shown, or the length of the roll-out if it is shorter [s]"""
-    frame_interval_s: Positive = 0.008
-    """time of motion between two frames [s]"""
-    # Frames shown per second [1/s].
-    frames_per_second: ClassVar[int] = 15
-
-
 class VariantConfig(Section):
     """A surrogate: its changes to the sections of the same names, key by key."""
 
@@ -238,7 +227,6 @@ class SurrogateConfig(Section):
     # The test on the motion of the training; ablations and timings use it.
     trained_test: ClassVar[str] = "trained"
     timing: TimingConfig
-    movie: MovieConfig = MovieConfig()
 
     @field_validator("tests", "variants", "ablations", mode="before")
     @classmethod
