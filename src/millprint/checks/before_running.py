@@ -4,11 +4,12 @@ from collections.abc import Callable
 
 from millprint.card.card_inputs import check_material
 from millprint.card.experiment_cases import own_cases
-from millprint.config.checks import card_experiments
+from millprint.config.checks import MILL_FOLDER, card_experiments
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.heat import MEASURED
 from millprint.config.mill import MillConfig
+from millprint.config.motion_kinds import PlanetaryMotion
 from millprint.config.setups import SETTINGS, TumblingConfig, setup_cases
 from millprint.config.sweep import Case, overridden
 from millprint.config.workflow import WorkflowConfig
@@ -87,7 +88,17 @@ def check_before_running(
         faults += chapter_faults(config, mills, contacts, cases, source)
     if faults:
         raise ConfigError("\n".join(faults))
-    return speed_warnings(speeds)
+    return [*speed_warnings(speeds), *sign_warnings(mills)]
+
+
+def sign_warnings(mills: dict[str, MillConfig]) -> list[str]:
+    """A line for each planetary mill whose jar turns in the sense of its wheel."""
+    return [
+        f"{MILL_FOLDER}/{name}.yaml: motion.ratio = {mill.motion.ratio:g}: the jar turns in the sense of the wheel; "
+        f"jars of most mills turn against it, and what makers print as 1:-2 or 1:2 is -2: write {-mill.motion.ratio:g}"
+        for name, mill in mills.items()
+        if isinstance(mill.motion, PlanetaryMotion) and mill.motion.ratio > 0
+    ]
 
 
 def card_cases(
