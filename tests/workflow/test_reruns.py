@@ -62,7 +62,7 @@ def test_messages_and_progress_leave_every_simulation_done(plan):
 def test_a_new_statistic_of_collisions_simulates_nothing(plan):
     ((file, old, new),), _, _ = RECIPES["statistic"]
     jobs = plan({f"src/millprint/{file}": replaced(old, new)})
-    assert simulated(jobs) == 0
+    assert "run_dem_case" not in jobs
     assert "describe_mill" in jobs
 
 
