@@ -120,6 +120,7 @@ def test_the_jar_of_the_mixer_mill_stays_on_its_horizontal_arc(mills):
     assert np.abs(arm[:, 0]).max() == pytest.approx(0.02, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_planetary_jar_with_few_balls_has_no_impacts_and_says_so(mills, contacts):
     """All balls go round the smooth wall as one layer, rubbing it (fill 0.08); more balls fall and hit (0.20)."""
     summaries = []
@@ -153,6 +154,7 @@ def test_a_ball_of_the_mixer_mill_flies_from_end_to_end_and_back_in_a_turn(mills
     assert 1.5 < crossings <= 2.1
 
 
+@pytest.mark.slow
 def test_the_bed_of_a_vibratory_mill_takes_power_only_where_it_can_move_in_the_tube(mills, contacts):
     """At a tenth of g the apparent gravity leans by 6 degrees, under any angle of repose, and the charge rides along.
 
@@ -168,6 +170,7 @@ def test_the_bed_of_a_vibratory_mill_takes_power_only_where_it_can_move_in_the_t
     assert abs(scaled[0.1]) < 0.1 * scaled[4.0]
 
 
+@pytest.mark.slow
 def test_an_attritor_is_driven_against_friction_not_inertia(mills, contacts):
     """In a dense bed the torque is Coulomb's and hardly depends on the speed.
 
@@ -189,6 +192,7 @@ def test_an_attritor_is_driven_against_friction_not_inertia(mills, contacts):
     assert 0 < found < 1.7
 
 
+@pytest.mark.slow
 def test_the_drum_of_the_box_cascades_below_its_critical_speed_and_centrifuges_above(mills, contacts):
     critical = 30 / math.pi * math.sqrt(GRAVITY / (0.05 - 0.005))
     slips = {}

@@ -156,6 +156,7 @@ def test_a_name_from_another_module_changes_the_digest(package):
     assert fresh(script) != first
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("file", "before", "after"),
     [
@@ -171,6 +172,7 @@ def test_a_simulation_stays_done_after_an_edit_of_texts_and_figures(library, fil
     assert not simulation_after(library, file, before, after)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("file", "before", "after"),
     [
@@ -188,6 +190,7 @@ def test_a_simulation_runs_again_where_its_numbers_may_change(library, file, bef
     assert simulation_after(library, file, before, after)
 
 
+@pytest.mark.slow
 def test_every_file_is_read_once_for_all_scripts(monkeypatch):
     """The Snakefile may ask for the digest of every script, in a dry run too."""
     opened = []
