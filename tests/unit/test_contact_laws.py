@@ -106,8 +106,6 @@ def test_a_card_names_the_law(tmp_path):
     del content["contact_set"]["density_kg_m3"]
     (tmp_path / "card.json").write_text(json.dumps(content))
     text = " ".join(simulation_sentences(read_card(tmp_path / "card.json")))
-    assert (
-        "with a linear contact (restitution 0.5, static friction 0.3, rolling friction 0.01, normal stiffness" in text
-    )
-    assert "1e+06 N/m; contact set 'soft')" in text
+    assert "with a linear spring-dashpot contact (restitution 0.5, static friction 0.3, " in text
+    assert "rolling friction 0.01, normal stiffness 1e+06 N/m; contact set 'soft')" in text
     assert law_of(SOFT) is LAWS["linear"]

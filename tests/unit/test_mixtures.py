@@ -27,7 +27,7 @@ from millprint.fingerprint.rule_checks import fingerprint_faults
 from millprint.thesis.calibration.drop import simulate_drops
 from millprint.thesis.chapter_checks import curve_faults
 from millprint.thesis.surrogate.scene import read_attributes
-from tests.conftest import ROOT
+from tests.conftest import ROOT, configuration
 from tests.unit.run_samples import write_sample
 from tests.unit.test_mill_lifters import drum
 
@@ -160,7 +160,7 @@ def test_steps_are_compared_for_balls_of_one_size_only():
 
 def thesis_with(**changes) -> tuple[dict, dict]:
     """The configuration of the thesis, and the first of its sweeps whose changed keys are written into it."""
-    content = yaml.safe_load((ROOT / "config/config.yaml").read_text())
+    content = configuration()
     sweep = next(sweep for sweep in content["sweeps"] if "snapshot_interval_s" not in sweep)
     sweep |= changes
     return content, sweep
