@@ -1,5 +1,7 @@
 """What `import millprint` offers: its names, mills by name and by file, and two mills compared."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -25,6 +27,10 @@ def test_every_name_is_there_and_explains_itself(name):
 def test_an_unknown_name_is_no_attribute():
     with pytest.raises(AttributeError, match="fingerprnt"):
         _ = millprint.fingerprnt
+
+
+def test_the_version_and_the_types_are_told():
+    assert millprint.__version__ and Path(millprint.__file__).with_name("py.typed").is_file()
 
 
 def test_included_mills_are_found_from_any_folder(tmp_path, monkeypatch):

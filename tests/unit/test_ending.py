@@ -9,11 +9,10 @@ import pytest
 from snakemake_interface_logger_plugins.common import LogEvent
 
 from millprint.cli.commands import COMMANDS
-from millprint.config.errors import ConfigError
 from millprint.run.ending import lines
 from millprint.run.ending.failure import advice, failure_lines, failures_of
 from millprint.run.ending.lines import OneLineAJob
-from millprint.run.ending.success import check_targets, endings, given_run, success_lines
+from millprint.run.ending.success import endings, given_run, success_lines
 from millprint.run.ending.timers import stop_timers
 from millprint.run.plan import Job
 from tests.conftest import ROOT
@@ -133,15 +132,6 @@ def test_the_mill_of_a_run_is_named_in_its_next_command():
     assert given_run([], {"mill": "planetary"}) == " planetary" and given_run([], {}) == ""
 
 
-def test_an_unknown_target_is_told_with_the_nearest_one():
-    rules = [*endings(), "run_dem_case"]
-    check_targets(["fingerprint", "run_dem_case", "results/any.tsv"], rules)
-    with pytest.raises(ConfigError, match=r"^fingerprnt: unknown target; did you mean fingerprint\?$"):
-        check_targets(["all", "fingerprnt"], rules)
-    with pytest.raises(ConfigError, match=r"^nosuch: unknown target; known: all, "):
-        check_targets(["nosuch"], rules)
-
-
 def record(event: LogEvent | None, msg: str = "", **given: object) -> logging.LogRecord:
     return logging.makeLogRecord({"event": event, "msg": msg, **given})
 
@@ -162,6 +152,15 @@ def test_a_job_is_one_line_and_the_time_to_go_follows_from_those_that_ended(monk
     assert quiet.filter(ended) and ended.msg == "  1 of 4 jobs are done; about 1 min 0 s to go"
     assert not quiet.filter(record(None, "Select jobs to execute..."))
     assert quiet.filter(record(None, "note: the disk")) and quiet.filter(record(LogEvent.JOB_ERROR))
+
+
+@pytest.mark.parametrize(("typed", "end"), [("fingerprnt", "did you mean fingerprint?"), ("nosuch", ", gallery")])
+def test_an_unknown_target_is_told_with_the_nearest_one(typed, end):
+    said = record(
+        None, f"MissingRuleException:\nNo rule to produce {typed} (if you use input functions make sure ...)."
+    )
+    assert OneLineAJob(list, lambda: False).filter(said)
+    assert said.msg.startswith(f"error: {typed}: unknown target; ") and said.msg.endswith(end)
 
 
 def test_a_dry_run_has_one_line_for_each_rule():

@@ -1,17 +1,24 @@
 """What a run prints: a line for each job, and the time to go. The Snakefile imports this, so no heavy imports here."""
 
 import logging
+import re
 import time
 from collections.abc import Callable, Iterable
 
 from snakemake_interface_logger_plugins.common import LogEvent
 
+from millprint.config.wording import close_to
+from millprint.run.ending.success import endings
 from millprint.run.plan import Job
 from millprint.run.progress import duration
 
 # What Snakemake says about its own work.
 OF_SNAKEMAKE = ("Select jobs to execute...", "Execute ", "Using shell:", "Conda environments:", "Reasons:")
 UNSAID = {LogEvent.JOB_FINISHED, LogEvent.GROUP_INFO, LogEvent.WORKFLOW_STARTED, LogEvent.JOB_STARTED}
+
+
+# What it says about a target that is neither a rule nor a file of one; files of this workflow have a /.
+UNKNOWN = re.compile(r"No rule to produce ([^/\s]+) \(if you use input functions")
 
 
 class OneLineAJob(logging.Filter):
@@ -43,6 +50,8 @@ class OneLineAJob(logging.Filter):
             self.done_s += self.running.pop(given["job_id"], 0.0)
         elif event == LogEvent.PROGRESS:
             self._say(record, f"  {given['done']} of {given['total']} jobs are done{self._to_go()}")
+        elif unknown := UNKNOWN.search(str(record.msg)):
+            self._say(record, f"error: {unknown[1]}: unknown target{close_to(unknown[1], endings())}")
         return event not in UNSAID and not (event is None and str(record.msg).startswith(OF_SNAKEMAKE))
 
     def _to_go(self) -> str:

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from millprint.config.errors import ConfigError
-from millprint.config.wording import close_to
 from millprint.run.outputs import listed_targets
 
 # With more targets than this, the lines would not be a summary.
@@ -45,14 +43,6 @@ def given_run(files: Sequence[Path], settings: Mapping[str, object]) -> str:
     """
     mill = files[-1] if files else settings.get("mill", "")
     return f" {shlex.quote(str(mill))}" if mill else ""
-
-
-def check_targets(targets: Iterable[str], rules: Iterable[str]) -> None:
-    """Raise ConfigError, with the nearest target, for a word that is neither a rule nor a file; files have a /."""
-    unknown = [name for name in targets if "/" not in name and name not in {*rules} and not Path(name).exists()]
-    if unknown:
-        known = [name for name in endings() if name in {*rules}]
-        raise ConfigError(f"{unknown[0]}: unknown target{close_to(unknown[0], known)}")
 
 
 def success_lines(targets: Iterable[str], chapters: bool, values: Mapping[str, str]) -> list[str]:
