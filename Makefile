@@ -22,7 +22,7 @@ REPORT = --report $(1)/report/report.html --report-after-run --report-stylesheet
 # Snakemake leaves a folder alone that is locked, by another run or since a run was killed: what to type then.
 HINT = || { ls .snakemake/locks/* >/dev/null 2>&1 && echo "If no other run works in this folder: make unlock $@" >&2; exit 1; }
 
-.PHONY: help plan install thesis smoke validation unlock verify crate docs test check kernels test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
+.PHONY: help plan install thesis smoke validation unlock verify crate docs test check types fast kernels $(PARTS) fuzz kills slurm lint format bench ablations reference lock clean
 
 # What any mill needs; `make thesis` and `make test` install the rest.
 install: $(VENV)/installed  ## install what any mill needs into .venv
@@ -61,30 +61,43 @@ verify: $(VENV)/installed  ## list the files of RESULTS that have changed
 crate: $(VENV)/installed  ## describe a finished run as an RO-Crate
 	$(BIN)/python -m millprint.cli crate $(RESULTS)
 
-# Both parts run in parallel, since each uses only one core for long. The tests of bad input and of kills run with those of
-# the library, so that both parts take about the same time. The kernels are compiled before, so that not both parts do it.
-WITH_LIBRARY := $(addprefix tests/workflow/,test_bad_input.py test_bad_files.py test_fuzz.py test_kills.py)
+# Four parts, two at a time, the longest first; the kernels are compiled before, so that not both of two parts do it.
+PARTS := test-workflow test-faults test-physics test-unit
 test: $(VENV)/complete  ## linters and every test
 	$(MAKE) --jobs=2 lint kernels
-	$(MAKE) --jobs=2 test-library test-workflow
+	$(MAKE) --jobs=2 $(PARTS)
 
 # While you work: the linters, the types, and the tests that take little time.
+FAST := -m "not slow and not browser and not cluster"
 check: kernels  ## linters, types and the fast tests
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(MAKE) --jobs=2 types fast
+
+types: $(VENV)/complete
 	$(BIN)/mypy
-	$(RUN) $(BIN)/pytest -m "not slow and not browser and not cluster" tests/unit tests/physics
+
+fast: $(VENV)/complete
+	$(RUN) $(BIN)/pytest $(FAST) tests/unit tests/physics
 
 kernels: $(VENV)/complete
 	$(BIN)/python -c "from millprint.dem.compilation import compile_kernels; compile_kernels()"
 
-test-library: $(VENV)/complete
-	$(RUN) $(BIN)/pytest tests/unit tests/physics $(WITH_LIBRARY)
-
+# Bad input, random damage and kills.
+FAULTS := $(addprefix tests/workflow/,test_bad_input.py test_bad_files.py test_fuzz.py test_kills.py)
 test-workflow: $(VENV)/complete
-	$(RUN) $(BIN)/pytest tests/workflow $(addprefix --ignore=,$(WITH_LIBRARY))
+	$(RUN) $(BIN)/pytest tests/workflow $(addprefix --ignore=,$(FAULTS))
 
-# COUNT damaged files, and KILLS kills; `make test` has 200 damaged files and 20 kills.
+test-faults: $(VENV)/complete
+	$(RUN) $(BIN)/pytest $(FAULTS)
+
+test-physics: $(VENV)/complete
+	$(RUN) $(BIN)/pytest tests/physics
+
+test-unit: $(VENV)/complete
+	$(RUN) $(BIN)/pytest tests/unit
+
+# COUNT damaged files, and KILLS kills; `make test` has 100 damaged files and 8 kills.
 fuzz: $(VENV)/complete
 	$(BIN)/python -m tests.fuzz --count $(or $(COUNT),5000) --seed $(or $(SEED),0)
 

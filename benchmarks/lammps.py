@@ -52,11 +52,11 @@ def tangential_damping_ratio(poisson: float) -> float:
 
 def law_text(contact: ContactConfig, radius: float, law: LammpsLaw, lever: float) -> str:
     """The contact law for equal balls of a radius [m]; lever: that radius over the reduced one [-]."""
-    sliding, rolling = 1.0, contact.rolling_friction
+    sliding, rolling, poisson = 1.0, contact.rolling_friction, contact.of_law("poisson_ratio")
     if law.matched:
-        sliding, rolling = tangential_damping_ratio(contact.poisson_ratio), contact.rolling_friction * lever
+        sliding, rolling = tangential_damping_ratio(poisson), contact.rolling_friction * lever
     words = [
-        f"hertz/material {contact.young_modulus_gpa * 1e9!r} {contact.restitution!r} {contact.poisson_ratio!r}",
+        f"hertz/material {contact.of_law('young_modulus_gpa') * 1e9!r} {contact.restitution!r} {poisson!r}",
         f"tangential mindlin NULL {sliding!r} {contact.static_friction!r}",
     ]
     stiffness, damping = law.rolling_stiffness_n_m, law.rolling_damping_ns_m

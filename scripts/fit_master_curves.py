@@ -5,7 +5,7 @@ of their bands; numbers of the collapse, universal curves, exponents by regressi
 target descriptors, and conditions ranked by their distance.
 
 Settings: mill, contacts, fingerprint (counting_rule, cycle_fill_ratio, interval, smooth_points, inverse).
-Inputs: `summaries` of the simulations, `published` values, fingerprints of `others` that a target names.
+Inputs: `summaries` and `runs` of the simulations, `published` values, fingerprints of `others` that a target names.
 Outputs: `descriptors`, `counting_rules`, `cycles`, `densities`, `table_3_5`; for each contact set `means`, `curves`,
 `coverage`, `fingerprint`; `collapse`, `universal`, `exponents`, `zones`; `inverse` (speeds) and `ranked` (conditions).
 """

@@ -15,10 +15,8 @@ import pandas as pd
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.config.setups.base import SetupConfig
-from millprint.config.setups.tumbling_setups import TumblingConfig
+from millprint.config.setups import SetupConfig, TumblingConfig, read_settings
 from millprint.config.sweep import DemConfig
-from millprint.config.validation import ValidationConfig
 from millprint.figures.charge import plot_charge
 from millprint.figures.style import save
 from millprint.figures.validation_figures import plot_bed, plot_setup
@@ -36,8 +34,7 @@ from millprint.validation.verdicts import count_verdicts, give_verdicts, tabulat
 
 def read_setup(name: str, given: dict) -> tuple[SetupConfig, MillConfig | None, dict[str, ContactConfig]]:
     """A set-up from plain values: its `settings`, its `mill` (or none) and its `contacts`."""
-    # Each set-up has its own class of settings.
-    settings = type(getattr(ValidationConfig(), name))(**given["settings"])
+    settings = read_settings(name, given["settings"])
     mill = MillConfig(**given["mill"]) if given["mill"] else None
     return settings, mill, {contact["name"]: ContactConfig(**contact) for contact in given["contacts"]}
 

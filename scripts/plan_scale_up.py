@@ -1,13 +1,14 @@
 """A large mill by geometric similarity: how to run it, what stays the same, and the cost of simulating it.
 
-Settings: mills.scale_up, mills.rayleigh_fraction; the small mill.
+Settings: mills.scale_up, mills.rayleigh_fraction; the small mill, the contact set.
 Inputs: `fingerprint`, and `summary` of a simulated large mill.
 Outputs: `sheet`, `run`, and the figure.
 """
 
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import ScaleUpConfig
-from millprint.dem.timestep import rayleigh_time
+from millprint.dem.laws.registry import step_scale
 from millprint.figures.mills import plot_scale_up
 from millprint.figures.style import save
 from millprint.fingerprint.cases import enlarged
@@ -22,10 +23,10 @@ if "snakemake" in globals():
         settings, fraction = ScaleUpConfig(**snakemake.params.settings), snakemake.params.rayleigh_fraction
         fingerprint, run = Fingerprint.read(snakemake.input.fingerprint), read_json(snakemake.input.summary)
         _, factor = enlarged(MillConfig(**snakemake.params.mill), settings.volume_l, "large")
-        poisson = snakemake.params.poisson_ratio
+        contact = ContactConfig(**snakemake.params.contact)
         # The smallest ball has the shortest step.
         smallest = min((run["case"].get("mixture") or {}).get("sizes_mm", [run["case"]["ball_diameter_mm"]]))
-        step = fraction * rayleigh_time(smallest / 2e3, run["density_kg_m3"], run["young_modulus_pa"], poisson)
+        step = fraction * step_scale(contact, smallest / 2e3)
         sheet = tabulate_scale_up(fingerprint, factor, settings, step, run["ns_per_ball_step"])
         write_table(sheet, snakemake.output.sheet)
         compared = compare_run(sheet, run, counted(run, fingerprint.about["counting_rule"]))

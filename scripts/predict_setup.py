@@ -1,14 +1,14 @@
 """The predictions of one measured set-up.
 
-Settings: the section of the set-up in validation, dem; its mill and contact sets.
+Settings: the settings of the set-up, dem; its mill and contact sets.
 Inputs: `measured` and `other_codes`; the `runs` and `tables` of its simulations.
 Outputs: `predictions`.
 """
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
+from millprint.config.setups import read_settings, setup_cases
 from millprint.config.sweep import DemConfig
-from millprint.config.validation import ValidationConfig, setup_cases
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.validation.inputs import read_other_codes
@@ -18,8 +18,7 @@ from millprint.validation.setups import SETUPS, predict
 if "snakemake" in globals():
     name, given = snakemake.wildcards.setup, snakemake.params
     with job(snakemake.log[0], f"predict set-up {name}"):
-        # Each set-up has its own class of settings.
-        settings = type(getattr(ValidationConfig(), name))(**given.settings)
+        settings = read_settings(name, given.settings)
         dem = DemConfig(**given.dem)
         table = predict(
             name,

@@ -1,6 +1,6 @@
 """Simulates a tumbling mill at every speed, number of balls, seed and contact set of its section.
 
-Settings: the section of the set-up in validation, dem; its mill and contact sets.
+Settings: the settings of the set-up, dem; its mill and contact sets.
 Inputs: `measured`.
 Outputs: `runs` and `charge`.
 """
@@ -9,8 +9,8 @@ from pathlib import Path
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
+from millprint.config.setups import read_settings
 from millprint.config.sweep import DemConfig
-from millprint.config.validation import ValidationConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.validation.measured import measured_points, read_measurements
@@ -20,7 +20,7 @@ from millprint.validation.tumbling_runs import design, run_all
 if "snakemake" in globals():
     name, given = snakemake.wildcards.setup, snakemake.params
     with job(snakemake.log[0], f"simulate {name}"):
-        settings = type(getattr(ValidationConfig(), name))(**given.settings)
+        settings = read_settings(name, given.settings)
         contacts = {contact["name"]: ContactConfig(**contact) for contact in given.contacts}
         points = measured_points(read_measurements(snakemake.input.measured, SETUPS))
         places = points.loc[points["setup"] == name, "x"].dropna()

@@ -2,11 +2,14 @@
 
 import csv
 import os
+import pickle
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
+import yaml
 
 from tests.browser import Browser, open_browser
 
@@ -26,6 +29,16 @@ sys.dont_write_bytecode = False
 # What the thesis prints, as text, by the id of the claim.
 with open(ROOT / "config/data/claims.tsv") as file:
     PRINTED = {row["id"]: row["value"] for row in csv.DictReader(file, delimiter="\t")}
+
+
+@cache
+def _configuration() -> bytes:
+    return pickle.dumps(yaml.safe_load((ROOT / "config/config.yaml").read_text()))
+
+
+def configuration() -> dict:
+    """The content of config/config.yaml, which is read once; the caller may change it."""
+    return pickle.loads(_configuration())
 
 
 @pytest.hookimpl(tryfirst=True)

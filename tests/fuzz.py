@@ -31,10 +31,9 @@ import sys  # noqa: E402
 sys.path.insert(0, str(ROOT / "src"))
 
 import millprint.checks.before_running as preflight  # noqa: E402
-import millprint.dem.case_checks as cases  # noqa: E402
 import millprint.thesis.chapter_checks as chapters  # noqa: E402
 from millprint.config.checks import load_workflow  # noqa: E402
-from millprint.config.errors import ConfigError, SimulationError  # noqa: E402
+from millprint.config.errors import ConfigError  # noqa: E402
 from millprint.config.load import read_yaml  # noqa: E402
 from millprint.config.workflow import WorkflowConfig  # noqa: E402
 from tests.mutations import mutate_table, mutate_yaml  # noqa: E402
@@ -111,42 +110,11 @@ def make_project(folder: Path) -> Path:
     return folder
 
 
-_check_tables = chapters.check_tables
-_capacity, _pack_mixture = cases.capacity, cases.pack_mixture
-
-
 def remember_shapes() -> None:
-    """Cache the slow checks of shapes: most changes do not touch the mills."""
-    known: dict = {}
-
-    def capacity(vessel, diameter, **options):
-        key = (id(vessel), diameter)
-        if key not in known:
-            known[key] = vessel, _capacity(vessel, diameter, trials=2, **options)
-        return known[key][1]
-
-    def pack_mixture(vessel, diameters, counts, seed, inserts):
-        key = (id(vessel), tuple(diameters), tuple(counts), seed)
-        if key not in known:
-            try:
-                known[key] = vessel, _pack_mixture(vessel, diameters, counts, seed, inserts)
-            except SimulationError as error:
-                known[key] = vessel, error
-        if isinstance(known[key][1], SimulationError):
-            raise known[key][1]
-        return known[key][1]
-
-    def check_tables(config, source):
-        key = (config.model_dump_json(), *(table.read_bytes() for table in sorted(Path("config/data").iterdir())))
-        if key not in known:
-            _check_tables(config, source)
-            known[key] = True
-
+    """Cache the slow checks: most changes do not touch the mills."""
     for place, quick in SLOW_PARTS.items():
         module, name = place.rsplit(".", 1)
         setattr(importlib.import_module(module), name, quick)
-    chapters.check_tables = check_tables
-    cases.capacity, cases.pack_mixture = capacity, pack_mixture
 
 
 def plan() -> None:

@@ -8,14 +8,16 @@ from pathlib import Path
 import pandas as pd
 
 from millprint.config.contact_set import ContactConfig
-from millprint.config.errors import ConfigError
+from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.mill import MillConfig
 from millprint.config.strict_yaml import read_yaml
 from millprint.dem.case_checks import checked_bodies
+from millprint.dem.packing import capacity, pack_mixture
 from millprint.mill.bodies import Body, inserts_in_vessel
 from millprint.mill.speed_limits import Pace, paces
 from millprint.mill.vessel import Vessel
 from millprint.run.files import read_table
+from millprint.thesis import chapter_checks
 from millprint.thesis.calibration.oscillation import make_swing
 
 
@@ -24,9 +26,9 @@ def remembered(compute: Callable, known: dict, key: tuple):
     if key not in known:
         try:
             known[key] = compute()
-        except ConfigError as error:
+        except (ConfigError, SimulationError) as error:
             known[key] = error
-    if isinstance(known[key], ConfigError):
+    if isinstance(known[key], ConfigError | SimulationError):
         raise known[key]
     return known[key]
 
@@ -74,6 +76,28 @@ def remembered_inserts(bodies: Sequence[Body]) -> list[Vessel]:
     return placed
 
 
+def remembered_capacity(vessel: Vessel, diameter_m: float, inserts: Sequence[Vessel], enough: int) -> int:
+    """As capacity; the vessel is kept, as above."""
+    key = ("capacity", id(vessel), diameter_m, *map(id, inserts), enough)
+    most, _ = remembered(lambda: (capacity(vessel, diameter_m, inserts=inserts, enough=enough), vessel), _SEEN, key)
+    return most
+
+
+def remembered_mixture(vessel: Vessel, diameters_m, counts, seed: int, inserts: Sequence[Vessel]) -> None:
+    """As pack_mixture, of which the check uses only that it raises nothing."""
+    key = ("mixture", id(vessel), tuple(diameters_m), tuple(counts), seed, *map(id, inserts))
+    remembered(lambda: (pack_mixture(vessel, diameters_m, counts, seed, inserts), vessel), _SEEN, key)
+
+
+_check_tables = chapter_checks.check_tables
+
+
+def remembered_check_tables(config, source: str) -> None:
+    """As check_tables."""
+    tables = (file.read_bytes() for file in sorted(Path("config/data").iterdir()) if file.is_file())
+    remembered(partial(_check_tables, config, source), _SEEN, ("tables", source, config.model_dump_json(), *tables))
+
+
 def remembered_table(path: str | Path, **columns: Sequence[str]) -> pd.DataFrame:
     """As read_table."""
     key = ("table", str(path), _content(path), repr(columns))
@@ -90,7 +114,10 @@ def remembered_yaml(path: str | Path) -> object:
 SLOW_PARTS = {
     "millprint.thesis.chapter_checks.make_swing": remembered_swing,
     "millprint.config.load.read_yaml": remembered_yaml,
+    "millprint.thesis.chapter_checks.check_tables": remembered_check_tables,
     "millprint.dem.case_checks.inserts_in_vessel": remembered_inserts,
+    "millprint.dem.case_checks.capacity": remembered_capacity,
+    "millprint.dem.case_checks.pack_mixture": remembered_mixture,
     "millprint.checks.before_running.checked_bodies": remembered_bodies,
     "millprint.fingerprint.speeds.paces": remembered_paces,
     "millprint.run.tables.read_table": remembered_table,

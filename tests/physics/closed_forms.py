@@ -73,7 +73,12 @@ def normal_of(case) -> np.ndarray:
 
 
 def stiffness(material, radius: float) -> tuple[float, float]:
-    """(k_n, k_t) of an effective radius [m]: k_n = 4/3 E* sqrt(R*), k_t = 8 G* sqrt(R*) (Eqs 3.4, 3.5, 3.11, 3.12)."""
+    """(k_n, k_t) of an effective radius [m]: k_n = 4/3 E* sqrt(R*), k_t = 8 G* sqrt(R*) (Eqs 3.4, 3.5, 3.11, 3.12).
+
+    Of linear springs, those of the material [N/m].
+    """
+    if material.kind == "linear":
+        return material.normal_stiffness_n_m, material.normal_stiffness_n_m * material.tangential_stiffness_ratio
     modulus, poisson = material.young_modulus_gpa * 1e9, material.poisson_ratio
     shear_modulus = modulus / (2 * (1 + poisson))
     effective = 1 / (2 * (1 - poisson**2) / modulus)
@@ -89,7 +94,8 @@ def pair_of(case) -> Pair:
     logarithm = math.log(case.material.restitution)
     ratio = -logarithm / math.sqrt(logarithm**2 + math.pi**2)
     # C = 2 sqrt(5/6) ratio sqrt(S m*) with the tangent stiffness S_n = 2 E* sqrt(R* d) = 3/2 k_n sqrt(d), S_t = K_t.
-    cn, ct = (2 * math.sqrt(5 / 6) * ratio * math.sqrt(s * reduced) for s in (1.5 * kn, kt))
+    factor, tangent = (1.0, 1.0) if case.material.kind == "linear" else (math.sqrt(5 / 6), 1.5)
+    cn, ct = (2 * factor * ratio * math.sqrt(s * reduced) for s in (tangent * kn, kt))
     return Pair(
         tuple(map(float, radius)), tuple(map(float, mass)), tuple(map(float, inertia)), kn, kt, cn, ct,
         case.material.static_friction,
@@ -159,6 +165,39 @@ def damped_hertz_impact(case):
         "peak_overlap_m": deepest**0.8,
         "duration_s": time,
         "normal_damping_J": 0.5 * pair.reduced_mass * speed**2 * (1 - restitution**2),
+    }
+
+
+@gives("velocity_m_s", "peak_overlap_m", "duration_s", "normal_damping_J")
+def damped_linear_impact(case):
+    """Normal impact of linear springs: a damped oscillator for half a period, pi / omega_d, at any speed."""
+    pair, (speed, slip, _) = pair_of(case), approach_of(case)
+    if slip:
+        return None
+    restitution, frequency = case.material.restitution, math.sqrt(pair.kn / pair.reduced_mass)
+    zeta = pair.cn / (2 * math.sqrt(pair.kn * pair.reduced_mass))
+    ringing = frequency * math.sqrt(1 - zeta**2)
+    top = math.acos(zeta) / ringing
+    return {
+        "velocity_m_s": lab_velocities(case, restitution * speed * normal_of(case)),
+        "peak_overlap_m": speed / ringing * math.exp(-zeta * frequency * top) * math.sin(ringing * top),
+        "duration_s": math.pi / ringing,
+        "normal_damping_J": 0.5 * pair.reduced_mass * speed**2 * (1 - restitution**2),
+    }
+
+
+@gives("velocity_m_s", "spin_rad_s")
+def linear_grip(case):
+    """Oblique impact of undamped linear springs without sliding: u' = u cos(pi sqrt(7/2 k_t / k_n)).
+
+    The slip swings at sqrt(7/2 k_t / m*) for half a period of the normal spring. Impulse J = 2/7 m* (u - u').
+    """
+    pair, (speed, slip, along) = pair_of(case), approach_of(case)
+    impulse = 2 / 7 * pair.reduced_mass * slip * (1 - math.cos(math.pi * math.sqrt(3.5 * pair.kt / pair.kn)))
+    tangential = float(case.velocity[0] @ along) - impulse / pair.reduced_mass
+    return {
+        "velocity_m_s": lab_velocities(case, speed * normal_of(case) + tangential * along),
+        "spin_rad_s": case.spin + np.outer(2.5 * impulse / (case.mass * case.radius), ACROSS),
     }
 
 

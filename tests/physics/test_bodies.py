@@ -1,7 +1,5 @@
 """Vessels that turn, inserts, and the same jar from parameters and from a file."""
 
-import math
-
 import numpy as np
 import pytest
 import trimesh
@@ -13,7 +11,6 @@ from millprint.dem.simulation import Simulation
 from millprint.mill.bodies import ball_space_m3, build_bodies
 from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import Facet, Vessel, build_vessel
-from tests.poses import angular_velocity
 
 DEM = DemConfig(time_step_s=2e-6, settle_s=0.05, discard_s=0.0, window_s=0.2)
 
@@ -31,37 +28,10 @@ def mill(geometry: dict, motion: dict, volume_ml: float, **more) -> MillConfig:
     return MillConfig(**described, geometry=geometry, motion=motion, **more)
 
 
-def drum(speed_rpm: float) -> tuple[MillConfig, Case]:
-    """A lying drum of 100 mm diameter, a fifth of it full."""
-    geometry = {"kind": "cylinder", "radius_mm": 50, "height_mm": 30, "axis": "y", "facets": 36, "fillet_radius_mm": 0}
-    made = mill(geometry, {"kind": "rotation", "axis": [0, 1, 0]}, 1e-3 * math.pi * 50**2 * 30)
-    return made, case(speed_rpm=speed_rpm, fill_ratio=0.2, window_s=1.0, settle_s=0.2)
-
-
 def simulate(made: MillConfig, described: Case, contact, dem=DEM):
     simulation = Simulation(described, made, contact, dem)
     recording = simulation.run("test")
     return simulation, ledger_series(np.concatenate(recording.samples))
-
-
-def seen_from_the_drum(simulation) -> np.ndarray:
-    """Velocities (n, 3) of the balls relative to the drum's wall where they are [m/s]."""
-    body = simulation.bodies[0]
-    now = simulation.counters[0] * simulation.step
-    omega = angular_velocity(body.motion, now)
-    return simulation.balls.velocity - np.cross(omega, simulation.balls.position - body.motion.position(now))
-
-
-def test_a_drum_centrifuges_above_its_critical_speed_and_cascades_below(contacts):
-    """Balls at r = R - d / 2 stick to the wall where r w^2 > g: at 30 sqrt(g / r) / pi rpm, here 141."""
-    critical = 30 / math.pi * math.sqrt(9.81 / 0.045)
-    fast, _ = simulate(*drum(2.5 * critical), contacts["calibrated"])
-    slow, series = simulate(*drum(0.6 * critical), contacts["calibrated"])
-    wall_speed = 2.5 * critical * math.pi / 30 * 0.05
-    assert np.linalg.norm(seen_from_the_drum(fast), axis=1).mean() < 0.05 * wall_speed
-    assert np.linalg.norm(seen_from_the_drum(slow), axis=1).mean() > 0.2 * 0.6 * critical * math.pi / 30 * 0.05
-    assert series["wall_work_J"].iloc[-1] > 0
-    assert closure(series) < 2e-3
 
 
 def test_the_energy_balance_of_turning_and_swinging_vessels_closes(contacts):
@@ -126,7 +96,7 @@ def test_a_binary_stl_gives_the_same_powers_within_the_spread_of_seeds(mills, co
     powers = {}
     # Of four seeds, one spread in twenty is so small that another run is beyond four of it by chance.
     for key, made, seed in (("stl", from_file, 0), *((seed, mills["emax"], seed) for seed in range(8))):
-        described = case(mill="emax", speed_rpm=600, window_s=1.0, settle_s=0.1, discard_s=0.3, seed=seed)
+        described = case(mill="emax", speed_rpm=600, window_s=0.5, settle_s=0.05, discard_s=0.2, seed=seed)
         _, series = simulate(made, described, contacts["calibrated"])
         powers[key] = [series["normal_damping_J"].iloc[-1], series["tangential_work_J"].iloc[-1]]
     seeds = np.array([powers[seed] for seed in range(8)])

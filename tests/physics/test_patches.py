@@ -4,6 +4,8 @@ Random surfaces with shallow seams, steps and convex edges, every mill of config
 different ways. The exact signed distance (mill.distance) says what is right.
 """
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -163,6 +165,7 @@ def round_room(facets: int, radius: float = 0.03) -> Vessel:
     return prism(radius * np.column_stack([np.cos(angle), np.sin(angle)]), 0.05, turn)
 
 
+@cache
 def rolled(facets: int, by_facet: bool = False) -> FewBalls:
     """A ball that swings in the bottom of a lying cylinder, in the middle of its length."""
     start = 0.02498 * np.array([np.sin(0.5), 0, -np.cos(0.5)]) - [0, 0.025, 0]

@@ -2,24 +2,23 @@
 
 import pandas as pd
 import pytest
-import yaml
 
 from millprint.config.doe import DoeConfig
 from millprint.config.load import check_model
 from millprint.thesis.doe.runs import read_runs
-from tests.conftest import ROOT
+from tests.conftest import ROOT, configuration
 
 SCREENING = ROOT / "config/data/screening.tsv"
 
 
 def thesis_settings() -> dict:
     """The section `doe` of config/config.yaml."""
-    return yaml.safe_load((ROOT / "config/config.yaml").read_text())["doe"]
+    return configuration()["doe"]
 
 
 def settings(**changes) -> DoeConfig:
-    """The thesis's settings with `changes`."""
-    return check_model({**thesis_settings(), **changes}, DoeConfig, "config.yaml")
+    """The thesis's settings with `changes`, and fewer simulated sets of errors for the residual checks."""
+    return check_model({**thesis_settings(), "simulations": 200, **changes}, DoeConfig, "config.yaml")
 
 
 @pytest.fixture(scope="module", name="config")

@@ -34,7 +34,7 @@ def test_missing_key():
 
 
 def test_a_value_out_of_bounds_names_the_bound():
-    assert fault({**DEM, "window_s": -1}, DemConfig) == "file.yaml: window_s = -1: input should be greater than 0"
+    assert fault({**DEM, "window_s": -1}, DemConfig) == "file.yaml: window_s = -1: must be greater than 0"
 
 
 def test_every_fault_has_its_line():

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-import yaml
 from pydantic import BaseModel, TypeAdapter, create_model
 from pydantic_core import PydanticUndefined
 
@@ -12,7 +11,7 @@ from millprint.config.document import MODELS, sections
 from millprint.config.load import check_model
 from millprint.config.section import Section, nested_models
 from millprint.config.workflow import WorkflowConfig
-from tests.conftest import ROOT
+from tests.conftest import configuration
 
 OWN = "the thesis's own, and another mill's or laboratory's are others"
 EXCEPTIONS = {
@@ -46,7 +45,7 @@ EXCEPTIONS = {
 
 @pytest.fixture(scope="module")
 def content() -> dict:
-    return yaml.safe_load((ROOT / "config/config.yaml").read_text())
+    return configuration()
 
 
 def as_text(value) -> str:

@@ -14,12 +14,14 @@ from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.case_checks import check_room, checked_bodies
+from millprint.dem.laws.registry import step_scale
 from millprint.dem.packing import capacity, inside, laid_lattice, largest_fill, pack, thin_direction
 from millprint.dem.simulation import Simulation
-from millprint.dem.timestep import SKIN_SHARE, aligned_step, longest_step, rayleigh_time, skin_of
+from millprint.dem.timestep import SKIN_SHARE, aligned_step, longest_step, skin_of
 from millprint.mill.bodies import CHECK_RPM, build_bodies
 from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import build_vessel
+from tests.physics.setups import CALIBRATED
 
 CONFIG = Path(__file__).parents[2] / "config"
 VOLUME = 125e-6
@@ -166,8 +168,9 @@ def test_planes_are_as_many_as_have_room_and_lie_in_the_middle(room, planes):
 def test_rayleigh_time_of_a_soft_steel_ball():
     shear = 2.05e9 / (2 * 1.235)
     expected = math.pi * 0.005 * math.sqrt(7700 / shear) / (0.1631 * 0.235 + 0.8766)
-    assert rayleigh_time(0.005, 7700, 2.05e9, 0.235) == pytest.approx(expected)
-    assert rayleigh_time(0.005, 7700, 2.05e9, 0.235) == pytest.approx(10 * rayleigh_time(0.005, 7700, 205e9, 0.235))
+    stiff = CALIBRATED.model_copy(update={"young_modulus_gpa": 205.0})
+    assert step_scale(CALIBRATED, 0.005) == pytest.approx(expected)
+    assert step_scale(CALIBRATED, 0.005) == pytest.approx(10 * step_scale(stiff, 0.005))
 
 
 def test_aligned_step():
@@ -217,7 +220,7 @@ def test_the_longest_step_is_that_of_the_cases_of_a_ball_as_it_is():
         Case(ball_diameter_mm=5, rayleigh_fraction=0.076, **common),
     ]
     found = [longest_step(ball, cases, {"calibrated": contact}, DemConfig()) for ball in (10, 5, 3)]
-    assert found == pytest.approx([4e-6, 0.076 * rayleigh_time(0.0025, 7700, 2.05e9, 0.235), 4e-6])
+    assert found == pytest.approx([4e-6, 0.076 * step_scale(CALIBRATED, 0.0025), 4e-6])
 
 
 def test_the_skin_goes_with_the_ball_and_the_root_of_the_step():

@@ -9,7 +9,6 @@ import pytest
 from millprint.config.averaged_process import AveragingConfig
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import TARGET_DESCRIPTORS, InverseConfig
-from millprint.config.load import read_yaml
 from millprint.config.next_experiments import PredictionConfig
 from millprint.explorer.content import Machine, explorer_content, mill_content, sliders
 from millprint.explorer.page import explorer_page
@@ -23,7 +22,7 @@ from millprint.thesis.yields.averaging import fit_averaged
 from millprint.thesis.yields.model_files import load_averaged, save_averaged, training_rows
 from millprint.thesis.yields.new_conditions import explorer_yields, range_warnings, trained_ranges
 from tests.browser import DESKTOP, PHONE, needs_browser
-from tests.conftest import ROOT
+from tests.conftest import configuration
 from tests.unit.factor_samples import factors_of
 from tests.unit.synthetic_mill import FILLS, VOLUME, overrides, summary
 from tests.unit.yield_settings import all_runs, thesis_yields
@@ -73,7 +72,7 @@ def run(tmp_path_factory) -> dict:
     rows = all_runs()
     model = fit_averaged(rows, rows[YIELD].to_numpy(float), settings)
     save_averaged(model, rows, settings.margin, str(folder / "yield.json"))
-    request = InverseConfig(**read_yaml(ROOT / "config/config.yaml")["fingerprint"]["inverse"])
+    request = InverseConfig(**configuration()["fingerprint"]["inverse"])
     request = request.model_copy(update={"ball_diameters_mm": [5.0, 10.0]})
     prediction = PredictionConfig(**section["prediction"])
     yields = explorer_yields(folder / "yield.json", prediction, LEVEL)

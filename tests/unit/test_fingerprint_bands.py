@@ -165,7 +165,7 @@ def test_factors_by_another_counting_rule_tell_of_what_needs_none(about, tmp_pat
     [
         (_changed(mill="spex"), "mill = 'spex': the fingerprint is of 'emax'"),
         (_changed(contact="steel"), "contact = 'steel': the fingerprint is of 'calibrated'"),
-        (_changed(format="millprint fingerprint 2"), "format = 'millprint fingerprint 2': input should be"),
+        (_changed(format="millprint fingerprint 2"), "format = 'millprint fingerprint 2': must be"),
         (_changed(fill_ratios=[0.3, 0.12, 0.06]), "must rise"),
         (_changed(factors={}), "factors.Pn: this key is missing"),
         (_short(), "factors.Pt.upper: must have a number for each of fill_ratios"),

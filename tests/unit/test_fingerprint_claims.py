@@ -7,7 +7,6 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
-import yaml
 from scipy.stats import spearmanr
 
 import fit_master_curves
@@ -18,7 +17,7 @@ from millprint.run.files import read_table
 from millprint.thesis.claims.chapter3_curves import rank_correlation
 from millprint.thesis.claims.evidence import verdict
 from millprint.thesis.claims.tabulate import collect_findings
-from tests.conftest import PRINTED
+from tests.conftest import PRINTED, configuration
 from tests.unit.synthetic_mill import VOLUME, overrides, summaries, summary, true_curves
 
 ROOT = Path(__file__).parents[2]
@@ -35,7 +34,7 @@ def outputs(folder: Path, **names: str) -> SimpleNamespace:
 def results(tmp_path_factory) -> Path:
     """The tables of both stages for a sweep of the synthetic mill."""
     root = tmp_path_factory.mktemp("results")
-    content = yaml.safe_load((ROOT / "config/config.yaml").read_text())
+    content = configuration()
     settings = FingerprintConfig(**content["fingerprint"])
     runs = summaries() + summaries(contacts=("steel",), factor=1.4) + [summary(0.17)] + overrides()
     for run in runs:

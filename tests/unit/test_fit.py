@@ -8,7 +8,7 @@ import pytest
 
 from millprint.config.errors import ConfigError
 from millprint.config.fit import FitConfig
-from millprint.config.load import check_model, load_named, read_yaml
+from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.fingerprint.cycles import tabulate_cycles
@@ -32,12 +32,12 @@ from millprint.thesis.fit.jar_search import (
     volume_ml,
 )
 from millprint.thesis.fit.published import computed_values, misfit, published_values, with_roles
-from tests.conftest import PRINTED
+from tests.conftest import PRINTED, configuration
 from tests.unit.synthetic_mill import summary, true_curves
 
 ROOT = Path(__file__).parents[2]
 EMAX = load_named(ROOT / "config/mills", "emax", MillConfig, "mill")
-SETTINGS = FitConfig.model_validate(read_yaml(ROOT / "config/config.yaml")["fit"])
+SETTINGS = FitConfig.model_validate(configuration()["fit"])
 PUBLISHED = read_published(ROOT / "config/data/published.tsv", ROOT / "config/data/claims.tsv")
 VALUES = published_values(PUBLISHED, "calibrated")
 
@@ -193,7 +193,7 @@ def test_the_table_says_what_a_step_does():
 
 
 def test_a_mill_of_another_name_or_shape_has_nothing_to_fit():
-    content = read_yaml(ROOT / "config/config.yaml")
+    content = configuration()
     config = check_model(content, WorkflowConfig, "config.yaml")
     assert fitted_mill(config, {"emax": EMAX}) is EMAX
     assert fit_faults(config, {"emax": EMAX}, "config.yaml") == []
@@ -204,7 +204,7 @@ def test_a_mill_of_another_name_or_shape_has_nothing_to_fit():
 
 
 def test_faults_of_the_section_name_the_key():
-    content = read_yaml(ROOT / "config/config.yaml")
+    content = configuration()
     content["fit"] |= {"counting_rules": ["gap_0_03_over_1N"], "fitted": ["Pn_f0.07"], "contact": "calibrated"}
     faults = fit_faults(check_model(content, WorkflowConfig, "config.yaml"), {"emax": EMAX}, "config.yaml")
     assert [fault.split(":")[1].split(" =")[0].strip() for fault in faults] == ["fit.counting_rules", "fit.fitted"]

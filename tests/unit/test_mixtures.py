@@ -27,7 +27,7 @@ from millprint.fingerprint.rule_checks import fingerprint_faults
 from millprint.thesis.calibration.drop import simulate_drops
 from millprint.thesis.chapter_checks import curve_faults
 from millprint.thesis.surrogate.scene import read_attributes
-from tests.conftest import ROOT
+from tests.conftest import ROOT, configuration
 from tests.unit.run_samples import write_sample
 from tests.unit.test_mill_lifters import drum
 
@@ -130,12 +130,12 @@ def fault_of(*sizes) -> str:
 @pytest.mark.parametrize(
     ("size", "line"),
     [
-        (-3, "ball_diameters_mm.0 = -3: input should be greater than 0"),
-        ("ten", "ball_diameters_mm.0 = 'ten': input should be a valid number, unable to parse string as a number"),
-        ([5], "ball_diameters_mm.0 = [5]: input should be a valid number"),
+        (-3, "ball_diameters_mm.0 = -3: must be greater than 0"),
+        ("ten", "ball_diameters_mm.0 = 'ten': must be a number in mm, such as 30 or 0.5"),
+        ([5], "ball_diameters_mm.0 = [5]: must be a number in mm"),
         ({"name": "bond"}, "ball_diameters_mm.0.sizes_mm: this key is missing"),
         ({**GOOD, "size": 3}, "ball_diameters_mm.0.size = 3: unknown key; did you mean sizes_mm?"),
-        ({**GOOD, "sizes_mm": [10, -5]}, "ball_diameters_mm.0.sizes_mm.1 = -5: input should be greater than 0"),
+        ({**GOOD, "sizes_mm": [10, -5]}, "ball_diameters_mm.0.sizes_mm.1 = -5: must be greater than 0"),
         ({**GOOD, "sizes_mm": [10]}, "ball_diameters_mm.0: sizes_mm = [10.0]: must hold two sizes or more"),
         ({**GOOD, "numbers": [1]}, "ball_diameters_mm.0: numbers = [1.0]: must hold one value for each of 2 sizes"),
         ({**GOOD, "numbers": [1, True]}, "ball_diameters_mm.0.numbers = [1, True]: YAML reads yes, no"),
@@ -160,7 +160,7 @@ def test_steps_are_compared_for_balls_of_one_size_only():
 
 def thesis_with(**changes) -> tuple[dict, dict]:
     """The configuration of the thesis, and the first of its sweeps whose changed keys are written into it."""
-    content = yaml.safe_load((ROOT / "config/config.yaml").read_text())
+    content = configuration()
     sweep = next(sweep for sweep in content["sweeps"] if "snapshot_interval_s" not in sweep)
     sweep |= changes
     return content, sweep

@@ -52,7 +52,7 @@ def test_a_simulation_runs_with_the_amplitude_and_density_of_its_case():
         assert simulation.motion.position(0.0) == pytest.approx([amplitude_m, 0, 0])
     assert changed.balls.mass[0] == pytest.approx(2 * plain.balls.mass[0])
     # Denser balls have a longer Rayleigh time, with the root of the density.
-    assert changed.rayleigh_s == pytest.approx(2**0.5 * plain.rayleigh_s)
+    assert changed.step_scale_s == pytest.approx(2**0.5 * plain.step_scale_s)
     assert changed.mill.geometry == MILL.geometry and changed.contact.restitution == CONTACT.restitution
 
 
@@ -71,7 +71,7 @@ def test_a_motion_without_an_amplitude_is_refused_in_one_line(monkeypatch):
     drum = check_model({**MILL.model_dump(), "motion": {"kind": "rotation", "axis": [1, 0, 0]}}, MillConfig, "x")
     with pytest.raises(ConfigError, match="motion of mill emax is a rotation, which has no amplitude"):
         overridden(cases_of(amplitudes_mm=[14])[0], drum, CONTACT)
-    with pytest.raises(ConfigError, match=r"amplitudes_mm = 99999 of mill emax: input should be less than"):
+    with pytest.raises(ConfigError, match=r"amplitudes_mm = 99999 of mill emax: must be less than"):
         overridden(cases_of(amplitudes_mm=[99999])[0], MILL, CONTACT)
 
 

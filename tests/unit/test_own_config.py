@@ -17,7 +17,7 @@ from millprint.config.workflow import WorkflowConfig
 from millprint.fingerprint.cases import has_chapters, mill_cases
 from millprint.fingerprint.rule_checks import fingerprint_faults
 from millprint.thesis.chapter_checks import chapter_faults, curve_faults
-from tests.conftest import ROOT
+from tests.conftest import ROOT, configuration
 
 HANDBOOK = (ROOT / "docs/how_to/configuration.md").read_text()
 TWENTY_LINES = re.search(r"^```yaml\n(name: my_mill.*?)^```", HANDBOOK, re.M | re.S)[1]
@@ -41,7 +41,7 @@ def own() -> dict:
 
 @pytest.fixture
 def thesis() -> dict:
-    return yaml.safe_load((ROOT / "config/config.yaml").read_text())
+    return configuration()
 
 
 def fault(content: dict) -> str:

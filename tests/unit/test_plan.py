@@ -6,9 +6,9 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
+from millprint.config.setups import SETTINGS
 from millprint.config.sweep import Case, DemConfig
 from millprint.config.uncertainty import UncertaintyConfig
-from millprint.config.validation import ValidationConfig
 from millprint.dem.resources import LIKELY_BALL_STEP_S, LIKELY_START_S, resources_of
 from millprint.run.plan import JOB_START_S, LONG_S, OTHER_S, Job, plan_text, run_time
 from millprint.uncertainty.varied import samples_of_job
@@ -83,7 +83,7 @@ def test_the_plan_counts_simulations_with_files_and_those_inside_a_rule(monkeypa
 @pytest.mark.parametrize("name", ["slice_mill", "drum_90cm", "bond_mill"])
 def test_every_simulation_of_a_tumbling_mill_is_counted(name):
     """As many as its rule simulates, at the same speeds, apart from the speeds that only the measured table has."""
-    setup = getattr(ValidationConfig(), name)
+    setup = SETTINGS[name]
     contacts = {each: contact(each) for each in setup.contact_names}
     rows = design(setup, contacts, [])
     cases = setup.simulated_inside(mill(setup.mill))
@@ -97,7 +97,7 @@ def test_the_samples_of_a_job_and_the_slices_of_a_drum_are_counted():
     fills = mill("emax").sweep.fill_ratios
     assert len(samples) == 3
     assert samples[0].fill_ratio == pytest.approx((min(fills) + max(fills)) / 2)
-    drum = ValidationConfig().repose_drum
+    drum = SETTINGS["repose_drum"]
     slices = drum.simulated_inside(mill(drum.mill))
     assert len(slices) == drum.samples + 1
     assert slices[0].fill_ratio < drum.fill_ratio

@@ -12,6 +12,7 @@ from tools.write_reference import PAGES
 from millprint.config.document import MODELS, nested_models, schema_text, sections
 from millprint.config.meanings import meaning_of
 from millprint.config.reference import parts, reference_text
+from tests.conftest import configuration
 
 ROOT = Path(__file__).parents[2]
 
@@ -62,4 +63,4 @@ def test_files_meet_their_schema(folder):
 
 def test_config_meets_its_schema():
     schema = json.loads(schema_text("config"))
-    Draft202012Validator(schema).validate(yaml.safe_load((ROOT / "config/config.yaml").read_text()))
+    Draft202012Validator(schema).validate(configuration())

@@ -18,6 +18,7 @@ from millprint.fingerprint.speeds import check_speeds, speed_settings, speed_war
 from millprint.mill.bodies import CHECK_RPM, build_bodies
 from millprint.mill.default_sweep import SWEEP_RULES
 from millprint.mill.speed_limits import BOUNDS, paces
+from tests.conftest import configuration
 
 ROOT = Path(__file__).parents[2]
 W = 2 * math.pi
@@ -94,7 +95,7 @@ def test_the_bounds_of_a_stirrer_are_on_the_speed_of_its_tip():
 
 def warnings_of(changes=None) -> list[str]:
     """Warnings of the thesis's configuration with changed sections; raises ConfigError for what is refused."""
-    content = yaml.safe_load((ROOT / "config/config.yaml").read_text()) | (changes or {})
+    content = configuration() | (changes or {})
     config, mills, _, cases = load_workflow(content, ["config/config.yaml"])
     settings = speed_settings(config, mills, own_sweeps(config, mills), cases, "config/config.yaml")
     bodies = {setting.mill.name: build_bodies(mills[setting.mill.name], CHECK_RPM) for setting in settings}

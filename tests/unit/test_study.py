@@ -17,7 +17,7 @@ from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import DemConfig, mill_of
-from millprint.dem.timestep import rayleigh_time
+from millprint.dem.laws.registry import step_scale
 from millprint.fingerprint.cases import mill_cases
 from millprint.fingerprint.study import (
     BAD,
@@ -163,7 +163,7 @@ def test_variants_change_one_setting_of_one_condition():
     assert (reference[0].speed_rpm, reference[0].ball_diameter_mm, reference[0].fill_ratio) == (300, 10, 0.2)
     # The sweep has the same case, so that it is simulated once.
     assert reference[0] in mill_cases(mill, MILLS)
-    rayleigh = rayleigh_time(0.005, 7700, 2.05e9, 0.235)
+    rayleigh = step_scale(CALIBRATED, 0.005)
     assert variants[1].cases[0].time_step_s == pytest.approx(0.5 * 0.08 * rayleigh, rel=1e-3)
     assert variants[4].cases[0].young_modulus_gpa == pytest.approx(6.15)
     assert [variant.cases[0].facets for variant in variants[5:]] == [24, 96]

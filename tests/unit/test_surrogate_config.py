@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-import yaml
 
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
@@ -14,14 +13,14 @@ from millprint.config.sweep import DemConfig, SweepConfig, expand_sweep
 from millprint.run.files import read_table, write_json, write_table
 from millprint.thesis.claims.tabulate import collect_findings
 from millprint.thesis.surrogate.measure_tables import is_met, printed_measures, tabulate
-from tests.conftest import PRINTED
+from tests.conftest import PRINTED, configuration
 
 ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture
 def content() -> dict:
-    return yaml.safe_load((ROOT / "config/config.yaml").read_text())["surrogate"]
+    return configuration()["surrogate"]
 
 
 def settings(content: dict) -> SurrogateConfig:

@@ -6,6 +6,7 @@ import pytest
 import yaml
 
 from millprint.thesis.surrogate.timing import PHYSICAL_S, scaled_thresholds, simulation_seconds, time_rollouts
+from tests.conftest import configuration
 from tests.unit.surrogate_samples import CONTACTS, simulate, write_run
 from tests.unit.test_surrogate_scene import ROOT
 
@@ -41,7 +42,7 @@ def test_the_simulation_is_timed_again(tmp_path):
     mill, contact = (
         yaml.safe_load((ROOT / "config" / name).read_text()) for name in ("mills/emax.yaml", "contacts/calibrated.yaml")
     )
-    dem = yaml.safe_load((ROOT / "config/config.yaml").read_text())["dem"]
+    dem = configuration()["dem"]
     case = {"mill": "emax", "contact": "calibrated", "ball_diameter_mm": 10, "fill_ratio": 0.1, "speed_rpm": 300}
     case |= {"seed": 0, "settle_s": 0.01, "discard_s": 5.0, "window_s": 1.0, "snapshot_interval_s": 1e-4}
     write_run(simulate(3), path, {"mill": mill, "contact": contact, "case": case, "dem": dem})

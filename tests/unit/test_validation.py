@@ -9,9 +9,8 @@ from tools import fix_predictions
 
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
-from millprint.config.setups.base import SetupConfig
+from millprint.config.setups import QUICK, SETTINGS, SetupConfig
 from millprint.config.sweep import DemConfig
-from millprint.config.validation import ValidationConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.figures.validation_figures import plot_setup
 from millprint.validation.fixed import Fixed, fix, fixed_table, read_fixed, settings_digest, status_of
@@ -308,11 +307,11 @@ def test_a_prediction_in_another_unit_stops(tmp_path):
 # ---- The registry ----
 
 
-def test_every_section_has_a_record_and_every_record_a_section():
-    sections = ValidationConfig().all_setups
-    assert set(sections) == set(SETUPS)
+def test_every_setup_has_settings_and_a_record():
+    assert set(SETTINGS) == set(SETUPS)
     assert all(name == setup.name for name, setup in SETUPS.items())
-    for section in sections.values():
+    assert all(type(quick) is type(SETTINGS[name]) for name, quick in QUICK.items())
+    for section in SETTINGS.values():
         assert set(section.places) <= set(type(section).model_fields)
 
 
@@ -325,14 +324,6 @@ def test_what_is_not_in_the_registry_raises():
         setup_named("cannon")
     with pytest.raises(ConfigError, match=r"validation: setups: unknown set-up 'cannon'; known: "):
         check_model({"validation": {"setups": ["cannon"]}, "mill": "emax"}, WorkflowConfig, "own.yaml")
-
-
-@pytest.mark.parametrize("interval", [[0.9, 0.8], [0.0, 0.5], [0.9, 1.1]])
-def test_an_interval_of_restitution_that_cannot_be_is_refused(interval):
-    with pytest.raises(ConfigError, match="restitution = "):
-        check_model(
-            {"validation": {"alumina_impact": {"restitution": interval}}, "mill": "emax"}, WorkflowConfig, "own.yaml"
-        )
 
 
 def test_a_table_of_predictions_is_checked():
@@ -349,9 +340,7 @@ def test_a_table_of_predictions_is_checked():
 
 
 def small_impact(**changes) -> SetupConfig:
-    return ValidationConfig().alumina_impact.model_copy(
-        update={"angles_deg": [60.0], "steps_per_impact": 500, **changes}
-    )
+    return SETTINGS["alumina_impact"].model_copy(update={"angles_deg": [60.0], "steps_per_impact": 500, **changes})
 
 
 def predict_impact(measured: pd.DataFrame, **changes) -> pd.DataFrame:

@@ -10,10 +10,9 @@ import pytest
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
-from millprint.config.setups.drum_setups import BeadDrumConfig, ReposeDrumConfig
+from millprint.config.setups import BeadDrumConfig, ReposeDrumConfig, setup_cases
 from millprint.config.strict_yaml import read_yaml
 from millprint.config.sweep import DemConfig
-from millprint.config.validation import setup_cases
 from millprint.run.hdf5 import whole_hdf5
 from millprint.validation import drums
 from millprint.validation.inputs import DEM, PLACE_COLUMNS, Inputs, check_predictions

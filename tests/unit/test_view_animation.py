@@ -9,7 +9,6 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-import yaml
 from PIL import Image
 
 from millprint.checks.before_running import check_movie
@@ -18,6 +17,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.view import ViewConfig
 from millprint.figures.animation import SPEEDS, Animation, save_animation
 from millprint.view.frames import Movie, read_movie
+from tests.conftest import configuration
 from tests.unit.run_samples import OUTLINE, RADII, turn, write_sample
 
 ROOT = Path(__file__).parents[2]
@@ -187,7 +187,7 @@ def test_another_file_type_is_refused(run, tmp_path):
 
 def test_a_movie_without_snapshots_is_refused_before_a_run(monkeypatch):
     monkeypatch.chdir(ROOT)
-    content = yaml.safe_load((ROOT / "config/config.yaml").read_text())
+    content = configuration()
     check_movie(load_workflow(content, ["config/config.yaml"])[0], "config/config.yaml")
     (sweep,) = (sweep for sweep in content["sweeps"] if sweep["name"] == "movie")
     del sweep["snapshot_interval_s"]

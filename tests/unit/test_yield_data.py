@@ -109,7 +109,7 @@ def test_bad_rows_outside_the_domain_are_refused(tmp_path):
         (("training", "spaces", "svr", "C"), [10.0, 1.0], "the first bound must be below the second"),
         (("training", "spaces", "rf", "min_samples_split"), [1, 20], "greater than or equal to 2"),
         (("search", "evaluations", "gpr"), 0, "greater than or equal to 1"),
-        (("training", "choices", "time_model"), "cubic", "input should be 'same' or 'linear'"),
+        (("training", "choices", "time_model"), "cubic", "must be 'same' or 'linear'"),
         (("training", "seeds"), 3, "unknown key"),
     ],
 )

@@ -1,13 +1,12 @@
 """Settings and rows of the yield stage for tests: those of the thesis, at a small search budget."""
 
 import pandas as pd
-import yaml
 
 from millprint.config.load import check_model
 from millprint.config.search_spaces import TUNED, Spaces
 from millprint.config.yields import YieldConfig
 from millprint.thesis.yields.run_tables import read_parts
-from tests.conftest import ROOT
+from tests.conftest import ROOT, configuration
 from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings
 
@@ -30,7 +29,7 @@ SMALL = {"evaluations": dict.fromkeys(TUNED, 2), "folds": 3, "repeats": 1}
 
 def thesis_yields() -> dict:
     """The section `yields` of config/config.yaml."""
-    section = yaml.safe_load((ROOT / "config/config.yaml").read_text())["yields"]
+    section = configuration()["yields"]
     section["prediction"]["conditions"] = str(ROOT / section["prediction"]["conditions"])
     return section | {"out_of_domain": str(ROOT / section["out_of_domain"])}
 

@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+from functools import cache
 from importlib.util import cache_from_source
 from pathlib import Path
 
@@ -44,14 +45,7 @@ def copy_project(folder: Path, *parts: str) -> Path:
 
     Modules come with what Python made of them, which it takes where their dates and sizes are those of the source.
     """
-    listing = subprocess.run(
-        ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard", "--", *parts],
-        cwd=ROOT,
-        capture_output=True,
-        check=True,
-        text=True,
-    )
-    for name in filter(None, listing.stdout.split("\0")):
+    for name in files_of(parts):
         source, target = ROOT / name, folder / name
         if source.is_file():
             target.parent.mkdir(parents=True, exist_ok=True)
@@ -59,6 +53,19 @@ def copy_project(folder: Path, *parts: str) -> Path:
             if source.suffix == ".py":
                 copy_compiled(source, target)
     return folder
+
+
+@cache
+def files_of(parts: tuple[str, ...]) -> list[str]:
+    """The files of the working tree, or of some folders, that git tracks or would track."""
+    listing = subprocess.run(
+        ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard", "--", *parts],
+        cwd=ROOT,
+        capture_output=True,
+        check=True,
+        text=True,
+    )
+    return [name for name in listing.stdout.split("\0") if name]
 
 
 def copy_compiled(source: Path, target: Path) -> None:
@@ -136,16 +143,25 @@ def settings(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def refusal(settings, monkeypatch):
-    """A function that checks the settings and returns the one line that refuses them; none or several are a failure."""
+def check(settings, monkeypatch):
+    """A function that checks the settings as a run does, and returns its warnings. Raises ConfigError."""
     monkeypatch.chdir(settings)
     for place, quick in SLOW_PARTS.items():
         monkeypatch.setattr(place, quick)
 
+    def checked() -> list[str]:
+        return check_before_running(*load_workflow(read_yaml(settings / CONFIG), [CONFIG]), CONFIG, chapter_faults)
+
+    return checked
+
+
+@pytest.fixture
+def refusal(check):
+    """A function that checks the settings and returns the one line that refuses them; none or several are a failure."""
+
     def read_line() -> str:
         with pytest.raises(ConfigError) as caught:
-            config, mills, contacts, cases = load_workflow(read_yaml(settings / CONFIG), [CONFIG])
-            check_before_running(config, mills, contacts, cases, CONFIG, chapter_faults)
+            check()
         (line,) = str(caught.value).splitlines()
         return line
 
@@ -160,3 +176,55 @@ def smoke_project(tmp_path_factory) -> Path:
     done = run_snakemake(folder, "--configfile", "config/smoke.yaml", *REPORT, timeout=1200)
     assert done.returncode == 0, done.stdout[-6000:]
     return folder
+
+
+# A drum with lifters and a lining of its own friction, with a charge of three sizes beside balls of one.
+LINED = {
+    "name": "lined",
+    "title": "Drum with lifters and a rubber lining",
+    "source": "made for a test",
+    "volume_ml": 148.0,
+    "geometry": {
+        "kind": "lifter_drum",
+        "axis": "y",
+        "radius_mm": 50,
+        "length_mm": 20,
+        "lifters": {"number": 4, "height_mm": 8, "width_mm": 14, "face_angle_deg": 70},
+        "smooth_ends": True,
+    },
+    "motion": {"kind": "rotation", "axis": [0, 1, 0]},
+    "sweep": {
+        "speeds_rpm": [90],
+        "ball_diameters_mm": [{"name": "graded", "sizes_mm": [13, 11, 9], "shares": [0.3, 0.3, 0.4]}, 11],
+        "fill_ratios": [0.12, 0.17, 0.24],
+        "discard_turns": 1,
+        "window_turns": 2,
+    },
+}
+MATCH = {
+    "mill": "lined",
+    "like_mill": "lined",
+    "like_speed_rpm": 90,
+    "like_ball_diameter_mm": "graded",
+    "like_fill_ratio": 0.17,
+    "speeds_rpm": [90, 90],
+    "ball_diameters_mm": [11, "graded"],
+}
+LINED_MILLS = {"contact": "lined", "rayleigh_fraction": 0.1, "match": MATCH}
+LINED_RUN = (
+    *("fingerprint", "explorer", "match", "--configfile", "config/smoke.yaml"),
+    # The smoke run has a sweep of its own.
+    *("--config", "mill=lined", f"mills={LINED_MILLS}", f"sweep={LINED['sweep']}"),
+)
+
+
+@pytest.fixture(scope="session")
+def lined_project(smoke_project) -> Path:
+    """The project of the smoke run, with the fingerprint, the explorer and a match of the drum LINED."""
+    steel = yaml.safe_load((smoke_project / "config/contacts/steel.yaml").read_text())
+    lining = {"name": "lined", "wall_restitution": 0.4, "wall_static_friction": 0.5, "wall_rolling_friction": 0.02}
+    (smoke_project / "config/contacts/lined.yaml").write_text(yaml.safe_dump(steel | lining))
+    (smoke_project / "config/mills/lined.yaml").write_text(yaml.safe_dump(LINED))
+    done = run_snakemake(smoke_project, *LINED_RUN, timeout=600)
+    assert done.returncode == 0, done.stdout[-4000:]
+    return smoke_project

@@ -3,12 +3,8 @@
 import numpy as np
 import pytest
 import trimesh
-import yaml
 
-from millprint.checks.before_running import check_before_running
-from millprint.config.checks import load_workflow
 from millprint.config.errors import LONGEST_LINE, ConfigError
-from millprint.thesis.chapter_checks import chapter_faults
 from tests.workflow.conftest import CONFIG, edit_yaml, error_lines, run_snakemake
 
 STEEL = "config/contacts/steel.yaml"
@@ -24,24 +20,20 @@ LIFTED = {"kind": "lifter_drum", "axis": "y", "radius_mm": 50, "length_mm": 30, 
 CHARGE = {"name": "two", "sizes_mm": [10, 8], "shares": [0.5, 0.5]}
 
 
-@pytest.mark.parametrize("key", ["time_stp_s", "rayleigh_fraction_max"], ids=["unknown key", "impossible value"])
-def test_snakemake_stops_before_any_job(project, key):
-    edit_yaml(project / CONFIG, "dem", key, value=1e-4)
-    done = run_snakemake(project)
+@pytest.mark.parametrize(
+    "fault",
+    ["dem: {time_stp_s: 1.0e-6}", "dem: {rayleigh_fraction_max: 1.0e-4}"],
+    ids=["unknown key", "impossible value"],
+)
+def test_snakemake_stops_before_any_job_and_names_the_last_configuration_file(project, fault):
+    (project / "mine.yaml").write_text(fault)
+    done = run_snakemake(project, "--configfile", "mine.yaml")
     assert done.returncode == 1, done.stdout
     (line,) = error_lines(done.stdout)
-    assert "config/config.yaml: dem.time_st" in line
+    assert "/mine.yaml: dem.time_st" in line
     assert "Traceback" not in done.stdout
     assert [path.name for path in (project / "results").iterdir()] == [".gitkeep"]
     assert not list((project / ".snakemake/locks").glob("*"))
-
-
-@pytest.mark.parametrize("fault", ["dem: {time_stp_s: 1.0e-6}", "dem: {rayleigh_fraction_max: 1.0e-4}"])
-def test_a_refusal_names_the_last_configuration_file(project, fault):
-    (project / "mine.yaml").write_text(fault)
-    done = run_snakemake(project, "--configfile", "mine.yaml")
-    (line,) = error_lines(done.stdout)
-    assert "/mine.yaml: dem." in line
 
 
 def test_valid_input_is_checked_only_once(project):
@@ -102,7 +94,7 @@ def test_valid_input_is_checked_only_once(project):
         (CONFIG, ("dem", "window_s"), True, ["dem.window_s", "True", "yes, no, on and off"]),
         (CONFIG, ("sweeps", 0, "speeds_rpm"), [False], ["sweeps.0.speeds_rpm", "yes, no, on and off"]),
         (CONFIG, ("dem", "window_s"), float("inf"), ["dem.window_s", "inf", "finite"]),
-        (CONFIG, ("dem", "window_s"), 10**400, ["dem.window_s", "valid number"]),
+        (CONFIG, ("dem", "window_s"), 10**400, ["dem.window_s", "must be"]),
         (EMAX, ("geometry", "height_mm"), float("nan"), ["emax.yaml", "height_mm", "nan"]),
         (EMAX, ("geometry", "end_radius_mm"), 50_000, ["emax.yaml", "end_radius_mm", "less than or equal to 10000"]),
         (EMAX, ("volume_ml",), 0, ["emax.yaml", "volume_ml = 0", "greater than"]),
@@ -132,15 +124,9 @@ def test_valid_input_is_checked_only_once(project):
         (CONFIG, ("mills", "precision"), "rough", ["config.yaml: mills.precision = 'rough'", "'quick', 'standard'"]),
         (
             CONFIG,
-            ("validation",),
-            {"setups": ["bead_drum"], "bead_drum": {"window_s": 1e7}},
-            ["config.yaml: validation.bead_drum: case", "days on one core"],
-        ),
-        (
-            CONFIG,
-            ("validation",),
-            {"setups": ["bond_mill"], "bond_mill": {"rayleigh_fraction": 0.9}},
-            ["config.yaml: validation.bond_mill.rayleigh_fraction = 0.9: at most dem.rayleigh_fraction_max"],
+            ("dem", "rayleigh_fraction_max"),
+            0.1,
+            ["config.yaml: validation.bond_mill.rayleigh_fraction = 0.15: at most dem.rayleigh_fraction_max"],
         ),
         (CONFIG, ("sweeps", 0, "ball_diameters_mm"), [0.001], ["ball_diameters_mm = 0.001", "too small to simulate"]),
         (CONFIG, ("sweeps", 0, "fill_ratios"), [1e-9], ["fill_ratios = 1e-09", "one ball needs at least"]),
@@ -296,13 +282,12 @@ def test_bad_value(settings, refusal, file, place, value, parts):
         assert part in line
 
 
-def test_an_open_mesh_is_refused_and_a_closed_one_is_not(settings, refusal):
+def test_an_open_mesh_is_refused_and_a_closed_one_is_not(settings, check, refusal):
     box = trimesh.creation.box((50, 50, 50))
     box.export(settings / "config/mills/jar.stl")
     mill = settings / "config/mills/emax.yaml"
     edit_yaml(mill, "geometry", value={"kind": "stl", "path": "config/mills/jar.stl", "unit": "mm"})
-    with pytest.raises(pytest.fail.Exception, match="DID NOT RAISE"):
-        refusal()
+    check()
     box.update_faces(np.arange(12) > 0)
     box.export(settings / "config/mills/jar.stl")
     line = refusal()
@@ -317,21 +302,14 @@ def test_levels_that_yaml_takes_for_truth_values(settings, refusal):
     assert "quote them" in line
 
 
-def test_a_volume_within_its_tolerance_and_a_fast_mill_pass(project, monkeypatch):
+def test_a_volume_within_its_tolerance_and_a_fast_mill_pass(settings, check):
     """Smaller faults than above pass: a volume within its tolerance, and with a warning a fast but possible speed."""
-    monkeypatch.chdir(project)
-    edit_yaml(project / EMAX, "volume_ml", value=127)
-    edit_yaml(project / PLANETARY, "volume_ml", value=200)
-    edit_yaml(project / PLANETARY, "volume_tolerance", value=0.25)
-    edit_yaml(project / PLANETARY, "sweep", "speeds_rpm", value=[300, 1200])
-    loaded = load_workflow(yaml.safe_load((project / CONFIG).read_text()), [CONFIG])
-    (line,) = check_before_running(*loaded, CONFIG, chapter_faults)
-    for part in (
-        "planetary.yaml: sweep: speeds_rpm = 1200: ",
-        "174 g",
-        "some 100 g",
-        "usual speeds go up to 1110 rpm",
-    ):
+    edit_yaml(settings / EMAX, "volume_ml", value=127)
+    edit_yaml(settings / PLANETARY, "volume_ml", value=200)
+    edit_yaml(settings / PLANETARY, "volume_tolerance", value=0.25)
+    edit_yaml(settings / PLANETARY, "sweep", "speeds_rpm", value=[300, 1200])
+    (line,) = check()
+    for part in ("planetary.yaml: sweep: speeds_rpm = 1200: ", "174 g", "some 100 g", "usual speeds go up to 1110 rpm"):
         assert part in line
 
 
@@ -348,11 +326,10 @@ def test_a_line_stays_readable_whatever_the_value(settings, refusal):
     assert line.isprintable()
 
 
-def test_all_faults_of_a_long_list_are_counted_and_some_shown(project, monkeypatch):
-    monkeypatch.chdir(project)
-    edit_yaml(project / CONFIG, "sweeps", 0, "seeds", value=["x"] * 1000)
+def test_all_faults_of_a_long_list_are_counted_and_some_shown(settings, check):
+    edit_yaml(settings / CONFIG, "sweeps", 0, "seeds", value=["x"] * 1000)
     with pytest.raises(ConfigError) as caught:
-        load_workflow(yaml.safe_load((project / CONFIG).read_text()), [CONFIG])
+        check()
     lines = str(caught.value).splitlines()
     assert len(lines) == 21
     assert lines[-1] == "... and 980 more"

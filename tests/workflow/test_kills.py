@@ -1,6 +1,6 @@
 """Kill -9 at random moments: once unlocked, the next run gives the same results bit for bit. Damaged files too.
 
-MILLPRINT_KILLS sets the number of kills, MILLPRINT_KILL_SEED the moments.
+MILLPRINT_KILLS sets the number of kills, MILLPRINT_KILL_SEED the moments: `make kills` has 50 of them.
 """
 
 import hashlib
@@ -23,7 +23,7 @@ import pytest
 from millprint.run.files import read_json
 from tests.workflow.conftest import active_environment, copy_project, jobs_of, run_snakemake, share_kernels
 
-KILLS = int(os.environ.get("MILLPRINT_KILLS", "20"))
+KILLS = int(os.environ.get("MILLPRINT_KILLS", "8"))
 SEED = int(os.environ.get("MILLPRINT_KILL_SEED", "0"))
 CASES = [
     "emax/calibrated/d10_f0.10_n600_s0",
@@ -39,6 +39,7 @@ TARGETS = [
     "results/doe/anova_printed.tsv",
 ]
 CONFIGURATION = ("--configfile", "config/smoke.yaml", "tests/data/faults.yaml")
+EVERYTHING = (*CONFIGURATION, "--", *TARGETS)
 
 # Only measured times differ between two runs.
 CLOCKS = {
@@ -86,32 +87,23 @@ def changed_files(project: Path) -> list[str]:
 
 
 class Workplace(NamedTuple):
-    """A project without results, the results of an undisturbed run with their digests, and what to ask for."""
+    """A project without results, and the results of an undisturbed run with their digests."""
 
     project: Path
     undisturbed: dict[str, str]
-    targets: list[str]
-
-    @property
-    def arguments(self) -> tuple[str, ...]:
-        return (*CONFIGURATION, "--", *self.targets)
 
 
 @pytest.fixture(scope="module")
 def workplace(tmp_path_factory) -> Workplace:
-    """A project to disturb. Its targets are whole jobs.
-
-    After a kill, Snakemake makes only what the targets need, not every case of the job that was killed.
-    """
+    """A project to disturb."""
     project = copy_project(tmp_path_factory.mktemp("kills") / "millprint")
     share_kernels(project)
-    done = run_snakemake(project, *CONFIGURATION, "--", *TARGETS, timeout=1800)
+    done = run_snakemake(project, *EVERYTHING, timeout=1800)
     assert done.returncode == 0, done.stdout[-4000:]
     undisturbed = results_of(project)
     shutil.rmtree(project / "results")
     shutil.rmtree(project / ".snakemake")
-    simulated = {f"results/{name}" for name in undisturbed if Path(name).name == "summary.json"}
-    return Workplace(project, undisturbed, [*TARGETS, *sorted(simulated - set(TARGETS))])
+    return Workplace(project, undisturbed)
 
 
 class Session:
@@ -162,18 +154,18 @@ class Session:
 
 
 def test_kills_at_random_moments_change_nothing(workplace):
-    project, undisturbed, targets = workplace
+    project, undisturbed = workplace
     rng, log = random.Random(SEED), project / "sessions.log"
-    session, kills = Session(project, log, workplace.arguments), 0
+    session, kills = Session(project, log, EVERYTHING), 0
     while kills < KILLS:
         # While Snakemake starts, while a job starts, or in the middle of a job.
         moment = rng.choices([lambda: True, session.wait_for_a_job, session.wait_for_progress], [1, 4, 5])[0]
         if session.process.poll() is not None or not moment():
-            if all((project / target).is_file() for target in targets):
+            if all((project / target).is_file() for target in TARGETS):
                 # Everything is done before the last kill: start again for the others.
                 shutil.rmtree(project / "results")
             unlock(project)
-            session = Session(project, log, workplace.arguments)
+            session = Session(project, log, EVERYTHING)
             continue
         time.sleep(rng.uniform(0, 2))
         session.kill(rng.choice(["job", "job", "Snakemake", "everything"]), rng)
@@ -183,7 +175,7 @@ def test_kills_at_random_moments_change_nothing(workplace):
     wait_for_orphans(project)
     # A user removes the lock, and needs no further option.
     unlock(project)
-    done = run_snakemake(project, *workplace.arguments, timeout=1800)
+    done = run_snakemake(project, *EVERYTHING, timeout=1800)
     assert done.returncode == 0, done.stdout[-4000:]
     assert "Traceback" not in done.stdout
     assert results_of(project) == undisturbed
@@ -193,18 +185,19 @@ def test_kills_at_random_moments_change_nothing(workplace):
 
 
 def test_a_killed_job_continues_where_it_stopped(workplace):
-    project, undisturbed, _ = workplace
-    shutil.rmtree(project / "results", ignore_errors=True)
-    session = Session(project, project / "sessions.log", workplace.arguments)
+    project, undisturbed = workplace
+    assert run_snakemake(project, *EVERYTHING, timeout=1800).returncode == 0
+    target = (*CONFIGURATION, "--", TARGETS[0])
+    shutil.rmtree(project / "results/dem" / CASES[0])
+    session = Session(project, project / "sessions.log", target)
     assert session.wait_for_progress()
     # Snakemake and its jobs at once, so that no job comes to its end.
     session.kill("everything", random.Random(0))
     assert left_behind(project)
     unlock(project)
-    done = run_snakemake(project, *workplace.arguments, timeout=1800)
+    done = run_snakemake(project, *target, timeout=600)
     assert done.returncode == 0, done.stdout[-4000:]
-    logs = "".join(path.read_text() for path in (project / "results/logs").rglob("*.log"))
-    assert "continuing from" in logs
+    assert "continuing from" in (project / f"results/logs/dem/{CASES[0]}.log").read_text()
     assert results_of(project) == undisturbed
     assert not left_behind(project)
 
@@ -241,34 +234,39 @@ def damage(path: Path, how: str) -> None:
         path.write_bytes(content)
 
 
-@pytest.mark.parametrize(
-    ("file", "how", "rule"),
-    [
-        (f"results/dem/{CASES[0]}/run.h5", "truncated", "run_dem_case"),
-        ("results/surrogate/dataset.h5", "not as its job wrote it", "build_surrogate_dataset"),
-        ("results/surrogate/thesis/weights.pt", "truncated", "train_surrogate"),
-    ],
-)
-def test_only_the_damaged_result_is_found_and_made_again(workplace, file, how, rule):
-    project, undisturbed, _ = workplace
-    assert run_snakemake(project, *workplace.arguments, timeout=1800).returncode == 0
+# A result of a job, how it is damaged, and the rule that makes it.
+DAMAGED = [
+    (f"results/dem/{CASES[0]}/run.h5", "truncated", "run_dem_case"),
+    ("results/surrogate/dataset.h5", "not as its job wrote it", "build_surrogate_dataset"),
+    ("results/surrogate/thesis/weights.pt", "truncated", "train_surrogate"),
+]
+
+
+def test_only_damaged_results_are_found_and_made_again(workplace):
+    project, undisturbed = workplace
+    assert run_snakemake(project, *EVERYTHING, timeout=1800).returncode == 0
     dates = dates_of(project)
-    damage(project / file, how)
+    for file, how, _ in DAMAGED:
+        damage(project / file, how)
     damaged = results_of(project)
-    (line,) = changed_files(project)
-    assert line.startswith(f"changed: {file}: {how}")
-    assert "delete it, and a run makes it again" in line
+    lines = changed_files(project)
+    assert len(lines) == len(DAMAGED)
+    for file, how, _ in DAMAGED:
+        (line,) = (line for line in lines if line.startswith(f"changed: {file}: {how}"))
+        assert "delete it, and a run makes it again" in line
     assert results_of(project) == damaged
-    (project / file).unlink()
-    done = run_snakemake(project, *CONFIGURATION, "--", file, timeout=600)
+    files = [file for file, _, _ in DAMAGED]
+    for file in files:
+        (project / file).unlink()
+    done = run_snakemake(project, *CONFIGURATION, "--", *files, timeout=600)
     assert done.returncode == 0, done.stdout[-4000:]
-    assert jobs_of(done.stdout) == {rule: 1}
+    assert jobs_of(done.stdout) == {rule: 1 for _, _, rule in DAMAGED}
     assert results_of(project) == undisturbed
-    # Only the files of its job have other dates; Snakemake sees that the content is the same.
+    # Only the files of their jobs have other dates; Snakemake sees that the content is the same.
     now = dates_of(project)
     changed = {name for name in now if now[name] != dates.get(name)}
-    assert {Path(name).parent for name in changed} == {Path(file).parent}
-    same = [run_snakemake(project, *workplace.arguments, timeout=600) for _ in range(2)]
+    assert {Path(name).parent for name in changed} == {Path(file).parent for file in files}
+    same = [run_snakemake(project, *EVERYTHING, timeout=600) for _ in range(2)]
     assert "Nothing to be done" in same[1].stdout
     assert results_of(project) == undisturbed
 
@@ -279,14 +277,14 @@ def dates_of(project: Path) -> dict[str, int]:
 
 
 def test_an_edited_file_stays_and_is_reported_until_the_user_decides(workplace):
-    project, undisturbed, _ = workplace
+    project, undisturbed = workplace
     file, record = "results/doe/anova_printed.tsv", "results/logs/doe/analyse_variance.json"
-    assert run_snakemake(project, *workplace.arguments, timeout=1800).returncode == 0
+    assert run_snakemake(project, *EVERYTHING, timeout=1800).returncode == 0
     edited = (project / file).read_text() + "# a remark of mine\n"
     (project / file).write_text(edited)
     # A missing file, so that there is a job, and the run reports the edited file.
     (project / "results/yield/models/xgb_primary.json").unlink()
-    done = run_snakemake(project, *workplace.arguments, timeout=600)
+    done = run_snakemake(project, *EVERYTHING, timeout=600)
     assert done.returncode == 0, done.stdout[-4000:]
     assert re.search(
         rf"^changed: {re.escape(file)}: not as its job wrote it .* delete {record}$", done.stdout, re.MULTILINE
@@ -294,24 +292,25 @@ def test_an_edited_file_stays_and_is_reported_until_the_user_decides(workplace):
     assert (project / file).read_text() == edited
     (project / record).unlink()
     assert changed_files(project) == []
-    assert "Nothing to be done" in run_snakemake(project, *workplace.arguments).stdout
+    assert "Nothing to be done" in run_snakemake(project, *EVERYTHING).stdout
     # It is made again only if it is missing.
     (project / file).unlink()
-    assert run_snakemake(project, *workplace.arguments, timeout=600).returncode == 0
+    assert run_snakemake(project, *EVERYTHING, timeout=600).returncode == 0
     assert results_of(project) == undisturbed
 
 
 def test_the_lock_of_a_living_run_stays(workplace):
     project = workplace.project
+    asked = (*CONFIGURATION, "--", TARGETS[0])
     (project / TARGETS[0]).unlink(missing_ok=True)
-    session, held = Session(project, project / "sessions.log", workplace.arguments), []
+    session, held = Session(project, project / "sessions.log", asked), []
     try:
         assert session.wait_for_a_job()
         # Its jobs must not end before the second run has started.
         held = session.jobs()
         for job in held:
             job.suspend()
-        second = run_snakemake(project, *workplace.arguments)
+        second = run_snakemake(project, *asked)
         assert second.returncode == 1
         assert "cannot be locked" in second.stdout
         assert "--unlock" in second.stdout
@@ -320,6 +319,6 @@ def test_the_lock_of_a_living_run_stays(workplace):
         for job in held:
             job.kill()
         session.kill("everything", random.Random(0))
-    assert "cannot be locked" in run_snakemake(project, *workplace.arguments).stdout
+    assert "cannot be locked" in run_snakemake(project, *asked).stdout
     unlock(project)
-    assert run_snakemake(project, *workplace.arguments, timeout=600).returncode == 0
+    assert run_snakemake(project, *asked, timeout=600).returncode == 0

@@ -23,7 +23,18 @@ def test_every_mill_of_the_box_is_simulated_and_drawn(smoke_project):
         assert {file.name for file in folder.iterdir()} >= {"geometry.svg", "geometry.png", "motion.svg", "motion.png"}
 
 
-def make_mill(project) -> None:
+SWEEP = {
+    "speeds_rpm": [900, 1200],
+    "ball_diameters_mm": [10],
+    "fill_ratios": [0.08, 0.15, 0.25],
+    "discard_turns": 2,
+    "window_turns": 6,
+}
+# The smoke run has a sweep of its own.
+MINE = (*SMOKE, "--config", "mill=mine", f"sweep={SWEEP}")
+
+
+def make_mill(project, **changes) -> None:
     """Write the files of a shaken jar: a drawing in mm and a measured motion."""
     mills = project / "config/mills"
     jar = trimesh.creation.cylinder(radius=20, height=40, sections=24)
@@ -39,20 +50,15 @@ def make_mill(project) -> None:
         "volume_ml": round(float(jar.volume) / 1e3, 2),
         "geometry": {"kind": "stl", "path": "config/mills/mine.stl", "unit": "mm"},
         "motion": {"kind": "points", "path": "config/mills/mine.tsv"},
-        "sweep": {
-            "speeds_rpm": [900, 1200],
-            "ball_diameters_mm": [10],
-            "fill_ratios": [0.08, 0.15, 0.25],
-            "discard_turns": 2,
-            "window_turns": 6,
-        },
+        "sweep": SWEEP | changes,
     }
     (mills / "mine.yaml").write_text(yaml.safe_dump(described))
 
 
 def test_fingerprint_of_a_mill_from_a_drawing_and_a_table_of_points(smoke_project):
     make_mill(smoke_project)
-    done = run_snakemake(smoke_project, "fingerprint", *SMOKE, "--config", "mill=mine", timeout=600)
+    # One core: two jobs would both compile the kernel of a motion by points.
+    done = run_snakemake(smoke_project, "fingerprint", *MINE, "--cores", "1", timeout=600)
     assert done.returncode == 0, done.stdout[-4000:]
     folder = smoke_project / "results/mills/mine"
     for name in ("fingerprint.pdf", "fingerprint.tsv", "geometry.png", "motion.png", "descriptors.tsv", "curves.tsv"):
@@ -60,71 +66,29 @@ def test_fingerprint_of_a_mill_from_a_drawing_and_a_table_of_points(smoke_projec
     collapse = pd.read_csv(folder / "collapse.tsv", sep="\t").set_index("quantity")
     # Shaken far above g, the power goes with about the cube of the speed; these few short runs show it roughly.
     assert 1.5 < collapse.loc["power_per_ball_W", "omega"] < 5.5
-    again = run_snakemake(smoke_project, "fingerprint", *SMOKE, "--config", "mill=mine")
+    again = run_snakemake(smoke_project, "fingerprint", *MINE)
     assert "Nothing to be done" in again.stdout
     # The sweeps of the configuration do not simulate this mill, so there is no target chapter3.
-    chapter = run_snakemake(smoke_project, "chapter3", *SMOKE, "--config", "mill=mine", "-n")
+    chapter = run_snakemake(smoke_project, "chapter3", *MINE, "-n")
     assert chapter.returncode != 0
     assert re.search(r"chapter3", chapter.stdout)
 
 
-# A drum with lifters and a lining of its own friction, with a charge of three sizes beside balls of one.
-LINED = {
-    "name": "lined",
-    "title": "Drum with lifters and a rubber lining",
-    "source": "made for a test",
-    "volume_ml": 148.0,
-    "geometry": {
-        "kind": "lifter_drum",
-        "axis": "y",
-        "radius_mm": 50,
-        "length_mm": 20,
-        "lifters": {"number": 4, "height_mm": 8, "width_mm": 14, "face_angle_deg": 70},
-        "smooth_ends": True,
-    },
-    "motion": {"kind": "rotation", "axis": [0, 1, 0]},
-    "sweep": {
-        "speeds_rpm": [90],
-        "ball_diameters_mm": [{"name": "graded", "sizes_mm": [13, 11, 9], "shares": [0.3, 0.3, 0.4]}, 11],
-        "fill_ratios": [0.12, 0.17, 0.24],
-        "discard_turns": 1,
-        "window_turns": 2,
-    },
-}
-MATCH = {
-    "mill": "lined",
-    "like_mill": "lined",
-    "like_speed_rpm": 90,
-    "like_ball_diameter_mm": "graded",
-    "like_fill_ratio": 0.17,
-    "speeds_rpm": [90, 90],
-    "ball_diameters_mm": [11, "graded"],
-}
-LINED_MILLS = {"contact": "lined", "rayleigh_fraction": 0.1, "match": MATCH}
-
-
-def test_a_charge_with_lifters_and_a_lining_goes_through_to_the_sheet_the_explorer_and_the_match(smoke_project):
-    steel = yaml.safe_load((smoke_project / "config/contacts/steel.yaml").read_text())
-    lining = {"name": "lined", "wall_restitution": 0.4, "wall_static_friction": 0.5, "wall_rolling_friction": 0.02}
-    (smoke_project / "config/contacts/lined.yaml").write_text(yaml.safe_dump(steel | lining))
-    (smoke_project / "config/mills/lined.yaml").write_text(yaml.safe_dump(LINED))
-    given = ("--config", "mill=lined", f"mills={LINED_MILLS}")
-    done = run_snakemake(smoke_project, "fingerprint", "explorer", "match", *SMOKE, *given, timeout=600)
-    assert done.returncode == 0, done.stdout[-4000:]
-    summaries = [read_json(path) for path in (smoke_project / "results/dem/lined").rglob("summary.json")]
+def test_a_charge_with_lifters_and_a_lining_goes_through_to_the_sheet_the_explorer_and_the_match(lined_project):
+    summaries = [read_json(path) for path in (lined_project / "results/dem/lined").rglob("summary.json")]
     assert len(summaries) == 6
     for summary in summaries:
         assert summary["wall_static_friction"] == 0.5 and summary["static_friction"] == 0.7
         # What the wall gives, the balls dissipate.
         assert summary["power_W"]["wall"] > 0 and abs(summary["closure"]) < 2e-3
-    folder = smoke_project / "results/mills/lined"
+    folder = lined_project / "results/mills/lined"
     descriptors = pd.read_csv(folder / "descriptors.tsv", sep="\t", keep_default_na=False)
     assert sorted(descriptors["charge"]) == 3 * [""] + 3 * ["graded"]
     sheet = pd.read_csv(folder / "fingerprint.tsv", sep="\t", keep_default_na=False).set_index("quantity")["text"]
     assert sheet["at the wall"] == "restitution 0.4, static friction 0.5"
     assert (folder / "fingerprint.pdf").stat().st_size > 0
     assert "d30" in (folder / "explorer.html").read_text()
-    match = pd.read_csv(smoke_project / "results/mills/match.tsv", sep="\t", keep_default_na=False)
+    match = pd.read_csv(lined_project / "results/mills/match.tsv", sep="\t", keep_default_na=False)
     # The mill is its own nearest match, with the same charge.
     assert match.loc[0, "charge"] == "graded" and match.loc[0, "distance"] < 1e-3
     assert (
@@ -159,11 +123,7 @@ def test_a_charge_that_the_mill_does_not_have_is_refused_before_a_run(project):
 
 
 def test_the_refusal_of_a_bad_sweep_names_the_file_of_the_mill(project):
-    make_mill(project)
-    file = project / "config/mills/mine.yaml"
-    described = yaml.safe_load(file.read_text())
-    described["sweep"]["fill_ratios"] = [0.1, 0.2, 0.9]
-    file.write_text(yaml.safe_dump(described))
+    make_mill(project, fill_ratios=[0.1, 0.2, 0.9])
     done = run_snakemake(project, "fingerprint", "--config", "mill=mine")
     (line,) = error_lines(done.stdout)
     assert "config/mills/mine.yaml: sweep: fill_ratios = 0.9" in line

@@ -30,8 +30,15 @@ def test_every_simulation_is_a_job_of_one_rule_that_selectors_name(project):
     rows = csv.DictReader(io.StringIO(ask_snakemake(project, *SMOKE, "--summary").stdout), delimiter="\t")
     runs = [row["rule"] for row in rows if re.fullmatch(r"results/dem/.*/run.h5", row["output_file"])]
     assert len(runs) > 30 and set(runs) == {"run_dem_case"}
-    plan = asked(project, *SMOKE, "-n", "--until", "run_dem_case")
+    # So that a plan shows what a job would get.
+    rules = project / "workflow/rules/dem.smk"
+    text = rules.read_text()
+    rules.write_text(text.replace('"Simulating {wildcards', '"{threads} threads, {resources.mem_mb} MB: {wildcards'))
+    assert rules.read_text() != text
+    given = ("--set-resources", "run_dem_case:mem_mb=4321", "--set-threads", "run_dem_case=3")
+    plan = asked(project, *SMOKE, "-n", "--cores", "4", *given, "--until", "run_dem_case")
     assert jobs_of(plan) == {"compile_kernels": 1, "run_dem_case": len(runs)}
+    assert len(re.findall(r"^ *Job \d+: 3 threads, 4321 MB: ", plan, re.MULTILINE)) == len(runs)
 
 
 def test_no_configuration_of_the_thesis_changes_the_names_of_rules():

@@ -147,7 +147,6 @@ def test_an_edit_of_the_yield_models_reruns_only_yield_and_report(smoke_project)
                 "plot_yields",
             },
         ),
-        ("validation={alumina_impact: {speed_m_s: 3.8}}", {"predict_setup", "judge_setups"}),
         ("calibration={drop_test: {heights_mm: [10, 20]}}", {"calibrate_restitution"}),
     ],
 )

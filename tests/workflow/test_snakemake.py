@@ -26,11 +26,11 @@ builtins.__import__ = checked
 from snakemake.cli import main
 main(sys.argv[1:])
 """
-    for arguments in (["-n", "--quiet", "all"], ["--summary"], ["-n", "--configfile", "config/smoke.yaml"]):
-        done = subprocess.run(
-            [sys.executable, "-c", blocked, *arguments], cwd=project, capture_output=True, text=True, timeout=180
-        )
-        assert done.returncode == 0, done.stderr[-3000:]
+    done = subprocess.run(
+        [sys.executable, "-c", blocked, "-n", "--quiet", "all", "--configfile", "config/smoke.yaml"],
+        cwd=project, capture_output=True, text=True, timeout=180,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr[-3000:]
 
 
 @pytest.mark.parametrize(
@@ -67,8 +67,10 @@ use rule * from millprint as mill_*
 
 
 use rule run_dem_case from millprint as mill_run_dem_case with:
+    resources:
+        mem_mb=4321,
     message:
-        "Ours: {{wildcards.case}}"
+        "Ours: {{resources.mem_mb}} MB for {{wildcards.case}}"
 
 
 rule all:
@@ -78,43 +80,41 @@ rule all:
 """
 
 
-def as_a_clone(tmp_path, monkeypatch) -> str:
-    """The `snakefile` of a module in a local clone."""
-    return repr(str(ROOT / "workflow/Snakefile"))
+def make_module(folder, snakefile: str) -> None:
+    """A project of another workflow, with a mill of its own."""
+    (folder / "config/mills").mkdir(parents=True)
+    copy_planetary(folder / "config/mills")
+    (folder / "Snakefile").write_text(MODULE.format(snakefile=snakefile))
 
 
-def as_a_remote_repository(tmp_path, monkeypatch) -> str:
-    """The `snakefile` of a module on GitHub; git is configured to find that address on this machine."""
-    clone = copy_project(tmp_path / "remote")
+def test_another_workflow_uses_this_one_as_a_module_and_overrides_its_simulations(tmp_path):
+    make_module(tmp_path / "project", repr(str(ROOT / "workflow/Snakefile")))
+    done = ask_snakemake(tmp_path / "project", "-n", "mill_fingerprint")
+    plan = done.stdout + done.stderr
+    assert done.returncode == 0, plan[-3000:]
+    assert jobs_of(plan)["mill_describe_mill"] == 1
+    # Two speeds, one ball, three fill ratios.
+    assert len(set(re.findall(r"milling/dem/(\S+)/summary.json", plan))) == 6
+    assert len(re.findall(r"^ *Job \d+: Ours: 4321 MB for ", plan, re.MULTILINE)) == 6
+
+
+def test_a_module_comes_from_a_remote_repository(tmp_path, monkeypatch):
+    """On GitHub; git is configured to find that address on this machine."""
+    clone, folder = copy_project(tmp_path / "remote"), tmp_path / "project"
     for command in (
         ["init", "-q"],
         ["add", "."],
         ["-c", "user.name=a", "-c", "user.email=a@b", "commit", "-qm", "all"],
+        ["tag", "v1"],
     ):
         subprocess.run(["git", *command], cwd=clone, check=True)
-    subprocess.run(["git", "tag", "v1"], cwd=clone, check=True)
     settings = tmp_path / "gitconfig"
     settings.write_text(f'[url "file://{clone}"]\n\tinsteadOf = https://github.com/someone/millprint\n')
     monkeypatch.setenv("GIT_CONFIG_GLOBAL", str(settings))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     # The library is installed in the environment of Snakemake.
     monkeypatch.setenv("PYTHONPATH", str(ROOT / "src"))
-    return 'github("someone/millprint", path="workflow/Snakefile", tag="v1")'
-
-
-@pytest.mark.parametrize("source", [as_a_clone, as_a_remote_repository])
-def test_another_workflow_uses_this_one_as_a_module(tmp_path, monkeypatch, source):
-    folder = tmp_path / "project"
-    (folder / "config/mills").mkdir(parents=True)
-    copy_planetary(folder / "config/mills")
-    (folder / "Snakefile").write_text(MODULE.format(snakefile=source(tmp_path, monkeypatch)))
-    plan = ask_snakemake(folder, "-n", "mill_fingerprint")
-    assert plan.returncode == 0, plan.stderr[-3000:]
-    assert jobs_of(plan.stdout + plan.stderr)["mill_describe_mill"] == 1
-    # Two speeds, one ball, three fill ratios.
-    assert len(set(re.findall(r"milling/dem/(\S+)/summary.json", plan.stdout + plan.stderr))) == 6
-    # The module overrides each of them.
-    assert len(re.findall(r"^ *Job \d+: Ours: ", plan.stdout + plan.stderr, re.MULTILINE)) == 6
+    make_module(folder, 'github("someone/millprint", path="workflow/Snakefile", tag="v1")')
     done = ask_snakemake(folder, "--cores", "2")
     assert done.returncode == 0, done.stderr[-3000:]
     assert (folder / "milling/mills/mine/geometry.png").stat().st_size > 0

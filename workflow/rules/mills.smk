@@ -241,7 +241,7 @@ if CONFIG.mills.scale_up is not None:
             settings=CONFIG.mills.scale_up.model_dump(mode="json"),
             rayleigh_fraction=CONFIG.mills.rayleigh_fraction,
             mill=dumped(MILLS[CONFIG.mills.scale_up.mill]),
-            poisson_ratio=CONTACTS[CONFIG.mills.contact].poisson_ratio,
+            contact=CONTACTS[CONFIG.mills.contact_set].model_dump(mode="json"),
         message:
             "Planning the large mill and its costs"
         script:

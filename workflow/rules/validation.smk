@@ -34,7 +34,7 @@ BEDS = [name for name in ("bead_drum", "repose_drum") if name in CONFIG.validati
 
 
 wildcard_constraints:
-    setup="|".join(CONFIG.validation.all_setups),
+    setup="|".join(SETTINGS),
 
 
 rule predict_setup:

@@ -25,7 +25,7 @@ from millprint.card.methods import methods_paragraph
 from millprint.card.parts import dose_part, heat_part, spectra_part, wear_part
 from millprint.card.software import software
 from millprint.config.card import Experiment
-from millprint.config.contact_set import PAIR_COEFFICIENTS, ContactConfig
+from millprint.config.contact_set import ALL_LAW_KEYS, PAIR_COEFFICIENTS, ContactConfig
 from millprint.config.counting import recorded_count
 from millprint.config.heat import JarSection
 from millprint.config.mill import MillConfig
@@ -152,5 +152,5 @@ def _programme(experiment: Experiment) -> Programme | None:
 
 def _contact_set(contact: ContactConfig) -> ContactSet:
     walls = {f"wall_{name}": getattr(contact, f"wall_{name}") for name in PAIR_COEFFICIENTS}
-    own = ("name", "source", *PAIR_COEFFICIENTS, "young_modulus_gpa", "poisson_ratio")
+    own = ("name", "source", *PAIR_COEFFICIENTS, "kind", *ALL_LAW_KEYS)
     return ContactSet(**{name: getattr(contact, name) for name in own}, **walls)

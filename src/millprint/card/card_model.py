@@ -151,10 +151,16 @@ class ContactSet(Record):
     """static friction at a wall, if it differs [-]"""
     wall_rolling_friction: Amount | None = None
     """rolling friction at a wall, if it differs [-]"""
-    young_modulus_gpa: Positive
-    """Young's modulus in the simulation [GPa]"""
-    poisson_ratio: float
-    """Poisson's ratio [-]"""
+    kind: str = "hertz"
+    """contact law: `hertz` or `linear`"""
+    young_modulus_gpa: Positive | None = None
+    """of hertz: Young's modulus in the simulation [GPa]"""
+    poisson_ratio: float | None = None
+    """of hertz: Poisson's ratio [-]"""
+    normal_stiffness_n_m: Positive | None = None
+    """of linear: normal stiffness [N/m]"""
+    tangential_stiffness_ratio: Positive | None = None
+    """of linear: tangential over normal stiffness [-]"""
 
 
 class Descriptors(Record):

@@ -9,7 +9,8 @@ from millprint.config.sweep import Case, overridden
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.case_checks import check_ball_size, check_mixtures, check_room, check_step_and_cost, checked_bodies
 from millprint.dem.case_cost import cost
-from millprint.dem.timestep import rayleigh_time, requested_step
+from millprint.dem.laws.registry import step_scale
+from millprint.dem.timestep import requested_step
 from millprint.dose.wear import read_materials
 from millprint.fingerprint.speeds import SpeedSetting, check_speeds, speed_warnings, with_paces
 from millprint.mill.bodies import CHECK_RPM
@@ -62,9 +63,6 @@ def check_cases(
 def seconds_of(case: Case, mill: MillConfig, contact: ContactConfig, config: WorkflowConfig) -> float:
     """Time of a case on one core [s], to an order of magnitude."""
     body = checked_bodies({mill.name: mill})[mill.name]
-    rayleigh = rayleigh_time(
-        min(case.sizes_mm) / 2000, contact.density_kg_m3, contact.young_modulus_gpa * 1e9, contact.poisson_ratio
-    )
-    step = requested_step(case, config.dem, rayleigh)
+    step = requested_step(case, config.dem, step_scale(contact, min(case.sizes_mm) / 2000))
     turns = max(own.motion.frequency_hz for own in body) * case.speed_rpm / CHECK_RPM
     return 86_400 * cost(case, config.dem, body[0].vessel, mill.volume_ml * 1e-6, step, turns)[0]

@@ -2,6 +2,7 @@
 
 from millprint.card.card_model import Balls, MillingCard, Programme
 from millprint.card.numbers import between, in_words, plain, three
+from millprint.config.contact_set import CONTACT_LAWS
 
 COOLING = {"still_air": "air at rest", "moving_air": "moving air", "water": "water"}
 
@@ -57,11 +58,13 @@ def simulation_sentences(card: MillingCard) -> list[str]:
     words = {name: in_words(quantity, quantity.scatter) for name, quantity in own.known.items()}
     # A lowered modulus is a matter of the time step; a reader who knows the material must see that it was meant.
     lowered = ", lowered for longer time steps" if "lowered" in contact.source else ""
+    law = CONTACT_LAWS[contact.kind]
+    stiffness = f"{law.stiffness} {getattr(contact, law.keys[0]):g} {law.unit}"
     interval = f"in brackets, the band in which a new simulation falls with {100 * found.probability:g} %"
     sentences = [
-        f"The motion of the balls was computed by the discrete element method with a Hertz-Mindlin contact "
+        f"The motion of the balls was computed by the discrete element method with a {law.title} "
         f"(restitution {contact.restitution:g}, static friction {contact.static_friction:g}, rolling friction "
-        f"{contact.rolling_friction:g}, Young's modulus {contact.young_modulus_gpa:g} GPa{lowered}; contact set "
+        f"{contact.rolling_friction:g}, {stiffness}{lowered}; contact set "
         f"'{contact.name}') in {software.name} {software.version}{f', {simulated}' if simulated else ''}.",
         f"The energy-weighted mean energy of a collision (sum of squares over sum) was "
         f"{words['weighted_normal_energy_J']} along the line of centres and "

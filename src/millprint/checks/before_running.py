@@ -4,14 +4,14 @@ from collections.abc import Callable
 
 from millprint.card.card_inputs import check_material
 from millprint.card.experiment_cases import own_cases
-from millprint.config.checks import card_experiments
+from millprint.config.checks import MILL_FOLDER, card_experiments
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.heat import MEASURED
 from millprint.config.mill import MillConfig
-from millprint.config.setups.tumbling_setups import TumblingConfig
+from millprint.config.motion_kinds import PlanetaryMotion
+from millprint.config.setups import SETTINGS, TumblingConfig, setup_cases
 from millprint.config.sweep import Case, overridden
-from millprint.config.validation import setup_cases
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.case_checks import check_ball_size, check_mixtures, check_room, check_step_and_cost, checked_bodies
 from millprint.dose.heat_table import measured_row
@@ -40,7 +40,7 @@ def check_before_running(
     Returns warnings, a line each, about values that are unusual but may be intended.
     """
     if config.validation.chosen:
-        read_measurements(config.validation.measured, config.validation.all_setups)
+        read_measurements(config.validation.measured, SETTINGS)
         read_fixed(config.validation.fixed)
         read_other_codes(config.validation.other_codes)
     bodies = checked_bodies(mills)
@@ -88,7 +88,17 @@ def check_before_running(
         faults += chapter_faults(config, mills, contacts, cases, source)
     if faults:
         raise ConfigError("\n".join(faults))
-    return speed_warnings(speeds)
+    return [*speed_warnings(speeds), *sign_warnings(mills)]
+
+
+def sign_warnings(mills: dict[str, MillConfig]) -> list[str]:
+    """A line for each planetary mill whose jar turns in the sense of its wheel."""
+    return [
+        f"{MILL_FOLDER}/{name}.yaml: motion.ratio = {mill.motion.ratio:g}: the jar turns in the sense of the wheel; "
+        f"jars of most mills turn against it, and what makers print as 1:-2 or 1:2 is -2: write {-mill.motion.ratio:g}"
+        for name, mill in mills.items()
+        if isinstance(mill.motion, PlanetaryMotion) and mill.motion.ratio > 0
+    ]
 
 
 def card_cases(

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import NamedTuple
 
-from millprint.cli.arguments import close_to
 from millprint.config.errors import MillprintError
+from millprint.config.wording import close_to
 
 USAGE = 2
 

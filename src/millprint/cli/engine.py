@@ -7,13 +7,14 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from millprint.cli.arguments import close_to
 from millprint.config.checks import MILL_FOLDER
 from millprint.config.errors import ConfigError
 from millprint.config.included import included_mills, shipped
 from millprint.config.strict_yaml import read_yaml
+from millprint.config.wording import close_to
 
 YAML = (".yaml", ".yml")
+SHAPES = (".stl", ".ply", ".obj")
 
 
 def cores() -> int:
@@ -26,6 +27,8 @@ def settings_of(mill: str) -> list[str]:
 
     Raises ConfigError, in one line, for anything else.
     """
+    if Path(mill).suffix in SHAPES:
+        raise ConfigError(f"{mill}: is the shape of a jar; `millprint new stl --set path={mill}` makes a mill of it")
     if Path(mill).suffix not in YAML:
         if Path(f"{mill}.yaml").is_file():
             return settings_of(f"{mill}.yaml")
@@ -35,10 +38,16 @@ def settings_of(mill: str) -> list[str]:
             )
         return ["--config", f"mill={mill}"]
     if not Path(mill).is_file():
-        raise ConfigError(f"{mill}: no such file; `millprint new` writes one")
+        here = [path.name for path in Path(mill).parent.glob("*.[yY]*ml")]
+        hint = close_to(Path(mill).name, here) if here else ""
+        raise ConfigError(f"{mill}: no such file{hint}; `millprint new` writes one")
     content = read_yaml(mill)
     if not isinstance(content, dict) or not ("mill" in content or "geometry" in content):
-        raise ConfigError(f"{mill}: has neither `mill` (a run) nor `geometry` (a mill); `millprint new` writes both")
+        names = content if isinstance(content, dict) else {}
+        meant = next((f"; {name}: did you mean mill?" for name in names if str(name).lower() in ("mills", "mil")), "")
+        raise ConfigError(
+            f"{mill}: has neither `mill` (a run) nor `geometry` (a mill); `millprint new` writes both{meant}"
+        )
     if "mill" in content:
         return ["--configfile", mill]
     place = Path(MILL_FOLDER) / f"{content.get('name')}.yaml"

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import yaml
 
-from millprint.cli.arguments import close_to, parser_of
+from millprint.cli.arguments import parser_of
 from millprint.cli.engine import cores, run_workflow
 from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER
 from millprint.config.errors import ConfigError
@@ -26,6 +26,7 @@ from millprint.config.included import included_contacts, included_mills, load_co
 from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.strict_yaml import parse_yaml
+from millprint.config.wording import close_to
 from millprint.mill.vessel import build_vessel, check_volume
 from millprint.run.files import whole_file
 

@@ -11,9 +11,10 @@ writes it; without one, config/config.yaml of this folder. The command prints th
 Further arguments are those of Snakemake, such as --dry-run, or --config with keys of the configuration.
 """
 
-from millprint.cli.arguments import close_to, parser_of
+from millprint.cli.arguments import parser_of
 from millprint.cli.engine import cores, run_workflow, settings_of
 from millprint.config.errors import ConfigError
+from millprint.config.wording import close_to
 from millprint.run.ending.success import endings
 
 TARGETS = {"fingerprint": "fingerprint", "explore": "explorer"}

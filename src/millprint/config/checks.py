@@ -1,6 +1,5 @@
 """Loads the configuration and checks names and cases before a job starts."""
 
-import difflib
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -17,6 +16,7 @@ from millprint.config.mixture import chosen_balls
 from millprint.config.sources import WORKING_FOLDER, Sources, check_paths
 from millprint.config.strict_yaml import read_yaml
 from millprint.config.sweep import Case, expand_sweep
+from millprint.config.wording import close_to
 from millprint.config.workflow import ChapterSections, WorkflowConfig
 
 MILL_FOLDER = "config/mills"
@@ -88,9 +88,7 @@ def check_heated_mills(config: WorkflowConfig, sources: Sources, source: str) ->
     for name in config.dose.heat.jars:
         if not Path(sources.find(f"{MILL_FOLDER}/{name}.yaml")).is_file():
             known = sources.names(MILL_FOLDER)
-            close = difflib.get_close_matches(name, known, n=1)
-            hint = f"; did you mean {close[0]}?" if close else ""
-            raise ConfigError(f"{source}: dose.heat.jars.{name}: unknown mill; known: {', '.join(known)}{hint}")
+            raise ConfigError(f"{source}: dose.heat.jars.{name}: unknown mill{close_to(name, known)}")
 
 
 def _mill_names(config: WorkflowConfig) -> list[str]:

@@ -14,9 +14,12 @@ from millprint.config.removed import REMOVED
 from millprint.config.section import PLAIN_VALUE, TRUTH, NamedSection, kind_of, nested_models
 from millprint.config.sources import WORKING_FOLDER, Sources
 from millprint.config.strict_yaml import read_yaml
+from millprint.config.wording import close_to, in_words, unit_of
 
 # Faults that are shown: a list of a wrong type has one for each of its items.
 MOST_FAULTS = 20
+# The value of a key that is missing.
+NOT_THERE = object()
 # Keys of earlier versions, and their present names.
 RENAMED = {"yields.honest": "yields.evaluation"}
 
@@ -64,10 +67,11 @@ def _where_it_belongs(model: type[BaseModel], place: tuple) -> str:
     return ""
 
 
-def file_of_key(files: Sequence[str], place: tuple) -> str:
+def file_of_key(files: Sequence[str], place: tuple, value: Any = NOT_THERE) -> str:
     """The last of some YAML files, each merged over the one before, that sets the longest part of a key's path.
 
-    A fault of the whole has an empty path; it is reported for the last file.
+    value: of the key; a file with another one is not its place, since --config says something else. A fault of the
+    whole has an empty path; it is reported for the last file.
     """
     if not place and files:
         return files[-1]
@@ -79,34 +83,68 @@ def file_of_key(files: Sequence[str], place: tuple) -> str:
             for step in place:
                 content = content[step]
                 reached += 1
-        if reached and reached >= depth:
+        replaced = value is not NOT_THERE and reached == len(place) and content != value
+        if reached and reached >= depth and not replaced:
             best, depth = file, reached
     return best
 
 
-def _line(source: str | Sequence[str], model: type[BaseModel], error: ErrorDetails) -> str:
+def _line(source: str | Sequence[str], model: type[BaseModel], error: ErrorDetails, missing: Sequence[tuple]) -> str:
+    """A fault in words; missing: the paths of all keys that are not there."""
     if error["type"] == TRUTH:
         error = {**error, "loc": (*error["loc"], error["ctx"]["key"]), "input": error["ctx"]["value"]}
+    if error["type"] in ("union_tag_invalid", "union_tag_not_found"):
+        kind = error["ctx"]["discriminator"].strip("'")
+        error = {**error, "loc": (*error["loc"], kind), "input": error["input"].get(kind)}
     section, _ = _follow(model, error["loc"][:-1])
     _, place = _follow(model, error["loc"])
+    absent = error["type"] in ("missing", "union_tag_not_found")
     if not isinstance(source, str):
-        source = file_of_key(source, place)
+        source = file_of_key(source, place, NOT_THERE if absent else error["input"])
     key = ".".join(str(step) for step in place) or "(top level)"
+    last = next((step for step in reversed(place) if isinstance(step, str)), key)
+    begin = f"{source}: {key}"
+    if error["type"] == "union_tag_not_found":
+        return f"{begin}: this key is missing"
+    if error["type"] == "union_tag_invalid":
+        known = error["ctx"]["expected_tags"].replace("'", "").split(", ")
+        return f"{begin} = {error['input']!r}: unknown{close_to(str(error['input']), known)}"
     if error["type"] == "extra_forbidden":
         if fixed := REMOVED.get(".".join(str(step) for step in place if not isinstance(step, int))):
-            return f"{source}: {key} = {error['input']!r}: this key was removed ({fixed}); delete it"
-        close = difflib.get_close_matches(str(place[-1]), _known_keys(section), n=1)
-        hint = f"; did you mean {close[0]}?" if close else _where_it_belongs(model, error["loc"])
+            return f"{begin} = {error['input']!r}: this key was removed ({fixed}); delete it"
+        beside = [str(other[-1]) for other in missing if other[:-1] == place[:-1]]
+        hint = _nearest(last, beside, _known_keys(section)) or _where_it_belongs(model, error["loc"])
         hint = f"; it is now called {RENAMED[key]}" if key in RENAMED else hint
-        return f"{source}: {key} = {error['input']!r}: unknown key{hint}"
-    if error["type"] == "missing":
-        return f"{source}: {key}: this key is missing"
-    message = error["msg"].removeprefix("Value error, ")
+        return f"{begin} = {error['input']!r}: unknown key{hint}"
+    if absent:
+        return f"{begin}: this key is missing"
     if error["type"] == "value_error":
-        return f"{source}: {key}: {message}"
-    # An abbreviation keeps its capitals.
-    begin = message[:1] if message[:2].isupper() else message[:1].lower()
-    return f"{source}: {key} = {error['input']!r}: {begin}{message[1:]}"
+        return f"{begin}: {error['msg'].removeprefix('Value error, ')}"
+    words = in_words(error, last)
+    if error["type"] == "model_type":
+        words += _nearest(last, [], [other for other in _known_keys(section) if other != last])
+    return f"{begin} = {error['input']!r}: {words}"
+
+
+def _nearest(key: str, missing: Sequence[str], known: Sequence[str]) -> str:
+    """A hint to the key that was meant: the only one that is missing, or one of a similar name; empty otherwise."""
+    close = [*missing] if len(missing) == 1 else difflib.get_close_matches(key, known, n=1)
+    if not close:
+        return ""
+    unit = unit_of(close[0])
+    return f"; did you mean {close[0]}?" + (f" Its value is in {unit}" if unit and unit != unit_of(key) else "")
+
+
+def _told(errors: Sequence[ErrorDetails], source: str | Sequence[str], model: type[BaseModel]) -> list[str]:
+    """A line for each fault. A key that an unknown one means is not also told to be missing."""
+    missing = [_follow(model, error["loc"])[1] for error in errors if error["type"] == "missing"]
+    lines = [_line(source, model, error, missing) for error in errors]
+    meant = [line.partition("; did you mean ")[2].partition("?")[0] for line in lines]
+    return [
+        line
+        for line, error in zip(lines, errors, strict=True)
+        if error["type"] != "missing" or error["loc"][-1] not in meant
+    ]
 
 
 def check_model(content: object, model: type[Model], source: str | Sequence[str]) -> Model:
@@ -115,12 +153,13 @@ def check_model(content: object, model: type[Model], source: str | Sequence[str]
     Raises ConfigError with a line for each fault.
     """
     if not isinstance(content, dict):
-        raise ConfigError(f"{source}: must be a mapping of keys to values, not {type(content).__name__}")
+        what = "is empty" if content is None else f"is a {type(content).__name__}"
+        raise ConfigError(f"{source}: must be a mapping, with lines `key: value`; it {what}")
     try:
         return model.model_validate(content)
     except ValidationError as error:
         faults = error.errors()
-        lines = [_line(source, model, item) for item in faults[:MOST_FAULTS]]
+        lines = _told(faults[:MOST_FAULTS], source, model)
         if len(faults) > MOST_FAULTS:
             lines.append(f"... and {len(faults) - MOST_FAULTS} more")
         raise ConfigError("\n".join(lines)) from None
@@ -166,10 +205,10 @@ def load_named(
     """Load `folder/name.yaml`; raises ConfigError for an unknown name or a file whose key `name` differs from it."""
     path = sources.find(f"{folder}/{name}.yaml")
     if not Path(path).is_file():
-        known = sources.names(folder)
-        close = difflib.get_close_matches(name, known, n=1)
-        hint = f"; did you mean {close[0]}?" if close else ""
-        raise ConfigError(f"{path}: unknown {what} {name!r}; known: {', '.join(known)}{hint}")
+        for other in Path(folder).glob("*.[yY]*ml"):
+            if other.stem.lower() == name:
+                raise ConfigError(f"{other}: the file of the {what} {name!r} must be called {name}.yaml; rename it")
+        raise ConfigError(f"{path}: unknown {what} {name!r}{close_to(name, sources.names(folder))}")
     loaded = check_model(read_yaml(path), model, path)
     if loaded.name != name:
         raise ConfigError(f"{path}: name = {loaded.name!r}: must equal the file's name, {name!r}")

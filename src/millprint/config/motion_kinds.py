@@ -1,6 +1,6 @@
 """Motions of a mill's bodies: the keys of each kind and the registry of their properties.
 
-To add a motion, write its section with its `drive`, and add a record to `MOTIONS`.
+To add a motion, write its section with its words and its `drive`, and add a record to `MOTIONS`.
 """
 
 import math
@@ -54,7 +54,9 @@ class Drive:
     axis, pivot_mm: the axis, of any length, and a point of it [mm]; turns: steady turns about it [-];
     swing: harmonics of the angle, each a multiple and the amplitudes of its cosine and its sine [rad];
     own_turns: turns of the body about its own axis, for a stirrer that is faster than the mill [-];
-    table, scale: path of a table of points, in place of all the others, and the factor on its coordinates.
+    table, scale: path of a table of points, in place of all the others, and the factor on its coordinates;
+    points: such a table as it is computed, for a motion with a dwell or a stroke: rows of the time in any unit, x, y, z
+        [m] and, for a body that turns, the rotation as axis times angle [deg]; the last as the first, a turn later.
     """
 
     harmonics: Sequence[Sequence[float]] = ((1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),)
@@ -65,6 +67,7 @@ class Drive:
     own_turns: float = 1.0
     table: str | None = None
     scale: float = 1.0
+    points: Sequence[Sequence[float]] = ()
 
 
 def _circle(radius_mm: float) -> list[list[float]]:
@@ -100,6 +103,10 @@ class MotionSection(Section):
                 raise ValueError(f"{key} = 0: {STILL}")
         return content
 
+    def in_words(self) -> str:
+        """What a body with this motion does, as the end of a sentence, for a reader who does not know the machine."""
+        raise NotImplementedError(f"a motion of kind {self.kind!r} has no words")
+
     def drive(self) -> Drive:
         """What the motion does in each turn of the mill."""
         raise NotImplementedError(f"a motion of kind {self.kind!r} has no drive")
@@ -112,6 +119,10 @@ class CircleMotion(MotionSection):
     needs = ("amplitude_mm",)
     amplitude_mm: Size
     """radius A of the circle [mm]"""
+
+    def in_words(self) -> str:
+        """What a body does."""
+        return f"moves on a horizontal circle of {self.amplitude_mm:g} mm radius without turning"
 
     def drive(self) -> Drive:
         """x = A cos wt, y = A sin wt."""
@@ -131,6 +142,10 @@ class LissajousMotion(MotionSection):
             raise ValueError(f"terms: the amplitudes add up to 0: {STILL}")
         return self
 
+    def in_words(self) -> str:
+        """What a body does."""
+        return "is shaken along a sum of harmonic motions without turning"
+
     def drive(self) -> Drive:
         """The sum of the terms."""
         return Drive(_sum(self.terms))
@@ -147,6 +162,10 @@ class FigureOfEightMotion(MotionSection):
     """amplitude B across the figure [mm]"""
     plane: Literal["xy", "xz", "yx", "yz", "zx", "zy"] = "xz"
     """the axes along and across the figure; z points up"""
+
+    def in_words(self) -> str:
+        """What a body does."""
+        return f"is shaken on a figure of eight, {2 * self.along_mm:g} mm long and {2 * self.across_mm:g} mm wide"
 
     def drive(self) -> Drive:
         """The Lissajous figure 1 : 2 of its two harmonics."""
@@ -166,6 +185,10 @@ class RotationMotion(MotionSection):
     """a point of the axis [mm]"""
     ratio: Ratio = 1.0
     """turns for each turn of the mill's stated speed, not 0 [-]; < 0 turns back"""
+
+    def in_words(self) -> str:
+        """What a body does."""
+        return f"turns about a fixed axis{'' if abs(self.ratio) == 1 else f', {self.ratio:g} times a turn'}"
 
     def drive(self) -> Drive:
         """Steady turning about the axis."""
@@ -199,6 +222,13 @@ class PlanetaryMotion(MotionSection):
             )
         return self
 
+    def in_words(self) -> str:
+        """What a body does."""
+        return (
+            f"is carried round by a sun wheel, its axis {self.sun_radius_mm:g} mm from the wheel's, and turns about "
+            f"this axis at {self.ratio:g} times the wheel's speed, relative to the wheel"
+        )
+
     def drive(self) -> Drive:
         """The circle of the jar's axis; the jar turns 1 + ratio times, since the sun wheel carries it round once."""
         return Drive(_circle(self.sun_radius_mm), turns=1 + self.ratio, own_turns=abs(self.ratio))
@@ -219,6 +249,11 @@ class SwingMotion(MotionSection):
     phase_deg: Phase = 0.0
     terms: list[Harmonic] = []
     """harmonics of a translation on top"""
+
+    def in_words(self) -> str:
+        """What a body does."""
+        further = " with a further motion on top" if self.terms else ""
+        return f"swings to and fro by {self.amplitude_deg:g} degrees to each side{further}"
 
     def drive(self) -> Drive:
         """One harmonic of the angle, and the sum of the terms."""
@@ -242,6 +277,10 @@ class PointsMotion(MotionSection):
     scale: Scale = 1.0
     """factor on the coordinates of the table [-]"""
 
+    def in_words(self) -> str:
+        """What a body does."""
+        return "follows a curve that is given as a table of points"
+
     def drive(self) -> Drive:
         """The table."""
         return Drive(table=self.path, scale=self.scale)
@@ -251,6 +290,10 @@ class RestMotion(MotionSection):
     """A body at rest."""
 
     kind: Literal["rest"]
+
+    def in_words(self) -> str:
+        """What a body does."""
+        return "stands still"
 
     def drive(self) -> Drive:
         """Nothing."""

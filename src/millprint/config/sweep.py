@@ -231,8 +231,10 @@ def ball_count(fill_ratio: float, volume_m3: float, diameter_m: float) -> int:
 def overridden(case: Case, mill: MillConfig, contact: ContactConfig) -> tuple[MillConfig, ContactConfig]:
     """The mill and the contact set of a case, with the values that the case changes.
 
-    Raises ConfigError as `mill_of`.
+    Raises ConfigError as `mill_of`, and for a Young's modulus of a contact law that has none.
     """
+    if case.young_modulus_gpa is not None:
+        contact.of_law("young_modulus_gpa")
     given = {"density_kg_m3": case.density_kg_m3, "young_modulus_gpa": case.young_modulus_gpa}
     changed = contact.model_copy(update={name: value for name, value in given.items() if value is not None})
     return mill_of(case, mill), changed

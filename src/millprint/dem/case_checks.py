@@ -13,8 +13,9 @@ from millprint.config.mixture import BallMixture
 from millprint.config.sweep import Case, ball_count
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.case_cost import MOST_BYTES, MOST_DAYS, MOST_SITES, cost, sites_of
+from millprint.dem.laws.registry import law_of, step_scale
 from millprint.dem.packing import capacity, pack_mixture
-from millprint.dem.timestep import largest_fraction, rayleigh_time, requested_step
+from millprint.dem.timestep import largest_fraction, requested_step
 from millprint.mill.bodies import CHECK_RPM, Body, build_bodies, check_inserts, inserts_in_vessel
 from millprint.mill.vessel import Vessel, check_volume
 
@@ -114,23 +115,22 @@ def check_step_and_cost(
     """Check that a case has a small enough time step, ends in a reasonable time and fits into the memory of a machine.
 
     contact: the set as the case runs it. told: the file of the configuration, file and section of the case, and file
-    and key of its step as a fraction of the Rayleigh time, for messages. The largest step is a fraction of this time.
+    and key of its step as a fraction of the law's scale, for messages. The largest step is a fraction of this time.
     """
     source, place, fraction = told
-    stiffness = contact.young_modulus_gpa * 1e9
-    rayleigh = rayleigh_time(min(case.sizes_mm) / 2000, contact.density_kg_m3, stiffness, contact.poisson_ratio)
+    scale = step_scale(contact, min(case.sizes_mm) / 2000)
     largest = largest_fraction(case, config.dem)
-    step = requested_step(case, config.dem, rayleigh)
+    step = requested_step(case, config.dem, scale)
     # With a tolerance, so that the largest fraction itself passes.
-    if step > largest * rayleigh * (1 + 1e-12):
+    if step > largest * scale * (1 + 1e-12):
         if case.rayleigh_fraction is not None:
             raise ConfigError(
                 f"{fraction} = {case.rayleigh_fraction:g}: at most dem.rayleigh_fraction_max = {largest:g}"
             )
         key = f"{source}: dem.time_step_s" if case.time_step_s is None else f"{place}: time_steps_s"
         raise ConfigError(
-            f"{key} = {step:g}: more than {largest:g} of the Rayleigh time of case {case.path}; "
-            f"at most {largest * rayleigh:.2g} s"
+            f"{key} = {step:g}: more than {largest:g} of {law_of(contact).scale_title} of case {case.path}; "
+            f"at most {largest * scale:.2g} s"
         )
     frequency = max(body.motion.frequency_hz for body in bodies) * case.speed_rpm / CHECK_RPM
     days, size = cost(case, config.dem, bodies[0].vessel, mill.volume_ml * 1e-6, step, frequency)

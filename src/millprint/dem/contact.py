@@ -39,11 +39,11 @@ def book_step(lanes, block, m, step, normal_force, overlap, powers):
 
 
 @inlined()
-def evaluate_block(lanes, block, present, at, step):
-    """Forces, torques and new histories of the contacts in a block, whose present row is number `at`; step [s].
+def evaluate_block(mark, lanes, block, present, at, step):
+    """Forces, torques and new histories of the contacts in a block, whose present row is number `at`.
 
-    The velocity at the plane of contact is v_i + w_i x (-a n) - v_j - w_j x (b n), with a and b the distances of the
-    centres from it. A wall has b = 0.
+    mark: of their law (state.Laws); step [s]. The velocity at the plane of contact is v_i + w_i x (-a n) - v_j -
+    w_j x (b n), with a and b the distances of the centres from it. A wall has b = 0.
     """
     for m in range(LANES):
         away = get_present(present, at, PRESENT.away, m)
@@ -58,7 +58,7 @@ def evaluate_block(lanes, block, present, at, step):
         turning = add_scaled(scale(arm, angular), other, other_angular)
         velocity = subtract(get_present(present, at, PRESENT.velocity, m), cross(turning, normal))
         normal_force, tangential, rolling, spring, slip, powers, stored = contact_law(
-            lanes, block, m, overlap, normal, mean_arm_of(lanes, block, m, distance, arm, other), velocity,
+            mark, lanes, block, m, overlap, normal, mean_arm_of(lanes, block, m, distance, arm, other), velocity,
             subtract(angular, other_angular), get_vector(lanes, block, LANE.history.spring, m),
             get_vector(lanes, block, LANE.history.last_slip, m), step,
         )  # fmt: skip
@@ -76,10 +76,10 @@ def evaluate_block(lanes, block, present, at, step):
 
 
 @inner()
-def evaluate(lanes, present, begin, end, step):
+def evaluate(mark, lanes, present, begin, end, step):
     """Forces, torques and new histories of the contacts in blocks begin to end.
 
-    Their present rows are the first ones; step [s].
+    Their present rows are the first ones; mark: of their law (state.Laws); step [s].
     """
     for block in range(begin, end):
-        evaluate_block(lanes, block, present, block - begin, step)
+        evaluate_block(mark, lanes, block, present, block - begin, step)

@@ -40,7 +40,7 @@ def run_row(summary: dict, varied: str, rule: str, further: list[str]) -> dict:
         **{name: case[name] for name in SERIES[2:]},
         "varied": case[varied],
         "balls": summary["balls"],
-        "young_modulus_gpa": summary["young_modulus_pa"] / 1e9,
+        "young_modulus_gpa": (summary["young_modulus_pa"] or np.nan) / 1e9,
         "time_step_s": summary["time_step_s"],
         "rayleigh_fraction": summary["rayleigh_fraction"],
         "revolutions": summary["revolutions"],

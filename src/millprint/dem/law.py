@@ -1,4 +1,7 @@
-"""The contact law: Hertz-Mindlin with viscous damping, a Coulomb cap and rolling friction (thesis Eqs 3.3 to 3.16).
+"""The contact of two bodies: springs and dashpots of its law, a Coulomb cap, rolling friction (thesis Eqs 3.3 to 3.16).
+
+A contact set names its law by `kind` (dem/laws/registry.py). The kernels are compiled for each law, so that no contact
+asks which law it has.
 
 Choices that the equations leave open, each tested in tests/physics:
 
@@ -13,20 +16,21 @@ Choices that the equations leave open, each tested in tests/physics:
   takes a quarter of that velocity in one step, so that it can stop a ball but never turn it back.
 - Damping in the tangential direction counts while the contact sticks; while it slides, all work is sliding.
 
-To add or change a contact law: write its forces in `contact_law` and its coefficients in `law_row`, name new
-coefficients and history columns in dem/layout.py, and new keys of a contact set in config/contact_set.py. The step
-loop (dem/contact.py) calls `contact_law` and nothing else.
+To add a law: a file in dem/laws like linear.py, its record in dem/laws/registry.py, and its keys and words in
+config/contact_set.py.
 """
 
 import math
 
 import numpy as np
+from numba.extending import overload
 
 from millprint.config.contact_set import ContactConfig
 from millprint.dem.lanes import get
+from millprint.dem.laws.registry import LAWS, law_of
 from millprint.dem.layout import LANE, LAW, LAW_WIDTH
 from millprint.mill.vectors import add, add_scaled, dot, scale
-from millprint.run.kernel import inlined
+from millprint.run.kernel import INLINED, inlined
 
 # Keeps a quotient finite if a force [N] or an angular velocity [rad/s] is zero; its root is added to them.
 TINY = 1e-60
@@ -35,37 +39,37 @@ TINY = 1e-60
 STOP_SHARE = 0.25
 
 
-def damping_ratio(restitution: float) -> float:
-    """beta = ln e / sqrt(ln^2 e + pi^2), Eq. 3.10 [-]."""
-    logarithm = math.log(restitution)
-    return logarithm / math.hypot(logarithm, math.pi)
-
-
 def law_row(
     contact: ContactConfig, radius: float, mass: float, inertia: float, reach: float, limit: float, step: float
 ) -> np.ndarray:
-    """Coefficients of one kind of contact, in the columns of layout.LawColumns (Eqs 3.4 to 3.12).
+    """Coefficients of one kind of contact, in the columns of layout.LawColumns.
 
     radius, mass and inertia are the reduced ones, R* [m], m* [kg] and I* [kg m2]; for a wall those of the ball. reach
     is the distance of centres (or of centre and wall) at which contact begins [m]; limit the bound on the overlap [m];
     step the integration step [s].
     """
-    modulus = contact.young_modulus_gpa * 1e9
-    poisson = contact.poisson_ratio
-    effective = modulus / (2 * (1 - poisson**2))
-    shear = modulus / (4 * (2 - poisson) * (1 + poisson))
-    damping = -2 * math.sqrt(5 / 6) * damping_ratio(contact.restitution)
     row = np.empty(LAW_WIDTH)
-    row[LAW.normal_stiffness] = 4 / 3 * effective * math.sqrt(radius)
-    row[LAW.tangential_stiffness] = 8 * shear * math.sqrt(radius)
-    row[LAW.normal_damping] = damping * math.sqrt(2 * effective * math.sqrt(radius) * mass)
-    row[LAW.tangential_damping] = damping * math.sqrt(row[LAW.tangential_stiffness] * mass)
+    columns = [LAW.normal_stiffness, LAW.tangential_stiffness, LAW.normal_damping, LAW.tangential_damping]
+    row[columns] = law_of(contact).coefficients(contact, radius, mass)
     row[LAW.friction] = contact.static_friction
     row[LAW.rolling_friction] = contact.rolling_friction
     row[LAW.largest_resistance] = STOP_SHARE * inertia / step
     row[LAW.reach] = reach
     row[LAW.largest_overlap] = limit
     return row
+
+
+def springs(mark, *numbers):
+    """ContactLaw.springs of the law that a mark stands for; only for kernels."""
+    raise NotImplementedError
+
+
+@overload(springs, jit_options=INLINED)
+def _springs(mark, overlap, normal, tangential, damping, viscous):
+    own = inlined()(next(law.springs for law in LAWS.values() if law.mark is mark.instance_class))
+    return lambda mark, overlap, normal, tangential, damping, viscous: own(
+        overlap, normal, tangential, damping, viscous
+    )
 
 
 @inlined()
@@ -83,29 +87,32 @@ def turn_spring(spring, normal):
 
 
 @inlined()
-def contact_law(lanes, block, m, overlap, normal, arm, velocity, angular_velocity, spring, last_slip, step):
+def contact_law(mark, lanes, block, m, overlap, normal, arm, velocity, angular_velocity, spring, last_slip, step):
     """Force and rolling torque on the first body of a contact, its new spring, and the power in each channel.
 
-    The coefficients are in lane m of a block. overlap: delta_n [m], not zero; normal: unit vector (3,) from the second
-    body to the first; arm: distance from the centre to the contact point [m]; velocity: relative velocity (3,) of the
-    first body at the contact point [m/s]; angular_velocity: the relative one (3,) [rad/s]; spring: tangential
-    displacement (3,) a step ago [m]; last_slip: tangential velocity (3,) a step ago [m/s]; step [s]. Written without
-    branches, so that several contacts go through one instruction.
+    mark: of its law. The coefficients are in lane m of a block. overlap: delta_n [m], not zero; normal: unit vector
+    (3,) from the second body to the first; arm: distance from the centre to the contact point [m]; velocity: relative
+    velocity (3,) of the first body at the contact point [m/s]; angular_velocity: the relative one (3,) [rad/s]; spring:
+    tangential displacement (3,) a step ago [m]; last_slip: tangential velocity (3,) a step ago [m/s]; step [s]. Written
+    without branches, so that several contacts go through one instruction.
 
     Returns (normal force along `normal` [N], tangential force [N], torque [N m], spring [m], slip [m/s],
     (normal damping, tangential damping, total tangential, rolling) [W], (normal, tangential) elastic energy [J]).
     """
-    root = math.sqrt(overlap)
-    quarter = math.sqrt(root)
     approach = dot(velocity, normal)
-    elastic = get(lanes, block, LANE.law.normal_stiffness, m) * overlap * root
-    damping = get(lanes, block, LANE.law.normal_damping, m) * quarter * approach
-    stiffness = get(lanes, block, LANE.law.tangential_stiffness, m) * root
+    elastic, stiffness, dashpot, viscous, stored = springs(
+        mark,
+        overlap,
+        get(lanes, block, LANE.law.normal_stiffness, m),
+        get(lanes, block, LANE.law.tangential_stiffness, m),
+        get(lanes, block, LANE.law.normal_damping, m),
+        get(lanes, block, LANE.law.tangential_damping, m),
+    )
+    damping = dashpot * approach
 
     slip = add_scaled(velocity, -approach, normal)
     # The trapezoidal rule: with velocities only at the end of a step, the spring would damp in proportion to the step.
     spring = add_scaled(turn_spring(spring, normal), 0.5 * step, add(slip, last_slip))
-    viscous = get(lanes, block, LANE.law.tangential_damping, m) * quarter
     cap = get(lanes, block, LANE.law.friction, m) * elastic
     pull = stiffness * math.sqrt(dot(spring, spring))
     spring = scale(cap / pull if pull > cap else 1.0, spring)
@@ -125,5 +132,4 @@ def contact_law(lanes, block, m, overlap, normal, arm, velocity, angular_velocit
     resistance = resistance if resistance < largest else largest
     torque = scale(-resistance, angular_velocity)
     powers = (damping * approach, sticking_power, tangential_power, resistance * turning * turning)
-    stored = (0.4 * elastic * overlap, 0.5 * stiffness * dot(spring, spring))
-    return elastic - damping, force, torque, spring, slip, powers, stored
+    return elastic - damping, force, torque, spring, slip, powers, (stored, 0.5 * stiffness * dot(spring, spring))

@@ -19,7 +19,7 @@ GROUPED_TO = 512
 
 
 class LawColumns(NamedTuple):
-    """Coefficients of a contact, in a row of state.Laws (see law.law_row)."""
+    """Coefficients of a contact, in a row of state.Laws (see law.law_row); the first four as Hertz's."""
 
     normal_stiffness: int  # K_n delta over delta^(3/2) [N/m^(3/2)]
     tangential_stiffness: int  # K_t over delta^(1/2) [N/m^(3/2)]

@@ -4,9 +4,10 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from millprint.config.contact_set import ContactConfig
+from millprint.config.contact_set import CONTACT_LAWS, ContactConfig
 from millprint.config.sweep import DemConfig
 from millprint.dem import state
+from millprint.dem.laws.registry import law_of
 from millprint.dem.layout import COUNTER, HISTORY, LANE, LANES, LAW
 from millprint.mill.bodies import Body
 from millprint.mill.distance import signed_distance
@@ -38,8 +39,8 @@ class Stopped(Protocol):
 class Meeting(NamedTuple):
     """A contact that overlaps too much.
 
-    overlap and its bound [m]; speed at which its partners met [m/s]; stiffness: Hertz's, F = stiffness d^(3/2)
-    [N/m^(3/2)]; mass: reduced [kg]; begun [s]; others: further open contacts of the ball.
+    overlap and its bound [m]; speed at which its partners met [m/s]; stiffness: coefficient of normal
+    stiffness of the law; mass: reduced [kg]; begun [s]; others: further open contacts of the ball.
     """
 
     overlap: float
@@ -49,19 +50,6 @@ class Meeting(NamedTuple):
     mass: float
     begun: float
     others: int
-
-
-def impact_overlap(mass: float, stiffness: float, speed: float) -> float:
-    """Largest overlap of an elastic impact, (5 m v^2 / (4 k))^(2/5) [m], of a force k d^(3/2) (Hertz 1882).
-
-    mass: reduced [kg]; stiffness k [N/m^(3/2)], 4/3 E* sqrt(R*); speed along the normal [m/s]. Damping makes it less.
-    """
-    return float((1.25 * mass * speed**2 / stiffness) ** 0.4)
-
-
-def impact_duration(mass: float, stiffness: float, speed: float) -> float:
-    """Duration of an elastic impact, 2.9432 d / v with its largest overlap d [s] (Hertz 1882)."""
-    return 2.9432 * impact_overlap(mass, stiffness, speed) / speed
 
 
 def overlap_in_words(stopped: Stopped) -> str:
@@ -173,17 +161,17 @@ def feature_at(vessel: Vessel, point: np.ndarray) -> str:
 def _cause(stopped: Stopped, meeting: Meeting, clear_m: float) -> str:
     """What caused the overlap, and what to change."""
     causes = []
-    reached, duration = 0.0, np.inf
+    law, reached, duration = law_of(stopped.contact), 0.0, np.inf
     if meeting.speed > 0:
-        reached = impact_overlap(meeting.mass, meeting.stiffness, meeting.speed)
-        duration = impact_duration(meeting.mass, meeting.stiffness, meeting.speed)
+        reached, duration = law.impact(meeting.mass, meeting.stiffness, meeting.speed)
     impact = f"an elastic impact at that speed reaches {_percent(reached, meeting.bound, stopped)}"
     if reached >= meeting.bound:
-        # The overlap goes with E^(-2/5).
-        needed = stopped.contact.young_modulus_gpa * (reached / meeting.bound) ** 2.5
+        words = CONTACT_LAWS[stopped.contact.kind]
+        own = stopped.contact.of_law(words.keys[0])
+        needed = own * (reached / meeting.bound) ** law.overlap_power
         causes.append(
-            f"the speed is too high for this Young's modulus: {impact}; it needs {needed:.3g} GPa in place of "
-            f"{stopped.contact.young_modulus_gpa:g}, or a slower mill"
+            f"the speed is too high for this {words.stiffness}: {impact}; it needs {needed:.3g} "
+            f"{words.unit} in place of {own:g}, or a slower mill"
         )
     if stopped.step > UNRESOLVED * duration:
         causes.append(

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, ball_count, overridden, threads_of
-from millprint.dem.timestep import rayleigh_time, requested_step
+from millprint.dem.laws.registry import step_scale
+from millprint.dem.timestep import requested_step
 
 # A ball-step of many balls takes 60 to 100 ns (benchmarks/timings.tsv) [s].
 BALL_STEP_S = 1e-7
@@ -63,11 +64,10 @@ class Resources:
 def resources_of(case: Case, dem: DemConfig, mill: MillConfig, contact: ContactConfig) -> Resources:
     """Estimate a case by its balls, its steps and what it records. Raises ConfigError as `overridden`."""
     _, contact = overridden(case, mill, contact)
-    stiffness = contact.young_modulus_gpa * 1e9
-    rayleigh = rayleigh_time(min(case.sizes_mm) / 2000, contact.density_kg_m3, stiffness, contact.poisson_ratio)
+    scale = step_scale(contact, min(case.sizes_mm) / 2000)
     balls = ball_count(case.fill_ratio, mill.volume_ml * 1e-6, case.ball_diameter_mm / 1000)
     window = max(case.window_s, case.window_max_s or 0.0)
-    before, step = case.settle_s + case.discard_s, requested_step(case, dem, rayleigh)
+    before, step = case.settle_s + case.discard_s, requested_step(case, dem, scale)
     snapshots = window / case.snapshot_interval_s if case.snapshot_interval_s else 0
     collisions = min(balls * window * COLLISIONS_HZ, COLLISION_ROWS_MAX)
     recorded = balls * snapshots * SNAPSHOT_COLUMNS * 8 + collisions * COLLISION_BYTES

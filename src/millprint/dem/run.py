@@ -12,6 +12,7 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.collisions import collision_table
+from millprint.dem.laws.registry import law_of
 from millprint.dem.ledger import OpenBalanceError, ledger_series
 from millprint.dem.recording import Recording
 from millprint.dem.simulation import Simulation
@@ -61,17 +62,18 @@ def run_case(
     A stopped run continues from its restart file in the folder of run.h5, which is removed at the end.
 
     Raises SimulationError for balls that do not fit, a ball that escapes or overlaps too much, a number that is not
-    finite, a step over the Rayleigh fraction, or an energy balance that does not close, see `_closing`; nothing is
+    finite, a step that is too long for the law, or an energy balance that does not close, see `_closing`; nothing is
     written then.
     """
     restart = Path(run_path).with_name(RESTART)
 
     def recorded(simulation: Simulation) -> Recording:
         logger.info(
-            "%s, step %.4g s (%.3g of the Rayleigh time), %d facets",
+            "%s, step %.4g s (%.3g of %s), %d facets",
             balls_in_words(simulation.ball_counts, case.sizes_mm),
             simulation.step,
-            simulation.step / simulation.rayleigh_s,
+            simulation.step / simulation.step_scale_s,
+            law_of(simulation.contact).scale_title,
             sum(len(body.vessel.facets) for body in simulation.bodies),
         )
         with use_threads(cores) if simulation.threads > 1 else nullcontext():
@@ -101,7 +103,7 @@ def _closing(
 ) -> tuple[Simulation, Recording, pd.DataFrame, pd.DataFrame, dict]:
     """A simulation whose energy balance closes, its recording, ledger, collisions and summary; recorded: runs it.
 
-    A step that is given as a fraction of the Rayleigh time is what suits most mills: where the balance does not close
+    A step that is given as a fraction of the law's scale is what suits most mills: where the balance does not close
     with it, a shorter one follows from how far it is open, SHORTENED times and to SHORTEST of the first. The case of
     the summary and of run.h5 has the fraction that was taken. A step that is given in seconds stays. Raises
     SimulationError as `run_case`.

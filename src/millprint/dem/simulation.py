@@ -16,6 +16,7 @@ from millprint.config.sweep import Case, DemConfig, ball_count, overridden, thre
 from millprint.dem import state
 from millprint.dem.advance import advance
 from millprint.dem.case_cost import OCCUPANCY_CELL_M, OCCUPANCY_INTERVAL_S
+from millprint.dem.laws.registry import law_of, step_scale
 from millprint.dem.layout import COUNTER, STATUS, TOTAL_WIDTH
 from millprint.dem.overlap import overlap_in_words
 from millprint.dem.packing import pack, pack_mixture
@@ -33,7 +34,7 @@ from millprint.dem.recording import (
 )
 from millprint.dem.restart import read_restart, write_restart
 from millprint.dem.threads import Shares, make_shares, use_threads
-from millprint.dem.timestep import aligned_step, largest_fraction, rayleigh_time, requested_step, skin_of
+from millprint.dem.timestep import aligned_step, largest_fraction, requested_step, skin_of
 from millprint.mill.bodies import Body, build_bodies, inserts_in_vessel
 from millprint.mill.motion import Motion
 from millprint.mill.vessel import Vessel
@@ -82,7 +83,7 @@ class Simulation:
         )
         self.candidates = state.make_candidates(self.count, len(self.bodies))
         self.contacts = state.make_contacts(self.candidates.partner.size)
-        skin = skin_of(float(self.radii.min()), self.step / self.rayleigh_s)
+        skin = skin_of(float(self.radii.min()), self.step / self.step_scale_s)
         self.clock = state.make_clock(self.balls, [body.motion for body in self.bodies], self.step, skin)
         self.walls: Walls = build_walls(
             [body.vessel for body in self.bodies],
@@ -138,14 +139,12 @@ class Simulation:
     def _choose_steps(self) -> None:
         """The step: a whole number of them makes a snapshot interval or else an energy sample."""
         case, dem, contact = self.case, self.dem, self.contact
-        self.rayleigh_s = rayleigh_time(
-            self.radii.min(), contact.density_kg_m3, contact.young_modulus_gpa * 1e9, contact.poisson_ratio
-        )
-        longest, allowed = requested_step(case, dem, self.rayleigh_s), largest_fraction(case, dem)
-        if longest > allowed * self.rayleigh_s:
+        self.step_scale_s = step_scale(contact, self.radii.min())
+        longest, allowed = requested_step(case, dem, self.step_scale_s), largest_fraction(case, dem)
+        if longest > allowed * self.step_scale_s:
             raise SimulationError(
-                f"the time step of {longest:g} s is {longest / self.rayleigh_s:.3g} of the Rayleigh time; "
-                f"at most {allowed:g} ({allowed * self.rayleigh_s:.3g} s) is allowed"
+                f"the time step of {longest:g} s is {longest / self.step_scale_s:.3g} of "
+                f"{law_of(contact).scale_title}; at most {allowed:g} ({allowed * self.step_scale_s:.3g} s) is allowed"
             )
         revolution = 1 / self.frequency_hz if self.frequency_hz else case.window_s
         sample = revolution / dem.ledger_samples_per_revolution

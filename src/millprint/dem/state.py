@@ -8,6 +8,7 @@ import numpy as np
 from millprint.config.contact_set import ContactConfig
 from millprint.dem.lanes import IDLE, IDLE_PRESENT
 from millprint.dem.law import law_row
+from millprint.dem.laws.registry import law_of
 from millprint.dem.layout import CELL, COUNTER, GROUP, HISTORY_WIDTH, LANES, LOAD_WIDTH, RATE, RATE_WIDTH
 from millprint.mill.kernel_columns import span_of, width_of
 from millprint.mill.motion import Motion, Motions, stack_motions
@@ -84,6 +85,7 @@ class Laws(NamedTuple):
     pair: np.ndarray  # (species, species, width) layout.LawColumns
     wall: np.ndarray  # (surfaces, species, width), by walls.SURFACE
     surface: np.ndarray  # (features,) surface of every feature of the walls, walls.Walls.surface
+    mark: tuple  # by whose type the kernels are compiled for the law, laws.record.ContactLaw
 
 
 class Clock(NamedTuple):
@@ -177,7 +179,7 @@ def make_counters() -> np.ndarray:
 
 
 def make_laws(balls: Balls, contact: ContactConfig, step: float, overlap_fraction: float, surface: np.ndarray) -> Laws:
-    """Coefficients of every pair of species and of every species against each surface (Eqs 3.11 to 3.14).
+    """Coefficients of every pair of species and of every species against each surface by its law.
 
     overlap_fraction: bound on any overlap over the ball's radius [-]; surface: that of every feature of the walls
     (walls.Walls.surface). A wall has R* = R and m* = m.
@@ -208,7 +210,7 @@ def make_laws(balls: Balls, contact: ContactConfig, step: float, overlap_fractio
         [law_row(at, radius[a], mass[a], inertia[a], radius[a], overlap_fraction * radius[a], step) for a in species]
         for at in (sets[name] for name in SURFACE._fields)
     ]
-    return Laws(np.array(pair), np.array(wall), surface)
+    return Laws(np.array(pair), np.array(wall), surface, law_of(contact).mark())
 
 
 def make_clock(

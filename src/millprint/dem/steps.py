@@ -126,7 +126,7 @@ def resolve_blocks(balls, candidates, contacts, laws, walls, clock, begin, end, 
     for block in range(begin, end):
         at = block - begin
         gather_open(balls, candidates, contacts, laws, walls, clock, block, at, time, totals, counters, table)
-    evaluate(contacts.lanes, contacts.present, begin, end, clock.step)
+    evaluate(laws.mark, contacts.lanes, contacts.present, begin, end, clock.step)
     for block in range(begin, end):
         scatter_open(balls, contacts, walls, clock, counters, block, block - begin)
 

@@ -123,7 +123,7 @@ def gather_block(balls, candidates, contacts, present, walls, motions, block, wi
 
 
 @inner()
-def resolve_chunk(balls, candidates, contacts, walls, motions, counters, shares, t, step):
+def resolve_chunk(mark, balls, candidates, contacts, walls, motions, counters, shares, t, step):
     """The contacts of one chunk of the blocks; a block in which one has parted is listed as waiting."""
     begin, end = chunk(blocks_in_use(counters), t, shares.counts.shape[0])
     load, body_load, present, waiting = shares.load[t], shares.body_load[t], shares.present[t], 0
@@ -133,7 +133,7 @@ def resolve_chunk(balls, candidates, contacts, walls, motions, counters, shares,
             shares.waiting[t, waiting] = block
             waiting += 1
             continue
-        evaluate(contacts.lanes, present, block, block + 1, step)
+        evaluate(mark, contacts.lanes, present, block, block + 1, step)
         first = np.uint64(block * LANES)
         for m in range(width):
             if contacts.slot[first + m] >= 0:
@@ -142,10 +142,10 @@ def resolve_chunk(balls, candidates, contacts, walls, motions, counters, shares,
 
 
 @threaded()
-def resolve_in_threads(balls, candidates, contacts, walls, motions, counters, shares, step):
+def resolve_in_threads(mark, balls, candidates, contacts, walls, motions, counters, shares, step):
     """The contacts of all blocks but those that wait."""
     for t in numba.prange(shares.counts.shape[0]):
-        resolve_chunk(balls, candidates, contacts, walls, motions, counters, shares, t, step)
+        resolve_chunk(mark, balls, candidates, contacts, walls, motions, counters, shares, t, step)
 
 
 @inner()
@@ -217,6 +217,6 @@ def apply_forces_in_threads(
     """As steps.apply_forces."""
     find_in_threads(balls, candidates, shares)
     open_in_order(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, shares)
-    resolve_in_threads(balls, candidates, contacts, walls, clock.motions, counters, shares, clock.step)
+    resolve_in_threads(laws.mark, balls, candidates, contacts, walls, clock.motions, counters, shares, clock.step)
     resolve_waiting(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, shares)
     sum_in_threads(balls, shares)

@@ -12,6 +12,7 @@ k: conductivity [W/mK]; chi = k / (rho c): diffusivity [m2/s]. Powder between th
 heat and makes the contact larger, oxides and roughness are left out: the result is an order of magnitude.
 """
 
+import logging
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +23,8 @@ from millprint.config.heat import FlashSection
 from millprint.dem.collisions import SLIDING, by_surface, read_rows
 from millprint.run.files import read_json
 from millprint.run.hdf5 import open_hdf5
+
+logger = logging.getLogger("millprint")
 
 # A contact up to this many times as long as Hertz's at the same approach is an impact; in longer ones balls rest or
 # roll.
@@ -91,9 +94,14 @@ def flash_K(impacts: Impacts, energy_J: np.ndarray, settings: FlashSection, cond
 def read_impacts(run_path: str | Path, summary: dict, settings: FlashSection) -> Impacts | None:
     """The impacts of a run that begin and end within its window; None if it only has a histogram of collisions.
 
+    None also, with a line in the log, for a contact law without a Young's modulus, which cannot be scaled.
+
     The DEM is softer than the material by s = E_material / E_DEM. In Hertz's impact of a given speed, the force grows
     as s^(2/5) and the duration falls as s^(-2/5) (Johnson 1985, Eqs 11.23, 11.24), while the dissipated energies stay.
     """
+    if summary["young_modulus_pa"] is None:
+        logger.warning("no flash temperatures of %s: they follow from Hertz's law, kind: hertz", summary["contact"])
+        return None
     with open_hdf5(run_path) as file:
         begin_s = file["collisions"].attrs["begin_s"]
         names = ("start_s", "duration_s", "approach_speed_m_s", "peak_force_N", "normal_J", "damping_J", SLIDING)

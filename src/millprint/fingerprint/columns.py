@@ -1,13 +1,14 @@
 """The columns of a table of descriptors: name, unit, title, meaning, and how each is measured or computed.
 
-To add a descriptor, add a record here: tables, figures, sheets and workflow/descriptors.md read these records.
+To add a descriptor, add a record here: tables, figures, sheets and workflow/descriptors.md read these records. A
+statistic of collisions is a `Measured` with `of_collisions`: it is read from run.h5, and nothing is simulated again.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import reduce
 from operator import getitem
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -19,6 +20,9 @@ from millprint.fingerprint.condition import (
     specific_frequency,
     specific_power,
 )
+
+if TYPE_CHECKING:
+    from millprint.fingerprint.collisions_of_run import Collisions
 
 Column = Callable[[pd.DataFrame], pd.Series]
 
@@ -48,12 +52,22 @@ class Measured(Descriptor):
     """A column measured in each run; the table has the mean over the seeds.
 
     key: its place in the run's summary, GROUP.KEY. The group `rule` has the collisions found by the counting rule.
+    of_collisions: in place of a key, its value from the collisions of run.h5 by the counting rule; NaN for a run
+        without that table, so that the column is `optional`.
     """
 
-    key: str
+    key: str = ""
+    of_collisions: "Callable[[Collisions], float] | None" = None
 
-    def of_run(self, summary: dict, rule: dict) -> Any:
+    def __post_init__(self) -> None:
+        """Check that it has one origin. Raises ValueError."""
+        if bool(self.key) == bool(self.of_collisions) or (self.of_collisions and not self.optional):
+            raise ValueError(f"{self.name}: give a key, or of_collisions and optional=True")
+
+    def of_run(self, summary: dict, rule: dict, collisions: "Collisions | None") -> Any:
         """The value of one run."""
+        if self.of_collisions:
+            return self.of_collisions(collisions) if collisions else np.nan
         return reduce(getitem, self.key.split("."), summary | {"rule": rule})
 
 

@@ -5,9 +5,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from millprint.config.counting import CountingRule
 from millprint.config.errors import ConfigError
 from millprint.config.mixture import ONE_SIZE
 from millprint.dem.turns import has_impacts, mean_of_turns, motion_repeats
+from millprint.fingerprint.collisions_of_run import Collisions, collisions_by, read_contacts
 from millprint.fingerprint.columns import COMPUTED, DESCRIPTORS, MEASURED, relative_error_of
 from millprint.fingerprint.condition import Condition, energy_scale, specific_frequency
 from millprint.fingerprint.readers import counted
@@ -91,16 +93,25 @@ def with_impacts(table: pd.DataFrame) -> pd.DataFrame:
 def run_row(summary: dict, rule_name: str) -> dict:
     """The measured columns of a run, with collisions counted by the rule of that name, which has no threshold."""
     rule = counted(summary, rule_name)
+    collisions = _collisions_of(summary, rule)
     return {
         **condition_of(summary),
         "counting_rule": rule["name"],
         "collisions_by": rule["by"],
-        **{column.name: column.of_run(summary, rule) for column in MEASURED},
+        **{column.name: column.of_run(summary, rule, collisions) for column in MEASURED},
         **_turns_row(summary, rule["frequency_hz"] / summary["frequency_hz"]),
         **{
             column: _squared(summary["weighted"][channel]["relative_error"][kind]) for column, channel, kind in WEIGHTED
         },
     }
+
+
+def _collisions_of(summary: dict, rule: dict) -> Collisions | None:
+    """The collisions of a run by a counting rule, where a column needs them and it has a table of them."""
+    if "run_path" not in summary or not any(column.of_collisions for column in MEASURED):
+        return None
+    contacts = read_contacts(summary["run_path"])
+    return contacts and collisions_by(contacts, CountingRule.of_count(rule), summary["frequency_hz"])
 
 
 def _turns_row(summary: dict, collisions: float) -> dict:

@@ -25,7 +25,7 @@ WHERE = "one is written as fingerprint_CONTACT.json"
 # Numbers that a summary must have: group.key, or a key without a group.
 ERRORS = ("power_standard_error_W.normal", "power_standard_error_W.tangential")
 SUMMARY_NUMBERS = (
-    *(column.key for column in MEASURED if not column.key.startswith("rule.")),
+    *(column.key for column in MEASURED if column.key and not column.key.startswith("rule.")),
     *("density_kg_m3", "amplitude_m", "case.ball_diameter_mm", "case.fill_ratio", "case.speed_rpm", "case.seed"),
     *ERRORS,
 )
@@ -54,7 +54,10 @@ def check_summary(summary: dict, source: str) -> dict:
 
 
 def read_summaries(paths: Iterable[str | Path]) -> list[dict]:
-    """Read and check every summary; raises ConfigError for a file that is absent, is not JSON or lacks a key."""
+    """Read and check every summary; raises ConfigError for a file that is absent, is not JSON or lacks a key.
+
+    run_path: the run.h5 next to it.
+    """
     found = []
     for path in paths:
         try:
@@ -63,7 +66,7 @@ def read_summaries(paths: Iterable[str | Path]) -> list[dict]:
             raise ConfigError(f"{path}: no such summary") from None
         except json.JSONDecodeError as error:
             raise ConfigError(f"{path}: not valid JSON ({error})") from None
-        found.append(check_summary(summary, str(path)))
+        found.append(check_summary(summary, str(path)) | {"run_path": str(Path(path).with_name("run.h5"))})
     if not found:
         raise ConfigError("fingerprint: no simulation to describe; sweeps must hold a case without snapshots")
     return found

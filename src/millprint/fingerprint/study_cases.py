@@ -13,7 +13,7 @@ from millprint.config.fingerprint import StudyConfig
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import Case, DemConfig, mill_of
-from millprint.dem.timestep import rayleigh_time
+from millprint.dem.laws.registry import step_scale
 from millprint.fingerprint.cases import mill_cases, sweep_of
 
 # Factors on the time step (the largest under 1 decides), on Young's modulus, and on the number of facets around the
@@ -83,17 +83,18 @@ def _changes(
 ) -> list[tuple[str, float, float, dict[str, float]]]:
     """Setting, factor and value of each variant, and the keys of the case that it changes."""
     stiffness = contact.young_modulus_gpa
-    rayleigh = rayleigh_time(min(case.sizes_mm) / 2000, contact.density_kg_m3, stiffness * 1e9, contact.poisson_ratio)
+    scale = step_scale(contact, min(case.sizes_mm) / 2000)
     fraction = case.rayleigh_fraction or 0.0
     loose = {"closure_max": CLOSURE_MAX}
     changes: list[tuple[str, float, float, dict[str, float]]] = []
     for factor in FACTORS["step_factors"]:
         if factor * fraction <= dem.rayleigh_fraction_max:
             # Few digits, for the name of the case.
-            step = float(f"{factor * fraction * rayleigh:.4g}")
+            step = float(f"{factor * fraction * scale:.4g}")
             changes.append(("time_step", factor, step, loose | {"time_step_s": step}))
-    for factor in FACTORS["modulus_factors"]:
-        # Each modulus has its own stable step, the same fraction of its Rayleigh time.
+    # A law without this modulus has no such variant.
+    for factor in FACTORS["modulus_factors"] if stiffness else []:
+        # Each modulus has its own stable step, the same fraction of its scale.
         modulus = float(f"{factor * stiffness:.6g}")
         changes.append(("stiffness", factor, modulus, loose | {"young_modulus_gpa": modulus}))
     own = facets_of(mill)

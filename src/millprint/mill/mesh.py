@@ -4,6 +4,7 @@ A binary STL has 32-bit numbers: a coordinate of 35 mm is rounded by up to 2 nm,
 rounding. PLY and OBJ written as text, and an ASCII STL, have as many digits as their writer gave them.
 """
 
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,8 @@ from millprint.mill.intersect import self_intersection
 from millprint.mill.merge import FLAT, half_edges, merge_coplanar
 
 METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 0.0254}
+# A binary STL: a header with the number of triangles, then the triangles [bytes].
+HEADER, TRIANGLE = 84, 50
 SMALLEST_M, LARGEST_M = 3e-3, 3.0
 # Files of more triangles take minutes to check, and their curves have more facets than a simulation can take.
 MOST_TRIANGLES = 500_000
@@ -33,8 +36,9 @@ def _read_file(geometry: StlGeometry) -> trimesh.Trimesh:
         raise ConfigError(f"leads out of the project, to {path}; copy the file into it")
     if not path.is_file():
         raise ConfigError("no such file")
+    content, kind = whole_content(path.read_bytes(), path.suffix.lower()), path.suffix.lower().lstrip(".")
     try:
-        mesh = trimesh.load_mesh(path, process=False, skip_materials=True)
+        mesh = trimesh.load_mesh(BytesIO(content), file_type=kind, process=False, skip_materials=True)
         points = np.array(mesh.vertices, dtype=float) * METRES[geometry.unit] * geometry.scale
         triangles = np.array(mesh.faces, dtype=np.int64)
     except Exception as error:  # whatever a reader of broken files may raise
@@ -47,6 +51,41 @@ def _read_file(geometry: StlGeometry) -> trimesh.Trimesh:
     if not np.isfinite(points).all():
         raise ConfigError("has coordinates that are not finite numbers")
     return trimesh.Trimesh(points, triangles, process=False)
+
+
+# How files begin that are sent or saved in place of a surface.
+OTHER_FILES = {
+    b"version https://git-lfs": "is a pointer of Git LFS and not the file itself; `git lfs pull` gets it",
+    b"<": "is a page of the web (HTML) and not the file that it offers; download that",
+    b"PK\x03\x04": "is a ZIP archive; unpack it",
+    b"ISO-10303": "is a STEP file; export it as STL",
+}
+
+
+def whole_content(content: bytes, suffix: str) -> bytes:
+    """The bytes of a surface without padding. Raises ConfigError for a file that is cut, or another one."""
+    if not content.strip(b"\0 \r\n"):
+        raise ConfigError("is empty")
+    begin = content.lstrip()[:40]
+    for start, what in OTHER_FILES.items():
+        if begin.startswith(start):
+            raise ConfigError(what)
+    if suffix != ".stl":
+        return content
+    if b"facet" in content[:1000]:
+        if begin.startswith(b"solid") and b"endsolid" not in content:
+            raise ConfigError("is cut: it has no `endsolid`; copy or export it again")
+        return content
+    triangles = int.from_bytes(content[HEADER - 4 : HEADER], "little")
+    size = HEADER + TRIANGLE * triangles
+    if len(content) < size:
+        raise ConfigError(
+            f"is cut, or not an STL: it has {len(content)} bytes of the {size} for {triangles} triangles; copy or "
+            "export it again"
+        )
+    if content[size:].strip(b"\0 \r\n"):
+        raise ConfigError(f"has {len(content) - size} bytes after its {triangles} triangles; export it again")
+    return content[:size]
 
 
 def _check_size(mesh: trimesh.Trimesh, unit: str) -> None:

@@ -122,11 +122,11 @@ def motion_from_law(law: MotionSection, speed_rpm: float) -> Motion:
     if not motion_kind(law.kind).moves:
         return AT_REST
     drive, frequency = law.drive(), speed_rpm / 60
-    if drive.table is not None:
+    if drive.table is not None or drive.points:
         # Takes long to import, and few mills need it.
-        from millprint.mill.points import read_path
+        from millprint.mill.points import curve_through, read_path
 
-        breaks, pieces = read_path(drive.table)
+        breaks, pieces = curve_through(drive.points) if drive.table is None else read_path(drive.table)
         pieces[:, :, :3] *= drive.scale
         motion = Motion(np.zeros((1, 7)), frequency, breaks=breaks, pieces=pieces)
     else:

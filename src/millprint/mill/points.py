@@ -1,5 +1,6 @@
 """A motion given as a table of points, read and checked: a smooth periodic curve through them."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -81,6 +82,11 @@ def _check_moves(place: np.ndarray, quaternion: np.ndarray) -> None:
         raise ConfigError(f"all rows have the same place: {STILL}")
 
 
+def curve_through(points: Sequence[Sequence[float]]) -> tuple[np.ndarray, np.ndarray]:
+    """The curve through computed points (Drive.points), as of `read_path`. Raises ConfigError likewise."""
+    return _curve(pd.DataFrame(points, columns=["time_s", *PLACE, *TURN][: len(points[0])]))
+
+
 def read_path(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     """The curve through a table of points: ends (m + 1,) of its pieces, and their coefficients (m, 4, 7).
 
@@ -90,14 +96,18 @@ def read_path(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     Raises ConfigError, in one line, for a table that is not one turn.
     """
     table = read_table(path, numeric=["time_s", *PLACE], optional=TURN)
-    time, place = table["time_s"].to_numpy(dtype=float), table[PLACE].to_numpy(dtype=float)
     try:
-        _check_times(time)
-        _check_places(place)
-        quaternion = _quaternions(table)
-        _check_moves(place, quaternion)
+        return _curve(table)
     except ConfigError as error:
         raise ConfigError(f"{path}: {error}") from None
+
+
+def _curve(table: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
+    time, place = table["time_s"].to_numpy(dtype=float), table[PLACE].to_numpy(dtype=float)
+    _check_times(time)
+    _check_places(place)
+    quaternion = _quaternions(table)
+    _check_moves(place, quaternion)
     turn, values = (time - time[0]) / (time[-1] - time[0]), np.hstack([place, quaternion])
     if quaternion[-1] @ quaternion[0] < 0:
         again = np.hstack([place[1:], -quaternion[1:]])

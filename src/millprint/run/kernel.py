@@ -122,6 +122,8 @@ kernel = partial(numba.njit, _nrt=False, **_OPTIONS)
 # as long to compile as the rest. Python must not call these functions: the process would end silently.
 inner = partial(numba.njit, _nrt=False, no_cpython_wrapper=True, **_OPTIONS)
 inlined = partial(inner, forceinline=True)
+# The same for a function that is chosen by the types of its arguments (numba.extending.overload).
+INLINED = {name: value for name, value in inlined.keywords.items() if name != "cache"}
 
 # For loops over `prange` whose body is the call of one kernel. They count references, once per call.
 threaded = partial(numba.njit, parallel=True, **_OPTIONS)

@@ -32,7 +32,11 @@ def space_of(mill: MillConfig, uncertainty: UncertaintyConfig) -> Space:
 
 
 def check_contact(space: Space, contact: ContactConfig) -> None:
-    """Raise ConfigError, in one line, if the contact set of the predictions is outside the distributions."""
+    """Raise ConfigError, in one line, if the contact set of the predictions is outside the distributions.
+
+    Likewise for one whose law has no Young's modulus, which is a variable.
+    """
+    contact.of_law("young_modulus_gpa")
     values = contact_values(contact)
     for variable in space.variables:
         low, high = variable.ends

@@ -10,11 +10,10 @@ import pandas as pd
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.geometry import BoxGeometry
-from millprint.config.setups.impact_setups import AluminaImpactConfig, ElasticImpactConfig, ImpactConfig
+from millprint.config.setups import AluminaImpactConfig, ElasticImpactConfig, ImpactConfig
 from millprint.dem.few_balls import FewBalls, walls_for
-from millprint.dem.law import damping_ratio
-from millprint.dem.overlap import impact_duration as hertz_duration
-from millprint.dem.overlap import impact_overlap
+from millprint.dem.laws.hertz import effective_modulus, impact
+from millprint.dem.laws.record import ball_mass, damping_ratio
 from millprint.mill.vessel import Vessel, shape_vessel
 from millprint.mill.walls import Walls
 from millprint.validation.inputs import CONTACT, Inputs, prediction
@@ -66,7 +65,7 @@ def largest_overlap(contact: ContactConfig, radius: float, speed: float) -> floa
 
     radius [m], speed along the normal [m/s].
     """
-    return impact_overlap(*_mass_and_stiffness(contact, radius), speed)
+    return impact(*_mass_and_stiffness(contact, radius), speed)[0]
 
 
 def impact_duration(contact: ContactConfig, radius: float, speed: float) -> float:
@@ -74,13 +73,12 @@ def impact_duration(contact: ContactConfig, radius: float, speed: float) -> floa
 
     radius [m], speed along the normal [m/s].
     """
-    return hertz_duration(*_mass_and_stiffness(contact, radius), speed)
+    return impact(*_mass_and_stiffness(contact, radius), speed)[1]
 
 
 def _mass_and_stiffness(contact: ContactConfig, radius: float) -> tuple[float, float]:
     """Mass of a sphere [kg], and Hertz's stiffness 4/3 E* sqrt(R) of its contact with a plate [N/m^(3/2)]."""
-    effective = contact.young_modulus_gpa * 1e9 / (2 * (1 - contact.poisson_ratio**2))
-    return contact.density_kg_m3 * 4 / 3 * math.pi * radius**3, 4 / 3 * effective * math.sqrt(radius)
+    return ball_mass(contact, radius), 4 / 3 * effective_modulus(contact) * math.sqrt(radius)
 
 
 STEPS, SPRINGS = 2000, 300
@@ -98,10 +96,10 @@ def partial_slip(
 
     radius [m]; normal, tangential: speeds before the impact [m/s].
     """
-    modulus, poisson = contact.young_modulus_gpa * 1e9, contact.poisson_ratio
-    stiffness = modulus / (2 * (1 - poisson**2))
+    modulus, poisson = contact.of_law("young_modulus_gpa") * 1e9, contact.of_law("poisson_ratio")
+    stiffness = effective_modulus(contact)
     shear = modulus / ((2 - poisson) * (1 + poisson))
-    mass = contact.density_kg_m3 * 4 / 3 * math.pi * radius**3
+    mass = ball_mass(contact, radius)
     damping = -2 * math.sqrt(5 / 6) * damping_ratio(contact.restitution)
     # A little wider than the largest contact.
     half = 1.02 * math.sqrt(radius * largest_overlap(contact, radius, normal))

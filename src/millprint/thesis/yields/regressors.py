@@ -56,7 +56,8 @@ class Regressor:
     that and from the training rows, inputs (n, k) and target (n,). Without them it is fitted again, which is exact.
     explain(estimator, inputs): SHAP values (n, k) [pp] and the mean prediction [pp]; None if it cannot be explained.
     deviation(estimator, inputs): standard deviation (n,) [pp] of a measurement; None if it gives no distribution.
-    mean_deviation(estimator, inputs): the same of what is predicted, without the scatter of a measurement.
+    mean_deviation(estimator, inputs): the same of what is predicted, without the scatter of a measurement; the first of
+    two steps needs it.
     fold_predictor(inputs, target, folds, training): a faster cross-validation than a fit for each evaluation.
     """
 
@@ -75,6 +76,11 @@ class Regressor:
     deviation: Callable[[Any, np.ndarray], np.ndarray] | None = None
     mean_deviation: Callable[[Any, np.ndarray], np.ndarray] | None = None
     fold_predictor: Callable[[np.ndarray, np.ndarray, list, TrainingConfig], FoldPredictor] | None = None
+
+    def __post_init__(self) -> None:
+        """Check that two steps have a distribution if one has. Raises ValueError."""
+        if self.two_step and self.deviation and not self.mean_deviation:
+            raise ValueError(f"{self.title}: a regressor of two steps with a deviation needs a mean_deviation too")
 
     @property
     def strategies(self) -> tuple[str, ...]:

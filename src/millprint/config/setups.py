@@ -1,0 +1,453 @@
+"""Set-ups that others measured: the settings of each prediction, fixed before it is compared with the measured values.
+
+`python tools/fix_predictions.py` records their digest and the date. They are constants and not keys: nobody tunes a
+prediction. To add a set-up, write a class here, name it in `SETTINGS`, and add a record to validation/setups.py.
+"""
+
+import math
+from typing import ClassVar
+
+from millprint.config.mill import MillConfig
+from millprint.config.mixture import BallMixture, BallSize
+from millprint.config.section import Section
+from millprint.config.sweep import Case, DemConfig, SweepConfig, balls_of, expand_sweep
+
+Interval = tuple[float, float]
+
+
+class SetupConfig(Section):
+    """Settings of a set-up: its contact sets, its mill if it has one, and its simulations."""
+
+    # Keys that choose where to predict, such as speeds: they change no number, and so no digest.
+    places: ClassVar[tuple[str, ...]] = ()
+
+    contact: str
+    """contact set of the prediction: a file in config/contacts"""
+    further_contacts: list[str] = []
+    """contact sets that are equally likely; the interval by contact parameters spans them all"""
+
+    @property
+    def mill_name(self) -> str | None:
+        """The mill, a file in config/mills; None for a set-up without one."""
+        return None
+
+    @property
+    def further_mills(self) -> list[str]:
+        """Further mills that its sweeps simulate, such as a shorter slice."""
+        return []
+
+    @property
+    def contact_names(self) -> list[str]:
+        """Every contact set of the set-up, the one that predicts first."""
+        return [self.contact, *self.further_contacts]
+
+    @property
+    def sweeps(self) -> list[SweepConfig]:
+        """Its simulations in results/dem; none for a set-up that simulates on its own. Each sweep names its mills."""
+        return []
+
+    def simulated_inside(self, mill: MillConfig) -> list[Case]:
+        """The simulations that have no file in results/dem: a rule of the validation has them inside."""
+        return []
+
+    @property
+    def run_files(self) -> tuple[str, ...]:
+        """The files that the prediction reads of each simulation."""
+        return ("summary.json",)
+
+    @property
+    def own_tables(self) -> tuple[str, ...]:
+        """Tables of its own simulations in its own folder, which another rule writes before the prediction."""
+        return ()
+
+
+class TumblingConfig(SetupConfig):
+    """A drum that lifts balls, at several speeds: power, toe and shoulder, and rings of centrifuging balls.
+
+    Speeds are in the unit of the measured values: rpm, or per cent of `critical_speed_rpm` where that is given.
+    """
+
+    places: ClassVar[tuple[str, ...]] = ("speeds", "drawn_speeds")
+
+    mill: str
+    """mill: a file in config/mills"""
+    ball_diameter_mm: BallSize
+    """ball diameter, or a mixture of several sizes [mm]"""
+    numbers: list[int]
+    """numbers of balls; the first is that of the measured power"""
+    fillings: list[float]
+    """share of the drum that each number fills, voids included, for the power formulas [-]"""
+    speeds: list[float]
+    """speeds, in addition to the measured ones"""
+    critical_speed_rpm: float | None = None
+    """critical speed that the speeds are per cent of; left out, they are in rpm [rpm]"""
+    drawn_speeds: list[float] = []
+    """speeds at which the charge is drawn, for the first number of balls"""
+    seeds: list[int] = [0, 1, 2]
+    """seeds of the starting positions; their scatter is one of the two intervals"""
+    settle_s: float = 0.3
+    """time for the balls to come to rest before the drum turns [s]"""
+    discard_turns: float = 0.75
+    """revolutions before the averages begin [-]"""
+    discard_s: float = 2.5
+    """time before the averages begin, if that is longer [s]"""
+    window_turns: float = 1.5
+    """revolutions that are averaged [-]"""
+    window_s: float = 4.0
+    """time that is averaged, if that is longer [s]"""
+    snapshots_per_turn: int = 67
+    """records of the balls per revolution, for toe, shoulder and rings; not a multiple of the number of lifters [-]"""
+    rayleigh_fraction: float = 0.15
+    """step over the Rayleigh time of the smallest ball [-]"""
+    closure_max: float = 0.01
+    """a simulation fails at this energy balance error over the wall work [-]"""
+    samples: int = 8
+    """contact sets of the interval by contact parameters, a Latin hypercube over the four ranges below"""
+    sample_speeds: list[float]
+    """speeds at which these sets are simulated; between them the effect is interpolated"""
+    restitution: Interval = (0.45, 0.90)
+    """range of the coefficient of restitution, ball on ball and ball on wall [-]"""
+    static_friction: Interval = (0.14, 0.70)
+    """range of the static friction of ball on ball [-]"""
+    wall_static_friction: Interval = (0.20, 0.70)
+    """range of the static friction of ball on wall [-]"""
+    rolling_friction: Interval = (0.0, 0.02)
+    """range of the rolling friction [-]"""
+
+    @property
+    def mill_name(self) -> str:
+        """The mill."""
+        return self.mill
+
+    def case(self, number: int, speed_rpm: float, seed: int, mill: MillConfig) -> Case:
+        """The simulation of a number of balls at a speed [rpm]."""
+        turn_s = 60 / speed_rpm
+        return Case(
+            mill=mill.name, contact=self.contact, **balls_of(self.ball_diameter_mm),
+            fill_ratio=self.fill_ratio(number, mill.volume_ml), speed_rpm=speed_rpm, seed=seed,
+            rayleigh_fraction=self.rayleigh_fraction, closure_max=self.closure_max, settle_s=self.settle_s,
+            discard_s=max(self.discard_turns * turn_s, self.discard_s),
+            window_s=max(self.window_turns * turn_s, self.window_s),
+            snapshot_interval_s=turn_s / self.snapshots_per_turn,
+        )  # fmt: skip
+
+    def simulated_inside(self, mill: MillConfig) -> list[Case]:
+        """A case for each simulation at a speed of this section: every number, speed and seed, and the contact sets."""
+        predicting = [(number, speed, seed) for seed in self.seeds for number in self.numbers for speed in self.speeds]
+        sets = len(self.further_contacts) + self.samples
+        others = [(self.numbers[0], speed, self.seeds[0]) for speed in self.sample_speeds] * sets
+        return [self.case(number, self.speed_rpm(speed), seed, mill) for number, speed, seed in (*predicting, *others)]
+
+    @property
+    def own_tables(self) -> tuple[str, ...]:
+        """The table of its runs."""
+        return ("runs.tsv",)
+
+    @property
+    def diameter_mm(self) -> float:
+        """The ball diameter, or that of the ball of mean volume [mm]."""
+        size = self.ball_diameter_mm
+        return size.mean_diameter_mm if isinstance(size, BallMixture) else size
+
+    def speed_rpm(self, speed: float) -> float:
+        """A speed of the set-up [rpm]."""
+        return speed if self.critical_speed_rpm is None else speed / 100 * self.critical_speed_rpm
+
+    def speed_of(self, speed_rpm: float) -> float:
+        """A speed in rpm, in the unit of the set-up."""
+        return speed_rpm if self.critical_speed_rpm is None else 100 * speed_rpm / self.critical_speed_rpm
+
+    def fill_ratio(self, number: int, volume_ml: float) -> float:
+        """Fill ratio of a number of balls in a mill of that nominal volume [-]."""
+        return number * math.pi / 6 * self.diameter_mm**3 / (1e3 * volume_ml)
+
+
+SLICE_SPEEDS = [20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 100.0, 110.0, 120.0, 140.0, 160.0]
+
+
+class SliceMillConfig(TumblingConfig):
+    """Set-up 1: the slice mill of Hlungwani, Rikhotso, Dong and Moys (2003), as Govender and others (2015) print it."""
+
+    contact: str = "slice_mill"
+    further_contacts: list[str] = ["slice_mill_elastic", "steel"]
+    mill: str = "slice_mill"
+    ball_diameter_mm: BallSize = 22.0
+    numbers: list[int] = [120, 169]
+    fillings: list[float] = [0.25, 0.35]
+    speeds: list[float] = SLICE_SPEEDS
+    critical_speed_rpm: float | None = 58.3
+    drawn_speeds: list[float] = [30.0, 70.0, 100.0, 140.0]
+    sample_speeds: list[float] = [30.0, 70.0, 110.0, 140.0]
+
+
+class DrumConfig(TumblingConfig):
+    """Set-up 2: the drum of 90 cm of Venugopal and Rajamani (2001), as Govender and others (2015) print it."""
+
+    contact: str = "drum_90cm"
+    further_contacts: list[str] = ["steel"]
+    mill: str = "drum_90cm"
+    ball_diameter_mm: BallSize = 50.8
+    numbers: list[int] = [168]
+    fillings: list[float] = [0.20]
+    speeds: list[float] = [9.0, 14.0, 18.0, 22.0, 27.0, 32.0, 37.0, 42.0]
+    drawn_speeds: list[float] = [14.0, 22.0, 32.0, 42.0]
+    sample_speeds: list[float] = [14.0, 22.0, 32.0]
+
+
+BOND_CHARGE = BallMixture(name="bond", sizes_mm=(36.83, 29.72, 25.40, 19.05, 15.49), numbers=(43, 67, 10, 71, 94))
+
+
+class BondMillConfig(TumblingConfig):
+    """Set-up 5: the laboratory mill of the Bond work index."""
+
+    contact: str = "balls_in_ore"
+    further_contacts: list[str] = ["steel"]
+    mill: str = "bond_mill"
+    ball_diameter_mm: BallSize = BOND_CHARGE
+    numbers: list[int] = [285]
+    fillings: list[float] = [0.19]
+    speeds: list[float] = [70.0]
+    drawn_speeds: list[float] = [70.0]
+    discard_s: float = 2.0
+    window_s: float = 3.0
+    sample_speeds: list[float] = [70.0]
+
+
+class DrumOfBallsConfig(SetupConfig):
+    """A drum in which a bed of balls flows: one size, one fill ratio, one speed."""
+
+    mill: str
+    """the drum, or a slice of it: a file in config/mills"""
+    ball_diameter_mm: float
+    """ball diameter [mm]"""
+    fill_ratio: float
+    """ball volume over the volume of the drum [-]"""
+    speed_rpm: float
+    """speed of the drum [rpm]"""
+    rayleigh_fraction: float = 0.2
+    """step over the Rayleigh time [-]"""
+    closure_max: float = 0.02
+    """a run fails at this energy balance error over the wall work, which is small in a slow drum [-]"""
+    settle_s: float = 0.2
+    """time for the balls to come to rest before the drum starts [s]"""
+    discard_s: float
+    """time of motion before the averages begin [s]"""
+    window_s: float
+    """time of motion that is averaged [s]"""
+    snapshot_interval_s: float = 0.02
+    """time between snapshots [s]"""
+    blocks: int = 4
+    """blocks of the window, whose scatter gives the interval at fixed contact parameters"""
+    surface_share: float = 0.5
+    """the surface is fitted over this share of the radius on both sides of the axis [-]"""
+
+    @property
+    def mill_name(self) -> str | None:
+        """The drum, or the slice that predicts."""
+        return self.mill
+
+    @property
+    def run_files(self) -> tuple[str, ...]:
+        """The snapshots."""
+        return ("run.h5",)
+
+    def sweep(self, name: str, mill: str, contacts: list[str], seeds: list[int]) -> SweepConfig:
+        """Simulations of one drum at the settings of this section."""
+        return SweepConfig(
+            name=name, mills=[mill], contacts=contacts, ball_diameters_mm=[self.ball_diameter_mm],
+            fill_ratios=[self.fill_ratio], speeds_rpm=[self.speed_rpm], seeds=seeds,
+            rayleigh_fraction=self.rayleigh_fraction, rayleigh_fraction_max=self.rayleigh_fraction,
+            closure_max=self.closure_max, settle_s=self.settle_s, discard_s=self.discard_s, window_s=self.window_s,
+            snapshot_interval_s=self.snapshot_interval_s,
+        )  # fmt: skip
+
+
+class BeadDrumConfig(DrumOfBallsConfig):
+    """Set-up 4: speed over depth in a long drum of glass beads, from two slices of it (Alizadeh et al. 2013)."""
+
+    contact: str = "glass_beads"
+    further_contacts: list[str] = ["glass_beads_clean"]
+    """contact sets that bound it; the interval by contact parameters spans them"""
+    mill: str = "bead_drum"
+    short_mill: str = "bead_drum_short"
+    """a shorter slice: it shows that the length is enough, and runs with every contact set"""
+    ball_diameter_mm: float = 3.0
+    fill_ratio: float = 0.1962
+    speed_rpm: float = 11.6
+    discard_s: float = 1.55
+    window_s: float = 2.08
+    half_width_diameters: float = 1.5
+    """half the width, along the surface, of the part about the axis in which speeds are averaged [ball diameters]"""
+    half_height_diameters: float = 0.5
+    """half its height [ball diameters]"""
+
+    @property
+    def further_mills(self) -> list[str]:
+        """The shorter slice."""
+        return [self.short_mill]
+
+    @property
+    def sweeps(self) -> list[SweepConfig]:
+        """The long slice with the contact set that predicts, the short one with all."""
+        return [
+            self.sweep("long", self.mill, [self.contact], [0]),
+            self.sweep("short", self.short_mill, self.contact_names, [0]),
+        ]
+
+
+class ReposeDrumConfig(DrumOfBallsConfig):
+    """Set-up 7: angle of repose in a short drum, its ends included, of spheres without known friction."""
+
+    contact: str = "generic_spheres"
+    mill: str = "repose_drum"
+    ball_diameter_mm: float = 5.95
+    fill_ratio: float = 0.23916
+    speed_rpm: float = 20.99
+    discard_s: float = 1.43
+    window_s: float = 1.43
+    seeds: list[int] = [0, 1]
+    """seeds of the starting positions; their scatter is a part of the interval"""
+    slice_mm: float = 30.0
+    """length of the slices in which contact parameters are varied, with smooth ends [mm]"""
+    samples: int = 8
+    """slices, each with different contact parameters, drawn evenly at random from these intervals"""
+    restitution: Interval = (0.2, 0.95)
+    """restitution [-]"""
+    static_friction: Interval = (0.08, 0.8)
+    """static friction, of balls and of ball and wall [-]"""
+    rolling_friction: Interval = (0.005, 0.09)
+    """rolling friction, in its logarithm [-]"""
+
+    @property
+    def sweeps(self) -> list[SweepConfig]:
+        """The whole drum."""
+        return [self.sweep("whole", self.mill, [self.contact], self.seeds)]
+
+    def simulated_inside(self, mill: MillConfig) -> list[Case]:
+        """The slices, one with the set that predicts: each has its share of the drum's balls."""
+        (whole,) = self.sweeps
+        share = self.slice_mm / getattr(mill.geometry, "height_mm", self.slice_mm)
+        shorter = whole.model_copy(update={"seeds": [0], "fill_ratios": [self.fill_ratio * share]})
+        return list(expand_sweep(shorter, DemConfig(), mill.name)) * (self.samples + 1)
+
+
+class ImpactConfig(SetupConfig):
+    """A sphere hits a plate at rest; nothing else acts on it."""
+
+    radius_mm: float
+    """radius of the sphere [mm]"""
+    steps_per_impact: int = 4000
+    """steps in the duration of the elastic normal impact (Hertz) [-]"""
+    restitution: Interval | None = None
+    """interval of the coefficient of restitution; known exactly if left out [-]"""
+    static_friction: Interval | None = None
+    """interval of the friction coefficient; known exactly if left out [-]"""
+
+
+class AluminaImpactConfig(ImpactConfig):
+    """Set-up 3: a sphere of aluminium oxide on glass, at one speed and many angles (Kharaz, Gorham and Salman 2001)."""
+
+    places = ("angles_deg",)
+
+    contact: str = "alumina_on_glass"
+    radius_mm: float = 2.5
+    restitution: Interval | None = (0.97, 0.99)
+    static_friction: Interval | None = (0.087, 0.097)
+    speed_m_s: float = 3.9
+    """speed of the sphere before the impact [m/s]"""
+    angles_deg: list[float] = [float(a) for a in (*range(1, 15), *range(15, 90, 5), 88)]
+    """angles of incidence from the normal, in addition to the measured ones [deg]"""
+
+
+class ElasticImpactConfig(ImpactConfig):
+    """Set-up 9: an elastic sphere on a plate of its own material, at one normal speed (Chung and Ooi 2011, test 5)."""
+
+    places = ("slopes",)
+
+    contact: str = "steel_elastic"
+    radius_mm: float = 0.01
+    normal_speed_m_s: float = 5.0
+    """normal speed of the sphere before the impact [m/s]"""
+    slopes: list[float] = [0.1, 0.5, 1.0, 1.5, 2.0, 2.5, *map(float, range(3, 15))]
+    """tangential over mu times normal speed at the contact point, in addition to the measured ones [-]"""
+
+
+class ShakerConfig(SetupConfig):
+    """Row 8a: a shaker mill of the class of SPEX 8000, of which neither balls nor vial are known."""
+
+    contact: str = "steel"
+    mill: str = "spex"
+    """mill: a file in config/mills"""
+    ball_diameters_mm: list[float] = [12.7, 6.35]
+    """ball diameters, each a charge of its own [mm]"""
+    fill_ratio: float = 0.06
+    """ball volume over the mill's nominal volume [-]"""
+    speed_rpm: float = 1050.0
+    """cycles of the arm [1/min]"""
+    seeds: list[int] = [0, 1]
+    """seeds of the starting positions"""
+    discard_s: float = 0.5
+    """time before the record begins [s]"""
+    window_s: float = 2.0
+    """recorded time [s]"""
+    interval_s: float = 2e-3
+    """time between two records of the balls [s]"""
+    share: float = 0.8
+    """share of all speeds that the range holds [-]"""
+
+    @property
+    def mill_name(self) -> str:
+        """The mill."""
+        return self.mill
+
+    @property
+    def run_files(self) -> tuple[str, ...]:
+        """The records of the balls."""
+        return ("run.h5",)
+
+    @property
+    def sweeps(self) -> list[SweepConfig]:
+        """A charge of each size with each seed."""
+        return [
+            SweepConfig(
+                name="spex_shaker", mills=[self.mill], contacts=self.contact_names,
+                ball_diameters_mm=self.ball_diameters_mm, fill_ratios=[self.fill_ratio], speeds_rpm=[self.speed_rpm],
+                seeds=self.seeds, rayleigh_fraction=0.024, discard_s=self.discard_s, window_s=self.window_s,
+                snapshot_interval_s=self.interval_s,
+            )
+        ]  # fmt: skip
+
+
+SETTINGS: dict[str, SetupConfig] = {
+    "alumina_impact": AluminaImpactConfig(),
+    "elastic_impact": ElasticImpactConfig(),
+    "slice_mill": SliceMillConfig(),
+    "drum_90cm": DrumConfig(),
+    "bond_mill": BondMillConfig(),
+    "spex_shaker": ShakerConfig(),
+    "bead_drum": BeadDrumConfig(),
+    "repose_drum": ReposeDrumConfig(),
+}
+# In place of these, a coarse version that takes seconds, for a test of the workflow.
+QUICK: dict[str, SetupConfig] = {
+    "alumina_impact": AluminaImpactConfig(angles_deg=[60.0], steps_per_impact=1000),
+    "bond_mill": BondMillConfig(
+        seeds=[0, 1], samples=2, discard_turns=0.3, discard_s=0.3, window_turns=0.5, window_s=0.5,
+        rayleigh_fraction=0.2, closure_max=0.05,
+    ),
+}  # fmt: skip
+
+
+def read_settings(name: str, content: dict) -> SetupConfig:
+    """The settings of a set-up from plain values: each set-up has its own class of them."""
+    return type(SETTINGS[name])(**content)
+
+
+def setup_cases(setup: SetupConfig, dem: DemConfig) -> dict[str, Case]:
+    """The simulations of a set-up in results/dem, by path. Raises ValueError for a sweep that names no mill."""
+    cases = {}
+    for sweep in setup.sweeps:
+        if not sweep.mills:
+            raise ValueError(f"sweep {sweep.name} of a set-up names no mill")
+        cases.update({case.path: case for case in expand_sweep(sweep, dem, sweep.mills[0])})
+    return cases

@@ -1,1 +1,0 @@
-"""The settings of the set-ups that others measured, a module a kind, as in `millprint.validation`."""

@@ -1,0 +1,149 @@
+"""What is wrong with a value and what to write instead, in words, for each kind of fault that pydantic finds."""
+
+import difflib
+import re
+from collections.abc import Callable, Iterable
+from pathlib import PurePath
+from typing import Any
+
+from pydantic_core import ErrorDetails
+
+from millprint.config.section import NAME_PATTERN
+
+NUMBER = r"[-+]?\d*\.?\d+(?:e[-+]?\d+)?"
+# The end of a key names the unit of its value: radius_mm, speed_rpm.
+UNITS = ("mm", "cm", "rpm", "hz", "ml", "l", "g", "kg", "s", "min", "h", "deg", "J", "W", "gpa", "kg_m3")
+LETTERS = {"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "-": "_", " ": "_"}
+
+
+def unit_of(key: str) -> str:
+    """The unit that a key names; empty if it names none."""
+    return next((unit for unit in sorted(UNITS, key=len, reverse=True) if key.lower().endswith(f"_{unit.lower()}")), "")
+
+
+def number_meant(text: str) -> str:
+    """How to write a number that people write in another way; empty if that is not plain."""
+    plain = re.sub(r"[\s'\"“”„‘’]", "", text).replace("−", "-").replace("–", "-")
+    plain = re.sub(r"^(~|≈|ca\.?|about)", "", plain, flags=re.IGNORECASE)
+    if re.fullmatch(r"[-+]?\d+(_\d+)+", plain):
+        return plain.replace("_", "")
+    if re.fullmatch(r"[-+]?\d{1,3}(,\d{3})+\.\d+", plain):
+        return plain.replace(",", "")
+    if re.fullmatch(r"[-+]?\d+,\d+", plain):
+        return plain.replace(",", ".")
+    if re.fullmatch(NUMBER, plain, re.IGNORECASE):
+        return plain
+    if found := re.fullmatch(rf"({NUMBER})%", plain):
+        return f"{float(found[1]) / 100:g}"
+    if (found := re.fullmatch(rf"({NUMBER})([:/])({NUMBER})", plain)) and float(found[3]):
+        # A ratio 1:-2 of a planetary mill is -2 turns of the jar for one of the wheel; 30:1 of balls to powder is 30.
+        first, second = float(found[1]), float(found[3])
+        return f"{second if found[2] == ':' and abs(first) == 1 else first / second:.4g}"
+    return ""
+
+
+def number_words(text: Any, key: str) -> str:
+    """What to write in place of a value that must be a number."""
+    unit, shown = unit_of(key), ""
+    if isinstance(text, str):
+        found = re.fullmatch(rf"\s*({NUMBER})\s*([a-zµ°]+[²³0-9]*)\s*", text.replace(",", "."), re.IGNORECASE)
+        if found and found[2].lower() == (unit or found[2]).lower():
+            return f"must be a number without a unit; write {found[1]}"
+        if found:
+            return f"must be a number without a unit, in {unit}, as the key says"
+        shown = number_meant(text)
+        if ";" in text:
+            return "must be one number; in a list, numbers are separated by commas, such as [0.1, 0.2, 0.3]"
+    if shown:
+        return f"must be a plain number; write {shown}"
+    return f"must be a number{f' in {unit}' if unit else ''}, such as 30 or 0.5, with a point and without a unit"
+
+
+def list_words(value: Any) -> str:
+    """What to write in place of a value that must be a list."""
+    numbers = re.findall(NUMBER, value) if isinstance(value, str) else []
+    if numbers and not re.search(r"[a-z]", value.replace("to", ""), re.IGNORECASE) and not re.search(r"\d,\d", value):
+        return f"must be a list; write [{', '.join(number.lstrip('-') for number in numbers)}]"
+    return "must be a list; write " + (f"[{value}]" if isinstance(value, str | int | float) else "[...]")
+
+
+def name_words(value: str) -> str:
+    """What to write in place of a text that must be a name."""
+    stem = PurePath(value).stem if value.lower().endswith((".yaml", ".yml")) else value
+    plain = "".join(LETTERS.get(letter, letter) for letter in stem.lower())
+    near = re.sub(r"[^a-z0-9_]", "", plain).lstrip("0123456789_")
+    words = "must be a name of small letters, digits and _ that begins with a letter"
+    return f"{words}; write {near}" if near else words
+
+
+def close_to(word: str, known: Iterable[str]) -> str:
+    """The end of a message about an unknown word: the nearest of those known, or all of them."""
+    known = list(known)
+    close = difflib.get_close_matches(word.lower(), known, n=1)
+    return f"; did you mean {close[0]}?" if close else f"; known: {', '.join(known)}"
+
+
+def _shape(error: ErrorDetails, key: str) -> str:
+    pattern = error["ctx"]["pattern"]
+    if pattern == NAME_PATTERN:
+        return name_words(error["input"])
+    if key == "results":
+        return "must be a folder in the working folder: letters, digits, _ and -, with / between; write results/mine"
+    return f"must have the pattern {pattern}"
+
+
+def _bound(words: str, name: str) -> Callable[[ErrorDetails, str], str]:
+    def told(error: ErrorDetails, key: str) -> str:
+        limit, value = error["ctx"][name], error["input"]
+        percent = isinstance(value, int | float) and limit == 1 and 1 < value < 100 and not unit_of(key)
+        return f"must be {words} {limit:g}" + (f"; write {value / 100:g} for {value:g} %" if percent else "")
+
+    return told
+
+
+def _few(error: ErrorDetails, key: str) -> str:
+    return f"has {error['ctx']['actual_length']} values; at least {error['ctx']['min_length']} are needed"
+
+
+def _number(error: ErrorDetails, key: str) -> str:
+    return number_words(error["input"], key)
+
+
+def _section(error: ErrorDetails, key: str) -> str:
+    return f"must be a section, with keys of its own in the lines below {key}"
+
+
+WORDS: dict[str, Callable[[ErrorDetails, str], str]] = {
+    "float_parsing": _number,
+    "float_type": _number,
+    "int_parsing": _number,
+    "int_type": _number,
+    "int_from_float": lambda error, key: "must be a whole number",
+    "string_type": lambda error, key: (
+        "must be a text; # begins a comment, so put the text in quotes"
+        if error["input"] is None
+        else f"must be a text; write it in quotes, {str(error['input'])!r}"
+    ),
+    "list_type": lambda error, key: list_words(error["input"]),
+    "tuple_type": lambda error, key: list_words(error["input"]),
+    "too_short": _few,
+    "greater_than": _bound("greater than", "gt"),
+    "greater_than_equal": _bound("greater than or equal to", "ge"),
+    "less_than": _bound("less than", "lt"),
+    "less_than_equal": _bound("less than or equal to", "le"),
+    "string_pattern_mismatch": _shape,
+    "literal_error": lambda error, key: f"must be {error['ctx']['expected']}",
+    "model_type": _section,
+    "model_attributes_type": _section,
+    "dict_type": _section,
+}
+
+
+def in_words(error: ErrorDetails, key: str) -> str:
+    """What is wrong with a value, and what to write; key: the last part of its path that has a name."""
+    if error["type"] in WORDS:
+        return WORDS[error["type"]](error, key)
+    message = error["msg"].removeprefix("Value error, ")
+    # An abbreviation keeps its capitals.
+    begin = message[:1] if message[:2].isupper() else message[:1].lower()
+    return f"{begin}{message[1:]}"

@@ -1,0 +1,1 @@
+"""Contact laws: a file each, and what they have in common."""

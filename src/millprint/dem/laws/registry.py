@@ -1,0 +1,20 @@
+"""The contact laws that there are, by the `kind` of a contact set."""
+
+from millprint.config.contact_set import ContactConfig
+from millprint.dem.laws.hertz import HERTZ
+from millprint.dem.laws.linear import LINEAR
+from millprint.dem.laws.record import ContactLaw
+
+LAWS = {"hertz": HERTZ, "linear": LINEAR}
+
+
+def law_of(contact: ContactConfig) -> ContactLaw:
+    """The law of a contact set; raises ValueError for a kind that is not in the registry."""
+    if contact.kind not in LAWS:
+        raise ValueError(f"kind = {contact.kind!r}: no such contact law is in the registry; known: {', '.join(LAWS)}")
+    return LAWS[contact.kind]
+
+
+def step_scale(contact: ContactConfig, radius_m: float) -> float:
+    """The time of which a step is a fraction, for balls of this radius [s]."""
+    return law_of(contact).step_scale(contact, radius_m)

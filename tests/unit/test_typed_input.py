@@ -1,0 +1,175 @@
+"""Numbers, names and files as people write them: read as meant, or refused in one line that says what to write."""
+
+import pytest
+import trimesh
+
+from millprint.checks.before_running import sign_warnings
+from millprint.cli.new_mill import completed, questions, read_template
+from millprint.config.errors import ConfigError
+from millprint.config.included import load_mill
+from millprint.config.load import check_model, file_of_key, load_named
+from millprint.config.mill import MillConfig
+from millprint.config.strict_yaml import parse_yaml
+from millprint.config.workflow import WorkflowConfig
+from millprint.mill.mesh import whole_content
+
+TEMPLATE = read_template("planetary")
+MILL = completed("mine", "mine", TEMPLATE, {each.name: each.default for each in questions(TEMPLATE)})
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A working folder with the file of a planetary mill."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "config/mills").mkdir(parents=True)
+    (tmp_path / "config/mills/mine.yaml").write_text(MILL)
+    return tmp_path
+
+
+def refused(folder, content: bytes) -> str:
+    (folder / "config/mills/mine.yaml").write_bytes(content)
+    with pytest.raises(ConfigError) as caught:
+        load_named("config/mills", "mine", MillConfig, "mill")
+    (line,) = str(caught.value).splitlines()
+    assert line.startswith("config/mills/mine.yaml: ")
+    return line
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "parts"),
+    [
+        ("37.5 ", "37,5 ", ["geometry.radius_mm = '37,5'", "write 37.5"]),
+        ("37.5 ", "37.5 mm ", ["geometry.radius_mm = '37.5 mm'", "without a unit; write 37.5"]),
+        ("37.5 ", "3.75cm ", ["geometry.radius_mm", "without a unit, in mm"]),
+        ("37.5 ", "ca. 37.5 ", ["write 37.5"]),
+        ("37.5 ", "“37.5” ", ["write 37.5"]),
+        ("37.5 ", "37.5±0.1 ", ["must be a number in mm"]),
+        ("37.5 ", " ", ["geometry.radius_mm = None", "must be a number in mm"]),
+        ("37.5 ", "yes ", ["line 8", "radius_mm", "write true or false"]),
+        ("ratio: -2 ", "ratio: 1:-2 ", ["motion.ratio = '1:-2'", "write -2"]),
+        ("ratio: -2 ", "ratio: 1:2 ", ["line 14: ratio", "62", "write 2"]),
+        ("ratio: -2 ", "ratio: −2 ", ["motion.ratio", "write -2"]),
+        ("[0.15, 0.2, 0.3]", "[0.15, 0.2, 30%]", ["sweep.fill_ratios.2 = '30%'", "write 0.3"]),
+        ("[0.15, 0.2, 0.3]", "[0.15, 0.2, 30]", ["sweep.fill_ratios.2 = 30", "write 0.3 for 30 %"]),
+        ("[0.15, 0.2, 0.3]", "[0.15, 0.2, 1/3]", ["sweep.fill_ratios.2", "write 0.3333"]),
+        ("[0.15, 0.2, 0.3]", "[0,15, 0,2, 0,3]", ["line 18", "decimal commas; write [0.15, 0.2, 0.3]"]),
+        ("[0.15, 0.2, 0.3]", "[0,066, 0,132, 0,2]", ["decimal commas; write [0.066, 0.132, 0.2]"]),
+        ("[0.15, 0.2, 0.3]", "[0.15; 0.2; 0.3]", ["separated by commas"]),
+        ("[0.15, 0.2, 0.3]", "0.15, 0.2, 0.3", ["must be a list; write [0.15, 0.2, 0.3]"]),
+        ("[0.15, 0.2, 0.3]", "[0.15, 0.3]", ["has 2 values; at least 3 are needed"]),
+        ("[10]", "10", ["sweep.ball_diameters_mm = 10: must be a list; write [10]"]),
+        ("[300, 450]", "300 to 500", ["must be a list; write [300, 500]"]),
+        ("[300, 450]", "[300, 450 rpm]", ["sweep.speeds_rpm.1", "write 450"]),
+        ("[300, 450]", "[300, 1_000]", ["speeds_rpm", "write 1000"]),
+        ("speeds_rpm", "speed_rpm", ["sweep.speed_rpm", "did you mean speeds_rpm?"]),
+        ("height_mm", "height_cm", ["geometry.height_cm", "did you mean height_mm? Its value is in mm"]),
+        ("height_mm", "hoehe_mm", ["geometry.hoehe_mm", "did you mean height_mm?"]),
+        ("height_mm: ", "height_mm:", ["line 9", "a colon without a blank"]),
+        ("height_mm: ", "height_mm = ", ["line 9", "an equals sign"]),
+        ("height_mm: ", "height_mm:\u00a0", ["line 9", "does not break"]),
+        ("  height_mm", "\theight_mm", ["line 9", "a tab"]),
+        ("  height_mm", "   height_mm", ["line 9", "same column"]),
+        ("kind: cylinder", "kind: Zylinder", ["geometry.kind = 'Zylinder'", "did you mean cylinder?"]),
+        ("  kind: cylinder\n", "", ["geometry.kind: this key is missing"]),
+        ("title: mine", "title: Mill: mine", ["line 3", "a second colon", "quotes"]),
+        ("title: mine", "title: 6", ["title = 6", "write it in quotes, '6'"]),
+        ("title: mine", "title: #6", ["title = None", "quotes"]),
+        ("name: mine", "name: Mine", ["name = 'Mine'", "write mine"]),
+    ],
+)
+def test_a_value_as_people_write_it(folder, old, new, parts):
+    assert old in MILL
+    line = refused(folder, MILL.replace(old, new).encode())
+    assert all(part in line for part in parts), line
+
+
+@pytest.mark.parametrize(
+    ("content", "part"),
+    [
+        (MILL.replace("title: mine", "title: Mühle").encode("cp1252"), "line 3: is not in UTF-8"),
+        (MILL.encode("utf-16"), "is in UTF-16; save it as UTF-8"),
+        (b"\0" * 100, "is not a text file"),
+        (b"", "it is empty"),
+        (b"- a\n", "it is a list"),
+        (b"<!DOCTYPE html>\n<html><body>404: not found</body></html>", "HTML"),
+    ],
+)
+def test_a_file_that_is_another_one(folder, content, part):
+    assert part in refused(folder, content)
+
+
+def test_what_is_plain_is_read(folder):
+    """A mark of byte order, ends of lines of Windows, a number in quotes, one with an exponent."""
+    text = MILL.replace("height_mm: 58", "height_mm: '58'").replace("37.5 ", "3.75e1 ").replace("\n", "\r\n")
+    (folder / "config/mills/mine.yaml").write_bytes(text.encode("utf-8-sig"))
+    assert load_named("config/mills", "mine", MillConfig, "mill").geometry.radius_mm == 37.5
+
+
+@pytest.mark.parametrize("name", ["mine.yml", "Mine.yaml"])
+def test_a_file_of_a_similar_name_is_named(folder, name):
+    (folder / "config/mills/mine.yaml").rename(folder / "config/mills" / name)
+    with pytest.raises(ConfigError, match=f"{name}: the file of the mill 'mine' must be called mine.yaml"):
+        load_named("config/mills", "mine", MillConfig, "mill")
+
+
+@pytest.mark.parametrize(
+    ("content", "parts"),
+    [
+        ({"mill": "Mine"}, ["mill = 'Mine'", "write mine"]),
+        ({"mill": "config/mills/mine.yaml"}, ["write mine"]),
+        ({"mill": "mine", "name": "Meine Mühle"}, ["name = 'Meine Mühle'", "write meine_muehle"]),
+        ({"mill": "mine", "mills": "mine"}, ["mills = 'mine'", "must be a section", "did you mean mill?"]),
+        ({"mill": "mine", "contacts": "steel"}, ["contacts = 'steel'", "write [steel]"]),
+        ({"mill": "mine", "results": "C:\\runs"}, ["results = ", "a folder in the working folder"]),
+    ],
+)
+def test_a_setting_of_a_run(content, parts):
+    with pytest.raises(ConfigError) as caught:
+        check_model(content, WorkflowConfig, "--config")
+    (line,) = str(caught.value).splitlines()
+    assert line.startswith("--config: ") and all(part in line for part in parts), line
+
+
+def test_a_value_of_the_command_line_is_not_that_of_a_file(tmp_path):
+    (tmp_path / "run.yaml").write_text("mill: emax\n")
+    assert file_of_key([str(tmp_path / "run.yaml")], ("mill",), "Emax") == "--config"
+    assert file_of_key([str(tmp_path / "run.yaml")], ("mill",), "emax").endswith("run.yaml")
+
+
+BOX = trimesh.creation.box((50, 50, 50))
+BINARY, TEXT = BOX.export(file_type="stl"), BOX.export(file_type="stl_ascii").encode()
+
+
+@pytest.mark.parametrize(
+    ("content", "part"),
+    [
+        (b"", "is empty"),
+        (BINARY[:300], "is cut"),
+        (BINARY + b"more", "4 bytes after its 12 triangles"),
+        (TEXT[:900], "is cut: it has no `endsolid`"),
+        (b"<html><body>Sign in</body></html>", "a page of the web"),
+        (b"version https://git-lfs.github.com/spec/v1\noid sha256:4d\nsize 12\n", "a pointer of Git LFS"),
+        (b"PK\x03\x04" + bytes(90), "a ZIP archive"),
+        (b"ISO-10303-21;\nHEADER;\n", "a STEP file"),
+    ],
+)
+def test_a_file_of_triangles_that_is_not_one_names_the_cause(content, part):
+    with pytest.raises(ConfigError) as caught:
+        whole_content(content, ".stl")
+    assert part in str(caught.value)
+
+
+def test_padding_of_a_file_of_triangles_is_left_out():
+    assert whole_content(BINARY + bytes(512), ".stl") == BINARY
+    assert whole_content(TEXT, ".stl") == TEXT
+
+
+def test_a_forgotten_sign_of_a_planetary_mill_is_told():
+    mill = load_mill("planetary")
+    turned = mill.model_copy(update={"motion": mill.motion.model_copy(update={"ratio": 1.82})})
+    (line,) = sign_warnings({"planetary": mill, "mine": turned})
+    assert "config/mills/mine.yaml: motion.ratio = 1.82" in line and line.endswith("write -1.82")
+
+
+def test_a_list_of_whole_numbers_is_no_list_of_decimal_commas():
+    assert parse_yaml("sizes: [1,2,3]\nother: [1, 2]", "a") == {"sizes": [1, 2, 3], "other": [1, 2]}
