@@ -194,7 +194,7 @@ def located(mills: list[str], results: str) -> list[Path]:
     paths = [find_fingerprint(mill, results, SOURCES) for mill in mills]
     for mill, path in zip(mills, paths, strict=True):
         if path == find_ready_made(mill):
-            print(f"{mill}: the fingerprint that comes with millprint; `millprint fingerprint {mill}` makes another one")
+            print(f"{mill}: the fingerprint that comes with millprint; `millprint fingerprint {mill}` makes one here")
     return paths
 
 
