@@ -41,6 +41,9 @@ __all__ = [*OFFERED]
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        # Reading the versions of packages takes a while.
+        return import_module("importlib.metadata").version("millprint")
     if name not in OFFERED:
         raise AttributeError(f"module 'millprint' has no attribute {name!r}")
     return getattr(import_module(f"millprint.{OFFERED[name]}"), name)

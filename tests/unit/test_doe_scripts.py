@@ -18,6 +18,8 @@ from millprint.thesis.doe.written import analysis_paths, design_paths, write_ana
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING, settings
 
+pytestmark = pytest.mark.slow
+
 CLAIMS = ROOT / "config/data/claims.tsv"
 WEAR = ROOT / "config/data/wear.tsv"
 

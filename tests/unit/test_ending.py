@@ -1,16 +1,23 @@
 """What a run says at its end: of each target, and of jobs that failed."""
 
+import logging
 import re
 import threading
+from pathlib import Path
 
 import pytest
+from snakemake_interface_logger_plugins.common import LogEvent
 
+from millprint.cli.commands import COMMANDS
+from millprint.run.ending import lines
 from millprint.run.ending.failure import advice, failure_lines, failures_of
-from millprint.run.ending.success import endings, success_lines
+from millprint.run.ending.lines import OneLineAJob
+from millprint.run.ending.success import endings, given_run, success_lines
 from millprint.run.ending.timers import stop_timers
+from millprint.run.plan import Job
 from tests.conftest import ROOT
 
-VALUES = {"results": "results", "mill": "emax", "contact": "calibrated"}
+VALUES = {"results": "results", "mill": "emax", "contact": "calibrated", "given": " mine.yaml"}
 RULE = re.compile(r"^( *)(?:rule|checkpoint) (\w+):\n((?:\1 +.*\n|\n)*)", re.MULTILINE)
 
 # The log of Snakemake after a job that failed, one that was killed, and a second try of the first.
@@ -108,3 +115,54 @@ def test_a_run_that_has_ended_waits_for_no_timer():
     stop_timers()
     timer.join(timeout=10)
     assert not timer.is_alive()
+
+
+def test_what_to_do_next_is_a_command_that_exists():
+    """Each `millprint COMMAND`, and each `millprint run TARGET`, which goes on with the mill of the run."""
+    lines = [ending.lines(VALUES)[2] for ending in endings().values()]
+    words = [found for line in lines for found in re.findall(r"millprint (\S+) (\S+) (\S+)", line)]
+    assert len(words) >= 10 and all(command in COMMANDS for command, _, _ in words)
+    runs = [(target, mill) for command, target, mill in words if command == "run"]
+    assert all(target in endings() and (mill == "mine.yaml" or target == "all") for target, mill in runs), runs
+    assert not any("snakemake" in line for line in lines)
+
+
+def test_the_mill_of_a_run_is_named_in_its_next_command():
+    assert given_run([Path("a mill.yaml")], {"mill": "x"}) == " 'a mill.yaml'"
+    assert given_run([], {"mill": "planetary"}) == " planetary" and given_run([], {}) == ""
+
+
+def record(event: LogEvent | None, msg: str = "", **given: object) -> logging.LogRecord:
+    return logging.makeLogRecord({"event": event, "msg": msg, **given})
+
+
+def job_record(jobid: int, message: str) -> logging.LogRecord:
+    given = {"jobid": jobid, "rule_name": "run_dem_case", "rule_msg": message, "threads": 1}
+    return record(LogEvent.JOB_INFO, **given, output=["a/summary.json"], resources={"processor_s": 8}, reason="files")
+
+
+def test_a_job_is_one_line_and_the_time_to_go_follows_from_those_that_ended(monkeypatch):
+    now = iter([0.0, 20.0])
+    monkeypatch.setattr(lines.time, "monotonic", lambda: next(now))
+    quiet = OneLineAJob(lambda: [Job("run_dem_case", 1, ("a",), {"processor_s": 8})] * 4, lambda: False)
+    started = job_record(1, "Simulating a")
+    assert quiet.filter(started) and started.event is None and started.msg == "Simulating a"
+    assert not quiet.filter(record(LogEvent.JOB_FINISHED, job_id=1))
+    ended = record(LogEvent.PROGRESS, done=1, total=4)
+    assert quiet.filter(ended) and ended.msg == "  1 of 4 jobs are done; about 1 min 0 s to go"
+    assert not quiet.filter(record(None, "Select jobs to execute..."))
+    assert quiet.filter(record(None, "note: the disk")) and quiet.filter(record(LogEvent.JOB_ERROR))
+
+
+@pytest.mark.parametrize(("typed", "end"), [("fingerprnt", "did you mean fingerprint?"), ("nosuch", ", gallery")])
+def test_an_unknown_target_is_told_with_the_nearest_one(typed, end):
+    said = record(
+        None, f"MissingRuleException:\nNo rule to produce {typed} (if you use input functions make sure ...)."
+    )
+    assert OneLineAJob(list, lambda: False).filter(said)
+    assert said.msg.startswith(f"error: {typed}: unknown target; ") and said.msg.endswith(end)
+
+
+def test_a_dry_run_has_one_line_for_each_rule():
+    quiet = OneLineAJob(list, lambda: True)
+    assert [quiet.filter(job_record(number, "Simulating")) for number in range(3)] == [True, False, False]

@@ -243,3 +243,22 @@ def test_the_tangential_share_follows_from_the_powers(own):
     for end in ("lower", "upper"):
         ratio = band[f"ratio_{end}"]
         assert getattr(found.tangential_share, end) == pytest.approx(ratio / (1 + ratio), rel=1e-12)
+
+
+def test_a_table_of_conditions_is_predicted_row_by_row(own):
+    table = pd.DataFrame({"run": ["a", "b"], "speed_rpm": [600.0, 480.0], "ball_diameter_m": 0.01, "fill_ratio": 0.2})
+    found = own.predict_table(table)
+    assert list(found["run"]) == ["a", "b"] and len(found) == 2
+    one = own.predict(own.condition(speed_hz=8.0, ball_diameter_m=0.01, fill_ratio=0.2))
+    row = found.iloc[1]
+    assert (row["power_W"], row["power_W_lower"]) == pytest.approx((one.power_W.value, one.power_W.lower))
+    assert row["balls"] == one.balls
+    with pytest.raises(ConfigError, match="column fill_ratio is missing"):
+        own.predict_table(table.drop(columns="fill_ratio"))
+
+
+def test_a_condition_has_one_speed_and_a_fingerprint_says_what_it_is_of(own):
+    for speeds in ({}, {"speed_hz": 8.0, "speed_rpm": 480.0}):
+        with pytest.raises(ConfigError, match="either speed_hz or speed_rpm"):
+            own.condition(ball_diameter_m=0.01, fill_ratio=0.2, **speeds)
+    assert repr(own).startswith(f"<Fingerprint of {own.about['mill']} with contact set ")

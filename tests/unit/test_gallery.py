@@ -6,11 +6,15 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from jinja2 import UndefinedError
 from matplotlib import pyplot as plt
 from matplotlib.collections import EllipseCollection, LineCollection
 from PIL import Image
 
 from millprint.config.errors import ConfigError
+from millprint.config.load import check_model
+from millprint.config.strict_yaml import read_yaml
+from millprint.config.workflow import WorkflowConfig
 from millprint.figures.drawn import DRAWN_COLUMNS, drawn
 from millprint.figures.style import save
 from millprint.provenance.lineage import Job
@@ -159,3 +163,18 @@ def test_a_figure_without_points_has_an_empty_table():
     assert drawn(figure).empty and list(drawn(figure)) == DRAWN_COLUMNS
     assert isinstance(drawn(figure), pd.DataFrame)
     plt.close(figure)
+
+
+@pytest.mark.parametrize("name", sorted({each.caption for each in listed_outputs() if each.caption}))
+def test_each_caption_finds_its_words_in_the_configuration(name):
+    """An unknown word is an error; the wildcards are those in the paths of the figures with this caption."""
+    config = check_model(read_yaml(ROOT / "config/config.yaml"), WorkflowConfig, "config/config.yaml")
+    paths = [each.path for each in listed_outputs() if each.caption == name]
+    words = {word: "word" for path in paths for word in re.findall(r"{(\w+)}", path)}
+    text = (ROOT / f"workflow/report/{name}.rst").read_text()
+    assert render_caption(text, config.model_dump(mode="json"), words)
+
+
+def test_a_word_that_the_configuration_does_not_have_is_an_error():
+    with pytest.raises(UndefinedError, match="gone"):
+        render_caption('Steps of {{ snakemake.config["gone"] }} s.', CONFIG, {})

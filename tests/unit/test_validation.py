@@ -111,6 +111,7 @@ def test_two_rows_of_one_id_are_refused(tmp_path):
 
 def test_values_are_numbers_series_ranges_and_bounds():
     assert [(each.x, each.value) for each in parse_value("10:5; 20:-1.5e2")] == [(10, 5), (20, -150)]
+    assert parse_value(".5")[0].value == 0.5
     (single,) = parse_value("27")
     assert single.value == 27 and np.isnan(single.x) and np.isnan(single.lower)
     (spread,) = parse_value("1.8 to 3.3")

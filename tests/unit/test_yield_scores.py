@@ -175,6 +175,7 @@ def pair(seed: int, shift: float, repeats: int, folds: int) -> list[pd.DataFrame
     return tables
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scheme", "repeats", "folds"), [(LEFT_OUT, 1, 25), (NESTED, 4, 5)])
 def test_paired_tests_reject_equal_models_rarely_and_different_ones_often(scheme, repeats, folds):
     tests = {

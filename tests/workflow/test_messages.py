@@ -7,7 +7,7 @@ import sys
 import time
 
 from millprint.run.ending.success import endings
-from tests.workflow.conftest import active_environment, ask_snakemake, run_snakemake
+from tests.workflow.conftest import active_environment, ask_snakemake, error_lines, run_snakemake
 from tests.workflow.test_reading import state_of
 
 SMOKE = ("--configfile", "config/smoke.yaml")
@@ -21,7 +21,7 @@ def test_the_file_to_look_at_first_is_one_that_the_target_makes(project):
     table = done.stdout[done.stdout.index("output_file\t") :]
     made = {row["output_file"] for row in csv.DictReader(io.StringIO(table), delimiter="\t")}
     for name, ending in endings().items():
-        look = ending.look.format(results="results", mill="emax", contact="calibrated")
+        look = ending.look.format(results="results", mill="emax", contact="calibrated", given="")
         assert look in made or any(file.startswith(f"{look}/") for file in made), name
 
 
@@ -46,10 +46,20 @@ def test_a_run_ends_with_what_was_made_and_a_failed_one_with_the_log_and_what_to
     # Snakemake's timers of a minute do not hold it.
     assert time.time() - (project / TARGET).stat().st_mtime < 30
     assert f"made:  {TARGET}\n" in done.stdout
+    # A line for each job, without lists of files.
+    assert "Reason" not in done.stdout and "MD5" not in done.stdout and "  1 of 1 jobs are done\n" in done.stdout
     assert "failed:" not in done.stdout
     assert "\r" not in done.stdout
     # Where nothing was made, nothing is said about it.
     assert "made:  " not in run_snakemake(project, *SMOKE, "--", TARGET).stdout
+
+
+def test_a_dry_run_of_the_thesis_is_short_and_an_unknown_target_is_one_line(project):
+    said = ask_snakemake(project, "--dry-run", "--cores", "2").stdout
+    assert said.count("\n") < 200 and "Simulating " in said and "results/dem/kernels.json" not in said
+    unknown = run_snakemake(project, "fingerprnt")
+    assert unknown.returncode == 1
+    assert error_lines(unknown.stdout) == ["error: fingerprnt: unknown target; did you mean fingerprint?"]
 
 
 def test_a_plan_says_what_a_run_would_do_and_changes_nothing(project):

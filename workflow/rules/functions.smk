@@ -197,3 +197,17 @@ def reported_figures(paths) -> list[dict]:
                 found.append(listed)
                 break
     return found
+
+
+def jobs_to_run() -> list[Job]:
+    """The jobs that are going to run, as a plan counts them."""
+    return [
+        Job(
+            job.rule.name,
+            job.threads,
+            tuple(map(str, job.output)),
+            {"processor_s": job.resources.get("processor_s", 0)},
+        )
+        for job in workflow.dag.needrun_jobs()
+        if job.output
+    ]

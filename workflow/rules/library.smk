@@ -34,10 +34,12 @@ except ModuleNotFoundError as error:
 from millprint.config.sources import Sources
 from millprint.config.strict_yaml import read_yaml
 from millprint.run.ending.failure import failure_lines
-from millprint.run.ending.success import success_lines
+from millprint.run.ending.lines import OneLineAJob
+from millprint.run.ending.success import given_run, success_lines
 from millprint.run.ending.timers import stop_timers
 from millprint.config.errors import ConfigError
 from millprint.checks.check_once import check_once
+from millprint.run.plan import Job
 from millprint.run.machine import prepare_environment
 from millprint.run.output_digests import report_damaged
 

@@ -21,6 +21,7 @@ from snakemake_interface_logger_plugins.common import LogEvent
 
 from millprint.cli.arguments import parser_of
 from millprint.cli.engine import YAML, settings_of, snakefile_words
+from millprint.run.ending.lines import job_of
 from millprint.run.plan import Job, plan_text
 
 # Exit status of a command whose arguments are wrong.
@@ -42,15 +43,6 @@ class Plan(logging.Filter):
             self.jobs.append(job_of(record))
         self.shown |= event == LogEvent.RUN_INFO
         return record.levelno >= logging.WARNING or (event == LogEvent.RUN_INFO and first)
-
-
-def job_of(record: logging.LogRecord) -> Job:
-    """A job, as Snakemake reports it to every logger."""
-    given = vars(record)
-    resources = {name: value for name, value in given["resources"].items() if isinstance(value, int | float)}
-    # A file with a flag is reported as `summary.json (update)`.
-    outputs = tuple(str(name).partition(" (")[0] for name in given["output"])
-    return Job(given["rule_name"], given["threads"], outputs, resources)
 
 
 def cores_of(words: list[str]) -> int:

@@ -6,14 +6,14 @@ class Intro {
   }
 
   build() {
-    const { mill, content } = this.explorer;
+    const { mill } = this.explorer;
     const { about } = mill.fingerprints[0];
     byId("title").textContent = mill.content.title;
-    document.title = `${mill.content.title}: explorer of the run ${content.name}`;
+    document.title = `${mill.content.title}: explorer`;
     const probability = short(100 * about.probability);
     const level = mill.yieldModel && short(100 * mill.content.yield.level);
     byId("intro").textContent = [
-      `The mechanical fingerprint of the run ${content.name}: set the mill and see what a collision does to the powder,`,
+      `The mechanical fingerprint of a mill: set it and see what a collision does to the powder,`,
       level ? "what the balls dissipate, and the yield to expect." : "and what the balls dissipate.",
       `Shaded is the band in which ${probability} % of new simulations are expected${level ? `, or ${level} % of measured yields` : ""}.`,
       "The mean of very many simulations and other unknowns have separate intervals, which are not added up.",

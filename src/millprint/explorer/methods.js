@@ -33,7 +33,7 @@ function methodsText(explorer, found) {
     ...mill.further.map((origin) => furtherWords(explorer, found, origin)),
     `With ${digits(found.powder_g)} g of powder (ball-to-powder mass ratio ${short(Number(state.bpr.toPrecision(3)))}) for ${short(state.time_h)} h, the specific energy is at most ${units.text("dose", found.dose_J_kg.value)}.`,
     ...(found.outside.length ? [`Outside the simulated range: ${listed(found.outside.map(nameOf))}.`] : []),
-    `(Run ${content.name}; fingerprint file with SHA-256 ${mill.content.fingerprints[explorer.contact].digest}….)`,
+    `(Fingerprint file with SHA-256 ${mill.content.fingerprints[explorer.contact].digest}….)`,
   ];
   return said.join(" ");
 }

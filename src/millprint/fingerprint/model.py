@@ -273,16 +273,22 @@ class Fingerprint:
     def condition(
         self,
         *,
-        speed_hz: float,
         ball_diameter_m: float,
         fill_ratio: float,
+        speed_hz: float | None = None,
+        speed_rpm: float | None = None,
         density_kg_m3: float | None = None,
         amplitude_m: float | None = None,
     ) -> Condition[float]:
-        """A condition of this mill; if left out, density and amplitude are as in the mill as built."""
+        """A condition of this mill; if left out, density and amplitude are as in the mill as built.
+
+        Raises ConfigError unless one of speed_hz and speed_rpm is given.
+        """
+        if (speed_hz is None) == (speed_rpm is None):
+            raise ConfigError("condition: give either speed_hz or speed_rpm")
         return Condition(
             fill_ratio=fill_ratio,
-            speed_hz=speed_hz,
+            speed_hz=speed_hz if speed_hz is not None else (speed_rpm or 0.0) / 60,
             ball_diameter_m=ball_diameter_m,
             density_kg_m3=self.about["density_kg_m3"] if density_kg_m3 is None else density_kg_m3,
             amplitude_m=self.about["amplitude_m"] if amplitude_m is None else amplitude_m,
@@ -390,6 +396,22 @@ class Fingerprint:
         beyond += [] if diameters else [CHARGE]
         return (*beyond, *([] if np.isclose(volume_m3, self.about["volume_m3"]) else ["volume_m3"]))
 
+    def predict_table(self, conditions: pd.DataFrame) -> pd.DataFrame:
+        """The conditions of a table with their predictions: a column for each descriptor, and for the ends of its band.
+
+        conditions: the columns ball_diameter_m, fill_ratio and speed_hz or speed_rpm; density_kg_m3 and amplitude_m as
+        in `condition`. Further columns are kept. Raises ConfigError as `condition` and `predict`.
+        """
+        known = [name for name in (*VARIABLES, "speed_rpm") if name in conditions]
+        if missing := {"ball_diameter_m", "fill_ratio"} - {*known}:
+            raise ConfigError(f"conditions: column {min(missing)} is missing")
+        told = [self.predict(self.condition(**row)) for row in conditions[known].to_dict("records")]
+        return conditions.join(pd.DataFrame([_row(each) for each in told], index=conditions.index))
+
+    def __repr__(self) -> str:
+        about = self.about
+        return f"<Fingerprint of {about['mill']} with contact set {about['contact']}: {len(self.settings)} settings>"
+
     def predict(
         self, condition: Condition[float], volume_m3: float | None = None, charge: str = ONE_SIZE
     ) -> Prediction:
@@ -417,6 +439,15 @@ class Fingerprint:
             outside=self.outside(condition, volume, charge),
             missing=self.missing(condition.fill_ratio),
         )
+
+
+def _row(prediction: Prediction) -> dict[str, Any]:
+    """A prediction as a row of a table."""
+    row: dict[str, Any] = {"balls": prediction.balls}
+    for name, value in vars(prediction).items():
+        if isinstance(value, Band):
+            row |= {name: value.value, f"{name}_lower": value.lower, f"{name}_upper": value.upper}
+    return row | {"outside": ", ".join(prediction.outside)}
 
 
 def bands(table: pd.DataFrame) -> dict[str, Band]:

@@ -28,7 +28,7 @@ POINT_COLUMNS = (
     *("id", "setup", "quantity", "x_name", "x", "measured", "measured_lower", "measured_upper", "unit", "class"),
     *("source", "note"),
 )
-NUMBER = r"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?"
+NUMBER = r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
 PAIR = re.compile(rf"({NUMBER}):({NUMBER})")
 RANGE = re.compile(rf"({NUMBER}) to ({NUMBER})")
 BOUND = re.compile(rf"(below|above) ({NUMBER})")

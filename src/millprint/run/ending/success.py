@@ -1,6 +1,7 @@
 """Three lines at the end of a run for each of its targets. The Snakefile imports this, so no heavy imports here."""
 
-from collections.abc import Iterable, Mapping
+import shlex
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -35,12 +36,21 @@ def endings() -> dict[str, Ending]:
     return {name: Ending(**texts) for name, texts in listed_targets().items()}
 
 
+def given_run(files: Sequence[Path], settings: Mapping[str, object]) -> str:
+    """The word after the target in a command that goes on with the same mill, with a blank before it; or nothing.
+
+    files, settings: of --configfile and --config.
+    """
+    mill = files[-1] if files else settings.get("mill", "")
+    return f" {shlex.quote(str(mill))}" if mill else ""
+
+
 def success_lines(targets: Iterable[str], chapters: bool, values: Mapping[str, str]) -> list[str]:
     """The lines for the targets of a successful run.
 
     targets: names of rules or files; without any, and for `everything`, the lines of the whole run: of the chapters or,
-    in a run without them, of a fingerprint. values: results, mill and contact. Other names, such as rules of a workflow
-    that uses this one as a module, are left out.
+    in a run without them, of a fingerprint. values: results, mill, contact and given (`given_run`). Other names, as of
+    rules of a workflow that uses this one as a module, are left out.
     """
     whole = "all" if chapters else "fingerprint"
     named = [whole if name in ("all", "everything") else name for name in targets] or [whole]

@@ -13,7 +13,7 @@ from docutils.core import publish_parts
 from docutils.frontend import get_default_settings
 from docutils.parsers.rst import Parser
 from docutils.writers.html5_polyglot import Writer
-from jinja2 import Environment
+from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 from PIL import Image
 
@@ -27,7 +27,8 @@ from millprint.thesis.report.table_pages import FOLDER, section_id
 THUMBNAIL_PX, THUMBNAIL_QUALITY = 640, 80
 # Largest number of inputs that are named one by one; any further ones are only counted.
 NAMED_INPUTS = 12
-TEMPLATES = Environment(autoescape=False)
+# A word that the configuration does not have is an error, not a gap.
+TEMPLATES = Environment(autoescape=False, undefined=StrictUndefined)
 # Made once: docutils takes longer to collect them than to render a caption. Files that a caption names are not read.
 CAPTIONS = get_default_settings(Parser, Writer)
 CAPTIONS.raw_enabled, CAPTIONS.file_insertion_enabled = False, False
