@@ -1,6 +1,6 @@
 """The regressors: one record each, which holds everything that depends on which regressor it is.
 
-To add one: its record here, and in millprint.config.search_spaces its fields in `Spaces` and `Evaluations`, or its name
+To add one: its record here, its space in `SPACES` of millprint.config.search_spaces and its evaluations, or its name
 in `UNTUNED` if it has no hyper-parameters to search; then `make reference`. Snakemake reads this module with the
 Snakefile, so a library is imported only where it is used.
 """
