@@ -17,6 +17,7 @@ extensions = [
     "sphinx_copybutton",
     "sphinx_design",
     "mathml",
+    "mills_page",
     "offered_names",
     "plain_docstrings",
     "repository_links",

@@ -8,7 +8,7 @@ Outputs: `search` (every jar) and `geometry`.
 import yaml
 
 from millprint.config.contact_set import ContactConfig
-from millprint.config.fit import FitConfig
+from millprint.config.fit import JarSearch
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig
 from millprint.run.files import whole_file, write_table
@@ -17,7 +17,7 @@ from millprint.thesis.fit.jar_search import Search, parameters_of, shaped, trial
 
 
 def main(
-    published_paths: list[str], output, mill: MillConfig, contact: ContactConfig, dem: DemConfig, settings: FitConfig
+    published_paths: list[str], output, mill: MillConfig, contact: ContactConfig, dem: DemConfig, settings: JarSearch
 ) -> dict[str, float]:
     """Write every jar that was tried, and the geometry of the best one as YAML; return its parameters."""
     search = Search(settings, trial_of(mill, contact, dem, settings, published_paths))
@@ -37,6 +37,6 @@ if "snakemake" in globals():
             MillConfig(**snakemake.params.mill),
             ContactConfig(**snakemake.params.contact),
             DemConfig(**snakemake.params.dem),
-            FitConfig(**snakemake.params.settings),
+            JarSearch(**snakemake.params.settings),
         )
         logger.info("best jar: %s", found)

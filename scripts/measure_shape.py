@@ -5,7 +5,7 @@ Inputs: `search` (fit_search.tsv) and `published`.
 Outputs: `shape`.
 """
 
-from millprint.config.fit import TrialConfig
+from millprint.config.fit import JarSearch
 from millprint.config.mill import MillConfig
 from millprint.run.files import read_table, write_json
 from millprint.run.job import job
@@ -15,7 +15,7 @@ from millprint.thesis.fit.open_shape import shape_factors
 from millprint.thesis.fit.published import published_values
 
 
-def main(search: str, published: list[str], output: str, mill: MillConfig, settings: TrialConfig, about: dict) -> None:
+def main(search: str, published: list[str], output: str, mill: MillConfig, settings: JarSearch, about: dict) -> None:
     """Write shape.json; `about` holds counting_rule and probability."""
     values = published_values(read_published(*published), settings.contact)
     factors = shape_factors(
@@ -36,6 +36,6 @@ if "snakemake" in globals():
             list(snakemake.input.published),
             snakemake.output.shape,
             MillConfig(**snakemake.params.mill),
-            TrialConfig(**snakemake.params.settings),
+            JarSearch(**snakemake.params.settings),
             dict(snakemake.params.about),
         )

@@ -74,7 +74,7 @@ def main(regimes_path: str, fingerprint_path: str, output, settings: PartitionCo
     cases["ours"]["power_as_printed_W"] = float("nan")
     powers = {"published": cases["published"]["power_as_printed_W"], "ours": cases["ours"]["power_as_run_W"]}
     runs = {name: measured.assign(power_W=power) for name, power in powers.items()}
-    prior = settings.prior.model_dump(exclude={"source"})
+    prior = settings.prior._asdict()
     leverage = (chemistry, settings.plug_efficiency, settings.electricity_price_EUR_kWh)
     tables = {
         "table_4_2": cases,

@@ -1,13 +1,12 @@
 """Tabulates experiments: the design and its check, half-lives, wear, and the literature.
 
-Settings: doe (design, half_life).
+Settings: doe (design).
 Inputs: `screening`, `weighings`, `studies`, `yields`.
 Outputs: `design`, `fraction`, `aliases`, `audit`; `half_life`, `wear`; `missingness`, `checks`; figures of the
 literature, and the points of one as `tsv`.
 """
 
 from millprint.config.design import DesignConfig
-from millprint.config.doe import HalfLifeConfig
 from millprint.figures.style import save
 from millprint.run.files import write_table
 from millprint.run.job import job
@@ -22,9 +21,9 @@ from millprint.thesis.doe.written import write_design
 from millprint.thesis.figures.chapter2_figures import literature, missingness
 
 
-def compute_wet_lab(weighings: str, outputs: dict[str, str], solution: HalfLifeConfig) -> None:
+def compute_wet_lab(weighings: str, outputs: dict[str, str]) -> None:
     """Write half-lives, and the wear of the balls with the iron from it."""
-    write_table(half_life_table(solution), outputs["half_life"])
+    write_table(half_life_table(), outputs["half_life"])
     write_table(wear_table(read_wear(weighings)), outputs["wear"])
 
 
@@ -44,5 +43,5 @@ if "snakemake" in globals():
     with job(snakemake.log[0], "tabulate experiments") as log:
         for line in write_design(given.screening, outputs, settings):
             log.warning("the runs depart from the design: %s", line)
-        compute_wet_lab(given.weighings, outputs, HalfLifeConfig(**own.half_life))
+        compute_wet_lab(given.weighings, outputs)
         tabulate_literature(given.studies, given.yields, outputs)

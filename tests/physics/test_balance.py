@@ -40,6 +40,7 @@ def test_ledger_closes(mills, contacts, contact, diameter):
     assert closure(series) < 1e-3
 
 
+@pytest.mark.slow
 def test_ledger_closes_round_a_post(mills, contacts):
     _, series, _ = simulate(mills, contacts, mill="emax_post")
     assert closure(series) < 1e-3
@@ -71,6 +72,7 @@ def test_balance_error_falls_with_the_square_of_the_step():
     assert errors[-1] < 4e-5
 
 
+@pytest.mark.slow
 def test_ledger_of_the_reference_closes_at_the_default_step_and_with_the_square_of_it(mills, contacts):
     """Both ball sizes, calibrated: within 0.1 % of the wall work at 2e-6 s, and four times less at half the step."""
     for diameter, bound in ((10, 2e-4), (5, 1e-3)):

@@ -47,6 +47,7 @@ def test_the_energy_balance_of_turning_and_swinging_vessels_closes(contacts):
         assert closure(series) < 1e-3, motion
 
 
+@pytest.mark.slow
 def test_a_stirrer_drives_the_balls_of_a_tank_at_rest(contacts):
     tank = {"kind": "cylinder", "radius_mm": 40, "height_mm": 60, "facets": 36, "fillet_radius_mm": 0}
     paddles = {
@@ -76,6 +77,7 @@ def jar_from_file(made: MillConfig, folder, kind: str) -> MillConfig:
     return made.model_copy(update={"geometry": geometry})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["emax", "emax_post"])
 def test_the_same_jar_from_parameters_and_from_a_file(mills, contacts, tmp_path, monkeypatch, name):
     """A file that keeps all digits gives the same motion, bit for bit: a rounding would grow by chaos."""
@@ -89,6 +91,7 @@ def test_the_same_jar_from_parameters_and_from_a_file(mills, contacts, tmp_path,
     assert by_parameters[1].equals(by_file[1])
 
 
+@pytest.mark.slow
 def test_a_binary_stl_gives_the_same_powers_within_the_spread_of_seeds(mills, contacts, tmp_path, monkeypatch):
     """Its 32-bit coordinates are 2 nm off: another motion after some hundredths of a second, the same mill."""
     monkeypatch.chdir(tmp_path)

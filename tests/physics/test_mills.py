@@ -29,7 +29,7 @@ def simulate(mill, contact, speed_rpm: float, closure_max: float = 2e-3, **chang
     """A run, and what it dissipates [W]: the work of a wall also lifts and lowers the balls within a turn."""
     described = {
         "mill": mill.name, "contact": contact.name, "ball_diameter_mm": 10, "fill_ratio": 0.1, "speed_rpm": speed_rpm,
-        "seed": 0, "settle_s": 0.1, "discard_s": 0.1, "window_s": 0.5, "rayleigh_fraction": 0.05,
+        "seed": 0, "settle_s": 0.1, "discard_s": 0.1, "window_s": 0.5, "rayleigh_fraction": 0.03,
     }  # fmt: skip
     simulation = Simulation(Case(**{**described, **changes}), mill, contact, DEM)
     series = ledger_series(np.concatenate(simulation.run("test").samples))
@@ -120,6 +120,7 @@ def test_the_jar_of_the_mixer_mill_stays_on_its_horizontal_arc(mills):
     assert np.abs(arm[:, 0]).max() == pytest.approx(0.02, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_planetary_jar_with_few_balls_has_no_impacts_and_says_so(mills, contacts):
     """All balls go round the smooth wall as one layer, rubbing it (fill 0.08); more balls fall and hit (0.20)."""
     summaries = []
@@ -153,6 +154,7 @@ def test_a_ball_of_the_mixer_mill_flies_from_end_to_end_and_back_in_a_turn(mills
     assert 1.5 < crossings <= 2.1
 
 
+@pytest.mark.slow
 def test_the_bed_of_a_vibratory_mill_takes_power_only_where_it_can_move_in_the_tube(mills, contacts):
     """At a tenth of g the apparent gravity leans by 6 degrees, under any angle of repose, and the charge rides along.
 
@@ -163,11 +165,12 @@ def test_the_bed_of_a_vibratory_mill_takes_power_only_where_it_can_move_in_the_t
     for g in (0.1, 4.0):
         w = math.sqrt(g * GRAVITY / amplitude)
         _, power = simulate(mills["vibratory"], contacts["calibrated"], w * 30 / math.pi, fill_ratio=0.28, settle_s=0.3,
-                            discard_s=0.2, window_s=0.35, closure_max=0.05, rayleigh_fraction=0.1)  # fmt: skip
+                            discard_s=0.2, window_s=0.35, closure_max=0.05)  # fmt: skip
         scaled[g] = power / w**3
     assert abs(scaled[0.1]) < 0.1 * scaled[4.0]
 
 
+@pytest.mark.slow
 def test_an_attritor_is_driven_against_friction_not_inertia(mills, contacts):
     """In a dense bed the torque is Coulomb's and hardly depends on the speed.
 
@@ -175,13 +178,13 @@ def test_an_attritor_is_driven_against_friction_not_inertia(mills, contacts):
     """
     speeds, made = [60, 180], mills["attritor"]
     # At the lower speed the bed jams and slips: one start says little.
-    settings = {"ball_diameter_mm": 9, "fill_ratio": 0.26, "window_s": 0.7, "discard_s": 0.3, "rayleigh_fraction": 0.1}
+    settings = {"ball_diameter_mm": 9, "fill_ratio": 0.26, "window_s": 1.0, "discard_s": 0.5, "rayleigh_fraction": 0.1}
     # There, rolling friction of balls that jam opened the balance by 2.6 %; see docs/why/limits.md.
     closure_max = {60: 0.05, 180: 2e-3}
     powers = [
         np.mean([
             simulate(made, contacts["calibrated"], speed, closure_max[speed], seed=seed, **settings)[1]
-            for seed in range(2)
+            for seed in range(3)
         ])
         for speed in speeds
     ]  # fmt: skip
@@ -189,6 +192,7 @@ def test_an_attritor_is_driven_against_friction_not_inertia(mills, contacts):
     assert 0 < found < 1.7
 
 
+@pytest.mark.slow
 def test_the_drum_of_the_box_cascades_below_its_critical_speed_and_centrifuges_above(mills, contacts):
     critical = 30 / math.pi * math.sqrt(GRAVITY / (0.05 - 0.005))
     slips = {}

@@ -89,6 +89,7 @@ def test_static_friction_raises_the_first_swing_and_rolling_friction_ends_them(m
     assert rolls["half_swings"] >= reference["half_swings"] + 4
 
 
+@pytest.mark.slow
 def test_the_fit_gives_back_the_pair_of_a_noisy_track(mills, contacts):
     chosen = settings()
     contact = contacts["calibrated"].model_copy(update={"static_friction": 0.42, "rolling_friction": 0.031})
@@ -104,6 +105,7 @@ def test_the_fit_gives_back_the_pair_of_a_noisy_track(mills, contacts):
     assert (fit.profile["excess"] >= -0.05).all()
 
 
+@pytest.mark.slow
 def test_a_track_that_never_slips_leaves_static_friction_open_above(cylinder, contacts):
     """A ball that starts low rolls from the start, so static friction has no effect (Burmeister's case)."""
     chosen = settings(
@@ -119,6 +121,7 @@ def test_a_track_that_never_slips_leaves_static_friction_open_above(cylinder, co
     assert rolling["estimate"] == pytest.approx(0.045, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_measured_track_is_fitted_from_its_table(mills, contacts, tmp_path):
     """Heights alone are enough; `given` stays empty, since the true pair is unknown."""
     chosen = settings(search_simulations=40, duration_s=0.5)

@@ -79,6 +79,7 @@ def lowered(distance, place, gap: float) -> np.ndarray:
     return np.array([*place, high])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_contacts_of_a_random_surface_are_as_the_exact_distance_says(seed):
     rng = np.random.default_rng(seed)
@@ -99,6 +100,7 @@ def test_contacts_of_a_random_surface_are_as_the_exact_distance_says(seed):
         assert min(touched[k] for k in in_contact) == pytest.approx(exact, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_what_is_clear_of_a_mill_touches_nothing(mills):
     """Every body of every mill, for its smallest ball: near vertices, where facets end."""
     for name, mill in mills.items():

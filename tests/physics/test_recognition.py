@@ -41,6 +41,7 @@ def shaped(mills, name: str, facets: int, fillet_facets: int) -> Vessel:
     return build_vessel(mill.model_copy(update={"geometry": geometry}))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("facets", [24, 44, 61])
 @pytest.mark.parametrize(
     ("name", "fillet_facets", "curves"),

@@ -66,6 +66,7 @@ def unbroken(mills, contacts, tmp_path_factory):
 
 
 # While settling, between the start and the window, at the window's beginning, and within it.
+@pytest.mark.slow
 @pytest.mark.parametrize("chunks", [3, 15, 26, 60])
 def test_a_stopped_run_goes_on_bit_for_bit(unbroken, mills, contacts, tmp_path, monkeypatch, small_chunks, chunks):
     folder, whole = unbroken
@@ -84,6 +85,7 @@ def test_a_stopped_run_goes_on_bit_for_bit(unbroken, mills, contacts, tmp_path, 
     assert {k: v for k, v in whole.items() if k not in clocks} == {k: v for k, v in parts.items() if k not in clocks}
 
 
+@pytest.mark.slow
 def test_a_run_that_was_stopped_twice(unbroken, mills, contacts, tmp_path, monkeypatch, small_chunks):
     _, whole = unbroken
     for chunks in (20, 25):
@@ -93,6 +95,7 @@ def test_a_run_that_was_stopped_twice(unbroken, mills, contacts, tmp_path, monke
     assert run(tmp_path / "parts", mills, contacts)["ledger_J"] == whole["ledger_J"]
 
 
+@pytest.mark.slow
 def test_a_longer_window_is_restarted_too(mills, contacts, tmp_path, monkeypatch, small_chunks):
     """A window that is made longer until the powers are known well, stopped in its second part."""
     case = CASE.model_copy(update={"power_error_max": 1e-6, "window_max_s": 0.16})
@@ -105,6 +108,7 @@ def test_a_longer_window_is_restarted_too(mills, contacts, tmp_path, monkeypatch
     assert (parts["window_s"], parts["ledger_J"]) == (whole["window_s"], whole["ledger_J"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damage", ["truncated", "other speed"])
 def test_a_useless_restart_file_is_ignored(unbroken, mills, contacts, tmp_path, monkeypatch, small_chunks, damage):
     _, whole = unbroken

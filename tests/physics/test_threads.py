@@ -15,6 +15,8 @@ from millprint.dem.ledger import ledger_series, ledger_summary
 from millprint.dem.simulation import Simulation
 from millprint.dem.threads import chunk
 
+pytestmark = pytest.mark.slow
+
 
 class FineDem(DemConfig):
     """A short run with many samples of the ledger."""

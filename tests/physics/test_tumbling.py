@@ -34,6 +34,7 @@ def case(speed_rpm: float, fill_ratio: float = 0.15, **values) -> Case:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_in_a_steady_drum_the_work_of_the_walls_is_dissipated():
     results, _ = simulate(case(0.7 * CRITICAL), drum(30), CONTACT, DEM)
     assert results["power_W"] > 0
@@ -41,6 +42,7 @@ def test_in_a_steady_drum_the_work_of_the_walls_is_dissipated():
     assert 90 < results["toe_deg"] < 200 < results["shoulder_deg"] < 360
 
 
+@pytest.mark.slow
 def test_a_charge_that_centrifuges_in_a_smooth_drum_takes_almost_no_energy():
     """What turns with the shell stays there where m (w^2 r - g) > 0 presses it on at the top; here that is 9 g.
 

@@ -128,7 +128,6 @@ def small_recipe(width: int = 32, window: int = 4, epochs: int = 2, **training) 
         "learning_rate": 1e-3,
         "final_learning_rate": 1e-4,
         "wall_time_max_s": 100,
-        "checkpoint_every_s": 1000,
         "validation_snapshots": 32,
         "seed": 3,
     }

@@ -54,6 +54,7 @@ def test_a_file_of_ones_own_is_read_and_its_faults_are_named(tmp_path, monkeypat
         millprint.load_mill("absent.yaml")
 
 
+@pytest.mark.slow
 def test_bad_conditions_are_refused_before_anything_runs(tmp_path):
     mill = millprint.load_mill("planetary")
     with pytest.raises(millprint.ConfigError, match=r"sweep: fill_ratio .*unknown key"):
@@ -69,6 +70,7 @@ def test_bad_conditions_are_refused_before_anything_runs(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_mill_has_the_ratio_one_to_itself_with_the_errors_of_both():
     table = millprint.compare(fingerprint(), condition(), fingerprint(), condition())
     assert list(table.index) == list(TITLES)
@@ -86,6 +88,7 @@ def test_the_ratio_of_two_speeds_follows_the_scaling_of_the_mill():
         assert table.at[name, "ratio"] == pytest.approx(1.25**power, rel=0.01), name
 
 
+@pytest.mark.slow
 def test_the_nearest_condition_of_the_same_mill_is_the_condition():
     found = millprint.match(fingerprint(), condition(), fingerprint(), ranked=3).iloc[0]
     assert found["fill_ratio"] == pytest.approx(0.12, rel=0.03)
@@ -95,6 +98,7 @@ def test_the_nearest_condition_of_the_same_mill_is_the_condition():
     assert found["fill_ratio"] == pytest.approx(0.12, rel=0.03) and found["normal_energy_J_ratio_lower"] < 1
 
 
+@pytest.mark.slow
 def test_mills_that_count_differently_are_compared_by_what_needs_no_rule():
     rows = descriptors()
     other = millprint.Fingerprint.fit(rows.assign(collisions_by="facet"), VOLUME, 0.95)

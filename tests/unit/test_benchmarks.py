@@ -223,6 +223,7 @@ def test_a_mill_that_does_not_move_on_a_circle_is_refused(config, mill, contact)
         make_setup(config, contact, cylinder_jar(config, at_rest(mill)), 24, 10.0)
 
 
+@pytest.mark.slow
 def test_both_codes_run_the_same_start_and_number_of_steps(config, mill, contact, setup):
     quick = replace(setup, settle_s=0.02)
     start = settle(quick, seed=1)
@@ -417,6 +418,7 @@ def test_a_table_of_timings_says_what_it_was_measured_with():
     assert set(table["lammps"]) == {"22 Jul 2025"} and len(table) == 3
 
 
+@pytest.mark.slow
 def test_without_lammps_the_benchmark_ends_in_one_line(tmp_path):
     """Also the way in which `make bench` calls it."""
     done = subprocess.run(

@@ -161,6 +161,7 @@ def whole(window: Window) -> dict[str, float]:
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seeds", "turns"), [(1, 8), (2, 8), (3, 4)])
 def test_the_interval_by_scatter_holds_a_new_simulation(seeds, turns):
     rng, draws = np.random.default_rng(1), 600
@@ -176,6 +177,7 @@ def test_the_interval_by_scatter_holds_a_new_simulation(seeds, turns):
     assert all(0.92 <= share <= 0.995 for share in shares.values()), shares
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seeds", "turns"), [(1, 8), (3, 4)])
 def test_the_band_of_the_mean_holds_the_mean_and_is_narrower(seeds, turns):
     rng, draws = np.random.default_rng(4), 600
@@ -192,6 +194,7 @@ def test_the_band_of_the_mean_holds_the_mean_and_is_narrower(seeds, turns):
     assert all(0.92 <= share <= 0.995 for share in shares.values()), shares
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seeds", [3, 4, 6])
 def test_both_bands_hold_seeds_that_lock_onto_different_motions(seeds):
     """Three lasting motions that hardly vary from turn to turn: only the seeds tell how far a run may lie."""
@@ -290,6 +293,7 @@ def test_bibtex_cites_what_the_card_rests_on(written):
     assert "garrido2026" in text and "@article{own," in text
 
 
+@pytest.mark.slow
 def test_a_card_of_a_simulated_setting_finds_that_setting(written):
     """The synthetic mill predicts the card exactly: the ranking ends where the card was made."""
     card, mill = read_card(written(card_content(0.10, 700.0))), fingerprint()
@@ -306,6 +310,7 @@ def test_a_card_of_a_simulated_setting_finds_that_setting(written):
     assert "balls of 10 mm" in first and "h of milling for the dose of 5 h" in second
 
 
+@pytest.mark.slow
 def test_a_card_that_no_setting_meets_is_said_so(written):
     content = card_content(gap_turns=GAP)
     for name in ("weighted_normal_energy_J", "weighted_tangential_energy_J"):

@@ -66,8 +66,8 @@ def test_the_overview_names_every_command(capsys):
         (["new", "drum", "--yes", "--contact", "stel"], ["--contact stel", "did you mean steel"]),
         (["new", "drum", "--yes", "--name", "emax"], ["--name emax", "included mill"]),
         (
-            ["match", "mixer", "--like", "emax", "800", "10", "0.1"],
-            ["mixer: this mill was not run"],
+            ["match", "emax_post", "--like", "emax", "800", "10", "0.1"],
+            ["emax_post: this mill was not run"],
         ),
     ],
 )

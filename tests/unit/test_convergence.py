@@ -104,6 +104,7 @@ def test_deviations_and_their_pooled_error():
     assert row["specific_frequency_deviation_percent"] == pytest.approx(0.0)
 
 
+@pytest.mark.slow
 def test_the_pooled_error_is_as_large_as_deviations_are_by_chance():
     """Of many made-up sweeps without any effect of the step, deviations over their errors have unit variance."""
     rng = np.random.default_rng(3)
@@ -164,6 +165,7 @@ def test_chance_is_not_taken_for_a_deviation_and_is_reported():
     assert 4 < series["steps"][-1]["resolution_percent"] < 12
 
 
+@pytest.mark.slow
 def test_chance_alone_rarely_fails_a_step():
     """A confidence of 95 %: at most one in twenty sweeps without an effect fails, within its own chance."""
     rng = np.random.default_rng(5)
@@ -211,6 +213,7 @@ def test_the_figure_of_the_step_shows_errors_orders_and_the_default():
         assert any(list(line.get_xdata()) == pytest.approx([2.0, 2.0]) for line in axis.lines)
 
 
+@pytest.mark.slow
 def test_the_figure_of_the_modulus_has_a_tick_at_each_modulus(tmp_path):
     moduli = {0.205: 0.9, 205.0: 1.0, 2.05: 1.05}
     table = table_of(

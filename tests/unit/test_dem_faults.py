@@ -55,6 +55,7 @@ def test_less_than_one_ball_is_refused():
     assert "less than one ball of 10 mm" in refusal(lambda: simulation(fill_ratio=0.001))
 
 
+@pytest.mark.slow
 def test_a_ball_outside_the_vessel_has_left_it():
     run = simulation()
     run.balls.position[7] += [0.0, 0.0, 1.0]
@@ -75,6 +76,7 @@ def test_a_number_that_is_not_finite_names_its_ball(value):
     assert re.match(r"the position of ball 5 is not a finite number at -?\d+\.\d+ s", refusal(lambda: run.run("test")))
 
 
+@pytest.mark.slow
 def test_an_overlap_by_speed_names_both_sides_the_speed_and_a_modulus():
     run = simulation(DEM.model_copy(update={"overlap_max": 1e-3}))
     line = refusal(lambda: run.run("test"))

@@ -31,6 +31,7 @@ def load_mill(name: str) -> MillConfig:
     return load_named(CONFIG / "mills", name, MillConfig, "mill")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "diameter", "count"),
     [("emax", 0.010, 24), ("emax", 0.010, 95), ("emax", 0.005, 764), ("emax_post", 0.010, 24)],
@@ -97,6 +98,7 @@ def slice_case(fill: float) -> Case:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_slice_of_a_drum_with_lifters_starts_and_runs(tmp_path, monkeypatch):
     """Only a plane of balls that lies across its axis holds them: level planes have one row each in 19 mm of height."""
     monkeypatch.chdir(tmp_path)

@@ -193,6 +193,7 @@ def test_a_spread_that_grows_with_a_factor_and_a_curved_yield_are_found(config):
     assert checked(table.assign(yield_percent=product))["tukey_nonadditivity"] < 0.01
 
 
+@pytest.mark.slow
 def test_p_values_of_the_checks_are_uniform_under_normal_errors(config):
     small = settings(model=["A", "B", "C", "D"])
     found = []

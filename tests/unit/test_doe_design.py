@@ -237,7 +237,7 @@ def test_runs_may_lack_the_treatment_code(tmp_path):
         ({"generators": ["E = A + B"]}, "E is not a factor"),
         ({"model": ["A", "A:E"]}, "A:E"),
         ({"model": ["A:B", "B:A"]}, "appears twice"),
-        ({"confidence": 1.5}, "less than 1"),
+        ({"simulations": 5}, "greater than or equal to 100"),
         ({"fraction": 3}, "unknown key"),
         ({"factors": [*thesis_settings()["factors"], thesis_settings()["factors"][0]]}, "appears twice"),
     ],

@@ -267,6 +267,7 @@ def screened(tmp_path, **changes) -> tuple:
     return str(tmp_path / "design.yaml"), str(tmp_path / "runs.tsv"), str(tmp_path / "out")
 
 
+@pytest.mark.slow
 def test_a_design_with_names_is_analysed_by_one_command(tmp_path, capsys):
     out = tmp_path / "out"
     millprint(["analyse", *screened(tmp_path)])

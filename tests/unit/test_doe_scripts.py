@@ -18,6 +18,8 @@ from millprint.thesis.doe.written import analysis_paths, design_paths, write_ana
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING, settings
 
+pytestmark = pytest.mark.slow
+
 CLAIMS = ROOT / "config/data/claims.tsv"
 WEAR = ROOT / "config/data/wear.tsv"
 
@@ -39,7 +41,7 @@ def run_chapter(results: Path, screening: Path, config: DoeConfig) -> list[str]:
 
 def run_wet_lab(results: Path, config: DoeConfig, weighings: Path = WEAR) -> None:
     outputs = {name: str(results / f"doe/{name}.tsv") for name in ("half_life", "wear")}
-    tabulate_experiments.compute_wet_lab(str(weighings), outputs, config.half_life)
+    tabulate_experiments.compute_wet_lab(str(weighings), outputs)
 
 
 def verdicts(results: Path) -> dict[str, str]:

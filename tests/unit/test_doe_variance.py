@@ -235,6 +235,7 @@ def test_residuals_are_orthogonal_to_the_model_and_leverages_count_its_parameter
     np.testing.assert_allclose(table["fitted_percent"] + table["residual_percent"], runs["yield_percent"])
 
 
+@pytest.mark.slow
 def test_residual_checks_tell_an_outlier_from_normal_errors(config):
     design = design_table(config)
     rng = np.random.default_rng(5)

@@ -29,7 +29,7 @@ BORATE, HYDRIDE = CHEMISTRY.limiting, CHEMISTRY.reductant
 def test_half_life_is_10_2_hours_at_298_kelvin_and_10_1_at_25_degrees():
     assert f"{half_life(11, 298) / 3600:.1f}" == "10.2"
     assert f"{half_life(11, 298.15) / 3600:.1f}" == "10.1"
-    table = half_life_table(settings().half_life)
+    table = half_life_table()
     assert table["half_life_h"][0] == pytest.approx(half_life(11, 298) / 3600)
 
 

@@ -87,6 +87,7 @@ def test_the_law_and_the_axis_of_made_up_yields_are_found(law, axis, parameters)
     )
 
 
+@pytest.mark.slow
 def test_yields_without_a_cause_have_no_effect_as_the_best():
     runs = made_up("first order", TOTAL, 0.1)
     runs["yield_percent"] = 50 + np.random.default_rng(1).standard_normal(len(runs))
@@ -105,6 +106,7 @@ def test_an_axis_that_does_not_vary_is_left_out():
     assert "time" not in verdict(runs, table, "Runs").split("explain:")[1].split(".")[0]
 
 
+@pytest.mark.slow
 def test_the_verdict_names_runs_that_dose_cannot_tell_apart():
     runs = made_up("first order", TOTAL, 0.05)
     runs.loc[0, [TOTAL, TANGENTIAL, "yield_percent"]] = [10.0, 8.0, 95.0]
@@ -120,6 +122,7 @@ def test_too_few_or_equal_yields_are_refused(yields, why):
         fit_kinetics(runs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("worth", "apart"), [(5.0, "are told apart"), (1.0, "are not told apart")])
 def test_the_worth_of_shear_is_found_within_its_interval(monkeypatch, worth, apart):
     runs = made_up("first order", TOTAL, 0.1)

@@ -241,6 +241,7 @@ with job(sys.argv[1] + "/a.log", "a job"):
     assert report_damaged(tmp_path) == 0
 
 
+@pytest.mark.slow
 def test_a_process_of_a_pool_ends_when_its_parent_is_killed():
     code = """
 import os, time

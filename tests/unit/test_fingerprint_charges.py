@@ -225,6 +225,7 @@ def test_a_charge_of_another_mill_can_be_the_target(unlike, tmp_path):
         }
 
 
+@pytest.mark.slow
 def test_balls_of_which_nothing_is_known_are_refused_in_one_line(unlike):
     alone = fitted(charged())
     for mill, choice, words in (

@@ -63,11 +63,7 @@ def set_further_rule(content):
 
 
 def set_contact(content):
-    content["partition"]["contact"] = "brass"
-
-
-def set_fixed_fill(content):
-    content["fingerprint"]["inverse"]["fixed_fill_ratio"] = 0.45
+    content["contacts"] = ["steel"]
 
 
 def set_design_fill(content):
@@ -94,11 +90,7 @@ def few_fills(content):
         (set_rule, "fingerprint.counting_rule = gap_0_05: must be one of dem.counting_rules (lifetimes, gap_0_01,"),
         (set_threshold, "fingerprint.counting_rule = gap_0_03_over_1N: has a threshold"),
         (set_further_rule, "convergence.counting_rules = lifetime: must be one of dem.counting_rules"),
-        (set_contact, "partition.contact = brass: must be one of contacts (calibrated, steel)"),
-        (
-            set_fixed_fill,
-            "fixed_fill_ratio = 0.45: must lie within the simulated fill ratios of calibrated, 0.04 to 0.4",
-        ),
+        (set_contact, "partition.contact = calibrated: must be one of contacts (steel)"),
         (
             set_design_fill,
             "partition.fill_ratios = 0.02: must lie within the simulated fill ratios of calibrated, 0.04",

@@ -20,6 +20,8 @@ from millprint.thesis.claims.tabulate import collect_findings
 from tests.conftest import PRINTED, configuration
 from tests.unit.synthetic_mill import VOLUME, overrides, summaries, summary, true_curves
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 DATA = ROOT / "config/data"
 CONTACTS = ["calibrated", "steel"]

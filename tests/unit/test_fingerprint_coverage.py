@@ -120,6 +120,7 @@ def test_new_simulations_are_counted_against_the_band_of_a_new_simulation():
     assert total.loc[("all", "powers"), "covered_lower"] < 0.5 < total.loc[("all", "powers"), "covered_upper"]
 
 
+@pytest.mark.slow
 def test_the_new_jars_are_mills_of_their_own(tmp_path, monkeypatch):
     """Sizes of none of the box, so that its bands were not chosen with them in view."""
     write_folder(tmp_path)

@@ -273,6 +273,7 @@ def test_the_ratio_of_two_mills_has_the_interval_of_two_independent_ones():
     assert exact.contact is None
 
 
+@pytest.mark.slow
 def test_a_match_with_another_mill_has_the_intervals_of_the_ratio(curves, file, analysed, tmp_path, capsys):
     like = {"fingerprint": analysed, "speed_rpm": 700, "ball_diameter_mm": 10, "fill_ratio": 0.12}
     request = MatchConfig(**REQUEST, targets=[{"name": "other", "like": like}], descriptors="per_collision")

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from millprint.config.errors import ConfigError
-from millprint.config.fit import FitConfig
+from millprint.config.fit import JarSearch
 from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.workflow import WorkflowConfig
@@ -19,6 +19,7 @@ from millprint.thesis.fit import fitted_mill
 from millprint.thesis.fit.jar_search import (
     FIT_COLUMNS,
     JAR_PARAMETERS,
+    SHAPE,
     Search,
     candidates,
     fit_table,
@@ -37,7 +38,7 @@ from tests.unit.synthetic_mill import summary, true_curves
 
 ROOT = Path(__file__).parents[2]
 EMAX = load_named(ROOT / "config/mills", "emax", MillConfig, "mill")
-SETTINGS = FitConfig.model_validate(configuration()["fit"])
+SETTINGS = JarSearch()
 PUBLISHED = read_published(ROOT / "config/data/published.tsv", ROOT / "config/data/claims.tsv")
 VALUES = published_values(PUBLISHED, "calibrated")
 
@@ -57,7 +58,7 @@ def test_the_present_jar_is_what_its_parameters_give():
 
 
 def test_a_jar_that_cannot_hold_the_volume_is_refused():
-    with pytest.raises(ConfigError, match=r"fit\.shape: no jar of 125 mL"):
+    with pytest.raises(ConfigError, match=r"fit: no jar of 125 mL"):
         shaped(EMAX, parameters_of(EMAX.geometry) | {"height_mm": 4000.0, "fillet_radius_mm": 0.0})
 
 
@@ -121,17 +122,15 @@ def test_only_conditions_of_fitted_values_are_simulated():
 
 
 def grid_point(**change):
-    middle = {
-        name: (getattr(SETTINGS.shape, name).low + getattr(SETTINGS.shape, name).high) / 2 for name in JAR_PARAMETERS
-    }
-    return {name: on_grid(value, getattr(SETTINGS.shape, name)) for name, value in (middle | change).items()}
+    middle = {name: (SHAPE[name].low + SHAPE[name].high) / 2 for name in JAR_PARAMETERS}
+    return {name: on_grid(value, SHAPE[name]) for name, value in (middle | change).items()}
 
 
 def quadratic(best):
     """A trial whose misfit grows with the distance from a known jar."""
 
     def trial(parameters, stage):
-        steps = [(parameters[name] - best[name]) / getattr(SETTINGS.shape, name).step for name in JAR_PARAMETERS]
+        steps = [(parameters[name] - best[name]) / SHAPE[name].step for name in JAR_PARAMETERS]
         ours = float(np.exp(0.01 * np.abs(steps).sum()))
         return pd.DataFrame(
             {
@@ -169,15 +168,13 @@ def test_candidates_are_on_the_grid_and_hold_the_present_jar():
     assert jars[0] == tuple(present.values())
     assert len(jars) == SETTINGS.screening.jars
     for jar in jars:
-        assert jar == tuple(
-            on_grid(value, getattr(SETTINGS.shape, n)) for n, value in zip(JAR_PARAMETERS, jar, strict=True)
-        )
+        assert jar == tuple(on_grid(value, SHAPE[n]) for n, value in zip(JAR_PARAMETERS, jar, strict=True))
 
 
 def test_neighbours_stay_in_the_ranges():
-    corner = tuple(getattr(SETTINGS.shape, name).low for name in JAR_PARAMETERS)
-    assert len(neighbours(corner, SETTINGS.shape)) == len(JAR_PARAMETERS)
-    assert len(neighbours(tuple(grid_point().values()), SETTINGS.shape)) == 2 * len(JAR_PARAMETERS)
+    corner = tuple(SHAPE[name].low for name in JAR_PARAMETERS)
+    assert len(neighbours(corner)) == len(JAR_PARAMETERS)
+    assert len(neighbours(tuple(grid_point().values()))) == 2 * len(JAR_PARAMETERS)
 
 
 def test_the_table_says_what_a_step_does():
@@ -205,6 +202,7 @@ def test_a_mill_of_another_name_or_shape_has_nothing_to_fit():
 
 def test_faults_of_the_section_name_the_key():
     content = configuration()
-    content["fit"] |= {"counting_rules": ["gap_0_03_over_1N"], "fitted": ["Pn_f0.07"], "contact": "calibrated"}
+    content["dem"]["counting_rules"] = [r for r in content["dem"]["counting_rules"] if r["name"] != "gap_0_04_by_facet"]
+    content["contacts"] = ["steel"]
     faults = fit_faults(check_model(content, WorkflowConfig, "config.yaml"), {"emax": EMAX}, "config.yaml")
-    assert [fault.split(":")[1].split(" =")[0].strip() for fault in faults] == ["fit.counting_rules", "fit.fitted"]
+    assert [fault.split(":")[1].split(" =")[0].strip() for fault in faults] == ["contacts", "dem.counting_rules"]

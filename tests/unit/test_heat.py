@@ -302,14 +302,14 @@ def test_impacts_do_not_depend_on_how_soft_the_simulation_was(tmp_path):
         ({"jars": {"spex": {"cooling": "ice"}}}, "cooling = 'ice'"),
         ({"jars": {"spex": {"mass_kg": -1}}}, "mass_kg = -1"),
         (
-            {"parameters": {"heat_share": {"low": 0.5, "high": 1.5, "source": "a test"}}},
-            "heat_share.high = 1.5: must be above 0 and at most 1",
+            {"parameters": {"wall_thickness_mm": {"low": 5, "high": 1500, "source": "a test"}}},
+            "wall_thickness_mm.high = 1500: must be above 0 and at most 1000",
         ),
         (
             {"parameters": {"wall_thickness_mm": {"low": 9, "high": 6, "source": "a test"}}},
             "low = 9: must not be above high = 6",
         ),
-        ({"parameters": {"wall_share": {"low": 0.1, "high": 0.2}}}, "source"),
+        ({"parameters": {"jar_density_kg_m3": {"low": 7000, "high": 8000}}}, "source"),
         ({"mills": ["Emax!"]}, "mills"),
     ],
 )

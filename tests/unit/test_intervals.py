@@ -176,6 +176,7 @@ def test_drawn_means_scatter_as_independent_runs_do():
     assert by_blocks == pytest.approx(true, rel=0.3) and alone < 0.75 * true
 
 
+@pytest.mark.slow
 def test_intervals_of_a_spread_cover_as_often_as_they_say():
     """Two seeds of 40 correlated revolutions, drawn again: the coefficient of variation of the process is inside."""
     rng, inside, phi, spread = np.random.default_rng(8), [], 0.3, 0.1
@@ -320,6 +321,7 @@ def test_the_spread_stands_beside_the_first_training():
     assert long["training"].tolist() == [1] * 7 + [2] * 7 and set(long["variant"]) == {"thesis"}
 
 
+@pytest.mark.slow
 def test_a_claim_on_the_curves_is_drawn_from_its_own_simulations(tmp_path):
     runs = synthetic_mill.summaries(contacts=("calibrated", "steel"), fills=(0.06, 0.10, 0.17))
     settings = {"mill": "emax", "contacts": ["calibrated", "steel"], "counting_rule": "gap_0_02", "further_rules": []}

@@ -37,6 +37,7 @@ def _in_a_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
+@pytest.mark.slow
 def test_a_table_of_a_planetary_motion_is_that_motion(tmp_path):
     made = read(planetary_table(), tmp_path)
     law = {"kind": "planetary", "sun_radius_mm": 70, "ratio": -2.5}

@@ -133,6 +133,7 @@ def test_the_intervals_by_contact_parameters_do_not_depend_on_the_precision(sett
     assert all(other == first for other in others)
 
 
+@pytest.mark.slow
 def test_a_sheet_states_what_a_condition_was_given_and_the_intervals_of_its_own_sweep():
     table = tabulate_mill_collapse(descriptors(), 0.95)
 

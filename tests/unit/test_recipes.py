@@ -7,6 +7,7 @@ import sys
 
 import pytest
 
+from millprint.run.digest import simulation_digest
 from tests.conftest import ROOT
 
 MOTION = '''
@@ -58,6 +59,7 @@ from pathlib import Path
 from millprint.fingerprint.columns import explain_columns
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.readers import read_summaries
+from millprint.run.digest import simulation_digest
 from tests.unit.synthetic_mill import summary
 from tests.unit.test_dose_spectra import contacts, write
 
@@ -68,6 +70,8 @@ rows = tabulate_descriptors(read_summaries([folder / "summary.json"]), "gap_0_03
 assert rows["normal_p95_J"].tolist() == [2e-3], rows["normal_p95_J"]
 assert tabulate_descriptors([summary()], "gap_0_03")["normal_p95_J"].isna().all()
 assert "`normal_p95_J` | J | 95th percentile" in explain_columns()
+# What decides whether a simulation runs again.
+assert simulation_digest() == DIGEST
 """
 
 REGRESSOR = """
@@ -152,13 +156,14 @@ from millprint.config.contact_set import CONTACT_LAWS, ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.dem.law import springs
 from millprint.dem.laws.registry import LAWS, law_of, step_scale
+from millprint.run.digest import simulation_digest
 from millprint.run.kernel import kernel_files
 
 own = dict(name="mine", source="test", restitution=1.0, static_friction=0.3, rolling_friction=0.0, density_kg_m3=7700)
 own |= {"kind": "quadratic", "quadratic_stiffness_n_m2": 1e11}
 mine = check_model(own, ContactConfig, "mine.yaml")
 assert CONTACT_LAWS[mine.kind].title == "quadratic contact" and step_scale(mine, 5e-3) == 1e-5
-assert any(file.name == "quadratic.py" for file in kernel_files())
+assert any(file.name == "quadratic.py" for file in kernel_files()) and simulation_digest() != DIGEST
 call = njit(lambda mark, overlap, numbers: springs(mark, overlap, *numbers))
 found = [call(LAWS[kind].mark(), 1e-4, (1e7, 1e6, 3.0, 2.0))[0] for kind in ("hertz", "linear", "quadratic")]
 assert np.allclose(found, [1e7 * 1e-6, 1e3, 0.1]), found
@@ -256,7 +261,7 @@ def follow(recipe: str, folder, further: str = "") -> None:
     assert len({name for name, _, _ in edits} | set(files)) <= 3
     path = os.pathsep.join([str(folder / "src"), str(ROOT), str(ROOT / "scripts")])
     given = {**os.environ, "PYTHONPATH": path, "NUMBA_CACHE_DIR": str(folder / "numba")}
-    program = f"FOLDER = {str(folder)!r}\n{program}{further}"
+    program = f"FOLDER, DIGEST = {str(folder)!r}, {simulation_digest()!r}\n{program}{further}"
     done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, env=given, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-3000:]
 

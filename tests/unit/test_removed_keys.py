@@ -13,7 +13,7 @@ from millprint.config.sweep import DemConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.dose.heat_table import AT_REST
 
-# Where the values are today.
+# Where the values are today, unless they are constants of the section.
 FIXED = {
     "convergence.closure_max": "dem.step_choice.CLOSURE_MAX",
     "convergence.confidence": "dem.step_choice.CONFIDENCE",
@@ -29,23 +29,34 @@ FIXED = {
     "mills.scale_up.run_settle_s": "fingerprint.cases.LARGE_SETTLE_S",
     "mills.scale_up.run_turns": "fingerprint.cases.LARGE_TURNS",
     "uncertainty.closure_max": "uncertainty.varied.CLOSURE_MAX",
-    "partition.borate_molar_mass_g_mol": "config.partition.PartitionConfig.borate_molar_mass_g_mol",
-    "partition.borohydride_molar_mass_g_mol": "config.partition.PartitionConfig.borohydride_molar_mass_g_mol",
-    "partition.enthalpy_kJ_mol": "config.partition.PartitionConfig.enthalpy_kJ_mol",
-    "partition.gibbs_kJ_mol": "config.partition.PartitionConfig.gibbs_kJ_mol",
-    "partition.lower_heating_value_kJ_mol": "config.partition.PartitionConfig.lower_heating_value_kJ_mol",
-    "yields.averaging.margin": "config.averaged_process.AveragingConfig.margin",
-    "yields.evaluation.largest_forest": "config.yields.EvaluationConfig.largest_forest",
-    "yields.training.high_yield_percent": "config.yields.TrainingConfig.high_yield_percent",
-    "yields.training.high_yield_weight": "config.yields.TrainingConfig.high_yield_weight",
     "view.frames_per_second": "view.frames.FRAMES_PER_SECOND",
 }
 
 
+SECTIONS = dict(sections(MODELS["config"]))
+CONSTANTS = {
+    key: value
+    for key in REMOVED
+    if (value := getattr(SECTIONS.get(key.rpartition(".")[0]), key.rpartition(".")[2], None)) is not None
+}
+
+
+def written(value) -> str:
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(written, value))}]"
+    return format(value, "g") if isinstance(value, float) else str(value)
+
+
 @pytest.mark.parametrize(("key", "place"), FIXED.items())
 def test_the_table_has_the_values_that_are_fixed(key, place):
-    value = resolve_name(f"millprint.{place}")
-    assert REMOVED[key] == f"fixed at {value if isinstance(value, int) else format(value, 'g')}"
+    assert REMOVED[key] == f"fixed at {written(resolve_name(f'millprint.{place}'))}"
+
+
+def test_the_table_has_the_constants_of_the_sections():
+    assert len(CONSTANTS) > 40
+    for key, value in CONSTANTS.items():
+        if REMOVED[key].startswith("fixed at") and not isinstance(value, dict):
+            assert REMOVED[key] == f"fixed at {written(value)}", key
 
 
 def test_the_table_has_the_other_values_that_are_fixed():

@@ -120,6 +120,7 @@ def assert_same_step(compiled, torch_, state) -> None:
         np.testing.assert_allclose(getattr(now, name), getattr(known, name), rtol=1e-5, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_the_thesis_size_is_nearer_to_double_precision_than_torch(world):
     """A sum of 256 numbers in parts loses less than one after the other."""
     compiled, torch_ = both(world, network(world, 1, 4, 256)[0])

@@ -244,6 +244,7 @@ def test_weights_load_without_code(tmp_path):
             assert torch.equal(first, second)
 
 
+@pytest.mark.slow
 def test_learns_a_small_set():
     """Forty snapshots by heart: the loss falls at least tenfold, and accelerations are explained."""
     recipe = small_recipe(

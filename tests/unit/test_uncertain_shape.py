@@ -6,21 +6,13 @@ import pytest
 from scipy.stats import qmc
 
 from millprint.config.errors import ConfigError
-from millprint.config.fit import TrialConfig
+from millprint.config.fit import JarSearch
 from millprint.fingerprint.bands import checked_factors
-from millprint.thesis.fit.jar_search import JAR_PARAMETERS
+from millprint.thesis.fit.jar_search import JAR_PARAMETERS, SHAPE
 from millprint.thesis.fit.open_shape import agreement, shape_factors
 
-RANGES = {
-    "straight_ratio": {"low": 0.5, "high": 1.5, "step": 0.05},
-    "height_mm": {"low": 30, "high": 40, "step": 0.5},
-    "facets_per_half_circle": {"low": 16, "high": 40, "step": 2},
-    "facet_unevenness": {"low": 0, "high": 0.8, "step": 0.05},
-    "fillet_radius_mm": {"low": 5, "high": 13, "step": 0.5},
-}
-SETTINGS = TrialConfig(
-    contact="calibrated", fitted=["Pn_f0.10"], shape=RANGES, ball_diameters_mm=[10], speeds_rpm=[1200]
-)
+RANGES = {name: own._asdict() for name, own in SHAPE.items()}
+SETTINGS = JarSearch(contact="calibrated", fitted=["Pn_f0.10"], ball_diameters_mm=[10])
 PRESENT = {name: (ends["low"] + ends["high"]) / 2 for name, ends in RANGES.items()}
 PUBLISHED = {"Pn_f0.10": 40.0, "Pt_f0.10": 80.0, "f_f0.10": 40.0}
 STEEP, MISFIT = 2.0, 0.1
@@ -57,7 +49,7 @@ def test_what_was_fitted_is_sure_and_what_was_not_is_open():
     assert ends["Et"] == pytest.approx(ends["Pt"], rel=0.02)
     assert ends["ratio"][1] / ends["ratio"][0] > ends["Pt"][1] / ends["Pt"][0]
     height, ratio = (factors.parameters[name] for name in ("height_mm", "straight_ratio"))
-    assert (height["lower"], height["upper"]) == pytest.approx((30.25, 39.75), abs=0.15)
+    assert (height["lower"], height["upper"]) == pytest.approx((31.225, 39.775), abs=0.15)
     assert ratio["upper"] - ratio["lower"] == pytest.approx(2 * 1.96 * MISFIT / STEEP, rel=0.1)
 
 

@@ -335,6 +335,7 @@ def synthetic_samples(settings: UncertaintyConfig) -> pd.DataFrame:
     return samples.assign(**fixed, **quantities)
 
 
+@pytest.mark.slow
 def test_tables_and_factors_of_a_known_mill(tmp_path):
     settings = UncertaintyConfig(samples=64, base_samples=128, draws=4)
     space = space_of(EMAX, settings)
@@ -373,6 +374,7 @@ def bistable_samples(settings: UncertaintyConfig) -> pd.DataFrame:
     return samples.assign(**{name: samples[name] * factor for name in CURVES})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("samples_of", [synthetic_samples, bistable_samples])
 def test_an_interval_holds_its_own_samples_and_lies_where_they_lie(samples_of, tmp_path):
     settings = UncertaintyConfig(samples=128, base_samples=128, draws=8)
@@ -396,6 +398,7 @@ def test_an_interval_holds_its_own_samples_and_lies_where_they_lie(samples_of, t
     assert moved.sampled is None and moved.onto({}) is moved
 
 
+@pytest.mark.slow
 def test_intervals_of_simulated_samples_hold_them_and_reach_no_further():
     """The first 48 samples of the Emax: 14 to 73 balls of 10 mm at 600 rpm, 0.8 s each."""
     samples = read_table(ROOT / "tests/data/contact_samples.tsv", text=["mill", "contact", "counting_rule"])

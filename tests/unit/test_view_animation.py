@@ -202,6 +202,7 @@ def command(*arguments) -> subprocess.CompletedProcess:
     )
 
 
+@pytest.mark.slow
 def test_the_command_line(run):
     done = command(run, "--revolutions", "0.2", "--frames-per-revolution", "50", "--start", "0.52")
     assert done.returncode == 0, done.stderr

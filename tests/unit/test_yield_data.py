@@ -108,6 +108,8 @@ def test_bad_rows_outside_the_domain_are_refused(tmp_path):
     [
         (("training", "spaces", "svr", "C"), [10.0, 1.0], "the first bound must be below the second"),
         (("training", "spaces", "rf", "min_samples_split"), [1, 20], "greater than or equal to 2"),
+        (("training", "spaces", "rf", "n_trees"), [1, 20], "rf.n_trees = [1, 20]: no such hyper-parameter"),
+        (("training", "spaces", "rf", "max_depth"), [1.5, 20], "must be whole numbers"),
         (("search", "evaluations", "gpr"), 0, "greater than or equal to 1"),
         (("training", "choices", "time_model"), "cubic", "must be 'same' or 'linear'"),
         (("training", "seeds"), 3, "unknown key"),
@@ -117,7 +119,7 @@ def test_bad_settings_are_refused_in_one_line(place, value, message):
     section = thesis_yields()
     target = section
     for key in place[:-1]:
-        target = target[key]
+        target = target.setdefault(key, {})
     target[place[-1]] = value
     with pytest.raises(ConfigError) as caught:
         check_model(section, YieldConfig, "config.yaml")

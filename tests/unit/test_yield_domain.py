@@ -128,6 +128,7 @@ def test_a_gap_inside_every_range_is_refused_by_the_correlation():
     assert all(text.startswith("correlation = ") for text in told)
 
 
+@pytest.mark.slow
 def test_the_command_refuses_descriptors_that_the_mill_does_not_have_at_once(tmp_path):
     rows = pd.concat([all_runs(), regime_rows(CASES, REFERENCE)], ignore_index=True)
     config = settings()

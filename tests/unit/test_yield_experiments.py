@@ -89,6 +89,7 @@ def test_a_batch_is_reproducible(first, tmp_path):
     assert Path(batch(tmp_path).path).read_text() == Path(first.path).read_text()
 
 
+@pytest.mark.slow
 def test_no_slot_is_spent_on_a_gain_below_the_threshold(first, tmp_path):
     config = first.config.proposals
     gains = first.next.groupby("purpose")["gain"].min()

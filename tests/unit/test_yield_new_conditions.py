@@ -70,6 +70,7 @@ def test_conditions_outside_the_trained_ranges_are_refused_with_the_reason(model
     )
 
 
+@pytest.mark.slow
 def test_the_command_predicts_the_example(models, tmp_path):
     out = tmp_path / "out.tsv"
     command = [sys.executable, "-m", "millprint.cli", "yields", models["mixture"], str(CONDITIONS_TABLE), str(out)]

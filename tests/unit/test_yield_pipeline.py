@@ -33,6 +33,8 @@ from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings
 from tests.unit.yield_settings import SPLIT, parts, settings
 
+pytestmark = pytest.mark.slow
+
 CLAIMS = ROOT / "config/data/claims.tsv"
 REGIMES = ROOT / "config/data/regimes.tsv"
 MODELS = models_of(COMPARED)

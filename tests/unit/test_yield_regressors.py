@@ -5,8 +5,8 @@ import pytest
 
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
-from millprint.config.search_spaces import COMPARED, TABLE_5_6, TUNED, UNTUNED, Spaces
-from millprint.config.yields import YieldConfig
+from millprint.config.search_spaces import COMPARED, SPACES, TABLE_5_6, TUNED, UNTUNED
+from millprint.config.yields import HELD_OUT, SEARCHED, YieldConfig
 from millprint.run.files import read_json
 from millprint.thesis.yields.estimators import GaussianProcess, gaussian_process
 from millprint.thesis.yields.evaluation import ALTERNATIVES, compare_choices, shap_values
@@ -39,11 +39,9 @@ def trained(name: str, strategy: str):
 
 def test_registry_and_configuration_hold_the_same_regressors():
     assert set(REGRESSORS) == {"linear", *TUNED, *UNTUNED}
-    assert {name: record.space for name, record in REGRESSORS.items() if record.space} == {
-        name: field.annotation for name, field in Spaces.model_fields.items()
-    }
+    assert {name: record.space for name, record in REGRESSORS.items() if record.space} == SPACES
+    assert TUNED == tuple(SEARCHED) == tuple(HELD_OUT)
     for record in REGRESSORS.values():
-        assert record.space is None or set(record.space.draws()) == set(record.space.model_fields)
         assert set(record.choices) <= set(ALTERNATIVES)
     assert len(MODELS) == 9 and MODELS[:2] == [("linear", "primary"), ("gpr", "primary")]
     assert set(TITLES) == {*REGRESSORS, AVERAGED, CLIMATOLOGY} and len(set(TITLES.values())) == len(TITLES)
@@ -71,11 +69,11 @@ def test_a_second_training_and_the_stored_model_predict_the_same(tmp_path, name,
 @pytest.mark.parametrize("name", REGRESSORS)
 def test_found_hyperparameters_lie_between_their_bounds(name):
     _, (best,) = trained(name, "primary")
-    space = getattr(settings().training.spaces, name, None)
-    assert set(best.parameters) == set(space.draws() if space else ())
+    bounds, space = settings().training.spaces.get(name, {}), SPACES.get(name, {})
+    assert set(best.parameters) == set(space) == set(bounds)
     for key, value in best.parameters.items():
-        low, high = getattr(space, key)
-        assert low <= value <= high and isinstance(value, int) == (space.draws()[key] == "whole")
+        low, high = bounds[key]
+        assert low <= value <= high and isinstance(value, int) == (space[key].how == "whole")
 
 
 @pytest.mark.parametrize("name", [name for name in REGRESSORS if EXPLAINED[name]])
@@ -117,7 +115,7 @@ def test_several_starts_reach_the_largest_marginal_likelihood_of_any_of_them():
     assert many.process.log_marginal_likelihood_value_ == pytest.approx(max(single), rel=1e-9)
     # The starts matter here: they end at different maxima.
     assert max(single) - min(single) > 0.5
-    low, high = (np.array([bounds[end] for bounds in vars(training.spaces.gpr).values()]) for end in (0, 1))
+    low, high = (np.array([bounds[end] for bounds in training.spaces["gpr"].values()]) for end in (0, 1))
     for start in np.exp(many.starts):
         assert (low <= start[[0, 1, -1]]).all() and (start[[0, 1, -1]] <= high).all()
 

@@ -115,11 +115,9 @@ def test_the_process_is_that_of_scikit_learn():
 
 def test_forests_of_the_folds_are_smaller_and_nothing_else_changes():
     training = settings().training
-    section = training.spaces.model_copy(
-        update={"rf": training.spaces.rf.model_copy(update={"n_estimators": [50, 300]})}
-    )
+    section = training.spaces | {"rf": training.spaces["rf"] | {"n_estimators": [50, 300]}}
     changed = smaller_forests(training.model_copy(update={"spaces": section}), 100)
-    assert changed.spaces.rf.n_estimators == [50, 100] and changed.spaces.xgb == training.spaces.xgb
+    assert changed.spaces["rf"]["n_estimators"] == [50, 100] and changed.spaces["xgb"] == training.spaces["xgb"]
     assert smaller_forests(training, 100) == training
 
 
@@ -177,6 +175,7 @@ def pair(seed: int, shift: float, repeats: int, folds: int) -> list[pd.DataFrame
     return tables
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scheme", "repeats", "folds"), [(LEFT_OUT, 1, 25), (NESTED, 4, 5)])
 def test_paired_tests_reject_equal_models_rarely_and_different_ones_often(scheme, repeats, folds):
     tests = {

@@ -3,7 +3,7 @@
 import pandas as pd
 
 from millprint.config.load import check_model
-from millprint.config.search_spaces import TUNED, Spaces
+from millprint.config.search_spaces import SPACES, TUNED
 from millprint.config.yields import YieldConfig
 from millprint.thesis.yields.run_tables import read_parts
 from tests.conftest import ROOT, configuration
@@ -37,9 +37,9 @@ def thesis_yields() -> dict:
 def settings(**choices) -> YieldConfig:
     """The thesis's settings with a small search, small forests, and changed `choices`."""
     section = thesis_yields()
-    for name, field in Spaces.model_fields.items():
-        if "n_estimators" in field.annotation.model_fields:
-            section["training"]["spaces"].setdefault(name, {})["n_estimators"] = [5, 10]
+    section["training"]["spaces"] = {
+        name: {"n_estimators": [5, 10]} for name, space in SPACES.items() if "n_estimators" in space
+    }
     section["training"]["choices"] |= choices
     section["search"] = SMALL
     section["evaluation"] |= {**SMALL, **SMALL_EVALUATION, "resamples": 200}

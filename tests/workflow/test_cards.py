@@ -114,7 +114,7 @@ def test_a_card_is_read_back_and_matched(written, smoke_project):
 @pytest.mark.parametrize(
     ("mill", "parts"),
     [
-        ("spex", ["spex", "was not run", "millprint fingerprint spex"]),
+        ("bead_drum", ["bead_drum", "was not run", "millprint fingerprint bead_drum"]),
         ("spexx", ["spexx", "unknown mill", "planetary"]),
         ("results/no.json", ["results/no.json", "no such fingerprint"]),
     ],

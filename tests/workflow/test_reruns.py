@@ -4,6 +4,7 @@ import os
 
 import pytest
 
+from tests.unit.test_recipes import RECIPES
 from tests.workflow.conftest import LINED_RUN, jobs_of, run_snakemake
 
 
@@ -56,6 +57,13 @@ def test_messages_and_progress_leave_every_simulation_done(plan):
         }
     )
     assert "run_dem_case" not in jobs
+
+
+def test_a_new_statistic_of_collisions_simulates_nothing(plan):
+    ((file, old, new),), _, _ = RECIPES["statistic"]
+    jobs = plan({f"src/millprint/{file}": replaced(old, new)})
+    assert "run_dem_case" not in jobs
+    assert "describe_mill" in jobs
 
 
 def test_another_law_simulates_everything_again(plan):

@@ -132,25 +132,23 @@ def test_an_edit_of_the_yield_models_reruns_only_yield_and_report(smoke_project)
     assert rules <= yield_rules | report_rules | {"all", "everything"}
 
 
-@pytest.mark.parametrize(
-    ("change", "rerun"),
-    [
-        ("doe={half_life: {ph: 12}}", {"tabulate_experiments"}),
-        ("fingerprint={maps: {fill_ratios: [0.06]}}", {"plot_fingerprint"}),
-        ("yields={proposals: {seed: 5}}", {"predict_yields", "plot_yields"}),
-        (
-            "yields={evaluation: {level: 0.9}}",
-            {
-                "evaluate_yield_models",
-                "search_retrospectively",
-                "leave_groups_out",
-                "plot_yields",
-            },
-        ),
-        ("calibration={drop_test: {heights_mm: [10, 20]}}", {"calibrate_restitution"}),
-    ],
-)
-def test_a_changed_setting_reruns_only_the_rules_that_use_it_and_the_report(smoke_project, change, rerun):
-    plan = run_snakemake(smoke_project, *SMOKE, "-n", "--config", change).stdout
+# Settings that are changed together, and the rules that use them.
+CHANGED = [
+    {
+        "fingerprint={maps: {fill_ratios: [0.06]}}": {"plot_fingerprint"},
+        "yields={proposals: {draws: 210}}": {"predict_yields", "plot_yields"},
+        "calibration={drop_test: {ball_diameter_mm: 8}}": {"calibrate_restitution"},
+    },
+    {
+        "yields={evaluation: {resamples: 1100}}": {
+            *("evaluate_yield_models", "search_retrospectively", "leave_groups_out", "plot_yields"),
+        },
+    },
+]
+
+
+@pytest.mark.parametrize("changes", CHANGED)
+def test_changed_settings_rerun_only_the_rules_that_use_them_and_the_report(smoke_project, changes):
+    plan = run_snakemake(smoke_project, *SMOKE, "-n", "--config", *changes).stdout
     always = rules_of("report.smk") | rules_of("provenance.smk") | {"all", "everything"}
-    assert set(jobs_of(plan)) - always == rerun, plan[-3000:]
+    assert set(jobs_of(plan)) - always == set.union(*changes.values()), plan[-3000:]

@@ -33,7 +33,6 @@ rule tabulate_experiments:
     localrule: True
     params:
         design=CONFIG.doe.part(DesignConfig),
-        half_life=CONFIG.doe.half_life.model_dump(mode="json"),
     message:
         "Checking the runs in {input.screening} against the design; tabulating half-lives, wear and the literature"
     script:

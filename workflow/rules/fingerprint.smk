@@ -1,6 +1,5 @@
 """Chapter 3: master curves with descriptors and inverse mode, fit of the jar, intervals of the curves."""
 
-from millprint.config.fit import TrialConfig
 from millprint.thesis.fit import fitted_mill
 
 FINGERPRINT = f"{RESULTS}/fingerprint"
@@ -120,7 +119,7 @@ FIT_OUTPUTS = []
 if FIT_MILL:
     SIMULATED_JAR = {
         "mill": dumped(FIT_MILL),
-        "contact": CONTACTS[CONFIG.fit.contact].model_dump(mode="json"),
+        "contact": CONTACTS[CONFIG.fit.search.contact].model_dump(mode="json"),
         "dem": settings("dem"),
     }
 
@@ -137,7 +136,7 @@ if FIT_MILL:
             f"{BENCHMARKS}/fit_jar/fit_jar.tsv"
         params:
             **SIMULATED_JAR,
-            settings=settings("fit"),
+            settings=CONFIG.fit.search.model_dump(mode="json"),
         message:
             "Searching the jar that agrees best with the published values chosen for the fit"
         script:
@@ -155,7 +154,7 @@ if FIT_MILL:
             f"{BENCHMARKS}/measure_fit_sensitivity/measure_fit_sensitivity.tsv"
         params:
             **SIMULATED_JAR,
-            settings=CONFIG.fit.part(TrialConfig),
+            settings=CONFIG.fit.search.model_dump(mode="json"),
         message:
             "Measuring the effect of one step of each parameter of the jar"
         script:
@@ -174,8 +173,8 @@ if FIT_MILL:
         localrule: True
         params:
             mill=SIMULATED_JAR["mill"],
-            contact=CONFIG.fit.contact,
-            fitted=CONFIG.fit.fitted,
+            contact=CONFIG.fit.search.contact,
+            fitted=CONFIG.fit.search.fitted,
             counting_rule=CONFIG.fingerprint.counting_rule,
         message:
             "Tabulating the fitted and the held-back values"
@@ -193,7 +192,7 @@ if FIT_MILL:
         localrule: True
         params:
             mill=SIMULATED_JAR["mill"],
-            settings=CONFIG.fit.part(TrialConfig),
+            settings=CONFIG.fit.search.model_dump(mode="json"),
             about={"counting_rule": CONFIG.fingerprint.counting_rule, "probability": CONFIG.fingerprint.interval},
         message:
             "Calculating what the fit leaves open of the shape of the jar"

@@ -4,7 +4,7 @@
 def shape_of(mill: str) -> list[str]:
     """The file of a fitted jar's shape, if the search of the fit is a part of the whole run."""
     fitted = fitted_mill(CONFIG, MILLS) if CHAPTERS and CONFIG.fit.in_all else None
-    if fitted is None or fitted.name != mill or CONFIG.fit.screening.jars < FEWEST_JARS:
+    if fitted is None or fitted.name != mill or CONFIG.fit.search.screening.jars < FEWEST_JARS:
         return []
     return [f"{RESULTS}/uncertainty/{fitted.name}/shape.json"]
 

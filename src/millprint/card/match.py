@@ -15,6 +15,7 @@ from millprint.fingerprint.comparison import ALL_SIMULATED, Wanted, nearest
 from millprint.fingerprint.condition_search import SHARED_CONTACT, check_same_count
 from millprint.fingerprint.match_words import limits_in_words, lost_in_words, setting_in_words
 from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.ready_made import find_ready_made
 
 # Settings are near a card if its descriptors are met to this on average (root mean square of logarithms).
 NEAR = 0.25
@@ -23,7 +24,9 @@ DOSE_COLUMNS = ("powder_mass_g", "rate_W_g", "rate_ratio", "milling_h")
 
 
 def find_fingerprint(mill: str, results: str | Path = "results", sources: Sources = WORKING_FOLDER) -> Path:
-    """The fingerprint of a mill that was run, given by its file or its name; the one with all intervals first.
+    """The fingerprint of a mill, given by its file or its name: of a run, or the one that comes with millprint.
+
+    Of a mill that was run, the one with all intervals first.
 
     Raises ConfigError, in one line, for an unknown mill, and for a mill that was not run, with the command to run it.
     """
@@ -34,6 +37,8 @@ def find_fingerprint(mill: str, results: str | Path = "results", sources: Source
     for path in places:
         if path.is_file() and (path.parent.name == mill or Fingerprint.read(path).about["mill"] == mill):
             return path
+    if (included := find_ready_made(mill)) is not None:
+        return included
     if not Path(sources.find(f"{MILL_FOLDER}/{mill}.yaml")).is_file():
         raise ConfigError(f"{mill}: unknown mill; known: {', '.join(sources.names(MILL_FOLDER))}")
     raise ConfigError(

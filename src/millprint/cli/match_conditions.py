@@ -41,6 +41,7 @@ from millprint.fingerprint.condition_search import match_targets, shared_contact
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.match_words import match_in_words
 from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.ready_made import find_ready_made
 from millprint.run.files import write_table
 
 SHORT = {
@@ -188,12 +189,21 @@ def request_of(options: argparse.Namespace, content: dict) -> MatchConfig:
     return check_model(content, MatchConfig, str(options.request or "command line"))
 
 
+def located(mills: list[str], results: str) -> list[Path]:
+    """The fingerprints of mills; says which of them come with millprint."""
+    paths = [find_fingerprint(mill, results, SOURCES) for mill in mills]
+    for mill, path in zip(mills, paths, strict=True):
+        if path == find_ready_made(mill):
+            print(f"{mill}: the fingerprint that comes with millprint; `millprint fingerprint {mill}` makes one here")
+    return paths
+
+
 def match_from_card(options: argparse.Namespace) -> None:
     """Rank the settings of a mill by how near they come to a card; print them with what is lost."""
     if options.near <= 0:
         raise ConfigError(f"--near {options.near:g}: must be above 0")
     card = read_card(options.card)
-    fingerprint = Fingerprint.read(find_fingerprint(options.to, options.results, SOURCES))
+    fingerprint = Fingerprint.read(*located([options.to], options.results))
     balls = [choice if choice in fingerprint.charges else _diameter(choice) for choice in options.balls or []]
     chosen: DescriptorSet = options.descriptors or "weighted"
     wanted = Wanted(options.speeds, options.fills, balls or None, options.densities, options.ranked or 10, chosen)
@@ -223,8 +233,7 @@ def main(arguments: list[str], name: str = "match") -> None:
     if options.card:
         match_from_card(options)
         return
-    paths = [find_fingerprint(mill, options.results, SOURCES) for mill in options.fingerprints]
-    fingerprints = [Fingerprint.read(path) for path in paths]
+    fingerprints = [Fingerprint.read(path) for path in located(options.fingerprints, options.results)]
     request = request_of(options, simulated(fingerprints))
     table = match_targets(request, fingerprints)
     notes = shared_contact(request, fingerprints)

@@ -24,28 +24,21 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
-from millprint.config.section import Fraction, Section
+from millprint.config.section import Section, completed
 
-INPUTS = ("bpr", "molar_ratio", "time_h", "power_per_ball_mW", "tangential_share")
 Scale = Literal["linear", "log"]
 Scales = Annotated[list[Scale], Field(min_length=1)]
+Input = Literal["bpr", "molar_ratio", "time_h", "power_per_ball_mW", "tangential_share"]
+SCALES: dict[Input, list[Scale]] = {
+    "bpr": ["linear", "log"],
+    "molar_ratio": ["linear"],
+    "time_h": ["log"],
+    "power_per_ball_mW": ["log"],
+    "tangential_share": ["linear"],
+}
+INPUTS = tuple(SCALES)
 LinkName = Literal["identity", "logit", "avrami"]
 Structure = Literal["product", "mains_product", "time_product", "trend_product"]
-
-
-class InputScales(Section):
-    """The scales on which each input is tried."""
-
-    bpr: Scales = ["linear", "log"]
-    """ball-to-powder mass ratio"""
-    molar_ratio: Scales = ["linear"]
-    """mol of MgH2 to mol of NaBO2.4H2O"""
-    time_h: Scales = ["log"]
-    """milling time"""
-    power_per_ball_mW: Scales = ["log"]
-    """power that one ball dissipates"""
-    tangential_share: Scales = ["linear"]
-    """tangential over total energy of a collision"""
 
 
 class LogNormal(NamedTuple):
@@ -88,11 +81,12 @@ class AveragingConfig(Section):
         "trend_product",
     ]
     """sums of products of kernels"""
-    scales: InputScales = InputScales()
+    scales: Annotated[dict[Input, Scales], completed(SCALES)] = SCALES
+    """scales on which each input is tried, in place of those that the kinetics give [-]"""
     # An input that varies less is divided by this [-].
     smallest_spread: ClassVar[dict[str, float]] = {"tangential_share": 0.05}
     priors: ClassVar[Priors] = Priors()
     # Under a bounded link, conversions are kept this far from 0 and 1 [-].
     margin: ClassVar[float] = 0.005
-    smallest_weight: Fraction = 0.002
-    """members of a smaller weight are dropped [-]"""
+    # Members of a smaller weight are dropped [-].
+    smallest_weight: ClassVar[float] = 0.002

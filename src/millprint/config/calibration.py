@@ -1,7 +1,7 @@
 """The section `calibration`: drop test and oscillating ball, simulated and measured (thesis Sec. 3.2.2)."""
 
 import math
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import Field, model_validator
 
@@ -30,8 +30,8 @@ class DropTestConfig(Section):
 
     ball_diameter_mm: Positive = 10.0
     """ball diameter [mm]"""
-    heights_mm: list[Positive] = Field(default=[10.0, 20.0, 40.0], min_length=2)
-    """heights over the floor of the simulated drops [mm]"""
+    # Heights over the floor of the simulated drops [mm].
+    heights_mm: ClassVar[tuple[float, ...]] = (10.0, 20.0, 40.0)
     measured: ProjectFile | None = None
     """table of measured drops (drop_height_mm, bounce_height_mm), from the project's root"""
 
@@ -89,12 +89,12 @@ class SwingConfig(Section):
     """How a ball is let go and followed, and how the friction pair of its track is searched, in every experiment."""
 
     release: ReleaseConfig = ReleaseConfig()
-    time_step_s: Positive = 5e-6
-    """integration step, or less by the Rayleigh time [s]"""
+    # Integration step, or less by the Rayleigh time [s].
+    time_step_s: ClassVar[float] = 5e-6
     duration_s: Positive = 3.0
     """length of a simulated track [s]"""
-    frames_per_second: float = Field(default=60.0, ge=10, le=1000)
-    """frames of a simulated track [1/s]"""
+    # Frames of a simulated track [1/s].
+    frames_per_second: ClassVar[float] = 60.0
     noise_mm: NonNegative = 0.3
     """standard deviation of the error added to a simulated track, in each direction [mm]"""
     seed: Seed = 0
@@ -109,8 +109,8 @@ class SwingConfig(Section):
     """simulations of the search: half over all, half around the best [-]"""
     profile_points: int = Field(default=4, ge=2, le=50)
     """points of a profile on either side of its estimate"""
-    varied: list[tuple[Coefficient, Coefficient]] = []
-    """further pairs (static, rolling) to show next to the fit, as in Fig. 3.3 [-]"""
+    # Further pairs (static, rolling) to show next to the fit, as in Fig. 3.3 [-].
+    varied: ClassVar[tuple[tuple[float, float], ...]] = ((0.15, 0.045), (0.6, 0.045), (0.3, 0.02), (0.3, 0.09))
 
     @model_validator(mode="after")
     def _bounds_rise(self) -> "SwingConfig":
@@ -137,7 +137,7 @@ class OscillationConfig(SwingConfig):
 class CalibrationConfig(Section):
     """Settings of the calibration stage."""
 
-    interval: Fraction = 0.95
-    """probability of every confidence interval [-]"""
+    # Probability of every confidence interval [-].
+    interval: ClassVar[float] = 0.95
     drop_test: DropTestConfig = DropTestConfig()
     oscillation: OscillationConfig

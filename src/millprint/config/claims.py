@@ -1,10 +1,10 @@
 """Settings of the verdicts on the claims of the thesis."""
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from millprint.config.section import Section, Seed
+from millprint.config.section import Section
 
 
 class ClaimsConfig(Section):
@@ -12,7 +12,7 @@ class ClaimsConfig(Section):
 
     draws: Annotated[int, Field(ge=2, le=100_000)] = 200
     """times that the simulations of chapter 3 are drawn again from their own windows [-]"""
-    level: Annotated[float, Field(gt=0, lt=1)] = 0.95
-    """level of the intervals that decide the verdicts [-]"""
-    seed: Seed = 0
-    """seed of the draws"""
+    # Level of the intervals that decide the verdicts [-].
+    level: ClassVar[float] = 0.95
+    # Seed of the draws.
+    seed: ClassVar[int] = 0

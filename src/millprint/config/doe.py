@@ -1,11 +1,11 @@
 """Settings of chapter 2: the analysis of a design's runs, the wet laboratory, and the literature."""
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import Field, model_validator
 
 from millprint.config.design import DesignConfig, Symbol
-from millprint.config.section import Fraction, Name, Positive, ProjectFile, Section, first_repeated
+from millprint.config.section import Name, Positive, ProjectFile, Section, first_repeated
 
 Purity = Annotated[float, Field(gt=0, le=1)]
 
@@ -28,15 +28,6 @@ class ChemistryConfig(Section):
     """mass fraction of the limiting reactant in its powder [-]"""
     reductant_purity: Purity = 1.0
     """mass fraction of the reductant in its powder [-]"""
-
-
-class HalfLifeConfig(Section):
-    """Conditions of the spent solution (thesis Eq. 2.7)."""
-
-    ph: float = Field(ge=7, le=14)
-    """pH of the solution [-]"""
-    temperature_k: float = Field(ge=273, le=373)
-    """temperature of the solution [K]"""
 
 
 class GasConfig(Section):
@@ -75,10 +66,11 @@ class AnalysisConfig(DesignConfig):
 
     model: list[str] = Field(min_length=1)
     """terms of the analysis of variance in the order of the type I sums, such as A or A:B"""
-    confidence: Fraction = 0.95
-    """level of the intervals of the effect sizes; a term stands if its p-value after Holm is below one minus it [-]"""
-    power: Fraction = 0.8
-    """probability with which the smallest effect in detectable.tsv would be found [-]"""
+    # Level of the intervals of the effect sizes; a term stands if its p-value after Holm is below one minus it
+    # [-].
+    confidence: ClassVar[float] = 0.95
+    # Probability with which the smallest effect in detectable.tsv would be found [-].
+    power: ClassVar[float] = 0.8
     simulations: Annotated[int, Field(ge=100, le=100_000)] = 2000
     """simulated sets of normal errors for the p-values of the residual checks"""
     repeatability_percent: Positive | None = None
@@ -111,5 +103,4 @@ class DoeConfig(AnalysisConfig):
     literature_yields: ProjectFile
     """table of the yields that they report, from the project's root"""
     chemistry: ChemistryConfig
-    half_life: HalfLifeConfig
     gas: GasConfig = GasConfig()

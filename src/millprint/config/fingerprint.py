@@ -1,6 +1,6 @@
 """Settings of the fingerprint stage, and of the convergence study that justifies its time step."""
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -125,12 +125,12 @@ class MatchConfig(Section):
 class InverseConfig(MatchConfig):
     """Inverse mode: which conditions come nearest to the descriptors of a target."""
 
-    contact: Name
-    """contact set of the search in which only the speed varies"""
-    fixed_fill_ratio: Fraction
-    """fill ratio of the search in which only the speed varies [-]"""
-    fixed_ball_diameter_mm: Positive
-    """ball diameter of the search in which only the speed varies [mm]"""
+    # Contact set of the search in which only the speed varies.
+    contact: ClassVar[str] = "calibrated"
+    # Fill ratio of the search in which only the speed varies [-].
+    fixed_fill_ratio: ClassVar[float] = 0.10
+    # Ball diameter of the search in which only the speed varies [mm].
+    fixed_ball_diameter_mm: ClassVar[float] = 5.0
     contacts: list[Name] = Field(min_length=1)
     """contact sets that the user can choose from"""
 
@@ -138,8 +138,8 @@ class InverseConfig(MatchConfig):
 class MapsConfig(Section):
     """Simulations shown as heat maps."""
 
-    ball_diameter_mm: Positive
-    """ball diameter [mm]"""
+    # Ball diameter [mm].
+    ball_diameter_mm: ClassVar[float] = 10.0
     speed_rpm: Positive
     """mill speed [rpm]"""
     fill_ratios: list[Fraction] = Field(min_length=1, max_length=4)

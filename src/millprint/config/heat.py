@@ -5,11 +5,11 @@ To add a kind of cooling, write a key of `SurroundingsSection` with its default,
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from millprint.config.section import Fraction, Name, NonNegative, Positive, Section, Seed
+from millprint.config.section import Fraction, Name, NonNegative, Positive, Section
 
 Cooling = Literal["still_air", "moving_air", "water"]
 BodyName = Literal["balls", "powder", "jar"]
@@ -94,7 +94,10 @@ STEEL = "steels, from stainless to bearing steel: handbook values"
 
 
 class HeatParametersSection(Section):
-    """The parameters of the balance. The defaults are wide: for a steel jar that nobody has measured."""
+    """The parameters of the balance. The defaults are wide: for a steel jar that nobody has measured.
+
+    Constants are those that hardly anybody can measure.
+    """
 
     ball_to_powder_ratio: RangeSection = known(10, 50, "levels of the thesis, Table 2.3")
     """mass of the balls over that of the powder, unless powder_mass_g is given [-]"""
@@ -112,27 +115,29 @@ class HeatParametersSection(Section):
         6, 12, "steel jars of laboratory mills, assumed; 9.5 mm is that of a 65 mL vial of 2.25 by 3 inch outside"
     )
     """thickness of the jar's wall and lid, where its mass or its surface is not given [mm]"""
-    ball_wall_W_m2K: RangeSection = known(
+    # Heat transfer from balls to jar, over the inside of the jar [W/m2K]
+    ball_wall_W_m2K: ClassVar[RangeSection] = known(
         20, 500, "Schluender's limit for a sphere of 10 mm on a wall in air is some 100; balls cover part of the wall "
         "(lower end), impacts and powder carry more (upper end): assumed",
     )  # fmt: skip
-    """heat transfer from balls to jar, over the inside of the jar [W/m2K]"""
-    ball_powder_W_m2K: RangeSection = known(200, 2000, LAYER)
-    """heat transfer from balls to powder, over the surface of the balls [W/m2K]"""
-    powder_wall_W_m2K: RangeSection = known(20, 2000, LAYER + "; at the lower end a tenth of the wall is covered")
-    """heat transfer from powder to jar, over the inside of the jar [W/m2K]"""
-    heat_share: RangeSection = known(
+    # Heat transfer from balls to powder, over the surface of the balls [W/m2K]
+    ball_powder_W_m2K: ClassVar[RangeSection] = known(200, 2000, LAYER)
+    # Heat transfer from powder to jar, over the inside of the jar [W/m2K]
+    powder_wall_W_m2K: ClassVar[RangeSection] = known(
+        20, 2000, LAYER + "; at the lower end a tenth of the wall is covered"
+    )
+    # Share of the dissipation that becomes heat; the rest stays in defects, surfaces and bonds [-]
+    heat_share: ClassVar[RangeSection] = known(
         0.8, 1.0, "Taylor and Quinney, Proc. R. Soc. A 143 (1934) 307: 85 to 95 % of plastic work in metals; widened"
     )
-    """share of the dissipation that becomes heat; the rest stays in defects, surfaces and bonds [-]"""
-    powder_share_normal: RangeSection = known(0.1, 0.9, "not known, assumed")
-    """share of the normal dissipation of a contact that heats the powder in it [-]"""
-    powder_share_shear: RangeSection = known(0.1, 0.9, "not known, assumed")
-    """share of the tangential and rolling dissipation of a contact that heats the powder in it [-]"""
-    wall_share: RangeSection = known(
+    # Share of the normal dissipation of a contact that heats the powder in it [-]
+    powder_share_normal: ClassVar[RangeSection] = known(0.1, 0.9, "not known, assumed")
+    # Share of the tangential and rolling dissipation of a contact that heats the powder in it [-]
+    powder_share_shear: ClassVar[RangeSection] = known(0.1, 0.9, "not known, assumed")
+    # Share of the jar in the ball-on-wall dissipation that does not heat powder; the balls take the rest [-]
+    wall_share: ClassVar[RangeSection] = known(
         0.3, 0.7, "half where ball and wall are of one material (equal half spaces, Carslaw and Jaeger); widened"
     )
-    """share of the jar in the ball-on-wall dissipation that does not heat powder; the balls take the rest [-]"""
 
     @model_validator(mode="after")
     def _possible(self) -> "HeatParametersSection":
@@ -266,8 +271,8 @@ class HeatConfig(Section):
     """mills whose heat balance is part of the whole run, in addition to the run's mill: files in config/mills"""
     samples: Annotated[int, Field(ge=8, le=100_000)] = 200
     """samples of the parameters, a Latin hypercube over their ranges"""
-    seed: Seed = 0
-    """seed of the samples"""
+    # Seed of the samples.
+    seed: ClassVar[int] = 0
     probability: Fraction = 0.9
     """probability of every band [-]"""
     programme: ProgrammeSection = ProgrammeSection()

@@ -1,6 +1,6 @@
 """The conditions of the fingerprint of a mill: its own `sweep`, and the settings of all mills (`mills`)."""
 
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -108,8 +108,8 @@ class ScaleUpConfig(Section):
     """fill ratio of both mills [-]"""
     speed_rpm: PositiveSpeed
     """speed of the small mill [rpm]"""
-    revolutions: Turns = 10.0
-    """revolutions for which the cost is estimated [-]"""
+    # Revolutions for which the cost is estimated [-].
+    revolutions: ClassVar[float] = 10.0
     cores: Annotated[int, Field(ge=1)] = 1
     """threads of the large run"""
 

@@ -1,12 +1,12 @@
 """Settings for predictions of new conditions and for proposals of the next experiments."""
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from millprint.config.averaged_process import LinkName, Structure
+from millprint.config.averaged_process import LinkName
 from millprint.config.search_spaces import STORED_MODEL
-from millprint.config.section import Count, Fraction, NonNegative, Positive, ProjectFile, Section, Seed
+from millprint.config.section import Count, Fraction, NonNegative, Positive, ProjectFile, Section
 
 Settings = Annotated[list[Positive], Field(min_length=1)]
 
@@ -64,38 +64,38 @@ class ProposalConfig(Section):
     """
     smallest_share: NonNegative = 0.005
     """a run for learning must take at least this share of the integrated variance [-]"""
-    level: Fraction = 0.95
-    """level of the predictive intervals [-]"""
+    # Level of the predictive intervals [-].
+    level: ClassVar[float] = 0.95
     shortlist: Count = 400
     """conditions that are compared jointly, half by merit and half at random"""
     draws: Count = 2000
     """joint draws from the model for the expected improvement"""
-    seed: Seed = 42
-    """seed of the shortlist and the draws"""
+    # Seed of the shortlist and the draws.
+    seed: ClassVar[int] = 42
     region: RegionConfig
 
 
 class RetrospectiveConfig(Section):
     """How many experiments it takes to find the best of the runs that were done."""
 
-    start_runs: Annotated[int, Field(ge=3, le=100_000)] = 8
-    """runs known at the start"""
+    # Runs known at the start.
+    start_runs: ClassVar[int] = 8
     starts: Count = 30
     """random starts, which do not contain the best run"""
     targets: Annotated[int, Field(ge=1, le=12)] = 5
     """best runs to find: the best of all runs, the best without that one, and so on, because a single run may
     be found fast by luck
     """
-    held_out_runs: Annotated[int, Field(ge=1, le=100_000)] = 7
-    """runs that no strategy may choose; their error says what the chosen runs teach"""
+    # Runs that no strategy may choose; their error says what the chosen runs teach.
+    held_out_runs: ClassVar[int] = 7
     chosen_runs: Annotated[int, Field(ge=1, le=100_000)] = 8
     """runs that a strategy chooses one by one before the last error"""
-    seed: Seed = 42
-    """seed of the starts and of ties"""
+    # Seed of the starts and of ties.
+    seed: ClassVar[int] = 42
     links: Annotated[list[LinkName], Field(min_length=1)] = ["logit", "avrami"]
     """scales of the yield that are averaged"""
-    structures: Annotated[list[Structure], Field(min_length=1)] = ["product"]
-    """kernels that are averaged"""
+    # Kernels that are averaged.
+    structures: ClassVar[tuple[str, ...]] = ("product",)
 
 
 class PredictionConfig(Section):
@@ -108,14 +108,13 @@ class PredictionConfig(Section):
         pattern=STORED_MODEL,
     )
     """stored model: ALGORITHM_STRATEGY, or averaged_gpr_final, which is fitted on all runs"""
-    tolerance: NonNegative = 0.01
-    """largest distance outside a trained range with a prediction, as a fraction of the range [ranges]"""
-    share_tolerance: NonNegative = 0.02
-    """largest distance outside the trained tangential shares with a prediction [-]"""
-    curve_tolerance: Annotated[float, Field(ge=0, le=1)] = 0.03
-    """three descriptors belong to one setting of the mill if each is within the band of its master curve, widened by
-    this fraction. The default is a little more than what two printed digits of a curve lose, 0.5 of 23 [-]
-    """
+    # Largest distance outside a trained range with a prediction, as a fraction of the range [ranges].
+    tolerance: ClassVar[float] = 0.01
+    # Largest distance outside the trained tangential shares with a prediction [-].
+    share_tolerance: ClassVar[float] = 0.02
+    # Three descriptors belong to one setting of the mill if each is within the band of its master curve, widened
+    # by this fraction. The default is a little more than what two printed digits of a curve lose, 0.5 of 23 [-].
+    curve_tolerance: ClassVar[float] = 0.03
     correlation_min: Annotated[float, Field(ge=0, lt=1)] = 0.5
     """smallest correlation of a yield with that of the nearest run, by the length scales of the averaged process, with
     a prediction; 0: no limit [-]

@@ -1,36 +1,28 @@
 """Settings of the partition stage."""
 
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
-from pydantic import Field
-
-from millprint.config.section import Fraction, Name, NonNegative, Positive, Section
+from millprint.config.section import Fraction, NonNegative, Section
 
 
-class PriorConfig(Section):
-    """Earlier work that the best case is compared with."""
+class Prior(NamedTuple):
+    """Earlier work: yield [%], milling time [h], ball-to-powder mass ratio [-], speed of the mill [Hz]."""
 
-    source: str
-    """where the numbers come from"""
-    yield_percent: Positive = Field(le=100)
-    """yield [%]"""
-    time_h: Positive
-    """milling time [h]"""
-    bpr: Positive
-    """ball-to-powder mass ratio [-]"""
-    speed_hz: Positive
-    """mill speed [Hz]"""
+    yield_percent: float
+    time_h: float
+    bpr: float
+    speed_hz: float
 
 
 class PartitionConfig(Section):
     """Settings of the partition stage."""
 
-    contact: Name
-    """contact set whose master curves are used"""
-    ball_diameter_mm: Positive
-    """ball diameter of the cases [mm]"""
-    reference_speed_rpm: Positive
-    """speed of the reference and of the constant-speed cases [rpm]"""
+    # Contact set whose master curves are used.
+    contact: ClassVar[str] = "calibrated"
+    # Ball diameter of the cases [mm].
+    ball_diameter_mm: ClassVar[float] = 10.0
+    # Speed of the reference and of the constant-speed cases [rpm].
+    reference_speed_rpm: ClassVar[float] = 600.0
     fill_ratios: list[Fraction] = []
     """further fill ratios of equal speed and of equal power"""
     borate_molar_mass_g_mol: ClassVar[float] = 137.86
@@ -47,7 +39,7 @@ class PartitionConfig(Section):
     """assumed power of the balls over the plug's, Eq. 4.8 [-]"""
     electricity_price_EUR_kWh: NonNegative = 0.2
     """assumed price, Eq. 4.9 [EUR/kWh]"""
-    interval: Fraction = 0.95
-    """probability of the confidence intervals [-]"""
-    prior: PriorConfig
-    """earlier work of Table 4.3"""
+    # Probability of the confidence intervals [-].
+    interval: ClassVar[float] = 0.95
+    # Chen et al. 2017, with which Table 4.3 compares the best case.
+    prior: ClassVar[Prior] = Prior(yield_percent=88.0, time_h=20.0, bpr=50.0, speed_hz=20.0)

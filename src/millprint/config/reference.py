@@ -30,7 +30,8 @@ there, and a default in parentheses is the section's own. A word in parentheses 
 `motion (circle)`, is its `kind`. The column `default` shows the value if a key is missing:
 
 - `required`: the key must be given if its section is.
-- see the section: every key of that section has its own default, in the table of the section.
+- see the section: every key of that section has its own default, in the table of the section. A section that needs
+  no further word is only linked, above the table.
 - left out: there is no value; the column `meaning` says what that means.
 """
 FRONT = ["| key | meaning | bounds | default |", "|---|---|---|---|"]
@@ -114,18 +115,23 @@ def _section(place: Place, written: Written, further: list[str]) -> list[str]:
     schema = model.model_json_schema()["properties"]
     lines = [f"### `{place.key}`", ""] if place.key else []
     lines += [on_a_line(model.__doc__), *_other_places(further), ""]
-    rows, shared = [], []
+    rows, shared, inner = [], [], []
     for key, own in model.model_fields.items():
         if key == "kind" and place.key.endswith(")"):
             continue
         source = source_of_meaning(model, key), key
         if source in written.rows:
             shared.append((written.rows[source][0], _with_default(key, own, written.rows[source][1])))
+        elif len(nested := nested_models(own.annotation)) == 1 and not meaning_of(model, key):
+            needed = " (required)" if own.is_required() else ""
+            inner.append(f'<a id="{place.anchor(key)}"></a>{written.tables[nested[0]].link}{needed}')
         else:
             written.rows[source] = place, own
             rows.append(_row(place, key, schema[own.alias or key], written))
     for other, keys in groupby(shared, lambda each: each[0]):
         lines += [f"Keys as in {other.link}: {', '.join(named for _, named in keys)}.", ""]
+    if inner:
+        lines += [f"Sections in it: {', '.join(inner)}.", ""]
     return [*lines, *FRONT, *rows, ""] if rows else lines
 
 

@@ -1,133 +1,96 @@
 """Settings of the regressors: which of them are trained, and the search spaces of their hyper-parameters."""
 
-from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field
 
-from millprint.config.section import Count, NonNegative, Positive, Section
+from millprint.config.section import Positive
 
 # The models of thesis Table 5.6, in its order. The linear one has no hyper-parameters and takes one step.
 TABLE_5_6 = ("linear", "gpr", "rf", "svr", "xgb")
 Draw = Literal["uniform", "logarithmic", "whole"]
+Interval = Annotated[list[Positive], Field(min_length=2, max_length=2)]
 
 
-@dataclass(frozen=True)
-class Drawn:
-    """How the search draws a hyper-parameter between its bounds: logarithmic is uniform in the logarithm."""
+class Drawn(NamedTuple):
+    """A hyper-parameter: its bounds, how the search draws it between them, and the smallest value that it can have.
 
-    how: Draw
+    logarithmic: uniform in the logarithm.
+    """
 
+    low: float
+    high: float
+    how: Draw = "uniform"
+    least: float = 1e-12
 
-Pair = Field(min_length=2, max_length=2)
-Interval = Annotated[list[Positive], Pair]
-Uniform = Annotated[list[Positive], Pair, Drawn("uniform")]
-UniformFromZero = Annotated[list[NonNegative], Pair, Drawn("uniform")]
-Logarithmic = Annotated[list[Positive], Pair, Drawn("logarithmic")]
-Whole = Annotated[list[Count], Pair, Drawn("whole")]
-WholeFromTwo = Annotated[list[Annotated[int, Field(ge=2, le=100_000)]], Pair, Drawn("whole")]
-
-
-class SearchSpace(Section):
-    """A search space: a lower and an upper bound for each hyper-parameter."""
-
-    @model_validator(mode="after")
-    def _bounds_rise(self) -> "SearchSpace":
-        for name in type(self).model_fields:
-            low, high = getattr(self, name)
-            if low >= high:
-                raise ValueError(f"{name} = [{low}, {high}]: the first bound must be below the second")
-        return self
-
-    @classmethod
-    def draws(cls) -> dict[str, Draw]:
-        """How each hyper-parameter is drawn."""
-        fields = cls.model_fields.items()
-        return {name: mark.how for name, field in fields for mark in field.metadata if isinstance(mark, Drawn)}
+    def check(self, place: str, bounds: Any) -> None:
+        """Raise ValueError for bounds that are not two, do not rise, are too small, or are not whole."""
+        numbers = isinstance(bounds, list | tuple) and all(isinstance(bound, int | float) for bound in bounds)
+        if not numbers or len(bounds) != 2 or not bounds[0] < bounds[1]:
+            raise ValueError(f"{place} = {bounds}: must be two numbers, and the first bound must be below the second")
+        if bounds[0] < self.least:
+            raise ValueError(f"{place} = {bounds}: must be greater than or equal to {self.least:g}")
+        if self.how == "whole" and not all(isinstance(bound, int) for bound in bounds):
+            raise ValueError(f"{place} = {bounds}: must be whole numbers")
 
 
-class GprSpace(SearchSpace):
-    """Table 5.2: starting points for maximising the marginal likelihood (Eq. 5.10)."""
-
-    constant: Uniform = [0.1, 1000.0]
-    """constant scaling C, uniform [pp2]"""
-    length_scale: Uniform = [0.05, 10.0]
-    """length scale l, uniform [standard deviations of a feature]"""
-    noise: Uniform = [1e-5, 1.5]
-    """noise variance, uniform [pp2]"""
-
-
-class RfSpace(SearchSpace):
-    """Table 5.3, uniform on whole numbers."""
-
-    n_estimators: Whole = [50, 300]
-    """number of trees"""
-    max_depth: Whole = [5, 30]
-    """largest depth of a tree"""
-    min_samples_split: WholeFromTwo = [2, 20]
-    """rows that a node needs to be split"""
-    min_samples_leaf: Whole = [1, 10]
-    """rows that a leaf needs"""
-
-
-class SvrSpace(SearchSpace):
-    """Table 5.4."""
-
-    C: Logarithmic = [0.1, 100.0]
-    """regularisation, uniform in its logarithm [-]"""
-    epsilon: Uniform = [0.001, 1.0]
-    """half width of the insensitive tube, uniform [pp]"""
-    gamma: Logarithmic = [0.001, 1.0]
-    """kernel scale of Eq. 5.13, uniform in its logarithm [-]"""
+FOREST = {
+    "n_estimators": Drawn(50, 300, "whole", 1),  # trees
+    "max_depth": Drawn(5, 30, "whole", 1),  # of a tree
+    "min_samples_split": Drawn(2, 20, "whole", 2),  # rows that a node needs to be split
+    "min_samples_leaf": Drawn(1, 10, "whole", 1),  # rows that a leaf needs
+}
+# The hyper-parameters of each regressor that is tuned.
+SPACES: dict[str, dict[str, Drawn]] = {
+    # Table 5.2: where the maximisation of the marginal likelihood starts (Eq. 5.10).
+    "gpr": {
+        "constant": Drawn(0.1, 1000.0),  # constant scaling C [pp2]
+        "length_scale": Drawn(0.05, 10.0),  # l [standard deviations of a feature]
+        "noise": Drawn(1e-5, 1.5),  # variance [pp2]
+    },
+    "rf": FOREST,  # Table 5.3
+    "svr": {  # Table 5.4
+        "C": Drawn(0.1, 100.0, "logarithmic"),  # regularisation [-]
+        "epsilon": Drawn(0.001, 1.0),  # half width of the insensitive tube [pp]
+        "gamma": Drawn(0.001, 1.0, "logarithmic"),  # kernel scale of Eq. 5.13 [-]
+    },
+    "xgb": {  # Table 5.5
+        "max_depth": Drawn(3, 10, "whole", 1),  # of a tree
+        "learning_rate": Drawn(0.01, 0.3, "logarithmic"),  # [-]
+        "n_estimators": Drawn(100, 500, "whole", 1),  # trees
+        "subsample": Drawn(0.5, 1.0),  # fraction of the rows for a tree [-]
+        "colsample_bytree": Drawn(0.5, 1.0),  # fraction of the features for a tree [-]
+        "gamma": Drawn(0.0, 5.0, least=0.0),  # smallest loss reduction that splits a node [pp2]
+    },
+    # Extremely randomised trees (Geurts et al. 2006) draw thresholds and see every row; not of the thesis.
+    "extra_trees": FOREST,
+}
 
 
-class XgbSpace(SearchSpace):
-    """Table 5.5."""
-
-    max_depth: Whole = [3, 10]
-    """largest depth of a tree, uniform on whole numbers"""
-    learning_rate: Logarithmic = [0.01, 0.3]
-    """learning rate, uniform in its logarithm [-]"""
-    n_estimators: Whole = [100, 500]
-    """number of trees, uniform on whole numbers"""
-    subsample: Uniform = [0.5, 1.0]
-    """fraction of the rows for a tree, uniform [-]"""
-    colsample_bytree: Uniform = [0.5, 1.0]
-    """fraction of the features for a tree, uniform [-]"""
-    gamma: UniformFromZero = [0.0, 5.0]
-    """smallest loss reduction that splits a node, uniform [pp2]"""
-
-
-class ExtraTreesSpace(RfSpace):
-    """As for the random forest. Extremely randomised trees (Geurts et al. 2006) draw thresholds and see every row."""
+def _complete_spaces(content: Any) -> Any:
+    """Every space, with the bounds that are given; raises ValueError for bounds that cannot be."""
+    if not isinstance(content, dict):
+        return content
+    spaces: dict[str, Any] = {
+        name: {key: [drawn.low, drawn.high] for key, drawn in space.items()} for name, space in SPACES.items()
+    }
+    for name, given in content.items():
+        if name not in SPACES or not isinstance(given, dict):
+            raise ValueError(f"{name} = {given}: must be bounds of the hyper-parameters of one of {', '.join(SPACES)}")
+        for key, bounds in given.items():
+            if key not in SPACES[name]:
+                raise ValueError(f"{name}.{key} = {bounds}: no such hyper-parameter; known: {', '.join(SPACES[name])}")
+            SPACES[name][key].check(f"{name}.{key}", bounds)
+            spaces[name][key] = bounds
+    return spaces
 
 
-class Spaces(Section):
-    """The search space of each regressor."""
-
-    gpr: GprSpace = GprSpace()
-    rf: RfSpace = RfSpace()
-    svr: SvrSpace = SvrSpace()
-    xgb: XgbSpace = XgbSpace()
-    extra_trees: ExtraTreesSpace = ExtraTreesSpace()
+SPACE_BOUNDS = _complete_spaces({})
+Spaces = Annotated[dict[str, dict[str, list[int | float]]], BeforeValidator(_complete_spaces)]
 
 
-class Evaluations(Section):
-    """Evaluations of the search for each regressor that is tuned, at least 1."""
-
-    gpr: Count
-    """evaluations for Gaussian-process regression"""
-    rf: Count
-    """evaluations for the random forest"""
-    svr: Count
-    """evaluations for support-vector regression"""
-    xgb: Count
-    """evaluations for XGBoost"""
-    extra_trees: Count = 100
-    """evaluations for extra trees, which are trained only if `models` lists them"""
-
-
-TUNED = tuple(Spaces.model_fields)
+TUNED = tuple(SPACES)
+Tuned = Annotated[str, Field(pattern=f"^({'|'.join(TUNED)})$")]
 # Without hyper-parameters to search, and of one step or two.
 UNTUNED = ("gpr_starts",)
 # What the report needs; further ones are trained where `models` lists them.

@@ -1,12 +1,12 @@
 """The base of every configuration model, and the quantities that the models share."""
 
 from collections import Counter
-from collections.abc import Hashable, Iterable
+from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 from typing import Annotated, Any, TypeVar, get_args
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 Item = TypeVar("Item", bound=Hashable)
@@ -98,6 +98,15 @@ def project_path(*suffixes: str) -> AfterValidator:
         return value
 
     return AfterValidator(check)
+
+
+def completed(default: Mapping[str, Any]) -> BeforeValidator:
+    """Fills in what a mapping of a key leaves out, in the order of `default`."""
+
+    def complete(content: Any) -> Any:
+        return {**default, **content} if isinstance(content, dict) else content
+
+    return BeforeValidator(complete)
 
 
 def first_repeated(items: Iterable[Item]) -> Item | None:

@@ -1,7 +1,7 @@
 """Settings of the surrogate stage (thesis chapter 6 and appendix A)."""
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, ValidationError, field_validator, model_validator
 
@@ -89,8 +89,8 @@ class TrainingConfig(Section):
     """training stops here even if epochs are left [s]"""
     threads: Count = 1
     """threads of the job, as far as there are cores [-]"""
-    checkpoint_every_s: Positive = 30.0
-    """time between checkpoints, from which a killed job continues [s]"""
+    # Time between checkpoints, from which a killed job continues [s].
+    checkpoint_every_s: ClassVar[float] = 30.0
     validation_snapshots: Count = 512
     """snapshots in the validation loss [-]"""
     seed: Seed = 0
@@ -104,8 +104,8 @@ class RollOutConfig(Section):
     """phi_sb: a ball with a larger signed distance is moved back to phi_sb; null: never [m]"""
     length_s: Positive = 15.0
     """physical time of a roll-out [s]"""
-    frame_interval_s: Positive = 0.001
-    """time between the stored states [s]"""
+    # Time between the stored states [s].
+    frame_interval_s: ClassVar[float] = 0.001
 
 
 class ScenarioConfig(Section):
@@ -144,8 +144,8 @@ class TimingConfig(Section):
 
     cases: list[str] = Field(min_length=1)
     """DEM cases with snapshots to start from, as MILL/CONTACT/NAME"""
-    start_s: NonNegative = 0.2
-    """start time of the timed roll-outs [s]"""
+    # Start time of the timed roll-outs [s].
+    start_s: ClassVar[float] = 0.2
     steps: Count = 10_000
     """timed steps, after as many steps to warm up, at most 50 [-]"""
     batches: list[Count] = Field([1, 32], min_length=1)
@@ -161,8 +161,8 @@ class MovieConfig(Section):
     """time of motion that is shown, or the length of the roll-out if it is shorter [s]"""
     frame_interval_s: Positive = 0.008
     """time of motion between two frames [s]"""
-    frames_per_second: Annotated[int, Field(ge=1, le=50)] = 15
-    """frames shown per second [1/s]"""
+    # Frames shown per second [1/s].
+    frames_per_second: ClassVar[int] = 15
 
 
 class VariantConfig(Section):
@@ -235,8 +235,8 @@ class SurrogateConfig(Section):
     """overrides for every ablation, below its own"""
     tests: dict[Name, ScenarioConfig] = Field(min_length=1)
     """motions and geometries to roll out, by name; null leaves one out"""
-    trained_test: Name
-    """the test on the motion of the training; ablations and timings use it"""
+    # The test on the motion of the training; ablations and timings use it.
+    trained_test: ClassVar[str] = "trained"
     timing: TimingConfig
     movie: MovieConfig = MovieConfig()
 

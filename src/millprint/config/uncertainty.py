@@ -8,11 +8,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import reduce
 from operator import or_
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from millprint.config.section import Fraction, Name, Positive, Section, Seed, first_repeated, kind_of
+from millprint.config.section import Fraction, Name, Positive, Section, first_repeated, kind_of
 
 
 class DistributionSection(Section):
@@ -211,8 +211,8 @@ class UncertaintyConfig(Section):
     """step over the Rayleigh time of each simulation; 0.08 is 2e-6 s for 5 mm balls of a softened set [-]"""
     probability: Fraction = 0.95
     """probability of every interval [-]"""
-    seed: Seed = 0
-    """seed of the design and of the draws from the emulator"""
+    # Seed of the design and of the draws from the emulator.
+    seed: ClassVar[int] = 0
     base_samples: Annotated[int, Field(ge=16, le=4096)] = 512
     """rows of Saltelli's sample of the emulator; a power of two [-]"""
     draws: Annotated[int, Field(ge=2, le=1000)] = 32

@@ -82,17 +82,11 @@ class WorkflowConfig(Section):
     fingerprint: FingerprintConfig = FingerprintConfig()
     # As if it were given, so that its contact set and its counting rule are filled in.
     mills: MillsConfig = Field(default=MillsConfig(), validate_default=True)
-    """fingerprints of any mills, a match, a large mill"""
     dose: DoseConfig = DoseConfig()
-    """what the powder has been through: energy spectra, wear of the balls, heat"""
     uncertainty: UncertaintyConfig = UncertaintyConfig()
-    """how much a fingerprint depends on contact parameters that are not known"""
     cards: CardsConfig = CardsConfig()
-    """milling cards of a table of experiments"""
     provenance: ProvenanceConfig = ProvenanceConfig()
-    """who runs, and the licence of the results"""
     validation: ValidationConfig = ValidationConfig()
-    """what others measured, predicted without a fit"""
     data: DataConfig | None = None
     """measured tables; for the chapters of the thesis"""
     doe: DoeConfig | None = None

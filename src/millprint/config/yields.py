@@ -7,15 +7,19 @@ from pydantic import Field
 from millprint.config.averaged_process import AveragingConfig, LibraryConfig
 from millprint.config.next_experiments import PredictionConfig, ProposalConfig, RetrospectiveConfig
 from millprint.config.other_sources import OtherSourcesConfig
-from millprint.config.search_spaces import COMPARED, Evaluations, Interval, RegressorList, Spaces
-from millprint.config.section import Count, Fraction, ProjectFile, Section, Seed
+from millprint.config.search_spaces import COMPARED, SPACE_BOUNDS, Interval, RegressorList, Spaces, Tuned
+from millprint.config.section import Count, ProjectFile, Section, Seed, completed
+
+# Sets of hyper-parameters that are evaluated for each regressor (Sec. 5.2.6), and in each outer fold.
+SEARCHED: dict[Tuned, int] = {"gpr": 100, "rf": 100, "svr": 500, "xgb": 100, "extra_trees": 100}
+HELD_OUT: dict[Tuned, int] = {"gpr": 20, "rf": 5, "svr": 20, "xgb": 5, "extra_trees": 100}
 
 
 class SearchConfig(Section):
     """The search by hyperopt's tree-structured Parzen estimator (thesis Sec. 5.2.6)."""
 
-    evaluations: Evaluations = Evaluations(gpr=100, rf=100, svr=500, xgb=100)
-    """sets of hyper-parameters that are evaluated for each step of a model"""
+    evaluations: Annotated[dict[Tuned, Count], completed(SEARCHED)] = SEARCHED
+    """sets of hyper-parameters that are evaluated for each step of a model, by regressor"""
     folds: Annotated[int, Field(ge=2, le=100_000)] = 5
     """folds of the cross-validation"""
     repeats: Count = 3
@@ -26,8 +30,8 @@ class HeldOutConfig(SearchConfig):
     """Predictions of every run by models that were not trained on it; each outer fold repeats search and fit."""
 
     # By default a smaller search than for the models themselves, since it is repeated many times.
-    evaluations: Evaluations = Evaluations(gpr=20, rf=5, svr=20, xgb=5)
-    """sets of hyper-parameters that are evaluated for each step of a model, in every outer fold"""
+    evaluations: Annotated[dict[Tuned, Count], completed(HELD_OUT)] = HELD_OUT
+    """sets of hyper-parameters that are evaluated for each step of a model, in every outer fold, by regressor"""
     folds: Annotated[int, Field(ge=2, le=100_000)] = 4
     """folds of the inner cross-validation"""
     repeats: Count = 1
@@ -42,10 +46,10 @@ class HeldOutConfig(SearchConfig):
     largest_forest: ClassVar[int] = 100
     conformal_folds: Annotated[int, Field(ge=2, le=100_000)] = 5
     """folds of the CV+ predictive intervals, and of the errors that give other models a normal distribution"""
-    seed: Seed = 42
-    """seed of the outer folds and the bootstrap"""
-    nominal: list[Fraction] = Field(default=[0.5, 0.8, 0.95], min_length=1)
-    """levels at which predictive intervals are checked [-]"""
+    # Seed of the outer folds and the bootstrap.
+    seed: ClassVar[int] = 42
+    # Levels at which predictive intervals are checked [-].
+    nominal: ClassVar[list[float]] = [0.5, 0.8, 0.95]
 
 
 class EvaluationConfig(HeldOutConfig):
@@ -53,8 +57,8 @@ class EvaluationConfig(HeldOutConfig):
 
     resamples: Count = 10_000
     """bootstrap resamples for each interval"""
-    level: Fraction = 0.95
-    """level of the bootstrap intervals [-]"""
+    # Level of the bootstrap intervals [-].
+    level: ClassVar[float] = 0.95
 
 
 class Choices(Section):
@@ -82,9 +86,10 @@ class TrainingConfig(Section):
     high_yield_weight: ClassVar[float] = 2.0
     seed: Seed = 42
     """seed of the folds, the search and the trees"""
-    kernel_starts: Annotated[int, Field(ge=1, le=1000)] = 8
-    """starts of the regressor gpr_starts, drawn within spaces.gpr [-]"""
-    spaces: Spaces = Spaces()
+    # Starts of the regressor gpr_starts, drawn within spaces.gpr [-].
+    kernel_starts: ClassVar[int] = 8
+    spaces: Spaces = SPACE_BOUNDS
+    """bounds [low, high] of the search in place of those of Tables 5.2 to 5.5, by regressor and hyper-parameter"""
     choices: Choices = Choices()
 
 
@@ -97,8 +102,8 @@ class LibraryTrialConfig(Section):
     """random halves of a library, each scored by the same folds"""
     permutations: Annotated[int, Field(ge=19, le=100_000)] = 199
     """shuffles of the yields among the runs; the smallest p-value is 1 / (1 + permutations)"""
-    seed: Seed = 42
-    """seed of the halves and of the shuffles"""
+    # Seed of the halves and of the shuffles.
+    seed: ClassVar[int] = 42
 
 
 class YieldConfig(Section):
@@ -106,8 +111,8 @@ class YieldConfig(Section):
 
     out_of_domain: ProjectFile
     """table of runs outside the trained domain (Table 5.7)"""
-    interval_level: Fraction = 0.95
-    """level of the predictive intervals in tables and figures [-]"""
+    # Level of the predictive intervals in tables and figures [-].
+    interval_level: ClassVar[float] = 0.95
     models: RegressorList = [*COMPARED]
     """regressors of the models that are trained; those of Table 5.6 and gpr_starts at least"""
     training: TrainingConfig = TrainingConfig()

@@ -111,7 +111,7 @@ def _collisions_of(summary: dict, rule: dict) -> Collisions | None:
     if "run_path" not in summary or not any(column.of_collisions for column in MEASURED):
         return None
     contacts = read_contacts(summary["run_path"])
-    return contacts and collisions_by(contacts, CountingRule.of_count(rule), summary["frequency_hz"])
+    return collisions_by(contacts, CountingRule.of_count(rule), summary["frequency_hz"]) if contacts else None
 
 
 def _turns_row(summary: dict, collisions: float) -> dict:

@@ -82,7 +82,7 @@ def _changes(
     case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig, study: StudyConfig
 ) -> list[tuple[str, float, float, dict[str, float]]]:
     """Setting, factor and value of each variant, and the keys of the case that it changes."""
-    stiffness = contact.young_modulus_gpa
+    stiffness = contact.young_modulus_gpa or 0.0
     scale = step_scale(contact, min(case.sizes_mm) / 2000)
     fraction = case.rayleigh_fraction or 0.0
     loose = {"closure_max": CLOSURE_MAX}

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numba
 from llvmlite import binding
@@ -123,7 +124,7 @@ kernel = partial(numba.njit, _nrt=False, **_OPTIONS)
 inner = partial(numba.njit, _nrt=False, no_cpython_wrapper=True, **_OPTIONS)
 inlined = partial(inner, forceinline=True)
 # The same for a function that is chosen by the types of its arguments (numba.extending.overload).
-INLINED = {name: value for name, value in inlined.keywords.items() if name != "cache"}
+INLINED: Any = {name: value for name, value in inlined.keywords.items() if name != "cache"}
 
 # For loops over `prange` whose body is the call of one kernel. They count references, once per call.
 threaded = partial(numba.njit, parallel=True, **_OPTIONS)

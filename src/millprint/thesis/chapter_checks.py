@@ -173,17 +173,18 @@ def fit_faults(config: WorkflowConfig, mills: dict[str, MillConfig], source: str
     fit, data, faults = config.fit, config.data, []
     if fit is None or data is None or fitted_mill(config, mills) is None:
         return []
-    if fit.contact not in config.contacts:
-        faults.append(f"{source}: fit.contact = {fit.contact}: must be one of contacts ({', '.join(config.contacts)})")
+    search = fit.search
+    if search.contact not in config.contacts:
+        faults.append(f"{source}: contacts = {config.contacts}: must hold {search.contact}, as there is a section fit")
     free = [rule.name for rule in config.dem.counting_rules if not rule.has_threshold]
-    for name in fit.counting_rules:
+    for name in search.counting_rules:
         if name not in free:
             faults.append(
-                f"{source}: fit.counting_rules = {name}: must be a rule of dem.counting_rules without a threshold "
-                f"({', '.join(free)})"
+                f"{source}: dem.counting_rules: must hold {name}, without a threshold, as there is a section fit; "
+                f"without a threshold: {', '.join(free)}"
             )
     try:
-        with_roles(published_values(read_published(data.published, data.claims), fit.contact), fit.fitted)
+        with_roles(published_values(read_published(data.published, data.claims), search.contact), search.fitted)
     except ConfigError as error:
         faults.append(f"{source}: {error}")
     return faults

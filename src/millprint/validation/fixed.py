@@ -47,7 +47,7 @@ def settings_digest(
         "settings": settings.model_dump(mode="json", exclude=set(settings.places), exclude_none=True),
         "mill": mill and mill.model_dump(mode="json", exclude={*TEXTS, "sweep"}, exclude_none=True),
         "contacts": {
-            name: contact.model_dump(mode="json", exclude=TEXTS, exclude_none=True)
+            name: contact.model_dump(mode="json", exclude=TEXTS, exclude_defaults=True)
             for name, contact in contacts.items()
         },
         "dem": dem.model_dump(mode="json", include=DEM_KEYS) if settings.sweeps else {},

@@ -241,10 +241,10 @@ def assumption_table(
     if mill is not None:
         rows.append((f"mill {mill.name}", mill.title, mill.source))
     for contact in contacts.values():
-        values = contact.model_dump(exclude={"name", "source"}, exclude_none=True)
+        values = contact.model_dump(exclude={"name", "source"}, exclude_defaults=True)
         role = "predicts" if contact.name == settings.contact else "interval"
         rows += [
-            (f"{key}, contact set {contact.name} ({role})", f"{value:g}", contact.source)
+            (f"{key}, contact set {contact.name} ({role})", value if key == "kind" else f"{value:g}", contact.source)
             for key, value in values.items()
         ]
     return [

@@ -8,7 +8,7 @@ from scipy.constants import g as GRAVITY
 from scipy.constants import gram as GRAM
 from scipy.constants import hour as HOUR
 
-from millprint.config.doe import ChemistryConfig, GasConfig, HalfLifeConfig
+from millprint.config.doe import ChemistryConfig, GasConfig
 from millprint.dose.wear import READING_G
 from millprint.run.files import read_table
 from millprint.run.tables import CASE, Number, Text, read_measured, refuse_rows
@@ -138,9 +138,13 @@ def charge_table(path: str, reaction: ChemistryConfig) -> pd.DataFrame:
     return frame.assign(**_charge(chemistry.powder_mass(media, frame["bpr"]), frame["molar_ratio"], reaction))
 
 
-def half_life_table(solution: HalfLifeConfig) -> pd.DataFrame:
+# The spent solution of NaBH4 (thesis Sec. 2.2.3): pH [-]; temperature [K], which the thesis rounds from 25 degC.
+SPENT_PH, SPENT_TEMPERATURE_K = 11.0, 298.0
+
+
+def half_life_table() -> pd.DataFrame:
     """Half-life of the solution (thesis Eq. 2.7) as configured, one pH lower and higher, at 25 and at 80 degC."""
-    ph, kelvin = solution.ph, solution.temperature_k
+    ph, kelvin = SPENT_PH, SPENT_TEMPERATURE_K
     conditions = [
         (ph, kelvin, "as configured"),
         (ph, ROOM_TEMPERATURE_K, "25 degC, not rounded"),

@@ -4,13 +4,14 @@ import itertools
 import logging
 from collections.abc import Callable
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError, SimulationError
-from millprint.config.fit import FitConfig, RangeConfig, ShapeConfig, StageConfig, TrialConfig
+from millprint.config.fit import JarSearch, Stage
 from millprint.config.geometry import StadiumGeometry
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
@@ -30,7 +31,24 @@ from millprint.thesis.fit.published import (
     with_roles,
 )
 
-JAR_PARAMETERS = tuple(ShapeConfig.model_fields)
+
+class Range(NamedTuple):
+    """The values of a parameter of the jar: low, low + step, ... up to high."""
+
+    low: float
+    high: float
+    step: float
+
+
+# The parameters of the search; the end radius follows from them and the volume.
+SHAPE = {
+    "straight_ratio": Range(0.5, 1.6, 0.05),  # straight sides over the end radius [-]
+    "height_mm": Range(31, 40, 0.5),  # inner height [mm]
+    "facets_per_half_circle": Range(15, 41, 2),  # odd, so that the pattern is its own mirror image [-]
+    "facet_unevenness": Range(0, 0.7, 0.05),  # as in the stadium [-]
+    "fillet_radius_mm": Range(5.5, 12, 0.5),  # of the bottom edge's fillet [mm]
+}
+JAR_PARAMETERS = tuple(SHAPE)
 
 # Range of the end radius in the search, over the cube root of the volume; tolerance of the radius [mm].
 NARROWEST, WIDEST, CLOSE_MM = 0.1, 3.0, 1e-4
@@ -42,7 +60,7 @@ def parameters_of(geometry: StadiumGeometry) -> dict[str, float]:
     return {"straight_ratio": geometry.straight_mm / geometry.end_radius_mm, **own}
 
 
-def on_grid(value: float, allowed: RangeConfig) -> float:
+def on_grid(value: float, allowed: Range) -> float:
     """The nearest value on the grid of a parameter."""
     last = int((allowed.high - allowed.low) / allowed.step + 1e-9)
     steps = np.clip(round((value - allowed.low) / allowed.step), 0, last)
@@ -76,12 +94,12 @@ def shaped(mill: MillConfig, parameters: dict[str, float]) -> MillConfig:
     narrowest = max(NARROWEST * size, 1.01 * parameters["fillet_radius_mm"])
     if excess(narrowest) > 0 or excess(WIDEST * size) < 0:
         described = ", ".join(f"{name} {value:g}" for name, value in parameters.items())
-        raise ConfigError(f"fit.shape: no jar of {mill.volume_ml:g} mL has {described}")
+        raise ConfigError(f"fit: no jar of {mill.volume_ml:g} mL has {described}")
     radius = brentq(excess, narrowest, WIDEST * size, xtol=CLOSE_MM)
     return mill.model_copy(update={"geometry": jar(round(radius, 3))})
 
 
-def trial_cases(mill: str, values: pd.DataFrame, settings: TrialConfig, stage: StageConfig) -> list[Case]:
+def trial_cases(mill: str, values: pd.DataFrame, settings: JarSearch, stage: Stage) -> list[Case]:
     """The cases that give every fitted value: fill ratios, ball sizes and speeds as the value or the settings have."""
     places = set()
     for row in values[values["role"] == FITTED].to_dict("records"):
@@ -101,8 +119,8 @@ def trial_cases(mill: str, values: pd.DataFrame, settings: TrialConfig, stage: S
 
 
 def trial_of(
-    mill: MillConfig, contact: ContactConfig, dem: DemConfig, settings: TrialConfig, published_paths: list[str]
-) -> Callable[[dict[str, float], StageConfig], pd.DataFrame]:
+    mill: MillConfig, contact: ContactConfig, dem: DemConfig, settings: JarSearch, published_paths: list[str]
+) -> Callable[[dict[str, float], Stage], pd.DataFrame]:
     """What simulates a jar of given parameters, in a stage of the search, in place of the mill's.
 
     It returns the published values with those of the jar under the counting rule that fits best, whose name is in the
@@ -110,7 +128,7 @@ def trial_of(
     """
     values = with_roles(published_values(read_published(*published_paths), settings.contact), settings.fitted)
 
-    def trial(parameters: dict[str, float], stage: StageConfig) -> pd.DataFrame:
+    def trial(parameters: dict[str, float], stage: Stage) -> pd.DataFrame:
         jar = shaped(mill, parameters)
         cases = trial_cases(mill.name, values, settings, stage)
         summaries = [simulate(case, jar, contact, dem, title=case.path) for case in cases]
@@ -132,14 +150,14 @@ def choose_rule(summaries: list[dict], values: pd.DataFrame, rules: list[str], m
 logger = logging.getLogger("millprint")
 
 # A function that simulates a jar in a stage of the search: the published values with ours.
-Trial = Callable[[dict[str, float], StageConfig], pd.DataFrame]
+Trial = Callable[[dict[str, float], Stage], pd.DataFrame]
 Jar = tuple[float, ...]
 
 
 class Search:
     """The jars that were simulated, with their misfits. A jar is a tuple of JAR_PARAMETERS."""
 
-    def __init__(self, settings: FitConfig, trial: Trial) -> None:
+    def __init__(self, settings: JarSearch, trial: Trial) -> None:
         self.settings, self.trial = settings, trial
         self.rows: list[dict] = []
 
@@ -169,7 +187,7 @@ class Search:
         screened = sorted(candidates(self.settings, present), key=lambda jar: self.misfit(jar, "screening"))
         best = min(screened[: self.settings.refining.jars], key=lambda jar: self.misfit(jar, "refining"))
         for _ in range(self.settings.rounds):
-            around = [best, *neighbours(best, self.settings.shape)]
+            around = [best, *neighbours(best)]
             better = min(around, key=lambda jar: self.misfit(jar, "refining"))
             if better == best:
                 break
@@ -177,12 +195,12 @@ class Search:
         return dict(zip(JAR_PARAMETERS, best, strict=True))
 
 
-def candidates(settings: FitConfig, present: dict[str, float]) -> list[Jar]:
+def candidates(settings: JarSearch, present: dict[str, float]) -> list[Jar]:
     """The present jar, then a Sobol sequence over the ranges, every parameter on its grid."""
     # Slow to import, and the tables of a fit import this module.
     from scipy.stats import qmc
 
-    ranges = [getattr(settings.shape, name) for name in JAR_PARAMETERS]
+    ranges = list(SHAPE.values())
     # A power of two keeps the sequence balanced; what is too much is not simulated.
     places = qmc.Sobol(len(ranges), seed=settings.seed).random_base2((settings.screening.jars - 1).bit_length())
     scaled = qmc.scale(places, [allowed.low for allowed in ranges], [allowed.high for allowed in ranges])
@@ -190,11 +208,11 @@ def candidates(settings: FitConfig, present: dict[str, float]) -> list[Jar]:
     return list(dict.fromkeys([tuple(present[name] for name in JAR_PARAMETERS), *drawn]))
 
 
-def neighbours(jar: Jar, shape: ShapeConfig) -> list[Jar]:
+def neighbours(jar: Jar) -> list[Jar]:
     """The jars one step down and one up in each parameter that stay in the ranges."""
     found = []
     for index, name in enumerate(JAR_PARAMETERS):
-        allowed = getattr(shape, name)
+        allowed = SHAPE[name]
         for step in (-allowed.step, allowed.step):
             value = round(jar[index] + step, 9)
             if allowed.low - 1e-9 <= value <= allowed.high + 1e-9:
@@ -215,7 +233,7 @@ def parameter_rows(parameters: dict[str, float], end_radius_mm: float, rule: str
     return pd.DataFrame([*rows, {"record": "parameter", "parameter": "counting_rule", "counting_rule": rule}])
 
 
-def sensitivity_rows(jar: dict[str, float], settings: TrialConfig, trial: Trial) -> pd.DataFrame:
+def sensitivity_rows(jar: dict[str, float], settings: JarSearch, trial: Trial) -> pd.DataFrame:
     """Records `sensitivity`: every value that the search simulates, for a step down and up in each parameter.
 
     change_percent is against the unchanged jar under the same short windows, those of refining; its standard error is
@@ -224,7 +242,7 @@ def sensitivity_rows(jar: dict[str, float], settings: TrialConfig, trial: Trial)
     present = tuple(jar[name] for name in JAR_PARAMETERS)
     unchanged = trial(jar, settings.refining)
     tables = []
-    for other in neighbours(present, settings.shape):
+    for other in neighbours(present):
         index = next(k for k, value in enumerate(other) if value != present[k])
         name = JAR_PARAMETERS[index]
         try:

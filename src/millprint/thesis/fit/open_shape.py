@@ -1,7 +1,7 @@
 """What the fit leaves open of a jar's shape: other jars, weighted by their agreement with what was fitted.
 
-The search of the fit simulated jars over the ranges of `fit.shape`. Emulators of their published values stand in for
-the jars between them. Every jar of the ranges is as likely as any other before the fit; after it, its weight is the
+The search of the fit simulated jars over the ranges `SHAPE`. Emulators of their published values stand in for the
+jars between them. Every jar of the ranges is as likely as any other before the fit; after it, its weight is the
 likelihood of the fitted values y_k,
     w = prod_k N(log(y_k / published_k); 0, s^2),
 s the root mean square of the present jar's own deviations: a jar that agrees as well as it has as much weight.
@@ -15,12 +15,12 @@ import pandas as pd
 from scipy.stats import qmc
 
 from millprint.config.errors import ConfigError
-from millprint.config.fit import TrialConfig
+from millprint.config.fit import JarSearch
 from millprint.fingerprint.bands import Ends, ShapeFactors
 from millprint.fingerprint.condition import BASIC, scaled_quantities
 from millprint.fingerprint.master_curves import CURVES, WEIGHTED
 from millprint.thesis.fit import FEWEST_JARS
-from millprint.thesis.fit.jar_search import JAR_PARAMETERS
+from millprint.thesis.fit.jar_search import JAR_PARAMETERS, SHAPE
 from millprint.thesis.fit.published import FREQUENCY
 from millprint.uncertainty.emulator import Emulator
 
@@ -30,16 +30,14 @@ logger = logging.getLogger("millprint")
 DRAWN, FEWEST_IN_EFFECT = 2**14, 50
 
 
-def places_of(jars: pd.DataFrame, settings: TrialConfig) -> np.ndarray:
-    """Jars (n, 5) as places in the ranges of `fit.shape`, from 0 to 1."""
-    ranges = [getattr(settings.shape, name) for name in JAR_PARAMETERS]
+def places_of(jars: pd.DataFrame) -> np.ndarray:
+    """Jars (n, 5) as places in the ranges of `jar_search.SHAPE`, from 0 to 1."""
+    ranges = list(SHAPE.values())
     low, high = (np.array([getattr(allowed, end) for allowed in ranges]) for end in ("low", "high"))
     return (jars[list(JAR_PARAMETERS)].to_numpy(dtype=float) - low) / (high - low)
 
 
-def deviation_emulators(
-    search: pd.DataFrame, names: Sequence[str], settings: TrialConfig, counting_rule: str
-) -> dict[str, Emulator]:
+def deviation_emulators(search: pd.DataFrame, names: Sequence[str], counting_rule: str) -> dict[str, Emulator]:
     """An emulator of log(ours / published) over the ranges for each of the published values `names`.
 
     Frequencies are those of the jars whose best rule is `counting_rule`; powers do not depend on it. Raises ConfigError
@@ -57,7 +55,7 @@ def deviation_emulators(
         rows = ruled if name.startswith(f"{FREQUENCY}_") else search
         rows = rows[rows[f"{name}_percent"].notna()]
         logs = np.log1p(rows[f"{name}_percent"].to_numpy(dtype=float) / 100.0)
-        found[name] = Emulator.fit(places_of(rows, settings), logs)
+        found[name] = Emulator.fit(places_of(rows), logs)
     return found
 
 
@@ -77,7 +75,7 @@ def _ends(values: np.ndarray, weights: np.ndarray, probability: float) -> np.nda
 def shape_factors(
     search: pd.DataFrame,
     published: dict[str, float],
-    settings: TrialConfig,
+    settings: JarSearch,
     present: dict[str, float],
     *,
     mill: str,
@@ -97,16 +95,16 @@ def shape_factors(
     fills = [name.removeprefix("Pn_f") for name in values if name.startswith("Pn_f")]
     fills = sorted(fill for fill in fills if all(f"{one}_f{fill}" in values for one in BASIC))
     needed = list(dict.fromkeys([*settings.fitted, *(f"{one}_f{fill}" for fill in fills for one in BASIC)]))
-    emulators = deviation_emulators(search, needed, settings, counting_rule)
+    emulators = deviation_emulators(search, needed, counting_rule)
     drawn = qmc.Sobol(len(JAR_PARAMETERS), seed=0).random(DRAWN)
-    own = places_of(pd.DataFrame([present]), settings)
+    own = places_of(pd.DataFrame([present]))
     residuals, here = (np.column_stack([emulators[k].predict(at) for k in settings.fitted]) for at in (drawn, own))
     deviation = float(np.sqrt((here**2).mean()))
     weights = agreement(residuals, deviation)
     effective = 1.0 / (weights**2).sum()
     logger.info("misfit of the jar %.3f; %.0f of %d jars carry the weight", deviation, effective, DRAWN)
     if effective < FEWEST_IN_EFFECT:
-        raise ConfigError(f"hardly a jar of fit.shape agrees with fit.fitted: {effective:.0f} of {DRAWN} jars")
+        raise ConfigError(f"hardly a jar of the search agrees with fit.fitted: {effective:.0f} of {DRAWN} jars")
     # The search knows nothing of the energy-weighted descriptors.
     known = [name for name in CURVES if name not in WEIGHTED]
     ends: dict[str, list[np.ndarray]] = {name: [] for name in known}
@@ -125,7 +123,7 @@ def shape_factors(
         counting_rule=counting_rule,
         probability=probability,
         samples=len(search),
-        parameters=_agreeing(drawn, weights, settings, present, probability),
+        parameters=_agreeing(drawn, weights, present, probability),
         fill_ratios=[float(fill) for fill in fills],
         factors={
             name: Ends(lower=[float(low) for low, _ in own_ends], upper=[float(high) for _, high in own_ends])
@@ -134,16 +132,15 @@ def shape_factors(
     )
 
 
-def _agreeing(
-    drawn: np.ndarray, weights: np.ndarray, settings: TrialConfig, present: dict[str, float], probability: float
-) -> dict[str, dict]:
+def _agreeing(drawn: np.ndarray, weights: np.ndarray, present: dict[str, float], probability: float) -> dict[str, dict]:
     """Each parameter of the jar: its range, the present value, and the interval that agrees with the fitted values."""
     found: dict[str, dict] = {}
     for column, name in enumerate(JAR_PARAMETERS):
-        allowed = getattr(settings.shape, name)
+        allowed = SHAPE[name]
         lower, upper = allowed.low + (allowed.high - allowed.low) * _ends(drawn[:, column], weights, probability)
         found[name] = {
             "kind": "uniform", "low": allowed.low, "high": allowed.high, "present": present[name],
-            "lower": float(lower), "upper": float(upper), "source": "fit.shape, weighted by agreement with fit.fitted",
+            "lower": float(lower), "upper": float(upper),
+            "source": "ranges of the fit, weighted by agreement with fit.fitted",
         }  # fmt: skip
     return found

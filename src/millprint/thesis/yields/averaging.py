@@ -298,7 +298,7 @@ class Candidate:
 
 def library(settings: AveragingConfig) -> list[Candidate]:
     """Every combination of link, scales and structure."""
-    scales = list(product(*(getattr(settings.scales, name) for name in INPUTS)))
+    scales = list(product(*(settings.scales[name] for name in INPUTS)))
     return [Candidate(*each) for each in product(settings.links, scales, settings.structures)]
 
 

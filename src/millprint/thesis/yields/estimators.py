@@ -129,9 +129,9 @@ def gaussian_process(parameters: dict[str, float], columns: int, training: Train
 
     Without parameters it starts several times, at places that are drawn uniformly within Table 5.2.
     """
-    generator, space = np.random.default_rng(training.seed), training.spaces.gpr
+    generator, space = np.random.default_rng(training.seed), training.spaces["gpr"]
     drawn = [
-        {name: generator.uniform(*getattr(space, name)) for name in ("constant", "length_scale", "noise")}
+        {name: float(generator.uniform(low, high)) for name, (low, high) in space.items()}
         for _ in range(training.kernel_starts)
     ]
     kernels = [matern_kernel(start, columns, training.choices) for start in ([parameters] if parameters else drawn)]

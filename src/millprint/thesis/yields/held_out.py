@@ -49,11 +49,11 @@ Procedure = Callable[[pd.DataFrame, np.ndarray, pd.DataFrame, list[float]], Pred
 
 def smaller_forests(training: TrainingConfig, largest: int) -> TrainingConfig:
     """The settings with forests of at most `largest` trees: more trees only average out the noise of a forest."""
-    spaces = {}
-    for name, space in training.spaces:
-        if regressor(name).forest and (trees := space.n_estimators)[1] > largest:
-            spaces[name] = space.model_copy(update={"n_estimators": [min(trees[0], largest - 1), largest]})
-    return training.model_copy(update={"spaces": training.spaces.model_copy(update=spaces)})
+    spaces = dict(training.spaces)
+    for name, space in training.spaces.items():
+        if regressor(name).forest and (trees := space["n_estimators"])[1] > largest:
+            spaces[name] = space | {"n_estimators": [min(trees[0], largest - 1), largest]}
+    return training.model_copy(update={"spaces": spaces})
 
 
 def climatology(rows: pd.DataFrame, yields: np.ndarray, unseen: pd.DataFrame, levels: list[float]) -> Prediction:

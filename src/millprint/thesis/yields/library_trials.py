@@ -39,7 +39,7 @@ Tick = Callable[[], None]
 
 def earlier_library(settings: AveragingConfig, earlier: LibraryConfig) -> list[Candidate]:
     """The members of the library that was used before: other links and scales of time."""
-    scales = settings.scales.model_copy(update={"time_h": earlier.time_h})
+    scales = settings.scales | {"time_h": earlier.time_h}
     return library(settings.model_copy(update={"links": earlier.links, "scales": scales}))
 
 

@@ -64,7 +64,7 @@ class Regressor:
     title: str
     settled: str
     make: Callable[[Parameters, int, TrainingConfig, int], Any]
-    space: type[spaces.SearchSpace] | None = None
+    space: dict[str, spaces.Drawn] | None = None
     scaled: bool = False
     forest: bool = False
     two_step: bool = True
@@ -139,7 +139,7 @@ def _make_forest(parameters: Parameters, columns: int, training: TrainingConfig,
 def _forest_folds(inputs: np.ndarray, target: np.ndarray, folds: list, training: TrainingConfig) -> FoldPredictor:
     from millprint.thesis.yields.estimators import ForestFold
 
-    trees, share = training.spaces.rf.n_estimators[1], float(training.choices.max_features)
+    trees, share = int(training.spaces["rf"]["n_estimators"][1]), float(training.choices.max_features)
     forests = [
         ForestFold(inputs[kept], target[kept], inputs[held], share, training.seed, trees) for kept, held in folds
     ]
@@ -240,7 +240,7 @@ REGRESSORS = {
         settled="The search sets where the marginal likelihood starts, with a length scale for each feature; both read "
         "off the printed row.",
         make=_make_gpr,
-        space=spaces.GprSpace,
+        space=spaces.SPACES["gpr"],
         **OF_A_PROCESS,
     ),
     "rf": Regressor(
@@ -248,7 +248,7 @@ REGRESSORS = {
         settled="Every node sees the share of features in yields.training.choices; one seed for everything, not "
         "chosen.",
         make=_make_forest,
-        space=spaces.RfSpace,
+        space=spaces.SPACES["rf"],
         forest=True,
         choices=("max_features", "seed"),
         explain=_explain_forest,
@@ -258,14 +258,14 @@ REGRESSORS = {
         title="SVR",
         settled="One seed for everything, not chosen.",
         make=_make_svr,
-        space=spaces.SvrSpace,
+        space=spaces.SPACES["svr"],
         scaled=True,
     ),
     "xgb": Regressor(
         title="XGBoost",
         settled="One seed for everything, not chosen; choices.tsv shows what other seeds of the trees do.",
         make=_make_xgb,
-        space=spaces.XgbSpace,
+        space=spaces.SPACES["xgb"],
         choices=("seed",),
         keep=_keep_xgb,
         restore=_restore_xgb,
@@ -276,7 +276,7 @@ REGRESSORS = {
         title="extra trees",
         settled="Not of the thesis. Every node sees the share of features in yields.training.choices.",
         make=_make_extra_trees,
-        space=spaces.ExtraTreesSpace,
+        space=spaces.SPACES["extra_trees"],
         forest=True,
         choices=("max_features", "seed"),
         explain=_explain_trees,

@@ -66,7 +66,7 @@ STRATEGIES: dict[str, Strategy] = {
 
 def smaller_library(averaging: AveragingConfig, settings: RetrospectiveConfig) -> AveragingConfig:
     """The library with only the links and structures of the test, to save time: every step fits the library again."""
-    return averaging.model_copy(update={"links": settings.links, "structures": settings.structures})
+    return averaging.model_copy(update={"links": settings.links, "structures": [*settings.structures]})
 
 
 def without_best(rows: pd.DataFrame, count: int) -> pd.DataFrame:

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from sklearn.model_selection import RepeatedKFold
 
-from millprint.config.search_spaces import SearchSpace
+from millprint.config.search_spaces import Drawn
 from millprint.config.yields import Choices, SearchConfig, TrainingConfig
 from millprint.statistics.quantiles import normal_quantile
 from millprint.thesis.yields.features import FEATURES, TIME, Standardisation, engineer
@@ -178,8 +178,8 @@ class SearchResult:
 NOT_SEARCHED = SearchResult({}, float("nan"), 0)
 
 
-def _hyperopt_space(space: SearchSpace) -> dict[str, Any]:
-    """A search space in the form that hyperopt needs."""
+def _hyperopt_space(space: dict[str, Drawn], bounds: dict[str, list]) -> dict[str, Any]:
+    """Hyper-parameters between their bounds, in the form that hyperopt needs."""
     from hyperopt import hp
     from hyperopt.pyll import scope
 
@@ -188,7 +188,7 @@ def _hyperopt_space(space: SearchSpace) -> dict[str, Any]:
         "logarithmic": lambda name, low, high: hp.loguniform(name, np.log(low), np.log(high)),
         "whole": lambda name, low, high: scope.int(hp.quniform(name, low, high, 1)),
     }
-    return {name: draw[how](name, *getattr(space, name)) for name, how in space.draws().items()}
+    return {name: draw[drawn.how](name, *bounds[name]) for name, drawn in space.items()}
 
 
 @dataclass(frozen=True)
@@ -203,9 +203,7 @@ class Trainer:
     def evaluations(self, name: str, strategy: str) -> int:
         """Number of sets of hyper-parameters that `train` evaluates. Raises ValueError for an unknown model."""
         plans = plan_steps(name, strategy, self.training.choices)
-        return sum(
-            getattr(self.budget.evaluations, plan.regressor) for plan in plans if regressor(plan.regressor).space
-        )
+        return sum(self.budget.evaluations[plan.regressor] for plan in plans if regressor(plan.regressor).space)
 
     def train(
         self, name: str, strategy: str, rows: pd.DataFrame, yields: np.ndarray
@@ -258,12 +256,12 @@ class Trainer:
             self.tick()
             return float(np.mean(errors))
 
-        trials, space = Trials(), _hyperopt_space(getattr(self.training.spaces, name))
+        trials, space = Trials(), _hyperopt_space(record.space or {}, self.training.spaces[name])
         best = fmin(
             loss,
             space,
             algo=tpe.suggest,
-            max_evals=getattr(self.budget.evaluations, name),
+            max_evals=self.budget.evaluations[name],
             trials=trials,
             rstate=np.random.default_rng(seed),
             show_progressbar=False,

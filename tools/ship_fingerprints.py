@@ -1,0 +1,72 @@
+"""Makes the fingerprints that come with millprint: python tools/ship_fingerprints.py FOLDER [--cores 2].
+
+Simulates the sweeps of the included mills of `mills.box` at precision `fine` in FOLDER, which may hold a part of them
+already, and writes config/fingerprints.
+"""
+
+import argparse
+import hashlib
+import shutil
+import subprocess
+import sys
+from importlib.metadata import version
+from pathlib import Path
+
+import pandas as pd
+import yaml
+
+from millprint.config.included import load_contact, load_mill
+from millprint.dem import PHYSICS
+from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.ready_made import FOLDER, TABLE, digest_of
+from millprint.run.files import write_table
+
+ROOT = Path(__file__).parents[1]
+MILLS = ("emax", "planetary", "mixer", "spex", "vibratory", "attritor", "drum")
+PRECISION = "fine"
+
+
+def simulate(folder: Path, cores: int) -> None:
+    """The fingerprints of all mills in `folder`, by the workflow."""
+    (folder / "config").mkdir(parents=True, exist_ok=True)
+    config = {
+        "name": "fingerprints",
+        "mill": MILLS[0],
+        "contacts": ["calibrated"],
+        "mills": {"box": list(MILLS), "precision": PRECISION},
+    }
+    (folder / "config/config.yaml").write_text(yaml.safe_dump(config, sort_keys=False))
+    targets = [f"results/mills/{mill}/fingerprint.json" for mill in MILLS]
+    command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile"), "--directory", str(folder)]
+    subprocess.run([*command, "--cores", str(cores), *targets], check=True)
+
+
+def store(folder: Path) -> pd.DataFrame:
+    """Copy the fingerprints into config/fingerprints, with a table of what they were made with."""
+    (ROOT / FOLDER).mkdir(exist_ok=True)
+    rows = []
+    for mill in MILLS:
+        made, place = folder / f"results/mills/{mill}/fingerprint.json", ROOT / FOLDER / f"{mill}.json"
+        contact = Fingerprint.read(made).about["contact"]
+        shutil.copyfile(made, place)
+        rows.append({
+            "mill": mill,
+            "contact": contact,
+            "precision": PRECISION,
+            "digest": digest_of(load_mill(mill), load_contact(contact)),
+            "sha256": hashlib.sha256(place.read_bytes()).hexdigest(),
+            "physics": PHYSICS,
+            "version": version("millprint"),
+        })  # fmt: skip
+    table = pd.DataFrame(rows)
+    write_table(table, str(ROOT / TABLE))
+    return table
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path, help="where to simulate")
+    parser.add_argument("--cores", type=int, default=2, help="processors (default: %(default)s)")
+    given = parser.parse_args()
+    simulate(given.folder, given.cores)
+    print(store(given.folder).to_string(index=False))
