@@ -122,12 +122,6 @@ def test_valid_input_is_checked_only_once(project):
             ["config.yaml: mills.rayleigh_fraction = 0.15, times 1.375 by mills.precision quick = 0.20625: at most"],
         ),
         (CONFIG, ("mills", "precision"), "rough", ["config.yaml: mills.precision = 'rough'", "'quick', 'standard'"]),
-        (
-            CONFIG,
-            ("dem", "rayleigh_fraction_max"),
-            0.1,
-            ["config.yaml: validation.bond_mill.rayleigh_fraction = 0.15: at most dem.rayleigh_fraction_max"],
-        ),
         (CONFIG, ("sweeps", 0, "ball_diameters_mm"), [0.001], ["ball_diameters_mm = 0.001", "too small to simulate"]),
         (CONFIG, ("sweeps", 0, "fill_ratios"), [1e-9], ["fill_ratios = 1e-09", "one ball needs at least"]),
         (CONFIG, ("sweeps", 0, "seeds"), [10**30], ["sweeps.0.seeds.0", "less than"]),
@@ -280,6 +274,12 @@ def test_bad_value(settings, refusal, file, place, value, parts):
     line = refusal()
     for part in parts:
         assert part in line
+
+
+def test_a_step_of_the_validation_is_bounded_like_the_others(settings, refusal):
+    edit_yaml(settings / CONFIG, "dem", "rayleigh_fraction_max", value=0.18)
+    edit_yaml(settings / CONFIG, "validation", value={"setups": ["bond_mill"], "quick": True})
+    assert "config.yaml: validation.bond_mill.rayleigh_fraction = 0.2: at most dem.rayleigh_fraction_max" in refusal()
 
 
 def test_an_open_mesh_is_refused_and_a_closed_one_is_not(settings, check, refusal):
