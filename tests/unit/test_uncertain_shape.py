@@ -50,7 +50,9 @@ def test_what_was_fitted_is_sure_and_what_was_not_is_open():
     assert ends["ratio"][1] / ends["ratio"][0] > ends["Pt"][1] / ends["Pt"][0]
     height, ratio = (factors.parameters[name] for name in ("height_mm", "straight_ratio"))
     assert (height["lower"], height["upper"]) == pytest.approx((31.225, 39.775), abs=0.15)
-    assert ratio["upper"] - ratio["lower"] == pytest.approx(2 * 1.96 * MISFIT / STEEP, rel=0.1)
+    # Of the place in the range.
+    width = SHAPE["straight_ratio"].high - SHAPE["straight_ratio"].low
+    assert (ratio["upper"] - ratio["lower"]) / width == pytest.approx(2 * 1.96 * MISFIT / STEEP, rel=0.1)
 
 
 def test_the_factors_are_a_file_that_a_fingerprint_takes():
