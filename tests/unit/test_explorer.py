@@ -1,6 +1,7 @@
 """The explorer in a browser: the same numbers as the library, no requests, readable on a phone."""
 
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pandas as pd
@@ -36,6 +37,12 @@ BANDS = (
 LEVEL = 0.95
 
 
+class AllWeights(AveragingConfig):
+    """Keeps the processes of every link and structure, however small their weights."""
+
+    smallest_weight: ClassVar[float] = 1e-9
+
+
 def _fingerprint(contact: str, seed: int) -> Fingerprint:
     """A mill that departs from the scaling, so that every part of the model has something to say."""
     generator = np.random.default_rng(seed)
@@ -61,12 +68,11 @@ def run(tmp_path_factory) -> dict:
         )
         own.with_further(analysed).write(path)
     section = thesis_yields()
-    settings = AveragingConfig(
+    settings = AllWeights(
         **section["averaging"]
         | {
             "structures": ["trend_product"],
             "scales": {name: scales[-1:] for name, scales in section["averaging"]["scales"].items()},
-            "smallest_weight": 1e-9,
         }
     )
     rows = all_runs()
