@@ -78,7 +78,6 @@ REMOVED = {
     "surrogate.rollout.frame_interval_s": "fixed at 0.001",
     "surrogate.timing.start_s": "fixed at 0.2",
     "surrogate.trained_test": "fixed at trained",
-    "surrogate.training.checkpoint_every_s": "fixed at 30",
     "sweeps.threads": "that of all simulations is dem.threads",
     "uncertainty.closure_max": "fixed at 0.02",
     "uncertainty.seed": "fixed at 0",

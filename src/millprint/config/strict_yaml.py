@@ -121,7 +121,7 @@ CAUSES = {
     r"^\s*<": "HTML: a page of the web was saved, not the file",
     r"^\s*[\w.]+:[^\s]": "a colon without a blank; write `key: value`",
     r"^\s*[\w.]+\s*=": "an equals sign; write `key: value`",
-    r":.*: ": "a second colon; put the value in quotes",
+    r"^[^{]*:[^{]*: ": "a second colon; put the value in quotes",
 }
 
 
@@ -133,9 +133,11 @@ def _in_words(error: Exception, text: str) -> str:
     if marks[0] is None:
         return f"not valid YAML ({problem})"
     at = min(marks[0].line, len(lines) - 1)
+    # A key that is given twice, and a tag, are not faults of the form.
+    causes = {} if isinstance(error, yaml.constructor.ConstructorError) else CAUSES
     # The parser stops at the line of a fault, or at the first one after it that has no place there.
     for number in (at, max(at - 1, 0), marks[1].line if marks[1] else at):
-        cause = next((cause for shape, cause in CAUSES.items() if re.search(shape, lines[number])), None)
+        cause = next((cause for shape, cause in causes.items() if re.search(shape, lines[number])), None)
         if cause:
             return f"line {number + 1}: {lines[number].strip()!r}: {cause}"
     words = f"{problem}; each key of a section begins in the same column" if "expected key" in problem else problem

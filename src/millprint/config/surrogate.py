@@ -89,8 +89,8 @@ class TrainingConfig(Section):
     """training stops here even if epochs are left [s]"""
     threads: Count = 1
     """threads of the job, as far as there are cores [-]"""
-    # Time between checkpoints, from which a killed job continues [s].
-    checkpoint_every_s: ClassVar[float] = 30.0
+    checkpoint_every_s: Positive = 30.0
+    """time between checkpoints, from which a killed job continues [s]"""
     validation_snapshots: Count = 512
     """snapshots in the validation loss [-]"""
     seed: Seed = 0

@@ -32,7 +32,7 @@ def number_meant(text: str) -> str:
     if re.fullmatch(r"[-+]?\d+,\d+", plain):
         return plain.replace(",", ".")
     if re.fullmatch(NUMBER, plain, re.IGNORECASE):
-        return plain
+        return re.sub(r"^([-+]?)0+(?=\d)", r"\1", plain)  # 070 is 56 in YAML 1.1
     if found := re.fullmatch(rf"({NUMBER})%", plain):
         return f"{float(found[1]) / 100:g}"
     if (found := re.fullmatch(rf"({NUMBER})([:/])({NUMBER})", plain)) and float(found[3]):
