@@ -144,7 +144,7 @@ if "snakemake" in globals():
         tabulate_doses(
             snakemake.input,
             snakemake.output,
-            snakemake.params.settings["ball_diameter_mm"] * 1e-3,
+            PartitionConfig.ball_diameter_mm * 1e-3,
             snakemake.params.density_kg_m3,
         )
         draw_doses(snakemake.output)

@@ -1,6 +1,6 @@
 """Makes the fingerprints that come with millprint: python tools/ship_fingerprints.py FOLDER [--cores 2].
 
-Simulates the sweeps of the included mills of `mills.box` at precision `fine` in FOLDER, which may hold a part of them
+Simulates the sweeps of the included mills of `mills.box` at precision `standard` in FOLDER, which may hold a part of them
 already, and writes config/fingerprints.
 """
 
@@ -23,7 +23,7 @@ from millprint.run.files import write_table
 
 ROOT = Path(__file__).parents[1]
 MILLS = ("emax", "planetary", "mixer", "spex", "vibratory", "attritor", "drum")
-PRECISION = "fine"
+PRECISION = "standard"
 
 
 def simulate(folder: Path, cores: int) -> None:

@@ -67,7 +67,7 @@ def test_a_condition_simulated_again_lies_within_its_band(name):
             fill_ratio=case.fill_ratio,
         )
     )
-    # Half of the recorded time of `fine`, and one seed in place of several: a wider scatter than that of the band.
+    # Half of the recorded time: a wider scatter than that of the band.
     room = np.sqrt(2) * np.log(predicted.power_W.upper / predicted.power_W.value)
     power = found["normal_power_W"] + found["tangential_power_W"]
     assert abs(np.log(power / predicted.power_W.value)) < room

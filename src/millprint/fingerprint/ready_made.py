@@ -1,4 +1,4 @@
-"""The fingerprints that come with millprint: its own mills at precision `fine`, so that they need no simulation.
+"""The fingerprints that come with millprint: its own mills at precision `standard`, so that they need no simulation.
 
 `tools/ship_fingerprints.py` makes them. A mill or contact set that was changed since has none.
 """
