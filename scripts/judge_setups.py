@@ -15,7 +15,7 @@ import pandas as pd
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.config.setups import SetupConfig, TumblingConfig, read_settings
+from millprint.config.setup_models import SetupConfig, TumblingConfig, read_settings
 from millprint.config.sweep import DemConfig
 from millprint.figures.charge import plot_charge
 from millprint.figures.style import save

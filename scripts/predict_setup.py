@@ -7,7 +7,7 @@ Outputs: `predictions`.
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.config.setups import read_settings, setup_cases
+from millprint.config.setup_models import read_settings, setup_cases
 from millprint.config.sweep import DemConfig
 from millprint.run.files import write_table
 from millprint.run.job import job

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.config.setups import read_settings
+from millprint.config.setup_models import read_settings
 from millprint.config.sweep import DemConfig
 from millprint.run.files import write_table
 from millprint.run.job import job

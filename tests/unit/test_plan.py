@@ -6,7 +6,7 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
-from millprint.config.setups import SETTINGS
+from millprint.config.setup_models import SETTINGS
 from millprint.config.sweep import Case, DemConfig
 from millprint.config.uncertainty import UncertaintyConfig
 from millprint.dem.resources import LIKELY_BALL_STEP_S, LIKELY_START_S, resources_of

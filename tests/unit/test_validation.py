@@ -9,7 +9,7 @@ from tools import fix_predictions
 
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
-from millprint.config.setups import QUICK, SETTINGS, SetupConfig
+from millprint.config.setup_models import QUICK, SETTINGS, SetupConfig
 from millprint.config.sweep import DemConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.figures.validation_figures import plot_setup

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from millprint.config.contact_set import ContactConfig
-from millprint.config.setups import BeadDrumConfig, ReposeDrumConfig
+from millprint.config.setup_models import BeadDrumConfig, ReposeDrumConfig
 from millprint.validation.drums import (
     Motion,
     Surface,

@@ -9,7 +9,7 @@ import pytest
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.mill import MillConfig
-from millprint.config.setups import BondMillConfig, SliceMillConfig
+from millprint.config.setup_models import BondMillConfig, SliceMillConfig
 from millprint.config.sweep import DemConfig
 from millprint.validation import tumbling_runs
 from millprint.validation.inputs import CONTACT, DEM, SCATTER, Inputs, check_predictions, read_other_codes

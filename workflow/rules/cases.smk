@@ -6,7 +6,7 @@ from millprint.card.experiment_cases import cases_of
 from millprint.config.checks import card_experiments
 from millprint.config.heat import MEASURED
 from millprint.config.mill_sweep import MillSweepConfig
-from millprint.config.setups import SETTINGS, setup_cases
+from millprint.config.setup_models import SETTINGS, setup_cases
 from millprint.dem.resources import resources_of
 from millprint.fingerprint.cases import described_cases, enlarged, held_out_cases, large_case, mapped_cases, mill_cases
 from millprint.fingerprint.study_cases import study_variants

@@ -10,7 +10,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.heat import MEASURED
 from millprint.config.mill import MillConfig
 from millprint.config.motion_kinds import PlanetaryMotion
-from millprint.config.setups import SETTINGS, TumblingConfig, setup_cases
+from millprint.config.setup_models import SETTINGS, TumblingConfig, setup_cases
 from millprint.config.sweep import Case, overridden
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.case_checks import check_ball_size, check_mixtures, check_room, check_step_and_cost, checked_bodies

@@ -1,9 +1,9 @@
-"""The section `validation`: which of the set-ups of `millprint.config.setups` are predicted."""
+"""The section `validation`: which of the set-ups of `millprint.config.setup_models` are predicted."""
 
 from pydantic import model_validator
 
 from millprint.config.section import Name, ProjectFile, Section, first_repeated
-from millprint.config.setups import QUICK, SETTINGS, SetupConfig, TumblingConfig
+from millprint.config.setup_models import QUICK, SETTINGS, SetupConfig, TumblingConfig
 
 # The name that stands for every set-up.
 ALL = "all"

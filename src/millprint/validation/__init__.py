@@ -4,7 +4,7 @@ How a set-up becomes a verdict:
 
 1. `config/data/measured.tsv` holds what was measured: `millprint.validation.measured` reads it. A row names the set-up
    that predicts it, or `unknown`.
-2. A set-up has its settings in millprint/config/setups.py (a subclass of `SetupConfig`) and a record of the same name
+2. A set-up has its settings in millprint/config/setup_models.py (a subclass of `SetupConfig`) and a record of the same name
    in `millprint.validation.setups.SETUPS`.
 3. Its simulations, `SetupConfig.sweeps`, are cases in results/dem like any other. A set-up without sweeps, such as an
    impact, simulates inside `predict`. Its mill is a file in config/mills, its contact sets are in config/contacts.
@@ -19,7 +19,7 @@ How a set-up becomes a verdict:
 6. `python tools/fix_predictions.py` records in config/data/fixed_predictions.tsv the date and the digest of the
    settings of each set-up, and the reason if they were fixed again. A verdict says if the settings have changed since.
 
-To add a set-up: its settings in millprint/config/setups.py; `predict` in a file of this folder
+To add a set-up: its settings in millprint/config/setup_models.py; `predict` in a file of this folder
 and a record in `setups.py`; its name in the column `setup` of config/data/measured.tsv; `make reference`;
 `fix_predictions.py`. Figure, tables, verdicts and the page of the report follow from these.
 """

@@ -12,7 +12,7 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.geometry import CylinderGeometry
 from millprint.config.mill import MillConfig
-from millprint.config.setups import BeadDrumConfig, DrumOfBallsConfig, ReposeDrumConfig
+from millprint.config.setup_models import BeadDrumConfig, DrumOfBallsConfig, ReposeDrumConfig
 from millprint.config.sweep import Case, expand_sweep
 from millprint.dem.layout import SNAPSHOT
 from millprint.dem.simulation import Simulation

@@ -17,7 +17,7 @@ import pandas as pd
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
-from millprint.config.setups import SetupConfig
+from millprint.config.setup_models import SetupConfig
 from millprint.config.sweep import DemConfig
 from millprint.run.files import write_table
 from millprint.run.tables import Text, read_measured

@@ -10,7 +10,7 @@ import pandas as pd
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.geometry import BoxGeometry
-from millprint.config.setups import AluminaImpactConfig, ElasticImpactConfig, ImpactConfig
+from millprint.config.setup_models import AluminaImpactConfig, ElasticImpactConfig, ImpactConfig
 from millprint.dem.few_balls import FewBalls, walls_for
 from millprint.dem.laws.hertz import effective_modulus, impact
 from millprint.dem.laws.record import ball_mass, damping_ratio

@@ -11,7 +11,7 @@ import pandas as pd
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
-from millprint.config.setups import SetupConfig, ShakerConfig
+from millprint.config.setup_models import SetupConfig, ShakerConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.validation.drums import SHORT, predict_bead_drum, predict_repose_drum
 from millprint.validation.impacts import PARTIAL, predict_alumina_impact, predict_elastic_impact

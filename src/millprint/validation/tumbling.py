@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.mill import MillConfig
-from millprint.config.setups import TumblingConfig
+from millprint.config.setup_models import TumblingConfig
 from millprint.mill.bodies import build_bodies
 from millprint.statistics.quantiles import student_quantile
 from millprint.validation.inputs import CONTACT, DEM, SCATTER, Inputs, prediction

@@ -11,7 +11,7 @@ import pandas as pd
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.config.setups import TumblingConfig
+from millprint.config.setup_models import TumblingConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.layout import SNAPSHOT, SNAPSHOT_TOTAL
 from millprint.dem.ledger import check_closure, ledger_series, ledger_summary
