@@ -1,7 +1,7 @@
 """Makes the fingerprints that come with millprint: python tools/ship_fingerprints.py FOLDER [--cores 2].
 
-Simulates the sweeps of the included mills of `mills.box` at precision `standard` in FOLDER, which may hold a part of them
-already, and writes config/fingerprints.
+Simulates the sweeps of the included mills of `mills.box` at precision `standard` in FOLDER, which may already hold a
+part of them, and writes config/fingerprints.
 """
 
 import argparse
