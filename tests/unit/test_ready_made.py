@@ -13,6 +13,7 @@ from millprint.dem import PHYSICS
 from millprint.dem.run import simulate
 from millprint.fingerprint import ready_made
 from millprint.fingerprint.cases import mill_cases
+from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
 from millprint.run.files import read_table
 
@@ -69,5 +70,6 @@ def test_a_condition_simulated_again_lies_within_its_band(name):
     )
     # Half of the recorded time: a wider scatter than that of the band.
     room = np.sqrt(2) * np.log(predicted.power_W.upper / predicted.power_W.value)
-    power = found["normal_power_W"] + found["tangential_power_W"]
+    (row,) = tabulate_descriptors([found], fingerprint.about["counting_rule"]).to_dict("records")
+    power = row["normal_power_W"] + row["tangential_power_W"]
     assert abs(np.log(power / predicted.power_W.value)) < room
