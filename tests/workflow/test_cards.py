@@ -191,7 +191,7 @@ def test_a_table_of_experiments_is_refused_in_one_line(settings, refusal, old, n
 
 def test_the_cards_of_the_thesis_need_no_simulation_of_their_own(project):
     """Those of the Emax are conditions of its sweeps; the planetary one is a condition of its own, with three seeds."""
-    plan = run_snakemake(project, "-n", "cards").stdout
+    plan = run_snakemake(project, "-n", "--verbose", "cards").stdout
     for name in ("reference", "speed_tangential", "speed_normal", "planetary_400"):
         assert f"results/cards/{name}/card.json" in plan
     for seed in (0, 1, 2):
@@ -199,5 +199,5 @@ def test_the_cards_of_the_thesis_need_no_simulation_of_their_own(project):
     assert "results/dem/emax/calibrated/d10_f0.17_n600_s1/summary.json" in plan
     assert "d10_f0.17_n600_s2" not in plan
     assert "results/cards/match.tsv" in plan
-    whole = run_snakemake(project, "-n", "--config", "mill=planetary").stdout
+    whole = run_snakemake(project, "-n", "--verbose", "--config", "mill=planetary").stdout
     assert "results/cards/" not in whole

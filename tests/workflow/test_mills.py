@@ -106,7 +106,7 @@ def test_the_tumbling_mill_of_the_handbook_would_run(project):
     large = {"mill": "tumbler", "volume_l": 30, "ball_diameter_mm": "graded", "fill_ratio": 0.15, "speed_rpm": 45}
     mills = {"match": {**match, "like_fill_ratio": 0.15}, "scale_up": large}
     targets = ("fingerprint", "explorer", "match", "scale_up")
-    done = run_snakemake(project, *targets, "-n", "--config", "mill=tumbler", f"mills={mills}")
+    done = run_snakemake(project, *targets, "-n", "--verbose", "--config", "mill=tumbler", f"mills={mills}")
     assert done.returncode == 0, done.stdout[-4000:]
     assert [size["name"] for size in sizes] == ["graded"]
     simulated = set(re.findall(r"Simulating (tumbler\w*)/\w+/(\w+?)_", done.stdout))
