@@ -92,14 +92,21 @@ def share_kernels(project: Path) -> None:
         (its_cache / its).symlink_to(own_cache / own)
 
 
+def _whole_plan(arguments: tuple[str, ...]) -> list[str]:
+    """Arguments with which a dry run names its files too, and not only its rules."""
+    return ["--verbose", *arguments] if "-n" in arguments and "--verbose" not in arguments else [*arguments]
+
+
 def run_snakemake(project: Path, *arguments: str, timeout: float = 120) -> subprocess.CompletedProcess:
     """Run Snakemake on 2 cores in `project`, with both streams in `stdout`."""
-    return warm_snakemake.run(["--cores", "2", *arguments], project, active_environment(), timeout, one_stream=True)
+    return warm_snakemake.run(
+        ["--cores", "2", *_whole_plan(arguments)], project, active_environment(), timeout, one_stream=True
+    )
 
 
 def ask_snakemake(folder: Path, *arguments: str, timeout: float = 180) -> subprocess.CompletedProcess:
     """Run Snakemake in `folder` with these arguments only, not even --cores; its two streams are kept apart."""
-    return warm_snakemake.run([*arguments], folder, os.environ, timeout, one_stream=False)
+    return warm_snakemake.run(_whole_plan(arguments), folder, os.environ, timeout, one_stream=False)
 
 
 def error_lines(output: str) -> list[str]:
