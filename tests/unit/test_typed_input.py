@@ -10,6 +10,7 @@ from millprint.config.included import load_mill
 from millprint.config.load import check_model, file_of_key, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.strict_yaml import parse_yaml
+from millprint.config.wording import list_words
 from millprint.config.workflow import WorkflowConfig
 from millprint.mill.mesh import whole_content
 
@@ -173,3 +174,11 @@ def test_a_forgotten_sign_of_a_planetary_mill_is_told():
 
 def test_a_list_of_whole_numbers_is_no_list_of_decimal_commas():
     assert parse_yaml("sizes: [1,2,3]\nother: [1, 2]", "a") == {"sizes": [1, 2, 3], "other": [1, 2]}
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [("10-20", "[10, 20]"), ("5 - 10", "[5, 10]"), ("0 0 -1", "[0, 0, -1]"), ("-1, 0.5", "[-1, 0.5]"), (7, "[7]")],
+)
+def test_a_list_without_brackets_keeps_its_signs(text, meant):
+    assert list_words(text) == f"must be a list; write {meant}"

@@ -185,7 +185,7 @@ def smoke_project(tmp_path_factory) -> Path:
     return folder
 
 
-# A drum with lifters and a lining of its own friction, with a charge of three sizes beside balls of one.
+# A drum with lifters and a lining of its own friction, with a charge of three sizes, and balls of one size.
 LINED = {
     "name": "lined",
     "title": "Drum with lifters and a rubber lining",

@@ -61,9 +61,11 @@ def number_words(text: Any, key: str) -> str:
 
 def list_words(value: Any) -> str:
     """What to write in place of a value that must be a list."""
-    numbers = re.findall(NUMBER, value) if isinstance(value, str) else []
-    if numbers and not re.search(r"[a-z]", value.replace("to", ""), re.IGNORECASE) and not re.search(r"\d,\d", value):
-        return f"must be a list; write [{', '.join(number.lstrip('-') for number in numbers)}]"
+    # The dash of a range is no sign: 5-10 and 5 - 10, but 0 -1.
+    text = re.sub(r"(?<=\d)(-| - )(?=\d)", " ", value) if isinstance(value, str) else ""
+    numbers = re.findall(NUMBER, text)
+    if numbers and not re.search(r"[a-z]", text.replace("to", ""), re.IGNORECASE) and not re.search(r"\d,\d", text):
+        return f"must be a list; write [{', '.join(numbers)}]"
     return "must be a list; write " + (f"[{value}]" if isinstance(value, str | int | float) else "[...]")
 
 
