@@ -22,6 +22,9 @@ REPORT = --report $(1)/report/report.html --report-after-run --report-stylesheet
 # Snakemake leaves a folder alone that is locked, by another run or since a run was killed: what to type then.
 HINT = || { ls .snakemake/locks/* >/dev/null 2>&1 && echo "If no other run works in this folder: make unlock $@" >&2; exit 1; }
 
+# The parts of `make test`.
+PARTS := test-workflow test-faults test-physics test-unit
+
 .PHONY: help plan install thesis smoke validation unlock verify crate docs test check types fast kernels $(PARTS) fuzz kills slurm lint format bench ablations reference lock clean
 
 # What any mill needs; `make thesis` and `make test` install the rest.
@@ -61,8 +64,7 @@ verify: $(VENV)/installed  ## list the files of RESULTS that have changed
 crate: $(VENV)/installed  ## describe a finished run as an RO-Crate
 	$(BIN)/python -m millprint.cli crate $(RESULTS)
 
-# Four parts, two at a time, the longest first; the kernels are compiled before, so that not both of two parts do it.
-PARTS := test-workflow test-faults test-physics test-unit
+# Two parts at a time, the longest first; the kernels are compiled before, so that not both of two parts do it.
 test: $(VENV)/complete  ## linters and every test
 	$(MAKE) --jobs=2 lint kernels
 	$(MAKE) --jobs=2 $(PARTS)
