@@ -8,7 +8,14 @@ import pytest
 from millprint.run import digest
 
 SCRIPTS = sorted((Path(__file__).parents[2] / "scripts").glob("*.py"))
-KEPT = (digest.content_digest, digest._parsed, digest._imports, digest.program_digest, digest.simulation_digest)
+KEPT = (
+    digest.content_digest,
+    digest._parsed,
+    digest._origin,
+    digest._imports,
+    digest.program_digest,
+    digest.simulation_digest,
+)
 
 FIRST = '''"""A module."""
 import logging
@@ -201,3 +208,21 @@ def test_every_file_is_read_once_for_all_scripts(monkeypatch):
     monkeypatch.setattr(Path, "read_bytes", lambda path: opened.append(path) or read(path))
     assert len(set(map(digest.program_digest, SCRIPTS))) > 50
     assert len(opened) == len(set(opened)) > 200
+
+
+def test_what_a_file_computes_is_remembered_by_its_bytes(package, monkeypatch, tmp_path):
+    root, script = package
+    monkeypatch.setattr(digest, "MEMORY", tmp_path / "cache" / "parsed.json")
+    digest._remembered.cache_clear()
+    first = fresh(script)
+    digest._remember()
+    digest._remembered.cache_clear()
+    parsed = []
+    parse = digest.ast.parse
+    monkeypatch.setattr(digest.ast, "parse", lambda content: parsed.append(content) or parse(content))
+    assert fresh(script) == first
+    assert parsed == []
+    write(root, "near/second.py", "VALUE = 3\n")
+    assert fresh(script) != first
+    assert len(parsed) == 1
+    digest._remembered.cache_clear()

@@ -3,8 +3,9 @@
 import pytest
 
 from millprint.run import progress as module
+from millprint.run.durations import duration
 from millprint.run.job import job
-from millprint.run.progress import Lines, duration, progress
+from millprint.run.progress import Lines, progress
 
 
 class Clock:

@@ -3,14 +3,22 @@
 The digest covers the syntax tree (`ast`) of the script and of every millprint module that it imports, directly or
 indirectly, without comments, docstrings, lines for the log, progress bars and texts of errors. A module may be renamed
 or moved. Other files in the folders of these modules, such as parts of pages, count with their content.
+
+Parsing all files takes half of a dry run. So what a file computes is remembered on disk by the digest of its bytes.
 """
 
 import ast
+import atexit
 import hashlib
+import json
 import os
 import re
+import sys
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
+
+from millprint.run.cache_root import CACHE_ROOT
 
 PACKAGE = Path(__file__).parents[1]
 TEMPLATES = (".html", ".css", ".js", ".yaml")
@@ -19,7 +27,10 @@ TEMPLATES = (".html", ".css", ".js", ".yaml")
 # messages, and settings that it gets by value. If a change there does affect numbers, raise millprint.dem.PHYSICS.
 SIMULATION = "dem/run.py"
 OUTSIDE = {
-    *(f"run/{name}.py" for name in ("checksummed", "digest", "errors", "files", "hdf5", "machine", "progress")),
+    *(
+        f"run/{name}.py"
+        for name in ("cache_root", "checksummed", "digest", "errors", "files", "hdf5", "machine", "progress")
+    ),
     *("config/errors.py", "config/fingerprint.py", "config/mill_sweep.py", "config/section.py"),
 }
 
@@ -75,25 +86,65 @@ def content_digest(file: Path, without: str = "/") -> bytes:
     if file.suffix != ".py":
         return hashlib.sha256(file.read_bytes()).digest()
     computed, imports = _parsed(file)
-    origins = sorted(ast.dump(alias) + _origin(node, alias, without) for node in imports for alias in node.names)
+    origins = sorted(dump + _origin(module, name, without) for module, name, dump in imports)
     return hashlib.sha256("".join([computed, *origins]).encode()).digest()
 
 
+# What a file computes, as a digest, and its imports from millprint: module, name, and the syntax tree of the name.
+Parsed = tuple[str, list[tuple[str, str, str]]]
+
+
 @cache
-def _parsed(file: Path) -> tuple[str, list[ast.ImportFrom]]:
-    """The syntax tree of a file without texts and without imports from millprint, and these imports."""
-    tree = ast.parse(file.read_bytes())
-    imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and _is_own_import(node)]
-    _drop_texts(tree)
-    return ast.dump(tree), imports
+def _parsed(file: Path) -> Parsed:
+    """The digest of the syntax tree of a file without texts and without imports from millprint, and these imports."""
+    content = file.read_bytes()
+    key = hashlib.sha256(content).hexdigest()
+    if key not in _remembered():
+        tree = ast.parse(content)
+        found = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and _is_own_import(node)]
+        imports = [(node.module or "", alias.name, ast.dump(alias)) for node in found for alias in node.names]
+        _drop_texts(tree)
+        if not _new:
+            atexit.register(_remember)
+        _new[key] = hashlib.sha256(ast.dump(tree).encode()).hexdigest(), imports
+        _remembered()[key] = _new[key]
+    return _remembered()[key]
 
 
-def _origin(statement: ast.ImportFrom, alias: ast.alias, without: str) -> str:
+# Another Python writes another tree, and another version of this file another digest of it.
+MEMORY = (
+    CACHE_ROOT / f"parsed-{hashlib.sha256(sys.version.encode() + Path(__file__).read_bytes()).hexdigest()[:16]}.json"
+)
+# Files in all their versions that are kept, of which the library has 350.
+KEPT = 3000
+_new: dict[str, Parsed] = {}
+
+
+@cache
+def _remembered() -> dict[str, Parsed]:
+    """What earlier processes have parsed, by the digest of a file's bytes."""
+    try:
+        return json.loads(MEMORY.read_text())
+    except (OSError, ValueError):
+        return {}
+
+
+def _remember() -> None:
+    """Write what this process has parsed, for the next ones; where nothing can be written, they parse again."""
+    with suppress(OSError):
+        MEMORY.parent.mkdir(parents=True, exist_ok=True)
+        draft = MEMORY.with_suffix(f".{os.getpid()}")
+        draft.write_text(json.dumps(dict([*_remembered().items()][-KEPT:])))
+        draft.replace(MEMORY)
+
+
+@cache
+def _origin(module: str, name: str, without: str) -> str:
     """What the module computes that an import takes a name from; nothing for one that no number comes from."""
-    module = "/".join((statement.module or "").split(".")[1:])
-    for name in (f"{module}/{alias.name}.py".lstrip("/"), f"{module}.py", f"{module}/__init__.py".lstrip("/")):
-        if (PACKAGE / name).is_file():
-            return "" if name in OUTSIDE or name.startswith(without) else _parsed(PACKAGE / name)[0]
+    module = "/".join(module.split(".")[1:])
+    for path in (f"{module}/{name}.py".lstrip("/"), f"{module}.py", f"{module}/__init__.py".lstrip("/")):
+        if (PACKAGE / path).is_file():
+            return "" if path in OUTSIDE or path.startswith(without) else _parsed(PACKAGE / path)[0]
     return ""
 
 

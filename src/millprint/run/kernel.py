@@ -9,34 +9,20 @@ import hashlib
 import os
 import re
 import shutil
-import sys
-from collections.abc import Callable
-from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numba
 from llvmlite import binding
-from platformdirs import user_cache_path
 
 from millprint.run import digest
+from millprint.run.cache_root import CACHE_ROOT
 
 PACKAGE = Path(__file__).parents[1]
 KERNEL_FOLDERS = ("mill", "dem", "thesis/surrogate")
 MAKERS = re.compile(r"from millprint\.run\.kernel import .*\b(kernel|inner|inlined|threaded|array_maker)\b")
 IMPORTS = re.compile(r"^from millprint\.([\w.]+) import", re.MULTILINE)
-
-
-def cache_root() -> Path:
-    """The folder of the cache: in a checkout of the project, or in the user's cache for an installed library."""
-    project = PACKAGE.parents[1]
-    if (project / "pyproject.toml").is_file() and os.access(project, os.W_OK):
-        return project / ".numba_cache"
-    return user_cache_path("millprint", appauthor=False)
-
-
-CACHE_ROOT = cache_root()
 
 
 def processor_type() -> str:
@@ -63,31 +49,11 @@ def kernel_files() -> list[Path]:
 
 
 def kernel_digest() -> str:
-    """A short hash of what the kernels compute, without comments, and of the compiler's version.
-
-    Each simulation asks for it, and parsing the files takes a fifth of the start of its job, so the hash is remembered
-    by the bytes that it follows from.
-    """
-    files = kernel_files()
-    known = CACHE_ROOT / "digests" / _hash([*files, Path(digest.__file__)], Path.read_bytes, sys.version)
-    try:
-        return known.read_text()
-    except OSError:
-        found = _hash(files, partial(digest.content_digest, without="config/"))
-    with suppress(OSError):
-        known.parent.mkdir(parents=True, exist_ok=True)
-        draft = known.with_name(f"{known.name}.{os.getpid()}")
-        draft.write_text(found)
-        draft.replace(known)
-    return found
-
-
-def _hash(files: list[Path], content: Callable[[Path], bytes], *further: str) -> str:
-    """A short hash of the compiler's version, further words, and the content of files."""
-    total = hashlib.sha256("".join([numba.__version__, *further]).encode())
-    for file in files:
+    """A short hash of what the kernels compute, without comments, and of the compiler's version."""
+    total = hashlib.sha256(numba.__version__.encode())
+    for file in kernel_files():
         total.update(file.name.encode())
-        total.update(content(file))
+        total.update(digest.content_digest(file, without="config/"))
     return total.hexdigest()[:16]
 
 

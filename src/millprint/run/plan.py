@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from millprint.run.progress import duration
+from millprint.run.durations import duration
 
 # Processor time for Snakemake and Python to start a job [s].
 JOB_START_S = 2.0

@@ -6,6 +6,8 @@ from typing import Any
 
 from tqdm import tqdm
 
+from millprint.run.durations import duration
+
 # Time between lines [s], and time before the first line, so that a short job writes none [s].
 EVERY_S, FIRST_S = 30.0, 10.0
 
@@ -67,17 +69,6 @@ def progress_line(state: dict[str, Any], ended: bool) -> str:
 
 def _number(value: float) -> str:
     return str(value) if isinstance(value, int) else f"{value:.2f}"
-
-
-def duration(seconds: float) -> str:
-    """A time in words: 40 s, 3 min 20 s, 40 min, 2 h 5 min."""
-    minutes, rest = divmod(round(seconds), 60)
-    if not minutes:
-        return f"{rest} s"
-    hours, left = divmod(minutes, 60)
-    if hours:
-        return f"{hours} h {left} min"
-    return f"{minutes} min" if minutes >= 10 else f"{minutes} min {rest} s"
 
 
 def progress(total: float | None, what: str | None, unit: str = "it", **options: Any) -> tqdm:
