@@ -15,18 +15,18 @@ CONFIGURATION = ("--configfile", "config/smoke.yaml")
 RESULT = "results/doe/anova_printed.tsv"
 # Made from RESULT, and shown in the report.
 REPORTED = "results/doe/pareto.svg"
-# Files that Snakemake itself writes: its logs, and its cache of a dry run.
-SNAKEMAKE_FILES = (".snakemake/log", ".snakemake/iocache")
+# Logs and caches of a dry run: of Snakemake, and what the source files compute.
+LOGS_AND_CACHES = (".snakemake/log", ".snakemake/iocache", ".numba_cache/parsed-")
 
 
 def state_of(project: Path) -> dict[str, tuple[int, str]]:
-    """Modification time [ns] and digest of every file, except SNAKEMAKE_FILES."""
+    """Modification time [ns] and digest of every file, except LOGS_AND_CACHES."""
     files = (path for path in sorted(project.rglob("*")) if path.is_file() and "__pycache__" not in path.parts)
     names = {str(path.relative_to(project)): path for path in files}
     return {
         name: (path.stat().st_mtime_ns, hashlib.sha256(path.read_bytes()).hexdigest())
         for name, path in names.items()
-        if not name.startswith(SNAKEMAKE_FILES)
+        if not name.startswith(LOGS_AND_CACHES)
     }
 
 
