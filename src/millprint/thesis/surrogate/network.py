@@ -13,7 +13,6 @@ from typing import cast
 
 import numpy as np
 import torch
-from sklearn.preprocessing import StandardScaler
 from torch import Tensor, nn
 from torch.nn.functional import linear
 from torch_geometric.nn import MessagePassing
@@ -237,6 +236,8 @@ def feature_statistics(
     Returns `KIND_mean` and `KIND_std` for the keys of CHANNELS. A channel that does not vary (the wall's speed, its
     padding) keeps a deviation of 1, so that nothing is divided by zero.
     """
+    from sklearn.preprocessing import StandardScaler
+
     samples: dict[str, list[Tensor]] = {kind: [] for kind in CHANNELS}
     for run, rows in parts:
         edges = edges_at(run, rows, rule)
