@@ -22,8 +22,8 @@ REPORT = --report $(1)/report/report.html --report-after-run --report-stylesheet
 # Snakemake leaves a folder alone that is locked, by another run or since a run was killed: what to type then.
 HINT = || { ls .snakemake/locks/* >/dev/null 2>&1 && echo "If no other run works in this folder: make unlock $@" >&2; exit 1; }
 
-# The parts of `make test`.
-PARTS := test-workflow test-faults test-physics test-unit
+# The halves of `make test`.
+PARTS := test-workflow test-library
 
 .PHONY: help plan install thesis smoke validation unlock verify crate docs test check types fast kernels $(PARTS) fuzz kills slurm lint format bench ablations reference lock clean
 
@@ -64,7 +64,7 @@ verify: $(VENV)/installed  ## list the files of RESULTS that have changed
 crate: $(VENV)/installed  ## describe a finished run as an RO-Crate
 	$(BIN)/python -m millprint.cli crate $(RESULTS)
 
-# Two parts at a time, the longest first; the kernels are compiled before, so that not both of two parts do it.
+# Both halves side by side; the kernels are compiled before, so that not both do it.
 test: $(VENV)/complete  ## linters and every test
 	$(MAKE) --jobs=2 lint kernels
 	$(MAKE) --jobs=2 $(PARTS)
@@ -90,14 +90,8 @@ FAULTS := $(addprefix tests/workflow/,test_bad_input.py test_bad_files.py test_f
 test-workflow: $(VENV)/complete
 	$(RUN) $(BIN)/pytest tests/workflow $(addprefix --ignore=,$(FAULTS))
 
-test-faults: $(VENV)/complete
-	$(RUN) $(BIN)/pytest $(FAULTS)
-
-test-physics: $(VENV)/complete
-	$(RUN) $(BIN)/pytest tests/physics
-
-test-unit: $(VENV)/complete
-	$(RUN) $(BIN)/pytest tests/unit
+test-library: $(VENV)/complete
+	$(RUN) $(BIN)/pytest $(FAULTS) tests/physics tests/unit
 
 # COUNT damaged files, and KILLS kills; `make test` has 100 damaged files and 8 kills.
 fuzz: $(VENV)/complete
