@@ -215,7 +215,7 @@ def test_what_a_file_computes_is_remembered_by_its_bytes(package, monkeypatch, t
     monkeypatch.setattr(digest, "MEMORY", tmp_path / "cache" / "parsed.json")
     digest._remembered.cache_clear()
     first = fresh(script)
-    digest._remember()
+    digest.remember()
     digest._remembered.cache_clear()
     parsed = []
     parse = digest.ast.parse

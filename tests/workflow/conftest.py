@@ -87,12 +87,21 @@ def share_kernels(project: Path) -> None:
     own_cache = kernel.cache_folder()
     its_cache = project / ".numba_cache" / own_cache.name
     its_cache.mkdir(parents=True)
-    shutil.copy2(digest.MEMORY, its_cache.parent)
+    shutil.copy2(remembered_digests(), its_cache.parent)
     name_of = UserProvidedCacheLocator.get_suitable_cache_subpath
     for folder in {file.parent for file in kernel.kernel_files()}:
         own, its = (name_of(str(place / "any.py")) for place in (folder, project / folder.relative_to(ROOT)))
         (own_cache / own).mkdir(parents=True, exist_ok=True)
         (its_cache / its).symlink_to(own_cache / own)
+
+
+@cache
+def remembered_digests() -> Path:
+    """The file that remembers what every source file computes, so that no clone parses them all."""
+    for script in (ROOT / "scripts").glob("*.py"):
+        digest.program_digest(script)
+    digest.remember()
+    return digest.MEMORY
 
 
 def _whole_plan(arguments: tuple[str, ...]) -> list[str]:

@@ -105,7 +105,7 @@ def _parsed(file: Path) -> Parsed:
         imports = [(node.module or "", alias.name, ast.dump(alias)) for node in found for alias in node.names]
         _drop_texts(tree)
         if not _new:
-            atexit.register(_remember)
+            atexit.register(remember)
         _new[key] = hashlib.sha256(ast.dump(tree).encode()).hexdigest(), imports
         _remembered()[key] = _new[key]
     return _remembered()[key]
@@ -129,7 +129,7 @@ def _remembered() -> dict[str, Parsed]:
         return {}
 
 
-def _remember() -> None:
+def remember() -> None:
     """Write what this process has parsed, for the next ones; where nothing can be written, they parse again."""
     with suppress(OSError):
         MEMORY.parent.mkdir(parents=True, exist_ok=True)
