@@ -11,12 +11,15 @@ from millprint.config.checks import collect_cases, stop_on_bad_input
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.workflow import WorkflowConfig
-from millprint.thesis.chapter_checks import chapter_faults
 
 
 def main(content: dict) -> None:
     """Print a line for each warning; raise ConfigError with a line for each fault."""
     config = WorkflowConfig(**content["config"])
+    chapter_faults = None
+    if config.chapters:
+        # Its packages are not installed where only mills are described.
+        from millprint.thesis.chapter_checks import chapter_faults
     mills = {name: MillConfig(**mill) for name, mill in content["mills"].items()}
     contacts = {name: ContactConfig(**contact) for name, contact in content["contacts"].items()}
     cases = collect_cases(config, content["source"])

@@ -1,11 +1,14 @@
 """A job imports what it needs: libraries that take half a second to two seconds to import, of which it uses nothing."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from millprint.run.extras import EXTRAS
 
 # Each script is imported in a process of its own.
 pytestmark = pytest.mark.slow
@@ -67,3 +70,29 @@ def imported() -> dict[str, set[str]]:
 @pytest.mark.parametrize("script", NEEDLESS)
 def test_a_script_does_not_import_what_it_does_not_use(imported, script):
     assert {script, "millprint"} <= imported[script] and imported[script].isdisjoint(NEEDLESS[script])
+
+
+# Rules that only the thesis has; what other mills need is installed without its packages.
+THESIS_RULES = {"calibration", "claims", "doe", "fingerprint", "fit", "partition", "report", "surrogate", "yields"}
+IMPORT_ALL = """
+import importlib, sys
+extras, scripts = (words.split() for words in sys.argv[1:])
+sys.modules.update(dict.fromkeys(extras))
+for script in scripts:
+    importlib.import_module(script)
+"""
+
+
+def test_a_mill_needs_no_package_of_an_extra():
+    rules = [path for path in (ROOT / "workflow/rules").glob("*.smk") if path.stem not in THESIS_RULES]
+    scripts = {name for path in rules for name in re.findall(r"scripts/(\w+)\.py", path.read_text())}
+    assert {"run_dem_case", "describe_mill", "write_card", "check_input"} <= {*scripts, "check_input"}
+    packages = [*EXTRAS["thesis"], *EXTRAS["surrogate"]]
+    done = subprocess.run(
+        [sys.executable, "-c", IMPORT_ALL, " ".join(packages), " ".join({*scripts, "check_input"})],
+        cwd=ROOT / "scripts",
+        env={**os.environ, "PYTHONPATH": str(ROOT / "src")},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
