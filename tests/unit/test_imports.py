@@ -77,7 +77,11 @@ THESIS_RULES = {"calibration", "claims", "doe", "fingerprint", "fit", "partition
 IMPORT_ALL = """
 import importlib, sys
 extras, scripts = (words.split() for words in sys.argv[1:])
-sys.modules.update(dict.fromkeys(extras))
+class Missing:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in extras:
+            raise ModuleNotFoundError(name)
+sys.meta_path.insert(0, Missing())
 for script in scripts:
     importlib.import_module(script)
 """

@@ -1,9 +1,15 @@
 """Finds the files of this project and its library: in the local checkout, or in Snakemake's cache of a remote one."""
 
+import shlex
 from os import PathLike
 
 # The folder of a local checkout; None if the workflow is a module from a remote repository.
 PROJECT = Path(workflow.current_basedir).parents[1] if isinstance(workflow.current_basedir, PathLike) else None
+
+# Snakemake writes sys.executable as it is into a line for the shell, but the path of this folder may have spaces. Inside
+# another workflow it may have been quoted before.
+PYTHON = sys.executable if Path(sys.executable).exists() else shlex.split(sys.executable)[0]
+sys.executable = shlex.quote(PYTHON)
 
 ENVIRONMENT = workflow.current_basedir.join("../../envs/millprint.yaml")
 RULES_OF_OTHERS = list(workflow.rules)

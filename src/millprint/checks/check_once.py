@@ -27,9 +27,10 @@ def check_once(
     mills: Mapping[str, MillConfig],
     contacts: Mapping[str, ContactConfig],
     source: str,
+    python: str,
     script: str,
 ) -> None:
-    """Run `script` (scripts/check_input.py) on a configuration, unless the same has passed before.
+    """Run `script` (scripts/check_input.py) by `python` on a configuration, unless the same has passed before.
 
     source: the file that messages name if no other file is wrong. If the check fails, its lines are printed and the
     program ends with status 1. Without numpy, as when only the jobs have conda environments, a line says that the jobs
@@ -56,7 +57,7 @@ def check_once(
     if passed.exists():
         return
     print("checking geometry, balls, time steps and tables", file=sys.stderr, flush=True)
-    if subprocess.run([sys.executable, script], input=content, text=True).returncode:
+    if subprocess.run([python, script], input=content, text=True).returncode:
         raise SystemExit(1)
     passed.parent.mkdir(parents=True, exist_ok=True)
     passed.touch()
