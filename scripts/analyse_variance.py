@@ -6,8 +6,7 @@ Outputs: `printed` and `corrected` variance, `trends`, `contested`, `rival_model
 `residuals`, `residual_checks`, `lack_of_fit`, `interactions`, `pareto`, and the figures.
 """
 
-from millprint.config.design import Factor
-from millprint.config.doe import AnalysisConfig
+from millprint.config.doe import AnalysisConfig, Factor
 from millprint.figures.style import save
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job

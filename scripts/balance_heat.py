@@ -7,11 +7,11 @@ Outputs: `sources`, `parameters`, `temperatures`, `limits`, `comparison`, `flash
 
 from collections.abc import Sequence
 
-from millprint.config.heat import MEASURED, HeatConfig
+from millprint.config.dose import MEASURED, HeatConfig
 from millprint.dose.flash import flash_table
 from millprint.dose.heat_sources import read_sources, source_table
 from millprint.dose.heat_table import HeatTables, heat_tables, measured_row
-from millprint.figures.heat_figures import plot_heat
+from millprint.figures.dose_figures import plot_heat
 from millprint.figures.style import save
 from millprint.run.files import write_table
 from millprint.run.job import job

@@ -7,10 +7,10 @@ Inputs: `fingerprint`, `spectra`, `summary`, `temperatures`, `limits` of each mi
 Outputs: `html`.
 """
 
+from millprint.config.dose import HeatConfig
 from millprint.config.fingerprint import InverseConfig
-from millprint.config.heat import HeatConfig
 from millprint.config.mill import MillConfig
-from millprint.config.next_experiments import PredictionConfig
+from millprint.config.yields import PredictionConfig
 from millprint.explorer.condition_tables import Heat, Spectra
 from millprint.explorer.content import Machine, explorer_content, mill_content
 from millprint.explorer.page import explorer_page

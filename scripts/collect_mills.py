@@ -7,7 +7,7 @@ Inputs: `collapse` and `coverage`, a table of each mill in the order of the box.
 Outputs: `table`, `svg`, `png` of the collapse; `coverage`.
 """
 
-from millprint.figures.mills import plot_collapse
+from millprint.figures.mill_pictures import plot_collapse
 from millprint.figures.style import save
 from millprint.fingerprint.mill_collapse import COLLAPSE_MAX, one_row_a_mill
 from millprint.fingerprint.unseen_runs import sum_coverage

@@ -7,7 +7,7 @@ Outputs: `intervals`.
 
 import pandas as pd
 
-from millprint.config.claims import ClaimsConfig
+from millprint.config.workflow import ClaimsConfig
 from millprint.fingerprint.readers import read_summaries
 from millprint.run.files import read_json, write_table
 from millprint.run.job import job

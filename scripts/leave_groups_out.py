@@ -10,10 +10,15 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from millprint.config.averaged_process import AveragingConfig
-from millprint.config.design import Factor
+from millprint.config.doe import Factor
 from millprint.config.mill import MillConfig
-from millprint.config.next_experiments import PredictionConfig
-from millprint.config.yields import EvaluationConfig, HeldOutConfig, OtherSourcesConfig, TrainingConfig
+from millprint.config.yields import (
+    EvaluationConfig,
+    HeldOutConfig,
+    OtherSourcesConfig,
+    PredictionConfig,
+    TrainingConfig,
+)
 from millprint.fingerprint.condition import Condition
 from millprint.run.files import write_table
 from millprint.run.job import job

@@ -10,17 +10,16 @@ Outputs: `table_4_2`, `table_4_3`, `table_4_4`, `table_4_5`, `slopes`, `design`;
 
 import pandas as pd
 
-from millprint.config.partition import PartitionConfig
+from millprint.config.workflow import PartitionConfig
 from millprint.dose.energy_doses import AXES, regime_doses, screening_doses
-from millprint.dose.kinetics import best_of, curve_of, fit_kinetics, verdict
-from millprint.dose.shear import said_of_shear
+from millprint.dose.kinetics import best_of, curve_of, fit_kinetics, said_of_shear, verdict
 from millprint.figures.spectra_figures import plot_doses
 from millprint.figures.style import save
 from millprint.fingerprint.model import Fingerprint
 from millprint.run.files import read_table, whole_file, write_table
 from millprint.run.job import job
 from millprint.thesis.curves import regimes
-from millprint.thesis.curves.energy import (
+from millprint.thesis.curves.regimes import (
     Chemistry,
     compare_with_prior,
     energy_leverage,

@@ -9,7 +9,7 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import ScaleUpConfig
 from millprint.dem.laws.registry import step_scale
-from millprint.figures.mills import plot_scale_up
+from millprint.figures.mill_pictures import plot_scale_up
 from millprint.figures.style import save
 from millprint.fingerprint.cases import enlarged
 from millprint.fingerprint.model import Fingerprint

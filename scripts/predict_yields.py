@@ -9,8 +9,7 @@ Outputs: `predicted`, `proposals`, `left_out`, `reasons`.
 from threadpoolctl import threadpool_limits
 
 from millprint.config.doe import ChemistryConfig
-from millprint.config.next_experiments import PredictionConfig, ProposalConfig
-from millprint.config.yields import TrainingConfig
+from millprint.config.yields import PredictionConfig, ProposalConfig, TrainingConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.thesis.yields.experiments import RUNNING, Mill, experiment_rows, read_experiments, region_conditions

@@ -16,8 +16,7 @@ from millprint.config.sweep import DemConfig
 from millprint.config.uncertainty import UncertaintyConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.uncertainty.sampler import run_samples
-from millprint.uncertainty.samples import check_contact, design_of, space_of, with_sweep
+from millprint.uncertainty.samples import check_contact, design_of, run_samples, space_of, with_sweep
 from millprint.uncertainty.varied import varied_case
 
 

@@ -10,7 +10,7 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from millprint.config.averaged_process import AveragingConfig
-from millprint.config.next_experiments import RetrospectiveConfig
+from millprint.config.yields import RetrospectiveConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.run.progress import progress

@@ -11,7 +11,7 @@ import logging
 
 import pandas as pd
 
-from millprint.config.design import Factor
+from millprint.config.doe import Factor
 from millprint.config.yields import OtherSourcesConfig
 from millprint.run.files import write_table
 from millprint.run.job import job

@@ -8,7 +8,7 @@ Outputs: `table`, `window`, `verdict` (JSON), `line` (text), and the figure.
 import sys
 
 from millprint.config.fingerprint import StudyConfig
-from millprint.figures.study_figures import plot_study
+from millprint.figures.convergence_figures import plot_study
 from millprint.figures.style import save
 from millprint.fingerprint.readers import read_summaries
 from millprint.fingerprint.study import (

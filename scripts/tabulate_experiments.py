@@ -6,7 +6,7 @@ Outputs: `design`, `fraction`, `aliases`, `audit`; `half_life`, `wear`; `missing
 literature, and the points of one as `tsv`.
 """
 
-from millprint.config.design import DesignConfig
+from millprint.config.doe import DesignConfig
 from millprint.figures.style import save
 from millprint.run.files import write_table
 from millprint.run.job import job

@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from millprint.config.averaged_process import AveragingConfig
 from millprint.config.mill import MillConfig
-from millprint.config.next_experiments import ProposalConfig
+from millprint.config.yields import ProposalConfig
 from millprint.fingerprint.condition import BASIC, Condition
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from millprint.config.heat import HeatConfig
+from millprint.config.dose import HeatConfig
 from millprint.dose.heat_sources import HeatSource
 from millprint.dose.heat_table import heat_tables
 from millprint.dose.spectra import tabulate_spectra

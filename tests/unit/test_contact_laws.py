@@ -9,8 +9,8 @@ import pytest
 from millprint.card.methods import simulation_sentences
 from millprint.card.read import read_card
 from millprint.config.contact_set import CONTACT_LAWS, ContactConfig
+from millprint.config.dose import FlashSection
 from millprint.config.errors import ConfigError, SimulationError
-from millprint.config.heat import FlashSection
 from millprint.config.load import check_model
 from millprint.config.sweep import overridden
 from millprint.config.uncertainty import UncertaintyConfig

@@ -9,8 +9,7 @@ import pytest
 import yaml
 
 from millprint.cli.commands import main as millprint
-from millprint.config.design import DesignConfig
-from millprint.config.doe import AnalysisConfig
+from millprint.config.doe import AnalysisConfig, DesignConfig
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.run.files import read_table

@@ -26,9 +26,10 @@ from millprint.dose.kinetics import (
     best_of,
     curve_of,
     fit_kinetics,
+    said_of_shear,
+    shear_worth,
     verdict,
 )
-from millprint.dose.shear import said_of_shear, shear_worth
 from tests.unit.synthetic_mill import fingerprint
 
 ROOT = Path(__file__).parents[2]
@@ -136,7 +137,7 @@ def test_the_worth_of_shear_is_found_within_its_interval(monkeypatch, worth, apa
     assert found.upper / found.lower < 2
     assert (found.gain_aicc > 0) == (worth != 1)
     # The sentence is about this fit, which takes seconds and is not made again for it.
-    monkeypatch.setattr("millprint.dose.shear.shear_worth", lambda asked: {id(runs): found}[id(asked)])
+    monkeypatch.setattr("millprint.dose.kinetics.shear_worth", lambda asked: {id(runs): found}[id(asked)])
     assert apart in said_of_shear(runs)
 
 

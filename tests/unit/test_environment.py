@@ -130,7 +130,7 @@ class Without(PathFinder):
 sys.meta_path[sys.meta_path.index(PathFinder)] = Without
 import millprint
 assert find_spec("xgboost") is None
-import millprint.thesis.yields.boosting
+import millprint.thesis.yields.estimators
 """
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert done.returncode == 1

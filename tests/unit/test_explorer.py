@@ -10,7 +10,7 @@ import pytest
 from millprint.config.averaged_process import AveragingConfig
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import TARGET_DESCRIPTORS, InverseConfig
-from millprint.config.next_experiments import PredictionConfig
+from millprint.config.yields import PredictionConfig
 from millprint.explorer.content import Machine, explorer_content, mill_content, sliders
 from millprint.explorer.page import explorer_page
 from millprint.fingerprint import processes

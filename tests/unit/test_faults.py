@@ -13,8 +13,7 @@ import pytest
 from millprint.cli.commands import main as millprint
 from millprint.config.errors import ConfigError, MillprintError
 from millprint.run import files
-from millprint.run.checksummed import BLOCK, checksum_header, read_checksummed
-from millprint.run.files import read_json, whole_file
+from millprint.run.files import BLOCK, checksum_header, read_checksummed, read_json, whole_file
 from millprint.run.hdf5 import open_hdf5, whole_hdf5
 from millprint.run.job import job
 from millprint.run.output_digests import read_record, record_path, report_damaged

@@ -12,7 +12,7 @@ from scipy.stats import spearmanr
 import fit_master_curves
 import partition_dissipation
 from millprint.config.fingerprint import FingerprintConfig
-from millprint.config.partition import PartitionConfig
+from millprint.config.workflow import PartitionConfig
 from millprint.run.files import read_table
 from millprint.thesis.claims.chapter3_curves import rank_correlation
 from millprint.thesis.claims.evidence import verdict

@@ -10,9 +10,9 @@ import pandas as pd
 import pytest
 
 from balance_heat import main
+from millprint.config.dose import MEASURED as ROWS
+from millprint.config.dose import FlashSection, HeatConfig
 from millprint.config.errors import ConfigError
-from millprint.config.heat import MEASURED as ROWS
-from millprint.config.heat import FlashSection, HeatConfig
 from millprint.config.load import check_model
 from millprint.config.workflow import WorkflowConfig
 from millprint.dose import flash

@@ -20,7 +20,7 @@ from millprint.config.uncertainty import UncertaintyConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.dose.spectra_shown import of_sheet, sheet_rows, with_rows
 from millprint.figures import mill_pictures, mill_sheet_figure
-from millprint.figures import mills as figures
+from millprint.figures import mill_pictures as figures
 from millprint.fingerprint.bands import checked_factors
 from millprint.fingerprint.cases import (
     RUN_WAY,

@@ -3,8 +3,8 @@
 import pytest
 
 from millprint.run import progress as module
-from millprint.run.durations import duration
 from millprint.run.job import job
+from millprint.run.plan import duration
 from millprint.run.progress import Lines, progress
 
 

@@ -9,8 +9,7 @@ import yaml
 from jsonschema import Draft202012Validator
 from tools.write_reference import PAGES
 
-from millprint.config.document import MODELS, nested_models, schema_text, sections
-from millprint.config.meanings import meaning_of
+from millprint.config.document import MODELS, meaning_of, nested_models, schema_text, sections
 from millprint.config.reference import parts, reference_text
 from tests.conftest import configuration
 

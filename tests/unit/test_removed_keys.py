@@ -5,8 +5,8 @@ from pkgutil import resolve_name
 import pytest
 
 from millprint.config.document import MODELS, sections
+from millprint.config.dose import MEASURED
 from millprint.config.errors import ConfigError
-from millprint.config.heat import MEASURED
 from millprint.config.load import check_model
 from millprint.config.removed import REMOVED
 from millprint.config.sweep import DemConfig

@@ -27,13 +27,11 @@ from millprint.fingerprint.bands import read_factors
 from millprint.fingerprint.master_curves import CURVES
 from millprint.fingerprint.seeds import MOTIONS
 from millprint.run.files import read_table, write_json, write_table
-from millprint.uncertainty import sampler
-from millprint.uncertainty.emulator import Emulator, quality
+from millprint.uncertainty import samples
+from millprint.uncertainty.emulator import Draws, Emulator, draw, quality, saltelli_shares, sobol_indices
 from millprint.uncertainty.factor_checks import uncertainty_cases, uncertainty_faults
-from millprint.uncertainty.indices import Draws, draw, saltelli_shares, sobol_indices
 from millprint.uncertainty.intervals import measure
-from millprint.uncertainty.sampler import run_samples
-from millprint.uncertainty.samples import check_contact, contact_values, design_of, space_of
+from millprint.uncertainty.samples import check_contact, contact_values, design_of, run_samples, space_of
 from millprint.uncertainty.space import FROZEN, Space, contact_space, variable_of
 from millprint.uncertainty.varied import varied_case
 from tests.conftest import ROOT
@@ -283,7 +281,7 @@ def fake_samples(monkeypatch, stop_at: int | None = None) -> list:
         seen.append(values)
         return {"Pn": values["restitution"] / 3, "empty": float("nan")}
 
-    monkeypatch.setattr(sampler, "_describe", describe)
+    monkeypatch.setattr(samples, "_describe", describe)
     return seen
 
 

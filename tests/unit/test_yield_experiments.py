@@ -10,7 +10,7 @@ import pytest
 import predict_yields
 import train_averaged_models
 from millprint.config.errors import ConfigError
-from millprint.config.next_experiments import ProposalConfig
+from millprint.config.yields import ProposalConfig
 from millprint.run.files import read_table, write_table
 from millprint.thesis.curves.regimes import read_regimes
 from millprint.thesis.yields.experiments import DONE, RUNNING, SETTINGS, next_cases, read_experiments, region_conditions

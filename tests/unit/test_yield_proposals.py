@@ -8,7 +8,7 @@ from scipy.stats import norm
 from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
-from millprint.config.next_experiments import RegionConfig
+from millprint.config.yields import RegionConfig
 from millprint.fingerprint.condition import Condition
 from millprint.thesis.curves.regimes import read_regimes
 from millprint.thesis.yields.averaging import AveragedModel, Candidate, Process, fit_member

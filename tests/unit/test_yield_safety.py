@@ -6,7 +6,7 @@ import pytest
 
 from millprint.config.doe import ChemistryConfig
 from millprint.config.errors import ConfigError
-from millprint.config.next_experiments import RegionConfig
+from millprint.config.yields import RegionConfig
 from millprint.thesis.curves.regimes import read_regimes
 from millprint.thesis.doe.chemistry import hydrogen_released
 from millprint.thesis.yields.averaging import fit_averaged

@@ -4,7 +4,7 @@ import math
 
 from millprint.card.experiment_cases import cases_of
 from millprint.config.checks import card_experiments
-from millprint.config.heat import MEASURED
+from millprint.config.dose import MEASURED
 from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.setup_models import SETTINGS, setup_cases
 from millprint.dem.resources import resources_of

@@ -1,7 +1,7 @@
 """Chapter 2: the screening design, its analysis of variance, wet-lab arithmetic, and the literature."""
 
 from millprint.config.doe import AnalysisConfig
-from millprint.config.design import DesignConfig
+from millprint.config.doe import DesignConfig
 
 DOE = f"{RESULTS}/doe"
 FACTORS = [factor.model_dump(mode="json") for factor in CONFIG.doe.factors]

@@ -20,14 +20,13 @@ from millprint.card.card_model import (
     Powder,
     Programme,
 )
-from millprint.card.condition_descriptors import describe_runs
 from millprint.card.methods import methods_paragraph
-from millprint.card.parts import dose_part, heat_part, spectra_part, wear_part
+from millprint.card.parts import describe_runs, dose_part, heat_part, spectra_part, wear_part
 from millprint.card.software import software
 from millprint.config.card import Experiment
 from millprint.config.contact_set import ALL_LAW_KEYS, PAIR_COEFFICIENTS, ContactConfig
 from millprint.config.counting import recorded_count
-from millprint.config.heat import JarSection
+from millprint.config.dose import JarSection
 from millprint.config.mill import MillConfig
 from millprint.fingerprint.readers import check_summary
 from millprint.run.kernel import kernel_digest

@@ -6,8 +6,8 @@ from millprint.card.card_inputs import check_material
 from millprint.card.experiment_cases import own_cases
 from millprint.config.checks import MILL_FOLDER, card_experiments
 from millprint.config.contact_set import ContactConfig
+from millprint.config.dose import MEASURED
 from millprint.config.errors import ConfigError
-from millprint.config.heat import MEASURED
 from millprint.config.mill import MillConfig
 from millprint.config.motion_kinds import PlanetaryMotion
 from millprint.config.setup_models import SETTINGS, TumblingConfig, setup_cases

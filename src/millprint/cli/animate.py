@@ -5,9 +5,9 @@ millprint animate results/dem/MILL/CONTACT/CASE/run.h5 --out mill.gif
 
 from pathlib import Path
 
-from millprint.cli.arguments import parser_of
+from millprint.cli.commands import parser_of
+from millprint.config.document import meaning_of
 from millprint.config.load import check_model
-from millprint.config.meanings import meaning_of
 from millprint.config.view import ViewConfig
 from millprint.figures.animation import save_animation
 from millprint.view.frames import read_movie

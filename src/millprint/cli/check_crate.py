@@ -8,7 +8,7 @@ if the folder has no crate. Logs, benchmarks and report.html are not checked: ev
 
 from pathlib import Path
 
-from millprint.cli.arguments import parser_of
+from millprint.cli.commands import parser_of
 from millprint.provenance.check import check_folder
 
 

@@ -1,5 +1,6 @@
 """The command `millprint`: finds the command that is asked for, and runs its module. Nothing else is imported."""
 
+import argparse
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -84,3 +85,10 @@ def main(words: Sequence[str] | None = None) -> int:
     except MillprintError as error:
         print("\n".join(f"error: {line}" for line in str(error).splitlines()), file=sys.stderr)
         return 1
+
+
+def parser_of(name: str, text: str | None) -> argparse.ArgumentParser:
+    """The parser of a command, whose help is the docstring of its module."""
+    return argparse.ArgumentParser(
+        prog=f"millprint {name}", description=text, formatter_class=argparse.RawDescriptionHelpFormatter
+    )

@@ -3,8 +3,7 @@
 eval "$(millprint completion)"
 """
 
-from millprint.cli.arguments import parser_of
-from millprint.cli.commands import COMMANDS
+from millprint.cli.commands import COMMANDS, parser_of
 from millprint.run.ending.success import endings
 
 SCRIPT = """_millprint() {{

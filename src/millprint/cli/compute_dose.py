@@ -9,10 +9,9 @@ over time and over each dose are fitted, compared by AICc, and printed with a ve
 
 from pathlib import Path
 
-from millprint.cli.arguments import parser_of
+from millprint.cli.commands import parser_of
 from millprint.dose.energy_doses import AXES, TIME, YIELD, own_doses
-from millprint.dose.kinetics import FEWEST_RUNS, fit_kinetics, verdict
-from millprint.dose.shear import said_of_shear
+from millprint.dose.kinetics import FEWEST_RUNS, fit_kinetics, said_of_shear, verdict
 from millprint.fingerprint.model import Fingerprint
 from millprint.run.files import write_table
 

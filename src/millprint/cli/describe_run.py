@@ -8,9 +8,8 @@ further targets, when all have ended. The target `crate` of the workflow describ
 
 from pathlib import Path
 
-from millprint.cli.arguments import parser_of
-from millprint.provenance.crate_files import read_configuration, write_crate
-from millprint.provenance.finished import check_finished, recipe_of, targets_of
+from millprint.cli.commands import parser_of
+from millprint.provenance.crate_files import check_finished, read_configuration, recipe_of, targets_of, write_crate
 from millprint.provenance.inside import CRATE
 from millprint.provenance.lineage import read_jobs
 from millprint.run import files

@@ -5,7 +5,7 @@ millprint export results/dem/MILL/CONTACT/CASE/run.h5 --every 20
 
 from pathlib import Path
 
-from millprint.cli.arguments import parser_of
+from millprint.cli.commands import parser_of
 from millprint.view.paraview import export_run
 
 PARTS = ("", "_walls", "_contacts")

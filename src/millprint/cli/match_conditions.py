@@ -30,7 +30,7 @@ import pandas as pd
 
 from millprint.card.match import NEAR, find_fingerprint, match_card, verdict
 from millprint.card.read import read_card
-from millprint.cli.arguments import parser_of
+from millprint.cli.commands import parser_of
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import DESCRIPTOR_SETS, DescriptorSet, MatchConfig
 from millprint.config.included import SOURCES

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import yaml
 
-from millprint.cli.arguments import parser_of
+from millprint.cli.commands import parser_of
 from millprint.cli.engine import cores, run_workflow
 from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER
 from millprint.config.errors import ConfigError

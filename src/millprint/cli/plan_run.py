@@ -19,7 +19,7 @@ from snakemake.cli import main as snakemake_command
 from snakemake.logging import logger
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from millprint.cli.arguments import parser_of
+from millprint.cli.commands import parser_of
 from millprint.cli.engine import YAML, settings_of, snakefile_words
 from millprint.run.ending.lines import job_of
 from millprint.run.plan import Job, plan_text

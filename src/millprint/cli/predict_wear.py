@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from millprint.cli.arguments import parser_of
+from millprint.cli.commands import parser_of
 from millprint.config.dose import ChargeConfig, WearConfig
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model

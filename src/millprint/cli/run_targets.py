@@ -11,7 +11,7 @@ writes it; without one, config/config.yaml of this folder. The command prints th
 Further arguments are those of Snakemake, such as --dry-run, or --config with keys of the configuration.
 """
 
-from millprint.cli.arguments import parser_of
+from millprint.cli.commands import parser_of
 from millprint.cli.engine import cores, run_workflow, settings_of
 from millprint.config.errors import ConfigError
 from millprint.config.wording import close_to

@@ -33,7 +33,7 @@ from millprint.card.latex import TITLES
 from millprint.card.numbers import in_words
 from millprint.card.read import known_of
 from millprint.card.simulate import GIF, simulate_cases
-from millprint.cli.arguments import parser_of
+from millprint.cli.commands import parser_of
 from millprint.config.card import Experiment
 from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER
 from millprint.config.contact_set import ContactConfig

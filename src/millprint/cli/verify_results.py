@@ -7,7 +7,7 @@ The exit status is 0 if there are none, else 1.
 
 from pathlib import Path
 
-from millprint.cli.arguments import parser_of
+from millprint.cli.commands import parser_of
 from millprint.run.output_digests import report_damaged
 
 

@@ -11,8 +11,8 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from millprint.config.dose import JarSection, ProgrammeSection
 from millprint.config.errors import ConfigError
-from millprint.config.heat import JarSection, ProgrammeSection
 from millprint.config.load import check_model
 from millprint.config.mill_sweep import Turns
 from millprint.config.mixture import BallSize, diameter_of

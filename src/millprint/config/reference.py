@@ -16,8 +16,7 @@ from pydantic_core import PydanticUndefined
 
 from millprint.config.card import Experiment
 from millprint.config.contact_set import ContactConfig
-from millprint.config.document import on_a_line, sections
-from millprint.config.meanings import meaning_of, source_of_meaning
+from millprint.config.document import meaning_of, on_a_line, sections, source_of_meaning
 from millprint.config.mill import MillConfig
 from millprint.config.section import kind_of, nested_models
 from millprint.config.workflow import ChapterSections, WorkflowConfig

@@ -1,26 +1,146 @@
-"""The root of config/config.yaml."""
+"""The root of config/config.yaml, and its small sections."""
 
-from typing import Any
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from millprint.config.calibration import CalibrationConfig
 from millprint.config.card import CardsConfig
-from millprint.config.claims import ClaimsConfig
 from millprint.config.doe import DoeConfig
 from millprint.config.dose import DoseConfig
 from millprint.config.fingerprint import ConvergenceConfig, FingerprintConfig, InverseConfig, MapsConfig
 from millprint.config.fit import FitConfig
 from millprint.config.mill_sweep import MillsConfig, MillSweepConfig
-from millprint.config.partition import PartitionConfig
-from millprint.config.provenance import ProvenanceConfig
-from millprint.config.section import Name, ProjectFile, Section, first_repeated
+from millprint.config.section import Fraction, Name, NonNegative, ProjectFile, Section, first_repeated
+from millprint.config.setup_models import QUICK, SETTINGS, SetupConfig, TumblingConfig
 from millprint.config.surrogate import SurrogateConfig
 from millprint.config.sweep import DemConfig, SweepConfig
 from millprint.config.uncertainty import UncertaintyConfig
-from millprint.config.validation import ValidationConfig
 from millprint.config.view import ViewConfig
 from millprint.config.yields import YieldConfig
+
+
+class ClaimsConfig(Section):
+    """Intervals of the claims that depend on chance."""
+
+    draws: Annotated[int, Field(ge=2, le=100_000)] = 200
+    """times that the simulations of chapter 3 are drawn again from their own windows [-]"""
+    # Level of the intervals that decide the verdicts [-].
+    level: ClassVar[float] = 0.95
+    # Seed of the draws.
+    seed: ClassVar[int] = 0
+
+
+class Prior(NamedTuple):
+    """Earlier work: yield [%], milling time [h], ball-to-powder mass ratio [-], speed of the mill [Hz]."""
+
+    yield_percent: float
+    time_h: float
+    bpr: float
+    speed_hz: float
+
+
+class PartitionConfig(Section):
+    """Settings of the partition stage."""
+
+    # Contact set whose master curves are used.
+    contact: ClassVar[str] = "calibrated"
+    # Ball diameter of the cases [mm].
+    ball_diameter_mm: ClassVar[float] = 10.0
+    # Speed of the reference and of the constant-speed cases [rpm].
+    reference_speed_rpm: ClassVar[float] = 600.0
+    fill_ratios: list[Fraction] = []
+    """further fill ratios of equal speed and of equal power"""
+    borate_molar_mass_g_mol: ClassVar[float] = 137.86
+    """molar mass of NaBO2.4H2O [g/mol]"""
+    borohydride_molar_mass_g_mol: ClassVar[float] = 37.83
+    """molar mass of NaBH4 [g/mol]"""
+    enthalpy_kJ_mol: ClassVar[float] = 1226.0
+    """size of the reaction enthalpy [kJ per mol NaBH4]"""
+    gibbs_kJ_mol: ClassVar[float] = 1510.0
+    """size of the Gibbs energy at 298 K [kJ per mol NaBH4]"""
+    lower_heating_value_kJ_mol: ClassVar[float] = 2908.0
+    """lower heating value of the H2 [kJ per mol NaBH4]"""
+    plug_efficiency: Fraction = 0.5
+    """assumed power of the balls over the plug's, Eq. 4.8 [-]"""
+    electricity_price_EUR_kWh: NonNegative = 0.2
+    """assumed price, Eq. 4.9 [EUR/kWh]"""
+    # Probability of the confidence intervals [-].
+    interval: ClassVar[float] = 0.95
+    # Chen et al. 2017, with which Table 4.3 compares the best case.
+    prior: ClassVar[Prior] = Prior(yield_percent=88.0, time_h=20.0, bpr=50.0, speed_hz=20.0)
+
+
+# The name that stands for every set-up.
+ALL = "all"
+
+
+class ValidationConfig(Section):
+    """What others measured, predicted without a fit: target `validation`."""
+
+    setups: list[Name] = []
+    """set-ups to predict, of config/data/measured.tsv, or `all`; none if left out"""
+    quick: bool = False
+    """whether set-ups that have a coarse version take it, for a test of the workflow"""
+    in_all: bool = False
+    """whether the validation is a part of `all`, and so of the report of a run with chapters"""
+    measured: ProjectFile = "config/data/measured.tsv"
+    """what others measured, with sources"""
+    other_codes: ProjectFile = "config/data/other_codes.tsv"
+    """power of the same mills by other DEM codes, which the figures show with ours"""
+    fixed: ProjectFile = "config/data/fixed_predictions.tsv"
+    """when the settings of each set-up were fixed, why again, and their digest"""
+
+    @model_validator(mode="after")
+    def _setups_are_known(self) -> "ValidationConfig":
+        for name in self.setups:
+            if name not in (*SETTINGS, ALL):
+                raise ValueError(f"setups: unknown set-up {name!r}; known: {', '.join(SETTINGS)}; {ALL}")
+        if twice := first_repeated(self.setups):
+            raise ValueError(f"setups: {twice} is named twice")
+        return self
+
+    @property
+    def chosen(self) -> dict[str, SetupConfig]:
+        """The settings of the set-ups to predict, by name."""
+        known = SETTINGS | (QUICK if self.quick else {})
+        return known if ALL in self.setups else {name: known[name] for name in self.setups}
+
+    @property
+    def tumbling(self) -> list[str]:
+        """The set-ups to predict that are tumbling mills."""
+        return [name for name, setup in self.chosen.items() if isinstance(setup, TumblingConfig)]
+
+    @property
+    def mills(self) -> list[str]:
+        """The mills of the set-ups to predict."""
+        chosen = self.chosen.values()
+        return [name for setup in chosen if setup.mill_name for name in (setup.mill_name, *setup.further_mills)]
+
+    @property
+    def contacts(self) -> list[str]:
+        """The contact sets of the set-ups to predict."""
+        return [name for setup in self.chosen.values() for name in setup.contact_names]
+
+
+# The identifier of a person at orcid.org; its last sign may be an X.
+ORCID = r"^(|\d{4}-\d{4}-\d{4}-\d{3}[\dX])$"
+# A name of the list at spdx.org/licenses, or an address.
+LICENCE = r"^(|[A-Za-z0-9.+-]+|https?://\S+)$"
+
+
+class ProvenanceConfig(Section):
+    """What the record of a run, `ro-crate-metadata.json`, says of the person who runs it. No result depends on it."""
+
+    agent: Annotated[str, Field(max_length=200)] = ""
+    """name of the person who made the run; if it is empty, the record names nobody"""
+    orcid: Annotated[str, Field(pattern=ORCID)] = ""
+    """ORCID of that person, such as 0000-0002-1825-0097"""
+    affiliation: Annotated[str, Field(max_length=200)] = ""
+    """institution of that person"""
+    licence: Annotated[str, Field(pattern=LICENCE)] = ""
+    """licence of the results, a name of spdx.org/licenses such as CC-BY-4.0 or an address; empty: millprint's"""
+
 
 # Folders in which no result may be written.
 SOURCES = ("config", "envs", "scripts", "src", "tests", "workflow")

@@ -16,7 +16,7 @@ from millprint.dem import state
 from millprint.dem.layout import COUNTER
 from millprint.dem.recording import Recording, Table
 from millprint.mill.bodies import Body
-from millprint.run.checksummed import checksum_header, read_checksummed
+from millprint.run.files import checksum_header, read_checksummed
 from millprint.run.hdf5 import whole_hdf5
 from millprint.run.kernel import kernel_digest
 

@@ -13,8 +13,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from millprint.config.errors import SimulationError
-from millprint.run.checksummed import checksum_header, read_checksummed
-from millprint.run.files import whole_file
+from millprint.run.files import checksum_header, read_checksummed, whole_file
 from millprint.run.kernel import kernel_digest
 from millprint.run.progress import progress
 

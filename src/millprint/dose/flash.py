@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from millprint.config.heat import FlashSection
+from millprint.config.dose import FlashSection
 from millprint.dem.collisions import SLIDING, by_surface, read_rows
 from millprint.run.files import read_json
 from millprint.run.hdf5 import open_hdf5

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from millprint.config.dose import COEFFICIENT, PARAMETERS, TEMPERATURE, HeatConfig, RangeSection
 from millprint.config.errors import ConfigError
-from millprint.config.heat import COEFFICIENT, PARAMETERS, TEMPERATURE, HeatConfig, RangeSection
 from millprint.dose.heat_balance import (
     BALLS,
     BODIES,

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from millprint.config.dose import HeatConfig
 from millprint.config.errors import ConfigError
-from millprint.config.heat import HeatConfig
 from millprint.config.mixture import ONE_SIZE, balls_in_words
 from millprint.dose.heat_balance import BODIES
 from millprint.dose.heat_table import BAND

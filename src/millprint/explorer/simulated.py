@@ -2,8 +2,8 @@
 
 from typing import TypedDict
 
+from millprint.config.dose import HeatConfig
 from millprint.config.fingerprint import DescriptorSet
-from millprint.config.heat import HeatConfig
 from millprint.config.mill import MillConfig
 from millprint.explorer.condition_tables import Heat, Spectra
 from millprint.explorer.content import Machine, mill_content

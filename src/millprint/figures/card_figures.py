@@ -11,7 +11,7 @@ from millprint.card.card_model import Ends, MillingCard, Quantity, Spectrum
 from millprint.card.latex import TITLES, settings_of
 from millprint.card.numbers import between, in_words, prefix_of, three
 from millprint.config.contact_set import ASSUMED
-from millprint.figures.heat_figures import BODY_NAMES
+from millprint.figures.dose_figures import BODY_NAMES
 from millprint.figures.mill_pictures import draw_views
 from millprint.figures.mill_sheet_figure import SHEET_IN
 from millprint.figures.spectra_figures import PAIRS

@@ -18,7 +18,7 @@ from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
-from millprint.run.cache_root import CACHE_ROOT
+from millprint.run.machine import CACHE_ROOT
 
 PACKAGE = Path(__file__).parents[1]
 TEMPLATES = (".html", ".css", ".js", ".yaml")
@@ -27,10 +27,7 @@ TEMPLATES = (".html", ".css", ".js", ".yaml")
 # messages, and settings that it gets by value. If a change there does affect numbers, raise millprint.dem.PHYSICS.
 SIMULATION = "dem/run.py"
 OUTSIDE = {
-    *(
-        f"run/{name}.py"
-        for name in ("cache_root", "checksummed", "digest", "errors", "files", "hdf5", "machine", "progress")
-    ),
+    *(f"run/{name}.py" for name in ("digest", "files", "hdf5", "machine", "progress")),
     *("config/errors.py", "config/fingerprint.py", "config/mill_sweep.py", "config/section.py"),
 }
 

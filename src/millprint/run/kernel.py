@@ -17,7 +17,7 @@ import numba
 from llvmlite import binding
 
 from millprint.run import digest
-from millprint.run.cache_root import CACHE_ROOT
+from millprint.run.machine import CACHE_ROOT
 
 PACKAGE = Path(__file__).parents[1]
 KERNEL_FOLDERS = ("mill", "dem", "thesis/surrogate")

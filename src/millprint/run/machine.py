@@ -6,6 +6,8 @@ import subprocess
 from importlib.metadata import distributions, version
 from pathlib import Path
 
+from platformdirs import user_cache_path
+
 from millprint import JOB_VARIABLE
 
 # Numba is not among them: its loops use threads only if a simulation asks for them (millprint.dem.threads), and never
@@ -61,3 +63,17 @@ def provenance() -> dict[str, str]:
         "system": f"{platform.system()} {platform.machine()}, {cores} cores",
         **package_versions(),
     }
+
+
+PACKAGE = Path(__file__).parents[1]
+
+
+def cache_root() -> Path:
+    """The folder of the cache: in a checkout of the project, or in the user's cache for an installed library."""
+    project = PACKAGE.parents[1]
+    if (project / "pyproject.toml").is_file() and os.access(project, os.W_OK):
+        return project / ".numba_cache"
+    return user_cache_path("millprint", appauthor=False)
+
+
+CACHE_ROOT = cache_root()

@@ -9,7 +9,17 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from millprint.run.durations import duration
+
+def duration(seconds: float) -> str:
+    """A time in words: 40 s, 3 min 20 s, 40 min, 2 h 5 min."""
+    minutes, rest = divmod(round(seconds), 60)
+    if not minutes:
+        return f"{rest} s"
+    hours, left = divmod(minutes, 60)
+    if hours:
+        return f"{hours} h {left} min"
+    return f"{minutes} min" if minutes >= 10 else f"{minutes} min {rest} s"
+
 
 # Processor time for Snakemake and Python to start a job [s].
 JOB_START_S = 2.0

@@ -6,7 +6,7 @@ from typing import Any
 
 from tqdm import tqdm
 
-from millprint.run.durations import duration
+from millprint.run.plan import duration
 
 # Time between lines [s], and time before the first line, so that a short job writes none [s].
 EVERY_S, FIRST_S = 30.0, 10.0

@@ -22,10 +22,8 @@ from millprint.fingerprint.condition import SCALED_BY, VARIABLES, Condition, ene
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.master_curves import CURVES
 from millprint.run.progress import progress
-from millprint.uncertainty.emulator import Emulator, quality
-from millprint.uncertainty.indices import draw, saltelli_shares, sobol_indices
-from millprint.uncertainty.sampler import FILLED
-from millprint.uncertainty.samples import contact_values
+from millprint.uncertainty.emulator import Emulator, draw, quality, saltelli_shares, sobol_indices
+from millprint.uncertainty.samples import FILLED, contact_values
 from millprint.uncertainty.space import FILL, Space
 
 # Descriptors of a condition: the scaled quantity that they are computed from, and their unit.

@@ -8,9 +8,8 @@ from collections.abc import Callable, Iterable
 from snakemake_interface_logger_plugins.common import LogEvent
 
 from millprint.config.wording import close_to
-from millprint.run.durations import duration
 from millprint.run.ending.success import endings
-from millprint.run.plan import Job
+from millprint.run.plan import Job, duration
 
 # What Snakemake says about its own work.
 OF_SNAKEMAKE = ("Select jobs to execute...", "Execute ", "Using shell:", "Conda environments:", "Reasons:")

@@ -12,7 +12,7 @@ import pandas as pd
 from millprint.fingerprint.bands import Factors
 from millprint.run.files import read_table
 from millprint.run.progress import progress
-from millprint.statistics.student import LEVEL, spread_of
+from millprint.statistics.quantiles import LEVEL, spread_of
 from millprint.thesis.claims.chapter6 import TRAININGS
 from millprint.thesis.claims.evidence import CERTAIN, TIMED, Evidence, Finding, Interval, find_claim, is_number
 from millprint.thesis.claims.tabulate import collect_findings, read_claims

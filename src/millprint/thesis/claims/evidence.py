@@ -12,7 +12,7 @@ import pandas as pd
 
 from millprint.config.errors import ConfigError
 from millprint.run.files import read_json, read_table
-from millprint.statistics.student import FEWEST_REPEATS, spread_of
+from millprint.statistics.quantiles import FEWEST_REPEATS, spread_of
 
 # By the value itself.
 REPRODUCED, DEVIATES, ERRATUM, NOT_RUN = "reproduced", "deviates", "erratum", "not run"
@@ -163,10 +163,10 @@ ORIGINS: dict[str, tuple[str, str]] = {
     "fingerprint/inverse.tsv": ("fit_master_curves", "millprint.fingerprint.inverse.invert_speed"),
     "partition/table_4_2.tsv yield_percent": ("partition_dissipation", "millprint.thesis.curves.regimes.read_regimes"),
     "partition/table_4_2.tsv": ("partition_dissipation", "millprint.thesis.curves.regimes.design_cases"),
-    "partition/table_4_3.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.compare_with_prior"),
-    "partition/table_4_4.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.specific_yields"),
-    "partition/table_4_5.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.energy_leverage"),
-    "partition/slopes.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.fit_slopes"),
+    "partition/table_4_3.tsv": ("partition_dissipation", "millprint.thesis.curves.regimes.compare_with_prior"),
+    "partition/table_4_4.tsv": ("partition_dissipation", "millprint.thesis.curves.regimes.specific_yields"),
+    "partition/table_4_5.tsv": ("partition_dissipation", "millprint.thesis.curves.regimes.energy_leverage"),
+    "partition/slopes.tsv": ("partition_dissipation", "millprint.thesis.curves.regimes.fit_slopes"),
     "yield/scores_by_scheme.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.score_table"),
     "yield/out_of_domain.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.predictions"),
     "yield/time_variance.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.time_variance"),

@@ -11,7 +11,7 @@ terms, residuals, interactions.
 
 from pathlib import Path
 
-from millprint.cli.arguments import parser_of
+from millprint.cli.commands import parser_of
 from millprint.config.doe import AnalysisConfig
 from millprint.config.load import read_part
 from millprint.figures.style import save

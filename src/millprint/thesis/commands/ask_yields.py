@@ -6,7 +6,7 @@ millprint yields results/yield/models/averaged_gpr_final.json conditions.tsv out
 import sys
 from pathlib import Path
 
-from millprint.cli.arguments import parser_of
+from millprint.cli.commands import parser_of
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model, read_yaml
 from millprint.config.yields import YieldConfig

@@ -14,7 +14,7 @@ wear       ball_diameter_mm, speed_rpm, time_h, bpr, unused_mass_g, used_mass_g;
 The reaction and purities come from doe.chemistry of the configuration; doe.gas says whether the gas holds water vapour.
 """
 
-from millprint.cli.arguments import parser_of
+from millprint.cli.commands import parser_of
 from millprint.config.doe import WetLabConfig
 from millprint.config.load import read_part
 from millprint.run.files import write_table

@@ -11,9 +11,8 @@ the defining words).
 
 from pathlib import Path
 
-from millprint.cli.arguments import parser_of
-from millprint.config.design import DesignConfig
-from millprint.config.doe import AnalysisConfig
+from millprint.cli.commands import parser_of
+from millprint.config.doe import AnalysisConfig, DesignConfig
 from millprint.config.load import check_model, read_part
 from millprint.run.files import write_json, write_table
 from millprint.thesis.doe.factorial_designs import alias_table, best_generators, describe, design_table

@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from millprint.config.design import PRIMES, DesignConfig, Factor, Generator
+from millprint.config.doe import PRIMES, DesignConfig, Factor, Generator
 from millprint.config.errors import ConfigError
 
 # The exponent of each factor, in the order of the factors.

@@ -10,8 +10,7 @@ from scipy.stats import rankdata, shapiro
 from statsmodels.regression.linear_model import RegressionResultsWrapper
 from statsmodels.stats.diagnostic import normal_ad
 
-from millprint.config.design import DesignConfig
-from millprint.config.doe import AnalysisConfig
+from millprint.config.doe import AnalysisConfig, DesignConfig
 from millprint.run.progress import progress
 from millprint.statistics.quantiles import chi_squared_above, f_above, normal_quantile
 from millprint.thesis.doe.factorial_designs import treatments

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from millprint.config.design import Factor
+from millprint.config.doe import Factor
 from millprint.run.tables import CASE, Number, Text, read_measured, refuse_rows
 
 YIELD = "yield_percent"

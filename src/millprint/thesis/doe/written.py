@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-from millprint.config.design import DesignConfig
-from millprint.config.doe import AnalysisConfig
+from millprint.config.doe import AnalysisConfig, DesignConfig
 from millprint.run.files import write_json, write_table
 from millprint.thesis.doe.factorial_designs import alias_table, audit_table, describe, design_table
 from millprint.thesis.doe.residuals import lack_of_fit_table, residual_checks, residual_table

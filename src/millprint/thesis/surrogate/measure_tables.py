@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from millprint.statistics.student import apart, once, spread_of
+from millprint.statistics.quantiles import apart, once, spread_of
 from millprint.thesis.surrogate.measures import RUNAWAY
 
 MEASURE = ["test", "measure"]

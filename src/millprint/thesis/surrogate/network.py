@@ -21,8 +21,7 @@ from torch_geometric.utils import scatter
 from millprint.config.errors import ConfigError
 from millprint.config.section import Section
 from millprint.config.surrogate import EdgeConfig, GraphConfig, NetworkConfig, Recipe
-from millprint.run.checksummed import checksum_header, read_checksummed
-from millprint.run.files import whole_file
+from millprint.run.files import checksum_header, read_checksummed, whole_file
 from millprint.thesis.surrogate.dataset import BALL_CHANNELS, VELOCITY, WALL_CHANNELS, Graphs, Snapshots, edges_at
 
 logger = logging.getLogger("millprint")

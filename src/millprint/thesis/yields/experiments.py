@@ -10,8 +10,8 @@ from scipy.constants import bar, gas_constant
 
 from millprint.config.doe import ChemistryConfig
 from millprint.config.errors import ConfigError
-from millprint.config.next_experiments import RegionConfig
 from millprint.config.sweep import ball_count
+from millprint.config.yields import RegionConfig
 from millprint.fingerprint.condition import BASIC, Condition, descriptors_of, scaled_quantities
 from millprint.run.tables import CASE, Number, Text, read_measured, refuse_rows
 from millprint.thesis.doe.chemistry import hydrogen_released, molar_mass, reactant_masses

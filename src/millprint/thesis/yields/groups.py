@@ -14,8 +14,7 @@ from sklearn.model_selection import LeaveOneGroupOut
 from statsmodels.stats.proportion import proportion_confint
 
 from millprint.config.mill import MillConfig
-from millprint.config.next_experiments import PredictionConfig
-from millprint.config.yields import EvaluationConfig
+from millprint.config.yields import EvaluationConfig, PredictionConfig
 from millprint.fingerprint.condition import Condition
 from millprint.mill.bodies import CHECK_RPM, build_bodies, travel_m
 from millprint.run.tables import CASE

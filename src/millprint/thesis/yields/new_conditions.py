@@ -12,8 +12,7 @@ from threadpoolctl import threadpool_limits
 
 from millprint.config.averaged_process import INPUTS
 from millprint.config.errors import ConfigError
-from millprint.config.next_experiments import PredictionConfig
-from millprint.config.yields import TrainingConfig
+from millprint.config.yields import PredictionConfig, TrainingConfig
 from millprint.fingerprint.condition import BASIC, Condition, energy_scale
 from millprint.run.files import read_format, write_json, write_table
 from millprint.thesis.doe.runs import YIELD

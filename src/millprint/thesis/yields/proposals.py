@@ -5,7 +5,7 @@ import pandas as pd
 
 from millprint.config.doe import ChemistryConfig
 from millprint.config.errors import ConfigError
-from millprint.config.next_experiments import PredictionConfig, ProposalConfig
+from millprint.config.yields import PredictionConfig, ProposalConfig
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import LINKS, NODE_WEIGHTS, NODES, AveragedModel
 from millprint.thesis.yields.experiments import (

@@ -184,13 +184,13 @@ def _boosting(parameters: Parameters, training: TrainingConfig, threads: int) ->
 
 
 def _make_xgb(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
-    from millprint.thesis.yields.boosting import Boosting
+    from millprint.thesis.yields.estimators import Boosting
 
     return Boosting(**_boosting(parameters, training, threads))
 
 
 def _boosting_folds(inputs: np.ndarray, target: np.ndarray, folds: list, training: TrainingConfig) -> FoldPredictor:
-    from millprint.thesis.yields.boosting import BoostingFold
+    from millprint.thesis.yields.estimators import BoostingFold
 
     fits = [BoostingFold(inputs[kept], target[kept], inputs[held]) for kept, held in folds]
     return lambda fold, parameters: fits[fold].predict(_boosting(parameters, training, threads=1))

@@ -16,7 +16,7 @@ from sklearn.preprocessing import StandardScaler
 from statsmodels.stats.proportion import proportion_confint
 
 from millprint.config.averaged_process import AveragingConfig
-from millprint.config.next_experiments import RetrospectiveConfig
+from millprint.config.yields import RetrospectiveConfig
 from millprint.statistics.quantiles import student_quantile
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import AveragedModel, fit_averaged

@@ -5,8 +5,7 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from millprint.config.design import Factor
-from millprint.config.doe import DoeConfig
+from millprint.config.doe import DoeConfig, Factor
 from millprint.config.errors import ConfigError
 from millprint.config.yields import OtherSourcesConfig, YieldConfig
 from millprint.run.files import row_name
