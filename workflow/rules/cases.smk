@@ -17,14 +17,8 @@ MILL = f"{RESULTS}/mills/{{mill}}"
 CASE = f"{RESULTS}/dem/{{mill}}/{{contact}}/{{case}}"
 BOX = CONFIG.mills.box
 # Mills whose own sweep may be simulated.
-SWEPT_MILLS = list(
-    dict.fromkeys(
-        [
-            *[CONFIG.mill, *CONFIG.mills.named, *CONFIG.uncertainty.mills],
-            *[*CONFIG.dose.wear.mills, *CONFIG.dose.heat.mills],
-        ]
-    )
-)
+FURTHER_MILLS = [*CONFIG.mills.named, *CONFIG.uncertainty.mills, *CONFIG.dose.wear.mills, *CONFIG.dose.heat.mills]
+SWEPT_MILLS = list(dict.fromkeys([CONFIG.mill, *FURTHER_MILLS]))
 SCALE_UP_CASES = {}
 # The simulations of the measured set-ups, by set-up and path.
 SETUP_CASES = {name: setup_cases(setup, CONFIG.dem) for name, setup in CONFIG.validation.chosen.items()}
@@ -112,12 +106,7 @@ def study_of(name: str) -> list:
 def study_plan(name: str) -> list[dict]:
     """The variants as plain values, with the paths of their cases."""
     return [
-        {
-            "setting": each.setting,
-            "factor": each.factor,
-            "value": each.value,
-            "paths": [case.path for case in each.cases],
-        }
+        {"setting": each.setting, "factor": each.factor, "value": each.value, "paths": [own.path for own in each.cases]}
         for each in study_of(name)
     ]
 
@@ -145,11 +134,6 @@ def mill_summaries(name: str) -> list[str]:
 def heated_summaries(name: str) -> list[str]:
     """The summary files of the heat balance of a mill: all of its own sweep, or the first one for a smoke test."""
     return mill_summaries(name)[:1] if CONFIG.mills.first_case_only else mill_summaries(name)
-
-
-def heated_runs(name: str) -> list[str]:
-    """The run.h5 next to each summary file of the heat balance."""
-    return [str(Path(summary).with_name("run.h5")) for summary in heated_summaries(name)]
 
 
 def measured_heat(name: str) -> list[str]:

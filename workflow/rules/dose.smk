@@ -1,8 +1,6 @@
 """Dose of any mill: counting rules of spectra, and temperatures."""
 
 DOSE = f"{RESULTS}/dose"
-
-
 HEAT = f"{RESULTS}/dose/heat/{{mill}}"
 # Part of a whole run.
 HEATED_MILLS = list(dict.fromkeys([CONFIG.mill, *CONFIG.dose.heat.mills]))
@@ -11,7 +9,7 @@ HEATED_MILLS = list(dict.fromkeys([CONFIG.mill, *CONFIG.dose.heat.mills]))
 rule balance_heat:
     input:
         summaries=lambda wildcards: heated_summaries(wildcards.mill),
-        runs=lambda wildcards: heated_runs(wildcards.mill),
+        runs=lambda wildcards: records_of(heated_summaries(wildcards.mill)),
         measured=lambda wildcards: measured_heat(wildcards.mill),
     output:
         sources=f"{HEAT}/sources.tsv",

@@ -113,7 +113,7 @@ rule fit_wear:
 rule predict_mill_wear:
     input:
         summaries=lambda wildcards: [path for name in BOX for path in heated_summaries(name)],
-        runs=lambda wildcards: [path for name in BOX for path in heated_runs(name)],
+        runs=lambda wildcards: [path for name in BOX for path in records_of(heated_summaries(name))],
         coefficient=rules.fit_wear.output.coefficient,
         materials=WEAR.materials,
     output:

@@ -323,6 +323,10 @@ rule leave_groups_out:
 
 
 YIELD_FIGURES = f"{YIELDS}/figures"
+DRAWN_YIELDS = [
+    *("predictions", "intervals", "shap", "evaluation", "coverage", "retrospective"),
+    *("proposals", "regimes", "scores", "pit", "permutations", "sources"),
+]
 
 
 rule plot_yields:
@@ -346,31 +350,9 @@ rule plot_yields:
         search=rules.search_retrospectively.output.summary,
         learning=rules.search_retrospectively.output.learning,
     output:
+        **{f"{name}_svg": shown(f"{YIELD_FIGURES}/{name}.svg") for name in DRAWN_YIELDS},
+        **{f"{name}_png": f"{YIELD_FIGURES}/{name}.png" for name in DRAWN_YIELDS},
         statements=f"{YIELDS}/statements.tsv",
-        predictions_svg=shown(f"{YIELD_FIGURES}/predictions.svg"),
-        predictions_png=f"{YIELD_FIGURES}/predictions.png",
-        intervals_svg=shown(f"{YIELD_FIGURES}/intervals.svg"),
-        intervals_png=f"{YIELD_FIGURES}/intervals.png",
-        shap_svg=shown(f"{YIELD_FIGURES}/shap.svg"),
-        shap_png=f"{YIELD_FIGURES}/shap.png",
-        evaluation_svg=shown(f"{YIELD_FIGURES}/evaluation.svg"),
-        evaluation_png=f"{YIELD_FIGURES}/evaluation.png",
-        coverage_svg=shown(f"{YIELD_FIGURES}/coverage.svg"),
-        coverage_png=f"{YIELD_FIGURES}/coverage.png",
-        retrospective_svg=shown(f"{YIELD_FIGURES}/retrospective.svg"),
-        retrospective_png=f"{YIELD_FIGURES}/retrospective.png",
-        proposals_svg=shown(f"{YIELD_FIGURES}/proposals.svg"),
-        proposals_png=f"{YIELD_FIGURES}/proposals.png",
-        regimes_svg=shown(f"{YIELD_FIGURES}/regimes.svg"),
-        regimes_png=f"{YIELD_FIGURES}/regimes.png",
-        scores_svg=shown(f"{YIELD_FIGURES}/scores.svg"),
-        scores_png=f"{YIELD_FIGURES}/scores.png",
-        pit_svg=shown(f"{YIELD_FIGURES}/pit.svg"),
-        pit_png=f"{YIELD_FIGURES}/pit.png",
-        permutations_svg=shown(f"{YIELD_FIGURES}/permutations.svg"),
-        permutations_png=f"{YIELD_FIGURES}/permutations.png",
-        sources_svg=shown(f"{YIELD_FIGURES}/sources.svg"),
-        sources_png=f"{YIELD_FIGURES}/sources.png",
     log:
         f"{LOGS}/yields/plot_yields.log",
     localrule: True
