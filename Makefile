@@ -121,6 +121,7 @@ lint: $(VENV)/complete  ## linters and types
 	$(BIN)/snakefmt --check $(SNAKEFILES)
 	$(RUN) $(BIN)/snakemake --lint
 	$(BIN)/codespell
+	$(BIN)/python tools/check_words.py
 
 format: $(VENV)/complete  ## format the code
 	$(BIN)/ruff check --fix .

@@ -158,7 +158,7 @@ def test_two_boxes_that_share_a_corner_are_not_manifold():
 def test_separate_pieces_are_refused():
     other = block()
     other.apply_translation([50, 0, 0])
-    assert "2 separate pieces; give one closed surface: export the hollow alone" in fault(join(block(), other))
+    assert "2 separate pieces; give one closed surface: export only the hollow" in fault(join(block(), other))
 
 
 def test_a_baffle_in_the_file_of_the_hollow_is_told_to_be_an_insert():

@@ -31,7 +31,7 @@ CONTACT_LAWS = {
 ALL_LAW_KEYS = tuple(key for law in CONTACT_LAWS.values() for key in law.keys)
 # Coefficients that a set may give separately for walls.
 PAIR_COEFFICIENTS = ("restitution", "static_friction", "rolling_friction")
-# Next to the name of a set where it is not said of which powder it was measured.
+# Next to the name of a set where the powder is not known that it was measured with.
 ASSUMED = "an assumption unless measured with this powder"
 
 

@@ -185,7 +185,7 @@ class SurroundingsSection(Section):
     """a fan, or a jar that moves through the air at metres per second; while the mill stands, air at rest"""
     water: CoolingSection = CoolingSection(
         coefficient_W_m2K=known(
-            200, 1500, "water in channels beside the jar (some 1000 to 5000) in series with a joint to the holder "
+            200, 1500, "water in channels next to the jar (some 1000 to 5000) in series with a joint to the holder "
             "(some 300 to 3000): assumed; makers give none",
         ),
         temperature_degC=known(10, 25, "tap water to a closed circuit: assumed"),

@@ -61,7 +61,7 @@ def number_words(text: Any, key: str) -> str:
 
 def list_words(value: Any) -> str:
     """What to write in place of a value that must be a list."""
-    # The dash of a range is no sign: 5-10 and 5 - 10, but 0 -1.
+    # The dash of a range is not a sign: 5-10 and 5 - 10, but 0 -1.
     text = re.sub(r"(?<=\d)(-| - )(?=\d)", " ", value) if isinstance(value, str) else ""
     numbers = re.findall(NUMBER, text)
     if numbers and not re.search(r"[a-z]", text.replace("to", ""), re.IGNORECASE) and not re.search(r"\d,\d", text):

@@ -130,7 +130,7 @@ LICENCE = r"^(|[A-Za-z0-9.+-]+|https?://\S+)$"
 
 
 class ProvenanceConfig(Section):
-    """What the record of a run, `ro-crate-metadata.json`, says of the person who runs it. No result depends on it."""
+    """What the record of a run, `ro-crate-metadata.json`, says about the person who runs it. No result needs it."""
 
     agent: Annotated[str, Field(max_length=200)] = ""
     """name of the person who made the run; if it is empty, the record names nobody"""

@@ -174,7 +174,7 @@ class Simulation:
         """Settle, drive, discard, record. Raises SimulationError where the state stops making sense.
 
         title: of the progress bar, without which there is none; restart: a file that the state is written to from
-        time to time, and that a run which was stopped goes on from; enough: tells of a window that is over whether it
+        time to time, and that a run which was stopped goes on from; enough: says for a window that is over whether it
         is long enough; it is made longer by its own length until it is, up to case.window_max_s.
         """
         recorder, table = self._recorder(), self._table()

@@ -159,7 +159,7 @@ def _check_pieces(mesh: trimesh.Trimesh) -> None:
     if nested and min(volumes) < 0 < max(volumes):
         raise ConfigError("2 separate pieces; give only the hollow, not the wall around it")
     raise ConfigError(
-        f"{len(pieces)} separate pieces; give one closed surface: export the hollow alone, and each lifter, baffle or "
+        f"{len(pieces)} separate pieces; give one closed surface: export only the hollow, and each lifter, baffle or "
         "other body in it to a file of its own, one of `inserts`; without a `motion` it moves with the vessel, and may "
         "stand in its wall"
     )

@@ -61,7 +61,7 @@ def _quaternions(table: pd.DataFrame) -> np.ndarray:
         return np.tile([1.0, 0.0, 0.0, 0.0], (len(table), 1))
     if len(given) < len(TURN):
         missing = next(name for name in TURN if name not in given)
-        raise ConfigError(f"column {missing} is missing beside {given[0]}; a rotation has three columns, or none")
+        raise ConfigError(f"column {missing} is missing next to {given[0]}; a rotation has three columns, or none")
     turned = Rotation.from_rotvec(np.radians(table[TURN].to_numpy()))
     steps = np.degrees((turned[1:] * turned[:-1].inv()).magnitude())
     if steps.max() > LARGEST_STEP_DEG:

@@ -2,7 +2,7 @@
 
 The jar is turned so that a curved wall is at the bottom: gravity has a direction in the jar's axes. The thesis starts
 the ball in the middle of a straight side that stands upright. It falls without rotation, slides on the curved wall,
-and rolls once friction has turned it, so that the first swings tell of static friction and the later ones of rolling.
+and rolls once friction has turned it, so that the first swings show static friction and the later ones rolling.
 """
 
 from dataclasses import dataclass

@@ -75,9 +75,9 @@ def only_by_a_departure(evidence: Evidence, term: str) -> str:
     """What a term keeps after a confounded rival only because some runs are not at the levels of the design."""
     where = f"term == '{term}' and degrees_of_freedom_if_rival_first > degrees_of_freedom_if_designed"
     return "".join(
-        f"; beside {row.rival} it keeps {row.sum_if_rival_first:.3f} on {row.degrees_of_freedom_if_rival_first:.0f} "
-        f"degrees of freedom, of which the design has {row.degrees_of_freedom_if_designed:.0f}: the rest comes from "
-        "the run at another speed alone"
+        f"; next to {row.rival} it keeps {row.sum_if_rival_first:.3f} on {row.degrees_of_freedom_if_rival_first:.0f} "
+        f"degrees of freedom, of which the design has {row.degrees_of_freedom_if_designed:.0f}: the rest comes "
+        "only from the run at another speed"
         for row in evidence.table(CONTESTED, where).itertuples()
     )
 
@@ -131,7 +131,7 @@ def contrast_sum(evidence: Evidence, contrast: str) -> Finding:
     """Table 2.5, linear and quadratic contrasts."""
     absent = f"this configuration has no contrast {contrast}"
     row = evidence.row(ANOVA, "sum_of_squares", f"term == '{contrast}'", absent)
-    return Finding(row["sum_of_squares"], "type I, model of the linear and quadratic contrasts alone")
+    return Finding(row["sum_of_squares"], "type I, model of the linear and quadratic contrasts only")
 
 
 @claim("2.anova.AB.df")

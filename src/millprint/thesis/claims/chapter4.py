@@ -64,11 +64,11 @@ def condition(evidence: Evidence, case: str, quantity: str) -> Finding:
     if quantity == "yield":
         return Finding(value, "measured; from the table of cases")
     our_column = "power_W" if quantity == "P" else column
-    beside = f"our curves give {factor * float(ours[our_column]):.4g}"
+    other = f"our curves give {factor * float(ours[our_column]):.4g}"
     if quantity == "P":
         rounded = f"Eq. 4.5 with energies and frequency at the printed digits; {row['power_W']:.4g} W unrounded"
-        return Finding(value, f"{rounded}; {beside}")
-    return Finding(value, f"from the published master-curve values; {beside}")
+        return Finding(value, f"{rounded}; {other}")
+    return Finding(value, f"from the published master-curve values; {other}")
 
 
 @claim(

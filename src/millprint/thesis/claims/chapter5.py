@@ -109,7 +109,7 @@ def _share_in_the_analysis(evidence: Evidence) -> Contradiction | None:
         return None
     return Contradiction(
         "Table 2.5",
-        f"the sum of squares of time is {time:g} of at least {total:.3f}, so that no function of time alone explains "
+        f"the sum of squares of time is {time:g} of at least {total:.3f}, so no function of only the time explains "
         f"more than {100 * time / total:.0f} % of these yields",
     )
 

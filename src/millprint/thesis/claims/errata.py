@@ -111,7 +111,7 @@ def frequency_of_smaller_balls(evidence: Evidence) -> Iterator[Row]:
 
 @erratum("chapter 3", "Table 3.5", PRINTED)
 def contact_set_of_the_revolutions(evidence: Evidence) -> Iterator[Row]:
-    """The means that the table implies differ between the sizes as the text says of the other contact set."""
+    """The means that the table implies differ between the sizes as the text says for the other contact set."""
     if not {"3.size.steel.t", "3.size.calibrated.n"} <= set(evidence.printed.index):
         return
     steel, calibrated = (float(evidence.printed[name]) for name in ("3.size.steel.t", "3.size.calibrated.n"))
@@ -123,7 +123,7 @@ def contact_set_of_the_revolutions(evidence: Evidence) -> Iterator[Row]:
         f"Sec. 3.3.1: with calibrated contacts the normal means differ by {calibrated:g} % and the tangential ones do "
         f"not, with clean steel these differ by {steel:g} %",
         f"normal {normal:+.0f} %, tangential {tangential:+.0f} %",
-        "means are standard deviations over variations, 10 over 5 mm, over four speeds: what the text says of clean "
+        "means are standard deviations over variations, 10 over 5 mm, over four speeds: what the text says for clean "
         "steel. If the table is of calibrated contacts (it does not say), table and text cannot both hold",
     )
 

@@ -69,7 +69,7 @@ def read_claims(path: str | Path) -> pd.DataFrame:
 def collect_findings(
     results: str | Path, claims_path: str | Path, beginning: str = "", intervals: pd.DataFrame | None = None
 ) -> dict[str, Finding]:
-    """What the run in the folder `results` says of each claim whose id has this beginning, by id.
+    """What the run in the folder `results` says for each claim whose id has this beginning, by id.
 
     intervals: as `millprint.thesis.claims.claim_intervals.tabulate_intervals`; a claim that they lack keeps what its
     own code says. A value that deviates is explained further, where the results show a reason. Raises ConfigError as

@@ -28,7 +28,9 @@ def main(arguments: list[str], name: str = "yields") -> None:
     parser.add_argument("conditions", help="table with case and the six conditions")
     parser.add_argument("out", help="table to write")
     parser.add_argument("--config", default="config/config.yaml", help="configuration with the section yields")
-    parser.add_argument("--mill", help="curves that the descriptors are held to; default mill.json next to the model")
+    parser.add_argument(
+        "--mill", help="curves that the descriptors are compared with; default mill.json next to the model"
+    )
     parser.add_argument("--level", type=float, help="level of the intervals [-]; default yields.interval_level")
     parser.add_argument("--extrapolate", action="store_true", help="predict outside the domain of the model too")
     given = parser.parse_args(arguments)

@@ -72,7 +72,7 @@ def yield_table(path: str, reaction: ChemistryConfig, gas: GasConfig) -> pd.Data
         path,
         "temperature_k",
         pressure <= vapour,
-        lambda row: f"the vapour of water alone has {row['vapour']:.0f} Pa, the gas {row['gas']:.0f}; must be cooler",
+        lambda row: f"only the vapour of water has {row['vapour']:.0f} Pa, the gas {row['gas']:.0f}; must be cooler",
     )
     conditions = chemistry.GasConditions(temperature, pressure, gas.saturated)
     amount = chemistry.gas_amount(volume, conditions)

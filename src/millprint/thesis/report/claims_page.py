@@ -188,7 +188,7 @@ def what_falls(claims: pd.DataFrame, conclusions: pd.DataFrame, stored: pd.DataF
 
 
 def front_text(conclusions: pd.DataFrame, falls: list[str]) -> str:
-    """What the first page of the report says of each chapter, as reStructuredText.
+    """What the first page of the report says for each chapter, as reStructuredText.
 
     conclusions as judge_conclusions, falls as what_falls.
     """

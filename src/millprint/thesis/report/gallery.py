@@ -109,7 +109,7 @@ def thumbnail(path: Path) -> tuple[str, int, int]:
 
 
 def show(listed: Listed, results: Path, job: Job, config: Mapping[str, Any]) -> Shown:
-    """A figure with everything that the page says of it. Raises ConfigError for one whose tables are missing."""
+    """A figure with everything that the page says about it. Raises ConfigError for one whose tables are missing."""
     about = captioned(listed.path)
     if absent := [table for table in about.data if not (results / table).is_file()]:
         raise ConfigError(f"{results / absent[0]}: the table of {listed.path} is missing; run the same command again")
@@ -144,7 +144,7 @@ def gallery_page(name: str, figures: Iterable[tuple[str, Shown]], commit: str) -
         FOLDER / "gallery.html",
         title="Figures",
         introduction=f"The {count} figures of the run {name}. A picture leads to the figure itself, a table to the "
-        "numbers that it shows; both are files of the results beside this page.",
+        "numbers that it shows; both are files of the results next to this page.",
         stages=[{"title": stage, "id": section_id(stage), "figures": stages[stage]} for stage in sorted(stages)],
         commit=commit,
         style=embed_files(FOLDER, "page.css", "gallery.css"),

@@ -91,7 +91,7 @@ def coverage_table(intervals: pd.DataFrame, level: float) -> pd.DataFrame:
 
 
 def time_variance(time_h: np.ndarray, yields: np.ndarray) -> pd.DataFrame:
-    """Share of the yield's variance that time alone explains: columns measure, share [-].
+    """Share of the yield's variance that only the time explains: columns measure, share [-].
 
     time_h, yields: (n,) [h] and [%]. `levels`: sum of squares between the times over the total sum of squares, the most
     that any function of time can explain; `line`: R2 of a straight line.

@@ -1,6 +1,6 @@
 """Groups of runs that are left out as a whole: other sources of yields, and other mechanical regimes (Sec. 5.3.3).
 
-Runs of one group share their powder, their gas line and their mill: a run that is left out alone is predicted with the
+Runs of one group share their powder, their gas line and their mill: a single run that is left out is predicted with the
 help of its own group.
 """
 

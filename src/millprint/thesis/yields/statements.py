@@ -156,7 +156,7 @@ def _priors(libraries: pd.DataFrame) -> str:
 
 
 def _next_experiments(summary: pd.DataFrame, learning: pd.DataFrame) -> str:
-    """What the retrospective test says of the best run, over targets, and of what the chosen runs teach, at the end."""
+    """What the retrospective test says about the best run, over targets, and about what the chosen runs teach."""
     runs = {name: _one(summary, target=ALL_TARGETS, strategy=name) for name in (RULE, IMPROVEMENT, CHANCE)}
     last = learning[learning["runs"] == learning["runs"].max()]
     taught = {name: _one(last, strategy=name) for name in (LEARNING, IMPROVEMENT, RULE, CHANCE)}

@@ -35,8 +35,8 @@ class Plan:
 def plan_steps(name: str, strategy: str, choices: Choices) -> list[Plan]:
     """The steps of a model.
 
-    primary: one step, on all ten features unless the regressor's record names others. two_step: a model on the time
-    alone, then one on the nine other features for the residuals of the first. Raises ValueError for an unknown
+    primary: one step, on all ten features unless the regressor's record names others. two_step: a model on only
+    the time, then one on the nine other features for the residuals of the first. Raises ValueError for an unknown
     regressor, and for a strategy that the regressor does not have.
     """
     record = regressor(name)
