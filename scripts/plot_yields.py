@@ -10,17 +10,19 @@ from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.thesis.figures.chapter5_figures import (
     plot_attributions,
-    plot_coverage,
-    plot_evaluation,
     plot_intervals,
-    plot_permutations,
-    plot_pit,
     plot_proposals,
     plot_regimes,
     plot_retrospective,
-    plot_scores,
     plot_sources,
     plot_test_predictions,
+)
+from millprint.thesis.figures.yield_score_figures import (
+    plot_coverage,
+    plot_evaluation,
+    plot_permutations,
+    plot_pit,
+    plot_scores,
 )
 from millprint.thesis.yields.statements import state
 

@@ -15,14 +15,13 @@ from millprint.fingerprint.exponents import fit_exponents
 from millprint.fingerprint.master_curves import average_curves
 from millprint.fingerprint.occupancy import DATASETS, read_occupancy
 from millprint.fingerprint.zones import find_zones
+from millprint.thesis.curves.energy import fit_slopes, specific_yields
 from millprint.thesis.curves.regimes import (
     design_cases,
-    fit_slopes,
     published_curves,
     published_cycles,
     read_published,
     read_regimes,
-    specific_yields,
 )
 from millprint.thesis.figures import chapter3_figures, chapter4_figures
 from tests.conftest import PRINTED

@@ -10,17 +10,13 @@ import pytest
 from millprint.config.errors import ConfigError
 from millprint.fingerprint.condition import Condition
 from millprint.thesis.claims.evidence import agrees
+from millprint.thesis.curves.energy import Chemistry, compare_with_prior, energy_leverage, fit_slopes, specific_yields
 from millprint.thesis.curves.regimes import (
-    Chemistry,
     cases_at,
-    compare_with_prior,
     design_cases,
-    energy_leverage,
     equal_power_speed,
-    fit_slopes,
     power_as_run,
     read_regimes,
-    specific_yields,
     with_curves,
     with_published,
 )

@@ -8,10 +8,9 @@ from millprint.thesis.figures.chapter5_figures import (
     STRATEGIES,
     interval_errors,
     plot_attributions,
-    plot_pit,
-    plot_scores,
     plot_test_predictions,
 )
+from millprint.thesis.figures.yield_score_figures import plot_pit, plot_scores
 from millprint.thesis.yields.metrics import SPREAD
 from millprint.thesis.yields.regressors import TITLES
 
