@@ -58,6 +58,17 @@ JARS: dict[str, dict] = {
             "discard_turns": 1, "window_turns": 3,
         },
     },
+    "narrow_drum": {
+        "geometry": {
+            "kind": "cylinder", "axis": "y", "radius_mm": 40, "height_mm": 24, "facets": 48, "fillet_radius_mm": 0,
+            "fillet_ends": "none",
+        },
+        "motion": {"kind": "rotation", "axis": [0, 1, 0]},
+        "sweep": {
+            "speeds_rpm": [95, 130], "ball_diameters_mm": [10, 8], "fill_ratios": [0.15, 0.22, 0.3, 0.38],
+            "discard_turns": 1, "window_turns": 3,
+        },
+    },
     "shaken_box": {
         "geometry": {"kind": "box", "x_mm": 60, "y_mm": 36, "z_mm": 50},
         "motion": {

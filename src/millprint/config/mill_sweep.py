@@ -28,7 +28,7 @@ class Precision(NamedTuple):
     seeds: int
 
 
-# Steps of 0.15 and of 0.08 of the Rayleigh time: descriptors stay within the scatter of seeds (docs/how_to/speed.md).
+# Steps of 0.11 and of 0.08 of the Rayleigh time: descriptors stay within the scatter of seeds (docs/how_to/speed.md).
 PRECISIONS: dict[PrecisionName, Precision] = {
     "quick": Precision(step=1.375, recorded=0.5, seeds=1),
     "standard": Precision(step=1.0, recorded=1.0, seeds=1),
