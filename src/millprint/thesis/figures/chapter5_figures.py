@@ -1,5 +1,7 @@
 """Figures of chapter 5: predictions, SHAP values, searches and proposals, other regimes and other sources."""
 
+from typing import Any
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
@@ -28,7 +30,7 @@ LOW_TO_HIGH = LinearSegmentedColormap.from_list("low_to_high", [COLOURS[0], "#BB
 
 
 # How error bars look.
-BARS = {"capsize": 1.5, "linewidth": 0.8}
+BARS: dict[str, Any] = {"capsize": 1.5, "linewidth": 0.8}
 
 
 def interval_errors(rows: pd.DataFrame, centre: str, scale: float = 1.0) -> list[pd.Series]:
