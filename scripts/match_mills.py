@@ -23,7 +23,7 @@ def request_of(
         fingerprint=like,
         speed_rpm=settings.like_speed_rpm,
         ball_diameter_mm=settings.like_ball_diameter_mm,
-        fill_ratio=settings.like_fill_ratio,
+        **settings.like_charge,
     )
     return MatchConfig(
         targets=[TargetConfig(name=settings.like_mill, like=condition)],

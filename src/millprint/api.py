@@ -22,6 +22,7 @@ from millprint.card.experiment_cases import own_cases
 from millprint.card.experiment_checks import check_cases
 from millprint.card.simulate import simulate_cases
 from millprint.config.card import Experiment
+from millprint.config.checks import with_own_fills
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.included import load_contact, load_mill
@@ -61,6 +62,7 @@ def take_fingerprint(
     mill, contact, settings = _given(mill, contact)
     if sweep is not None:
         mill = mill.model_copy(update={"sweep": _checked(sweep)})
+    mill = with_own_fills(mill, contact.density_kg_m3, "sweep")
     mill = mill.model_copy(update={"sweep": sweep_of(mill)})
     folder = Path(folder)
     cases = mill_cases(mill, settings.mills.model_copy(update={"contact": contact.name}))
@@ -89,7 +91,7 @@ def simulate(
     mill, contact, settings = _given(mill, contact)
     content = {"name": "condition", "mill": mill.name, "contact": contact.name, **condition}
     experiment = check_model(content, Experiment, "simulate")
-    cases = own_cases(experiment, mill, settings.mills, "simulate")
+    cases = own_cases(experiment, mill, contact, settings.mills, "simulate")
     summaries = _simulated(cases, mill, contact, Path(folder), cores)
     return tabulate_descriptors(summaries, settings.fingerprint.counting_rule).iloc[0]
 

@@ -28,7 +28,7 @@ from millprint.fingerprint.cases import (
     enlarged,
     large_case,
     mill_cases,
-    settings_of,
+    conditions_of,
     sweep_of,
 )
 from millprint.fingerprint.descriptors import tabulate_descriptors
@@ -164,7 +164,7 @@ def test_a_sheet_states_what_a_condition_was_given_and_the_intervals_of_its_own_
 def test_a_sweep_may_say_its_turns():
     given = {"speeds_rpm": [60, 90], "ball_diameters_mm": [10], "fill_ratios": [0.1, 0.2, 0.3], "window_turns": 5}
     sweep = MillSweepConfig(**given)
-    assert settings_of(sweep) == [(10, 60), (10, 90)]
+    assert conditions_of(sweep) == [(10, speed, fill) for speed in (60, 90) for fill in (0.1, 0.2, 0.3)]
     assert sweep_of(mill("drum", sweep=sweep)) is sweep
 
 

@@ -88,11 +88,11 @@ def cases_of_mill(name: str) -> dict:
 def cases_of_card(name: str) -> list:
     """The cases of an experiment: of the sweeps of the configuration, of its mill's own sweep, or its own."""
     experiment, groups = CARD_EXPERIMENTS[name], [described_cases(CONFIG, CASES).values()]
-    mill = MILLS[experiment.mill]
+    mill, contact = MILLS[experiment.mill], CONTACTS[experiment.contact or CONFIG.mills.contact_set]
     if mill.sweep:
         groups.append(cases_of_mill(mill.name).values())
     with stop_on_bad_input():
-        return cases_of(experiment, mill, CONFIG.mills, groups, CONFIG.cards.experiments)
+        return cases_of(experiment, mill, contact, CONFIG.mills, groups, CONFIG.cards.experiments)
 
 
 def study_of(name: str) -> list:

@@ -3,9 +3,11 @@
 from collections.abc import Iterable
 
 from millprint.config.card import Experiment
+from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
+from millprint.config.mixture import diameter_of
 from millprint.config.sweep import Case, balls_of
 from millprint.config.view import ViewConfig
 from millprint.fingerprint.cases import durations_of
@@ -15,20 +17,24 @@ TURNS, FRAMES = 2, 40
 ANIMATION = ViewConfig(revolutions=TURNS, frames_per_revolution=FRAMES)
 
 
-def fill_of(experiment: Experiment, mill: MillConfig, place: str) -> float:
+def fill_of(experiment: Experiment, mill: MillConfig, contact: ContactConfig, place: str) -> float:
     """The fill ratio of an experiment [-]. Raises ConfigError, in one line, for too many balls; place: its file."""
+    balls = experiment.balls
+    density = balls.density_kg_m3 or contact.density_kg_m3
     try:
-        return experiment.balls.fill_of(mill.volume_ml)
+        return balls.fill_in(mill.volume_ml, diameter_of(balls.diameter_mm), density)
     except ValueError as error:
         raise ConfigError(f"{place}: balls: {error}") from None
 
 
-def own_cases(experiment: Experiment, mill: MillConfig, settings: MillsConfig, place: str) -> list[Case]:
+def own_cases(
+    experiment: Experiment, mill: MillConfig, contact: ContactConfig, settings: MillsConfig, place: str
+) -> list[Case]:
     """A case for each seed, with the settings of a mill's sweep. Raises ConfigError as `fill_of`."""
     return [
         Case(
-            mill=mill.name, contact=experiment.contact or settings.contact_set,
-            **balls_of(experiment.balls.diameter_mm), fill_ratio=fill_of(experiment, mill, place),
+            mill=mill.name, contact=contact.name,
+            **balls_of(experiment.balls.diameter_mm), fill_ratio=fill_of(experiment, mill, contact, place),
             speed_rpm=experiment.rpm, seed=seed, density_kg_m3=experiment.balls.density_kg_m3,
             rayleigh_fraction=settings.rayleigh_fraction, settle_s=settings.settle_s,
             **durations_of(experiment.rpm, experiment.discard_turns, experiment.window_turns),
@@ -38,17 +44,22 @@ def own_cases(experiment: Experiment, mill: MillConfig, settings: MillsConfig, p
 
 
 def cases_of(
-    experiment: Experiment, mill: MillConfig, settings: MillsConfig, groups: Iterable[Iterable[Case]], place: str
+    experiment: Experiment,
+    mill: MillConfig,
+    contact: ContactConfig,
+    settings: MillsConfig,
+    groups: Iterable[Iterable[Case]],
+    place: str,
 ) -> list[Case]:
     """The cases of an experiment: from the first group that simulates its condition, or the experiment's own.
 
     groups: the cases of the configuration, then of the mill's own sweep. If these have one seed and the experiment
     several, the experiment's seeds are added.
     """
-    contact, fill = experiment.contact or settings.contact_set, fill_of(experiment, mill, place)
-    own = own_cases(experiment, mill, settings, place)
+    fill = fill_of(experiment, mill, contact, place)
+    own = own_cases(experiment, mill, contact, settings, place)
     for group in groups:
-        if found := [case for case in group if experiment.is_case(case, contact, fill)]:
+        if found := [case for case in group if experiment.is_case(case, contact.name, fill)]:
             paths = {case.path for case in found}
             few = len(found) < min(2, len(own))
             return [*found, *(case for case in own if few and case.path not in paths)]

@@ -24,7 +24,7 @@ def check_experiment(
     config: the settings of a run; place: file of the experiment. Raises ConfigError with a line for each fault of the
     first part that has faults.
     """
-    cases = own_cases(experiment, mill, config.mills, place)
+    cases = own_cases(experiment, mill, contact, config.mills, place)
     changed = overridden(cases[0], mill, contact)[1]
     materials = config.dose.wear.materials
     check_material(experiment, changed.density_kg_m3, read_materials(materials), place, materials)

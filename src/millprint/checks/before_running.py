@@ -108,10 +108,11 @@ def card_cases(
     found = {}
     for experiment in card_experiments(config):
         place, mill = f"{config.cards.experiments}: {experiment.name}", mills[experiment.mill]
-        own = own_cases(experiment, mill, config.mills, place)
+        balls = contacts[experiment.contact or config.mills.contact_set]
+        own = own_cases(experiment, mill, balls, config.mills, place)
         key, unit = ("speed_hz", "Hz") if experiment.speed_hz is not None else ("speed_rpm", "rpm")
         found[place] = SpeedSetting(f"{place}: {key}", unit, mill, experiment.rpm), own
-        contact = overridden(own[0], mill, contacts[own[0].contact])[1]
+        contact = overridden(own[0], mill, balls)[1]
         materials = config.dose.wear.materials
         check_material(experiment, contact.density_kg_m3, read_materials(materials), place, materials)
     return found

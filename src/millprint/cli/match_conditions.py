@@ -9,7 +9,8 @@ Name each mill that you could use, by its name if it was run (--results says whe
 target is a condition of another mill (--like MILL SPEED_RPM BALLS FILL), by energy-weighted descriptors, which need no
 counting rule, or by those of the thesis (--descriptors), or energies per collision [J] and all collisions over the
 balls [1/s]. Balls are a diameter [mm] or the name of a charge of several sizes that was simulated; between two charges
-nothing is calculated. Ranges that are left out are those of the simulations. A milling card can be the target too
+nothing is calculated. FILL is the fill ratio, or `number=50`, `mass_g=200`, or `bulk_filling=0.33` of the jar with a
+packing fraction of 0.6, which is an assumption. Ranges that are left out are those of the simulations. A milling card can be the target too
 (--from, --to), with the time for the same dose.
 
 A YAML file can hold all of this (--request), as fingerprint.inverse of config/config.yaml does; options take
@@ -31,6 +32,7 @@ import pandas as pd
 from millprint.card.match import NEAR, find_fingerprint, match_card, verdict
 from millprint.card.read import read_card
 from millprint.cli.commands import parser_of
+from millprint.config.charge import charge_words
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import DESCRIPTOR_SETS, DescriptorSet, MatchConfig
 from millprint.config.included import SOURCES
@@ -176,11 +178,13 @@ def request_of(options: argparse.Namespace, content: dict) -> MatchConfig:
     if options.frequency is not None:
         target["specific_frequency_hz"] = options.frequency
     if options.like:
-        names = ("fingerprint", "speed_rpm", "ball_diameter_mm", "fill_ratio")
-        mill, *condition = options.like
-        target["like"] = dict(
-            zip(names, [str(find_fingerprint(mill, options.results, SOURCES)), *condition], strict=True)
-        )
+        mill, speed, balls, charge = options.like
+        target["like"] = {
+            "fingerprint": str(find_fingerprint(mill, options.results, SOURCES)),
+            "speed_rpm": speed,
+            "ball_diameter_mm": balls,
+            **charge_words(charge),
+        }
     if len(target) > 1:
         content["targets"] = [target]
     keys = {"speeds": "speeds_rpm", "fills": "fill_ratios", "balls": "ball_diameters_mm"}

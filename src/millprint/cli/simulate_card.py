@@ -83,7 +83,7 @@ def main(arguments: list[str], name: str = "card") -> None:
     for line in warnings:
         print(f"warning: {line}", file=sys.stderr)
     out = options.out or options.results / "cards" / experiment.name
-    cases = own_cases(experiment, mill, config.mills, place)
+    cases = own_cases(experiment, mill, contact, config.mills, place)
     runs = {out / "runs" / f"seed_{case.seed}": case for case in cases}
     wanted = dict(runs)
     if not options.no_animation:

@@ -4,20 +4,20 @@ A table of experiments has one row per experiment: each column is a key of `card
 with a dot, such as `balls.fill_ratio`. An empty cell is a key that is left out.
 """
 
-import csv
 import math
 from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from millprint.config.charge import ChargeSection
 from millprint.config.dose import JarSection, ProgrammeSection
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.mill_sweep import Turns
-from millprint.config.mixture import BallSize, diameter_of
+from millprint.config.mixture import BallSize
+from millprint.config.rows import read_rows
 from millprint.config.section import (
-    Fraction,
     Name,
     Positive,
     PositiveSpeed,
@@ -32,34 +32,15 @@ from millprint.config.sweep import Case, balls_of
 Words = Annotated[str, Field(max_length=600)]
 
 
-class CardBallsSection(Section):
+class CardBallsSection(ChargeSection):
     """The charge of balls."""
 
     diameter_mm: BallSize
     """ball diameter [mm]; a charge of several sizes is `{name, sizes_mm, numbers}` or `{name, sizes_mm, shares}`"""
-    fill_ratio: Fraction | None = None
-    """ball volume over the jar's nominal volume; or give `number` [-]"""
-    number: Annotated[int, Field(ge=1, le=10_000_000)] | None = None
-    """number of balls, in place of fill_ratio"""
     material: str | None = None
     """material of the balls, for wear: a row of dose.wear.materials; no wear if left out"""
     density_kg_m3: Positive | None = None
     """density of the balls, if it differs from the contact set's [kg/m3]"""
-
-    @model_validator(mode="after")
-    def _one_measure_of_the_charge(self) -> "CardBallsSection":
-        if (self.fill_ratio is None) == (self.number is None):
-            raise ValueError("give either fill_ratio or number")
-        return self
-
-    def fill_of(self, volume_ml: float) -> float:
-        """The fill ratio in a jar of this nominal volume [-]; ValueError if the balls fill the jar or more."""
-        if self.fill_ratio is not None:
-            return self.fill_ratio
-        fill = (self.number or 0) * math.pi / 6 * (1e-1 * diameter_of(self.diameter_mm)) ** 3 / volume_ml
-        if fill >= 1:
-            raise ValueError(f"number = {self.number}: that many balls have {fill:.3g} of the jar's volume")
-        return fill
 
 
 class PowderSection(Section):
@@ -195,35 +176,9 @@ def read_experiments(path: str | Path) -> list[Experiment]:
 
     Raises ConfigError, a line for each fault, as `check_model`, and for a table that cannot be read.
     """
-    try:
-        with open(path, newline="", encoding="utf-8") as file:
-            lines = [line for line in file if line.strip() and not line.startswith("#")]
-    except FileNotFoundError:
-        raise ConfigError(f"{path}: no such table") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: cannot be read ({error})") from None
-    found: list[Experiment] = []
-    reader = csv.DictReader(lines, delimiter="\t")
-    header = list(reader.fieldnames or [])
-    if twice := first_repeated(header):
-        raise ConfigError(f"{path}: column {twice} appears twice")
-    if both := next((one for one in header if any(other.startswith(f"{one}.") for other in header)), None):
-        raise ConfigError(f"{path}: column {both}: is a section; its keys have columns of their own, {both}.KEY")
-    for number, row in enumerate(reader, start=1):
-        if None in row or None in row.values():
-            raise ConfigError(f"{path}: row {number}: has not as many columns as the header")
-        content: dict[str, Any] = {}
-        for column, cell in row.items():
-            if cell.strip():
-                *sections, key = column.split(".")
-                inner = content
-                for section in sections:
-                    inner = inner.setdefault(section, {})
-                inner[key] = cell.strip()
-        name = content.get("name") or f"row {number}"
-        found.append(check_model(content, Experiment, f"{path}: {name}"))
-    if not found:
-        raise ConfigError(f"{path}: no rows; the table needs an experiment at least")
+    found = []
+    for number, content in enumerate(read_rows(path), start=1):
+        found.append(check_model(content, Experiment, f"{path}: {content.get('name') or f'row {number}'}"))
     if again := first_repeated(each.name for each in found):
         raise ConfigError(f"{path}: column name = {again} appears twice: each row needs a name of its own")
     return found

@@ -8,6 +8,7 @@ from typing import Any
 
 from millprint.config.calibration import ExperimentConfig
 from millprint.config.card import Experiment, read_experiments
+from millprint.config.conditions import with_fill_ratios
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model, check_names_differ, load_named
@@ -55,11 +56,23 @@ def load_workflow(
     contacts = {
         name: load_named(CONTACT_FOLDER, name, ContactConfig, "contact set", sources) for name in _contact_names(config)
     }
+    density = contacts[config.mills.contact_set].density_kg_m3
+    for name, mill in mills.items():
+        own = source if config.sweep and name == config.mill else f"{MILL_FOLDER}/{name}.yaml"
+        mills[name] = with_own_fills(mill, density, f"{own}: sweep", sources)
     check_chosen_charges(config, mills, source)
     check_heated_mills(config, sources, source)
     check_names_differ(MILL_FOLDER, list(mills), "mill")
     check_names_differ(CONTACT_FOLDER, list(contacts), "contact set")
     return config, mills, contacts, collect_cases(config, source)
+
+
+def with_own_fills(mill: MillConfig, density_kg_m3: float, place: str, sources: Sources = WORKING_FOLDER) -> MillConfig:
+    """A mill whose sweep, if it has one, has fill ratios only. Raises ConfigError as `with_fill_ratios`."""
+    if mill.sweep is None:
+        return mill
+    sweep = with_fill_ratios(sources.resolve(mill.sweep), mill.volume_ml, density_kg_m3, place)
+    return mill.model_copy(update={"sweep": sweep})
 
 
 def stands_alone(given: Mapping[str, Any], base: str) -> bool:
@@ -80,7 +93,7 @@ def check_chosen_charges(config: WorkflowConfig, mills: dict[str, MillConfig], s
     for key, name, choices in config.mills.named_balls:
         sweep = mills[name].sweep
         for choice in choices:
-            chosen_balls(choice, sweep.ball_diameters_mm if sweep else [], f"{source}: {key}")
+            chosen_balls(choice, sweep.balls if sweep else [], f"{source}: {key}")
 
 
 def check_heated_mills(config: WorkflowConfig, sources: Sources, source: str) -> None:

@@ -4,6 +4,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
+from millprint.config.charge import ChargeSection
 from millprint.config.counting import DEFAULT_RULE, RuleName
 from millprint.config.mixture import BallChoice
 from millprint.config.section import Count, Fraction, Name, NonNegative, Positive, ProjectFile, Section
@@ -31,7 +32,7 @@ TargetDescriptor = Literal[
 Range = Annotated[list[Positive], Field(min_length=2, max_length=2)]
 
 
-class LikeConfig(Section):
+class LikeConfig(ChargeSection):
     """A condition of another mill, whose descriptors are the target."""
 
     fingerprint: ProjectFile
@@ -40,8 +41,6 @@ class LikeConfig(Section):
     """mill speed [rpm]"""
     ball_diameter_mm: BallChoice
     """ball diameter [mm], or the name of a charge of several sizes that was simulated"""
-    fill_ratio: Fraction
-    """fill ratio [-]"""
 
 
 class TargetConfig(Section):

@@ -4,14 +4,20 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 
 from pydantic import AfterValidator, Field, model_validator
 
+from millprint.config.charge import MEASURES, PACKING_FRACTION, ChargeSection, Number
 from millprint.config.counting import RuleName
 from millprint.config.fingerprint import Range
-from millprint.config.mixture import BallChoice, BallSize, check_charges
-from millprint.config.section import Fraction, Name, Positive, PositiveSpeed, Section, Seed
+from millprint.config.mixture import BallChoice, BallMixture, BallSize, check_charges
+from millprint.config.section import Fraction, Name, Positive, PositiveSpeed, ProjectFile, Section, Seed
 
 Turns = Annotated[float, Field(ge=1, le=10_000)]
-Several = Annotated[list[Positive], Field(min_length=1, max_length=12)]
-Speeds = Annotated[list[PositiveSpeed], Field(min_length=1, max_length=12)]
+Speeds = Annotated[list[PositiveSpeed], Field(min_length=1)]
+Design = Literal["star", "factorial", "space_filling"]
+# Fill ratios that a curve needs.
+FEWEST_FILLS = 3
+# The lists of a sweep, and those that say how many balls, with the key of one condition.
+LISTS = ("speeds_rpm", "speeds_hz", "ball_diameters_mm")
+CHARGES = dict(zip(("fill_ratios", "numbers", "masses_g", "bulk_fillings"), MEASURES, strict=True))
 
 
 PrecisionName = Literal["quick", "standard", "fine"]
@@ -36,21 +42,61 @@ PRECISIONS: dict[PrecisionName, Precision] = {
 }
 
 
-class MillSweepConfig(Section):
-    """Speeds, balls and fill ratios that suit a mill.
+class ConditionSection(ChargeSection):
+    """One condition of a sweep."""
 
-    Simulated are the first speed with every ball size, and the first ball size with every speed, each at every fill
-    ratio and with every seed.
+    speed_rpm: PositiveSpeed | None = None
+    """speed of the mill; or give `speed_hz` [rpm]"""
+    speed_hz: PositiveSpeed | None = None
+    """speed of a mill that is set in Hz, in place of speed_rpm [Hz]"""
+    ball_diameter_mm: BallSize
+    """ball diameter [mm]; a charge of several sizes is `{name, sizes_mm, numbers}` or `{name, sizes_mm, shares}`"""
+
+    @model_validator(mode="after")
+    def _one_speed(self) -> "ConditionSection":
+        if (self.speed_rpm is None) == (self.speed_hz is None):
+            raise ValueError("give either speed_rpm or speed_hz")
+        return self
+
+    @property
+    def rpm(self) -> float:
+        """The speed [rpm]."""
+        return self.speed_rpm if self.speed_rpm is not None else 60 * (self.speed_hz or 0.0)
+
+
+class MillSweepConfig(Section):
+    """The conditions of a mill's fingerprint: lists of speeds, balls and charges, or conditions one by one.
+
+    Of lists, `design` says which conditions are simulated. Each condition is simulated with every seed.
     """
 
     speeds_rpm: Speeds | None = None
     """speeds of a mill that is set in rpm [rpm]"""
     speeds_hz: Speeds | None = None
     """speeds of a mill that is set in Hz [Hz]"""
-    ball_diameters_mm: Annotated[list[BallSize], Field(min_length=1, max_length=12), AfterValidator(check_charges)]
+    ball_diameters_mm: Annotated[list[BallSize], Field(min_length=1), AfterValidator(check_charges)] | None = None
     """ball diameters [mm]; a charge of several sizes is `{name, sizes_mm, numbers}` or `{name, sizes_mm, shares}`"""
-    fill_ratios: Annotated[list[Fraction], Field(min_length=3, max_length=24)]
-    """ball volume over the nominal volume [-]"""
+    fill_ratios: Annotated[list[Fraction], Field(min_length=FEWEST_FILLS)] | None = None
+    """ball volume over the nominal volume; or give `numbers`, `masses_g` or `bulk_fillings` [-]"""
+    numbers: Annotated[list[Number], Field(min_length=FEWEST_FILLS)] | None = None
+    """numbers of balls of one size, in place of fill_ratios"""
+    masses_g: Annotated[list[Positive], Field(min_length=FEWEST_FILLS)] | None = None
+    """masses of all balls, in place of fill_ratios [g]"""
+    bulk_fillings: Annotated[list[Fraction], Field(min_length=FEWEST_FILLS)] | None = None
+    """shares of the jar that the bed of balls takes, voids included, in place of fill_ratios [-]"""
+    packing_fraction: Fraction = PACKING_FRACTION
+    """share of that bed that is ball; an assumption, used with bulk_fillings only [-]"""
+    design: Design = "star"
+    """which conditions of the lists: `star`, the first speed with every ball size and the first ball size with every
+    speed, at every fill ratio; `factorial`, all combinations; `space_filling`, `points` spread evenly between the ends
+    of the lists, with any of the balls (a Sobol sequence)
+    """
+    points: Annotated[int, Field(ge=FEWEST_FILLS, le=100_000)] | None = None
+    """number of conditions of `space_filling`"""
+    table: ProjectFile | None = None
+    """conditions in place of the lists: a table (TSV) with a column for each key of `conditions`"""
+    conditions: Annotated[list[ConditionSection], Field(min_length=1)] | None = None
+    """conditions in place of the lists, one by one"""
     seeds: Annotated[list[Seed], Field(min_length=1, max_length=100)] = [0]
     """seeds of the starting positions: each condition is simulated with every seed"""
     discard_turns: Turns | None = None
@@ -59,19 +105,59 @@ class MillSweepConfig(Section):
     """recorded revolutions of the mill at precision `standard`; by default at least 3, and 0.8 s [-]"""
 
     @model_validator(mode="after")
-    def _one_list_of_speeds(self) -> "MillSweepConfig":
+    def _lists_or_conditions(self) -> "MillSweepConfig":
+        given = [key for key in (*LISTS, *CHARGES) if getattr(self, key) is not None]
+        own = [key for key in ("table", "conditions") if getattr(self, key) is not None]
+        if len(own) > 1 or (own and given):
+            raise ValueError(f"give {own[0]} or {', '.join([*own[1:], *given])}, not both")
+        if not own:
+            self._check_lists([key for key in given if key in CHARGES])
+        if (self.design == "space_filling") != (self.points is not None):
+            raise ValueError("points: the number of conditions belongs to `design: space_filling`, and only to it")
+        if own and self.design != "star":
+            raise ValueError(f"design = {self.design}: is of lists, and {own[0]} has its conditions already")
+        if len(set(self.seeds)) < len(self.seeds):
+            raise ValueError(f"seeds = {self.seeds}: a value appears twice")
+        return self
+
+    def _check_lists(self, charges: list[str]) -> None:
+        """Raise ValueError unless each of speeds, balls and charges is listed once, and no value twice."""
         if (self.speeds_rpm is None) == (self.speeds_hz is None):
             raise ValueError("speeds: give either speeds_rpm or speeds_hz")
-        for key in ("speeds_rpm", "speeds_hz", "ball_diameters_mm", "fill_ratios", "seeds"):
+        if self.ball_diameters_mm is None:
+            raise ValueError("ball_diameters_mm: this key is missing")
+        if len(charges) != 1:
+            raise ValueError(f"give one of {', '.join(CHARGES)}")
+        if self.numbers and len(self.ball_diameters_mm) > 1:
+            raise ValueError(
+                "numbers: are of balls of one size; with several sizes give fill_ratios, masses_g or bulk_fillings, or "
+                "each condition in a table"
+            )
+        for key in ("speeds_rpm", "speeds_hz", "ball_diameters_mm", *charges):
             values = getattr(self, key) or []
             if len(set(values)) < len(values):
                 raise ValueError(f"{key} = {values}: a value appears twice")
-        return self
 
     @property
     def speeds(self) -> list[float]:
         """The speeds [rpm]."""
+        if self.conditions:
+            return list(dict.fromkeys(each.rpm for each in self.conditions))
         return self.speeds_rpm or [60 * speed for speed in self.speeds_hz or []]
+
+    @property
+    def balls(self) -> list[float | BallMixture]:
+        """The balls: diameters [mm], and charges of several sizes."""
+        if self.conditions:
+            return list(dict.fromkeys(each.ball_diameter_mm for each in self.conditions))
+        return self.ball_diameters_mm or []
+
+    @property
+    def fills(self) -> list[float]:
+        """The fill ratios, after `millprint.config.conditions.with_fill_ratios` [-]."""
+        if self.conditions:
+            return list(dict.fromkeys(each.fill_ratio or 0.0 for each in self.conditions))
+        return self.fill_ratios or []
 
 
 class MatchMillsConfig(Section):
@@ -85,14 +171,31 @@ class MatchMillsConfig(Section):
     """its speed [rpm]"""
     like_ball_diameter_mm: BallChoice
     """its balls [mm], or the name of a charge of several sizes in its sweep"""
-    like_fill_ratio: Fraction
-    """its fill ratio [-]"""
+    like_fill_ratio: Fraction | None = None
+    """its fill ratio; or give `like_number`, `like_mass_g` or `like_bulk_filling` [-]"""
+    like_number: Number | None = None
+    """its number of balls, in place of like_fill_ratio"""
+    like_mass_g: Positive | None = None
+    """mass of all its balls, in place of like_fill_ratio [g]"""
+    like_bulk_filling: Fraction | None = None
+    """share of its jar that the bed of balls takes, voids included, in place of like_fill_ratio [-]"""
     speeds_rpm: Range | None = None
     """range of possible speeds [rpm]; the simulated range if left out"""
     ball_diameters_mm: Annotated[list[BallChoice], Field(min_length=1)] | None = None
     """available balls [mm], and names of charges in the mill's sweep; the simulated ones if left out"""
     ranked: Annotated[int, Field(ge=1, le=1000)] = 10
     """conditions to list"""
+
+    @model_validator(mode="after")
+    def _one_measure_of_the_charge(self) -> "MatchMillsConfig":
+        if len(self.like_charge) != 1:
+            raise ValueError(f"give one of {', '.join(f'like_{measure}' for measure in MEASURES)}")
+        return self
+
+    @property
+    def like_charge(self) -> dict[str, float]:
+        """The measures of the charge that are given, by their keys without `like_`."""
+        return {name: value for name in MEASURES if (value := getattr(self, f"like_{name}")) is not None}
 
 
 class ScaleUpConfig(Section):

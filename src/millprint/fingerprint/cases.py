@@ -5,11 +5,12 @@ The Snakefile asks for them, so nothing that takes long is imported here.
 
 import math
 from dataclasses import dataclass
-from itertools import chain, count, islice, product
+from itertools import chain, count, islice
 
+from millprint.config.conditions import Condition, spread
 from millprint.config.mill import InsertConfig, MillConfig
 from millprint.config.mill_sweep import MillsConfig, MillSweepConfig
-from millprint.config.mixture import BallMixture, chosen_balls
+from millprint.config.mixture import chosen_balls
 from millprint.config.section import Section
 from millprint.config.sweep import Case, balls_of
 from millprint.config.workflow import WorkflowConfig
@@ -108,10 +109,16 @@ def place_of_sweep(config: WorkflowConfig, name: str, source: str) -> str:
     return f"{source}: sweep" if config.sweep and name == config.mill else f"config/mills/{name}.yaml: sweep"
 
 
-def settings_of(sweep: MillSweepConfig) -> list[tuple[float | BallMixture, float]]:
-    """Ball sizes [mm] with speeds [rpm]: the first speed with every size, the first size with every speed."""
-    speeds, sizes = sweep.speeds, sweep.ball_diameters_mm
-    return [*((sizes[0], speed) for speed in speeds), *((size, speeds[0]) for size in sizes[1:])]
+def conditions_of(sweep: MillSweepConfig) -> list[Condition]:
+    """The conditions of a sweep that has fill ratios only; of lists, the star.
+
+    That is the first speed with every size, and the first size with every speed, each at every fill ratio.
+    """
+    if sweep.conditions:
+        return [(each.ball_diameter_mm, each.rpm, each.fill_ratio or 0.0) for each in sweep.conditions]
+    speeds, sizes = sweep.speeds, sweep.balls
+    settings = [*((sizes[0], speed) for speed in speeds), *((size, speeds[0]) for size in sizes[1:])]
+    return [(*setting, fill) for setting in settings for fill in sweep.fills]
 
 
 def durations_of(
@@ -145,9 +152,9 @@ def mill_cases(mill: MillConfig, settings: MillsConfig) -> list[Case]:
     sweep, level = sweep_of(mill), settings.level
     fraction, seeds = level.step * settings.rayleigh_fraction, seeds_of(sweep, level.seeds)
     cases = []
-    for size, speed in settings_of(sweep):
+    for size, speed, fill in conditions_of(sweep):
         durations = durations_of(speed, sweep.discard_turns, sweep.window_turns, level.recorded)
-        for fill, seed in product(sweep.fill_ratios, seeds):
+        for seed in seeds:
             cases.append(
                 Case(
                     mill=mill.name, contact=settings.contact_set, **balls_of(size), fill_ratio=fill,
@@ -164,16 +171,9 @@ def held_out_cases(mill: MillConfig, settings: MillsConfig) -> list[Case]:
     Fill ratio and speed are spread evenly in logarithm over the ranges of the sweep, with any of its balls (the first
     points of a Sobol sequence); step and recorded time are the sweep's. Raises ConfigError as `sweep_of`.
     """
-    # Imported here: slow to import, and not needed by the Snakefile.
-    from scipy.stats import qmc
-
     sweep, level = sweep_of(mill), settings.level
-    low, high = ([math.log(end(ends)) for ends in (sweep.fill_ratios, sweep.speeds)] for end in (min, max))
-    shares = qmc.Sobol(3, scramble=True, rng=HELD_OUT_SEED).random_base2(max(0, settings.held_out - 1).bit_length())
     cases = []
-    for number, own in enumerate(shares[: settings.held_out]):
-        fill, speed = (math.exp(a + (b - a) * share) for a, b, share in zip(low, high, own[:2], strict=True))
-        size = sweep.ball_diameters_mm[int(own[2] * len(sweep.ball_diameters_mm))]
+    for number, (size, speed, fill) in enumerate(spread(sweep, settings.held_out, HELD_OUT_SEED)):
         durations = durations_of(speed, sweep.discard_turns, sweep.window_turns, level.recorded)
         cases.append(
             Case(
@@ -196,7 +196,7 @@ def large_case(small: MillConfig, large: MillConfig, factor: float, settings: Mi
         raise ValueError("mills.scale_up: is left out, so that there is no large run")
     speed = plan.speed_rpm * factor**RUN_WAY.power
     turn_s = 60 / speed
-    sizes = small.sweep.ball_diameters_mm if small.sweep else []
+    sizes = small.sweep.balls if small.sweep else []
     balls = chosen_balls(plan.ball_diameter_mm, sizes, "mills.scale_up.ball_diameter_mm")
     return Case(
         mill=large.name, contact=settings.contact_set, **balls_of(balls),

@@ -200,7 +200,7 @@ def _of_another_mill(
     for fingerprint in fingerprints:
         check_same_count(like.fingerprint, other.about, fingerprint, names)
     diameter, charge = other.balls(like.ball_diameter_mm)
-    condition = other.condition(speed_hz=like.speed_rpm / 60.0, ball_diameter_m=diameter, fill_ratio=like.fill_ratio)
+    condition = other.condition(speed_hz=like.speed_rpm / 60.0, ball_diameter_m=diameter, **like.given)
     prediction = other.predict(condition, charge=charge)
     return {name: getattr(prediction, name) for name in DESCRIPTOR_SETS[names]}, other.about["probability"]
 

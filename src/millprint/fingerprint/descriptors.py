@@ -7,6 +7,7 @@ import pandas as pd
 
 from millprint.config.counting import CountingRule
 from millprint.config.errors import ConfigError
+from millprint.config.mill_sweep import FEWEST_FILLS
 from millprint.config.mixture import ONE_SIZE
 from millprint.dem.turns import has_impacts, mean_of_turns, motion_repeats
 from millprint.fingerprint.collisions_of_run import Collisions, collisions_by, read_contacts
@@ -24,7 +25,6 @@ CONDITION_NUMBERS = ["ball_diameter_mm", "fill_ratio", "speed_rpm", "density_kg_
 CONDITION = [*CONDITION_TEXT, *CONDITION_NUMBERS]
 NOTHING = "nothing"
 CHANNELS = ("normal", "tangential")
-FEWEST_FILLS = 3  # needed for a master curve
 OVERRIDES = {"amplitude_mm": "amplitude", "density_kg_m3": "density"}
 
 # Columns that later stages need.

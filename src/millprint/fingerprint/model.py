@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from millprint.config.charge import MEASURES, fill_of
 from millprint.config.errors import ConfigError
+from millprint.config.mill_sweep import FEWEST_FILLS
 from millprint.config.mixture import ONE_SIZE, BallMixture, balls_in_words
 from millprint.config.sweep import ball_count
 from millprint.fingerprint.bands import (
@@ -34,7 +36,7 @@ from millprint.fingerprint.condition import (
     power_scale,
     scaled_quantities,
 )
-from millprint.fingerprint.descriptors import CHARGE, FEWEST_FILLS, OF_RULE, as_built, with_impacts
+from millprint.fingerprint.descriptors import CHARGE, OF_RULE, as_built, with_impacts
 from millprint.fingerprint.master_curves import CURVES
 from millprint.fingerprint.processes import (
     Predictor,
@@ -274,18 +276,23 @@ class Fingerprint:
         self,
         *,
         ball_diameter_m: float,
-        fill_ratio: float,
+        fill_ratio: float | None = None,
         speed_hz: float | None = None,
         speed_rpm: float | None = None,
         density_kg_m3: float | None = None,
         amplitude_m: float | None = None,
+        **charge: float,
     ) -> Condition[float]:
         """A condition of this mill; if left out, density and amplitude are as in the mill as built.
 
-        Raises ConfigError unless one of speed_hz and speed_rpm is given.
+        charge: in place of fill_ratio, `number`, `mass_g` or `bulk_filling` of the balls. Raises ConfigError unless one
+        of these and one of speed_hz and speed_rpm is given.
         """
         if (speed_hz is None) == (speed_rpm is None):
             raise ConfigError("condition: give either speed_hz or speed_rpm")
+        if fill_ratio is None:
+            density = density_kg_m3 or self.about["density_kg_m3"]
+            fill_ratio = fill_of(charge, 1e6 * self.about["volume_m3"], 1e3 * ball_diameter_m, density, "condition")
         return Condition(
             fill_ratio=fill_ratio,
             speed_hz=speed_hz if speed_hz is not None else (speed_rpm or 0.0) / 60,
@@ -399,12 +406,13 @@ class Fingerprint:
     def predict_table(self, conditions: pd.DataFrame) -> pd.DataFrame:
         """The conditions of a table with their predictions: a column for each descriptor, and for the ends of its band.
 
-        conditions: the columns ball_diameter_m, fill_ratio and speed_hz or speed_rpm; density_kg_m3 and amplitude_m as
-        in `condition`. Further columns are kept. Raises ConfigError as `condition` and `predict`.
+        conditions: the columns ball_diameter_m, speed_hz or speed_rpm, and fill_ratio, number, mass_g or bulk_filling;
+        density_kg_m3 and amplitude_m as in `condition`. Further columns are kept. Raises ConfigError as `condition` and
+        `predict`.
         """
-        known = [name for name in (*VARIABLES, "speed_rpm") if name in conditions]
-        if missing := {"ball_diameter_m", "fill_ratio"} - {*known}:
-            raise ConfigError(f"conditions: column {min(missing)} is missing")
+        known = [name for name in (*VARIABLES, "speed_rpm", *MEASURES[1:]) if name in conditions]
+        if "ball_diameter_m" not in known:
+            raise ConfigError("conditions: column ball_diameter_m is missing")
         told = [self.predict(self.condition(**row)) for row in conditions[known].to_dict("records")]
         return conditions.join(pd.DataFrame([_row(each) for each in told], index=conditions.index))
 

@@ -54,8 +54,12 @@ def speed_settings(
     for name, own in own_sweeps.items():
         sweep = mills[name].sweep
         key, unit = ("speeds_hz", "Hz") if sweep and sweep.speeds_hz else ("speeds_rpm", "rpm")
-        place = f"{place_of_sweep(config, name, source)}: {key}"
-        settings += [SpeedSetting(place, unit, mills[name], case.speed_rpm) for case in own]
+        # Of conditions one by one, which may be thousands, the fastest says it.
+        one_by_one = bool(sweep and sweep.conditions)
+        place = f"{place_of_sweep(config, name, source)}: {'conditions: speed_rpm' if one_by_one else key}"
+        speeds = list(dict.fromkeys(case.speed_rpm for case in own))
+        told = [max(speeds)] if one_by_one else speeds
+        settings += [SpeedSetting(place, unit, mills[name], speed) for speed in told]
     plan = config.mills.scale_up
     if plan is not None:
         place = f"{source}: mills.scale_up.speed_rpm"

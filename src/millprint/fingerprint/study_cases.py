@@ -73,7 +73,7 @@ def _others(seeds: list[int]) -> list[int]:
 def reference_case(mill: MillConfig, mills: MillsConfig) -> Case:
     """The first case of a mill's sweep, at the middle fill ratio; of an even number of them the lower one."""
     sweep = sweep_of(mill)
-    fills = sorted(sweep.fill_ratios)
+    fills = sorted(sweep.fills)
     middle = fills[(len(fills) - 1) // 2]
     return next(case for case in mill_cases(mill, mills) if case.fill_ratio == middle)
 

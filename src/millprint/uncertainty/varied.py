@@ -8,6 +8,7 @@ from millprint.fingerprint.cases import mill_cases, sweep_of
 
 # A simulation fails at this energy balance error over the wall work [-].
 CLOSURE_MAX = 0.02
+MOST_FILLS = 24
 
 
 def varied_case(mill: MillConfig, settings: MillsConfig, uncertainty: UncertaintyConfig) -> Case:
@@ -21,8 +22,9 @@ def varied_case(mill: MillConfig, settings: MillsConfig, uncertainty: Uncertaint
 
 
 def fill_ratios_of(mill: MillConfig, uncertainty: UncertaintyConfig) -> list[float]:
-    """The fill ratios at which intervals are given, from the section or from the mill's sweep."""
-    return uncertainty.fill_ratios or sorted(sweep_of(mill).fill_ratios)
+    """The fill ratios at which intervals are given, from the section or from the mill's sweep, MOST_FILLS at most."""
+    fills = sorted(sweep_of(mill).fills)
+    return uncertainty.fill_ratios or [*fills[:: -(-len(fills) // MOST_FILLS)][:-1], fills[-1]]
 
 
 def samples_of_job(mill: MillConfig, settings: MillsConfig, uncertainty: UncertaintyConfig) -> list[Case]:

@@ -1,0 +1,79 @@
+"""How many balls a jar holds, as people say it: the one place that makes a fill ratio of a number, a mass or a bed."""
+
+import math
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from millprint.config.errors import ConfigError
+from millprint.config.load import check_model
+from millprint.config.section import Fraction, Positive, Section
+
+Number = Annotated[int, Field(ge=1, le=10_000_000)]
+MEASURES = ("fill_ratio", "number", "mass_g", "bulk_filling")
+# Share of a poured bed of equal balls that is ball; measured beds have 0.58 to 0.63 [-].
+PACKING_FRACTION = 0.6
+
+
+class ChargeSection(Section):
+    """How many balls, in one of four ways."""
+
+    fill_ratio: Fraction | None = None
+    """ball volume over the jar's nominal volume; or give `number`, `mass_g` or `bulk_filling` [-]"""
+    number: Number | None = None
+    """number of balls, in place of fill_ratio"""
+    mass_g: Positive | None = None
+    """mass of all balls, in place of fill_ratio [g]"""
+    bulk_filling: Fraction | None = None
+    """share of the jar that the bed of balls takes, voids included, in place of fill_ratio [-]"""
+    packing_fraction: Fraction = PACKING_FRACTION
+    """share of that bed that is ball; an assumption, used with bulk_filling only [-]"""
+
+    @model_validator(mode="after")
+    def _one_measure_of_the_charge(self) -> "ChargeSection":
+        if sum(getattr(self, measure) is not None for measure in MEASURES) != 1:
+            raise ValueError(f"give one of {', '.join(MEASURES)}")
+        return self
+
+    def fill_in(self, volume_ml: float, diameter_mm: float, density_kg_m3: float) -> float:
+        """The fill ratio in a jar of this nominal volume, of balls of this mean diameter and density [-].
+
+        Raises ValueError if the balls fill the jar or more.
+        """
+        if self.fill_ratio is not None:
+            return self.fill_ratio
+        if self.bulk_filling is not None:
+            return self.bulk_filling * self.packing_fraction
+        if self.number is not None:
+            fill = self.number * math.pi / 6 * (1e-1 * diameter_mm) ** 3 / volume_ml
+            given = f"number = {self.number}: that many balls have"
+        else:
+            fill = 1e3 * (self.mass_g or 0.0) / density_kg_m3 / volume_ml
+            given = f"mass_g = {self.mass_g:g}: balls of that mass have"
+        if fill >= 1:
+            raise ValueError(f"{given} {fill:.3g} of the jar's volume")
+        return fill
+
+    @property
+    def given(self) -> dict[str, float]:
+        """The measure that is given, and the packing fraction that belongs to it."""
+        keys = (*MEASURES, *(["packing_fraction"] if self.bulk_filling else []))
+        return {key: value for key in keys if (value := getattr(self, key)) is not None}
+
+
+def fill_of(charge: dict[str, float], volume_ml: float, diameter_mm: float, density_kg_m3: float, place: str) -> float:
+    """The fill ratio of a charge that is given by keys of `ChargeSection`, as `ChargeSection.fill_in` [-].
+
+    Raises ConfigError, in one line that begins with the `place`.
+    """
+    section = check_model(charge, ChargeSection, place)
+    try:
+        return section.fill_in(volume_ml, diameter_mm, density_kg_m3)
+    except ValueError as error:
+        raise ConfigError(f"{place}: {error}") from None
+
+
+def charge_words(text: str) -> dict[str, str]:
+    """The key of a charge that a word of a command line means: "0.2" or "number=50", "mass_g=200", "bulk_filling=0.3"."""
+    measure, equals, value = text.partition("=")
+    return {measure: value} if equals else {MEASURES[0]: text}
