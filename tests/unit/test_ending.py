@@ -98,6 +98,14 @@ def test_failed_jobs_are_listed_once_with_their_logs_and_the_last_error(tmp_path
     assert "memory" in lines[-1]
 
 
+def test_a_full_disk_is_what_to_look_at(tmp_path):
+    log = tmp_path / "snakemake.log"
+    log.write_text(f"WorkflowError:\nOSError: [Errno 28] No space left on device\n{LOG.format(log='none')}")
+    assert failure_lines([log])[-1] == (
+        "try:    no space left: make room on the disk of the results, and the same command goes on where it stopped"
+    )
+
+
 def test_a_log_of_snakemake_that_is_gone_is_no_second_failure(tmp_path):
     assert failure_lines([tmp_path / "none.log"])[1].startswith("failed: 0 jobs")
 

@@ -1,8 +1,11 @@
 """The plan of a run: what its jobs take, and what is said about it."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
@@ -10,7 +13,9 @@ from millprint.config.setup_models import SETTINGS
 from millprint.config.sweep import Case, DemConfig
 from millprint.config.uncertainty import UncertaintyConfig
 from millprint.dem.resources import LIKELY_BALL_STEP_S, LIKELY_START_S, resources_of
+from millprint.run import plan
 from millprint.run.plan import JOB_START_S, LONG_S, OTHER_S, Job, plan_text, run_time
+from millprint.run.room import check_disk
 from millprint.uncertainty.varied import samples_of_job
 from millprint.validation.tumbling_runs import design
 from tests.conftest import ROOT
@@ -101,3 +106,17 @@ def test_the_samples_of_a_job_and_the_slices_of_a_drum_are_counted():
     slices = drum.simulated_inside(mill(drum.mill))
     assert len(slices) == drum.samples + 1
     assert slices[0].fill_ratio < drum.fill_ratio
+
+
+def test_a_run_that_has_no_room_is_refused_before_its_first_job(tmp_path, monkeypatch):
+    results = str(tmp_path / "results/mine")
+    monkeypatch.setattr(plan.shutil, "disk_usage", lambda path: SimpleNamespace(free=30e6))
+    check_disk([job(disk_mb=20), job()], results)
+    with pytest.raises(ConfigError, match="needs about 42 MB and 30 MB are free on that disk; make room"):
+        check_disk([job(disk_mb=40), job()], results)
+
+
+def test_a_place_where_nothing_can_be_written_is_named():
+    # Not even the administrator writes there.
+    with pytest.raises(ConfigError, match="^/proc/results: nothing can be written there"):
+        check_disk([job()], "/proc/results")

@@ -9,6 +9,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.included import load_mill
 from millprint.config.load import check_model, file_of_key, load_named
 from millprint.config.mill import MillConfig
+from millprint.config.options import check_given_once
 from millprint.config.strict_yaml import parse_yaml
 from millprint.config.wording import list_words
 from millprint.config.workflow import WorkflowConfig
@@ -182,3 +183,18 @@ def test_a_list_of_whole_numbers_is_no_list_of_decimal_commas():
 )
 def test_a_list_without_brackets_keeps_its_signs(text, meant):
     assert list_words(text) == f"must be a list; write {meant}"
+
+
+@pytest.mark.parametrize(
+    ("words", "parts"),
+    [
+        ("--configfile a.yaml -n --configfile b.yaml", ["only the last, b.yaml: a.yaml would", "a.yaml b.yaml"]),
+        ("--configfile=a.yaml --configfiles b.yaml", ["a.yaml would be left out"]),
+        ("-C mill=mine --config name=me", ["--config is given 2 times", "write --config mill=mine name=me"]),
+    ],
+)
+def test_an_option_that_replaces_another_is_named(words, parts):
+    with pytest.raises(ConfigError) as caught:
+        check_given_once(words.split())
+    assert all(part in str(caught.value) for part in parts)
+    check_given_once("fingerprint --configfile a.yaml b.yaml --config mill=mine name=me -n".split())

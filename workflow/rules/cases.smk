@@ -72,14 +72,14 @@ def sweep_of_mill(name: str):
     return mill
 
 
-# By mill and sweep: every job of a simulation asks for them several times.
+# By mill, and by its sweep where a checkpoint derives it: every job of a simulation asks for them several times.
 OWN_CASES = {}
 
 
 def cases_of_mill(name: str) -> dict:
     """The cases of a mill's own sweep, by their path."""
     mill = sweep_of_mill(name)
-    key = name, mill.sweep.model_dump_json()
+    key = name if MILLS[name].sweep else (name, mill.sweep.model_dump_json())
     if key not in OWN_CASES:
         OWN_CASES[key] = {case.path: case for case in mill_cases(mill, CONFIG.mills)}
     return OWN_CASES[key]

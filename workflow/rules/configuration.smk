@@ -1,6 +1,7 @@
 """Shared by all rules: the validated configuration, the results folder, and digests of the code."""
 
 from millprint.config.checks import CONFIGURATION
+from millprint.config.options import check_given_once
 from millprint.config.sweep import expand_sweep
 from millprint.fingerprint.cases import has_chapters
 from millprint.run.outputs import captioned
@@ -10,6 +11,8 @@ from millprint.run.digest import program_digest, simulation_digest
 CONFIG_FILES = [str(file) for file in (*workflow.configfiles, *workflow.overwrite_configfiles)]
 
 with stop_on_bad_input():
+    if workflow.is_main_process:
+        check_given_once(sys.argv)
     # Stricter than Snakemake's own reader, which accepts a key twice and any number of aliases.
     for file in CONFIG_FILES:
         read_yaml(file)

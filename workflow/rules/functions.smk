@@ -206,7 +206,7 @@ def jobs_to_run() -> list[Job]:
             job.rule.name,
             job.threads,
             tuple(map(str, job.output)),
-            {"processor_s": job.resources.get("processor_s", 0)},
+            {name: job.resources[name] for name in ("processor_s", "disk_mb") if name in job.resources.keys()},
         )
         for job in workflow.dag.needrun_jobs()
         if job.output

@@ -46,6 +46,7 @@ from millprint.run.ending.timers import stop_timers
 from millprint.config.errors import ConfigError
 from millprint.checks.check_once import check_once
 from millprint.run.plan import Job
+from millprint.run.room import check_disk
 from millprint.run.machine import prepare_environment
 from millprint.run.output_digests import report_damaged
 

@@ -88,8 +88,8 @@ def plan_text(jobs: Sequence[Job], cores: int) -> str:
         f"time         about {duration(run_time(jobs, cores))} on {cores} core{'s' * (cores > 1)}; "
         f"{duration(sum(job.processor_s for job in jobs))} of one processor; "
         f"the longest job, {longest.rule}, {duration(longest.processor_s)}",
-        f"memory       up to {_megabytes(memory)} for the largest jobs at the same time",
-        f"disk         about {_megabytes(disk)} more; {_megabytes(free)} are free",
+        f"memory       up to {in_megabytes(memory)} for the largest jobs at the same time",
+        f"disk         about {in_megabytes(disk)} more; {in_megabytes(free)} are free",
     ]
     return "\n".join([*lines, *(["             THE DISK IS TOO SMALL"] if disk > free else [])])
 
@@ -102,5 +102,6 @@ def free_mb(files: Iterable[str]) -> float:
     return shutil.disk_usage(path).free / 1e6
 
 
-def _megabytes(value: float) -> str:
+def in_megabytes(value: float) -> str:
+    """A size [MB] in words."""
     return f"{value:.0f} MB" if value < 1000 else f"{value / 1000:.1f} GB"

@@ -13,6 +13,9 @@ SCRIPT = re.compile(r"Command '.*\.(\w+)\.py' died with <Signals\.(\w+)")
 # A line of a job's own log.
 ERROR = re.compile(r"^\S+ \S+ ERROR (.+)$", re.MULTILINE)
 SHOWN = 5
+# What a job or Snakemake says where a disk is full, a quota used up, or nothing can be written.
+NO_ROOM = re.compile(r"no space left|quota (?:is used up|exceeded)|read-only file system", re.IGNORECASE)
+MAKE_ROOM = "make room on the disk of the results, and the same command goes on where it stopped"
 
 
 @dataclass(frozen=True)
@@ -53,7 +56,8 @@ def failure_lines(snakemake_logs: Sequence[str | Path]) -> list[str]:
             lines.append(f"    log: {each.log}{f': {each.reason}' if each.reason else ''}")
     if len(failures) > SHOWN:
         lines.append(f"  and {len(failures) - SHOWN} more; all are in {', '.join(map(str, snakemake_logs))}")
-    return [*lines, f"try:    {advice(killed)}"]
+    full = NO_ROOM.search("\n".join([text, *(each.reason for each in failures)]))
+    return [*lines, f"try:    {f'{full[0].lower()}: {MAKE_ROOM}' if full else advice(killed)}"]
 
 
 def advice(signals: set[str]) -> str:
