@@ -15,7 +15,7 @@ from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.validation.measured import measured_points, read_measurements
 from millprint.validation.setups import SETUPS
-from millprint.validation.tumbling_runs import design, run_all
+from millprint.validation.tumbling_runs import design, measured_speeds, run_all
 
 if "snakemake" in globals():
     name, given = snakemake.wildcards.setup, snakemake.params
@@ -23,7 +23,7 @@ if "snakemake" in globals():
         settings = read_settings(name, given.settings)
         contacts = {contact["name"]: ContactConfig(**contact) for contact in given.contacts}
         points = measured_points(read_measurements(snakemake.input.measured, SETUPS))
-        places = points.loc[points["setup"] == name, "x"].dropna()
+        places = measured_speeds(settings, points[points["setup"] == name])
         done = Path(snakemake.output.runs).with_name("runs.partial")
         runs, charge = run_all(
             design(settings, contacts, places),

@@ -90,7 +90,7 @@ def test_every_simulation_of_a_tumbling_mill_is_counted(name):
     """As many as its rule simulates, at the same speeds, apart from the speeds that only the measured table has."""
     setup = SETTINGS[name]
     contacts = {each: contact(each) for each in setup.contact_names}
-    rows = design(setup, contacts, [])
+    rows = design(setup, contacts, {})
     cases = setup.simulated_inside(mill(setup.mill))
     assert sorted(case.speed_rpm for case in cases) == sorted(rows["speed_rpm"])
     assert sorted(case.seed for case in cases) == sorted(rows["seed"])

@@ -47,11 +47,11 @@ def inputs_of(settings, runs: Path, places: list[tuple], **changes) -> Inputs:
 
 
 BEAD_PLACES = [
-    ("4a", drums.SPEED, "m/s", -0.045),
-    ("4a", drums.SPEED, "m/s", -0.0901),
-    ("4a", drums.SPEED, "m/s", 0.05),
-    ("4b", drums.ANGLE, "deg", math.nan),
-    ("4c", drums.ZERO, "m", math.nan),
+    ("4a", drums.FLOW_SPEED, "m/s", -0.045),
+    ("4a", drums.FLOW_SPEED, "m/s", -0.0901),
+    ("4a", drums.FLOW_SPEED, "m/s", 0.05),
+    ("4b", drums.SURFACE_ANGLE, "deg", math.nan),
+    ("4c", drums.STILL_PLACE, "m", math.nan),
 ]
 
 

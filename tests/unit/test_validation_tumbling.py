@@ -281,7 +281,7 @@ def test_toe_and_shoulder_are_predicted_with_an_interval_by_contact_parameters_t
 def test_the_design_has_every_measured_speed_and_every_contact_set_once():
     settings = SliceMillConfig(speeds=[20.0], seeds=[3, 5], samples=4, sample_speeds=[20.0], numbers=[120, 169])
     contacts = {name: contact_set(name, restitution=0.5) for name in settings.contact_names}
-    table = design(settings, contacts, [70.0])
+    table = design(settings, contacts, {120: [70.0], 169: []})
     assert table["run"].is_unique
     assert table.groupby("role").size().to_dict() == {"predicts": 8, "further": 2, "sample": 4}
     assert sorted(table["speed"].unique()) == [20.0, 70.0]
@@ -314,7 +314,7 @@ def test_a_stopped_series_goes_on_where_it_was(tmp_path, monkeypatch):
     settings = SliceMillConfig(
         speeds=[20.0], seeds=[0, 1], samples=2, sample_speeds=[20.0], numbers=[12], fillings=[0.2]
     )
-    table = design(settings, {name: contact_set(name) for name in settings.contact_names}, [])
+    table = design(settings, {name: contact_set(name) for name in settings.contact_names}, {})
     calls, done = [], tmp_path / "runs.partial"
 
     def simulate(case, mill, contact, dem):
@@ -341,7 +341,7 @@ def test_a_stopped_series_goes_on_where_it_was(tmp_path, monkeypatch):
 
 def test_windows_are_whole_turns_or_longer():
     settings = SliceMillConfig()
-    table = design(settings, {name: contact_set(name) for name in settings.contact_names}, [])
+    table = design(settings, {name: contact_set(name) for name in settings.contact_names}, {})
     slow, fast = (case_of(table[table["speed"] == speed].iloc[0].to_dict(), settings, MILL) for speed in (20.0, 140.0))
     assert slow.window_s == pytest.approx(settings.window_turns * 60 / (0.2 * 58.3))
     assert fast.window_s == settings.window_s

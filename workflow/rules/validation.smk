@@ -1,6 +1,15 @@
 """What others measured, predicted without a fit: set-ups, verdicts, and their page of the report."""
 
+from importlib.util import find_spec
+
 VALIDATION = f"{RESULTS}/validation"
+
+# A dry run refuses a table of one's own as the run does; the included one is checked before the first job.
+if CONFIG.validation.is_own and workflow.is_main_process and find_spec("pandas"):
+    from millprint.validation.measured import check_measured
+
+    with stop_on_bad_input():
+        check_measured(CONFIG.validation.measured, SETTINGS)
 
 
 rule simulate_tumbling:

@@ -22,7 +22,7 @@ from millprint.fingerprint.speeds import SpeedSetting, check_speeds, speed_setti
 from millprint.uncertainty.factor_checks import uncertainty_cases, uncertainty_faults
 from millprint.validation.fixed import read_fixed
 from millprint.validation.inputs import read_other_codes
-from millprint.validation.measured import read_measurements
+from millprint.validation.measured import check_measured
 from millprint.validation.tumbling_runs import tumbling_cases
 
 
@@ -40,7 +40,7 @@ def check_before_running(
     Returns warnings, a line each, about values that are unusual but may be intended.
     """
     if config.validation.chosen:
-        read_measurements(config.validation.measured, SETTINGS)
+        check_measured(config.validation.measured, SETTINGS)
         read_fixed(config.validation.fixed)
         read_other_codes(config.validation.other_codes)
     bodies = checked_bodies(mills)

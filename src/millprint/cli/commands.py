@@ -31,6 +31,7 @@ COMMANDS = {
         "millprint.cli.compute_dose", "energy and hits that a gram of powder has seen, for a table of runs"
     ),
     "wear": Command("millprint.cli.predict_wear", "wear of the balls and iron in the powder"),
+    "quantities": Command("millprint.cli.list_quantities", "list what own measurements can be compared with"),
     "animate": Command("millprint.cli.animate", "animate the snapshots of a simulation"),
     "export": Command("millprint.cli.export", "write the snapshots of a simulation for ParaView"),
     "design": Command("millprint.thesis.commands.make_design", "make a design of experiments"),

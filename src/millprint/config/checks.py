@@ -14,6 +14,8 @@ from millprint.config.errors import ConfigError
 from millprint.config.load import check_model, check_names_differ, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import chosen_balls
+from millprint.config.rows import read_rows
+from millprint.config.setup_models import SETTINGS
 from millprint.config.sources import WORKING_FOLDER, Sources, check_paths
 from millprint.config.strict_yaml import read_yaml
 from millprint.config.sweep import Case, expand_sweep
@@ -49,7 +51,7 @@ def load_workflow(
     source = files[-1] if files else CONFIGURATION
     config = check_model(content, WorkflowConfig, files)
     check_paths(config, source)
-    config = sources.resolve(config)
+    config = with_measured_setups(sources.resolve(config))
     mills = {name: load_named(MILL_FOLDER, name, MillConfig, "mill", sources) for name in _mill_names(config)}
     if config.sweep:
         mills[config.mill] = mills[config.mill].model_copy(update={"sweep": config.sweep})
@@ -65,6 +67,16 @@ def load_workflow(
     check_names_differ(MILL_FOLDER, list(mills), "mill")
     check_names_differ(CONTACT_FOLDER, list(contacts), "contact set")
     return config, mills, contacts, collect_cases(config, source)
+
+
+def with_measured_setups(config: WorkflowConfig) -> WorkflowConfig:
+    """The configuration with the set-ups of a user's own measurements, where it names none."""
+    validation = config.validation
+    if validation.setups or not validation.is_own:
+        return config
+    named = {row.get("setup") for row in read_rows(validation.measured)}
+    update = {"setups": [name for name in SETTINGS if name in named]}
+    return config.model_copy(update={"validation": validation.model_copy(update=update)})
 
 
 def with_own_fills(mill: MillConfig, density_kg_m3: float, place: str, sources: Sources = WORKING_FOLDER) -> MillConfig:

@@ -26,6 +26,10 @@ class SetupConfig(Section):
     further_contacts: list[str] = []
     """contact sets that are equally likely; the interval by contact parameters spans them all"""
 
+    def without_intervals(self) -> "SetupConfig":
+        """The set-up without the simulations that only its intervals need."""
+        return self.model_copy(update={"further_contacts": []})
+
     @property
     def mill_name(self) -> str | None:
         """The mill, a file in config/mills; None for a set-up without one."""
@@ -114,6 +118,14 @@ class TumblingConfig(SetupConfig):
     rolling_friction: Interval = (0.0, 0.02)
     """range of the rolling friction [-]"""
 
+    # Whether only measured speeds are simulated, of the numbers of balls that were measured.
+    only_measured: bool | None = None
+
+    def without_intervals(self) -> "TumblingConfig":
+        """One seed and one contact set, at the measured speeds."""
+        changed = {"seeds": self.seeds[:1], "samples": 0, "further_contacts": [], "only_measured": True}
+        return self.model_copy(update=changed)
+
     @property
     def mill_name(self) -> str:
         """The mill."""
@@ -133,7 +145,8 @@ class TumblingConfig(SetupConfig):
 
     def simulated_inside(self, mill: MillConfig) -> list[Case]:
         """A case for each simulation at a speed of this section: every number, speed and seed, and the contact sets."""
-        predicting = [(number, speed, seed) for seed in self.seeds for number in self.numbers for speed in self.speeds]
+        numbers = self.numbers[:1] if self.only_measured else self.numbers
+        predicting = [(number, speed, seed) for seed in self.seeds for number in numbers for speed in self.speeds]
         sets = len(self.further_contacts) + self.samples
         others = [(self.numbers[0], speed, self.seeds[0]) for speed in self.sample_speeds] * sets
         return [self.case(number, self.speed_rpm(speed), seed, mill) for number, speed, seed in (*predicting, *others)]
@@ -317,6 +330,10 @@ class ReposeDrumConfig(DrumOfBallsConfig):
     """static friction, of balls and of ball and wall [-]"""
     rolling_friction: Interval = (0.005, 0.09)
     """rolling friction, in its logarithm [-]"""
+
+    def without_intervals(self) -> "ReposeDrumConfig":
+        """One seed, and no slices but the one with the set that predicts."""
+        return self.model_copy(update={"seeds": self.seeds[:1], "samples": 0})
 
     @property
     def sweeps(self) -> list[SweepConfig]:

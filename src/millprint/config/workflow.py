@@ -73,19 +73,24 @@ class PartitionConfig(Section):
 
 # The name that stands for every set-up.
 ALL = "all"
+INCLUDED = "config/data/measured.tsv"
 
 
 class ValidationConfig(Section):
     """What others measured, predicted without a fit: target `validation`."""
 
     setups: list[Name] = []
-    """set-ups to predict, of config/data/measured.tsv, or `all`; none if left out"""
+    """set-ups to predict, or `all`; if left out, those of a table of your own in `measured`, and none otherwise"""
+    intervals: bool | None = None
+    """whether tumbling mills are simulated with several seeds and contact sets, for intervals of the predictions, and at
+    further speeds; if left out, only for the included measurements
+    """
     quick: bool = False
     """whether set-ups that have a coarse version take it, for a test of the workflow"""
     in_all: bool = False
     """whether the validation is a part of `all`, and so of the report of a run with chapters"""
-    measured: ProjectFile = "config/data/measured.tsv"
-    """what others measured, with sources"""
+    measured: ProjectFile = INCLUDED
+    """what others measured, with sources; or a table of your own"""
     other_codes: ProjectFile = "config/data/other_codes.tsv"
     """power of the same mills by other DEM codes, which the figures show with ours"""
     fixed: ProjectFile = "config/data/fixed_predictions.tsv"
@@ -104,7 +109,15 @@ class ValidationConfig(Section):
     def chosen(self) -> dict[str, SetupConfig]:
         """The settings of the set-ups to predict, by name."""
         known = SETTINGS | (QUICK if self.quick else {})
-        return known if ALL in self.setups else {name: known[name] for name in self.setups}
+        chosen = known if ALL in self.setups else {name: known[name] for name in self.setups}
+        if self.intervals is False or (self.intervals is None and self.is_own):
+            return {name: setup.without_intervals() for name, setup in chosen.items()}
+        return chosen
+
+    @property
+    def is_own(self) -> bool:
+        """Whether the measurements are not the included ones."""
+        return not self.measured.endswith(INCLUDED)
 
     @property
     def tumbling(self) -> list[str]:

@@ -70,11 +70,13 @@ def read_table(
     text: Sequence[str] = (),
     optional: Sequence[str] = (),
     may_be_blank: Sequence[str] = (),
+    optional_text: Sequence[str] = (),
 ) -> pd.DataFrame:
     """Read a TSV file (lines that begin with # are comments) and check its columns.
 
-    optional: numeric columns that the table may lack. may_be_blank: numeric columns that may have empty cells.
-    Raises ConfigError, in one line, for a missing file or column, and for a cell of a numeric column without a number.
+    optional, optional_text: columns of numbers and of text that the table may lack. may_be_blank: numeric columns that
+    may have empty cells. Raises ConfigError, in one line, for a missing file or column, and for a cell of a numeric
+    column without a number.
     """
     import pandas as pd
 
@@ -82,7 +84,7 @@ def read_table(
         with warnings.catch_warnings():
             # A row with more columns than the header: pandas would leave out the last, or take the first as names.
             warnings.simplefilter("error", pd.errors.ParserWarning)
-            frame = pd.read_csv(path, sep="\t", comment="#", dtype=dict.fromkeys(text, str), index_col=False)
+            frame = pd.read_csv(path, sep="\t", comment="#", dtype=dict.fromkeys([*text, *optional_text], str), index_col=False)
     except FileNotFoundError:
         raise ConfigError(f"{path}: no such table") from None
     except OSError as error:

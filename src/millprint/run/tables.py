@@ -44,12 +44,16 @@ class Number:
 
 @dataclass(frozen=True)
 class Text:
-    """A column of text from `choices`, if there are any; may be empty if `may_be_blank`; no duplicates if `unique`."""
+    """A column of text from `choices`, if there are any; may be empty if `may_be_blank`; no duplicates if `unique`.
+
+    A table may lack an `optional` column.
+    """
 
     name: str
     choices: Sequence[str] = ()
     unique: bool = False
     may_be_blank: bool = False
+    optional: bool = False
 
     def check(self, frame: pd.DataFrame, path: str | Path) -> None:
         """Raise ConfigError for the first text that is not a choice, or is empty or repeated in a unique column."""
@@ -80,9 +84,10 @@ def read_measured(path: str | Path, columns: Sequence[Number | Text], fewest_row
     frame = read_table(
         path,
         numeric=[column.name for column in numbers if not column.optional],
-        text=[column.name for column in texts],
+        text=[column.name for column in texts if not column.optional],
         optional=[column.name for column in numbers if column.optional],
         may_be_blank=[column.name for column in numbers if column.may_be_blank],
+        optional_text=[column.name for column in texts if column.optional],
     )
     if len(frame) < fewest_rows:
         raise ConfigError(f"{path}: {len(frame) or 'no'} rows; the table needs at least {fewest_rows}")

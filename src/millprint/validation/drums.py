@@ -12,6 +12,7 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.geometry import CylinderGeometry
 from millprint.config.mill import MillConfig
+from millprint.config.quantities import FLOW_SPEED, REPOSE, STILL_PLACE, SURFACE_ANGLE
 from millprint.config.setup_models import BeadDrumConfig, DrumOfBallsConfig, ReposeDrumConfig
 from millprint.config.sweep import Case, expand_sweep
 from millprint.dem.layout import SNAPSHOT
@@ -149,8 +150,6 @@ logger = logging.getLogger("millprint")
 
 # Both drums turn about y.
 ACROSS = [0, 2]
-SPEED, ANGLE, ZERO = "speed down the slope", "angle of the surface", "place at which the speed is zero"
-REPOSE = "angle of repose"
 TURNING, SHORT = "turning with the drum", "shorter slice"
 # Places per ball diameter at which the speed is predicted, in addition to the measured ones.
 PLACES_PER_DIAMETER = 1
@@ -245,7 +244,7 @@ def predict_bead_drum(inputs: Inputs) -> pd.DataFrame:
     long = read_motion(inputs.runs / paths[settings.mill, settings.contact] / "run.h5", radius)
     surface = long.surface(settings)
     spaced = np.arange(-radius + diameter / 2, surface.height_m, diameter / PLACES_PER_DIAMETER)
-    depths = np.union1d(spaced, inputs.places_of(SPEED))
+    depths = np.union1d(spaced, inputs.places_of(FLOW_SPEED))
     found = measure(long, depths, settings).values
     scatter = _block_scatter(long, depths, settings, surface)
     shorts = {
@@ -283,16 +282,16 @@ def predict_bead_drum(inputs: Inputs) -> pd.DataFrame:
             ),
         ]  # fmt: skip
 
-    ids, omega = inputs.ids_of(SPEED), settings.speed_rpm * math.pi / 30
+    ids, omega = inputs.ids_of(FLOW_SPEED), settings.speed_rpm * math.pi / 30
     rows = [
-        *rows_of(0, ANGLE, "deg", _single(inputs, ANGLE)),
-        *rows_of(1, ZERO, "m", _single(inputs, ZERO)),
+        *rows_of(0, SURFACE_ANGLE, "deg", _single(inputs, SURFACE_ANGLE)),
+        *rows_of(1, STILL_PLACE, "m", _single(inputs, STILL_PLACE)),
     ]
     for place, depth in enumerate(depths.tolist(), start=2):
         if not math.isnan(found[place]):
             id = ids.get(depth, "")
-            rows += rows_of(place, SPEED, "m/s", id, depth)
-            rows.append(prediction(SPEED, "m/s", omega * depth, id=id, x=depth, model=TURNING))
+            rows += rows_of(place, FLOW_SPEED, "m/s", id, depth)
+            rows.append(prediction(FLOW_SPEED, "m/s", omega * depth, id=id, x=depth, model=TURNING))
     return pd.DataFrame(rows)
 
 
@@ -366,7 +365,7 @@ def predict_repose_drum(inputs: Inputs) -> pd.DataFrame:
         [
             prediction(
                 REPOSE, "deg", found, id=id, lower=found + min(changes) - scatter, upper=found + max(changes) + scatter,
-                interval=f"{SCATTER} and {CONTACT}",
+                interval=f"{SCATTER} and {CONTACT}" if settings.samples else SCATTER,
             ),
             prediction(REPOSE, "deg", base, id=id, model="slice without ends"),
         ]

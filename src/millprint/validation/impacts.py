@@ -10,6 +10,7 @@ import pandas as pd
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.geometry import BoxGeometry
+from millprint.config.quantities import IMPACT, SURFACE
 from millprint.config.setup_models import AluminaImpactConfig, ElasticImpactConfig, ImpactConfig
 from millprint.dem.few_balls import FewBalls, walls_for
 from millprint.dem.laws.hertz import effective_modulus, impact
@@ -207,14 +208,14 @@ def _all_places(given: Iterable[float], places: pd.Series) -> list[float]:
     return sorted({*map(float, given), *places})
 
 
-# Quantity -> its unit and how it is computed. The sign of the spin is as in the source: forward rolling is negative.
-QUANTITIES: dict[str, tuple[str, Callable[[Rebound], float]]] = {
-    "tangential restitution": ("-", lambda hit: hit.tangential_restitution),
-    "spin after the impact": ("rad/s", lambda hit: -hit.spin),
-    "rebound angle of the centre": ("deg", lambda hit: hit.angle_deg),
-    "rebound angle of the contact point": ("deg", lambda hit: hit.surface_angle_deg),
-}
-SURFACE = "tangential over mu times normal velocity after the impact"
+# How each quantity is computed. The sign of the spin is as in the source: forward rolling is negative.
+READ: tuple[Callable[[Rebound], float], ...] = (
+    lambda hit: hit.tangential_restitution,
+    lambda hit: -hit.spin,
+    lambda hit: hit.angle_deg,
+    lambda hit: hit.surface_angle_deg,
+)
+QUANTITIES = {name: (unit, read) for (name, unit), read in zip(IMPACT.items(), READ, strict=True)}
 
 
 def predict_alumina_impact(inputs: Inputs) -> pd.DataFrame:

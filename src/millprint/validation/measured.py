@@ -1,13 +1,17 @@
 """Measurements by others: config/data/measured.tsv, a row for each number or series."""
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from math import inf, nan
 from pathlib import Path
 
 import pandas as pd
 
+from millprint.config.errors import ConfigError
+from millprint.config.quantities import Asked, quantities_of
+from millprint.config.setup_models import SetupConfig
+from millprint.config.wording import close_to
 from millprint.run.tables import Number, Text, read_measured, refuse_rows
 
 UNKNOWN = "unknown"
@@ -19,9 +23,10 @@ UNITS: dict[str, float | None] = {
 }  # fmt: skip
 PERCENT = "%"
 COLUMNS: list[Number | Text] = [
-    Text("id", unique=True), Text("setup"), Text("mill"), Text("description"), Text("quantity"), Text("x"),
-    Text("value"), Text("unit", choices=tuple(UNITS)), Number("uncertainty", 0, above=True, may_be_blank=True),
-    Text("uncertainty_unit"), Text("class"), Text("source"), Text("note"),
+    Text("id", unique=True), Text("setup"), Text("mill", optional=True), Text("description", optional=True),
+    Text("quantity"), Text("x", optional=True), Text("value"), Text("unit", choices=tuple(UNITS)),
+    Number("uncertainty", 0, above=True, may_be_blank=True, optional=True), Text("uncertainty_unit", optional=True),
+    Text("class", optional=True), Text("source", optional=True), Text("note", optional=True),
 ]  # fmt: skip
 # Columns of the table with a row for each point.
 POINT_COLUMNS = (
@@ -74,14 +79,17 @@ def _is_value(text: str) -> bool:
 
 
 def read_measurements(path: str | Path, setups: Collection[str]) -> pd.DataFrame:
-    """The measured rows as they are in the file. setups: the names that a row may have, and also `unknown`.
+    """The measured rows of a file; columns that it lacks are empty. setups: names that a row may have, and `unknown`.
 
     Raises ConfigError, in one line with file, row, key and value, for an unknown unit or set-up, a value that is not a
     number, series, range or bound, and an uncertainty without a unit or in a unit other than the value's or per cent.
     """
     frame = read_measured(path, COLUMNS)
     for name in (column.name for column in COLUMNS if isinstance(column, Text)):
-        frame[name] = frame[name].fillna("").str.strip()
+        frame[name] = frame[name].fillna("").str.strip() if name in frame else ""
+    frame["class"] = frame["class"].replace("", "measured")
+    if "uncertainty" not in frame:
+        frame["uncertainty"] = nan
     known = [*setups, UNKNOWN]
     refuse_rows(frame, path, "setup", ~frame["setup"].isin(known), f"unknown set-up; known: {', '.join(known)}")
     values = frame["value"].map(_is_value)
@@ -102,6 +110,30 @@ def read_measurements(path: str | Path, setups: Collection[str]) -> pd.DataFrame
         lambda row: f"must be {row['unit']} or {PERCENT} where there is an uncertainty, and empty where there is none",
     )
     return frame
+
+
+def check_measured(path: str | Path, setups: Mapping[str, SetupConfig]) -> None:
+    """Raise ConfigError for a table that no prediction can be compared with; setups: those that can be chosen."""
+    rows = read_measurements(path, setups)
+    check_quantities(rows, path, {name: quantities_of(setup) for name, setup in setups.items()})
+
+
+def check_quantities(rows: pd.DataFrame, path: str | Path, known: Mapping[str, Mapping[str, Asked]]) -> None:
+    """Raise ConfigError, in one line, for the first row whose quantity or unit its set-up does not predict.
+
+    known: by set-up, as of `quantities_of`.
+    """
+    own = rows[rows["setup"].isin(list(known))]
+    for row in own.to_dict("records"):
+        asked = known[row["setup"]]
+        place = f"{path}: id {row['id']}"
+        if row["quantity"] not in asked:
+            raise ConfigError(
+                f"{place}: quantity = {row['quantity']!r}: set-up {row['setup']} does not predict it"
+                f"{close_to(row['quantity'], asked)}; `millprint quantities` lists all"
+            )
+        if row["unit"] != asked[row["quantity"]].unit:
+            raise ConfigError(f"{place}: unit = {row['unit']!r}: must be {asked[row['quantity']].unit}")
 
 
 def measured_points(rows: pd.DataFrame) -> pd.DataFrame:

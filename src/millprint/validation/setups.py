@@ -11,6 +11,7 @@ import pandas as pd
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
+from millprint.config.quantities import BALL_SPEEDS
 from millprint.config.setup_models import SetupConfig, ShakerConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.validation.drums import SHORT, predict_bead_drum, predict_repose_drum
@@ -18,8 +19,6 @@ from millprint.validation.impacts import PARTIAL, predict_alumina_impact, predic
 from millprint.validation.inputs import BALLS, PLACE_COLUMNS, Inputs, check_predictions, prediction
 from millprint.validation.tumbling import OTHER_CONTACT, predict_tumbling
 from millprint.view.snapshots import Snapshots, open_run
-
-QUANTITY = "ball speeds"
 
 
 def predict_ball_speeds(inputs: Inputs) -> pd.DataFrame:
@@ -32,8 +31,8 @@ def predict_ball_speeds(inputs: Inputs) -> pd.DataFrame:
                 speeds.append(np.linalg.norm(block.balls["velocity_m_s"], axis=2).ravel())
     ends = (0.5 - settings.share / 2, 0.5, 0.5 + settings.share / 2)
     lower, median, upper = np.quantile(np.concatenate(speeds), ends)
-    id = inputs.ids_of_single(QUANTITY)
-    return pd.DataFrame([prediction(QUANTITY, "m/s", median, id=id, lower=lower, upper=upper, interval=BALLS)])
+    id = inputs.ids_of_single(BALL_SPEEDS)
+    return pd.DataFrame([prediction(BALL_SPEEDS, "m/s", median, id=id, lower=lower, upper=upper, interval=BALLS)])
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.mill import MillConfig
+from millprint.config.quantities import POWER, RINGS, SHOULDER, TOE, TURN_ENERGY, with_number
 from millprint.config.setup_models import TumblingConfig
 from millprint.mill.bodies import build_bodies
 from millprint.statistics.quantiles import student_quantile
@@ -272,14 +273,7 @@ def whole_interval(row: dict[str, Any], quantity: Quantity) -> tuple[float, floa
     return *combined(value, scatter, contact, quantity.least), BOTH
 
 
-POWER, RINGS, TOE, SHOULDER = "power", "complete rings of centrifuging balls", "toe angle", "shoulder angle"
-TURN_ENERGY = "energy a revolution"
 OTHER_CONTACT = f"{DEM}, contact set"
-
-
-def _named(quantity: str, number: int, settings: TumblingConfig) -> str:
-    """The quantity, with the number of balls unless it is the first."""
-    return quantity if number == settings.numbers[0] else f"{quantity}, {number} balls"
 
 
 def _rows(
@@ -295,7 +289,7 @@ def _rows(
 
 def _dem_rows(inputs: Inputs, curve: pd.DataFrame, runs: pd.DataFrame, settings: TumblingConfig) -> list[dict]:
     rows = []
-    single = len(curve["speed"].unique()) == 1
+    single = len(settings.speeds) == 1
     for row in curve.to_dict("records"):
         x = math.nan if single else row["speed"]
         low, high, by = whole_interval(row, POWER_W)
@@ -303,14 +297,14 @@ def _dem_rows(inputs: Inputs, curve: pd.DataFrame, runs: pd.DataFrame, settings:
             turn_s = 60 / row["speed_rpm"]
             rows += _rows(inputs, TURN_ENERGY, "J/rev", x, row["power_W"] * turn_s, low * turn_s, high * turn_s, by)
             continue
-        rows += _rows(inputs, _named(POWER, row["number"], settings), "W", x, row["power_W"], low, high, by)
+        rows += _rows(inputs, with_number(POWER, row["number"], settings), "W", x, row["power_W"], low, high, by)
         group = runs[(runs["role"] == PREDICTS) & (runs["number"] == row["number"]) & (runs["speed"] == row["speed"])]
         rings = float(np.median(group["rings"]))
-        rows += _rows(inputs, _named(RINGS, row["number"], settings), "rings", x, rings, math.nan, math.nan, "")
+        rows += _rows(inputs, with_number(RINGS, row["number"], settings), "rings", x, rings, math.nan, math.nan, "")
         for name, quantity in ((TOE, ANGLES["toe_deg"]), (SHOULDER, ANGLES["shoulder_deg"])):
             if group[quantity.column].notna().all():
                 ends = whole_interval(row, quantity)
-                rows += _rows(inputs, _named(name, row["number"], settings), "deg", x, row[quantity.column], *ends)
+                rows += _rows(inputs, with_number(name, row["number"], settings), "deg", x, row[quantity.column], *ends)
     return rows
 
 
@@ -344,7 +338,7 @@ def predict_tumbling(inputs: Inputs) -> pd.DataFrame:
     runs = inputs.table("runs.tsv")
     curve = intervals(runs, settings)
     rows = _dem_rows(inputs, curve, runs, settings)
-    single = len(curve["speed"].unique()) == 1
+    single = len(settings.speeds) == 1
     further = runs[runs["role"] == FURTHER]
     for row in curve.to_dict("records"):
         number, speed = row["number"], row["speed"]
@@ -354,7 +348,7 @@ def predict_tumbling(inputs: Inputs) -> pd.DataFrame:
             if single:
                 rows.append(prediction(TURN_ENERGY, "J/rev", power * 60 / row["speed_rpm"], model=model))
             else:
-                rows.append(prediction(_named(POWER, number, settings), "W", power, x=speed, model=model))
+                rows.append(prediction(with_number(POWER, number, settings), "W", power, x=speed, model=model))
     for row in further.to_dict("records"):
         model = f"{OTHER_CONTACT} {row['contact']}"
         if single:
@@ -378,6 +372,6 @@ def powers_of_other_codes(inputs: Inputs, single: bool) -> list[dict[str, Any]]:
         if single:
             rows.append(prediction(TURN_ENERGY, "J/rev", power * 60 / row["speed_rpm"], model=model))
         else:
-            name = _named(POWER, int(row["balls"]), settings)
+            name = with_number(POWER, int(row["balls"]), settings)
             rows.append(prediction(name, "W", power, x=settings.speed_of(row["speed_rpm"]), model=model))
     return rows

@@ -2,7 +2,7 @@
 
 import logging
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ import pandas as pd
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
+from millprint.config.quantities import POWER, RINGS, SHOULDER, TOE, with_number
 from millprint.config.setup_models import TumblingConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.layout import SNAPSHOT, SNAPSHOT_TOTAL
@@ -158,6 +159,8 @@ def contact_values(contact: ContactConfig) -> dict[str, float]:
 
 def sampled_contacts(settings: TumblingConfig) -> list[dict[str, float]]:
     """CONTACT_KEYS of the sample: a Latin hypercube over the ranges of the section."""
+    if not settings.samples:
+        return []
     # Slow to import, and every set-up imports this module.
     from scipy.stats import qmc
 
@@ -168,20 +171,40 @@ def sampled_contacts(settings: TumblingConfig) -> list[dict[str, float]]:
     return [{**row, "wall_restitution": row["restitution"]} for row in rows]
 
 
-def design(settings: TumblingConfig, contacts: Mapping[str, ContactConfig], measured: Iterable[float]) -> pd.DataFrame:
+def measured_speeds(settings: TumblingConfig, points: pd.DataFrame) -> dict[int, list[float]]:
+    """The measured speeds of each number of balls, in the unit of the set-up.
+
+    points: `quantity` and `x` of what was measured in this set-up.
+    """
+    found = {}
+    for number in settings.numbers:
+        own = [with_number(name, number, settings) for name in (POWER, RINGS, TOE, SHOULDER)]
+        found[number] = points.loc[points["quantity"].isin(own), "x"].dropna().tolist()
+    return found
+
+
+def _speeds(settings: TumblingConfig, number: int, measured: Mapping[int, Sequence[float]]) -> list[float]:
+    """The speeds at which a number of balls is simulated with the contact set that predicts."""
+    if settings.only_measured and len(settings.speeds) > 1:
+        return sorted({*measured.get(number, ())})
+    return sorted({*map(float, settings.speeds), *(speed for own in measured.values() for speed in own)})
+
+
+def design(
+    settings: TumblingConfig, contacts: Mapping[str, ContactConfig], measured: Mapping[int, Sequence[float]]
+) -> pd.DataFrame:
     """A row (DESIGN_COLUMNS) for each simulation; `run` names it.
 
     The contact set that predicts is run for every number of balls, speed and seed; the further sets and the sample only
-    for the first number, at `sample_speeds`, with the first seed. measured: measured speeds, in the unit of the set-up.
+    for the first number, at `sample_speeds`, with the first seed. measured: of `measured_speeds`.
     """
-    speeds = sorted({*map(float, settings.speeds), *map(float, measured)})
     first = settings.numbers[0]
     own = contact_values(contacts[settings.contact])
     rows = [
         (PREDICTS, settings.contact, number, speed, seed, own)
         for seed in settings.seeds
         for number in settings.numbers
-        for speed in speeds
+        for speed in _speeds(settings, number, measured)
     ]
     others = [(FURTHER, name, contact_values(contacts[name])) for name in settings.further_contacts]
     others += [(SAMPLE, f"sample_{place}", values) for place, values in enumerate(sampled_contacts(settings))]
@@ -270,7 +293,7 @@ def run_all(
     removes it. Raises SimulationError, with the name of the run.
     """
     drawn = {(settings.numbers[0], float(speed)) for speed in settings.drawn_speeds}
-    drawn |= {(number, speed) for number in settings.numbers[1:] for speed in (table["speed"].max(),)}
+    drawn |= {(number, table["speed"].max()) for number in settings.numbers[1 - bool(settings.only_measured) :]}
 
     def simulated(row: dict[str, Any]) -> dict[str, Any]:
         own = contact.model_copy(update={key: row[key] for key in CONTACT_KEYS})
