@@ -4,13 +4,14 @@ Also writes its sheet and its curves, with every interval of its own origin, and
 
 Settings: the mill.
 Inputs: `fingerprint`, `contact` and `shape` (factors), and of the mill's sweep `collapse`, `zones`, `descriptors`,
-`curves`, `spectra`, `spectra_summary`; `indices`, `intervals`, `sets`.
+`curves`, `spectra`, `spectra_summary`; `limits` of its heat balance; `indices`, `intervals`, `sets`.
 Outputs: `fingerprint`, `sheet`, `curves`, and the drawings of indices, intervals and sheet.
 """
 
 import numpy as np
 
 from millprint.config.mill import MillConfig
+from millprint.dose.heat_shown import temperature_rows
 from millprint.dose.spectra import read_spectra
 from millprint.dose.spectra_shown import of_sheet, sheet_rows, with_rows
 from millprint.figures.mill_sheet_figure import plot_sheet
@@ -43,6 +44,7 @@ def draw(tables, output, mill: MillConfig) -> None:
     intervals = plot_intervals(read_table(tables.intervals), read_table(tables.sets), mill.title)
     save(intervals, output.intervals_svg, output.intervals_png)
     sheet = read_table(output.sheet)
+    sheet = with_rows(sheet, temperature_rows(read_table(tables.limits), sheet))
     spectra = [of_sheet(read_spectra(path), sheet) for path in (tables.spectra, tables.spectra_summary)]
     shown = sheet, read_descriptors(tables.descriptors), read_table(output.curves), *spectra
     save(plot_sheet(picture_mill(mill), *shown), output.sheet_svg, output.sheet_png, output.sheet_pdf)

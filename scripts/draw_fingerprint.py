@@ -1,13 +1,15 @@
 """Draws the fingerprint of a mill on one page, and its energy spectra: over the fill ratio, and by each counting rule.
 
 Settings: the mill, mills.counting_rule and dose.spectra.counting_rules (the rule of the descriptors first).
-Inputs: `sheet`, `descriptors`, `curves`, `spectra` and `spectra_summary` of the mill's sweep.
+Inputs: `sheet`, `descriptors`, `curves`, `spectra` and `spectra_summary` of the mill's sweep; `limits` of its heat
+balance.
 Outputs: the page as `svg`, `png`, `pdf`; `spectra_svg`, `spectra_png`; `rules_svg`, `rules_png`.
 """
 
 from millprint.config.mill import MillConfig
+from millprint.dose.heat_shown import temperature_rows
 from millprint.dose.spectra import read_spectra
-from millprint.dose.spectra_shown import of_sheet, over_pairs, rules_apart, shown
+from millprint.dose.spectra_shown import of_sheet, over_pairs, rules_apart, shown, with_rows
 from millprint.figures.mill_sheet_figure import plot_sheet
 from millprint.figures.spectra_figures import plot_rules, plot_spectra
 from millprint.figures.style import save
@@ -20,6 +22,7 @@ from millprint.view.mill_picture import picture_mill
 def draw_sheet(tables, output, mill: MillConfig) -> None:
     """Draw the page from the tables of the mill's sweep."""
     sheet, curves = read_table(tables.sheet), read_table(tables.curves)
+    sheet = with_rows(sheet, temperature_rows(read_table(tables.limits), sheet))
     own = [of_sheet(read_spectra(path), sheet) for path in (tables.spectra, tables.spectra_summary)]
     page = plot_sheet(picture_mill(mill), sheet, read_descriptors(tables.descriptors), curves, *own)
     save(page, output.svg, output.png, output.pdf)

@@ -13,12 +13,12 @@ from millprint.card.card_schema import card_schema_text
 from millprint.card.latex import bibtex, escape, latex_table
 from millprint.card.match import match_card, verdict
 from millprint.card.methods import methods_paragraph
-from millprint.card.numbers import plain, prefix_of, three
 from millprint.card.read import read_card
 from millprint.card.scatter import Window, descriptors_of_totals, jackknife, spread
 from millprint.config.errors import ConfigError
 from millprint.config.sweep import ball_count
 from millprint.fingerprint.comparison import Wanted
+from millprint.run.numbers import plain, prefix_of, three
 from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, VOLUME, WEIGHTED_OVER_MEAN, fingerprint, true_curves
 
 GAP = 0.03

@@ -255,7 +255,7 @@ def test_what_slides_and_what_heats_is_the_power_of_the_ledger(real_run):
 
 def sheet_of(summary: pd.DataFrame) -> pd.DataFrame:
     """The condition of the synthetic mill's sheet, and what is read off its spectra."""
-    own, _ = sheet_condition(fingerprint())
+    own, _ = sheet_condition(fingerprint(), descriptors())
     told = [
         Row("mill", "collisions counted by", text="gap_0_03"),
         Row("condition", "ball diameter", 1e3 * own.ball_diameter_m),
@@ -266,7 +266,7 @@ def sheet_of(summary: pd.DataFrame) -> pd.DataFrame:
 
 def test_the_sheet_has_the_spectra_of_the_nearest_simulated_condition():
     spectra, summary = made_spectra(descriptors(), ("gap_0_03", "lifetimes"))
-    own, _ = sheet_condition(fingerprint())
+    own, _ = sheet_condition(fingerprint(), descriptors())
     sheet = sheet_of(summary).set_index("quantity")
     fills = descriptors()["fill_ratio"].unique()
     nearest = fills[np.argmin(np.abs(np.log(fills / own.fill_ratio)))]

@@ -122,25 +122,33 @@ def test_the_panel_of_spectra_follows_the_sliders_until_conditions_are_chosen(pa
 
 @needs_browser
 @WIDTHS
-def test_the_panel_of_temperatures_shows_the_nearest_condition_with_its_band(built, pages, width):
+def test_the_panel_of_temperatures_is_at_the_power_of_the_settings(built, pages, width):
     table = read_table(built["folder"] / "planetary_temperatures.tsv", text=["condition", "body"])
     limits = read_table(built["folder"] / "planetary_limits.tsv", text=["condition", "contact", "limit_body"])
     said = pages[width].run(f"""
       explorer.useMill(explorer.mills[1]); Object.assign(explorer.state, {{ fill_ratio: 0.11, speed_hz: 18 }});
       explorer.render(); {NEXT_FRAME}
-      const found = explorer.heat.condition();
-      return {{ id: found.id, courses: found.courses, text: document.getElementById("heat-said").textContent,
+      const found = explorer.heat.shown(), power = (state) => explorer.answer(state).power_W.value;
+      const {{ fill_ratio, speed_hz, ball_diameter_m }} = found.near;
+      const factor = power(explorer.state) / power({{ ...explorer.state, fill_ratio, speed_hz, ball_diameter_m }});
+      return {{ factor, used: found.factor, id: found.id, courses: found.courses,
+        text: document.getElementById("heat-said").textContent,
         lines: document.querySelectorAll("#heat-chart path.line").length,
         bands: document.querySelectorAll("#heat-chart path.band").length,
         hidden: document.getElementById("spectra").hidden }};""")
     assert said["id"] == "d10_f0.12_n1200" and (said["lines"], said["bands"]) == (3, 3)
+    assert said["used"] == pytest.approx(said["factor"]) and 0.5 < said["factor"] < 1
     for body, course in said["courses"].items():
         own = table[(table["condition"] == said["id"]) & (table["body"] == body)]
         for end, values in course.items():
-            np.testing.assert_allclose(values, own[f"{end}_degC"], atol=0.006)
+            start = own[f"{end}_degC"].iloc[0]
+            expected = start + said["factor"] * (own[f"{end}_degC"] - start)
+            np.testing.assert_allclose(values, expected, atol=0.006)
     row = limits.set_index("condition").loc[said["id"]]
     assert f"reaches {HEAT.limit.temperature_degC:g} °C without a pause" in said["text"]
-    assert row["total_W"] == pytest.approx(240) and said["text"].startswith("240 W, with no pauses")
+    assert row["total_W"] == pytest.approx(240)
+    assert said["text"].startswith(f"{240 * said['factor']:.3g} W, rolling included, with no pauses")
+    assert "fill 0.12, 1200 rpm, 240 W, times 0." in said["text"]
     # A mill without spectra shows no empty panel of them.
     assert said["hidden"]
 
@@ -222,3 +230,15 @@ def test_a_table_with_other_bins_is_refused_in_one_line(built, monkeypatch):
     monkeypatch.setattr(tables_of_page, "BIN_EDGES", np.geomspace(1e-12, 10.0, 92))
     with pytest.raises(ConfigError, match="its bins are not those of this version"):
         spectra_content(Spectra(tables, "lifetimes"))
+
+
+@needs_browser
+def test_times_are_said_as_people_say_them(pages):
+    said = pages[DESKTOP].run("""
+      return [timeWords([0.003, 0.18, null], "at once", "never"), timeWords([0, 0, null], "no pause needed",
+        "no pause is long enough"), timeWords([0, 0.5, 2.5], "no pause needed", "no pause is long enough"),
+        timeWords([null, null, null], "at once", "never"), along(null, 3, 0.5), along(1, 3, 0.5)];""")
+    assert said == [
+        *("11 min (11 s to never)", "no pause needed (no pause needed to no pause is long enough)"),
+        *("30 min (no pause needed to 2.50 h)", "never", 3, 2),
+    ]

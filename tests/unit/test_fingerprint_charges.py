@@ -136,7 +136,7 @@ def test_a_mill_with_a_charge_alone_has_a_sheet(speeds):
     own = (of_sheet(spectra, sheet), of_sheet(read_off, sheet))
     page = figures.plot_sheet(picture_mill(mill), sheet, table, curves, *own)
     labels = {line.get_label() for axis in page.axes for line in axis.lines}
-    assert f"three (d30 = {THREE.mean_diameter_mm:.3g} mm), 600 rpm" in labels
+    assert f"three (d30 = {THREE.mean_diameter_mm:.3g} mm), 10 Hz" in labels
     assert THREE.in_words(balls) in " ".join(text.get_text() for axis in page.axes for text in axis.texts)
 
 

@@ -118,5 +118,5 @@ def test_a_run_that_has_no_room_is_refused_before_its_first_job(tmp_path, monkey
 
 def test_a_place_where_nothing_can_be_written_is_named():
     # Not even the administrator writes there.
-    with pytest.raises(ConfigError, match="^/proc/results: nothing can be written there"):
+    with pytest.raises(ConfigError, match=r"^/proc/results: nothing can be written there"):
         check_disk([job()], "/proc/results")

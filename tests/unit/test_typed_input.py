@@ -197,4 +197,4 @@ def test_an_option_that_replaces_another_is_named(words, parts):
     with pytest.raises(ConfigError) as caught:
         check_given_once(words.split())
     assert all(part in str(caught.value) for part in parts)
-    check_given_once("fingerprint --configfile a.yaml b.yaml --config mill=mine name=me -n".split())
+    check_given_once(["fingerprint", "--configfile", "a.yaml", "b.yaml", "--config", "mill=mine", "name=me", "-n"])

@@ -137,8 +137,8 @@ def heated_summaries(name: str) -> list[str]:
 
 
 def measured_heat(name: str) -> list[str]:
-    """The table of measured values, if a mill is compared with one of them."""
-    return [CONFIG.validation.measured] if name in MEASURED else []
+    """The table of measured values, if a mill is compared with one of them; a table of one's own has other values."""
+    return [CONFIG.validation.measured] if name in MEASURED and not CONFIG.validation.is_own else []
 
 
 def derived_sweep(wildcards) -> list[str]:

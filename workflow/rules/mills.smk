@@ -109,6 +109,7 @@ rule draw_fingerprint:
         curves=rules.describe_mill.output.curves,
         spectra=rules.describe_mill.output.spectra,
         spectra_summary=rules.describe_mill.output.spectra_summary,
+        limits=rules.balance_heat.output.limits,
     output:
         svg=shown(f"{MILL}/fingerprint.svg"),
         png=f"{MILL}/fingerprint.png",

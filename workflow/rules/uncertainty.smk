@@ -81,6 +81,7 @@ rule add_uncertainty:
         indices=rules.measure_uncertainty.output.indices,
         intervals=rules.measure_uncertainty.output.intervals,
         sets=rules.measure_uncertainty.output.sets,
+        limits=rules.balance_heat.output.limits,
     output:
         fingerprint=f"{UNCERTAINTY}/fingerprint.json",
         sheet=f"{UNCERTAINTY}/fingerprint.tsv",

@@ -7,9 +7,10 @@ import yaml
 
 from millprint.card.card_model import Ends, MillingCard, Quantity
 from millprint.card.methods import charge_in_words, programme_in_words
-from millprint.card.numbers import between, plain, prefix_of, three
+from millprint.card.numbers import between
 from millprint.card.software import citation
 from millprint.fingerprint.columns import DESCRIPTORS
+from millprint.run.numbers import plain, prefix_of, three
 
 REFERENCES = Path(__file__).with_name("references.yaml")
 SPECIAL = {

@@ -10,8 +10,8 @@ target is a condition of another mill (--like MILL SPEED_RPM BALLS FILL), by ene
 counting rule, or by those of the thesis (--descriptors), or energies per collision [J] and all collisions over the
 balls [1/s]. Balls are a diameter [mm] or the name of a charge of several sizes that was simulated; between two charges
 nothing is calculated. FILL is the fill ratio, or `number=50`, `mass_g=200`, or `bulk_filling=0.33` of the jar with a
-packing fraction of 0.6, which is an assumption. Ranges that are left out are those of the simulations. A milling card can be the target too
-(--from, --to), with the time for the same dose.
+packing fraction of 0.6, which is an assumption. Ranges that are left out are those of the simulations. A milling card
+can be the target too (--from, --to), with the time for the same dose.
 
 A YAML file can hold all of this (--request), as fingerprint.inverse of config/config.yaml does; options take
 precedence over it.

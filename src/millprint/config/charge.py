@@ -74,6 +74,6 @@ def fill_of(charge: dict[str, float], volume_ml: float, diameter_mm: float, dens
 
 
 def charge_words(text: str) -> dict[str, str]:
-    """The key of a charge that a word of a command line means: "0.2" or "number=50", "mass_g=200", "bulk_filling=0.3"."""
+    """The key of a charge that a word of a command line means: "0.2", "number=50", "mass_g=200", "bulk_filling=0.3"."""
     measure, equals, value = text.partition("=")
     return {measure: value} if equals else {MEASURES[0]: text}

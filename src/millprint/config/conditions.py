@@ -1,4 +1,4 @@
-"""The conditions of a mill's sweep: from a table or a design, with fill ratios in place of numbers and masses of balls."""
+"""The conditions of a mill's sweep: from a table or a design, with fill ratios in place of numbers and masses."""
 
 import math
 from collections.abc import Iterable
@@ -21,7 +21,7 @@ def with_fill_ratios(sweep: MillSweepConfig, volume_ml: float, density_kg_m3: fl
     """The sweep with fill ratios only, and its conditions one by one where they are not a star of lists.
 
     volume_ml: nominal volume of the jar; density: of the balls. Raises ConfigError, in one line that begins with
-    `place` or the table, for balls that fill the jar, fewer than three fill ratios, and a condition that is there twice.
+    `place` or the table, for balls that fill the jar, fewer than three fill ratios, and a condition given twice.
     """
     if sweep.conditions or sweep.table:
         given = sweep.conditions or read_conditions(sweep.table or "")

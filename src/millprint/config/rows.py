@@ -11,7 +11,8 @@ from millprint.config.section import first_repeated
 def read_rows(path: str | Path) -> list[dict[str, Any]]:
     """The rows of a table (TSV; lines that begin with # are comments), each as a mapping of keys to texts.
 
-    An empty cell is a key that is left out. Raises ConfigError, in one line, for a table that cannot be read or is empty.
+    An empty cell is a key that is left out. Raises ConfigError, in one line, for a table without rows or that cannot be
+    read.
     """
     try:
         with open(path, newline="", encoding="utf-8-sig") as file:

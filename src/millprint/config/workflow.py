@@ -82,8 +82,8 @@ class ValidationConfig(Section):
     setups: list[Name] = []
     """set-ups to predict, or `all`; if left out, those of a table of your own in `measured`, and none otherwise"""
     intervals: bool | None = None
-    """whether tumbling mills are simulated with several seeds and contact sets, for intervals of the predictions, and at
-    further speeds; if left out, only for the included measurements
+    """whether tumbling mills are simulated with several seeds and contact sets, for intervals of the predictions, and
+    at further speeds; if left out, only for the included measurements
     """
     quick: bool = False
     """whether set-ups that have a coarse version take it, for a test of the workflow"""

@@ -56,16 +56,13 @@ def shown(
 
 
 def sheet_rows(summary: pd.DataFrame, fingerprint: "Fingerprint") -> pd.DataFrame:
-    """Rows of a sheet: the numbers read off the spectra of the simulated condition nearest to the sheet's.
+    """Rows of a sheet: the numbers read off the spectra of its condition.
 
-    summary: of `spectra.tabulate_spectra` for the mill's sweep. Nearest in the logarithm of the fill ratio, at the
-    charge and the speed of the sheet. A condition without spectra has a row that says why.
+    summary: of `spectra.tabulate_spectra` for the mill's sweep. A condition without spectra has a row that says why.
     """
-    condition, charge = sheet_condition(fingerprint)
-    rule = fingerprint.about["counting_rule"]
+    condition, charge = sheet_condition(fingerprint, summary[summary["varied"] == NOTHING])
+    rule, fill = fingerprint.about["counting_rule"], condition.fill_ratio
     own = of_settings(summary, rule, charge, 1e3 * condition.ball_diameter_m, 60 * condition.speed_hz)
-    fills = own["fill_ratio"].to_numpy(dtype=float)
-    fill = fills[np.argmin(np.abs(np.log(fills / condition.fill_ratio)))]
     own = own[own["fill_ratio"] == fill]
     rows = [Row(SECTION, FILL, fill, unit="-", text=charge)]
     if own["channel"].isna().all():

@@ -26,9 +26,9 @@ function adviceFor(explorer, found) {
     use.push("To judge the effect of unknown friction and restitution: they have a separate interval.");
   }
   avoid.push("The load on single grains of powder: the simulation has balls without powder. Specific energy and hits are upper bounds.");
-  const warmest = mill.content.heat && explorer.heat.condition();
+  const warmest = mill.content.heat && explorer.heat.shown();
   if (warmest && warmest.over_limit_share > 0) {
-    avoid.push(`A long run without checking the temperatures: ${digits(100 * warmest.over_limit_share, 2)} % of the samples of the nearest condition exceed ${short(warmest.limit_degC)} °C.`);
+    avoid.push(`A long run without checking the temperatures: ${digits(100 * warmest.over_limit_share, 2)} % of the samples exceed ${short(warmest.limit_degC)} °C.`);
   }
   if (mill.yieldModel) {
     const outside = found.yield_percent.outside;

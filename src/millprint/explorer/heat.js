@@ -1,13 +1,24 @@
-/* Temperatures of balls, powder and jar over a milling programme, for the simulated condition nearest to the sliders. */
+/* Temperatures of balls, powder and jar over a milling programme: of a simulated condition, or at the power of the
+   settings. The balance is linear, so that temperatures above the surroundings grow with the power. */
 
 const BODIES = { balls: "#c2500a", powder: "#333", jar: "#0072b2" };
+const BANDS = ["time_to_limit_h", "pause_needed_min"];
 
-/** A time with its band, each null where it is infinite: "0.5 h (0.4 to never)". */
-function timeWords([lower, median, upper], unit, zero, infinite) {
-  const words = (value) => (value === null ? infinite : value === 0 ? zero : `${digits(value)} ${unit}`);
+/** A time as people say it: 12 s, 11 min, 2.5 h. */
+function durationWords(hours) {
+  if (hours >= 1) return `${digits(hours)} h`;
+  return hours >= 1 / 60 ? `${digits(60 * hours, 2)} min` : `${digits(3600 * hours, 2)} s`;
+}
+
+/** A time [h] with its band, each null where it is infinite: "30 min (24 min to never)". */
+function timeWords([lower, median, upper], zero, infinite) {
+  const words = (value) => (value === null ? infinite : value === 0 ? zero : durationWords(value));
   const [low, middle, high] = [lower, median, upper].map(words);
   return low === high ? middle : `${middle} (${low} to ${high})`;
 }
+
+/** A number between two, at a share of the way; where one of them is infinite, the second, which has more power. */
+const along = (one, other, share) => (one === null || other === null ? other : one + share * (other - one));
 
 class Heat {
   constructor(explorer) {
@@ -23,11 +34,56 @@ class Heat {
     return this.explorer.mill.content.heat?.conditions ?? [];
   }
 
-  /** The condition that is shown. */
-  condition() {
-    const { state, mill, contact } = this.explorer;
+  /** The power of the balls, normal and tangential, at the settings of a simulated condition, as predicted. */
+  powerOf(condition) {
+    const { explorer } = this;
+    const { density_kg_m3, amplitude_m } = explorer.fingerprint.about;
+    const { ball_diameter_m, fill_ratio, speed_hz } = condition;
+    const simulated = { density_kg_m3, amplitude_m, ball_diameter_m, fill_ratio, speed_hz };
+    return explorer.answer({ ...explorer.state, ...simulated }).power_W.value;
+  }
+
+  /** The simulated conditions of this contact set with their powers, lowest first; calculated once for each. */
+  byPower() {
+    const { fingerprint, state } = this.explorer;
+    if (this.known?.fingerprint !== fingerprint || this.known.charge !== state.charge) {
+      const own = this.conditions.filter((each) => each.contact === fingerprint.about.contact);
+      const powers = (own.length ? own : this.conditions).map((each) => ({ condition: each, power: this.powerOf(each) }));
+      this.known = { fingerprint, charge: state.charge, powers: powers.sort((one, other) => one.power - other.power) };
+    }
+    return this.known.powers;
+  }
+
+  /**
+   * What is shown: a chosen condition as simulated; or the settings: the temperatures of the nearest condition, scaled to
+   * the power of the settings, and limits between those of the conditions of less and of more power.
+   */
+  shown() {
     const chosen = this.conditions.find((each) => each.id === this.chosen);
-    return chosen ?? byDistance(this.conditions, state, mill.fingerprints[contact].about.contact)[0];
+    if (chosen) return { ...chosen, near: chosen, factor: 1 };
+    const { explorer } = this;
+    const power = explorer.answer(explorer.state).power_W.value;
+    const powers = this.byPower();
+    const [near] = byDistance(this.conditions, explorer.state, explorer.fingerprint.about.contact);
+    const above = powers.find((each) => each.power >= power) ?? powers.at(-1);
+    const below = powers.findLast((each) => each.power <= power) ?? above;
+    const share = above === below ? 1 : Math.log(power / below.power) / Math.log(above.power / below.power);
+    const [one, other] = [below.condition, above.condition];
+    const factor = power / this.powerOf(near);
+    const scaled = (values) => values.map((value) => values[0] + factor * (value - values[0]));
+    const courses = Object.entries(near.courses).map(([body, bands]) => [
+      body,
+      Object.fromEntries(Object.entries(bands).map(([end, values]) => [end, scaled(values)])),
+    ]);
+    return {
+      ...near,
+      near,
+      factor,
+      total_W: factor * near.total_W,
+      courses: Object.fromEntries(courses),
+      over_limit_share: along(one.over_limit_share, other.over_limit_share, share),
+      ...Object.fromEntries(BANDS.map((name) => [name, one[name].map((value, i) => along(value, other[name][i], share))])),
+    };
   }
 
   knows(id) {
@@ -39,11 +95,10 @@ class Heat {
     if (byId("heat").hidden) return;
     if (!this.knows(this.chosen)) this.chosen = NEAREST;
     const { units, mill } = this.explorer;
-    const found = this.condition();
+    const found = this.shown();
     const { times_h: times_, probability, programme, limit_body: body } = mill.content.heat;
-    const near = this.chosen === NEAREST ? `: ${conditionWords(found, units)}` : "";
     fillOptions(byId("heat-condition"), [
-      [NEAREST, `nearest to the settings${near}`],
+      [NEAREST, "the settings, by their power"],
       ...this.conditions.map((each) => [each.id, conditionWords(each, units)]),
     ]);
     byId("heat-condition").value = this.chosen;
@@ -54,9 +109,16 @@ class Heat {
     const level = { value: found.limit_degC, name: `limit of the ${body}` };
     byId("heat-chart").replaceChildren(drawChart({ title: "Temperature [°C]", x: times_, label: "Time [h]", lines, level }));
     const pauses = programme.pause_min > 0 ? `pauses of ${short(programme.pause_min)} min every ${short(programme.cycle_min)} min` : "no pauses";
+    const scaled =
+      this.chosen === NEAREST
+        ? `; from the simulation of ${conditionWords(found.near, units)}, ${digits(found.near.total_W)} W, times ${digits(found.factor)}`
+        : "";
+    const pause = found.pause_needed_min.map((minutes) => (minutes === null ? null : minutes / 60));
+    const [surely] = found.time_to_limit_h;
     byId("heat-said").textContent =
-      `${digits(found.total_W)} W, with ${pauses}; shaded is the band of ${short(100 * probability)} %, due to unknown heat transfer and shares. ` +
-      `Until the ${body} reaches ${short(found.limit_degC)} °C without a pause: ${timeWords(found.time_to_limit_h, "h", "at once", "never")}. ` +
-      `Pause after every ${short(found.milling_min)} min of milling that keeps this limit: ${timeWords(found.pause_needed_min, "min", "none", "none is long enough")}.`;
+      `${digits(found.total_W)} W, rolling included, with ${pauses}${scaled}. Shaded is the band of ${short(100 * probability)} %, due to unknown heat transfer and shares. ` +
+      `Until the ${body} reaches ${short(found.limit_degC)} °C without a pause: ${timeWords(found.time_to_limit_h, "at once", "never")}. ` +
+      `Pause after every ${short(found.milling_min)} min of milling that keeps this limit: ${timeWords(pause, "no pause needed", "no pause is long enough")}.` +
+      (surely > 0 ? ` Mill for ${durationWords(surely)} at most between two pauses to be sure.` : "");
   }
 }

@@ -29,7 +29,7 @@ function methodsText(explorer, found) {
     `Contacts of a pair (two balls, or a ball and a ${about.collisions_by} of the wall) that follow each other within ${short(about.collision_gap_turns)} turns count as one collision.`,
     `A collision dissipates on average ${band("normal_energy_J")} along the line of centres and ${band("tangential_energy_J")} along the surface; ` +
       `all collisions over the balls: ${band("specific_frequency_hz")}.`,
-    `All balls dissipate ${band("power_W")}, of which ${band("tangential_share")} by shear.`,
+    `All balls dissipate ${band("power_W")} in collisions, rolling not counted, of which ${band("tangential_share")} by shear.`,
     ...mill.further.map((origin) => furtherWords(explorer, found, origin)),
     `With ${digits(found.powder_g)} g of powder (ball-to-powder mass ratio ${short(Number(state.bpr.toPrecision(3)))}) for ${short(state.time_h)} h, the specific energy is at most ${units.text("dose", found.dose_J_kg.value)}.`,
     ...(found.outside.length ? [`Outside the simulated range: ${listed(found.outside.map(nameOf))}.`] : []),

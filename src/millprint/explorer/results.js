@@ -31,7 +31,7 @@ const RESULTS = {
   strong_frequency_hz: { label: "Strong collisions f90", kind: "frequency" },
   normal_power_W: { label: "Normal power, all balls", unit: "W", factor: 1 },
   tangential_power_W: { label: "Tangential power, all balls", unit: "W", factor: 1 },
-  power_W: { label: "Dissipated power, all balls", unit: "W", factor: 1 },
+  power_W: { label: "Power of all balls, without rolling", unit: "W", factor: 1 },
   tangential_share: { label: "Tangential share", unit: "%", factor: 100 },
 };
 
@@ -159,7 +159,7 @@ class Results {
       },
       { title: `Energy of a collision [${energy.unit}]`, lines: both(["normal_energy_J", "tangential_energy_J"], energy.to(1)) },
       { title: `Specific collision frequency [${frequency.unit}]`, lines: [line("specific_frequency_hz", "collisions", INK, frequency.to(1))] },
-      { title: "Dissipated power [W]", lines: both(["normal_power_W", "tangential_power_W"], 1) },
+      { title: "Power without rolling [W]", lines: both(["normal_power_W", "tangential_power_W"], 1) },
       { title: "Tangential share [%]", lines: [line("tangential_share", "share", INK, 100)], top: 100 },
       ...(found.yield_percent ? [{ title: "Yield [%]", lines: [line("yield_percent", "yield", INK, 1)], top: 100 }] : []),
     ];

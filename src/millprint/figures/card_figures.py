@@ -9,7 +9,7 @@ from matplotlib.transforms import Bbox
 
 from millprint.card.card_model import Ends, MillingCard, Quantity, Spectrum
 from millprint.card.latex import TITLES, settings_of
-from millprint.card.numbers import between, in_words, prefix_of, three
+from millprint.card.numbers import between, in_words
 from millprint.config.contact_set import ASSUMED
 from millprint.figures.dose_figures import BODY_NAMES
 from millprint.figures.mill_pictures import draw_views
@@ -17,6 +17,7 @@ from millprint.figures.mill_sheet_figure import SHEET_IN
 from millprint.figures.spectra_figures import PAIRS
 from millprint.figures.style import COLOURS, legend_below, plt
 from millprint.fingerprint.bands import FURTHER, MEAN, SCATTER
+from millprint.run.numbers import prefix_of, three
 from millprint.view.mill_picture import MillPicture
 
 # Characters per line: of the settings, and over the whole page.

@@ -1,6 +1,8 @@
 """The fingerprint of a mill on one page."""
 
 import textwrap
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -9,6 +11,7 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.transforms import Bbox
 
 from millprint.config.mixture import balls_in_words
+from millprint.dose.heat_shown import SECTION as TEMPERATURE
 from millprint.dose.spectra import BOTH
 from millprint.dose.spectra_shown import FILL as SPECTRA_FILL
 from millprint.dose.spectra_shown import NOTE as NO_SPECTRA
@@ -21,8 +24,9 @@ from millprint.fingerprint.bands import FURTHER, MEAN, NOT_KNOWN, SCATTER, inter
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.master_curves import SHEET_PANELS
-from millprint.fingerprint.mill_sheet import RECORDED, SIMULATED, STATED, by_columns
+from millprint.fingerprint.mill_sheet import RECORDED, SIMULATED, STATED, by_columns, shown_speed
 from millprint.fingerprint.seeds import MOTIONS
+from millprint.run.numbers import plain, prefix_of, three
 from millprint.view.mill_picture import MillPicture
 
 # A4, the sheet of one page [inch].
@@ -32,12 +36,16 @@ SCALED_ON_PAGE = (
     *("power per ball", "weighted normal energy", "weighted tangential energy"),
     *("weighted normal frequency", "weighted tangential frequency", "specific frequency"),
 )
+# With more speeds and ball sizes than this, all conditions have one marker.
+MOST_SETTINGS = 12
 LINE = 84  # characters per line in one of the two columns of text
 # Line styles of the ends of intervals, one for each origin of FURTHER.
 FURTHER_LINES = ("--", ":")
 
 
-def _draw_conditions(axis: Axes, quantity: str, descriptors: pd.DataFrame, curves: pd.DataFrame) -> None:
+def _draw_conditions(
+    axis: Axes, quantity: str, descriptors: pd.DataFrame, curves: pd.DataFrame, speed_unit: str
+) -> None:
     """One master curve with its intervals and the simulated conditions, a marker per speed and ball size."""
     draw_curve(axis, curves, quantity, "master curve")
     for (origin, (title, _)), style in zip(FURTHER.items(), FURTHER_LINES, strict=True):
@@ -45,10 +53,15 @@ def _draw_conditions(axis: Axes, quantity: str, descriptors: pd.DataFrame, curve
         for end, label in zip(ends, (f"by {title}", None), strict=False):
             axis.plot(curves["fill_ratio"], curves[end], style, color=COLOURS[0], linewidth=0.8, label=label)
     settings = descriptors.groupby([CHARGE, "ball_diameter_mm", "speed_rpm"])
+    if settings.ngroups > MOST_SETTINGS:
+        label = f"{len(descriptors)} simulated conditions"
+        axis.plot(descriptors["fill_ratio"], descriptors[quantity], ".", markersize=3, color=COLOURS[1], label=label)
+        settings = []
     for number, ((charge, diameter, speed), line) in enumerate(settings):
         axis.plot(
             line["fill_ratio"], line[quantity], MARKERS[number % len(MARKERS)], markersize=3.5,
-            color=COLOURS[1 + number % (len(COLOURS) - 1)], label=f"{balls_in_words(diameter, charge)}, {speed:g} rpm",
+            color=COLOURS[1 + number % (len(COLOURS) - 1)],
+            label=f"{balls_in_words(diameter, charge)}, {shown_speed(speed_unit, speed / 60)}",
         )  # fmt: skip
     axis.set(xlabel=FILL_LABEL, ylabel=DESCRIPTORS[quantity].label, ylim=(0, None))
     axis.yaxis.label.set_fontsize(7)
@@ -60,75 +73,107 @@ def _unit(unit: str) -> str:
 
 
 def _number(value: float) -> str:
-    if value is None or np.isnan(value):
-        return "-"
-    return f"{value:.0f}" if 100 <= abs(value) < 1e5 else f"{value:.3g}"
+    return NOT_KNOWN if value is None or np.isnan(value) else three(value)
+
+
+def _quantity(row: Any, *intervals: tuple[float, float]) -> str:
+    """A value with its intervals, three digits each and one SI prefix: "143 µJ (126 to 162; 140 to 146)"."""
+    factor, unit = prefix_of(row.value, row.unit)
+    ends = "; ".join(_between(factor * low, factor * high) for low, high in intervals)
+    return f"{_number(factor * row.value)}{_unit(unit)}{f' ({ends})' if ends else ''}"
 
 
 def _lines_of(sheet: pd.DataFrame) -> tuple[str, str]:
     """The text of a sheet in two columns: the mill, the condition and its descriptors; exponents and validity."""
-    left, right = [], []
+    left = []
     for row in sheet[sheet["section"].isin(["mill", "condition"])].itertuples():
-        given = row.text if isinstance(row.text, str) and row.text else f"{_number(row.value)}{_unit(row.unit)}"
         if row.quantity != "name":
-            left += textwrap.wrap(f"{row.quantity}: {given}", LINE, subsequent_indent="  ")
-    left.append("")
-    # With several intervals they are in a separate table.
-    described = sheet[sheet["section"] == "descriptors"] if not _has_intervals(sheet) else sheet[:0]
-    if len(described):
-        left.append(f"value (band of {SCATTER.title}; of {MEAN.title})")
-    for row in described.itertuples():
-        new, mean = (_between(*ends) for ends in ((row.lower, row.upper), (row.mean_lower, row.mean_upper)))
-        left += textwrap.wrap(
-            f"{row.quantity}: {_number(row.value)} ({new}; {mean}){_unit(row.unit)}", LINE, subsequent_indent="  "
-        )
-    left += [*([""] if len(described) else []), *_precision_lines(sheet[sheet["section"] == "precision"])]
-    right.append("exponents (interval; of the scaling law)")
+            given = row.text if isinstance(row.text, str) and row.text else f"{plain(row.value)}{_unit(row.unit)}"
+            left.append(f"{row.quantity}: {given}")
+    # With several intervals the descriptors are in a separate table.
+    sections = ["dose"] if _has_intervals(sheet) else ["descriptors", "dose"]
+    left += ["", f"value (band of {SCATTER.title}; of {MEAN.title})"]
+    for row in sheet[sheet["section"].isin(sections)].itertuples():
+        left.append(f"{row.quantity}: {_quantity(row, (row.lower, row.upper), (row.mean_lower, row.mean_upper))}")
+    left += ["", *_temperature_lines(sheet), *_precision_lines(sheet[sheet["section"] == "precision"])]
+    right = [*_exponent_lines(sheet), "", *_collapse_lines(sheet), "", "holds from - to"]
+    for row in sheet[(sheet["section"] == "validity") & sheet["lower"].notna()].itertuples():
+        right.append(f"  {row.quantity}: {_between(row.lower, row.upper, plain)}{_unit(row.unit)}")
+    return _wrapped(left), _wrapped(right)
+
+
+def _wrapped(lines: list[str]) -> str:
+    """Lines of text, broken where they are too long for a column."""
+    return "\n".join("\n".join(textwrap.wrap(line, LINE, subsequent_indent="  ")) for line in lines)
+
+
+def _temperature_lines(sheet: pd.DataFrame) -> list[str]:
+    """Temperatures after long milling, if the sheet has them."""
+    rows = list(sheet[sheet["section"] == TEMPERATURE].itertuples())
+    if not rows:
+        return []
+    words = [row.text if row.text == row.text and row.text else f"{row.quantity} {_degrees(row)}" for row in rows]
+    return [f"after long milling without a pause: {', '.join(words)}"]
+
+
+def _degrees(row: Any) -> str:
+    return f"{row.value:.0f} °C ({row.lower:.0f} to {row.upper:.0f})"
+
+
+def _exponent_lines(sheet: pd.DataFrame) -> list[str]:
+    """The exponents of each quantity that the sweep can tell, with the interval and the exponent of the scaling law."""
     exponents = sheet[sheet["section"] == "exponents"]
+    if exponents["value"].isna().all():
+        return ["exponents: not known; no fill ratio has two speeds or two ball sizes"]
+    lines = ["exponents (interval; of the scaling law)"]
     for title in SCALED_ON_PAGE:
         words = []
-        for row in exponents[exponents["quantity"].str.startswith(f"{title}:")].itertuples():
+        for row in exponents[exponents["quantity"].str.startswith(f"{title}:")].dropna(subset="value").itertuples():
             variable, supposed = row.quantity.removeprefix(f"{title}: "), row.text.removeprefix("scaling law: ")
-            interval = f"{_number(row.lower)} to {_number(row.upper)}"
-            words.append(f"{variable} {_number(row.value)} ({interval}; {supposed})")
-        right.append(f"  {title}: {', '.join(words)}")
-    right += ["", "spread, before: after the scaling law: after its own"]
+            words.append(f"{variable} {_number(row.value)} ({_between(row.lower, row.upper)}; {supposed})")
+        lines.append(f"  {title}: {', '.join(words)}")
+    return lines
+
+
+def _collapse_lines(sheet: pd.DataFrame) -> list[str]:
+    """By which factor the conditions at a fill ratio differ, before and after scaling."""
+    rows = sheet[sheet["section"] == "collapse"]
+    if rows["value"].isna().all():
+        return [f"curves: {rows['text'].iloc[-1]}"]
+    lines = ["curves differ by a factor of: before scaling, after the scaling law, after their own exponents"]
     for title in SCALED_ON_PAGE:
-        rows = sheet[(sheet["section"] == "collapse") & sheet["quantity"].str.startswith(f"{title}:")]
-        values = " : ".join(_number(value) for value in rows["value"])
-        right.append(f"  {title} {values}; {rows['text'].iloc[-1]}")
-    right += ["", "holds from - to"]
-    for row in sheet[(sheet["section"] == "validity") & sheet["lower"].notna()].itertuples():
-        right.append(f"  {row.quantity}: {_between(row.lower, row.upper)}{_unit(row.unit)}")
-    return "\n".join(left), "\n".join(right)
+        own = rows[rows["quantity"].str.startswith(f"{title}:")]
+        lines.append(
+            f"  {title}: {', '.join(map(_number, np.exp(own['value'].astype(float))))}; {own['text'].iloc[-1]}"
+        )
+    return lines
 
 
-def _between(lower: float, upper: float) -> str:
+def _between(lower: float, upper: float, number: Callable[[float], str] = three) -> str:
     """A range, or a number if both ends are equal; `not known` if an end is not."""
     if np.isnan(lower + upper):
         return NOT_KNOWN
-    return " to ".join(dict.fromkeys((_number(lower), _number(upper))))
+    return " to ".join(dict.fromkeys((number(lower), number(upper))))
 
 
 def _precision_lines(section: pd.DataFrame) -> list[str]:
     """Time and seeds of a condition, the resulting intervals, and the key that narrows them."""
     said = section.set_index("quantity")
-    recorded, seeds = (_between(*said.loc[name, ["lower", "upper"]]) for name in (RECORDED, SIMULATED))
+    recorded, seeds = (_between(*said.loc[name, ["lower", "upper"]], plain) for name in (RECORDED, SIMULATED))
     columns = ["value", "lower", "upper"]
     widths = ", ".join(f"{name} {_width(*said.loc[name, columns])}" for name in STATED.values())
-    lines = [
+    return [
         f"precision: {recorded} s recorded, simulations of a condition: {seeds}",
         f"a new simulation within these ranges is known to within: {widths}",
         *(f"{motion.word}: {said.at[motion.word, 'text']}" for motion in MOTIONS.values() if motion.word in said.index),
         f"for more: {said.at['for more', 'text']}",
     ]
-    return [part for line in lines for part in textwrap.wrap(line, LINE, subsequent_indent="  ")]
 
 
 def _width(median: float, smallest: float, largest: float) -> str:
     """Half the width of a band [%], the median and the range."""
-    known = [NOT_KNOWN if np.isnan(width) else f"{width:.2g}" for width in (smallest, largest)]
-    return NOT_KNOWN if np.isnan(median) else f"{median:.2g} % ({' to '.join(known)})"
+    known = [NOT_KNOWN if np.isnan(width) else f"{width:.0f}" for width in (smallest, largest)]
+    return NOT_KNOWN if np.isnan(median) else f"{median:.0f} % ({' to '.join(known)})"
 
 
 def _has_intervals(sheet: pd.DataFrame) -> bool:
@@ -141,12 +186,13 @@ def _draw_intervals(axis: Axes, sheet: pd.DataFrame) -> None:
     axis.axis("off")
 
     def between(row: pd.Series, lower: str, upper: str) -> str:
-        return "-" if np.isnan(row[lower]) else f"{_number(row[lower])} to {_number(row[upper])}"
+        factor, _ = prefix_of(row["value"], row["unit"])
+        return _between(factor * row[lower], factor * row[upper])
 
     columns = {SCATTER.title: ["lower", "upper"], MEAN.title: ["mean_lower", "mean_upper"]}
     columns |= {title: by_columns(origin) for origin, (title, _) in FURTHER.items()}
     cells = [
-        [row["quantity"], f"{_number(row['value'])}{_unit(row['unit'])}", *(between(row, *c) for c in columns.values())]
+        [row["quantity"], _quantity(row), *(between(row, *ends) for ends in columns.values())]
         for _, row in sheet[sheet["section"] == "descriptors"].iterrows()
     ]
     table = axis.table(
@@ -208,6 +254,6 @@ def plot_sheet(
     _draw_spectra(energies, sheet, spectra, read_off)
     axes = bottom.subplots(2, 2)
     for axis, quantity in zip(axes.flat, SHEET_PANELS, strict=True):
-        _draw_conditions(axis, quantity, descriptors, curves)
+        _draw_conditions(axis, quantity, descriptors, curves, picture.speed_unit)
     legend_below(bottom, axes.flat[:1], 4, fontsize=7)
     return figure

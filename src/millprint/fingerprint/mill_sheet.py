@@ -1,7 +1,9 @@
 """The fingerprint sheet of a mill as a table: the mill, descriptors, exponents, and range of validity."""
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
 import pandas as pd
 
 from millprint.config.contact_set import ASSUMED
@@ -10,7 +12,7 @@ from millprint.config.mixture import balls_in_words
 from millprint.fingerprint.bands import ENDS, FURTHER, MEAN, SCATTER
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import SCALED_BY, Condition
-from millprint.fingerprint.descriptors import as_built, said_of
+from millprint.fingerprint.descriptors import CHARGE, as_built, said_of
 from millprint.fingerprint.readers import WALL
 from millprint.fingerprint.seeds import MOTIONS
 
@@ -34,6 +36,9 @@ class Row(NamedTuple):
 
 
 SHEET = list(Row._fields)
+TOTAL_POWER = "normal and tangential power"
+# Mass of the balls over that of the powder, for the dose of a sheet; people take 10 to 50 [-].
+RATIO = 10
 DESCRIBED = (*SCALED_BY, "normal_power_W", "tangential_power_W")
 # The section `precision`: time and seeds of a condition, and the intervals of some quantities of CURVES.
 RECORDED, SIMULATED = "recorded time of a simulation", "simulations of a condition"
@@ -55,12 +60,20 @@ RANGES = {
 }
 
 
-def sheet_condition(fingerprint: "Fingerprint") -> tuple[Condition[float], str]:
-    """The condition that a sheet describes, and its charge: slowest speed of the largest balls, middle fill ratio."""
+def sheet_condition(fingerprint: "Fingerprint", simulated: pd.DataFrame) -> tuple[Condition[float], str]:
+    """The simulated condition that a sheet describes, and its charge.
+
+    The slowest speed of the largest balls, at the fill ratio nearest to the middle of the simulated ones in logarithm.
+    simulated: conditions of the mill as built, with charge, ball_diameter_mm, speed_rpm and fill_ratio.
+    """
     speed, diameter, charge = min(fingerprint.settings, key=lambda setting: (-setting[1], setting[0]))
+    # A table has fewer digits than a fingerprint.
+    near = np.isclose(simulated["ball_diameter_mm"], 1e3 * diameter, rtol=1e-5)
+    near &= np.isclose(simulated["speed_rpm"], 60 * speed, rtol=1e-5)
+    fills = simulated.loc[near & (simulated[CHARGE] == charge), "fill_ratio"].to_numpy(dtype=float)
     low, high = fingerprint.fill_range
-    middle = float((low * high) ** 0.5)
-    return fingerprint.condition(speed_hz=speed, ball_diameter_m=diameter, fill_ratio=middle), charge
+    fill = float(fills[np.argmin(np.abs(np.log(fills**2 / (low * high))))])
+    return fingerprint.condition(speed_hz=speed, ball_diameter_m=diameter, fill_ratio=fill), charge
 
 
 def _balls_row(condition: Condition[float], charge: str) -> Row:
@@ -69,9 +82,9 @@ def _balls_row(condition: Condition[float], charge: str) -> Row:
     return Row("condition", "ball diameter", diameter_mm, unit="mm", text=text)
 
 
-def shown_speed(mill: MillConfig, speed_hz: float) -> str:
-    """A speed as text, in the unit of the mill."""
-    return f"{speed_hz:.3g} Hz" if mill.speed_unit == "hz" else f"{60 * speed_hz:.4g} rpm"
+def shown_speed(unit: str, speed_hz: float) -> str:
+    """A speed as text, in the unit of a mill, rpm or hz."""
+    return f"{speed_hz:.3g} Hz" if unit == "hz" else f"{60 * speed_hz:.4g} rpm"
 
 
 def tabulate_sheet(
@@ -82,7 +95,7 @@ def tabulate_sheet(
     collapse: as of tabulate_mill_collapse; zones: as of find_zones; descriptors: of the mill's sweep. A fingerprint
     with further origins of intervals also has their columns, and a line that explains each.
     """
-    about, (condition, charge) = fingerprint.about, sheet_condition(fingerprint)
+    about, (condition, charge) = fingerprint.about, sheet_condition(fingerprint, as_built(descriptors))
     prediction, speed = fingerprint.predict(condition, charge=charge), condition.speed_hz
     at_wall = [f"{DESCRIPTORS[of].title} {about[name]:g}" for name, of in WALL.items() if name in about]
     rows = [
@@ -92,7 +105,7 @@ def tabulate_sheet(
         Row("mill", "contact set", text=f"{about['contact']}, {about['density_kg_m3']:g} kg/m3; {ASSUMED}"),
         *([Row("mill", "at the wall", text=", ".join(at_wall))] if at_wall else []),
         Row("mill", "collisions counted by", text=about["counting_rule"]),
-        Row("condition", "speed", 60 * speed, unit="rpm", text=shown_speed(mill, speed)),
+        Row("condition", "speed", 60 * speed, unit="rpm", text=shown_speed(mill.speed_unit, speed)),
         _balls_row(condition, charge),
         Row("condition", "fill ratio", condition.fill_ratio, unit="-"),
         Row("condition", "balls", prediction.balls, unit="-"),
@@ -103,6 +116,7 @@ def tabulate_sheet(
         band, column = getattr(prediction, name), DESCRIPTORS[name]
         ends = (band.lower, band.upper, column.unit, "", *vars(band.mean).values())
         rows.append(Row("descriptors", column.title, band.value, *ends))
+    rows += _dose_rows(prediction, condition)
     for own in collapse.itertuples():
         title = own.quantity.removesuffix("_W").removesuffix("_hz").removesuffix("_J").replace("_", " ")
         rows += [
@@ -126,6 +140,22 @@ def tabulate_sheet(
     rows += _precision_rows(fingerprint, as_built(descriptors))
     table = pd.DataFrame(rows, columns=SHEET)
     return _with_intervals(table, fingerprint, prediction) if fingerprint.further else table
+
+
+def _dose_rows(prediction: "Prediction", condition: Condition[float]) -> list[Row]:
+    """Power of all balls and of a kilogram of them, and what it means for the powder."""
+    power = prediction.power_W
+    mass_kg = prediction.balls * condition.density_kg_m3 * math.pi / 6 * condition.ball_diameter_m**3
+    rows = []
+    for title, factor, unit in (
+        (TOTAL_POWER, 1.0, "W"),
+        (f"{TOTAL_POWER}, of a kilogram of balls", 1 / mass_kg, "W/kg"),
+        (f"dose in an hour at {RATIO} times as much mass of balls as powder", 3.6e-3 * RATIO / mass_kg, "kJ/g"),
+    ):
+        new, mean = (power.lower, power.upper), vars(power.mean).values()
+        value, *ends = (factor * number for number in (power.value, *new, *mean))
+        rows.append(Row("dose", title, value, *ends[:2], unit, "", *ends[2:]))
+    return rows
 
 
 def _said(verdict: str) -> str:

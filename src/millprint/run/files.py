@@ -84,7 +84,9 @@ def read_table(
         with warnings.catch_warnings():
             # A row with more columns than the header: pandas would leave out the last, or take the first as names.
             warnings.simplefilter("error", pd.errors.ParserWarning)
-            frame = pd.read_csv(path, sep="\t", comment="#", dtype=dict.fromkeys([*text, *optional_text], str), index_col=False)
+            frame = pd.read_csv(
+                path, sep="\t", comment="#", dtype=dict.fromkeys([*text, *optional_text], str), index_col=False
+            )
     except FileNotFoundError:
         raise ConfigError(f"{path}: no such table") from None
     except OSError as error:

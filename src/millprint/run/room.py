@@ -18,8 +18,8 @@ def check_disk(jobs: Sequence[Job], results: str) -> None:
             pass
     except OSError as error:
         raise ConfigError(
-            f"{results}: nothing can be written there ({error.strerror}); run in a folder of yours, or name another one "
-            "with the key `results`"
+            f"{results}: nothing can be written there ({error.strerror}); run in a folder of yours, or name another "
+            "one with the key `results`"
         ) from None
     needed, free = sum(job.disk_mb for job in jobs), free_mb([results])
     if needed > free:

@@ -30,6 +30,7 @@ class MillPicture:
     """
 
     title: str
+    speed_unit: str
     views: tuple[View, ...]
     looks: tuple[Look, ...]
     limits_mm: tuple[np.ndarray, ...]
@@ -72,6 +73,7 @@ def picture_mill(mill: MillConfig) -> MillPicture:
     start = [body.to_laboratory(shape.vertices_m, 0.0) for body, shape in zip(bodies, shapes, strict=True)]
     return MillPicture(
         title=mill.title,
+        speed_unit=mill.speed_unit,
         views=VIEWS,
         looks=tuple(_look(view, bodies, shapes, mark, 0.0) for view in VIEWS),
         limits_mm=tuple(_limits(view, np.concatenate(start)) for view in VIEWS),

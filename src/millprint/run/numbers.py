@@ -1,0 +1,30 @@
+"""Numbers as text: three digits, and SI prefixes."""
+
+import math
+
+# SI prefixes for small and large numbers.
+PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M"}
+# Units that take a prefix.
+PREFIXED = ("J", "W", "N")
+
+
+def three(value: float) -> str:
+    """A number with three digits, without an exponent where it is between a thousandth and a million."""
+    if value == 0:
+        return "0"
+    digits = max(0, 2 - math.floor(math.log10(abs(value))))
+    rounded = float(f"{value:.3g}")
+    return f"{rounded:.{digits}f}" if 1e-3 <= abs(rounded) < 1e6 else f"{value:.2e}"
+
+
+def plain(value: float) -> str:
+    """A setting with three digits and without zeros at the end: 30, 96.8, 1230."""
+    return f"{float(f'{value:.3g}'):g}"
+
+
+def prefix_of(value: float, unit: str) -> tuple[float, str]:
+    """The factor and the unit that give a value one to three digits before the point: 2.2e-4 J is 220 µJ."""
+    if unit not in PREFIXED or value == 0:
+        return 1.0, unit
+    power = max(min(PREFIXES), min(max(PREFIXES), 3 * math.floor(math.log10(abs(value)) / 3)))
+    return 10.0**-power, PREFIXES[power] + unit
