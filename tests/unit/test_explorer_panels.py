@@ -242,3 +242,27 @@ def test_times_are_said_as_people_say_them(pages):
         *("11 min (11 s to never)", "no pause needed (no pause needed to no pause is long enough)"),
         *("30 min (no pause needed to 2.50 h)", "never", 3, 2),
     ]
+
+
+# Text of a chart beyond it, a value longer than its field, and what is beyond the page outside a part that scrolls.
+CUT = """
+  const found = [], width = (e, text) => {
+    const pen = document.createElement("canvas").getContext("2d");
+    pen.font = getComputedStyle(e).font;
+    return pen.measureText(text).width; };
+  for (const e of document.querySelectorAll("svg text")) {
+    const text = e.getBoundingClientRect(), svg = e.closest("svg").getBoundingClientRect();
+    if (text.right > svg.right + 0.5 || text.left < svg.left - 0.5) found.push(e.textContent); }
+  for (const e of document.querySelectorAll('input[type="number"]'))
+    if (e.clientWidth && width(e, e.value) + 10 > e.clientWidth) found.push(`${e.id} ${e.value}`);
+  for (const e of document.querySelectorAll("p, dt, dd, h2, label, button, #spectra-table td"))
+    if (e.getBoundingClientRect().right > innerWidth + 1) found.push(e.textContent);
+  return found;"""
+
+
+@needs_browser
+@WIDTHS
+def test_nothing_is_cut(pages, width):
+    for mill in (0, 1):
+        cut = pages[width].run(f"explorer.useMill(explorer.mills[{mill}]); explorer.render(); {NEXT_FRAME} {CUT}")
+        assert cut == []

@@ -1,6 +1,6 @@
 /* Line charts with bands, as SVG. */
 
-const CHART = { width: 300, height: 225, left: 42, right: 10, top: 40, bottom: 36 };
+const CHART = { width: 300, height: 225, left: 46, right: 16, top: 40, bottom: 36 };
 // Number of charts drawn so far: each has a separate clipping path.
 let charts = 0;
 

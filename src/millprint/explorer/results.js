@@ -18,13 +18,13 @@ const NAMES = {
 };
 /* Results with the kind of their unit, or with unit and factor from SI. */
 const DESCRIPTORS = {
-  weighted_normal_energy_J: { label: "Weighted normal energy E*n", kind: "energy" },
-  weighted_tangential_energy_J: { label: "Weighted tangential energy E*t", kind: "energy" },
-  weighted_normal_frequency_hz: { label: "Weighted normal frequency f*n", kind: "frequency" },
-  weighted_tangential_frequency_hz: { label: "Weighted tangential frequency f*t", kind: "frequency" },
-  normal_energy_J: { label: "Normal energy of a collision", kind: "energy" },
-  tangential_energy_J: { label: "Tangential energy of a collision", kind: "energy" },
-  specific_frequency_hz: { label: "Specific collision frequency", kind: "frequency" },
+  weighted_normal_energy_J: { label: "Weighted normal energy E*n", sign: "E*n", kind: "energy" },
+  weighted_tangential_energy_J: { label: "Weighted tangential energy E*t", sign: "E*t", kind: "energy" },
+  weighted_normal_frequency_hz: { label: "Weighted normal frequency f*n", sign: "f*n", kind: "frequency" },
+  weighted_tangential_frequency_hz: { label: "Weighted tangential frequency f*t", sign: "f*t", kind: "frequency" },
+  normal_energy_J: { label: "Normal energy of a collision", sign: "En", kind: "energy" },
+  tangential_energy_J: { label: "Tangential energy of a collision", sign: "Et", kind: "energy" },
+  specific_frequency_hz: { label: "Specific collision frequency", sign: "f", kind: "frequency" },
 };
 const RESULTS = {
   ...DESCRIPTORS,
@@ -101,7 +101,7 @@ class Results {
     const { units } = this.explorer;
     const { value, outside = [] } = found.yield_percent ?? {};
     return [
-      ...this.explorer.content.descriptors.map((name) => units.text(DESCRIPTORS[name].kind, found[name].value)),
+      ...this.explorer.content.descriptors.map((name) => `${DESCRIPTORS[name].sign} ${units.text(DESCRIPTORS[name].kind, found[name].value)}`),
       `${digits(found.power_W.value)} W`,
       ...(found.yield_percent ? [`yield ${digits(value, 2)} %${outside.length ? " ?" : ""}`] : []),
     ].join(" · ");

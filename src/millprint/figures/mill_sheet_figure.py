@@ -95,16 +95,18 @@ def _lines_of(sheet: pd.DataFrame) -> tuple[str, str]:
     left += ["", f"value (band of {SCATTER.title}; of {MEAN.title})"]
     for row in sheet[sheet["section"].isin(sections)].itertuples():
         left.append(f"{row.quantity}: {_quantity(row, (row.lower, row.upper), (row.mean_lower, row.mean_upper))}")
-    left += ["", *_temperature_lines(sheet), *_precision_lines(sheet[sheet["section"] == "precision"])]
+    left += ["", *_temperature_lines(sheet)]
     right = [*_exponent_lines(sheet), "", *_collapse_lines(sheet), "", "holds from - to"]
     for row in sheet[(sheet["section"] == "validity") & sheet["lower"].notna()].itertuples():
         right.append(f"  {row.quantity}: {_between(row.lower, row.upper, plain)}{_unit(row.unit)}")
-    return _wrapped(left), _wrapped(right)
+    columns = _wrapped(left), _wrapped(right)
+    min(columns, key=len).extend(["", *_wrapped(_precision_lines(sheet[sheet["section"] == "precision"]))])
+    return "\n".join(columns[0]), "\n".join(columns[1])
 
 
-def _wrapped(lines: list[str]) -> str:
+def _wrapped(lines: list[str]) -> list[str]:
     """Lines of text, broken where they are too long for a column."""
-    return "\n".join("\n".join(textwrap.wrap(line, LINE, subsequent_indent="  ")) for line in lines)
+    return [part for line in lines for part in textwrap.wrap(line, LINE, subsequent_indent="  ") or [""]]
 
 
 def _temperature_lines(sheet: pd.DataFrame) -> list[str]:
@@ -143,9 +145,8 @@ def _collapse_lines(sheet: pd.DataFrame) -> list[str]:
     lines = ["curves differ by a factor of: before scaling, after the scaling law, after their own exponents"]
     for title in SCALED_ON_PAGE:
         own = rows[rows["quantity"].str.startswith(f"{title}:")]
-        lines.append(
-            f"  {title}: {', '.join(map(_number, np.exp(own['value'].astype(float))))}; {own['text'].iloc[-1]}"
-        )
+        factors = ", ".join(map(_number, np.exp(own["value"].astype(float))))
+        lines.append(f"  {title}: {factors}; {own['text'].iloc[-1]}")
     return lines
 
 
@@ -237,7 +238,7 @@ def plot_sheet(
     """
     figure = plt.figure(figsize=SHEET_IN)
     figure.suptitle(f"Mechanical fingerprint: {picture.title}", fontsize=12)
-    heights = [0.7, 1.08, 0.78, 0.55, 1.08] if _has_intervals(sheet) else [0.8, 1.15, 0.66, 1.3]
+    heights = [0.7, 1.08, 0.78, 0.55, 1.08] if _has_intervals(sheet) else [0.8, 1.2, 0.66, 1.25]
     top, middle, *between, energies, bottom = figure.subfigures(
         len(heights), 1, squeeze=False, height_ratios=heights
     ).flat

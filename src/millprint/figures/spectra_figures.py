@@ -13,6 +13,7 @@ from matplotlib.ticker import EngFormatter
 from millprint.dose.energy_doses import AXES, HITS, YIELD
 from millprint.dose.spectra import BOTH
 from millprint.figures.style import COLOURS, PAGE_WIDTH_IN, legend_below, letter_panels, plt
+from millprint.run.numbers import prefix_of, three
 
 CHANNELS = {"normal": "normal energy [J]", "tangential": "tangential energy [J]"}
 PAIRS = {"ball_ball": ("ball on ball", "-"), "ball_wall": ("ball on wall", "--")}
@@ -70,8 +71,9 @@ def draw_sheet_spectra(axes: Sequence[Axes], spectra: pd.DataFrame, read_off: pd
         _cut(axis, 5)
         axis.yaxis.label.set_fontsize(7)
     for number, (channel, colour) in enumerate(CHANNEL_COLOURS.items()):
+        factor, unit = prefix_of(half[channel], "J")
         axes[1].text(
-            0.03, 0.88 - 0.14 * number, f"{channel}: {EngFormatter('J', places=2)(half[channel])}", fontsize=6.5,
+            0.03, 0.88 - 0.14 * number, f"{channel}: {three(factor * half[channel])} {unit}", fontsize=6.5,
             color=colour, transform=axes[1].transAxes,
         )  # fmt: skip
 

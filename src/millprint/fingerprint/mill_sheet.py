@@ -39,6 +39,8 @@ SHEET = list(Row._fields)
 TOTAL_POWER = "normal and tangential power"
 # Mass of the balls over that of the powder, for the dose of a sheet; people take 10 to 50 [-].
 RATIO = 10
+# Fill ratios that are listed one by one.
+LISTED = 6
 DESCRIBED = (*SCALED_BY, "normal_power_W", "tangential_power_W")
 # The section `precision`: time and seeds of a condition, and the intervals of some quantities of CURVES.
 RECORDED, SIMULATED = "recorded time of a simulation", "simulations of a condition"
@@ -149,8 +151,8 @@ def _dose_rows(prediction: "Prediction", condition: Condition[float]) -> list[Ro
     rows = []
     for title, factor, unit in (
         (TOTAL_POWER, 1.0, "W"),
-        (f"{TOTAL_POWER}, of a kilogram of balls", 1 / mass_kg, "W/kg"),
-        (f"dose in an hour at {RATIO} times as much mass of balls as powder", 3.6e-3 * RATIO / mass_kg, "kJ/g"),
+        ("power of a kilogram of balls", 1 / mass_kg, "W/kg"),
+        (f"dose of an hour at a ball-to-powder ratio of {RATIO}", 3.6e-3 * RATIO / mass_kg, "kJ/g"),
     ):
         new, mean = (power.lower, power.upper), vars(power.mean).values()
         value, *ends = (factor * number for number in (power.value, *new, *mean))
@@ -188,8 +190,10 @@ def _precision_rows(fingerprint: "Fingerprint", descriptors: pd.DataFrame) -> li
 
 
 def _fills(descriptors: pd.DataFrame) -> str:
-    """The fill ratios of conditions: "at fill 0.06, 0.08"."""
-    return f"at fill {', '.join(f'{fill:g}' for fill in sorted(descriptors['fill_ratio'].unique()))}"
+    """The fill ratios of conditions: "at fill 0.06, 0.08"; of many only their range."""
+    fills = sorted(descriptors["fill_ratio"].unique())
+    listed = ", ".join(f"{fill:g}" for fill in fills)
+    return f"at fill {listed if len(fills) <= LISTED else f'{fills[0]:.3g} to {fills[-1]:.3g}'}"
 
 
 def by_columns(origin: str) -> list[str]:
