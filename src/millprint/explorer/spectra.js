@@ -57,16 +57,14 @@ class Spectra {
 
   buildChoices() {
     const { units, mills } = this.explorer;
-    const pair = this.pair();
     const groups = mills.map((mill) => ({
       label: mill.content.title,
       options: this.all.filter((each) => each.mill === mill).map((each) => [each.key, conditionWords(each, units)]),
     }));
     const options = groups.filter((group) => group.options.length);
     [0, 1].forEach((k) => {
-      const words = pair[k] && this.chosen[k] === NEAREST ? `: ${conditionWords(pair[k], units)}` : "";
-      const follow = k ? `one to compare${words}` : `nearest to the settings${words}`;
-      fillOptions(byId(`spectra-${k}`), [[NEAREST, follow], ...options]);
+      // The key below names the conditions.
+      fillOptions(byId(`spectra-${k}`), [[NEAREST, k ? "one to compare" : "nearest to the settings"], ...options]);
       byId(`spectra-${k}`).value = this.chosen[k];
     });
     byId("spectra-shown").value = this.shown;

@@ -160,7 +160,9 @@ def _between(lower: float, upper: float, number: Callable[[float], str] = three)
 def _precision_lines(section: pd.DataFrame) -> list[str]:
     """Time and seeds of a condition, the resulting intervals, and the key that narrows them."""
     said = section.set_index("quantity")
-    recorded, seeds = (_between(*said.loc[name, ["lower", "upper"]], plain) for name in (RECORDED, SIMULATED))
+    recorded, seeds = (
+        _between(said.at[name, "lower"], said.at[name, "upper"], plain) for name in (RECORDED, SIMULATED)
+    )
     columns = ["value", "lower", "upper"]
     widths = ", ".join(f"{name} {_width(*said.loc[name, columns])}" for name in STATED.values())
     return [

@@ -154,9 +154,8 @@ def _dose_rows(prediction: "Prediction", condition: Condition[float]) -> list[Ro
         ("power of a kilogram of balls", 1 / mass_kg, "W/kg"),
         (f"dose of an hour at a ball-to-powder ratio of {RATIO}", 3.6e-3 * RATIO / mass_kg, "kJ/g"),
     ):
-        new, mean = (power.lower, power.upper), vars(power.mean).values()
-        value, *ends = (factor * number for number in (power.value, *new, *mean))
-        rows.append(Row("dose", title, value, *ends[:2], unit, "", *ends[2:]))
+        band = power * factor
+        rows.append(Row("dose", title, band.value, band.lower, band.upper, unit, "", *vars(band.mean).values()))
     return rows
 
 
