@@ -18,6 +18,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import PRECISIONS, MillsConfig, MillSweepConfig, PrecisionName
 from millprint.config.uncertainty import UncertaintyConfig
 from millprint.config.workflow import WorkflowConfig
+from millprint.dose.heat_shown import temperature_rows
 from millprint.dose.spectra_shown import of_sheet, sheet_rows, with_rows
 from millprint.figures import mill_pictures, mill_sheet_figure
 from millprint.figures import mill_pictures as figures
@@ -443,10 +444,38 @@ def test_a_picture_shows_the_mill_its_inserts_and_a_turn(name):
         assert all(text.endswith("[mm]") for text in labels)
 
 
+def temperatures(sheet: pd.DataFrame, speed_rpm: float | None = None) -> pd.DataFrame:
+    """The table of a heat balance at a sheet's condition, or at another speed."""
+    told = sheet[sheet["section"] == "condition"].set_index("quantity")["value"]
+    row = {
+        "ball_diameter_mm": told["ball diameter"],
+        "speed_rpm": speed_rpm or told["speed"],
+        "fill_ratio": told["fill ratio"],
+    }
+    bands = {"median": 41.2, "lower": 31.9, "upper": 60.0}
+    row |= {f"{body}_steady_degC_{end}": value for body in ("powder", "balls", "jar") for end, value in bands.items()}
+    return pd.DataFrame([row])
+
+
+def test_a_sheet_has_the_dose_and_the_temperatures_of_its_condition():
+    sheet = sheet_of(fingerprint())
+    told = sheet.drop_duplicates("quantity").set_index("quantity")["value"]
+    power = told["normal and tangential power"]
+    assert power == pytest.approx(told["normal power"] + told["tangential power"])
+    # 10 g of powder in 100 g of balls get in an hour what the balls dissipate.
+    dose = told["dose of an hour at a ball-to-powder ratio of 10"]
+    assert dose == pytest.approx(3.6e-3 * 10 * told["power of a kilogram of balls"])
+    assert told["fill ratio"] in set(descriptors()["fill_ratio"])
+    assert temperature_rows(temperatures(sheet), sheet)["value"].tolist() == 3 * [41.2]
+    other = temperature_rows(temperatures(sheet, speed_rpm=1.0), sheet)
+    assert other["text"].tolist() == ["not calculated here"]
+
+
 def test_the_page_of_a_fingerprint_and_the_collapse_of_mills_show_their_tables():
     table = tabulate_mill_collapse(descriptors(), 0.95)
     sheet = tabulate_sheet(mill("attritor"), fingerprint(), table, find_zones(fingerprint()), descriptors())
     curves = fingerprint().curve(np.geomspace(0.04, 0.4, 20))
+    sheet = with_rows(sheet, temperature_rows(temperatures(sheet), sheet))
     page = page_of("attritor", sheet, fingerprint(), curves)
     assert page.get_size_inches() == pytest.approx([8.27, 11.69])
     words = " ".join(text.get_text() for axis in page.axes for text in axis.texts)
@@ -455,8 +484,11 @@ def test_the_page_of_a_fingerprint_and_the_collapse_of_mills_show_their_tables()
         "power per ball: of speed 3",
         "holds from",
         "fill ratio: 0.04 to 0.4",
+        "power of a kilogram of balls: ",
+        "powder 41 °C (32 to 60)",
     ):
         assert part in words
+    assert " - (" not in words and "(- " not in words
     collapse = figures.plot_collapse(one_row_a_mill([table]), 0.2)
     assert [label.get_text() for label in collapse.axes[0].get_yticklabels()] == ["emax"]
 

@@ -9,7 +9,6 @@ It writes two files of yours: config/mills/NAME.yaml, the mill, and NAME.yaml, t
 """
 
 import argparse
-import math
 import re
 import sys
 from collections.abc import Collection
@@ -20,6 +19,7 @@ import yaml
 
 from millprint.cli.commands import parser_of
 from millprint.cli.engine import cores, run_workflow
+from millprint.config.charge import fill_of
 from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER
 from millprint.config.errors import ConfigError
 from millprint.config.included import included_contacts, included_mills, load_contact
@@ -112,9 +112,12 @@ def answer(question: Question, text: str) -> str:
 
 
 def fractions(counts: list[float], volume_ml: float, diameter_mm: float) -> list[float]:
-    """Fill ratios of numbers of balls; a value below 1 is a fill ratio already."""
-    one_ml = math.pi / 6 * diameter_mm**3 * 1e-3
-    return [float(f"{count * one_ml / volume_ml:.4g}") if count >= 1 else count for count in counts]
+    """Fill ratios of numbers of balls; a value below 1 is one already. Raises ConfigError for too many balls."""
+
+    def fill(number: float) -> float:
+        return float(f"{fill_of({'number': number}, volume_ml, diameter_mm, 1.0, 'fill_ratios'):.4g}")
+
+    return [fill(count) if count >= 1 else count for count in counts]
 
 
 def head_of(name: str, title: str) -> str:
