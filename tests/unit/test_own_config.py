@@ -94,7 +94,7 @@ def test_balls_are_those_of_the_first_contact_set_by_default(own):
     ("change", "parts"),
     [
         ({"swep": {}}, ["swep", "unknown key; did you mean sweep?"]),
-        ({"sweep": {"speeds_rpm": [300], "fill_ratios": [0.1, 0.2, 0.3]}}, ["sweep.ball_diameters_mm", "missing"]),
+        ({"sweep": {"speeds_rpm": [300], "fill_ratios": [0.1, 0.2, 0.3]}}, ["sweep: ball_diameters_mm", "missing"]),
         ({"contacts": ["calibratd"]}, ["calibratd", "unknown contact set", "did you mean calibrated?"]),
         ({"results": "config/mine"}, ["results = 'config/mine'", "own files"]),
         ({"contacts": []}, ["contacts", "at least 1"]),

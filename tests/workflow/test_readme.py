@@ -59,6 +59,8 @@ def test_snakemake_would_run_with_your_own_mill_and_powder(project: Path, config
     copy_planetary(project / "config/mills")
     (project / "config/contacts/mine.yaml").write_text((ROOT / STEEL).read_text().replace("name: steel", "name: mine"))
     (project / "my_experiments.tsv").write_text((ROOT / "config/data/experiments_smoke.tsv").read_text())
+    page = (ROOT / "docs/how_to/measurements.md").read_text()
+    (project / "mine.tsv").write_text(page.split("```text\n")[1].split("```")[0])
     targets = dict.fromkeys(targets_by_config()[config])
     done = run_snakemake(project, *targets, "--config", *config, "--dry-run", "--quiet", "all")
     assert done.returncode == 0, done.stdout[-3000:]

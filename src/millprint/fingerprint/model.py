@@ -411,8 +411,9 @@ class Fingerprint:
         `predict`.
         """
         known = [name for name in (*VARIABLES, "speed_rpm", *MEASURES[1:]) if name in conditions]
-        if "ball_diameter_m" not in known:
-            raise ConfigError("conditions: column ball_diameter_m is missing")
+        for names in (["ball_diameter_m"], MEASURES):
+            if not set(names).intersection(known):
+                raise ConfigError(f"conditions: column {names[0]} is missing")
         told = [self.predict(self.condition(**row)) for row in conditions[known].to_dict("records")]
         return conditions.join(pd.DataFrame([_row(each) for each in told], index=conditions.index))
 
