@@ -7,7 +7,7 @@ A table of own measurements has the columns id, setup, quantity, value and unit,
 something; docs/how_to/measurements.md explains it.
 """
 
-from millprint.cli.arguments import parser_of
+from millprint.cli.commands import parser_of
 from millprint.config.errors import ConfigError
 from millprint.config.quantities import quantities_of
 from millprint.config.setup_models import SETTINGS
