@@ -17,7 +17,7 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.setup_models import SetupConfig, TumblingConfig, read_settings
 from millprint.config.sweep import DemConfig
-from millprint.figures.charge import plot_charge
+from millprint.figures.charge_figure import plot_charge
 from millprint.figures.style import save
 from millprint.figures.validation_figures import plot_bed, plot_setup
 from millprint.mill.bodies import build_bodies

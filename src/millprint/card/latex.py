@@ -7,7 +7,7 @@ import yaml
 
 from millprint.card.card_model import Ends, MillingCard, Quantity
 from millprint.card.methods import charge_in_words, programme_in_words
-from millprint.card.numbers import between
+from millprint.card.quantity_texts import between
 from millprint.card.software import citation
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.run.numbers import plain, prefix_of, three

@@ -1,7 +1,7 @@
 """The methods paragraph of a card, ready for a paper; every number is from the card."""
 
 from millprint.card.card_model import Balls, MillingCard, Programme
-from millprint.card.numbers import between, in_words
+from millprint.card.quantity_texts import between, in_words
 from millprint.config.contact_set import CONTACT_LAWS
 from millprint.run.numbers import plain, three
 

@@ -30,7 +30,7 @@ from millprint.card.card_model import MillingCard
 from millprint.card.experiment_cases import animated_case, own_cases
 from millprint.card.experiment_checks import check_experiment
 from millprint.card.latex import TITLES
-from millprint.card.numbers import in_words
+from millprint.card.quantity_texts import in_words
 from millprint.card.read import known_of
 from millprint.card.simulate import GIF, simulate_cases
 from millprint.cli.commands import parser_of
