@@ -38,7 +38,8 @@ SCALED_ON_PAGE = (
 )
 # With more speeds and ball sizes than this, all conditions have one marker.
 MOST_SETTINGS = 12
-LINE = 84  # characters per line in one of the two columns of text
+# Of one of the two columns of text: characters of a line, lines for which there is room, and size of the letters [pt].
+LINE, ROOM, LETTERS = 94, 36, 6.0
 # Line styles of the ends of intervals, one for each origin of FURTHER.
 FURTHER_LINES = ("--", ":")
 
@@ -83,7 +84,7 @@ def _quantity(row: Any, *intervals: tuple[float, float]) -> str:
     return f"{_number(factor * row.value)}{_unit(unit)}{f' ({ends})' if ends else ''}"
 
 
-def _lines_of(sheet: pd.DataFrame) -> tuple[str, str]:
+def _lines_of(sheet: pd.DataFrame) -> tuple[list[str], list[str]]:
     """The text of a sheet in two columns: the mill, the condition and its descriptors; exponents and validity."""
     left = []
     for row in sheet[sheet["section"].isin(["mill", "condition"])].itertuples():
@@ -101,7 +102,7 @@ def _lines_of(sheet: pd.DataFrame) -> tuple[str, str]:
         right.append(f"  {row.quantity}: {_between(row.lower, row.upper, plain)}{_unit(row.unit)}")
     columns = _wrapped(left), _wrapped(right)
     min(columns, key=len).extend(["", *_wrapped(_precision_lines(sheet[sheet["section"] == "precision"]))])
-    return "\n".join(columns[0]), "\n".join(columns[1])
+    return columns
 
 
 def _wrapped(lines: list[str]) -> list[str]:
@@ -240,7 +241,7 @@ def plot_sheet(
     """
     figure = plt.figure(figsize=SHEET_IN)
     figure.suptitle(f"Mechanical fingerprint: {picture.title}", fontsize=12)
-    heights = [0.7, 1.08, 0.78, 0.55, 1.08] if _has_intervals(sheet) else [0.8, 1.2, 0.66, 1.25]
+    heights = [0.7, 1.08, 0.78, 0.55, 1.08] if _has_intervals(sheet) else [0.75, 1.3, 0.66, 1.2]
     top, middle, *between, energies, bottom = figure.subfigures(
         len(heights), 1, squeeze=False, height_ratios=heights
     ).flat
@@ -249,11 +250,11 @@ def plot_sheet(
     views, strip = top.subfigures(1, 2, width_ratios=[1.0, 1.25])
     draw_views(list(views.subplots(1, 2)), picture)
     draw_strip(list(strip.subplots(2, 4).flat), picture)
-    left, right = _lines_of(sheet)
-    text = middle.subplots(1, 2)
-    for axis, column in zip(text, (left, right), strict=True):
+    columns = _lines_of(sheet)
+    size = LETTERS * min(1.0, ROOM / max(map(len, columns)))
+    for axis, column in zip(middle.subplots(1, 2), columns, strict=True):
         axis.axis("off")
-        axis.text(0, 1, column, va="top", fontsize=6.0, transform=axis.transAxes, linespacing=1.25)
+        axis.text(0, 1, "\n".join(column), va="top", fontsize=size, transform=axis.transAxes, linespacing=1.25)
     _draw_spectra(energies, sheet, spectra, read_off)
     axes = bottom.subplots(2, 2)
     for axis, quantity in zip(axes.flat, SHEET_PANELS, strict=True):
