@@ -44,6 +44,27 @@ Error in rule permute_yields:
     log: {log} (check log file(s) for error details)
 """
 
+# The same of two jobs in a group.
+GROUP_LOG = """
+[Thu Nov 26 08:27:03 2026]
+    message: Error in group simulations
+    jobs:
+        rule run_dem_case:
+            jobid: 0
+            output: results/dem/a/b/c/run.h5, results/dem/a/b/c/summary.json
+    [Thu Nov 26 08:27:03 2026]
+    Error in rule run_dem_case:
+        jobid: 0
+        output: results/dem/a/b/c/run.h5, results/dem/a/b/c/summary.json
+        log: results/logs/dem/a/b/c.log (check log file(s) for error details)
+    [Thu Nov 26 08:27:03 2026]
+    Error in rule run_dem_case:
+        jobid: 1
+        output: results/dem/a/b/d/run.h5, results/dem/a/b/d/summary.json
+        log: results/logs/dem/a/b/d.log (check log file(s) for error details)
+Trying to restart job 7.
+"""
+
 
 def target_rules() -> set[str]:
     """The rules that only collect files."""
@@ -174,3 +195,10 @@ def test_an_unknown_target_is_told_with_the_nearest_one(typed, end):
 def test_a_dry_run_has_one_line_for_each_rule():
     quiet = OneLineAJob(list, lambda: True)
     assert [quiet.filter(job_record(number, "Simulating")) for number in range(3)] == [True, False, False]
+
+
+def test_every_job_that_failed_in_a_group_is_named():
+    assert [(each.output, each.log) for each in failures_of(GROUP_LOG)] == [
+        ("results/dem/a/b/c/run.h5", "results/logs/dem/a/b/c.log"),
+        ("results/dem/a/b/d/run.h5", "results/logs/dem/a/b/d.log"),
+    ]

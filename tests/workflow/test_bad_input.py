@@ -84,7 +84,12 @@ def test_valid_input_is_checked_only_once(project):
         (CONFIG, ("data", "wear"), "config/data/no.tsv", ["config/data/no.tsv", "no such"]),
         (CONFIG, ("doe", "chemistry", "limiting"), "nabo2", ["doe.chemistry.limiting", "'nabo2'", "NaBO2.4H2O"]),
         (CONFIG, ("partition",), None, ["config.yaml", "partition is missing", "all of their sections, or none"]),
-        (CONFIG, ("sweep",), {"speeds_rpm": [600], "ball_diameters_mm": [10]}, ["sweep: give one of fill_ratios, numbers"]),
+        (
+            CONFIG,
+            ("sweep",),
+            {"speeds_rpm": [600], "ball_diameters_mm": [10]},
+            ["sweep: give one of fill_ratios, numbers"],
+        ),
         (EMAX, ("motion", "amplitude_mm"), -17, ["emax.yaml", "motion", "amplitude_mm", "-17"]),
         (EMAX, ("name",), "emaks", ["emax.yaml", "name", "emaks"]),
         (STEEL, ("restitution",), 1.5, ["steel.yaml", "restitution", "1.5"]),

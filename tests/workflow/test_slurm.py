@@ -64,7 +64,7 @@ def test_smoke_jobs_run_through_slurm(tmp_path):
     submitted = re.findall(r"submitted with SLURM jobid (\d+)", done.stdout)
     # One job for the kernels, one for all simulations, one for the yield models.
     assert len(submitted) == 3, done.stdout
-    assert "Group job simulations" in done.stdout
+    assert "/group_simulations_run_dem_case/" in done.stdout
     assert all(abs(read_json(project / case)["closure"]) < 0.005 for case in CASES)
     assert "Nothing to be done" in run_snakemake(project, *arguments).stdout
 

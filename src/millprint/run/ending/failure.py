@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-# Snakemake's message about a failed job.
-FAILED = re.compile(r"^Error in (?:rule|checkpoint) (\w+):\n((?:[ \t]+.*\n?)*)", re.MULTILINE)
+# Snakemake's message about a failed job; that of a job in a group is indented.
+FAILED = re.compile(r"^[ \t]*Error in (?:rule|checkpoint) (\w+):\n((?:[ \t]+(?!Error in ).*\n?)*)", re.MULTILINE)
 LOG = re.compile(r"^\s+log: (\S+?)(?:,| \(|$)", re.MULTILINE)
 OUTPUT = re.compile(r"^\s+output: (\S+?)(?:,|$)", re.MULTILINE)
 SCRIPT = re.compile(r"Command '.*\.(\w+)\.py' died with <Signals\.(\w+)")
