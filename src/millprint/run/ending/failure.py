@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 # Snakemake's message about a failed job; that of a job in a group is indented.
-FAILED = re.compile(r"^[ \t]*Error in (?:rule|checkpoint) (\w+):\n((?:[ \t]+(?!Error in ).*\n?)*)", re.MULTILINE)
+FAILED = re.compile(r"^[ \t]*Error in (?:rule|checkpoint) (\w+):\n((?:(?!\s+Error in )[ \t]+.*\n?)*)", re.MULTILINE)
 LOG = re.compile(r"^\s+log: (\S+?)(?:,| \(|$)", re.MULTILINE)
 OUTPUT = re.compile(r"^\s+output: (\S+?)(?:,|$)", re.MULTILINE)
 SCRIPT = re.compile(r"Command '.*\.(\w+)\.py' died with <Signals\.(\w+)")
