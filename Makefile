@@ -93,7 +93,7 @@ test-workflow: $(VENV)/complete
 test-library: $(VENV)/complete
 	$(RUN) $(BIN)/pytest $(FAULTS) tests/physics tests/unit
 
-# COUNT damaged files, and KILLS kills; `make test` has 100 damaged files and 8 kills.
+# COUNT damaged files, and KILLS kills; `make test` has 100 damaged files and 5 kills.
 fuzz: $(VENV)/complete
 	$(BIN)/python -m tests.fuzz --count $(or $(COUNT),5000) --seed $(or $(SEED),0)
 

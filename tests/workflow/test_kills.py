@@ -23,7 +23,7 @@ import pytest
 from millprint.run.files import read_json
 from tests.workflow.conftest import active_environment, copy_project, jobs_of, run_snakemake, share_kernels
 
-KILLS = int(os.environ.get("MILLPRINT_KILLS", "8"))
+KILLS = int(os.environ.get("MILLPRINT_KILLS", "5"))
 SEED = int(os.environ.get("MILLPRINT_KILL_SEED", "0"))
 CASES = [
     "emax/calibrated/d10_f0.10_n600_s0",
