@@ -199,6 +199,13 @@ def reported_figures(paths) -> list[dict]:
     return found
 
 
+def declared(job) -> dict[str, float]:
+    """What the rule of a job says of its time and disk. On a cluster, every job has a `disk_mb`, which may be unknown."""
+    names = ["processor_s"] + ["disk_mb"] * job.rule.name.endswith("run_dem_case")
+    known = {name: job.resources[name] for name in names if name in job.resources.keys()}
+    return {name: value for name, value in known.items() if isinstance(value, (int, float))}
+
+
 def jobs_to_run() -> list[Job]:
     """The jobs that are going to run, as a plan counts them."""
     return [
@@ -206,7 +213,7 @@ def jobs_to_run() -> list[Job]:
             job.rule.name,
             job.threads,
             tuple(map(str, job.output)),
-            {name: job.resources[name] for name in ("processor_s", "disk_mb") if name in job.resources.keys()},
+            declared(job),
         )
         for job in workflow.dag.needrun_jobs()
         if job.output
