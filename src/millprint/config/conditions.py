@@ -49,7 +49,8 @@ def read_conditions(path: str) -> list[ConditionSection]:
 def spread(sweep: MillSweepConfig, number: int, seed: int, digits: int = 17) -> list[Condition]:
     """Conditions spread evenly in logarithm over the ranges of a sweep, with any of its balls (a Sobol sequence).
 
-    seed: of the scrambling; digits: of speed and fill ratio. Raises ConfigError where there is no scipy.
+    seed: seed of the scrambling; digits: significant digits of speeds and fill ratios. Raises ConfigError if scipy is
+    not installed.
     """
     # Imported here: slow to import, and needed by few runs.
     try:

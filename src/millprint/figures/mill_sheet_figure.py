@@ -38,7 +38,7 @@ SCALED_ON_PAGE = (
 )
 # With more speeds and ball sizes than this, all conditions have one marker.
 MOST_SETTINGS = 12
-# Of one of the two columns of text: characters of a line, lines for which there is room, and size of the letters [pt].
+# Each of the two columns of text: characters in a line, lines that fit, and font size [pt].
 LINE, ROOM, LETTERS = 94, 36, 6.0
 # Line styles of the ends of intervals, one for each origin of FURTHER.
 FURTHER_LINES = ("--", ":")
