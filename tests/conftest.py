@@ -51,8 +51,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker("slow")
 
 
-@pytest.fixture(scope="session")
-def browser(tmp_path_factory) -> Iterator[Browser]:
-    """A browser for all tests, whose pages share nothing."""
-    with open_browser(tmp_path_factory.mktemp("browser")) as browser:
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    """A browser for the tests of a file, whose pages share nothing."""
+    with open_browser() as browser:
         yield browser

@@ -4,7 +4,6 @@ import pytest
 
 from tests.browser import DESKTOP, PHONE, needs_browser
 
-TAB, RIGHT, SPACE = ("Tab", 9), ("ArrowRight", 39), (" ", 32)
 # The element that has the focus: a name, where it is in the page, and whether its focus can be seen.
 FOCUSED = """
   const focused = document.activeElement; const style = getComputedStyle(focused);
@@ -58,7 +57,7 @@ def test_the_tab_key_reaches_every_control_with_a_visible_focus(page, width):
     assert len(wanted) > 25
     reached = []
     for _ in range(len(wanted)):
-        page.press(*TAB)
+        page.press("Tab")
         focused = page.run(FOCUSED)
         assert focused["seen"], f"no focus is seen on {focused['id']}"
         assert focused["within"], focused
@@ -71,9 +70,9 @@ def test_the_tab_key_reaches_every_control_with_a_visible_focus(page, width):
 def test_keys_move_a_slider_and_press_a_button(page):
     page.run("document.getElementById('fill_ratio').focus();")
     before = page.run("return explorer.state.fill_ratio;")
-    page.press(*RIGHT)
+    page.press("ArrowRight")
     assert page.run("return explorer.state.fill_ratio;") == pytest.approx(before + 0.005)
     page.run("document.getElementById('find').focus();")
-    page.press(*SPACE)
+    page.press("Space")
     page.run("await new Promise((done) => setTimeout(done, 3000));")
     assert page.run("return document.querySelectorAll('#found tbody tr').length;") > 0
