@@ -7,8 +7,15 @@ Outputs: `runs`, `conditions`, `fit`, `coefficient`, `wear`, and the figure.
 """
 
 from millprint.config.dose import WearConfig
-from millprint.dose.sliding import CONDITION, mean_conditions, tabulate_sliding
-from millprint.dose.wear import fit_wear, predict_wear, read_materials, verdict
+from millprint.dose.wear import (
+    CONDITION,
+    fit_wear,
+    mean_conditions,
+    predict_wear,
+    read_materials,
+    tabulate_sliding,
+    verdict,
+)
 from millprint.figures.dose_figures import plot_wear
 from millprint.figures.style import save
 from millprint.fingerprint.bands import read_factors

@@ -7,8 +7,8 @@ Outputs: the table of conditions.
 
 from millprint.config.fingerprint import DescriptorSet, LikeConfig, MatchConfig, TargetConfig
 from millprint.config.mill_sweep import MatchMillsConfig
+from millprint.fingerprint.comparison import match_in_words
 from millprint.fingerprint.condition_search import match_targets, shared_contact
-from millprint.fingerprint.match_words import match_in_words
 from millprint.fingerprint.model import Fingerprint
 from millprint.run.files import write_table
 from millprint.run.job import job

@@ -6,8 +6,7 @@ Outputs: `table`, and the figure.
 """
 
 from millprint.config.dose import WearConfig
-from millprint.dose.sliding import mean_conditions, tabulate_sliding
-from millprint.dose.wear import predict_wear, read_coefficient, read_materials
+from millprint.dose.wear import mean_conditions, predict_wear, read_coefficient, read_materials, tabulate_sliding
 from millprint.figures.dose_figures import plot_mill_wear
 from millprint.figures.style import save
 from millprint.run.files import write_table

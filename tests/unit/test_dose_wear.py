@@ -13,7 +13,7 @@ import predict_mill_wear
 from millprint.cli.commands import main as millprint
 from millprint.config.dose import ChargeConfig, WearConfig
 from millprint.config.errors import ConfigError
-from millprint.dose import sliding, wear
+from millprint.dose import wear
 from millprint.figures.dose_figures import plot_mill_wear, plot_wear
 from millprint.run.files import write_json
 from millprint.thesis.doe.wet_lab import wear_table
@@ -129,12 +129,12 @@ def test_one_speed_is_carried_by_its_cube_and_no_run_gives_no_coefficient(materi
 
 def test_seeds_are_averaged_with_their_scatter():
     rows = [
-        dict(zip(sliding.CONDITION, ["emax", "calibrated", 10.0, 0.1, 600.0], strict=True))
+        dict(zip(wear.CONDITION, ["emax", "calibrated", 10.0, 0.1, 600.0], strict=True))
         | {"balls": 24, "balls_mass_kg": 0.1, "density_kg_m3": 7700.0, "volume_m3": JAR, "relative_error": 0.01}
         | {"load_ball_ball_N_m_s": load, "load_ball_wall_N_m_s": 1.0}
         for load in (8.0, 10.0)
     ]
-    (row,) = sliding.mean_conditions(pd.DataFrame(rows)).to_dict("records")
+    (row,) = wear.mean_conditions(pd.DataFrame(rows)).to_dict("records")
     assert row["seeds"] == 2 and row["load_ball_ball_N_m_s"] == 9
     assert row["relative_error"] == pytest.approx(np.sqrt(2) / 10 / np.sqrt(2))
 
@@ -160,21 +160,21 @@ def write_run(folder, total=0.75, histogram=False) -> tuple[str, str]:
 
 
 def test_sliding_work_is_split_by_the_contacts_and_each_kind_has_its_own_friction(tmp_path):
-    row = sliding.sliding_of_run(*write_run(tmp_path))
-    assert row["split"] == sliding.CONTACTS and row["relative_error"] == pytest.approx(0.05)
+    row = wear.sliding_of_run(*write_run(tmp_path))
+    assert row["split"] == wear.CONTACTS and row["relative_error"] == pytest.approx(0.05)
     assert (row["sliding_ball_ball_W"], row["sliding_ball_wall_W"]) == pytest.approx((0.5, 1.0))
     assert (row["load_ball_ball_N_m_s"], row["load_ball_wall_N_m_s"]) == pytest.approx((2.0, 2.0))
 
 
 def test_a_run_without_its_contacts_is_split_by_the_shares(tmp_path):
-    row = sliding.sliding_of_run(*write_run(tmp_path, histogram=True))
-    assert row["split"] == sliding.SHARES
+    row = wear.sliding_of_run(*write_run(tmp_path, histogram=True))
+    assert row["split"] == wear.SHARES
     assert (row["sliding_ball_ball_W"], row["sliding_ball_wall_W"]) == pytest.approx((0.6, 0.9))
 
 
 def test_a_summary_of_another_run_is_refused(tmp_path):
     with pytest.raises(ConfigError, match=r"run.h5: sliding work of all contacts 0.75 J, of the ledger 0.8 J"):
-        sliding.sliding_of_run(*write_run(tmp_path, total=0.8))
+        wear.sliding_of_run(*write_run(tmp_path, total=0.8))
 
 
 @pytest.mark.parametrize(

@@ -11,11 +11,17 @@ from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import DESCRIPTOR_SETS
 from millprint.config.sources import WORKING_FOLDER, Sources
 from millprint.fingerprint.bands import FURTHER, Band, Interval
-from millprint.fingerprint.comparison import ALL_SIMULATED, Wanted, nearest
+from millprint.fingerprint.comparison import (
+    ALL_SIMULATED,
+    Wanted,
+    limits_in_words,
+    lost_in_words,
+    nearest,
+    setting_in_words,
+)
 from millprint.fingerprint.condition_search import SHARED_CONTACT, check_same_count
-from millprint.fingerprint.match_words import limits_in_words, lost_in_words, setting_in_words
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.ready_made import find_ready_made
+from millprint.fingerprint.readers import find_ready_made
 
 # Settings are near a card if its descriptors are met to this on average (root mean square of logarithms).
 NEAR = 0.25

@@ -38,12 +38,11 @@ from millprint.config.fingerprint import DESCRIPTOR_SETS, DescriptorSet, MatchCo
 from millprint.config.included import SOURCES
 from millprint.config.load import check_model, read_yaml
 from millprint.fingerprint.bands import FURTHER, NOT_KNOWN, interval_columns
-from millprint.fingerprint.comparison import Wanted
+from millprint.fingerprint.comparison import Wanted, match_in_words
 from millprint.fingerprint.condition_search import match_targets, shared_contact
 from millprint.fingerprint.descriptors import CHARGE
-from millprint.fingerprint.match_words import match_in_words
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.ready_made import find_ready_made
+from millprint.fingerprint.readers import find_ready_made
 from millprint.run.files import write_table
 
 SHORT = {

@@ -21,7 +21,7 @@ from millprint.dose.heat_balance import (
 )
 from millprint.dose.heat_sources import HeatSource
 from millprint.run.files import read_table
-from millprint.validation.measured import parse_value
+from millprint.run.tables import parse_value
 
 RUNNING, RESTING, ROOM = "running_W_m2K", "resting_W_m2K", "surroundings_degC"
 # Bounds of a band, by the columns that hold them.

@@ -9,7 +9,7 @@ from matplotlib.transforms import Bbox
 
 from millprint.card.card_model import Ends, MillingCard, Quantity, Spectrum
 from millprint.card.latex import TITLES, settings_of
-from millprint.card.quantity_texts import between, in_words
+from millprint.card.methods import between, in_words
 from millprint.config.contact_set import ASSUMED
 from millprint.figures.dose_figures import BODY_NAMES
 from millprint.figures.mill_pictures import draw_views

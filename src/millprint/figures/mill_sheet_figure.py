@@ -11,21 +11,19 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.transforms import Bbox
 
 from millprint.config.mixture import balls_in_words
-from millprint.dose.heat_shown import SECTION as TEMPERATURE
 from millprint.dose.spectra import BOTH
 from millprint.dose.spectra_shown import FILL as SPECTRA_FILL
 from millprint.dose.spectra_shown import NOTE as NO_SPECTRA
 from millprint.dose.spectra_shown import SECTION as SPECTRA
-from millprint.figures.curve_figures import FILL_LABEL, draw_curve
+from millprint.dose.spectra_shown import TEMPERATURE
 from millprint.figures.mill_pictures import draw_strip, draw_views
 from millprint.figures.spectra_figures import draw_sheet_spectra
-from millprint.figures.style import COLOURS, MARKERS, legend_below, plt
+from millprint.figures.style import COLOURS, FILL_LABEL, MARKERS, draw_curve, legend_below, plt
 from millprint.fingerprint.bands import FURTHER, MEAN, NOT_KNOWN, SCATTER, interval_columns
 from millprint.fingerprint.columns import DESCRIPTORS
-from millprint.fingerprint.descriptors import CHARGE
-from millprint.fingerprint.master_curves import SHEET_PANELS
+from millprint.fingerprint.condition import SHEET_PANELS
+from millprint.fingerprint.descriptors import CHARGE, MOTIONS
 from millprint.fingerprint.mill_sheet import RECORDED, SIMULATED, STATED, by_columns, shown_speed
-from millprint.fingerprint.seeds import MOTIONS
 from millprint.run.numbers import plain, prefix_of, three
 from millprint.view.mill_picture import MillPicture
 

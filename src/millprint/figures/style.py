@@ -6,12 +6,13 @@ from string import ascii_lowercase
 from typing import Any, TypedDict
 
 import matplotlib
+import pandas as pd
+from matplotlib.axes import Axes
 
 matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 from matplotlib.artist import Artist
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure, SubFigure
@@ -97,3 +98,13 @@ def save(
     with whole_file(png) as partial:
         FigureCanvasAgg(figure).print_png(partial)
     plt.close(figure)
+
+
+FILL_LABEL = "fill ratio [-]"
+
+
+def draw_curve(axis: Axes, curves: pd.DataFrame, quantity: str, label: str) -> None:
+    """A master curve in its band of a new simulation. curves: fill_ratio, Q, Q_lower and Q_upper of the quantity Q."""
+    fill, lower, upper = (curves[name] for name in ("fill_ratio", f"{quantity}_lower", f"{quantity}_upper"))
+    axis.fill_between(fill, lower, upper, color=COLOURS[0], alpha=0.15, linewidth=0, label="band of a new simulation")
+    axis.plot(fill, curves[quantity], color=COLOURS[0], label=label)

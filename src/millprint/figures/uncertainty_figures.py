@@ -5,10 +5,9 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from millprint.config.uncertainty import PARAMETERS
-from millprint.figures.curve_figures import FILL_LABEL
-from millprint.figures.style import COLOURS, MARKERS, PAGE_WIDTH_IN, legend_below, letter_panels, plt
+from millprint.figures.style import COLOURS, FILL_LABEL, MARKERS, PAGE_WIDTH_IN, legend_below, letter_panels, plt
 from millprint.fingerprint.columns import DESCRIPTORS
-from millprint.fingerprint.master_curves import CURVES
+from millprint.fingerprint.condition import CURVES
 
 # A panel for each of CURVES.
 COLUMNS = 4

@@ -11,8 +11,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.mixture import ONE_SIZE
 from millprint.config.section import Positive
-from millprint.fingerprint.condition import COUNTED
-from millprint.fingerprint.master_curves import CURVES, WEIGHTED
+from millprint.fingerprint.condition import COUNTED, CURVES, WEIGHTED
 from millprint.run.files import read_json
 
 

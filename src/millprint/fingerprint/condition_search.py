@@ -16,7 +16,6 @@ from millprint.config.fingerprint import DESCRIPTOR_SETS, DescriptorSet, LikeCon
 from millprint.fingerprint.bands import ENDS, FURTHER, Band, Interval, interval_columns, ratio_of
 from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.descriptors import CHARGE
-from millprint.fingerprint.inverse import descriptors_shown, residuals
 from millprint.fingerprint.model import Fingerprint
 
 # Fill ratios and speeds of the grid before the refinement; the curves have few turns, all far wider than a step.
@@ -32,6 +31,20 @@ SHARED_CONTACT = (
     "cancels between the mills, so the match is surer than the intervals by contact parameters; the intervals of "
     "ratios take the two as independent, and so are rather too wide"
 )
+
+
+def descriptors_shown(target: Iterable[str]) -> list[str]:
+    """The descriptors of every set that a target has one of."""
+    named = set(target)
+    return [name for names in DESCRIPTOR_SETS.values() if named.intersection(names) for name in names]
+
+
+def residuals(found: dict[str, float], target: dict[str, float]) -> dict[str, float]:
+    """Relative deviation of each shown descriptor from its target [%]; NaN for one that the target does not have."""
+    return {
+        f"{name}_residual_percent": 100.0 * (found[name] / target[name] - 1.0) if name in target else np.nan
+        for name in descriptors_shown(target)
+    }
 
 
 def distance(found: dict[str, np.ndarray], target: dict[str, float], weights: dict[str, float]) -> np.ndarray:

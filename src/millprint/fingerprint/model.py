@@ -29,6 +29,7 @@ from millprint.fingerprint.bands import (
 )
 from millprint.fingerprint.condition import (
     BASIC,
+    CURVES,
     VARIABLES,
     WEIGHTED_BASIC,
     Condition,
@@ -37,7 +38,6 @@ from millprint.fingerprint.condition import (
     scaled_quantities,
 )
 from millprint.fingerprint.descriptors import CHARGE, OF_RULE, as_built, with_impacts
-from millprint.fingerprint.master_curves import CURVES
 from millprint.fingerprint.processes import (
     Predictor,
     Process,

@@ -3,6 +3,7 @@
 Each reader refuses, in one line, a file that lacks what is needed.
 """
 
+import hashlib
 import json
 from collections.abc import Iterable
 from functools import reduce
@@ -11,11 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
+from millprint.config.contact_set import ContactConfig
 from millprint.config.counting import recorded_count
 from millprint.config.errors import ConfigError
+from millprint.config.included import load_contact, load_mill, shipped
+from millprint.config.mill import MillConfig
 from millprint.config.mixture import ONE_SIZE, BallMixture, balls_in_words
 from millprint.fingerprint.columns import MEASURED
-from millprint.run.files import read_format, read_json
+from millprint.run.files import read_format, read_json, read_table
 
 # Coefficients of walls, stored where they differ from those of ball on ball.
 WALL = {"wall_restitution": "restitution", "wall_static_friction": "static_friction"}
@@ -94,3 +98,33 @@ def counted(summary: dict, rule_name: str) -> dict:
 def read_content(path: str | Path) -> dict:
     """The content of a fingerprint file. Raises ConfigError, in one line, for a missing or an invalid file."""
     return read_format(path, [FORMAT], "fingerprint", WHERE)
+
+
+FOLDER = "config/fingerprints"
+# A row for each: mill, contact, digest (of `digest_of`), sha256 of its file, and what it was made with.
+TABLE = f"{FOLDER}/made.tsv"
+# What changes no simulation of a mill.
+WORDS = {"title", "source", "speed_unit", "sweep"}
+
+
+def digest_of(mill: MillConfig, contact: ContactConfig) -> str:
+    """A short digest of what a mill and its contact set are, without their words and the mill's sweep."""
+    parts = [mill.model_dump(mode="json", exclude=WORDS), contact.model_dump(mode="json", exclude=WORDS)]
+    return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def ready_made() -> list[str]:
+    """Names of the mills that have a fingerprint without a simulation, in the order of the table."""
+    table = shipped(TABLE)
+    return list(read_table(table)["mill"]) if table else []
+
+
+def find_ready_made(mill: str) -> Path | None:
+    """The file of a mill's fingerprint; None if it has none, or if the mill of that name is another one here."""
+    if mill not in ready_made():
+        return None
+    row = read_table(str(shipped(TABLE))).set_index("mill").loc[mill]
+    if digest_of(load_mill(mill), load_contact(row["contact"])) != row["digest"]:
+        return None
+    path = shipped(f"{FOLDER}/{mill}.json")
+    return Path(path) if path else None
