@@ -14,9 +14,9 @@ from millprint.cli.commands import main as millprint
 from millprint.config.dose import ChargeConfig, WearConfig
 from millprint.config.errors import ConfigError
 from millprint.dose import wear
-from millprint.figures.dose_figures import plot_mill_wear, plot_wear
 from millprint.run.files import write_json
-from millprint.thesis.doe.wet_lab import wear_table
+from millprint.thesis.doe import wet_lab
+from millprint.thesis.figures.chapter2_figures import plot_mill_wear, plot_wear
 from tests.conftest import ROOT
 
 MATERIALS = ROOT / "config/data/wear_materials.tsv"
@@ -63,12 +63,12 @@ def weighings(factors, speeds=(1200.0, 1000.0, 800.0, 600.0)) -> pd.DataFrame:
         unused = 0.1 * JAR * DENSITY * 1e3
         rows.append([10.0, speed, 20.0, 50.0, unused, unused - grams, grams])
     names = ["ball_diameter_mm", "speed_rpm", "time_h", "bpr", "unused_mass_g", "used_mass_g", "wear_g"]
-    return wear_table(pd.DataFrame(rows, columns=names))
+    return wet_lab.wear_table(pd.DataFrame(rows, columns=names))
 
 
 def test_the_coefficient_comes_from_every_other_row_alone(materials):
     """The held rows are wrong by factors that the coefficient must not see, and that the miss must."""
-    table, result = wear.fit_wear(weighings([1, 3, 1, 1 / 3]), conditions(), materials.loc[STEEL], 0.05)
+    table, result = wet_lab.fit_wear(weighings([1, 3, 1, 1 / 3]), conditions(), materials.loc[STEEL], 0.05)
     assert table["role"].tolist() == ["fitted", "held back", "fitted", "held back"]
     assert table["loads_from"].tolist() == ["a run", "between runs", "between runs", "a run"]
     assert result["coefficient"] == pytest.approx(TRUE, rel=1e-9)
@@ -78,8 +78,8 @@ def test_the_coefficient_comes_from_every_other_row_alone(materials):
 
 
 def test_with_two_rows_it_is_said_that_they_are_too_few(materials):
-    _, result = wear.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
-    assert "missed by a factor of 1.7" in wear.verdict(result) and "too few to tell" in wear.verdict(result)
+    _, result = wet_lab.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
+    assert "missed by a factor of 1.7" in wet_lab.verdict(result) and "too few to tell" in wet_lab.verdict(result)
     table = wear.predict_wear(conditions(), materials, CHARGES, result, None, 0.95)
     assert table["note"].str.contains("too few for a useful interval").all()
     steel = table[table["material"] == STEEL].iloc[-1]
@@ -89,7 +89,7 @@ def test_with_two_rows_it_is_said_that_they_are_too_few(materials):
 
 
 def test_a_law_that_holds_predicts_its_own_weighing_and_iron_follows_powder_and_time(materials):
-    _, result = wear.fit_wear(weighings([1, 1.1, 1, 0.9]), conditions(), materials.loc[STEEL], 0.05)
+    _, result = wet_lab.fit_wear(weighings([1, 1.1, 1, 0.9]), conditions(), materials.loc[STEEL], 0.05)
     charges = [ChargeConfig(bpr=50, time_h=20), ChargeConfig(bpr=25, time_h=10)]
     table = wear.predict_wear(conditions(), materials, charges, result, None, 0.95)
     long, short = table[(table["material"] == STEEL) & (table["speed_rpm"] == 1200)].to_dict("records")
@@ -103,7 +103,7 @@ def test_a_law_that_holds_predicts_its_own_weighing_and_iron_follows_powder_and_
 
 
 def test_a_harder_and_lighter_ball_loses_less_and_no_iron(materials):
-    _, result = wear.fit_wear(weighings([1, 1]), conditions(), materials.loc[STEEL], 0.05)
+    _, result = wet_lab.fit_wear(weighings([1, 1]), conditions(), materials.loc[STEEL], 0.05)
     table = wear.predict_wear(conditions((1200.0,)), materials, CHARGES, result, None, 0.95).set_index("material")
     light = 5900 / 7700
     # Loads and mass are proportional to the density, the volume to one over the hardness.
@@ -117,12 +117,12 @@ def test_a_harder_and_lighter_ball_loses_less_and_no_iron(materials):
 
 
 def test_one_speed_is_carried_by_its_cube_and_no_run_gives_no_coefficient(materials):
-    table, result = wear.fit_wear(weighings([1, 1]), conditions((600.0,)), materials.loc[STEEL], 0.05)
-    assert table["loads_from"].tolist() == [wear.BY_CUBE] * 2
+    table, result = wet_lab.fit_wear(weighings([1, 1]), conditions((600.0,)), materials.loc[STEEL], 0.05)
+    assert table["loads_from"].tolist() == [wet_lab.BY_CUBE] * 2
     assert result["coefficient"] == pytest.approx(TRUE, rel=1e-9)
-    table, result = wear.fit_wear(weighings([1, 1]), conditions(fill=0.2), materials.loc[STEEL], 0.05)
+    table, result = wet_lab.fit_wear(weighings([1, 1]), conditions(fill=0.2), materials.loc[STEEL], 0.05)
     assert table["loads_from"].tolist() == ["no run with 10 mm at fill 0.1"] * 2
-    assert result["coefficient"] is None and "no coefficient" in wear.verdict(result)
+    assert result["coefficient"] is None and "no coefficient" in wet_lab.verdict(result)
     empty = wear.predict_wear(conditions(), materials, CHARGES, result, None, 0.95)
     assert empty.empty and list(empty.columns) == wear.WEAR_COLUMNS
 
@@ -209,7 +209,7 @@ def test_the_command_predicts_a_run_and_names_what_is_wrong(tmp_path, materials,
     common += ["--coefficient", str(coefficient)]
     assert millprint(["wear", *common]) == 1
     assert "no such file; `snakemake --cores 2 dose` fits" in capsys.readouterr().err
-    _, result = wear.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
+    _, result = wet_lab.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
     write_json(result, coefficient)
     millprint(["wear", *common, "--material", STEEL, "--out", str(tmp_path / "out.tsv")])
     assert "stainless_steel" in capsys.readouterr().out
@@ -220,9 +220,9 @@ def test_the_command_predicts_a_run_and_names_what_is_wrong(tmp_path, materials,
 
 
 def test_the_figure_shows_both_roles_and_every_speed(materials, close_figures):
-    table, result = wear.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
+    table, result = wet_lab.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
     predicted = wear.predict_wear(conditions(), materials, CHARGES, result, None, 0.95)
-    figure = plot_wear(table, predicted, STEEL, wear.verdict(result))
+    figure = plot_wear(table, predicted, STEEL, wet_lab.verdict(result))
     left, right = figure.axes
     assert len(left.get_legend_handles_labels()[1]) == 4
     assert right.get_legend_handles_labels()[1] == ["emax, 10 mm, 600 rpm", "emax, 10 mm, 1200 rpm"]
@@ -230,7 +230,7 @@ def test_the_figure_shows_both_roles_and_every_speed(materials, close_figures):
 
 def test_the_mills_of_the_box_have_a_prediction_each(tmp_path, materials, close_figures):
     """Half the sliding work is half the wear, for every material and charge; nothing of it is in a known interval."""
-    _, result = wear.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
+    _, result = wet_lab.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
     write_json(result, tmp_path / "wear_coefficient.json")
     runs = [write_run(tmp_path / name) for name in ("emax", "other")]
     for path, mill, factor in zip(runs, ("emax", "other"), (1.0, 0.5), strict=True):
@@ -253,13 +253,13 @@ def test_the_mills_of_the_box_have_a_prediction_each(tmp_path, materials, close_
 
 def test_a_bar_ends_at_its_value_where_the_coefficient_is_that_of_a_weighing(materials, close_figures):
     """The coefficient is that of the largest weighing, but for rounding in either direction."""
-    table, result = wear.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
+    table, result = wet_lab.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
     box = pd.concat([conditions(mill=mill) for mill in ("emax", "drum")])
     predicted = wear.predict_wear(box, materials, CHARGES, result, None, 0.95)
     value = predicted["powder_percent"]
     # Steps of one bit up and down, as two orders of a sum give them.
     predicted["seen_upper_powder_percent"] = np.nextafter(value, [0, np.inf] * (len(value) // 2))
-    plot_wear(table, predicted, STEEL, wear.verdict(result))
+    plot_wear(table, predicted, STEEL, wet_lab.verdict(result))
     (axis,) = plot_mill_wear(predicted, STEEL).axes
     steel = predicted[predicted["material"] == STEEL]
     assert [label.get_text() for label in axis.get_yticklabels()] == ["emax", "drum"]

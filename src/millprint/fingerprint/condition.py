@@ -72,11 +72,6 @@ def effective_restitution(restitution: Quantity, static_friction: Quantity) -> Q
     return restitution - 1.5 * static_friction * np.exp(-3.0 * static_friction)
 
 
-def universal_factor(effective: Quantity) -> Quantity:
-    """Factor (1 - eps)^(1/2) of Eqs 3.31 and 3.32 [-], eps the effective restitution of Eq. 3.30."""
-    return np.sqrt(1.0 - effective)
-
-
 # The scaled quantities from which all others are calculated: specific powers (Eq. 3.28) and frequency (Eq. 3.29).
 BASIC = ("Pn", "Pt", "f")
 # Quantities that need no counting rule, over the same scales: weighted energies, and the rate of strong collisions.

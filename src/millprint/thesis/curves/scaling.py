@@ -13,10 +13,10 @@ from millprint.fingerprint.condition import (
     CURVES,
     SCALED_BY,
     Condition,
+    Quantity,
     descriptors_of,
     scaled_quantities,
     specific_frequency,
-    universal_factor,
 )
 from millprint.fingerprint.condition_search import descriptors_shown, residuals
 from millprint.fingerprint.descriptors import CHARGE, CONDITION, as_built, condition_of
@@ -270,3 +270,8 @@ def invert_speed(
             }
         )
     return pd.DataFrame(rows)
+
+
+def universal_factor(effective: Quantity) -> Quantity:
+    """Factor (1 - eps)^(1/2) of Eqs 3.31 and 3.32 [-], eps the effective restitution of Eq. 3.30."""
+    return np.sqrt(1.0 - effective)
