@@ -57,7 +57,7 @@ def heat_of(folder: Path, mill: str) -> Heat:
         )
         for fill, speed in CONDITIONS
     ]  # fmt: skip
-    tables = heat_tables(HEAT, mill, sources, None, times=7)
+    tables = heat_tables(HEAT, mill, sources, times=7)
     write_table(tables.temperatures, folder / f"{mill}_temperatures.tsv")
     write_table(tables.limits, folder / f"{mill}_limits.tsv")
     return Heat(folder / f"{mill}_temperatures.tsv", folder / f"{mill}_limits.tsv", HEAT)

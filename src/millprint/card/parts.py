@@ -121,7 +121,7 @@ def heat_part(
     )
     summaries = [path.replace("run.h5", "summary.json") for path in runs.paths]
     source = mean_of([read_source(*pair) for pair in zip(summaries, runs.paths, strict=True)])
-    tables = heat_tables(own, experiment.mill, [source], None, times=times_of(programme) if programme else TIMES)
+    tables = heat_tables(own, experiment.mill, [source], times=times_of(programme) if programme else TIMES)
     limits, course = tables.limits.iloc[0], tables.temperatures
     bodies = {
         name: BodyHeat(

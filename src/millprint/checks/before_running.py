@@ -6,7 +6,6 @@ from millprint.card.experiment_cases import own_cases
 from millprint.card.read import check_material
 from millprint.config.checks import MILL_FOLDER, card_experiments
 from millprint.config.contact_set import ContactConfig
-from millprint.config.dose import MEASURED
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.config.motion_kinds import PlanetaryMotion
@@ -14,7 +13,6 @@ from millprint.config.setup_models import TumblingConfig, setup_cases
 from millprint.config.sweep import Case, overridden
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.case_checks import check_ball_size, check_mixtures, check_room, check_step_and_cost, checked_bodies
-from millprint.dose.heat_table import measured_row
 from millprint.dose.wear import read_materials
 from millprint.fingerprint.cases import mill_cases, place_of_sweep
 from millprint.fingerprint.sweep_checks import (
@@ -83,7 +81,6 @@ def check_before_running(
         check_room(group, mills, bodies, place)
         check_mixtures(group, mills, bodies, place)
     check_movie(config, source)
-    check_measured_heat(config)
     faults = [*fingerprint_faults(config, source), *uncertainty_faults(config, mills, contacts, source)]
     if chapter_faults:
         faults += chapter_faults(config, mills, contacts, cases, source)
@@ -135,14 +132,6 @@ def check_same_charges(cases: dict[str, Case], swept: dict[str, list[Case]], sou
                     f"{source}: sweeps: ball_diameters_mm: charge {name} has other balls in the sweep of mill {mill}; "
                     "give one of the two another name"
                 )
-
-
-def check_measured_heat(config: WorkflowConfig) -> None:
-    """Check that the table has the measured temperatures that mills are compared with."""
-    heated = {config.mill, *config.dose.heat.mills, *config.mills.box}
-    for mill, name in MEASURED.items():
-        if mill in heated and not config.validation.is_own:
-            measured_row(config.validation.measured, name)
 
 
 def check_movie(config: WorkflowConfig, source: str) -> None:

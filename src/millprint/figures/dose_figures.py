@@ -9,10 +9,10 @@ from millprint.figures.style import COLOURS, MARKERS, PAGE_WIDTH_IN, legend_belo
 BODY_NAMES = {"balls": "balls", "powder": "powder", "jar": "jar"}
 
 
-def plot_heat(temperatures: pd.DataFrame, limits: pd.DataFrame, comparison: pd.DataFrame, title: str) -> Figure:
+def plot_heat(temperatures: pd.DataFrame, limits: pd.DataFrame, title: str) -> Figure:
     """Temperatures of the condition of the largest power over time, and of every condition after long milling.
 
-    temperatures, limits, comparison: as of `millprint.dose.heat_table.heat_tables`.
+    temperatures, limits: as of `millprint.dose.heat_table.heat_tables`.
     """
     figure, (left, right) = plt.subplots(1, 2, figsize=(PAGE_WIDTH_IN, 2.9))
     strongest = limits.loc[limits["total_W"].idxmax()]
@@ -35,13 +35,6 @@ def plot_heat(temperatures: pd.DataFrame, limits: pd.DataFrame, comparison: pd.D
         linewidth=0.8,
         label=f"limit ({strongest['limit_body']})",
     )
-    for _, row in comparison.drop_duplicates("id").iterrows():
-        bound = float(str(row["measured"]).split()[-1])
-        right.axhline(bound, color="0.6", linewidth=0.8)
-        right.text(
-            0.02, bound, f"balls, measured: {row['measured']} {row['unit']}", transform=right.get_yaxis_transform(),
-            fontsize=6, va="bottom", color="0.4",
-        )  # fmt: skip
     left.set(xlabel="time [h]", ylabel="temperature [degC]")
     said = "{ball_diameter_mm:.3g} mm, fill {fill_ratio:g}, {speed_rpm:g} rpm: {total_W:.3g} W".format(**strongest)
     left.set_title(said, fontsize=7, loc="right")

@@ -1,9 +1,8 @@
 """Measured tables: the columns of each are declared once, and the first fault raises an error of one line."""
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import inf, nan
+from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -119,42 +118,3 @@ def refuse_rows(
     value = repr(row[column]) if isinstance(row[column], str) else f"{row[column]:g}"
     place, what = row_name(frame, places[0], column), why if isinstance(why, str) else why(row)
     raise ConfigError(f"{path}: column {column}, {place} = {value}: {what}")
-
-
-# A number, a pair x:value, a range and a bound in a cell.
-NUMBER = r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
-PAIR = re.compile(rf"({NUMBER}):({NUMBER})")
-RANGE = re.compile(rf"({NUMBER}) to ({NUMBER})")
-BOUND = re.compile(rf"(below|above) ({NUMBER})")
-
-
-@dataclass(frozen=True)
-class Point:
-    """A measured number at x (nan for a single number), with the bounds of a range (nan if it is not a range)."""
-
-    x: float
-    value: float
-    lower: float = nan
-    upper: float = nan
-
-
-def parse_value(text: str) -> list[Point]:
-    """The points of a value: `1.5`, a series `x:value;x:value`, a range `1 to 2`, or a bound `below 3`.
-
-    Raises ValueError for any other text.
-    """
-    text = text.strip()
-    if re.fullmatch(NUMBER, text):
-        return [Point(nan, float(text))]
-    if found := RANGE.fullmatch(text):
-        low, high = float(found[1]), float(found[2])
-        if low > high:
-            raise ValueError(text)
-        return [Point(nan, (low + high) / 2, low, high)]
-    if found := BOUND.fullmatch(text):
-        limit = float(found[2])
-        return [Point(nan, limit, *((-inf, limit) if found[1] == "below" else (limit, inf)))]
-    pairs = [PAIR.fullmatch(part.strip()) for part in text.split(";")]
-    if not all(pairs):
-        raise ValueError(text)
-    return [Point(float(pair[1]), float(pair[2])) for pair in pairs if pair]

@@ -1,7 +1,9 @@
 """Measurements by others: config/data/measured.tsv, a row for each number or series."""
 
+import re
 from collections.abc import Collection, Mapping
-from math import nan
+from dataclasses import dataclass
+from math import inf, nan
 from pathlib import Path
 
 import pandas as pd
@@ -11,7 +13,7 @@ from millprint.config.quantities import Asked, quantities_of
 from millprint.config.setup_models import SETTINGS, SetupConfig
 from millprint.config.wording import close_to
 from millprint.config.workflow import WorkflowConfig
-from millprint.run.tables import Number, Text, parse_value, read_measured, refuse_rows
+from millprint.run.tables import Number, Text, read_measured, refuse_rows
 from millprint.thesis.validation.fixed import read_fixed
 from millprint.thesis.validation.inputs import read_other_codes
 
@@ -34,6 +36,44 @@ POINT_COLUMNS = (
     *("id", "setup", "quantity", "x_name", "x", "measured", "measured_lower", "measured_upper", "unit", "class"),
     *("source", "note"),
 )
+
+
+NUMBER = r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
+PAIR = re.compile(rf"({NUMBER}):({NUMBER})")
+RANGE = re.compile(rf"({NUMBER}) to ({NUMBER})")
+BOUND = re.compile(rf"(below|above) ({NUMBER})")
+
+
+@dataclass(frozen=True)
+class Point:
+    """A measured number at x (nan for a single number), with the bounds of a range (nan if it is not a range)."""
+
+    x: float
+    value: float
+    lower: float = nan
+    upper: float = nan
+
+
+def parse_value(text: str) -> list[Point]:
+    """The points of a value: `1.5`, a series `x:value;x:value`, a range `1 to 2`, or a bound `below 3`.
+
+    Raises ValueError for any other text.
+    """
+    text = text.strip()
+    if re.fullmatch(NUMBER, text):
+        return [Point(nan, float(text))]
+    if found := RANGE.fullmatch(text):
+        low, high = float(found[1]), float(found[2])
+        if low > high:
+            raise ValueError(text)
+        return [Point(nan, (low + high) / 2, low, high)]
+    if found := BOUND.fullmatch(text):
+        limit = float(found[2])
+        return [Point(nan, limit, *((-inf, limit) if found[1] == "below" else (limit, inf)))]
+    pairs = [PAIR.fullmatch(part.strip()) for part in text.split(";")]
+    if not all(pairs):
+        raise ValueError(text)
+    return [Point(float(pair[1]), float(pair[2])) for pair in pairs if pair]
 
 
 def _is_value(text: str) -> bool:
