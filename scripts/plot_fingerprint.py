@@ -11,7 +11,7 @@ Outputs: each figure as SVG and PNG, and the points of the maps as `maps_tsvs`.
 from millprint.config.errors import ConfigError
 from millprint.dose.spectra import read_spectra
 from millprint.dose.spectra_shown import shown
-from millprint.figures.spectra_figures import plot_spectra
+from millprint.figures.dose_figures import plot_spectra
 from millprint.figures.style import save
 from millprint.fingerprint.descriptors import NOTHING, as_built
 from millprint.run.files import read_table

@@ -17,8 +17,7 @@ from millprint.fingerprint.condition_search import GRID
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import read_content
-from millprint.mill.speed_limits import GRAVITY
-from millprint.mill.words import mill_in_words, wall_acceleration
+from millprint.mill.speed_limits import GRAVITY, mill_in_words, wall_acceleration
 
 # A slider extends beyond the simulated range, and by this factor both ways if only one value was simulated.
 BEYOND = 1.25

@@ -11,10 +11,9 @@ from millprint.card.card_model import Ends, MillingCard, Quantity, Spectrum
 from millprint.card.latex import TITLES, settings_of
 from millprint.card.methods import between, in_words
 from millprint.config.contact_set import ASSUMED
-from millprint.figures.dose_figures import BODY_NAMES
+from millprint.figures.dose_figures import BODY_NAMES, PAIRS
 from millprint.figures.mill_pictures import draw_views
 from millprint.figures.mill_sheet_figure import SHEET_IN
-from millprint.figures.spectra_figures import PAIRS
 from millprint.figures.style import COLOURS, legend_below, plt
 from millprint.fingerprint.bands import FURTHER, MEAN, SCATTER
 from millprint.run.numbers import prefix_of, three

@@ -1,10 +1,131 @@
-"""The figure of the heat balance over a programme. It draws tables and computes nothing."""
+"""Figures of energy spectra, and of the heat balance over a programme. They draw tables and compute nothing."""
+
+import itertools
+import textwrap
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from millprint.dose.spectra import BOTH
 from millprint.figures.style import COLOURS, MARKERS, PAGE_WIDTH_IN, legend_below, letter_panels, plt
+from millprint.run.numbers import prefix_of, three
+
+CHANNELS = {"normal": "normal energy [J]", "tangential": "tangential energy [J]"}
+PAIRS = {"ball_ball": ("ball on ball", "-"), "ball_wall": ("ball on wall", "--")}
+QUANTITIES = {
+    "collisions_hz": "collisions per bin [1/s]",
+    "power_W": "power per bin [W]",
+    "power_above_share": "share of power above [-]",
+}
+
+
+def plot_spectra(spectra: pd.DataFrame, title: str) -> Figure:
+    """Collisions, power and cumulative share of the power over the energy of a collision, a column per channel.
+
+    spectra: of one charge at one speed by one rule, as of `dose.spectra_shown.shown`; a colour per fill ratio, solid
+    lines for ball on ball, dashed lines for ball on wall. The open bins at both ends are not drawn.
+    """
+    figure, axes = plt.subplots(3, 2, figsize=(PAGE_WIDTH_IN, 6.2), sharex="col", sharey="row")
+    bins = spectra.dropna(subset=["energy_low_J", "energy_high_J"])
+    for column, (channel, label) in enumerate(CHANNELS.items()):
+        for row, (quantity, title_y) in enumerate(QUANTITIES.items()):
+            axis = axes[row, column]
+            _draw(axis, bins[bins["channel"] == channel], quantity)
+            axis.set_xscale("log")
+            if quantity != "power_above_share":
+                axis.set_yscale("log")
+            if column == 0:
+                axis.set_ylabel(title_y)
+        axes[-1, column].set_xlabel(label)
+    for axis in axes[:2, 0]:
+        _cut(axis, 7)
+    letter_panels(axes.flat)
+    legend_below(figure, axes.flat, columns=4, fontsize=7)
+    figure.suptitle(title, fontsize=8)
+    return figure
+
+
+CHANNEL_COLOURS = dict(zip(CHANNELS, COLOURS, strict=False))
+
+
+def draw_sheet_spectra(axes: Sequence[Axes], spectra: pd.DataFrame, read_off: pd.DataFrame) -> None:
+    """The two panels of a fingerprint sheet: collisions and power over the energy of a collision, at one condition.
+
+    spectra: bins of the condition by one rule; read_off: the numbers read off them, for both pairs. A colour per
+    channel; a vertical line is the energy above which half of the power falls.
+    """
+    bins = spectra.dropna(subset=["energy_low_J", "energy_high_J"])
+    half = read_off.set_index("channel")["half_power_J"]
+    for axis, (quantity, label) in zip(axes, list(QUANTITIES.items())[:2], strict=True):
+        for (channel, pair), table in bins.groupby(["channel", "pair"], sort=True):
+            words, line = PAIRS[str(pair)]
+            _steps(axis, table, quantity, f"{channel}, {words}", CHANNEL_COLOURS[str(channel)], line)
+        for channel, colour in CHANNEL_COLOURS.items():
+            axis.axvline(half[channel], color=colour, linewidth=0.8, linestyle=":")
+        axis.set(xscale="log", yscale="log", xlabel="energy of a collision [J]", ylabel=label)
+        _cut(axis, 5)
+        axis.yaxis.label.set_fontsize(7)
+    for number, (channel, colour) in enumerate(CHANNEL_COLOURS.items()):
+        factor, unit = prefix_of(half[channel], "J")
+        axes[1].text(
+            0.03, 0.88 - 0.14 * number, f"{channel}: {three(factor * half[channel])} {unit}", fontsize=6.5,
+            color=colour, transform=axes[1].transAxes,
+        )  # fmt: skip
+
+
+def plot_rules(bins: pd.DataFrame, read_off: pd.DataFrame, title: str, note: str) -> Figure:
+    """The spectra of one condition by each counting rule: collisions and power in a bin, a column per channel.
+
+    bins: as of `dose.spectra_shown.over_pairs`; read_off: as of `of_sheet`, drawn for both pairs; note: how much the
+    rules differ.
+    """
+    figure, axes = plt.subplots(2, 2, figsize=(PAGE_WIDTH_IN, 4.6), sharex="col", sharey="row")
+    both = read_off[read_off["pair"] == BOTH]
+    rules = list(dict.fromkeys(both["counting_rule"]))
+    for column, (channel, label) in enumerate(CHANNELS.items()):
+        half = both[both["channel"] == channel].set_index("counting_rule")["half_power_J"]
+        for row, quantity in enumerate(("collisions_hz", "power_W")):
+            axis = axes[row, column]
+            own = bins[bins["channel"] == channel]
+            for rule, colour in zip(rules, itertools.cycle(COLOURS)):
+                _steps(axis, own[own["counting_rule"] == rule], quantity, rule, colour, "-")
+                axis.axvline(half[rule], color=colour, linewidth=0.8, linestyle=":")
+            axis.set(xscale="log", yscale="log")
+            if column == 0:
+                axis.set_ylabel(QUANTITIES[quantity])
+        axes[-1, column].set_xlabel(label)
+    for axis in axes[:, 0]:
+        _cut(axis, 6)
+    letter_panels(axes.flat)
+    legend_below(figure, axes.flat, columns=4, fontsize=7)
+    figure.suptitle(f"{title}\n{textwrap.fill(note, 110)}", fontsize=7)
+    return figure
+
+
+def _cut(axis: Axes, decades: int) -> None:
+    """Show only the largest decades: single contacts would stretch the axis over the whole range."""
+    low, high = axis.get_ylim()
+    axis.set_ylim(max(low, high * 10.0**-decades), high)
+
+
+def _steps(axis: Axes, bins: pd.DataFrame, quantity: str, label: str, colour: str, line: str) -> None:
+    """A quantity over the bins of one spectrum as steps."""
+    edges = np.append(bins["energy_low_J"].to_numpy(), bins["energy_high_J"].to_numpy()[-1])
+    axis.stairs(
+        bins[quantity].to_numpy(), edges, baseline=None, label=label, linewidth=1.0, color=colour, linestyle=line
+    )
+
+
+def _draw(axis: Axes, bins: pd.DataFrame, quantity: str) -> None:
+    fills = np.unique(bins["fill_ratio"])
+    for (fill, pair), table in bins.groupby(["fill_ratio", "pair"], sort=True):
+        words, line = PAIRS[str(pair)]
+        colour = COLOURS[int(np.searchsorted(fills, fill)) % len(COLOURS)]
+        _steps(axis, table, quantity, f"fill {fill:g}, {words}", colour, line)
+
 
 BODY_NAMES = {"balls": "balls", "powder": "powder", "jar": "jar"}
 

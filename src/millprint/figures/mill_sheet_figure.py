@@ -16,8 +16,8 @@ from millprint.dose.spectra_shown import FILL as SPECTRA_FILL
 from millprint.dose.spectra_shown import NOTE as NO_SPECTRA
 from millprint.dose.spectra_shown import SECTION as SPECTRA
 from millprint.dose.spectra_shown import TEMPERATURE
+from millprint.figures.dose_figures import draw_sheet_spectra
 from millprint.figures.mill_pictures import draw_strip, draw_views
-from millprint.figures.spectra_figures import draw_sheet_spectra
 from millprint.figures.style import COLOURS, FILL_LABEL, MARKERS, draw_curve, legend_below, plt
 from millprint.fingerprint.bands import FURTHER, MEAN, NOT_KNOWN, SCATTER, interval_columns
 from millprint.fingerprint.columns import DESCRIPTORS
