@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.ndimage import minimum_filter
-from scipy.optimize import minimize
 
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import DESCRIPTOR_SETS, DescriptorSet, LikeConfig, MatchConfig, TargetConfig
@@ -57,6 +55,10 @@ def _local_minima(
     fingerprint: Fingerprint, balls: Condition, charge: str, target: dict, weights: dict, fills: tuple, speeds: tuple
 ) -> Iterator[Condition[float]]:
     """The conditions of `balls` of a charge at every local minimum of the distance, refined from a grid in logs."""
+    # Imported here: slow to import, and the fit of the jar imports this module.
+    from scipy.ndimage import minimum_filter
+    from scipy.optimize import minimize
+
     ranges = zip((fills, speeds), GRID, strict=True)
     axes = [np.geomspace(low, high, size if high > low else 1) for (low, high), size in ranges]
 

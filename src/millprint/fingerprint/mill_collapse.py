@@ -2,7 +2,6 @@
 
 import numpy as np
 import pandas as pd
-from statsmodels.regression.linear_model import OLS
 
 from millprint.fingerprint.condition import SCALED_BY
 from millprint.fingerprint.descriptors import CHANNELS, CHARGE, as_built
@@ -66,6 +65,9 @@ def _own(logs: np.ndarray, constants: np.ndarray, varied: dict[str, np.ndarray],
     design = np.column_stack([constants, *(varied[name] for name in names)])
     if not names or len(logs) <= design.shape[1]:
         return empty | {"spread_own": np.nan}
+    # Imported here: slow to import, and the claims import this module.
+    from statsmodels.regression.linear_model import OLS
+
     fit = OLS(logs, design).fit()
     intervals = fit.conf_int(alpha=1 - probability)
     found = {"spread_own": float(np.sqrt(fit.mse_resid))}
