@@ -18,12 +18,16 @@ from millprint.config.workflow import WorkflowConfig
 from millprint.run.files import write_table
 from millprint.thesis.figures.validation_figures import plot_setup
 from millprint.thesis.validation.fixed import Fixed, fix, fixed_table, read_fixed, settings_digest, status_of
-from millprint.thesis.validation.inputs import CONTACT, PREDICTION_COLUMNS, SCATTER, check_predictions, prediction
 from millprint.thesis.validation.measured import (
+    CONTACT,
+    PREDICTION_COLUMNS,
+    SCATTER,
     UNKNOWN,
     check_measured,
+    check_predictions,
     measured_points,
     parse_value,
+    prediction,
     read_measurements,
 )
 from millprint.thesis.validation.setups import SETUPS, assumption_table, predict, setup_named

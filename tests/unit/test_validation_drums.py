@@ -15,7 +15,7 @@ from millprint.config.strict_yaml import read_yaml
 from millprint.config.sweep import DemConfig
 from millprint.run.hdf5 import whole_hdf5
 from millprint.thesis.validation import drums
-from millprint.thesis.validation.inputs import DEM, PLACE_COLUMNS, Inputs, check_predictions
+from millprint.thesis.validation.measured import DEM, PLACE_COLUMNS, Inputs, check_predictions
 from tests.unit.test_validation_flowing_bed import RATE, ZERO, bed
 
 SHOTS, BALLS = 8, 6000

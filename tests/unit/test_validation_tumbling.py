@@ -12,7 +12,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.setup_models import BondMillConfig, SliceMillConfig
 from millprint.config.sweep import DemConfig
 from millprint.thesis.validation import tumbling_runs
-from millprint.thesis.validation.inputs import CONTACT, DEM, SCATTER, Inputs, check_predictions, read_other_codes
+from millprint.thesis.validation.measured import CONTACT, DEM, SCATTER, Inputs, check_predictions, read_other_codes
 from millprint.thesis.validation.tumbling import (
     ANGLES,
     POWER_W,

@@ -6,8 +6,7 @@ from typing import TypedDict
 from millprint.config.dose import HeatConfig
 from millprint.config.fingerprint import DescriptorSet
 from millprint.config.mill import MillConfig
-from millprint.explorer.condition_tables import Heat, Spectra
-from millprint.explorer.content import Machine, mill_content
+from millprint.explorer.content import Heat, Machine, Spectra, mill_content
 from millprint.fingerprint.condition_search import simulated_request
 from millprint.fingerprint.model import Fingerprint
 from millprint.run.html_pages import embed_files, embed_json, render_page

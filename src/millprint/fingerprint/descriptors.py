@@ -12,10 +12,9 @@ from millprint.config.errors import ConfigError
 from millprint.config.mill_sweep import FEWEST_FILLS
 from millprint.config.mixture import ONE_SIZE
 from millprint.dem.turns import has_impacts, mean_of_turns, motion_repeats
-from millprint.fingerprint.collisions_of_run import Collisions, collisions_by, read_contacts
 from millprint.fingerprint.columns import COMPUTED, DESCRIPTORS, MEASURED, relative_error_of
 from millprint.fingerprint.condition import Condition, energy_scale
-from millprint.fingerprint.readers import counted
+from millprint.fingerprint.readers import Collisions, collisions_by, counted, read_contacts
 from millprint.run.files import read_table
 
 # The columns that define a condition. `varied` names what a sweep changed of mill or balls; NOTHING if as built.

@@ -22,8 +22,7 @@ from millprint.fingerprint.condition import CURVES, SCALED_BY, VARIABLES, Condit
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.run.progress import progress
 from millprint.uncertainty.emulator import Emulator, draw, quality, saltelli_shares, sobol_indices
-from millprint.uncertainty.samples import FILLED, contact_values
-from millprint.uncertainty.space import FILL, Space
+from millprint.uncertainty.samples import FILL, FILLED, Space, contact_values
 
 # Descriptors of a condition: the scaled quantity that they are computed from, and their unit.
 DESCRIBED = {

@@ -75,7 +75,7 @@ def _draw_points(axis: Axes, points: pd.DataFrame) -> None:
 def plot_setup(predictions: pd.DataFrame, points: pd.DataFrame, title: str) -> Figure:
     """A panel for each quantity of a set-up.
 
-    predictions: columns as in validation.inputs; points: as in validation.measured, of this
+    predictions, points: columns as in validation.measured, of this
     set-up. Bands and bars are intervals.
     """
     quantities = list(dict.fromkeys(predictions["quantity"]))
