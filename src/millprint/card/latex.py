@@ -169,8 +169,5 @@ def software() -> Software:
     """Name, version and commit of this software, and the versions of the packages that its numbers depend on."""
     own, versions = citation(), package_versions()
     return Software(
-        name=own["title"],
-        version=own["version"],
-        commit=commit(),
-        packages={name: versions[name] for name in PACKAGES},
+        name=own["title"], version=own["version"], commit=commit(), packages={name: versions[name] for name in PACKAGES}
     )

@@ -95,11 +95,7 @@ def is_near(row: pd.Series, near: float = NEAR) -> bool:
 
 
 def verdict(
-    card: MillingCard,
-    fingerprint: Fingerprint,
-    table: pd.DataFrame,
-    near: float = NEAR,
-    wanted: Wanted = ALL_SIMULATED,
+    card: MillingCard, fingerprint: Fingerprint, table: pd.DataFrame, near: float = NEAR, wanted: Wanted = ALL_SIMULATED
 ) -> list[str]:
     """Sentences on a ranking: the nearest setting, if there is one, what is lost, and how long it takes.
 

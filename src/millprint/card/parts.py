@@ -186,12 +186,7 @@ SHARE = "tangential_share"
 # A descriptor without a curve, and so without factors.
 BALL_COLLISIONS = "collisions_of_a_ball_hz"
 # The curve of a fingerprint whose factors apply to a descriptor; the share rises with the ratio Pt / Pn.
-CURVE_OF = {
-    **SCALED_BY,
-    "normal_power_W": "Pn",
-    "tangential_power_W": "Pt",
-    "power_W": "P",
-}
+CURVE_OF = {**SCALED_BY, "normal_power_W": "Pn", "tangential_power_W": "Pt", "power_W": "P"}
 COLUMN_UNITS = {"J": "J", "W": "W", "hz": "1/s"}
 UNITS = {name: COLUMN_UNITS[name.rpartition("_")[2]] for name in (*CURVE_OF, BALL_COLLISIONS)} | {SHARE: "-"}
 

@@ -7,15 +7,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.dose import COEFFICIENT, PARAMETERS, TEMPERATURE, HeatConfig, RangeSection
-from millprint.dose.heat_balance import (
-    BODIES,
-    Balance,
-    Course,
-    pause_needed,
-    programme_phases,
-    solve,
-    time_to_limit,
-)
+from millprint.dose.heat_balance import BODIES, Balance, Course, pause_needed, programme_phases, solve, time_to_limit
 from millprint.dose.heat_sources import HeatSource
 
 RUNNING, RESTING, ROOM = "running_W_m2K", "resting_W_m2K", "surroundings_degC"

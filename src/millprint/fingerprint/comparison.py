@@ -10,7 +10,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import DESCRIPTOR_SETS, TARGET_DESCRIPTORS, DescriptorSet, MatchConfig
 from millprint.config.load import check_model
 from millprint.config.mixture import ONE_SIZE, balls_in_words
-from millprint.fingerprint.bands import ENDS, Band, ratio_of
+from millprint.fingerprint.bands import Band, ratio_of
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.condition_search import check_same_count, counts_alike, rank_conditions, with_ratios
@@ -119,7 +119,7 @@ def compare(
         first, second = getattr(of_one, name), getattr(of_other, name)
         row = {"quantity": name, "title": title, "unit": DESCRIPTORS[name].unit if name in DESCRIPTORS else "W"}
         for column, band in {"one": first, "other": second, "ratio": ratio_of(second, first)}.items():
-            row |= {column: band.value, **{f"{column}_{end}": getattr(band, end) for end in ENDS}}
+            row |= band.columns(column)
         rows.append(row)
     return pd.DataFrame(rows).set_index("quantity")
 

@@ -98,7 +98,7 @@ def _row(fingerprint: Fingerprint, condition: Condition[float], charge: str, tar
         "distance": float(distance(found, target, weights)),
     }
     for name, band in bands.items():
-        row |= {name: band.value, f"{name}_lower": band.lower, f"{name}_upper": band.upper}
+        row |= band.columns(name)
         for origin in fingerprint.further:
             interval = band.by(origin) or UNKNOWN
             row |= dict(zip(interval_columns(name, origin), vars(interval).values(), strict=True))

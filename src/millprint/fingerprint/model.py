@@ -455,7 +455,7 @@ def _row(prediction: Prediction) -> dict[str, Any]:
     row: dict[str, Any] = {"balls": prediction.balls}
     for name, value in vars(prediction).items():
         if isinstance(value, Band):
-            row |= {name: value.value, f"{name}_lower": value.lower, f"{name}_upper": value.upper}
+            row |= value.columns(name)
     return row | {"outside": ", ".join(prediction.outside)}
 
 
