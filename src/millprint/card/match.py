@@ -19,7 +19,7 @@ from millprint.fingerprint.comparison import (
     nearest,
     setting_in_words,
 )
-from millprint.fingerprint.condition_search import SHARED_CONTACT, check_same_count
+from millprint.fingerprint.condition_search import SHARED_CONTACT, check_same_count, simulated_ranges
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import find_ready_made
 
@@ -132,7 +132,7 @@ def verdict(
 
 
 def _limits(best: pd.Series, fingerprint: Fingerprint, wanted: Wanted) -> str:
-    ranges = fingerprint.about["ranges"]
-    balls = [1e3 * fingerprint.balls(choice)[0] for choice in wanted.balls or fingerprint.choices()]
-    speeds = wanted.speeds_rpm or [60 * speed for speed in ranges["speed_hz"]]
-    return limits_in_words(best, speeds, wanted.fill_ratios or ranges["fill_ratio"], balls)
+    ranges = simulated_ranges([fingerprint])
+    balls = [1e3 * fingerprint.balls(choice)[0] for choice in wanted.balls or ranges["ball_diameters_mm"]]
+    speeds, fills = wanted.speeds_rpm or ranges["speeds_rpm"], wanted.fill_ratios or ranges["fill_ratios"]
+    return limits_in_words(best, speeds, fills, balls)

@@ -13,7 +13,13 @@ from millprint.config.mixture import ONE_SIZE, balls_in_words
 from millprint.fingerprint.bands import Band, ratio_of
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import Condition
-from millprint.fingerprint.condition_search import check_same_count, counts_alike, rank_conditions, with_ratios
+from millprint.fingerprint.condition_search import (
+    check_same_count,
+    counts_alike,
+    rank_conditions,
+    simulated_ranges,
+    with_ratios,
+)
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.model import Fingerprint
 
@@ -39,17 +45,15 @@ class Wanted:
 
     def request(self, fingerprint: Fingerprint, target: Mapping[str, float]) -> MatchConfig:
         """The request for the conditions nearest to a target's descriptors; raises ConfigError for invalid ones."""
-        ranges = fingerprint.about["ranges"]
-        content = {
-            "targets": [{"name": "target", **target}],
-            "speeds_rpm": self.speeds_rpm or [60 * speed for speed in ranges["speed_hz"]],
-            "fill_ratios": self.fill_ratios or ranges["fill_ratio"],
-            "ball_diameters_mm": self.balls or fingerprint.choices(),
-            "densities_kg_m3": self.densities_kg_m3 or [],
-            "ranked": self.ranked,
-            "descriptors": self.descriptors,
+        given = {
+            "speeds_rpm": self.speeds_rpm,
+            "fill_ratios": self.fill_ratios,
+            "ball_diameters_mm": self.balls,
+            "densities_kg_m3": self.densities_kg_m3,
         }
-        return check_model(content, MatchConfig, "match")
+        content = simulated_ranges([fingerprint]) | {key: value for key, value in given.items() if value}
+        target_of = {"targets": [{"name": "target", **target}], "ranked": self.ranked, "descriptors": self.descriptors}
+        return check_model(content | target_of, MatchConfig, "match")
 
 
 ALL_SIMULATED = Wanted()

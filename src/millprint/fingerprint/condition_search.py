@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -276,23 +276,27 @@ def match_targets(request: MatchConfig, fingerprints: list[Fingerprint]) -> pd.D
     return pd.concat(tables, ignore_index=True)
 
 
+def simulated_ranges(fingerprints: Sequence[Fingerprint]) -> dict[str, list]:
+    """The keys of a request for everything that was simulated for some mills: ranges of speed and fill, all balls."""
+    speeds = [60 * speed for each in fingerprints for speed in each.about["ranges"]["speed_hz"]]
+    fills = [fill for each in fingerprints for fill in each.fill_range]
+    balls = dict.fromkeys(choice for each in fingerprints for choice in each.choices())
+    ranges = {"speeds_rpm": [min(speeds), max(speeds)], "fill_ratios": [min(fills), max(fills)]}
+    return {**ranges, "ball_diameters_mm": list(balls)}
+
+
 def simulated_request(fingerprint: Fingerprint, names: DescriptorSet) -> MatchConfig:
-    """A request for everything that was simulated for a fingerprint: all balls, the ranges of fill and speed.
+    """A request for everything that was simulated for a fingerprint.
 
     The target has a set of descriptors of one condition: middle fill ratio, slowest speed and first balls.
     """
-    ranges, choices = fingerprint.about["ranges"], fingerprint.choices()
-    speeds, (low, high) = ranges["speed_hz"], fingerprint.fill_range
-    diameter, charge = fingerprint.balls(choices[0])
-    middle = fingerprint.condition(speed_hz=speeds[0], ball_diameter_m=diameter, fill_ratio=(low * high) ** 0.5)
+    low, high = fingerprint.fill_range
+    diameter, charge = fingerprint.balls(fingerprint.choices()[0])
+    slowest = fingerprint.about["ranges"]["speed_hz"][0]
+    middle = fingerprint.condition(speed_hz=slowest, ball_diameter_m=diameter, fill_ratio=(low * high) ** 0.5)
     found = fingerprint.predict(middle, charge=charge)
-    return MatchConfig(
-        targets=[TargetConfig(name="middle", **{name: getattr(found, name).value for name in DESCRIPTOR_SETS[names]})],
-        descriptors=names,
-        speeds_rpm=[60 * speed for speed in speeds],
-        fill_ratios=ranges["fill_ratio"],
-        ball_diameters_mm=choices,
-    )
+    target = TargetConfig(name="middle", **{name: getattr(found, name).value for name in DESCRIPTOR_SETS[names]})
+    return MatchConfig(targets=[target], descriptors=names, **simulated_ranges([fingerprint]))
 
 
 def shared_contact(request: MatchConfig, fingerprints: list[Fingerprint]) -> list[str]:
