@@ -95,21 +95,11 @@ def balance_of(settings: HeatConfig, mill: str, source: HeatSource, drawn: pd.Da
     powder = source.balls_kg / drawn["ball_to_powder_ratio"].to_numpy()
     if settings.powder_mass_g is not None:
         powder = np.full(len(drawn), 1e-3 * settings.powder_mass_g)
+    masses = {"ball": source.balls_kg, "powder": powder, "jar": mass}
+    areas = {"ball_powder": source.balls_m2, "ball_wall": source.inside_m2, "powder_wall": source.inside_m2}
     return Balance(
-        capacity_J_K=np.column_stack(
-            [
-                source.balls_kg * drawn["ball_heat_capacity_J_kgK"],
-                powder * drawn["powder_heat_capacity_J_kgK"],
-                mass * drawn["jar_heat_capacity_J_kgK"],
-            ]
-        ),
-        between_W_K=np.column_stack(
-            [
-                source.balls_m2 * drawn["ball_powder_W_m2K"],
-                source.inside_m2 * drawn["ball_wall_W_m2K"],
-                source.inside_m2 * drawn["powder_wall_W_m2K"],
-            ]
-        ),
+        capacity_J_K=np.column_stack([own * drawn[f"{of}_heat_capacity_J_kgK"] for of, own in masses.items()]),
+        between_W_K=np.column_stack([own * drawn[f"{of}_W_m2K"] for of, own in areas.items()]),
         running_W_K=outside * drawn[RUNNING].to_numpy(),
         resting_W_K=outside * drawn[RESTING].to_numpy(),
         source_W=heat_by_body(source, drawn),
@@ -142,19 +132,10 @@ class HeatTables:
 
 def parameter_table(settings: HeatConfig, mill: str) -> pd.DataFrame:
     """A row for each sampled number: range, unit and source."""
-    return pd.DataFrame(
-        [
-            {
-                "parameter": name,
-                "title": title,
-                "unit": unit,
-                "low": given.low,
-                "high": given.high,
-                "source": given.source,
-            }
-            for name, (given, title, unit) in ranges_of(settings, mill).items()
-        ]
-    )
+    columns = ["parameter", "title", "unit", "low", "high", "source"]
+    ranges = ranges_of(settings, mill).items()
+    rows = [(name, title, unit, given.low, given.high, given.source) for name, (given, title, unit) in ranges]
+    return pd.DataFrame(rows, columns=columns)
 
 
 def limit_row(settings: HeatConfig, source: HeatSource, balance: Balance, course: Course) -> dict[str, object]:
@@ -189,22 +170,13 @@ def limit_row(settings: HeatConfig, source: HeatSource, balance: Balance, course
 
 def temperature_rows(settings: HeatConfig, source: HeatSource, course: Course) -> pd.DataFrame:
     """Bands of the temperatures of a condition over time, a row for each body and time."""
-    tables = []
+    tables, about = [], {"condition": source.condition, "time_h": course.times_s / 3600}
     for index, name in enumerate(BODIES):
-        lower, median, upper = band(np.moveaxis(course.temperature_degC[:, :, index], 1, 0), settings.probability)
-        tables.append(
-            pd.DataFrame(
-                {
-                    "condition": source.condition,
-                    "body": name,
-                    "time_h": course.times_s / 3600,
-                    "lower_degC": lower,
-                    "median_degC": median,
-                    "upper_degC": upper,
-                }
-            )
-        )
-    return pd.concat(tables, ignore_index=True)
+        ends = band(np.moveaxis(course.temperature_degC[:, :, index], 1, 0), settings.probability)
+        columns = {f"{end}_degC": values for end, values in zip(BAND, ends, strict=True)}
+        tables.append(pd.DataFrame(about | {"body": name} | columns))
+    columns = ["condition", "body", "time_h", *(f"{end}_degC" for end in BAND)]
+    return pd.concat(tables, ignore_index=True)[columns]
 
 
 def heat_tables(

@@ -183,6 +183,16 @@ def _has_intervals(sheet: pd.DataFrame) -> bool:
     return bool((sheet["section"] == "intervals").any())
 
 
+def draw_table(axis: Axes, cells: list[list[str]], titles: list[str], place: Bbox) -> None:
+    """A table of values with four intervals each."""
+    table = axis.table(
+        cells, colLabels=titles, colWidths=[0.25, 0.11, 0.16, 0.16, 0.16, 0.16], cellLoc="left", edges="horizontal",
+        bbox=place,
+    )  # fmt: skip
+    table.auto_set_font_size(False)
+    table.set_fontsize(6.5)
+
+
 def _draw_intervals(axis: Axes, sheet: pd.DataFrame) -> None:
     """Descriptors with a column for each origin of intervals, and a line that explains each."""
     axis.axis("off")
@@ -197,12 +207,7 @@ def _draw_intervals(axis: Axes, sheet: pd.DataFrame) -> None:
         [row["quantity"], _quantity(row), *(between(row, *ends) for ends in columns.values())]
         for _, row in sheet[sheet["section"] == "descriptors"].iterrows()
     ]
-    table = axis.table(
-        cells, colLabels=["at this condition", "value", *columns], colWidths=[0.25, 0.11, 0.16, 0.16, 0.16, 0.16],
-        cellLoc="left", edges="horizontal", bbox=Bbox.from_bounds(0, 0.34, 1, 0.66),
-    )  # fmt: skip
-    table.auto_set_font_size(False)
-    table.set_fontsize(6.5)
+    draw_table(axis, cells, ["at this condition", "value", *columns], Bbox.from_bounds(0, 0.34, 1, 0.66))
     said = sheet[sheet["section"] == "intervals"]
     lines = [f"{row.quantity}: {row.text}" for row in said.itertuples()]
     lines.append("the intervals are not added up: each is for one origin, all else as simulated")
