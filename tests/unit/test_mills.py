@@ -213,10 +213,10 @@ def test_a_fingerprint_of_several_seeds_is_that_of_their_mean(tmp_path, monkeypa
             smooth_points=settings.smooth_points,
             spectra_rules=["gap_0_03"],
         )
-        return read_table(output.means), Fingerprint.read(output.fingerprint)
+        return read_table(output.descriptors), Fingerprint.read(output.fingerprint)
 
-    (means, one), (both, two) = described([0]), described([0, 1])
-    assert len(means) == len(both)
+    (conditions, one), (both, two) = described([0]), described([0, 1])
+    assert len(conditions) == len(both)
     exact = true_curves(0.10)[0]
     found = [model.curve(np.array([0.10]))["Pn"].iloc[0] for model in (one, two)]
     assert found[0] == pytest.approx(1.1 * exact, rel=0.02)
