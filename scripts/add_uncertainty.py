@@ -11,9 +11,8 @@ Outputs: `fingerprint`, `sheet`, `curves`, and the drawings of indices, interval
 import numpy as np
 
 from millprint.config.mill import MillConfig
-from millprint.dose.heat_shown import temperature_rows
 from millprint.dose.spectra import read_spectra
-from millprint.dose.spectra_shown import of_sheet, sheet_rows, with_rows
+from millprint.dose.spectra_shown import of_sheet, sheet_rows, temperature_rows, with_rows
 from millprint.figures.mill_sheet_figure import plot_sheet
 from millprint.figures.style import save
 from millprint.figures.uncertainty_figures import plot_indices, plot_intervals

@@ -1,16 +1,16 @@
 """Temperatures of balls, powder and jar of every simulated condition of a mill: tables and figures.
 
 Settings: dose.heat; the title of the mill.
-Inputs: `summaries`, their `runs`, and `measured`, a table or none.
-Outputs: `sources`, `parameters`, `temperatures`, `limits`, `comparison`, `flash`, and the figure.
+Inputs: `summaries` and their `runs`.
+Outputs: `sources`, `parameters`, `temperatures`, `limits`, `flash`, and the figure.
 """
 
 from collections.abc import Sequence
 
-from millprint.config.dose import MEASURED, HeatConfig
+from millprint.config.dose import HeatConfig
 from millprint.dose.flash import flash_table
 from millprint.dose.heat_sources import read_sources, source_table
-from millprint.dose.heat_table import HeatTables, heat_tables, measured_row
+from millprint.dose.heat_table import HeatTables, heat_tables
 from millprint.figures.dose_figures import plot_heat
 from millprint.figures.style import save
 from millprint.run.files import write_table
@@ -18,22 +18,18 @@ from millprint.run.job import job
 from millprint.run.progress import progress
 
 
-def main(
-    files: Sequence[tuple[str, str]], measured: Sequence[str], output, *, mill: str, title: str, settings: HeatConfig
-) -> HeatTables:
-    """Write tables and figure. files: pairs of summary and run.h5; measured: table of measured values, or none."""
-    row = measured_row(measured[0], MEASURED[mill]) if measured else None
+def main(files: Sequence[tuple[str, str]], output, *, mill: str, title: str, settings: HeatConfig) -> HeatTables:
+    """Write tables and figure. files: pairs of summary and run.h5."""
     sources = read_sources(files)
     with progress(len(sources), f"heat balance of {mill}", "condition") as bar:
-        tables = heat_tables(settings, mill, sources, row, bar.update)
+        tables = heat_tables(settings, mill, sources, bar.update)
     flash = flash_table(files, settings.flash)
     write_table(source_table(sources), output.sources)
     write_table(tables.parameters, output.parameters)
     write_table(tables.temperatures, output.temperatures)
     write_table(tables.limits, output.limits)
-    write_table(tables.comparison, output.comparison)
     write_table(flash, output.flash)
-    save(plot_heat(tables.temperatures, tables.limits, tables.comparison, title), output.svg, output.png)
+    save(plot_heat(tables.temperatures, tables.limits, title), output.svg, output.png)
     return tables
 
 
@@ -42,9 +38,7 @@ if "snakemake" in globals():
     files = list(zip(given.summaries, given.runs, strict=True))
     with job(snakemake.log[0], f"heat balance of {mill}") as logger:
         settings = HeatConfig(**snakemake.params.settings)
-        found = main(
-            files, given.measured, snakemake.output, mill=mill, title=snakemake.params.title, settings=settings
-        )
+        found = main(files, snakemake.output, mill=mill, title=snakemake.params.title, settings=settings)
         for line in found.limits.to_dict("records"):
             logger.info(
                 "%s, %s: %.3g W, balls %.3g to %.3g degC after long milling, energy balance open by %.1e",

@@ -11,10 +11,8 @@ from millprint.config.dose import HeatConfig
 from millprint.config.fingerprint import InverseConfig
 from millprint.config.mill import MillConfig
 from millprint.config.yields import PredictionConfig
-from millprint.explorer.condition_tables import Heat, Spectra
-from millprint.explorer.content import Machine, explorer_content, mill_content
-from millprint.explorer.page import explorer_page
-from millprint.explorer.simulated import EXPLORED, Settings, simulated_content
+from millprint.explorer.content import Heat, Machine, Spectra, explorer_content, mill_content
+from millprint.explorer.page import EXPLORED, Settings, explorer_page, simulated_content
 from millprint.run.files import whole_file
 from millprint.run.job import job
 

@@ -22,6 +22,10 @@ def main(content: dict) -> None:
         from millprint.thesis.chapter_checks import chapter_faults
     mills = {name: MillConfig(**mill) for name, mill in content["mills"].items()}
     contacts = {name: ContactConfig(**contact) for name, contact in content["contacts"].items()}
+    if config.validation.chosen:
+        from millprint.thesis.validation.measured import check_validation
+
+        check_validation(config)
     cases = collect_cases(config, content["source"])
     for line in check_before_running(config, mills, contacts, cases, content["source"], chapter_faults):
         print(f"warning: {line}", file=sys.stderr)

@@ -9,8 +9,8 @@ Outputs: `table`, `svg`, `png` of the collapse; `coverage`.
 
 from millprint.figures.mill_pictures import plot_collapse
 from millprint.figures.style import save
+from millprint.fingerprint.coverage import sum_coverage
 from millprint.fingerprint.mill_collapse import COLLAPSE_MAX, one_row_a_mill
-from millprint.fingerprint.unseen_runs import sum_coverage
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 

@@ -1,18 +1,16 @@
-"""The fingerprint of a mill from its own sweep: descriptors, curves, exponents, collapse, zones, spectra, its sheet.
+"""The fingerprint of a mill from its own sweep: descriptors, curves, collapse, zones, spectra, its sheet.
 
 Settings: the mill; mills.counting_rule, fingerprint.interval, fingerprint.smooth_points,
 dose.spectra.
 Inputs: `summaries` and their `runs`.
-Outputs: `descriptors`, `means`, `curves`, `fingerprint` (JSON), `exponents`, `collapse`, `zones`, `sheet`, `spectra`,
-`spectra_summary`.
+Outputs: `descriptors`, `curves`, `fingerprint` (JSON), `collapse`, `zones`, `sheet`, `spectra`, `spectra_summary`.
 """
 
 from millprint.config.mill import MillConfig
 from millprint.dose.spectra import tabulate_spectra
 from millprint.dose.spectra_shown import sheet_rows, with_rows
-from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors, with_impacts
-from millprint.fingerprint.exponents import fit_exponents
-from millprint.fingerprint.master_curves import CURVE_COLUMNS, average_curves, fill_grid
+from millprint.fingerprint.condition import CURVE_COLUMNS, fill_grid
+from millprint.fingerprint.descriptors import tabulate_descriptors, with_impacts
 from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
 from millprint.fingerprint.mill_sheet import tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
@@ -38,12 +36,10 @@ def main(
     descriptors = tabulate_descriptors(runs, counting_rule)
     write_table(descriptors, output.descriptors)
     fitted = with_impacts(descriptors)
-    write_table(average_curves(fitted), output.means)
     fingerprint = Fingerprint.fit(fitted, mill.volume_ml * 1e-6, interval, charges_of(runs))
     fills = fill_grid(fitted["fill_ratio"].unique(), smooth_points)
     write_table(fingerprint.curve(fills)[CURVE_COLUMNS], output.curves)
     fingerprint.write(output.fingerprint)
-    write_table(fit_exponents(fitted, tabulate_counting_rules(runs), interval), output.exponents)
     collapse = tabulate_mill_collapse(fitted, interval)
     write_table(collapse, output.collapse)
     zones = find_zones(fingerprint)

@@ -7,11 +7,10 @@ Outputs: the page as `svg`, `png`, `pdf`; `spectra_svg`, `spectra_png`; `rules_s
 """
 
 from millprint.config.mill import MillConfig
-from millprint.dose.heat_shown import temperature_rows
 from millprint.dose.spectra import read_spectra
-from millprint.dose.spectra_shown import of_sheet, over_pairs, rules_apart, shown, with_rows
+from millprint.dose.spectra_shown import of_sheet, over_pairs, rules_apart, shown, temperature_rows, with_rows
+from millprint.figures.dose_figures import plot_rules, plot_spectra
 from millprint.figures.mill_sheet_figure import plot_sheet
-from millprint.figures.spectra_figures import plot_rules, plot_spectra
 from millprint.figures.style import save
 from millprint.fingerprint.descriptors import read_descriptors
 from millprint.run.files import read_table

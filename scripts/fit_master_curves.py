@@ -16,34 +16,27 @@ import pandas as pd
 
 from millprint.config.fingerprint import DESCRIPTOR_SETS, InverseConfig
 from millprint.config.mixture import ONE_SIZE
-from millprint.fingerprint.condition import WEIGHTED_BASIC
+from millprint.fingerprint.condition import CURVE_COLUMNS, WEIGHTED_BASIC, fill_grid
 from millprint.fingerprint.condition_search import match_targets, target_descriptors
 from millprint.fingerprint.coverage import tabulate_coverage
-from millprint.fingerprint.cycles import tabulate_cycles, tabulate_densities, tabulate_published
-from millprint.fingerprint.descriptors import (
-    CHARGE,
-    as_built,
-    read_descriptors,
-    tabulate_counting_rules,
-    tabulate_descriptors,
-)
-from millprint.fingerprint.exponents import fit_exponents
-from millprint.fingerprint.inverse import invert_speed
-from millprint.fingerprint.master_curves import (
-    CURVE_COLUMNS,
-    at_shared_fills,
-    average_curves,
-    conditions_of,
-    fill_grid,
-    universal_descriptors,
-)
+from millprint.fingerprint.descriptors import CHARGE, as_built, read_descriptors, tabulate_descriptors
 from millprint.fingerprint.model import KNOWN, Fingerprint
 from millprint.fingerprint.readers import read_summaries
 from millprint.fingerprint.zones import find_zones
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.thesis.curves.collapse import tabulate_collapse
+from millprint.thesis.curves.cycles import tabulate_cycles, tabulate_densities, tabulate_published
 from millprint.thesis.curves.regimes import published_cycles, published_point, read_published
+from millprint.thesis.curves.scaling import (
+    at_shared_fills,
+    average_curves,
+    conditions_of,
+    fit_exponents,
+    invert_speed,
+    tabulate_counting_rules,
+    universal_descriptors,
+)
 
 # What is written for each contact set, by the names of the rule's outputs.
 FILES = ("means", "curves", "coverage", "fingerprint")

@@ -7,14 +7,13 @@ Outputs: `runs`, `conditions`, `fit`, `coefficient`, `wear`, and the figure.
 """
 
 from millprint.config.dose import WearConfig
-from millprint.dose.sliding import CONDITION, mean_conditions, tabulate_sliding
-from millprint.dose.wear import fit_wear, predict_wear, read_materials, verdict
-from millprint.figures.dose_figures import plot_wear
+from millprint.dose.wear import CONDITION, mean_conditions, predict_wear, read_materials, tabulate_sliding
 from millprint.figures.style import save
 from millprint.fingerprint.bands import read_factors
 from millprint.run.files import read_json, read_table, write_json, write_table
 from millprint.run.job import job
-from millprint.thesis.doe.wet_lab import read_wear, wear_table
+from millprint.thesis.doe.wet_lab import fit_wear, read_wear, verdict, wear_table
+from millprint.thesis.figures.chapter2_figures import plot_wear
 
 
 def main(conditions_path: str, inputs, output, settings: WearConfig, machine: dict[str, str], log) -> None:

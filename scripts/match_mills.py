@@ -7,8 +7,8 @@ Outputs: the table of conditions.
 
 from millprint.config.fingerprint import DescriptorSet, LikeConfig, MatchConfig, TargetConfig
 from millprint.config.mill_sweep import MatchMillsConfig
-from millprint.fingerprint.condition_search import match_targets, shared_contact
-from millprint.fingerprint.match_words import match_in_words
+from millprint.fingerprint.comparison import match_in_words
+from millprint.fingerprint.condition_search import match_targets, shared_contact, simulated_ranges
 from millprint.fingerprint.model import Fingerprint
 from millprint.run.files import write_table
 from millprint.run.job import job
@@ -18,21 +18,16 @@ def request_of(
     settings: MatchMillsConfig, like: str, fingerprint: Fingerprint, descriptors: DescriptorSet
 ) -> MatchConfig:
     """The request: ranges that the settings do not give are those of the simulations of the mill."""
-    ranges = fingerprint.about["ranges"]
     condition = LikeConfig(
         fingerprint=like,
         speed_rpm=settings.like_speed_rpm,
         ball_diameter_mm=settings.like_ball_diameter_mm,
         **settings.like_charge,
     )
-    return MatchConfig(
-        targets=[TargetConfig(name=settings.like_mill, like=condition)],
-        speeds_rpm=settings.speeds_rpm or [60 * speed for speed in ranges["speed_hz"]],
-        fill_ratios=ranges["fill_ratio"],
-        ball_diameters_mm=settings.ball_diameters_mm or fingerprint.choices(),
-        descriptors=descriptors,
-        ranked=settings.ranked,
-    )
+    given = {"speeds_rpm": settings.speeds_rpm, "ball_diameters_mm": settings.ball_diameters_mm}
+    content = simulated_ranges([fingerprint]) | {key: value for key, value in given.items() if value}
+    target = TargetConfig(name=settings.like_mill, like=condition)
+    return MatchConfig(targets=[target], descriptors=descriptors, ranked=settings.ranked, **content)
 
 
 if "snakemake" in globals():

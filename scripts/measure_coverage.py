@@ -14,9 +14,14 @@ from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import DemConfig
 from millprint.fingerprint.cases import held_out_cases
-from millprint.fingerprint.coverage import tabulate_coverage
+from millprint.fingerprint.coverage import (
+    HELD_OUT_COLUMNS,
+    count_held_out,
+    predict_held_out,
+    simulate_held_out,
+    tabulate_coverage,
+)
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.unseen_runs import HELD_OUT_COLUMNS, count_held_out, predict_held_out, simulate_held_out
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.uncertainty.samples import with_sweep

@@ -11,16 +11,24 @@ Outputs: `table_4_2`, `table_4_3`, `table_4_4`, `table_4_5`, `slopes`, `design`;
 import pandas as pd
 
 from millprint.config.workflow import PartitionConfig
-from millprint.dose.energy_doses import AXES, regime_doses, screening_doses
-from millprint.dose.kinetics import best_of, curve_of, fit_kinetics, said_of_shear, verdict
-from millprint.figures.spectra_figures import plot_doses
+from millprint.dose.energy_doses import AXES
+from millprint.dose.kinetics import best_of, fit_kinetics, said_of_shear, verdict
 from millprint.figures.style import save
 from millprint.fingerprint.model import Fingerprint
 from millprint.run.files import read_table, whole_file, write_table
 from millprint.run.job import job
 from millprint.thesis.curves import regimes
-from millprint.thesis.curves.energy import Chemistry, compare_with_prior, energy_leverage, fit_slopes, specific_yields
-from millprint.thesis.figures.chapter4_figures import plot_mass_per_watt, plot_specific_yield, plot_yield
+from millprint.thesis.curves.energy import (
+    Chemistry,
+    compare_with_prior,
+    curve_of,
+    energy_leverage,
+    fit_slopes,
+    regime_doses,
+    screening_doses,
+    specific_yields,
+)
+from millprint.thesis.figures.chapter4_figures import plot_doses, plot_mass_per_watt, plot_specific_yield, plot_yield
 
 # The sets of runs whose yields are compared with their doses, as the verdict names them.
 SETS = {"screening": "Screening runs", "regimes": "Five cases of chapter 4"}

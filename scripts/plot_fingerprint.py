@@ -11,14 +11,14 @@ Outputs: each figure as SVG and PNG, and the points of the maps as `maps_tsvs`.
 from millprint.config.errors import ConfigError
 from millprint.dose.spectra import read_spectra
 from millprint.dose.spectra_shown import shown
-from millprint.figures.spectra_figures import plot_spectra
+from millprint.figures.dose_figures import plot_spectra
 from millprint.figures.style import save
 from millprint.fingerprint.descriptors import NOTHING, as_built
-from millprint.fingerprint.master_curves import conditions_of, universal_descriptors
-from millprint.fingerprint.occupancy import read_occupancy
 from millprint.run.files import read_table
 from millprint.run.job import job
+from millprint.thesis.curves.cycles import read_occupancy
 from millprint.thesis.curves.regimes import published_curves, published_cycles, read_published
+from millprint.thesis.curves.scaling import conditions_of, universal_descriptors
 from millprint.thesis.figures.chapter3_figures import (
     plot_cycle_densities,
     plot_cycle_means,

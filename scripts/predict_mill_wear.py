@@ -6,12 +6,11 @@ Outputs: `table`, and the figure.
 """
 
 from millprint.config.dose import WearConfig
-from millprint.dose.sliding import mean_conditions, tabulate_sliding
-from millprint.dose.wear import predict_wear, read_coefficient, read_materials
-from millprint.figures.dose_figures import plot_mill_wear
+from millprint.dose.wear import mean_conditions, predict_wear, read_coefficient, read_materials, tabulate_sliding
 from millprint.figures.style import save
 from millprint.run.files import write_table
 from millprint.run.job import job
+from millprint.thesis.figures.chapter2_figures import plot_mill_wear
 
 
 def main(runs: list[tuple[str, str]], coefficient: str, materials: str, output, settings: WearConfig) -> None:

@@ -11,9 +11,8 @@ from millprint.config.setup_models import read_settings, setup_cases
 from millprint.config.sweep import DemConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.validation.inputs import read_other_codes
-from millprint.validation.measured import measured_points, read_measurements
-from millprint.validation.setups import SETUPS, predict
+from millprint.thesis.validation.measured import measured_points, read_measurements, read_other_codes
+from millprint.thesis.validation.setups import SETUPS, predict
 
 if "snakemake" in globals():
     name, given = snakemake.wildcards.setup, snakemake.params

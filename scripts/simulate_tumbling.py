@@ -13,9 +13,9 @@ from millprint.config.setup_models import read_settings
 from millprint.config.sweep import DemConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.validation.measured import measured_points, read_measurements
-from millprint.validation.setups import SETUPS
-from millprint.validation.tumbling_runs import design, measured_speeds, run_all
+from millprint.thesis.validation.measured import measured_points, read_measurements
+from millprint.thesis.validation.setups import SETUPS
+from millprint.thesis.validation.tumbling_runs import design, measured_speeds, run_all
 
 if "snakemake" in globals():
     name, given = snakemake.wildcards.setup, snakemake.params

@@ -8,8 +8,8 @@ Outputs: `table`, `window`, `verdict` (JSON), `line` (text), and the figure.
 import sys
 
 from millprint.config.fingerprint import StudyConfig
-from millprint.figures.convergence_figures import plot_study
 from millprint.figures.style import save
+from millprint.figures.uncertainty_figures import plot_study
 from millprint.fingerprint.readers import read_summaries
 from millprint.fingerprint.study import (
     GOOD,

@@ -10,10 +10,10 @@ Outputs: `step_table`, `choice` of the step, `modulus_table`, and the figures; t
 from millprint.config.fingerprint import ConvergenceConfig
 from millprint.dem.convergence import DESCRIPTORS, SERIES, column_of, convergence_table
 from millprint.dem.step_choice import choose_step, in_words
-from millprint.figures.convergence_figures import plot_modulus, plot_timestep
 from millprint.figures.style import save
 from millprint.run.files import read_json, read_table, write_json, write_table
 from millprint.run.job import job
+from millprint.thesis.figures.convergence_plots import plot_modulus, plot_timestep
 
 DEVIATIONS = [column_of(name, "deviation_percent") for name in DESCRIPTORS]
 

@@ -10,9 +10,8 @@ from pathlib import Path
 
 from millprint.card.build import build_card
 from millprint.card.card_files import animate, remove_left_overs, write_card
-from millprint.card.card_inputs import CardSettings, Runs
 from millprint.card.experiment_cases import animated_case
-from millprint.card.read import known_of
+from millprint.card.read import CardSettings, Runs, known_of
 from millprint.card.simulate import GIF
 from millprint.config.card import Experiment
 from millprint.config.contact_set import ContactConfig

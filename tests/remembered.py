@@ -119,6 +119,6 @@ SLOW_PARTS = {
     "millprint.dem.case_checks.capacity": remembered_capacity,
     "millprint.dem.case_checks.pack_mixture": remembered_mixture,
     "millprint.checks.before_running.checked_bodies": remembered_bodies,
-    "millprint.fingerprint.speeds.paces": remembered_paces,
+    "millprint.fingerprint.sweep_checks.paces": remembered_paces,
     "millprint.run.tables.read_table": remembered_table,
 }

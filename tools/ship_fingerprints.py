@@ -18,7 +18,7 @@ import yaml
 from millprint.config.included import load_contact, load_mill
 from millprint.dem import PHYSICS
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.ready_made import FOLDER, TABLE, digest_of
+from millprint.fingerprint.readers import FOLDER, TABLE, digest_of
 from millprint.run.files import write_table
 
 ROOT = Path(__file__).parents[1]

@@ -9,7 +9,7 @@ from millprint.explorer.content import Machine, explorer_content, mill_content
 from millprint.explorer.page import explorer_page
 from millprint.fingerprint.condition_search import simulated_request
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.ready_made import find_ready_made, ready_made
+from millprint.fingerprint.readers import find_ready_made, ready_made
 
 PAGE = "mills.html"
 

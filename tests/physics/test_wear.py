@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.constants import g
 
-from millprint.dose.sliding import BALL_BALL, BALL_WALL, load_distance, sliding_of_contacts
-from millprint.dose.wear import archard_mass, worn_load
+from millprint.dose.wear import BALL_BALL, BALL_WALL, archard_mass, load_distance, sliding_of_contacts, worn_load
 from tests.physics.setups import CALIBRATED, FewBalls, box
 
 SLIPPERY = CALIBRATED.model_copy(update={"rolling_friction": 0.0})

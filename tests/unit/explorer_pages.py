@@ -8,8 +8,7 @@ from millprint.config.dose import HeatConfig
 from millprint.dose.heat_sources import HeatSource
 from millprint.dose.heat_table import heat_tables
 from millprint.dose.spectra import tabulate_spectra
-from millprint.explorer.condition_tables import Heat, Spectra
-from millprint.explorer.content import Machine, explorer_content, mill_content
+from millprint.explorer.content import Heat, Machine, Spectra, explorer_content, mill_content
 from millprint.explorer.page import explorer_page
 from millprint.fingerprint.condition_search import simulated_request
 from millprint.fingerprint.descriptors import tabulate_descriptors
@@ -57,7 +56,7 @@ def heat_of(folder: Path, mill: str) -> Heat:
         )
         for fill, speed in CONDITIONS
     ]  # fmt: skip
-    tables = heat_tables(HEAT, mill, sources, None, times=7)
+    tables = heat_tables(HEAT, mill, sources, times=7)
     write_table(tables.temperatures, folder / f"{mill}_temperatures.tsv")
     write_table(tables.limits, folder / f"{mill}_limits.tsv")
     return Heat(folder / f"{mill}_temperatures.tsv", folder / f"{mill}_limits.tsv", HEAT)

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
+from tools.write_reference import card_schema_text
 
 from millprint.card.card_model import MillingCard
-from millprint.card.card_schema import card_schema_text
 from millprint.card.latex import bibtex, escape, latex_table
 from millprint.card.match import match_card, verdict
 from millprint.card.methods import methods_paragraph

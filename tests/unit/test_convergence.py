@@ -11,9 +11,9 @@ import tabulate_convergence
 from millprint.config.fingerprint import ConvergenceConfig
 from millprint.dem.convergence import DESCRIPTORS, SERIES, column_of, convergence_table
 from millprint.dem.step_choice import choose_step, in_words
-from millprint.figures.convergence_figures import plot_modulus, plot_timestep
 from millprint.run.files import read_json, write_table
 from millprint.thesis.claims.tabulate import collect_findings
+from millprint.thesis.figures.convergence_plots import plot_modulus, plot_timestep
 from tests.unit.synthetic_mill import summary
 
 ROOT = Path(__file__).parents[2]

@@ -16,10 +16,10 @@ from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import DemConfig
 from millprint.dem.run import run_case
 from millprint.dose.heat_sources import read_sources
-from millprint.dose.sliding import sliding_of_run
 from millprint.dose.spectra import BIN_EDGES, PAIRS, TABLE_ONLY, read_spectra, tabulate_spectra, weighted_median
 from millprint.dose.spectra_shown import NOTE, of_sheet, over_pairs, rules_apart, sheet_rows, shown, with_rows
-from millprint.figures.spectra_figures import plot_rules, plot_spectra
+from millprint.dose.wear import sliding_of_run
+from millprint.figures.dose_figures import plot_rules, plot_spectra
 from millprint.fingerprint.cases import mill_cases
 from millprint.fingerprint.mill_sheet import SHEET, Row, sheet_condition
 from millprint.run.files import write_table

@@ -13,10 +13,10 @@ import predict_mill_wear
 from millprint.cli.commands import main as millprint
 from millprint.config.dose import ChargeConfig, WearConfig
 from millprint.config.errors import ConfigError
-from millprint.dose import sliding, wear
-from millprint.figures.dose_figures import plot_mill_wear, plot_wear
+from millprint.dose import wear
 from millprint.run.files import write_json
-from millprint.thesis.doe.wet_lab import wear_table
+from millprint.thesis.doe import wet_lab
+from millprint.thesis.figures.chapter2_figures import plot_mill_wear, plot_wear
 from tests.conftest import ROOT
 
 MATERIALS = ROOT / "config/data/wear_materials.tsv"
@@ -63,12 +63,12 @@ def weighings(factors, speeds=(1200.0, 1000.0, 800.0, 600.0)) -> pd.DataFrame:
         unused = 0.1 * JAR * DENSITY * 1e3
         rows.append([10.0, speed, 20.0, 50.0, unused, unused - grams, grams])
     names = ["ball_diameter_mm", "speed_rpm", "time_h", "bpr", "unused_mass_g", "used_mass_g", "wear_g"]
-    return wear_table(pd.DataFrame(rows, columns=names))
+    return wet_lab.wear_table(pd.DataFrame(rows, columns=names))
 
 
 def test_the_coefficient_comes_from_every_other_row_alone(materials):
     """The held rows are wrong by factors that the coefficient must not see, and that the miss must."""
-    table, result = wear.fit_wear(weighings([1, 3, 1, 1 / 3]), conditions(), materials.loc[STEEL], 0.05)
+    table, result = wet_lab.fit_wear(weighings([1, 3, 1, 1 / 3]), conditions(), materials.loc[STEEL], 0.05)
     assert table["role"].tolist() == ["fitted", "held back", "fitted", "held back"]
     assert table["loads_from"].tolist() == ["a run", "between runs", "between runs", "a run"]
     assert result["coefficient"] == pytest.approx(TRUE, rel=1e-9)
@@ -78,8 +78,8 @@ def test_the_coefficient_comes_from_every_other_row_alone(materials):
 
 
 def test_with_two_rows_it_is_said_that_they_are_too_few(materials):
-    _, result = wear.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
-    assert "missed by a factor of 1.7" in wear.verdict(result) and "too few to tell" in wear.verdict(result)
+    _, result = wet_lab.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
+    assert "missed by a factor of 1.7" in wet_lab.verdict(result) and "too few to tell" in wet_lab.verdict(result)
     table = wear.predict_wear(conditions(), materials, CHARGES, result, None, 0.95)
     assert table["note"].str.contains("too few for a useful interval").all()
     steel = table[table["material"] == STEEL].iloc[-1]
@@ -89,7 +89,7 @@ def test_with_two_rows_it_is_said_that_they_are_too_few(materials):
 
 
 def test_a_law_that_holds_predicts_its_own_weighing_and_iron_follows_powder_and_time(materials):
-    _, result = wear.fit_wear(weighings([1, 1.1, 1, 0.9]), conditions(), materials.loc[STEEL], 0.05)
+    _, result = wet_lab.fit_wear(weighings([1, 1.1, 1, 0.9]), conditions(), materials.loc[STEEL], 0.05)
     charges = [ChargeConfig(bpr=50, time_h=20), ChargeConfig(bpr=25, time_h=10)]
     table = wear.predict_wear(conditions(), materials, charges, result, None, 0.95)
     long, short = table[(table["material"] == STEEL) & (table["speed_rpm"] == 1200)].to_dict("records")
@@ -103,7 +103,7 @@ def test_a_law_that_holds_predicts_its_own_weighing_and_iron_follows_powder_and_
 
 
 def test_a_harder_and_lighter_ball_loses_less_and_no_iron(materials):
-    _, result = wear.fit_wear(weighings([1, 1]), conditions(), materials.loc[STEEL], 0.05)
+    _, result = wet_lab.fit_wear(weighings([1, 1]), conditions(), materials.loc[STEEL], 0.05)
     table = wear.predict_wear(conditions((1200.0,)), materials, CHARGES, result, None, 0.95).set_index("material")
     light = 5900 / 7700
     # Loads and mass are proportional to the density, the volume to one over the hardness.
@@ -117,24 +117,24 @@ def test_a_harder_and_lighter_ball_loses_less_and_no_iron(materials):
 
 
 def test_one_speed_is_carried_by_its_cube_and_no_run_gives_no_coefficient(materials):
-    table, result = wear.fit_wear(weighings([1, 1]), conditions((600.0,)), materials.loc[STEEL], 0.05)
-    assert table["loads_from"].tolist() == [wear.BY_CUBE] * 2
+    table, result = wet_lab.fit_wear(weighings([1, 1]), conditions((600.0,)), materials.loc[STEEL], 0.05)
+    assert table["loads_from"].tolist() == [wet_lab.BY_CUBE] * 2
     assert result["coefficient"] == pytest.approx(TRUE, rel=1e-9)
-    table, result = wear.fit_wear(weighings([1, 1]), conditions(fill=0.2), materials.loc[STEEL], 0.05)
+    table, result = wet_lab.fit_wear(weighings([1, 1]), conditions(fill=0.2), materials.loc[STEEL], 0.05)
     assert table["loads_from"].tolist() == ["no run with 10 mm at fill 0.1"] * 2
-    assert result["coefficient"] is None and "no coefficient" in wear.verdict(result)
+    assert result["coefficient"] is None and "no coefficient" in wet_lab.verdict(result)
     empty = wear.predict_wear(conditions(), materials, CHARGES, result, None, 0.95)
     assert empty.empty and list(empty.columns) == wear.WEAR_COLUMNS
 
 
 def test_seeds_are_averaged_with_their_scatter():
     rows = [
-        dict(zip(sliding.CONDITION, ["emax", "calibrated", 10.0, 0.1, 600.0], strict=True))
+        dict(zip(wear.CONDITION, ["emax", "calibrated", 10.0, 0.1, 600.0], strict=True))
         | {"balls": 24, "balls_mass_kg": 0.1, "density_kg_m3": 7700.0, "volume_m3": JAR, "relative_error": 0.01}
         | {"load_ball_ball_N_m_s": load, "load_ball_wall_N_m_s": 1.0}
         for load in (8.0, 10.0)
     ]
-    (row,) = sliding.mean_conditions(pd.DataFrame(rows)).to_dict("records")
+    (row,) = wear.mean_conditions(pd.DataFrame(rows)).to_dict("records")
     assert row["seeds"] == 2 and row["load_ball_ball_N_m_s"] == 9
     assert row["relative_error"] == pytest.approx(np.sqrt(2) / 10 / np.sqrt(2))
 
@@ -160,21 +160,21 @@ def write_run(folder, total=0.75, histogram=False) -> tuple[str, str]:
 
 
 def test_sliding_work_is_split_by_the_contacts_and_each_kind_has_its_own_friction(tmp_path):
-    row = sliding.sliding_of_run(*write_run(tmp_path))
-    assert row["split"] == sliding.CONTACTS and row["relative_error"] == pytest.approx(0.05)
+    row = wear.sliding_of_run(*write_run(tmp_path))
+    assert row["split"] == wear.CONTACTS and row["relative_error"] == pytest.approx(0.05)
     assert (row["sliding_ball_ball_W"], row["sliding_ball_wall_W"]) == pytest.approx((0.5, 1.0))
     assert (row["load_ball_ball_N_m_s"], row["load_ball_wall_N_m_s"]) == pytest.approx((2.0, 2.0))
 
 
 def test_a_run_without_its_contacts_is_split_by_the_shares(tmp_path):
-    row = sliding.sliding_of_run(*write_run(tmp_path, histogram=True))
-    assert row["split"] == sliding.SHARES
+    row = wear.sliding_of_run(*write_run(tmp_path, histogram=True))
+    assert row["split"] == wear.SHARES
     assert (row["sliding_ball_ball_W"], row["sliding_ball_wall_W"]) == pytest.approx((0.6, 0.9))
 
 
 def test_a_summary_of_another_run_is_refused(tmp_path):
     with pytest.raises(ConfigError, match=r"run.h5: sliding work of all contacts 0.75 J, of the ledger 0.8 J"):
-        sliding.sliding_of_run(*write_run(tmp_path, total=0.8))
+        wear.sliding_of_run(*write_run(tmp_path, total=0.8))
 
 
 @pytest.mark.parametrize(
@@ -209,7 +209,7 @@ def test_the_command_predicts_a_run_and_names_what_is_wrong(tmp_path, materials,
     common += ["--coefficient", str(coefficient)]
     assert millprint(["wear", *common]) == 1
     assert "no such file; `snakemake --cores 2 dose` fits" in capsys.readouterr().err
-    _, result = wear.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
+    _, result = wet_lab.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
     write_json(result, coefficient)
     millprint(["wear", *common, "--material", STEEL, "--out", str(tmp_path / "out.tsv")])
     assert "stainless_steel" in capsys.readouterr().out
@@ -220,9 +220,9 @@ def test_the_command_predicts_a_run_and_names_what_is_wrong(tmp_path, materials,
 
 
 def test_the_figure_shows_both_roles_and_every_speed(materials, close_figures):
-    table, result = wear.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
+    table, result = wet_lab.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
     predicted = wear.predict_wear(conditions(), materials, CHARGES, result, None, 0.95)
-    figure = plot_wear(table, predicted, STEEL, wear.verdict(result))
+    figure = plot_wear(table, predicted, STEEL, wet_lab.verdict(result))
     left, right = figure.axes
     assert len(left.get_legend_handles_labels()[1]) == 4
     assert right.get_legend_handles_labels()[1] == ["emax, 10 mm, 600 rpm", "emax, 10 mm, 1200 rpm"]
@@ -230,7 +230,7 @@ def test_the_figure_shows_both_roles_and_every_speed(materials, close_figures):
 
 def test_the_mills_of_the_box_have_a_prediction_each(tmp_path, materials, close_figures):
     """Half the sliding work is half the wear, for every material and charge; nothing of it is in a known interval."""
-    _, result = wear.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
+    _, result = wet_lab.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
     write_json(result, tmp_path / "wear_coefficient.json")
     runs = [write_run(tmp_path / name) for name in ("emax", "other")]
     for path, mill, factor in zip(runs, ("emax", "other"), (1.0, 0.5), strict=True):
@@ -253,13 +253,13 @@ def test_the_mills_of_the_box_have_a_prediction_each(tmp_path, materials, close_
 
 def test_a_bar_ends_at_its_value_where_the_coefficient_is_that_of_a_weighing(materials, close_figures):
     """The coefficient is that of the largest weighing, but for rounding in either direction."""
-    table, result = wear.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
+    table, result = wet_lab.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
     box = pd.concat([conditions(mill=mill) for mill in ("emax", "drum")])
     predicted = wear.predict_wear(box, materials, CHARGES, result, None, 0.95)
     value = predicted["powder_percent"]
     # Steps of one bit up and down, as two orders of a sum give them.
     predicted["seen_upper_powder_percent"] = np.nextafter(value, [0, np.inf] * (len(value) // 2))
-    plot_wear(table, predicted, STEEL, wear.verdict(result))
+    plot_wear(table, predicted, STEEL, wet_lab.verdict(result))
     (axis,) = plot_mill_wear(predicted, STEEL).axes
     steel = predicted[predicted["material"] == STEEL]
     assert [label.get_text() for label in axis.get_yticklabels()] == ["emax", "drum"]

@@ -7,8 +7,8 @@ import pytest
 from millprint.config.errors import ConfigError
 from millprint.dose.energy_doses import HITS, NORMAL, TANGENTIAL, TOTAL, doses
 from millprint.dose.spectra import CHANNELS, PAIRS
-from millprint.explorer import condition_tables as tables_of_page
-from millprint.explorer.condition_tables import Spectra, spectra_content
+from millprint.explorer import content as tables_of_page
+from millprint.explorer.content import Spectra, spectra_content
 from millprint.run.files import read_table
 from tests.browser import DESKTOP, PHONE, needs_browser
 from tests.unit.explorer_pages import ACCELERATION, CONDITIONS, HEAT

@@ -20,8 +20,7 @@ from millprint.fingerprint.bands import (
     read_factors,
     share_of,
 )
-from millprint.fingerprint.condition import COUNTED
-from millprint.fingerprint.master_curves import CURVES
+from millprint.fingerprint.condition import COUNTED, CURVES
 from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.zones import find_zones

@@ -18,8 +18,7 @@ from millprint.figures import mill_sheet_figure as figures
 from millprint.fingerprint.cases import WAYS, enlarged, large_case
 from millprint.fingerprint.condition_search import match_targets, target_descriptors
 from millprint.fingerprint.coverage import tabulate_coverage
-from millprint.fingerprint.descriptors import read_descriptors, tabulate_counting_rules, tabulate_descriptors
-from millprint.fingerprint.exponents import fit_exponents
+from millprint.fingerprint.descriptors import read_descriptors, tabulate_descriptors
 from millprint.fingerprint.mill_collapse import UNKNOWN, tabulate_mill_collapse
 from millprint.fingerprint.mill_sheet import tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
@@ -27,6 +26,7 @@ from millprint.fingerprint.readers import charges_of
 from millprint.fingerprint.scale_up import tabulate_scale_up
 from millprint.fingerprint.zones import find_zones
 from millprint.run.files import write_table
+from millprint.thesis.curves.scaling import fit_exponents, tabulate_counting_rules
 from millprint.view.mill_picture import picture_mill
 from tests.conftest import ROOT
 from tests.unit.made_spectra import made_spectra

@@ -8,7 +8,7 @@ import yaml
 
 from millprint.config.checks import load_workflow
 from millprint.fingerprint.cases import described_cases, mapped_cases
-from millprint.fingerprint.rule_checks import fingerprint_faults
+from millprint.fingerprint.sweep_checks import fingerprint_faults
 from millprint.thesis.chapter_checks import curve_faults
 
 ROOT = Path(__file__).parents[2]

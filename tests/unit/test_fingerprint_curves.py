@@ -6,11 +6,17 @@ import pytest
 import statsmodels.api as sm
 
 from millprint.config.errors import ConfigError
-from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors
-from millprint.fingerprint.exponents import FACTOR, fit_exponents
-from millprint.fingerprint.master_curves import average_curves, conditions_of, universal_descriptors
+from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.zones import choking, elbow
 from millprint.thesis.curves.collapse import tabulate_collapse
+from millprint.thesis.curves.scaling import (
+    FACTOR,
+    average_curves,
+    conditions_of,
+    fit_exponents,
+    tabulate_counting_rules,
+    universal_descriptors,
+)
 from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, FILLS, descriptors, overrides, summaries, summary, true_curves
 
 

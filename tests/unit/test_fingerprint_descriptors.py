@@ -8,9 +8,10 @@ import pytest
 from millprint.config.errors import ConfigError
 from millprint.fingerprint.columns import COMPUTED, DESCRIPTORS, MEASURED
 from millprint.fingerprint.condition import VARIABLES, Condition, descriptors_of, energy_scale, power_scale
-from millprint.fingerprint.cycles import tabulate_cycles, tabulate_densities
-from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors
+from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.readers import check_summary, read_summaries
+from millprint.thesis.curves.cycles import tabulate_cycles, tabulate_densities
+from millprint.thesis.curves.scaling import tabulate_counting_rules
 from tests.unit.synthetic_mill import DENSITY, counted, descriptors, summaries, summary, true_curves, weighted
 
 

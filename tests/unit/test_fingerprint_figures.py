@@ -9,12 +9,9 @@ import pytest
 
 from millprint.config.errors import ConfigError
 from millprint.fingerprint.condition import Condition
-from millprint.fingerprint.cycles import tabulate_cycles, tabulate_densities
-from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors
-from millprint.fingerprint.exponents import fit_exponents
-from millprint.fingerprint.master_curves import average_curves
-from millprint.fingerprint.occupancy import DATASETS, read_occupancy
+from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.zones import find_zones
+from millprint.thesis.curves.cycles import DATASETS, read_occupancy, tabulate_cycles, tabulate_densities
 from millprint.thesis.curves.energy import fit_slopes, specific_yields
 from millprint.thesis.curves.regimes import (
     design_cases,
@@ -23,6 +20,7 @@ from millprint.thesis.curves.regimes import (
     read_published,
     read_regimes,
 )
+from millprint.thesis.curves.scaling import average_curves, fit_exponents, tabulate_counting_rules
 from millprint.thesis.figures import chapter3_figures, chapter4_figures
 from tests.conftest import PRINTED
 from tests.unit.synthetic_mill import descriptors, fingerprint, overrides, summaries

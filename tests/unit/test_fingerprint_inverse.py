@@ -17,9 +17,9 @@ from millprint.fingerprint.bands import Band, Interval, checked_factors, interva
 from millprint.fingerprint.condition import Condition, descriptors_of, scaled_quantities
 from millprint.fingerprint.condition_search import match_targets, rank_conditions
 from millprint.fingerprint.descriptors import tabulate_descriptors
-from millprint.fingerprint.inverse import invert_speed, nearest_speed
 from millprint.fingerprint.model import Fingerprint
 from millprint.run.files import read_table
+from millprint.thesis.curves.scaling import invert_speed, nearest_speed
 from tests.conftest import PRINTED
 from tests.unit.factor_samples import factors_of
 from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, VOLUME, fingerprint, summaries

@@ -10,10 +10,9 @@ import pytest
 
 from millprint.config.errors import ConfigError
 from millprint.fingerprint.bands import Band
-from millprint.fingerprint.condition import Condition
+from millprint.fingerprint.condition import CURVES, Condition
 from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.descriptors import tabulate_descriptors
-from millprint.fingerprint.master_curves import CURVES
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.processes import varied_components
 from millprint.fingerprint.zones import find_zones

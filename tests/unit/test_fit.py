@@ -11,9 +11,9 @@ from millprint.config.fit import JarSearch
 from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.workflow import WorkflowConfig
-from millprint.fingerprint.cycles import tabulate_cycles
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.thesis.chapter_checks import fit_faults
+from millprint.thesis.curves.cycles import tabulate_cycles
 from millprint.thesis.curves.regimes import read_published
 from millprint.thesis.fit import fitted_mill
 from millprint.thesis.fit.jar_search import (

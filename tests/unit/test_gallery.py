@@ -15,8 +15,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.strict_yaml import read_yaml
 from millprint.config.workflow import WorkflowConfig
-from millprint.figures.drawn import DRAWN_COLUMNS, drawn
-from millprint.figures.style import save
+from millprint.figures.style import DRAWN_COLUMNS, drawn, save
 from millprint.provenance.lineage import Job
 from millprint.run.files import read_table
 from millprint.run.outputs import captioned, listed_outputs, listed_tables

@@ -1,4 +1,4 @@
-"""Heat: sources by place, what samples are, bands, statements about measured bounds, flash temperatures, bad input."""
+"""Heat: sources by place, what samples are, bands, flash temperatures, bad input."""
 
 import json
 from pathlib import Path
@@ -10,7 +10,6 @@ import pandas as pd
 import pytest
 
 from balance_heat import main
-from millprint.config.dose import MEASURED as ROWS
 from millprint.config.dose import FlashSection, HeatConfig
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
@@ -23,11 +22,9 @@ from millprint.dose.heat_table import (
     TIMES,
     balance_of,
     band,
-    compare,
     heat_by_body,
     heat_tables,
     jar_of_samples,
-    measured_row,
     ranges_of,
     sample,
 )
@@ -35,7 +32,6 @@ from millprint.dose.heat_table import (
 SETTINGS = HeatConfig(samples=16)
 POWER_W = np.array([[1.0, 2.0, 0.5], [3.0, 4.0, 0.25]])
 SOURCE = HeatSource("d10", {"contact": "steel"}, POWER_W, 0.1, 0.02, 0.02, 2e-4)
-MEASURED = {"id": "x", "quantity": "ball temperature", "value": "below 100", "unit": "degC", "source": "a test"}
 
 
 def write_run(folder: Path, seed: int = 0, histogram: bool = False) -> tuple[str, str]:
@@ -183,38 +179,11 @@ def test_a_band_counts_what_never_happens_as_longest():
     np.testing.assert_array_equal(band(np.array([1.0, 2.0, np.inf, np.inf, np.inf]), 0.8), [1.0, np.inf, np.inf])
 
 
-@pytest.mark.parametrize(
-    ("temperatures", "share", "words"),
-    [
-        (np.linspace(50, 90, 20), 1.0, "whole band within"),
-        (np.linspace(150, 190, 20), 0.0, "whole band outside"),
-        (np.linspace(50, 150, 20), 0.5, "band on both sides"),
-    ],
-)
-def test_a_comparison_is_a_statement_on_the_band(temperatures, share, words):
-    room = np.full(len(temperatures), 20.0)
-    found = compare(SETTINGS, "spex", SOURCE, temperatures, room, MEASURED)
-    # As often as a temperature is over the bound, less power than that of the condition would do.
-    middle = float(np.quantile(80 / (temperatures - 20), 0.5, method="inverted_cdf"))
-    assert found["power_factor_median"] == pytest.approx(middle)
-    assert (found["power_factor_upper"] < 1) == (share == 0) and (found["power_factor_lower"] > 1) == (share == 1)
-    assert found["share_within"] == pytest.approx(share) and str(found["statement"]).startswith(words)
-
-
-def test_the_rows_that_mills_are_held_against_are_in_the_table():
-    assert measured_row("config/data/measured.tsv", ROWS["spex"])["value"] == "below 100"
-    assert measured_row("config/data/measured.tsv", ROWS["planetary"])["value"] == "above 200"
-    with pytest.raises(ConfigError, match="no row of id 'zz'"):
-        measured_row("config/data/measured.tsv", "zz")
-    with pytest.raises(ConfigError, match="must be in degC"):
-        measured_row("config/data/measured.tsv", "8a")
-
-
 def test_more_cooling_and_more_pauses_make_it_colder():
-    hot = heat_tables(SETTINGS, "spex", [SOURCE], None, times=5).limits.iloc[0]
-    cold = heat_tables(SETTINGS, "emax", [SOURCE], None, times=5).limits.iloc[0]
+    hot = heat_tables(SETTINGS, "spex", [SOURCE], times=5).limits.iloc[0]
+    cold = heat_tables(SETTINGS, "emax", [SOURCE], times=5).limits.iloc[0]
     paused = HeatConfig(samples=16, programme={"duration_h": 5, "cycle_min": 30, "pause_min": 20})
-    rested = heat_tables(paused, "spex", [SOURCE], None, times=5).limits.iloc[0]
+    rested = heat_tables(paused, "spex", [SOURCE], times=5).limits.iloc[0]
     assert cold["balls_steady_degC_median"] < hot["balls_steady_degC_median"]
     assert rested["balls_peak_degC_median"] < hot["balls_peak_degC_median"]
     for row in (hot, cold, rested):
@@ -222,13 +191,13 @@ def test_more_cooling_and_more_pauses_make_it_colder():
 
 
 def test_the_job_writes_every_table_and_the_figure(tmp_path):
-    names = ("sources", "parameters", "temperatures", "limits", "comparison", "flash")
+    names = ("sources", "parameters", "temperatures", "limits", "flash")
     output = SimpleNamespace(**{name: tmp_path / f"{name}.tsv" for name in names})
     output.svg, output.png = tmp_path / "t.svg", tmp_path / "t.png"
     files = [write_run(tmp_path / "dem")]
-    main(files, ["config/data/measured.tsv"], output, mill="spex", title="a box", settings=SETTINGS)
+    main(files, output, mill="spex", title="a box", settings=SETTINGS)
     tables = {name: pd.read_csv(getattr(output, name), sep="\t") for name in names}
-    assert len(tables["limits"]) == len(tables["comparison"]) == 1
+    assert len(tables["limits"]) == 1
     assert len(tables["temperatures"]) == 3 * TIMES
     # At the start everything has the temperature of the room.
     begin = tables["temperatures"].query("time_h == 0")

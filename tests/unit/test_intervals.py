@@ -8,7 +8,7 @@ import pytest
 from tools.store_verdicts import main
 
 from millprint.config.errors import ConfigError
-from millprint.fingerprint.seeds import block_length
+from millprint.fingerprint.descriptors import block_length
 from millprint.run.files import write_json, write_table
 from millprint.statistics.quantiles import apart, once, spread_of
 from millprint.thesis.claims.claim_intervals import (

@@ -7,7 +7,7 @@ import pytest
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.motion_kinds import MOTIONS, MotionSection
-from millprint.mill.words import mill_in_words, wall_acceleration
+from millprint.mill.speed_limits import mill_in_words, wall_acceleration
 from tests.conftest import ROOT
 
 

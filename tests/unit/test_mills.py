@@ -18,8 +18,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import PRECISIONS, MillsConfig, MillSweepConfig, PrecisionName
 from millprint.config.uncertainty import UncertaintyConfig
 from millprint.config.workflow import WorkflowConfig
-from millprint.dose.heat_shown import temperature_rows
-from millprint.dose.spectra_shown import of_sheet, sheet_rows, with_rows
+from millprint.dose.spectra_shown import of_sheet, sheet_rows, temperature_rows, with_rows
 from millprint.figures import mill_pictures, mill_sheet_figure
 from millprint.figures import mill_pictures as figures
 from millprint.fingerprint.bands import checked_factors
@@ -32,8 +31,8 @@ from millprint.fingerprint.cases import (
     mill_cases,
     sweep_of,
 )
+from millprint.fingerprint.condition import CURVES
 from millprint.fingerprint.descriptors import tabulate_descriptors
-from millprint.fingerprint.master_curves import CURVES
 from millprint.fingerprint.mill_collapse import UNKNOWN, VERDICTS, one_row_a_mill, tabulate_mill_collapse
 from millprint.fingerprint.mill_sheet import SHEET, by_columns, sheet_condition, tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
@@ -198,7 +197,7 @@ def test_a_fingerprint_of_several_seeds_is_that_of_their_mean(tmp_path, monkeypa
             name = "_".join(f"{case[key]:g}" for key in ("ball_diameter_mm", "fill_ratio", "speed_rpm", "seed"))
             files.append(str(folder / name / "summary.json"))
             write_json(run, files[-1])
-        names = ("descriptors", "means", "curves", "exponents", "collapse", "zones", "sheet", "spectra")
+        names = ("descriptors", "curves", "collapse", "zones", "sheet", "spectra")
         names += ("spectra_summary",)
         output = SimpleNamespace(
             **{name: str(folder / f"{name}.tsv") for name in names}, fingerprint=str(folder / "fingerprint.json")
@@ -214,10 +213,10 @@ def test_a_fingerprint_of_several_seeds_is_that_of_their_mean(tmp_path, monkeypa
             smooth_points=settings.smooth_points,
             spectra_rules=["gap_0_03"],
         )
-        return read_table(output.means), Fingerprint.read(output.fingerprint)
+        return read_table(output.descriptors), Fingerprint.read(output.fingerprint)
 
-    (means, one), (both, two) = described([0]), described([0, 1])
-    assert len(means) == len(both)
+    (conditions, one), (both, two) = described([0]), described([0, 1])
+    assert len(conditions) == len(both)
     exact = true_curves(0.10)[0]
     found = [model.curve(np.array([0.10]))["Pn"].iloc[0] for model in (one, two)]
     assert found[0] == pytest.approx(1.1 * exact, rel=0.02)

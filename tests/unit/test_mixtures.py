@@ -23,7 +23,7 @@ from millprint.config.sweep import Case, DemConfig, SweepConfig, ball_count, bal
 from millprint.dem.packing import inside, pack_mixture
 from millprint.dem.run import balls_in_words
 from millprint.dem.summary import largest_overlap
-from millprint.fingerprint.rule_checks import fingerprint_faults
+from millprint.fingerprint.sweep_checks import fingerprint_faults
 from millprint.thesis.calibration.drop import simulate_drops
 from millprint.thesis.chapter_checks import curve_faults
 from millprint.thesis.surrogate.scene import read_attributes

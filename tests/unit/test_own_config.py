@@ -15,7 +15,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.workflow import WorkflowConfig
 from millprint.fingerprint.cases import has_chapters, mill_cases
-from millprint.fingerprint.rule_checks import fingerprint_faults
+from millprint.fingerprint.sweep_checks import fingerprint_faults
 from millprint.thesis.chapter_checks import chapter_faults, curve_faults
 from tests.conftest import ROOT, configuration
 

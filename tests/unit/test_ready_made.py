@@ -11,18 +11,18 @@ from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import DemConfig
 from millprint.dem import PHYSICS
 from millprint.dem.run import simulate
-from millprint.fingerprint import ready_made
+from millprint.fingerprint import readers
 from millprint.fingerprint.cases import mill_cases
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
 from millprint.run.files import read_table
 
-NAMES = ready_made.ready_made()
+NAMES = readers.ready_made()
 
 
 @pytest.fixture(scope="module")
 def made():
-    return read_table(str(shipped(ready_made.TABLE))).set_index("mill")
+    return read_table(str(shipped(readers.TABLE))).set_index("mill")
 
 
 def test_the_box_has_them():
@@ -32,7 +32,7 @@ def test_the_box_has_them():
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_fingerprint_is_of_the_mill_as_it_is(name, made):
-    path = ready_made.find_ready_made(name)
+    path = readers.find_ready_made(name)
     assert path is not None, "made of another mill: python tools/ship_fingerprints.py FOLDER"
     assert hashlib.sha256(path.read_bytes()).hexdigest() == made["sha256"][name]
     assert made["physics"][name] == PHYSICS
@@ -41,8 +41,8 @@ def test_a_fingerprint_is_of_the_mill_as_it_is(name, made):
 
 def test_another_mill_of_the_same_name_has_none(monkeypatch):
     wider = load_mill("mixer").model_copy(update={"volume_ml": 11.0})
-    monkeypatch.setattr(ready_made, "load_mill", lambda name: wider)
-    assert ready_made.find_ready_made("mixer") is None
+    monkeypatch.setattr(readers, "load_mill", lambda name: wider)
+    assert readers.find_ready_made("mixer") is None
 
 
 def test_a_run_takes_precedence(tmp_path):

@@ -36,7 +36,7 @@ from millprint.config.load import check_model
 from millprint.config.mill import MillConfig
 from millprint.config.strict_yaml import read_yaml
 from millprint.mill.bodies import build_bodies
-from millprint.mill.words import mill_in_words, wall_acceleration
+from millprint.mill.speed_limits import mill_in_words, wall_acceleration
 
 DWELL = {"kind": "dwell", "stroke_mm": 20}
 mill = check_model({**read_yaml("config/mills/emax.yaml"), "motion": DWELL}, MillConfig, "mine")
@@ -176,7 +176,7 @@ else:
 """
 HIT_LAW = """
 from millprint.dem.few_balls import FewBalls
-from millprint.validation.impacts import _plate
+from millprint.thesis.validation.impacts import _plate
 
 vessel, walls = _plate(5e-3)
 low = vessel.bounds[0][2]

@@ -14,7 +14,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.motion_kinds import MOTIONS, Agitation
-from millprint.fingerprint.speeds import check_speeds, speed_settings, speed_warnings, with_paces
+from millprint.fingerprint.sweep_checks import check_speeds, speed_settings, speed_warnings, with_paces
 from millprint.mill.bodies import CHECK_RPM, build_bodies
 from millprint.mill.default_sweep import SWEEP_RULES
 from millprint.mill.speed_limits import BOUNDS, paces

@@ -6,9 +6,8 @@ import pytest
 from millprint.config.errors import ConfigError
 from millprint.dem.turns import has_impacts, mean_of_turns, motion_repeats, relative_error
 from millprint.fingerprint.bands import factor_of
-from millprint.fingerprint.descriptors import said_of, tabulate_descriptors
+from millprint.fingerprint.descriptors import MOTIONS, said_of, tabulate_descriptors, variance_of_run
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.seeds import MOTIONS, variance_of_run
 from tests.unit.synthetic_mill import VOLUME, summary
 
 

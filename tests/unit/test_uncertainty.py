@@ -24,16 +24,24 @@ from millprint.config.uncertainty import (
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.run import simulate
 from millprint.fingerprint.bands import read_factors
-from millprint.fingerprint.master_curves import CURVES
-from millprint.fingerprint.seeds import MOTIONS
+from millprint.fingerprint.condition import CURVES
+from millprint.fingerprint.descriptors import MOTIONS
 from millprint.run.files import read_table, write_json, write_table
 from millprint.uncertainty import samples
 from millprint.uncertainty.emulator import Draws, Emulator, draw, quality, saltelli_shares, sobol_indices
-from millprint.uncertainty.factor_checks import uncertainty_cases, uncertainty_faults
 from millprint.uncertainty.intervals import measure
-from millprint.uncertainty.samples import check_contact, contact_values, design_of, run_samples, space_of
-from millprint.uncertainty.space import FROZEN, Space, contact_space, variable_of
-from millprint.uncertainty.varied import varied_case
+from millprint.uncertainty.samples import (
+    FROZEN,
+    Space,
+    check_contact,
+    contact_space,
+    contact_values,
+    design_of,
+    run_samples,
+    space_of,
+    variable_of,
+)
+from millprint.uncertainty.varied import uncertainty_cases, uncertainty_faults, varied_case
 from tests.conftest import ROOT
 
 EMAX = load_named("config/mills", "emax", MillConfig, "mill")

@@ -11,7 +11,7 @@ from millprint.config.errors import ConfigError
 from millprint.figures.animation import save_animation
 from millprint.figures.style import save
 from millprint.thesis.figures.chapter6_figures import plot_motion
-from millprint.view.side_by_side import movie_side_by_side
+from millprint.thesis.surrogate.side_by_side import movie_side_by_side
 
 pytestmark = pytest.mark.usefixtures("close_figures")
 

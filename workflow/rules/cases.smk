@@ -4,7 +4,6 @@ import math
 
 from millprint.card.experiment_cases import cases_of
 from millprint.config.checks import card_experiments
-from millprint.config.dose import MEASURED
 from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.setup_models import SETTINGS, setup_cases
 from millprint.dem.resources import resources_of
@@ -134,11 +133,6 @@ def mill_summaries(name: str) -> list[str]:
 def heated_summaries(name: str) -> list[str]:
     """The summary files of the heat balance of a mill: all of its own sweep, or the first one for a smoke test."""
     return mill_summaries(name)[:1] if CONFIG.mills.first_case_only else mill_summaries(name)
-
-
-def measured_heat(name: str) -> list[str]:
-    """The table of measured values, if a mill is compared with one of them; a table of one's own has other values."""
-    return [CONFIG.validation.measured] if name in MEASURED and not CONFIG.validation.is_own else []
 
 
 def derived_sweep(wildcards) -> list[str]:

@@ -10,13 +10,11 @@ rule balance_heat:
     input:
         summaries=lambda wildcards: heated_summaries(wildcards.mill),
         runs=lambda wildcards: records_of(heated_summaries(wildcards.mill)),
-        measured=lambda wildcards: measured_heat(wildcards.mill),
     output:
         sources=f"{HEAT}/sources.tsv",
         parameters=f"{HEAT}/parameters.tsv",
         temperatures=f"{HEAT}/temperatures.tsv",
         limits=f"{HEAT}/limits.tsv",
-        comparison=f"{HEAT}/comparison.tsv",
         flash=f"{HEAT}/flash.tsv",
         svg=shown(f"{HEAT}/temperatures.svg"),
         png=f"{HEAT}/temperatures.png",

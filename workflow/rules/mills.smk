@@ -47,10 +47,8 @@ rule describe_mill:
         runs=lambda wildcards: records_of(mill_summaries(wildcards.mill)),
     output:
         descriptors=f"{MILL}/descriptors.tsv",
-        means=f"{MILL}/means.tsv",
         curves=f"{MILL}/curves.tsv",
         fingerprint=f"{MILL}/fingerprint.json",
-        exponents=f"{MILL}/exponents.tsv",
         collapse=f"{MILL}/collapse.tsv",
         zones=f"{MILL}/zones.tsv",
         sheet=f"{MILL}/fingerprint.tsv",
@@ -263,7 +261,7 @@ EXPLORED_WITH = {
     "descriptors": CONFIG.fingerprint.descriptors,
     "heat": CONFIG.dose.heat.model_dump(mode="json"),
 }
-# What a page takes from each mill, by the names of `millprint.explorer.simulated`.
+# What a page takes from each mill, by the names of `millprint.explorer.page`.
 OF_MILL = {
     "spectra": rules.describe_mill.output.spectra,
     "summary": rules.describe_mill.output.spectra_summary,

@@ -6,7 +6,6 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-from millprint.card.card_inputs import CardSettings, Known, Runs
 from millprint.card.card_model import (
     FORMAT,
     SCHEMA_VERSION,
@@ -20,9 +19,10 @@ from millprint.card.card_model import (
     Powder,
     Programme,
 )
+from millprint.card.latex import software
 from millprint.card.methods import methods_paragraph
 from millprint.card.parts import describe_runs, dose_part, heat_part, spectra_part, wear_part
-from millprint.card.software import software
+from millprint.card.read import CardSettings, Known, Runs
 from millprint.config.card import Experiment
 from millprint.config.contact_set import ALL_LAW_KEYS, PAIR_COEFFICIENTS, ContactConfig
 from millprint.config.counting import recorded_count

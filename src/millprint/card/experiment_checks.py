@@ -1,7 +1,7 @@
 """Checks of one experiment before its simulations: shape, balls that fit, speed, time step and cost."""
 
-from millprint.card.card_inputs import check_material
 from millprint.card.experiment_cases import own_cases
+from millprint.card.read import check_material
 from millprint.config.card import Experiment
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
@@ -12,7 +12,7 @@ from millprint.dem.case_cost import cost
 from millprint.dem.laws.registry import step_scale
 from millprint.dem.timestep import requested_step
 from millprint.dose.wear import read_materials
-from millprint.fingerprint.speeds import SpeedSetting, check_speeds, speed_warnings, with_paces
+from millprint.fingerprint.sweep_checks import SpeedSetting, check_speeds, speed_warnings, with_paces
 from millprint.mill.bodies import CHECK_RPM
 
 

@@ -1,15 +1,15 @@
-"""A card for a paper: a table in LaTeX, and what to cite in BibTeX."""
+"""A card for a paper: a table in LaTeX, what to cite in BibTeX, and the software that computed it."""
 
 import re
+from importlib.metadata import PackageNotFoundError, metadata
 from pathlib import Path
 
 import yaml
 
-from millprint.card.card_model import Ends, MillingCard, Quantity
-from millprint.card.methods import charge_in_words, programme_in_words
-from millprint.card.quantity_texts import between
-from millprint.card.software import citation
+from millprint.card.card_model import Ends, MillingCard, Quantity, Software
+from millprint.card.methods import between, charge_in_words, programme_in_words
 from millprint.fingerprint.columns import DESCRIPTORS
+from millprint.run.machine import commit, package_versions
 from millprint.run.numbers import plain, prefix_of, three
 
 REFERENCES = Path(__file__).with_name("references.yaml")
@@ -142,3 +142,32 @@ def bibtex(card: MillingCard) -> str:
         fields = {"author": escape(card.authors), "title": escape(card.title), "note": escape(card.reference)}
         entries.append(_entry(f"experiment:{card.name}".replace("_", "-"), "misc", fields))
     return "\n".join(entries)
+
+
+# Packages that a card's numbers depend on.
+PACKAGES = ("numpy", "numba", "scipy", "pandas")
+CITATION = Path(__file__).parents[3] / "CITATION.cff"
+
+
+def citation() -> dict[str, str]:
+    """Title, version and authors of this software, from CITATION.cff in a checkout, or from the installed package."""
+    if CITATION.is_file():
+        own = yaml.safe_load(CITATION.read_text())
+        return {
+            "title": own["title"],
+            "version": str(own["version"]),
+            "authors": " and ".join(author["name"] for author in own["authors"]),
+        }
+    try:
+        own = metadata("millprint")
+    except PackageNotFoundError:
+        return {"title": "millprint", "version": "unknown", "authors": "millprint developers"}
+    return {"title": own["Name"], "version": own["Version"], "authors": own["Author"]}
+
+
+def software() -> Software:
+    """Name, version and commit of this software, and the versions of the packages that its numbers depend on."""
+    own, versions = citation(), package_versions()
+    return Software(
+        name=own["title"], version=own["version"], commit=commit(), packages={name: versions[name] for name in PACKAGES}
+    )

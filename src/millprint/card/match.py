@@ -11,11 +11,17 @@ from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import DESCRIPTOR_SETS
 from millprint.config.sources import WORKING_FOLDER, Sources
 from millprint.fingerprint.bands import FURTHER, Band, Interval
-from millprint.fingerprint.comparison import ALL_SIMULATED, Wanted, nearest
-from millprint.fingerprint.condition_search import SHARED_CONTACT, check_same_count
-from millprint.fingerprint.match_words import limits_in_words, lost_in_words, setting_in_words
+from millprint.fingerprint.comparison import (
+    ALL_SIMULATED,
+    Wanted,
+    limits_in_words,
+    lost_in_words,
+    nearest,
+    setting_in_words,
+)
+from millprint.fingerprint.condition_search import SHARED_CONTACT, check_same_count, simulated_ranges
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.ready_made import find_ready_made
+from millprint.fingerprint.readers import find_ready_made
 
 # Settings are near a card if its descriptors are met to this on average (root mean square of logarithms).
 NEAR = 0.25
@@ -89,11 +95,7 @@ def is_near(row: pd.Series, near: float = NEAR) -> bool:
 
 
 def verdict(
-    card: MillingCard,
-    fingerprint: Fingerprint,
-    table: pd.DataFrame,
-    near: float = NEAR,
-    wanted: Wanted = ALL_SIMULATED,
+    card: MillingCard, fingerprint: Fingerprint, table: pd.DataFrame, near: float = NEAR, wanted: Wanted = ALL_SIMULATED
 ) -> list[str]:
     """Sentences on a ranking: the nearest setting, if there is one, what is lost, and how long it takes.
 
@@ -130,7 +132,7 @@ def verdict(
 
 
 def _limits(best: pd.Series, fingerprint: Fingerprint, wanted: Wanted) -> str:
-    ranges = fingerprint.about["ranges"]
-    balls = [1e3 * fingerprint.balls(choice)[0] for choice in wanted.balls or fingerprint.choices()]
-    speeds = wanted.speeds_rpm or [60 * speed for speed in ranges["speed_hz"]]
-    return limits_in_words(best, speeds, wanted.fill_ratios or ranges["fill_ratio"], balls)
+    ranges = simulated_ranges([fingerprint])
+    balls = [1e3 * fingerprint.balls(choice)[0] for choice in wanted.balls or ranges["ball_diameters_mm"]]
+    speeds, fills = wanted.speeds_rpm or ranges["speeds_rpm"], wanted.fill_ratios or ranges["fill_ratios"]
+    return limits_in_words(best, speeds, fills, balls)

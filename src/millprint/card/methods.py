@@ -1,9 +1,21 @@
 """The methods paragraph of a card, ready for a paper; every number is from the card."""
 
-from millprint.card.card_model import Balls, MillingCard, Programme
-from millprint.card.quantity_texts import between, in_words
+from millprint.card.card_model import Balls, Ends, Estimate, MillingCard, Programme, Quantity, Temperature
 from millprint.config.contact_set import CONTACT_LAWS
-from millprint.run.numbers import plain, three
+from millprint.run.numbers import plain, prefix_of, three
+
+
+def in_words(quantity: Quantity, ends: Ends | None = None) -> str:
+    """A quantity with its unit and an interval: "221 µJ (203 to 240)"."""
+    factor, unit = prefix_of(quantity.value, quantity.unit)
+    text = three(factor * quantity.value) + ("" if unit == "-" else f" {unit}")
+    return text if ends is None else f"{text} ({between(ends, factor)})"
+
+
+def between(ends: Ends | Temperature | Estimate, factor: float = 1.0) -> str:
+    """The ends of an interval: "203 to 240"."""
+    return f"{three(factor * ends.lower)} to {three(factor * ends.upper)}"
+
 
 COOLING = {"still_air": "air at rest", "moving_air": "moving air", "water": "water"}
 

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pandas as pd
 
-from millprint.card.card_inputs import CardSettings, Known, Runs
 from millprint.card.card_model import (
     Balls,
     Bins,
@@ -24,6 +23,7 @@ from millprint.card.card_model import (
     Temperature,
     Wear,
 )
+from millprint.card.read import CardSettings, Known, Runs
 from millprint.card.scatter import read_window, spread
 from millprint.config.card import CardProgrammeSection, Experiment
 from millprint.config.dose import ChargeConfig, JarSection
@@ -31,14 +31,12 @@ from millprint.dose.energy_doses import HITS, NORMAL, TANGENTIAL, TOTAL, doses
 from millprint.dose.heat_balance import BODIES
 from millprint.dose.heat_sources import mean_of, read_source
 from millprint.dose.heat_table import TIMES, heat_tables
-from millprint.dose.sliding import mean_conditions, tabulate_sliding
 from millprint.dose.spectra import BOTH, tabulate_spectra
-from millprint.dose.wear import FEWEST_HELD, PROBABILITY, predict_wear
+from millprint.dose.wear import FEWEST_HELD, PROBABILITY, mean_conditions, predict_wear, tabulate_sliding
 from millprint.fingerprint.bands import FURTHER, factor_of
 from millprint.fingerprint.condition import SCALED_BY
-from millprint.fingerprint.descriptors import tabulate_descriptors
+from millprint.fingerprint.descriptors import MOTIONS, tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.seeds import MOTIONS
 
 COURSE = ["lower_degC", "median_degC", "upper_degC"]
 TIMES_OF_CYCLE, MOST_TIMES = 10, 400
@@ -123,7 +121,7 @@ def heat_part(
     )
     summaries = [path.replace("run.h5", "summary.json") for path in runs.paths]
     source = mean_of([read_source(*pair) for pair in zip(summaries, runs.paths, strict=True)])
-    tables = heat_tables(own, experiment.mill, [source], None, times=times_of(programme) if programme else TIMES)
+    tables = heat_tables(own, experiment.mill, [source], times=times_of(programme) if programme else TIMES)
     limits, course = tables.limits.iloc[0], tables.temperatures
     bodies = {
         name: BodyHeat(
@@ -188,12 +186,7 @@ SHARE = "tangential_share"
 # A descriptor without a curve, and so without factors.
 BALL_COLLISIONS = "collisions_of_a_ball_hz"
 # The curve of a fingerprint whose factors apply to a descriptor; the share rises with the ratio Pt / Pn.
-CURVE_OF = {
-    **SCALED_BY,
-    "normal_power_W": "Pn",
-    "tangential_power_W": "Pt",
-    "power_W": "P",
-}
+CURVE_OF = {**SCALED_BY, "normal_power_W": "Pn", "tangential_power_W": "Pt", "power_W": "P"}
 COLUMN_UNITS = {"J": "J", "W": "W", "hz": "1/s"}
 UNITS = {name: COLUMN_UNITS[name.rpartition("_")[2]] for name in (*CURVE_OF, BALL_COLLISIONS)} | {SHARE: "-"}
 

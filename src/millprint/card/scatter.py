@@ -2,8 +2,8 @@
 
 A simulation scatters because its window is short. This scatter is seen twice: between seeds, and between blocks of
 neighbouring revolutions in one window (delete-a-group jackknife, Kott, J. Official Stat. 17 (2001) 521). Both estimate
-the variance v of the logarithm of a descriptor of one simulation (`millprint.fingerprint.seeds`). With k seeds, mean m
-and Student's t for the degrees of freedom of v, a new simulation of the condition falls into
+the variance v of the logarithm of a descriptor of one simulation (`variance_of_run`). With k seeds, mean m and
+Student's t for the degrees of freedom of v, a new simulation of the condition falls into
 exp(ln m +- t sqrt(v (1 + 1/k))), and the mean of very many into exp(ln m +- t sqrt(v / k)).
 """
 
@@ -16,7 +16,7 @@ import pandas as pd
 from millprint.config.counting import CountingRule, recorded_count
 from millprint.dem.collisions import kept_by, strongest, turns_of
 from millprint.dose.spectra import read_contacts
-from millprint.fingerprint.seeds import block_length, variance_of_run
+from millprint.fingerprint.descriptors import block_length, variance_of_run
 from millprint.statistics.quantiles import student_quantile
 
 # Columns for each revolution: energies [J] and sums of squared contact energies [J2] by channel, and the numbers of

@@ -2,28 +2,28 @@
 
 from collections.abc import Callable
 
-from millprint.card.card_inputs import check_material
 from millprint.card.experiment_cases import own_cases
+from millprint.card.read import check_material
 from millprint.config.checks import MILL_FOLDER, card_experiments
 from millprint.config.contact_set import ContactConfig
-from millprint.config.dose import MEASURED
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.config.motion_kinds import PlanetaryMotion
-from millprint.config.setup_models import SETTINGS, TumblingConfig, setup_cases
+from millprint.config.setup_models import TumblingConfig, setup_cases
 from millprint.config.sweep import Case, overridden
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.case_checks import check_ball_size, check_mixtures, check_room, check_step_and_cost, checked_bodies
-from millprint.dose.heat_table import measured_row
 from millprint.dose.wear import read_materials
 from millprint.fingerprint.cases import mill_cases, place_of_sweep
-from millprint.fingerprint.rule_checks import fingerprint_faults
-from millprint.fingerprint.speeds import SpeedSetting, check_speeds, speed_settings, speed_warnings, with_paces
-from millprint.uncertainty.factor_checks import uncertainty_cases, uncertainty_faults
-from millprint.validation.fixed import read_fixed
-from millprint.validation.inputs import read_other_codes
-from millprint.validation.measured import check_measured
-from millprint.validation.tumbling_runs import tumbling_cases
+from millprint.fingerprint.sweep_checks import (
+    SpeedSetting,
+    check_speeds,
+    fingerprint_faults,
+    speed_settings,
+    speed_warnings,
+    with_paces,
+)
+from millprint.uncertainty.varied import uncertainty_cases, uncertainty_faults
 
 
 def check_before_running(
@@ -39,10 +39,6 @@ def check_before_running(
     chapter_faults: `millprint.thesis.chapter_checks.chapter_faults`, for a run that may have chapters of the thesis.
     Returns warnings, a line each, about values that are unusual but may be intended.
     """
-    if config.validation.chosen:
-        check_measured(config.validation.measured, SETTINGS)
-        read_fixed(config.validation.fixed)
-        read_other_codes(config.validation.other_codes)
     bodies = checked_bodies(mills)
     swept = own_sweeps(config, mills)
     carded = card_cases(config, mills, contacts)
@@ -55,7 +51,10 @@ def check_before_running(
     measured = {name: list(setup_cases(setup, config.dem).values()) for name, setup in config.validation.chosen.items()}
     for name, setup in config.validation.chosen.items():
         if isinstance(setup, TumblingConfig):
-            measured[name] = tumbling_cases(setup, mills)
+            # Size, step and cost of every number of balls at every speed; seeds have the same.
+            speeds_rpm, seed = [setup.speed_rpm(speed) for speed in setup.speeds], setup.seeds[0]
+            charges = [(number, rpm, seed) for number in setup.numbers for rpm in speeds_rpm]
+            measured[name] = [setup.case(*each, mills[setup.mill]) for each in charges]
     groups += [(f"{source}: validation.{name}", own) for name, own in measured.items()]
     groups += [(place, own) for place, (_, own) in carded.items()]
     for place, group in groups:
@@ -82,7 +81,6 @@ def check_before_running(
         check_room(group, mills, bodies, place)
         check_mixtures(group, mills, bodies, place)
     check_movie(config, source)
-    check_measured_heat(config)
     faults = [*fingerprint_faults(config, source), *uncertainty_faults(config, mills, contacts, source)]
     if chapter_faults:
         faults += chapter_faults(config, mills, contacts, cases, source)
@@ -134,14 +132,6 @@ def check_same_charges(cases: dict[str, Case], swept: dict[str, list[Case]], sou
                     f"{source}: sweeps: ball_diameters_mm: charge {name} has other balls in the sweep of mill {mill}; "
                     "give one of the two another name"
                 )
-
-
-def check_measured_heat(config: WorkflowConfig) -> None:
-    """Check that the table has the measured temperatures that mills are compared with."""
-    heated = {config.mill, *config.dose.heat.mills, *config.mills.box}
-    for mill, name in MEASURED.items():
-        if mill in heated and not config.validation.is_own:
-            measured_row(config.validation.measured, name)
 
 
 def check_movie(config: WorkflowConfig, source: str) -> None:

@@ -38,12 +38,11 @@ from millprint.config.fingerprint import DESCRIPTOR_SETS, DescriptorSet, MatchCo
 from millprint.config.included import SOURCES
 from millprint.config.load import check_model, read_yaml
 from millprint.fingerprint.bands import FURTHER, NOT_KNOWN, interval_columns
-from millprint.fingerprint.comparison import Wanted
-from millprint.fingerprint.condition_search import match_targets, shared_contact
+from millprint.fingerprint.comparison import Wanted, match_in_words
+from millprint.fingerprint.condition_search import match_targets, shared_contact, simulated_ranges
 from millprint.fingerprint.descriptors import CHARGE
-from millprint.fingerprint.match_words import match_in_words
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.ready_made import find_ready_made
+from millprint.fingerprint.readers import find_ready_made
 from millprint.run.files import write_table
 
 SHORT = {
@@ -145,18 +144,6 @@ def parse(arguments: list[str], name: str) -> argparse.Namespace:
     return options
 
 
-def simulated(fingerprints: list[Fingerprint]) -> dict:
-    """The keys of a request for everything that was simulated for some mills."""
-    speeds = [60 * speed for each in fingerprints for speed in each.about["ranges"]["speed_hz"]]
-    fills = [fill for each in fingerprints for fill in each.fill_range]
-    balls = dict.fromkeys(choice for each in fingerprints for choice in each.choices())
-    return {
-        "speeds_rpm": [min(speeds), max(speeds)],
-        "fill_ratios": [min(fills), max(fills)],
-        "ball_diameters_mm": list(balls),
-    }
-
-
 def _target_name(like: list[str] | None) -> str:
     """The name of a target of the command line."""
     return f"as_{Path(like[0]).stem}" if like and not like[0].endswith(".json") else "target"
@@ -238,7 +225,7 @@ def main(arguments: list[str], name: str = "match") -> None:
         match_from_card(options)
         return
     fingerprints = [Fingerprint.read(path) for path in located(options.fingerprints, options.results)]
-    request = request_of(options, simulated(fingerprints))
+    request = request_of(options, simulated_ranges(fingerprints))
     table = match_targets(request, fingerprints)
     notes = shared_contact(request, fingerprints)
     if options.out:

@@ -15,8 +15,7 @@ from millprint.cli.commands import parser_of
 from millprint.config.dose import ChargeConfig, WearConfig
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
-from millprint.dose.sliding import mean_conditions, tabulate_sliding
-from millprint.dose.wear import predict_wear, read_coefficient, read_materials
+from millprint.dose.wear import mean_conditions, predict_wear, read_coefficient, read_materials, tabulate_sliding
 from millprint.run.files import write_table
 
 SHOWN = {

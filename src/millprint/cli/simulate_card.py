@@ -25,13 +25,12 @@ from pathlib import Path
 
 from millprint.card.build import build_card
 from millprint.card.card_files import FILES, write_card
-from millprint.card.card_inputs import CardSettings, Runs
 from millprint.card.card_model import MillingCard
 from millprint.card.experiment_cases import animated_case, own_cases
 from millprint.card.experiment_checks import check_experiment
 from millprint.card.latex import TITLES
-from millprint.card.quantity_texts import in_words
-from millprint.card.read import known_of
+from millprint.card.methods import in_words
+from millprint.card.read import CardSettings, Runs, known_of
 from millprint.card.simulate import GIF, simulate_cases
 from millprint.cli.commands import parser_of
 from millprint.config.card import Experiment

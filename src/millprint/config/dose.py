@@ -18,8 +18,6 @@ BodyName = Literal["balls", "powder", "jar"]
 # A range that spans more than this is uniform in the logarithm.
 WIDE_RANGE = 10.0
 MOST_CYCLES = 2000
-# The row of the table of measured values (column id) with the measured ball temperature of a mill, for comparison.
-MEASURED = {"spex": "8b", "planetary": "8c"}
 ABSOLUTE_ZERO_DEGC = -273.15
 
 

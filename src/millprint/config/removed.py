@@ -24,7 +24,7 @@ REMOVED = {
     "doe.half_life": "fixed at pH 11 and 298 K",
     "doe.powder": "the table of it is gone",
     "doe.power": "fixed at 0.8",
-    "dose.heat.measured": "fixed: rows 8b and 8c of config/data/measured.tsv, for spex and planetary",
+    "dose.heat.measured": "the comparison with a measured bound is gone",
     "dose.heat.parameters.ball_powder_W_m2K": "fixed, in millprint.config.dose",
     "dose.heat.parameters.ball_wall_W_m2K": "fixed, in millprint.config.dose",
     "dose.heat.parameters.heat_share": "fixed, in millprint.config.dose",

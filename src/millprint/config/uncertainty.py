@@ -1,7 +1,7 @@
 """The section `uncertainty`: contact parameters as distributions, each with the source of its numbers.
 
 To add a kind of distribution, write its section, add it to `DISTRIBUTIONS`, and give it a function in
-`millprint.uncertainty.space`.
+`millprint.uncertainty.samples`.
 """
 
 from collections.abc import Iterator

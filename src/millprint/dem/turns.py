@@ -4,7 +4,7 @@ Neighbouring turns are alike. They are averaged in pairs again and again, and th
 the sizes of block that leave at least FEWEST_BLOCKS is taken (Flyvbjerg and Petersen, J. Chem. Phys. 91 (1989) 461). So
 a correlation over more than an eighth of a window is not seen, and of fewer than sixteen turns none is; and a motion
 that has settled into one of several lasting ones does not show the others, however long it is recorded. Only other
-seeds do (`millprint.fingerprint.seeds`).
+seeds do (`millprint.fingerprint.descriptors`).
 """
 
 import math

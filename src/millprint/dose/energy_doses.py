@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
 import pandas as pd
 
 from millprint.run.tables import CASE, Number, Text, read_measured, refuse_rows
@@ -35,37 +34,6 @@ def doses(
     hits = frequency_hz * time_h * SECONDS_PER_HOUR / powder_g
     normal, tangential = normal_J * hits * 1e-3, tangential_J * hits * 1e-3
     return pd.DataFrame({NORMAL: normal, TANGENTIAL: tangential, TOTAL: normal + tangential, HITS: hits})
-
-
-def powder_of_ball(bpr: pd.Series, ball_diameter_m: float, density_kg_m3: float) -> pd.Series:
-    """Powder [g] that one ball has at a ball-to-powder mass ratio [-]."""
-    return 1e3 * density_kg_m3 * np.pi / 6 * ball_diameter_m**3 / bpr
-
-
-def screening_doses(path: str | Path, ball_diameter_m: float, density_kg_m3: float) -> pd.DataFrame:
-    """Case, bpr, molar_ratio, time_h, doses and yield_percent of the screening runs, from their printed descriptors."""
-    energies = ("normal_energy_uJ", "tangential_energy_uJ", "specific_frequency_hz")
-    numbers = [Number(name, 0, above=True) for name in ("bpr", "molar_ratio", TIME, *energies)]
-    table = read_measured(path, [Text(CASE, unique=True), *numbers, Number(YIELD, 0, 100)])
-    powder = powder_of_ball(table["bpr"], ball_diameter_m, density_kg_m3)
-    normal, tangential, frequency = (table[name] for name in energies)
-    found = doses(1e-6 * normal, 1e-6 * tangential, frequency, table[TIME], powder)
-    return pd.concat([table[[CASE, "bpr", "molar_ratio", TIME]], found, table[[YIELD]]], axis=1)
-
-
-def regime_doses(
-    measured: pd.DataFrame, cases: pd.DataFrame, ball_diameter_m: float, density_kg_m3: float
-) -> pd.DataFrame:
-    """The columns of `screening_doses` for the five cases of chapter 4.
-
-    measured: as of `fingerprint.regimes.read_regimes`; cases: those rows of Table 4.2, with energies and frequency.
-    """
-    joined = measured[[CASE, "bpr", "molar_ratio", TIME, YIELD]].merge(cases, on=CASE, suffixes=("", "_designed"))
-    powder = powder_of_ball(joined["bpr"], ball_diameter_m, density_kg_m3)
-    columns = ("normal_energy_J", "tangential_energy_J", "specific_frequency_hz")
-    normal, tangential, frequency = (joined[name] for name in columns)
-    found = doses(normal, tangential, frequency, joined[TIME], powder)
-    return pd.concat([joined[[CASE, "bpr", "molar_ratio", TIME]], found, joined[[YIELD]]], axis=1)
 
 
 def own_doses(path: str | Path, fingerprints: Mapping[str, "Fingerprint"]) -> pd.DataFrame:

@@ -2,26 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from millprint.config.dose import COEFFICIENT, PARAMETERS, TEMPERATURE, HeatConfig, RangeSection
-from millprint.config.errors import ConfigError
-from millprint.dose.heat_balance import (
-    BALLS,
-    BODIES,
-    Balance,
-    Course,
-    pause_needed,
-    programme_phases,
-    solve,
-    time_to_limit,
-)
+from millprint.dose.heat_balance import BODIES, Balance, Course, pause_needed, programme_phases, solve, time_to_limit
 from millprint.dose.heat_sources import HeatSource
-from millprint.run.files import read_table
-from millprint.validation.measured import parse_value
 
 RUNNING, RESTING, ROOM = "running_W_m2K", "resting_W_m2K", "surroundings_degC"
 # Bounds of a band, by the columns that hold them.
@@ -30,23 +17,6 @@ BAND = ("lower", "median", "upper")
 TIMES = 61
 # What cools a jar while the mill stands, by what cools it while the mill runs.
 AT_REST: dict[str, str] = {"still_air": "still_air", "moving_air": "still_air", "water": "water"}
-COMPARED = (
-    "id",
-    "mill",
-    "condition",
-    "quantity",
-    "measured",
-    "unit",
-    "lower",
-    "median",
-    "upper",
-    "share_within",
-    "power_factor_lower",
-    "power_factor_median",
-    "power_factor_upper",
-    "statement",
-    "source",
-)
 
 
 def ranges_of(settings: HeatConfig, mill: str) -> dict[str, tuple[RangeSection, str, str]]:
@@ -125,21 +95,11 @@ def balance_of(settings: HeatConfig, mill: str, source: HeatSource, drawn: pd.Da
     powder = source.balls_kg / drawn["ball_to_powder_ratio"].to_numpy()
     if settings.powder_mass_g is not None:
         powder = np.full(len(drawn), 1e-3 * settings.powder_mass_g)
+    masses = {"ball": source.balls_kg, "powder": powder, "jar": mass}
+    areas = {"ball_powder": source.balls_m2, "ball_wall": source.inside_m2, "powder_wall": source.inside_m2}
     return Balance(
-        capacity_J_K=np.column_stack(
-            [
-                source.balls_kg * drawn["ball_heat_capacity_J_kgK"],
-                powder * drawn["powder_heat_capacity_J_kgK"],
-                mass * drawn["jar_heat_capacity_J_kgK"],
-            ]
-        ),
-        between_W_K=np.column_stack(
-            [
-                source.balls_m2 * drawn["ball_powder_W_m2K"],
-                source.inside_m2 * drawn["ball_wall_W_m2K"],
-                source.inside_m2 * drawn["powder_wall_W_m2K"],
-            ]
-        ),
+        capacity_J_K=np.column_stack([own * drawn[f"{of}_heat_capacity_J_kgK"] for of, own in masses.items()]),
+        between_W_K=np.column_stack([own * drawn[f"{of}_W_m2K"] for of, own in areas.items()]),
         running_W_K=outside * drawn[RUNNING].to_numpy(),
         resting_W_K=outside * drawn[RESTING].to_numpy(),
         source_W=heat_by_body(source, drawn),
@@ -168,25 +128,14 @@ class HeatTables:
     """a row for each condition, body and time"""
     limits: pd.DataFrame
     """a row for each condition: temperatures, time to the limit, pauses"""
-    comparison: pd.DataFrame
-    """a row for each condition that is compared with a measured temperature"""
 
 
 def parameter_table(settings: HeatConfig, mill: str) -> pd.DataFrame:
     """A row for each sampled number: range, unit and source."""
-    return pd.DataFrame(
-        [
-            {
-                "parameter": name,
-                "title": title,
-                "unit": unit,
-                "low": given.low,
-                "high": given.high,
-                "source": given.source,
-            }
-            for name, (given, title, unit) in ranges_of(settings, mill).items()
-        ]
-    )
+    columns = ["parameter", "title", "unit", "low", "high", "source"]
+    ranges = ranges_of(settings, mill).items()
+    rows = [(name, title, unit, given.low, given.high, given.source) for name, (given, title, unit) in ranges]
+    return pd.DataFrame(rows, columns=columns)
 
 
 def limit_row(settings: HeatConfig, source: HeatSource, balance: Balance, course: Course) -> dict[str, object]:
@@ -221,76 +170,23 @@ def limit_row(settings: HeatConfig, source: HeatSource, balance: Balance, course
 
 def temperature_rows(settings: HeatConfig, source: HeatSource, course: Course) -> pd.DataFrame:
     """Bands of the temperatures of a condition over time, a row for each body and time."""
-    tables = []
+    tables, about = [], {"condition": source.condition, "time_h": course.times_s / 3600}
     for index, name in enumerate(BODIES):
-        lower, median, upper = band(np.moveaxis(course.temperature_degC[:, :, index], 1, 0), settings.probability)
-        tables.append(
-            pd.DataFrame(
-                {
-                    "condition": source.condition,
-                    "body": name,
-                    "time_h": course.times_s / 3600,
-                    "lower_degC": lower,
-                    "median_degC": median,
-                    "upper_degC": upper,
-                }
-            )
-        )
-    return pd.concat(tables, ignore_index=True)
-
-
-def measured_row(path: str | Path, name: str) -> dict:
-    """The row of a measured temperature by its id. Raises ConfigError for an unknown id, or an invalid value."""
-    table = read_table(path, text=["id", "quantity", "value", "unit", "source"])
-    rows = table[table["id"] == name].to_dict("records")
-    if not rows:
-        raise ConfigError(f"{path}: has no row of id {name!r}")
-    if rows[0]["unit"] != "degC":
-        raise ConfigError(f"{path}: row {name!r} is in {rows[0]['unit']}: must be in degC")
-    return rows[0]
-
-
-def compare(
-    settings: HeatConfig, mill: str, source: HeatSource, balls_degC: np.ndarray, room_degC: np.ndarray, row: dict
-) -> dict[str, object]:
-    """The balls' temperature of a condition after long milling, compared with a measured bound; nothing is fitted.
-
-    balls_degC, room_degC: (n,). power_factor: factor on the dissipation that would bring the balls to the bound. The
-    balance is linear, so it is (bound - room) / (balls - room). The measured row does not give balls, speed, powder or
-    time, so our condition may differ from the measured one: no verdict follows.
-    """
-    lower, median, upper = band(balls_degC, settings.probability)
-    point = parse_value(row["value"])[0]
-    inside = np.ones(len(balls_degC), dtype=bool)
-    if point.lower == point.lower:
-        inside = (balls_degC >= point.lower) & (balls_degC <= point.upper)
-    share = float(inside.mean())
-    factors = band((point.value - room_degC) / (balls_degC - room_degC), settings.probability)
-    half = (1 - settings.probability) / 2
-    words = (
-        "whole band within the measured bound" if share >= 1 - half
-        else "whole band outside the measured bound" if share <= half
-        else "band on both sides of the measured bound"
-    )  # fmt: skip
-    values = (
-        *(row["id"], mill, source.condition, row["quantity"], row["value"], row["unit"], lower, median, upper, share),
-        *(*factors, words, row["source"]),
-    )
-    return dict(zip(COMPARED, values, strict=True))
+        ends = band(np.moveaxis(course.temperature_degC[:, :, index], 1, 0), settings.probability)
+        columns = {f"{end}_degC": values for end, values in zip(BAND, ends, strict=True)}
+        tables.append(pd.DataFrame(about | {"body": name} | columns))
+    columns = ["condition", "body", "time_h", *(f"{end}_degC" for end in BAND)]
+    return pd.concat(tables, ignore_index=True)[columns]
 
 
 def heat_tables(
     settings: HeatConfig,
     mill: str,
     sources: list[HeatSource],
-    measured: dict | None,
     step: Callable[[], object] = lambda: None,
     times: int = TIMES,
 ) -> HeatTables:
-    """Every table of a mill.
-
-    measured: row of the measured temperature, if any; step: called after each condition; times: of temperatures.
-    """
+    """Every table of a mill; step: called after each condition; times: number of times of the temperatures."""
     drawn = sample(settings, mill)
     programme = settings.programme
     duration = 3600 * programme.duration_h
@@ -298,20 +194,11 @@ def heat_tables(
     if not programme.pause_min:
         phases = programme_phases(duration, duration, 0.0)
     times_s = np.linspace(0.0, duration, times)
-    limits, temperatures, comparison = [], [], []
+    limits, temperatures = [], []
     for source in sources:
         balance = balance_of(settings, mill, source, drawn)
         course = solve(balance, phases, times_s)
         limits.append(limit_row(settings, source, balance, course))
         temperatures.append(temperature_rows(settings, source, course))
-        if measured:
-            comparison.append(
-                compare(settings, mill, source, balance.steady_degC()[:, BALLS], drawn[ROOM].to_numpy(), measured)
-            )
         step()
-    return HeatTables(
-        parameter_table(settings, mill),
-        pd.concat(temperatures, ignore_index=True),
-        pd.DataFrame(limits),
-        pd.DataFrame(comparison, columns=list(COMPARED)),
-    )
+    return HeatTables(parameter_table(settings, mill), pd.concat(temperatures, ignore_index=True), pd.DataFrame(limits))

@@ -123,15 +123,6 @@ def fit_kinetics(runs: pd.DataFrame) -> pd.DataFrame:
     return table.sort_values("aicc", kind="stable", ignore_index=True)
 
 
-def curve_of(row: pd.Series, largest: float, points: int = 80) -> pd.DataFrame:
-    """The yield [%] of a fitted law from 0 to the largest x: columns x and yield_percent."""
-    x = np.linspace(0.0, largest, points)
-    values = {name: row[name] for name in MODELS[row["model"]].names}
-    if "x0" in values:
-        values["x0"] /= largest
-    return pd.DataFrame({"x": x, YIELD: MODELS[row["model"]].law(x, **values)})
-
-
 def best_of(kinetics: pd.DataFrame, axis: str) -> pd.Series | None:
     """The row with the smallest AICc over an axis; None for an axis that did not vary."""
     rows = kinetics[kinetics["x"] == axis]

@@ -21,8 +21,8 @@ import pandas as pd
 from millprint.config.counting import CountingRule, recorded_count
 from millprint.config.errors import ConfigError, MillprintError
 from millprint.dem.collisions import CHANNELS
-from millprint.fingerprint.collisions_of_run import BOTH, PAIRS, Contacts, collisions_by, read_contacts
 from millprint.fingerprint.descriptors import CHARGE, CONDITION, CONDITION_TEXT, ONE_SIZE, condition_of
+from millprint.fingerprint.readers import BOTH, PAIRS, Contacts, collisions_by, read_contacts
 from millprint.run.files import read_table
 from millprint.run.progress import progress
 

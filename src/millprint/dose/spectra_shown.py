@@ -1,4 +1,4 @@
-"""Which spectra a figure shows, and the numbers read off the spectra at the condition of a fingerprint sheet."""
+"""Which spectra a figure shows; and spectra and temperatures at the condition of a fingerprint sheet."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,7 @@ from millprint.fingerprint.mill_sheet import SHEET, Row, sheet_condition
 
 if TYPE_CHECKING:
     from millprint.fingerprint.model import Fingerprint
+
 
 SECTION = "spectra"
 # Numbers of a sheet: column of the table of numbers read off a spectrum -> name in the sheet.
@@ -127,3 +128,27 @@ def rules_apart(summary: pd.DataFrame) -> str:
 def _spread(values: pd.Series) -> float:
     """The largest over the smallest value."""
     return float(values.max() / values.min())
+
+
+TEMPERATURE = "temperature"
+BODIES = ("powder", "balls", "jar")
+
+
+def temperature_rows(limits: pd.DataFrame, sheet: pd.DataFrame) -> pd.DataFrame:
+    """Rows of a sheet: temperatures after long milling without a pause, at the sheet's condition.
+
+    limits: of `heat_table.heat_tables`. A condition without a heat balance has a row that says so.
+    """
+    told = sheet[sheet["section"] == "condition"].set_index("quantity")["value"]
+    columns = {"ball_diameter_mm": "ball diameter", "speed_rpm": "speed", "fill_ratio": "fill ratio"}
+    same = np.ones(len(limits), dtype=bool)
+    for column, quantity in columns.items():
+        same &= np.isclose(limits[column], float(told[quantity]), rtol=1e-5)
+    if not same.any():
+        return pd.DataFrame([Row(TEMPERATURE, "temperatures", text="not calculated here")], columns=SHEET)
+    own = limits[same].iloc[0]
+    rows = []
+    for body in BODIES:
+        median, lower, upper = (float(own[f"{body}_steady_degC_{end}"]) for end in ("median", "lower", "upper"))
+        rows.append(Row(TEMPERATURE, body, median, lower, upper, "°C"))
+    return pd.DataFrame(rows, columns=SHEET)

@@ -12,15 +12,16 @@ Load and distance need not be recorded. Both bodies of a contact lose volume. Th
 
 with the work of contacts between balls (bb) and with walls (bw). A jar of the same material loses the term of W_bw as
 well. Hardness is the Vickers number times 9.807 MPa. K is fitted to weighings of the balls, so it includes what
-Archard's law leaves out: impacts, abrasion by the powder, and powder that coats balls and jar.
-
-Which weighings are fitted and which are held back was fixed before seeing any result: the first, third, ... rows of the
-table are fitted, the others are predicted.
+Archard's law leaves out: impacts, abrasion by the powder, and powder that coats balls and jar
+(`fit_wear` of the thesis). The sum of the sliding work over all contacts of run.h5, between balls and with
+walls, is the ledger's channel `sliding`.
 """
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pandas as pd
 from scipy.constants import g as KGF
@@ -29,18 +30,118 @@ from scipy.constants import hour as HOUR
 
 from millprint.config.dose import ChargeConfig
 from millprint.config.errors import ConfigError
-from millprint.dose.sliding import BALL_BALL, BALL_WALL, CONDITION
 from millprint.fingerprint.bands import Factors
 from millprint.run.files import read_json
+from millprint.run.hdf5 import open_hdf5
 from millprint.run.tables import Number, Text, read_measured, refuse_rows
 from millprint.statistics.quantiles import normal_quantile, student_quantile
 
-# Balls are weighed to 0.01 g, so the difference of two masses is exact to 0.01 g.
-READING_G = 0.01
+BALL_BALL, BALL_WALL = "ball_ball", "ball_wall"
+KINDS = (BALL_BALL, BALL_WALL)
+# The key of the friction of each kind of contact in a summary.
+FRICTIONS = {BALL_BALL: "static_friction", BALL_WALL: "wall_static_friction"}
+CONTACTS, SHARES = "every contact", "shares of the tangential energy"
+# The columns that distinguish conditions; runs that are equal in them are seeds of one condition.
+CONDITION = ["mill", "contact", "ball_diameter_mm", "fill_ratio", "speed_rpm"]
+# More than contacts open at the ends of the window and the single precision of the table can cause.
+LARGEST_GAP = 1e-3
+
+
+def sliding_of_contacts(second: np.ndarray, sliding_J: np.ndarray) -> dict[str, float]:
+    """Sliding work [J] between balls and with walls; second (n,): ball, or under 0 a wall; sliding_J (n,)."""
+    of_balls = second >= 0
+    return {
+        BALL_BALL: float(sliding_J[of_balls].sum(dtype=float)),
+        BALL_WALL: float(sliding_J[~of_balls].sum(dtype=float)),
+    }
+
+
+def load_distance(work_J: float, friction: float) -> float:
+    """Normal load times sliding distance of contacts that slide [N m], from their friction work [J].
+
+    Where a contact slides, its friction is mu F_n (Coulomb), so that the work mu F_n ds over mu is F_n ds; friction:
+    mu [-]. NaN without friction.
+    """
+    return work_J / friction if friction > 0 else float("nan")
+
+
+def sliding_of_run(run_path: str | Path, summary_path: str | Path) -> dict:
+    """One row of the table of sliding: condition, balls, and powers by kind of contact.
+
+    sliding_KIND_W: friction power; load_KIND_N_m_s: normal load times sliding distance a second; relative_error: of
+    the tangential power, from whole revolutions, NaN for fewer than two; split: whether every contact was counted or,
+    in a run with too many contacts to keep, the ledger's sliding work was divided by shares of the tangential energy.
+    Raises ConfigError, in one line, for another file, and where contacts and ledger differ by more than LARGEST_GAP.
+    """
+    if not Path(summary_path).is_file():
+        raise ConfigError(f"{summary_path}: no such file; a run has run.h5 and summary.json")
+    summary = read_json(summary_path)
+    with open_hdf5(run_path) as file:
+        works, split = _works(file, summary)
+        config = json.loads(file.attrs["config"])
+    total = summary["ledger_J"]["sliding"]
+    if abs(sum(works.values()) - total) > LARGEST_GAP * max(abs(total), 1e-12):
+        raise ConfigError(
+            f"{run_path}: sliding work of all contacts {sum(works.values()):.6g} J, of the ledger {total:.6g} J: "
+            "run and summary are not of one simulation"
+        )
+    window, case = summary["window_s"], config["case"]
+    error, power = summary["power_standard_error_W"]["tangential"], summary["power_W"]["tangential"]
+    row = {name: case[name] for name in CONDITION} | {"seed": case["seed"], "balls": summary["balls"]}
+    row |= {
+        "balls_mass_kg": summary["balls"] * summary["ball_mass_kg"],
+        "density_kg_m3": summary["density_kg_m3"],
+        "volume_m3": summary["nominal_volume_m3"],
+        "window_s": window,
+        "relative_error": np.nan if error is None or power == 0 else error / power,
+        "split": split,
+    }
+    for kind in KINDS:
+        row[f"sliding_{kind}_W"] = works[kind] / window
+        row[f"load_{kind}_N_m_s"] = (
+            load_distance(works[kind], summary.get(FRICTIONS[kind], summary["static_friction"])) / window
+        )
+    return row
+
+
+def _works(file: h5py.File, summary: dict) -> tuple[dict[str, float], str]:
+    """Sliding work by kind in the window [J], and how it was split."""
+    contacts = file["collisions"]
+    if not contacts.attrs["is_histogram"]:
+        return sliding_of_contacts(contacts["second"][:], contacts["sliding_J"][:]), CONTACTS
+    shares = summary["collisions"][0]["shares"]
+    return {kind: summary["ledger_J"]["sliding"] * shares[kind]["tangential"] for kind in KINDS}, SHARES
+
+
+def tabulate_sliding(runs: list[tuple[str, str]]) -> pd.DataFrame:
+    """A row of `sliding_of_run` for each pair of run.h5 and summary.json."""
+    return pd.DataFrame([sliding_of_run(*paths) for paths in runs])
+
+
+def mean_conditions(table: pd.DataFrame) -> pd.DataFrame:
+    """One row for each condition: means over its seeds, and the relative error of the mean.
+
+    relative_error: the larger of the scatter between seeds and the scatter within windows, over the square root of the
+    number of seeds.
+    """
+    loads = [f"load_{kind}_N_m_s" for kind in KINDS]
+    rows = []
+    for keys, runs in table.groupby(CONDITION, sort=False):
+        total = runs[loads].sum(axis=1)
+        spread = total.std(ddof=1) / total.mean() if len(runs) > 1 and total.mean() else np.nan
+        errors = [error for error in (spread, runs["relative_error"].mean()) if np.isfinite(error)]
+        about = runs[["balls", "balls_mass_kg", "density_kg_m3", "volume_m3"]].iloc[0].to_dict()
+        rows.append(
+            dict(zip(CONDITION, keys, strict=True))
+            | about
+            | {"seeds": len(runs), **runs[loads].mean().to_dict()}
+            | {"relative_error": max(errors) / np.sqrt(len(runs)) if errors else np.nan}
+        )
+    return pd.DataFrame(rows)
+
+
 # Pa in one Vickers unit, kgf/mm2.
 VICKERS = KGF * 1e6
-FITTED, HELD = "fitted", "held back"
-AS_RUN, BETWEEN, BY_CUBE = "a run", "between runs", "by the cube of the speed"
 # With fewer weighings held back, Student's t dominates the interval.
 FEWEST_HELD = 3
 LOADS = {kind: f"load_{kind}_N_m_s" for kind in (BALL_BALL, BALL_WALL)}
@@ -91,96 +192,6 @@ def read_materials(path: str | Path, needed: str = "") -> pd.DataFrame:
     return table.set_index("material")
 
 
-def loads_at(
-    conditions: pd.DataFrame, diameter_mm: float, fill_ratio: float, speed_rpm: float, tolerance: float
-) -> tuple[dict[str, float], float, str]:
-    """F s per second of each kind [N m/s] at a speed [rpm], its relative error, and where it comes from.
-
-    conditions: of one mill and contact set, as from `mean_conditions`. Uses runs of the ball diameter with a fill ratio
-    that differs by at most `tolerance` (a fraction), the nearest first. Between two speeds the powers follow a power
-    law; beyond the simulated speeds, the cube of the speed (thesis Eq. 3.28). NaN without such a run.
-    """
-    near = conditions[np.isclose(conditions["ball_diameter_mm"], diameter_mm)]
-    near = near[(near["fill_ratio"] / fill_ratio - 1).abs() <= tolerance]
-    if near.empty:
-        return dict.fromkeys(LOADS, np.nan), np.nan, f"no run with {diameter_mm:g} mm at fill {fill_ratio:.3g}"
-    fill = near["fill_ratio"].iloc[(near["fill_ratio"] / fill_ratio - 1).abs().argmin()]
-    runs = near[near["fill_ratio"] == fill].sort_values("speed_rpm")
-    speeds = runs["speed_rpm"].to_numpy(float)
-    values = {kind: runs[column].to_numpy(float) for kind, column in LOADS.items()}
-    errors = runs["relative_error"].to_numpy(float)
-    place = int(np.searchsorted(speeds, speed_rpm * (1 - 1e-9)))
-    if place < len(speeds) and np.isclose(speeds[place], speed_rpm):
-        return {kind: float(own[place]) for kind, own in values.items()}, float(errors[place]), AS_RUN
-    if 0 < place < len(speeds):
-        ends = slice(place - 1, place + 1)
-        weigh = np.log(speeds[ends])
-        loads = {
-            kind: float(np.exp(np.interp(np.log(speed_rpm), weigh, np.log(own[ends])))) for kind, own in values.items()
-        }
-        return loads, float(np.nanmax(errors[ends], initial=0.0)), BETWEEN
-    near_by = min(place, len(speeds) - 1)
-    cube = (speed_rpm / speeds[near_by]) ** 3
-    return {kind: float(cube * own[near_by]) for kind, own in values.items()}, float(errors[near_by]), BY_CUBE
-
-
-def fit_wear(
-    weighings: pd.DataFrame, conditions: pd.DataFrame, material: pd.Series, tolerance: float = FILL_TOLERANCE
-) -> tuple[pd.DataFrame, dict]:
-    """The coefficient from every other weighing, and the others predicted by it.
-
-    weighings: of `thesis.doe.wet_lab.wear_table`; conditions: of one mill and contact set. The fill ratio of a weighing
-    is the volume of its unused balls over that of the jar. The coefficient is the geometric mean over the fitted rows,
-    since errors are factors. Returns the table (a row for each weighing: role, loads, measured and predicted wear,
-    coefficient from this row) and the result: coefficient, its range over all weighings, miss_log (root mean square of
-    ln(measured / predicted) of the held rows), fill_ratio of the fitted rows, and counts. Raises
-    ConfigError for a wear of 0, whose coefficient has no logarithm.
-    """
-    if not (weighings["wear_g"] > 0).all():
-        raise ConfigError(f"wear_g = {weighings['wear_g'].min():g}: must be above 0 in every row to fit a coefficient")
-    hardness, density = VICKERS * material["hardness_hv"], material["density_kg_m3"]
-    jar = float(conditions["volume_m3"].iloc[0])
-    rows = []
-    for number, row in enumerate(weighings.to_dict("records")):
-        fill = row["unused_mass_g"] * GRAM / density / jar
-        loads, error, origin = loads_at(conditions, row["ball_diameter_mm"], fill, row["speed_rpm"], tolerance)
-        own = worn_load(loads) * row["time_h"] * HOUR
-        rows.append(
-            {
-                "role": HELD if number % 2 else FITTED,
-                **{name: row[name] for name in ("ball_diameter_mm", "speed_rpm", "time_h", "bpr")},
-                "fill_ratio": fill,
-                **{LOADS[kind]: value for kind, value in loads.items()},
-                "loads_from": origin,
-                "relative_error": error,
-                "measured_g": row["wear_g"],
-                "reading_error_g": READING_G,
-                "coefficient": row["wear_g"] * GRAM / archard_mass(own, 1.0, hardness, density),
-            }
-        )
-    table = pd.DataFrame(rows)
-    fitted, held = (table[table["role"] == role].dropna(subset="coefficient") for role in (FITTED, HELD))
-    coefficient = float(np.exp(np.log(fitted["coefficient"]).mean())) if len(fitted) else np.nan
-    table["predicted_g"] = table["measured_g"] * coefficient / table["coefficient"]
-    table["measured_over_predicted"] = table["measured_g"] / table["predicted_g"]
-    misses = np.log(held["coefficient"] / coefficient)
-    known = pd.concat([fitted, held])["coefficient"]
-    result = {
-        "coefficient": coefficient,
-        "coefficient_lowest": known.min(),
-        "coefficient_highest": known.max(),
-        "miss_log": float(np.sqrt((misses**2).mean())) if len(misses) else np.nan,
-        "weighings_fitted": len(fitted),
-        "weighings_held_back": len(held),
-        "fill_ratio": float(fitted["fill_ratio"].mean()) if len(fitted) else np.nan,
-        "mill": str(conditions["mill"].iloc[0]),
-        "contact": str(conditions["contact"].iloc[0]),
-        "material": str(material.name),
-        "hardness_hv": float(material["hardness_hv"]),
-    }
-    return table, {name: None if pd.isna(value) else value for name, value in result.items()}
-
-
 def read_coefficient(path: str | Path) -> dict:
     """Read the result of `fit_wear`. Raises ConfigError, in one line, for another file or a missing coefficient."""
     try:
@@ -193,19 +204,6 @@ def read_coefficient(path: str | Path) -> dict:
     if result["coefficient"] is None:
         raise ConfigError(f"{path}: coefficient = null: {result.get('verdict', 'nothing was fitted')}")
     return result
-
-
-def verdict(result: Mapping) -> str:
-    """What the weighings show, in one or two sentences."""
-    if result["coefficient"] is None:
-        return "no run at the conditions of the fitted weighings: no coefficient"
-    if result["miss_log"] is None:
-        return "nothing was held back: the law is fitted, not tested"
-    factor = np.exp(result["miss_log"])
-    missed = f"the weighings held back are missed by a factor of {factor:.2g}"
-    if result["weighings_held_back"] < FEWEST_HELD:
-        return f"{missed}; held back: {result['weighings_held_back']}, too few to tell how far the law holds"
-    return missed
 
 
 def _factors(

@@ -9,12 +9,11 @@ from matplotlib.transforms import Bbox
 
 from millprint.card.card_model import Ends, MillingCard, Quantity, Spectrum
 from millprint.card.latex import TITLES, settings_of
-from millprint.card.quantity_texts import between, in_words
+from millprint.card.methods import between, in_words
 from millprint.config.contact_set import ASSUMED
-from millprint.figures.dose_figures import BODY_NAMES
+from millprint.figures.dose_figures import BODY_NAMES, PAIRS
 from millprint.figures.mill_pictures import draw_views
-from millprint.figures.mill_sheet_figure import SHEET_IN
-from millprint.figures.spectra_figures import PAIRS
+from millprint.figures.mill_sheet_figure import SHEET_IN, draw_table
 from millprint.figures.style import COLOURS, legend_below, plt
 from millprint.fingerprint.bands import FURTHER, MEAN, SCATTER
 from millprint.run.numbers import prefix_of, three
@@ -53,12 +52,7 @@ def _draw_table(axis: Axes, card: MillingCard) -> None:
         [TITLES[name], in_words(own), *(_cell(own, getattr(own, origin)) for origin in columns)] for name, own in rows
     ]
     titles = [SCATTER.title, MEAN.title, *(title for title, _ in FURTHER.values())]
-    table = axis.table(
-        cells, colLabels=["", "value", *titles], colWidths=[0.25, 0.11, 0.16, 0.16, 0.16, 0.16], cellLoc="left",
-        edges="horizontal", bbox=Bbox.from_bounds(0, 0, 1, 1),
-    )  # fmt: skip
-    table.auto_set_font_size(False)
-    table.set_fontsize(SMALL)
+    draw_table(axis, cells, ["", "value", *titles], Bbox.from_bounds(0, 0, 1, 1))
 
 
 def _draw_spectra(axis: Axes, spectra: list[Spectrum], channel: str) -> None:

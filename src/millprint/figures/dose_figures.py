@@ -1,120 +1,139 @@
-"""Figures of wear, and of the heat balance over a programme. They draw tables and compute nothing."""
+"""Figures of energy spectra, and of the heat balance over a programme. They draw tables and compute nothing."""
+
+import itertools
+import textwrap
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullLocator, StrMethodFormatter
 
+from millprint.dose.spectra import BOTH
 from millprint.figures.style import COLOURS, MARKERS, PAGE_WIDTH_IN, legend_below, letter_panels, plt
+from millprint.run.numbers import prefix_of, three
 
-ROLES = {"fitted": COLOURS[0], "held back": COLOURS[1]}
+CHANNELS = {"normal": "normal energy [J]", "tangential": "tangential energy [J]"}
+PAIRS = {"ball_ball": ("ball on ball", "-"), "ball_wall": ("ball on wall", "--")}
+QUANTITIES = {
+    "collisions_hz": "collisions per bin [1/s]",
+    "power_W": "power per bin [W]",
+    "power_above_share": "share of power above [-]",
+}
 
 
-def _bars_of_weighings(wear: pd.DataFrame) -> list[pd.Series]:
-    """Lengths of the bars below and above the wear over powder [%] that span the coefficients of single weighings.
+def plot_spectra(spectra: pd.DataFrame, title: str) -> Figure:
+    """Collisions, power and cumulative share of the power over the energy of a collision, a column per channel.
 
-    The coefficient may equal that of the largest or smallest weighing up to rounding, so bars are cut off at 0.
+    spectra: of one charge at one speed by one rule, as of `dose.spectra_shown.shown`; a colour per fill ratio, solid
+    lines for ball on ball, dashed lines for ball on wall. The open bins at both ends are not drawn.
     """
-    value = wear["powder_percent"]
-    ends = value - wear["seen_lower_powder_percent"], wear["seen_upper_powder_percent"] - value
-    return [end.clip(lower=0) for end in ends]
-
-
-def plot_wear(weighings: pd.DataFrame, wear: pd.DataFrame, material: str, verdict: str) -> Figure:
-    """Measured and predicted wear of the weighings, and wear against the fill ratio for every mill, ball and speed.
-
-    weighings: as from fit_wear; wear: as from predict_wear; only rows of `material` and the first charge are drawn;
-    verdict: written over the figure.
-    """
-    figure, (left, right) = plt.subplots(1, 2, figsize=(PAGE_WIDTH_IN, 3.2))
-    for role, colour in ROLES.items():
-        rows = weighings[weighings["role"] == role]
-        left.errorbar(
-            rows["speed_rpm"],
-            rows["measured_g"],
-            yerr=rows["reading_error_g"],
-            fmt="o",
-            color=colour,
-            capsize=2,
-            label=f"measured, {role}",
-        )
-        left.plot(
-            rows["speed_rpm"], rows["predicted_g"], "D", color=colour, fillstyle="none", label=f"predicted, {role}"
-        )
-        for row in rows.itertuples():
-            left.plot([row.speed_rpm] * 2, [row.measured_g, row.predicted_g], ":", color=colour, linewidth=0.8)
-    left.set(xlabel="rotational speed [rpm]", ylabel="wear of the balls [g]")
-    left.set_ylim(bottom=0)
-    left.margins(x=0.3)
-    left.legend(fontsize=7, loc="upper left")
-    shown = wear[wear["material"] == material]
-    if len(shown):
-        first = shown.iloc[0]
-        shown = shown[(shown["bpr"] == first["bpr"]) & (shown["time_h"] == first["time_h"])]
-        groups = shown.sort_values("fill_ratio").groupby(["mill", "ball_diameter_mm", "speed_rpm"], sort=True)
-        for index, ((mill, diameter, speed), rows) in enumerate(groups):
-            right.errorbar(
-                rows["fill_ratio"],
-                rows["powder_percent"],
-                yerr=_bars_of_weighings(rows),
-                marker=MARKERS[index % len(MARKERS)],
-                color=COLOURS[index % len(COLOURS)],
-                capsize=1.5,
-                linewidth=0.8,
-                label=f"{mill}, {diameter:g} mm, {speed:g} rpm",
-            )
-        right.set(xscale="log", yscale="log", title=f"BPR {first['bpr']:g}, {first['time_h']:g} h")
-        right.title.set_fontsize(8)
-        figure.legend(*right.get_legend_handles_labels(), loc="outside right center", fontsize=6)
-        fills = sorted(shown["fill_ratio"].unique())
-        right.set_xticks(fills, [f"{fill:g}" for fill in fills], fontsize=6, rotation=90)
-        right.xaxis.set_minor_locator(NullLocator())
-        right.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    right.set(xlabel="fill ratio [-]", ylabel="wear over powder [%]")
-    letter_panels([left, right])
-    figure.suptitle(verdict, fontsize=7)
+    figure, axes = plt.subplots(3, 2, figsize=(PAGE_WIDTH_IN, 6.2), sharex="col", sharey="row")
+    bins = spectra.dropna(subset=["energy_low_J", "energy_high_J"])
+    for column, (channel, label) in enumerate(CHANNELS.items()):
+        for row, (quantity, title_y) in enumerate(QUANTITIES.items()):
+            axis = axes[row, column]
+            _draw(axis, bins[bins["channel"] == channel], quantity)
+            axis.set_xscale("log")
+            if quantity != "power_above_share":
+                axis.set_yscale("log")
+            if column == 0:
+                axis.set_ylabel(title_y)
+        axes[-1, column].set_xlabel(label)
+    for axis in axes[:2, 0]:
+        _cut(axis, 7)
+    letter_panels(axes.flat)
+    legend_below(figure, axes.flat, columns=4, fontsize=7)
+    figure.suptitle(title, fontsize=8)
     return figure
 
 
-def plot_mill_wear(wear: pd.DataFrame, material: str) -> Figure:
-    """Wear over powder at every simulated condition of several mills: a line per mill, a marker per ball and speed.
+CHANNEL_COLOURS = dict(zip(CHANNELS, COLOURS, strict=False))
 
-    wear: as from predict_wear; only rows of `material` and the first charge are drawn; bars span the coefficients of
-    single weighings.
+
+def draw_sheet_spectra(axes: Sequence[Axes], spectra: pd.DataFrame, read_off: pd.DataFrame) -> None:
+    """The two panels of a fingerprint sheet: collisions and power over the energy of a collision, at one condition.
+
+    spectra: bins of the condition by one rule; read_off: the numbers read off them, for both pairs. A colour per
+    channel; a vertical line is the energy above which half of the power falls.
     """
-    shown = wear[wear["material"] == material]
-    first = shown.iloc[0]
-    shown = shown[(shown["bpr"] == first["bpr"]) & (shown["time_h"] == first["time_h"])]
-    mills = list(dict.fromkeys(shown["mill"]))
-    figure, axis = plt.subplots(figsize=(PAGE_WIDTH_IN, 0.9 + 0.45 * len(mills)))
-    for place, mill in enumerate(mills):
-        own = shown[shown["mill"] == mill].sort_values("powder_percent")
-        # Side by side, to distinguish the bars.
-        heights = place + (pd.Series(range(len(own))) - (len(own) - 1) / 2) * 0.7 / max(len(own), 1)
-        value = own["powder_percent"]
-        axis.errorbar(
-            value,
-            heights,
-            xerr=_bars_of_weighings(own),
-            fmt="o",
-            markersize=2.5,
-            linewidth=0.8,
-            color=COLOURS[place % len(COLOURS)],
-        )
-    axis.set(xscale="log", xlabel="wear over powder [%]", ylabel="mill")
-    axis.set_yticks(range(len(mills)), mills)
-    axis.invert_yaxis()
-    axis.set_title(f"{material.replace('_', ' ')}, BPR {first['bpr']:g}, {first['time_h']:g} h", fontsize=8)
+    bins = spectra.dropna(subset=["energy_low_J", "energy_high_J"])
+    half = read_off.set_index("channel")["half_power_J"]
+    for axis, (quantity, label) in zip(axes, list(QUANTITIES.items())[:2], strict=True):
+        for (channel, pair), table in bins.groupby(["channel", "pair"], sort=True):
+            words, line = PAIRS[str(pair)]
+            _steps(axis, table, quantity, f"{channel}, {words}", CHANNEL_COLOURS[str(channel)], line)
+        for channel, colour in CHANNEL_COLOURS.items():
+            axis.axvline(half[channel], color=colour, linewidth=0.8, linestyle=":")
+        axis.set(xscale="log", yscale="log", xlabel="energy of a collision [J]", ylabel=label)
+        _cut(axis, 5)
+        axis.yaxis.label.set_fontsize(7)
+    for number, (channel, colour) in enumerate(CHANNEL_COLOURS.items()):
+        factor, unit = prefix_of(half[channel], "J")
+        axes[1].text(
+            0.03, 0.88 - 0.14 * number, f"{channel}: {three(factor * half[channel])} {unit}", fontsize=6.5,
+            color=colour, transform=axes[1].transAxes,
+        )  # fmt: skip
+
+
+def plot_rules(bins: pd.DataFrame, read_off: pd.DataFrame, title: str, note: str) -> Figure:
+    """The spectra of one condition by each counting rule: collisions and power in a bin, a column per channel.
+
+    bins: as of `dose.spectra_shown.over_pairs`; read_off: as of `of_sheet`, drawn for both pairs; note: how much the
+    rules differ.
+    """
+    figure, axes = plt.subplots(2, 2, figsize=(PAGE_WIDTH_IN, 4.6), sharex="col", sharey="row")
+    both = read_off[read_off["pair"] == BOTH]
+    rules = list(dict.fromkeys(both["counting_rule"]))
+    for column, (channel, label) in enumerate(CHANNELS.items()):
+        half = both[both["channel"] == channel].set_index("counting_rule")["half_power_J"]
+        for row, quantity in enumerate(("collisions_hz", "power_W")):
+            axis = axes[row, column]
+            own = bins[bins["channel"] == channel]
+            for rule, colour in zip(rules, itertools.cycle(COLOURS)):
+                _steps(axis, own[own["counting_rule"] == rule], quantity, rule, colour, "-")
+                axis.axvline(half[rule], color=colour, linewidth=0.8, linestyle=":")
+            axis.set(xscale="log", yscale="log")
+            if column == 0:
+                axis.set_ylabel(QUANTITIES[quantity])
+        axes[-1, column].set_xlabel(label)
+    for axis in axes[:, 0]:
+        _cut(axis, 6)
+    letter_panels(axes.flat)
+    legend_below(figure, axes.flat, columns=4, fontsize=7)
+    figure.suptitle(f"{title}\n{textwrap.fill(note, 110)}", fontsize=7)
     return figure
+
+
+def _cut(axis: Axes, decades: int) -> None:
+    """Show only the largest decades: single contacts would stretch the axis over the whole range."""
+    low, high = axis.get_ylim()
+    axis.set_ylim(max(low, high * 10.0**-decades), high)
+
+
+def _steps(axis: Axes, bins: pd.DataFrame, quantity: str, label: str, colour: str, line: str) -> None:
+    """A quantity over the bins of one spectrum as steps."""
+    edges = np.append(bins["energy_low_J"].to_numpy(), bins["energy_high_J"].to_numpy()[-1])
+    axis.stairs(
+        bins[quantity].to_numpy(), edges, baseline=None, label=label, linewidth=1.0, color=colour, linestyle=line
+    )
+
+
+def _draw(axis: Axes, bins: pd.DataFrame, quantity: str) -> None:
+    fills = np.unique(bins["fill_ratio"])
+    for (fill, pair), table in bins.groupby(["fill_ratio", "pair"], sort=True):
+        words, line = PAIRS[str(pair)]
+        colour = COLOURS[int(np.searchsorted(fills, fill)) % len(COLOURS)]
+        _steps(axis, table, quantity, f"fill {fill:g}, {words}", colour, line)
 
 
 BODY_NAMES = {"balls": "balls", "powder": "powder", "jar": "jar"}
 
 
-def plot_heat(temperatures: pd.DataFrame, limits: pd.DataFrame, comparison: pd.DataFrame, title: str) -> Figure:
+def plot_heat(temperatures: pd.DataFrame, limits: pd.DataFrame, title: str) -> Figure:
     """Temperatures of the condition of the largest power over time, and of every condition after long milling.
 
-    temperatures, limits, comparison: as of `millprint.dose.heat_table.heat_tables`.
+    temperatures, limits: as of `millprint.dose.heat_table.heat_tables`.
     """
     figure, (left, right) = plt.subplots(1, 2, figsize=(PAGE_WIDTH_IN, 2.9))
     strongest = limits.loc[limits["total_W"].idxmax()]
@@ -137,13 +156,6 @@ def plot_heat(temperatures: pd.DataFrame, limits: pd.DataFrame, comparison: pd.D
         linewidth=0.8,
         label=f"limit ({strongest['limit_body']})",
     )
-    for _, row in comparison.drop_duplicates("id").iterrows():
-        bound = float(str(row["measured"]).split()[-1])
-        right.axhline(bound, color="0.6", linewidth=0.8)
-        right.text(
-            0.02, bound, f"balls, measured: {row['measured']} {row['unit']}", transform=right.get_yaxis_transform(),
-            fontsize=6, va="bottom", color="0.4",
-        )  # fmt: skip
     left.set(xlabel="time [h]", ylabel="temperature [degC]")
     said = "{ball_diameter_mm:.3g} mm, fill {fill_ratio:g}, {speed_rpm:g} rpm: {total_W:.3g} W".format(**strongest)
     left.set_title(said, fontsize=7, loc="right")

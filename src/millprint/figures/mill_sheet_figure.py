@@ -11,21 +11,19 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.transforms import Bbox
 
 from millprint.config.mixture import balls_in_words
-from millprint.dose.heat_shown import SECTION as TEMPERATURE
 from millprint.dose.spectra import BOTH
 from millprint.dose.spectra_shown import FILL as SPECTRA_FILL
 from millprint.dose.spectra_shown import NOTE as NO_SPECTRA
 from millprint.dose.spectra_shown import SECTION as SPECTRA
-from millprint.figures.curve_figures import FILL_LABEL, draw_curve
+from millprint.dose.spectra_shown import TEMPERATURE
+from millprint.figures.dose_figures import draw_sheet_spectra
 from millprint.figures.mill_pictures import draw_strip, draw_views
-from millprint.figures.spectra_figures import draw_sheet_spectra
-from millprint.figures.style import COLOURS, MARKERS, legend_below, plt
+from millprint.figures.style import COLOURS, FILL_LABEL, MARKERS, draw_curve, legend_below, plt
 from millprint.fingerprint.bands import FURTHER, MEAN, NOT_KNOWN, SCATTER, interval_columns
 from millprint.fingerprint.columns import DESCRIPTORS
-from millprint.fingerprint.descriptors import CHARGE
-from millprint.fingerprint.master_curves import SHEET_PANELS
+from millprint.fingerprint.condition import SHEET_PANELS
+from millprint.fingerprint.descriptors import CHARGE, MOTIONS
 from millprint.fingerprint.mill_sheet import RECORDED, SIMULATED, STATED, by_columns, shown_speed
-from millprint.fingerprint.seeds import MOTIONS
 from millprint.run.numbers import plain, prefix_of, three
 from millprint.view.mill_picture import MillPicture
 
@@ -185,6 +183,16 @@ def _has_intervals(sheet: pd.DataFrame) -> bool:
     return bool((sheet["section"] == "intervals").any())
 
 
+def draw_table(axis: Axes, cells: list[list[str]], titles: list[str], place: Bbox) -> None:
+    """A table of values with four intervals each."""
+    table = axis.table(
+        cells, colLabels=titles, colWidths=[0.25, 0.11, 0.16, 0.16, 0.16, 0.16], cellLoc="left", edges="horizontal",
+        bbox=place,
+    )  # fmt: skip
+    table.auto_set_font_size(False)
+    table.set_fontsize(6.5)
+
+
 def _draw_intervals(axis: Axes, sheet: pd.DataFrame) -> None:
     """Descriptors with a column for each origin of intervals, and a line that explains each."""
     axis.axis("off")
@@ -199,12 +207,7 @@ def _draw_intervals(axis: Axes, sheet: pd.DataFrame) -> None:
         [row["quantity"], _quantity(row), *(between(row, *ends) for ends in columns.values())]
         for _, row in sheet[sheet["section"] == "descriptors"].iterrows()
     ]
-    table = axis.table(
-        cells, colLabels=["at this condition", "value", *columns], colWidths=[0.25, 0.11, 0.16, 0.16, 0.16, 0.16],
-        cellLoc="left", edges="horizontal", bbox=Bbox.from_bounds(0, 0.34, 1, 0.66),
-    )  # fmt: skip
-    table.auto_set_font_size(False)
-    table.set_fontsize(6.5)
+    draw_table(axis, cells, ["at this condition", "value", *columns], Bbox.from_bounds(0, 0.34, 1, 0.66))
     said = sheet[sheet["section"] == "intervals"]
     lines = [f"{row.quantity}: {row.text}" for row in said.itertuples()]
     lines.append("the intervals are not added up: each is for one origin, all else as simulated")

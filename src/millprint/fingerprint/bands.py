@@ -11,8 +11,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.mixture import ONE_SIZE
 from millprint.config.section import Positive
-from millprint.fingerprint.condition import COUNTED
-from millprint.fingerprint.master_curves import CURVES, WEIGHTED
+from millprint.fingerprint.condition import COUNTED, CURVES, WEIGHTED
 from millprint.run.files import read_json
 
 
@@ -28,20 +27,14 @@ SCATTER = Origin(
     "a new simulation",
     "one more simulation of the condition, of the recorded time, falls in here; nothing else included",
 )
-MEAN = Origin(
-    "the mean",
-    "the mean of very many simulations of the condition is in here; nothing else included",
-)
+MEAN = Origin("the mean", "the mean of very many simulations of the condition is in here; nothing else included")
 # Each is a field of Band, a part of a fingerprint's file, and columns `NAME_by_ORIGIN_lower` and `_upper` of tables.
 FURTHER = {
     "contact": Origin(
         "contact parameters",
         "restitution, frictions and stiffness anywhere in their distributions, mill and balls as they are",
     ),
-    "shape": Origin(
-        "shape of the jar",
-        "jars that agree about as well with the values that the jar was fitted to",
-    ),
+    "shape": Origin("shape of the jar", "jars that agree about as well with the values that the jar was fitted to"),
 }
 ENDS = ("lower", "upper")
 # An interval with an end farther from its value than this factor says nothing: its ends count as not known.
@@ -99,6 +92,10 @@ class Band:
     def __mul__(self, factor: float) -> "Band":
         """The band of the value times a positive number."""
         return self.through(lambda end: end * factor)
+
+    def columns(self, name: str) -> dict[str, float]:
+        """The columns of a table for the value, as NAME, and for the band of a new simulation."""
+        return {name: self.value, **dict(zip(new_columns(name), (self.lower, self.upper), strict=True))}
 
 
 def share_of(ratio: Band) -> Band:

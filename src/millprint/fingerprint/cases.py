@@ -144,25 +144,24 @@ def seeds_of(sweep: MillSweepConfig, factor: int) -> list[int]:
     return list(islice(chain(sweep.seeds, further), factor * len(sweep.seeds)))
 
 
+def _case(mill: MillConfig, settings: MillsConfig, sweep: MillSweepConfig, condition: Condition, seed: int) -> Case:
+    """A condition of a mill at the precision of `settings`, with step and recorded time of its sweep."""
+    (size, speed, fill), level = condition, settings.level
+    return Case(
+        mill=mill.name, contact=settings.contact_set, **balls_of(size), fill_ratio=fill, speed_rpm=speed, seed=seed,
+        rayleigh_fraction=level.step * settings.rayleigh_fraction, settle_s=settings.settle_s,
+        **durations_of(speed, sweep.discard_turns, sweep.window_turns, level.recorded),
+    )  # fmt: skip
+
+
 def mill_cases(mill: MillConfig, settings: MillsConfig) -> list[Case]:
     """The cases of a mill's sweep at the precision of `settings`, ball size and speed by fill ratio and seed.
 
     Raises ConfigError as `sweep_of`.
     """
-    sweep, level = sweep_of(mill), settings.level
-    fraction, seeds = level.step * settings.rayleigh_fraction, seeds_of(sweep, level.seeds)
-    cases = []
-    for size, speed, fill in conditions_of(sweep):
-        durations = durations_of(speed, sweep.discard_turns, sweep.window_turns, level.recorded)
-        for seed in seeds:
-            cases.append(
-                Case(
-                    mill=mill.name, contact=settings.contact_set, **balls_of(size), fill_ratio=fill,
-                    speed_rpm=speed, seed=seed, rayleigh_fraction=fraction,
-                    settle_s=settings.settle_s, **durations,
-                )
-            )  # fmt: skip
-    return cases
+    sweep = sweep_of(mill)
+    seeds = seeds_of(sweep, settings.level.seeds)
+    return [_case(mill, settings, sweep, condition, seed) for condition in conditions_of(sweep) for seed in seeds]
 
 
 def held_out_cases(mill: MillConfig, settings: MillsConfig) -> list[Case]:
@@ -171,18 +170,9 @@ def held_out_cases(mill: MillConfig, settings: MillsConfig) -> list[Case]:
     Fill ratio and speed are spread evenly in logarithm over the ranges of the sweep, with any of its balls (the first
     points of a Sobol sequence); step and recorded time are the sweep's. Raises ConfigError as `sweep_of`.
     """
-    sweep, level = sweep_of(mill), settings.level
-    cases = []
-    for number, (size, speed, fill) in enumerate(spread(sweep, settings.held_out, HELD_OUT_SEED)):
-        durations = durations_of(speed, sweep.discard_turns, sweep.window_turns, level.recorded)
-        cases.append(
-            Case(
-                mill=mill.name, contact=settings.contact_set, **balls_of(size), fill_ratio=fill,
-                speed_rpm=speed, seed=HELD_OUT_SEED + number, settle_s=settings.settle_s,
-                rayleigh_fraction=level.step * settings.rayleigh_fraction, **durations,
-            )
-        )  # fmt: skip
-    return cases
+    sweep = sweep_of(mill)
+    places = enumerate(spread(sweep, settings.held_out, HELD_OUT_SEED), start=HELD_OUT_SEED)
+    return [_case(mill, settings, sweep, condition, seed) for seed, condition in places]
 
 
 def large_case(small: MillConfig, large: MillConfig, factor: float, settings: MillsConfig) -> Case:

@@ -22,7 +22,7 @@ from millprint.fingerprint.condition import (
 )
 
 if TYPE_CHECKING:
-    from millprint.fingerprint.collisions_of_run import Collisions
+    from millprint.fingerprint.readers import Collisions
 
 Column = Callable[[pd.DataFrame], pd.Series]
 

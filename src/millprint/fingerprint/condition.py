@@ -72,11 +72,6 @@ def effective_restitution(restitution: Quantity, static_friction: Quantity) -> Q
     return restitution - 1.5 * static_friction * np.exp(-3.0 * static_friction)
 
 
-def universal_factor(effective: Quantity) -> Quantity:
-    """Factor (1 - eps)^(1/2) of Eqs 3.31 and 3.32 [-], eps the effective restitution of Eq. 3.30."""
-    return np.sqrt(1.0 - effective)
-
-
 # The scaled quantities from which all others are calculated: specific powers (Eq. 3.28) and frequency (Eq. 3.29).
 BASIC = ("Pn", "Pt", "f")
 # Quantities that need no counting rule, over the same scales: weighted energies, and the rate of strong collisions.
@@ -130,3 +125,23 @@ def descriptors_of(condition: Condition, scaled: Mapping[str, Any]) -> dict[str,
         for name, quantity in SCALED_BY.items()
         if quantity in scaled
     }
+
+
+# Scaled quantities with a master curve: the four panels of thesis Fig. 3.12, then those for predictions.
+PANELS = ("Pn", "Pt", "f", "ratio")
+# The panels of a mill's sheet.
+SHEET_PANELS = ("Pn", "Pt", "En_star", "Et_star")
+# The panels of the energy-weighted descriptors.
+WEIGHTED = tuple(name for name in SCALED_BY.values() if name not in COUNTED)
+CURVES = (*PANELS, "P", "En", "Et", *WEIGHTED)
+CURVE_COLUMNS = [
+    "fill_ratio",
+    *(f"{name}{end}" for name in dict.fromkeys((*PANELS, *SHEET_PANELS)) for end in ("", "_lower", "_upper")),
+]
+
+
+def fill_grid(fill_ratios: np.ndarray, points: int) -> np.ndarray:
+    """Points from the smallest to the largest fill ratio, with the simulated ones among them."""
+    between = np.geomspace(fill_ratios.min(), fill_ratios.max(), points)
+    apart = np.abs(between[:, None] / fill_ratios - 1.0).min(axis=1) > 1e-6
+    return np.union1d(between[apart], fill_ratios)

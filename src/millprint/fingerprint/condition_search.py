@@ -2,21 +2,18 @@
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.ndimage import minimum_filter
-from scipy.optimize import minimize
 
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import DESCRIPTOR_SETS, DescriptorSet, LikeConfig, MatchConfig, TargetConfig
 from millprint.fingerprint.bands import ENDS, FURTHER, Band, Interval, interval_columns, ratio_of
 from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.descriptors import CHARGE
-from millprint.fingerprint.inverse import descriptors_shown, residuals
 from millprint.fingerprint.model import Fingerprint
 
 # Fill ratios and speeds of the grid before the refinement; the curves have few turns, all far wider than a step.
@@ -34,6 +31,20 @@ SHARED_CONTACT = (
 )
 
 
+def descriptors_shown(target: Iterable[str]) -> list[str]:
+    """The descriptors of every set that a target has one of."""
+    named = set(target)
+    return [name for names in DESCRIPTOR_SETS.values() if named.intersection(names) for name in names]
+
+
+def residuals(found: dict[str, float], target: dict[str, float]) -> dict[str, float]:
+    """Relative deviation of each shown descriptor from its target [%]; NaN for one that the target does not have."""
+    return {
+        f"{name}_residual_percent": 100.0 * (found[name] / target[name] - 1.0) if name in target else np.nan
+        for name in descriptors_shown(target)
+    }
+
+
 def distance(found: dict[str, np.ndarray], target: dict[str, float], weights: dict[str, float]) -> np.ndarray:
     """Weighted root mean square of log(found / target) over the descriptors of the target."""
     total = sum(weights[name] for name in target)
@@ -44,6 +55,10 @@ def _local_minima(
     fingerprint: Fingerprint, balls: Condition, charge: str, target: dict, weights: dict, fills: tuple, speeds: tuple
 ) -> Iterator[Condition[float]]:
     """The conditions of `balls` of a charge at every local minimum of the distance, refined from a grid in logs."""
+    # Imported here: slow to import, and the fit of the jar imports this module.
+    from scipy.ndimage import minimum_filter
+    from scipy.optimize import minimize
+
     ranges = zip((fills, speeds), GRID, strict=True)
     axes = [np.geomspace(low, high, size if high > low else 1) for (low, high), size in ranges]
 
@@ -83,7 +98,7 @@ def _row(fingerprint: Fingerprint, condition: Condition[float], charge: str, tar
         "distance": float(distance(found, target, weights)),
     }
     for name, band in bands.items():
-        row |= {name: band.value, f"{name}_lower": band.lower, f"{name}_upper": band.upper}
+        row |= band.columns(name)
         for origin in fingerprint.further:
             interval = band.by(origin) or UNKNOWN
             row |= dict(zip(interval_columns(name, origin), vars(interval).values(), strict=True))
@@ -261,23 +276,27 @@ def match_targets(request: MatchConfig, fingerprints: list[Fingerprint]) -> pd.D
     return pd.concat(tables, ignore_index=True)
 
 
+def simulated_ranges(fingerprints: Sequence[Fingerprint]) -> dict[str, list]:
+    """The keys of a request for everything that was simulated for some mills: ranges of speed and fill, all balls."""
+    speeds = [60 * speed for each in fingerprints for speed in each.about["ranges"]["speed_hz"]]
+    fills = [fill for each in fingerprints for fill in each.fill_range]
+    balls = dict.fromkeys(choice for each in fingerprints for choice in each.choices())
+    ranges = {"speeds_rpm": [min(speeds), max(speeds)], "fill_ratios": [min(fills), max(fills)]}
+    return {**ranges, "ball_diameters_mm": list(balls)}
+
+
 def simulated_request(fingerprint: Fingerprint, names: DescriptorSet) -> MatchConfig:
-    """A request for everything that was simulated for a fingerprint: all balls, the ranges of fill and speed.
+    """A request for everything that was simulated for a fingerprint.
 
     The target has a set of descriptors of one condition: middle fill ratio, slowest speed and first balls.
     """
-    ranges, choices = fingerprint.about["ranges"], fingerprint.choices()
-    speeds, (low, high) = ranges["speed_hz"], fingerprint.fill_range
-    diameter, charge = fingerprint.balls(choices[0])
-    middle = fingerprint.condition(speed_hz=speeds[0], ball_diameter_m=diameter, fill_ratio=(low * high) ** 0.5)
+    low, high = fingerprint.fill_range
+    diameter, charge = fingerprint.balls(fingerprint.choices()[0])
+    slowest = fingerprint.about["ranges"]["speed_hz"][0]
+    middle = fingerprint.condition(speed_hz=slowest, ball_diameter_m=diameter, fill_ratio=(low * high) ** 0.5)
     found = fingerprint.predict(middle, charge=charge)
-    return MatchConfig(
-        targets=[TargetConfig(name="middle", **{name: getattr(found, name).value for name in DESCRIPTOR_SETS[names]})],
-        descriptors=names,
-        speeds_rpm=[60 * speed for speed in speeds],
-        fill_ratios=ranges["fill_ratio"],
-        ball_diameters_mm=choices,
-    )
+    target = TargetConfig(name="middle", **{name: getattr(found, name).value for name in DESCRIPTOR_SETS[names]})
+    return MatchConfig(targets=[target], descriptors=names, **simulated_ranges([fingerprint]))
 
 
 def shared_contact(request: MatchConfig, fingerprints: list[Fingerprint]) -> list[str]:

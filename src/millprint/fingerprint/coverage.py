@@ -1,15 +1,20 @@
-"""How often the bands hold: each condition is left out, predicted from the rest, and counted if it is in its band."""
+"""How often the bands hold: of conditions that are left out of a fit, and of new simulations that it has not seen."""
+
+from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from statsmodels.stats.proportion import proportion_confint
 
-from millprint.fingerprint.bands import factor_of
+from millprint.config.contact_set import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import Case, DemConfig
+from millprint.fingerprint.condition import CURVES
+from millprint.fingerprint.descriptors import CONDITION, tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.processes import LEFT_OUT, grouped
-
-# Fill ratios at which the width of an interval is evaluated.
-FILLS_WITHIN = 40
+from millprint.fingerprint.processes import LEFT_OUT, grouped, logarithms
+from millprint.fingerprint.readers import check_summary
 
 
 def coverage_row(
@@ -45,7 +50,7 @@ def tabulate_coverage(fingerprint: Fingerprint) -> pd.DataFrame:
     A `condition` is left out on its own, with all others of its `fill ratio`, or with all others of its `setting`
     (speed, ball size, density and amplitude); the last two extrapolate at the ends of the range. The parameters of the
     processes are still fitted to all conditions, so these rows are not an independent test; that is
-    `millprint.fingerprint.unseen_runs`. The band is for the mean of as many seeds as the condition has.
+    `millprint.fingerprint.coverage`. The band is for the mean of as many seeds as the condition has.
     """
     rows = []
     for quantity, process in fingerprint.processes.items():
@@ -63,15 +68,74 @@ def tabulate_coverage(fingerprint: Fingerprint) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def half_widths(fingerprint: Fingerprint) -> dict[str, np.ndarray]:
-    """Half the width of the band of a new simulation over its value [-], for each quantity: median, smallest, largest.
+# The powers of a new simulation together, as the claim on its band is stated.
+POWERS = ("Pn", "Pt")
+NEW = "nothing: new simulations"
+HELD_OUT_COLUMNS = [*CONDITION, "seed", "quantity", "value", "predicted", "lower", "upper", "inside"]
 
-    Over the range of fill ratios, at the simulated speeds and balls; the band is from `Fingerprint.scaled`, NaN where
-    it is not known.
+
+def simulate_held_out(
+    cases: list[Case], mill: MillConfig, contact: ContactConfig, dem: DemConfig, rule: str, done: str | Path | None
+) -> pd.DataFrame:
+    """Descriptors of each case, one simulation a row, with its `seed`; `done` as for `simulate_each`."""
+    # Imported here: slow to import, and few users of this module simulate.
+    from millprint.dem.run import simulate
+    from millprint.dem.short_runs import simulate_each
+
+    runs = {f"new condition {number}, {case.name}": {"number": number} for number, case in enumerate(cases)}
+    found = simulate_each(
+        runs,
+        lambda values: {"summary": simulate(cases[values["number"]], mill, contact, dem)},
+        (*cases, mill, contact, dem),
+        f"{mill.name}, new simulations",
+        done,
+    )
+    tables = []
+    for name, result in found.items():
+        table = tabulate_descriptors([check_summary(result["summary"], name)], rule)
+        tables.append(table.assign(seed=result["summary"]["case"]["seed"]))
+    return pd.concat(tables, ignore_index=True)
+
+
+def predict_held_out(fingerprint: Fingerprint, descriptors: pd.DataFrame) -> pd.DataFrame:
+    """HELD_OUT_COLUMNS: a row for each new simulation and quantity, with the band of a new simulation.
+
+    The row has its condition and seed, the simulated and the predicted value, and whether the first is `inside`.
     """
-    inputs = fingerprint.at_settings(np.geomspace(*fingerprint.fill_range, FILLS_WITHIN))
-    found = {}
-    for quantity, predictor in fingerprint.predictors.items():
-        deviations = predictor.predict(inputs).of_new
-        found[quantity] = factor_of(fingerprint.width * np.quantile(deviations, [0.5, 0.0, 1.0])) - 1
-    return found
+    inputs, tables = logarithms(descriptors, fingerprint.kinds), []
+    for name in CURVES:
+        told = fingerprint.predictors[name].predict(inputs)
+        factor = np.exp(fingerprint.width * told.of_new)
+        own = descriptors[[*CONDITION, "seed"]].assign(
+            quantity=name, value=descriptors[name], predicted=np.exp(told.logs)
+        )
+        own["lower"], own["upper"] = own["predicted"] / factor, own["predicted"] * factor
+        tables.append(own.assign(inside=own["value"].between(own["lower"], own["upper"])))
+    return pd.concat(tables, ignore_index=True)[HELD_OUT_COLUMNS]
+
+
+def count_held_out(fingerprint: Fingerprint, predicted: pd.DataFrame) -> pd.DataFrame:
+    """Rows of `tabulate_coverage` with NEW as what is left out: each quantity, and `powers`, normal and tangential."""
+    rows = []
+    for name, names in {"powers": POWERS, **{name: (name,) for name in CURVES}}.items():
+        own = predicted[predicted["quantity"].isin(names)]
+        errors = np.log(own["value"] / own["predicted"]).to_numpy()
+        halves = np.log(own["upper"] / own["predicted"]).to_numpy()
+        stretch = max(fingerprint.processes[quantity].stretch for quantity in names)
+        rows.append(coverage_row(fingerprint, NEW, name, errors, halves, stretch))
+    return pd.DataFrame(rows)
+
+
+def sum_coverage(tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """The rows of new simulations of several mills, and of each quantity over `all` mills.
+
+    tables: coverage of each mill. Columns: mill, quantity, conditions, held, covered, and Wilson's interval.
+    """
+    each = pd.concat([table[table["left_out"] == NEW].assign(mill=mill) for mill, table in tables.items()])
+    total = each.groupby("quantity", sort=False)[["conditions", "held"]].sum().reset_index().assign(mill="all")
+    table = pd.concat([each[["mill", "quantity", "nominal", "conditions", "held"]], total], ignore_index=True)
+    table["nominal"] = table["nominal"].ffill()
+    table["covered"] = table["held"] / table["conditions"]
+    alpha = 1 - table["nominal"].iloc[0]
+    ends = proportion_confint(table["held"], table["conditions"], alpha=alpha, method="wilson")
+    return table.assign(covered_lower=ends[0], covered_upper=ends[1])

@@ -1,6 +1,8 @@
 """Descriptors of dissipation: a row for each condition, the mean over its seeds."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -10,11 +12,9 @@ from millprint.config.errors import ConfigError
 from millprint.config.mill_sweep import FEWEST_FILLS
 from millprint.config.mixture import ONE_SIZE
 from millprint.dem.turns import has_impacts, mean_of_turns, motion_repeats
-from millprint.fingerprint.collisions_of_run import Collisions, collisions_by, read_contacts
 from millprint.fingerprint.columns import COMPUTED, DESCRIPTORS, MEASURED, relative_error_of
-from millprint.fingerprint.condition import Condition, energy_scale, specific_frequency
-from millprint.fingerprint.readers import counted
-from millprint.fingerprint.seeds import MOTIONS, Run, motion_of, variance_of_run
+from millprint.fingerprint.condition import Condition, energy_scale
+from millprint.fingerprint.readers import Collisions, collisions_by, counted, read_contacts
 from millprint.run.files import read_table
 
 # The columns that define a condition. `varied` names what a sweep changed of mill or balls; NOTHING if as built.
@@ -31,15 +31,6 @@ OVERRIDES = {"amplitude_mm": "amplitude", "density_kg_m3": "density"}
 OF_RULE = ["counting_rule", "collisions_by"]
 DESCRIPTOR_TEXT = [*CONDITION_TEXT, *OF_RULE, "motion"]
 DESCRIPTOR_NUMBERS = [*CONDITION_NUMBERS, *(name for name, column in DESCRIPTORS.items() if not column.optional)]
-
-# Column of a table -> key of a summary's count, in the order of a sorted table.
-RULE_COLUMNS = {
-    "collisions_by": "by",
-    "collision_gap_turns": "gap_turns",
-    "collision_peak_force_min_N": "peak_force_min_N",
-    "collision_duration_min_s": "duration_min_s",
-    "counting_rule": "name",
-}
 
 
 def condition_of(summary: dict) -> dict:
@@ -188,7 +179,7 @@ def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
     return mean.drop(columns=told).reset_index()
 
 
-def _variance_of_run(seeds: pd.DataFrame, channel: str) -> Run:
+def _variance_of_run(seeds: pd.DataFrame, channel: str) -> "Run":
     """The variance of a power of one run [W2], estimated from the seeds of a condition; NaN where it is not known."""
     columns = (f"{channel}_variance_W2", f"{channel}_freedom")
     within = [(variance, freedom) for variance, freedom in zip(*(seeds[name] for name in columns), strict=True)]
@@ -212,30 +203,90 @@ def tabulate_descriptors(summaries: list[dict], rule_name: str) -> pd.DataFrame:
     return with_descriptors(_over_seeds(pd.DataFrame([run_row(summary, rule_name) for summary in summaries])))
 
 
-def tabulate_counting_rules(summaries: list[dict]) -> pd.DataFrame:
-    """Collision frequency and energies per collision of every condition under every recorded counting rule.
+# Probability of taking seeds of the same motion for several motions; independent turns that suffice.
+CHANCE, FEWEST_TURNS = 0.01, 8
 
-    ball_ball_share: fraction of the counted collisions that are between balls; dropped_share: fraction of all
-    collisions that a threshold of the rule drops. Energies of a rule that counts none are empty.
+
+class Run(NamedTuple):
+    """Variance of one run about the mean of many, its degrees of freedom, and whether seeds differ beyond chance."""
+
+    variance: float
+    freedom: int
+    differ: bool
+
+
+def block_length(revolutions: int) -> int:
+    """Length of a bootstrap block [revolutions]; at most half of `revolutions`, so that draws differ."""
+    return max(1, min(int(np.ceil(revolutions ** (1 / 3) - 1e-9)), revolutions // 2))
+
+
+def variance_of_run(values: Sequence[float], within: Sequence[tuple[float, int]]) -> Run | None:
+    """The variance of one run, estimated from k seeds; None for a single run without an estimate.
+
+    values: of the runs (k,). within: variance and degrees of freedom of each run whose window gives them. w is the mean
+    of these variances weighted by their degrees of freedom, v in all, and b the variance of the values. The result is b
+    with k - 1 degrees where b / w is beyond the F distribution's quantile 1 - CHANCE, else max(b, pooled),
+    pooled = (v w + (k - 1) b) / (v + k - 1). The mean of the runs has 1/k of the variance of one run.
     """
-    rows = []
-    for summary in summaries:
-        for rule in summary["collisions"]:
-            frequency = rule["frequency_hz"]
-            rows.append(
-                {
-                    **condition_of(summary),
-                    **{column: rule[key] for column, key in RULE_COLUMNS.items()},
-                    "speed_hz": summary["frequency_hz"],
-                    "ball_diameter_m": summary["ball_diameter_m"],
-                    "specific_frequency_hz": rule["specific_frequency_hz"],
-                    "collisions_of_a_ball_hz": rule["collisions_of_a_ball_hz"],
-                    "collision_frequency_hz": frequency,
-                    "f": specific_frequency(frequency, summary["balls"], summary["frequency_hz"]),
-                    "normal_energy_J": rule["mean_normal_J"] if frequency else np.nan,
-                    "tangential_energy_J": rule["mean_tangential_J"] if frequency else np.nan,
-                    "ball_ball_share": rule["shares"]["ball_ball"]["count"],
-                    "dropped_share": rule["dropped"]["count"],
-                }
-            )
-    return pd.DataFrame(rows).groupby([*CONDITION, *RULE_COLUMNS], sort=True).mean().reset_index()
+    seeds = len(values)
+    between = float(np.var(values, ddof=1)) if seeds > 1 else 0.0
+    inside = sum(freedom for _, freedom in within)
+    squares = sum(variance * freedom for variance, freedom in within)
+    freedom = inside + seeds - 1
+    if freedom == 0:
+        return None
+    # Seeds that agree to the last digits of a number do not differ.
+    if seeds > 1 and inside and np.ptp(values) > 1e-9 * np.max(np.abs(values)):
+        # Imported here: slow to import, and most conditions have one seed.
+        from millprint.statistics.quantiles import f_exceeded
+
+        limit = float(f_exceeded(CHANCE, seeds - 1, inside))
+        if between > limit * squares / inside:
+            return Run(between, seeds - 1, True)
+    return Run(max(between, (squares + (seeds - 1) * between) / freedom), freedom, False)
+
+
+class Motion(NamedTuple):
+    """A reason why a standard error may be wrong: a word, and what it means with what to do."""
+
+    word: str
+    meaning: str
+
+
+MOTIONS: Mapping[str, Motion] = {
+    "no_impacts": Motion(
+        "no impacts",
+        "all balls move with the wall, as one layer that goes round or at rest on it, and nothing hits; curves "
+        "leave it out: take a higher fill ratio or another speed",
+    ),
+    "few_turns": Motion(
+        "few turns",
+        f"fewer than {FEWEST_TURNS} independent turns were recorded, so that the scatter of a run is hardly known: "
+        "record a longer window",
+    ),
+    "repeats": Motion(
+        "repeats",
+        "the motion is locked to the drive and repeats itself, so that turns do not show other lasting motions: "
+        "simulate more seeds",
+    ),
+    "seeds_differ": Motion(
+        "seeds differ",
+        "seeds differ by more than their turns explain, as where several motions last: simulate more seeds, and take "
+        "the mean as one over these motions",
+    ),
+}
+
+
+def motion_of(impacts: int, independent: float, repeating: int, differ: bool) -> list[Motion]:
+    """Why the standard errors of a condition may be wrong, from its turns and seeds: some of MOTIONS.
+
+    impacts: seeds whose balls hit anything; independent: turns of all seeds; repeating: seeds whose motion repeats;
+    differ: whether seeds differ beyond chance.
+    """
+    said = {
+        "no_impacts": impacts == 0,
+        "few_turns": independent < FEWEST_TURNS,
+        "repeats": repeating > 0,
+        "seeds_differ": differ,
+    }
+    return [MOTIONS[name] for name, holds in said.items() if holds]

@@ -2,12 +2,20 @@
 
 import numpy as np
 import pandas as pd
-from statsmodels.regression.linear_model import OLS
 
 from millprint.fingerprint.condition import SCALED_BY
-from millprint.fingerprint.descriptors import CHARGE, as_built
-from millprint.fingerprint.exponents import SUPPOSED, with_power_per_ball
+from millprint.fingerprint.descriptors import CHANNELS, CHARGE, as_built
 
+# Exponents in the equations, for quantities of one ball or one collision.
+POWER = {"rho": 1, "omega": 3, "A": 2, "d": 3}
+ENERGY = {"rho": 1, "omega": 2, "A": 2, "d": 3}
+FREQUENCY = {"rho": 0, "omega": 1, "A": 0, "d": 0}
+SUPPOSED = {
+    "normal_power_per_ball_W": POWER,
+    "tangential_power_per_ball_W": POWER,
+    "power_per_ball_W": POWER,
+    **{name: ENERGY if name.endswith("_J") else FREQUENCY for name in SCALED_BY},
+}
 # Quantities per ball or per collision -> short name in the table of all mills; empty if not in it.
 COLLAPSED = {
     "power_per_ball_W": "power",
@@ -23,6 +31,14 @@ VARIED = {"omega": "speed_hz", "d": "ball_diameter_m"}
 COLLAPSE_MAX = 0.2
 UNKNOWN = "unknown: no fill ratio has two speeds or two sizes"
 VERDICTS = ("by the scaling law", "by exponents of its own", "not by powers of speed and ball size")
+
+
+def with_power_per_ball(descriptors: pd.DataFrame) -> pd.DataFrame:
+    """The descriptors with the normal, tangential and total power per ball [W]."""
+    normal, tangential = (descriptors[f"{channel}_power_W"] / descriptors["balls"] for channel in CHANNELS)
+    return descriptors.assign(
+        normal_power_per_ball_W=normal, tangential_power_per_ball_W=tangential, power_per_ball_W=normal + tangential
+    )
 
 
 def _about_means(values: np.ndarray, constants: np.ndarray) -> np.ndarray:
@@ -49,6 +65,9 @@ def _own(logs: np.ndarray, constants: np.ndarray, varied: dict[str, np.ndarray],
     design = np.column_stack([constants, *(varied[name] for name in names)])
     if not names or len(logs) <= design.shape[1]:
         return empty | {"spread_own": np.nan}
+    # Imported here: slow to import, and the claims import this module.
+    from statsmodels.regression.linear_model import OLS
+
     fit = OLS(logs, design).fit()
     intervals = fit.conf_int(alpha=1 - probability)
     found = {"spread_own": float(np.sqrt(fit.mse_resid))}

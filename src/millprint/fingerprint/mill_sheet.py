@@ -9,12 +9,11 @@ import pandas as pd
 from millprint.config.contact_set import ASSUMED
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import balls_in_words
-from millprint.fingerprint.bands import ENDS, FURTHER, MEAN, SCATTER
+from millprint.fingerprint.bands import ENDS, FURTHER, MEAN, SCATTER, factor_of
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import SCALED_BY, Condition
-from millprint.fingerprint.descriptors import CHARGE, as_built, said_of
+from millprint.fingerprint.descriptors import CHARGE, MOTIONS, as_built, said_of
 from millprint.fingerprint.readers import WALL
-from millprint.fingerprint.seeds import MOTIONS
 
 if TYPE_CHECKING:
     # Only for types: it imports scikit-learn, which takes a second, and the figures of a sheet only read tables.
@@ -39,6 +38,8 @@ SHEET = list(Row._fields)
 TOTAL_POWER = "normal and tangential power"
 # Mass of the balls over that of the powder, for the dose of a sheet; people take 10 to 50 [-].
 RATIO = 10
+# Fill ratios at which the width of an interval is evaluated.
+FILLS_WITHIN = 40
 # Fill ratios that are listed one by one.
 LISTED = 6
 DESCRIBED = (*SCALED_BY, "normal_power_W", "tangential_power_W")
@@ -168,15 +169,12 @@ def _said(verdict: str) -> str:
 
 def _precision_rows(fingerprint: "Fingerprint", descriptors: pd.DataFrame) -> list[Row]:
     """How much the sweep simulated for a condition, and how wide the resulting intervals are."""
-    # It needs scikit-learn, as the fingerprint does.
-    from millprint.fingerprint.coverage import half_widths
-
     seeds, recorded = descriptors["seeds"], descriptors["window_s"]
     rows = [
         Row("precision", RECORDED, None, recorded.min(), recorded.max(), "s"),
         Row("precision", SIMULATED, None, seeds.min(), seeds.max(), "-"),
     ]
-    widths = half_widths(fingerprint)
+    widths = _half_widths(fingerprint)
     for name, title in STATED.items():
         median, smallest, largest = 100 * widths[name]
         rows.append(Row("precision", title, median, smallest, largest, "%", WIDTH))
@@ -186,6 +184,20 @@ def _precision_rows(fingerprint: "Fingerprint", descriptors: pd.DataFrame) -> li
             text = f"{held.sum()} of {held.size} conditions, {_fills(descriptors[held])}: {motion.meaning}"
             rows.append(Row("precision", motion.word, float(held.sum()), unit="-", text=text))
     return [*rows, Row("precision", "for more", text=MORE)]
+
+
+def _half_widths(fingerprint: "Fingerprint") -> dict[str, np.ndarray]:
+    """Half the width of the band of a new simulation over its value [-], for each quantity: median, smallest, largest.
+
+    Over the range of fill ratios, at the simulated speeds and balls; the band is from `Fingerprint.scaled`, NaN where
+    it is not known.
+    """
+    inputs = fingerprint.at_settings(np.geomspace(*fingerprint.fill_range, FILLS_WITHIN))
+    found = {}
+    for quantity, predictor in fingerprint.predictors.items():
+        deviations = predictor.predict(inputs).of_new
+        found[quantity] = factor_of(fingerprint.width * np.quantile(deviations, [0.5, 0.0, 1.0])) - 1
+    return found
 
 
 def _fills(descriptors: pd.DataFrame) -> str:

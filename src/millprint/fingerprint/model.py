@@ -29,6 +29,7 @@ from millprint.fingerprint.bands import (
 )
 from millprint.fingerprint.condition import (
     BASIC,
+    CURVES,
     VARIABLES,
     WEIGHTED_BASIC,
     Condition,
@@ -37,7 +38,6 @@ from millprint.fingerprint.condition import (
     scaled_quantities,
 )
 from millprint.fingerprint.descriptors import CHARGE, OF_RULE, as_built, with_impacts
-from millprint.fingerprint.master_curves import CURVES
 from millprint.fingerprint.processes import (
     Predictor,
     Process,
@@ -455,7 +455,7 @@ def _row(prediction: Prediction) -> dict[str, Any]:
     row: dict[str, Any] = {"balls": prediction.balls}
     for name, value in vars(prediction).items():
         if isinstance(value, Band):
-            row |= {name: value.value, f"{name}_lower": value.lower, f"{name}_upper": value.upper}
+            row |= value.columns(name)
     return row | {"outside": ", ".join(prediction.outside)}
 
 

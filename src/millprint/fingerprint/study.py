@@ -22,14 +22,7 @@ POWERS = ("normal", "tangential")
 DESCRIBED = (*DESCRIPTOR_SETS["per_collision"], *(f"{name}_power_W" for name in POWERS))
 # The first columns of a study.
 FRONT = ("setting", "factor", "value", "seeds", "time_step_s", "young_modulus_gpa", "closure", "processor_s")
-# Settings, as a line names them, with what to change.
-NAMES = {
-    "time_step": "time step",
-    "stiffness": "stiffness",
-    "facets": "facets",
-    "window": "window",
-    "seeds": "seeds",
-}
+# Settings with what to change, and as a line names them.
 ADVICE = {
     "time_step": "make mills.rayleigh_fraction smaller",
     "stiffness": "raise young_modulus_gpa of the contact set",
@@ -37,6 +30,7 @@ ADVICE = {
     "window": "raise sweep.discard_turns or sweep.window_turns",
     "seeds": "give sweep.seeds {seeds} seeds, or raise sweep.window_turns",
 }
+NAMES = {setting: setting.replace("_", " ") for setting in ADVICE}
 # Probability that no verdict is wrong by chance [-].
 CONFIDENCE = 0.95
 # Never advise more seeds than this.
@@ -242,9 +236,8 @@ def conclude(mill: str, checks: list[Check], study: StudyConfig) -> dict:
 
 
 def _line(overall: str, settings: dict[str, str], checks: list[Check], study: StudyConfig) -> str:
-    of = {
-        verdict: [name for name in settings if settings[name] == verdict] for verdict in (GOOD, BAD, UNKNOWN, UNTESTED)
-    }
+    verdicts = (GOOD, BAD, UNKNOWN, UNTESTED)
+    of = {verdict: [name for name in settings if settings[name] == verdict] for verdict in verdicts}
     parts = []
     if overall == GOOD:
         largest = max((check for check in checks if check.decides), key=lambda check: abs(check.change_percent))
@@ -268,11 +261,8 @@ def _line(overall: str, settings: dict[str, str], checks: list[Check], study: St
         )
     if of[UNTESTED]:
         parts.append(f"{_listed(of[UNTESTED])} not tested")
-    said = (
-        "whether the settings of the sweep are good enough is undecided"
-        if overall == UNKNOWN
-        else (f"the settings of the sweep are {overall}")
-    )
+    undecided = "whether the settings of the sweep are good enough is undecided"
+    said = undecided if overall == UNKNOWN else f"the settings of the sweep are {overall}"
     return f"{said}: {'; '.join(parts)}"
 
 
@@ -281,10 +271,8 @@ def _told(check: Check) -> str:
     title = DESCRIPTORS[check.quantity].title
     if check.setting == "seeds":
         return f"seeds, {title} known to {check.change_percent:.2g} %"
-    changed = (
-        NAMES[check.setting] if check.setting == "window" else f"{check.factor:g} times the {NAMES[check.setting]}"
-    )
-    return f"{changed}, {title} {check.change_percent:+.2g} ± {check.error_percent:.1g} %"
+    times = "" if check.setting == "window" else f"{check.factor:g} times the "
+    return f"{times}{NAMES[check.setting]}, {title} {check.change_percent:+.2g} ± {check.error_percent:.1g} %"
 
 
 def _listed(names: list[str]) -> str:

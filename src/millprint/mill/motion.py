@@ -19,13 +19,7 @@ import numpy as np
 
 from millprint.config.motion_kinds import MotionSection, motion_kind
 from millprint.mill.kernel_columns import span_of, width_of
-from millprint.mill.path import (
-    find_piece,
-    path_values,
-    rotation_matrices,
-    write_path,
-    write_path_rotation,
-)
+from millprint.mill.path import find_piece, path_values, rotation_matrices, write_path, write_path_rotation
 from millprint.mill.pose import POSE, write_rotation
 from millprint.mill.vectors import add, add_scaled, cross, put_vector, rotate, row, scale, vector
 from millprint.run.kernel import inlined

@@ -68,7 +68,7 @@ def _quaternions(table: pd.DataFrame) -> np.ndarray:
         row = int(np.argmax(steps)) + 2
         raise ConfigError(
             f"columns rotation_*_deg, row {row}: a turn by {steps.max():.3g} degrees from the row before; rows must be "
-            f"close enough that it is at most {LARGEST_STEP_DEG:g}",
+            f"close enough that it is at most {LARGEST_STEP_DEG:g}"
         )
     if (turned[-1] * turned[0].inv()).magnitude() > CLOSE:
         raise ConfigError("columns rotation_*_deg: the last row is not the first; a turn must end as it began")

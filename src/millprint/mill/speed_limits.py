@@ -1,4 +1,4 @@
-"""How fast a mill may turn: accelerations and speeds of its walls against what machines reach.
+"""How fast the walls of a mill move: in words, and against what machines reach.
 
 A speed with a digit too many, or of another part of the machine, gives a run that is stable and wrong. So the fastest
 wall of each body is compared with two bounds: beyond `usual` the user is warned, beyond `most` the speed is refused.
@@ -14,7 +14,7 @@ import numpy as np
 
 from millprint.config.mill import MillConfig
 from millprint.config.motion_kinds import Agitation, MotionSection, motion_kind
-from millprint.mill.bodies import CHECK_RPM, Body
+from millprint.mill.bodies import CHECK_RPM, Body, build_bodies
 from millprint.mill.motion import Motion, motion_from_law
 
 GRAVITY = 9.81
@@ -144,3 +144,26 @@ def _harmonic(motion: Motion) -> int:
     angular = [abs(motion.rate), *motion.harmonics[:, 0], *motion.swing[:, 0]]
     turns = max(angular) / (2 * math.pi) / (CHECK_RPM / 60)
     return max(1, math.ceil(turns - 1e-9), len(motion.pieces) // 8)
+
+
+def mill_in_words(mill: MillConfig) -> str:
+    """What the walls of a mill do: "the jar moves on a horizontal circle of 17 mm radius without turning"."""
+    parts = [f"the jar {mill.motion.in_words()}"]
+    # Bodies that move alike are named once.
+    own: dict[str, list[str]] = {}
+    for insert in mill.inserts:
+        if insert.motion is not None:
+            own.setdefault(insert.motion.in_words(), []).append(insert.name.replace("_", " "))
+    for words, names in own.items():
+        parts.append(f"inside it, {names[0]} {words}" if len(names) == 1 else
+                     f"inside it, each of {len(names)} bodies ({', '.join(names)}) {words}")  # fmt: skip
+    return "; ".join(parts)
+
+
+def wall_acceleration(mill: MillConfig) -> float:
+    """The largest acceleration of a point of the walls at one turn of the mill a second [m/s2].
+
+    It grows with the square of the speed. Of a jar on a circle of radius A it is A (2 pi / s)^2; of a planetary mill it
+    has a part of the sun wheel and one of the jar's own turning.
+    """
+    return max(pace.acceleration for pace in paces(mill, build_bodies(mill, CHECK_RPM)))

@@ -13,7 +13,7 @@ from millprint.config.workflow import ChapterSections, WorkflowConfig
 from millprint.dose.wear import read_materials
 from millprint.fingerprint.cases import described_cases, has_chapters, is_as_built, mapped_cases
 from millprint.fingerprint.descriptors import FEWEST_FILLS
-from millprint.fingerprint.rule_checks import unknown_faults
+from millprint.fingerprint.sweep_checks import unknown_faults
 from millprint.run.tables import Text, read_measured
 from millprint.thesis.calibration.drop import read_heights
 from millprint.thesis.calibration.oscillation import make_swing, read_track

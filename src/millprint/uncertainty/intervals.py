@@ -18,13 +18,11 @@ from millprint.config.errors import ConfigError
 from millprint.config.mixture import ONE_SIZE
 from millprint.config.uncertainty import PARAMETERS, UncertaintyConfig
 from millprint.fingerprint.bands import ContactFactors, Ends, Sampled
-from millprint.fingerprint.condition import SCALED_BY, VARIABLES, Condition, energy_scale, power_scale
+from millprint.fingerprint.condition import CURVES, SCALED_BY, VARIABLES, Condition, energy_scale, power_scale
 from millprint.fingerprint.descriptors import CHARGE
-from millprint.fingerprint.master_curves import CURVES
 from millprint.run.progress import progress
 from millprint.uncertainty.emulator import Emulator, draw, quality, saltelli_shares, sobol_indices
-from millprint.uncertainty.samples import FILLED, contact_values
-from millprint.uncertainty.space import FILL, Space
+from millprint.uncertainty.samples import FILL, FILLED, Space, contact_values
 
 # Descriptors of a condition: the scaled quantity that they are computed from, and their unit.
 DESCRIBED = {

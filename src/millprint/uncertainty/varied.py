@@ -1,9 +1,17 @@
-"""The case of a mill that is varied for its intervals. The Snakefile imports this, so no heavy imports here."""
+"""The case of a mill that is varied for its intervals, and checks of the section `uncertainty`.
 
+The Snakefile imports this, so no heavy imports here.
+"""
+
+from collections.abc import Iterator
+
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import Case
 from millprint.config.uncertainty import UncertaintyConfig
+from millprint.config.workflow import WorkflowConfig
 from millprint.fingerprint.cases import mill_cases, sweep_of
 
 # A simulation fails at this energy balance error over the wall work [-].
@@ -35,3 +43,41 @@ def samples_of_job(mill: MillConfig, settings: MillsConfig, uncertainty: Uncerta
         change["young_modulus_gpa"] = (softest + stiffest) / 2
     mean = varied_case(mill, settings, uncertainty).model_copy(update=change)
     return [mean] * -(-uncertainty.samples // uncertainty.jobs)
+
+
+def uncertainty_faults(
+    config: WorkflowConfig, mills: dict[str, MillConfig], contacts: dict[str, ContactConfig], source: str
+) -> Iterator[str]:
+    """A line for each fault, with file, key, value and what to write; none if everything is valid."""
+    settings = config.uncertainty
+    if not settings.mills:
+        return
+    # Imported here: slow to import, and few configurations name such a mill.
+    from millprint.uncertainty.samples import check_contact, space_of
+
+    if settings.rayleigh_fraction > config.dem.rayleigh_fraction_max:
+        yield (
+            f"{source}: uncertainty.rayleigh_fraction = {settings.rayleigh_fraction:g}: at most "
+            f"{config.dem.rayleigh_fraction_max:g} (dem.rayleigh_fraction_max)"
+        )
+    for name in settings.mills:
+        try:
+            check_contact(space_of(mills[name], settings), contacts[config.mills.contact_set])
+        except ConfigError as error:
+            yield f"{source}: {error}"
+
+
+def uncertainty_cases(config: WorkflowConfig, mills: dict[str, MillConfig]) -> list[Case]:
+    """The smallest and the largest charge of each mill in the section, with the stiffest balls, which take longest."""
+    settings = config.uncertainty
+    if not settings.mills:
+        return []
+
+    _, stiffest = settings.parameters.young_modulus_gpa.given_range
+    found = []
+    for name in settings.mills:
+        case = varied_case(mills[name], config.mills, settings)
+        fills = fill_ratios_of(mills[name], settings)
+        change = {"young_modulus_gpa": stiffest}
+        found += [case.model_copy(update={"fill_ratio": fill, **change}) for fill in (fills[0], fills[-1])]
+    return found

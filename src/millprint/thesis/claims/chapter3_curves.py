@@ -3,11 +3,11 @@
 import numpy as np
 import pandas as pd
 
-from millprint.fingerprint.exponents import FACTOR
 from millprint.thesis.claims import chapter3_causes as causes
 from millprint.thesis.claims.chapter3_causes import AS_BUILT, CONTACT, MILL
 from millprint.thesis.claims.evidence import Evidence, Finding, NotRun, claim, in_words, yes_no
 from millprint.thesis.curves.collapse import MACHINE
+from millprint.thesis.curves.scaling import FACTOR
 
 
 def curves_of(evidence: Evidence, columns: str, where: str, absent: str, contact: str = CONTACT) -> pd.DataFrame:

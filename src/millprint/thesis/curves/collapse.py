@@ -8,19 +8,12 @@ import numpy as np
 import pandas as pd
 
 from millprint.dem.convergence import convergence_table
-from millprint.fingerprint.condition import SCALED_BY
-from millprint.fingerprint.cycles import tabulate_cycles
-from millprint.fingerprint.descriptors import NOTHING, as_built, tabulate_descriptors
-from millprint.fingerprint.exponents import with_power_per_ball
-from millprint.fingerprint.master_curves import (
-    WEIGHTED,
-    at_shared_fills,
-    average_curves,
-    conditions_of,
-    universal_descriptors,
-)
-from millprint.fingerprint.seeds import block_length
+from millprint.fingerprint.condition import SCALED_BY, WEIGHTED
+from millprint.fingerprint.descriptors import NOTHING, as_built, block_length, tabulate_descriptors
+from millprint.fingerprint.mill_collapse import with_power_per_ball
 from millprint.run.progress import progress
+from millprint.thesis.curves.cycles import tabulate_cycles
+from millprint.thesis.curves.scaling import at_shared_fills, average_curves, conditions_of, universal_descriptors
 
 # Scaled quantity -> the column that it scales; none for the ratio, which has no unit.
 DIMENSIONAL = {

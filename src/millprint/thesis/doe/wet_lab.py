@@ -1,15 +1,17 @@
 """Tables of the wet laboratory: your own readings, the screening runs, and the wear of the balls."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
 import pandas as pd
 from scipy.constants import g as GRAVITY
 from scipy.constants import gram as GRAM
 from scipy.constants import hour as HOUR
 
 from millprint.config.doe import ChemistryConfig, GasConfig
-from millprint.dose.wear import READING_G
+from millprint.config.errors import ConfigError
+from millprint.dose.wear import FEWEST_HELD, FILL_TOLERANCE, LOADS, VICKERS, archard_mass, worn_load
 from millprint.run.files import read_table
 from millprint.run.tables import CASE, Number, Text, read_measured, refuse_rows
 from millprint.thesis.doe import chemistry
@@ -205,3 +207,116 @@ def wear_table(weighings: pd.DataFrame) -> pd.DataFrame:
         iron_of_mixture_percent=100 * wear / (powder + wear),
         wear_per_hour_mg=1000 * wear / weighings["time_h"],
     )
+
+
+# Balls are weighed to 0.01 g, so the difference of two masses is exact to 0.01 g.
+READING_G = 0.01
+
+
+FITTED, HELD = "fitted", "held back"
+
+
+AS_RUN, BETWEEN, BY_CUBE = "a run", "between runs", "by the cube of the speed"
+
+
+def loads_at(
+    conditions: pd.DataFrame, diameter_mm: float, fill_ratio: float, speed_rpm: float, tolerance: float
+) -> tuple[dict[str, float], float, str]:
+    """F s per second of each kind [N m/s] at a speed [rpm], its relative error, and where it comes from.
+
+    conditions: of one mill and contact set, as from `mean_conditions`. Uses runs of the ball diameter with a fill ratio
+    that differs by at most `tolerance` (a fraction), the nearest first. Between two speeds the powers follow a power
+    law; beyond the simulated speeds, the cube of the speed (thesis Eq. 3.28). NaN without such a run.
+    """
+    near = conditions[np.isclose(conditions["ball_diameter_mm"], diameter_mm)]
+    near = near[(near["fill_ratio"] / fill_ratio - 1).abs() <= tolerance]
+    if near.empty:
+        return dict.fromkeys(LOADS, np.nan), np.nan, f"no run with {diameter_mm:g} mm at fill {fill_ratio:.3g}"
+    fill = near["fill_ratio"].iloc[(near["fill_ratio"] / fill_ratio - 1).abs().argmin()]
+    runs = near[near["fill_ratio"] == fill].sort_values("speed_rpm")
+    speeds = runs["speed_rpm"].to_numpy(float)
+    values = {kind: runs[column].to_numpy(float) for kind, column in LOADS.items()}
+    errors = runs["relative_error"].to_numpy(float)
+    place = int(np.searchsorted(speeds, speed_rpm * (1 - 1e-9)))
+    if place < len(speeds) and np.isclose(speeds[place], speed_rpm):
+        return {kind: float(own[place]) for kind, own in values.items()}, float(errors[place]), AS_RUN
+    if 0 < place < len(speeds):
+        ends = slice(place - 1, place + 1)
+        weigh = np.log(speeds[ends])
+        loads = {
+            kind: float(np.exp(np.interp(np.log(speed_rpm), weigh, np.log(own[ends])))) for kind, own in values.items()
+        }
+        return loads, float(np.nanmax(errors[ends], initial=0.0)), BETWEEN
+    near_by = min(place, len(speeds) - 1)
+    cube = (speed_rpm / speeds[near_by]) ** 3
+    return {kind: float(cube * own[near_by]) for kind, own in values.items()}, float(errors[near_by]), BY_CUBE
+
+
+def fit_wear(
+    weighings: pd.DataFrame, conditions: pd.DataFrame, material: pd.Series, tolerance: float = FILL_TOLERANCE
+) -> tuple[pd.DataFrame, dict]:
+    """The coefficient from every other weighing, and the others predicted by it; fixed before any result was seen.
+
+    weighings: of `thesis.doe.wet_lab.wear_table`; conditions: of one mill and contact set. The fill ratio of a weighing
+    is the volume of its unused balls over that of the jar. The coefficient is the geometric mean over the fitted rows,
+    since errors are factors. Returns the table (a row for each weighing: role, loads, measured and predicted wear,
+    coefficient from this row) and the result: coefficient, its range over all weighings, miss_log (root mean square of
+    ln(measured / predicted) of the held rows), fill_ratio of the fitted rows, and counts. Raises
+    ConfigError for a wear of 0, whose coefficient has no logarithm.
+    """
+    if not (weighings["wear_g"] > 0).all():
+        raise ConfigError(f"wear_g = {weighings['wear_g'].min():g}: must be above 0 in every row to fit a coefficient")
+    hardness, density = VICKERS * material["hardness_hv"], material["density_kg_m3"]
+    jar = float(conditions["volume_m3"].iloc[0])
+    rows = []
+    for number, row in enumerate(weighings.to_dict("records")):
+        fill = row["unused_mass_g"] * GRAM / density / jar
+        loads, error, origin = loads_at(conditions, row["ball_diameter_mm"], fill, row["speed_rpm"], tolerance)
+        own = worn_load(loads) * row["time_h"] * HOUR
+        rows.append(
+            {
+                "role": HELD if number % 2 else FITTED,
+                **{name: row[name] for name in ("ball_diameter_mm", "speed_rpm", "time_h", "bpr")},
+                "fill_ratio": fill,
+                **{LOADS[kind]: value for kind, value in loads.items()},
+                "loads_from": origin,
+                "relative_error": error,
+                "measured_g": row["wear_g"],
+                "reading_error_g": READING_G,
+                "coefficient": row["wear_g"] * GRAM / archard_mass(own, 1.0, hardness, density),
+            }
+        )
+    table = pd.DataFrame(rows)
+    fitted, held = (table[table["role"] == role].dropna(subset="coefficient") for role in (FITTED, HELD))
+    coefficient = float(np.exp(np.log(fitted["coefficient"]).mean())) if len(fitted) else np.nan
+    table["predicted_g"] = table["measured_g"] * coefficient / table["coefficient"]
+    table["measured_over_predicted"] = table["measured_g"] / table["predicted_g"]
+    misses = np.log(held["coefficient"] / coefficient)
+    known = pd.concat([fitted, held])["coefficient"]
+    result = {
+        "coefficient": coefficient,
+        "coefficient_lowest": known.min(),
+        "coefficient_highest": known.max(),
+        "miss_log": float(np.sqrt((misses**2).mean())) if len(misses) else np.nan,
+        "weighings_fitted": len(fitted),
+        "weighings_held_back": len(held),
+        "fill_ratio": float(fitted["fill_ratio"].mean()) if len(fitted) else np.nan,
+        "mill": str(conditions["mill"].iloc[0]),
+        "contact": str(conditions["contact"].iloc[0]),
+        "material": str(material.name),
+        "hardness_hv": float(material["hardness_hv"]),
+    }
+    return table, {name: None if pd.isna(value) else value for name, value in result.items()}
+
+
+def verdict(result: Mapping) -> str:
+    """What the weighings show, in one or two sentences."""
+    if result["coefficient"] is None:
+        return "no run at the conditions of the fitted weighings: no coefficient"
+    if result["miss_log"] is None:
+        return "nothing was held back: the law is fitted, not tested"
+    factor = np.exp(result["miss_log"])
+    missed = f"the weighings held back are missed by a factor of {factor:.2g}"
+    if result["weighings_held_back"] < FEWEST_HELD:
+        return f"{missed}; held back: {result['weighings_held_back']}, too few to tell how far the law holds"
+    return missed

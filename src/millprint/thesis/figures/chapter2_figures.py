@@ -1,4 +1,4 @@
-"""Figures of chapter 2: Pareto plot, interaction plots, residuals, and the literature."""
+"""Figures of chapter 2: Pareto plot, interaction plots, residuals, the literature, and the wear of the balls."""
 
 import textwrap
 
@@ -6,12 +6,13 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator, StrMethodFormatter
 
 from millprint.config.doe import Factor
-from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN, PUBLISHED, plt
+from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, MARKERS, PAGE_WIDTH_IN, PUBLISHED, letter_panels, plt
 
 GREY = "#999999"
-MARKERS = "os^Dv"
+SHAPES = "os^Dv"
 
 
 def pareto(effects: pd.DataFrame, names: dict[str, str]) -> Figure:
@@ -56,7 +57,7 @@ def _interaction_panel(axes: Axes, means: pd.DataFrame, factors: dict[str, Facto
         colour = COLOURS[code % len(COLOURS)]
         lowest, highest = group["lowest_yield_percent"], group["highest_yield_percent"]
         axes.vlines(where, lowest, highest, color=colour, alpha=0.35, linewidth=2.5)
-        marker = MARKERS[code % len(MARKERS)]
+        marker = SHAPES[code % len(SHAPES)]
         axes.plot(where, group["mean_yield_percent"], marker=marker, color=colour, label=curve.text(code))
     axes.set_xticks(places, [axis.text(code) for code in range(len(places))])
     margin = 0.12 * np.ptp(places)
@@ -177,4 +178,105 @@ def missingness(table: pd.DataFrame) -> Figure:
     axes.tick_params(length=0)
     axes.spines[:].set_visible(False)
     axes.legend(ncols=2, loc="lower center", bbox_to_anchor=(0.4, 1.0), fontsize=7, handletextpad=0.1)
+    return figure
+
+
+ROLES = {"fitted": COLOURS[0], "held back": COLOURS[1]}
+
+
+def _bars_of_weighings(wear: pd.DataFrame) -> list[pd.Series]:
+    """Lengths of the bars below and above the wear over powder [%] that span the coefficients of single weighings.
+
+    The coefficient may equal that of the largest or smallest weighing up to rounding, so bars are cut off at 0.
+    """
+    value = wear["powder_percent"]
+    ends = value - wear["seen_lower_powder_percent"], wear["seen_upper_powder_percent"] - value
+    return [end.clip(lower=0) for end in ends]
+
+
+def plot_wear(weighings: pd.DataFrame, wear: pd.DataFrame, material: str, verdict: str) -> Figure:
+    """Measured and predicted wear of the weighings, and wear against the fill ratio for every mill, ball and speed.
+
+    weighings: as from fit_wear; wear: as from predict_wear; only rows of `material` and the first charge are drawn;
+    verdict: written over the figure.
+    """
+    figure, (left, right) = plt.subplots(1, 2, figsize=(PAGE_WIDTH_IN, 3.2))
+    for role, colour in ROLES.items():
+        rows = weighings[weighings["role"] == role]
+        left.errorbar(
+            rows["speed_rpm"],
+            rows["measured_g"],
+            yerr=rows["reading_error_g"],
+            fmt="o",
+            color=colour,
+            capsize=2,
+            label=f"measured, {role}",
+        )
+        left.plot(
+            rows["speed_rpm"], rows["predicted_g"], "D", color=colour, fillstyle="none", label=f"predicted, {role}"
+        )
+        for row in rows.itertuples():
+            left.plot([row.speed_rpm] * 2, [row.measured_g, row.predicted_g], ":", color=colour, linewidth=0.8)
+    left.set(xlabel="rotational speed [rpm]", ylabel="wear of the balls [g]")
+    left.set_ylim(bottom=0)
+    left.margins(x=0.3)
+    left.legend(fontsize=7, loc="upper left")
+    shown = wear[wear["material"] == material]
+    if len(shown):
+        first = shown.iloc[0]
+        shown = shown[(shown["bpr"] == first["bpr"]) & (shown["time_h"] == first["time_h"])]
+        groups = shown.sort_values("fill_ratio").groupby(["mill", "ball_diameter_mm", "speed_rpm"], sort=True)
+        for index, ((mill, diameter, speed), rows) in enumerate(groups):
+            right.errorbar(
+                rows["fill_ratio"],
+                rows["powder_percent"],
+                yerr=_bars_of_weighings(rows),
+                marker=MARKERS[index % len(MARKERS)],
+                color=COLOURS[index % len(COLOURS)],
+                capsize=1.5,
+                linewidth=0.8,
+                label=f"{mill}, {diameter:g} mm, {speed:g} rpm",
+            )
+        right.set(xscale="log", yscale="log", title=f"BPR {first['bpr']:g}, {first['time_h']:g} h")
+        right.title.set_fontsize(8)
+        figure.legend(*right.get_legend_handles_labels(), loc="outside right center", fontsize=6)
+        fills = sorted(shown["fill_ratio"].unique())
+        right.set_xticks(fills, [f"{fill:g}" for fill in fills], fontsize=6, rotation=90)
+        right.xaxis.set_minor_locator(NullLocator())
+        right.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    right.set(xlabel="fill ratio [-]", ylabel="wear over powder [%]")
+    letter_panels([left, right])
+    figure.suptitle(verdict, fontsize=7)
+    return figure
+
+
+def plot_mill_wear(wear: pd.DataFrame, material: str) -> Figure:
+    """Wear over powder at every simulated condition of several mills: a line per mill, a marker per ball and speed.
+
+    wear: as from predict_wear; only rows of `material` and the first charge are drawn; bars span the coefficients of
+    single weighings.
+    """
+    shown = wear[wear["material"] == material]
+    first = shown.iloc[0]
+    shown = shown[(shown["bpr"] == first["bpr"]) & (shown["time_h"] == first["time_h"])]
+    mills = list(dict.fromkeys(shown["mill"]))
+    figure, axis = plt.subplots(figsize=(PAGE_WIDTH_IN, 0.9 + 0.45 * len(mills)))
+    for place, mill in enumerate(mills):
+        own = shown[shown["mill"] == mill].sort_values("powder_percent")
+        # Side by side, to distinguish the bars.
+        heights = place + (pd.Series(range(len(own))) - (len(own) - 1) / 2) * 0.7 / max(len(own), 1)
+        value = own["powder_percent"]
+        axis.errorbar(
+            value,
+            heights,
+            xerr=_bars_of_weighings(own),
+            fmt="o",
+            markersize=2.5,
+            linewidth=0.8,
+            color=COLOURS[place % len(COLOURS)],
+        )
+    axis.set(xscale="log", xlabel="wear over powder [%]", ylabel="mill")
+    axis.set_yticks(range(len(mills)), mills)
+    axis.invert_yaxis()
+    axis.set_title(f"{material.replace('_', ' ')}, BPR {first['bpr']:g}, {first['time_h']:g} h", fontsize=8)
     return figure

@@ -7,19 +7,20 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from millprint.figures.curve_figures import FILL_LABEL, draw_curve
 from millprint.figures.style import (
     COLOURS,
     COLUMN_WIDTH_IN,
+    FILL_LABEL,
     MARKERS,
     PAGE_WIDTH_IN,
     PUBLISHED,
     LineLook,
+    draw_curve,
     legend_below,
     letter_panels,
 )
 from millprint.fingerprint.columns import DESCRIPTORS
-from millprint.fingerprint.master_curves import PANELS
+from millprint.fingerprint.condition import PANELS
 
 # Descriptors in the panels of Figs 3.7 and 3.8, and whether their axis is logarithmic.
 ENERGY_PANELS = {

@@ -1,10 +1,12 @@
 """Figures of thesis chapter 4. They draw tables and compute nothing."""
 
-import matplotlib.pyplot as plt
+import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from matplotlib.ticker import EngFormatter
 
-from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, LineLook
+from millprint.dose.energy_doses import AXES, HITS, YIELD
+from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN, LineLook, legend_below, plt
 
 MODES = {"speed": ("constant speed", COLOURS[0], "o"), "power": ("constant power", COLOURS[1], "s")}
 FILL_LABEL = "fill ratio [%]"
@@ -54,3 +56,37 @@ def plot_specific_yield(published: pd.DataFrame, ours: pd.DataFrame) -> Figure:
 def plot_mass_per_watt(published: pd.DataFrame, ours: pd.DataFrame) -> Figure:
     """Fig. 4.5: converted mass over power against fill ratio, with the powers of the published and of our curves."""
     return _against_fill(published, ours, "mass_per_watt_g_W", "converted mass [g/W]")
+
+
+SETS = {"screening": "27 screening runs", "regimes": "five cases of chapter 4"}
+
+
+def plot_doses(doses: pd.DataFrame, curves: pd.DataFrame) -> Figure:
+    """Yield against time, each dose, and hits: points, and the law with the smallest AICc; a row per set of runs.
+
+    doses: set, AXES, yield_percent, bpr; curves: set, x (one of AXES), value, yield_percent, model. Colours are
+    ball-to-powder ratios.
+    """
+    figure, axes = plt.subplots(len(SETS), len(AXES), figsize=(PAGE_WIDTH_IN, 3.8), sharey=True)
+    ratios = np.unique(doses["bpr"])
+    for row, (name, title) in enumerate(SETS.items()):
+        runs, lines = doses[doses["set"] == name], curves[curves["set"] == name]
+        for axis, (column, label) in zip(axes[row], AXES.items(), strict=True):
+            for ratio, group in runs.groupby("bpr"):
+                colour = COLOURS[int(np.searchsorted(ratios, ratio))]
+                axis.plot(group[column], group[YIELD], "o", markersize=3, color=colour, label=f"BPR {ratio:g}")
+            line = lines[lines["x"] == column]
+            axis.plot(line["value"], line[YIELD], color="#000000", linewidth=0.8)
+            law = line["model"].iloc[0] if len(line) else "all runs as long"
+            axis.set_title(law, fontsize=7)
+            axis.set_xlim(left=0)
+            if column == HITS:
+                axis.xaxis.set_major_formatter(EngFormatter(sep=""))
+            axis.xaxis.label.set_fontsize(7)
+            axis.tick_params(labelsize=6)
+            if row == len(SETS) - 1:
+                axis.set_xlabel(label)
+        axes[row, 0].set_ylabel(f"yield [%]\n{title}", fontsize=7)
+        axes[row, 0].set_ylim(0, 100)
+    legend_below(figure, axes.flat, columns=len(ratios), fontsize=7)
+    return figure

@@ -16,10 +16,10 @@ from millprint.config.geometry import StadiumGeometry
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.run import simulate
-from millprint.fingerprint.cycles import tabulate_cycles
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.mill.shapes import stadium_facets
 from millprint.mill.vessel import enclosed_volume
+from millprint.thesis.curves.cycles import tabulate_cycles
 from millprint.thesis.curves.regimes import read_published
 from millprint.thesis.fit.published import (
     FITTED,

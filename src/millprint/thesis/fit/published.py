@@ -4,10 +4,9 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.errors import ConfigError
-from millprint.fingerprint.cycles import CHANNELS
-from millprint.fingerprint.descriptors import as_built
-from millprint.fingerprint.master_curves import average_curves
+from millprint.fingerprint.descriptors import CHANNELS, as_built
 from millprint.thesis.curves.regimes import published_curves, published_cycles
+from millprint.thesis.curves.scaling import average_curves
 
 FITTED, HELD_BACK = "fitted", "held back"
 POWERS, FREQUENCY = ("Pn", "Pt"), "f"

@@ -231,17 +231,6 @@ def case_of(row: Mapping[str, Any], settings: TumblingConfig, mill: MillConfig) 
     return settings.case(row["number"], row["speed_rpm"], row["seed"], mill)
 
 
-def tumbling_cases(settings: TumblingConfig, mills: Mapping[str, MillConfig]) -> list[Case]:
-    """A case for each number of balls and speed, to check size, step and cost before anything runs."""
-    mill = mills[settings.mill]
-    rows = [
-        {"number": number, "speed_rpm": settings.speed_rpm(speed), "seed": settings.seeds[0]}
-        for number in settings.numbers
-        for speed in settings.speeds
-    ]
-    return [case_of(row, settings, mill) for row in rows]
-
-
 def simulate(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig) -> tuple[dict, np.ndarray]:
     """The results (RESULT_COLUMNS) of a case, and a last picture of the charge: (n, 4) x, z, diameter [m], speed [m/s].
 

@@ -7,8 +7,7 @@ import numpy as np
 import pandas as pd
 from statsmodels.stats.proportion import proportion_confint
 
-from millprint.validation.inputs import DEM
-from millprint.validation.measured import UNITS, UNKNOWN
+from millprint.thesis.validation.measured import DEM, UNITS, UNKNOWN
 
 NOT_EXPLAINED = "not explained"
 

@@ -1,15 +1,19 @@
-"""Dissipation of one revolution of the mill: its mean, spread and distribution (thesis Table 3.5, Fig. 3.5)."""
+"""Dissipation of single revolutions (thesis Table 3.5, Fig. 3.5), and maps of where the balls are (Figs 3.9, 3.10)."""
 
 import itertools
 from collections import defaultdict
 from collections.abc import Iterator
+from dataclasses import dataclass
 from operator import itemgetter
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from millprint.config.errors import ConfigError
 from millprint.fingerprint.descriptors import CHARGE, NOTHING, condition_of
 from millprint.fingerprint.descriptors import CONDITION as WITH_CHARGE
+from millprint.run.hdf5 import open_hdf5
 
 # Only the chapters have these tables, and their balls are of one size.
 CONDITION = [name for name in WITH_CHARGE if name != CHARGE]
@@ -84,3 +88,38 @@ def tabulate_published(cycles: pd.DataFrame, published: pd.DataFrame, mill: str,
         if f"{name}_published" in table:
             table[f"{name}_deviation_percent"] = 100.0 * (table[name] / table[f"{name}_published"] - 1.0)
     return table
+
+
+DATASETS = ("edges_x_m", "edges_y_m", "count", "granular_temperature")
+
+
+@dataclass(frozen=True)
+class OccupancyMap:
+    """Maps on a grid in the frame of the jar, seen from above.
+
+    edges_x_m (nx + 1), edges_y_m (ny + 1): edges of the cells [m]; share (nx, ny): balls in a cell over balls in the
+    fullest cell [-]; temperature_m2_s2 (nx, ny): granular temperature of Eq. 3.26 [m2/s2]. Both maps are masked where
+    no ball came.
+    """
+
+    title: str
+    edges_x_m: np.ndarray
+    edges_y_m: np.ndarray
+    share: np.ma.MaskedArray
+    temperature_m2_s2: np.ma.MaskedArray
+
+
+def read_occupancy(path: str | Path, title: str) -> OccupancyMap:
+    """The maps of a run.h5; raises ConfigError for a file without its grid, and if no ball was seen in any cell."""
+    with open_hdf5(path) as run:
+        group = run.get("occupancy")
+        missing = [name for name in DATASETS if group is None or name not in group]
+        if missing:
+            raise ConfigError(f"{path}: occupancy/{missing[0]} is missing; rerun the simulation that wrote the file")
+        edges_x, edges_y, count, temperature = (group[name][()] for name in DATASETS)
+    if count.sum() <= 0:
+        raise ConfigError(f"{title}: no ball was seen on the grid; the run recorded no window")
+    empty = count == 0
+    share = np.ma.masked_array(count / count.max(), mask=empty)
+    temperature = np.ma.masked_array(np.where(empty, 0.0, temperature.astype(float)), mask=empty)
+    return OccupancyMap(title, edges_x, edges_y, share, temperature)

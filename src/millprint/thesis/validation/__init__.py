@@ -2,10 +2,10 @@
 
 How a set-up becomes a verdict:
 
-1. `config/data/measured.tsv` holds what was measured: `millprint.validation.measured` reads it. A row names the set-up
+1. `config/data/measured.tsv` holds what was measured: `validation.measured` reads it. A row names the set-up
    that predicts it, or `unknown`.
 2. A set-up has its settings in millprint/config/setup_models.py (a subclass of `SetupConfig`) and a record of the same
-   name in `millprint.validation.setups.SETUPS`.
+   name in `millprint.thesis.validation.setups.SETUPS`.
 3. Its simulations, `SetupConfig.sweeps`, are cases in results/dem like any other. A set-up without sweeps, such as an
    impact, simulates inside `predict`. Its mill is a file in config/mills, its contact sets are in config/contacts.
 4. The rule `predict_setup` calls `Setup.predict(Inputs)`. It returns the table with the columns `PREDICTION_COLUMNS`, a
@@ -13,7 +13,7 @@ How a set-up becomes a verdict:
    row's x; empty for a single number), `quantity` and `unit` (as in the measured row), `model` (`DEM`, or the name of a
    formula that is drawn as a reference line), `predicted`, `lower` and `upper` (empty if there is no interval), and
    `interval`: the origin of the interval, one of `INTERVALS`.
-5. `millprint.validation.verdicts` compares the rows of the model `DEM` with the measured ones, at the measured x.
+5. `validation.verdicts` compares the rows of the model `DEM` with the measured ones, at the measured x.
    A prediction must have a row at each measured x. `explanations` tests whether a variant of the prediction explains a
    miss, and `coverage` counts the numbers within their predicted interval.
 6. `python tools/fix_predictions.py` records in config/data/fixed_predictions.tsv the date and the digest of the
