@@ -6,8 +6,9 @@ from typing import Any
 import pytest
 from pydantic import BaseModel, TypeAdapter, create_model
 from pydantic_core import PydanticUndefined
+from tools.write_reference import MODELS
 
-from millprint.config.document import MODELS, sections
+from millprint.config.document import sections
 from millprint.config.load import check_model
 from millprint.config.section import Section, nested_models
 from millprint.config.workflow import WorkflowConfig

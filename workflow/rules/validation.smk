@@ -35,7 +35,7 @@ rule simulate_tumbling:
     message:
         "Simulating tumbling mill {wildcards.setup} at every speed"
     script:
-        "../../scripts/simulate_tumbling.py"
+        "../../scripts/predict_setup.py"
 
 
 # Set-ups whose flowing bed is drawn.

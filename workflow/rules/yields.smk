@@ -284,7 +284,7 @@ rule search_retrospectively:
     message:
         "Counting how many runs it would have taken to find the best one"
     script:
-        "../../scripts/search_retrospectively.py"
+        "../../scripts/try_alternatives.py"
 
 
 rule leave_groups_out:

@@ -6,7 +6,6 @@ millprint animate results/dem/MILL/CONTACT/CASE/run.h5 --out mill.gif
 from pathlib import Path
 
 from millprint.cli.commands import parser_of
-from millprint.config.document import meaning_of
 from millprint.config.load import check_model
 from millprint.config.view import ViewConfig
 from millprint.figures.animation import save_animation
@@ -19,15 +18,12 @@ def main(arguments: list[str], name: str = "animate") -> None:
     parser.add_argument("run", type=Path, help="run.h5 of a case with snapshots")
     parser.add_argument("--out", type=Path, help=".gif or animated .png (default: mill.gif next to run.h5)")
     parser.add_argument("--start", type=float, metavar="S", help="time of the first frame after the start [s]")
-    for key in ("revolutions", "frames_per_revolution"):
-        field, meaning = ViewConfig.model_fields[key], meaning_of(ViewConfig, key)
-        parser.add_argument(
-            f"--{key.replace('_', '-')}",
-            type=type(field.default),
-            default=field.default,
-            metavar="N",
-            help=f"{meaning} (default {field.default:g})",
-        )
+    own = ViewConfig()
+    turns, frames = own.revolutions, own.frames_per_revolution
+    parser.add_argument(
+        "--revolutions", type=float, default=turns, metavar="N", help="of the mill (default %(default)g)"
+    )
+    parser.add_argument("--frames-per-revolution", type=int, default=frames, metavar="N", help="(default %(default)g)")
     chosen = parser.parse_args(arguments)
     out = chosen.out or chosen.run.parent / "mill.gif"
     keys = {key: getattr(chosen, key) for key in ViewConfig.model_fields if hasattr(chosen, key)}
