@@ -43,8 +43,8 @@ def request_of(
 ) -> MatchConfig:
     """The request: ranges that the settings do not give are those of the simulations of the mill."""
     ranges = fingerprint.about["ranges"]
-    speed, balls = settings.like_speed_rpm, settings.like_ball_diameter_mm
-    condition = LikeConfig(fingerprint=like, speed_rpm=speed, ball_diameter_mm=balls, **settings.like_charge)
+    keys = ("speed_rpm", "ball_diameter_mm", "fill_ratio")
+    condition = LikeConfig(fingerprint=like, **{key: getattr(settings, f"like_{key}") for key in keys})
     return MatchConfig(
         targets=[TargetConfig(name=settings.like_mill, like=condition)],
         speeds_rpm=settings.speeds_rpm or [60 * speed for speed in ranges["speed_hz"]],

@@ -30,7 +30,6 @@ EXCEPTIONS = {
     "cards.match": OWN,
     "fingerprint.cycle_fill_ratio": OWN,
     "mills.contact": "the first of `contacts`",
-    "mills.match.like_fill_ratio": "one of four ways to say how many balls",
     "mills.match.speeds_rpm": "what was simulated of the mill",
     "mills.match.ball_diameters_mm": "what was simulated of the mill",
     "mills.scale_up.cores": "results depend on the number of threads by rounding, so that one is the choice for all",

@@ -162,7 +162,6 @@ rule write_pages:
 
 rule build_explorer:
     input:
-        **explored(CONFIG.mills.explored),
         own_fingerprints=[predicting_chapter(contact) for contact in CONFIG.contacts],
         yield_model=f"{RESULTS}/yield/models/averaged_gpr_final.json",
         own_spectra=rules.tabulate_spectra.output.spectra,
@@ -177,7 +176,6 @@ rule build_explorer:
     localrule: True
     params:
         about=EXPLORED_WITH,
-        mills=[dumped(mill_named(name)) for name in CONFIG.mills.explored],
         chapters={
             "rule": CONFIG.fingerprint.counting_rule,
             "mill": dumped(MILLS[CONFIG.mill]),

@@ -125,18 +125,8 @@ rule train_averaged_models:
 
 
 YIELD_TABLES = [
-    "locked",
-    "scores_by_scheme",
-    "coverage",
-    "predictions",
-    "out_of_domain",
-    "time_variance",
-    "scores",
-    "pit",
-    "differences",
-    "shap",
-    "shap_ranking",
-    "choices",
+    *("locked", "scores_by_scheme", "coverage", "predictions", "out_of_domain", "time_variance"),
+    *("scores", "pit", "differences", "shap", "shap_ranking", "choices"),
 ]
 
 
