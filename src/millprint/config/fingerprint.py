@@ -206,6 +206,6 @@ class ConvergenceConfig(FurtherRules):
     Energies and frequencies use fingerprint.counting_rule.
     """
 
-    # Largest significant deviation of a descriptor from its value at the finest step [%].
-    tolerance_percent: ClassVar[float] = 1.0
+    tolerance_percent: Positive = 1.0
+    """largest significant deviation of a descriptor from its value at the finest step [%]"""
     study: StudyConfig = StudyConfig()
