@@ -1,7 +1,7 @@
-"""Builds the explorer, a page that needs no server: of one mill, of several, or of the run's chapters and other mills.
+"""Builds the explorer, a page that needs no server: of one mill, of several, or of the run's chapters.
 
-Settings: name, mills.rule, dose.heat, fingerprint.descriptors; the `mills` of the page. For the chapters
-also fingerprint.counting_rule, fingerprint.inverse, yields.prediction, yields.interval_level, and their mill.
+Settings: name, mills.rule, dose.heat, fingerprint.descriptors; the `mills` of the page. For the chapters instead
+fingerprint.counting_rule, fingerprint.inverse, yields.prediction, yields.interval_level, and their mill.
 Inputs: `fingerprint`, `spectra`, `summary`, `temperatures`, `limits` of each mill. Of the chapters `own_fingerprints`,
 `own_spectra`, `own_summaries` (one for each contact set), `own_temperatures`, `own_limits`, `yield_model`.
 Outputs: `html`.
@@ -49,8 +49,11 @@ if "snakemake" in globals():
     given, own = snakemake.input, snakemake.params
     with job(snakemake.log[0], "build explorer"):
         settings = settings_of(own.about)
-        content = [chapter_content(given, own.chapters, settings)] if own.get("chapters") else []
-        for mill, *files in zip(own.mills, *(given[key] for key in EXPLORED), strict=True):
-            content.append(simulated_content(mill, dict(zip(EXPLORED, files, strict=True)), settings))
+        if own.get("chapters"):
+            content = [chapter_content(given, own.chapters, settings)]
+        else:
+            paths = zip(*(given[key] for key in EXPLORED), strict=True)
+            files = (dict(zip(EXPLORED, own_paths, strict=True)) for own_paths in paths)
+            content = [simulated_content(mill, each, settings) for mill, each in zip(own.mills, files, strict=True)]
         with whole_file(snakemake.output.html) as partial:
             partial.write_text(explorer_page(explorer_content(own.about["name"], content, settings["descriptors"])))

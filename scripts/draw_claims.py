@@ -1,17 +1,31 @@
-"""Computes claims again from redrawn simulations and further trainings, for their intervals.
+"""Intervals of the values of the thesis: by chance, or by contact parameters.
 
-Settings: claims, fingerprint.counting_rule, convergence.counting_rules; trainings of every variant.
-Inputs: `claims`, `summaries`, and those with several Young's moduli as `of_modulus`.
-Outputs: `intervals`.
+By chance, claims are computed again from redrawn simulations and further trainings. By contact parameters, the
+fingerprint of chapter 3 gets its intervals, also those by the shape of a fitted jar, and each printed value that comes
+from the DEM stands next to ours and its interval.
+
+Settings: claims, fingerprint.counting_rule, convergence.counting_rules, trainings of every variant; or
+fingerprint.cycle_fill_ratio; the folder of results.
+Inputs: `claims`; `summaries`, and those with several Young's moduli as `of_modulus`; or `fingerprint`, `contact` and
+`shape` (factors).
+Outputs: `intervals`; or `fingerprint`, and the table of printed values as `thesis`.
 """
 
 import pandas as pd
 
 from millprint.config.workflow import ClaimsConfig
+from millprint.fingerprint.bands import FURTHER
+from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import read_summaries
 from millprint.run.files import read_json, write_table
 from millprint.run.job import job
-from millprint.thesis.claims.claim_intervals import Repeated, over_draws, repeated_trainings, tabulate_intervals
+from millprint.thesis.claims.claim_intervals import (
+    Repeated,
+    over_draws,
+    repeated_trainings,
+    tabulate_contact_intervals,
+    tabulate_intervals,
+)
 from millprint.thesis.curves.collapse import draw_tables
 
 
@@ -29,17 +43,25 @@ def main(
     return table
 
 
+def add_contact_intervals(inputs, output, results: str, cycle_fill_ratio: float) -> pd.DataFrame:
+    """Write the fingerprint with its intervals, and the table of printed values, which is returned."""
+    files = {origin: str(path) for origin in FURTHER if (path := inputs.get(origin))}
+    found = Fingerprint.read(inputs.fingerprint).with_factors(files)
+    found.write(output.fingerprint)
+    table = tabulate_contact_intervals(results, inputs.claims, found.further["contact"], cycle_fill_ratio)
+    write_table(table, output.thesis)
+    return table
+
+
 if "snakemake" in globals():
+    inputs, made, own = snakemake.input, snakemake.output, snakemake.params
     with job(snakemake.log[0], "draw claims again") as logger:
-        inputs, own = snakemake.input, snakemake.params
-        table = main(
-            own.results,
-            inputs.claims,
-            list(inputs.summaries),
-            list(inputs.of_modulus),
-            ClaimsConfig(**own.settings),
-            own.trainings,
-            own.tables,
-            snakemake.output.intervals,
-        )
-        logger.info("intervals: %s", table["interval_from"].value_counts().to_dict())
+        if made.get("thesis"):
+            table = add_contact_intervals(inputs, made, own.results, own.cycle_fill_ratio)
+            known = table[table["inside"] != ""]
+            logger.info("%d of %d printed values lie inside", (known["inside"] == "yes").sum(), len(known))
+        else:
+            simulations, settings = (list(inputs.summaries), list(inputs.of_modulus)), ClaimsConfig(**own.settings)
+            written = (settings, own.trainings, own.tables, made.intervals)
+            table = main(own.results, inputs.claims, *simulations, *written)
+            logger.info("intervals: %s", table["interval_from"].value_counts().to_dict())

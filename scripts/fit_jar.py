@@ -1,8 +1,10 @@
 """Searches the jar that agrees best with the fitted published values; writes its geometry for a mill's file.
 
+Or measures the effect of one step of each parameter of the jar on these values, from short simulations.
+
 Settings: fit, dem; the mill and its contact set.
 Inputs: `published`.
-Outputs: `search` (every jar) and `geometry`.
+Outputs: `search` (every jar) and `geometry`; or `sensitivity`.
 """
 
 import yaml
@@ -13,30 +15,21 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig
 from millprint.run.files import whole_file, write_table
 from millprint.run.job import job
-from millprint.thesis.fit.jar_search import Search, parameters_of, shaped, trial_of
-
-
-def main(
-    published_paths: list[str], output, mill: MillConfig, contact: ContactConfig, dem: DemConfig, settings: JarSearch
-) -> dict[str, float]:
-    """Write every jar that was tried, and the geometry of the best one as YAML; return its parameters."""
-    search = Search(settings, trial_of(mill, contact, dem, settings, published_paths))
-    best = search.run(parameters_of(mill.geometry))
-    write_table(search.table(), output.search)
-    geometry = shaped(mill, best).geometry.model_dump(mode="json", exclude_none=True)
-    with whole_file(output.geometry) as partial:
-        partial.write_text(yaml.safe_dump({"geometry": geometry}, sort_keys=False))
-    return best
-
+from millprint.thesis.fit.jar_search import Search, parameters_of, sensitivity_rows, shaped, trial_of
 
 if "snakemake" in globals():
+    made, own = snakemake.output, snakemake.params
+    mill, settings = MillConfig(**own.mill), JarSearch(**own.settings)
     with job(snakemake.log[0], "fit the jar") as logger:
-        found = main(
-            snakemake.input.published,
-            snakemake.output,
-            MillConfig(**snakemake.params.mill),
-            ContactConfig(**snakemake.params.contact),
-            DemConfig(**snakemake.params.dem),
-            JarSearch(**snakemake.params.settings),
-        )
-        logger.info("best jar: %s", found)
+        trial = trial_of(mill, ContactConfig(**own.contact), DemConfig(**own.dem), settings, snakemake.input.published)
+        start = parameters_of(mill.geometry)
+        if made.get("sensitivity"):
+            write_table(sensitivity_rows(start, settings, trial), made.sensitivity)
+        else:
+            search = Search(settings, trial)
+            best = search.run(start)
+            write_table(search.table(), made.search)
+            geometry = shaped(mill, best).geometry.model_dump(mode="json", exclude_none=True)
+            with whole_file(made.geometry) as partial:
+                partial.write_text(yaml.safe_dump({"geometry": geometry}, sort_keys=False))
+            logger.info("best jar: %s", best)

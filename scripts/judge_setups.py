@@ -18,17 +18,17 @@ from millprint.config.mill import MillConfig
 from millprint.config.setup_models import SetupConfig, TumblingConfig, read_settings
 from millprint.config.sweep import DemConfig
 from millprint.figures.style import save
+from millprint.figures.validation_figures import plot_bed, plot_charge, plot_setup
 from millprint.mill.bodies import build_bodies
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
-from millprint.thesis.figures.validation_figures import plot_bed, plot_charge, plot_setup
 from millprint.thesis.report.table_pages import write_chapter
-from millprint.thesis.validation.drums import slab_of_bed
-from millprint.thesis.validation.fixed import fixed_table, read_fixed, settings_digest, status_of
-from millprint.thesis.validation.measured import measured_points, read_measurements
-from millprint.thesis.validation.setups import SETUPS, assumption_table, setup_named
-from millprint.thesis.validation.tumbling import intervals
-from millprint.thesis.validation.verdicts import count_verdicts, give_verdicts, tabulate_coverage
+from millprint.validation.drums import slab_of_bed
+from millprint.validation.fixed import fixed_table, read_fixed, settings_digest, status_of
+from millprint.validation.measured import measured_points, read_measurements
+from millprint.validation.setups import SETUPS, assumption_table, setup_named
+from millprint.validation.tumbling import intervals
+from millprint.validation.verdicts import count_verdicts, give_verdicts, tabulate_coverage
 
 
 def read_setup(name: str, given: dict) -> tuple[SetupConfig, MillConfig | None, dict[str, ContactConfig]]:

@@ -1,19 +1,24 @@
 """Joins the measures of all surrogates; draws their input (distance and contacts of the wall), losses and roll-outs.
 
+Or tabulates the ablations of appendix A next to the statements of the thesis, and draws them.
+
 Settings: surrogate.graph.window, surrogate.edges, surrogate.rollout.snap_back_m, surrogate.tests; trainings of every
-variant.
+variant. Of surrogate.ablations: what each changes, its trainings, and the length of its roll-out.
 Inputs: `run`, `wall_contacts`, `controls`; `errors`, `distributions`, `histories`, `measured` and `dissipation` of
-the variants.
-Outputs: `metrics`, `trainings`, `baselines`, the figures, and the points of one as `slices_tsv`.
+the variants. Of ablations `measured`, `histories`, and `claims`.
+Outputs: `metrics`, `trainings`, `baselines`, the figures, and the points of one as `slices_tsv`; or `ablations`.
 """
 
 import numpy as np
+import pandas as pd
 
 from millprint.config.surrogate import EdgeConfig
 from millprint.figures.style import save
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
+from millprint.run.tables import read_printed
 from millprint.thesis.figures.chapter6_figures import (
+    plot_ablations,
     plot_dissipation,
     plot_distance_slices,
     plot_distributions,
@@ -24,15 +29,22 @@ from millprint.thesis.figures.chapter6_figures import (
 )
 from millprint.thesis.surrogate.measure_tables import (
     DISSIPATION,
+    ablation_table,
     baseline_rows,
     baseline_table,
     covered_share,
     join_tables,
+    scatter_in_words,
     tabulate_trainings,
     with_motion,
     with_spread,
 )
 from millprint.thesis.surrogate.scene import read_attributes, read_scene
+
+
+def read_measures(paths: list[str]) -> pd.DataFrame:
+    """The measures of several trainings, joined."""
+    return join_tables([read_table(path, text=["variant", "test", "measure"]) for path in paths])
 
 
 def collect(
@@ -42,7 +54,7 @@ def collect(
 
     trained_test: the test on the motion of the training; all others are on motions that no training has seen.
     """
-    found = join_tables([read_table(path, text=["variant", "test", "measure"]) for path in tables])
+    found = read_measures(tables)
     controls = read_table(known, text=["rollout", "test", "measure"])
     repeated = tabulate_trainings(found, trainings)
     metrics = join_tables([with_spread(found, trainings), baseline_rows(controls)])
@@ -93,25 +105,43 @@ def draw_variant(tables: dict[str, list[str]], spread_path: str, variant: str, t
     ]
 
 
+def compare_ablations(inputs, output, changes: dict, length_s: dict, trainings: dict[str, list[str]]) -> str:
+    """Write and draw a row for each ablation, with the interval over its trainings or those of the baseline.
+
+    Returns what is said of this interval.
+    """
+    losses = {
+        name: read_table(path, numeric=["elapsed_s"]) for name, path in zip(changes, inputs.histories, strict=True)
+    }
+    printed = read_printed(inputs.claims)
+    table = ablation_table(read_measures(list(inputs.measured)), losses, changes, length_s, printed, trainings)
+    write_table(table, output.ablations)
+    written = read_table(output.ablations, numeric=["stable"], text=["variant", "says"])
+    save(plot_ablations(written, scatter_in_words(written)), output.svg, output.png)
+    return scatter_in_words(table) or "the baseline was trained once, so nothing tells chance apart"
+
+
+def draw_variants(inputs, output, trainings: dict[str, list[str]], tests: list[str]) -> None:
+    """Draw the figures of every variant."""
+    paths, dissipation = iter(zip(output.svgs, output.pngs, strict=True)), iter(inputs.dissipation)
+    for number, (variant, own) in enumerate(trainings.items()):
+        tables = {
+            "loss": [inputs.histories[number]],
+            "errors": [inputs.errors[number]],
+            "distributions": [inputs.distributions[number]],
+            "dissipation": [next(dissipation) for _ in own],
+        }
+        for figure in draw_variant(tables, output.metrics, variant, tests):
+            save(figure, *next(paths))
+
+
 if "snakemake" in globals():
-    with job(snakemake.log[0], "draw the surrogates"):
-        given, made, own = snakemake.input, snakemake.output, snakemake.params
-        collect(list(given.measured), given.controls, own.trainings, own.trained_test, dict(made.items()))
-        draw_data(
-            given.run,
-            given.wall_contacts,
-            dict(made.items()),
-            own.window,
-            EdgeConfig(**own.edges),
-            own.snap_back_m,
-        )
-        paths, dissipation = iter(zip(made.svgs, made.pngs, strict=True)), iter(given.dissipation)
-        for number, (variant, trainings) in enumerate(own.trainings.items()):
-            tables = {
-                "loss": [given.histories[number]],
-                "errors": [given.errors[number]],
-                "distributions": [given.distributions[number]],
-                "dissipation": [next(dissipation) for _ in trainings],
-            }
-            for figure in draw_variant(tables, made.metrics, variant, own.tests):
-                save(figure, *next(paths))
+    given, made, own = snakemake.input, snakemake.output, snakemake.params
+    with job(snakemake.log[0], "draw the surrogates") as log:
+        if made.get("ablations"):
+            log.info("%s", compare_ablations(given, made, own.changes, own.length_s, own.trainings))
+        else:
+            collect(list(given.measured), given.controls, own.trainings, own.trained_test, dict(made.items()))
+            settings = own.window, EdgeConfig(**own.edges), own.snap_back_m
+            draw_data(given.run, given.wall_contacts, dict(made.items()), *settings)
+            draw_variants(given, made, own.trainings, own.tests)

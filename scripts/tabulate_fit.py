@@ -1,41 +1,40 @@
 """The values that the jar and the counting rule were fitted to, those held back, and the error of each.
 
-Settings: fit.contact, fit.fitted, fingerprint.counting_rule; the mill.
-Inputs: `descriptors`, `cycles`, `published`, `sensitivity`.
-Outputs: `fit`.
+Or what the fit leaves open of the shape of the jar, as factors on what its fingerprint predicts.
+
+Settings: fit, fingerprint.counting_rule, fingerprint.interval; the mill.
+Inputs: `published`; `descriptors`, `cycles`, `sensitivity`, or `search` (fit_search.tsv).
+Outputs: `fit`; or `shape`.
 """
 
-import pandas as pd
-
+from millprint.config.fit import JarSearch
 from millprint.config.mill import MillConfig
-from millprint.run.files import read_table, write_table
+from millprint.run.files import read_table, write_json, write_table
 from millprint.run.job import job
 from millprint.thesis.curves.regimes import read_published
-from millprint.thesis.fit.jar_search import fit_table, parameter_rows, parameters_of
+from millprint.thesis.fit.jar_search import JAR_PARAMETERS, fit_table, parameter_rows, parameters_of
+from millprint.thesis.fit.open_shape import shape_factors
 from millprint.thesis.fit.published import computed_values, published_values, with_roles
 
 TEXT = ["mill", "contact", "varied"]
 
-
-def main(files, output_path: str, mill: MillConfig, contact: str, fitted: list[str], rule: str) -> pd.DataFrame:
-    """Write the table from the descriptors and revolutions of the sweeps, and from the table of the sensitivity."""
-    values = with_roles(published_values(read_published(*files.published), contact), fitted)
-    descriptors, cycles = (read_table(path, text=TEXT) for path in (files.descriptors, files.cycles))
-    values = computed_values(values, descriptors, cycles, mill.name, contact).assign(counting_rule=rule)
-    parameters = parameter_rows(parameters_of(mill.geometry), mill.geometry.end_radius_mm, rule)
-    write_table(fit_table(parameters, values, read_table(files.sensitivity)), output_path)
-    return values
-
-
 if "snakemake" in globals():
+    given, made, own = snakemake.input, snakemake.output, snakemake.params
+    mill, settings = MillConfig(**own.mill), JarSearch(**own.settings)
     with job(snakemake.log[0], "tabulate the fit") as logger:
-        table = main(
-            snakemake.input,
-            snakemake.output.fit,
-            MillConfig(**snakemake.params.mill),
-            snakemake.params.contact,
-            snakemake.params.fitted,
-            snakemake.params.counting_rule,
-        )
-        for role, part in table.groupby("role"):
-            logger.info("%s: largest error %.1f %% of %d values", role, part["error_percent"].abs().max(), len(part))
+        values, jar = published_values(read_published(*given.published), settings.contact), parameters_of(mill.geometry)
+        if made.get("shape"):
+            search = read_table(given.search, numeric=JAR_PARAMETERS, text=["counting_rule"])
+            printed = dict(zip(values["name"], values["published"], strict=True))
+            rule = {"counting_rule": own.counting_rule, "probability": own.probability}
+            factors = shape_factors(search, printed, settings, jar, mill=mill.name, **rule)
+            write_json(factors.model_dump(mode="json"), made.shape)
+        else:
+            tables = [read_table(path, text=TEXT) for path in (given.descriptors, given.cycles)]
+            values = computed_values(with_roles(values, settings.fitted), *tables, mill.name, settings.contact)
+            values = values.assign(counting_rule=own.counting_rule)
+            parameters = parameter_rows(jar, mill.geometry.end_radius_mm, own.counting_rule)
+            write_table(fit_table(parameters, values, read_table(given.sensitivity)), made.fit)
+            for role, part in values.groupby("role"):
+                worst = part["error_percent"].abs().max()
+                logger.info("%s: largest error %.1f %% of %d values", role, worst, len(part))

@@ -10,7 +10,7 @@ import datetime
 from millprint.config.checks import CONFIGURATION, load_workflow, stop_on_bad_input
 from millprint.config.errors import ConfigError
 from millprint.config.strict_yaml import read_yaml
-from millprint.thesis.validation.fixed import fix, settings_digest
+from millprint.validation.fixed import fix, settings_digest
 
 CONFIG = "config/config.yaml"
 

@@ -8,7 +8,7 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.load import check_model
 from millprint.config.strict_yaml import read_yaml
 from millprint.dem.few_balls import FewBalls
-from millprint.thesis.validation.impacts import Plate, Rebound, impact_duration, pair_modulus, partial_slip, sliding
+from millprint.validation.impacts import Plate, Rebound, impact_duration, pair_modulus, partial_slip, sliding
 from tests.workflow.conftest import ROOT
 
 RADIUS, SPEED, STEPS = 2.5e-3, 3.9, 4000

@@ -11,7 +11,7 @@ from millprint.config.sweep import Case, DemConfig
 from millprint.dem.layout import SNAPSHOT
 from millprint.dem.simulation import Simulation
 from millprint.mill.kernel_columns import span_of
-from millprint.thesis.validation.drums import fit_surface
+from millprint.validation.drums import fit_surface
 
 RADIUS, LENGTH, DIAMETER, FILL = 0.05, 0.03, 0.006, 0.3
 DRUM = MillConfig(

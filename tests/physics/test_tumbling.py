@@ -7,7 +7,7 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.simulation import Simulation
-from millprint.thesis.validation.tumbling_runs import critical_speed_rpm, simulate
+from millprint.validation.tumbling_runs import critical_speed_rpm, simulate
 
 CONTACT = ContactConfig(
     name="test", source="test", restitution=0.6, static_friction=0.3, wall_static_friction=0.5, rolling_friction=0.01,

@@ -17,7 +17,7 @@ from millprint.config.fingerprint import MatchConfig
 from millprint.config.load import check_model
 from millprint.config.mill import MillConfig
 from millprint.fingerprint.comparison import match_in_words
-from millprint.run.ending.success import endings
+from millprint.run.ending import endings
 from tests.conftest import ROOT
 from tests.unit import synthetic_mill
 

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import tabulate_convergence
+import study_settings
 from millprint.config.fingerprint import ConvergenceConfig
 from millprint.dem.convergence import DESCRIPTORS, SERIES, column_of, convergence_table
 from millprint.dem.step_choice import choose_step, in_words
@@ -184,7 +184,7 @@ def test_no_step_passes_where_the_finest_leaves_the_balance_open():
 def files(tmp_path):
     table = table_of(sweep((10.0, 5.0)))
     write_table(table, tmp_path / "timestep.tsv")
-    choice = tabulate_convergence.choose(tmp_path / "timestep.tsv", SETTINGS, taken(2e-6), tmp_path / "timestep.json")
+    choice = study_settings.choose(tmp_path / "timestep.tsv", SETTINGS, taken(2e-6), tmp_path / "timestep.json")
     assert choice["taken_steps_hold"] and "2e-06 s, holds" in in_words(choice)
     return tmp_path
 
@@ -197,7 +197,7 @@ def test_the_verdict_and_the_figure_come_from_the_written_table(files):
     choice = read_json(files / "timestep.json")
     assert choice["series"][0]["taken_step_s"] == 2e-6
     assert SETTINGS.model_dump(exclude={"study"}).items() <= choice["criteria"].items()
-    tabulate_convergence.draw_steps(files / "timestep.tsv", files / "timestep.json", *outputs(files, "timestep"))
+    study_settings.draw_steps(files / "timestep.tsv", files / "timestep.json", *outputs(files, "timestep"))
     assert (files / "timestep.svg").stat().st_size > 1000 and (files / "timestep.png").stat().st_size > 1000
 
 
@@ -224,7 +224,7 @@ def test_the_figure_of_the_modulus_has_a_tick_at_each_modulus(tmp_path):
     assert [label.get_text() for label in deviation.get_xticklabels()] == ["0.205", "2.05", "205"]
     assert all(axis.get_ylabel().endswith("]") for axis in (power, deviation, clock))
     write_table(table, tmp_path / "modulus.tsv")
-    tabulate_convergence.draw_moduli(tmp_path / "modulus.tsv", *outputs(tmp_path, "modulus"))
+    study_settings.draw_moduli(tmp_path / "modulus.tsv", *outputs(tmp_path, "modulus"))
     assert (tmp_path / "modulus.png").stat().st_size > 1000
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import predict_mill_wear
+import fit_wear
 from millprint.cli.commands import main as millprint
 from millprint.config.dose import ChargeConfig, WearConfig
 from millprint.config.errors import ConfigError
@@ -243,7 +243,8 @@ def test_the_mills_of_the_box_have_a_prediction_each(tmp_path, materials, close_
         summary["ledger_J"]["sliding"] *= factor
         write_json(summary, path[1])
     output = SimpleNamespace(**{name: tmp_path / f"wear.{name}" for name in ("svg", "png")}, table=tmp_path / "w.tsv")
-    predict_mill_wear.main(runs, str(tmp_path / "wear_coefficient.json"), str(MATERIALS), output, WearConfig())
+    inputs = SimpleNamespace(coefficient=str(tmp_path / "wear_coefficient.json"), materials=str(MATERIALS))
+    fit_wear.predict_mills(*zip(*runs, strict=True), inputs, output, WearConfig())
     table = pd.read_csv(output.table, sep="\t")
     assert len(table) == 2 * len(materials) * len(WearConfig().charges)
     one, half = (table[table["mill"] == mill]["iron_percent"].to_numpy() for mill in ("emax", "other"))

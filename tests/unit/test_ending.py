@@ -9,11 +9,17 @@ import pytest
 from snakemake_interface_logger_plugins.common import LogEvent
 
 from millprint.cli.commands import COMMANDS
-from millprint.run.ending import lines
-from millprint.run.ending.failure import advice, failure_lines, failures_of
-from millprint.run.ending.lines import OneLineAJob
-from millprint.run.ending.success import endings, given_run, success_lines
-from millprint.run.ending.timers import stop_timers
+from millprint.run import ending
+from millprint.run.ending import (
+    OneLineAJob,
+    advice,
+    endings,
+    failure_lines,
+    failures_of,
+    given_run,
+    stop_timers,
+    success_lines,
+)
 from millprint.run.plan import Job
 from tests.conftest import ROOT
 
@@ -172,7 +178,7 @@ def job_record(jobid: int, message: str) -> logging.LogRecord:
 
 def test_a_job_is_one_line_and_the_time_to_go_follows_from_those_that_ended(monkeypatch):
     now = iter([0.0, 20.0])
-    monkeypatch.setattr(lines.time, "monotonic", lambda: next(now))
+    monkeypatch.setattr(ending.time, "monotonic", lambda: next(now))
     quiet = OneLineAJob(lambda: [Job("run_dem_case", 1, ("a",), {"processor_s": 8})] * 4, lambda: False)
     started = job_record(1, "Simulating a")
     assert quiet.filter(started) and started.event is None and started.msg == "Simulating a"

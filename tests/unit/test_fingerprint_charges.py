@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from match_mills import request_of
+from compare_mills import request_of
 from millprint.cli.commands import main as millprint
 from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError

@@ -13,23 +13,28 @@ from millprint.run.extras import EXTRAS
 # Each script is imported in a process of its own.
 pytestmark = pytest.mark.slow
 ROOT = Path(__file__).parents[2]
+CHECK = "millprint.checks.before_running"
 # Libraries that each script must not import, not even through another one.
 NEEDLESS = {
-    "check_input": ["matplotlib", "scipy.optimize", "scipy.stats", "sklearn", "statsmodels", "torch", "trimesh"],
+    "millprint.checks.before_running": [
+        "matplotlib",
+        "scipy.optimize",
+        "scipy.stats",
+        "sklearn",
+        "statsmodels",
+        "torch",
+        "trimesh",
+    ],
     "run_dem_case": ["matplotlib", "scipy.spatial", "sklearn", "statsmodels", "torch", "trimesh"],
     "tabulate_spectra": ["matplotlib", "numba", "scipy", "sklearn", "torch", "trimesh"],
     "plot_fingerprint": ["numba", "sklearn", "torch", "trimesh"],
     "split_screening": ["matplotlib", "numba", "scipy.stats", "sklearn", "statsmodels", "torch", "trimesh"],
     "draw_mill": ["sklearn", "statsmodels", "torch"],
-    "draw_fingerprint": ["sklearn", "statsmodels", "torch"],
     "write_pages": ["numba", "scipy.stats", "sklearn", "statsmodels", "torch", "trimesh"],
     "draw_claims": ["numba", "scipy.stats", "sklearn", "statsmodels", "torch", "trimesh"],
-    "add_uncertainty_to_chapters": ["matplotlib", "numba", "scipy.stats", "sklearn", "statsmodels", "torch", "trimesh"],
     "predict_setup": ["matplotlib", "scipy.interpolate", "scipy.optimize", "scipy.stats", "sklearn", "trimesh"],
     "fit_wear": ["numba", "scipy.stats", "sklearn", "torch", "trimesh"],
     "tabulate_fit": ["matplotlib", "scipy.optimize", "scipy.stats", "sklearn", "torch", "trimesh"],
-    "tabulate_ablations": ["scipy.stats", "sklearn", "torch"],
-    "tabulate_convergence": ["numba", "scipy.stats", "sklearn", "torch", "trimesh"],
     "study_settings": ["numba", "scipy.stats", "sklearn", "torch", "trimesh"],
     "plot_surrogates": ["scipy.stats", "sklearn", "statsmodels", "trimesh"],
 }
@@ -73,7 +78,7 @@ def test_a_script_does_not_import_what_it_does_not_use(imported, script):
 
 
 # Rules that only the thesis has; what other mills need is installed without its packages.
-THESIS_RULES = {"calibration", "claims", "doe", "fingerprint", "fit", "partition", "report", "surrogate", "yields"}
+THESIS_RULES = {"calibration", "chapters", "doe", "fingerprint", "partition", "surrogate", "yields"}
 IMPORT_ALL = """
 import importlib, sys
 extras, scripts = (words.split() for words in sys.argv[1:])
@@ -90,10 +95,10 @@ for script in scripts:
 def test_a_mill_needs_no_package_of_an_extra():
     rules = [path for path in (ROOT / "workflow/rules").glob("*.smk") if path.stem not in THESIS_RULES]
     scripts = {name for path in rules for name in re.findall(r"scripts/(\w+)\.py", path.read_text())}
-    assert {"run_dem_case", "describe_mill", "write_card", "check_input"} <= {*scripts, "check_input"}
+    assert {"run_dem_case", "describe_mill", "write_card"} <= scripts
     packages = [*EXTRAS["thesis"], *EXTRAS["surrogate"]]
     done = subprocess.run(
-        [sys.executable, "-c", IMPORT_ALL, " ".join(packages), " ".join({*scripts, "check_input"})],
+        [sys.executable, "-c", IMPORT_ALL, " ".join(packages), " ".join([*scripts, CHECK])],
         cwd=ROOT / "scripts",
         env={**os.environ, "PYTHONPATH": str(ROOT / "src")},
         capture_output=True,

@@ -14,10 +14,9 @@ from millprint.config.sweep import Case, DemConfig
 from millprint.config.uncertainty import UncertaintyConfig
 from millprint.dem.resources import LIKELY_BALL_STEP_S, LIKELY_START_S, resources_of
 from millprint.run import plan
-from millprint.run.plan import JOB_START_S, LONG_S, OTHER_S, Job, plan_text, run_time
-from millprint.run.room import check_disk
-from millprint.thesis.validation.tumbling_runs import design
+from millprint.run.plan import JOB_START_S, LONG_S, OTHER_S, Job, check_disk, plan_text, run_time
 from millprint.uncertainty.varied import samples_of_job
+from millprint.validation.tumbling_runs import design
 from tests.conftest import ROOT
 
 DEM = DemConfig(time_step_s=1e-6, settle_s=0.25, discard_s=0.25, window_s=0.5)

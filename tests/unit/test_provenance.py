@@ -12,10 +12,9 @@ from urllib.parse import quote
 import pytest
 
 from millprint.config.errors import ConfigError
-from millprint.provenance.check import ADDITIONAL, CHANGED, MISSING, check_folder
 from millprint.provenance.crate import author, licence
 from millprint.provenance.crate_files import check_finished, targets_of
-from millprint.provenance.inside import places
+from millprint.provenance.inside import ADDITIONAL, CHANGED, MISSING, check_folder, places
 from millprint.provenance.lineage import Job, read_jobs, trace
 from millprint.run.output_digests import write_record
 from tests.unit.made_run import BEGIN, CONFIG, END, JOBS, MILL, RUN, TARGETS, describe_run, keep_record, make_run, write

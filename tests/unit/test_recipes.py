@@ -176,7 +176,7 @@ else:
 """
 HIT_LAW = """
 from millprint.dem.few_balls import FewBalls
-from millprint.thesis.validation.impacts import _plate
+from millprint.validation.impacts import _plate
 
 vessel, walls = _plate(5e-3)
 low = vessel.bounds[0][2]

@@ -7,10 +7,9 @@ from pathlib import Path
 import pytest
 import yaml
 from jsonschema import Draft202012Validator
-from tools.write_reference import PAGES
+from tools.write_reference import MODELS, PAGES, meaning_of, parts, reference_text, schema_text
 
-from millprint.config.document import MODELS, meaning_of, nested_models, schema_text, sections
-from millprint.config.reference import parts, reference_text
+from millprint.config.document import nested_models, sections
 from tests.conftest import configuration
 
 ROOT = Path(__file__).parents[2]

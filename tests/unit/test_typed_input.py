@@ -5,11 +5,11 @@ import trimesh
 
 from millprint.checks.before_running import sign_warnings
 from millprint.cli.new_mill import completed, questions, read_template
+from millprint.config.checks import check_given_once
 from millprint.config.errors import ConfigError
 from millprint.config.included import load_mill
 from millprint.config.load import check_model, file_of_key, load_named
 from millprint.config.mill import MillConfig
-from millprint.config.options import check_given_once
 from millprint.config.strict_yaml import parse_yaml
 from millprint.config.wording import list_words
 from millprint.config.workflow import WorkflowConfig

@@ -15,10 +15,10 @@ from millprint.config.load import check_model
 from millprint.config.setup_models import QUICK, SETTINGS, SetupConfig
 from millprint.config.sweep import DemConfig
 from millprint.config.workflow import WorkflowConfig
+from millprint.figures.validation_figures import plot_setup
 from millprint.run.files import write_table
-from millprint.thesis.figures.validation_figures import plot_setup
-from millprint.thesis.validation.fixed import Fixed, fix, fixed_table, read_fixed, settings_digest, status_of
-from millprint.thesis.validation.measured import (
+from millprint.validation.fixed import Fixed, fix, fixed_table, read_fixed, settings_digest, status_of
+from millprint.validation.measured import (
     CONTACT,
     PREDICTION_COLUMNS,
     SCATTER,
@@ -30,9 +30,9 @@ from millprint.thesis.validation.measured import (
     prediction,
     read_measurements,
 )
-from millprint.thesis.validation.setups import SETUPS, assumption_table, predict, setup_named
-from millprint.thesis.validation.tumbling_runs import design, measured_speeds
-from millprint.thesis.validation.verdicts import NOT_EXPLAINED, count_verdicts, give_verdicts, tabulate_coverage
+from millprint.validation.setups import SETUPS, assumption_table, predict, setup_named
+from millprint.validation.tumbling_runs import design, measured_speeds
+from millprint.validation.verdicts import NOT_EXPLAINED, count_verdicts, give_verdicts, tabulate_coverage
 from tests.physics.test_impacts import ALUMINA, contact_set
 from tests.workflow.conftest import ROOT
 

@@ -14,8 +14,8 @@ from millprint.config.setup_models import BeadDrumConfig, ReposeDrumConfig, setu
 from millprint.config.strict_yaml import read_yaml
 from millprint.config.sweep import DemConfig
 from millprint.run.hdf5 import whole_hdf5
-from millprint.thesis.validation import drums
-from millprint.thesis.validation.measured import DEM, PLACE_COLUMNS, Inputs, check_predictions
+from millprint.validation import drums
+from millprint.validation.measured import DEM, PLACE_COLUMNS, Inputs, check_predictions
 from tests.unit.test_validation_flowing_bed import RATE, ZERO, bed
 
 SHOTS, BALLS = 8, 6000
@@ -113,7 +113,7 @@ def test_the_picture_shows_the_middle_of_the_last_snapshot(tmp_path):
 
 
 def test_the_figure_of_a_bed_has_a_circle_for_each_ball(close_figures):
-    from millprint.thesis.figures.validation_figures import plot_bed
+    from millprint.figures.validation_figures import plot_bed
 
     balls = pd.DataFrame({"x_m": [0.0, 0.01], "z_m": [-0.1, -0.1], "speed_m_s": [0.1, 0.2]})
     figure = plot_bed(balls, 0.12, 0.003, "a drum")

@@ -7,7 +7,7 @@ import pytest
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.setup_models import BeadDrumConfig, ReposeDrumConfig
-from millprint.thesis.validation.drums import (
+from millprint.validation.drums import (
     Motion,
     Surface,
     block_uncertainty,

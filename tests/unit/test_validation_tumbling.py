@@ -11,9 +11,9 @@ from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.mill import MillConfig
 from millprint.config.setup_models import BondMillConfig, SliceMillConfig
 from millprint.config.sweep import DemConfig
-from millprint.thesis.validation import tumbling_runs
-from millprint.thesis.validation.measured import CONTACT, DEM, SCATTER, Inputs, check_predictions, read_other_codes
-from millprint.thesis.validation.tumbling import (
+from millprint.validation import tumbling_runs
+from millprint.validation.measured import CONTACT, DEM, SCATTER, Inputs, check_predictions, read_other_codes
+from millprint.validation.tumbling import (
     ANGLES,
     POWER_W,
     Mill,
@@ -29,7 +29,7 @@ from millprint.thesis.validation.tumbling import (
     predict_tumbling,
     without_jump,
 )
-from millprint.thesis.validation.tumbling_runs import (
+from millprint.validation.tumbling_runs import (
     CONTACT_KEYS,
     carried,
     case_of,

@@ -14,7 +14,6 @@ import hold_out_yields
 import leave_groups_out
 import plot_yields
 import predict_yields
-import search_retrospectively
 import split_screening
 import train_averaged_models
 import train_yield_model
@@ -173,7 +172,7 @@ def follow_up(folder: Path, parts: list[str], config) -> None:
         summary=folder / "retrospective_summary.tsv",
         learning=folder / "retrospective_learning.tsv",
     )
-    search_retrospectively.main(parts, searched, config.retrospective, config.averaging, config.evaluation.level)
+    try_alternatives.search(parts, searched, config.retrospective, config.averaging, config.evaluation.level)
     trust(folder, parts, config)
 
 

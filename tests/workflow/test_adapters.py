@@ -43,8 +43,7 @@ def test_every_adapter_says_its_settings_inputs_and_outputs(rules):
 
 def test_every_script_of_scripts_is_that_of_a_rule(rules):
     used = {Path(rule.script).name for rule in rules.values()}
-    # The start of a run calls it, before any job.
-    assert {path.name for path in (ROOT / "scripts").glob("*.py")} == used | {"check_input.py"}
+    assert {path.name for path in (ROOT / "scripts").glob("*.py")} == used
 
 
 @pytest.mark.parametrize(

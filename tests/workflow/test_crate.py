@@ -8,7 +8,7 @@ from urllib.parse import unquote
 
 import pytest
 
-from millprint.provenance.check import check_folder
+from millprint.provenance.inside import check_folder
 from tests.crates import faults_of
 from tests.workflow.conftest import run_snakemake
 
@@ -57,7 +57,7 @@ def test_every_result_and_every_table_of_the_configuration_is_in_it(smoke_projec
     assert {"crate/config/data/screening.tsv", "crate/config/contacts/steel.yaml"} <= read
     assert crate["#parameter/data.screening"]["workExample"]["@id"] == "crate/config/data/screening.tsv"
     rules = {entity["@id"] for entity in crate["crate/workflow/Snakefile"]["hasPart"]}
-    assert {"crate/workflow/rules/dem.smk", "crate/workflow/rules/report.smk"} <= rules
+    assert {"crate/workflow/rules/dem.smk", "crate/workflow/rules/chapters.smk"} <= rules
     assert crate["#run"]["startTime"] < crate["#run"]["endTime"]
 
 

@@ -16,7 +16,7 @@ MADE_BEFORE = (
     "results/mills/mixer/fingerprint.json",
 )
 # What the configuration can add to a whole run.
-ADDED = ("--config", "fit={in_all: true}", "surrogate={ablations_in_all: true}", "mills={explored: [planetary]}")
+ADDED = ("--config", "fit={in_all: true}", "surrogate={ablations_in_all: true}")
 
 
 def asked(folder, *arguments: str) -> str:
@@ -56,7 +56,6 @@ def test_what_lies_on_the_disk_changes_no_plan_and_no_message_lists_files(projec
     assert jobs_of(asked(project, "-n", *TARGETS)) == jobs_of(plan)
 
 
-def test_the_configuration_adds_the_search_the_ablations_and_further_mills_to_the_whole():
+def test_the_configuration_adds_the_search_and_the_ablations_to_the_whole():
     jobs = jobs_of(asked(ROOT, "-n", "--forceall", *ADDED))
     assert jobs["fit_jar"] == jobs["measure_shape"] == jobs["tabulate_ablations"] == 1
-    assert jobs["describe_mill"] == 2

@@ -51,7 +51,7 @@ rule tabulate_convergence:
     message:
         "Tabulating and drawing descriptors against time step and Young's modulus (Fig. 3.4)"
     script:
-        "../../scripts/tabulate_convergence.py"
+        "../../scripts/study_settings.py"
 
 
 CONVERGENCE_OUTPUTS = [*ONE_STEP, *rules.tabulate_convergence.output]

@@ -59,7 +59,7 @@ rule match_cards:
     message:
         "Matching {CONFIG.cards.match} to the milling cards"
     script:
-        "../../scripts/match_cards.py"
+        "../../scripts/compare_mills.py"
 
 
 CARD_OUTPUTS = expand([*rules.write_card.output], card=CARD_EXPERIMENTS)

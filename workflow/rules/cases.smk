@@ -1,6 +1,7 @@
 """Every simulation of this run: the sweeps of the configuration, of each mill and each set-up, and the large mill."""
 
 import math
+import re
 
 from millprint.card.experiment_cases import cases_of
 from millprint.config.checks import card_experiments
@@ -9,7 +10,6 @@ from millprint.config.setup_models import SETTINGS, setup_cases
 from millprint.dem.resources import resources_of
 from millprint.fingerprint.cases import described_cases, enlarged, held_out_cases, large_case, mapped_cases, mill_cases
 from millprint.fingerprint.study_cases import study_variants
-from millprint.run.name_regex import any_of
 from millprint.uncertainty.varied import samples_of_job
 
 MILL = f"{RESULTS}/mills/{{mill}}"
@@ -33,6 +33,11 @@ if CONFIG.mills.scale_up is not None:
     MILLS[LARGE.name] = LARGE
     LARGE_CASE = large_case(SMALL, LARGE, LARGE_FACTOR, CONFIG.mills)
     SCALE_UP_CASES[LARGE_CASE.path] = LARGE_CASE
+
+
+def any_of(names) -> str:
+    """A wildcard's pattern that matches only these names; without names it matches nothing."""
+    return "|".join(map(re.escape, names)) or "(?!)"
 
 
 def none_of(names) -> str:

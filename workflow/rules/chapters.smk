@@ -1,4 +1,6 @@
-"""The thesis: a target for each chapter, the list of all their files, and the report."""
+"""The thesis: a target for each chapter, the list of all their files, and the pages of the report."""
+
+from millprint.run.outputs import listed_tables
 
 
 include: "doe.smk"
@@ -29,9 +31,6 @@ STAGE_OUTPUTS = [
     *(BOX_OUTPUTS if CONFIG.mills.first_case_only else []),
     *(VALIDATION_OUTPUTS if CONFIG.validation.in_all else []),
 ]
-
-
-include: "report.smk"
 
 
 rule chapter2:
@@ -81,3 +80,116 @@ rule chapter6:
     localrule: True
     message:
         "Chapter 6 is complete"
+
+
+STAGE_FILES = {str(output) for output in STAGE_OUTPUTS}
+# By chapter, without tables that this run does not make, such as that of the time step if no sweep varies it.
+SHOWN_TABLES = {
+    chapter: paths
+    for chapter, tables in listed_tables().items()
+    # The page of the validation has a rule of its own, since a run without chapters can make it too.
+    if chapter.isdigit()
+    and (paths := [path for listed in tables if (path := f"{RESULTS}/{listed.path}") in STAGE_FILES])
+}
+
+
+rule draw_claims:
+    input:
+        stages=STAGE_OUTPUTS,
+        claims=CONFIG.data.claims,
+        summaries=rules.fit_master_curves.input.summaries,
+        of_modulus=summaries_over("young_moduli_gpa"),
+    output:
+        intervals=f"{RESULTS}/report/intervals.tsv",
+    log:
+        f"{LOGS}/report/draw_claims.log",
+    benchmark:
+        f"{BENCHMARKS}/draw_claims/draw_claims.tsv"
+    params:
+        results=lambda wildcards, output: str(Path(output.intervals).parents[1]),
+        settings=settings("claims"),
+        trainings=TRAININGS,
+        tables={
+            "mill": CONFIG.mill,
+            "contacts": CONFIG.contacts,
+            "counting_rule": CONFIG.fingerprint.counting_rule,
+            "further_rules": CONFIG.convergence.counting_rules,
+        },
+    message:
+        "Drawing simulations again, for the intervals of the claims"
+    script:
+        "../../scripts/draw_claims.py"
+
+
+rule write_pages:
+    input:
+        stages=STAGE_OUTPUTS,
+        claims=CONFIG.data.claims,
+        intervals=rules.draw_claims.output.intervals,
+        verdicts=CONFIG.data.verdicts,
+        conclusions=CONFIG.data.conclusions,
+        tables=[path for paths in SHOWN_TABLES.values() for path in paths],
+    output:
+        summary=shown(f"{RESULTS}/report/summary.html"),
+        page=shown(f"{RESULTS}/report/claims.html"),
+        svg=shown(f"{RESULTS}/report/claims_by_chapter.svg"),
+        claims=f"{RESULTS}/report/claims.tsv",
+        conclusions=f"{RESULTS}/report/conclusions.tsv",
+        # What the first page of report.html includes.
+        front=f"{RESULTS}/report/conclusions.rst",
+        counts=f"{RESULTS}/report/claims_by_chapter.tsv",
+        natures=f"{RESULTS}/report/claims_by_nature.tsv",
+        errata=f"{RESULTS}/report/errata.tsv",
+        elsewhere=f"{RESULTS}/report/verdicts_elsewhere.tsv",
+        png=f"{RESULTS}/report/claims_by_chapter.png",
+        pages=[shown(f"{RESULTS}/report/tables_{chapter}.html") for chapter in SHOWN_TABLES],
+        html=shown(f"{RESULTS}/report/runtimes.html"),
+        runtimes=f"{RESULTS}/report/runtimes.tsv",
+    log:
+        f"{LOGS}/report/write_pages.log",
+    localrule: True
+    params:
+        name=CONFIG.name,
+        results=lambda wildcards, output: str(Path(output.claims).parents[1]),
+        chapters=list(SHOWN_TABLES),
+        benchmarks=BENCHMARKS,
+        logs=LOGS,
+    message:
+        "Comparing every claim of the thesis with the computed value; writing the tables and run times as pages"
+    script:
+        "../../scripts/write_pages.py"
+
+
+rule build_explorer:
+    input:
+        own_fingerprints=[predicting_chapter(contact) for contact in CONFIG.contacts],
+        yield_model=f"{RESULTS}/yield/models/averaged_gpr_final.json",
+        own_spectra=rules.tabulate_spectra.output.spectra,
+        own_summaries=rules.tabulate_spectra.output.summary,
+        own_temperatures=rules.balance_heat.output.temperatures.format(mill=CONFIG.mill),
+        own_limits=rules.balance_heat.output.limits.format(mill=CONFIG.mill),
+        sources=MILLS[CONFIG.mill].source_files,
+    output:
+        html=shown(f"{RESULTS}/report/explorer.html"),
+    log:
+        f"{LOGS}/report/build_explorer.log",
+    localrule: True
+    params:
+        about=EXPLORED_WITH,
+        chapters={
+            "rule": CONFIG.fingerprint.counting_rule,
+            "mill": dumped(MILLS[CONFIG.mill]),
+            "request": CONFIG.fingerprint.inverse.model_dump(mode="json"),
+            "prediction": CONFIG.yields.prediction.model_dump(mode="json"),
+            "level": CONFIG.yields.interval_level,
+        },
+    message:
+        "Building the explorer, a page that needs no server"
+    script:
+        "../../scripts/build_explorer.py"
+
+
+REPORT_PAGES = [
+    *rules.write_pages.output,
+    rules.build_explorer.output.html,
+]

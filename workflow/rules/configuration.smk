@@ -1,7 +1,6 @@
 """Shared by all rules: the validated configuration, the results folder, and digests of the code."""
 
-from millprint.config.checks import CONFIGURATION
-from millprint.config.options import check_given_once
+from millprint.config.checks import CONFIGURATION, check_given_once
 from millprint.config.sweep import expand_sweep
 from millprint.fingerprint.cases import has_chapters
 from millprint.run.outputs import captioned

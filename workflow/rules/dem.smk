@@ -65,7 +65,7 @@ rule export_run:
     message:
         "Writing {wildcards.mill}/{wildcards.contact}/{wildcards.case} for ParaView"
     script:
-        "../../scripts/export_run.py"
+        "../../scripts/view_run.py"
 
 
 rule animate_run:
@@ -84,7 +84,7 @@ rule animate_run:
     message:
         "Animating {wildcards.mill}/{wildcards.contact}/{wildcards.case}"
     script:
-        "../../scripts/animate_run.py"
+        "../../scripts/view_run.py"
 
 
 VIEW_OUTPUTS = [f"{RESULTS}/dem/{path}/mill.{kind}" for path in cases_of_sweep("movie") for kind in ("gif", "png")]

@@ -41,3 +41,13 @@ rule heat:
     localrule: True
     message:
         "The heat balances are complete"
+
+
+# The spectra of the mill are written by the jobs of its fingerprint.
+rule dose:
+    """Energy spectra; for the thesis also dose, kinetics and wear."""
+    input:
+        lambda wildcards: DOSE_OUTPUTS if CHAPTERS else [path for path in FINGERPRINTED if path.startswith(f"{DOSE}/")],
+    localrule: True
+    message:
+        "Energy spectra and dose are complete"

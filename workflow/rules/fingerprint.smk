@@ -112,7 +112,6 @@ FINGERPRINT_OUTPUTS = [
 ]
 
 
-FIT = f"{RESULTS}/fingerprint"
 FIT_MILL = fitted_mill(CONFIG, MILLS)
 FIT_OUTPUTS = []
 
@@ -121,6 +120,7 @@ if FIT_MILL:
         "mill": dumped(FIT_MILL),
         "contact": CONTACTS[CONFIG.fit.search.contact].model_dump(mode="json"),
         "dem": settings("dem"),
+        "settings": CONFIG.fit.search.model_dump(mode="json"),
     }
 
     rule fit_jar:
@@ -128,15 +128,14 @@ if FIT_MILL:
             kernels=ancient(f"{RESULTS}/dem/kernels.json"),
             published=PUBLISHED,
         output:
-            search=f"{FIT}/fit_search.tsv",
-            geometry=f"{FIT}/fit_geometry.yaml",
+            search=f"{FINGERPRINT}/fit_search.tsv",
+            geometry=f"{FINGERPRINT}/fit_geometry.yaml",
         log:
             f"{LOGS}/fingerprint/fit_jar.log",
         benchmark:
             f"{BENCHMARKS}/fit_jar/fit_jar.tsv"
         params:
             **SIMULATED_JAR,
-            settings=CONFIG.fit.search.model_dump(mode="json"),
         message:
             "Searching the jar that agrees best with the published values chosen for the fit"
         script:
@@ -147,18 +146,17 @@ if FIT_MILL:
             kernels=ancient(f"{RESULTS}/dem/kernels.json"),
             published=PUBLISHED,
         output:
-            sensitivity=f"{FIT}/fit_sensitivity.tsv",
+            sensitivity=f"{FINGERPRINT}/fit_sensitivity.tsv",
         log:
             f"{LOGS}/fingerprint/measure_fit_sensitivity.log",
         benchmark:
             f"{BENCHMARKS}/measure_fit_sensitivity/measure_fit_sensitivity.tsv"
         params:
             **SIMULATED_JAR,
-            settings=CONFIG.fit.search.model_dump(mode="json"),
         message:
             "Measuring the effect of one step of each parameter of the jar"
         script:
-            "../../scripts/measure_fit_sensitivity.py"
+            "../../scripts/fit_jar.py"
 
     rule tabulate_fit:
         input:
@@ -167,14 +165,13 @@ if FIT_MILL:
             published=PUBLISHED,
             sensitivity=rules.measure_fit_sensitivity.output.sensitivity,
         output:
-            fit=f"{FIT}/fit.tsv",
+            fit=f"{FINGERPRINT}/fit.tsv",
         log:
             f"{LOGS}/fingerprint/tabulate_fit.log",
         localrule: True
         params:
             mill=SIMULATED_JAR["mill"],
-            contact=CONFIG.fit.search.contact,
-            fitted=CONFIG.fit.search.fitted,
+            settings=SIMULATED_JAR["settings"],
             counting_rule=CONFIG.fingerprint.counting_rule,
         message:
             "Tabulating the fitted and the held-back values"
@@ -192,12 +189,13 @@ if FIT_MILL:
         localrule: True
         params:
             mill=SIMULATED_JAR["mill"],
-            settings=CONFIG.fit.search.model_dump(mode="json"),
-            about={"counting_rule": CONFIG.fingerprint.counting_rule, "probability": CONFIG.fingerprint.interval},
+            settings=SIMULATED_JAR["settings"],
+            counting_rule=CONFIG.fingerprint.counting_rule,
+            probability=CONFIG.fingerprint.interval,
         message:
             "Calculating what the fit leaves open of the shape of the jar"
         script:
-            "../../scripts/measure_shape.py"
+            "../../scripts/tabulate_fit.py"
 
     rule fit:
         """The shape of a jar by a fit to published powers."""
@@ -241,7 +239,7 @@ rule add_uncertainty_to_chapters:
     message:
         "Adding the intervals by contact parameters to the curves of chapter 3 and to printed values"
     script:
-        "../../scripts/add_uncertainty_to_chapters.py"
+        "../../scripts/draw_claims.py"
 
 
 UNCERTAINTY_THESIS_OUTPUTS = (

@@ -209,12 +209,7 @@ def declared(job) -> dict[str, float]:
 def jobs_to_run() -> list[Job]:
     """The jobs that are going to run, as a plan counts them."""
     return [
-        Job(
-            job.rule.name,
-            job.threads,
-            tuple(map(str, job.output)),
-            declared(job),
-        )
+        Job(job.rule.name, job.threads, tuple(map(str, job.output)), declared(job))
         for job in workflow.dag.needrun_jobs()
         if job.output
     ]

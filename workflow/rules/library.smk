@@ -39,14 +39,10 @@ except ModuleNotFoundError as error:
 
 from millprint.config.sources import Sources
 from millprint.config.strict_yaml import read_yaml
-from millprint.run.ending.failure import failure_lines
-from millprint.run.ending.lines import OneLineAJob
-from millprint.run.ending.success import given_run, success_lines
-from millprint.run.ending.timers import stop_timers
+from millprint.run.ending import OneLineAJob, failure_lines, given_run, stop_timers, success_lines
 from millprint.config.errors import ConfigError
 from millprint.checks.check_once import check_once
-from millprint.run.plan import Job
-from millprint.run.room import check_disk
+from millprint.run.plan import Job, check_disk
 from millprint.run.machine import prepare_environment
 from millprint.run.output_digests import report_damaged
 

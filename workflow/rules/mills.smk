@@ -1,6 +1,7 @@
-"""Any mill: picture, fingerprint from its own sweep, collapse of the box, match, large mill, explorer."""
+"""Any mill: picture, fingerprint from its own sweep, collapse of the box, match, large mill, explorer, convergence."""
 
 SCALE_UP = f"{RESULTS}/scale_up"
+STUDY = f"{RESULTS}/convergence/{{mill}}"
 
 
 # For a mill without a sweep. The conditions follow from its walls; calculating them needs libraries, so it is a job.
@@ -125,7 +126,7 @@ rule draw_fingerprint:
     message:
         "Drawing the fingerprint of mill {wildcards.mill} on one page, and its energy spectra"
     script:
-        "../../scripts/draw_fingerprint.py"
+        "../../scripts/draw_mill.py"
 
 
 rule collect_mills:
@@ -145,7 +146,7 @@ rule collect_mills:
     message:
         "Comparing how well the curves of {BOX} collapse, and counting how often their bands hold new simulations"
     script:
-        "../../scripts/collect_mills.py"
+        "../../scripts/compare_mills.py"
 
 
 rule coverage:
@@ -201,7 +202,7 @@ if CONFIG.mills.match is not None:
             mill=predicting(CONFIG.mills.match.mill),
             like=predicting(CONFIG.mills.match.like_mill),
         output:
-            f"{RESULTS}/mills/match.tsv",
+            match=f"{RESULTS}/mills/match.tsv",
         log:
             f"{LOGS}/mills/match.log",
         localrule: True
@@ -211,7 +212,7 @@ if CONFIG.mills.match is not None:
         message:
             "Matching {CONFIG.mills.match.mill} to {CONFIG.mills.match.like_mill}"
         script:
-            "../../scripts/match_mills.py"
+            "../../scripts/compare_mills.py"
 
     rule match:
         """The settings of mills.match.mill that come nearest to a condition of another mill."""
@@ -310,3 +311,38 @@ rule explorer:
     localrule: True
     message:
         "The explorer is complete"
+
+
+rule study_settings:
+    input:
+        summaries=lambda wildcards: study_summaries(wildcards.mill),
+    output:
+        table=f"{STUDY}/study.tsv",
+        window=f"{STUDY}/window.tsv",
+        verdict=f"{STUDY}/verdict.json",
+        line=f"{STUDY}/verdict.txt",
+        svg=shown(f"{STUDY}/study.svg"),
+        png=f"{STUDY}/study.png",
+    log:
+        f"{LOGS}/convergence/{{mill}}_study.log",
+    localrule: True
+    params:
+        folder=f"{RESULTS}/dem",
+        variants=lambda wildcards: study_plan(wildcards.mill),
+        sweep_seeds=lambda wildcards: len(sweep_of_mill(wildcards.mill).sweep.seeds),
+        counting_rule=CONFIG.mills.rule,
+        study=CONFIG.convergence.study.model_dump(mode="json"),
+    message:
+        "Comparing time step, stiffness, facets, window and seeds of mill {wildcards.mill}"
+    script:
+        "../../scripts/study_settings.py"
+
+
+rule convergence:
+    """Whether time step, stiffness, window and number of seeds are good enough."""
+    input:
+        lambda wildcards: CONVERGENCE_OUTPUTS if CHAPTERS else [],
+        expand(rules.study_settings.output, mill=CONFIG.mill),
+    localrule: True
+    message:
+        "The study of the settings is complete"

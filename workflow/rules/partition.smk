@@ -128,7 +128,7 @@ rule predict_mill_wear:
     message:
         "Predicting the wear of the balls in {BOX}"
     script:
-        "../../scripts/predict_mill_wear.py"
+        "../../scripts/fit_wear.py"
 
 
 # A target of its own: the coefficient of wear comes from the simulations of the thesis, which `mills` does not start.

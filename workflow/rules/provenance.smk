@@ -79,7 +79,7 @@ rule write_crate:
     message:
         "Describing the run, its inputs and all of its files in an RO-Crate"
     script:
-        "../../scripts/write_crate.py"
+        "../../scripts/record_run.py"
 
 
 rule crate:

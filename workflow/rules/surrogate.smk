@@ -136,7 +136,7 @@ rule check_measures:
     message:
         "Checking the measures with roll-outs that are known to be right or wrong, and with those in which nothing is learned"
     script:
-        "../../scripts/check_measures.py"
+        "../../scripts/evaluate_surrogate.py"
 
 
 rule time_surrogates:
@@ -166,7 +166,7 @@ rule time_surrogates:
     message:
         "Timing the surrogates and the simulation"
     script:
-        "../../scripts/time_surrogates.py"
+        "../../scripts/roll_out_surrogate.py"
 
 
 VARIANT_FIGURES = ("loss", "error_growth", "dissipation", "distributions")
@@ -267,7 +267,7 @@ SURROGATE_OUTPUTS = [
 
 rule tabulate_ablations:
     input:
-        metrics=[path for variant in CONFIG.surrogate.ablations for path in measured_trainings(variant)],
+        measured=[path for variant in CONFIG.surrogate.ablations for path in measured_trainings(variant)],
         histories=[
             f"{SURROGATE}/{CONFIG.surrogate.weights_of(variant)}/loss.tsv" for variant in CONFIG.surrogate.ablations
         ],
@@ -289,7 +289,7 @@ rule tabulate_ablations:
     message:
         "Tabulating every ablation next to the statement of the thesis, and drawing them"
     script:
-        "../../scripts/tabulate_ablations.py"
+        "../../scripts/plot_surrogates.py"
 
 
 ABLATION_OUTPUTS = [*rules.tabulate_ablations.output]

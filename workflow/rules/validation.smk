@@ -6,7 +6,7 @@ VALIDATION = f"{RESULTS}/validation"
 
 # A dry run refuses a table of one's own as the run does; the included one is checked before the first job.
 if CONFIG.validation.is_own and workflow.is_main_process and find_spec("pandas"):
-    from millprint.thesis.validation.measured import check_measured
+    from millprint.validation.measured import check_measured
 
     with stop_on_bad_input():
         check_measured(CONFIG.validation.measured, SETTINGS)
@@ -35,7 +35,7 @@ rule simulate_tumbling:
     message:
         "Simulating tumbling mill {wildcards.setup} at every speed"
     script:
-        "../../scripts/simulate_tumbling.py"
+        "../../scripts/predict_setup.py"
 
 
 # Set-ups whose flowing bed is drawn.

@@ -125,18 +125,8 @@ rule train_averaged_models:
 
 
 YIELD_TABLES = [
-    "locked",
-    "scores_by_scheme",
-    "coverage",
-    "predictions",
-    "out_of_domain",
-    "time_variance",
-    "scores",
-    "pit",
-    "differences",
-    "shap",
-    "shap_ranking",
-    "choices",
+    *("locked", "scores_by_scheme", "coverage", "predictions", "out_of_domain", "time_variance"),
+    *("scores", "pit", "differences", "shap", "shap_ranking", "choices"),
 ]
 
 
@@ -284,7 +274,7 @@ rule search_retrospectively:
     message:
         "Counting how many runs it would have taken to find the best one"
     script:
-        "../../scripts/search_retrospectively.py"
+        "../../scripts/try_alternatives.py"
 
 
 rule leave_groups_out:

@@ -1,10 +1,17 @@
-"""Checks before the first job: tables, shapes of mills, balls that fit, stable time steps."""
+"""Checks before the first job: tables, shapes of mills, balls that fit, stable time steps.
 
-from collections.abc import Callable
+The start of a run (millprint.checks.check_once) calls it as a program, with a configuration as JSON on standard input
+and the modules of further checks as arguments. Its exit status is 1 if anything is refused.
+"""
+
+import json
+import sys
+from collections.abc import Callable, Sequence
+from importlib import import_module
 
 from millprint.card.experiment_cases import own_cases
 from millprint.card.read import check_material
-from millprint.config.checks import MILL_FOLDER, card_experiments
+from millprint.config.checks import MILL_FOLDER, card_experiments, collect_cases, stop_on_bad_input
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
@@ -24,6 +31,7 @@ from millprint.fingerprint.sweep_checks import (
     with_paces,
 )
 from millprint.uncertainty.varied import uncertainty_cases, uncertainty_faults
+from millprint.validation.measured import check_validation
 
 
 def check_before_running(
@@ -32,13 +40,14 @@ def check_before_running(
     contacts: dict[str, ContactConfig],
     cases: dict[str, Case],
     source: str,
-    chapter_faults: Callable[..., list[str]] | None = None,
+    *further: Callable[..., list[str]],
 ) -> list[str]:
     """Raise ConfigError with a line for each fault of the first part of the input that would make a job fail.
 
-    chapter_faults: `millprint.thesis.chapter_checks.chapter_faults`, for a run that may have chapters of the thesis.
+    further: what gives faults in addition, as `millprint.thesis.chapter_checks.chapter_faults` for a run with chapters.
     Returns warnings, a line each, about values that are unusual but may be intended.
     """
+    check_validation(config)
     bodies = checked_bodies(mills)
     swept = own_sweeps(config, mills)
     carded = card_cases(config, mills, contacts)
@@ -82,8 +91,8 @@ def check_before_running(
         check_mixtures(group, mills, bodies, place)
     check_movie(config, source)
     faults = [*fingerprint_faults(config, source), *uncertainty_faults(config, mills, contacts, source)]
-    if chapter_faults:
-        faults += chapter_faults(config, mills, contacts, cases, source)
+    for more in further:
+        faults += more(config, mills, contacts, cases, source)
     if faults:
         raise ConfigError("\n".join(faults))
     return [*speed_warnings(speeds), *sign_warnings(mills)]
@@ -141,3 +150,18 @@ def check_movie(config: WorkflowConfig, source: str) -> None:
             raise ConfigError(
                 f"{source}: sweeps.movie.snapshot_interval_s: this key is missing; an animation is made of snapshots"
             )
+
+
+def main(content: dict, modules: Sequence[str]) -> None:
+    """Print a line for each warning; raise ConfigError with a line for each fault. modules: with `chapter_faults`."""
+    config, source = WorkflowConfig(**content["config"]), content["source"]
+    mills = {name: MillConfig(**mill) for name, mill in content["mills"].items()}
+    contacts = {name: ContactConfig(**contact) for name, contact in content["contacts"].items()}
+    further = [import_module(name).chapter_faults for name in modules]
+    for line in check_before_running(config, mills, contacts, collect_cases(config, source), source, *further):
+        print(f"warning: {line}", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    with stop_on_bad_input():
+        main(json.load(sys.stdin), sys.argv[1:])

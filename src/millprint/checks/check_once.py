@@ -8,7 +8,7 @@ import hashlib
 import json
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -16,10 +16,11 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sources import named_files
 from millprint.config.workflow import WorkflowConfig
-from millprint.run.digest import program_digest
+from millprint.run.digest import PACKAGE, program_digest
 
 # In the working folder of Snakemake.
 PASSED = Path(".snakemake/millprint/checked")
+CHECK = "millprint.checks.before_running"
 
 
 def check_once(
@@ -28,13 +29,13 @@ def check_once(
     contacts: Mapping[str, ContactConfig],
     source: str,
     python: str,
-    script: str,
+    further: Sequence[str],
 ) -> None:
-    """Run `script` (scripts/check_input.py) by `python` on a configuration, unless the same has passed before.
+    """Check a configuration in a process of `python`, unless the same has passed before.
 
-    source: the file that messages name if no other file is wrong. If the check fails, its lines are printed and the
-    program ends with status 1. Without numpy, as when only the jobs have conda environments, a line says that the jobs
-    check their input.
+    source: the file that messages name if no other file is wrong; further: modules of further checks. If the check
+    fails, its lines are printed and the program ends with status 1. Without numpy, as when only the jobs have conda
+    environments, a line says that the jobs check their input.
     """
     if find_spec("numpy") is None:
         print("note: the jobs check the geometry, because Snakemake's environment has no numpy", file=sys.stderr)
@@ -53,19 +54,21 @@ def check_once(
         sort_keys=True,
     )
     shapes = [file for mill in mills.values() for file in mill.source_files]
-    passed = PASSED / _digest(content, [*(path for _, path in named_files(config)), *shapes], script)
+    passed = PASSED / _digest(content, [*(path for _, path in named_files(config)), *shapes], [CHECK, *further])
     if passed.exists():
         return
     print("checking geometry, balls, time steps and tables", file=sys.stderr, flush=True)
-    if subprocess.run([python, script], input=content, text=True).returncode:
+    if subprocess.run([python, "-m", CHECK, *further], input=content, text=True).returncode:
         raise SystemExit(1)
     passed.parent.mkdir(parents=True, exist_ok=True)
     passed.touch()
 
 
-def _digest(content: str, files: list[str], script: str) -> str:
+def _digest(content: str, files: list[str], modules: list[str]) -> str:
     """A digest of a configuration, of the files that it names, and of the library that checks it."""
-    total = hashlib.sha256(content.encode() + program_digest(script).encode())
+    total = hashlib.sha256(content.encode())
+    for name in modules:
+        total.update(program_digest(PACKAGE.joinpath(*name.split(".")[1:]).with_suffix(".py")).encode())
     for file in sorted(set(files)):
         total.update(Path(file).read_bytes() if Path(file).is_file() else b"not there")
     return total.hexdigest()[:16]

@@ -32,17 +32,17 @@ COMMANDS = {
     ),
     "wear": Command("millprint.cli.predict_wear", "wear of the balls and iron in the powder"),
     "quantities": Command("millprint.cli.list_quantities", "list what own measurements can be compared with"),
-    "animate": Command("millprint.cli.animate", "animate the snapshots of a simulation"),
-    "export": Command("millprint.cli.export", "write the snapshots of a simulation for ParaView"),
+    "animate": Command("millprint.cli.view_run", "animate the snapshots of a simulation"),
+    "export": Command("millprint.cli.view_run", "write the snapshots of a simulation for ParaView"),
     "design": Command("millprint.thesis.commands.make_design", "make a design of experiments"),
     "analyse": Command("millprint.thesis.commands.analyse_design", "analyse the runs of a design"),
     "wet-lab": Command(
         "millprint.thesis.commands.calculate_wet_lab", "yields, half-lives, charges and wear from readings"
     ),
     "yields": Command("millprint.thesis.commands.ask_yields", "predict yields by a stored model"),
-    "verify": Command("millprint.cli.verify_results", "list the files that have changed since their jobs wrote them"),
-    "crate": Command("millprint.cli.describe_run", "describe a finished run as an RO-Crate"),
-    "check-crate": Command("millprint.cli.check_crate", "check a copy of results against its crate"),
+    "verify": Command("millprint.cli.records", "list the files that have changed since their jobs wrote them"),
+    "crate": Command("millprint.cli.records", "describe a finished run as an RO-Crate"),
+    "check-crate": Command("millprint.cli.records", "check a copy of results against its crate"),
     "completion": Command("millprint.cli.completion", "print the completion of this command for bash"),
 }
 

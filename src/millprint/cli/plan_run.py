@@ -21,7 +21,7 @@ from snakemake_interface_logger_plugins.common import LogEvent
 
 from millprint.cli.commands import parser_of
 from millprint.cli.engine import YAML, settings_of, snakefile_words
-from millprint.run.ending.lines import job_of
+from millprint.run.ending import job_of
 from millprint.run.plan import Job, plan_text
 
 # Exit status of a command whose arguments are wrong.

@@ -15,7 +15,7 @@ from millprint.cli.commands import parser_of
 from millprint.cli.engine import cores, run_workflow, settings_of
 from millprint.config.errors import ConfigError
 from millprint.config.wording import close_to
-from millprint.run.ending.success import endings
+from millprint.run.ending import endings
 
 TARGETS = {"fingerprint": "fingerprint", "explore": "explorer"}
 

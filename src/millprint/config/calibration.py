@@ -28,8 +28,8 @@ Bounds = tuple[Coefficient, Coefficient]
 class DropTestConfig(Section):
     """A ball falls on a flat floor; its bounce gives the restitution (Eq. 3.19)."""
 
-    ball_diameter_mm: Positive = 10.0
-    """ball diameter [mm]"""
+    # Ball diameter [mm].
+    ball_diameter_mm: ClassVar[float] = 10.0
     # Heights over the floor of the simulated drops [mm].
     heights_mm: ClassVar[tuple[float, ...]] = (10.0, 20.0, 40.0)
     measured: ProjectFile | None = None

@@ -10,17 +10,16 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from millprint.config.charge import ChargeSection
+from millprint.config.charge import ChargeSection, SpeedSection
 from millprint.config.dose import JarSection, ProgrammeSection
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
-from millprint.config.mill_sweep import Turns
+from millprint.config.mill_sweep import TurnsSection
 from millprint.config.mixture import BallSize
 from millprint.config.rows import read_rows
 from millprint.config.section import (
     Name,
     Positive,
-    PositiveSpeed,
     ProjectFile,
     Section,
     Seed,
@@ -95,7 +94,7 @@ def _split(value: Any) -> Any:
     return value.split() if isinstance(value, str) else value
 
 
-class Experiment(Section):
+class Experiment(SpeedSection, TurnsSection):
     """One experiment. `mill`, a speed and `balls` are enough; without powder there is no dose and no wear."""
 
     name: Name
@@ -104,10 +103,6 @@ class Experiment(Section):
     """a file in config/mills"""
     contact: Name | None = None
     """contact set, a file in config/contacts; if left out, `mills.contact`"""
-    speed_rpm: PositiveSpeed | None = None
-    """speed of the mill; or give `speed_hz` [rpm]"""
-    speed_hz: PositiveSpeed | None = None
-    """speed of a mill that is set in Hz, in place of speed_rpm [Hz]"""
     balls: CardBallsSection
     """the charge of balls"""
     powder: PowderSection | None = None
@@ -128,23 +123,12 @@ class Experiment(Section):
     """anything else that a reader must know"""
     seeds: Annotated[list[Seed], Field(min_length=1, max_length=100), BeforeValidator(_split)] = [0, 1, 2]
     """seeds of the starting positions: the condition is simulated with each; in a table with blanks between them"""
-    discard_turns: Turns | None = None
-    """revolutions of the mill before the averages begin; by default at least 0.25 s [-]"""
-    window_turns: Turns | None = None
-    """recorded revolutions of the mill; by default at least 3, and 0.8 s [-]"""
 
     @model_validator(mode="after")
-    def _one_speed(self) -> "Experiment":
-        if (self.speed_rpm is None) == (self.speed_hz is None):
-            raise ValueError("give either speed_rpm or speed_hz")
+    def _seeds_differ(self) -> "Experiment":
         if twice := first_repeated(self.seeds):
             raise ValueError(f"seeds: {twice} appears twice")
         return self
-
-    @property
-    def rpm(self) -> float:
-        """The speed [rpm]."""
-        return self.speed_rpm if self.speed_rpm is not None else 60 * (self.speed_hz or 0.0)
 
     def is_case(self, case: Case, contact: str, fill_ratio: float) -> bool:
         """Whether a case simulates this experiment: same mill, contact set, speed, fill ratio and balls, as built."""

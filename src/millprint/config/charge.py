@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
-from millprint.config.section import Fraction, Positive, Section
+from millprint.config.section import Fraction, Positive, PositiveSpeed, Section
 
 Number = Annotated[int, Field(ge=1, le=10_000_000)]
 MEASURES = ("fill_ratio", "number", "mass_g", "bulk_filling")
@@ -59,6 +59,26 @@ class ChargeSection(Section):
         """The measure that is given, and the packing fraction that belongs to it."""
         keys = (*MEASURES, *(["packing_fraction"] if self.bulk_filling else []))
         return {key: value for key in keys if (value := getattr(self, key)) is not None}
+
+
+class SpeedSection(Section):
+    """A speed of a mill, in one of two units."""
+
+    speed_rpm: PositiveSpeed | None = None
+    """speed of the mill; or give `speed_hz` [rpm]"""
+    speed_hz: PositiveSpeed | None = None
+    """speed of a mill that is set in Hz, in place of speed_rpm [Hz]"""
+
+    @model_validator(mode="after")
+    def _one_speed(self) -> "SpeedSection":
+        if (self.speed_rpm is None) == (self.speed_hz is None):
+            raise ValueError("give either speed_rpm or speed_hz")
+        return self
+
+    @property
+    def rpm(self) -> float:
+        """The speed [rpm]."""
+        return self.speed_rpm if self.speed_rpm is not None else 60 * (self.speed_hz or 0.0)
 
 
 def fill_of(charge: dict[str, float], volume_ml: float, diameter_mm: float, density_kg_m3: float, place: str) -> float:

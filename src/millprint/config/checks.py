@@ -26,6 +26,8 @@ MILL_FOLDER = "config/mills"
 CONTACT_FOLDER = "config/contacts"
 # The name in messages about a configuration that has no file, such as a module's.
 CONFIGURATION = "configuration"
+# The option that is meant by each name of it.
+OPTIONS = {"--configfile": "--configfile", "--configfiles": "--configfile", "--config": "--config", "-C": "--config"}
 
 
 @contextmanager
@@ -155,3 +157,25 @@ def collect_cases(config: WorkflowConfig, source: str) -> dict[str, Case]:
                 )
             origin.setdefault(case.path, sweep.name)
     return cases
+
+
+def check_given_once(words: Sequence[str]) -> None:
+    """Raise ConfigError where a command line gives --configfile or --config twice: Snakemake reads the last only."""
+    given: dict[str, list[list[str]]] = {}
+    current: list[str] | None = None
+    for word in words:
+        name, equals, value = word.partition("=")
+        if name in OPTIONS:
+            current = [value] if equals else []
+            given.setdefault(OPTIONS[name], []).append(current)
+        elif word.startswith("-"):
+            current = None
+        elif current is not None:
+            current.append(word)
+    for option, groups in given.items():
+        lost, kept = [word for group in groups[:-1] for word in group], groups[-1]
+        if lost:
+            raise ConfigError(
+                f"{option} is given {len(groups)} times, and Snakemake takes only the last, {' '.join(kept)}: "
+                f"{' '.join(lost)} would be left out; write {option} {' '.join([*lost, *kept])}"
+            )

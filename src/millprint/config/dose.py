@@ -10,8 +10,8 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from millprint.config.counting import RuleName
-from millprint.config.section import Fraction, Name, NonNegative, Positive, ProjectFile, Section, first_repeated
+from millprint.config.fingerprint import FurtherRules
+from millprint.config.section import Fraction, Name, NonNegative, Positive, ProjectFile, Section
 
 Cooling = Literal["still_air", "moving_air", "water"]
 BodyName = Literal["balls", "powder", "jar"]
@@ -306,17 +306,8 @@ class HeatConfig(Section):
         return self.jars.get(mill, JarSection())
 
 
-class SpectraConfig(Section):
+class SpectraConfig(FurtherRules):
     """Energy spectra. Every mill and condition has the same bins, with an open bin at either end."""
-
-    counting_rules: list[RuleName] = ["lifetimes"]
-    """further rules of dem.counting_rules in the tables, in addition to fingerprint.counting_rule"""
-
-    @model_validator(mode="after")
-    def _rules_differ(self) -> "SpectraConfig":
-        if twice := first_repeated(self.counting_rules):
-            raise ValueError(f"counting_rules: {twice} appears twice")
-        return self
 
 
 class ChargeConfig(Section):

@@ -7,7 +7,16 @@ from pydantic import Field, model_validator
 from millprint.config.charge import ChargeSection
 from millprint.config.counting import DEFAULT_RULE, RuleName
 from millprint.config.mixture import BallChoice
-from millprint.config.section import Count, Fraction, Name, NonNegative, Positive, ProjectFile, Section
+from millprint.config.section import (
+    Count,
+    Fraction,
+    Name,
+    NonNegative,
+    Positive,
+    ProjectFile,
+    Section,
+    first_repeated,
+)
 
 DescriptorSet = Literal["weighted", "per_collision"]
 # Descriptors for comparing conditions: energy-weighted, which need no counting rule, or the thesis's descriptors.
@@ -178,14 +187,25 @@ class StudyConfig(Section):
     """changes of a descriptor up to this are accepted [%]"""
 
 
-class ConvergenceConfig(Section):
+class FurtherRules(Section):
+    """Counting rules in addition to fingerprint.counting_rule."""
+
+    counting_rules: list[RuleName] = ["lifetimes"]
+    """further rules of dem.counting_rules in the tables"""
+
+    @model_validator(mode="after")
+    def _rules_differ(self) -> "FurtherRules":
+        if twice := first_repeated(self.counting_rules):
+            raise ValueError(f"counting_rules: {twice} appears twice")
+        return self
+
+
+class ConvergenceConfig(FurtherRules):
     """How the sweeps over time_steps_s and over young_moduli_gpa are judged.
 
     Energies and frequencies use fingerprint.counting_rule.
     """
 
-    counting_rules: list[RuleName] = ["lifetimes"]
-    """further rules of dem.counting_rules in the tables"""
     tolerance_percent: Positive = 1.0
     """largest significant deviation of a descriptor from its value at the finest step [%]"""
     study: StudyConfig = StudyConfig()

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from millprint.config.errors import ConfigError
-from millprint.config.removed import REMOVED
+from millprint.config.removed import what_became_of
 from millprint.config.section import PLAIN_VALUE, TRUTH, NamedSection, kind_of, nested_models
 from millprint.config.sources import WORKING_FOLDER, Sources
 from millprint.config.strict_yaml import read_yaml
@@ -110,7 +110,7 @@ def _line(source: str | Sequence[str], model: type[BaseModel], error: ErrorDetai
         known = error["ctx"]["expected_tags"].replace("'", "").split(", ")
         return f"{begin} = {error['input']!r}: unknown{close_to(str(error['input']), known)}"
     if error["type"] == "extra_forbidden":
-        if fixed := REMOVED.get(".".join(str(step) for step in place if not isinstance(step, int))):
+        if fixed := what_became_of(".".join(str(step) for step in place if not isinstance(step, int)), section):
             return f"{begin} = {error['input']!r}: this key was removed ({fixed}); delete it"
         beside = [str(other[-1]) for other in missing if other[:-1] == place[:-1]]
         hint = _nearest(last, beside, _known_keys(section)) or _where_it_belongs(model, error["loc"])

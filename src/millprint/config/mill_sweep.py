@@ -4,7 +4,7 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 
 from pydantic import AfterValidator, Field, model_validator
 
-from millprint.config.charge import MEASURES, PACKING_FRACTION, ChargeSection, Number
+from millprint.config.charge import MEASURES, PACKING_FRACTION, ChargeSection, Number, SpeedSection
 from millprint.config.counting import RuleName
 from millprint.config.fingerprint import Range
 from millprint.config.mixture import BallChoice, BallMixture, BallSize, check_charges
@@ -42,29 +42,23 @@ PRECISIONS: dict[PrecisionName, Precision] = {
 }
 
 
-class ConditionSection(ChargeSection):
+class ConditionSection(SpeedSection, ChargeSection):
     """One condition of a sweep."""
 
-    speed_rpm: PositiveSpeed | None = None
-    """speed of the mill; or give `speed_hz` [rpm]"""
-    speed_hz: PositiveSpeed | None = None
-    """speed of a mill that is set in Hz, in place of speed_rpm [Hz]"""
     ball_diameter_mm: BallSize
     """ball diameter [mm]; a charge of several sizes is `{name, sizes_mm, numbers}` or `{name, sizes_mm, shares}`"""
 
-    @model_validator(mode="after")
-    def _one_speed(self) -> "ConditionSection":
-        if (self.speed_rpm is None) == (self.speed_hz is None):
-            raise ValueError("give either speed_rpm or speed_hz")
-        return self
 
-    @property
-    def rpm(self) -> float:
-        """The speed [rpm]."""
-        return self.speed_rpm if self.speed_rpm is not None else 60 * (self.speed_hz or 0.0)
+class TurnsSection(Section):
+    """How long a condition is simulated."""
+
+    discard_turns: Turns | None = None
+    """revolutions of the mill before the averages begin; by default at least 0.25 s [-]"""
+    window_turns: Turns | None = None
+    """recorded revolutions of the mill, in a sweep at precision `standard`; by default at least 3, and 0.8 s [-]"""
 
 
-class MillSweepConfig(Section):
+class MillSweepConfig(TurnsSection):
     """The conditions of a mill's fingerprint: lists of speeds, balls and charges, or conditions one by one.
 
     Of lists, `design` says which conditions are simulated. Each condition is simulated with every seed.
@@ -99,10 +93,6 @@ class MillSweepConfig(Section):
     """conditions in place of the lists, one by one"""
     seeds: Annotated[list[Seed], Field(min_length=1, max_length=100)] = [0]
     """seeds of the starting positions: each condition is simulated with every seed"""
-    discard_turns: Turns | None = None
-    """revolutions of the mill before the averages begin; by default at least 0.25 s [-]"""
-    window_turns: Turns | None = None
-    """recorded revolutions of the mill at precision `standard`; by default at least 3, and 0.8 s [-]"""
 
     @model_validator(mode="after")
     def _lists_or_conditions(self) -> "MillSweepConfig":
@@ -171,31 +161,14 @@ class MatchMillsConfig(Section):
     """its speed [rpm]"""
     like_ball_diameter_mm: BallChoice
     """its balls [mm], or the name of a charge of several sizes in its sweep"""
-    like_fill_ratio: Fraction | None = None
-    """its fill ratio; or give `like_number`, `like_mass_g` or `like_bulk_filling` [-]"""
-    like_number: Number | None = None
-    """its number of balls, in place of like_fill_ratio"""
-    like_mass_g: Positive | None = None
-    """mass of all its balls, in place of like_fill_ratio [g]"""
-    like_bulk_filling: Fraction | None = None
-    """share of its jar that the bed of balls takes, voids included, in place of like_fill_ratio [-]"""
+    like_fill_ratio: Fraction
+    """its fill ratio [-]"""
     speeds_rpm: Range | None = None
     """range of possible speeds [rpm]; the simulated range if left out"""
     ball_diameters_mm: Annotated[list[BallChoice], Field(min_length=1)] | None = None
     """available balls [mm], and names of charges in the mill's sweep; the simulated ones if left out"""
     ranked: Annotated[int, Field(ge=1, le=1000)] = 10
     """conditions to list"""
-
-    @model_validator(mode="after")
-    def _one_measure_of_the_charge(self) -> "MatchMillsConfig":
-        if len(self.like_charge) != 1:
-            raise ValueError(f"give one of {', '.join(f'like_{measure}' for measure in MEASURES)}")
-        return self
-
-    @property
-    def like_charge(self) -> dict[str, float]:
-        """The measures of the charge that are given, by their keys without `like_`."""
-        return {name: value for name in MEASURES if (value := getattr(self, f"like_{name}")) is not None}
 
 
 class ScaleUpConfig(Section):
@@ -248,8 +221,6 @@ class MillsConfig(Section):
     """simulations of new conditions, not used in the fingerprint, to count how often its bands hold"""
     first_case_only: bool = False
     """simulate only the first case of each mill of the box, for a smoke test"""
-    explored: list[Name] = []
-    """further mills in the report's explorer; the run simulates the own sweep of each"""
     match: MatchMillsConfig | None = None
     """search for one mill's conditions nearest to a condition of another; none if left out"""
     scale_up: ScaleUpConfig | None = None
@@ -278,7 +249,7 @@ class MillsConfig(Section):
     def named(self) -> list[str]:
         """Every mill that the section names."""
         matched = [self.match.mill, self.match.like_mill] if self.match else []
-        return [*self.box, *self.explored, *matched, *([self.scale_up.mill] if self.scale_up else [])]
+        return [*self.box, *matched, *([self.scale_up.mill] if self.scale_up else [])]
 
     @property
     def named_balls(self) -> list[tuple[str, str, list[float | str]]]:

@@ -1,14 +1,14 @@
 """Keys that earlier versions had, for a clear refusal of a configuration that still has one."""
 
-# By the path of a key without the numbers of its lists: its value today, or what to do.
+from typing import Any
+
+from pydantic import BaseModel
+
+from millprint.config.fit import JarSearch
+
+# By the path of a key without the numbers of its lists: its value today, or what to do. A key that is a constant of its
+# section today is not here.
 REMOVED = {
-    "calibration.drop_test.heights_mm": "fixed at [10, 20, 40]",
-    "calibration.interval": "fixed at 0.95",
-    "calibration.oscillation.frames_per_second": "fixed at 60",
-    "calibration.oscillation.time_step_s": "fixed at 5e-06",
-    "calibration.oscillation.varied": "fixed at [[0.15, 0.045], [0.6, 0.045], [0.3, 0.02], [0.3, 0.09]]",
-    "claims.level": "fixed at 0.95",
-    "claims.seed": "fixed at 0",
     "convergence.closure_max": "fixed at 0.001",
     "convergence.confidence": "fixed at 0.95",
     "convergence.study.confidence": "fixed at 0.95",
@@ -16,99 +16,65 @@ REMOVED = {
     "convergence.study.modulus_factors": "fixed at [0.3, 3]",
     "convergence.study.step_factors": "fixed at [0.5, 2]",
     "dem.collision_rows_max": "fixed at 3000000",
-    "dem.ledger_samples_per_revolution": "fixed at 20",
     "dem.occupancy_cell_m": "fixed at 0.002",
     "dem.occupancy_interval_s": "fixed at 0.0005",
     "dem.skin_share": "fixed at 1.5",
-    "doe.confidence": "fixed at 0.95",
     "doe.half_life": "fixed at pH 11 and 298 K",
     "doe.powder": "the table of it is gone",
-    "doe.power": "fixed at 0.8",
     "dose.heat.measured": "the comparison with a measured bound is gone",
-    "dose.heat.parameters.ball_powder_W_m2K": "fixed, in millprint.config.dose",
-    "dose.heat.parameters.ball_wall_W_m2K": "fixed, in millprint.config.dose",
-    "dose.heat.parameters.heat_share": "fixed, in millprint.config.dose",
-    "dose.heat.parameters.powder_share_normal": "fixed, in millprint.config.dose",
-    "dose.heat.parameters.powder_share_shear": "fixed, in millprint.config.dose",
-    "dose.heat.parameters.powder_wall_W_m2K": "fixed, in millprint.config.dose",
-    "dose.heat.parameters.wall_share": "fixed, in millprint.config.dose",
-    "dose.heat.seed": "fixed at 0",
-    "dose.heat.surroundings.moving_air.at_rest": "fixed at still_air",
-    "dose.heat.surroundings.still_air.at_rest": "fixed at still_air",
-    "dose.heat.surroundings.water.at_rest": "fixed at water",
     "dose.heat.times": "fixed at 61",
     "dose.spectra.bins_per_decade": "fixed at 5",
     "dose.spectra.highest_J": "fixed at 10",
     "dose.spectra.lowest_J": "fixed at 1e-12",
     "dose.wear.fill_tolerance": "fixed at 0.05",
     "dose.wear.probability": "fixed at 0.95",
-    "fingerprint.inverse.contact": "fixed at calibrated",
-    "fingerprint.inverse.fixed_ball_diameter_mm": "fixed at 5",
-    "fingerprint.inverse.fixed_fill_ratio": "fixed at 0.1",
-    "fingerprint.maps.ball_diameter_mm": "fixed at 10",
-    "fit.ball_diameters_mm": "fixed, in millprint.config.fit",
-    "fit.closure_max": "fixed, in millprint.config.fit",
-    "fit.contact": "fixed, in millprint.config.fit",
-    "fit.counting_rules": "fixed, in millprint.config.fit",
-    "fit.discard_revolutions": "fixed, in millprint.config.fit",
-    "fit.fitted": "fixed, in millprint.config.fit",
-    "fit.refining": "fixed, in millprint.config.fit",
-    "fit.rounds": "fixed, in millprint.config.fit",
-    "fit.screening": "fixed, in millprint.config.fit",
-    "fit.seed": "fixed, in millprint.config.fit",
-    "fit.settle_s": "fixed, in millprint.config.fit",
     "fit.shape": "fixed, in millprint.thesis.fit.jar_search",
-    "fit.speeds_rpm": "fixed, in millprint.config.fit",
-    "fit.time_step_s": "fixed, in millprint.config.fit",
     "mills.collapse_max": "fixed at 0.2",
-    "mills.scale_up.revolutions": "fixed at 10",
+    "mills.explored": "`millprint explore` makes a page of any mill",
+    "mills.match.like_bulk_filling": "give like_fill_ratio",
+    "mills.match.like_mass_g": "give like_fill_ratio",
+    "mills.match.like_number": "give like_fill_ratio",
     "mills.scale_up.run_settle_s": "fixed at 0.1",
     "mills.scale_up.run_turns": "fixed at 1",
-    "partition.ball_diameter_mm": "fixed at 10",
-    "partition.borate_molar_mass_g_mol": "fixed at 137.86",
-    "partition.borohydride_molar_mass_g_mol": "fixed at 37.83",
-    "partition.contact": "fixed at calibrated",
-    "partition.enthalpy_kJ_mol": "fixed at 1226",
-    "partition.gibbs_kJ_mol": "fixed at 1510",
-    "partition.interval": "fixed at 0.95",
-    "partition.lower_heating_value_kJ_mol": "fixed at 2908",
-    "partition.prior": "fixed: Chen et al. 2017, thesis Table 4.3",
-    "partition.reference_speed_rpm": "fixed at 600",
     "surrogate.movie": "fixed, in scripts/compare_motion.py",
-    "surrogate.rollout.frame_interval_s": "fixed at 0.001",
-    "surrogate.timing.start_s": "fixed at 0.2",
-    "surrogate.trained_test": "fixed at trained",
     "sweeps.threads": "that of all simulations is dem.threads",
     "uncertainty.closure_max": "fixed at 0.02",
-    "uncertainty.seed": "fixed at 0",
-    "validation.alumina_impact": "fixed, in millprint.config.setup_models",
-    "validation.bead_drum": "fixed, in millprint.config.setup_models",
-    "validation.bond_mill": "fixed, in millprint.config.setup_models",
-    "validation.drum_90cm": "fixed, in millprint.config.setup_models",
-    "validation.elastic_impact": "fixed, in millprint.config.setup_models",
-    "validation.repose_drum": "fixed, in millprint.config.setup_models",
-    "validation.slice_mill": "fixed, in millprint.config.setup_models",
-    "validation.spex_shaker": "fixed, in millprint.config.setup_models",
     "view.frames_per_second": "fixed at 25",
     "view.paraview_every": "fixed at 1; `millprint export` has --every",
-    "yields.averaging.margin": "fixed at 0.005",
-    "yields.averaging.priors": "fixed, in millprint.config.averaged_process",
-    "yields.averaging.smallest_spread": "fixed at 0.05 for tangential_share",
-    "yields.averaging.smallest_weight": "fixed at 0.002",
-    "yields.evaluation.largest_forest": "fixed at 100",
-    "yields.evaluation.level": "fixed at 0.95",
-    "yields.evaluation.nominal": "fixed at [0.5, 0.8, 0.95]",
-    "yields.evaluation.seed": "fixed at 42",
-    "yields.interval_level": "fixed at 0.95",
-    "yields.library_trial.seed": "fixed at 42",
-    "yields.prediction.curve_tolerance": "fixed at 0.03",
-    "yields.prediction.share_tolerance": "fixed at 0.02",
-    "yields.prediction.tolerance": "fixed at 0.01",
-    "yields.proposals.level": "fixed at 0.95",
-    "yields.proposals.seed": "fixed at 42",
-    "yields.retrospective.seed": "fixed at 42",
-    "yields.retrospective.structures": "fixed at [product]",
-    "yields.training.high_yield_percent": "fixed at 70",
-    "yields.training.high_yield_weight": "fixed at 2",
-    "yields.training.kernel_starts": "fixed at 8",
+    "dose.heat.surroundings.moving_air.at_rest": "fixed at still_air",
+    "dose.heat.surroundings.still_air.at_rest": "fixed at still_air",
+    "dose.heat.surroundings.water.at_rest": "fixed at water",
+    **{f"fit.{key}": "fixed, in millprint.config.fit" for key in JarSearch.model_fields},
+    **dict.fromkeys(
+        (
+            f"validation.{setup}"
+            for setup in (
+                "alumina_impact",
+                "bead_drum",
+                "bond_mill",
+                "drum_90cm",
+                "elastic_impact",
+                "repose_drum",
+                "slice_mill",
+                "spex_shaker",
+            )
+        ),
+        "fixed, in millprint.config.setup_models",
+    ),
 }
+
+
+def what_became_of(key: str, section: type[BaseModel] | None) -> str:
+    """What a key of this section that earlier versions had is today; empty for one that they had not."""
+    own = key.rpartition(".")[2]
+    if key in REMOVED or section is None or own not in section.__class_vars__:
+        return REMOVED.get(key, "")
+    value = getattr(section, own)
+    plain = type(value) in (int, float, str, list, tuple)
+    return f"fixed at {_in_yaml(value)}" if plain else f"fixed, in {section.__module__}"
+
+
+def _in_yaml(value: Any) -> str:
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_in_yaml, value))}]"
+    return f"{value:g}" if isinstance(value, float) else str(value)

@@ -20,6 +20,10 @@ class SetupConfig(Section):
 
     # Keys that choose where to predict, such as speeds: they change no number, and so no digest.
     places: ClassVar[tuple[str, ...]] = ()
+    # The files that the prediction reads of each simulation.
+    run_files: ClassVar[tuple[str, ...]] = ("summary.json",)
+    # Tables of its own simulations in its own folder, which another rule writes before the prediction.
+    own_tables: ClassVar[tuple[str, ...]] = ()
 
     contact: str
     """contact set of the prediction: a file in config/contacts"""
@@ -33,12 +37,7 @@ class SetupConfig(Section):
     @property
     def mill_name(self) -> str | None:
         """The mill, a file in config/mills; None for a set-up without one."""
-        return None
-
-    @property
-    def further_mills(self) -> list[str]:
-        """Further mills that its sweeps simulate, such as a shorter slice."""
-        return []
+        return getattr(self, "mill", None)
 
     @property
     def contact_names(self) -> list[str]:
@@ -54,16 +53,6 @@ class SetupConfig(Section):
         """The simulations that have no file in results/dem: a rule of the validation has them inside."""
         return []
 
-    @property
-    def run_files(self) -> tuple[str, ...]:
-        """The files that the prediction reads of each simulation."""
-        return ("summary.json",)
-
-    @property
-    def own_tables(self) -> tuple[str, ...]:
-        """Tables of its own simulations in its own folder, which another rule writes before the prediction."""
-        return ()
-
 
 class TumblingConfig(SetupConfig):
     """A drum that lifts balls, at several speeds: power, toe and shoulder, and rings of centrifuging balls.
@@ -72,6 +61,7 @@ class TumblingConfig(SetupConfig):
     """
 
     places: ClassVar[tuple[str, ...]] = ("speeds", "drawn_speeds")
+    own_tables: ClassVar[tuple[str, ...]] = ("runs.tsv",)
 
     mill: str
     """mill: a file in config/mills"""
@@ -126,11 +116,6 @@ class TumblingConfig(SetupConfig):
         changed = {"seeds": self.seeds[:1], "samples": 0, "further_contacts": [], "only_measured": True}
         return self.model_copy(update=changed)
 
-    @property
-    def mill_name(self) -> str:
-        """The mill."""
-        return self.mill
-
     def case(self, number: int, speed_rpm: float, seed: int, mill: MillConfig) -> Case:
         """The simulation of a number of balls at a speed [rpm]."""
         turn_s = 60 / speed_rpm
@@ -150,11 +135,6 @@ class TumblingConfig(SetupConfig):
         sets = len(self.further_contacts) + self.samples
         others = [(self.numbers[0], speed, self.seeds[0]) for speed in self.sample_speeds] * sets
         return [self.case(number, self.speed_rpm(speed), seed, mill) for number, speed, seed in (*predicting, *others)]
-
-    @property
-    def own_tables(self) -> tuple[str, ...]:
-        """The table of its runs."""
-        return ("runs.tsv",)
 
     @property
     def diameter_mm(self) -> float:
@@ -229,6 +209,8 @@ class BondMillConfig(TumblingConfig):
 class DrumOfBallsConfig(SetupConfig):
     """A drum in which a bed of balls flows: one size, one fill ratio, one speed."""
 
+    run_files: ClassVar[tuple[str, ...]] = ("run.h5",)
+
     mill: str
     """the drum, or a slice of it: a file in config/mills"""
     ball_diameter_mm: float
@@ -253,16 +235,6 @@ class DrumOfBallsConfig(SetupConfig):
     """blocks of the window, whose scatter gives the interval at fixed contact parameters"""
     surface_share: float = 0.5
     """the surface is fitted over this share of the radius on both sides of the axis [-]"""
-
-    @property
-    def mill_name(self) -> str | None:
-        """The drum, or the slice that predicts."""
-        return self.mill
-
-    @property
-    def run_files(self) -> tuple[str, ...]:
-        """The snapshots."""
-        return ("run.h5",)
 
     def sweep(self, name: str, mill: str, contacts: list[str], seeds: list[int]) -> SweepConfig:
         """Simulations of one drum at the settings of this section."""
@@ -293,11 +265,6 @@ class BeadDrumConfig(DrumOfBallsConfig):
     """half the width, along the surface, of the part about the axis in which speeds are averaged [ball diameters]"""
     half_height_diameters: float = 0.5
     """half its height [ball diameters]"""
-
-    @property
-    def further_mills(self) -> list[str]:
-        """The shorter slice."""
-        return [self.short_mill]
 
     @property
     def sweeps(self) -> list[SweepConfig]:
@@ -392,6 +359,8 @@ class ElasticImpactConfig(ImpactConfig):
 class ShakerConfig(SetupConfig):
     """Row 8a: a shaker mill of the class of SPEX 8000, of which neither balls nor vial are known."""
 
+    run_files: ClassVar[tuple[str, ...]] = ("run.h5",)
+
     contact: str = "steel"
     mill: str = "spex"
     """mill: a file in config/mills"""
@@ -411,16 +380,6 @@ class ShakerConfig(SetupConfig):
     """time between two records of the balls [s]"""
     share: float = 0.8
     """share of all speeds that the range holds [-]"""
-
-    @property
-    def mill_name(self) -> str:
-        """The mill."""
-        return self.mill
-
-    @property
-    def run_files(self) -> tuple[str, ...]:
-        """The records of the balls."""
-        return ("run.h5",)
 
     @property
     def sweeps(self) -> list[SweepConfig]:

@@ -28,36 +28,35 @@ class DistributionSection(Section):
         return getattr(self, "low", None), getattr(self, "high", None)
 
 
-class UniformSection(DistributionSection):
-    """Every value between two ends is equally likely: only a range is known."""
+class RangeOfValues(DistributionSection):
+    """A distribution between two ends."""
 
-    kind: Literal["uniform"]
     low: float
     """smallest value, in the unit of the parameter"""
     high: float
     """largest value, in the unit of the parameter"""
 
 
-class LogUniformSection(DistributionSection):
+class UniformSection(RangeOfValues):
+    """Every value between two ends is equally likely: only a range is known."""
+
+    kind: Literal["uniform"]
+
+
+class LogUniformSection(RangeOfValues):
     """As uniform, in the logarithm: for a range over powers of ten."""
 
     kind: Literal["loguniform"]
     low: Positive
-    """smallest value, in the unit of the parameter"""
     high: Positive
-    """largest value, in the unit of the parameter"""
 
 
-class TriangularSection(DistributionSection):
+class TriangularSection(RangeOfValues):
     """A range with a most likely value."""
 
     kind: Literal["triangular"]
-    low: float
-    """smallest value, in the unit of the parameter"""
     mode: float
     """most likely value, in the unit of the parameter"""
-    high: float
-    """largest value, in the unit of the parameter"""
 
     @model_validator(mode="after")
     def _mode_between(self) -> "TriangularSection":

@@ -11,7 +11,7 @@ from millprint.config.dose import DoseConfig
 from millprint.config.fingerprint import ConvergenceConfig, FingerprintConfig, InverseConfig, MapsConfig
 from millprint.config.fit import FitConfig
 from millprint.config.mill_sweep import MillsConfig, MillSweepConfig
-from millprint.config.section import Fraction, Name, NonNegative, ProjectFile, Section, first_repeated
+from millprint.config.section import Fraction, Name, ProjectFile, Section, first_repeated
 from millprint.config.setup_models import QUICK, SETTINGS, SetupConfig, TumblingConfig
 from millprint.config.surrogate import SurrogateConfig
 from millprint.config.sweep import DemConfig, SweepConfig
@@ -51,20 +51,16 @@ class PartitionConfig(Section):
     reference_speed_rpm: ClassVar[float] = 600.0
     fill_ratios: list[Fraction] = []
     """further fill ratios of equal speed and of equal power"""
+    # Molar masses of NaBO2.4H2O and NaBH4 [g/mol].
     borate_molar_mass_g_mol: ClassVar[float] = 137.86
-    """molar mass of NaBO2.4H2O [g/mol]"""
     borohydride_molar_mass_g_mol: ClassVar[float] = 37.83
-    """molar mass of NaBH4 [g/mol]"""
+    # Sizes of the reaction enthalpy and of the Gibbs energy at 298 K, lower heating value of the H2 [kJ per mol NaBH4].
     enthalpy_kJ_mol: ClassVar[float] = 1226.0
-    """size of the reaction enthalpy [kJ per mol NaBH4]"""
     gibbs_kJ_mol: ClassVar[float] = 1510.0
-    """size of the Gibbs energy at 298 K [kJ per mol NaBH4]"""
     lower_heating_value_kJ_mol: ClassVar[float] = 2908.0
-    """lower heating value of the H2 [kJ per mol NaBH4]"""
-    plug_efficiency: Fraction = 0.5
-    """assumed power of the balls over the plug's, Eq. 4.8 [-]"""
-    electricity_price_EUR_kWh: NonNegative = 0.2
-    """assumed price, Eq. 4.9 [EUR/kWh]"""
+    # Assumed power of the balls over the plug's, Eq. 4.8 [-], and assumed price, Eq. 4.9 [EUR/kWh].
+    plug_efficiency: ClassVar[float] = 0.5
+    electricity_price_EUR_kWh: ClassVar[float] = 0.2
     # Probability of the confidence intervals [-].
     interval: ClassVar[float] = 0.95
     # Chen et al. 2017, with which Table 4.3 compares the best case.
@@ -128,7 +124,8 @@ class ValidationConfig(Section):
     def mills(self) -> list[str]:
         """The mills of the set-ups to predict."""
         chosen = self.chosen.values()
-        return [name for setup in chosen if setup.mill_name for name in (setup.mill_name, *setup.further_mills)]
+        swept = [name for setup in chosen for sweep in setup.sweeps for name in sweep.mills or []]
+        return list(dict.fromkeys([*(setup.mill_name for setup in chosen if setup.mill_name), *swept]))
 
     @property
     def contacts(self) -> list[str]:

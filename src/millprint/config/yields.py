@@ -88,16 +88,16 @@ class ProposalConfig(Section):
 class RetrospectiveConfig(Section):
     """How many experiments it takes to find the best of the runs that were done."""
 
-    start_runs: Annotated[int, Field(ge=3, le=100_000)] = 8
-    """runs known at the start"""
+    # Runs known at the start.
+    start_runs: ClassVar[int] = 8
     starts: Count = 30
     """random starts, which do not contain the best run"""
     targets: Annotated[int, Field(ge=1, le=12)] = 5
     """best runs to find: the best of all runs, the best without that one, and so on, because a single run may
     be found fast by luck
     """
-    held_out_runs: Annotated[int, Field(ge=1, le=100_000)] = 7
-    """runs that no strategy may choose; their error says what the chosen runs teach"""
+    # Runs that no strategy may choose; their error says what the chosen runs teach.
+    held_out_runs: ClassVar[int] = 7
     chosen_runs: Annotated[int, Field(ge=1, le=100_000)] = 8
     """runs that a strategy chooses one by one before the last error"""
     # Seed of the starts and of ties.

@@ -5,9 +5,12 @@ A rule that simulates declares the resources `processor_s`, `mem_mb` and `disk_m
 """
 
 import shutil
+import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+from millprint.config.errors import ConfigError
 
 
 def duration(seconds: float) -> str:
@@ -105,3 +108,24 @@ def free_mb(files: Iterable[str]) -> float:
 def in_megabytes(value: float) -> str:
     """A size [MB] in words."""
     return f"{value:.0f} MB" if value < 1000 else f"{value / 1000:.1f} GB"
+
+
+def check_disk(jobs: Sequence[Job], results: str) -> None:
+    """Raise ConfigError, in one line, if `results` cannot be written, or the files of the jobs have no room there."""
+    place = Path(results).absolute()
+    while not place.exists():
+        place = place.parent
+    try:
+        with tempfile.TemporaryFile(dir=place):
+            pass
+    except OSError as error:
+        raise ConfigError(
+            f"{results}: nothing can be written there ({error.strerror}); run in a folder of yours, or name another "
+            "one with the key `results`"
+        ) from None
+    needed, free = sum(job.disk_mb for job in jobs), free_mb([results])
+    if needed > free:
+        raise ConfigError(
+            f"{results}: the run needs about {in_megabytes(needed)} and {in_megabytes(free)} are free on that disk; "
+            "make room and run the same command again"
+        )

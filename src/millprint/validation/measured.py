@@ -20,7 +20,7 @@ from millprint.config.wording import close_to
 from millprint.config.workflow import WorkflowConfig
 from millprint.run.files import read_json, read_table
 from millprint.run.tables import Number, Text, read_measured, refuse_rows
-from millprint.thesis.validation.fixed import read_fixed
+from millprint.validation.fixed import read_fixed
 
 DEM = "DEM"
 SCATTER = "scatter of seeds"

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 from statsmodels.stats.proportion import proportion_confint
 
-from millprint.thesis.validation.measured import DEM, UNITS, UNKNOWN
+from millprint.validation.measured import DEM, UNITS, UNKNOWN
 
 NOT_EXPLAINED = "not explained"
 

@@ -5,7 +5,7 @@ How a set-up becomes a verdict:
 1. `config/data/measured.tsv` holds what was measured: `validation.measured` reads it. A row names the set-up
    that predicts it, or `unknown`.
 2. A set-up has its settings in millprint/config/setup_models.py (a subclass of `SetupConfig`) and a record of the same
-   name in `millprint.thesis.validation.setups.SETUPS`.
+   name in `millprint.validation.setups.SETUPS`.
 3. Its simulations, `SetupConfig.sweeps`, are cases in results/dem like any other. A set-up without sweeps, such as an
    impact, simulates inside `predict`. Its mill is a file in config/mills, its contact sets are in config/contacts.
 4. The rule `predict_setup` calls `Setup.predict(Inputs)`. It returns the table with the columns `PREDICTION_COLUMNS`, a

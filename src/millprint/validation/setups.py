@@ -14,10 +14,10 @@ from millprint.config.mill import MillConfig
 from millprint.config.quantities import BALL_SPEEDS
 from millprint.config.setup_models import SetupConfig, ShakerConfig
 from millprint.config.sweep import Case, DemConfig
-from millprint.thesis.validation.drums import SHORT, predict_bead_drum, predict_repose_drum
-from millprint.thesis.validation.impacts import PARTIAL, predict_alumina_impact, predict_elastic_impact
-from millprint.thesis.validation.measured import BALLS, PLACE_COLUMNS, Inputs, check_predictions, prediction
-from millprint.thesis.validation.tumbling import OTHER_CONTACT, predict_tumbling
+from millprint.validation.drums import SHORT, predict_bead_drum, predict_repose_drum
+from millprint.validation.impacts import PARTIAL, predict_alumina_impact, predict_elastic_impact
+from millprint.validation.measured import BALLS, PLACE_COLUMNS, Inputs, check_predictions, prediction
+from millprint.validation.tumbling import OTHER_CONTACT, predict_tumbling
 from millprint.view.snapshots import Snapshots, open_run
 
 

@@ -12,8 +12,8 @@ from millprint.config.quantities import POWER, RINGS, SHOULDER, TOE, TURN_ENERGY
 from millprint.config.setup_models import TumblingConfig
 from millprint.mill.bodies import build_bodies
 from millprint.statistics.quantiles import student_quantile
-from millprint.thesis.validation.measured import CONTACT, DEM, SCATTER, Inputs, prediction
-from millprint.thesis.validation.tumbling_runs import FURTHER, PREDICTS, SAMPLE
+from millprint.validation.measured import CONTACT, DEM, SCATTER, Inputs, prediction
+from millprint.validation.tumbling_runs import FURTHER, PREDICTS, SAMPLE
 
 GRAVITY = 9.81
 # Lift angle of Hogg and Fuerstenau [deg], a free parameter. 35 deg is a usual choice for ball mills.

@@ -20,7 +20,7 @@ from millprint.dem.simulation import Simulation
 from millprint.mill.kernel_columns import span_of
 from millprint.run.hdf5 import open_hdf5
 from millprint.statistics.quantiles import student_quantile
-from millprint.thesis.validation.measured import BLOCKS, CONTACT, SCATTER, Inputs, prediction
+from millprint.validation.measured import BLOCKS, CONTACT, SCATTER, Inputs, prediction
 
 # At the surface, the number density falls to this share of its value in the bed.
 SURFACE_SHARE = 0.5

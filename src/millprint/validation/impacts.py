@@ -17,7 +17,7 @@ from millprint.dem.laws.hertz import effective_modulus, impact
 from millprint.dem.laws.record import ball_mass, damping_ratio
 from millprint.mill.vessel import Vessel, shape_vessel
 from millprint.mill.walls import Walls
-from millprint.thesis.validation.measured import CONTACT, Inputs, prediction
+from millprint.validation.measured import CONTACT, Inputs, prediction
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,95 @@
+"""Compares mills: do their curves collapse, and which of their settings come nearest to another mill or to a card?
+
+Of the box, a table of the collapse with a row for each mill, its figure, and how often new simulations are within the
+bands of each. Of a match, the conditions of a mill nearest to a condition of another. Of milling cards, the settings of
+other mills that come nearest to each, and a sentence on what is lost.
+
+Settings: mills.box; mills.match, fingerprint.descriptors.
+Inputs: `collapse` and `coverage`, a table of each mill in the order of the box; or fingerprints of the `mill` and of
+the one that it is to be `like`; or `cards` and `fingerprints`.
+Outputs: `table`, `svg`, `png` of the collapse, `coverage`; or the conditions as `match`; or `table` and `verdict`.
+"""
+
+import pandas as pd
+from millprint.fingerprint.match_words import match_in_words
+from millprint.fingerprint.unseen_runs import sum_coverage
+
+from millprint.card.match import match_card, verdict
+from millprint.card.read import read_card
+from millprint.config.fingerprint import DescriptorSet, LikeConfig, MatchConfig, TargetConfig
+from millprint.config.mill_sweep import MatchMillsConfig
+from millprint.figures.mill_pictures import plot_collapse
+from millprint.figures.style import save
+from millprint.fingerprint.comparison import Wanted
+from millprint.fingerprint.condition_search import match_targets, shared_contact
+from millprint.fingerprint.mill_collapse import COLLAPSE_MAX, one_row_a_mill
+from millprint.fingerprint.model import Fingerprint
+from millprint.run.files import read_table, whole_file, write_table
+from millprint.run.job import job
+
+
+def collect(collapse: list[str], coverage: dict[str, str], output) -> pd.DataFrame:
+    """Write the collapse of all mills with its figure, and the coverage of each with a sum, which is returned."""
+    table = one_row_a_mill([read_table(path) for path in collapse])
+    write_table(table, output.table)
+    save(plot_collapse(table, COLLAPSE_MAX), output.svg, output.png)
+    found = sum_coverage({name: read_table(path) for name, path in coverage.items()})
+    write_table(found, output.coverage)
+    return found
+
+
+def request_of(
+    settings: MatchMillsConfig, like: str, fingerprint: Fingerprint, descriptors: DescriptorSet
+) -> MatchConfig:
+    """The request: ranges that the settings do not give are those of the simulations of the mill."""
+    ranges = fingerprint.about["ranges"]
+    keys = ("speed_rpm", "ball_diameter_mm", "fill_ratio")
+    condition = LikeConfig(fingerprint=like, **{key: getattr(settings, f"like_{key}") for key in keys})
+    return MatchConfig(
+        targets=[TargetConfig(name=settings.like_mill, like=condition)],
+        speeds_rpm=settings.speeds_rpm or [60 * speed for speed in ranges["speed_hz"]],
+        fill_ratios=ranges["fill_ratio"],
+        ball_diameters_mm=settings.ball_diameters_mm or fingerprint.choices(),
+        descriptors=descriptors,
+        ranked=settings.ranked,
+    )
+
+
+def match_mill(settings: MatchMillsConfig, mill: str, like: str, descriptors: DescriptorSet, output: str) -> list[str]:
+    """Write the conditions of a mill nearest to one of another, by the paths of both; returns what is said of them."""
+    own = Fingerprint.read(mill)
+    request = request_of(settings, like, own, descriptors)
+    table = match_targets(request, [own])
+    write_table(table, output)
+    return [match_in_words(table, request, [own]), *shared_contact(request, [own])]
+
+
+def match_cards(cards: list[str], fingerprints: list[str], output, descriptors: DescriptorSet) -> list[str]:
+    """Match every card to every mill but its own; write the table and the sentences, and return these."""
+    tables, lines = [], []
+    known = [Fingerprint.read(path) for path in fingerprints]
+    for card in map(read_card, cards):
+        for fingerprint in known:
+            if fingerprint.about["mill"] != card.machine.name:
+                tables.append(match_card(card, fingerprint, Wanted(descriptors=descriptors)))
+                lines += verdict(card, fingerprint, tables[-1])
+    write_table(pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=["target"]), output.table)
+    with whole_file(output.verdict) as partial:
+        partial.write_text("".join(f"{line}\n" for line in dict.fromkeys(lines)))
+    return lines
+
+
+if "snakemake" in globals():
+    given, made, own = snakemake.input, snakemake.output, snakemake.params
+    with job(snakemake.log[0], "compare mills") as logger:
+        if made.get("coverage"):
+            found = collect(given.collapse, dict(zip(own.mills, given.coverage, strict=True)), made)
+            for row in found[found["quantity"] == "powers"].itertuples():
+                logger.info("%s: %d of %d powers of new simulations", row.mill, row.held, row.conditions)
+        elif made.get("match"):
+            settings = MatchMillsConfig(**own.settings)
+            for line in match_mill(settings, given.mill, given.like, own.descriptors, made.match):
+                logger.info("%s", line)
+        else:
+            for line in match_cards(given.cards, given.fingerprints, made, own.descriptors):
+                logger.info("%s", line)

@@ -1,0 +1,214 @@
+"""What a run prints: a line for each job with the time to go; at its end what was made or failed, and what to do next.
+
+The Snakefile imports this, so no heavy imports here.
+"""
+
+import logging
+import re
+import shlex
+import threading
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from snakemake_interface_logger_plugins.common import LogEvent
+
+from millprint.config.wording import close_to
+from millprint.run.outputs import listed_targets
+from millprint.run.plan import Job, duration
+
+# With more targets than this, the lines would not be a summary.
+SHOWN_TARGETS = 4
+
+
+@dataclass(frozen=True)
+class Ending:
+    """What a target has made, the file to look at first and what it shows, and what to do next."""
+
+    made: str
+    look: str
+    shows: str
+    next: str
+
+    def lines(self, values: Mapping[str, str]) -> list[str]:
+        """The three lines, with names of folders and mill in place of their keys."""
+        return [
+            f"made:  {self.made}".format(**values),
+            f"look:  {self.look}: {self.shows}".format(**values),
+            f"next:  {self.next}".format(**values),
+        ]
+
+
+@cache
+def endings() -> dict[str, Ending]:
+    """Every target with its texts."""
+    return {name: Ending(**texts) for name, texts in listed_targets().items()}
+
+
+def given_run(files: Sequence[Path], settings: Mapping[str, object]) -> str:
+    """The word after the target in a command that goes on with the same mill, with a blank before it; or nothing.
+
+    files, settings: of --configfile and --config.
+    """
+    mill = files[-1] if files else settings.get("mill", "")
+    return f" {shlex.quote(str(mill))}" if mill else ""
+
+
+def success_lines(targets: Iterable[str], chapters: bool, values: Mapping[str, str]) -> list[str]:
+    """The lines for the targets of a successful run.
+
+    targets: names of rules or files; without any, and for `everything`, the lines of the whole run: of the chapters or,
+    in a run without them, of a fingerprint. values: results, mill, contact and given (`given_run`). Other names, as of
+    rules of a workflow that uses this one as a module, are left out.
+    """
+    whole = "all" if chapters else "fingerprint"
+    named = [whole if name in ("all", "everything") else name for name in targets] or [whole]
+    known = list(dict.fromkeys(name for name in named if name in endings()))
+    lines = [line for name in known[:SHOWN_TARGETS] for line in ["", *endings()[name].lines(values)]]
+    files = [name for name in named if name not in endings() and Path(name).exists()]
+    if files:
+        more = f" and {len(files) - 1} more" if len(files) > 1 else ""
+        lines += ["", f"made:  {files[0]}{more}", f"look:  {values['results']}/logs has the log of every job"]
+        lines += ["next:  millprint plan says what the whole run would make, and how long it takes"]
+    return lines
+
+
+# What Snakemake says about its own work.
+OF_SNAKEMAKE = ("Select jobs to execute...", "Execute ", "Using shell:", "Conda environments:", "Reasons:")
+UNSAID = {LogEvent.JOB_FINISHED, LogEvent.GROUP_INFO, LogEvent.WORKFLOW_STARTED, LogEvent.JOB_STARTED}
+
+
+# What it says about a target that is neither a rule nor a file of one; files of this workflow have a /.
+UNKNOWN = re.compile(r"No rule to produce ([^/\s]+) \(if you use input functions")
+
+
+class OneLineAJob(logging.Filter):
+    """Makes a line of what Snakemake reports about a job, and leaves out its lists of files.
+
+    waiting: the jobs that are to run, as `millprint plan` counts them. The time to go is that of their plan, as much
+    faster or slower as the jobs were that have ended. A dry run says what one job of each rule does; the table at its
+    end has their number.
+    """
+
+    def __init__(self, waiting: Callable[[], Iterable[Job]], dry_run: Callable[[], bool]) -> None:
+        super().__init__()
+        self.waiting, self.dry_run = waiting, dry_run
+        self.planned_s: float | None = None
+        self.done_s, self.begin = 0.0, time.monotonic()
+        self.running: dict[int, float] = {}
+        self.rules: set[str] = set()
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Whether a record is printed."""
+        given, event = vars(record), getattr(record, "event", None)
+        if event == LogEvent.JOB_INFO:
+            self.running[given["jobid"]] = job_of(record).processor_s
+            again = self.dry_run() and given["rule_name"] in self.rules
+            self.rules.add(given["rule_name"])
+            self._say(record, given["rule_msg"] or given["rule_name"])
+            return not again
+        if event == LogEvent.JOB_FINISHED:
+            self.done_s += self.running.pop(given["job_id"], 0.0)
+        elif event == LogEvent.PROGRESS:
+            self._say(record, f"  {given['done']} of {given['total']} jobs are done{self._to_go()}")
+        elif unknown := UNKNOWN.search(str(record.msg)):
+            self._say(record, f"error: {unknown[1]}: unknown target{close_to(unknown[1], endings())}")
+        return event not in UNSAID and not (event is None and str(record.msg).startswith(OF_SNAKEMAKE))
+
+    def _to_go(self) -> str:
+        """The time to go, in words; empty before the first job has ended."""
+        if self.planned_s is None:
+            self.planned_s = sum(job.processor_s for job in self.waiting())
+        left_s, spent = self.planned_s - self.done_s, time.monotonic() - self.begin
+        return f"; about {duration(left_s * spent / self.done_s)} to go" if self.done_s and left_s > 0 else ""
+
+    @staticmethod
+    def _say(record: logging.LogRecord, text: str) -> None:
+        """Print a text as it is, in place of what Snakemake makes of the record."""
+        record.event, record.msg = None, text
+
+
+def job_of(record: logging.LogRecord) -> Job:
+    """A job, as Snakemake reports it to every logger."""
+    given = vars(record)
+    resources = {name: value for name, value in given["resources"].items() if isinstance(value, int | float)}
+    # A file with a flag is reported as `summary.json (update)`.
+    outputs = tuple(str(name).partition(" (")[0] for name in given["output"])
+    return Job(given["rule_name"], given["threads"], outputs, resources)
+
+
+# Snakemake's message about a failed job; that of a job in a group is indented.
+FAILED = re.compile(r"^[ \t]*Error in (?:rule|checkpoint) (\w+):\n((?:(?!\s+Error in )[ \t]+.*\n?)*)", re.MULTILINE)
+LOG = re.compile(r"^\s+log: (\S+?)(?:,| \(|$)", re.MULTILINE)
+OUTPUT = re.compile(r"^\s+output: (\S+?)(?:,|$)", re.MULTILINE)
+SCRIPT = re.compile(r"Command '.*\.(\w+)\.py' died with <Signals\.(\w+)")
+# A line of a job's own log.
+ERROR = re.compile(r"^\S+ \S+ ERROR (.+)$", re.MULTILINE)
+SHOWN_JOBS = 5
+# What a job or Snakemake says where a disk is full, a quota used up, or nothing can be written.
+NO_ROOM = re.compile(r"no space left|quota (?:is used up|exceeded)|read-only file system", re.IGNORECASE)
+MAKE_ROOM = "make room on the disk of the results, and the same command goes on where it stopped"
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A failed job: its rule, its first output, its log."""
+
+    rule: str
+    output: str
+    log: str
+
+    @property
+    def reason(self) -> str:
+        """The last error in the job's own log; empty if it has none, as after a kill."""
+        try:
+            found = ERROR.findall(Path(self.log).read_text(errors="replace"))
+        except OSError:
+            return ""
+        return found[-1] if found else ""
+
+
+def failures_of(text: str) -> list[Failure]:
+    """The failed jobs in a log of Snakemake, in order, each once."""
+    found: dict[tuple[str, str], Failure] = {}
+    for rule, block in FAILED.findall(text):
+        log, output = (match.group(1) if (match := pattern.search(block)) else "" for pattern in (LOG, OUTPUT))
+        found[rule, log] = Failure(rule, output, log)
+    return list(found.values())
+
+
+def failure_lines(snakemake_logs: Sequence[str | Path]) -> list[str]:
+    """The failed jobs of a run, and what to try, even if the logs of Snakemake name no failed job."""
+    text = "".join(Path(log).read_text(errors="replace") for log in snakemake_logs if Path(log).is_file())
+    failures, killed = failures_of(text), {signal for _, signal in SCRIPT.findall(text)}
+    lines = ["", f"failed: {len(failures)} {'job' if len(failures) == 1 else 'jobs'}; what was finished before is kept"]
+    for each in failures[:SHOWN_JOBS]:
+        lines.append(f"  {each.rule}{f' for {each.output}' if each.output else ''}")
+        if each.log:
+            lines.append(f"    log: {each.log}{f': {each.reason}' if each.reason else ''}")
+    if len(failures) > SHOWN_JOBS:
+        lines.append(f"  and {len(failures) - SHOWN_JOBS} more; all are in {', '.join(map(str, snakemake_logs))}")
+    full = NO_ROOM.search("\n".join([text, *(each.reason for each in failures)]))
+    return [*lines, f"try:    {f'{full[0].lower()}: {MAKE_ROOM}' if full else advice(killed)}"]
+
+
+def advice(signals: set[str]) -> str:
+    """What to try after jobs that were ended by these signals, or failed on their own."""
+    if "SIGKILL" in signals:
+        return "a job was killed from outside, most often for lack of memory: the same command with fewer --cores"
+    if signals & {"SIGTERM", "SIGINT"}:
+        return "the run was stopped: the same command goes on where it stopped"
+    return "fix what the log says, then the same command goes on; snakemake -n says what is left to do"
+
+
+def stop_timers() -> None:
+    """Stop the timers of this process.
+
+    Whenever Snakemake checks the waiting jobs, it sets a timer to check again after `max-jobs-per-timespan`, and it
+    exits only after the last timer. A run that has ended does not need them.
+    """
+    for thread in threading.enumerate():
+        if isinstance(thread, threading.Timer):
+            thread.cancel()
