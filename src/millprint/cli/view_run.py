@@ -47,6 +47,6 @@ def animate(run: Path, out: Path | None, start: float | None, **keys: float) -> 
 
 def export(run: Path, every: int, out: Path | None) -> None:
     """Write the three files."""
-    files = [(out or run.parent) / f"{run.stem}{part}.vtkhdf" for part in PARTS]
-    count = export_run(run, *files, every)
+    balls, walls, contacts = files = [(out or run.parent) / f"{run.stem}{part}.vtkhdf" for part in PARTS]
+    count = export_run(run, balls, walls, contacts, every)
     print(f"{count} snapshots written to {', '.join(map(str, files))}")
