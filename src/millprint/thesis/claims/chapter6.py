@@ -87,7 +87,7 @@ def plateau(evidence: Evidence) -> Finding:
     )
 
 
-@claim("6.energy.{test}", "6.energy.motion1 6.energy.motion2")
+@claim("6.energy.{test}")
 @claim("6.energy")
 def dissipation(evidence: Evidence, test: str = "trained") -> Finding:
     """Secs 6.3.1 and 6.3.2: the error of the cumulative dissipation."""
@@ -279,7 +279,7 @@ def _interval(row: pd.Series, column: str, of_baseline: int) -> Interval:
     return Interval(lower, upper, f"{TRAININGS} of the baseline", of_baseline)
 
 
-@claim("A.{variant}", "A.window3 A.window9 A.layers2 A.layers4 A.width64 A.mlp2")
+@claim("A.{variant}")
 def statement_on_an_ablation(evidence: Evidence, variant: str) -> Finding:
     """Whether the statement of appendix A on an ablation holds here."""
     return _ablation(evidence, variant, "holds")
