@@ -1,11 +1,10 @@
-"""How many runs the search for the next experiment needs to find the best run, and what its runs teach of others.
+"""How many runs the search for the next experiment needs to find the best run.
 
 Settings: yields.retrospective, yields.averaging, yields.evaluation.level.
 Inputs: `train` and `test`.
-Outputs: `retrospective`, `summary`, `learning`.
+Outputs: `retrospective`, `summary`.
 """
 
-import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
@@ -16,12 +15,8 @@ from millprint.run.job import job
 from millprint.run.progress import progress
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.retrospective import (
-    CHOICES,
     STRATEGIES,
-    draw_held_out,
     draw_starts,
-    learn,
-    learning_table,
     search_best,
     search_table,
     smaller_library,
@@ -32,13 +27,11 @@ from millprint.thesis.yields.run_tables import read_rows
 
 
 def main(parts: list[str], output, plan: RetrospectiveConfig, averaging: AveragingConfig, level: float) -> None:
-    """Write how many runs each strategy needs to find the best one, and the error of the runs held out."""
+    """Write how many runs each strategy needs to find the best one."""
     every = pd.concat([read_rows(path) for path in parts], ignore_index=True)
     library = smaller_library(averaging, plan)
     tables, paths, targets = [], [], []
-    held_out = draw_held_out(len(every), plan)
-    errors: dict[str, np.ndarray] = {}
-    total = (plan.targets * len(STRATEGIES) + len(CHOICES)) * plan.starts
+    total = plan.targets * len(STRATEGIES) * plan.starts
     with threadpool_limits(1), progress(total, "searching retrospectively", "start") as bar:
         for count in range(plan.targets):
             rows = without_best(every, count)
@@ -54,15 +47,8 @@ def main(parts: list[str], output, plan: RetrospectiveConfig, averaging: Averagi
             tables.append(table)
             paths.append(reached)
             targets.append(target)
-        for name, choice in CHOICES.items():
-            paths_of = []
-            for number, (start, held) in enumerate(held_out):
-                paths_of.append(learn(every, start, held, choice, library, plan.chosen_runs, plan.seed + number))
-                bar.update()
-            errors[name] = np.array(paths_of)
     write_table(pd.concat(tables, ignore_index=True), output.retrospective)
     write_table(summarise_search(tables, paths, targets, level), output.summary)
-    write_table(learning_table(errors, plan.start_runs, level), output.learning)
 
 
 if "snakemake" in globals():

@@ -8,14 +8,14 @@ from scipy.stats import f as f_distribution
 
 from millprint.config.doe import DoeConfig
 from millprint.thesis.doe.factorial_designs import design_table
-from millprint.thesis.doe.residuals import lack_of_fit_table, pure_error, residual_checks
-from millprint.thesis.doe.variance import (
+from millprint.thesis.doe.residuals import (
     contested_table,
-    fit_factors,
+    lack_of_fit_table,
+    pure_error,
+    residual_checks,
     residual_parts_table,
-    sums_of_squares,
-    trend_table,
 )
+from millprint.thesis.doe.variance import fit_factors, sums_of_squares, trend_table
 from tests.unit.doe_settings import settings, thesis_config, thesis_runs  # noqa: F401 (fixtures)
 
 

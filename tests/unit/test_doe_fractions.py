@@ -18,16 +18,13 @@ from millprint.thesis.doe.factorial_designs import (
     alias_table,
     audit_table,
     best_generators,
-    contrasts,
     describe,
     design_table,
     level_codes,
-    level_contrasts,
     shared_degrees_of_freedom,
-    term_columns,
     treatments,
 )
-from millprint.thesis.doe.runs import read_runs
+from millprint.thesis.doe.runs import contrasts, level_contrasts, read_runs, term_columns
 from tests.conftest import ROOT
 from tests.unit.doe_settings import settings
 

@@ -7,8 +7,9 @@ from scipy.stats import f as f_distribution
 from scipy.stats import ncf
 
 from millprint.config.errors import ConfigError
-from millprint.thesis.doe.factorial_designs import as_designed, contrasts, design_table
+from millprint.thesis.doe.factorial_designs import as_designed, design_table
 from millprint.thesis.doe.residuals import residual_checks, residual_table
+from millprint.thesis.doe.runs import contrasts
 from millprint.thesis.doe.variance import (
     corrected_table,
     detectable_table,

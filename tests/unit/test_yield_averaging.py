@@ -10,26 +10,28 @@ from millprint.config.averaged_process import INPUTS, Priors
 from millprint.config.errors import ConfigError
 from millprint.run.files import read_json, write_json
 from millprint.thesis.yields.averaging import (
-    JITTER,
     LINKS,
-    MEAN_VARIANCE,
     AveragedModel,
     Candidate,
-    Pairs,
-    Posterior,
-    Process,
-    covariance_terms,
     evidence_weights,
     fit_averaged,
     fit_member,
-    fit_process,
     library,
-    prior_of,
-    terms_of,
     to_conversion,
 )
 from millprint.thesis.yields.features import Standardisation, describe
 from millprint.thesis.yields.model_files import load_any, load_averaged, save_averaged, training_rows
+from millprint.thesis.yields.processes import (
+    JITTER,
+    MEAN_VARIANCE,
+    Pairs,
+    Posterior,
+    Process,
+    covariance_terms,
+    fit_process,
+    prior_of,
+    terms_of,
+)
 from tests.unit.yield_settings import all_runs, parts, settings, thesis_yields
 
 SCALES = ("linear", "linear", "log", "log", "linear")

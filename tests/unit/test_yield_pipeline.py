@@ -12,13 +12,13 @@ from scipy.stats import f_oneway
 import evaluate_yield_models
 import hold_out_yields
 import leave_groups_out
+import permute_yields
 import plot_yields
 import predict_yields
 import search_retrospectively
 import split_screening
 import train_averaged_models
 import train_yield_model
-import try_alternatives
 from millprint.config.search_spaces import COMPARED
 from millprint.fingerprint.condition import Condition
 from millprint.run.files import read_table
@@ -57,15 +57,12 @@ FINAL_METRICS = {"test.tsv", "locked.tsv", "choices.tsv", "predictions.tsv"}
 HELD_OUT = ("linear", "averaged_gpr", "climatology")
 # Files made from all runs: evaluations over all of them, and everything that follows the evaluation.
 FOLLOWING = {
-    "libraries.tsv",
     "permutations.tsv",
     "permutation_test.tsv",
-    "statements.tsv",
     "regimes.tsv",
     "regimes_summary.tsv",
     "retrospective.tsv",
     "retrospective_summary.tsv",
-    "retrospective_learning.tsv",
     "next_experiments.tsv",
     "not_proposed.tsv",
     "not_proposed_reasons.tsv",
@@ -171,23 +168,17 @@ def follow_up(folder: Path, parts: list[str], config) -> None:
     searched = SimpleNamespace(
         retrospective=folder / "retrospective.tsv",
         summary=folder / "retrospective_summary.tsv",
-        learning=folder / "retrospective_learning.tsv",
     )
     search_retrospectively.main(parts, searched, config.retrospective, config.averaging, config.evaluation.level)
     trust(folder, parts, config)
 
 
 def trust(folder: Path, parts: list[str], config) -> None:
-    """The libraries, the permutation test, and the sentences."""
-    own = (config.training, config.evaluation, config.averaging, config.library_trial)
-    try_alternatives.try_libraries(*parts, str(folder / "libraries.tsv"), *own)
+    """The permutation test."""
     permuted = SimpleNamespace(
         permutations=folder / "permutations.tsv", permutation_test=folder / "permutation_test.tsv"
     )
-    try_alternatives.try_shuffles(parts, permuted, config.averaging, config.library_trial)
-    stated = {name: folder / f"{name}.tsv" for name in plot_yields.STATED}
-    stated |= {"search": folder / "retrospective_summary.tsv", "learning": folder / "retrospective_learning.tsv"}
-    plot_yields.write_statements(SimpleNamespace(**stated), folder / "statements.tsv")
+    permute_yields.main(parts, permuted, config.averaging, config.library_trial)
 
 
 @pytest.fixture(scope="module")
@@ -315,17 +306,13 @@ def test_tables_have_the_columns_that_are_read_later(chapter):
     assert len(choices) == len(choices.drop_duplicates(["model", "strategy", "choice", "value"]))
 
 
-def test_tables_of_trust_agree_with_each_other_and_with_the_sentences(chapter):
+def test_tables_of_trust_agree_with_each_other(chapter):
     by_scheme = read_table(chapter / "scores_by_scheme.tsv")
-    differences, libraries = read_table(chapter / "differences.tsv"), read_table(chapter / "libraries.tsv")
+    differences = read_table(chapter / "differences.tsv")
     averaged = by_scheme.query("model == 'averaged_gpr' and metric == 'r2'").set_index("scheme")
     linear = by_scheme.query("model == 'linear' and metric == 'r2'").set_index("scheme")
     paired = differences.query("model == 'linear' and metric == 'r2'").set_index("scheme")
     for scheme in ("leave_one_out", "nested_cv"):
-        own = libraries.query(f"library == 'declared' and metric == 'r2' and scheme == '{scheme}'").iloc[0]
-        # The same folds, the same library: the same score.
-        assert own["value"] == pytest.approx(averaged.loc[scheme, "value"], abs=1e-6)
-        assert own["error"] == pytest.approx(averaged.loc[scheme, "error"], rel=1e-4)
         gap = linear.loc[scheme, "value"] - averaged.loc[scheme, "value"]
         assert paired.loc[scheme, "difference"] == pytest.approx(gap, rel=1e-4, abs=1e-6)
     assert (differences["p_holm"] >= differences["p"] - 1e-12).all() and len(differences) == 2 * 2 * 12
@@ -339,11 +326,6 @@ def test_tables_of_trust_agree_with_each_other_and_with_the_sentences(chapter):
     assert len(permuted) == 20 and test["p"] == pytest.approx(
         (1 + (permuted["r2"][1:] >= permuted["r2"][0]).sum()) / 20
     )
-    said = read_table(chapter / "statements.tsv").set_index("about")["statement"]
-    assert f"{averaged.loc['leave_one_out', 'value']:.3f} +- " in said["both schemes"]
-    two_step = differences.query("model == 'gpr_starts' and strategy == 'two_step' and metric == 'r2'")
-    assert ("cannot be told apart" in said["two best models"]) == (two_step["told_apart"] == "no").all()
-    assert f"p = {test['p']:.3g} from 19 shuffles" in said["chance"]
 
 
 def drawn(names: list[str], folder: Path) -> SimpleNamespace:

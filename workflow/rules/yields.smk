@@ -200,28 +200,10 @@ PERMUTED = {
 }
 
 
-rule try_alternatives:
+rule permute_yields:
     input:
         train=rules.split_screening.output.train,
         test=rules.split_screening.output.test,
-    output:
-        libraries=f"{YIELDS}/libraries.tsv",
-    log:
-        f"{LOGS}/yields/try_alternatives.log",
-    benchmark:
-        f"{BENCHMARKS}/try_alternatives/try_alternatives.tsv"
-    params:
-        training=yield_settings("training"),
-        evaluation=CONFIG.yields.evaluation.part(HeldOutConfig),
-        averaging=yield_settings("averaging"),
-        trial=yield_settings("library_trial"),
-    message:
-        "Scoring the averaged model with the library declared, the one before it and random halves of both"
-    script:
-        "../../scripts/try_alternatives.py"
-
-
-use rule try_alternatives as permute_yields with:
     output:
         **PERMUTED,
     log:
@@ -233,6 +215,8 @@ use rule try_alternatives as permute_yields with:
         trial=yield_settings("library_trial"),
     message:
         "Scoring the averaged model on shuffled yields"
+    script:
+        "../../scripts/permute_yields.py"
 
 
 rule predict_yields:
@@ -272,7 +256,6 @@ rule search_retrospectively:
     output:
         retrospective=f"{YIELDS}/retrospective.tsv",
         summary=f"{YIELDS}/retrospective_summary.tsv",
-        learning=f"{YIELDS}/retrospective_learning.tsv",
     log:
         f"{LOGS}/yields/search_retrospectively.log",
     benchmark:
@@ -344,27 +327,20 @@ rule plot_yields:
         sources=rules.leave_groups_out.output.sources,
         sources_predictions=rules.leave_groups_out.output.sources_predictions,
         claims=CONFIG.data.claims,
-        differences=rules.evaluate_yield_models.output.differences,
-        libraries=rules.try_alternatives.output.libraries,
-        permutation_test=PERMUTED["permutation_test"],
-        search=rules.search_retrospectively.output.summary,
-        learning=rules.search_retrospectively.output.learning,
     output:
         **{f"{name}_svg": shown(f"{YIELD_FIGURES}/{name}.svg") for name in DRAWN_YIELDS},
         **{f"{name}_png": f"{YIELD_FIGURES}/{name}.png" for name in DRAWN_YIELDS},
-        statements=f"{YIELDS}/statements.tsv",
     log:
         f"{LOGS}/yields/plot_yields.log",
     localrule: True
     message:
-        "Drawing the figures of chapter 5, and writing what its tables say"
+        "Drawing the figures of chapter 5"
     script:
         "../../scripts/plot_yields.py"
 
 
 YIELD_OUTPUTS = [
     *rules.evaluate_yield_models.output,
-    rules.try_alternatives.output.libraries,
     *PERMUTED.values(),
     *rules.leave_groups_out.output,
     *rules.predict_yields.output,

@@ -4,7 +4,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, StringConstraints, model_validator
 
-from millprint.config.averaged_process import AveragingConfig, LibraryConfig, LinkName
+from millprint.config.averaged_process import AveragingConfig, LinkName
 from millprint.config.search_spaces import COMPARED, SPACE_BOUNDS, STORED_MODEL, Interval, RegressorList, Spaces, Tuned
 from millprint.config.section import (
     Count,
@@ -96,10 +96,6 @@ class RetrospectiveConfig(Section):
     """best runs to find: the best of all runs, the best without that one, and so on, because a single run may
     be found fast by luck
     """
-    held_out_runs: Annotated[int, Field(ge=1, le=100_000)] = 7
-    """runs that no strategy may choose; their error says what the chosen runs teach"""
-    chosen_runs: Annotated[int, Field(ge=1, le=100_000)] = 8
-    """runs that a strategy chooses one by one before the last error"""
     # Seed of the starts and of ties.
     seed: ClassVar[int] = 42
     links: Annotated[list[LinkName], Field(min_length=1)] = ["logit", "avrami"]
@@ -221,15 +217,11 @@ class TrainingConfig(Section):
 
 
 class LibraryTrialConfig(Section):
-    """What the averaged process gains by the choice of its library, and whether chance could reach its score."""
+    """Whether chance could reach the score of the averaged process."""
 
-    earlier: LibraryConfig = LibraryConfig(links=["identity", "logit", "avrami"], time_h=["linear", "log"])
-    """library scored next to that of `averaging`: the earlier one, chosen after seeing scores"""
-    sub_libraries: Count = 500
-    """random halves of a library, each scored by the same folds"""
     permutations: Annotated[int, Field(ge=19, le=100_000)] = 199
     """shuffles of the yields among the runs; the smallest p-value is 1 / (1 + permutations)"""
-    # Seed of the halves and of the shuffles.
+    # Seed of the shuffles.
     seed: ClassVar[int] = 42
 
 

@@ -2,7 +2,6 @@
 
 import pandas as pd
 
-from millprint.run.files import read_table
 from millprint.statistics.quantiles import f_above
 from millprint.thesis.claims.evidence import (
     Contradiction,
@@ -12,6 +11,7 @@ from millprint.thesis.claims.evidence import (
     as_printed,
     claim,
     contradicted,
+    datum,
     in_words,
     yes_no,
 )
@@ -161,11 +161,9 @@ def largest_effect(evidence: Evidence) -> Finding:
     """Fig. 2.3; the table is sorted by F."""
     pareto = evidence.rows("doe/pareto.tsv", "source, F")
     stand = pareto[pareto["stands_after_holm"] == "yes"]
-    return Finding(
-        pareto["source"].iloc[0],
-        f"F of each term, largest first: {in_words(pareto, '{source} {F:.1f}')}; after Holm (type II) "
-        f"{in_words(stand, '{source}', ' and ') or 'no term'} {'stands' if len(stand) < 2 else 'stand'}",
-    )
+    held = f"{in_words(stand, '{source}', ' and ') or 'no term'} {'stands' if len(stand) < 2 else 'stand'}"
+    told = f"F of each term, largest first: {in_words(pareto, '{source} {F:.1f}')}; after Holm (type II) {held}"
+    return Finding(pareto["source"].iloc[0], told)
 
 
 @claim("2.best_yield")
@@ -179,7 +177,7 @@ def best_yield(evidence: Evidence) -> Finding:
 @claim("2.wear.{speed}")
 def iron(evidence: Evidence, speed: str) -> Finding:
     """Table 2.6: iron in the powder."""
-    row = evidence.row(WEAR, "iron_percent", f"speed_rpm == {speed}", f"no weighing at {speed} rpm")
+    row = _weighing(evidence, speed, "iron_percent")
     return Finding(
         row["iron_percent"],
         f"{row['wear_g']:.3f} g of wear in {row['powder_mass_g']:.3f} g of powder charged (balls / BPR); "
@@ -190,14 +188,13 @@ def iron(evidence: Evidence, speed: str) -> Finding:
 @claim("2.wear.{speed}.g")
 def wear(evidence: Evidence, speed: str) -> Finding:
     """Table 2.6: what the balls lost."""
-    row = evidence.row(WEAR, "wear_g", f"speed_rpm == {speed}", f"no weighing at {speed} rpm")
-    return Finding(row["wear_g"], "weighed; from the table of wear")
+    return Finding(_weighing(evidence, speed, "wear_g")["wear_g"], "weighed; from the table of wear")
 
 
 @claim("2.wear.{speed}.loss")
 def weight_loss(evidence: Evidence, speed: str) -> Finding:
     """Table 2.6: wear over the unused mass, and what the difference of the two masses gives."""
-    row = evidence.row(WEAR, "weight_loss_percent", f"speed_rpm == {speed}", f"no weighing at {speed} rpm")
+    row = _weighing(evidence, speed, "weight_loss_percent")
     value, rounded = row["weight_loss_percent"], row["weight_loss_by_difference_percent"]
     told = (
         f"wear over the unused mass; the masses differ by {rounded:.3f} +- {row['reading_error_percent']:.3f} %, as "
@@ -208,8 +205,8 @@ def weight_loss(evidence: Evidence, speed: str) -> Finding:
 
 def _loss_of_the_wear(evidence: Evidence, speed: str, unused_g: float) -> Contradiction | None:
     """The printed loss and the printed wear are from the same weighing; as rounded numbers, each stands for a range."""
-    printed, wear_g = evidence.printed[evidence.id], evidence.printed[f"2.wear.{speed}.g"]
     rests = f"2.wear.{speed}.g"
+    printed, wear_g = evidence.printed[evidence.id], evidence.printed[rests]
     ends = [100 * (float(wear_g) + end * 0.001) / unused_g for end in (-0.5, 1)]
     if any(agrees(printed, "printed", end) for end in ends) or not as_printed(evidence, rests):
         return None
@@ -223,7 +220,7 @@ def _loss_of_the_wear(evidence: Evidence, speed: str, unused_g: float) -> Contra
 @claim("2.wear.below")
 def iron_at_the_largest_speed(evidence: Evidence) -> Finding:
     """Sec. 2.3.3: the contamination is said to be below a bound up to 1000 rpm."""
-    row = evidence.row(WEAR, "iron_percent", "speed_rpm == 1000", "no weighing at 1000 rpm")
+    row = _weighing(evidence, "1000", "iron_percent")
     least = row["iron_percent"] * (1 - 0.0005 / row["wear_g"])
     bound, wear_g = float(evidence.printed[evidence.id]), evidence.printed["2.wear.1000.g"]
     contradiction = Contradiction(
@@ -244,23 +241,17 @@ SHAPES = {"L": "linear", "Q": "quadratic"}
 NO_CHANGE_PP = 5.0
 
 
-def _case(evidence: Evidence, case: int, columns: str) -> pd.Series:
-    """A run of the screening, which becomes the source."""
-    evidence.cite(SCREENING, f"{columns} of case {case}", read_table)
-    runs = read_table(evidence.data / "screening.tsv", numeric=["case"])
-    own = runs[runs["case"] == case]
-    if own.empty:
-        raise NotRun(f"{SCREENING} has no case {case}")
-    return own.iloc[0]
+def _case(evidence: Evidence, case: int, column: str) -> float:
+    """A number of a run of the screening."""
+    return datum(evidence, SCREENING, "case", case, column)
 
 
 def _prior_speed(evidence: Evidence) -> float:
-    evidence.cite(LITERATURE, f"speed_rpm of reference {PRIOR_REFERENCE}", read_table)
-    studies = read_table(evidence.data / "literature.tsv", numeric=["reference"], may_be_blank=["speed_rpm"])
-    own = studies.loc[studies["reference"] == PRIOR_REFERENCE, "speed_rpm"]
-    if own.empty:
-        raise NotRun(f"{LITERATURE} has no reference {PRIOR_REFERENCE}")
-    return float(own.iloc[0])
+    return datum(evidence, LITERATURE, "reference", PRIOR_REFERENCE, "speed_rpm")
+
+
+def _weighing(evidence: Evidence, speed: str, column: str) -> pd.Series:
+    return evidence.row(WEAR, column, f"speed_rpm == {speed}", f"no weighing at {speed} rpm")
 
 
 def change_percent(before: float, after: float) -> float:
@@ -271,13 +262,13 @@ def change_percent(before: float, after: float) -> float:
 @claim("2.case.{case}.yield")
 def yield_of_a_case(evidence: Evidence, case: str) -> Finding:
     """Sec. 2.3.2."""
-    return Finding(float(_case(evidence, int(case), "yield_percent")["yield_percent"]), "measured")
+    return Finding(_case(evidence, int(case), "yield_percent"), "measured")
 
 
 @claim("2.best_speed")
 def speed_of_the_best_run(evidence: Evidence) -> Finding:
     """Sec. 2.3.2."""
-    return Finding(float(_case(evidence, BEST_CASE, "speed_rpm")["speed_rpm"]), "as run")
+    return Finding(_case(evidence, BEST_CASE, "speed_rpm"), "as run")
 
 
 @claim("2.prior_speed")
@@ -289,7 +280,7 @@ def speed_of_the_earlier_work(evidence: Evidence) -> Finding:
 @claim("2.slower")
 def reduction_of_the_speed(evidence: Evidence) -> Finding:
     """Abstract, Secs 2.3.2, 2.4 and 7.1: how much slower the highest yield is reached."""
-    before, after = _prior_speed(evidence), float(_case(evidence, BEST_CASE, "speed_rpm")["speed_rpm"])
+    before, after = _prior_speed(evidence), _case(evidence, BEST_CASE, "speed_rpm")
     rests = "2.prior_speed 2.best_speed"
     first, second = (float(evidence.printed[name]) for name in rests.split())
     reduced = -change_percent(first, second)
@@ -305,23 +296,21 @@ def reduction_of_the_speed(evidence: Evidence) -> Finding:
 def reduction_in_the_lean_case(evidence: Evidence, quantity: str) -> Finding:
     """Sec. 2.3.2: what case 15 saves against case 24."""
     column = {"bpr": "bpr", "speed": "speed_rpm"}[quantity]
-    best, lean = (float(_case(evidence, case, column)[column]) for case in (BEST_CASE, LEAN_CASE))
+    best, lean = (_case(evidence, case, column) for case in (BEST_CASE, LEAN_CASE))
     return Finding(change_percent(best, lean), f"{lean:g} after {best:g}")
 
 
 @claim("2.shorter.time")
 def reduction_of_the_time(evidence: Evidence) -> Finding:
     """Sec. 2.3.2."""
-    best, short = (float(_case(evidence, case, "time_h")["time_h"]) for case in (BEST_CASE, SHORT_CASES[0]))
+    best, short = (_case(evidence, case, "time_h") for case in (BEST_CASE, SHORT_CASES[0]))
     return Finding(change_percent(best, short), f"{short:g} h after {best:g} h")
 
 
 @claim("2.shorter.yield")
 def loss_of_yield_by_shorter_milling(evidence: Evidence) -> Finding:
     """Sec. 2.3.2: what the shorter time costs."""
-    best, short = (
-        float(_case(evidence, case, "yield_percent")["yield_percent"]) for case in (BEST_CASE, SHORT_CASES[0])
-    )
+    best, short = (_case(evidence, case, "yield_percent") for case in (BEST_CASE, SHORT_CASES[0]))
     rests = "2.best_yield 2.case.23.yield"
     first, second = (float(evidence.printed[name]) for name in rests.split())
     lost = change_percent(first, second)

@@ -12,7 +12,6 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import ball_count
 from millprint.fingerprint.condition import effective_restitution
 from millprint.fingerprint.descriptors import NOTHING
-from millprint.run.files import read_table
 from millprint.thesis.claims.chapter2 import change_percent
 from millprint.thesis.claims.chapter3_causes import (
     AS_BUILT,
@@ -32,6 +31,7 @@ from millprint.thesis.claims.evidence import (
     NotRun,
     claim,
     contradicted,
+    datum,
     interval_of,
     yes_no,
 )
@@ -340,12 +340,7 @@ def yield_of_the_experiment(evidence: Evidence) -> Finding:
 
 
 def _measured_yield(evidence: Evidence) -> float:
-    evidence.cite(OUT_OF_DOMAIN, f"yield_percent of case {EXPERIMENT}", read_table)
-    runs = read_table(evidence.data / "out_of_domain.tsv", numeric=["yield_percent"], text=["case"])
-    own = runs.loc[runs["case"] == str(EXPERIMENT), "yield_percent"]
-    if own.empty:
-        raise NotRun(f"{OUT_OF_DOMAIN} has no case {EXPERIMENT}")
-    return float(own.iloc[0])
+    return datum(evidence, OUT_OF_DOMAIN, "case", EXPERIMENT, "yield_percent")
 
 
 @claim("3.experiment.predicted")

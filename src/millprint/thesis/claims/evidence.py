@@ -297,6 +297,19 @@ def explain_deviation(evidence: Evidence) -> str:
     return form.explain(evidence, **form.parts(evidence.id) or {}) if form and form.explain else ""
 
 
+def datum(evidence: Evidence, path: str, key: str, value: int, column: str) -> float:
+    """A number in the only row of a table of the project with this key; it becomes the source.
+
+    path: such as config/data/screening.tsv. Raises NotRun if there is no such row.
+    """
+    evidence.cite(path, f"{column} of {key} {value}", read_table)
+    table = read_table(evidence.data / Path(path).name, text=[key], numeric=[column], may_be_blank=[column])
+    own = table.loc[table[key] == str(value), column]
+    if own.empty:
+        raise NotRun(f"{path} has no {key} {value}")
+    return float(own.iloc[0])
+
+
 def in_words(table: pd.DataFrame, form: str, separator: str = ", ") -> str:
     """The rows of a table as text; form: of one row, as `str.format` takes it: "{f:.0f} 1/s at {speed_rpm:g} rpm"."""
     return separator.join(form.format(**row) for row in table.to_dict("records"))

@@ -5,16 +5,20 @@ from pathlib import Path
 from millprint.config.doe import AnalysisConfig, DesignConfig
 from millprint.run.files import write_json, write_table
 from millprint.thesis.doe.factorial_designs import alias_table, audit_table, describe, design_table
-from millprint.thesis.doe.residuals import lack_of_fit_table, residual_checks, residual_table
+from millprint.thesis.doe.residuals import (
+    contested_table,
+    lack_of_fit_table,
+    residual_checks,
+    residual_parts_table,
+    residual_table,
+)
 from millprint.thesis.doe.runs import read_runs
 from millprint.thesis.doe.variance import (
-    contested_table,
     corrected_table,
     detectable_table,
     fit_factors,
     interaction_table,
     printed_table,
-    residual_parts_table,
     trend_table,
 )
 

@@ -131,9 +131,10 @@ def _own_mean_deviation(estimator: Any, inputs: np.ndarray) -> np.ndarray:
 
 
 def _make_forest(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
-    from millprint.thesis.yields.estimators import Forest
+    from sklearn.ensemble import RandomForestRegressor
 
-    return Forest(**parameters, max_features=float(training.choices.max_features), seed=training.seed)
+    share = float(training.choices.max_features)
+    return RandomForestRegressor(**parameters, max_features=share, random_state=training.seed)
 
 
 def _forest_folds(inputs: np.ndarray, target: np.ndarray, folds: list, training: TrainingConfig) -> FoldPredictor:
@@ -161,7 +162,7 @@ def _explain_forest(estimator: Any, inputs: np.ndarray) -> tuple[np.ndarray, flo
     """The mean over the trees: SHAP values of a sum are sums."""
     import numpy as np
 
-    values, bases = zip(*(_explain_trees(tree, inputs) for tree in estimator.trees), strict=True)
+    values, bases = zip(*(_explain_trees(tree, inputs) for tree in estimator.estimators_), strict=True)
     return np.mean(values, axis=0), float(np.mean(bases))
 
 
@@ -184,9 +185,9 @@ def _boosting(parameters: Parameters, training: TrainingConfig, threads: int) ->
 
 
 def _make_xgb(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
-    from millprint.thesis.yields.estimators import Boosting
+    from xgboost import XGBRegressor
 
-    return Boosting(**_boosting(parameters, training, threads))
+    return XGBRegressor(**_boosting(parameters, training, threads))
 
 
 def _boosting_folds(inputs: np.ndarray, target: np.ndarray, folds: list, training: TrainingConfig) -> FoldPredictor:
@@ -197,11 +198,11 @@ def _boosting_folds(inputs: np.ndarray, target: np.ndarray, folds: list, trainin
 
 
 def _keep_xgb(estimator: Any) -> dict:
-    return {"booster": estimator.booster.save_raw("json").decode()}
+    return {"booster": estimator.get_booster().save_raw("json").decode()}
 
 
 def _restore_xgb(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndarray) -> Any:
-    estimator.booster.load_model(bytearray(kept["booster"], "utf-8"))
+    estimator.load_model(bytearray(kept["booster"], "utf-8"))
     return estimator
 
 
@@ -209,7 +210,7 @@ def _explain_xgb(estimator: Any, inputs: np.ndarray) -> tuple[np.ndarray, float]
     """By XGBoost's own implementation of the same algorithm, which knows its base score exactly."""
     from xgboost import DMatrix
 
-    values = estimator.booster.predict(DMatrix(inputs), pred_contribs=True)
+    values = estimator.get_booster().predict(DMatrix(inputs), pred_contribs=True)
     return values[:, :-1].astype(float), float(values[0, -1])
 
 
