@@ -27,7 +27,7 @@ from millprint.thesis.claims.verdicts import verdict
 from millprint.thesis.curves.regimes import read_regimes
 from millprint.thesis.yields.metrics import LOCKED_AGAIN, SPREAD
 from millprint.thesis.yields.new_conditions import write_predictions
-from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY, models_of, otherwise, searched_again
+from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY, REGRESSORS, models_of, other_seed
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings
@@ -52,7 +52,7 @@ TABLES = [
     "differences",
 ]
 # Files that the test yields may change: the final metrics, and the predictions, which list the measured yields too.
-FINAL_METRICS = {"test.tsv", "locked.tsv", "choices.tsv", "predictions.tsv"}
+FINAL_METRICS = {"test.tsv", "locked.tsv", "seeds.tsv", "predictions.tsv"}
 # Models whose held-out predictions are computed here; those of `linear` stand for all other regressors.
 HELD_OUT = ("linear", "averaged_gpr", "climatology")
 # Files made from all runs: evaluations over all of them, and everything that follows the evaluation.
@@ -134,15 +134,14 @@ def run_chapter(results: Path, screening: Path, to_the_end: bool = True) -> Path
         config.evaluation,
         config.interval_level,
     )
-    otherwise_models, again = [], searched_again(config.searched_again)
-    for model, strategy, choice in again:
-        otherwise_models.append(str(folder / f"models/otherwise/{model}_{strategy}_{choice}.json"))
-        changed = otherwise(config.training, choice)
-        train_yield_model.main(train, otherwise_models[-1], model, strategy, changed, config.search)
+    again = []
+    for model, strategy in ((name, strategy) for name, strategy in MODELS if REGRESSORS[name].space):
+        again.append(str(folder / f"models/other_seed/{model}_{strategy}.json"))
+        train_yield_model.main(train, again[-1], model, strategy, other_seed(config.training), config.search)
     compared = SimpleNamespace(
-        train=train, test=test, models=models, otherwise=otherwise_models, outside=config.out_of_domain
+        train=train, test=test, models=models, searched_again=again, outside=config.out_of_domain
     )
-    evaluate_yield_models.compare(compared, folder / "choices.tsv", config.training, again)
+    evaluate_yield_models.compare(compared, folder / "seeds.tsv", config.training)
     trees = [path for path in models if "rf_two" in path or "xgb_two" in path]
     evaluate_yield_models.explain([train, test], trees, folder / "shap.tsv", folder / "shap_ranking.tsv")
     for name in ("primary", "final"):
@@ -296,13 +295,12 @@ def test_tables_have_the_columns_that_are_read_later(chapter):
     coverage = read_table(chapter / "coverage.tsv")
     assert set(coverage["method"]) == {"cv_plus", "mixture", "errors"} and set(coverage["nominal"]) == {0.5, 0.8, 0.95}
     assert coverage["covered"].between(coverage["lower"], coverage["upper"]).all()
-    choices = read_table(chapter / "choices.tsv")
+    choices = read_table(chapter / "seeds.tsv")
     taken = choices[choices["choice"] == "as taken"].reset_index(drop=True)
     np.testing.assert_allclose(taken["rmse"], locked["rmse"].iloc[:-1], rtol=1e-6)
     outside = read_table(chapter / "out_of_domain.tsv", text=["case"]).query("case == '27'").iloc[:-1]
     np.testing.assert_allclose(taken["case_27_percent"], outside["predicted_percent"], rtol=1e-6)
-    named = {"linear_features", "length_scales", "time_model", "max_features", "seed"}
-    assert named | {"search_seed", "residual_weights"} <= set(choices["choice"])
+    assert set(choices["choice"]) == {"as taken", "seed", "search_seed"}
     assert len(choices) == len(choices.drop_duplicates(["model", "strategy", "choice", "value"]))
 
 

@@ -6,12 +6,9 @@ from millprint.thesis.yields.regressors import (
     CLIMATOLOGY,
     PRIMARY,
     REGRESSORS,
-    RESIDUAL_WEIGHTS,
-    SEARCH_SEED,
     TWO_STEP,
     models_of,
-    otherwise,
-    searched_again,
+    other_seed,
 )
 
 YIELDS = f"{RESULTS}/yield"
@@ -19,20 +16,16 @@ MODELS = models_of(CONFIG.yields.models)
 EVERY_MODEL = [*MODELS, (AVERAGED, PRIMARY)]
 COMPARED_MODELS = [*EVERY_MODEL, (CLIMATOLOGY, PRIMARY)]
 EXPLAINED = [(name, TWO_STEP) for name in CONFIG.yields.models if REGRESSORS[name].explain]
-SEARCHED_AGAIN = searched_again(CONFIG.yields.searched_again, MODELS)
+TUNED = [(name, strategy) for name, strategy in MODELS if REGRESSORS[name].space]
 YIELD_MODEL = f"{YIELDS}/models/{{model}}_{{strategy}}.json"
-OTHER_MODEL = f"{YIELDS}/models/otherwise/{{model}}_{{strategy}}_{{choice}}.json"
+OTHER_MODEL = f"{YIELDS}/models/other_seed/{{model}}_{{strategy}}.json"
 HELD_OUT = f"{YIELDS}/held_out/{{model}}_{{strategy}}"
-# What a model is trained with, by its file in results/yield/models: regressor, strategy and settings; in the folder
-# `otherwise` with another value of a choice that the thesis leaves open.
+# What a model is trained with, by its file in results/yield/models: regressor, strategy and settings.
 TRAINED_MODELS = {
     **{f"{model}_{strategy}": (model, strategy, yield_settings("training")) for model, strategy in MODELS},
     **{
-        f"otherwise/{model}_{strategy}_{choice}": (
-            *(model, strategy),
-            otherwise(CONFIG.yields.training, choice).model_dump(mode="json"),
-        )
-        for model, strategy, choice in SEARCHED_AGAIN
+        f"other_seed/{model}_{strategy}": (model, strategy, other_seed(CONFIG.yields.training).model_dump(mode="json"))
+        for model, strategy in TUNED
     },
 }
 # The machine of the cases of chapter 4, whose descriptors follow from the master curves. The mill gives the amplitude.
@@ -136,7 +129,7 @@ YIELD_TABLES = [
     "differences",
     "shap",
     "shap_ranking",
-    "choices",
+    "seeds",
 ]
 
 
@@ -172,10 +165,7 @@ rule evaluate_yield_models:
         held_out=every_model(f"{HELD_OUT}.tsv", COMPARED_MODELS),
         intervals=every_model(f"{HELD_OUT}_intervals.tsv", COMPARED_MODELS),
         explained=every_model(YIELD_MODEL, EXPLAINED),
-        otherwise=[
-            OTHER_MODEL.format(model=model, strategy=strategy, choice=choice)
-            for model, strategy, choice in SEARCHED_AGAIN
-        ],
+        searched_again=every_model(OTHER_MODEL, TUNED if CONFIG.yields.searched_again else []),
         outside=CONFIG.yields.out_of_domain,
     output:
         **{name: f"{YIELDS}/{name}.tsv" for name in YIELD_TABLES},
@@ -187,9 +177,8 @@ rule evaluate_yield_models:
         training=yield_settings("training"),
         evaluation=yield_settings("evaluation"),
         interval_level=CONFIG.yields.interval_level,
-        searched_again=SEARCHED_AGAIN,
     message:
-        "Evaluating the yield models on the locked split, on held-out runs, outside their domain, and with other choices"
+        "Evaluating the yield models on the locked split, on held-out runs, outside their domain, and with other seeds"
     script:
         "../../scripts/evaluate_yield_models.py"
 

@@ -185,7 +185,7 @@ class EvaluationConfig(HeldOutConfig):
 
 
 class Choices(Section):
-    """Choices that the thesis leaves open. The defaults come nearest to its Table 5.6 (see choices.tsv)."""
+    """Choices that the thesis leaves open. The defaults come nearest to its Table 5.6."""
 
     linear_features: list[str] = Field(default=["bpr", "molar_ratio", "time_h"], min_length=1)
     """features of the linear baseline"""
@@ -276,10 +276,8 @@ class YieldConfig(Section):
     """regressors of the models that are trained; those of Table 5.6 and gpr_starts at least"""
     training: TrainingConfig = TrainingConfig()
     search: SearchConfig = SearchConfig()
-    searched_again: list[Literal["search_seed", "residual_weights"]] = ["search_seed", "residual_weights"]
-    """choices that are also searched with another value: the seed (every tuned model), the weights of residuals
-    (two-step models); [] for none. Together they take longer than the models themselves
-    """
+    searched_again: bool = True
+    """whether every tuned model is also searched with another seed, for its scatter; this doubles the searches"""
     evaluation: EvaluationConfig = EvaluationConfig()
     other_sources: OtherSourcesConfig = OtherSourcesConfig()
     averaging: AveragingConfig = AveragingConfig()

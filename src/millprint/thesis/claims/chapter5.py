@@ -19,7 +19,7 @@ from millprint.thesis.yields.metrics import GAINS, LEFT_OUT, NESTED, RANDOM
 from millprint.thesis.yields.regressors import regressor
 
 UNITS = {"rmse": " pp", "mae": " pp", "mape": " %", "r2": "", "wmse": " pp2"}
-# Rows of yield/choices.tsv of models that differ only in a seed.
+# Rows of yield/seeds.tsv of models that differ only in a seed.
 SEEDED = ("seed", "search_seed")
 # Disjoint parts of the sum of squares of the yields, Table 2.5; the residual is not printed.
 PRINTED_SUMS = "2.anova.A.ss 2.anova.B.ss 2.anova.C.ss 2.anova.D.ss 2.anova.AB.ss 2.anova.AC.ss 2.anova.BC.ss"
@@ -56,7 +56,7 @@ def error_on_the_locked_split(
 def _over_seeds(evidence: Evidence, model: str, strategy: str, column: str, value: float) -> Interval | None:
     """The interval of a value with those of other seeds of search and trees; None of a model without any."""
     own = f"model == '{model}' and strategy == '{strategy}' and choice in {SEEDED}"
-    others = evidence.table("yield/choices.tsv", own)
+    others = evidence.table("yield/seeds.tsv", own)
     return interval_of([value, *others[column]], "seeds") if len(others) else None
 
 

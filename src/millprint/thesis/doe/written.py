@@ -19,14 +19,12 @@ from millprint.thesis.doe.variance import (
     fit_factors,
     interaction_table,
     printed_table,
-    trend_table,
 )
 
 # The tables of the design, by the names of the rule's outputs.
 DESIGN_TABLES = ("design", "aliases", "audit")
 # The tables of the analysis that follow the analysis of variance, by the names of the rule's outputs.
 TABLES = (
-    "trends",
     "contested",
     "residual_parts",
     "detectable",
@@ -69,7 +67,6 @@ def write_analysis(screening: str, tables: dict[str, str], settings: AnalysisCon
     fit = fit_factors(settings, runs)
     write_table(printed_table(settings, runs), tables["printed"])
     write_table(corrected_table(settings, runs), tables["corrected"])
-    write_table(trend_table(settings, runs), tables["trends"])
     write_table(contested_table(settings, runs), tables["contested"])
     write_table(residual_parts_table(settings, runs), tables["residual_parts"])
     write_table(detectable_table(settings, runs), tables["detectable"])

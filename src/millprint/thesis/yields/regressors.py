@@ -23,7 +23,6 @@ PRIMARY, TWO_STEP = "primary", "two_step"
 AVERAGED = "averaged_gpr"
 # The yields of the training rows as the prediction for every condition: the reference of all scores.
 CLIMATOLOGY = "climatology"
-SEARCH_SEED, RESIDUAL_WEIGHTS = "search_seed", "residual_weights"
 
 Parameters = dict[str, Any]
 # Predicts the held-out rows (m,) [pp] of a fold, by its number, for some hyper-parameters.
@@ -51,7 +50,7 @@ class Regressor:
     forest: whether it is a mean over `n_estimators` trees that do not depend on each other.
     two_step: whether it also makes a model of two steps, first on time and then on the rest (Sec. 5.2.5).
     primary_features(choices): the features of its single step; None for all of them.
-    choices: the open choices that affect it (keys of millprint.thesis.yields.evaluation.ALTERNATIVES).
+    seeded: whether its fit depends on a seed.
     keep(estimator): what its file stores of a fit; restore(estimator, kept, inputs, target): the fitted estimator from
     that and from the training rows, inputs (n, k) and target (n,). Without them it is fitted again, which is exact.
     explain(estimator, inputs): SHAP values (n, k) [pp] and the mean prediction [pp]; None if it cannot be explained.
@@ -69,7 +68,7 @@ class Regressor:
     forest: bool = False
     two_step: bool = True
     primary_features: Callable[[Choices], Sequence[str]] | None = None
-    choices: tuple[str, ...] = ()
+    seeded: bool = False
     keep: Callable[[Any], dict] = _keep_nothing
     restore: Callable[[Any, dict, np.ndarray, np.ndarray], Any] = _fit_again
     explain: Callable[[Any, np.ndarray], tuple[np.ndarray, float]] | None = None
@@ -217,7 +216,6 @@ def _explain_xgb(estimator: Any, inputs: np.ndarray) -> tuple[np.ndarray, float]
 # What every Gaussian process of Eqs 5.5 to 5.10 has, however its start is found.
 OF_A_PROCESS: dict[str, Any] = {
     "scaled": True,
-    "choices": ("length_scales", "kernel_bounds"),
     "keep": _keep_gpr,
     "restore": _restore_gpr,
     "deviation": _own_deviation,
@@ -231,7 +229,6 @@ REGRESSORS = {
         scaled=True,
         two_step=False,
         primary_features=lambda choices: choices.linear_features,
-        choices=("linear_features",),
         keep=_keep_linear,
         restore=_restore_linear,
         mean_deviation=_own_mean_deviation,
@@ -251,7 +248,7 @@ REGRESSORS = {
         make=_make_forest,
         space=spaces.SPACES["rf"],
         forest=True,
-        choices=("max_features", "seed"),
+        seeded=True,
         explain=_explain_forest,
         fold_predictor=_forest_folds,
     ),
@@ -264,10 +261,10 @@ REGRESSORS = {
     ),
     "xgb": Regressor(
         title="XGBoost",
-        settled="One seed for everything, not chosen; choices.tsv shows what other seeds of the trees do.",
+        settled="One seed for everything, not chosen; seeds.tsv shows what other seeds of the trees do.",
         make=_make_xgb,
         space=spaces.SPACES["xgb"],
-        choices=("seed",),
+        seeded=True,
         keep=_keep_xgb,
         restore=_restore_xgb,
         explain=_explain_xgb,
@@ -279,7 +276,7 @@ REGRESSORS = {
         make=_make_extra_trees,
         space=spaces.SPACES["extra_trees"],
         forest=True,
-        choices=("max_features", "seed"),
+        seeded=True,
         explain=_explain_trees,
     ),
     "gpr_starts": Regressor(
@@ -313,26 +310,6 @@ def models_of(names: Sequence[str]) -> list[tuple[str, str]]:
 MODELS = models_of(spaces.TABLE_5_6)
 
 
-def searched_again(choices: Sequence[str], models: Sequence[tuple[str, str]] = MODELS) -> list[tuple[str, str, str]]:
-    """Regressor, strategy and choice of every model that is searched again with another value of some choices.
-
-    Another seed affects every tuned model, other weights of the residuals the tuned ones of two steps. Raises
-    KeyError for any other choice.
-    """
-    affected = {
-        SEARCH_SEED: [(name, strategy) for name, strategy in models if regressor(name).space],
-        RESIDUAL_WEIGHTS: [
-            (name, strategy) for name, strategy in models if strategy == TWO_STEP and regressor(name).space
-        ],
-    }
-    return [(*model, choice) for choice in choices for model in affected[choice]]
-
-
-def otherwise(settings: TrainingConfig, choice: str) -> TrainingConfig:
-    """The settings with another value of a choice that a search depends on. Raises ValueError for any other."""
-    if choice == SEARCH_SEED:
-        return settings.model_copy(update={"seed": settings.seed + 1})
-    if choice == RESIDUAL_WEIGHTS:
-        other = {"yield": "residual", "residual": "yield"}[settings.choices.residual_weights]
-        return settings.model_copy(update={"choices": settings.choices.model_copy(update={choice: other})})
-    raise ValueError(f"{choice!r}: not a choice that a search depends on")
+def other_seed(settings: TrainingConfig) -> TrainingConfig:
+    """The settings with another seed of folds, search and trees, for the scatter of a trained model."""
+    return settings.model_copy(update={"seed": settings.seed + 1})
