@@ -20,7 +20,7 @@ from millprint.run.files import read_table, whole_file, write_table
 from millprint.run.job import job
 from millprint.thesis.curves import regimes
 from millprint.thesis.curves.energy import Chemistry, compare_with_prior, energy_leverage, fit_slopes, specific_yields
-from millprint.thesis.figures.chapter4_figures import plot_mass_per_watt, plot_specific_yield, plot_yield
+from millprint.thesis.figures.chapter3_and_4_figures import plot_mass_per_watt, plot_specific_yield, plot_yield
 
 # The sets of runs whose yields are compared with their doses, as the verdict names them.
 SETS = {"screening": "Screening runs", "regimes": "Five cases of chapter 4"}

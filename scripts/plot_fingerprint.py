@@ -19,7 +19,7 @@ from millprint.fingerprint.occupancy import read_occupancy
 from millprint.run.files import read_table
 from millprint.run.job import job
 from millprint.thesis.curves.regimes import published_curves, published_cycles, read_published
-from millprint.thesis.figures.chapter3_figures import (
+from millprint.thesis.figures.chapter3_and_4_figures import (
     plot_cycle_densities,
     plot_cycle_means,
     plot_energies,

@@ -173,7 +173,7 @@ def test_quantiles_of_one_identity_member_are_those_of_a_normal():
 def test_bounded_members_stay_within_their_bounds_far_outside():
     model, rows = fitted()
     far = rows.assign(time_h=rows["time_h"] * 100)
-    lower, upper = model.interval(far, 0.95)
+    lower, upper = model.intervals(far, [0.95])[:, 0].T
     assert (lower >= 0).all() and (upper <= 100).all() and (lower <= upper).all()
 
 
@@ -210,7 +210,7 @@ def test_a_second_fit_and_the_stored_model_are_the_same(tmp_path):
     loaded = load_any(str(tmp_path / "0.json"))
     assert isinstance(loaded, AveragedModel)
     np.testing.assert_allclose(loaded.predict(test), model.predict(test), rtol=1e-12)
-    np.testing.assert_allclose(loaded.interval(test, 0.9), model.interval(test, 0.9), rtol=1e-9)
+    np.testing.assert_allclose(loaded.intervals(test, [0.9])[:, 0].T, model.intervals(test, [0.9])[:, 0].T, rtol=1e-9)
     assert training_rows(str(tmp_path / "0.json"))["case"].tolist() == rows["case"].tolist()
     assert model.weights.sum() == pytest.approx(1)
     assert set(read_json(tmp_path / "0.json")["versions"]) == {"numpy", "scipy"}

@@ -60,10 +60,10 @@ def test_two_step_gpr_has_every_printed_digit_from_a_plain_start():
 def test_interval_of_gpr_is_that_of_a_normal_and_others_have_none():
     _, test = parts()
     model = refitted("gpr", "two_step", [START, START])
-    lower, upper = model.interval(test, 0.95)
+    lower, upper = model.intervals(test, [0.95])[:, 0].T
     np.testing.assert_allclose((lower + upper) / 2, model.predict(test), rtol=1e-12)
     np.testing.assert_allclose((upper - lower) / 2, 1.959964 * model.deviation(test), rtol=1e-6)
-    assert np.isnan(refitted("linear", "primary", [{}]).interval(test, 0.95)).all()
+    assert np.isnan(refitted("linear", "primary", [{}]).intervals(test, [0.95])[:, 0].T).all()
 
 
 def test_two_step_gpr_with_one_length_scale_is_far_off():

@@ -179,11 +179,6 @@ class AveragedModel:
             low, high = np.where(below < target, middle, low), np.where(below < target, high, middle)
         return 100 * np.clip((low + high) / 2, 0, 1)
 
-    def interval(self, rows: pd.DataFrame, level: float) -> tuple[np.ndarray, np.ndarray]:
-        """Ends (n,), (n,) [%] of the central predictive interval of a level."""
-        lower, upper = self.intervals(rows, [level])[:, 0].T
-        return lower, upper
-
     def intervals(self, rows: pd.DataFrame, levels: Sequence[float]) -> np.ndarray:
         """Ends (n, levels, 2) [%] of the central predictive intervals."""
         ends = [((1 - level) / 2, (1 + level) / 2) for level in levels]

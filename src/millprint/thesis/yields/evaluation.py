@@ -241,7 +241,7 @@ def predictions(models: list[YieldModel | AveragedModel], rows: pd.DataFrame, le
     """
     tables = []
     for model in models:
-        predicted, (lower, upper) = model.predict(rows), model.interval(rows, level)
+        predicted, (lower, upper) = model.predict(rows), model.intervals(rows, [level])[:, 0].T
         table = rows[[name for name in ("case", "role", YIELD) if name in rows]].assign(
             predicted_percent=predicted,
             error_pp=predicted - rows[YIELD],

@@ -29,10 +29,6 @@ Parameters = dict[str, Any]
 FoldPredictor = Callable[[int, Parameters], "np.ndarray"]
 
 
-def _keep_nothing(estimator: Any) -> dict:
-    return {}
-
-
 def _fit_again(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndarray) -> Any:
     return estimator.fit(inputs, target)
 
@@ -69,7 +65,7 @@ class Regressor:
     two_step: bool = True
     primary_features: Callable[[Choices], Sequence[str]] | None = None
     seeded: bool = False
-    keep: Callable[[Any], dict] = _keep_nothing
+    keep: Callable[[Any], dict] = lambda estimator: {}
     restore: Callable[[Any, dict, np.ndarray, np.ndarray], Any] = _fit_again
     explain: Callable[[Any, np.ndarray], tuple[np.ndarray, float]] | None = None
     deviation: Callable[[Any, np.ndarray], np.ndarray] | None = None
@@ -111,22 +107,10 @@ def _make_gpr(parameters: Parameters, columns: int, training: TrainingConfig, th
     return gaussian_process(parameters, columns, training)
 
 
-def _keep_gpr(estimator: Any) -> dict:
-    return {"log_kernel_parameters": estimator.logs.tolist()}
-
-
 def _restore_gpr(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndarray) -> Any:
     import numpy as np
 
     return estimator.condition(np.array(kept["log_kernel_parameters"]), inputs, target)
-
-
-def _own_deviation(estimator: Any, inputs: np.ndarray) -> np.ndarray:
-    return estimator.deviation(inputs)
-
-
-def _own_mean_deviation(estimator: Any, inputs: np.ndarray) -> np.ndarray:
-    return estimator.mean_deviation(inputs)
 
 
 def _make_forest(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
@@ -196,10 +180,6 @@ def _boosting_folds(inputs: np.ndarray, target: np.ndarray, folds: list, trainin
     return lambda fold, parameters: fits[fold].predict(_boosting(parameters, training, threads=1))
 
 
-def _keep_xgb(estimator: Any) -> dict:
-    return {"booster": estimator.get_booster().save_raw("json").decode()}
-
-
 def _restore_xgb(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndarray) -> Any:
     estimator.load_model(bytearray(kept["booster"], "utf-8"))
     return estimator
@@ -216,10 +196,10 @@ def _explain_xgb(estimator: Any, inputs: np.ndarray) -> tuple[np.ndarray, float]
 # What every Gaussian process of Eqs 5.5 to 5.10 has, however its start is found.
 OF_A_PROCESS: dict[str, Any] = {
     "scaled": True,
-    "keep": _keep_gpr,
+    "keep": lambda estimator: {"log_kernel_parameters": estimator.logs.tolist()},
     "restore": _restore_gpr,
-    "deviation": _own_deviation,
-    "mean_deviation": _own_mean_deviation,
+    "deviation": lambda estimator, inputs: estimator.deviation(inputs),
+    "mean_deviation": lambda estimator, inputs: estimator.mean_deviation(inputs),
 }
 REGRESSORS = {
     "linear": Regressor(
@@ -231,7 +211,7 @@ REGRESSORS = {
         primary_features=lambda choices: choices.linear_features,
         keep=_keep_linear,
         restore=_restore_linear,
-        mean_deviation=_own_mean_deviation,
+        mean_deviation=lambda estimator, inputs: estimator.mean_deviation(inputs),
     ),
     "gpr": Regressor(
         title="GPR",
@@ -265,7 +245,7 @@ REGRESSORS = {
         make=_make_xgb,
         space=spaces.SPACES["xgb"],
         seeded=True,
-        keep=_keep_xgb,
+        keep=lambda estimator: {"booster": estimator.get_booster().save_raw("json").decode()},
         restore=_restore_xgb,
         explain=_explain_xgb,
         fold_predictor=_boosting_folds,
