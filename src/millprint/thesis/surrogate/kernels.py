@@ -13,7 +13,7 @@ import numpy as np
 from millprint.mill.distance import distance_at
 from millprint.mill.vectors import add_scaled, dot, subtract
 from millprint.run.kernel import inner, kernel
-from millprint.thesis.surrogate.products import PANEL, ZERO, add_product, begin, clear, rectify, through
+from millprint.thesis.surrogate.products import PANEL, ZERO, add_product, begin, clear, enter, rectify, through
 
 # Edges in a piece: their hidden values stay in the processor's second cache.
 PIECE = 64
@@ -151,10 +151,7 @@ def exchange(weights, scratch, ball, layer, edges, nodes):
     for first in range(0, edges, PIECE):
         count = min(PIECE, edges - first)
         write_vectors(weights, scratch, ball, first, count)
-        begin(edge_sum, weights.edge_first_bias, count)
-        add_product(edge_sum, weights.edge_first, scratch.vector, count)
-        rectify(edge, edge_sum, count)
-        through(weights.edge.weight, weights.edge.bias, edge, edge_sum, count)
+        enter(weights.edge, scratch.vector, edge, edge_sum, count)
         for e in range(count):
             to_target = scratch.to_target[scratch.target[first + e]]
             to_source = scratch.to_source[scratch.source[first + e]]
@@ -195,7 +192,7 @@ def read_out(weights, scratch, graphs, balls):
     """The dissipation of every graph [J], from the mean of its balls that have an edge (Eq. 6.27)."""
     node, pooled, pooled_sum, out = scratch.node, scratch.pooled, scratch.pooled_sum, scratch.dissipation
     width = node.shape[1]
-    begin(pooled_sum, weights.readout_bias, graphs)
+    begin(pooled_sum, weights.readout.first_bias, graphs)
     for g in range(graphs):
         touched = 0
         for c in range(width):
@@ -210,9 +207,9 @@ def read_out(weights, scratch, graphs, balls):
             for c in range(width):
                 pooled[g, c] *= share
                 pooled_sum[g, c] += weights.readout_any_bias[c]
-    add_product(pooled_sum, weights.readout_first, pooled, graphs)
+    add_product(pooled_sum, weights.readout.first, pooled, graphs)
     rectify(pooled, pooled_sum, graphs)
-    through(weights.readout.weight, weights.readout.bias, pooled, pooled_sum, graphs)
+    through(weights.readout.hidden.weight, weights.readout.hidden.bias, pooled, pooled_sum, graphs)
     begin(out, weights.readout_last_bias, graphs)
     add_product(out, weights.readout_last, pooled, graphs)
     for g in range(graphs):
@@ -223,10 +220,7 @@ def read_out(weights, scratch, graphs, balls):
 def decode(weights, scratch, count):
     """The acceleration of every ball [m/s2]."""
     node, node_sum, out = scratch.node, scratch.node_sum, scratch.acceleration
-    begin(node_sum, weights.decoder_first_bias, count)
-    add_product(node_sum, weights.decoder_first, node, count)
-    rectify(node, node_sum, count)
-    through(weights.decoder.weight, weights.decoder.bias, node, node_sum, count)
+    enter(weights.decoder, node, node, node_sum, count)
     begin(out, weights.decoder_last_bias, count)
     add_product(out, weights.decoder_last, node, count)
     for n in range(count):
@@ -240,10 +234,7 @@ def predict(weights, scratch, ball, wall, pairs, walls):
     graphs, balls = ball.shape[0], ball.shape[1]
     node, node_sum, nodes = scratch.node, scratch.node_sum, graphs * (balls + 1)
     normalise(weights, scratch, ball, wall)
-    begin(node_sum, weights.node_first_bias, nodes)
-    add_product(node_sum, weights.node_first, scratch.features, nodes)
-    rectify(node, node_sum, nodes)
-    through(weights.node.weight, weights.node.bias, node, node_sum, nodes)
+    enter(weights.node, scratch.features, node, node_sum, nodes)
     rounds = weights.own.shape[0]
     for layer in range(rounds):
         # Of the wall's own output nothing is used, so nothing is sent to it in the last round.

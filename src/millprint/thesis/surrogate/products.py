@@ -178,3 +178,12 @@ def through(weight, bias, x, z, rows):
         begin(z, bias[layer], rows)
         add_product(z, weight[layer], x, rows)
         rectify(x, z, rows)
+
+
+@inner()
+def enter(layers, x, hidden, hidden_sum, rows):
+    """x through the first layer of a perceptron and its hidden ones; hidden_sum: what these are before their ReLU."""
+    begin(hidden_sum, layers.first_bias, rows)
+    add_product(hidden_sum, layers.first, x, rows)
+    rectify(hidden, hidden_sum, rows)
+    through(layers.hidden.weight, layers.hidden.bias, hidden, hidden_sum, rows)
