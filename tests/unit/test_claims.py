@@ -40,7 +40,7 @@ from millprint.thesis.claims.tabulate import (
     read_claims,
     tabulate_claims,
 )
-from millprint.thesis.claims.verdicts import BASES, NATURES, agrees, allowed_width, deviation, verdict
+from millprint.thesis.claims.tolerances import BASES, NATURES, agrees, allowed_width, deviation, verdict
 from millprint.thesis.curves.regimes import read_published
 from tests.conftest import PRINTED, ROOT
 

@@ -16,7 +16,7 @@ from millprint.config.workflow import PartitionConfig
 from millprint.run.files import read_table
 from millprint.thesis.claims.chapter3_curves import rank_correlation
 from millprint.thesis.claims.tabulate import collect_findings
-from millprint.thesis.claims.verdicts import verdict
+from millprint.thesis.claims.tolerances import verdict
 from tests.conftest import PRINTED, configuration
 from tests.unit.synthetic_mill import VOLUME, overrides, summaries, summary, true_curves
 

@@ -30,7 +30,7 @@ from millprint.thesis.claims.conclusions import (
 )
 from millprint.thesis.claims.evidence import Contradiction, Evidence, Finding, Interval
 from millprint.thesis.claims.tabulate import collect_findings, tabulate_claims
-from millprint.thesis.claims.verdicts import (
+from millprint.thesis.claims.tolerances import (
     DEVIATES,
     ERRATUM,
     REPRODUCED,

@@ -21,7 +21,7 @@ from millprint.thesis.yields.averaging import (
 )
 from millprint.thesis.yields.features import Standardisation, describe
 from millprint.thesis.yields.model_files import load_any, load_averaged, save_averaged, training_rows
-from millprint.thesis.yields.processes import (
+from millprint.thesis.yields.posterior_process import (
     JITTER,
     MEAN_VARIANCE,
     Pairs,

@@ -7,7 +7,7 @@ from xgboost import XGBRegressor
 
 from millprint.config.errors import ConfigError
 from millprint.run.files import read_json, write_json
-from millprint.thesis.claims.verdicts import agrees
+from millprint.thesis.claims.tolerances import agrees
 from millprint.thesis.yields.estimators import BoostingFold, ForestFold
 from millprint.thesis.yields.features import FEATURES, Standardisation, engineer
 from millprint.thesis.yields.metrics import METRICS, YieldWeights, metrics

@@ -23,7 +23,7 @@ from millprint.config.search_spaces import COMPARED
 from millprint.fingerprint.condition import Condition
 from millprint.run.files import read_table
 from millprint.thesis.claims.tabulate import collect_findings
-from millprint.thesis.claims.verdicts import verdict
+from millprint.thesis.claims.tolerances import verdict
 from millprint.thesis.curves.regimes import read_regimes
 from millprint.thesis.yields.metrics import LOCKED_AGAIN, SPREAD
 from millprint.thesis.yields.new_conditions import write_predictions

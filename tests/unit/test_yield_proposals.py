@@ -22,7 +22,7 @@ from millprint.thesis.yields.groups import (
     without_regime,
 )
 from millprint.thesis.yields.held_out import Prediction
-from millprint.thesis.yields.processes import Process
+from millprint.thesis.yields.posterior_process import Process
 from millprint.thesis.yields.proposals import (
     choose_for_learning,
     choose_for_yield,

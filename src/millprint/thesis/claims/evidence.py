@@ -13,7 +13,7 @@ import pandas as pd
 from millprint.config.errors import ConfigError
 from millprint.run.files import read_json, read_table
 from millprint.statistics.quantiles import spread_of
-from millprint.thesis.claims.verdicts import agrees
+from millprint.thesis.claims.tolerances import agrees
 
 # By path from the results folder: the rule that writes the file, and the function that computes its content. Where one
 # column has a function of its own, its name follows the path. Functions are named, not imported: claims read files, and

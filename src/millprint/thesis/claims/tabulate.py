@@ -21,7 +21,7 @@ from millprint.thesis.claims.evidence import (
     find_claim,
     form_of,
 )
-from millprint.thesis.claims.verdicts import (
+from millprint.thesis.claims.tolerances import (
     BASES,
     DERIVED,
     DEVIATES,

@@ -16,7 +16,7 @@ from millprint.run.outputs import listed_tables
 from millprint.thesis.claims.conclusions import FALLS, PARTLY, STANDS, UNKNOWN, deviating_everywhere, in_prose
 from millprint.thesis.claims.evidence import Finding
 from millprint.thesis.claims.tabulate import INTERVAL_PARTS, count_natures, count_verdicts
-from millprint.thesis.claims.verdicts import DEVIATES, ERRATUM, NATURES, NOT_RUN, REPRODUCED
+from millprint.thesis.claims.tolerances import DEVIATES, ERRATUM, NATURES, NOT_RUN, REPRODUCED
 from millprint.thesis.report.table_pages import FOLDER, Section, section_id, tables_page
 
 RUNTIME_COLUMNS = ["stage", "job", "wall_s", "processor_s", "memory_MB"]

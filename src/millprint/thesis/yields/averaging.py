@@ -15,7 +15,7 @@ from millprint.config.averaged_process import INPUTS, AveragingConfig
 from millprint.config.yields import LibraryTrialConfig
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.features import Standardisation, describe
-from millprint.thesis.yields.processes import Process, fit_process, terms_of
+from millprint.thesis.yields.posterior_process import Process, fit_process, terms_of
 from millprint.thesis.yields.regressors import AVERAGED, PRIMARY
 
 # Nodes and weights of the Gauss-Hermite quadrature, for means over a normal distribution.

@@ -18,7 +18,7 @@ from sklearn.tree import DecisionTreeRegressor
 from xgboost import QuantileDMatrix, XGBRegressor, train
 
 from millprint.config.yields import Choices, TrainingConfig
-from millprint.thesis.yields.processes import Pairs
+from millprint.thesis.yields.posterior_process import Pairs
 
 # Added to the variance of each row, in the units of the target squared, as scikit-learn does by default.
 JITTER = 1e-10

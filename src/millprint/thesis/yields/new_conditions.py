@@ -20,7 +20,7 @@ from millprint.thesis.yields.averaging import BISECTIONS, HIGHEST, LOWEST, NODE_
 from millprint.thesis.yields.distributions import CV_PLUS, cross_validated_intervals, own_intervals, refit
 from millprint.thesis.yields.features import CHEMICAL, CONDITIONS, FREQUENCY, NORMAL, SHARE, TANGENTIAL, describe
 from millprint.thesis.yields.model_files import load_any, load_averaged, training_rows
-from millprint.thesis.yields.processes import JITTER, MEAN_VARIANCE
+from millprint.thesis.yields.posterior_process import JITTER, MEAN_VARIANCE
 from millprint.thesis.yields.run_tables import read_rows
 from millprint.thesis.yields.yield_model import YieldModel
 

@@ -1,4 +1,4 @@
-"""What a tolerance allows, the verdicts that follow, and the words for these and for what a claim is."""
+"""What a tolerance allows, the verdicts that follow from it, and the words for these and for what a claim is."""
 
 from __future__ import annotations
 
