@@ -15,7 +15,7 @@ from millprint.figures.style import save
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.thesis.calibration.drop import read_heights, simulate_drops, summarise_drops
-from millprint.thesis.figures.chapter3_figures import plot_drops, plot_friction_fit
+from millprint.thesis.figures.chapter3_and_4_figures import plot_drops, plot_friction_fit
 
 MEASURED = "measured"
 

@@ -1,11 +1,11 @@
 """Evaluates the trained models on the locked split, on held-out runs and outside the trained domain; explains trees;
-compares the choices that the thesis leaves open.
+compares other seeds.
 
-Settings: yields.training, yields.evaluation, yields.interval_level, yields.searched_again.
-Inputs: `train`, `test`, `outside`; `models`, `averaged`, `explained`, `otherwise`; `held_out` predictions and
+Settings: yields.training, yields.evaluation, yields.interval_level.
+Inputs: `train`, `test`, `outside`; `models`, `averaged`, `explained`, `searched_again`; `held_out` predictions and
 `intervals`.
 Outputs: `locked`, `scores_by_scheme`, `coverage`, `predictions`, `out_of_domain`, `time_variance`,
-`scores`, `pit`, `differences`, `shap`, `shap_ranking`, `choices`.
+`scores`, `pit`, `differences`, `shap`, `shap_ranking`, `seeds`.
 """
 
 import pandas as pd
@@ -18,9 +18,8 @@ from millprint.run.progress import progress
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.evaluation import (
     MODEL_KEYS,
-    compare_choices,
+    compare_seeds,
     coverage_table,
-    describe_search,
     labelled,
     locked_metrics,
     paired_differences,
@@ -86,22 +85,17 @@ def explain(parts: list[str], model_paths: list[str], values_path: str, ranking_
     write_table(rank_features(values), ranking_path)
 
 
-def compare(inputs, choices_path: str, settings: TrainingConfig, again: list[tuple[str, str, str]]) -> None:
-    """Write one row for each model and for each of its alternatives.
-
-    again: regressor, strategy and choice of every model in inputs.otherwise, in the same order.
-    """
+def compare(inputs, seeds_path: str, settings: TrainingConfig) -> None:
+    """Write one row for each model and for each of its other seeds."""
     train, test, outside = (read_rows(path) for path in (inputs.train, inputs.test, inputs.outside))
+    again = {(model.name, model.strategy): model for model in map(load_model, inputs.searched_again)}
     tables = []
-    with threadpool_limits(1), progress(len(inputs.models), "comparing choices", "model") as bar:
-        for path in inputs.models:
-            model = load_model(path)
-            tables.append(compare_choices(model, train, test, outside, settings))
-            for (*own, choice), other in zip(again, inputs.otherwise, strict=True):
-                if own == [model.name, model.strategy]:
-                    tables.append(describe_search(load_model(other), test, outside, choice, settings))
+    with threadpool_limits(1), progress(len(inputs.models), "comparing seeds", "model") as bar:
+        for model in map(load_model, inputs.models):
+            other = again.get((model.name, model.strategy))
+            tables.append(compare_seeds(model, other, train, test, outside, settings))
             bar.update()
-    write_table(pd.concat(tables, ignore_index=True), choices_path)
+    write_table(pd.concat(tables, ignore_index=True), seeds_path)
 
 
 if "snakemake" in globals():
@@ -110,4 +104,4 @@ if "snakemake" in globals():
     with job(snakemake.log[0], "evaluate yield models"):
         main(given, made, training, EvaluationConfig(**own.evaluation), own.interval_level)
         explain([given.train, given.test], given.explained, made.shap, made.shap_ranking)
-        compare(given, made.choices, training, own.searched_again)
+        compare(given, made.seeds, training)

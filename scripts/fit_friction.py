@@ -3,7 +3,7 @@
 Settings: calibration.oscillation, calibration.interval, dem.rayleigh_fraction_max; the experiment with its mills and
 contact set.
 Inputs: a measured `track`, if any.
-Outputs: `track`, `fit`, `profile`, `paths`, `swings`.
+Outputs: `track`, `fit`, `profile`, `paths`.
 """
 
 from millprint.config.calibration import ExperimentConfig, SwingConfig

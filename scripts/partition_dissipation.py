@@ -28,7 +28,12 @@ from millprint.thesis.curves.energy import (
     screening_doses,
     specific_yields,
 )
-from millprint.thesis.figures.chapter4_figures import plot_doses, plot_mass_per_watt, plot_specific_yield, plot_yield
+from millprint.thesis.figures.chapter3_and_4_figures import (
+    plot_doses,
+    plot_mass_per_watt,
+    plot_specific_yield,
+    plot_yield,
+)
 
 # The sets of runs whose yields are compared with their doses, as the verdict names them.
 SETS = {"screening": "Screening runs", "regimes": "Five cases of chapter 4"}

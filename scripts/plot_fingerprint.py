@@ -19,7 +19,7 @@ from millprint.run.job import job
 from millprint.thesis.curves.cycles import read_occupancy
 from millprint.thesis.curves.regimes import published_curves, published_cycles, read_published
 from millprint.thesis.curves.scaling import conditions_of, universal_descriptors
-from millprint.thesis.figures.chapter3_figures import (
+from millprint.thesis.figures.chapter3_and_4_figures import (
     plot_cycle_densities,
     plot_cycle_means,
     plot_energies,

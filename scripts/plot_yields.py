@@ -1,12 +1,12 @@
-"""Figures of chapter 5: predictions, SHAP values, cross-validation, scores, regimes and sources; and what they say.
+"""Figures of chapter 5: predictions, SHAP values, cross-validation, scores, regimes and sources.
 
 Settings: none.
 Inputs: the tables of the yield models, and `claims`.
-Outputs: `statements`, and each figure as SVG and PNG.
+Outputs: each figure as SVG and PNG.
 """
 
 from millprint.figures.style import save
-from millprint.run.files import read_table, write_table
+from millprint.run.files import read_table
 from millprint.run.job import job
 from millprint.thesis.figures.chapter5_figures import (
     plot_attributions,
@@ -23,19 +23,6 @@ from millprint.thesis.figures.yield_score_figures import (
     plot_permutations,
     plot_pit,
     plot_scores,
-)
-from millprint.thesis.yields.statements import state
-
-# The tables that the sentences are of.
-STATED = (
-    "scores_by_scheme",
-    "differences",
-    "scores",
-    "coverage",
-    "libraries",
-    "permutation_test",
-    "search",
-    "learning",
 )
 
 
@@ -84,13 +71,7 @@ def draw_sources(inputs, output) -> None:
     save(plot_sources(table, points), output.sources_svg, output.sources_png)
 
 
-def write_statements(inputs, path: str) -> None:
-    """What the tables of the yield models say, as sentences computed from them."""
-    write_table(state({name: read_table(getattr(inputs, name)) for name in STATED}), path)
-
-
 if "snakemake" in globals():
     with job(snakemake.log[0], "plot yields"):
-        write_statements(snakemake.input, snakemake.output.statements)
         for draw in (draw_models, draw_trust, draw_scores, draw_sources):
             draw(snakemake.input, snakemake.output)

@@ -5,12 +5,13 @@ from typing import ClassVar
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.signal import find_peaks
 
 from millprint.config.calibration import ExperimentConfig, SwingConfig
 from millprint.config.errors import ConfigError
 from millprint.config.geometry import CylinderGeometry
 from millprint.thesis.calibration.friction_fit import fit_experiment, fit_friction
-from millprint.thesis.calibration.oscillation import describe_swings, make_swing, simulate_track
+from millprint.thesis.calibration.oscillation import make_swing, simulate_track
 
 RAYLEIGH_FRACTION_MAX = 0.2
 RADIUS, BALL = 0.030, 0.005
@@ -35,6 +36,24 @@ def settings(**changed) -> SwingConfig:
         "profile_points": 2,
     }
     return Swings(**values | changed)
+
+
+def describe_swings(swing, pairs: list[tuple[float, float]], duration: float) -> pd.DataFrame:
+    """What each friction pair does to the swings: how many there are, how high the first ones go, when they end.
+
+    One row a pair: static_friction, rolling_friction, half_swings (turns that stand out by a millimetre across),
+    first_rise_mm and second_rise_mm (height at the first and second turn), first_turn_s, last_turn_s.
+    """
+    rows = []
+    times = np.arange(0, duration, 1e-3)
+    for pair in pairs:
+        across, height = swing.positions(pair, duration)(times).T
+        turns = find_peaks(np.abs(across), prominence=1.0)[0]
+        rises = [*height[turns], np.nan, np.nan][:2]
+        ends = (times[turns[0]], times[turns[-1]]) if turns.size else (np.nan, np.nan)
+        rows.append((*pair, len(turns), *rises, *ends))
+    columns = ["static_friction", "rolling_friction", "half_swings", "first_rise_mm", "second_rise_mm"]
+    return pd.DataFrame(rows, columns=[*columns, "first_turn_s", "last_turn_s"])
 
 
 @pytest.fixture

@@ -13,8 +13,9 @@ from millprint.config.load import check_model
 from millprint.run.files import write_table
 from millprint.thesis.calibration.drop import read_heights, summarise_drops
 from millprint.thesis.calibration.oscillation import read_track
-from millprint.thesis.claims.evidence import TOO_WIDE, Finding, interval_verdict, verdict
+from millprint.thesis.claims.evidence import Finding
 from millprint.thesis.claims.tabulate import collect_findings
+from millprint.thesis.claims.tolerances import TOO_WIDE, interval_verdict, verdict
 
 CONFIG = Path(__file__).parents[2] / "config/config.yaml"
 

@@ -23,20 +23,14 @@ from millprint.thesis.claims.conclusions import (
     read_conclusions,
 )
 from millprint.thesis.claims.evidence import (
-    BASES,
-    CLAIMS,
-    NATURES,
     ORIGINS,
     Contradiction,
     Evidence,
     Finding,
     NotRun,
-    agrees,
-    allowed_width,
     claim,
-    deviation,
+    form_of,
     source_in,
-    verdict,
 )
 from millprint.thesis.claims.tabulate import (
     CLAIM_COLUMNS,
@@ -46,6 +40,7 @@ from millprint.thesis.claims.tabulate import (
     read_claims,
     tabulate_claims,
 )
+from millprint.thesis.claims.tolerances import BASES, NATURES, agrees, allowed_width, deviation, verdict
 from millprint.thesis.curves.regimes import read_published
 from tests.conftest import PRINTED, ROOT
 
@@ -130,7 +125,9 @@ def test_every_printed_digit_is_kept():
         "5.svr.two_step.mape": "50.20",
     }
     read = read_claims(CLAIMS_TSV)["value"]
-    table = tabulate_claims(CLAIMS_TSV, {name: Finding(None) for name in CLAIMS}).set_index("id")["published"]
+    table = tabulate_claims(CLAIMS_TSV, {name: Finding(None) for name in read_claims(CLAIMS_TSV).index}).set_index(
+        "id"
+    )["published"]
     assert read[list(zeros)].to_dict() == table[list(zeros)].to_dict() == zeros
 
 
@@ -139,7 +136,7 @@ def test_every_claim_says_what_it_is_and_the_counts_add_up():
     assert set(claims["nature"]) == set(NATURES) and set(claims["basis"]) == set(BASES)
     derived = claims.index[claims["basis"] == "derived"]
     assert len(derived) == 18 and all(name.startswith(("3.cycle.", "3.curve.0.08.")) for name in derived)
-    table = tabulate_claims(CLAIMS_TSV, {name: Finding(None) for name in CLAIMS})
+    table = tabulate_claims(CLAIMS_TSV, {name: Finding(None) for name in read_claims(CLAIMS_TSV).index})
     counts = count_verdicts(table, "nature")
     assert counts["nature"].tolist() == list(NATURES) and counts["claims"].sum() == len(claims)
     told = count_natures(claims)
@@ -196,27 +193,32 @@ def test_deviation_is_relative_to_the_published_number():
     assert deviation("0", 3) is None
 
 
-def test_every_claim_of_the_thesis_has_code_and_all_code_a_claim():
-    assert set(read_table(CLAIMS_TSV, text=["id"])["id"]) == set(CLAIMS)
+def test_the_code_of_a_claim_is_in_the_file_of_its_chapter_and_is_found_by_its_form():
+    for name in read_claims(CLAIMS_TSV).index:
+        form = form_of(name)
+        chapter = form.find.__module__.rsplit(".", 1)[1]
+        assert chapter.startswith("chapter" + name.split(".")[0].replace("A", "6")), name
+        assert (CODE / f"{chapter}.py").read_text().count(f'@claim("{form.template}"') == 1
 
 
-def test_a_search_for_a_claims_id_finds_its_code_in_one_place():
-    """In front of a function; other places read what is printed for it."""
-    code = {
-        path.stem: "".join(re.findall(r"@claim\(.*?\)\n(?=@claim|def)", path.read_text(), re.S))
-        for path in CODE.glob("*.py")
-    }
-    for name, own in CLAIMS.items():
-        pattern = rf"(?<![\w.]){re.escape(name)}(?![\w.])"
-        assert [stem for stem, text in code.items() for _ in re.findall(pattern, text)] == [
-            own.find.__module__.rsplit(".", 1)[1]
-        ]
+@pytest.mark.parametrize(
+    ("name", "template"),
+    [
+        ("2.wear.1200.g", "2.wear.{speed}.g"),
+        ("2.wear.below", "2.wear.below"),
+        ("3.curve.0.08.Pn", "3.curve.0.08.{quantity}"),
+        ("4.case.speed.tangential.Et", "4.case.{case}.{quantity}"),
+        ("5.ood.27.gpr", "5.ood.{case}.{model}"),
+        ("A.phi.deep", "A.phi.deep"),
+    ],
+)
+def test_of_several_forms_the_most_fixed_one_is_that_of_a_claim(name, template):
+    assert form_of(name).template == template
 
 
-@pytest.mark.parametrize(("template", "ids"), [("2.wear.1200", ""), ("2.wear.{speed}", "2.wear.1200"), ("9.x", "9.y")])
-def test_a_second_code_for_a_claim_and_an_id_of_another_form_are_refused(template, ids):
-    with pytest.raises(ValueError, match=r"registered twice|not of the form"):
-        claim(template, ids)(lambda evidence: Finding(1))
+def test_a_second_code_for_a_form_is_refused():
+    with pytest.raises(ValueError, match="registered twice"):
+        claim("2.wear.{speed}")(lambda evidence: Finding(1))
 
 
 @pytest.mark.parametrize(
@@ -277,7 +279,7 @@ def test_the_rule_of_a_file_names_it_among_its_outputs_and_uses_the_function(pat
 
 
 def test_a_file_of_unknown_origin_is_no_source():
-    with pytest.raises(KeyError, match=r"no file of claims\.sources\.ORIGINS"):
+    with pytest.raises(KeyError, match="no file of ORIGINS"):
         source_in("doe/unknown.tsv", "value")
 
 

@@ -1,4 +1,4 @@
-"""What other effects can claim, trends with intervals, lack of fit, and the checks of the residuals."""
+"""What other effects can claim, lack of fit, and the checks of the residuals."""
 
 import numpy as np
 import pandas as pd
@@ -8,14 +8,14 @@ from scipy.stats import f as f_distribution
 
 from millprint.config.doe import DoeConfig
 from millprint.thesis.doe.factorial_designs import design_table
-from millprint.thesis.doe.residuals import lack_of_fit_table, pure_error, residual_checks
-from millprint.thesis.doe.variance import (
+from millprint.thesis.doe.residuals import (
     contested_table,
-    fit_factors,
+    lack_of_fit_table,
+    pure_error,
+    residual_checks,
     residual_parts_table,
-    sums_of_squares,
-    trend_table,
 )
+from millprint.thesis.doe.variance import fit_factors
 from tests.unit.doe_settings import settings, thesis_config, thesis_runs  # noqa: F401 (fixtures)
 
 
@@ -105,34 +105,6 @@ def test_no_table_of_the_analysis_holds_an_infinite_number(config, runs):
         for make in (contested_table, residual_parts_table):
             numbers = make(own, used).select_dtypes("number").to_numpy(float)
             assert not np.isinf(numbers).any(), make.__name__
-
-
-def test_in_a_balanced_design_the_trends_add_up_and_are_differences_of_means(config):
-    runs = planted(config, 4.0 * design_table(config)["C"].to_numpy(), scatter=3)
-    table = trend_table(config, runs).set_index("trend")
-    sums = sums_of_squares(config, fit_factors(config, runs), 2)
-    for symbol in "ABCD":
-        means = runs.groupby(symbol)["yield_percent"].mean()
-        both = table.loc[[f"{symbol}L", f"{symbol}Q"], "sum_of_squares"].sum()
-        assert both == pytest.approx(sums.loc[symbol, "sum_of_squares"])
-        assert table.loc[f"{symbol}L", "change_percent"] == pytest.approx(means[2] - means[0])
-        assert table.loc[f"{symbol}Q", "change_percent"] == pytest.approx((means[0] + means[2]) / 2 - means[1])
-
-
-def test_a_trend_s_interval_has_the_width_of_a_difference_of_means(config):
-    runs = planted(config, np.zeros(27), scatter=2)
-    table = trend_table(config, runs).set_index("trend")
-    variance = fit_factors(config, runs).mse_resid * 1e4
-    half = (table["change_upper_percent"] - table["change_lower_percent"])["AL"] / 2
-    # Two means of nine runs; Student's t at 0.975 with 6 degrees of freedom is 2.447.
-    assert half == pytest.approx(2.4469 * np.sqrt(variance * 2 / 9), rel=1e-4)
-
-
-def test_the_thesis_s_trends_linear_in_bpr_and_time_and_quadratic_in_the_molar_ratio(config, runs):
-    table = trend_table(config, runs).set_index("trend")
-    assert table.loc[["AL", "BQ", "CL"], "p_value"].max() < 0.01
-    assert table.loc[["AQ", "CQ", "DL", "DQ"], "p_value"].min() > 0.2
-    assert table.loc["CL", "change_percent"] == pytest.approx(29.8, abs=0.05)
 
 
 def test_without_repeated_runs_there_is_no_pure_error_and_the_residual_is_held_to_the_repeatability(config, runs):

@@ -11,8 +11,8 @@ import analyse_variance
 import tabulate_experiments
 from millprint.config.doe import DoeConfig
 from millprint.run.files import read_table, write_table
-from millprint.thesis.claims.evidence import verdict
 from millprint.thesis.claims.tabulate import collect_findings
+from millprint.thesis.claims.tolerances import verdict
 from millprint.thesis.doe.factorial_designs import design_table
 from millprint.thesis.doe.written import analysis_paths, design_paths, write_analysis, write_design
 from tests.conftest import ROOT

@@ -7,8 +7,9 @@ from scipy.stats import f as f_distribution
 from scipy.stats import ncf
 
 from millprint.config.errors import ConfigError
-from millprint.thesis.doe.factorial_designs import as_designed, contrasts, design_table
+from millprint.thesis.doe.factorial_designs import as_designed, design_table
 from millprint.thesis.doe.residuals import residual_checks, residual_table
+from millprint.thesis.doe.runs import contrasts
 from millprint.thesis.doe.variance import (
     corrected_table,
     detectable_table,
@@ -19,7 +20,6 @@ from millprint.thesis.doe.variance import (
     pareto_table,
     printed_table,
     sums_of_squares,
-    trend_table,
     truncated,
 )
 from tests.unit.doe_settings import settings, thesis_config, thesis_runs  # noqa: F401 (fixtures)
@@ -290,5 +290,4 @@ def test_factors_with_names_have_no_trends():
     ]
     config = settings(factors=factors, generators=[], replicates=2, model=["A", "B"], interactions=[])
     runs = design_table(config).assign(yield_percent=np.arange(18.0) ** 1.3)
-    assert trend_table(config, runs).empty
     assert printed_table(config, runs)["term"].tolist() == ["A", "B", "Residual"]

@@ -127,7 +127,7 @@ def _library(run: dict, state: dict) -> dict:
         ]
     )
     model = load_averaged(str(run["yield"]))
-    lower, upper = model.interval(rows, LEVEL)
+    lower, upper = model.intervals(rows, [LEVEL])[:, 0].T
     told = range_warnings(rows, trained_ranges(training_rows(str(run["yield"])), run["prediction"]))[0]
     return {
         "bands": [[getattr(getattr(found, name), end) for end in ("value", "lower", "upper")] for name in BANDS],

@@ -15,8 +15,8 @@ from millprint.config.fingerprint import FingerprintConfig
 from millprint.config.workflow import PartitionConfig
 from millprint.run.files import read_table
 from millprint.thesis.claims.chapter3_curves import rank_correlation
-from millprint.thesis.claims.evidence import verdict
 from millprint.thesis.claims.tabulate import collect_findings
+from millprint.thesis.claims.tolerances import verdict
 from tests.conftest import PRINTED, configuration
 from tests.unit.synthetic_mill import VOLUME, overrides, summaries, summary, true_curves
 

@@ -21,7 +21,7 @@ from millprint.thesis.curves.regimes import (
     read_regimes,
 )
 from millprint.thesis.curves.scaling import average_curves, fit_exponents, tabulate_counting_rules
-from millprint.thesis.figures import chapter3_figures, chapter4_figures
+from millprint.thesis.figures import chapter3_and_4_figures as drawn
 from tests.conftest import PRINTED
 from tests.unit.synthetic_mill import descriptors, fingerprint, overrides, summaries
 
@@ -50,7 +50,7 @@ def points(axis, label: str) -> np.ndarray:
 def test_master_curves_show_the_published_values(published):
     marks = published_curves(published, "calibrated")
     curves, zones = fingerprint().curve(np.geomspace(0.04, 0.40, 30)), find_zones(fingerprint())
-    figure = chapter3_figures.plot_master_curves(descriptors(), average_curves(descriptors()), curves, marks, zones)
+    figure = drawn.plot_master_curves(descriptors(), average_curves(descriptors()), curves, marks, zones)
     assert_units(figure)
     np.testing.assert_allclose(
         points(figure.axes[0], "published"),
@@ -64,7 +64,7 @@ def test_master_curves_show_the_published_values(published):
 def test_exponents_are_shown_about_what_is_supposed():
     runs = summaries() + overrides()
     table = fit_exponents(tabulate_descriptors(runs, "gap_0_03"), tabulate_counting_rules(runs), 0.95)
-    figure = chapter3_figures.plot_exponents(table[table["contact"] == "calibrated"].dropna(subset="exponent"))
+    figure = drawn.plot_exponents(table[table["contact"] == "calibrated"].dropna(subset="exponent"))
     assert len(figure.axes) == 4
     for axis in figure.axes:
         assert axis.get_xlabel().endswith("[-]")
@@ -72,7 +72,7 @@ def test_exponents_are_shown_about_what_is_supposed():
 
 
 def test_energies_have_a_line_for_each_condition():
-    figure = chapter3_figures.plot_energies(descriptors())
+    figure = drawn.plot_energies(descriptors())
     assert_units(figure)
     assert {line.get_label() for line in figure.axes[0].lines} == {
         f"{diameter} mm, {speed} rpm" for diameter in (5, 10) for speed in (600, 1200)
@@ -84,16 +84,16 @@ def test_cycles_show_the_means_that_table_3_5_implies(published):
     expected = marks[(marks["ball_diameter_mm"] == 10) & (marks["speed_rpm"] == 600)].iloc[0]
     assert expected["normal_mean_J"] == pytest.approx(float(PRINTED["3.cycle.10mm.600.n"]), abs=5e-4)
     runs = summaries(fills=(0.08,), contacts=("calibrated", "steel"))
-    means = chapter3_figures.plot_cycle_means(tabulate_cycles(runs), marks)
+    means = drawn.plot_cycle_means(tabulate_cycles(runs), marks)
     assert_units(means)
     assert len(points(means.axes[0], "published, calibrated")) == 8
-    densities = chapter3_figures.plot_cycle_densities(tabulate_densities(runs, 0.08))
+    densities = drawn.plot_cycle_densities(tabulate_densities(runs, 0.08))
     assert_units(densities)
     assert len(densities.axes) == 4 and all(len(axis.lines) == 4 for axis in densities.axes)
 
 
 def test_no_density_is_no_crash():
-    assert chapter3_figures.plot_cycle_densities(tabulate_densities([], 0.08)).axes
+    assert drawn.plot_cycle_densities(tabulate_densities([], 0.08)).axes
 
 
 def test_maps_are_read_from_a_run_and_masked_where_no_ball_came(tmp_path):
@@ -106,7 +106,7 @@ def test_maps_are_read_from_a_run_and_masked_where_no_ball_came(tmp_path):
     chart = read_occupancy(path, "fill 0.1")
     assert chart.share.max() == 1.0 and chart.share[1, 1] == 0.25
     assert chart.share.mask.sum() == 2 and chart.temperature_m2_s2.mask[0, 0]
-    figure = chapter3_figures.plot_maps([chart])
+    figure = drawn.plot_maps([chart])
     assert figure.axes[0].collections[0].get_array().shape == (2, 3)
     with h5py.File(path, "a") as file:
         del file["occupancy/count"]
@@ -117,13 +117,11 @@ def test_maps_are_read_from_a_run_and_masked_where_no_ball_came(tmp_path):
 def test_chapter_4_draws_both_lines_and_both_sources():
     measured = read_regimes(DATA / "regimes.tsv")
     cases = design_cases(measured, Condition(0.10, 10.0, 0.01, 7700.0, 0.017))
-    figure = chapter4_figures.plot_yield(
-        cases.assign(yield_percent=measured["yield_percent"]), fit_slopes(measured, 0.95)
-    )
+    figure = drawn.plot_yield(cases.assign(yield_percent=measured["yield_percent"]), fit_slopes(measured, 0.95))
     assert_units(figure)
     np.testing.assert_allclose(sorted(points(figure.axes[0], "constant power")[:, 1]), [40, 71, 94])
     table = specific_yields(measured.assign(power_W=cases["power_W"]))
-    for draw in (chapter4_figures.plot_specific_yield, chapter4_figures.plot_mass_per_watt):
+    for draw in (drawn.plot_specific_yield, drawn.plot_mass_per_watt):
         figure = draw(table, table)
         assert_units(figure)
         assert len(figure.axes[0].lines) == 4

@@ -28,21 +28,18 @@ from millprint.thesis.claims.conclusions import (
     read_stored,
     with_run,
 )
-from millprint.thesis.claims.evidence import (
+from millprint.thesis.claims.evidence import Contradiction, Evidence, Finding, Interval
+from millprint.thesis.claims.tabulate import collect_findings, tabulate_claims
+from millprint.thesis.claims.tolerances import (
     DEVIATES,
     ERRATUM,
     REPRODUCED,
     TOO_FEW,
     TOO_WIDE,
     UNDECIDED,
-    Contradiction,
-    Evidence,
-    Finding,
-    Interval,
     interval_verdict,
     verdict,
 )
-from millprint.thesis.claims.tabulate import collect_findings, tabulate_claims
 from millprint.thesis.curves.collapse import dispersions, draw_blocks, draw_tables, redraw, redrawn_tables
 from millprint.thesis.surrogate.measure_tables import failed_tests, tabulate_trainings, with_spread
 from tests.conftest import ROOT

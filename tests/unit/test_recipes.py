@@ -198,7 +198,7 @@ def fewest_runs(evidence: Evidence) -> Finding:
 ASK_CLAIM = """
 from pathlib import Path
 
-from millprint.thesis.claims.evidence import REPRODUCED, verdict
+from millprint.thesis.claims.tolerances import REPRODUCED, verdict
 from millprint.thesis.claims.tabulate import collect_findings
 
 folder = Path(FOLDER)

@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from millprint.run.files import read_table
-from millprint.thesis.claims.evidence import agrees
+from millprint.thesis.claims.tolerances import agrees
 from tests.conftest import ROOT
 
 COLUMNS = ["document", "text", "source", "rows", "column", "value", "run"]

@@ -9,8 +9,8 @@ import pytest
 
 from millprint.config.errors import ConfigError
 from millprint.run.files import write_table
-from millprint.thesis.claims.evidence import TOO_FEW
 from millprint.thesis.claims.tabulate import collect_findings, tabulate_claims
+from millprint.thesis.claims.tolerances import TOO_FEW
 from millprint.thesis.surrogate import measures
 from millprint.thesis.surrogate.measure_tables import (
     AT_LEAST,

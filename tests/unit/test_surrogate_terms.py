@@ -5,7 +5,7 @@ import pytest
 
 from millprint.run.kernel import array_maker
 from millprint.thesis.surrogate.compiled import packed
-from millprint.thesis.surrogate.kernels import PANEL, WORD, add_product, add_terms
+from millprint.thesis.surrogate.products import PANEL, WORD, add_product, add_terms
 
 
 @array_maker()

@@ -10,26 +10,28 @@ from millprint.config.averaged_process import INPUTS, Priors
 from millprint.config.errors import ConfigError
 from millprint.run.files import read_json, write_json
 from millprint.thesis.yields.averaging import (
-    JITTER,
     LINKS,
-    MEAN_VARIANCE,
     AveragedModel,
     Candidate,
-    Pairs,
-    Posterior,
-    Process,
-    covariance_terms,
     evidence_weights,
     fit_averaged,
     fit_member,
-    fit_process,
     library,
-    prior_of,
-    terms_of,
     to_conversion,
 )
 from millprint.thesis.yields.features import Standardisation, describe
 from millprint.thesis.yields.model_files import load_any, load_averaged, save_averaged, training_rows
+from millprint.thesis.yields.posterior_process import (
+    JITTER,
+    MEAN_VARIANCE,
+    Pairs,
+    Posterior,
+    Process,
+    covariance_terms,
+    fit_process,
+    prior_of,
+    terms_of,
+)
 from tests.unit.yield_settings import all_runs, parts, settings, thesis_yields
 
 SCALES = ("linear", "linear", "log", "log", "linear")
@@ -171,7 +173,7 @@ def test_quantiles_of_one_identity_member_are_those_of_a_normal():
 def test_bounded_members_stay_within_their_bounds_far_outside():
     model, rows = fitted()
     far = rows.assign(time_h=rows["time_h"] * 100)
-    lower, upper = model.interval(far, 0.95)
+    lower, upper = model.intervals(far, [0.95])[:, 0].T
     assert (lower >= 0).all() and (upper <= 100).all() and (lower <= upper).all()
 
 
@@ -208,7 +210,7 @@ def test_a_second_fit_and_the_stored_model_are_the_same(tmp_path):
     loaded = load_any(str(tmp_path / "0.json"))
     assert isinstance(loaded, AveragedModel)
     np.testing.assert_allclose(loaded.predict(test), model.predict(test), rtol=1e-12)
-    np.testing.assert_allclose(loaded.interval(test, 0.9), model.interval(test, 0.9), rtol=1e-9)
+    np.testing.assert_allclose(loaded.intervals(test, [0.9])[:, 0].T, model.intervals(test, [0.9])[:, 0].T, rtol=1e-9)
     assert training_rows(str(tmp_path / "0.json"))["case"].tolist() == rows["case"].tolist()
     assert model.weights.sum() == pytest.approx(1)
     assert set(read_json(tmp_path / "0.json")["versions"]) == {"numpy", "scipy"}

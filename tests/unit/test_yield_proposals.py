@@ -11,7 +11,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.yields import RegionConfig
 from millprint.fingerprint.condition import Condition
 from millprint.thesis.curves.regimes import read_regimes
-from millprint.thesis.yields.averaging import AveragedModel, Candidate, Process, fit_member
+from millprint.thesis.yields.averaging import AveragedModel, Candidate, fit_member
 from millprint.thesis.yields.experiments import Mill, check_region, region_conditions
 from millprint.thesis.yields.features import describe
 from millprint.thesis.yields.groups import (
@@ -22,6 +22,7 @@ from millprint.thesis.yields.groups import (
     without_regime,
 )
 from millprint.thesis.yields.held_out import Prediction
+from millprint.thesis.yields.posterior_process import Process
 from millprint.thesis.yields.proposals import (
     choose_for_learning,
     choose_for_yield,
@@ -30,14 +31,9 @@ from millprint.thesis.yields.proposals import (
     shortlist,
 )
 from millprint.thesis.yields.retrospective import (
-    CHOICES,
     STRATEGIES,
     chance,
-    conclude,
-    draw_held_out,
     draw_starts,
-    learn,
-    learning_table,
     search_best,
     search_table,
     smaller_library,
@@ -258,53 +254,6 @@ def test_a_linear_yield_is_ranked_right_by_least_squares_and_by_ridge():
     for name in ("least_squares", "ridge"):
         merit = STRATEGIES[name](rows.iloc[:12], yields[:12], rows, config.averaging, np.random.default_rng(0))
         assert np.corrcoef(merit, yields)[0, 1] > 0.999
-
-
-def test_runs_held_out_are_never_chosen_and_their_yields_never_used():
-    rows, config = all_runs(), settings()
-    averaging = smaller_library(config.averaging, config.retrospective)
-    starts = draw_held_out(27, config.retrospective)
-    assert len(starts) == 2
-    start, held = starts[0]
-    assert len(set(start)) == 8 and len(set(held)) == 7 and not set(start) & set(held)
-    seen: list[int] = []
-
-    def watched(model, known, offered, table, generator):
-        assert not set(offered) & (set(held) | set(known))
-        seen.append(CHOICES["learning"](model, known, offered, table, generator))
-        return seen[-1]
-
-    errors = learn(rows, start, held, watched, averaging, 2, seed=0)
-    assert errors.shape == (3,) and len(set(seen)) == 2
-    # Poisoned yields of the runs held out change their errors, and no choice.
-    wrong, before = rows.copy(), list(seen)
-    wrong.loc[held, "yield_percent"] = 1.0
-    seen.clear()
-    poisoned = learn(wrong, start, held, watched, averaging, 2, seed=0)
-    assert seen == before and (poisoned != errors).all()
-
-
-def test_every_choice_starts_from_the_same_error_and_the_table_is_paired():
-    rows, config = all_runs(), settings()
-    averaging = smaller_library(config.averaging, config.retrospective)
-    starts = draw_held_out(27, config.retrospective)
-    errors = {
-        name: np.array([learn(rows, *each, choice, averaging, 1, seed=0) for each in starts])
-        for name, choice in CHOICES.items()
-    }
-    assert all((found[:, 0] == errors["random"][:, 0]).all() for found in errors.values())
-    table = learning_table(errors, 8, 0.95).set_index(["strategy", "runs"])
-    less = table.loc[("learning", 9), "less_than_chance_pp"]
-    assert less == pytest.approx((errors["random"] - errors["learning"])[:, 1].mean())
-    assert table.loc[("learning", 9), "error_pp"] == pytest.approx(errors["learning"][:, 1].mean())
-    assert table.loc["random"]["conclusion"].isna().all() and pd.isna(table.loc[("learning", 8), "conclusion"])
-
-
-@pytest.mark.parametrize(
-    ("lower", "upper", "said"), [(0.1, 2, "more than"), (-2, -0.1, "less than"), (-1, 1, "cannot be told")]
-)
-def test_a_conclusion_follows_from_its_interval(lower, upper, said):
-    assert said in conclude(lower, upper)
 
 
 def test_without_the_best_runs_the_next_is_the_target():

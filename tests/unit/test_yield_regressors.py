@@ -9,7 +9,7 @@ from millprint.config.search_spaces import COMPARED, SPACES, TABLE_5_6, TUNED, U
 from millprint.config.yields import HELD_OUT, SEARCHED, YieldConfig
 from millprint.run.files import read_json
 from millprint.thesis.yields.estimators import GaussianProcess, gaussian_process
-from millprint.thesis.yields.evaluation import ALTERNATIVES, compare_choices, shap_values
+from millprint.thesis.yields.evaluation import compare_seeds, shap_values
 from millprint.thesis.yields.held_out import procedure_of
 from millprint.thesis.yields.model_files import load_model, save_model
 from millprint.thesis.yields.regressors import (
@@ -19,9 +19,7 @@ from millprint.thesis.yields.regressors import (
     REGRESSORS,
     TITLES,
     models_of,
-    otherwise,
     regressor,
-    searched_again,
 )
 from millprint.thesis.yields.yield_model import Trainer, fit_model, plan_steps
 from tests.unit.yield_settings import parts, settings, thesis_yields
@@ -41,8 +39,6 @@ def test_registry_and_configuration_hold_the_same_regressors():
     assert set(REGRESSORS) == {"linear", *TUNED, *UNTUNED}
     assert {name: record.space for name, record in REGRESSORS.items() if record.space} == SPACES
     assert TUNED == tuple(SEARCHED) == tuple(HELD_OUT)
-    for record in REGRESSORS.values():
-        assert set(record.choices) <= set(ALTERNATIVES)
     assert len(MODELS) == 9 and MODELS[:2] == [("linear", "primary"), ("gpr", "primary")]
     assert set(TITLES) == {*REGRESSORS, AVERAGED, CLIMATOLOGY} and len(set(TITLES.values())) == len(TITLES)
 
@@ -96,10 +92,13 @@ def test_a_regressor_without_shap_values_says_so(name):
 
 
 @pytest.mark.parametrize("name", REGRESSORS)
-def test_alternatives_that_bear_on_a_regressor_are_compared(name):
+def test_other_seeds_of_a_regressor_that_has_one_are_compared(name):
     train, test = parts()
-    table = compare_choices(trained(name, "primary")[0], train, test, test, settings().training)
-    assert set(table["choice"]) == {"as taken", *regressor(name).choices}
+    model = trained(name, "primary")[0]
+    table = compare_seeds(model, model, train, test, test, settings().training)
+    seeds = ["seed"] * 3 if regressor(name).seeded else []
+    assert table["choice"].tolist() == ["as taken", *seeds, "search_seed"]
+    assert not seeds or table["rmse"].nunique() > 1
 
 
 def test_several_starts_reach_the_largest_marginal_likelihood_of_any_of_them():
@@ -142,16 +141,12 @@ def test_an_unknown_regressor_raises_wherever_one_is_named(tmp_path):
         load_model(str(path))
 
 
-def test_a_strategy_or_choice_that_does_not_exist_raises():
+def test_a_strategy_that_does_not_exist_raises():
     choices = settings().training.choices
     with pytest.raises(ValueError, match="linear: strategy = 'two_step': it has primary"):
         plan_steps("linear", "two_step", choices)
     with pytest.raises(ValueError, match="rf: strategy = 'three_step': it has primary, two_step"):
         plan_steps("rf", "three_step", choices)
-    with pytest.raises(ValueError, match="'time_model': not a choice that a search depends on"):
-        otherwise(settings().training, "time_model")
-    with pytest.raises(KeyError, match="time_model"):
-        searched_again(["time_model"])
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Proper scores, paired tests, libraries and permutations of the yield models, against closed forms and simulation."""
+"""Proper scores, paired tests and permutations of the yield models, against closed forms and simulation."""
 
 import warnings
 
@@ -9,30 +9,27 @@ from scipy.stats import norm, ttest_1samp
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 
-from millprint.thesis.yields.averaging import AveragedModel, Candidate, fit_member, library
+from millprint.thesis.yields.averaging import (
+    AveragedModel,
+    Candidate,
+    closed_form_r2,
+    fit_member,
+    permutation_p,
+    permute,
+)
 from millprint.thesis.yields.distributions import MixtureYields, NormalYields
 from millprint.thesis.yields.estimators import LeastSquares, MarginalLikelihood, gaussian_process
 from millprint.thesis.yields.evaluation import paired_test
 from millprint.thesis.yields.features import Standardisation, engineer
-from millprint.thesis.yields.held_out import climatology, outer_folds, smaller_forests
-from millprint.thesis.yields.library_trials import (
-    closed_form_r2,
-    earlier_library,
-    permutation_p,
-    permute,
-    predict_runs,
-    refit_members,
-)
+from millprint.thesis.yields.held_out import climatology, smaller_forests
 from millprint.thesis.yields.metrics import (
     LEFT_OUT,
     NESTED,
-    SPREAD,
     YieldWeights,
     bootstrap_metrics,
     jackknife_error,
     without_each,
 )
-from millprint.thesis.yields.statements import state
 from millprint.thesis.yields.yield_model import fit_model
 from tests.unit.yield_settings import all_runs, parts, settings
 
@@ -210,30 +207,6 @@ def test_corrected_test_of_folds_is_the_formula_of_its_source():
     assert (found["lowest"], found["highest"]) == pytest.approx((repeats.min(), repeats.max()))
 
 
-def test_the_earlier_library_differs_in_link_and_time_alone():
-    config = settings()
-    declared, earlier = library(config.averaging), earlier_library(config.averaging, config.library_trial.earlier)
-    assert {each.link for each in earlier} == {"identity", "logit", "avrami"}
-    assert {each.scales[2] for each in earlier} == {"linear", "log"}
-    assert {each.structure for each in earlier} == {each.structure for each in declared}
-
-
-def test_a_library_predicts_a_run_without_its_yield():
-    config = settings()
-    rows = all_runs().assign(role="train").head(12)
-    rows.loc[rows.index[-2:], "role"] = "test"
-    wrong = rows.copy()
-    wrong.loc[4, "yield_percent"] = 99.0
-    tables = []
-    for each in (rows, wrong):
-        folds = [fold for fold in outer_folds(each, config.evaluation) if fold.scheme == LEFT_OUT][4:6]
-        found = refit_members(each, library(config.averaging), folds, config.averaging, lambda: None)
-        tables.append(predict_runs(found, np.arange(len(found[0].members)), config.averaging, each))
-    clean, other = tables
-    assert clean["predicted_percent"][0] == other["predicted_percent"][0]
-    assert clean["predicted_percent"][1] != other["predicted_percent"][1]
-
-
 def test_a_permutation_test_tells_a_relation_from_none():
     config = settings()
     rows, trial = all_runs(), config.library_trial
@@ -243,66 +216,3 @@ def test_a_permutation_test_tells_a_relation_from_none():
     assert permutation_p(permute(noise, config.averaging, trial)).iloc[0]["p"] > 0.05
     yields = rows["yield_percent"].to_numpy(float)
     assert closed_form_r2(rows, yields, config.averaging) == pytest.approx(found["measured"])
-
-
-@pytest.mark.parametrize(
-    ("apart", "words"),
-    [
-        (("no", "no"), "cannot be told apart"),
-        (("yes", "yes"), "can be told apart by both"),
-        (("yes", "no"), "can be told apart by leave-one-out, but not by repeated k-fold"),
-    ],
-)
-def test_the_sentence_follows_the_test(apart, words):
-    names = (("averaged_gpr", "primary"), ("gpr_starts", "two_step"), ("gpr", "two_step"))
-    about = [{"model": name, "strategy": way} for name, way in names]
-    schemes = [{"scheme": name} for name in (LEFT_OUT, NESTED)]
-    ranges = ((1, np.nan, np.nan, np.nan), (10, 0.3, 0.75, 0.9))
-    schemes = [each | dict(zip(SPREAD, own, strict=True)) for each, own in zip(schemes, ranges, strict=True)]
-    every = [each | scheme for each in about for scheme in schemes]
-    rest = {"value": 0.8, "error": 0.1, "skill": 0.5, "distribution": "mixture"}
-    test = {"difference": -0.1, "error": 0.05, "p": 0.2, "metric": "r2"}
-    paired = [
-        model | scheme | test | {"told_apart": told}
-        for model in about[1:]
-        for scheme, told in zip(schemes, apart, strict=True)
-    ]
-    libraries = [
-        scheme | rest | {"library": name, "metric": "r2", "p": 0.3}
-        for scheme in schemes
-        for name in ("declared", "earlier", "declared minus earlier", "random halves of the earlier")
-    ]
-    chance = {"measure": "R2", "measured": 0.9, "permutations": 19, "median": 0.0, "highest": 0.4, "p": 0.05}
-    covered = {"method": "mixture", "nominal": 0.8, "covered": 0.7, "width_pp": 20.0}
-    strategies = ("learning", "expected_improvement", "most_balls_longest_time", "random")
-    searched = {"mean_runs": 9.5, "conclusion": "cannot be told from the search by these targets"}
-    taught = {
-        "error_pp": 8.0,
-        "less_than_chance_pp": 1.0,
-        "less_lower": -1.0,
-        "less_upper": 3.0,
-        "conclusion": "cannot",
-    }
-    tables = {
-        "scores_by_scheme": pd.DataFrame([each | rest | {"metric": "r2"} for each in every]),
-        "differences": pd.DataFrame(paired),
-        "scores": pd.DataFrame(
-            [each | rest | {"score": score} for each in every for score in ("crps_pp", "log_score")]
-        ),
-        "coverage": pd.DataFrame([each | covered for each in every]),
-        "libraries": pd.DataFrame(libraries),
-        "permutation_test": pd.DataFrame([chance]),
-        "search": pd.DataFrame([{"target": "all"} | searched | {"strategy": name} for name in strategies]),
-        "learning": pd.DataFrame(
-            [{"runs": runs} | taught | {"strategy": name} for name in strategies for runs in (8, 16)]
-        ),
-    }
-    said = state(tables).set_index("about")["statement"]
-    assert words in said["two best models"]
-    assert "9.5 runs" in said["next experiments"] and "with 16 runs known" in said["next experiments"]
-    assert "chosen for learning -1.0 points (-3.0 to +1.0), which cannot" in said["next experiments"]
-    spread = "0.300 to 0.900 over 10 repeats, median 0.750"
-    for sentence in ("both schemes", "two best models", "starts", "prior"):
-        assert f"repeated k-fold ({spread})" in said[sentence] or f"0 ({spread})" in said[sentence], sentence
-    assert "0.30 to 0.90 over 10 repeats" in said["distributions"]
-    assert f"0.800 ({spread}) with the searched start" in said["starts"]

@@ -44,9 +44,9 @@ def settings(**choices) -> YieldConfig:
     section["search"] = SMALL
     section["evaluation"] |= {**SMALL, **SMALL_EVALUATION, "resamples": 200}
     section["averaging"] |= SMALL_LIBRARY
-    section["library_trial"] |= {"sub_libraries": 20, "permutations": 19}
+    section["library_trial"] |= {"permutations": 19}
     section["proposals"] |= {"runs": 2, "shortlist": 40, "draws": 200}
-    section["retrospective"] |= {"starts": 2, "targets": 2, "chosen_runs": 2, "links": ["avrami"]}
+    section["retrospective"] |= {"starts": 2, "targets": 2, "links": ["avrami"]}
     return check_model(section, YieldConfig, "config.yaml")
 
 

@@ -15,7 +15,7 @@ from millprint.provenance.lineage import read_jobs
 from millprint.run.files import read_json, read_table
 from millprint.run.machine import commit
 from millprint.run.outputs import captioned, listed_tables
-from millprint.thesis.claims.evidence import VERDICTS
+from millprint.thesis.claims.tolerances import VERDICTS
 from tests.browser import DESKTOP, PHONE, needs_browser
 from tests.workflow.conftest import run_snakemake
 

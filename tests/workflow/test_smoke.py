@@ -7,8 +7,8 @@ import pytest
 from PIL import Image
 
 from millprint.run.files import read_json, read_table
-from millprint.thesis.claims.evidence import CERTAIN, INTERVAL_VERDICTS, TIMED, VERDICTS
 from millprint.thesis.claims.tabulate import CLAIM_COLUMNS
+from millprint.thesis.claims.tolerances import CERTAIN, INTERVAL_VERDICTS, TIMED, VERDICTS
 from tests.workflow.conftest import ROOT, jobs_of, run_snakemake
 
 SMOKE = ("--configfile", "config/smoke.yaml")

@@ -81,7 +81,6 @@ rule fit_friction:
         fit=f"{CALIBRATION}/{{experiment}}/friction_fit.tsv",
         profile=f"{CALIBRATION}/{{experiment}}/profile.tsv",
         paths=f"{CALIBRATION}/{{experiment}}/paths.tsv",
-        swings=f"{CALIBRATION}/{{experiment}}/swings.tsv",
     log:
         f"{LOGS}/calibration/fit_friction_{{experiment}}.log",
     benchmark:

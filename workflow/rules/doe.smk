@@ -46,7 +46,6 @@ rule analyse_variance:
     output:
         printed=f"{DOE}/anova_printed.tsv",
         corrected=f"{DOE}/anova_corrected.tsv",
-        trends=f"{DOE}/trends.tsv",
         contested=f"{DOE}/contested.tsv",
         residual_parts=f"{DOE}/residual_parts.tsv",
         detectable=f"{DOE}/detectable.tsv",

@@ -6,12 +6,9 @@ from millprint.thesis.yields.regressors import (
     CLIMATOLOGY,
     PRIMARY,
     REGRESSORS,
-    RESIDUAL_WEIGHTS,
-    SEARCH_SEED,
     TWO_STEP,
     models_of,
-    otherwise,
-    searched_again,
+    other_seed,
 )
 
 YIELDS = f"{RESULTS}/yield"
@@ -19,20 +16,16 @@ MODELS = models_of(CONFIG.yields.models)
 EVERY_MODEL = [*MODELS, (AVERAGED, PRIMARY)]
 COMPARED_MODELS = [*EVERY_MODEL, (CLIMATOLOGY, PRIMARY)]
 EXPLAINED = [(name, TWO_STEP) for name in CONFIG.yields.models if REGRESSORS[name].explain]
-SEARCHED_AGAIN = searched_again(CONFIG.yields.searched_again, MODELS)
+TUNED = [(name, strategy) for name, strategy in MODELS if REGRESSORS[name].space]
 YIELD_MODEL = f"{YIELDS}/models/{{model}}_{{strategy}}.json"
-OTHER_MODEL = f"{YIELDS}/models/otherwise/{{model}}_{{strategy}}_{{choice}}.json"
+OTHER_MODEL = f"{YIELDS}/models/other_seed/{{model}}_{{strategy}}.json"
 HELD_OUT = f"{YIELDS}/held_out/{{model}}_{{strategy}}"
-# What a model is trained with, by its file in results/yield/models: regressor, strategy and settings; in the folder
-# `otherwise` with another value of a choice that the thesis leaves open.
+# What a model is trained with, by its file in results/yield/models: regressor, strategy and settings.
 TRAINED_MODELS = {
     **{f"{model}_{strategy}": (model, strategy, yield_settings("training")) for model, strategy in MODELS},
     **{
-        f"otherwise/{model}_{strategy}_{choice}": (
-            *(model, strategy),
-            otherwise(CONFIG.yields.training, choice).model_dump(mode="json"),
-        )
-        for model, strategy, choice in SEARCHED_AGAIN
+        f"other_seed/{model}_{strategy}": (model, strategy, other_seed(CONFIG.yields.training).model_dump(mode="json"))
+        for model, strategy in TUNED
     },
 }
 # The machine of the cases of chapter 4, whose descriptors follow from the master curves. The mill gives the amplitude.
@@ -126,7 +119,7 @@ rule train_averaged_models:
 
 YIELD_TABLES = [
     *("locked", "scores_by_scheme", "coverage", "predictions", "out_of_domain", "time_variance"),
-    *("scores", "pit", "differences", "shap", "shap_ranking", "choices"),
+    *("scores", "pit", "differences", "shap", "shap_ranking", "seeds"),
 ]
 
 
@@ -162,10 +155,7 @@ rule evaluate_yield_models:
         held_out=every_model(f"{HELD_OUT}.tsv", COMPARED_MODELS),
         intervals=every_model(f"{HELD_OUT}_intervals.tsv", COMPARED_MODELS),
         explained=every_model(YIELD_MODEL, EXPLAINED),
-        otherwise=[
-            OTHER_MODEL.format(model=model, strategy=strategy, choice=choice)
-            for model, strategy, choice in SEARCHED_AGAIN
-        ],
+        searched_again=every_model(OTHER_MODEL, TUNED if CONFIG.yields.searched_again else []),
         outside=CONFIG.yields.out_of_domain,
     output:
         **{name: f"{YIELDS}/{name}.tsv" for name in YIELD_TABLES},
@@ -177,9 +167,8 @@ rule evaluate_yield_models:
         training=yield_settings("training"),
         evaluation=yield_settings("evaluation"),
         interval_level=CONFIG.yields.interval_level,
-        searched_again=SEARCHED_AGAIN,
     message:
-        "Evaluating the yield models on the locked split, on held-out runs, outside their domain, and with other choices"
+        "Evaluating the yield models on the locked split, on held-out runs, outside their domain, and with other seeds"
     script:
         "../../scripts/evaluate_yield_models.py"
 
@@ -190,28 +179,10 @@ PERMUTED = {
 }
 
 
-rule try_alternatives:
+rule permute_yields:
     input:
         train=rules.split_screening.output.train,
         test=rules.split_screening.output.test,
-    output:
-        libraries=f"{YIELDS}/libraries.tsv",
-    log:
-        f"{LOGS}/yields/try_alternatives.log",
-    benchmark:
-        f"{BENCHMARKS}/try_alternatives/try_alternatives.tsv"
-    params:
-        training=yield_settings("training"),
-        evaluation=CONFIG.yields.evaluation.part(HeldOutConfig),
-        averaging=yield_settings("averaging"),
-        trial=yield_settings("library_trial"),
-    message:
-        "Scoring the averaged model with the library declared, the one before it and random halves of both"
-    script:
-        "../../scripts/try_alternatives.py"
-
-
-use rule try_alternatives as permute_yields with:
     output:
         **PERMUTED,
     log:
@@ -223,6 +194,8 @@ use rule try_alternatives as permute_yields with:
         trial=yield_settings("library_trial"),
     message:
         "Scoring the averaged model on shuffled yields"
+    script:
+        "../../scripts/permute_yields.py"
 
 
 rule predict_yields:
@@ -262,7 +235,6 @@ rule search_retrospectively:
     output:
         retrospective=f"{YIELDS}/retrospective.tsv",
         summary=f"{YIELDS}/retrospective_summary.tsv",
-        learning=f"{YIELDS}/retrospective_learning.tsv",
     log:
         f"{LOGS}/yields/search_retrospectively.log",
     benchmark:
@@ -274,7 +246,7 @@ rule search_retrospectively:
     message:
         "Counting how many runs it would have taken to find the best one"
     script:
-        "../../scripts/try_alternatives.py"
+        "../../scripts/search_retrospectively.py"
 
 
 rule leave_groups_out:
@@ -334,27 +306,20 @@ rule plot_yields:
         sources=rules.leave_groups_out.output.sources,
         sources_predictions=rules.leave_groups_out.output.sources_predictions,
         claims=CONFIG.data.claims,
-        differences=rules.evaluate_yield_models.output.differences,
-        libraries=rules.try_alternatives.output.libraries,
-        permutation_test=PERMUTED["permutation_test"],
-        search=rules.search_retrospectively.output.summary,
-        learning=rules.search_retrospectively.output.learning,
     output:
         **{f"{name}_svg": shown(f"{YIELD_FIGURES}/{name}.svg") for name in DRAWN_YIELDS},
         **{f"{name}_png": f"{YIELD_FIGURES}/{name}.png" for name in DRAWN_YIELDS},
-        statements=f"{YIELDS}/statements.tsv",
     log:
         f"{LOGS}/yields/plot_yields.log",
     localrule: True
     message:
-        "Drawing the figures of chapter 5, and writing what its tables say"
+        "Drawing the figures of chapter 5"
     script:
         "../../scripts/plot_yields.py"
 
 
 YIELD_OUTPUTS = [
     *rules.evaluate_yield_models.output,
-    rules.try_alternatives.output.libraries,
     *PERMUTED.values(),
     *rules.leave_groups_out.output,
     *rules.predict_yields.output,

@@ -60,15 +60,6 @@ class Priors(NamedTuple):
     noise: LogNormal = LogNormal(0.03, 1.5)
 
 
-class LibraryConfig(Section):
-    """Another library: its links and time scales, in place of those of `averaging`."""
-
-    links: Annotated[list[LinkName], Field(min_length=1)]
-    """scales of the yield"""
-    time_h: Scales
-    """scales of the milling time"""
-
-
 class AveragingConfig(Section):
     """The library of the averaged Gaussian process: every combination of link, scales and structure."""
 

@@ -4,7 +4,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, StringConstraints, model_validator
 
-from millprint.config.averaged_process import AveragingConfig, LibraryConfig, LinkName
+from millprint.config.averaged_process import AveragingConfig, LinkName
 from millprint.config.search_spaces import COMPARED, SPACE_BOUNDS, STORED_MODEL, Interval, RegressorList, Spaces, Tuned
 from millprint.config.section import (
     Count,
@@ -96,10 +96,6 @@ class RetrospectiveConfig(Section):
     """best runs to find: the best of all runs, the best without that one, and so on, because a single run may
     be found fast by luck
     """
-    # Runs that no strategy may choose; their error says what the chosen runs teach.
-    held_out_runs: ClassVar[int] = 7
-    chosen_runs: Annotated[int, Field(ge=1, le=100_000)] = 8
-    """runs that a strategy chooses one by one before the last error"""
     # Seed of the starts and of ties.
     seed: ClassVar[int] = 42
     links: Annotated[list[LinkName], Field(min_length=1)] = ["logit", "avrami"]
@@ -189,7 +185,7 @@ class EvaluationConfig(HeldOutConfig):
 
 
 class Choices(Section):
-    """Choices that the thesis leaves open. The defaults come nearest to its Table 5.6 (see choices.tsv)."""
+    """Choices that the thesis leaves open. The defaults come nearest to its Table 5.6."""
 
     linear_features: list[str] = Field(default=["bpr", "molar_ratio", "time_h"], min_length=1)
     """features of the linear baseline"""
@@ -221,15 +217,11 @@ class TrainingConfig(Section):
 
 
 class LibraryTrialConfig(Section):
-    """What the averaged process gains by the choice of its library, and whether chance could reach its score."""
+    """Whether chance could reach the score of the averaged process."""
 
-    earlier: LibraryConfig = LibraryConfig(links=["identity", "logit", "avrami"], time_h=["linear", "log"])
-    """library scored next to that of `averaging`: the earlier one, chosen after seeing scores"""
-    sub_libraries: Count = 500
-    """random halves of a library, each scored by the same folds"""
     permutations: Annotated[int, Field(ge=19, le=100_000)] = 199
     """shuffles of the yields among the runs; the smallest p-value is 1 / (1 + permutations)"""
-    # Seed of the halves and of the shuffles.
+    # Seed of the shuffles.
     seed: ClassVar[int] = 42
 
 
@@ -284,10 +276,8 @@ class YieldConfig(Section):
     """regressors of the models that are trained; those of Table 5.6 and gpr_starts at least"""
     training: TrainingConfig = TrainingConfig()
     search: SearchConfig = SearchConfig()
-    searched_again: list[Literal["search_seed", "residual_weights"]] = ["search_seed", "residual_weights"]
-    """choices that are also searched with another value: the seed (every tuned model), the weights of residuals
-    (two-step models); [] for none. Together they take longer than the models themselves
-    """
+    searched_again: bool = True
+    """whether every tuned model is also searched with another seed, for its scatter; this doubles the searches"""
     evaluation: EvaluationConfig = EvaluationConfig()
     other_sources: OtherSourcesConfig = OtherSourcesConfig()
     averaging: AveragingConfig = AveragingConfig()

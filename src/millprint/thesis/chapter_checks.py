@@ -18,7 +18,7 @@ from millprint.run.tables import Text, read_measured
 from millprint.thesis.calibration.drop import read_heights
 from millprint.thesis.calibration.oscillation import make_swing, read_track
 from millprint.thesis.claims.conclusions import read_conclusions, read_stored
-from millprint.thesis.claims.evidence import BASES, NATURES
+from millprint.thesis.claims.tolerances import BASES, NATURES
 from millprint.thesis.curves.regimes import read_published, read_regimes
 from millprint.thesis.doe.chemistry import check_formulas
 from millprint.thesis.doe.literature import read_literature, read_reported_yields

@@ -19,7 +19,6 @@ from millprint.statistics.quantiles import f_quantile
 from millprint.thesis.calibration.oscillation import (
     PLACES,
     Swing,
-    describe_swings,
     make_swing,
     read_track,
     simulate_track,
@@ -303,8 +302,8 @@ def fit_experiment(
     """Fit the friction pair of one experiment; mills: by the keys `mill` and `track_mill` of the experiment.
 
     rayleigh_fraction_max: longest step, over the Rayleigh time of the ball [-]; interval: probability of the confidence
-    intervals [-]. Tables: track (as fitted), fit (a row a coefficient), profile, paths (of the fitted and of varied
-    pairs) and swings (what those look like in numbers). Raises ConfigError and SimulationError.
+    intervals [-]. Tables: track (as fitted), fit (a row a coefficient), profile, and paths (of the fitted and of varied
+    pairs). Raises ConfigError and SimulationError.
     """
     diameter, contact = experiment.ball_diameter_mm * 1e-3, contact.at_wall
     swing = make_swing(mills["mill"], contact, rayleigh_fraction_max, diameter, settings)
@@ -322,7 +321,6 @@ def fit_experiment(
         "fit": _fit_table(experiment, mills, contact, fit, len(track)),
         "profile": fit.profile,
         "paths": _paths(swing, pairs, duration, fit.release_s),
-        "swings": describe_swings(swing, pairs, duration),
     }
 
 

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 SAMPLE_S = 4e-3  # between positions of the ball: a cubic through them is exact to about a micrometre
 PLACES = ["across_mm", "height_mm"]
 FEWEST_FRAMES = 20  # of a measured track
-STANDS_OUT_MM = 1.0  # smallest distance of a counted turn from the middle
 START_GAP = 1e-4  # gap to the wall at the start over the ball's radius [-]
 
 
@@ -118,28 +117,6 @@ def simulate_track(swing: Swing, settings: SwingConfig) -> pd.DataFrame:
     places = swing.positions(friction, settings.duration_s)(times)
     noise = np.random.default_rng(settings.seed).normal(0, settings.noise_mm, places.shape)
     return pd.DataFrame({"time_s": times, **dict(zip(PLACES, (places + noise).T, strict=True))})
-
-
-def describe_swings(swing: Swing, pairs: list[tuple[float, float]], duration: float) -> pd.DataFrame:
-    """What each friction pair does to the swings: how many there are, how high the first ones go, when they end.
-
-    One row a pair: static_friction, rolling_friction, half_swings (turns that stand out by a millimetre across),
-    first_rise_mm and second_rise_mm (height at the first and second turn), first_turn_s, last_turn_s.
-    Raises SimulationError.
-    """
-    # Slow to import, and the check of the input imports this module.
-    from scipy.signal import find_peaks
-
-    rows = []
-    times = np.arange(0, duration, 1e-3)
-    for pair in pairs:
-        across, height = swing.positions(pair, duration)(times).T
-        turns = find_peaks(np.abs(across), prominence=STANDS_OUT_MM)[0]
-        rises = [*height[turns], np.nan, np.nan][:2]
-        ends = (times[turns[0]], times[turns[-1]]) if turns.size else (np.nan, np.nan)
-        rows.append((*pair, len(turns), *rises, *ends))
-    columns = ["static_friction", "rolling_friction", "half_swings", "first_rise_mm", "second_rise_mm"]
-    return pd.DataFrame(rows, columns=[*columns, "first_turn_s", "last_turn_s"])
 
 
 def read_track(path: str) -> pd.DataFrame:

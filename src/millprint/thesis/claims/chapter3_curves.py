@@ -18,15 +18,7 @@ def curves_of(evidence: Evidence, columns: str, where: str, absent: str, contact
     return found
 
 
-@claim(
-    "3.curve.{fill}.{quantity}",
-    """
-    3.curve.0.06.Pn 3.curve.0.06.Pt 3.curve.0.06.f 3.curve.0.06.ratio
-    3.curve.0.10.Pn 3.curve.0.10.Pt 3.curve.0.10.f 3.curve.0.10.ratio
-    3.curve.0.17.Pn 3.curve.0.17.Pt 3.curve.0.17.f 3.curve.0.17.ratio
-    """,
-    causes.curve_cause,
-)
+@claim("3.curve.{fill}.{quantity}", causes.curve_cause)
 def curve_value(evidence: Evidence, fill: str, quantity: str) -> Finding:
     """Fig. 3.12 and Table 4.2: a value of the calibrated master curves at one fill ratio."""
     absent = f"the sweep has no calibrated case at fill {fill}"
@@ -41,7 +33,7 @@ def curve_value(evidence: Evidence, fill: str, quantity: str) -> Finding:
     return Finding(float(row[quantity]), f"mean of {int(row['conditions'])} condition(s), spread {spread:.1f} %{rules}")
 
 
-@claim("3.curve.0.08.{quantity}", "3.curve.0.08.Pn 3.curve.0.08.Pt", causes.large_ball_cause)
+@claim("3.curve.0.08.{quantity}", causes.large_ball_cause)
 def power_of_large_balls(evidence: Evidence, quantity: str) -> Finding:
     """Table 3.5 gives the powers of 10 mm balls at fill 0.08, over four speeds."""
     where = f"{AS_BUILT} and ball_diameter_mm == 10 and fill_ratio == 0.08"
@@ -51,7 +43,7 @@ def power_of_large_balls(evidence: Evidence, quantity: str) -> Finding:
     return Finding(float(found[quantity].mean()), f"mean over {speeds} rpm")
 
 
-@claim("3.curve.ratio.low", explain_deviation=causes.low_ratio_cause)
+@claim("3.curve.ratio.low", causes.low_ratio_cause)
 def largest_ratio(evidence: Evidence) -> Finding:
     """Fig. 3.12 d: the largest ratio up to the elbow, at fill 0.10."""
     absent = "the sweep has no calibrated case up to fill 0.10"
@@ -60,7 +52,7 @@ def largest_ratio(evidence: Evidence) -> Finding:
     return Finding(float(top["ratio"]), f"at fill {top['fill_ratio']:g}")
 
 
-@claim("3.curve.ratio.elbow", explain_deviation=causes.elbow_cause)
+@claim("3.curve.ratio.elbow", causes.elbow_cause)
 def ratio_at_the_elbow(evidence: Evidence) -> Finding:
     """Fig. 3.12 d."""
     absent = "the sweep has no calibrated case at fill 0.10"
@@ -68,7 +60,7 @@ def ratio_at_the_elbow(evidence: Evidence) -> Finding:
     return Finding(float(row["ratio"]), f"mean of {int(row['conditions'])} condition(s) at fill 0.10")
 
 
-@claim("3.curve.ratio.high", explain_deviation=causes.high_ratio_cause)
+@claim("3.curve.ratio.high", causes.high_ratio_cause)
 def ratio_at_high_fill(evidence: Evidence) -> Finding:
     """Fig. 3.12 d: the mean over zone 3."""
     absent = "the sweep has no calibrated case at fill 0.20 or more"
@@ -86,7 +78,7 @@ def _whole_curves(evidence: Evidence, columns: str) -> pd.DataFrame:
     return curves
 
 
-@claim("3.curve.normal_max", explain_deviation=causes.normal_power_cause)
+@claim("3.curve.normal_max", causes.normal_power_cause)
 def fill_of_largest_normal_power(evidence: Evidence) -> Finding:
     """Fig. 3.12 a."""
     curves = _whole_curves(evidence, "Pn")
@@ -94,7 +86,7 @@ def fill_of_largest_normal_power(evidence: Evidence) -> Finding:
     return yes_no(0.10 <= top <= 0.20, f"the mean curve is largest at fill {top:g}")
 
 
-@claim("3.curve.zone3", explain_deviation=causes.power_cause)
+@claim("3.curve.zone3", causes.power_cause)
 def gain_beyond_zone_2(evidence: Evidence) -> Finding:
     """Fig. 3.12 a and b."""
     curves = _whole_curves(evidence, "Pn, Pt")
@@ -115,7 +107,7 @@ def rank_correlation(first: pd.Series, second: pd.Series) -> float:
     return float(np.corrcoef(first.rank(), second.rank())[1, 0])
 
 
-@claim("3.frequency.{contact}", "3.frequency.calibrated 3.frequency.steel", causes.trend_cause)
+@claim("3.frequency.{contact}", causes.trend_cause)
 def trend_of_the_frequency(evidence: Evidence, contact: str) -> Finding:
     """Figs 3.7 d and 3.8 d: falling with fill for calibrated contacts, rising for steel, by rank and by its ends."""
     absent = f"the sweep has fewer than three fill ratios with contact set {contact}"
@@ -132,7 +124,7 @@ def trend_of_the_frequency(evidence: Evidence, contact: str) -> Finding:
     )
 
 
-@claim("3.collapse", explain_deviation=causes.collapse_cause)
+@claim("3.collapse", causes.collapse_cause)
 def collapse(evidence: Evidence) -> Finding:
     """Fig. 3.12: the spread over the mean at each fill ratio, before and after the normalisation."""
     absent = "no fill ratio of the sweep has two calibrated conditions"

@@ -14,8 +14,9 @@ from millprint.run.files import read_table
 from millprint.run.progress import progress
 from millprint.statistics.quantiles import LEVEL, spread_of
 from millprint.thesis.claims.chapter6 import TRAININGS
-from millprint.thesis.claims.evidence import CERTAIN, TIMED, Evidence, Finding, Interval, find_claim, is_number
+from millprint.thesis.claims.evidence import Evidence, Finding, Interval, find_claim
 from millprint.thesis.claims.tabulate import collect_findings, read_claims
+from millprint.thesis.claims.tolerances import CERTAIN, TIMED, is_number
 from millprint.thesis.surrogate.measure_tables import failed_tests
 
 WINDOWS = "bootstrap of windows"

@@ -13,7 +13,7 @@ import pandas as pd
 
 from millprint.run.files import write_table
 from millprint.run.tables import Text, read_measured, refuse_rows
-from millprint.thesis.claims.evidence import (
+from millprint.thesis.claims.tolerances import (
     CERTAIN,
     DEVIATES,
     ERRATUM,

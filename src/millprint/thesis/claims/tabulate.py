@@ -10,28 +10,25 @@ from millprint.run.files import read_table
 from millprint.run.tables import refuse_rows
 
 # Importing a chapter registers its claims.
-from millprint.thesis.claims import (  # noqa: F401
-    chapter2,
-    chapter3,
-    chapter3_curves,
-    chapter4,
-    chapter5,
-    chapter6,
-)
+from millprint.thesis.claims import chapter2, chapter3, chapter3_curves, chapter4, chapter5, chapter6  # noqa: F401
 from millprint.thesis.claims.conclusions import chapter_name
 from millprint.thesis.claims.evidence import (
+    FORMS,
+    Evidence,
+    Finding,
+    Interval,
+    explain_deviation,
+    find_claim,
+    form_of,
+)
+from millprint.thesis.claims.tolerances import (
     BASES,
-    CLAIMS,
     DERIVED,
     DEVIATES,
     NATURES,
     OPEN_VERDICTS,
     VERDICTS,
-    Evidence,
-    Finding,
-    Interval,
     deviation,
-    find_claim,
     interval_verdict,
     is_number,
     verdict,
@@ -39,25 +36,21 @@ from millprint.thesis.claims.evidence import (
 
 CLAIM_COLUMNS = ["id", "locus", "quantity", "value", "unit", "nature", "basis", "tolerance", "note"]
 # Columns of the table of verdicts: part of an interval.
-INTERVAL_PARTS = {
-    "lower": "lower",
-    "upper": "upper",
-    "interval_from": "origin",
-    "repeats": "repeats",
-    "failed": "failed",
-}
+INTERVAL_PARTS = {name: name for name in ("lower", "upper", "interval_from", "repeats", "failed")}
+INTERVAL_PARTS["interval_from"] = "origin"
 
 
 def read_claims(path: str | Path) -> pd.DataFrame:
     """The claims by id, all columns as text, so that every printed digit is kept.
 
-    Raises ConfigError where the ids are not those that have code, and for an unknown nature or basis.
+    Raises ConfigError for an id without code and code without an id, and for an unknown nature or basis.
     """
     claims = read_table(path, text=CLAIM_COLUMNS).fillna("").set_index("id", drop=False)
+    forms = {name: form_of(name) for name in claims.index}
     for word, ids in (
-        ("lacks", set(CLAIMS) - set(claims.index)),
+        ("lacks", set(FORMS) - {form.template for form in forms.values() if form}),
         ("names twice", set(claims.index[claims.index.duplicated()])),
-        ("has, without code that computes them:", set(claims.index) - set(CLAIMS)),
+        ("has, without code that computes them:", {name for name, form in forms.items() if form is None}),
     ):
         if ids:
             raise ConfigError(f"{path}: column id {word} {', '.join(sorted(ids))}")
@@ -80,14 +73,14 @@ def collect_findings(
     read: dict[str, pd.DataFrame] = {}
     for name in claims.index[claims.index.str.startswith(beginning)]:
         evidence = Evidence(Path(results), data, claims["value"], name, tables=read)
-        finding, own = find_claim(evidence), CLAIMS[name]
+        finding = find_claim(evidence)
         if finding.value is not None and (row := drawn.get(name)):
             counts = int(row.repeats), int(row.failed)
             finding = replace(finding, interval=Interval(_end(row.lower), _end(row.upper), row.interval_from, *counts))
         asked = claims.at[name, "value"], claims.at[name, "tolerance"], finding
         missed = verdict(*asked) == DEVIATES or interval_verdict(*asked) in (DEVIATES, *OPEN_VERDICTS)
-        if missed and own.explain_deviation is not None:
-            words = (finding.explanation, own.explain_deviation(evidence, **own.parts))
+        if missed:
+            words = (finding.explanation, explain_deviation(evidence))
             finding = replace(finding, explanation="; ".join(filter(None, words)))
         found[name] = finding
     return found

@@ -16,10 +16,10 @@ from math import comb, prod
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike
 
-from millprint.config.doe import PRIMES, DesignConfig, Factor, Generator
+from millprint.config.doe import PRIMES, DesignConfig, Generator
 from millprint.config.errors import ConfigError
+from millprint.thesis.doe.runs import term_columns
 
 # The exponent of each factor, in the order of the factors.
 Word = tuple[int, ...]
@@ -304,31 +304,6 @@ def interaction_partners(config: DesignConfig, term: str) -> list[str]:
         if set(fraction.letters(word)) == own:
             found |= {"".join(fraction.letters(other)) for other in fraction.aliases(word) if length(other) == 2}
     return sorted(found)
-
-
-def contrasts(values: ArrayLike) -> np.ndarray:
-    """Orthonormal polynomial contrasts of levels at `values`: (levels, levels - 1), linear first.
-
-    Equally spaced, three of them are the -1, 0, 1 and 1, -2, 1 of thesis Table 2.4, each over its length.
-    """
-    places = np.asarray(values, dtype=float)
-    centred = (places - places.mean()) / np.ptp(places)
-    basis = np.linalg.qr(np.vander(centred, len(places), increasing=True))[0][:, 1:]
-    return basis * np.sign(basis[-1])
-
-
-def level_contrasts(factor: Factor) -> np.ndarray:
-    """The contrasts of a factor's levels: (levels, levels - 1). Those of names have no order, but span the levels."""
-    return contrasts(factor.levels if factor.numeric else range(len(factor.levels)))
-
-
-def term_columns(config: DesignConfig, codes: pd.DataFrame, term: str) -> np.ndarray:
-    """Contrast columns of a term such as A or A:B: (runs, degrees of freedom)."""
-    columns = np.ones((len(codes), 1))
-    for symbol in term.split(":"):
-        own = level_contrasts(config.factor(symbol))[codes[symbol].to_numpy()]
-        columns = (columns[:, :, None] * own[:, None, :]).reshape(len(codes), -1)
-    return columns
 
 
 def _basis(columns: np.ndarray) -> np.ndarray:

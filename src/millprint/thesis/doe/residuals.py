@@ -1,7 +1,8 @@
-"""Residuals of the analysis of variance: run by run, checked as normal errors, and against repeated runs."""
+"""Residuals of the analysis of variance, as normal errors and against repeated runs; and effects outside the model."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import combinations, product
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,8 @@ from statsmodels.stats.diagnostic import normal_ad
 from millprint.config.doe import AnalysisConfig, DesignConfig
 from millprint.run.progress import progress
 from millprint.statistics.quantiles import chi_squared_above, f_above, normal_quantile
-from millprint.thesis.doe.factorial_designs import treatments
-from millprint.thesis.doe.runs import RUN_ORDER, YIELD
+from millprint.thesis.doe.factorial_designs import as_designed, treatments
+from millprint.thesis.doe.runs import RUN_ORDER, YIELD, term_columns
 from millprint.thesis.doe.variance import sums_of_squares
 
 # A run of at least this leverage fixes a parameter: the model goes through it.
@@ -221,3 +222,113 @@ def residual_checks(
         rows.append(("durbin_watson", "no likeness of runs one after the other", np.nan, np.nan, np.nan, note))
     table = pd.DataFrame(rows, columns=["check", "assumption", "statistic", "p_textbook", "p_simulated", "note"])
     return table.assign(residual_degrees_of_freedom=int(fit.df_resid), simulations=simulations)
+
+
+# The last row of the table of what the residual consists of.
+TOGETHER = "together"
+
+
+class _Projector:
+    """Residual sums of squares and ranks of models given as lists of terms, over the same runs."""
+
+    def __init__(self, config: AnalysisConfig, runs: pd.DataFrame) -> None:
+        self.config, self.runs = config, runs
+        self.response = runs[YIELD].to_numpy() / 100
+
+    def columns(self, terms: list[str]) -> np.ndarray:
+        parts = [np.ones((len(self.runs), 1)), *(term_columns(self.config, self.runs, term) for term in terms)]
+        return np.hstack(parts)
+
+    def fit(self, terms: list[str]) -> tuple[float, int]:
+        """Residual sum of squares and rank of a model with a mean and `terms`."""
+        left, singular, _ = np.linalg.svd(self.columns(terms), full_matrices=False)
+        basis = left[:, singular > 1e-10 * singular[0]]
+        rest = self.response - basis @ (basis.T @ self.response)
+        return float(rest @ rest), basis.shape[1]
+
+
+def _without(config: AnalysisConfig, term: str) -> list[str]:
+    """The terms of the model that do not hold `term`: what a type II sum is adjusted for."""
+    own = set(term.split(":"))
+    return [other for other in config.model if not own <= set(other.split(":"))]
+
+
+def _rivals(config: AnalysisConfig) -> list[str]:
+    """The main effects and two-factor interactions that are not in the model."""
+    possible = [*config.symbols, *(":".join(pair) for pair in combinations(config.symbols, 2))]
+    modelled = {frozenset(term.split(":")) for term in config.model}
+    return [term for term in possible if frozenset(term.split(":")) not in modelled]
+
+
+def residual_parts_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
+    """What the residual of the analysis consists of: the effects outside the model that take degrees of freedom of it.
+
+    Each effect is added to the model without the others. degrees_of_freedom, sum_of_squares and share are what it takes
+    of the residual: the factors as they were run, and those ending in _as_designed at the levels that the generators
+    give. The last row, `together`, has all these effects in the model at once; a share of 1 means that the residual
+    holds these effects and nothing else, so that every F of the analysis is against them. In the design of thesis Table
+    2.3 the parts as designed are orthogonal and their shares add up to that of the last row; as run they overlap.
+    """
+    rivals = _rivals(config)
+    rows: dict[str, dict[str, object]] = {}
+    for ending, codes in (("", runs), ("_as_designed", as_designed(config, runs))):
+        models = _Projector(config, codes)
+        rest, rank = models.fit(config.model)
+        for name in [*rivals, TOGETHER]:
+            added = rivals if name == TOGETHER else [name]
+            smaller, larger = models.fit([*config.model, *added])
+            found = (larger - rank, rest - smaller, (rest - smaller) / rest if rest > 0 else np.nan)
+            names = (f"{column}{ending}" for column in ("degrees_of_freedom", "sum_of_squares", "share"))
+            rows.setdefault(name, {"effect": name}).update(zip(names, found, strict=True))
+    table = pd.DataFrame(rows.values())
+    taken = (table["degrees_of_freedom"] > 0) | (table["degrees_of_freedom_as_designed"] > 0)
+    return table[taken].reset_index(drop=True)
+
+
+def contested_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
+    """For each term of the model, what every main effect and two-factor interaction outside it could claim.
+
+    sum_of_squares is type II: SS(term | the terms that do not hold it); with the rival entered before the term it is
+    sum_if_rival_first, on degrees_of_freedom_if_rival_first. fraction_claimable = 1 - sum_if_rival_first /
+    sum_of_squares: 1 if the data cannot tell the two apart, 0 if the rival takes nothing, below 0 if the term is
+    clearer with the rival in the model (in runs that are not orthogonal). F_if_rival_first and its p-value are against
+    the residual of the whole model with the rival; they are empty if the rival leaves no degree of freedom.
+    degrees_of_freedom_if_designed is what the rival would leave if every run had the levels of the generators: fewer
+    than as run where only the runs off the design tell the two apart, and their estimate rests only on those runs.
+    Rivals that share no degree of freedom with the term are left out.
+    """
+    models, designed = _Projector(config, runs), _Projector(config, as_designed(config, runs))
+    rows = []
+    for term, rival in product(config.model, _rivals(config)):
+        base = _without(config, term)
+        (base_rest, base_rank), (full_rest, full_rank) = models.fit(base), models.fit([*base, term])
+        (rival_rest, rival_rank), (both_rest, both_rank) = models.fit([*base, rival]), models.fit([*base, rival, term])
+        own, first = base_rest - full_rest, rival_rest - both_rest
+        alone, left = full_rank - base_rank, both_rank - rival_rank
+        if abs(own - first) < 1e-9 * base_rest and alone == left:
+            continue
+        rest, rank = models.fit([*config.model, rival])
+        residual = len(runs) - rank
+        statistic = first / left / (rest / residual) if left and residual else np.nan
+        rows.append(
+            {
+                "term": term,
+                "degrees_of_freedom": alone,
+                "sum_of_squares": own,
+                "rival": rival,
+                "rival_sum_of_squares": base_rest - rival_rest,
+                "degrees_of_freedom_if_rival_first": left,
+                "degrees_of_freedom_if_designed": designed.fit([*base, rival, term])[1]
+                - designed.fit([*base, rival])[1],
+                "sum_if_rival_first": first,
+                "fraction_claimable": 1 - first / own if own > 0 else np.nan,
+                "F_if_rival_first": statistic,
+                "p_if_rival_first": f_above(statistic, left, residual) if left and residual else np.nan,
+                "residual_degrees_of_freedom": residual,
+            }
+        )
+    columns = ["term", "degrees_of_freedom", "sum_of_squares", "rival", "rival_sum_of_squares"]
+    columns += ["degrees_of_freedom_if_rival_first", "degrees_of_freedom_if_designed"]
+    columns += ["sum_if_rival_first", "fraction_claimable"]
+    columns += ["F_if_rival_first", "p_if_rival_first", "residual_degrees_of_freedom"]
+    return pd.DataFrame(rows, columns=columns)

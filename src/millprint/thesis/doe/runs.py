@@ -1,11 +1,12 @@
-"""The measured runs: a table of settings and yields, checked against the factors of the design."""
+"""The measured runs, checked against the factors of the design, and the contrasts of their levels."""
 
 from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
-from millprint.config.doe import Factor
+from millprint.config.doe import DesignConfig, Factor
 from millprint.run.tables import CASE, Number, Text, read_measured, refuse_rows
 
 YIELD = "yield_percent"
@@ -55,3 +56,28 @@ def read_runs(path: str, factors: Sequence[Factor], positive: Sequence[str] = ()
         # A code such as 0011 may have been read as the number 11.
         frame["treatment"] = frame["treatment"].astype(str).str.zfill(len(factors))
     return frame
+
+
+def contrasts(values: ArrayLike) -> np.ndarray:
+    """Orthonormal polynomial contrasts of levels at `values`: (levels, levels - 1), linear first.
+
+    Equally spaced, three of them are the -1, 0, 1 and 1, -2, 1 of thesis Table 2.4, each over its length.
+    """
+    places = np.asarray(values, dtype=float)
+    centred = (places - places.mean()) / np.ptp(places)
+    basis = np.linalg.qr(np.vander(centred, len(places), increasing=True))[0][:, 1:]
+    return basis * np.sign(basis[-1])
+
+
+def level_contrasts(factor: Factor) -> np.ndarray:
+    """The contrasts of a factor's levels: (levels, levels - 1). Those of names have no order, but span the levels."""
+    return contrasts(factor.levels if factor.numeric else range(len(factor.levels)))
+
+
+def term_columns(config: DesignConfig, codes: pd.DataFrame, term: str) -> np.ndarray:
+    """Contrast columns of a term such as A or A:B: (runs, degrees of freedom)."""
+    columns = np.ones((len(codes), 1))
+    for symbol in term.split(":"):
+        own = level_contrasts(config.factor(symbol))[codes[symbol].to_numpy()]
+        columns = (columns[:, :, None] * own[:, None, :]).reshape(len(codes), -1)
+    return columns

@@ -5,24 +5,26 @@ from pathlib import Path
 from millprint.config.doe import AnalysisConfig, DesignConfig
 from millprint.run.files import write_json, write_table
 from millprint.thesis.doe.factorial_designs import alias_table, audit_table, describe, design_table
-from millprint.thesis.doe.residuals import lack_of_fit_table, residual_checks, residual_table
+from millprint.thesis.doe.residuals import (
+    contested_table,
+    lack_of_fit_table,
+    residual_checks,
+    residual_parts_table,
+    residual_table,
+)
 from millprint.thesis.doe.runs import read_runs
 from millprint.thesis.doe.variance import (
-    contested_table,
     corrected_table,
     detectable_table,
     fit_factors,
     interaction_table,
     printed_table,
-    residual_parts_table,
-    trend_table,
 )
 
 # The tables of the design, by the names of the rule's outputs.
 DESIGN_TABLES = ("design", "aliases", "audit")
 # The tables of the analysis that follow the analysis of variance, by the names of the rule's outputs.
 TABLES = (
-    "trends",
     "contested",
     "residual_parts",
     "detectable",
@@ -65,7 +67,6 @@ def write_analysis(screening: str, tables: dict[str, str], settings: AnalysisCon
     fit = fit_factors(settings, runs)
     write_table(printed_table(settings, runs), tables["printed"])
     write_table(corrected_table(settings, runs), tables["corrected"])
-    write_table(trend_table(settings, runs), tables["trends"])
     write_table(contested_table(settings, runs), tables["contested"])
     write_table(residual_parts_table(settings, runs), tables["residual_parts"])
     write_table(detectable_table(settings, runs), tables["detectable"])

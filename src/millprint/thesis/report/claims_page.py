@@ -14,8 +14,9 @@ from millprint.run.files import read_table
 from millprint.run.html_pages import embed_files, render_page
 from millprint.run.outputs import listed_tables
 from millprint.thesis.claims.conclusions import FALLS, PARTLY, STANDS, UNKNOWN, deviating_everywhere, in_prose
-from millprint.thesis.claims.evidence import DEVIATES, ERRATUM, NATURES, NOT_RUN, REPRODUCED, Finding
+from millprint.thesis.claims.evidence import Finding
 from millprint.thesis.claims.tabulate import INTERVAL_PARTS, count_natures, count_verdicts
+from millprint.thesis.claims.tolerances import DEVIATES, ERRATUM, NATURES, NOT_RUN, REPRODUCED
 from millprint.thesis.report.table_pages import FOLDER, Section, section_id, tables_page
 
 RUNTIME_COLUMNS = ["stage", "job", "wall_s", "processor_s", "memory_MB"]

@@ -3,7 +3,6 @@
 import base64
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from html.parser import HTMLParser
 from io import BytesIO
 from pathlib import Path
 from types import SimpleNamespace
@@ -64,18 +63,6 @@ class Shown:
     more: int
 
 
-class _Words(HTMLParser):
-    """The text of markup."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.text: list[str] = []
-
-    def handle_data(self, data: str) -> None:
-        """Keep the text between two tags."""
-        self.text.append(data)
-
-
 def render_caption(text: str, config: Mapping[str, Any], words: Mapping[str, str]) -> Markup:
     """A caption of the report, a Jinja template of reStructuredText, as markup. Files that it names are not read."""
     given = SimpleNamespace(config=config, wildcards=SimpleNamespace(**words))
@@ -85,9 +72,7 @@ def render_caption(text: str, config: Mapping[str, Any], words: Mapping[str, str
 
 def first_sentence(caption: Markup) -> str:
     """The first sentence of a caption as plain text: what somebody hears who does not see the figure."""
-    words = _Words()
-    words.feed(str(caption))
-    text = " ".join("".join(words.text).split())
+    text = caption.striptags()
     cut = text.find(". ")
     return text if cut < 0 else text[: cut + 1]
 

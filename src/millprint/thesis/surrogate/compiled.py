@@ -17,8 +17,9 @@ import numpy as np
 from millprint.mill.distance import SignedDistance
 from millprint.thesis.surrogate.dataset import ball_reach
 from millprint.thesis.surrogate.graph_surrogate import GraphSurrogate, State, Sums, no_sums
-from millprint.thesis.surrogate.kernels import PANEL, Batch, Rules, make_scratch, roll
+from millprint.thesis.surrogate.kernels import Batch, Rules, make_scratch, roll
 from millprint.thesis.surrogate.network import CHANNELS, NormalisedNetwork, read_weights
+from millprint.thesis.surrogate.products import PANEL
 from millprint.thesis.surrogate.rollout import Setting
 from millprint.thesis.surrogate.scene import read_scene, read_trajectory
 
@@ -28,6 +29,14 @@ class Hidden(NamedTuple):
 
     weight: np.ndarray  # (..., layers, width, width) inputs first
     bias: np.ndarray  # (..., layers, width)
+
+
+class Entry(NamedTuple):
+    """The layers of a perceptron up to its last one."""
+
+    first: np.ndarray  # (inputs, width)
+    first_bias: np.ndarray  # (width,)
+    hidden: Hidden
 
 
 class Folded(NamedTuple):
@@ -40,12 +49,8 @@ class Folded(NamedTuple):
 
     mean: np.ndarray
     deviation: np.ndarray
-    node_first: np.ndarray  # (window * 7, width) of the encoder of nodes
-    node_first_bias: np.ndarray  # (width,)
-    node: Hidden
-    edge_first: np.ndarray  # (3, width) of the encoder of edges
-    edge_first_bias: np.ndarray
-    edge: Hidden
+    node: Entry  # the encoder of nodes, from (window * 7) inputs
+    edge: Entry  # the encoder of edges, from 3
     to_target: np.ndarray  # (rounds, width, width) from the node that receives a message, into its first layer
     to_source: np.ndarray  # from the node that sends it
     to_edge: np.ndarray
@@ -56,15 +61,11 @@ class Folded(NamedTuple):
     received: np.ndarray  # (rounds, width, width) from the mean of its messages
     received_bias: np.ndarray  # (rounds, width) where there is a message
     updated: Hidden
-    decoder_first: np.ndarray  # (width, width)
-    decoder_first_bias: np.ndarray
-    decoder: Hidden
+    decoder: Entry
     decoder_last: np.ndarray  # (width, 3)
     decoder_last_bias: np.ndarray
-    readout_first: np.ndarray  # (width, width) from the mean of the balls that have an edge
-    readout_bias: np.ndarray
+    readout: Entry  # from the mean of the balls that have an edge
     readout_any_bias: np.ndarray  # (width,) where any ball has one
-    readout: Hidden
     readout_last: np.ndarray  # (width, 1)
     readout_last_bias: np.ndarray
 
@@ -82,6 +83,10 @@ class _Perceptron:
         width = len(self.biases[0])
         weight = np.array(self.weights[1:-1]).reshape(-1, width, width)
         return Hidden(weight, np.array(self.biases[1:-1]).reshape(-1, width))
+
+    def entry(self, first: np.ndarray | None = None, added: np.ndarray | float = 0.0) -> Entry:
+        """What is up to the last layer, with another first one and with something added to its bias."""
+        return Entry(self.weights[0] if first is None else first, self.biases[0] + added, self.hidden())
 
     def into(self, block: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The last layer, followed by a block (width, width) of the next perceptron's first: weight and bias."""
@@ -102,22 +107,14 @@ def fold(model: NormalisedNetwork) -> Folded:
     decoder_first, decoder_bias = before.into(decoder.weights[0])
     readout_first, readout_any_bias = before.into(readout.weights[0])
     arrays: dict[str, Any] = {
-        "node_first": encoder.weights[0],
-        "node_first_bias": encoder.biases[0],
-        "node": encoder.hidden(),
-        "edge_first": edge.weights[0],
-        "edge_first_bias": edge.biases[0],
-        "edge": edge.hidden(),
+        "node": encoder.entry(),
+        "edge": edge.entry(),
         **{name: _stacked([part[name] for part in rounds]) for name in rounds[0]},
-        "decoder_first": decoder_first,
-        "decoder_first_bias": decoder.biases[0] + decoder_bias,
-        "decoder": decoder.hidden(),
+        "decoder": decoder.entry(decoder_first, decoder_bias),
         "decoder_last": decoder.weights[-1],
         "decoder_last_bias": decoder.biases[-1],
-        "readout_first": readout_first,
-        "readout_bias": readout.biases[0],
+        "readout": readout.entry(readout_first),
         "readout_any_bias": readout_any_bias,
-        "readout": readout.hidden(),
         "readout_last": readout.weights[-1],
         "readout_last_bias": readout.biases[-1],
     }
@@ -156,8 +153,8 @@ def packed(name: str, value: Any) -> Any:
     """In single precision, with zeros for outputs that fill up the last panel: (..., outputs) of a bias as it is, and
     (..., inputs, outputs) of a weight as (..., panels, inputs, PANEL).
     """
-    if isinstance(value, Hidden):
-        return Hidden(*(packed(field, part) for field, part in value._asdict().items()))
+    if isinstance(value, tuple):
+        return type(value)(*(packed(field, part) for field, part in zip(value._fields, value, strict=True)))
     filled = np.pad(value, [(0, 0)] * (value.ndim - 1) + [(0, -value.shape[-1] % PANEL)]).astype(np.float32)
     if name.endswith("bias"):
         return filled
@@ -211,7 +208,7 @@ class CompiledSurrogate(GraphSurrogate):
         later = np.full((steps, graphs), self.step_s)
         times_s = np.cumsum(np.concatenate([state.time_s[None], later]), axis=0)[1:]
         batch = self.batch(state)
-        panels, inputs, panel = self.weights.node_first.shape
+        panels, inputs, panel = self.weights.node.first.shape
         scratch = make_scratch(graphs, balls, inputs, panels * panel)
         walls = np.ascontiguousarray(self.scene.wall_position(times_s))
         roll(self.weights, scratch, distance.surface, self.rules, batch, walls)

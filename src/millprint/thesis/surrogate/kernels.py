@@ -1,191 +1,19 @@
-"""The roll-out as kernels: matrix products without zeros, layers, the network, and the steps of Fig. 6.5.
-
-Of the numbers that a ReLU hands on, half to three quarters are zero. The others of a row are marked in a word, one bit
-for each number. Their products are added up in registers, PANEL columns of the result at a time, and the sum is added
-to the value in memory. In single precision, a sum of 256 numbers loses less by rounding if it is taken in parts.
+"""The roll-out as kernels: the network, and the steps of Fig. 6.5.
 
 The equations are those of `network` (Eqs 6.22 to 6.27) with the weights of `compiled.fold`. Nodes are numbered through
 the batch, all balls before all walls. Edges are listed as pairs of balls in both directions, then from the wall to each
-ball at it, then from these balls to the wall. They are worked through a piece at a time. Columns are taken PANEL at a
-time: arrays are filled up to whole panels with columns of zeros.
+ball at it, then from these balls to the wall. They are worked through a piece at a time.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from llvmlite import binding, ir
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
 
 from millprint.mill.distance import distance_at
 from millprint.mill.vectors import add_scaled, dot, subtract
-from millprint.run.kernel import inlined, inner, kernel
-
-LANES = 16
-# Eight vectors fill a quarter of the 32 registers of AVX-512, enough to wait for none; others have 16, half as long.
-VECTORS = 8 if binding.get_host_cpu_features().get("avx512f") else 4
-PANEL = VECTORS * LANES
-# Numbers of a row that a word marks. This number of rows of a panel fits into the processor's first cache.
-WORD = 64
-
-# A product and a sum as one instruction where the processor has it.
-_FUSED = ("contract",)
-_INDEX = ir.IntType(64)
-_VECTOR = ir.VectorType(ir.FloatType(), LANES)
-_ALIGNED = 4
-_MATRIX = types.Array(types.float32, 2, "C")
-
-
-@inlined()
-def mark(x, row, first, count):
-    """A word for the numbers x[row, first : first + count], WORD of them at most: a bit for each that is not zero.
-
-    NaN has a bit. With fewer than WORD numbers, all have a bit.
-    """
-    if count == WORD:
-        return mark_whole(x, row, first)
-    return (np.uint64(1) << np.uint64(count)) - np.uint64(1)
-
-
-@intrinsic
-def mark_whole(typing: Any, x: Any, row: Any, first: Any) -> Any:
-    """The word of the WORD numbers from x[row, first] on; see `mark`. Nothing is checked."""
-    del typing, x, row, first
-    return types.uint64(_MATRIX, types.intp, types.intp), _compare
-
-
-def _compare(context: Any, builder: ir.IRBuilder, signature: Any, arguments: Any) -> Any:
-    """The instructions of `mark_whole`."""
-    x = context.make_array(signature.args[0])(context, builder, arguments[0])
-    vector = ir.VectorType(ir.FloatType(), WORD)
-    place = builder.bitcast(_at(builder, x, *arguments[1:]), vector.as_pointer())
-    # The unordered comparison is true of what is not a number.
-    marks = builder.fcmp_unordered("!=", builder.load(place, align=_ALIGNED), vector(None))
-    return builder.bitcast(marks, _INDEX)
-
-
-@intrinsic
-def add_terms(typing: Any, out: Any, weight: Any, x: Any, word: Any, row: Any, column: Any, first: Any) -> Any:
-    """out[row, column:] += the sum of x[row, first + k] weight[first + k] over the bits k of a word, PANEL columns.
-
-    All in single precision and contiguous: out (rows, columns), weight (inputs, PANEL), x (rows, inputs). Nothing is
-    checked: rows and columns must be there.
-    """
-    del typing, word, row, column, first
-    if {out, weight, x} != {_MATRIX}:
-        raise TypeError(f"add_terms takes contiguous float32 matrices, not {out}, {weight}, {x}")
-    return types.void(*[_MATRIX] * 3, types.uint64, *[types.intp] * 3), _generate
-
-
-def _generate(context: Any, builder: ir.IRBuilder, signature: Any, arguments: Any) -> Any:
-    """The instructions of `add_terms`."""
-    matrix = context.make_array(signature.args[0])
-    out, weight, x = (matrix(context, builder, value) for value in arguments[:3])
-    word, row, column, first = arguments[3:]
-
-    def vectors(matrix: Any, line: Any, place: Any) -> list[Any]:
-        corner = _at(builder, matrix, line, place)
-        places = (builder.gep(corner, [_INDEX(part * LANES)]) for part in range(VECTORS))
-        return [builder.bitcast(at, _VECTOR.as_pointer()) for at in places]
-
-    numbers = _at(builder, x, row, first)
-    before, loop, after = builder.block, builder.append_basic_block("term"), builder.append_basic_block("summed")
-    builder.cbranch(builder.icmp_unsigned("!=", word, word.type(0)), loop, after)
-
-    builder.position_at_end(loop)
-    left = builder.phi(word.type)
-    sums = [builder.phi(_VECTOR) for _ in range(VECTORS)]
-    k = builder.cttz(left, ir.IntType(1)(1))
-    factor = _repeated(builder, builder.load(builder.gep(numbers, [k])))
-    weights = vectors(weight, builder.add(first, k), _INDEX(0))
-    added = [
-        builder.fadd(total, builder.fmul(factor, builder.load(at, align=_ALIGNED), flags=_FUSED), flags=_FUSED)
-        for total, at in zip(sums, weights, strict=True)
-    ]
-    rest = builder.and_(left, builder.sub(left, left.type(1)))
-    left.add_incoming(word, before)
-    left.add_incoming(rest, loop)
-    for total, of_loop in zip(sums, added, strict=True):
-        total.add_incoming(_VECTOR(None), before)
-        total.add_incoming(of_loop, loop)
-    builder.cbranch(builder.icmp_unsigned("!=", rest, rest.type(0)), loop, after)
-
-    builder.position_at_end(after)
-    totals = [builder.phi(_VECTOR) for _ in added]
-    for total, of_loop in zip(totals, added, strict=True):
-        total.add_incoming(_VECTOR(None), before)
-        total.add_incoming(of_loop, loop)
-    for total, at in zip(totals, vectors(out, row, column), strict=True):
-        builder.store(builder.fadd(builder.load(at, align=_ALIGNED), total), at, align=_ALIGNED)
-    return context.get_dummy_value()
-
-
-def _at(builder: ir.IRBuilder, matrix: Any, line: Any, place: Any) -> Any:
-    """Address of a number in a contiguous matrix."""
-    width = cgutils.unpack_tuple(builder, matrix.shape)[1]
-    return builder.gep(matrix.data, [builder.add(builder.mul(line, width), place)])
-
-
-def _repeated(builder: ir.IRBuilder, number: Any) -> Any:
-    """A vector of the same number in all lanes."""
-    nowhere = ir.Constant(_VECTOR, ir.Undefined)
-    one = builder.insert_element(nowhere, number, ir.IntType(32)(0))
-    return builder.shuffle_vector(one, nowhere, ir.Constant(ir.VectorType(ir.IntType(32), LANES), None))
-
-
-ZERO = np.float32(0.0)
-
-
-@inner()
-def begin(out, bias, rows):
-    """out = bias in every row."""
-    for r in range(rows):
-        for c in range(bias.size):
-            out[r, c] = bias[c]
-
-
-@inner()
-def clear(out, rows):
-    """out = 0 in every row."""
-    for r in range(rows):
-        for c in range(out.shape[1]):
-            out[r, c] = ZERO
-
-
-@inner()
-def add_product(out, weight, x, rows):
-    """out += x weight, with weight (panels, inputs, PANEL) as `compiled.packed` packs it; zeros of x are left out.
-
-    WORD inputs of a panel stay in the processor's first cache while all rows pass over them.
-    """
-    inputs = weight.shape[1]
-    for number in range(weight.shape[0]):
-        panel = weight[number]
-        for first in range(0, inputs, WORD):
-            count = min(WORD, inputs - first)
-            for row in range(rows):
-                add_terms(out, panel, x, mark(x, row, first, count), row, number * PANEL, first)
-
-
-@inner()
-def rectify(x, z, rows):
-    """x = ReLU(z); what is not a number stays so."""
-    for r in range(rows):
-        for c in range(z.shape[1]):
-            value = z[r, c]
-            x[r, c] = ZERO if value < ZERO else value
-
-
-@inner()
-def through(weight, bias, x, z, rows):
-    """x through hidden layers, each with a ReLU; z: what it is before that."""
-    for layer in range(weight.shape[0]):
-        begin(z, bias[layer], rows)
-        add_product(z, weight[layer], x, rows)
-        rectify(x, z, rows)
-
+from millprint.run.kernel import inner, kernel
+from millprint.thesis.surrogate.products import PANEL, ZERO, add_product, begin, clear, enter, rectify, through
 
 # Edges in a piece: their hidden values stay in the processor's second cache.
 PIECE = 64
@@ -323,10 +151,7 @@ def exchange(weights, scratch, ball, layer, edges, nodes):
     for first in range(0, edges, PIECE):
         count = min(PIECE, edges - first)
         write_vectors(weights, scratch, ball, first, count)
-        begin(edge_sum, weights.edge_first_bias, count)
-        add_product(edge_sum, weights.edge_first, scratch.vector, count)
-        rectify(edge, edge_sum, count)
-        through(weights.edge.weight, weights.edge.bias, edge, edge_sum, count)
+        enter(weights.edge, scratch.vector, edge, edge_sum, count)
         for e in range(count):
             to_target = scratch.to_target[scratch.target[first + e]]
             to_source = scratch.to_source[scratch.source[first + e]]
@@ -367,7 +192,7 @@ def read_out(weights, scratch, graphs, balls):
     """The dissipation of every graph [J], from the mean of its balls that have an edge (Eq. 6.27)."""
     node, pooled, pooled_sum, out = scratch.node, scratch.pooled, scratch.pooled_sum, scratch.dissipation
     width = node.shape[1]
-    begin(pooled_sum, weights.readout_bias, graphs)
+    begin(pooled_sum, weights.readout.first_bias, graphs)
     for g in range(graphs):
         touched = 0
         for c in range(width):
@@ -382,9 +207,9 @@ def read_out(weights, scratch, graphs, balls):
             for c in range(width):
                 pooled[g, c] *= share
                 pooled_sum[g, c] += weights.readout_any_bias[c]
-    add_product(pooled_sum, weights.readout_first, pooled, graphs)
+    add_product(pooled_sum, weights.readout.first, pooled, graphs)
     rectify(pooled, pooled_sum, graphs)
-    through(weights.readout.weight, weights.readout.bias, pooled, pooled_sum, graphs)
+    through(weights.readout.hidden.weight, weights.readout.hidden.bias, pooled, pooled_sum, graphs)
     begin(out, weights.readout_last_bias, graphs)
     add_product(out, weights.readout_last, pooled, graphs)
     for g in range(graphs):
@@ -395,10 +220,7 @@ def read_out(weights, scratch, graphs, balls):
 def decode(weights, scratch, count):
     """The acceleration of every ball [m/s2]."""
     node, node_sum, out = scratch.node, scratch.node_sum, scratch.acceleration
-    begin(node_sum, weights.decoder_first_bias, count)
-    add_product(node_sum, weights.decoder_first, node, count)
-    rectify(node, node_sum, count)
-    through(weights.decoder.weight, weights.decoder.bias, node, node_sum, count)
+    enter(weights.decoder, node, node, node_sum, count)
     begin(out, weights.decoder_last_bias, count)
     add_product(out, weights.decoder_last, node, count)
     for n in range(count):
@@ -412,10 +234,7 @@ def predict(weights, scratch, ball, wall, pairs, walls):
     graphs, balls = ball.shape[0], ball.shape[1]
     node, node_sum, nodes = scratch.node, scratch.node_sum, graphs * (balls + 1)
     normalise(weights, scratch, ball, wall)
-    begin(node_sum, weights.node_first_bias, nodes)
-    add_product(node_sum, weights.node_first, scratch.features, nodes)
-    rectify(node, node_sum, nodes)
-    through(weights.node.weight, weights.node.bias, node, node_sum, nodes)
+    enter(weights.node, scratch.features, node, node_sum, nodes)
     rounds = weights.own.shape[0]
     for layer in range(rounds):
         # Of the wall's own output nothing is used, so nothing is sent to it in the last round.

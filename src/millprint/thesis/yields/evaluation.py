@@ -1,19 +1,16 @@
-"""Evaluation of yield models: metrics, proper scores, coverage, paired tests, SHAP values, choices left open."""
-
-from collections.abc import Callable
-from dataclasses import dataclass, field
+"""Evaluation of yield models: metrics, proper scores, coverage, paired tests, SHAP values, other seeds."""
 
 import numpy as np
 import pandas as pd
 from statsmodels.stats.multitest import multipletests
 from statsmodels.stats.proportion import proportion_confint
 
-from millprint.config.yields import Choices, EvaluationConfig, TrainingConfig
+from millprint.config.yields import EvaluationConfig, TrainingConfig
 from millprint.statistics.quantiles import student_above
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import AveragedModel
 from millprint.thesis.yields.distributions import SCORE_COLUMNS
-from millprint.thesis.yields.features import CONDITIONS, FEATURES, engineer
+from millprint.thesis.yields.features import FEATURES, engineer
 from millprint.thesis.yields.metrics import (
     LEFT_OUT,
     METRICS,
@@ -27,14 +24,7 @@ from millprint.thesis.yields.metrics import (
     spread,
     without_each,
 )
-from millprint.thesis.yields.regressors import (
-    CLIMATOLOGY,
-    RESIDUAL_WEIGHTS,
-    SEARCH_SEED,
-    TWO_STEP,
-    otherwise,
-    regressor,
-)
+from millprint.thesis.yields.regressors import CLIMATOLOGY, other_seed, regressor
 from millprint.thesis.yields.yield_model import YieldModel, fit_model
 
 KEYS = ["model", "strategy", "scheme"]
@@ -251,7 +241,7 @@ def predictions(models: list[YieldModel | AveragedModel], rows: pd.DataFrame, le
     """
     tables = []
     for model in models:
-        predicted, (lower, upper) = model.predict(rows), model.interval(rows, level)
+        predicted, (lower, upper) = model.predict(rows), model.intervals(rows, [level])[:, 0].T
         table = rows[[name for name in ("case", "role", YIELD) if name in rows]].assign(
             predicted_percent=predicted,
             error_pp=predicted - rows[YIELD],
@@ -292,41 +282,8 @@ def rank_features(values: pd.DataFrame) -> pd.DataFrame:
     return mean.reset_index().sort_values(["model", "mean_abs_shap_pp"], ascending=[True, False], ignore_index=True)
 
 
-TAKEN = "as taken"
-
-
-@dataclass(frozen=True)
-class Alternative:
-    """Another value of one choice, or another seed of the trees."""
-
-    value: str
-    changes: dict = field(default_factory=dict)
-    seed_shift: int = 0
-
-
-def _other_length_scales(choices: Choices) -> list[Alternative]:
-    other = {"per_feature": "shared", "shared": "per_feature"}[choices.length_scales]
-    return [Alternative(other, {"length_scales": other})]
-
-
-def _other_time_model(choices: Choices) -> list[Alternative]:
-    return [Alternative("linear", {"time_model": "linear"})] if choices.time_model == "same" else []
-
-
-# The alternatives to each choice that do not need another search.
-ALTERNATIVES: dict[str, Callable[[Choices], list[Alternative]]] = {
-    "linear_features": lambda choices: [
-        Alternative("the six conditions", {"linear_features": list(CONDITIONS)}),
-        Alternative("all ten features", {"linear_features": list(FEATURES)}),
-    ],
-    "length_scales": _other_length_scales,
-    "kernel_bounds": lambda choices: [
-        Alternative(f"{low:g} to {high:g}", {"kernel_bounds": [low, high]}) for low, high in ((1e-3, 1e3), (1e-2, 1e6))
-    ],
-    "max_features": lambda choices: [Alternative("1/3", {"max_features": 1 / 3})],
-    "seed": lambda choices: [Alternative(f"seed + {shift}", seed_shift=shift) for shift in (1, 2, 3)],
-    "time_model": _other_time_model,
-}
+TAKEN, TREE_SEED, SEARCH_SEED = "as taken", "seed", "search_seed"
+TREE_SEEDS = (1, 2, 3)
 
 
 def _row(
@@ -344,35 +301,26 @@ def _row(
     }
 
 
-def compare_choices(
-    model: YieldModel, train: pd.DataFrame, test: pd.DataFrame, outside: pd.DataFrame, training: TrainingConfig
+def compare_seeds(
+    model: YieldModel,
+    again: YieldModel | None,
+    train: pd.DataFrame,
+    test: pd.DataFrame,
+    outside: pd.DataFrame,
+    training: TrainingConfig,
 ) -> pd.DataFrame:
-    """Metrics on the test rows for the model itself and for each alternative, with the same hyper-parameters.
+    """Metrics on the test rows for a model, with other seeds of its trees, and after a search with another seed.
 
-    train, test, outside: case, the six conditions and yield_percent. Columns: model, strategy, choice, value, rmse
-    [pp], mae [pp], mape [%], r2 [-], wmse [pp2], and case_CASE_percent for each row of `outside`.
+    again: the model of that search, or None; train, test, outside: case, the six conditions and yield_percent. Columns:
+    model, strategy, choice (as taken, seed, search_seed), value, rmse [pp], mae [pp], mape [%], r2 [-], wmse [pp2], and
+    case_CASE_percent for each row of `outside`.
     """
-    rows = [_row(model, TAKEN, "", test, outside, training)]
-    applicable = [*regressor(model.name).choices, *(["time_model"] if model.strategy == TWO_STEP else [])]
+    places = test, outside, training
+    rows = [_row(model, TAKEN, "", *places)]
     fit = (model.name, model.strategy, [step.parameters for step in model.steps], train, train[YIELD].to_numpy(float))
-    for choice in applicable:
-        for other in ALTERNATIVES[choice](training.choices):
-            choices = Choices(**{**training.choices.model_dump(), **other.changes})
-            changed = training.model_copy(update={"choices": choices, "seed": training.seed + other.seed_shift})
-            rows.append(_row(fit_model(*fit, changed), choice, other.value, test, outside, training))
+    for shift in TREE_SEEDS if regressor(model.name).seeded else ():
+        changed = training.model_copy(update={"seed": training.seed + shift})
+        rows.append(_row(fit_model(*fit, changed), TREE_SEED, f"seed + {shift}", *places))
+    if again is not None:
+        rows.append(_row(again, SEARCH_SEED, f"seed {other_seed(training).seed} for folds, search and fit", *places))
     return pd.DataFrame(rows)
-
-
-def describe_search(
-    model: YieldModel, test: pd.DataFrame, outside: pd.DataFrame, choice: str, training: TrainingConfig
-) -> pd.DataFrame:
-    """The row of compare_choices for a model that was searched again with `otherwise(training, choice)`.
-
-    Raises ValueError for a choice that a search does not depend on.
-    """
-    changed = otherwise(training, choice)
-    value = {
-        SEARCH_SEED: f"seed {changed.seed} for folds, search and fit",
-        RESIDUAL_WEIGHTS: f"{changed.choices.residual_weights}, searched anew",
-    }[choice]
-    return pd.DataFrame([_row(model, choice, value, test, outside, training)])

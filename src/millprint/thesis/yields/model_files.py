@@ -11,8 +11,9 @@ from millprint.config.errors import ConfigError
 from millprint.config.yields import TrainingConfig
 from millprint.run.files import read_format, write_json
 from millprint.thesis.doe.runs import YIELD
-from millprint.thesis.yields.averaging import LINKS, AveragedModel, Candidate, Member, Process, terms_of, to_conversion
+from millprint.thesis.yields.averaging import LINKS, AveragedModel, Candidate, Member, to_conversion
 from millprint.thesis.yields.features import CONDITIONS, Standardisation, describe
+from millprint.thesis.yields.posterior_process import Process, terms_of
 from millprint.thesis.yields.regressors import regressor
 from millprint.thesis.yields.yield_model import Plan, SearchResult, Step, YieldModel, fit_in_turn
 

@@ -16,20 +16,11 @@ from millprint.config.yields import PredictionConfig, TrainingConfig
 from millprint.fingerprint.condition import BASIC, Condition, energy_scale
 from millprint.run.files import read_format, write_json, write_table
 from millprint.thesis.doe.runs import YIELD
-from millprint.thesis.yields.averaging import (
-    BISECTIONS,
-    HIGHEST,
-    JITTER,
-    LOWEST,
-    MEAN_VARIANCE,
-    NODE_WEIGHTS,
-    NODES,
-    AveragedModel,
-    Member,
-)
+from millprint.thesis.yields.averaging import BISECTIONS, HIGHEST, LOWEST, NODE_WEIGHTS, NODES, AveragedModel, Member
 from millprint.thesis.yields.distributions import CV_PLUS, cross_validated_intervals, own_intervals, refit
 from millprint.thesis.yields.features import CHEMICAL, CONDITIONS, FREQUENCY, NORMAL, SHARE, TANGENTIAL, describe
 from millprint.thesis.yields.model_files import load_any, load_averaged, training_rows
+from millprint.thesis.yields.posterior_process import JITTER, MEAN_VARIANCE
 from millprint.thesis.yields.run_tables import read_rows
 from millprint.thesis.yields.yield_model import YieldModel
 

@@ -318,7 +318,7 @@ def propose(
 
     purposes = [purpose for _, purpose, _, _ in picked]
     table = conditions.iloc[[position for position, _, _, _ in picked]].drop(columns="case").reset_index(drop=True)
-    lower, upper = model.interval(table, settings.level)
+    lower, upper = model.intervals(table, [settings.level])[:, 0].T
     table = table.assign(
         predicted_percent=model.predict(table),
         lower_percent=lower,

@@ -23,15 +23,10 @@ PRIMARY, TWO_STEP = "primary", "two_step"
 AVERAGED = "averaged_gpr"
 # The yields of the training rows as the prediction for every condition: the reference of all scores.
 CLIMATOLOGY = "climatology"
-SEARCH_SEED, RESIDUAL_WEIGHTS = "search_seed", "residual_weights"
 
 Parameters = dict[str, Any]
 # Predicts the held-out rows (m,) [pp] of a fold, by its number, for some hyper-parameters.
 FoldPredictor = Callable[[int, Parameters], "np.ndarray"]
-
-
-def _keep_nothing(estimator: Any) -> dict:
-    return {}
 
 
 def _fit_again(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndarray) -> Any:
@@ -51,7 +46,7 @@ class Regressor:
     forest: whether it is a mean over `n_estimators` trees that do not depend on each other.
     two_step: whether it also makes a model of two steps, first on time and then on the rest (Sec. 5.2.5).
     primary_features(choices): the features of its single step; None for all of them.
-    choices: the open choices that affect it (keys of millprint.thesis.yields.evaluation.ALTERNATIVES).
+    seeded: whether its fit depends on a seed.
     keep(estimator): what its file stores of a fit; restore(estimator, kept, inputs, target): the fitted estimator from
     that and from the training rows, inputs (n, k) and target (n,). Without them it is fitted again, which is exact.
     explain(estimator, inputs): SHAP values (n, k) [pp] and the mean prediction [pp]; None if it cannot be explained.
@@ -69,8 +64,8 @@ class Regressor:
     forest: bool = False
     two_step: bool = True
     primary_features: Callable[[Choices], Sequence[str]] | None = None
-    choices: tuple[str, ...] = ()
-    keep: Callable[[Any], dict] = _keep_nothing
+    seeded: bool = False
+    keep: Callable[[Any], dict] = lambda estimator: {}
     restore: Callable[[Any, dict, np.ndarray, np.ndarray], Any] = _fit_again
     explain: Callable[[Any, np.ndarray], tuple[np.ndarray, float]] | None = None
     deviation: Callable[[Any, np.ndarray], np.ndarray] | None = None
@@ -112,28 +107,17 @@ def _make_gpr(parameters: Parameters, columns: int, training: TrainingConfig, th
     return gaussian_process(parameters, columns, training)
 
 
-def _keep_gpr(estimator: Any) -> dict:
-    return {"log_kernel_parameters": estimator.logs.tolist()}
-
-
 def _restore_gpr(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndarray) -> Any:
     import numpy as np
 
     return estimator.condition(np.array(kept["log_kernel_parameters"]), inputs, target)
 
 
-def _own_deviation(estimator: Any, inputs: np.ndarray) -> np.ndarray:
-    return estimator.deviation(inputs)
-
-
-def _own_mean_deviation(estimator: Any, inputs: np.ndarray) -> np.ndarray:
-    return estimator.mean_deviation(inputs)
-
-
 def _make_forest(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
-    from millprint.thesis.yields.estimators import Forest
+    from sklearn.ensemble import RandomForestRegressor
 
-    return Forest(**parameters, max_features=float(training.choices.max_features), seed=training.seed)
+    share = float(training.choices.max_features)
+    return RandomForestRegressor(**parameters, max_features=share, random_state=training.seed)
 
 
 def _forest_folds(inputs: np.ndarray, target: np.ndarray, folds: list, training: TrainingConfig) -> FoldPredictor:
@@ -161,7 +145,7 @@ def _explain_forest(estimator: Any, inputs: np.ndarray) -> tuple[np.ndarray, flo
     """The mean over the trees: SHAP values of a sum are sums."""
     import numpy as np
 
-    values, bases = zip(*(_explain_trees(tree, inputs) for tree in estimator.trees), strict=True)
+    values, bases = zip(*(_explain_trees(tree, inputs) for tree in estimator.estimators_), strict=True)
     return np.mean(values, axis=0), float(np.mean(bases))
 
 
@@ -184,9 +168,9 @@ def _boosting(parameters: Parameters, training: TrainingConfig, threads: int) ->
 
 
 def _make_xgb(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
-    from millprint.thesis.yields.estimators import Boosting
+    from xgboost import XGBRegressor
 
-    return Boosting(**_boosting(parameters, training, threads))
+    return XGBRegressor(**_boosting(parameters, training, threads))
 
 
 def _boosting_folds(inputs: np.ndarray, target: np.ndarray, folds: list, training: TrainingConfig) -> FoldPredictor:
@@ -196,12 +180,8 @@ def _boosting_folds(inputs: np.ndarray, target: np.ndarray, folds: list, trainin
     return lambda fold, parameters: fits[fold].predict(_boosting(parameters, training, threads=1))
 
 
-def _keep_xgb(estimator: Any) -> dict:
-    return {"booster": estimator.booster.save_raw("json").decode()}
-
-
 def _restore_xgb(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndarray) -> Any:
-    estimator.booster.load_model(bytearray(kept["booster"], "utf-8"))
+    estimator.load_model(bytearray(kept["booster"], "utf-8"))
     return estimator
 
 
@@ -209,18 +189,17 @@ def _explain_xgb(estimator: Any, inputs: np.ndarray) -> tuple[np.ndarray, float]
     """By XGBoost's own implementation of the same algorithm, which knows its base score exactly."""
     from xgboost import DMatrix
 
-    values = estimator.booster.predict(DMatrix(inputs), pred_contribs=True)
+    values = estimator.get_booster().predict(DMatrix(inputs), pred_contribs=True)
     return values[:, :-1].astype(float), float(values[0, -1])
 
 
 # What every Gaussian process of Eqs 5.5 to 5.10 has, however its start is found.
 OF_A_PROCESS: dict[str, Any] = {
     "scaled": True,
-    "choices": ("length_scales", "kernel_bounds"),
-    "keep": _keep_gpr,
+    "keep": lambda estimator: {"log_kernel_parameters": estimator.logs.tolist()},
     "restore": _restore_gpr,
-    "deviation": _own_deviation,
-    "mean_deviation": _own_mean_deviation,
+    "deviation": lambda estimator, inputs: estimator.deviation(inputs),
+    "mean_deviation": lambda estimator, inputs: estimator.mean_deviation(inputs),
 }
 REGRESSORS = {
     "linear": Regressor(
@@ -230,10 +209,9 @@ REGRESSORS = {
         scaled=True,
         two_step=False,
         primary_features=lambda choices: choices.linear_features,
-        choices=("linear_features",),
         keep=_keep_linear,
         restore=_restore_linear,
-        mean_deviation=_own_mean_deviation,
+        mean_deviation=lambda estimator, inputs: estimator.mean_deviation(inputs),
     ),
     "gpr": Regressor(
         title="GPR",
@@ -250,7 +228,7 @@ REGRESSORS = {
         make=_make_forest,
         space=spaces.SPACES["rf"],
         forest=True,
-        choices=("max_features", "seed"),
+        seeded=True,
         explain=_explain_forest,
         fold_predictor=_forest_folds,
     ),
@@ -263,11 +241,11 @@ REGRESSORS = {
     ),
     "xgb": Regressor(
         title="XGBoost",
-        settled="One seed for everything, not chosen; choices.tsv shows what other seeds of the trees do.",
+        settled="One seed for everything, not chosen; seeds.tsv shows what other seeds of the trees do.",
         make=_make_xgb,
         space=spaces.SPACES["xgb"],
-        choices=("seed",),
-        keep=_keep_xgb,
+        seeded=True,
+        keep=lambda estimator: {"booster": estimator.get_booster().save_raw("json").decode()},
         restore=_restore_xgb,
         explain=_explain_xgb,
         fold_predictor=_boosting_folds,
@@ -278,7 +256,7 @@ REGRESSORS = {
         make=_make_extra_trees,
         space=spaces.SPACES["extra_trees"],
         forest=True,
-        choices=("max_features", "seed"),
+        seeded=True,
         explain=_explain_trees,
     ),
     "gpr_starts": Regressor(
@@ -312,26 +290,6 @@ def models_of(names: Sequence[str]) -> list[tuple[str, str]]:
 MODELS = models_of(spaces.TABLE_5_6)
 
 
-def searched_again(choices: Sequence[str], models: Sequence[tuple[str, str]] = MODELS) -> list[tuple[str, str, str]]:
-    """Regressor, strategy and choice of every model that is searched again with another value of some choices.
-
-    Another seed affects every tuned model, other weights of the residuals the tuned ones of two steps. Raises
-    KeyError for any other choice.
-    """
-    affected = {
-        SEARCH_SEED: [(name, strategy) for name, strategy in models if regressor(name).space],
-        RESIDUAL_WEIGHTS: [
-            (name, strategy) for name, strategy in models if strategy == TWO_STEP and regressor(name).space
-        ],
-    }
-    return [(*model, choice) for choice in choices for model in affected[choice]]
-
-
-def otherwise(settings: TrainingConfig, choice: str) -> TrainingConfig:
-    """The settings with another value of a choice that a search depends on. Raises ValueError for any other."""
-    if choice == SEARCH_SEED:
-        return settings.model_copy(update={"seed": settings.seed + 1})
-    if choice == RESIDUAL_WEIGHTS:
-        other = {"yield": "residual", "residual": "yield"}[settings.choices.residual_weights]
-        return settings.model_copy(update={"choices": settings.choices.model_copy(update={choice: other})})
-    raise ValueError(f"{choice!r}: not a choice that a search depends on")
+def other_seed(settings: TrainingConfig) -> TrainingConfig:
+    """The settings with another seed of folds, search and trees, for the scatter of a trained model."""
+    return settings.model_copy(update={"seed": settings.seed + 1})

@@ -78,16 +78,6 @@ def check_yield_tables(settings: YieldConfig, screening: str, split: str, design
             runs - 1 - settings.retrospective.targets,
             "the runs but one, without the targets",
         ),
-        "retrospective.held_out_runs": (
-            settings.retrospective.held_out_runs,
-            runs - settings.retrospective.start_runs - 1,
-            "the runs but one, without those known at the start",
-        ),
-        "retrospective.chosen_runs": (
-            settings.retrospective.chosen_runs,
-            runs - settings.retrospective.start_runs - settings.retrospective.held_out_runs,
-            "the runs without those known at the start and those held out",
-        ),
     }
     for key, (value, limit, rows) in limits.items():
         if value > limit:

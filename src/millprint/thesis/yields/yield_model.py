@@ -130,11 +130,6 @@ class YieldModel:
             variance = variance + (of_mean(step.estimator, step.inputs(features)) ** 2 if of_mean else np.nan)
         return np.sqrt(variance)
 
-    def interval(self, rows: pd.DataFrame, level: float) -> tuple[np.ndarray, np.ndarray]:
-        """Ends (n,), (n,) [%] of the central normal interval of a level; NaN without a distribution, not clipped."""
-        lower, upper = self.intervals(rows, [level])[:, 0].T
-        return lower, upper
-
     def intervals(self, rows: pd.DataFrame, levels: Sequence[float]) -> np.ndarray:
         """Ends (n, levels, 2) [%] of the central normal intervals; NaN without a distribution, not clipped."""
         predicted = self.predict(rows)[:, None]

@@ -1,0 +1,39 @@
+"""Scores of the averaged process on shuffled yields: could chance score as well?
+
+Settings: yields.averaging, yields.library_trial.
+Inputs: `train` and `test`.
+Outputs: `permutations`, `permutation_test`.
+"""
+
+from collections.abc import Sequence
+
+import pandas as pd
+from threadpoolctl import threadpool_limits
+
+from millprint.config.averaged_process import AveragingConfig
+from millprint.config.yields import LibraryTrialConfig
+from millprint.run.files import write_table
+from millprint.run.job import job
+from millprint.run.progress import progress
+from millprint.thesis.yields.averaging import permutation_p, permute
+from millprint.thesis.yields.run_tables import read_rows
+
+
+def main(parts: Sequence[str], output, averaging: AveragingConfig, trial: LibraryTrialConfig) -> None:
+    """Write the score of every shuffle of the yields, and the p-value."""
+    rows = pd.concat([read_rows(path) for path in parts], ignore_index=True)
+    with threadpool_limits(1), progress(trial.permutations + 1, "permuting yields", "shuffle") as bar:
+        table = permute(rows, averaging, trial, bar.update)
+    write_table(table, output.permutations)
+    write_table(permutation_p(table), output.permutation_test)
+
+
+if "snakemake" in globals():
+    own = snakemake.params
+    with job(snakemake.log[0], "permute yields"):
+        main(
+            [snakemake.input.train, snakemake.input.test],
+            snakemake.output,
+            AveragingConfig(**own.averaging),
+            LibraryTrialConfig(**own.trial),
+        )
