@@ -15,6 +15,7 @@ import leave_groups_out
 import permute_yields
 import plot_yields
 import predict_yields
+import search_retrospectively
 import split_screening
 import train_averaged_models
 import train_yield_model

@@ -15,6 +15,8 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 from torch.nn.functional import linear
+from torch_geometric.nn import MessagePassing
+from torch_geometric.utils import scatter
 
 from millprint.config.errors import ConfigError
 from millprint.config.section import Section
@@ -139,14 +141,7 @@ def in_one(first: nn.Linear, second: nn.Linear, values: Tensor) -> Tensor:
     return linear(values, second.weight @ first.weight, bias)
 
 
-def mean_at(values: Tensor, place: Tensor, places: int) -> Tensor:
-    """Mean of the values (n, width) of each place, (places, width), from their places (n,); 0 where there is none."""
-    count = values.new_zeros(places).scatter_add_(0, place, values.new_ones(len(values))).clamp(min=1)
-    total = values.new_zeros(places, values.shape[1])
-    return total.scatter_add_(0, place[:, None].expand_as(values), values) / count[:, None]
-
-
-class InteractionLayer(nn.Module):
+class InteractionLayer(MessagePassing):
     """One round of message passing with mean aggregation (Eqs 6.24 to 6.26).
 
     The first linear layer of a message, on [v_i, v_j, e_ij], is W_i v_i + W_j v_j + W_e e_ij: what nodes add is
@@ -155,7 +150,7 @@ class InteractionLayer(nn.Module):
     """
 
     def __init__(self, width: int, layers: int):
-        super().__init__()
+        super().__init__(aggr="mean")
         self.message_mlp = Perceptron(3 * width, width, width, layers)
         self.node_mlp = Perceptron(2 * width, width, width, layers)
 
@@ -169,14 +164,19 @@ class InteractionLayer(nn.Module):
         to_target, to_source, along = message.first.weight.chunk(3, dim=1)
         own, received = update.first.weight.chunk(2, dim=1)
         (sources, source), (targets, target) = (torch.unique(ends, return_inverse=True) for ends in edge_index)
-        # Eq. 6.24: of the message into node i from node j, from what both and the edge add to it.
-        out_of, into = linear(node[sources], to_source), linear(node[targets], to_target)
-        edge = linear(edge, along, message.first.bias)
-        passed = message.between(into.index_select(0, target) + out_of.index_select(0, source) + edge)
-        mean = mean_at(passed, target, len(targets))
+        mean = self.propagate(
+            torch.stack([source, target]),
+            node=(linear(node[sources], to_source), linear(node[targets], to_target)),
+            edge=linear(edge, along, message.first.bias),
+            size=(len(sources), len(targets)),
+        )
         values = linear(node[:updated], own, update.first.bias)
         values.index_add_(0, targets, linear(message.last(mean), received))
         return update.between(values)
+
+    def message(self, node_i: Tensor, node_j: Tensor, edge: Tensor) -> Tensor:
+        """Hidden values of the message into node i from node j, Eq. 6.24, from what both and the edge add to it."""
+        return self.message_mlp.between(node_i + node_j + edge)
 
 
 class SignedDistanceNetwork(nn.Module):
@@ -216,7 +216,7 @@ class SignedDistanceNetwork(nn.Module):
         """Mean of the balls with an edge, through the readout; a graph without any pools to zero."""
         balls = touched.unique()
         graph = graphs.graph_of_ball[balls]
-        pooled = update(mean_at(hidden[balls], graph, graphs.count))
+        pooled = update(scatter(hidden[balls], graph, dim_size=graphs.count, reduce="mean"))
         any_edge = torch.zeros(graphs.count, 1, dtype=torch.bool, device=hidden.device)
         any_edge[graph] = True
         return self.readout(torch.where(any_edge, pooled, 0)).squeeze(1)
