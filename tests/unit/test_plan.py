@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import pytest
+from pydantic import ValidationError
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
@@ -52,6 +53,17 @@ def test_a_simulation_is_likely_to_take_time_for_its_balls_and_steps():
     assert resources(snapshot_interval_s=1e-4).disk_mb == pytest.approx(own.disk_mb + 24 * 5000 * 38e-6)
     # A table of collisions that is too long is not written.
     assert resources(window_s=400.0).disk_mb == 0
+
+
+def test_a_request_to_a_queue_is_capped_and_the_cap_reruns_nothing():
+    capped = DEM.model_copy(update={"runtime_max_h": 0.25})
+    own = resources_of(CASE, capped, mill("emax"), contact("calibrated"))
+    # 2.4 s three times, in minutes, and ten to start.
+    assert [own.requested_min(attempt) for attempt in (1, 2, 3)] == [11, 15, 15]
+    assert resources().requested_min(3) == 33
+    assert capped.model_dump() == DEM.model_dump()
+    with pytest.raises(ValidationError, match="runtime_max_h"):
+        DemConfig(runtime_max_h=0)
 
 
 def test_a_job_takes_what_its_rule_declares_or_as_long_as_others():

@@ -36,7 +36,7 @@ rule run_dem_case:
     threads: lambda wildcards: resources_at(wildcards).threads
     # Each attempt continues where the last one ended, and gets more time and memory.
     resources:
-        runtime=lambda wildcards, attempt: attempt * resources_at(wildcards).runtime_min,
+        runtime=lambda wildcards, attempt: resources_at(wildcards).requested_min(attempt),
         mem_mb=lambda wildcards, attempt: attempt * resources_at(wildcards).memory_mb,
         processor_s=lambda wildcards: likely_s([case_at(wildcards)]),
         disk_mb=lambda wildcards: likely_mb([case_at(wildcards)]),

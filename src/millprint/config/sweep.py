@@ -43,6 +43,9 @@ class DemConfig(Section):
     """overlap over the ball's radius at which a run fails [-]"""
     restart_interval_s: NonNegative = 60.0
     """wall time between restart files, from which a stopped run continues [s]"""
+    # Not in dumps: it says nothing about a simulation, and none runs again for it.
+    runtime_max_h: Positive = Field(default=24.0, exclude=True)
+    """longest time that a simulation requests from a cluster's queue; a longer one continues at its next attempt [h]"""
     closure_max: Fraction = 0.002
     """a run fails at this energy balance error, as a fraction of the wall work [-]"""
     threads: Threads = 1

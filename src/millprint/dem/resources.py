@@ -43,12 +43,14 @@ STORED_COLLISION_BYTES, STORED_SNAPSHOT_BYTES = 37, 38
 class Resources:
     """What one simulation takes.
 
-    runtime_min: MARGIN times balls x steps x BALL_STEP_S, and START_MIN; memory_mb: of Python, the balls, and what the
-    window records of snapshots and collisions; threads: of the job; seconds: balls x steps x BALL_STEP_S; processor_s:
-    what it is likely to take [s], with a window that does not grow; disk_mb: size of run.h5 [MB].
+    runtime_min: MARGIN times balls x steps x BALL_STEP_S, and START_MIN; runtime_max_min: the most of a request;
+    memory_mb: of Python, the balls, and what the window records of snapshots and collisions; threads: of the job;
+    seconds: balls x steps x BALL_STEP_S; processor_s: what it is likely to take [s], with a window that does not grow;
+    disk_mb: size of run.h5 [MB].
     """
 
     runtime_min: int
+    runtime_max_min: int
     memory_mb: int
     threads: int
     seconds: float
@@ -59,6 +61,10 @@ class Resources:
     def needs_own_job(self) -> bool:
         """Whether a cluster should run it apart from other simulations: it takes long, or has several threads."""
         return self.runtime_min > LONG_MIN or self.threads > 1
+
+    def requested_min(self, attempt: int) -> int:
+        """Time to request for an attempt, which goes on from the restart file of the one before [min]."""
+        return min(attempt * self.runtime_min, self.runtime_max_min)
 
 
 def resources_of(case: Case, dem: DemConfig, mill: MillConfig, contact: ContactConfig) -> Resources:
@@ -78,6 +84,7 @@ def resources_of(case: Case, dem: DemConfig, mill: MillConfig, contact: ContactC
     stored += balls * snapshots * STORED_SNAPSHOT_BYTES
     return Resources(
         runtime_min=runtime_of(seconds),
+        runtime_max_min=math.ceil(60 * dem.runtime_max_h),
         memory_mb=BASE_MB + math.ceil((COPIES * recorded + balls * BALL_BYTES) / 1e6),
         threads=threads_of(case, dem),
         seconds=seconds,
