@@ -5,7 +5,7 @@
 
 my_card is the folder of `millprint card` for the same speed and balls. The recording is a WAV of 20 s or more of one
 jar, without automatic level. drop.wav, recorded with the same level from the same place, has single balls dropped onto
-the wall of the open jar: it says how loud a known energy is. Without it, only rates over several loudnesses are compared.
+the wall of the open jar: it says how loud a known energy is. Without it, rates over several loudnesses are compared.
 """
 
 from pathlib import Path
@@ -33,7 +33,7 @@ from millprint.own_machine.prediction import Condition, read_condition
 from millprint.own_machine.readings import read_recording
 from millprint.own_machine.said import add_options, given, keep
 from millprint.own_machine.settings import ListenSettings
-from millprint.own_machine.sound import Recording, listen, track_step
+from millprint.own_machine.sound import Ear, Recording, listen
 
 GRAVITY = 9.81
 FLOAT_OPTIONS = {
@@ -46,14 +46,14 @@ FLOAT_OPTIONS = {
 }
 
 
-def simulated_of(condition: Condition, settings: ListenSettings) -> Series:
+def simulated_of(condition: Condition, ear: Ear, settings: ListenSettings) -> Series:
     """The collisions of all runs as they are heard. Raises ConfigError for a run with a histogram only."""
     found = []
     for run, summary in zip(condition.runs, condition.summaries, strict=True):
         contacts = read_contacts(run / "run.h5")
         if contacts is None:
             raise ConfigError(f"{run / 'run.h5'}: has histograms of collisions only; a shorter window keeps all")
-        found.append(predicted(contacts, summary["frequency_hz"], settings))
+        found.append(predicted(contacts, summary["frequency_hz"], ear, settings))
     return joined(found)
 
 
@@ -84,15 +84,14 @@ def main(arguments: list[str], name: str = "listen") -> None:
     options = parser.parse_args(arguments)
     settings = check_model(given(options, *FLOAT_OPTIONS, "pair"), ListenSettings, "options")
     condition = read_condition(options.card)
-    sound, rate_hz = read_recording(options.recording)
-    recording = listen(sound, rate_hz, settings)
+    recording = listen(*read_recording(options.recording), settings)
     impacts = len(recording.heard.time_s)
     if impacts < FEWEST_IMPACTS:
         raise ConfigError(
             f"{options.recording}: {impacts} impacts over the noise, {FEWEST_IMPACTS} are needed; record for longer, "
             "nearer to the jar, or change --low-hz and --high-hz"
         )
-    simulated = simulated_of(condition, settings)
+    simulated = simulated_of(condition, recording.ear, settings)
     found = compare(recorded(recording.heard, recording.duration_s), simulated, recording.floor_dB)
     drop = drop_of(options.drop, recording, condition, settings) if options.drop else None
     verdict = verdict_of(found, simulated, settings, drop)
@@ -113,7 +112,7 @@ def main(arguments: list[str], name: str = "listen") -> None:
     if options.figure:
         from millprint.figures.own_machine_figures import plot_impacts
 
-        track_hz = rate_hz / track_step(rate_hz)
+        track_hz = recording.ear.track_hz
         time_s = np.arange(int(track_hz)) / track_hz
         shown = recording.heard.where(recording.heard.time_s < time_s[-1])
         figure = plot_impacts(time_s, recording.track_dB[: len(time_s)], shown, recording.floor_dB, found)

@@ -81,5 +81,5 @@ def main(arguments: list[str], name: str = "warm") -> None:
         from millprint.figures.own_machine_figures import plot_warming
 
         figure = plot_warming(time_s, read, found.model_degC, (start, min(stop, time_s[-1])), settings.body)
-    row = condition.row("power in balls and powder, by warming", "W", found.power_W, note)
+    row = condition.row("power by warming", "W", found.power_W, note)
     keep(options, row, figure)

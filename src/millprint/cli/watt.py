@@ -57,4 +57,4 @@ def main(arguments: list[str], name: str = "watt") -> None:
 
         predicted, _ = hull_of(condition.card.fingerprint.descriptors.power_W)
         figure = plot_powers({"loose less fixed": electric, "in the balls of a jar": charge, "predicted": predicted})
-    keep(options, condition.row("power in balls and powder, by wattmeter", "W", charge, note), figure)
+    keep(options, condition.row("power by wattmeter", "W", charge, note), figure)

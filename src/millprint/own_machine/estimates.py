@@ -12,7 +12,7 @@ from millprint.statistics.quantiles import LEVEL, student_quantile
 BLOCKS = 10
 # An interval that spans more than this factor decides nothing.
 WIDEST = 10.0
-AGREES = "agrees within both intervals"
+AGREES, AGREES_HALF = "agrees within both intervals", "agrees within the measured interval only"
 CANNOT = "cannot be told"
 
 
@@ -77,13 +77,16 @@ def weighted_quantiles(values: np.ndarray, weights: np.ndarray, shares: Sequence
 def verdict_on(measured: Estimate, predicted: Estimate) -> str:
     """What a measured number says of the predicted one.
 
-    They agree if each value lies within the other's interval, and differ if the intervals are apart.
+    They agree if each value lies within the other's interval; within the measured interval only, if the predicted one
+    lies in that alone, as where the predicted interval lacks contact parameters; and differ if the intervals are apart.
     """
     for name, own in (("measured", measured), ("predicted", predicted)):
         if own.too_wide:
             return f"{CANNOT}: the {name} interval spans more than a factor of {WIDEST:g}"
     if measured.lower <= predicted.value <= measured.upper and predicted.lower <= measured.value <= predicted.upper:
         return AGREES
+    if measured.lower <= predicted.value <= measured.upper:
+        return AGREES_HALF
     if predicted.lower <= measured.upper and measured.lower <= predicted.upper:
         return f"{CANNOT}: the intervals overlap, but do not hold both values"
     ratio = Estimate(

@@ -14,18 +14,20 @@ import pandas as pd
 from millprint.fingerprint.collisions_of_run import PAIRS, Contacts
 from millprint.own_machine.estimates import CANNOT, Estimate, mean_of, verdict_on, weighted_quantiles
 from millprint.own_machine.settings import ListenSettings
-from millprint.own_machine.sound import TRACK_HZ, Heard, impacts_in
+from millprint.own_machine.sound import Ear, Heard, impacts_in
 from millprint.statistics.quantiles import LEVEL
 
 # Exponents b that a wall, a microphone and a contact may have.
 PLAUSIBLE = (0.35, 0.7)
-# Loudnesses over the floor that are compared, while so many impacts are louder [dB].
-STEP_DB, MOST_LEVELS, FEWEST_IMPACTS = 3.0, 8, 30
+# Beside the floor, the loudnesses that these shares of the impacts exceed are compared, if so many impacts do.
+SHARES, FEWEST_IMPACTS = (0.8, 0.6, 0.45, 0.3, 0.2, 0.1), 30
 # Blocks of a recording.
 FEWEST_BLOCKS, BLOCK_S = 10, 1.0
 DRAWS = 400
 # Share of the time that dead times may take.
 MOST_OVERLAP = 0.3
+# Collisions of less than 1e-15 J make no sound.
+SILENCE_DB = -150.0
 SPACINGS = (0.1, 0.5, 0.9)
 ENDS = ((1 - LEVEL) / 2, (1 + LEVEL) / 2)
 
@@ -82,36 +84,36 @@ def recorded(heard: Heard, duration_s: float) -> Series:
     return Series.of(heard.time_s, heard.loudness_dB, blocks, duration_s / blocks)
 
 
-def predicted(contacts: Contacts, frequency_hz: float, settings: ListenSettings) -> Series:
+def predicted(contacts: Contacts, frequency_hz: float, ear: Ear, settings: ListenSettings) -> Series:
     """The collisions of a run as they are heard, a block for each turn of the mill.
 
-    Their size is the normal energy that they dissipate, which sounds; dead time and echo are those of the recording,
-    with the exponent b = 1/2.
+    The power of a sound is taken to go with the normal energy that a collision dissipates, b = 1/2. Collisions ring and
+    echo as in the recording; powers of sounds at one time add up. The size of an impact is the energy that sounds then.
     """
     rows = contacts.ordered("surface")
     of_pair = (rows["second"].to_numpy() < 0) | (settings.pair != PAIRS[1])
     time_s, energy = rows["start_s"].to_numpy() - contacts.begin_s, rows["normal_J"].to_numpy()
     chosen = of_pair & (time_s >= 0) & (energy > 0)
+    heard = through_ear(time_s[chosen], energy[chosen], contacts.window_s, ear, settings)
     turns = max(int(contacts.window_s * frequency_hz * (1 + 1e-9)), 1)
-    heard = _through_ear(time_s[chosen], energy[chosen], contacts.window_s, settings)
     kept = heard.time_s < turns / frequency_hz
     return Series.of(heard.time_s[kept], 10 ** (heard.loudness_dB[kept] / 10), turns, 1 / frequency_hz)
 
 
-def _through_ear(time_s: np.ndarray, energy_J: np.ndarray, window_s: float, settings: ListenSettings) -> Heard:
-    """Which collisions are heard apart: the loudness of one of 1 J is 0 dB."""
-    # Silence before, between and after them.
-    track = np.full(int(window_s * TRACK_HZ) + 3, np.finfo(float).tiny)
-    np.maximum.at(track, (time_s * TRACK_HZ).astype(int) + 1, energy_J)
-    track_dB = 10 * np.log10(track)
-    heard = impacts_in(track_dB, TRACK_HZ, np.full(len(track), -3000.0), settings)
-    return Heard(heard.time_s - 1 / TRACK_HZ, heard.loudness_dB)
+def through_ear(time_s: np.ndarray, energy_J: np.ndarray, window_s: float, ear: Ear, settings: ListenSettings) -> Heard:
+    """Which collisions are heard apart; the loudness of one of 1 J alone is 0 dB."""
+    # A peak needs a value before it.
+    train = np.zeros(int(window_s * ear.track_hz) + 3)
+    np.add.at(train, (time_s * ear.track_hz).astype(int) + 1, energy_J)
+    power = np.maximum(np.convolve(train, ear.response)[: len(train)], np.finfo(float).tiny)
+    heard = impacts_in(10 * np.log10(power), ear.track_hz, np.full(len(train), SILENCE_DB), settings)
+    return Heard(heard.time_s - 1 / ear.track_hz, heard.loudness_dB)
 
 
 def levels_of(measured: Series, floor_dB: float) -> np.ndarray:
-    """The loudnesses that are compared: the floor, and steps over it that enough impacts exceed [dB]."""
-    levels = floor_dB + STEP_DB * np.arange(MOST_LEVELS)
-    return levels[[(measured.size >= level).sum() >= FEWEST_IMPACTS for level in levels]]
+    """The loudnesses that are compared: the floor, and those that SHARES of the impacts exceed [dB]."""
+    shares = [share for share in SHARES if share * len(measured.size) >= FEWEST_IMPACTS]
+    return np.array([floor_dB, *np.quantile(measured.size, [1 - share for share in shares])])
 
 
 @dataclass(frozen=True)
@@ -121,7 +123,7 @@ class Comparison:
     levels: pd.DataFrame
     """a row for each loudness: impacts a second, and the energy over which the simulation has as many"""
     exponent: Estimate
-    """b of amplitude ~ energy^b over the loudnesses; NaN for a single one"""
+    """b of amplitude ~ energy^b over the loudnesses above the floor; NaN for fewer than two"""
     spacing_ms: pd.DataFrame
     """quantiles of the time between impacts over the floor, measured and, at the same rate, predicted [ms]"""
     all_hz: Estimate
@@ -172,8 +174,10 @@ def _exponent(levels_dB: np.ndarray, energy_J: np.ndarray) -> Estimate:
 
     energy_J: matched (1 + draws, levels).
     """
-    if len(levels_dB) < 2:
+    if len(levels_dB) < 3:
         return Estimate(np.nan, np.nan, np.nan)
+    # Nearly all impacts may be over the floor, so that it matches no energy.
+    levels_dB, energy_J = levels_dB[1:], energy_J[:, 1:]
     over = (levels_dB - levels_dB.mean()) / 20 * np.log(10)
     exponents = (over**2).sum() / np.maximum(np.log(energy_J) @ over, 1e-9)
     return Estimate(float(exponents[0]), *map(float, np.quantile(exponents[1:], ENDS)))

@@ -38,16 +38,25 @@ class Heard:
 
 
 @dataclass(frozen=True)
+class Ear:
+    """How one impact is heard: power over time after it (k,), 1 at the impact, with track_hz values a second."""
+
+    track_hz: float
+    response: np.ndarray
+
+
+@dataclass(frozen=True)
 class Recording:
     """A recording's track of loudness, its impacts, and what was taken out."""
 
     track_dB: np.ndarray
-    """loudness TRACK_HZ times a second"""
+    """loudness, ear.track_hz times a second"""
     threshold_dB: np.ndarray
     """threshold of an impact at the same times"""
     heard: Heard
     floor_dB: float
     """loudness that is over the threshold for nearly all of the time: quieter impacts are not counted"""
+    ear: Ear
     duration_s: float
     tones_hz: np.ndarray
     """tones of the motor that were taken out, the strongest first"""
@@ -115,6 +124,18 @@ def _echoes(heard: Heard, within_s: float, share: float) -> np.ndarray:
     return echo
 
 
+def ear_of(track_dB: np.ndarray, track_hz: float, heard: Heard, settings: ListenSettings) -> Ear:
+    """The mean power after the loudest tenth of the impacts, less the mean of all time: ringing and echoes."""
+    power, length = 10 ** (track_dB / 10), max(int(1e-3 * max(settings.echo_ms, settings.dead_ms) * track_hz), 2)
+    places = np.round(heard.time_s * track_hz).astype(int)
+    inside = places + length <= len(power)
+    loud = inside & (heard.loudness_dB >= np.quantile(heard.loudness_dB, 0.9)) if inside.any() else inside
+    if not loud.any():
+        return Ear(track_hz, np.eye(1, length)[0])
+    mean = np.mean([power[place : place + length] for place in places[loud]], axis=0) - power.mean()
+    return Ear(track_hz, np.maximum(mean / mean[0], 0.0))
+
+
 def listen(sound: np.ndarray, rate_hz: float, settings: ListenSettings) -> Recording:
     """The impacts of a recording of one channel (n,), full scale 1."""
     quiet, tones = without_hum(sound, rate_hz)
@@ -122,4 +143,5 @@ def listen(sound: np.ndarray, rate_hz: float, settings: ListenSettings) -> Recor
     threshold = noise_threshold(track, track_hz)
     floor = float(np.quantile(threshold, 0.95))
     heard = impacts_in(track, track_hz, np.maximum(threshold, floor), settings)
-    return Recording(track, threshold, heard, floor, len(sound) / rate_hz, tones)
+    ear = ear_of(track, track_hz, heard, settings)
+    return Recording(track, threshold, heard, floor, ear, len(sound) / rate_hz, tones)
