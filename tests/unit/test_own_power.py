@@ -37,7 +37,7 @@ def test_a_jar_alone_warms_by_its_power_over_its_heat_capacity():
     response = unit_response(balance(np.random.default_rng(0), 100, alone=True), TIME_S, START_S, STOP_S, JAR)
     ramp = np.clip(TIME_S - START_S, 0, STOP_S - START_S) / 240
     assert np.abs(response - ramp[:, None]).max() < 1e-5
-    found = fit_power(response, TIME_S, 22 + POWER_W * ramp, resolution_K=1e-6)
+    found = fit_power(response, TIME_S, 22 + POWER_W * ramp, resolution_K=1e-4)
     assert found.power_W.value == pytest.approx(POWER_W, rel=1e-4) and found.described
     assert found.begin_K_min == pytest.approx(60 * POWER_W / 240, rel=1e-4)
 
