@@ -106,7 +106,7 @@ def main(arguments: list[str], name: str = "listen") -> None:
         print(f"drop: {drop.energy_J:.3g} J at {drop.over_floor_dB:.1f} dB over the floor; predicted {told}")
     place = place_of(found, drop)
     rate = rate_at(found, place)
-    print(f"measured: {rate} impacts a second of {found.levels['over_floor_dB'][place]:g} dB over the floor or more")
+    print(f"measured: {rate} impacts a second of {found.levels['over_floor_dB'][place]:.1f} dB over the floor or more")
     print(f"verdict: {verdict}")
     figure = None
     if options.figure:

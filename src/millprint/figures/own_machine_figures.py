@@ -18,12 +18,12 @@ def plot_impacts(
     left.plot(heard.time_s, heard.loudness_dB - floor_dB, "v", color=COLOURS[1], label="impacts")
     left.axhline(0.0, color=COLOURS[6], linewidth=0.6, linestyle=":")
     left.set(xlabel="time [s]", ylabel="loudness over the floor [dB]", ylim=(-25, None), xlim=(time_s[0], time_s[-1]))
-    left.legend(loc="lower right")
+    left.legend(loc="lower right", frameon=True, framealpha=0.9)
     levels = comparison.levels
     ends = [levels["impacts_hz"] - levels["lower_hz"], levels["upper_hz"] - levels["impacts_hz"]]
     right.errorbar(levels["energy_J"], levels["impacts_hz"], yerr=ends, fmt="o", capsize=2)
     for row in levels.itertuples():
-        right.annotate(f"{row.over_floor_dB:g} dB", (row.energy_J, row.impacts_hz), xytext=(4, 4),
+        right.annotate(f"{row.over_floor_dB:.1f} dB", (row.energy_J, row.impacts_hz), xytext=(4, 4),
                        textcoords="offset points", fontsize=6)  # fmt: skip
     right.set(xscale="log", yscale="log", xlabel="energy at which as many are predicted [J]")
     right.set_ylabel("measured impacts [1/s]")

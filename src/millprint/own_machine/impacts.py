@@ -19,6 +19,8 @@ from millprint.statistics.quantiles import LEVEL
 
 # Exponents b that a wall, a microphone and a contact may have.
 PLAUSIBLE = (0.35, 0.7)
+# How far the loudness of a drop may be from that of a collision of its energy: place, angle, closed lid [dB].
+DROP_DB = 2.0
 # Beside the floor, the loudnesses that these shares of the impacts exceed are compared, if so many impacts do.
 SHARES, FEWEST_IMPACTS = (0.8, 0.6, 0.45, 0.3, 0.2, 0.1), 30
 # Blocks of a recording.
@@ -203,10 +205,14 @@ def rate_at(comparison: Comparison, place: int) -> Estimate:
 
 
 def rate_over_drop(comparison: Comparison, simulated: Series, drop: Drop) -> Estimate:
-    """The predicted impacts a second over the energy of the loudness of `place_of`; holds all PLAUSIBLE exponents."""
+    """The predicted impacts a second over the energy of the loudness of `place_of`.
+
+    The interval holds all PLAUSIBLE exponents and a drop that is louder or quieter by DROP_DB.
+    """
     away_dB = comparison.levels["over_floor_dB"][place_of(comparison, drop)] - drop.over_floor_dB
-    rates = [mean_of(simulated.over(drop.energy_J * 10 ** (away_dB / 20 / b))) for b in (0.5, *PLAUSIBLE)]
-    return Estimate(rates[0].value, min(rate.lower for rate in rates), max(rate.upper for rate in rates))
+    tried = [(0.5, 0.0), *((b, more) for b in PLAUSIBLE for more in (-DROP_DB, DROP_DB))]
+    rates = [mean_of(simulated.over(drop.energy_J * 10 ** ((away_dB + more) / 20 / b))) for b, more in tried]
+    return Estimate(rates[0].value, max(min(rate.lower for rate in rates), 0.0), max(rate.upper for rate in rates))
 
 
 def verdict_of(comparison: Comparison, simulated: Series, settings: ListenSettings, drop: Drop | None = None) -> str:
