@@ -1,4 +1,4 @@
-"""Fixes the predictions for the included mills, before anybody measures: python tools/fix_mill_predictions.py [--why WHY].
+"""Fixes predictions for the included mills before anybody measures: python tools/fix_mill_predictions.py [--why WHY].
 
 Adds those of each included fingerprint that is not in config/data/waiting_predictions.tsv, with date and digest.
 """

@@ -62,7 +62,7 @@ def warming_K(mill: str, prediction: Prediction, diameter_m: float, density_kg_m
 
 
 def predictions_of(mill: str, fingerprint: Fingerprint) -> pd.DataFrame:
-    """The predictions of a mill, without date: at each simulated speed and ball size, three fill ratios of the range."""
+    """The predictions of a mill, without date: at each simulated speed and ball size, three fill ratios."""
     low, high = fingerprint.fill_range
     rows = []
     for speed_hz, diameter, charge in fingerprint.settings:
