@@ -5,7 +5,7 @@ import pytest
 
 from millprint.cli.commands import main
 from millprint.own_machine.estimates import mean_of
-from millprint.own_machine.impacts import Series, compare, recorded, through_ear
+from millprint.own_machine.heard_impacts import Series, compare, recorded, through_ear
 from millprint.own_machine.readings import read_recording
 from millprint.own_machine.settings import ListenSettings
 from millprint.own_machine.sound import Ear, impacts_in, listen, without_hum

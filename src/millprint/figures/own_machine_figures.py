@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN, letter_panels, plt
 from millprint.own_machine.estimates import Estimate
-from millprint.own_machine.impacts import Comparison
+from millprint.own_machine.heard_impacts import Comparison
 from millprint.own_machine.sound import Heard
 
 
