@@ -55,6 +55,8 @@ def test_the_overview_names_every_command(capsys):
         (["fingerprnt"], ["unknown command", "did you mean fingerprint?"]),
         (["run", "convergencee"], ["unknown target", "did you mean convergence?"]),
         (["fingerprint", "planetry"], ["unknown mill", "did you mean planetary?"]),
+        (["fingerprint", "--config", "mill = mine"], ["--config: 'mill = mine': write mill=mine"]),
+        (["fingerprint", "emax", "--config", "name"], ["--config: 'name': write name=VALUE"]),
         (["fingerprint", "no.yaml"], ["no.yaml: no such file", "millprint new"]),
         (["new", "plantary", "--yes"], ["unknown kind", "did you mean planetary?"]),
         (["new", "drum", "--set", "radius=3"], ["--set radius=3", "did you mean radius_mm?"]),

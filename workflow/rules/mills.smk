@@ -178,10 +178,15 @@ FINGERPRINTED = [
 ]
 
 
+# A run of one mill ends with its record; the whole run of the thesis has its own.
+RECORD = [] if CHAPTERS else [f"{RESULTS}/ro-crate-metadata.json"]
+
+
 rule fingerprint:
     """The fingerprint of the run's mill: its curves, its page, its spectra, and how often its bands hold."""
     input:
         FINGERPRINTED,
+        RECORD,
     localrule: True
     message:
         "The fingerprint is complete"
@@ -309,6 +314,7 @@ rule explorer:
     """A page with sliders for the run's mill."""
     input:
         rules.explore_mill.output.html.format(mill=CONFIG.mill),
+        RECORD,
     localrule: True
     message:
         "The explorer is complete"
