@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import yaml
 from jsonschema import Draft202012Validator
-from tools.write_reference import PAGES
+from tools.write_reference import MILLS, PAGES, mills_page
 
 from millprint.config.document import MODELS, meaning_of, nested_models, schema_text, sections
 from millprint.config.reference import parts, reference_text
@@ -24,6 +24,11 @@ def test_schema_has_not_drifted(name):
 def test_reference_has_not_drifted():
     for name, text in PAGES.items():
         assert (ROOT / name).read_text() == text()
+
+
+@pytest.mark.slow
+def test_the_page_of_the_mills_has_not_drifted():
+    assert (ROOT / MILLS).read_text() == mills_page()
 
 
 def test_every_key_is_written_once_and_every_link_of_the_reference_leads_somewhere():
