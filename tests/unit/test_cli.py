@@ -208,6 +208,12 @@ def test_a_match_begins_with_whether_it_is_met(changes, begin, end):
     assert begin.startswith("met") or "tangential energy" in said
 
 
+@pytest.mark.slow
+def test_a_match_says_that_its_target_was_not_simulated(capsys):
+    main(["match", "planetary", "--like", "mixer", "15000", "10", "0.3"])
+    assert "the target itself is extrapolated: speed_hz not simulated of mixer" in capsys.readouterr().out
+
+
 def test_the_completion_is_that_of_bash(capsys):
     assert main(["completion"]) == 0
     script = f"{capsys.readouterr().out}\nCOMP_WORDS=(millprint fin); COMP_CWORD=1; _millprint; echo ${{COMPREPLY[@]}}"

@@ -8,7 +8,9 @@ from typing import get_args
 import numpy as np
 import pandas as pd
 import pytest
+from PIL import Image
 from pydantic import ValidationError
+from tools.draw_pictures import PAGE, made_of
 
 import describe_mill
 from millprint.config.errors import ConfigError
@@ -358,6 +360,11 @@ def test_a_sheet_tells_intervals_apart_and_is_else_as_before(analysed):
     said = sheet[sheet["section"] == "intervals"].set_index("quantity")["text"]
     assert list(said.index) == ["a new simulation", "the mean", "contact parameters", "shape of the jar"]
     assert said["shape of the jar"] == "not analysed" and "frictions" in said["contact parameters"]
+
+
+def test_the_page_in_the_readme_is_of_the_present_code():
+    with Image.open(PAGE) as page:
+        assert page.text["made of"] == made_of(sheet_of(fingerprint())), "python tools/draw_pictures.py FOLDER"
 
 
 def test_the_page_of_a_fingerprint_shows_every_interval_in_a_column_of_its_own(analysed):

@@ -39,7 +39,7 @@ from millprint.config.included import SOURCES
 from millprint.config.load import check_model, read_yaml
 from millprint.fingerprint.bands import FURTHER, NOT_KNOWN, interval_columns
 from millprint.fingerprint.comparison import Wanted
-from millprint.fingerprint.condition_search import match_targets, shared_contact
+from millprint.fingerprint.condition_search import extrapolated_targets, match_targets, shared_contact
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.match_words import match_in_words
 from millprint.fingerprint.model import Fingerprint
@@ -240,7 +240,7 @@ def main(arguments: list[str], name: str = "match") -> None:
     fingerprints = [Fingerprint.read(path) for path in located(options.fingerprints, options.results)]
     request = request_of(options, simulated(fingerprints))
     table = match_targets(request, fingerprints)
-    notes = shared_contact(request, fingerprints)
+    notes = [*extrapolated_targets(request), *shared_contact(request, fingerprints)]
     if options.out:
         write_table(table, options.out)
     for target, rows in table.groupby("target", sort=False):

@@ -35,7 +35,7 @@ def joined_settings(words: list[str], further: list[str]) -> list[str]:
 
 
 def without_config(arguments: list[str]) -> tuple[list[str], list[str]]:
-    """The arguments without --config and what follows it, and these; a setting is no name of a mill."""
+    """The arguments without --config and what follows it, and these; a setting is not the name of a mill."""
     if "--config" not in arguments:
         return arguments, []
     place = arguments.index("--config")
