@@ -178,8 +178,8 @@ FINGERPRINTED = [
 ]
 
 
-# A run of one mill ends with its record; the whole run of the thesis has its own.
-RECORD = [] if CHAPTERS else [f"{RESULTS}/ro-crate-metadata.json"]
+# A run of one mill in a folder of its own ends with its record. In results/ the record is that of the whole run.
+RECORD = [] if CHAPTERS or RESULTS == "results" else [f"{RESULTS}/ro-crate-metadata.json"]
 
 
 rule fingerprint:
