@@ -58,7 +58,7 @@ def test_a_file_of_ones_own_is_read_and_its_faults_are_named(tmp_path, monkeypat
 def test_an_included_fingerprint_is_read_by_its_name_and_drawn():
     figure = millprint.plot(millprint.read_fingerprint("planetary"), ["Pn", "Et_star"])
     assert [len(axis.lines) for axis in figure.axes] == [1, 1]
-    with pytest.raises(millprint.ConfigError, match="did you mean planetary?"):
+    with pytest.raises(millprint.ConfigError, match=r"did you mean planetary\?"):
         millprint.read_fingerprint("planetry")
 
 
