@@ -17,7 +17,6 @@ extensions = [
     "sphinx_copybutton",
     "sphinx_design",
     "mathml",
-    "mills_page",
     "offered_names",
     "plain_docstrings",
     "repository_links",
@@ -54,6 +53,8 @@ nitpick_ignore_regex = [("py:.*", ".*")]
 html_theme = "furo"
 html_title = "millprint"
 html_static_path = ["static"]
+# The explorer of the mills that come with millprint; `make reference` writes it.
+html_extra_path = ["mills.html"]
 html_css_files = ["pages.css"]
 html_js_files = ["pages.js"]
 html_copy_source = False

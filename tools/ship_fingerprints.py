@@ -6,6 +6,7 @@ part of them, and writes config/fingerprints.
 
 import argparse
 import hashlib
+import math
 import shutil
 import subprocess
 import sys
@@ -41,13 +42,27 @@ def simulate(folder: Path, cores: int) -> None:
     subprocess.run([*command, "--cores", str(cores), *targets], check=True)
 
 
+def power_span(fingerprint: Fingerprint) -> tuple[float, float]:
+    """Smallest and largest power of a kilogram of balls [W/kg], at what was simulated."""
+    low, high = fingerprint.fill_range
+    found = []
+    for speed_hz, diameter_m, charge in fingerprint.settings:
+        for fill in (low, math.sqrt(low * high), high):
+            condition = fingerprint.condition(speed_hz=speed_hz, ball_diameter_m=diameter_m, fill_ratio=fill)
+            prediction = fingerprint.predict(condition, charge=charge)
+            ball_kg = condition.density_kg_m3 * math.pi / 6 * diameter_m**3
+            found.append(prediction.power_W.value / (prediction.balls * ball_kg))
+    return min(found), max(found)
+
+
 def store(folder: Path) -> pd.DataFrame:
     """Copy the fingerprints into config/fingerprints, with a table of what they were made with."""
     (ROOT / FOLDER).mkdir(exist_ok=True)
     rows = []
     for mill in MILLS:
         made, place = folder / f"results/mills/{mill}/fingerprint.json", ROOT / FOLDER / f"{mill}.json"
-        contact = Fingerprint.read(made).about["contact"]
+        fingerprint = Fingerprint.read(made)
+        contact, (lowest, highest) = fingerprint.about["contact"], power_span(fingerprint)
         shutil.copyfile(made, place)
         rows.append({
             "mill": mill,
@@ -57,6 +72,8 @@ def store(folder: Path) -> pd.DataFrame:
             "sha256": hashlib.sha256(place.read_bytes()).hexdigest(),
             "physics": PHYSICS,
             "version": version("millprint"),
+            "lowest_W_kg": lowest,
+            "highest_W_kg": highest,
         })  # fmt: skip
     table = pd.DataFrame(rows)
     write_table(table, str(ROOT / TABLE))

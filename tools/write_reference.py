@@ -1,4 +1,4 @@
-"""Writes schemas, config/keys.md (keys), workflow/descriptors.md (columns), workflow/card.md: `make reference`.
+"""Writes schemas, config/keys.md, workflow/descriptors.md, workflow/card.md, docs/mills.html: `make reference`.
 
 The reference of keys has a table for every section and a row for every key, each written once. What a key means is the
 docstring under it. A section that occurs in several places has its table at the first one, and a key that several
@@ -27,10 +27,16 @@ from millprint.card.card_model import FORMAT, SCHEMA_VERSION, MillingCard
 from millprint.config.card import Experiment
 from millprint.config.contact_set import ContactConfig
 from millprint.config.document import descriptions_on_a_line, on_a_line, sections
+from millprint.config.included import load_mill
 from millprint.config.mill import MillConfig
 from millprint.config.section import kind_of, nested_models
 from millprint.config.workflow import ChapterSections, WorkflowConfig
+from millprint.explorer.content import Machine, explorer_content, mill_content
+from millprint.explorer.page import explorer_page
 from millprint.fingerprint.columns import explain_columns
+from millprint.fingerprint.condition_search import simulated_request
+from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.readers import find_ready_made, ready_made
 from millprint.run.files import whole_file
 
 HEAD = """# Every key
@@ -321,12 +327,27 @@ PAGES = {
 }
 
 
+# Its text takes longer than that of the others.
+MILLS = "docs/mills.html"
+
+
+def mills_page() -> str:
+    """The explorer of the mills that come with millprint, from their fingerprints, without a simulation."""
+    contents = []
+    for name in ready_made():
+        path = find_ready_made(name)
+        assert path is not None, f"{name}: its file is another one than config/fingerprints was made of"
+        request = simulated_request(Fingerprint.read(path), "weighted")
+        contents.append(mill_content(Machine.of_mill(load_mill(name)), [path], request))
+    return explorer_page(explorer_content("the mills of millprint", contents))
+
+
 def main() -> None:
     """Write every schema and every page."""
     for name in MODELS:
         with whole_file(ROOT / "workflow" / "schemas" / f"{name}.schema.json") as draft:
             draft.write_text(schema_text(name))
-    for name, text in PAGES.items():
+    for name, text in (PAGES | {MILLS: mills_page}).items():
         with whole_file(ROOT / name) as draft:
             draft.write_text(text())
 

@@ -12,20 +12,22 @@ Lengths, energies and powers are in m, J and W; rpm, mm and mL where a name says
 """
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pandas as pd
 
 from millprint.card.experiment_cases import own_cases
 from millprint.card.experiment_checks import check_cases
+from millprint.card.match import find_fingerprint
 from millprint.card.simulate import simulate_cases
 from millprint.config.card import Experiment
 from millprint.config.checks import with_own_fills
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
-from millprint.config.included import load_contact, load_mill
+from millprint.config.included import SOURCES, load_contact, load_mill
 from millprint.config.load import check_model
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillSweepConfig
@@ -33,11 +35,17 @@ from millprint.config.sweep import Case, overridden
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.compilation import compile_kernels
 from millprint.fingerprint.cases import mill_cases, sweep_of
+from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import charges_of, read_summaries
 from millprint.run.files import write_table
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# What a plot of a fingerprint shows, and the points of a curve.
+PLOTTED, POINTS = ("Pn", "Pt", "En_star", "Et_star"), 50
 # The conditions of a mill: its sweep, or the keys of a sweep.
 Sweep = MillSweepConfig | Mapping[str, Any]
 
@@ -97,8 +105,25 @@ def simulate(
 
 
 def read_fingerprint(path: str | Path) -> Fingerprint:
-    """Read a stored fingerprint: fingerprint.json of `take_fingerprint`, or a fingerprint file of the workflow."""
-    return Fingerprint.read(path)
+    """Read a stored fingerprint: a fingerprint.json, or that of an included mill by its name, such as "planetary"."""
+    return Fingerprint.read(find_fingerprint(str(path), sources=SOURCES))
+
+
+def plot(fingerprint: Fingerprint, quantities: Sequence[str] = PLOTTED) -> "Figure":
+    """The master curves of scaled quantities over the fill ratio, each with the band of a new simulation.
+
+    quantities: columns of `Fingerprint.curve`, such as "Pn" and "Pt", the normal and tangential power of a ball.
+    """
+    from matplotlib import pyplot as plt
+
+    curve = fingerprint.curve(np.linspace(*fingerprint.fill_range, POINTS))
+    figure, axes = plt.subplots(1, len(quantities), figsize=(3.2 * len(quantities), 2.8), squeeze=False)
+    for axis, quantity in zip(axes[0], quantities, strict=True):
+        axis.fill_between(curve["fill_ratio"], curve[f"{quantity}_lower"], curve[f"{quantity}_upper"], alpha=0.2)
+        axis.plot(curve["fill_ratio"], curve[quantity])
+        axis.set(xlabel="fill ratio [-]", ylabel=DESCRIPTORS[quantity].label, ylim=(0, None))
+    figure.tight_layout()
+    return figure
 
 
 def _given(

@@ -55,6 +55,13 @@ def test_a_file_of_ones_own_is_read_and_its_faults_are_named(tmp_path, monkeypat
 
 
 @pytest.mark.slow
+def test_an_included_fingerprint_is_read_by_its_name_and_drawn():
+    figure = millprint.plot(millprint.read_fingerprint("planetary"), ["Pn", "Et_star"])
+    assert [len(axis.lines) for axis in figure.axes] == [1, 1]
+    with pytest.raises(millprint.ConfigError, match=r"did you mean planetary\?"):
+        millprint.read_fingerprint("planetry")
+
+
 def test_bad_conditions_are_refused_before_anything_runs(tmp_path):
     mill = millprint.load_mill("planetary")
     with pytest.raises(millprint.ConfigError, match=r"sweep: fill_ratio .*unknown key"):

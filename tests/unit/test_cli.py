@@ -55,6 +55,8 @@ def test_the_overview_names_every_command(capsys):
         (["fingerprnt"], ["unknown command", "did you mean fingerprint?"]),
         (["run", "convergencee"], ["unknown target", "did you mean convergence?"]),
         (["fingerprint", "planetry"], ["unknown mill", "did you mean planetary?"]),
+        (["fingerprint", "--config", "mill = mine"], ["--config: 'mill = mine': write mill=mine"]),
+        (["fingerprint", "emax", "--config", "name"], ["--config: 'name': write name=VALUE"]),
         (["fingerprint", "no.yaml"], ["no.yaml: no such file", "millprint new"]),
         (["new", "plantary", "--yes"], ["unknown kind", "did you mean planetary?"]),
         (["new", "drum", "--set", "radius=3"], ["--set radius=3", "did you mean radius_mm?"]),
@@ -204,6 +206,12 @@ def test_a_match_begins_with_whether_it_is_met(changes, begin, end):
     said = match_in_words(ranked(**changes), request, [synthetic_mill.fingerprint()])
     assert said.startswith(begin) and said.endswith(end), said
     assert begin.startswith("met") or "tangential energy" in said
+
+
+@pytest.mark.slow
+def test_a_match_says_that_its_target_was_not_simulated(capsys):
+    main(["match", "planetary", "--like", "mixer", "15000", "10", "0.3"])
+    assert "the target itself is extrapolated: speed_hz not simulated of mixer" in capsys.readouterr().out
 
 
 def test_the_completion_is_that_of_bash(capsys):

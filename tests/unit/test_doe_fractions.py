@@ -287,7 +287,7 @@ def test_a_design_with_names_is_analysed_by_one_command(tmp_path, capsys):
     [
         ({}, ("steel", "glass"), "column a, case 1 = 'glass'"),
         ({}, ("\t300.0\t", "\t\t"), "column c, case 1"),
-        ({"model": ["A", "D"]}, None, "design.yaml: (top level): model: 'D'"),
+        ({"model": ["A", "D"]}, None, "design.yaml: model: 'D'"),
         ({"modle": ["A"]}, None, "modle"),
     ],
 )

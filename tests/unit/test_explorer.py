@@ -23,7 +23,7 @@ from millprint.thesis.yields.averaging import fit_averaged
 from millprint.thesis.yields.model_files import load_averaged, save_averaged, training_rows
 from millprint.thesis.yields.new_conditions import explorer_yields, range_warnings, trained_ranges
 from tests.browser import DESKTOP, PHONE, needs_browser
-from tests.conftest import configuration
+from tests.conftest import ROOT, configuration
 from tests.unit.factor_samples import factors_of
 from tests.unit.synthetic_mill import FILLS, VOLUME, overrides, summary
 from tests.unit.yield_settings import all_runs, thesis_yields
@@ -295,6 +295,26 @@ def test_the_search_form_fills_its_table_and_sets_the_sliders(page):
     assert said["rows"] > 2 and said["shown"] and said["met"] == 4
     # The target was that of the first condition, so the nearest condition is that one.
     assert said["speed"] == pytest.approx(900, rel=0.01)
+
+
+@needs_browser
+def test_a_button_searches_another_mill_for_the_shown_condition(browser):
+    """On the page of the mills that come with millprint: a sentence first, then the settings."""
+    with browser.page() as page:
+        page.open(ROOT / "docs/mills.html")
+        said = page.run("""
+          const title = document.getElementById("title").textContent;
+          document.getElementById("other").value = "planetary";
+          await explorer.finder.findOn("planetary");
+          return { title, other: document.getElementById("title").textContent,
+            said: document.getElementById("searching").textContent,
+            rows: document.querySelectorAll("#found tbody tr").length,
+            others: [...document.getElementById("other").options].map((option) => option.value) };""")
+        assert said["title"].startswith("Retsch Emax") and said["other"].startswith("Planetary mill")
+        assert said["said"].startswith("No setting is within the scatter of a simulation. Nearest: 450 rpm, fill 0.")
+        assert "E*n −" in said["said"] and said["said"].endswith("It is at the highest speed that was searched.")
+        assert said["rows"] == 2 and "emax" in said["others"] and "planetary" not in said["others"]
+        assert not page.errors and not page.outside_requests()
 
 
 @needs_browser

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import yaml
 from jsonschema import Draft202012Validator
-from tools.write_reference import MODELS, PAGES, meaning_of, parts, reference_text, schema_text
+from tools.write_reference import MILLS, MODELS, PAGES, meaning_of, mills_page, parts, reference_text, schema_text
 
 from millprint.config.document import nested_models, sections
 from tests.conftest import configuration
@@ -23,6 +23,11 @@ def test_schema_has_not_drifted(name):
 def test_reference_has_not_drifted():
     for name, text in PAGES.items():
         assert (ROOT / name).read_text() == text()
+
+
+@pytest.mark.slow
+def test_the_page_of_the_mills_has_not_drifted():
+    assert (ROOT / MILLS).read_text() == mills_page()
 
 
 def test_every_key_is_written_once_and_every_link_of_the_reference_leads_somewhere():

@@ -132,6 +132,13 @@ def test_a_sweep_warns_and_refuses_by_its_own_amplitude(monkeypatch):
         assert part in line
 
 
+def test_a_speed_in_the_wrong_unit_is_warned_of(monkeypatch):
+    """10 Hz typed as 10 rpm: 17 mm are then 0.0019 g."""
+    monkeypatch.chdir(ROOT)
+    (line,) = warnings_of({"sweeps": [{**SWEEP, "speeds_rpm": [10, 600]}]})
+    assert "speeds_rpm = 10: " in line and "0.0019 g" in line and line.endswith("Write it under speeds_hz")
+
+
 def test_a_drum_far_above_its_critical_speed_is_warned_of(monkeypatch):
     monkeypatch.chdir(ROOT)
     drum = load_named(ROOT / "config/mills", "drum", MillConfig, "mill")

@@ -2,10 +2,10 @@
 
 import pandas as pd
 import pytest
+from millprint.fingerprint.ready_made import find_ready_made, ready_made
 
 from millprint.config.errors import ConfigError
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.ready_made import find_ready_made, ready_made
 from millprint.validation import waiting
 from millprint.validation.waiting import IMPACTS, POWER, TABLE, WARMING, digest_of_file, fix_waiting, read_waiting
 from tests.conftest import ROOT

@@ -77,6 +77,15 @@ def test_convergence_of_a_mill_of_ones_own_varies_its_settings_alone(project):
     assert "results/convergence/mine/verdict.txt" in plan
 
 
+def test_a_mill_with_a_folder_of_its_own_ends_with_its_record(project):
+    copy_planetary(project / "config/mills")
+    arguments = ("fingerprint", "--config", "mill=mine")
+    jobs = jobs_of(planned(project, smoke_content(project), *arguments, "results=results/mine"))
+    assert jobs["record_run"] == jobs["write_crate"] == jobs["build_gallery"] == 1
+    # The record of results/ is that of the whole run, which another mill must not replace.
+    assert "write_crate" not in jobs_of(planned(project, smoke_content(project), *arguments))
+
+
 def test_one_case_that_is_asked_for_is_simulated_and_nothing_else(project):
     plan = planned(project, smoke_content(project), "results/dem/emax/calibrated/d10_f0.10_n300_s1/summary.json")
     assert jobs_of(plan) == {"compile_kernels": 1, "run_dem_case": 1}

@@ -177,10 +177,15 @@ FINGERPRINTED = [
 ]
 
 
+# A run of one mill in a folder of its own ends with its record. In results/ the record is that of the whole run.
+RECORD = [] if CHAPTERS or RESULTS == "results" else [f"{RESULTS}/ro-crate-metadata.json"]
+
+
 rule fingerprint:
     """The fingerprint of the run's mill: its curves, its page, its spectra, and how often its bands hold."""
     input:
         FINGERPRINTED,
+        RECORD,
     localrule: True
     message:
         "The fingerprint is complete"
@@ -308,6 +313,7 @@ rule explorer:
     """A page with sliders for the run's mill."""
     input:
         rules.explore_mill.output.html.format(mill=CONFIG.mill),
+        RECORD,
     localrule: True
     message:
         "The explorer is complete"

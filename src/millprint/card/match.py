@@ -10,6 +10,7 @@ from millprint.config.checks import MILL_FOLDER
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import DESCRIPTOR_SETS
 from millprint.config.sources import WORKING_FOLDER, Sources
+from millprint.config.wording import close_to
 from millprint.fingerprint.bands import FURTHER, Band, Interval
 from millprint.fingerprint.comparison import (
     ALL_SIMULATED,
@@ -46,7 +47,7 @@ def find_fingerprint(mill: str, results: str | Path = "results", sources: Source
     if (included := find_ready_made(mill)) is not None:
         return included
     if not Path(sources.find(f"{MILL_FOLDER}/{mill}.yaml")).is_file():
-        raise ConfigError(f"{mill}: unknown mill; known: {', '.join(sources.names(MILL_FOLDER))}")
+        raise ConfigError(f"{mill}: unknown mill{close_to(mill, sources.names(MILL_FOLDER))}")
     raise ConfigError(
         f"{mill}: this mill was not run: {places[1]} is missing; `millprint fingerprint {mill}` writes it"
     )

@@ -1,6 +1,7 @@
 """Runs the workflow: the Snakemake command for a mill and some targets, printed before it runs."""
 
 import os
+import re
 import shlex
 import subprocess
 import sys
@@ -32,6 +33,8 @@ def settings_of(mill: str) -> list[str]:
     if Path(mill).suffix not in YAML:
         if Path(f"{mill}.yaml").is_file():
             return settings_of(f"{mill}.yaml")
+        if (other := Path(MILL_FOLDER, f"{mill}.yml")).is_file():
+            raise ConfigError(f"{other}: runs look for {mill}.yaml; rename it")
         if mill not in included_mills():
             raise ConfigError(
                 f"{mill}: unknown mill{close_to(mill, included_mills())}; `millprint new` describes yours"
@@ -67,8 +70,19 @@ def snakefile_words() -> list[str]:
     return ["--snakefile", os.path.relpath(found) if Path(found).is_relative_to(Path.cwd()) else found]
 
 
+def check_settings(words: Sequence[str]) -> None:
+    """Refuse a word after --config that is not key=value, in a line; Snakemake ends with a traceback."""
+    after = False
+    for word in words:
+        if after and not word.startswith("-") and not re.match(r"\w+=", word):
+            key, _, value = word.partition("=")
+            raise ConfigError(f"--config: {word!r}: write {key.strip()}={value.strip() or 'VALUE'}, without blanks")
+        after = word == "--config" or (after and not word.startswith("-"))
+
+
 def run_workflow(words: Sequence[str]) -> int:
     """Print a Snakemake command and run it; returns its exit status."""
+    check_settings(words)
     words = [*snakefile_words(), *words]
     print(f"snakemake {shlex.join(words)}", file=sys.stderr, flush=True)
     try:

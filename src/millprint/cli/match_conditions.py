@@ -39,7 +39,12 @@ from millprint.config.included import SOURCES
 from millprint.config.load import check_model, read_yaml
 from millprint.fingerprint.bands import FURTHER, NOT_KNOWN, interval_columns
 from millprint.fingerprint.comparison import Wanted, match_in_words
-from millprint.fingerprint.condition_search import match_targets, shared_contact, simulated_ranges
+from millprint.fingerprint.condition_search import (
+    extrapolated_targets,
+    match_targets,
+    shared_contact,
+    simulated_ranges,
+)
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import find_ready_made
@@ -227,7 +232,7 @@ def main(arguments: list[str], name: str = "match") -> None:
     fingerprints = [Fingerprint.read(path) for path in located(options.fingerprints, options.results)]
     request = request_of(options, simulated_ranges(fingerprints))
     table = match_targets(request, fingerprints)
-    notes = shared_contact(request, fingerprints)
+    notes = [*extrapolated_targets(request), *shared_contact(request, fingerprints)]
     if options.out:
         write_table(table, options.out)
     for target, rows in table.groupby("target", sort=False):

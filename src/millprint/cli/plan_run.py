@@ -1,10 +1,10 @@
 """Says what a run would do, before anything runs: Snakemake's table of its jobs, and time, memory and disk.
 
-    millprint plan fingerprint --config mill=planetary
+    millprint plan fingerprint planetary
     millprint plan fingerprint mine.yaml --cores 4
 
-Targets come first, then a configuration, then arguments of Snakemake, such as --configfile config/smoke.yaml; without a
-target, the whole run. Nothing is changed.
+Targets come first, then a mill or a configuration, then arguments of Snakemake, such as --configfile config/smoke.yaml;
+without a target, the whole run. Nothing is changed.
 """
 
 import argparse
@@ -21,6 +21,7 @@ from snakemake_interface_logger_plugins.common import LogEvent
 
 from millprint.cli.commands import parser_of
 from millprint.cli.engine import YAML, settings_of, snakefile_words
+from millprint.config.included import included_mills
 from millprint.run.ending import job_of
 from millprint.run.plan import Job, plan_text
 
@@ -58,8 +59,9 @@ def main(arguments: list[str], name: str = "plan") -> int:
     if "--help" in arguments or "-h" in arguments:
         parser_of(name, __doc__).parse_args(["--help"])
     # Reading the Snakefile as a run does: a configuration among the targets is its settings.
+    mills = included_mills()
     own = list(takewhile(lambda word: not word.startswith("-"), arguments))
-    words = [part for word in own for part in (settings_of(word) if word.endswith(YAML) else [word])]
+    words = [part for word in own for part in (settings_of(word) if word.endswith(YAML) or word in mills else [word])]
     words += arguments[len(own) :]
     plan, said = Plan(), io.StringIO()
     logger.addFilter(plan)

@@ -15,6 +15,7 @@ should be.
 from pathlib import Path
 
 from millprint.cli.commands import parser_of
+from millprint.config.errors import ConfigError
 from millprint.provenance.crate_files import check_finished, read_configuration, recipe_of, targets_of, write_crate
 from millprint.provenance.inside import CRATE, check_folder
 from millprint.provenance.lineage import read_jobs
@@ -35,6 +36,8 @@ def main(arguments: list[str], name: str) -> int:
 
 def verify(results: str) -> int:
     """Check the files of a folder by the records of their jobs."""
+    if not Path(results).is_dir():
+        raise ConfigError(f"{results}: no such folder; give the folder of the results of a run")
     if report_damaged(Path(results) / "logs"):
         return 1
     print(f"checked: every file in {results} is as its job wrote it")

@@ -34,6 +34,15 @@ def joined_settings(words: list[str], further: list[str]) -> list[str]:
     return [*words, *further]
 
 
+def without_config(arguments: list[str]) -> tuple[list[str], list[str]]:
+    """The arguments without --config and what follows it, and these; a setting is not the name of a mill."""
+    if "--config" not in arguments:
+        return arguments, []
+    place = arguments.index("--config")
+    end = next((n for n in range(place + 1, len(arguments)) if arguments[n].startswith("-")), len(arguments))
+    return arguments[:place] + arguments[end:], arguments[place:end]
+
+
 def main(arguments: list[str], name: str) -> int:
     """Run a target of the workflow."""
     parser = parser_of(name, __doc__)
@@ -41,9 +50,12 @@ def main(arguments: list[str], name: str) -> int:
         parser.add_argument("target", help=f"what to make: {', '.join(endings())}, or a file in results/")
     parser.add_argument("mill", nargs="?", help="name, file or configuration of a mill")
     parser.add_argument("--cores", type=int, default=cores(), metavar="N", help="processors (default %(default)s)")
+    arguments, config = without_config(arguments)
     options, further = parser.parse_known_args(arguments)
+    if options.cores < 1:
+        parser.error(f"--cores {options.cores}: must be 1 or more")
     target = TARGETS.get(name) or options.target
     check_target(target)
-    settings = joined_settings(settings_of(options.mill) if options.mill else [], further)
+    settings = joined_settings(settings_of(options.mill) if options.mill else [], [*further, *config])
     # A list of settings would take the target as one of its own.
     return run_workflow(["--cores", str(options.cores), target, *settings])

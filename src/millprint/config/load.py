@@ -101,9 +101,9 @@ def _line(source: str | Sequence[str], model: type[BaseModel], error: ErrorDetai
     absent = error["type"] in ("missing", "union_tag_not_found")
     if not isinstance(source, str):
         source = file_of_key(source, place, NOT_THERE if absent else error["input"])
-    key = ".".join(str(step) for step in place) or "(top level)"
+    key = ".".join(str(step) for step in place)
     last = next((step for step in reversed(place) if isinstance(step, str)), key)
-    begin = f"{source}: {key}"
+    begin = f"{source}: {key}" if key else source
     if error["type"] == "union_tag_not_found":
         return f"{begin}: this key is missing"
     if error["type"] == "union_tag_invalid":

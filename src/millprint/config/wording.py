@@ -122,7 +122,7 @@ WORDS: dict[str, Callable[[ErrorDetails, str], str]] = {
     "int_type": _number,
     "int_from_float": lambda error, key: "must be a whole number",
     "string_type": lambda error, key: (
-        "must be a text; # begins a comment, so put the text in quotes"
+        "must be a text, and nothing stands there; # begins a comment, so put a text with # in quotes"
         if error["input"] is None
         else f"must be a text; write it in quotes, {str(error['input'])!r}"
     ),

@@ -1,7 +1,7 @@
 /* Temperatures of balls, powder and jar over a milling programme: of a simulated condition, or at the power of the
    settings. The balance is linear, so that temperatures above the surroundings grow with the power. */
 
-const BODIES = { balls: "#c2500a", powder: "#333", jar: "#0072b2" };
+const BODIES = { balls: "#0072b2", powder: "#c2500a", jar: "#333" };
 const BANDS = ["time_to_limit_h", "pause_needed_min"];
 
 /** A time as people say it: 12 s, 11 min, 2.5 h. */

@@ -5,54 +5,49 @@ import textwrap
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.transforms import Bbox
 
 from millprint.card.card_model import Ends, MillingCard, Quantity, Spectrum
 from millprint.card.latex import TITLES, settings_of
 from millprint.card.methods import between, in_words
 from millprint.config.contact_set import ASSUMED
-from millprint.figures.dose_figures import BODY_NAMES, PAIRS
+from millprint.figures.dose_figures import BODY_COLOURS, BODY_NAMES, CHANNEL_COLOURS, PAIRS
 from millprint.figures.mill_pictures import draw_views
-from millprint.figures.mill_sheet_figure import SHEET_IN, draw_table
-from millprint.figures.style import COLOURS, legend_below, plt
+from millprint.figures.mill_sheet_figure import SHEET_IN
+from millprint.figures.style import draw_table, plt, write_rows
 from millprint.fingerprint.bands import FURTHER, MEAN, SCATTER
 from millprint.run.numbers import prefix_of, three
 from millprint.view.mill_picture import MillPicture
 
-# Characters per line: of the settings, and over the whole page.
-SETTING_LINE, PAGE_LINE = 62, 150
 SMALL = 6.5
+# Characters per line of names and texts: of the settings, and over the whole page.
+SETTINGS, PAGE = (20, 46), (20, 132)
+# Lines that fit into both.
+ROOM = (19, 26)
 DECADES = 6
 
 
 def _cell(quantity: Quantity, ends: Ends | None) -> str:
-    return "-" if ends is None else between(ends, prefix_of(quantity.value, quantity.unit)[0])
+    return "" if ends is None else between(ends, prefix_of(quantity.value, quantity.unit)[0])
 
 
-def _write(axis: Axes, lines: list[str]) -> None:
-    axis.axis("off")
-    axis.text(0, 1, "\n".join(lines), va="top", fontsize=SMALL, transform=axis.transAxes, linespacing=1.35)
-
-
-def _settings(card: MillingCard) -> list[str]:
+def _settings(card: MillingCard) -> list[tuple[str, str | None]]:
     """The settings, and the source of the contact set."""
-    rows = settings_of(card)
+    rows: list[tuple[str, str | None]] = [("Settings", None), *settings_of(card)[:-1]]
     rows += [(name, text) for name in ("atmosphere", "authors", "reference", "note") if (text := getattr(card, name))]
-    rows += [("contact set", f"{card.contact_set.name}, {ASSUMED}; from {card.contact_set.source}")]
-    return [line for title, text in rows for line in textwrap.wrap(f"{title}: {text}", SETTING_LINE, max_lines=3,
-                                                                   subsequent_indent="  ")]  # fmt: skip
+    source = textwrap.shorten(card.contact_set.source, 2 * SETTINGS[1], placeholder=" ...")
+    return [*rows, ("contact set", f"{card.contact_set.name}, {ASSUMED}; from {source}")]
 
 
 def _draw_table(axis: Axes, card: MillingCard) -> None:
     """Descriptors and doses with a column for each origin of intervals."""
-    axis.axis("off")
     rows = list(card.fingerprint.descriptors.known.items()) + (list(vars(card.dose).items()) if card.dose else [])
-    columns = ["scatter", "mean", *FURTHER]
+    # A column for each origin that is known of at least one row.
+    titles = {"scatter": SCATTER.title, "mean": MEAN.title} | {name: title for name, (title, _) in FURTHER.items()}
+    titles = {origin: title for origin, title in titles.items() if any(getattr(own, origin) for _, own in rows)}
     cells = [
-        [TITLES[name], in_words(own), *(_cell(own, getattr(own, origin)) for origin in columns)] for name, own in rows
+        [TITLES[name], in_words(own), *(_cell(own, getattr(own, origin)) for origin in titles)] for name, own in rows
     ]
-    titles = [SCATTER.title, MEAN.title, *(title for title, _ in FURTHER.values())]
-    draw_table(axis, cells, ["", "value", *titles], Bbox.from_bounds(0, 0, 1, 1))
+    draw_table(axis, ["Fingerprint", "value", *titles.values()], cells, SMALL)
 
 
 def _draw_spectra(axis: Axes, spectra: list[Spectrum], channel: str) -> None:
@@ -71,12 +66,16 @@ def _draw_spectra(axis: Axes, spectra: list[Spectrum], channel: str) -> None:
             continue
         words, line = PAIRS[spectrum.pair]
         low, high, power = map(np.array, zip(*closed, strict=True))
-        axis.stairs(power, np.append(low, high[-1]), baseline=None, label=words, linestyle=line, linewidth=1.0)
+        axis.stairs(
+            power, np.append(low, high[-1]), baseline=None, label=words, linestyle=line, linewidth=1.0,
+            color=CHANNEL_COLOURS[channel],
+        )  # fmt: skip
         highest = max(highest, power.max())
         lowest_J += low[power > power.max() * 10.0**-DECADES].tolist()
     axis.set(xlabel=f"{channel} energy [J]", ylabel="power per bin [W]", xscale="log")
     if highest > 0:
         axis.set(yscale="log", ylim=(highest * 10.0**-DECADES, 2 * highest), xlim=(min(lowest_J), None))
+        axis.legend(loc="lower right", fontsize=6)
 
 
 def _draw_heat(axis: Axes, card: MillingCard) -> None:
@@ -86,7 +85,7 @@ def _draw_heat(axis: Axes, card: MillingCard) -> None:
         return
     course = card.heat.course
     for number, (body, name) in enumerate(BODY_NAMES.items()):
-        colour = COLOURS[number]
+        colour = BODY_COLOURS[body]
         if course is not None:
             values = [[each.lower, each.median, each.upper] for each in getattr(course, f"{body}_degC")]
             lower, median, upper = np.transpose(values)
@@ -98,60 +97,60 @@ def _draw_heat(axis: Axes, card: MillingCard) -> None:
             axis.errorbar([number], [own.median], yerr=error, marker="o", capsize=2, color=colour, label=name)
     if course is None:
         axis.set_xticks(range(len(BODY_NAMES)), list(BODY_NAMES.values()))
-    axis.set(xlabel="" if course is None else "time [h]", ylabel="temperature [degC]")
+    axis.set(xlabel="" if course is None else "time [h]", ylabel="temperature [°C]")
     if course is None:
         axis.set_title("after long milling", loc="left", fontsize=7)
+    else:
+        axis.legend(loc="lower right", fontsize=6)
 
 
-def _consequences(card: MillingCard) -> list[str]:
-    """Lines on temperatures, wear and what is not known."""
-    lines = []
+def _consequences(card: MillingCard) -> list[tuple[str, str | None]]:
+    """What follows for powder and balls, what is not known, and how it was simulated."""
+    rows: list[tuple[str, str | None]] = [("What follows", None)]
     if heat := card.heat:
         limit = heat.time_to_limit_h.median
         reached = "is not reached" if limit is None else f"after {three(limit)} h of milling without pauses"
         steady = heat.powder.steady_degC
-        lines.append(
-            f"heat: powder {three(steady.median)} degC after long milling ({between(steady)}, "
-            f"{100 * heat.probability:g} %); {heat.limit_degC:g} degC of the {heat.limit_body} {reached} (median)"
-        )
+        text = f"powder {three(steady.median)} °C after long milling ({between(steady)}, {100 * heat.probability:g} %)"
+        rows.append(("heat", f"{text}; {heat.limit_degC:g} °C of the {heat.limit_body} {reached} (median)"))
     if wear := card.wear:
-        lines.append(
-            f"wear: balls lose {three(wear.wear_g.value)} g ({between(wear.wear_g)}), iron in the powder "
+        text = (
+            f"balls lose {three(wear.wear_g.value)} g ({between(wear.wear_g)}), iron in the powder "
             f"{three(wear.iron_percent.value)} % ({between(wear.iron_percent)}); coefficient from "
             f"{wear.coefficient_from}"
         )
-        lines += [f"wear, note: {wear.note}"] if wear.note else []
-    lines += [f"{name}: not known, {why}" for name, why in card.not_known.items()]
+        rows.append(("wear", f"{text}; {wear.note}" if wear.note else text))
     found = card.fingerprint
     titles = {"scatter": SCATTER.title, "mean": MEAN.title} | {name: title for name, (title, _) in FURTHER.items()}
-    lines += [f"interval, {titles.get(name, name)}: not known, {why}" for name, why in found.missing.items()]
-    lines += [f"motion, {against}" for against in found.motion]
-    counted = f"collisions counted by {found.counting_rule}"
-    lines.append(
-        f"simulated: seeds {', '.join(map(str, found.seeds))}, {three(found.revolutions)} turns, {counted}; bands "
-        f"of {100 * found.probability:g} %; energy balance closes to {found.closure or 0.0:.1g}"
+    lacking = card.not_known | {f"interval by {titles.get(name, name)}": why for name, why in found.missing.items()}
+    rows += [("not known", "; ".join(f"{name}: {why}" for name, why in lacking.items()))] if lacking else []
+    rows += [("motion", "; ".join(found.motion))] if found.motion else []
+    simulated = (
+        f"seeds {', '.join(map(str, found.seeds))}, {three(found.revolutions)} turns, collisions counted by "
+        f"{found.counting_rule}; bands of {100 * found.probability:g} %; energy balance closes to "
+        f"{found.closure or 0.0:.1g}"
     )
-    return [line for text in lines for line in textwrap.wrap(text, PAGE_LINE, subsequent_indent="  ")]
+    return [*rows, ("simulated", simulated)]
 
 
 def plot_card(card: MillingCard, picture: MillPicture) -> Figure:
     """The card on one A4 page. picture: of the mill."""
     figure = plt.figure(figsize=SHEET_IN)
-    figure.suptitle(f"Milling card: {card.title}", fontsize=12)
-    heights = [1.05, 1.0, 0.95, 0.95]
+    figure.suptitle(f"Milling card: {card.title}", fontsize=13, fontweight="bold", x=0.01, ha="left")
+    heights = [0.85, 1.0, 0.85, 1.05]
     top, table, graphs, words = figure.subfigures(4, 1, squeeze=False, height_ratios=heights).flat
     left, right = top.subfigures(1, 2, squeeze=False).flat
-    _write(left.subplots(), _settings(card))
+    write_rows(left.subplots(), _settings(card), 0.24, SETTINGS, SMALL, ROOM[0])
     draw_views(list(right.subplots(1, 2)), picture)
     _draw_table(table.subplots(), card)
     normal, tangential, heat = graphs.subplots(1, 3)
     for axis, channel in ((normal, "normal"), (tangential, "tangential")):
         _draw_spectra(axis, card.spectra, channel)
     _draw_heat(heat, card)
-    legend_below(graphs, (normal, heat), 5, fontsize=7)
     software = card.software
     version = f"{software.name} {software.version}, commit {software.commit[:12]}, card schema {card.schema_version}"
     digests = ", ".join(f"{name} {digest[:12]}" for name, digest in card.digests.items())
-    methods = textwrap.wrap(card.methods, PAGE_LINE)
-    _write(words.subplots(), [*_consequences(card), "", *methods, "", version, f"SHA-256: {digests}"])
+    rows = [*_consequences(card), ("For the methods section", None), ("", card.methods)]
+    rows += [("made with", version), ("SHA-256", digests)]
+    write_rows(words.subplots(), rows, 0.13, PAGE, SMALL, ROOM[1])
     return figure

@@ -128,6 +128,8 @@ def _draw(axis: Axes, bins: pd.DataFrame, quantity: str) -> None:
 
 
 BODY_NAMES = {"balls": "balls", "powder": "powder", "jar": "jar"}
+# As in the explorer.
+BODY_COLOURS = {"balls": COLOURS[0], "powder": COLOURS[1], "jar": COLOURS[-1]}
 
 
 def plot_heat(temperatures: pd.DataFrame, limits: pd.DataFrame, title: str) -> Figure:
@@ -138,7 +140,7 @@ def plot_heat(temperatures: pd.DataFrame, limits: pd.DataFrame, title: str) -> F
     figure, (left, right) = plt.subplots(1, 2, figsize=(PAGE_WIDTH_IN, 2.9))
     strongest = limits.loc[limits["total_W"].idxmax()]
     for number, (body, name) in enumerate(BODY_NAMES.items()):
-        colour = COLOURS[number]
+        colour = BODY_COLOURS[body]
         rows = temperatures[(temperatures["condition"] == strongest["condition"]) & (temperatures["body"] == body)]
         left.fill_between(rows["time_h"], rows["lower_degC"], rows["upper_degC"], color=colour, alpha=0.18, linewidth=0)
         left.plot(rows["time_h"], rows["median_degC"], color=colour, label=name)

@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
-from matplotlib.transforms import Bbox
 
 from millprint.config.mixture import balls_in_words
 from millprint.dose.spectra import BOTH
@@ -18,7 +17,16 @@ from millprint.dose.spectra_shown import SECTION as SPECTRA
 from millprint.dose.spectra_shown import TEMPERATURE
 from millprint.figures.dose_figures import draw_sheet_spectra
 from millprint.figures.mill_pictures import draw_strip, draw_views
-from millprint.figures.style import COLOURS, FILL_LABEL, MARKERS, draw_curve, legend_below, plt
+from millprint.figures.style import (
+    COLOURS,
+    FILL_LABEL,
+    MARKERS,
+    draw_curve,
+    draw_table,
+    legend_below,
+    plt,
+    write_rows,
+)
 from millprint.fingerprint.bands import FURTHER, MEAN, NOT_KNOWN, SCATTER, interval_columns
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import SHEET_PANELS
@@ -36,8 +44,10 @@ SCALED_ON_PAGE = (
 )
 # With more speeds and ball sizes than this, all conditions have one marker.
 MOST_SETTINGS = 12
-# Each of the two columns of text: characters in a line, lines that fit, and font size [pt].
-LINE, ROOM, LETTERS = 94, 36, 6.0
+# Each of the two columns of text: characters in a line of names and texts, where texts begin, size [pt], lines of it.
+WIDTHS, AT, LETTERS, ROOM = (34, 62), 0.39, 5.8, 38
+# What a row of text says about what; None in its place makes a heading.
+Said = tuple[str, str | None]
 # Line styles of the ends of intervals, one for each origin of FURTHER.
 FURTHER_LINES = ("--", ":")
 
@@ -82,71 +92,68 @@ def _quantity(row: Any, *intervals: tuple[float, float]) -> str:
     return f"{_number(factor * row.value)}{_unit(unit)}{f' ({ends})' if ends else ''}"
 
 
-def _lines_of(sheet: pd.DataFrame) -> tuple[list[str], list[str]]:
+def _columns_of(sheet: pd.DataFrame) -> tuple[list[Said], list[Said]]:
     """The text of a sheet in two columns: the mill, the condition and its descriptors; exponents and validity."""
-    left = []
-    for row in sheet[sheet["section"].isin(["mill", "condition"])].itertuples():
-        if row.quantity != "name":
-            given = row.text if isinstance(row.text, str) and row.text else f"{plain(row.value)}{_unit(row.unit)}"
-            left.append(f"{row.quantity}: {given}")
+    left: list[Said] = [("The mill", None)]
+    for section, title in (("mill", ""), ("condition", "Condition, one that was simulated")):
+        left += [(title, None)] if title else []
+        for row in sheet[sheet["section"] == section].itertuples():
+            if row.quantity != "name":
+                given = row.text if isinstance(row.text, str) and row.text else f"{plain(row.value)}{_unit(row.unit)}"
+                left.append((row.quantity, given))
     # With several intervals the descriptors are in a separate table.
     sections = ["dose"] if _has_intervals(sheet) else ["descriptors", "dose"]
-    left += ["", f"value (band of {SCATTER.title}; of {MEAN.title})"]
+    left.append((f"Value (band of {SCATTER.title}; of {MEAN.title})", None))
     for row in sheet[sheet["section"].isin(sections)].itertuples():
-        left.append(f"{row.quantity}: {_quantity(row, (row.lower, row.upper), (row.mean_lower, row.mean_upper))}")
-    left += ["", *_temperature_lines(sheet)]
-    right = [*_exponent_lines(sheet), "", *_collapse_lines(sheet), "", "holds from - to"]
+        own = row.text if isinstance(row.text, str) and row.text else ""
+        left.append((row.quantity, own or _quantity(row, (row.lower, row.upper), (row.mean_lower, row.mean_upper))))
+    left += _temperatures(sheet)
+    right = [*_exponents(sheet), *_collapse(sheet), ("Holds from - to", None)]
     for row in sheet[(sheet["section"] == "validity") & sheet["lower"].notna()].itertuples():
-        right.append(f"  {row.quantity}: {_between(row.lower, row.upper, plain)}{_unit(row.unit)}")
-    columns = _wrapped(left), _wrapped(right)
-    min(columns, key=len).extend(["", *_wrapped(_precision_lines(sheet[sheet["section"] == "precision"]))])
-    return columns
+        right.append((row.quantity, f"{_between(row.lower, row.upper, plain)}{_unit(row.unit)}"))
+    min(left, right, key=len).extend(_precision(sheet[sheet["section"] == "precision"]))
+    return left, right
 
 
-def _wrapped(lines: list[str]) -> list[str]:
-    """Lines of text, broken where they are too long for a column."""
-    return [part for line in lines for part in textwrap.wrap(line, LINE, subsequent_indent="  ") or [""]]
-
-
-def _temperature_lines(sheet: pd.DataFrame) -> list[str]:
+def _temperatures(sheet: pd.DataFrame) -> list[Said]:
     """Temperatures after long milling, if the sheet has them."""
     rows = list(sheet[sheet["section"] == TEMPERATURE].itertuples())
     if not rows:
         return []
-    words = [row.text if row.text == row.text and row.text else f"{row.quantity} {_degrees(row)}" for row in rows]
-    return [f"after long milling without a pause: {', '.join(words)}"]
+    words = [(row.quantity, row.text if row.text == row.text and row.text else _degrees(row)) for row in rows]
+    return [("After long milling without a pause", None), *words]
 
 
 def _degrees(row: Any) -> str:
     return f"{row.value:.0f} °C ({row.lower:.0f} to {row.upper:.0f})"
 
 
-def _exponent_lines(sheet: pd.DataFrame) -> list[str]:
+def _exponents(sheet: pd.DataFrame) -> list[Said]:
     """The exponents of each quantity that the sweep can tell, with the interval and the exponent of the scaling law."""
     exponents = sheet[sheet["section"] == "exponents"]
     if exponents["value"].isna().all():
-        return ["exponents: not known; no fill ratio has two speeds or two ball sizes"]
-    lines = ["exponents (interval; of the scaling law)"]
+        return [("Exponents", None), ("not known", "no fill ratio has two speeds or two ball sizes")]
+    found: list[Said] = [("Exponents (interval; of the scaling law)", None)]
     for title in SCALED_ON_PAGE:
         words = []
         for row in exponents[exponents["quantity"].str.startswith(f"{title}:")].dropna(subset="value").itertuples():
             variable, supposed = row.quantity.removeprefix(f"{title}: "), row.text.removeprefix("scaling law: ")
             words.append(f"{variable} {_number(row.value)} ({_between(row.lower, row.upper)}; {supposed})")
-        lines.append(f"  {title}: {', '.join(words)}")
-    return lines
+        found.append((title, ", ".join(words)))
+    return found
 
 
-def _collapse_lines(sheet: pd.DataFrame) -> list[str]:
+def _collapse(sheet: pd.DataFrame) -> list[Said]:
     """By which factor the conditions at a fill ratio differ, before and after scaling."""
     rows = sheet[sheet["section"] == "collapse"]
     if rows["value"].isna().all():
-        return [f"curves: {rows['text'].iloc[-1]}"]
-    lines = ["curves differ by a factor of: before scaling, after the scaling law, after their own exponents"]
+        return [("Curves", None), ("collapse", rows["text"].iloc[-1])]
+    found: list[Said] = [("Curves differ by a factor of: unscaled, by the scaling law, by their own exponents", None)]
     for title in SCALED_ON_PAGE:
         own = rows[rows["quantity"].str.startswith(f"{title}:")]
         factors = ", ".join(map(_number, np.exp(own["value"].astype(float))))
-        lines.append(f"  {title}: {factors}; {own['text'].iloc[-1]}")
-    return lines
+        found.append((title, f"{factors}; {own['text'].iloc[-1]}"))
+    return found
 
 
 def _between(lower: float, upper: float, number: Callable[[float], str] = three) -> str:
@@ -156,7 +163,7 @@ def _between(lower: float, upper: float, number: Callable[[float], str] = three)
     return " to ".join(dict.fromkeys((number(lower), number(upper))))
 
 
-def _precision_lines(section: pd.DataFrame) -> list[str]:
+def _precision(section: pd.DataFrame) -> list[Said]:
     """Time and seeds of a condition, the resulting intervals, and the key that narrows them."""
     said = section.set_index("quantity")
     recorded, seeds = (
@@ -165,10 +172,12 @@ def _precision_lines(section: pd.DataFrame) -> list[str]:
     columns = ["value", "lower", "upper"]
     widths = ", ".join(f"{name} {_width(*said.loc[name, columns])}" for name in STATED.values())
     return [
-        f"precision: {recorded} s recorded, simulations of a condition: {seeds}",
-        f"a new simulation within these ranges is known to within: {widths}",
-        *(f"{motion.word}: {said.at[motion.word, 'text']}" for motion in MOTIONS.values() if motion.word in said.index),
-        f"for more: {said.at['for more', 'text']}",
+        ("Precision", None),
+        ("recorded", f"{recorded} s"),
+        ("simulations of a condition", seeds),
+        ("a new simulation is known to within", widths),
+        *((motion.word, said.at[motion.word, "text"]) for motion in MOTIONS.values() if motion.word in said.index),
+        ("for more", said.at["for more", "text"]),
     ]
 
 
@@ -183,35 +192,27 @@ def _has_intervals(sheet: pd.DataFrame) -> bool:
     return bool((sheet["section"] == "intervals").any())
 
 
-def draw_table(axis: Axes, cells: list[list[str]], titles: list[str], place: Bbox) -> None:
-    """A table of values with four intervals each."""
-    table = axis.table(
-        cells, colLabels=titles, colWidths=[0.25, 0.11, 0.16, 0.16, 0.16, 0.16], cellLoc="left", edges="horizontal",
-        bbox=place,
-    )  # fmt: skip
-    table.auto_set_font_size(False)
-    table.set_fontsize(6.5)
-
-
 def _draw_intervals(axis: Axes, sheet: pd.DataFrame) -> None:
     """Descriptors with a column for each origin of intervals, and a line that explains each."""
-    axis.axis("off")
 
     def between(row: pd.Series, lower: str, upper: str) -> str:
         factor, _ = prefix_of(row["value"], row["unit"])
         return _between(factor * row[lower], factor * row[upper])
 
+    rows = sheet[sheet["section"] == "descriptors"]
     columns = {SCATTER.title: ["lower", "upper"], MEAN.title: ["mean_lower", "mean_upper"]}
-    columns |= {title: by_columns(origin) for origin, (title, _) in FURTHER.items()}
+    # A column for each origin that is known of at least one descriptor.
+    further = {title: by_columns(origin) for origin, (title, _) in FURTHER.items()}
+    columns |= {title: ends for title, ends in further.items() if rows[ends].notna().any(axis=None)}
     cells = [
         [row["quantity"], _quantity(row), *(between(row, *ends) for ends in columns.values())]
-        for _, row in sheet[sheet["section"] == "descriptors"].iterrows()
+        for _, row in rows.iterrows()
     ]
-    draw_table(axis, cells, ["at this condition", "value", *columns], Bbox.from_bounds(0, 0.34, 1, 0.66))
+    draw_table(axis, ["At this condition", "value", *columns], cells, LETTERS, room=0.66)
     said = sheet[sheet["section"] == "intervals"]
     lines = [f"{row.quantity}: {row.text}" for row in said.itertuples()]
     lines.append("the intervals are not added up: each is for one origin, all else as simulated")
-    axis.text(0, 0.28, "\n".join(lines), va="top", fontsize=6.5, transform=axis.transAxes, linespacing=1.35)
+    axis.text(0, 0.28, "\n".join(lines), va="top", fontsize=LETTERS, transform=axis.transAxes, linespacing=1.35)
 
 
 def _draw_spectra(part: SubFigure, sheet: pd.DataFrame, spectra: pd.DataFrame, read_off: pd.DataFrame) -> None:
@@ -220,7 +221,8 @@ def _draw_spectra(part: SubFigure, sheet: pd.DataFrame, spectra: pd.DataFrame, r
     if not len(spectra):
         axis = part.subplots()
         axis.axis("off")
-        axis.text(0.5, 0.5, textwrap.fill(f"No energy spectra: {told.at[NO_SPECTRA, 'text']}", LINE), ha="center")
+        reason = f"No energy spectra: {told.at[NO_SPECTRA, 'text']}"
+        axis.text(0.5, 0.5, textwrap.fill(reason, sum(WIDTHS)), ha="center")
         return
     draw_sheet_spectra(axes := list(part.subplots(1, 2)), spectra, read_off[read_off["pair"] == BOTH])
     axes[0].set_title(f"Energy spectra at fill {told.at[SPECTRA_FILL, 'value']:g}", loc="left", fontsize=7)
@@ -243,8 +245,8 @@ def plot_sheet(
     `dose.spectra_shown.of_sheet`.
     """
     figure = plt.figure(figsize=SHEET_IN)
-    figure.suptitle(f"Mechanical fingerprint: {picture.title}", fontsize=12)
-    heights = [0.7, 1.08, 0.78, 0.55, 1.08] if _has_intervals(sheet) else [0.75, 1.3, 0.66, 1.2]
+    figure.suptitle(f"Mechanical fingerprint: {picture.title}", fontsize=13, fontweight="bold", x=0.01, ha="left")
+    heights = [0.65, 1.28, 0.72, 0.55, 1.0] if _has_intervals(sheet) else [0.72, 1.44, 0.63, 1.14]
     top, middle, *between, energies, bottom = figure.subfigures(
         len(heights), 1, squeeze=False, height_ratios=heights
     ).flat
@@ -253,11 +255,8 @@ def plot_sheet(
     views, strip = top.subfigures(1, 2, width_ratios=[1.0, 1.25])
     draw_views(list(views.subplots(1, 2)), picture)
     draw_strip(list(strip.subplots(2, 4).flat), picture)
-    columns = _lines_of(sheet)
-    size = LETTERS * min(1.0, ROOM / max(map(len, columns)))
-    for axis, column in zip(middle.subplots(1, 2), columns, strict=True):
-        axis.axis("off")
-        axis.text(0, 1, "\n".join(column), va="top", fontsize=size, transform=axis.transAxes, linespacing=1.25)
+    for axis, column in zip(middle.subplots(1, 2), _columns_of(sheet), strict=True):
+        write_rows(axis, column, AT, WIDTHS, LETTERS, ROOM if len(heights) == 4 else ROOM - 6)
     _draw_spectra(energies, sheet, spectra, read_off)
     axes = bottom.subplots(2, 2)
     for axis, quantity in zip(axes.flat, SHEET_PANELS, strict=True):

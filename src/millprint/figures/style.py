@@ -1,6 +1,7 @@
 """The style of every figure: column width, units on axes, SVG for print and PNG for the screen, points as a table."""
 
-from collections.abc import Iterable, Iterator
+import textwrap
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from string import ascii_lowercase
 from typing import Any, TypedDict
@@ -20,6 +21,7 @@ from matplotlib.collections import Collection, EllipseCollection, PathCollection
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.image import AxesImage
 from matplotlib.rcsetup import cycler
+from matplotlib.transforms import Bbox
 from matplotlib.typing import LineStyleType
 
 from millprint.run.files import whole_file, write_table
@@ -43,6 +45,7 @@ PNG_DPI = 200
 
 # Okabe and Ito's palette, distinguishable with any colour vision.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+SOFT = "#555555"
 MARKERS = ("o", "s", "^", "v", "<", ">", "P", "X")
 PUBLISHED: LineLook = {"marker": "D", "linestyle": "none", "markerfacecolor": "none", "markeredgecolor": "#000000"}
 
@@ -66,6 +69,48 @@ def letter_panels(axes: Iterable[Axes]) -> None:
     """Write (a), (b) and so on over the panels of a figure."""
     for letter, axis in zip(ascii_lowercase, axes, strict=False):
         axis.set_title(f"({letter})", loc="left", fontsize=8)
+
+
+def write_rows(
+    axis: Axes, rows: Iterable[tuple[str, str | None]], at: float, widths: tuple[int, int], size: float, room: int
+) -> None:
+    """Text in two columns: what it is, in grey, and what it says; a row with None in place of text is a heading.
+
+    at: where the second column begins, as a fraction of the axis; widths: characters in a line of each; size [pt],
+    smaller where there are more lines than `room`.
+    """
+    heads, names, texts = ([] for _ in range(3))
+    for name, text in rows:
+        if text is None and heads:
+            for lines in (heads, names, texts):
+                lines.append("")
+        left = [""] if text is None else textwrap.wrap(name, widths[0]) or [""]
+        right = [""] if text is None else textwrap.wrap(text, widths[1]) or [""]
+        for number in range(max(len(left), len(right))):
+            names.append(left[number] if number < len(left) else "")
+            texts.append(right[number] if number < len(right) else "")
+            heads.append(name if text is None else "")
+    axis.axis("off")
+    size *= min(1.0, room / max(len(texts), 1))
+    for x, lines, look in ((0.0, heads, {"fontweight": "bold"}), (0.0, names, {"color": SOFT}), (at, texts, {})):
+        axis.text(x, 1, "\n".join(lines), va="top", fontsize=size, transform=axis.transAxes, linespacing=1.3, **look)
+
+
+def draw_table(
+    axis: Axes, heads: Sequence[str], cells: Sequence[Sequence[str]], size: float, room: float = 1.0
+) -> None:
+    """A table with thin lines, its heads and its second column, the value, in bold; in the upper `room` of the axis."""
+    axis.axis("off")
+    widths = [0.28, 0.12, *[0.2] * (len(heads) - 2)]
+    table = axis.table(
+        cells, colLabels=heads, colWidths=widths, cellLoc="left", colLoc="left", edges="horizontal",
+        bbox=Bbox.from_bounds(0, 1 - room, min(1.0, sum(widths)), room),
+    )  # fmt: skip
+    table.auto_set_font_size(False)
+    table.set_fontsize(size)
+    for (row, column), cell in table.get_celld().items():
+        cell.set(linewidth=0.3, edgecolor=SOFT)
+        cell.get_text().set_fontweight("bold" if row == 0 or column == 1 else "normal")
 
 
 def legend_below(figure: Figure | SubFigure, axes: Iterable[Axes], columns: int, **look: Any) -> None:

@@ -14,7 +14,7 @@ from millprint.config.fingerprint import DESCRIPTOR_SETS, DescriptorSet, LikeCon
 from millprint.fingerprint.bands import ENDS, FURTHER, Band, Interval, interval_columns, ratio_of
 from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.descriptors import CHARGE
-from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.model import Fingerprint, Prediction
 
 # Fill ratios and speeds of the grid before the refinement; the curves have few turns, all far wider than a step.
 GRID = (81, 61)
@@ -214,10 +214,30 @@ def _of_another_mill(
     other = Fingerprint.read(like.fingerprint)
     for fingerprint in fingerprints:
         check_same_count(like.fingerprint, other.about, fingerprint, names)
+    prediction = _predicted(like, other)
+    return {name: getattr(prediction, name) for name in DESCRIPTOR_SETS[names]}, other.about["probability"]
+
+
+def _predicted(like: LikeConfig, other: Fingerprint) -> Prediction:
+    """What the fingerprint of another mill predicts for a condition of it."""
     diameter, charge = other.balls(like.ball_diameter_mm)
     condition = other.condition(speed_hz=like.speed_rpm / 60.0, ball_diameter_m=diameter, **like.given)
-    prediction = other.predict(condition, charge=charge)
-    return {name: getattr(prediction, name) for name in DESCRIPTOR_SETS[names]}, other.about["probability"]
+    return other.predict(condition, charge=charge)
+
+
+def extrapolated_targets(request: MatchConfig) -> list[str]:
+    """A line for each condition of another mill that lies outside its simulations."""
+    lines = []
+    for target in request.targets:
+        if target.like is None:
+            continue
+        other = Fingerprint.read(target.like.fingerprint)
+        if outside := _predicted(target.like, other).outside:
+            lines.append(
+                f"{target.name}: the target itself is extrapolated: {', '.join(outside)} not simulated of "
+                f"{other.about['mill']}"
+            )
+    return lines
 
 
 def target_descriptors(target: TargetConfig, fingerprints: list[Fingerprint], names: DescriptorSet) -> dict[str, float]:

@@ -7,13 +7,16 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.contact_set import ASSUMED
+from millprint.config.included import shipped
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import balls_in_words
 from millprint.fingerprint.bands import ENDS, FURTHER, MEAN, SCATTER, factor_of
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import SCALED_BY, Condition
 from millprint.fingerprint.descriptors import CHARGE, MOTIONS, as_built, said_of
-from millprint.fingerprint.readers import WALL
+from millprint.fingerprint.readers import TABLE, WALL
+from millprint.run.files import read_table
+from millprint.run.numbers import three
 
 if TYPE_CHECKING:
     # Only for types: it imports scikit-learn, which takes a second, and the figures of a sheet only read tables.
@@ -157,7 +160,16 @@ def _dose_rows(prediction: "Prediction", condition: Condition[float]) -> list[Ro
     ):
         band = power * factor
         rows.append(Row("dose", title, band.value, band.lower, band.upper, unit, "", *vars(band.mean).values()))
-    return rows
+    return [*rows, *_box_rows()]
+
+
+def _box_rows() -> list[Row]:
+    """What is weak and what is strong: the power of a kilogram of balls in the mills that come with millprint."""
+    if not (made := shipped(TABLE)):
+        return []
+    weakest_first = read_table(made).sort_values("lowest_W_kg")
+    spans = [f"{own.mill} {three(own.lowest_W_kg)} to {three(own.highest_W_kg)}" for own in weakest_first.itertuples()]
+    return [Row("dose", "power of other mills, W/kg", text=", ".join(spans))]
 
 
 def _said(verdict: str) -> str:

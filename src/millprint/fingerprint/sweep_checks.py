@@ -98,8 +98,13 @@ def check_speeds(speeds: Sequence[tuple[SpeedSetting, Pace]]) -> None:
 
 
 def speed_warnings(speeds: Sequence[tuple[SpeedSetting, Pace]]) -> list[str]:
-    """A line for each speed that is unusually high for a mill of its kind."""
-    return _lines(speeds, "usual", "; usual speeds go up to")
+    """A line for each speed that is unusually high for a mill of its kind, or too low to mill."""
+    slow = {
+        setting.line: f"{setting.line}: {pace.at_speed(setting.speed_rpm)}; {pace.bounds.least.reason}"
+        for setting, pace in speeds
+        if pace.bounds.least and pace.acceleration > 0 and setting.speed_rpm < pace.speed_at(pace.bounds.least)
+    }
+    return [*_lines(speeds, "usual", "; usual speeds go up to"), *slow.values()]
 
 
 def _lines(speeds: Sequence[tuple[SpeedSetting, Pace]], which: Literal["usual", "most"], advice: str) -> list[str]:

@@ -30,16 +30,21 @@ class Bound:
 
 @dataclass(frozen=True)
 class Bounds:
-    """The bounds of a kind of wall: on its acceleration over gravity [-] or, with `by_speed`, on its speed [m/s]."""
+    """The bounds of a kind of wall: on its acceleration over gravity [-] or, with `by_speed`, on its speed [m/s].
+
+    least: below it nothing mills, which hints at a speed in another unit.
+    """
 
     usual: Bound
     most: Bound
     by_speed: bool = False
+    least: Bound | None = None
 
 
 _SHAKEN = Bounds(
     usual=Bound(150, "the strongest mills that shake their vessel reach some 100 g"),
     most=Bound(1000, "no mill shakes its vessel by over 1000 g"),
+    least=Bound(0.1, "below 0.1 g nothing mills; is the speed in Hz? Write it under speeds_hz"),
 )
 BOUNDS = {
     # Retsch Emax: 17 mm at 2000 rpm are 76 g. Fritsch Pulverisette 7 premium line: 95 g for the jar's axis at 1100 rpm

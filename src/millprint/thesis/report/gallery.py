@@ -26,6 +26,8 @@ from millprint.thesis.report.table_pages import FOLDER, section_id
 THUMBNAIL_PX, THUMBNAIL_QUALITY = 640, 80
 # Largest number of inputs that are named one by one; any further ones are only counted.
 NAMED_INPUTS = 12
+# What readers look for comes first: the card of an experiment, the verdicts, the mills; then in order of name.
+FIRST = ("Cards", "Claims", "Mills")
 # A word that the configuration does not have is an error, not a gap.
 TEMPLATES = Environment(autoescape=False, undefined=StrictUndefined)
 # Made once: docutils takes longer to collect them than to render a caption. Files that a caption names are not read.
@@ -125,12 +127,13 @@ def gallery_page(name: str, figures: Iterable[tuple[str, Shown]], commit: str) -
     for stage, figure in figures:
         stages.setdefault(stage, []).append(figure)
     count = sum(map(len, stages.values()))
+    order = [*(stage for stage in FIRST if stage in stages), *sorted(stages.keys() - FIRST)]
     return render_page(
         FOLDER / "gallery.html",
         title="Figures",
-        introduction=f"The {count} figures of the run {name}. A picture leads to the figure itself, a table to the "
-        "numbers that it shows; both are files of the results next to this page.",
-        stages=[{"title": stage, "id": section_id(stage), "figures": stages[stage]} for stage in sorted(stages)],
+        introduction=f"The {count} figures of the run {name}. A picture leads to the figure itself; under it are its "
+        "whole caption, the tables that it is drawn from, and how it was made.",
+        stages=[{"title": stage, "id": section_id(stage), "figures": stages[stage]} for stage in order],
         commit=commit,
         style=embed_files(FOLDER, "page.css", "gallery.css"),
     )
