@@ -108,14 +108,14 @@ def shown(rows: pd.DataFrame) -> pd.DataFrame:
 def parse(arguments: list[str], name: str) -> argparse.Namespace:
     """Parse the command line."""
     parser = parser_of(name, __doc__)
-    add, two = parser.add_argument, {"nargs": 2, "type": float}
+    add = parser.add_argument
     add("fingerprints", nargs="*", metavar="MILL", help="mills that you could use, or their fingerprint.json")
     add("--request", type=Path, help="YAML file with targets, speeds_rpm and so on")
-    add("--energies", **two, metavar=("NORMAL", "TANGENTIAL"), help="target energies [J]")
+    add("--energies", nargs=2, type=float, metavar=("NORMAL", "TANGENTIAL"), help="target energies [J]")
     add("--frequency", type=float, metavar="HZ", help="target: all collisions over the balls [1/s]")
     add("--like", nargs=4, metavar=("MILL", "RPM", "BALLS", "FILL"), help="target: a condition of another mill")
-    add("--speeds", **two, metavar=("FROM", "TO"), help="range of the mill [rpm]")
-    add("--fills", **two, metavar=("FROM", "TO"), help="fill ratios (default: all) [-]")
+    add("--speeds", nargs=2, type=float, metavar=("FROM", "TO"), help="range of the mill [rpm]")
+    add("--fills", nargs=2, type=float, metavar=("FROM", "TO"), help="fill ratios (default: all) [-]")
     add("--balls", nargs="+", metavar="BALLS", help="available balls: diameters [mm], names of charges")
     add("--densities", nargs="+", type=float, metavar="KG_M3", help="densities of the balls [kg/m3]")
     known = "what is met of another mill or a card (default weighted)"
