@@ -23,12 +23,7 @@ def published_p(claims: str) -> dict[str, float]:
 
 
 def draw(
-    printed: str,
-    corrected: str,
-    residual_table: str,
-    claims: str,
-    outputs: dict[str, str],
-    factors: list[Factor],
+    printed: str, corrected: str, residual_table: str, claims: str, outputs: dict[str, str], factors: list[Factor]
 ) -> None:
     """Write the ranking and both figures; `outputs` has the paths pareto, pareto_svg, pareto_png, residuals_svg, ..."""
     names = {factor.symbol: factor.label for factor in factors}

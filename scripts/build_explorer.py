@@ -19,11 +19,7 @@ from millprint.run.job import job
 
 def settings_of(about: dict) -> Settings:
     """The settings that hold for every mill of the page."""
-    return {
-        "rule": about["rule"],
-        "heat": HeatConfig(**about["heat"]),
-        "descriptors": about["descriptors"],
-    }
+    return {"rule": about["rule"], "heat": HeatConfig(**about["heat"]), "descriptors": about["descriptors"]}
 
 
 def chapter_content(inputs, own: dict, settings: Settings) -> dict:

@@ -148,9 +148,6 @@ if "snakemake" in globals():
         )
         draw(snakemake.output)
         tabulate_doses(
-            snakemake.input,
-            snakemake.output,
-            PartitionConfig.ball_diameter_mm * 1e-3,
-            snakemake.params.density_kg_m3,
+            snakemake.input, snakemake.output, PartitionConfig.ball_diameter_mm * 1e-3, snakemake.params.density_kg_m3
         )
         draw_doses(snakemake.output)

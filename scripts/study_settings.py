@@ -103,11 +103,8 @@ if "snakemake" in globals():
     made, own, mill = snakemake.output, snakemake.params, snakemake.wildcards.get("mill")
     with job(snakemake.log[0], f"study the settings of {mill or 'chapter 3'}") as logger:
         if mill:
-            own_study, rule = StudyConfig(**own.study), own.counting_rule
-            seeds = own.sweep_seeds
-            found = main(
-                own.variants, own.folder, made, mill=mill, sweep_seeds=seeds, counting_rule=rule, study=own_study
-            )
+            asked = {"counting_rule": own.counting_rule, "study": StudyConfig(**own.study)}
+            found = main(own.variants, own.folder, made, mill=mill, sweep_seeds=own.sweep_seeds, **asked)
             say = logger.info if found["verdict"] == GOOD else logger.warning
             say("%s", found["line"])
             print(found["line"], file=sys.stderr, flush=True)

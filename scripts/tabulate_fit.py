@@ -13,7 +13,6 @@ from millprint.run.files import read_table, write_json, write_table
 from millprint.run.job import job
 from millprint.thesis.curves.regimes import read_published
 from millprint.thesis.fit.jar_search import JAR_PARAMETERS, fit_table, parameter_rows, parameters_of
-from millprint.thesis.fit.open_shape import shape_factors
 from millprint.thesis.fit.published import computed_values, published_values, with_roles
 
 TEXT = ["mill", "contact", "varied"]
@@ -24,6 +23,9 @@ if "snakemake" in globals():
     with job(snakemake.log[0], "tabulate the fit") as logger:
         values, jar = published_values(read_published(*given.published), settings.contact), parameters_of(mill.geometry)
         if made.get("shape"):
+            # Slow to import, and the table of the fit does not need it.
+            from millprint.thesis.fit.open_shape import shape_factors
+
             search = read_table(given.search, numeric=JAR_PARAMETERS, text=["counting_rule"])
             printed = dict(zip(values["name"], values["published"], strict=True))
             rule = {"counting_rule": own.counting_rule, "probability": own.probability}

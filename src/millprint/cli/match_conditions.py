@@ -72,12 +72,11 @@ SHOWN = {
     "within_interval": "met",
     "outside": "outside",
 }
-FORMATS = {"fill": "{:.3f}".format, "rpm": "{:.0f}".format} | dict.fromkeys(
-    [f"{short} %" for short in SHORT.values()], "{:+.1f}".format
-)
 # Further columns of a ranking against a card.
 DOSES = {"powder_mass_g": "powder/g", "rate_W_g": "W/g", "milling_h": "h for the dose"}
-FORMATS |= {"powder/g": "{:.3g}".format, "W/g": "{:.3g}".format, "h for the dose": "{:.3g}".format}
+FORMATS = {"fill": "{:.3f}".format, "rpm": "{:.0f}".format}
+FORMATS |= dict.fromkeys((f"{short} %" for short in SHORT.values()), "{:+.1f}".format)
+FORMATS |= dict.fromkeys(DOSES.values(), "{:.3g}".format)
 
 
 def _words(lower: pd.Series, upper: pd.Series, number: str) -> list[str]:
@@ -91,53 +90,46 @@ def shown(rows: pd.DataFrame) -> pd.DataFrame:
     found = rows[[name for name in SHOWN if name in rows]].rename(columns=SHOWN)
     met = found["met"].str.split(", ")
     found["met"] = met.map(lambda names: ", ".join(SHORT.get(name, name) for name in names))
+
+    def add(title: str, lower: pd.Series, upper: pd.Series, number: str) -> None:
+        found.insert(len(found.columns) - 1, title, _words(lower, upper, number))
+
     for name, short in SHORT.items():
         if f"{name}_ratio" in rows:
-            words = _words(rows[f"{name}_ratio_lower"], rows[f"{name}_ratio_upper"], ".2f")
-            found.insert(len(found.columns) - 1, f"{short} ratio", words)
+            add(f"{short} ratio", rows[f"{name}_ratio_lower"], rows[f"{name}_ratio_upper"], ".2f")
     for origin in FURTHER:
         for name, short in SHORT.items():
             lower, upper = interval_columns(name, origin)
             if lower in rows:
                 low, high = (100 * (rows[end] / rows[name] - 1) for end in (lower, upper))
-                words = _words(low, high, "+.0f")
-                found.insert(len(found.columns) - 1, f"{short} by {origin} %", words)
+                add(f"{short} by {origin} %", low, high, "+.0f")
             lower, upper = interval_columns(f"{name}_ratio", origin)
             if lower in rows:
-                words = _words(rows[lower], rows[upper], ".2f")
-                found.insert(len(found.columns) - 1, f"{short} ratio by {origin}", words)
+                add(f"{short} ratio by {origin}", rows[lower], rows[upper], ".2f")
     return found
 
 
 def parse(arguments: list[str], name: str) -> argparse.Namespace:
     """Parse the command line."""
     parser = parser_of(name, __doc__)
-    parser.add_argument(
-        "fingerprints", nargs="*", metavar="MILL", help="mills that you could use, or their fingerprint.json"
-    )
-    parser.add_argument("--request", type=Path, help="YAML file with targets, speeds_rpm and so on")
-    parser.add_argument("--energies", nargs=2, type=float, metavar=("NORMAL", "TANGENTIAL"), help="target energies [J]")
-    parser.add_argument("--frequency", type=float, metavar="HZ", help="target: all collisions over the balls [1/s]")
-    parser.add_argument(
-        "--like", nargs=4, metavar=("MILL", "RPM", "BALLS", "FILL"), help="target: a condition of another mill"
-    )
-    parser.add_argument("--speeds", nargs=2, type=float, metavar=("FROM", "TO"), help="range of the mill [rpm]")
-    parser.add_argument("--fills", nargs=2, type=float, metavar=("FROM", "TO"), help="fill ratios (default: all) [-]")
-    parser.add_argument("--balls", nargs="+", metavar="BALLS", help="available balls: diameters [mm], names of charges")
-    parser.add_argument("--densities", nargs="+", type=float, metavar="KG_M3", help="densities of the balls [kg/m3]")
-    parser.add_argument(
-        "--descriptors", choices=list(DESCRIPTOR_SETS), help="what is met of another mill or a card (default weighted)"
-    )
-    parser.add_argument("--ranked", type=int, metavar="N", help="conditions to list (default 10)")
-    parser.add_argument("--from", dest="card", type=Path, metavar="CARD", help="target: a milling card, card.json")
-    parser.add_argument("--to", metavar="MILL", help="with --from: name of a mill that was run, or its fingerprint")
-    parser.add_argument(
-        "--results", default="results", metavar="FOLDER", help="where mills were run (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--near", type=float, default=100 * NEAR, metavar="PERCENT", help="with --from: what comes near"
-    )
-    parser.add_argument("--out", type=Path, help="TSV file for the whole table")
+    add = parser.add_argument
+    add("fingerprints", nargs="*", metavar="MILL", help="mills that you could use, or their fingerprint.json")
+    add("--request", type=Path, help="YAML file with targets, speeds_rpm and so on")
+    add("--energies", nargs=2, type=float, metavar=("NORMAL", "TANGENTIAL"), help="target energies [J]")
+    add("--frequency", type=float, metavar="HZ", help="target: all collisions over the balls [1/s]")
+    add("--like", nargs=4, metavar=("MILL", "RPM", "BALLS", "FILL"), help="target: a condition of another mill")
+    add("--speeds", nargs=2, type=float, metavar=("FROM", "TO"), help="range of the mill [rpm]")
+    add("--fills", nargs=2, type=float, metavar=("FROM", "TO"), help="fill ratios (default: all) [-]")
+    add("--balls", nargs="+", metavar="BALLS", help="available balls: diameters [mm], names of charges")
+    add("--densities", nargs="+", type=float, metavar="KG_M3", help="densities of the balls [kg/m3]")
+    known = "what is met of another mill or a card (default weighted)"
+    add("--descriptors", choices=list(DESCRIPTOR_SETS), help=known)
+    add("--ranked", type=int, metavar="N", help="conditions to list (default 10)")
+    add("--from", dest="card", type=Path, metavar="CARD", help="target: a milling card, card.json")
+    add("--to", metavar="MILL", help="with --from: name of a mill that was run, or its fingerprint")
+    add("--results", default="results", metavar="FOLDER", help="where mills were run (default: %(default)s)")
+    add("--near", type=float, default=100 * NEAR, metavar="PERCENT", help="with --from: what comes near")
+    add("--out", type=Path, help="TSV file for the whole table")
     options = parser.parse_args(arguments)
     if (options.card is None) != (options.to is None):
         parser.error("--from CARD and --to MILL belong together")
@@ -171,12 +163,9 @@ def request_of(options: argparse.Namespace, content: dict) -> MatchConfig:
         target["specific_frequency_hz"] = options.frequency
     if options.like:
         mill, speed, balls, charge = options.like
-        target["like"] = {
-            "fingerprint": str(find_fingerprint(mill, options.results, SOURCES)),
-            "speed_rpm": speed,
-            "ball_diameter_mm": balls,
-            **charge_words(charge),
-        }
+        found = str(find_fingerprint(mill, options.results, SOURCES))
+        condition = {"speed_rpm": speed, "ball_diameter_mm": balls, **charge_words(charge)}
+        target["like"] = {"fingerprint": found, **condition}
     if len(target) > 1:
         content["targets"] = [target]
     keys = {"speeds": "speeds_rpm", "fills": "fill_ratios", "balls": "ball_diameters_mm"}
@@ -209,9 +198,8 @@ def match_from_card(options: argparse.Namespace) -> None:
     for line in verdict(card, fingerprint, table, options.near / 100, wanted):
         print(line)
     if len(table):
-        own = shown(table).assign(
-            **{name: table[column] for column, name in DOSES.items() if table[column].notna().all()}
-        )
+        doses = {name: table[column] for column, name in DOSES.items() if table[column].notna().all()}
+        own = shown(table).assign(**doses)
         print(own.to_string(index=False, formatters=FORMATS))
 
 

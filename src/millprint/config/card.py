@@ -17,14 +17,7 @@ from millprint.config.load import check_model
 from millprint.config.mill_sweep import TurnsSection
 from millprint.config.mixture import BallSize
 from millprint.config.rows import read_rows
-from millprint.config.section import (
-    Name,
-    Positive,
-    ProjectFile,
-    Section,
-    Seed,
-    first_repeated,
-)
+from millprint.config.section import Name, Positive, ProjectFile, Section, Seed, first_repeated
 from millprint.config.sweep import Case, balls_of
 
 # A line of text in a card.

@@ -7,16 +7,7 @@ from pydantic import Field, model_validator
 from millprint.config.charge import ChargeSection
 from millprint.config.counting import DEFAULT_RULE, RuleName
 from millprint.config.mixture import BallChoice
-from millprint.config.section import (
-    Count,
-    Fraction,
-    Name,
-    NonNegative,
-    Positive,
-    ProjectFile,
-    Section,
-    first_repeated,
-)
+from millprint.config.section import Count, Fraction, Name, NonNegative, Positive, ProjectFile, Section, first_repeated
 
 DescriptorSet = Literal["weighted", "per_collision"]
 # Descriptors for comparing conditions: energy-weighted, which need no counting rule, or the thesis's descriptors.

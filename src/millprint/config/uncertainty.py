@@ -133,47 +133,42 @@ KHARAZ = "Kharaz, Gorham, Salman, Powder Technol. 120 (2001) 281, alumina on gla
 GOVENDER = "Govender et al., BLAZE-DEM of a steel ball mill"
 
 
+def between(section: type[RangeOfValues], low: float, high: float, source: str) -> RangeOfValues:
+    """A distribution between two ends, for defaults."""
+    return section(kind=kind_of(section), low=low, high=high, source=source)
+
+
 class ParametersSection(Section):
     """The contact parameters, each with its distribution. The defaults are wide, for balls that were not measured."""
 
-    restitution: Distribution = UniformSection(
-        kind="uniform",
-        low=0.2,
-        high=0.95,
-        source=f"0.30 coated with powder, 0.68 clean steel: {THESIS}; 0.85 ball on ball: {HLOSTA}; 0.98: {KHARAZ}; the "
-        "lower end, for thicker powder, is assumed",
-    )
+    restitution: Distribution = between(
+        UniformSection, 0.2, 0.95,
+        f"0.30 coated with powder, 0.68 clean steel: {THESIS}; 0.85 ball on ball: {HLOSTA}; 0.98: {KHARAZ}; the lower "
+        "end, for thicker powder, is assumed",
+    )  # fmt: skip
     """coefficient of restitution [-]"""
-    static_friction: Distribution = UniformSection(
-        kind="uniform",
-        low=0.08,
-        high=0.8,
-        source=f"0.30 coated with powder, 0.70 clean steel: {THESIS}; 0.17 ball on ball: {HLOSTA}; 0.14 ball on ball: "
+    static_friction: Distribution = between(
+        UniformSection, 0.08, 0.8,
+        f"0.30 coated with powder, 0.70 clean steel: {THESIS}; 0.17 ball on ball: {HLOSTA}; 0.14 ball on ball: "
         f"{GOVENDER}; 0.092: {KHARAZ}; the upper end is assumed",
-    )
+    )  # fmt: skip
     """static friction of ball on ball [-]"""
-    wall_static_friction: Distribution = UniformSection(
-        kind="uniform",
-        low=0.08,
-        high=0.8,
-        source=f"0.30 coated with powder, 0.70 clean steel: {THESIS}; 0.13 on a steel wall: {HLOSTA}; 0.39 on the "
-        f"shell: {GOVENDER}; the upper end is assumed",
-    )
+    wall_static_friction: Distribution = between(
+        UniformSection, 0.08, 0.8,
+        f"0.30 coated with powder, 0.70 clean steel: {THESIS}; 0.13 on a steel wall: {HLOSTA}; 0.39 on the shell: "
+        f"{GOVENDER}; the upper end is assumed",
+    )  # fmt: skip
     """static friction of ball on wall [-]"""
-    rolling_friction: Distribution = LogUniformSection(
-        kind="loguniform",
-        low=0.005,
-        high=0.09,
-        source=f"0.045 coated with powder, 0.010 clean steel: {THESIS}; a factor of two beyond both is assumed",
-    )
+    rolling_friction: Distribution = between(
+        LogUniformSection, 0.005, 0.09,
+        f"0.045 coated with powder, 0.010 clean steel: {THESIS}; a factor of two beyond both is assumed",
+    )  # fmt: skip
     """rolling friction, ball on ball and ball on wall [-]"""
-    young_modulus_gpa: Distribution = LogUniformSection(
-        kind="loguniform",
-        low=1.0,
-        high=20.5,
-        source="no material is as soft: simulations lower the 205 GPa of steel a hundredfold (thesis Sec. 3.2.3); from "
-        "half of that to ten times as stiff shows what the softening costs",
-    )
+    young_modulus_gpa: Distribution = between(
+        LogUniformSection, 1.0, 20.5,
+        "no material is as soft: simulations lower the 205 GPa of steel a hundredfold (thesis Sec. 3.2.3); from half "
+        "of that to ten times as stiff shows what the softening costs",
+    )  # fmt: skip
     """Young's modulus [GPa]"""
 
     @model_validator(mode="after")

@@ -109,10 +109,7 @@ class PredictionConfig(Section):
 
     conditions: ProjectFile
     """table of conditions: case and the six conditions"""
-    model: str = Field(
-        default="averaged_gpr_final",
-        pattern=STORED_MODEL,
-    )
+    model: str = Field(default="averaged_gpr_final", pattern=STORED_MODEL)
     """stored model: ALGORITHM_STRATEGY, or averaged_gpr_final, which is fitted on all runs"""
     # Largest distance outside a trained range with a prediction, as a fraction of the range [ranges].
     tolerance: ClassVar[float] = 0.01

@@ -240,12 +240,7 @@ def _details(file: KnownFile) -> dict[str, Any]:
         or mimetypes.types_map.get(suffix)
         or ("application/octet-stream" if suffix else "text/plain")
     )
-    return {
-        "name": Path(file.path).name,
-        "contentSize": str(file.size),
-        "sha256": file.sha256,
-        "encodingFormat": known,
-    }
+    return {"name": Path(file.path).name, "contentSize": str(file.size), "sha256": file.sha256, "encodingFormat": known}
 
 
 def _add_file(crate: ROCrate, file: KnownFile) -> Entity:

@@ -30,12 +30,7 @@ JOB_START_S = 2.0
 # largest memory of both [MB].
 OTHER_S, OTHER_MB, OTHER_DISK_MB = 6.0, 750.0, 2.0
 # Jobs of the thesis, at its size, that take much longer: Intel Xeon of type Emerald Rapids, November 2026 [s].
-LONG_S = {
-    "train_surrogate": 282.0,
-    "roll_out_surrogate": 45.0,
-    "hold_out_yields": 56.0,
-    "permute_yields": 36.0,
-}
+LONG_S = {"train_surrogate": 282.0, "roll_out_surrogate": 45.0, "hold_out_yields": 56.0, "permute_yields": 36.0}
 
 
 @dataclass(frozen=True)
