@@ -153,8 +153,8 @@ def packed(name: str, value: Any) -> Any:
     """In single precision, with zeros for outputs that fill up the last panel: (..., outputs) of a bias as it is, and
     (..., inputs, outputs) of a weight as (..., panels, inputs, PANEL).
     """
-    if isinstance(value, tuple):
-        return type(value)(*(packed(field, part) for field, part in zip(value._fields, value, strict=True)))
+    if isinstance(value, Hidden | Entry):
+        return type(value)(*(packed(field, part) for field, part in value._asdict().items()))
     filled = np.pad(value, [(0, 0)] * (value.ndim - 1) + [(0, -value.shape[-1] % PANEL)]).astype(np.float32)
     if name.endswith("bias"):
         return filled
