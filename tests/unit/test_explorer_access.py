@@ -52,7 +52,7 @@ def test_the_tab_key_reaches_every_control_with_a_visible_focus(page, width):
     page.resize(width, 1200)
     wanted = page.run("""
       const shown = (e) => e.checkVisibility() && !e.disabled && (e.type !== "radio" || e.checked);
-      return [...document.querySelectorAll("button, select, input, [tabindex='0']")].filter(shown)
+      return [...document.querySelectorAll("summary, button, select, input, [tabindex='0']")].filter(shown)
         .map((e) => e.id || e.textContent.slice(0, 30) || e.tagName);""")
     assert len(wanted) > 25
     reached = []

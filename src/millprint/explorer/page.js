@@ -60,6 +60,8 @@ class Explorer {
   }
 
   start() {
+    // On a phone the settings come first.
+    byId("tools").open = innerWidth > 760;
     fillOptions(byId("mill"), this.mills.map((mill) => [mill.name, mill.content.title]));
     byId("mills").hidden = this.mills.length === 1;
     byId("mill").addEventListener("change", () => {

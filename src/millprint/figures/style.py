@@ -79,7 +79,9 @@ def write_rows(
     at: where the second column begins, as a fraction of the axis; widths: characters in a line of each; size [pt],
     smaller where there are more lines than `room`.
     """
-    heads, names, texts = ([] for _ in range(3))
+    heads: list[str] = []
+    names: list[str] = []
+    texts: list[str] = []
     for name, text in rows:
         if text is None and heads:
             for lines in (heads, names, texts):
@@ -92,7 +94,8 @@ def write_rows(
             heads.append(name if text is None else "")
     axis.axis("off")
     size *= min(1.0, room / max(len(texts), 1))
-    for x, lines, look in ((0.0, heads, {"fontweight": "bold"}), (0.0, names, {"color": SOFT}), (at, texts, {})):
+    looks: tuple[dict[str, Any], ...] = ({"fontweight": "bold"}, {"color": SOFT}, {})
+    for x, lines, look in zip((0.0, 0.0, at), (heads, names, texts), looks, strict=True):
         axis.text(x, 1, "\n".join(lines), va="top", fontsize=size, transform=axis.transAxes, linespacing=1.3, **look)
 
 
