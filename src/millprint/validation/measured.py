@@ -18,7 +18,7 @@ UNKNOWN = "unknown"
 # Unit -> the tolerated deviation in place of 10 % of the measured value, if any: a ratio of two angles, of two places
 # or of two small counts has little meaning.
 UNITS: dict[str, float | None] = {
-    "W": None, "J/rev": None, "rad/s": None, "m/s": None, "-": None, "degC": None,
+    "W": None, "J/rev": None, "rad/s": None, "m/s": None, "1/s": None, "-": None, "degC": None,
     "deg": 3.0, "m": 0.003, "rings": 0.5,
 }  # fmt: skip
 PERCENT = "%"

@@ -1,0 +1,60 @@
+"""Power of your own mill from a wattmeter, with loose and with fixed balls, beside the predicted power. Example:
+
+    millprint watt my_card loose.tsv fixed.tsv --efficiency 0.5 0.85 --jars 2 --table mine.tsv
+
+my_card is the folder of `millprint card` for the same speed and balls. Each table has the columns time_s and power_W,
+twenty readings or more at a steady speed. Fixed balls are the same balls, tied in a bag or held by wool. The efficiency
+is the range of the share of additional electric power that motor and belt pass on.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from millprint.cli.commands import parser_of
+from millprint.config.errors import ConfigError
+from millprint.config.load import check_model
+from millprint.own_machine.electric import power_of_charge
+from millprint.own_machine.estimates import BLOCKS, block_means
+from millprint.own_machine.prediction import hull_of, read_condition
+from millprint.own_machine.readings import POWER, read_series
+from millprint.own_machine.said import add_options, given, keep, say_power
+from millprint.own_machine.settings import WattSettings
+
+
+def blocks_of(path: Path) -> np.ndarray:
+    """Means of the blocks of a table of powers [W]."""
+    table = read_series(path, POWER, 2 * BLOCKS)
+    try:
+        return block_means(table["time_s"].to_numpy(), table["value"].to_numpy())
+    except ValueError as error:
+        raise ConfigError(f"{path}: {error}") from None
+
+
+def main(arguments: list[str], name: str = "watt") -> None:
+    """Print the difference, the power in the balls, the prediction and the verdict."""
+    parser = parser_of(name, __doc__)
+    parser.add_argument("card", type=Path, help="folder of `millprint card`")
+    parser.add_argument("loose", type=Path, help="table of the power with loose balls")
+    parser.add_argument("fixed", type=Path, help="table of the power with fixed balls")
+    parser.add_argument(
+        "--efficiency", type=float, nargs=2, required=True, metavar=("LOW", "HIGH"), help="of motor and belt [-]"
+    )
+    parser.add_argument("--jars", type=int, help="jars with balls (default: 1)")
+    add_options(parser)
+    options = parser.parse_args(arguments)
+    low, high = options.efficiency
+    asked = {"efficiency_low": low, "efficiency_high": high, **given(options, "jars")}
+    settings = check_model(asked, WattSettings, "options")
+    condition = read_condition(options.card)
+    electric, charge = power_of_charge(blocks_of(options.loose), blocks_of(options.fixed), settings)
+    print(f"{condition.card.name}: {condition.words}")
+    print(f"electric power, loose less fixed balls: {electric} W, of {settings.jars} jars")
+    note = say_power(condition, charge)
+    figure = None
+    if options.figure:
+        from millprint.figures.own_machine_figures import plot_powers
+
+        predicted, _ = hull_of(condition.card.fingerprint.descriptors.power_W)
+        figure = plot_powers({"loose less fixed": electric, "in the balls of a jar": charge, "predicted": predicted})
+    keep(options, condition.row("power by wattmeter", "W", charge, note), figure)

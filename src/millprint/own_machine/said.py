@@ -1,0 +1,59 @@
+"""What the commands `listen`, `warm` and `watt` share: their options, what they print, and the table of the user."""
+
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from millprint.own_machine.estimates import Estimate, verdict_on
+from millprint.own_machine.prediction import Condition, hull_of
+from millprint.own_machine.readings import append_measured
+from millprint.validation.waiting import POWER, fixed_before
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def add_options(parser: ArgumentParser) -> None:
+    """The options of every measurement."""
+    parser.add_argument("--table", type=Path, help="table of your own measurements; a row is added to it")
+    parser.add_argument("--figure", type=Path, help="figure: its name without an ending; PNG and SVG are written")
+
+
+def given(options: Namespace, *names: str) -> dict[str, object]:
+    """The options of these names that were given."""
+    return {name: value for name in names if (value := getattr(options, name)) is not None}
+
+
+def say_power(condition: Condition, measured: Estimate) -> str:
+    """Print a measured power beside the predicted one; returns the verdict with the prediction."""
+    predicted, origins = hull_of(condition.card.fingerprint.descriptors.power_W)
+    verdict = verdict_on(measured, predicted)
+    print(f"measured power: {measured} W\npredicted power: {predicted} W ({origins})\nverdict: {verdict}")
+    note = f"predicted {predicted} W: {verdict}"
+    if (row := _fixed_power(condition)) is None:
+        return note
+    fixed = Estimate(row["value"], row["lower"], row["upper"])
+    print(f"fixed on {row['date']} UTC: {fixed} W: {verdict_on(measured, fixed)}")
+    return f"{note}; fixed on {row['date']}, digest {row['digest']}: {fixed} W: {verdict_on(measured, fixed)}"
+
+
+def _fixed_power(condition: Condition) -> dict | None:
+    """The power that was fixed before for balls of one size in an included mill; None if there is none."""
+    card = condition.card
+    if len(card.balls.sizes) > 1:
+        return None
+    diameter_mm = card.balls.sizes[0].diameter_mm
+    return fixed_before(card.machine.name, diameter_mm, card.balls.fill_ratio, card.machine.speed_rpm, POWER)
+
+
+def keep(options: Namespace, row: dict[str, object], figure: "Figure | None") -> None:
+    """Add the row to the user's table and write the figure, where they were asked for."""
+    if options.table:
+        print(f"{options.table}: row {append_measured(options.table, row)}")
+    if figure and options.figure:
+        # Slow to import, and only a figure needs it.
+        from millprint.figures.style import save
+
+        stem = options.figure.with_suffix("")
+        save(figure, stem.with_suffix(".svg"), stem.with_suffix(".png"))
+        print(f"{stem}.png")

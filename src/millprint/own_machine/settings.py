@@ -1,0 +1,75 @@
+"""What the user says of each measurement: the options of `listen`, `warm` and `watt`."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from millprint.config.dose import BodyName, Cooling
+from millprint.config.section import NonNegative, Positive, Section
+
+
+class ListenSettings(Section):
+    """How a recording is heard; the predicted collisions are heard through the same dead time and echo."""
+
+    low_hz: Annotated[float, Field(ge=100, le=20_000)] = 2000.0
+    """lower end of the band that is heard, above most of a motor's hum [Hz]"""
+    high_hz: Annotated[float, Field(ge=200, le=90_000)] = 12_000.0
+    """upper end [Hz]"""
+    dead_ms: Annotated[float, Field(ge=0.5, le=100)] = 4.0
+    """of two impacts that follow each other within this time the louder one counts [ms]"""
+    echo_ms: Annotated[float, Field(ge=0, le=1000)] = 30.0
+    """within this time of an impact, a weaker sound may be its echo [ms]"""
+    echo_share: Annotated[float, Field(ge=0, lt=1)] = 0.4
+    """loudest echo over its impact; what is weaker within echo_ms is no impact [-]"""
+    pair: Literal["ball_wall", "both"] = "ball_wall"
+    """collisions that are heard: those with the wall, or all"""
+    drop_mm: Positive | None = None
+    """height of the drop of one ball onto the wall, whose recording gives the loudness of a known energy [mm]"""
+
+    @model_validator(mode="after")
+    def _band(self) -> "ListenSettings":
+        if self.high_hz < 1.5 * self.low_hz:
+            raise ValueError(f"high_hz = {self.high_hz:g}: must be at least 1.5 times low_hz = {self.low_hz:g}")
+        return self
+
+
+class WarmSettings(Section):
+    """What is known of a jar that warms."""
+
+    jar_kg: Positive
+    """mass of jar and lid, weighed [kg]"""
+    powder_g: Positive | None = None
+    """powder in the jar; that of the card if left out [g]"""
+    cooling: Cooling | None = None
+    """what cools the jar; that of the card if left out"""
+    start_s: NonNegative | None = None
+    """time of the table at which the mill starts; the first reading if left out [s]"""
+    stop_s: NonNegative | None = None
+    """time at which it stops; the last reading if left out [s]"""
+    body: BodyName = "jar"
+    """what the thermometer touches"""
+    resolution_K: Positive = 0.1
+    """resolution of the thermometer [K]"""
+
+    @model_validator(mode="after")
+    def _in_order(self) -> "WarmSettings":
+        if self.start_s is not None and self.stop_s is not None and self.stop_s <= self.start_s:
+            raise ValueError(f"stop_s = {self.stop_s:g}: must be after start_s = {self.start_s:g}")
+        return self
+
+
+class WattSettings(Section):
+    """How much of the electric power reaches the balls."""
+
+    efficiency_low: Annotated[float, Field(gt=0, le=1)]
+    """lowest share of additional electric power that the motor and its belt pass on [-]"""
+    efficiency_high: Annotated[float, Field(gt=0, le=1)]
+    """highest [-]"""
+    jars: Annotated[int, Field(ge=1, le=8)] = 1
+    """jars with balls; the power is divided among them"""
+
+    @model_validator(mode="after")
+    def _in_order(self) -> "WattSettings":
+        if self.efficiency_low > self.efficiency_high:
+            raise ValueError(f"efficiency_low = {self.efficiency_low:g}: must not be above {self.efficiency_high:g}")
+        return self

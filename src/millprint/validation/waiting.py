@@ -1,0 +1,123 @@
+"""Predictions for the included mills that wait for a measurement: fixed, with their date and a digest.
+
+They are those of the included fingerprints, which need no simulation. The table is only added to: a fingerprint that
+has changed gets new rows with a new date, and the old ones stay.
+"""
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from millprint.config.dose import HeatConfig
+from millprint.config.errors import ConfigError
+from millprint.config.included import load_mill, shipped
+from millprint.config.mixture import ONE_SIZE
+from millprint.dose.heat_balance import BODIES, programme_phases, solve
+from millprint.dose.heat_sources import HeatSource
+from millprint.dose.heat_table import ROOM, balance_of, band, sample
+from millprint.fingerprint.model import Fingerprint, Prediction
+from millprint.fingerprint.ready_made import find_ready_made, ready_made
+from millprint.mill.vessel import build_vessel
+from millprint.run.files import read_table, write_table
+
+TABLE = "config/data/waiting_predictions.tsv"
+CONDITION = ("ball_diameter_mm", "fill_ratio", "speed_rpm")
+COLUMNS = ("mill", *CONDITION, "quantity", "value", "lower", "upper", "unit", "interval", "date", "digest", "why")
+POWER, IMPACTS, WARMING = "power", "impacts a second", "warming of the jar in two minutes"
+WARMING_S = 120.0
+BY_MEAN, BY_HEAT = "the mean of very many simulations", "what is not known of the jar and its cooling"
+FIRST = "fixed for the first time"
+
+
+def digest_of_file(path: Path) -> str:
+    """The digest of a fingerprint's file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+
+
+def warming_K(mill: str, prediction: Prediction, diameter_m: float, density_kg_m3: float) -> tuple[float, float, float]:
+    """Median and band (value, lower, upper) of the warming of a jar in WARMING_S of milling [K].
+
+    Half of the power is taken to be dissipated at the wall; what is not known of jar, powder and cooling is sampled
+    from the default ranges of `dose.heat`.
+    """
+    # Imported here: slow to import.
+    import trimesh
+
+    vessel = build_vessel(load_mill(mill))
+    area = float(trimesh.Trimesh(*vessel.triangles(), process=False).area)
+    powers = [prediction.normal_power_W.value, prediction.tangential_power_W.value, 0.0]
+    source = HeatSource(
+        condition=mill, about={}, power_W=np.array([powers, powers]) / 2,
+        balls_kg=prediction.balls * density_kg_m3 * np.pi / 6 * diameter_m**3,
+        balls_m2=prediction.balls * np.pi * diameter_m**2, inside_m2=area, inside_m3=vessel.volume_m3,
+    )  # fmt: skip
+    settings = HeatConfig()
+    balance = balance_of(settings, mill, source, sample(settings, mill).assign(**{ROOM: 0.0}))
+    times = np.array([0.0, WARMING_S])
+    course = solve(balance, programme_phases(WARMING_S, WARMING_S, 0.0), times)
+    lower, median, upper = band(course.temperature_degC[-1, :, BODIES.index("jar")], settings.probability)
+    return float(median), float(lower), float(upper)
+
+
+def predictions_of(mill: str, fingerprint: Fingerprint) -> pd.DataFrame:
+    """The predictions of a mill, without date: at each simulated speed and ball size, three fill ratios."""
+    low, high = fingerprint.fill_range
+    rows = []
+    for speed_hz, diameter, charge in fingerprint.settings:
+        if charge != ONE_SIZE:
+            continue
+        for fill in (low, float(np.sqrt(low * high)), high):
+            fill = float(f"{fill:.3g}")
+            condition = fingerprint.condition(ball_diameter_m=diameter, fill_ratio=fill, speed_hz=speed_hz)
+            known = fingerprint.predict(condition)
+            place = (mill, float(f"{1e3 * diameter:.6g}"), fill, float(f"{60 * speed_hz:.6g}"))
+            hits = known.specific_frequency_hz * known.balls
+            for quantity, unit, own in ((POWER, "W", known.power_W), (IMPACTS, "1/s", hits)):
+                ends = (own.mean.lower, own.mean.upper) if own.mean else (np.nan, np.nan)
+                rows.append((*place, quantity, own.value, *ends, unit, BY_MEAN))
+            warmed = warming_K(mill, known, diameter, fingerprint.about["density_kg_m3"])
+            rows.append((*place, WARMING, *warmed, "K", BY_HEAT))
+    return pd.DataFrame(rows, columns=list(COLUMNS[: COLUMNS.index("date")]))
+
+
+def read_waiting(path: str | Path = TABLE) -> pd.DataFrame:
+    """The table of fixed predictions. Raises ConfigError as `read_table`."""
+    numbers = [*CONDITION, "value"]
+    texts = [name for name in COLUMNS if name not in (*numbers, "lower", "upper")]
+    return read_table(path, numeric=numbers, text=texts, optional=["lower", "upper"], may_be_blank=["lower", "upper"])
+
+
+def fixed_before(mill: str, diameter_mm: float, fill_ratio: float, speed_rpm: float, quantity: str) -> dict | None:
+    """The latest fixed row of a quantity at a condition; None if there is none, or the mill is another one here."""
+    path = shipped(TABLE)
+    if path is None or find_ready_made(mill) is None:
+        return None
+    table = read_waiting(path)
+    same = (table["mill"] == mill) & (table["quantity"] == quantity)
+    for name, value in zip(CONDITION, (diameter_mm, fill_ratio, speed_rpm), strict=True):
+        same &= np.isclose(table[name], value, rtol=1e-3)
+    return table[same].iloc[-1].to_dict() if same.any() else None
+
+
+def fix_waiting(path: str | Path, now: str, why: str = "") -> list[str]:
+    """Add the predictions of each included mill whose fingerprint is not in the table; returns their names.
+
+    why: the reason for fixing again. Raises ConfigError if a mill was fixed with another fingerprint and no reason is
+    given.
+    """
+    known = read_waiting(path) if Path(path).exists() else pd.DataFrame(columns=list(COLUMNS))
+    tables, fixed = [known], []
+    for mill in ready_made():
+        place = find_ready_made(mill)
+        if place is None or digest_of_file(place) in set(known["digest"]):
+            continue
+        again = mill in set(known["mill"])
+        if again and not why:
+            raise ConfigError(f"{path}: {mill} had been fixed with another fingerprint: say why it changed, by --why")
+        own = predictions_of(mill, Fingerprint.read(place))
+        tables.append(own.assign(date=now, digest=digest_of_file(place), why=why if again else FIRST))
+        fixed.append(mill)
+    write_table(pd.concat([table for table in tables if len(table)], ignore_index=True)[list(COLUMNS)], path, digits=4)
+    return fixed

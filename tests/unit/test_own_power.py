@@ -1,0 +1,182 @@
+"""A thermometer and a wattmeter: power of made-up readings, their intervals, verdicts, and the user's table."""
+
+import numpy as np
+import pytest
+
+from millprint.cli.commands import main
+from millprint.dose.heat_balance import JAR, Balance
+from millprint.own_machine.electric import power_of_charge
+from millprint.own_machine.estimates import Estimate, block_means, mean_of, verdict_on, weighted_quantiles
+from millprint.own_machine.readings import TEMPERATURE, append_measured, read_series
+from millprint.own_machine.settings import WattSettings
+from millprint.own_machine.warming import fit_power, unit_response
+from millprint.validation.measured import measured_points, read_measurements
+from tests.unit.own_recordings import correlated, events, write_condition, write_readings
+
+TIME_S = np.arange(0.0, 601.0, 10.0)
+START_S, STOP_S, POWER_W = 30.0, 150.0, 20.0
+
+
+def balance(rng: np.random.Generator, samples: int, alone: bool = False) -> Balance:
+    """Jars of half a kilogram with balls and powder; alone: a jar that takes all heat and gives it to nobody."""
+
+    def drawn(low: float, high: float) -> np.ndarray:
+        return rng.uniform(low, high, samples)
+
+    share = np.zeros(samples) if alone else drawn(0.5, 0.8)
+    inside = np.full((samples, 3), 1e-6) if alone else np.column_stack([drawn(1, 4), drawn(0.5, 8), drawn(0.5, 5)])
+    return Balance(
+        capacity_J_K=np.column_stack([drawn(130, 150), drawn(10, 30), np.full(samples, 240.0)]),
+        between_W_K=inside, running_W_K=np.full(samples, 1e-6) if alone else drawn(0.3, 2.0),
+        resting_W_K=np.full(samples, 1e-6) if alone else drawn(0.1, 0.5),
+        source_W=np.column_stack([0.8 * share, 0.2 * share, 1 - share]), surroundings_degC=np.zeros(samples),
+    )  # fmt: skip
+
+
+def test_a_jar_alone_warms_by_its_power_over_its_heat_capacity():
+    response = unit_response(balance(np.random.default_rng(0), 100, alone=True), TIME_S, START_S, STOP_S, JAR)
+    ramp = np.clip(TIME_S - START_S, 0, STOP_S - START_S) / 240
+    assert np.abs(response - ramp[:, None]).max() < 1e-5
+    found = fit_power(response, TIME_S, 22 + POWER_W * ramp, resolution_K=1e-4)
+    assert found.power_W.value == pytest.approx(POWER_W, rel=1e-4) and found.described
+    assert found.begin_K_min == pytest.approx(60 * POWER_W / 240, rel=1e-4)
+
+
+def test_intervals_of_the_power_hold_the_truth_as_often_as_they_say():
+    known = unit_response(balance(np.random.default_rng(1), 2000), TIME_S, START_S, STOP_S, JAR)
+    truths = unit_response(balance(np.random.default_rng(2), 60), TIME_S, START_S, STOP_S, JAR)
+    rng, held, widths = np.random.default_rng(3), [], []
+    for truth in truths.T:
+        read = np.round(22 + POWER_W * truth + 0.1 * correlated(rng, len(TIME_S), 0.3), 1)
+        power = fit_power(known, TIME_S, read, 0.1).power_W
+        held.append(power.lower <= POWER_W <= power.upper)
+        widths.append((power.upper - power.lower) / POWER_W)
+    assert np.mean(held) >= 0.88 and np.median(widths) < 0.4
+
+
+def test_readings_that_cool_while_the_mill_runs_are_not_described():
+    response = unit_response(balance(np.random.default_rng(1), 200), TIME_S, START_S, STOP_S, JAR)
+    wave = 22 + 3 * np.sin(TIME_S / 40)
+    assert not fit_power(response, TIME_S, wave, 0.1).described
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.8])
+def test_a_difference_of_powers_holds_the_truth_as_often_as_it_says(memory):
+    held, time_s, settings = [], np.arange(300.0), WattSettings(efficiency_low=1, efficiency_high=1)
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        loose, fixed = (block_means(time_s, mean + 4 * correlated(rng, 300, memory)) for mean in (130.0, 110.0))
+        electric, charge = power_of_charge(loose, fixed, settings)
+        assert electric == pytest.approx(charge)
+        held.append(electric.lower <= 20.0 <= electric.upper)
+    assert np.mean(held) >= 0.88
+
+
+def test_the_range_of_the_efficiency_and_the_jars_enter_the_interval():
+    settings = WattSettings(efficiency_low=0.5, efficiency_high=0.8, jars=2)
+    electric, charge = power_of_charge(np.full(10, 150.0), np.full(10, 110.0), settings)
+    assert electric == (40.0, 40.0, 40.0) and charge == pytest.approx((13.0, 10.0, 16.0))
+
+
+def test_the_mean_of_blocks_is_students_interval():
+    assert mean_of([1.0, 2.0, 3.0]) == pytest.approx((2.0, 2 - 4.3027 / 3**0.5, 2 + 4.3027 / 3**0.5), rel=1e-4)
+    assert list(weighted_quantiles(np.array([3.0, 1.0, 2.0]), np.array([1.0, 1.0, 2.0]), [0.25, 0.5, 1.0])) == [1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("measured", "predicted", "words"),
+    [
+        ((10, 8, 12), (11, 9, 13), "agrees within both intervals"),
+        ((10, 8, 12), (11, 10.9, 11.1), "agrees within the measured interval only"),
+        ((10, 9, 12), (13, 11, 15), "cannot be told: the intervals overlap"),
+        ((10, 9, 11), (20, 18, 22), "predicted 2 times more (1.6 to 2.4)"),
+        ((20, 18, 22), (10, 9, 11), "predicted 2 times less (1.6 to 2.4)"),
+        ((10, -1, 30), (10, 9, 11), "cannot be told: the measured interval spans more than a factor of 10"),
+        ((10, 9, 11), (10, 1, 30), "cannot be told: the predicted interval"),
+    ],
+)
+def test_a_verdict_compares_both_intervals(measured, predicted, words):
+    assert verdict_on(Estimate(*measured), Estimate(*predicted)).startswith(words)
+
+
+@pytest.fixture(scope="module")
+def laboratory(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("laboratory")
+    write_condition(folder / "my_card", *events(np.random.default_rng(7), 1.0, 25.0), 1.0, POWER_W)
+    rng = np.random.default_rng(4)
+    for name, mean in (("loose", 130.0), ("fixed", 100.0)):
+        write_readings(folder / f"{name}.tsv", "power_W", np.arange(300.0), mean + 4 * correlated(rng, 300))
+    # The jar of the card with 20 g of balls: nearly all heat capacity is that of the jar, which does not cool.
+    warming = POWER_W * 0.9 * np.clip(TIME_S - START_S, 0, STOP_S - START_S) / (0.5 * 480 + 0.02 * 480 + 3.2)
+    rows = [
+        f"{moment / 60:.4f};{degC:.2f}".replace(".", ",") for moment, degC in zip(TIME_S, 22 + warming, strict=True)
+    ]
+    (folder / "warm.csv").write_text("\n".join(["# my thermometer", "time_min;temperature_degC", *rows]))
+    return folder
+
+
+def test_both_commands_agree_and_validation_reads_their_rows(laboratory, capsys, monkeypatch):
+    monkeypatch.chdir(laboratory)
+    end = ["--table", "mine.tsv", "--figure", "picture"]
+    warm = ["warm", "my_card", "warm.csv", "--jar-kg", "0.5", "--start-s", "30", "--stop-s", "150"]
+    assert main([*warm, "--cooling", "still_air", *end]) == 0
+    assert main(["watt", "my_card", "loose.tsv", "fixed.tsv", "--efficiency", "0.6", "0.75", *end]) == 0
+    assert capsys.readouterr().out.count("verdict: agrees within both intervals") == 2
+    points = measured_points(read_measurements("mine.tsv", []))
+    assert list(points["id"]) == ["other_power_by_warming", "other_power_by_wattmeter"]
+    assert points["measured_lower"].lt(POWER_W).all() and points["measured_upper"].gt(POWER_W).all()
+
+
+def test_a_row_is_added_to_a_table_that_keeps_its_rows_and_comments(tmp_path):
+    path = tmp_path / "mine.tsv"
+    path.write_text("# of my laboratory\nid\tsetup\tquantity\tx\tvalue\tunit\nold\tslice_mill\tpower\t%\t55:17.5\tW\n")
+    assert append_measured(path, {"id": "old", "quantity": "power by warming", "value": "20", "unit": "W"}) == "old_2"
+    first, _, old, new = path.read_text().splitlines()
+    assert (
+        first == "# of my laboratory" and old.startswith("old\tslice_mill\tpower") and new.startswith("old_2\tunknown")
+    )
+    path.write_text("id\tsetup\nold\tslice_mill\n")
+    with pytest.raises(Exception, match="column quantity is missing"):
+        append_measured(path, {"id": "a"})
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (
+            "time_s\tdegrees\n0\t20\n",
+            "column temperature_degC (or temperature_K) is missing; the table has time_s, degrees",
+        ),
+        ("time_s\ttemperature_degC\n0\t20\n5\t21\n5\t22\n", "column time_s, row 3 = 5: times must rise"),
+        ("time_s\ttemperature_degC\n0\twarm\n", "column temperature_degC, row 1 = 'warm': must be a number"),
+        ("time_s\ttemperature_degC\n0\t295\n1\t500\n", "must be -50 to 400 degC; is the unit right?"),
+        ("time_s\ttemperature_degC\n0\t20\n", "1 readings: needs 3 or more"),
+        ("time_s,temperature_degC\n0,20,5\n", "row 1 has 3 cells, the header 2"),
+        ("", "is missing"),
+    ],
+)
+def test_a_bad_table_is_one_line(tmp_path, text, words):
+    path = tmp_path / "a.tsv"
+    path.write_text(text)
+    with pytest.raises(Exception) as raised:
+        read_series(path, TEMPERATURE, 3)
+    assert str(raised.value).startswith(str(path)) and words in str(raised.value)
+    assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["warm", "my_card", "warm.csv", "--jar-kg", "0.5", "--start-s", "590"], "30 s of readings after it"),
+        (["warm", "my_card", "warm.csv", "--jar-kg", "-1"], "jar_kg"),
+        (["warm", "my_card", "warm.csv", "--jar-kg", "1", "--start-s", "9", "--stop-s", "3"], "must be after start_s"),
+        (["watt", "my_card", "loose.tsv", "fixed.tsv", "--efficiency", "0.8", "0.5"], "must not be above"),
+        (["watt", "my_card", "loose.tsv", "no.tsv", "--efficiency", "0.5", "0.8"], "no.tsv: no such table"),
+        (["watt", "my_card/runs", "loose.tsv", "fixed.tsv", "--efficiency", "0.5", "0.8"], "nothing is predicted yet"),
+    ],
+)
+def test_a_bad_option_is_one_line(laboratory, capsys, monkeypatch, words, said):
+    monkeypatch.chdir(laboratory)
+    assert main(words) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert said in line

@@ -1,0 +1,73 @@
+"""Predictions that wait: the table is what the included fingerprints say, is only added to, and the page shows it."""
+
+import pandas as pd
+import pytest
+
+from millprint.config.errors import ConfigError
+from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.ready_made import find_ready_made, ready_made
+from millprint.validation import waiting
+from millprint.validation.waiting import IMPACTS, POWER, TABLE, WARMING, digest_of_file, fix_waiting, read_waiting
+from tests.conftest import ROOT
+
+PAGE = ROOT / "docs/why/predictions.md"
+
+
+def shown(table: pd.DataFrame) -> list[str]:
+    """The lines of the page: of each mill, the condition in the middle of its table."""
+    lines = []
+    for mill, own in table.groupby("mill", sort=False):
+        places = own[["ball_diameter_mm", "fill_ratio", "speed_rpm"]].drop_duplicates()
+        diameter, fill, speed = places.iloc[len(places) // 2]
+        here = own[(own["ball_diameter_mm"] == diameter) & (own["fill_ratio"] == fill) & (own["speed_rpm"] == speed)]
+        cells = [
+            "{:g} ({:g} to {:g})".format(*(float(f"{own:.3g}") for own in (row.value, row.lower, row.upper)))
+            for name in (POWER, IMPACTS, WARMING)
+            for row in here[here["quantity"] == name].itertuples()
+        ]
+        lines.append(f"| {mill} | {diameter:g} | {fill:g} | {speed:g} | {' | '.join(cells)} |")
+    return lines
+
+
+def test_the_table_holds_what_the_included_fingerprints_predict():
+    table = read_waiting(ROOT / TABLE)
+    assert set(table["mill"]) == set(ready_made())
+    place = find_ready_made("planetary")
+    own = table[(table["digest"] == digest_of_file(place)) & (table["quantity"] == POWER)]
+    fingerprint = Fingerprint.read(place)
+    for row in own.itertuples():
+        condition = fingerprint.condition(
+            ball_diameter_m=row.ball_diameter_mm / 1e3, fill_ratio=row.fill_ratio, speed_rpm=row.speed_rpm
+        )
+        power = fingerprint.predict(condition).power_W
+        assert power.value == pytest.approx(row.value, rel=1e-3)
+        assert power.mean.upper == pytest.approx(row.upper, rel=1e-3)
+    assert len(own) == 9
+
+
+def test_a_condition_finds_what_was_fixed_for_it():
+    row = waiting.fixed_before("planetary", 10.0, 0.15, 300.0, POWER)
+    assert row["unit"] == "W" and row["lower"] < row["value"] < row["upper"] and row["digest"]
+    assert waiting.fixed_before("planetary", 10.0, 0.16, 300.0, POWER) is None
+
+
+def test_the_page_shows_the_latest_rows():
+    table = read_waiting(ROOT / TABLE)
+    latest = table[table["date"] == table.groupby("mill")["date"].transform("max")]
+    text = PAGE.read_text()
+    assert [line for line in shown(latest) if line not in text] == []
+
+
+def test_a_changed_fingerprint_adds_rows_and_keeps_the_old(tmp_path, monkeypatch):
+    path = tmp_path / "waiting.tsv"
+    rows = read_waiting(ROOT / TABLE).query("mill == 'planetary'").reset_index(drop=True)
+    monkeypatch.setattr(waiting, "ready_made", lambda: ["planetary"])
+    monkeypatch.setattr(waiting, "predictions_of", lambda mill, own: rows.drop(columns=["date", "digest", "why"]))
+    assert fix_waiting(path, "2026-01-01 00:00") == ["planetary"] and fix_waiting(path, "2026-01-02 00:00") == []
+    monkeypatch.setattr(waiting, "digest_of_file", lambda place: "another")
+    with pytest.raises(ConfigError, match="say why it changed, by --why"):
+        fix_waiting(path, "2026-01-03 00:00")
+    assert fix_waiting(path, "2026-01-03 00:00", "the walls are exact") == ["planetary"]
+    table = read_waiting(path)
+    assert len(table) == 2 * len(rows) and list(table["date"].unique()) == ["2026-01-01 00:00", "2026-01-03 00:00"]
+    assert table["why"].iloc[-1] == "the walls are exact"
