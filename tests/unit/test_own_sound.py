@@ -129,6 +129,14 @@ def scaled(factor: float) -> tuple[np.ndarray, np.ndarray]:
     return time_s, factor * energy
 
 
+def test_a_simulation_without_impacts_is_one_line(laboratory, capsys, monkeypatch):
+    monkeypatch.chdir(laboratory)
+    write_condition(laboratory / "still", *scaled(0.0), DURATION_S, 5.0)
+    assert main(["listen", "still", "mill.wav"]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("error: still/runs: 0 impacts in 60 turns are predicted; needs 30 in 3")
+
+
 @pytest.mark.parametrize("kind", [np.uint8, np.int16, np.int32, np.float32])
 def test_every_kind_of_wav_is_read_and_the_louder_channel_is_taken(tmp_path, kind):
     sound = 0.5 * np.sin(np.arange(6 * RATE_HZ) / 7)

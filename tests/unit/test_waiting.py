@@ -2,10 +2,10 @@
 
 import pandas as pd
 import pytest
-from millprint.fingerprint.ready_made import find_ready_made, ready_made
 
 from millprint.config.errors import ConfigError
 from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.ready_made import find_ready_made, ready_made
 from millprint.validation import waiting
 from millprint.validation.waiting import IMPACTS, POWER, TABLE, WARMING, digest_of_file, fix_waiting, read_waiting
 from tests.conftest import ROOT
@@ -43,6 +43,12 @@ def test_the_table_holds_what_the_included_fingerprints_predict():
         assert power.value == pytest.approx(row.value, rel=1e-3)
         assert power.mean.upper == pytest.approx(row.upper, rel=1e-3)
     assert len(own) == 9
+
+
+def test_a_condition_finds_what_was_fixed_for_it():
+    row = waiting.fixed_before("planetary", 10.0, 0.15, 300.0, POWER)
+    assert row["unit"] == "W" and row["lower"] < row["value"] < row["upper"] and row["digest"]
+    assert waiting.fixed_before("planetary", 10.0, 0.16, 300.0, POWER) is None
 
 
 def test_the_page_shows_the_latest_rows():

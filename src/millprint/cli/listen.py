@@ -36,6 +36,8 @@ from millprint.own_machine.settings import ListenSettings
 from millprint.own_machine.sound import Ear, Recording, listen
 
 GRAVITY = 9.81
+# Turns of the simulation that an interval needs.
+FEWEST_TURNS = 3
 FLOAT_OPTIONS = {
     "low_hz": "lower end of the band [Hz]",
     "high_hz": "upper end of the band [Hz]",
@@ -47,14 +49,20 @@ FLOAT_OPTIONS = {
 
 
 def simulated_of(condition: Condition, ear: Ear, settings: ListenSettings) -> Series:
-    """The collisions of all runs as they are heard. Raises ConfigError for a run with a histogram only."""
+    """The collisions of all runs as they are heard. Raises ConfigError for histograms, and for too few collisions."""
     found = []
     for run, summary in zip(condition.runs, condition.summaries, strict=True):
         contacts = read_contacts(run / "run.h5")
         if contacts is None:
             raise ConfigError(f"{run / 'run.h5'}: has histograms of collisions only; a shorter window keeps all")
         found.append(predicted(contacts, summary["frequency_hz"], ear, settings))
-    return joined(found)
+    series = joined(found)
+    if series.blocks < FEWEST_TURNS or len(series.size) < FEWEST_IMPACTS:
+        raise ConfigError(
+            f"{condition.runs[0].parent}: {len(series.size)} impacts in {series.blocks} turns are predicted; needs "
+            f"{FEWEST_IMPACTS} in {FEWEST_TURNS}: more window_turns or seeds in card.yaml, or --pair both"
+        )
+    return series
 
 
 def drop_of(path: Path, recording: Recording, condition: Condition, settings: ListenSettings) -> Drop:

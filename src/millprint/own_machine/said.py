@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from millprint.own_machine.estimates import Estimate, verdict_on
 from millprint.own_machine.prediction import Condition, hull_of
 from millprint.own_machine.readings import append_measured
+from millprint.validation.waiting import POWER, fixed_before
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,7 +29,21 @@ def say_power(condition: Condition, measured: Estimate) -> str:
     predicted, origins = hull_of(condition.card.fingerprint.descriptors.power_W)
     verdict = verdict_on(measured, predicted)
     print(f"measured power: {measured} W\npredicted power: {predicted} W ({origins})\nverdict: {verdict}")
-    return f"predicted {predicted} W: {verdict}"
+    note = f"predicted {predicted} W: {verdict}"
+    if (row := _fixed_power(condition)) is None:
+        return note
+    fixed = Estimate(row["value"], row["lower"], row["upper"])
+    print(f"fixed on {row['date']} UTC: {fixed} W: {verdict_on(measured, fixed)}")
+    return f"{note}; fixed on {row['date']}, digest {row['digest']}: {fixed} W: {verdict_on(measured, fixed)}"
+
+
+def _fixed_power(condition: Condition) -> dict | None:
+    """The power that was fixed before for balls of one size in an included mill; None if there is none."""
+    card = condition.card
+    if len(card.balls.sizes) > 1:
+        return None
+    diameter_mm = card.balls.sizes[0].diameter_mm
+    return fixed_before(card.machine.name, diameter_mm, card.balls.fill_ratio, card.machine.speed_rpm, POWER)
 
 
 def keep(options: Namespace, row: dict[str, object], figure: "Figure | None") -> None:

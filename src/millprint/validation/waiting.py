@@ -12,7 +12,7 @@ import pandas as pd
 
 from millprint.config.dose import HeatConfig
 from millprint.config.errors import ConfigError
-from millprint.config.included import load_mill
+from millprint.config.included import load_mill, shipped
 from millprint.config.mixture import ONE_SIZE
 from millprint.dose.heat_balance import BODIES, programme_phases, solve
 from millprint.dose.heat_sources import HeatSource
@@ -87,6 +87,18 @@ def read_waiting(path: str | Path = TABLE) -> pd.DataFrame:
     numbers = [*CONDITION, "value"]
     texts = [name for name in COLUMNS if name not in (*numbers, "lower", "upper")]
     return read_table(path, numeric=numbers, text=texts, optional=["lower", "upper"], may_be_blank=["lower", "upper"])
+
+
+def fixed_before(mill: str, diameter_mm: float, fill_ratio: float, speed_rpm: float, quantity: str) -> dict | None:
+    """The latest fixed row of a quantity at a condition; None if there is none, or the mill is another one here."""
+    path = shipped(TABLE)
+    if path is None or find_ready_made(mill) is None:
+        return None
+    table = read_waiting(path)
+    same = (table["mill"] == mill) & (table["quantity"] == quantity)
+    for name, value in zip(CONDITION, (diameter_mm, fill_ratio, speed_rpm), strict=True):
+        same &= np.isclose(table[name], value, rtol=1e-3)
+    return table[same].iloc[-1].to_dict() if same.any() else None
 
 
 def fix_waiting(path: str | Path, now: str, why: str = "") -> list[str]:
