@@ -110,7 +110,7 @@ def test_nothing_for_graphics_cards_is_locked_and_torch_comes_from_its_index_wit
 
 
 def test_every_package_of_an_extra_is_named_where_it_is_missing():
-    """The module of a package has its name, but for torch-geometric and vtk; tools are not imported."""
+    """The module of a package has its name, but for vtk; tools are not imported."""
     project = tomllib.loads((ENVIRONMENTS.parent / "pyproject.toml").read_text())["project"]
     for extra in ("thesis", "surrogate"):
         names = {Requirement(text).name.replace("-", "_") for text in project["optional-dependencies"][extra]}

@@ -6,7 +6,7 @@ from types import TracebackType
 # The modules of each extra's packages in pyproject.toml.
 EXTRAS = {
     "thesis": ("hyperopt", "molmass", "shap", "xgboost"),
-    "surrogate": ("torch", "torch_geometric"),
+    "surrogate": ("torch",),
     "dev": ("nbclient", "nbformat", "vtkmodules"),
     "docs": ("latex2mathml", "sphinx"),
 }

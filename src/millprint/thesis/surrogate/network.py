@@ -15,8 +15,6 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 from torch.nn.functional import linear
-from torch_geometric.nn import MessagePassing
-from torch_geometric.utils import scatter
 
 from millprint.config.errors import ConfigError
 from millprint.config.section import Section
@@ -141,7 +139,13 @@ def in_one(first: nn.Linear, second: nn.Linear, values: Tensor) -> Tensor:
     return linear(values, second.weight @ first.weight, bias)
 
 
-class InteractionLayer(MessagePassing):
+def mean_of_rows(values: Tensor, row: Tensor, rows: int) -> Tensor:
+    """Mean (rows, width) of the values (n, width) of each row number (n,); 0 for a row without any."""
+    total = values.new_zeros(rows, values.shape[1]).scatter_add(0, row.unsqueeze(1).expand_as(values), values)
+    return total / torch.bincount(row, minlength=rows).clamp(min=1).unsqueeze(1)
+
+
+class InteractionLayer(nn.Module):
     """One round of message passing with mean aggregation (Eqs 6.24 to 6.26).
 
     The first linear layer of a message, on [v_i, v_j, e_ij], is W_i v_i + W_j v_j + W_e e_ij: what nodes add is
@@ -150,7 +154,7 @@ class InteractionLayer(MessagePassing):
     """
 
     def __init__(self, width: int, layers: int):
-        super().__init__(aggr="mean")
+        super().__init__()
         self.message_mlp = Perceptron(3 * width, width, width, layers)
         self.node_mlp = Perceptron(2 * width, width, width, layers)
 
@@ -164,19 +168,14 @@ class InteractionLayer(MessagePassing):
         to_target, to_source, along = message.first.weight.chunk(3, dim=1)
         own, received = update.first.weight.chunk(2, dim=1)
         (sources, source), (targets, target) = (torch.unique(ends, return_inverse=True) for ends in edge_index)
-        mean = self.propagate(
-            torch.stack([source, target]),
-            node=(linear(node[sources], to_source), linear(node[targets], to_target)),
-            edge=linear(edge, along, message.first.bias),
-            size=(len(sources), len(targets)),
-        )
+        # Eq. 6.24: the hidden values of a message, from what both nodes and the edge add to it.
+        sent, taken = linear(node[sources], to_source), linear(node[targets], to_target)
+        added = linear(edge, along, message.first.bias)
+        added = taken.index_select(0, target) + sent.index_select(0, source) + added
+        mean = mean_of_rows(message.between(added), target, len(targets))
         values = linear(node[:updated], own, update.first.bias)
         values.index_add_(0, targets, linear(message.last(mean), received))
         return update.between(values)
-
-    def message(self, node_i: Tensor, node_j: Tensor, edge: Tensor) -> Tensor:
-        """Hidden values of the message into node i from node j, Eq. 6.24, from what both and the edge add to it."""
-        return self.message_mlp.between(node_i + node_j + edge)
 
 
 class SignedDistanceNetwork(nn.Module):
@@ -216,7 +215,7 @@ class SignedDistanceNetwork(nn.Module):
         """Mean of the balls with an edge, through the readout; a graph without any pools to zero."""
         balls = touched.unique()
         graph = graphs.graph_of_ball[balls]
-        pooled = update(scatter(hidden[balls], graph, dim_size=graphs.count, reduce="mean"))
+        pooled = update(mean_of_rows(hidden[balls], graph, graphs.count))
         any_edge = torch.zeros(graphs.count, 1, dtype=torch.bool, device=hidden.device)
         any_edge[graph] = True
         return self.readout(torch.where(any_edge, pooled, 0)).squeeze(1)
