@@ -2,7 +2,6 @@
 
 import numpy as np
 import pandas as pd
-from statsmodels.stats.proportion import proportion_confint
 
 from millprint.fingerprint.bands import factor_of
 from millprint.fingerprint.model import Fingerprint
@@ -20,6 +19,8 @@ def coverage_row(
     `covered_lower`, `covered_upper`: Wilson's interval of the share, at the fingerprint's own probability;
     `error_percent`: root mean square of the errors; `half_width_percent`: median.
     """
+    from statsmodels.stats.proportion import proportion_confint
+
     probability = fingerprint.about["probability"]
     held = np.abs(errors) <= halves
     lower, upper = proportion_confint(held.sum(), held.size, alpha=1 - probability, method="wilson")

@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 
 import pandas as pd
-from statsmodels.regression.linear_model import OLS
-from statsmodels.tools import add_constant
 
 WAYS_OF_RUNNING = {"speed": "constant speed", "power": "constant power"}
 SLOPE_COLUMNS = [
@@ -88,6 +86,9 @@ def fit_slopes(runs: pd.DataFrame, probability: float) -> pd.DataFrame:
     point of fill ratio changes, with its confidence interval; three points leave one degree of freedom, so the
     interval is wide however high R2 is.
     """
+    from statsmodels.regression.linear_model import OLS
+    from statsmodels.tools import add_constant
+
     rows = []
     for mode, title in WAYS_OF_RUNNING.items():
         line = runs[runs["mode"].isin(["reference", mode])]
