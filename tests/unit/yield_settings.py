@@ -24,7 +24,7 @@ SMALL_LIBRARY = {
     },
 }
 SMALL_EVALUATION = {"outer_folds": 3, "outer_repeats": 2, "random_splits": 2, "conformal_folds": 3}
-SMALL = {"evaluations": dict.fromkeys(TUNED, 2), "folds": 3, "repeats": 1}
+SMALL = {"evaluations": dict.fromkeys(TUNED, 2), "folds": 2, "repeats": 1}
 
 
 def thesis_yields() -> dict:
@@ -44,7 +44,7 @@ def settings(**choices) -> YieldConfig:
     section["search"] = SMALL
     section["evaluation"] |= {**SMALL, **SMALL_EVALUATION, "resamples": 200}
     section["averaging"] |= SMALL_LIBRARY
-    section["library_trial"] |= {"sub_libraries": 20, "permutations": 19}
+    section["library_trial"] |= {"sub_libraries": 10, "permutations": 19}
     section["proposals"] |= {"runs": 2, "shortlist": 40, "draws": 200}
     section["retrospective"] |= {"starts": 2, "targets": 2, "chosen_runs": 2, "links": ["avrami"]}
     return check_model(section, YieldConfig, "config.yaml")
