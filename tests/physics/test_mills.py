@@ -100,6 +100,7 @@ def test_the_arm_of_the_shaker_draws_a_figure_of_eight(mills):
     assert crossings == [4, 2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["spex", "mixer"])
 def test_the_power_of_a_shaken_vessel_goes_with_the_cube_of_its_frequency(mills, contacts, name):
     """At fixed amplitude and far above g nothing but the frequency sets a time: P ~ f^3."""
@@ -210,6 +211,7 @@ def test_the_drum_of_the_box_cascades_below_its_critical_speed_and_centrifuges_a
     assert slips[0.6] > 0.5
 
 
+@pytest.mark.slow
 def test_the_arms_of_an_attritor_are_seen_where_they_are(mills, contacts, tmp_path):
     """Pictures and the files for ParaView hold every body in its place, and contacts end on the body touched."""
     case = Case(

@@ -127,6 +127,7 @@ def flat_tray(seed: int, noise_m: float) -> Vessel:
     return tray(floor_grid(4e-3, noise_m, 0.0, rng), 0.06, rng)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise_m", [0.0, 1e-9, 1e-7, 1e-6])
 @pytest.mark.parametrize("restitution", [0.3, 0.8])
 def test_a_hit_on_a_remeshed_floor_is_one_contact_of_its_restitution(noise_m, restitution):

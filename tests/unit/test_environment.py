@@ -81,6 +81,7 @@ def imported(path: Path) -> set[str]:
     return {name.split(".")[0] for name in plain | named} - set(sys.stdlib_module_names) - {"millprint"}
 
 
+@pytest.mark.slow
 def test_everything_that_is_imported_is_declared():
     """The mill imports packages of the core only; the thesis also those of its extras."""
     project = tomllib.loads((ENVIRONMENTS.parent / "pyproject.toml").read_text())["project"]
@@ -117,6 +118,7 @@ def test_every_package_of_an_extra_is_named_where_it_is_missing():
         assert names == set(EXTRAS[extra])
 
 
+@pytest.mark.slow
 def test_a_missing_package_of_an_extra_is_named_in_one_line(tmp_path):
     """The environment of this test has them all, so a finder of packages hides one."""
     program = """
