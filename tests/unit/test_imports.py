@@ -21,16 +21,9 @@ NEEDLESS = {
     "plot_fingerprint": ["numba", "sklearn", "torch", "trimesh"],
     "split_screening": ["matplotlib", "numba", "scipy.stats", "sklearn", "statsmodels", "torch", "trimesh"],
     "draw_mill": ["sklearn", "statsmodels", "torch"],
-    "draw_fingerprint": ["sklearn", "statsmodels", "torch"],
     "write_pages": ["numba", "scipy.stats", "sklearn", "statsmodels", "torch", "trimesh"],
-    "draw_claims": ["numba", "scipy.stats", "sklearn", "statsmodels", "torch", "trimesh"],
-    "add_uncertainty_to_chapters": ["matplotlib", "numba", "scipy.stats", "sklearn", "statsmodels", "torch", "trimesh"],
     "predict_setup": ["matplotlib", "scipy.interpolate", "scipy.optimize", "scipy.stats", "sklearn", "trimesh"],
     "fit_wear": ["numba", "scipy.stats", "sklearn", "torch", "trimesh"],
-    "tabulate_fit": ["matplotlib", "scipy.optimize", "scipy.stats", "sklearn", "torch", "trimesh"],
-    "tabulate_ablations": ["scipy.stats", "sklearn", "torch"],
-    "tabulate_convergence": ["numba", "scipy.stats", "sklearn", "torch", "trimesh"],
-    "study_settings": ["numba", "scipy.stats", "sklearn", "torch", "trimesh"],
     "plot_surrogates": ["scipy.stats", "sklearn", "statsmodels", "trimesh"],
 }
 # Libraries that no script needs to avoid: imported once, before a fork for each script.
