@@ -25,7 +25,7 @@ HINT = || { ls .snakemake/locks/* >/dev/null 2>&1 && echo "If no other run works
 # The halves of `make test`.
 PARTS := test-workflow test-library
 
-.PHONY: help plan install thesis smoke validation unlock verify crate docs test check types fast kernels $(PARTS) fuzz kills slurm lint format bench ablations reference lock clean
+.PHONY: help plan install thesis smoke validation unlock verify crate docs test check types kernels $(PARTS) fuzz kills slurm lint format bench ablations reference lock clean
 
 # What any mill needs; `make thesis` and `make test` install the rest.
 install: $(VENV)/installed  ## install what any mill needs into .venv
@@ -74,19 +74,19 @@ FAST := -m "not slow and not browser and not cluster"
 check: kernels  ## linters, types and the fast tests
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(MAKE) --jobs=2 types fast
+	$(MAKE) --jobs=2 types $(addprefix fast-,unit physics)
 
 types: $(VENV)/complete
 	$(BIN)/mypy
 
-fast: $(VENV)/complete
-	$(RUN) $(BIN)/pytest $(FAST) tests/unit tests/physics
+fast-%: $(VENV)/complete
+	$(RUN) $(BIN)/pytest $(FAST) tests/$*
 
 kernels: $(VENV)/complete
 	$(BIN)/python -c "from millprint.dem.compilation import compile_kernels; compile_kernels()"
 
-# Bad input, random damage and kills.
-FAULTS := $(addprefix tests/workflow/,test_bad_input.py test_bad_files.py test_fuzz.py test_kills.py)
+# Bad input and random damage, which need no run.
+FAULTS := $(addprefix tests/workflow/,test_bad_input.py test_bad_files.py test_fuzz.py)
 test-workflow: $(VENV)/complete
 	$(RUN) $(BIN)/pytest tests/workflow $(addprefix --ignore=,$(FAULTS))
 

@@ -27,6 +27,7 @@ def state_after(simulation, steps_a_call: int) -> tuple[list[np.ndarray], list[f
     return [simulation.balls.position, simulation.balls.rate, simulation.totals, *values], shares
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("mill", "speed_rpm"), [("emax", 1200), ("attritor", 350)])
 def test_a_look_in_every_step_gives_the_same_bits(mills, contacts, mill, speed_rpm):
     """Each call begins with a look, so that calls of one step check every candidate that is near at that moment."""

@@ -27,12 +27,12 @@ def settings(**changed) -> SwingConfig:
     """The thesis's release, with a short track and a small search."""
     values = {
         "release": {"down": [-1, 0, 0], "across": [0, 1, 0]},
-        "duration_s": 0.8,
+        "duration_s": 0.6,
         "noise_mm": 0.2,
         "seed": 3,
         "static_friction": [0.1, 1.0],
         "rolling_friction": [0.01, 0.15],
-        "search_simulations": 100,
+        "search_simulations": 50,
         "profile_points": 2,
     }
     return Swings(**values | changed)
@@ -135,8 +135,7 @@ def test_a_track_that_never_slips_leaves_static_friction_open_above(cylinder, co
     chosen = settings(
         release={"down": [-1, 0, 0], "across": [0, 1, 0], "height_fraction": 0.2},
         static_friction=[0.3, 1.0],
-        search_simulations=60,
-        duration_s=0.6,
+        search_simulations=40,
     )
     swing = make_swing(cylinder, contacts["calibrated"], RAYLEIGH_FRACTION_MAX, 2 * BALL, chosen)
     fit = fit_friction(simulate_track(swing, chosen), swing.positions, chosen, 0.95)

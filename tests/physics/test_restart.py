@@ -98,11 +98,11 @@ def test_a_run_that_was_stopped_twice(unbroken, mills, contacts, tmp_path, monke
 @pytest.mark.slow
 def test_a_longer_window_is_restarted_too(mills, contacts, tmp_path, monkeypatch, small_chunks):
     """A window that is made longer until the powers are known well, stopped in its second part."""
-    case = CASE.model_copy(update={"power_error_max": 1e-6, "window_max_s": 0.16})
+    case = CASE.model_copy(update={"power_error_max": 1e-6, "window_max_s": 0.11})
     whole = run(tmp_path / "whole", mills, contacts, case)
-    assert whole["window_s"] == pytest.approx(3 * 0.05)
+    assert whole["window_s"] == pytest.approx(2 * 0.05)
     with monkeypatch.context() as patched, pytest.raises(Killed):
-        kill_after(patched, 110)
+        kill_after(patched, 75)
         run(tmp_path / "parts", mills, contacts, case)
     parts = run(tmp_path / "parts", mills, contacts, case)
     assert (parts["window_s"], parts["ledger_J"]) == (whole["window_s"], whole["ledger_J"])

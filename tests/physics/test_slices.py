@@ -40,6 +40,7 @@ def at_rest() -> tuple[Simulation, np.ndarray]:
     return simulation, np.concatenate(recording.snapshots)
 
 
+@pytest.mark.slow
 def test_the_walls_carry_the_weight_of_a_bed_at_rest(at_rest):
     """Forces of balls on balls cancel, so the sum of all contact forces is what the walls give: m g, upwards."""
     simulation, balls = at_rest

@@ -323,6 +323,7 @@ def test_a_card_that_no_setting_meets_is_said_so(written):
     assert "none of the requested fill ratios" in verdict(card, mill, empty)[0]
 
 
+@pytest.mark.slow
 def test_collisions_counted_by_another_gap_are_refused_in_one_line(written):
     card = read_card(written(card_content(gap_turns=0.9)))
     with pytest.raises(ConfigError, match=r"gap of 0\.9 turns") as caught:

@@ -81,6 +81,7 @@ def test_what_is_wrong_is_one_line(tmp_path, monkeypatch, capsys, ran, words, pa
     assert not ran and not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", kinds())
 def test_each_kind_is_a_mill_with_its_defaults(kind):
     template = read_template(kind)

@@ -193,6 +193,7 @@ def outputs(folder, name):
     return folder / f"{name}.svg", folder / f"{name}.png"
 
 
+@pytest.mark.slow
 def test_the_verdict_and_the_figure_come_from_the_written_table(files):
     choice = read_json(files / "timestep.json")
     assert choice["series"][0]["taken_step_s"] == 2e-6

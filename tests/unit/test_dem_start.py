@@ -142,6 +142,7 @@ def test_the_largest_fill_of_a_slice_is_that_of_one_plane(tmp_path, monkeypatch)
     assert fill == pytest.approx(most * math.pi / 6 * diameter**3 / volume, abs=0.011)
 
 
+@pytest.mark.slow
 def test_a_slice_may_lie_in_any_direction(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     turn = trimesh.transformations.rotation_matrix(0.7, [1, 2, 3])[:3, :3]

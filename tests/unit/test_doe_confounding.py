@@ -141,6 +141,7 @@ def checked(runs: pd.DataFrame) -> pd.Series:
     return residual_checks(small, runs, fit_factors(small, runs), 400, seed=1).set_index("check")["p_simulated"]
 
 
+@pytest.mark.slow
 def test_a_drift_over_the_run_order_is_found_only_where_there_is_one(config):
     runs = planted(config, np.zeros(27))
     assert checked(runs)[["trend_over_run_order", "durbin_watson"]].min() > 0.05
@@ -155,6 +156,7 @@ def test_without_the_run_order_its_check_is_marked(config, runs):
     assert "trend_over_run_order" not in table.index
 
 
+@pytest.mark.slow
 def test_a_spread_that_grows_with_a_factor_and_a_curved_yield_are_found(config):
     table = design_table(config)
     noise = np.random.default_rng(8).normal(size=27) * np.array([0.2, 1.0, 6.0])[table["C"]]

@@ -89,6 +89,7 @@ def test_a_balanced_design_gives_the_same_sums_whatever_their_type(config, runs)
     np.testing.assert_allclose(third, first, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_in_the_design_as_run_the_type_matters(corrected):
     sums = corrected["sum_of_squares"]
     assert sums["II", "D"] == pytest.approx(0.012090, abs=1e-6)
@@ -137,6 +138,7 @@ def test_noncentrality_puts_f_at_the_tail():
     assert noncentrality(0.3, 4, 6, 0.975) == 0.0
 
 
+@pytest.mark.slow
 def test_effect_intervals_cover_the_true_share_as_often_as_they_say():
     share, freedom, residual, total, confidence = 0.4, 2, 6, 27, 0.8
     true = share / (1 - share) * total

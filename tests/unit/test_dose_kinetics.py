@@ -44,6 +44,7 @@ def test_twice_the_powder_halves_the_dose_of_the_screening_runs():
     assert table.loc["6", TOTAL] / table.loc["4", TOTAL] == pytest.approx(20 / 5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("law", "axis", "parameters"),
     [("first order", TOTAL, (0.1,)), ("Avrami", "time_h", (0.1, 2.5)), ("threshold", NORMAL, (0.15, 0.3))],

@@ -221,6 +221,7 @@ def real_run(request, tmp_path_factory):
     return folder / "run.h5", run_case(case, mill, contact, dem, folder / "run.h5", folder / "summary.json")
 
 
+@pytest.mark.slow
 def test_spectra_of_a_real_run_hold_its_ledger_and_its_count(real_run):
     """For every mill of the box and every rule; a threshold drops power, which is told."""
     path, summary = real_run
@@ -264,6 +265,7 @@ def sheet_of(summary: pd.DataFrame) -> pd.DataFrame:
     return with_rows(pd.DataFrame(told, columns=SHEET), sheet_rows(summary, fingerprint()))
 
 
+@pytest.mark.slow
 def test_the_sheet_has_the_spectra_of_the_nearest_simulated_condition():
     spectra, summary = made_spectra(descriptors(), ("gap_0_03", "lifetimes"))
     own, _ = sheet_condition(fingerprint(), descriptors())
@@ -279,6 +281,7 @@ def test_the_sheet_has_the_spectra_of_the_nearest_simulated_condition():
     )
 
 
+@pytest.mark.slow
 def test_counting_rules_are_shown_to_differ_and_by_how_much():
     spectra, summary = made_spectra(descriptors(), ("gap_0_03", "lifetimes"))
     sheet = sheet_of(summary)

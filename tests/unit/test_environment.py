@@ -81,6 +81,7 @@ def imported(path: Path) -> set[str]:
     return {name.split(".")[0] for name in plain | named} - set(sys.stdlib_module_names) - {"millprint"}
 
 
+@pytest.mark.slow
 def test_everything_that_is_imported_is_declared():
     """The mill imports packages of the core only; the thesis also those of its extras."""
     project = tomllib.loads((ENVIRONMENTS.parent / "pyproject.toml").read_text())["project"]
@@ -110,13 +111,14 @@ def test_nothing_for_graphics_cards_is_locked_and_torch_comes_from_its_index_wit
 
 
 def test_every_package_of_an_extra_is_named_where_it_is_missing():
-    """The module of a package has its name, but for torch-geometric and vtk; tools are not imported."""
+    """The module of a package has its name, but for vtk; tools are not imported."""
     project = tomllib.loads((ENVIRONMENTS.parent / "pyproject.toml").read_text())["project"]
     for extra in ("thesis", "surrogate"):
         names = {Requirement(text).name.replace("-", "_") for text in project["optional-dependencies"][extra]}
         assert names == set(EXTRAS[extra])
 
 
+@pytest.mark.slow
 def test_a_missing_package_of_an_extra_is_named_in_one_line(tmp_path):
     """The environment of this test has them all, so a finder of packages hides one."""
     program = """

@@ -151,6 +151,7 @@ def page(run, browser):
         assert page.errors == []
 
 
+@pytest.mark.slow
 @needs_browser
 def test_the_page_computes_what_the_library_computes(run, page):
     states = _states(run["content"], 24)
@@ -244,6 +245,7 @@ def test_a_page_without_further_intervals_tells_both_bands_apart(run, page, tmp_
     assert [line.split(":")[0] for line in page.run(script)] == ["a new simulation", "the mean"]
 
 
+@pytest.mark.slow
 @needs_browser
 @pytest.mark.parametrize("left_open", [(), ("specific_frequency_hz",)])
 def test_the_page_finds_the_nearest_conditions_that_the_library_finds(run, page, left_open):

@@ -21,6 +21,7 @@ def page(built, browser):
         assert page.errors == []
 
 
+@pytest.mark.slow
 @needs_browser
 @pytest.mark.parametrize("width", [DESKTOP, PHONE])
 def test_axe_finds_no_fault_with_everything_shown(page, width):

@@ -53,6 +53,7 @@ def page(browser):
         assert page.errors == []
 
 
+@pytest.mark.slow
 @needs_browser
 @pytest.mark.parametrize("name", ["both", "alone"])
 def test_the_page_computes_what_the_library_computes_of_charges(mills, page, name):

@@ -175,6 +175,7 @@ def test_what_a_killed_process_was_writing_is_removed(tmp_path):
     assert other.exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", ["hdf5", "table"])
 def test_a_full_disk_ends_a_job_in_one_line_and_leaves_nothing_half_written(tmp_path, what):
     """A file may be no larger than 100 kB, which fails as a full disk does: in the middle of a write."""

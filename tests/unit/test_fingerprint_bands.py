@@ -219,6 +219,7 @@ def _written(own: Fingerprint, folder: Path) -> Path:
     return folder / "plain.json"
 
 
+@pytest.mark.slow
 def test_the_scripts_add_every_interval_and_tabulate_them(plain, tmp_path):
     """From the files of a mill's own sweep: the fingerprint with its intervals, the sheet and the curves."""
     files = {name: tmp_path / f"{name}.json" for name in ("plain", "contact", "fingerprint")}

@@ -69,6 +69,7 @@ def test_a_charge_is_apart_from_balls_of_one_size_as_large_as_its_mean_ball():
     assert sorted(tabulate_descriptors(runs, "gap_0_03")["charge"]) == ["", "three"]
 
 
+@pytest.mark.slow
 def test_a_prediction_for_other_balls_says_so(both):
     alone = fitted(charged())
     assert outside(alone, MEAN_M, "three") == ()
@@ -79,6 +80,7 @@ def test_a_prediction_for_other_balls_says_so(both):
     assert outside(both, MEAN_M, "four") == ("charge",)
 
 
+@pytest.mark.slow
 def test_a_larger_charge_does_not_widen_the_range_of_balls_of_one_size():
     large = THREE.model_copy(update={"sizes_mm": (24.0, 20.0, 12.0), "name": "large"})
     runs = summaries(error=0.002) + [summary(fill, mixture=large, error=0.002) for fill in FILLS]
@@ -101,6 +103,7 @@ def test_walls_are_named_where_they_differ():
     assert about["wall_static_friction"] == 0.5 and "wall_restitution" not in about
 
 
+@pytest.mark.slow
 def test_a_charge_is_no_other_size_of_balls():
     """A charge with twice the power changes no exponent of the ball size."""
     runs, odd = (
@@ -116,6 +119,7 @@ def test_a_charge_is_no_other_size_of_balls():
     assert found["both"] == pytest.approx(found["alone"], rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speeds", [(600.0,), (600.0, 1200.0)])
 def test_a_mill_with_a_charge_alone_has_a_sheet(speeds):
     runs = [{**run, "wall_static_friction": 0.5} for run in charged(speeds, FILLS[2:5])]
@@ -165,6 +169,7 @@ def described(fingerprint: Fingerprint, choice: float | str, **condition: float)
     return {name: getattr(found, name).value for name in TARGET_DESCRIPTORS} | {"power_W": found.power_W.value}
 
 
+@pytest.mark.slow
 def test_each_charge_keeps_what_is_its_own(unlike):
     """Departures of one charge are not carried to another, nor to balls of one size as large as its mean ball."""
     for choice, factor in ((10.0, 1.0), ("three", 1.5), ("twice", 3.0)):
@@ -194,6 +199,7 @@ def test_left_out_conditions_of_charges_are_covered(unlike):
     assert table.loc[table["left_out"] == "condition", "conditions"].eq(len(FILLS) * 4 + 2 * 2 * len(FILLS[::2])).all()
 
 
+@pytest.mark.slow
 def test_a_charge_is_found_again_from_its_descriptors(unlike):
     target = described(unlike, "twice", speed_hz=14.0, fill_ratio=0.12)
     target.pop("power_W")
@@ -204,6 +210,7 @@ def test_a_charge_is_found_again_from_its_descriptors(unlike):
     assert best["speed_rpm"] == pytest.approx(840, rel=5e-3) and best["fill_ratio"] == pytest.approx(0.12, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_a_charge_of_another_mill_can_be_the_target(unlike, tmp_path):
     unlike.write(tmp_path / "other.json")
     like = {
@@ -249,6 +256,7 @@ def test_balls_of_which_nothing_is_known_are_refused_in_one_line(unlike):
     }
 
 
+@pytest.mark.slow
 def test_the_command_line_takes_charges_by_name(unlike, tmp_path, capsys):
     file = str(tmp_path / "fingerprint.json")
     unlike.write(file)

@@ -84,6 +84,7 @@ def few_fills(content):
         sweep["fill_ratios"] = [0.08, 0.10]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "message"),
     [

@@ -69,6 +69,7 @@ def hits(rng: np.random.Generator, runs: int) -> dict[str, np.ndarray]:
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("runs", [1, 4])
 def test_both_bands_hold_as_often_as_they_say(runs):
     rng = np.random.default_rng(10)
@@ -105,6 +106,7 @@ def test_new_conditions_lie_within_the_sweep_and_have_seeds_of_their_own():
     assert {case.rayleigh_fraction for case in new} == {case.rayleigh_fraction for case in known}
 
 
+@pytest.mark.slow
 def test_new_simulations_are_counted_against_the_band_of_a_new_simulation():
     own = Fingerprint.fit(descriptors(), VOLUME, 0.95)
     table = descriptors(fills=(0.08, 0.15), speeds=(800.0,)).assign(seed=1000)

@@ -145,6 +145,7 @@ def test_variables_changed_only_together_have_no_exponents():
     assert set(table["remark"]) == {"not varied with all else kept"}
 
 
+@pytest.mark.slow
 def test_the_factor_of_the_restitution_is_an_exponent_too():
     """Sets that obey Eqs 3.31 and 3.32 have the exponent -1/2 of 1 - eps; equal sets have none."""
     obeying = summaries(factor=1 / np.sqrt(1 - 0.117037))

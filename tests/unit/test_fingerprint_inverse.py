@@ -79,6 +79,7 @@ def test_no_weight_at_all_is_refused():
         nearest_speed(TARGET, CURVES, at(0.01), {})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("speed", "diameter", "fill"), [(10.0, 0.01, 0.10), (18.0, 0.005, 0.17), (12.5, 0.008, 0.06)])
 def test_a_condition_is_found_again_from_its_descriptors(curves, speed, diameter, fill):
     target = target_at(curves, speed_hz=speed, ball_diameter_m=diameter, fill_ratio=fill)
@@ -137,6 +138,7 @@ def file(curves, tmp_path_factory) -> str:
 REQUEST = {"speeds_rpm": [300, 1200], "fill_ratios": [0.04, 0.40], "ball_diameters_mm": [5, 8, 10]}
 
 
+@pytest.mark.slow
 def test_the_command_line_finds_a_known_condition(curves, file, tmp_path, capsys):
     target = target_at(curves, speed_hz=15.0, ball_diameter_m=0.008, fill_ratio=0.12)
     *energies, frequency = (f"{target[name]:.10g}" for name in TARGET)
@@ -151,6 +153,7 @@ def test_the_command_line_finds_a_known_condition(curves, file, tmp_path, capsys
     assert printed[2].split()[:4] == ["1", "emax", "calibrated", "8.0"]
 
 
+@pytest.mark.slow
 def test_a_yaml_file_asks_for_a_condition_of_another_mill(file, tmp_path):
     like = {"fingerprint": file, "speed_rpm": 700, "ball_diameter_mm": 10, "fill_ratio": 0.15}
     request = tmp_path / "request.yaml"
@@ -162,6 +165,7 @@ def test_a_yaml_file_asks_for_a_condition_of_another_mill(file, tmp_path):
     assert table.loc[0, "fill_ratio"] == pytest.approx(0.15, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_the_powder_that_gives_the_target_is_chosen(curves):
     """Of two contact sets, the one that the target came from."""
     strong = Fingerprint.fit(tabulate_descriptors(summaries(contacts=("steel",), factor=1.4), "gap_0_03"), VOLUME, 0.95)
@@ -170,6 +174,7 @@ def test_the_powder_that_gives_the_target_is_chosen(curves):
     assert table["contact"].iloc[0] == "steel"
 
 
+@pytest.mark.slow
 def test_another_counting_rule_cannot_be_compared(curves, file, tmp_path):
     content = json.loads(Path(file).read_text())
     content["about"]["collision_gap_turns"] = 0.01
@@ -214,6 +219,7 @@ def analysed(curves, tmp_path_factory) -> str:
     return str(path)
 
 
+@pytest.mark.slow
 def test_a_ranking_has_the_intervals_by_contact_parameters_of_those_that_have_them(curves, analysed):
     request = allowed((300, 1200), (0.04, 0.40), (10,))
     plain = rank_conditions(TARGET, [curves], request)
@@ -238,6 +244,7 @@ def test_a_fill_ratio_that_was_not_analysed_has_no_interval_in_a_ranking(curves,
     assert len(table) and table.filter(like="_by_contact_").isna().all(axis=None)
 
 
+@pytest.mark.slow
 def test_the_command_line_shows_intervals_by_contact_parameters_and_what_two_mills_share(
     analysed, file, tmp_path, capsys
 ):
@@ -298,6 +305,7 @@ def test_a_match_with_another_mill_has_the_intervals_of_the_ratio(curves, file, 
     assert all(f"{short} ratio" in head and f"{short} ratio by contact" in head for short in ("En", "Et", "f"))
 
 
+@pytest.mark.slow
 def test_intervals_of_two_probabilities_make_no_ratio(curves, file):
     like = {"fingerprint": file, "speed_rpm": 700, "ball_diameter_mm": 10, "fill_ratio": 0.12}
     request = MatchConfig(**REQUEST, targets=[{"name": "other", "like": like}])

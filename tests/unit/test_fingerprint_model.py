@@ -72,6 +72,7 @@ def test_the_curve_passes_through_an_exact_mill(own):
     np.testing.assert_allclose(table["ratio"], table["Pt"] / table["Pn"], rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_band_holds_the_stated_fraction_of_new_conditions(noisy):
     new = scattered(3)
     band = noisy.curve(new["fill_ratio"].to_numpy())
@@ -127,6 +128,7 @@ def test_predictions_of_an_exact_mill_scale_as_the_equations_say(own):
     assert far.power_W.value == pytest.approx(2 * 1.4**2 * base.power_W.value, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_a_departure_from_the_scaling_is_learned():
     """A mill whose scaled frequency falls with omega^-0.3: predicted at a speed that was not simulated."""
     runs = summaries(speeds=(600.0, 800.0, 1200.0), error=2e-3)

@@ -37,6 +37,7 @@ def test_what_is_left_out_is_predicted_as_by_a_process_that_never_knew_it(proces
     np.testing.assert_allclose(deviations, np.concatenate([deviation for _, deviation in wanted]), rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_of_many_conditions_some_give_the_parameters_and_all_of_them_the_curves(monkeypatch):
     table = descriptors()
     whole = Fingerprint.fit(table, VOLUME, 0.95)

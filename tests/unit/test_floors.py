@@ -33,12 +33,14 @@ def files_of(room: str) -> list[Path]:
     return [PACKAGE / f"{room}.py"] if (PACKAGE / f"{room}.py").exists() else sorted((PACKAGE / room).rglob("*.py"))
 
 
+@pytest.mark.slow
 def test_nothing_of_the_mill_imports_the_thesis():
     others = [path for path in PACKAGE.rglob("*.py") if "thesis" not in path.relative_to(PACKAGE).parts]
     assert len(others) > 150
     assert not [path for path in others if any(name.startswith("millprint.thesis") for name in imported_by(path))]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("room", BELOW)
 def test_imports_point_down(room):
     found = {name.split(".")[1] for path in files_of(room) for name in imported_by(path)}

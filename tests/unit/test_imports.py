@@ -31,11 +31,8 @@ NEEDLESS = {
     "split_screening": ["matplotlib", "numba", "scipy.stats", "sklearn", "statsmodels", "torch", "trimesh"],
     "draw_mill": ["sklearn", "statsmodels", "torch"],
     "write_pages": ["numba", "scipy.stats", "sklearn", "statsmodels", "torch", "trimesh"],
-    "draw_claims": ["numba", "scipy.stats", "sklearn", "statsmodels", "torch", "trimesh"],
     "predict_setup": ["matplotlib", "scipy.interpolate", "scipy.optimize", "scipy.stats", "sklearn", "trimesh"],
     "fit_wear": ["numba", "scipy.stats", "sklearn", "torch", "trimesh"],
-    "tabulate_fit": ["matplotlib", "scipy.optimize", "scipy.stats", "sklearn", "torch", "trimesh"],
-    "study_settings": ["numba", "scipy.stats", "sklearn", "torch", "trimesh"],
     "plot_surrogates": ["scipy.stats", "sklearn", "statsmodels", "trimesh"],
 }
 # Libraries that no script needs to avoid: imported once, before a fork for each script.

@@ -252,6 +252,7 @@ def measures(error: float) -> pd.DataFrame:
     return pd.DataFrame(rows).assign(dem_reference=0.5, length_s=1.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("errors", "expected"),
     [

@@ -205,6 +205,7 @@ def test_the_radius_of_a_drum_is_that_of_its_hollow_whatever_stands_in_its_wall(
     assert travel_m(build_bodies(made, 60), 60) == pytest.approx(0.05, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_the_volume_of_a_part_in_a_round_wall_is_measured():
     """Against random points, half a million in the box of the rod."""
     rod = {"name": "rod", "geometry": {**ROD, "radius_mm": 8, "axis": "x", "height_mm": 60, "centre_mm": [35, 0, 50]}}
@@ -267,6 +268,7 @@ def test_preflight_names_every_mill_that_does_not_hold():
     assert list(checked_bodies({"good": attritor()})) == ["good"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [0.0, 0.3])
 def test_balls_start_around_an_insert_at_its_first_pose(angle):
     made = mill(

@@ -51,6 +51,7 @@ def join(*meshes: trimesh.Trimesh) -> trimesh.Trimesh:
     return trimesh.util.concatenate(meshes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["emax", "emax_post"])
 @pytest.mark.parametrize(("suffix", "rounding_m"), [("stl", 2e-8), ("obj", 2e-9)])
 def test_a_jar_from_a_file_has_the_facets_that_its_parameters_give(name, suffix, rounding_m):

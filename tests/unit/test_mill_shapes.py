@@ -42,6 +42,7 @@ def solid(shape: dict, **changes) -> Vessel:
     return Vessel(shape_facets(geometry, "mill.yaml: geometry", solid=True), solid=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SHAPES)
 def test_a_hollow_is_watertight_and_smooth_ones_are_convex(name):
     made = vessel(SHAPES[name])
@@ -54,6 +55,7 @@ def test_a_hollow_is_watertight_and_smooth_ones_are_convex(name):
     assert max(flat) < 3 * LATTICE * made.size
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "volume_mm3"),
     [

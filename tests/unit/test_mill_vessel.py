@@ -25,6 +25,7 @@ def vessels() -> dict[str, Vessel]:
     return {name: build_vessel(load_named(MILLS, name, MillConfig, "mill")) for name in NAMES}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_walls_are_watertight_and_enclose_the_volume(vessels, name):
     vessel = vessels[name]
@@ -106,6 +107,7 @@ def test_signed_distance_is_negative_inside(vessels):
     assert share * np.prod(np.ptp(cube, axis=0)) == pytest.approx(vessel.volume_m3, rel=0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["emax", "emax_post"])
 def test_points_in_line_with_a_corner_are_inside_or_outside_without_doubt(vessels, name):
     """Rounding must not let a ray through a corner count it twice or not at all."""

@@ -66,6 +66,7 @@ def settings() -> MillsConfig:
     return check_model(read_yaml(CONFIG / "config.yaml"), WorkflowConfig, "config.yaml").mills
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(file.stem for file in (CONFIG / "mills").glob("*.yaml")))
 def test_a_mill_of_ours_holds_its_volume_within_its_tolerance(name):
     made = mill(name)
@@ -180,6 +181,7 @@ def test_every_condition_of_a_sweep_is_simulated_with_every_seed(settings):
     assert len({case.path for case in several}) == 6
 
 
+@pytest.mark.slow
 def test_a_fingerprint_of_several_seeds_is_that_of_their_mean(tmp_path, monkeypatch):
     """The seeds of a condition are one condition: as many means, and powers between those of the runs."""
     # Made-up summaries have no contacts.

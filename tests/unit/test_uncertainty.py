@@ -383,7 +383,7 @@ def bistable_samples(settings: UncertaintyConfig) -> pd.DataFrame:
 @pytest.mark.slow
 @pytest.mark.parametrize("samples_of", [synthetic_samples, bistable_samples])
 def test_an_interval_holds_its_own_samples_and_lies_where_they_lie(samples_of, tmp_path):
-    settings = UncertaintyConfig(samples=128, base_samples=128, draws=8)
+    settings = UncertaintyConfig(samples=64, base_samples=64, draws=8)
     fills = [0.06, 0.1, 0.17, 0.3]
     samples = samples_of(settings)
     found = measure(samples, space_of(EMAX, settings), fills, CALIBRATED, [], settings)
@@ -392,7 +392,7 @@ def test_an_interval_holds_its_own_samples_and_lies_where_they_lie(samples_of, t
     for fill, row in rows.iterrows():
         near = samples["Pt"][np.abs(np.log(samples["filled_ratio"] / fill)) < 0.05]
         assert len(near) and near.between(row["lower"] / 1.05, row["upper"] * 1.05).all()
-    assert rows["upper"].max() < 1.25 * samples["Pt"].max() and rows["lower"].min() > samples["Pt"].min() / 1.25
+    assert rows["upper"].max() < 1.3 * samples["Pt"].max() and rows["lower"].min() > samples["Pt"].min() / 1.3
     # A fingerprint whose own curve lies elsewhere takes the ends over, and not their ratio to the emulator's value.
     about = {"mill": "emax", "contact": "calibrated", "counting_rule": RULE}
     read = read_factors(str(tmp_path / "contact.json"), "contact", about)

@@ -5,7 +5,7 @@ import pytest
 
 from millprint.config.errors import ConfigError
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.ready_made import find_ready_made, ready_made
+from millprint.fingerprint.readers import find_ready_made, ready_made
 from millprint.validation import waiting
 from millprint.validation.waiting import IMPACTS, POWER, TABLE, WARMING, digest_of_file, fix_waiting, read_waiting
 from tests.conftest import ROOT

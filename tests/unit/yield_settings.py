@@ -24,7 +24,7 @@ SMALL_LIBRARY = {
     },
 }
 SMALL_EVALUATION = {"outer_folds": 3, "outer_repeats": 2, "random_splits": 2, "conformal_folds": 3}
-SMALL = {"evaluations": dict.fromkeys(TUNED, 2), "folds": 3, "repeats": 1}
+SMALL = {"evaluations": dict.fromkeys(TUNED, 2), "folds": 2, "repeats": 1}
 
 
 def thesis_yields() -> dict:

@@ -119,11 +119,11 @@ def test_a_card_is_read_back_and_matched(written, smoke_project):
         ("results/no.json", ["results/no.json", "no such fingerprint"]),
     ],
 )
-def test_a_mill_that_was_not_run_is_refused_in_one_line(written, smoke_project, mill, parts):
+def test_a_mill_that_was_not_run_is_refused_in_one_line(written, smoke_project, monkeypatch, capsys, mill, parts):
     folder, _ = written
-    done = call(smoke_project, "match", "--from", folder / "out" / FILES.card, "--to", mill)
-    assert done.returncode == 1
-    (line,) = done.stdout.splitlines()
+    monkeypatch.chdir(smoke_project)
+    assert millprint(["match", "--from", str(folder / "out" / FILES.card), "--to", mill]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
     assert all(part in line for part in parts), line
 
 

@@ -11,7 +11,7 @@ from millprint.run.files import read_json
 from tests.workflow.conftest import ROOT, error_lines, jobs_of, run_snakemake
 
 SMOKE = ("--configfile", "config/smoke.yaml")
-BOX = yaml.safe_load((ROOT / "config/config.yaml").read_text())["mills"]["box"]
+BOX = yaml.safe_load((ROOT / "config/smoke.yaml").read_text())["mills"]["box"]
 
 
 def test_every_mill_of_the_box_is_simulated_and_drawn(smoke_project):

@@ -16,6 +16,7 @@ COMMANDS = [command for page in pages() for command in commands(page)]
 PROGRAMS = {"make", "snakemake", "millprint", "python", "cp", "sed", "source", "git", "cd", "nano"}
 # Contact set of the reader.
 STEEL = "config/contacts/steel.yaml"
+SMOKE = ("--configfile", "config/smoke.yaml")
 
 
 def commands_of(program: str) -> list[Command]:
@@ -50,7 +51,7 @@ def test_make_knows_the_target(command):
 def test_snakemake_would_run_every_target(project: Path):
     targets = targets_by_config()[()]
     assert {"chapter3", "ablations"} <= set(targets)
-    done = run_snakemake(project, *dict.fromkeys(targets), "--dry-run", "--quiet", "all")
+    done = run_snakemake(project, *dict.fromkeys(targets), *SMOKE, "--dry-run", "--quiet", "all")
     assert done.returncode == 0, done.stdout[-3000:]
 
 

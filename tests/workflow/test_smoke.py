@@ -42,7 +42,7 @@ def test_what_is_simulated_or_trained_has_an_interval_that_holds_the_value(claim
     chance = ~claims["nature"].isin([*CERTAIN, TIMED])
     found = claims[chance & (claims["verdict"] != "not run")]
     known = found[found["interval_from"] != ""]
-    assert len(known) > 30 and {"bootstrap of windows", "trainings", "seeds"} <= set(known["interval_from"])
+    assert len(known) > 30 and {"bootstrap of windows", "seeds"} <= set(known["interval_from"])
     numbers = known[pd.to_numeric(known["lower"], errors="coerce").notna() & (known["failed"] == "0")]
     value, lower, upper = (numbers[name].astype(float) for name in ("reproduced", "lower", "upper"))
     assert ((lower <= value * (1 + 1e-5)) & (value * (1 - 1e-5) <= upper)).all()

@@ -142,9 +142,6 @@ def test_a_folder_needs_only_a_short_configuration(tmp_path):
     jobs = jobs_of(plan.stdout + plan.stderr)
     # Three fill ratios, two seeds.
     assert jobs["run_dem_case"] == 6 and "train_yield_model" not in jobs
-    done = ask_snakemake(ROOT, *arguments, "--cores", "1", "milling/mills/planetary/motion.png")
-    assert done.returncode == 0, done.stderr[-3000:]
-    assert (tmp_path / "milling/mills/planetary/motion.png").stat().st_size > 0
 
 
 def test_the_thesis_runs_in_another_folder_whose_name_a_shell_would_take_apart(tmp_path):

@@ -270,7 +270,7 @@ class YieldConfig(Section):
     # Level of the predictive intervals in tables and figures [-].
     interval_level: ClassVar[float] = 0.95
     models: RegressorList = [*COMPARED]
-    """regressors of the models that are trained; those of Table 5.6 and gpr_starts at least"""
+    """regressors of the models that are trained; linear, gpr and gpr_starts at least"""
     training: TrainingConfig = TrainingConfig()
     search: SearchConfig = SearchConfig()
     searched_again: bool = True

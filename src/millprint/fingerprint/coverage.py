@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from statsmodels.stats.proportion import proportion_confint
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
@@ -25,6 +24,8 @@ def coverage_row(
     `covered_lower`, `covered_upper`: Wilson's interval of the share, at the fingerprint's own probability;
     `error_percent`: root mean square of the errors; `half_width_percent`: median.
     """
+    from statsmodels.stats.proportion import proportion_confint
+
     probability = fingerprint.about["probability"]
     held = np.abs(errors) <= halves
     lower, upper = proportion_confint(held.sum(), held.size, alpha=1 - probability, method="wilson")
@@ -131,6 +132,8 @@ def sum_coverage(tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
 
     tables: coverage of each mill. Columns: mill, quantity, conditions, held, covered, and Wilson's interval.
     """
+    from statsmodels.stats.proportion import proportion_confint
+
     each = pd.concat([table[table["left_out"] == NEW].assign(mill=mill) for mill, table in tables.items()])
     total = each.groupby("quantity", sort=False)[["conditions", "held"]].sum().reset_index().assign(mill="all")
     table = pd.concat([each[["mill", "quantity", "nominal", "conditions", "held"]], total], ignore_index=True)

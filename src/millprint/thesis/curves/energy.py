@@ -6,8 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
-from statsmodels.regression.linear_model import OLS
-from statsmodels.tools import add_constant
 
 from millprint.run.tables import CASE, Number, Text, read_measured
 
@@ -100,6 +98,9 @@ def fit_slopes(runs: pd.DataFrame, probability: float) -> pd.DataFrame:
     point of fill ratio changes, with its confidence interval; three points leave one degree of freedom, so the
     interval is wide however high R2 is.
     """
+    from statsmodels.regression.linear_model import OLS
+    from statsmodels.tools import add_constant
+
     rows = []
     for mode, title in WAYS_OF_RUNNING.items():
         line = runs[runs["mode"].isin(["reference", mode])]

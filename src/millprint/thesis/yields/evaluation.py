@@ -2,8 +2,6 @@
 
 import numpy as np
 import pandas as pd
-from statsmodels.stats.multitest import multipletests
-from statsmodels.stats.proportion import proportion_confint
 
 from millprint.config.yields import EvaluationConfig, TrainingConfig
 from millprint.statistics.quantiles import student_above
@@ -68,6 +66,8 @@ def coverage_table(intervals: pd.DataFrame, level: float) -> pd.DataFrame:
     covered [-] with its Clopper-Pearson interval of `level`, width_pp, cases, and SPREAD of the share over the repeats.
     Predictions of one case in several repeats are not independent, so the interval counts cases and not predictions.
     """
+    from statsmodels.stats.proportion import proportion_confint
+
     found = []
     for keys, rows in intervals.groupby([*KEYS, "method", "nominal"], sort=False):
         inside = rows["yield_percent"].between(rows["lower_percent"], rows["upper_percent"])
@@ -199,6 +199,8 @@ def paired_differences(held_out: pd.DataFrame, reference: tuple[str, str], level
     SPREAD (of the difference), p_holm (over the models of a scheme and metric), told_apart (yes where p_holm is below
     1 - level).
     """
+    from statsmodels.stats.multitest import multipletests
+
     found = []
     for scheme in WHOLE:
         models = dict(list(held_out[held_out["scheme"] == scheme].groupby(["model", "strategy"], sort=False)))

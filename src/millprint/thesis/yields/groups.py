@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 from scipy.stats import rankdata
 from sklearn.model_selection import LeaveOneGroupOut
-from statsmodels.stats.proportion import proportion_confint
 
 from millprint.config.mill import MillConfig
 from millprint.config.yields import EvaluationConfig, PredictionConfig
@@ -136,6 +135,8 @@ def score_sources(
     source's yields, covered with its Clopper-Pearson interval. An interval holds for further runs of the same source,
     not for yet another one. Where nothing can be said, one row of the source says why.
     """
+    from statsmodels.stats.proportion import proportion_confint
+
     counts, tail = rows[SOURCE].value_counts(sort=False), (1 - budget.level) / 2
     if len(counts) < 2:
         alone = {SOURCE: counts.index[0], "runs": len(rows), "verdict": ONE_SOURCE}

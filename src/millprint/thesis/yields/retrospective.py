@@ -8,7 +8,6 @@ from sklearn.base import RegressorMixin
 from sklearn.linear_model import LinearRegression, RidgeCV
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
-from statsmodels.stats.proportion import proportion_confint
 
 from millprint.config.averaged_process import AveragingConfig
 from millprint.config.yields import RetrospectiveConfig
@@ -118,6 +117,8 @@ def search_table(
     The interval is Clopper and Pearson's over starts; that of chance is exact and has no width. best_percent is the
     mean of the best yield known; it is NaN for chance.
     """
+    from statsmodels.stats.proportion import proportion_confint
+
     runs = np.arange(start_runs, len(yields) + 1)
     tables = []
     for strategy, paths in reached.items():
