@@ -95,7 +95,8 @@ def add_pair(balls, candidates, laws, i, j, skin, k):
     return k
 
 
-@inner()
+# Inlined, since a call hands over some hundred numbers, the arrays' addresses and sizes.
+@inlined()
 def add_walls(balls, candidates, walls, body, i, skin, k):
     """Append the features of a body near ball i; returns -1 if the ball is outside the vessel's bounding box."""
     radius = balls.radius[balls.species[i]]

@@ -140,8 +140,8 @@ def beyond_side(axes, first_side, side, facet, point):
         nearest = min(nearest, away_u * away_u + away_v * away_v)
         # Even-odd rule with a ray along u: it works for outlines with holes and inward corners. Compared with the
         # vertices' own numbers, or rounding would count the corner between two sides twice or not at all.
-        if (v >= side[k, SIDE.start_v]) != (v >= side[k, SIDE.end_v]) and (ru * dv - rv * du) * dv < 0:
-            inside = not inside
+        spans = (v >= side[k, SIDE.start_v]) != (v >= side[k, SIDE.end_v])
+        inside ^= spans & ((ru * dv - rv * du) * dv < 0)
     distance = math.sqrt(nearest)
     return -distance if inside else distance
 
@@ -216,7 +216,7 @@ def belongs(walls, feature, other):
     return False
 
 
-@inner()
+@inlined()
 def near(walls, feature, point, radius, margin):
     """Whether a ball there may touch a feature before it has moved by `margin`: 0 no, 1 maybe, 2 over the facet.
 
