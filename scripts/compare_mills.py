@@ -11,8 +11,6 @@ Outputs: `table`, `svg`, `png` of the collapse, `coverage`; or the conditions as
 """
 
 import pandas as pd
-from millprint.fingerprint.match_words import match_in_words
-from millprint.fingerprint.unseen_runs import sum_coverage
 
 from millprint.card.match import match_card, verdict
 from millprint.card.read import read_card
@@ -20,8 +18,9 @@ from millprint.config.fingerprint import DescriptorSet, LikeConfig, MatchConfig,
 from millprint.config.mill_sweep import MatchMillsConfig
 from millprint.figures.mill_pictures import plot_collapse
 from millprint.figures.style import save
-from millprint.fingerprint.comparison import Wanted
-from millprint.fingerprint.condition_search import match_targets, shared_contact
+from millprint.fingerprint.comparison import Wanted, match_in_words
+from millprint.fingerprint.condition_search import match_targets, shared_contact, simulated_ranges
+from millprint.fingerprint.coverage import sum_coverage
 from millprint.fingerprint.mill_collapse import COLLAPSE_MAX, one_row_a_mill
 from millprint.fingerprint.model import Fingerprint
 from millprint.run.files import read_table, whole_file, write_table
@@ -42,17 +41,12 @@ def request_of(
     settings: MatchMillsConfig, like: str, fingerprint: Fingerprint, descriptors: DescriptorSet
 ) -> MatchConfig:
     """The request: ranges that the settings do not give are those of the simulations of the mill."""
-    ranges = fingerprint.about["ranges"]
+    given = {"speeds_rpm": settings.speeds_rpm, "ball_diameters_mm": settings.ball_diameters_mm}
+    content = simulated_ranges([fingerprint]) | {key: value for key, value in given.items() if value}
     keys = ("speed_rpm", "ball_diameter_mm", "fill_ratio")
     condition = LikeConfig(fingerprint=like, **{key: getattr(settings, f"like_{key}") for key in keys})
-    return MatchConfig(
-        targets=[TargetConfig(name=settings.like_mill, like=condition)],
-        speeds_rpm=settings.speeds_rpm or [60 * speed for speed in ranges["speed_hz"]],
-        fill_ratios=ranges["fill_ratio"],
-        ball_diameters_mm=settings.ball_diameters_mm or fingerprint.choices(),
-        descriptors=descriptors,
-        ranked=settings.ranked,
-    )
+    target = TargetConfig(name=settings.like_mill, like=condition)
+    return MatchConfig(targets=[target], descriptors=descriptors, ranked=settings.ranked, **content)
 
 
 def match_mill(settings: MatchMillsConfig, mill: str, like: str, descriptors: DescriptorSet, output: str) -> list[str]:

@@ -9,12 +9,10 @@ Outputs: the drawings, and the points of both as `geometry_tsv` and `motion_tsv`
 `spectra_svg`, `spectra_png`; `rules_svg`, `rules_png`.
 """
 
-from millprint.dose.heat_shown import temperature_rows
-from millprint.figures.spectra_figures import plot_rules, plot_spectra
-
 from millprint.config.mill import MillConfig
 from millprint.dose.spectra import read_spectra
-from millprint.dose.spectra_shown import of_sheet, over_pairs, rules_apart, shown, with_rows
+from millprint.dose.spectra_shown import of_sheet, over_pairs, rules_apart, shown, temperature_rows, with_rows
+from millprint.figures.dose_figures import plot_rules, plot_spectra
 from millprint.figures.mill_pictures import plot_geometry, plot_motion
 from millprint.figures.mill_sheet_figure import plot_sheet
 from millprint.figures.style import save

@@ -10,13 +10,12 @@ from io import BytesIO
 from pathlib import Path
 
 import pandas as pd
-from millprint.dose.heat_shown import temperature_rows
 from PIL import Image, PngImagePlugin
 
 from millprint.config.included import load_mill
 from millprint.dem import PHYSICS
 from millprint.dose.spectra import read_spectra
-from millprint.dose.spectra_shown import of_sheet, with_rows
+from millprint.dose.spectra_shown import of_sheet, temperature_rows, with_rows
 from millprint.figures.mill_sheet_figure import plot_sheet
 from millprint.fingerprint.descriptors import read_descriptors
 from millprint.run.files import read_table

@@ -15,7 +15,7 @@ import numpy as np
 from millprint.cli.commands import parser_of
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
-from millprint.fingerprint.collisions_of_run import read_contacts
+from millprint.fingerprint.readers import read_contacts
 from millprint.own_machine.heard_impacts import (
     FEWEST_IMPACTS,
     Drop,

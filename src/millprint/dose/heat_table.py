@@ -175,8 +175,8 @@ def temperature_rows(settings: HeatConfig, source: HeatSource, course: Course) -
         ends = band(np.moveaxis(course.temperature_degC[:, :, index], 1, 0), settings.probability)
         columns = {f"{end}_degC": values for end, values in zip(BAND, ends, strict=True)}
         tables.append(pd.DataFrame(about | {"body": name} | columns))
-    columns = ["condition", "body", "time_h", *(f"{end}_degC" for end in BAND)]
-    return pd.concat(tables, ignore_index=True)[columns]
+    order = ["condition", "body", "time_h", *(f"{end}_degC" for end in BAND)]
+    return pd.concat(tables, ignore_index=True)[order]
 
 
 def heat_tables(

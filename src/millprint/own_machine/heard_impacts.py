@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from millprint.fingerprint.collisions_of_run import PAIRS, Contacts
+from millprint.fingerprint.readers import PAIRS, Contacts
 from millprint.own_machine.estimates import CANNOT, Estimate, mean_of, verdict_on, weighted_quantiles
 from millprint.own_machine.settings import ListenSettings
 from millprint.own_machine.sound import Ear, Heard, impacts_in
