@@ -50,7 +50,7 @@ def request_of(
 
 
 def match_mill(settings: MatchMillsConfig, mill: str, like: str, descriptors: DescriptorSet, output: str) -> list[str]:
-    """Write the conditions of a mill nearest to one of another, by the paths of both; returns what is said of them."""
+    """Write the conditions of a mill nearest to one of another, by the paths of both; returns the sentences on them."""
     own = Fingerprint.read(mill)
     request = request_of(settings, like, own, descriptors)
     table = match_targets(request, [own])

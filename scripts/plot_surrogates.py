@@ -108,7 +108,7 @@ def draw_variant(tables: dict[str, list[str]], spread_path: str, variant: str, t
 def compare_ablations(inputs, output, changes: dict, length_s: dict, trainings: dict[str, list[str]]) -> str:
     """Write and draw a row for each ablation, with the interval over its trainings or those of the baseline.
 
-    Returns what is said of this interval.
+    Returns the sentence on this interval.
     """
     losses = {
         name: read_table(path, numeric=["elapsed_s"]) for name, path in zip(changes, inputs.histories, strict=True)

@@ -109,7 +109,7 @@ def test_a_drop_tells_the_energy_and_the_prediction_agrees(laboratory, capsys, m
     words = ["listen", "my_card", "mill.wav", "--table", "mine.tsv", "--figure", "heard"]
     assert main(words) == 0
     alone = capsys.readouterr().out
-    assert "verdict: cannot be told from the rate alone: it agrees if impacts of over" in alone
+    assert "verdict: cannot be told from only the rate: it agrees if impacts of over" in alone
     assert main([*words, "--drop", "drop.wav", "--drop-mm", "100"]) == 0
     assert "verdict: agrees within both intervals" in capsys.readouterr().out
     rows = (laboratory / "mine.tsv").read_text().splitlines()

@@ -1,4 +1,4 @@
-"""Impacts a second of your own mill, from a recording of a phone, beside those predicted for its condition. Example:
+"""Impacts a second of your own mill, from a recording of a phone, and those predicted for its condition. Example:
 
     millprint listen my_card recording.wav --table mine.tsv
     millprint listen my_card recording.wav --drop drop.wav --drop-mm 100 --table mine.tsv
@@ -31,9 +31,9 @@ from millprint.own_machine.heard_impacts import (
 )
 from millprint.own_machine.prediction import Condition, read_condition
 from millprint.own_machine.readings import read_recording
-from millprint.own_machine.said import add_options, given, keep
 from millprint.own_machine.settings import ListenSettings
 from millprint.own_machine.sound import Ear, Recording, listen
+from millprint.own_machine.verdict_text import add_options, given, keep
 
 GRAVITY = 9.81
 # Turns of the simulation that an interval needs.

@@ -1,4 +1,4 @@
-"""Power of your own mill from the warming of its jar, beside the power predicted for its condition. Example:
+"""Power of your own mill from the warming of its jar, and the power predicted for its condition. Example:
 
     millprint warm my_card thermometer.tsv --jar-kg 0.72 --start-s 30 --stop-s 150 --table mine.tsv
 
@@ -19,8 +19,8 @@ from millprint.dose.heat_sources import mean_of, read_source
 from millprint.dose.heat_table import ROOM, balance_of, sample
 from millprint.own_machine.prediction import Condition, read_condition
 from millprint.own_machine.readings import TEMPERATURE, read_series
-from millprint.own_machine.said import add_options, given, keep, say_power
 from millprint.own_machine.settings import WarmSettings
+from millprint.own_machine.verdict_text import add_options, given, keep, say_power
 from millprint.own_machine.warming import fit_power, unit_response
 
 SAMPLES, FEWEST_READINGS, SHORTEST_S = 4000, 10, 30.0

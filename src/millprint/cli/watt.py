@@ -1,4 +1,4 @@
-"""Power of your own mill from a wattmeter, with loose and with fixed balls, beside the predicted power. Example:
+"""Power of your own mill from a wattmeter, with loose and with fixed balls, and the predicted power. Example:
 
     millprint watt my_card loose.tsv fixed.tsv --efficiency 0.5 0.85 --jars 2 --table mine.tsv
 
@@ -18,8 +18,8 @@ from millprint.own_machine.electric import power_of_charge
 from millprint.own_machine.estimates import BLOCKS, block_means
 from millprint.own_machine.prediction import hull_of, read_condition
 from millprint.own_machine.readings import POWER, read_series
-from millprint.own_machine.said import add_options, given, keep, say_power
 from millprint.own_machine.settings import WattSettings
+from millprint.own_machine.verdict_text import add_options, given, keep, say_power
 
 
 def blocks_of(path: Path) -> np.ndarray:

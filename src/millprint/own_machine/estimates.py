@@ -75,10 +75,10 @@ def weighted_quantiles(values: np.ndarray, weights: np.ndarray, shares: Sequence
 
 
 def verdict_on(measured: Estimate, predicted: Estimate) -> str:
-    """What a measured number says of the predicted one.
+    """The verdict on a predicted number by a measured one.
 
     They agree if each value lies within the other's interval; within the measured interval only, if the predicted one
-    lies in that alone, as where the predicted interval lacks contact parameters; and differ if the intervals are apart.
+    lies only in that, as where the predicted interval lacks contact parameters; and differ if the intervals are apart.
     """
     for name, own in (("measured", measured), ("predicted", predicted)):
         if own.too_wide:

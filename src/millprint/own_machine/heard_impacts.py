@@ -1,4 +1,4 @@
-"""Impacts a second of a recording beside those of a simulation, over their loudness.
+"""Impacts a second of a recording and of a simulation, over their loudness.
 
 What energy a loudness stands for is not known, unless one ball was dropped from a known height. Without it, the energy
 is sought at which the simulation has the measured rate, at several loudnesses: amplitude ~ energy^b. A ball's speed
@@ -21,7 +21,7 @@ from millprint.statistics.quantiles import LEVEL
 PLAUSIBLE = (0.35, 0.7)
 # How far the loudness of a drop may be from that of a collision of its energy: place, angle, closed lid [dB].
 DROP_DB = 2.0
-# Beside the floor, the loudnesses that these shares of the impacts exceed are compared, if so many impacts do.
+# Next to the floor, the loudnesses that these shares of the impacts exceed are compared, if enough impacts do.
 SHARES, FEWEST_IMPACTS = (0.8, 0.6, 0.45, 0.3, 0.2, 0.1), 30
 # Blocks of a recording.
 FEWEST_BLOCKS, BLOCK_S = 10, 1.0
@@ -103,7 +103,7 @@ def predicted(contacts: Contacts, frequency_hz: float, ear: Ear, settings: Liste
 
 
 def through_ear(time_s: np.ndarray, energy_J: np.ndarray, window_s: float, ear: Ear, settings: ListenSettings) -> Heard:
-    """Which collisions are heard apart; the loudness of one of 1 J alone is 0 dB."""
+    """Which collisions are heard apart; the loudness of a single one of 1 J is 0 dB."""
     # A peak needs a value before it.
     train = np.zeros(int(window_s * ear.track_hz) + 3)
     np.add.at(train, (time_s * ear.track_hz).astype(int) + 1, energy_J)
@@ -120,7 +120,7 @@ def levels_of(measured: Series, floor_dB: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What a recording says of a simulation."""
+    """What a recording tells about a simulation."""
 
     levels: pd.DataFrame
     """a row for each loudness: impacts a second, and the energy over which the simulation has as many"""
@@ -216,7 +216,7 @@ def rate_over_drop(comparison: Comparison, simulated: Series, drop: Drop) -> Est
 
 
 def verdict_of(comparison: Comparison, simulated: Series, settings: ListenSettings, drop: Drop | None = None) -> str:
-    """What the recording says of the prediction; with the energy of a drop, of its number."""
+    """The verdict of the recording on the prediction; with the energy of a drop, on its number."""
     rate, exponent = rate_at(comparison, place_of(comparison, drop)), comparison.exponent
     if rate.value * 1e-3 * settings.dead_ms > MOST_OVERLAP:
         return f"{CANNOT}: impacts follow each other too closely to be told apart"
@@ -228,4 +228,4 @@ def verdict_of(comparison: Comparison, simulated: Series, settings: ListenSettin
         return f"the loudness is spread otherwise than predicted: amplitude ~ energy^{exponent}"
     row = comparison.levels.loc[0]
     ends = f"{row['energy_J']:.2g} J ({row['energy_lower_J']:.2g} to {row['energy_upper_J']:.2g} J)"
-    return f"{CANNOT} from the rate alone: it agrees if impacts of over {ends} are heard"
+    return f"{CANNOT} from only the rate: it agrees if impacts of over {ends} are heard"

@@ -1,4 +1,4 @@
-"""What the user says of each measurement: the options of `listen`, `warm` and `watt`."""
+"""What the user gives for each measurement: the options of `listen`, `warm` and `watt`."""
 
 from typing import Annotated, Literal
 
@@ -20,7 +20,7 @@ class ListenSettings(Section):
     echo_ms: Annotated[float, Field(ge=0, le=1000)] = 30.0
     """within this time of an impact, a weaker sound may be its echo [ms]"""
     echo_share: Annotated[float, Field(ge=0, lt=1)] = 0.4
-    """loudest echo over its impact; what is weaker within echo_ms is no impact [-]"""
+    """loudest echo over its impact; what is weaker within echo_ms is not an impact [-]"""
     pair: Literal["ball_wall", "both"] = "ball_wall"
     """collisions that are heard: those with the wall, or all"""
     drop_mm: Positive | None = None

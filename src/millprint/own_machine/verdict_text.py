@@ -25,7 +25,7 @@ def given(options: Namespace, *names: str) -> dict[str, object]:
 
 
 def say_power(condition: Condition, measured: Estimate) -> str:
-    """Print a measured power beside the predicted one; returns the verdict with the prediction."""
+    """Print a measured power and the predicted one; returns the verdict with the prediction."""
     predicted, origins = hull_of(condition.card.fingerprint.descriptors.power_W)
     verdict = verdict_on(measured, predicted)
     print(f"measured power: {measured} W\npredicted power: {predicted} W ({origins})\nverdict: {verdict}")
