@@ -39,9 +39,11 @@ def chapter_name(chapter: str) -> str:
 def read_conclusions(path: str | Path, ids: pd.Series) -> pd.DataFrame:
     """The conclusions, with the ids of their claims as a list in `claims`.
 
-    Raises ConfigError as `millprint.run.tables.read_measured`, and for a name of claims that none of `ids` has.
+    Raises ConfigError as `millprint.run.tables.read_measured`, for a row without claims, and for a name of claims
+    that none of `ids` has.
     """
     table = read_measured(path, [Text(name) for name in CONCLUSION_COLUMNS])
+    refuse_rows(table, path, "claims", table["claims"].isna(), "name the claims that it rests on")
     named = table["claims"].str.split()
     for place, patterns in named.items():
         lacking = [pattern for pattern in patterns if not any(fnmatchcase(name, pattern) for name in ids)]
