@@ -117,12 +117,13 @@ def plot(fingerprint: Fingerprint, quantities: Sequence[str] = PLOTTED) -> "Figu
     from matplotlib import pyplot as plt
 
     curve = fingerprint.curve(np.linspace(*fingerprint.fill_range, POINTS))
-    figure, axes = plt.subplots(1, len(quantities), figsize=(3.2 * len(quantities), 2.8), squeeze=False)
+    figure, axes = plt.subplots(
+        1, len(quantities), figsize=(3.2 * len(quantities), 2.8), squeeze=False, layout="constrained"
+    )
     for axis, quantity in zip(axes[0], quantities, strict=True):
         axis.fill_between(curve["fill_ratio"], curve[f"{quantity}_lower"], curve[f"{quantity}_upper"], alpha=0.2)
         axis.plot(curve["fill_ratio"], curve[quantity])
         axis.set(xlabel="fill ratio [-]", ylabel=DESCRIPTORS[quantity].label, ylim=(0, None))
-    figure.tight_layout()
     return figure
 
 
