@@ -115,7 +115,7 @@ def test_a_card_is_read_back_and_matched(written, smoke_project):
     ("mill", "parts"),
     [
         ("bead_drum", ["bead_drum", "was not run", "millprint fingerprint bead_drum"]),
-        ("spexx", ["spexx", "unknown mill", "planetary"]),
+        ("spexx", ["spexx", "unknown mill", "did you mean spex"]),
         ("results/no.json", ["results/no.json", "no such fingerprint"]),
     ],
 )

@@ -137,7 +137,6 @@ CHANGED = [
     {
         "fingerprint={maps: {fill_ratios: [0.06]}}": {"plot_fingerprint"},
         "yields={proposals: {draws: 210}}": {"predict_yields", "plot_yields"},
-        "calibration={drop_test: {ball_diameter_mm: 8}}": {"calibrate_restitution"},
     },
     {
         "yields={evaluation: {resamples: 1100}}": {"evaluate_yield_models", "leave_groups_out", "plot_yields"},
