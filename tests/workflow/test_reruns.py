@@ -53,7 +53,9 @@ def test_messages_and_progress_leave_every_simulation_done(plan):
             "src/millprint/run/progress.py": replaced("EVERY_S, FIRST_S = 30.0", "EVERY_S, FIRST_S = 60.0"),
             "src/millprint/run/job.py": replaced(": begin", ": starts"),
             "scripts/run_dem_case.py": replaced("so that it is slower", "which is slower"),
-            "src/millprint/figures/mill_sheet_figure.py": replaced("import numpy as np", "import re\nimport numpy as np"),
+            "src/millprint/figures/mill_sheet_figure.py": replaced(
+                "import numpy as np", "import re\nimport numpy as np"
+            ),
         }
     )
     assert "run_dem_case" not in jobs
