@@ -1,4 +1,4 @@
-"""Measures the sliding work; fits the wear coefficient to half of the weighings, holds it against the others, and
+"""Measures the sliding work; fits the wear coefficient to half of the weighings, compares it with the others, and
 predicts the wear elsewhere. Or predicts the wear in the mills of the box by that coefficient.
 
 Settings: dose.wear; mill, contact set and counting rule of the weighings.

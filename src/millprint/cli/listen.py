@@ -21,6 +21,7 @@ from millprint.own_machine.heard_impacts import (
     Drop,
     Series,
     compare,
+    energy_of_drop,
     joined,
     place_of,
     predicted,
@@ -35,7 +36,6 @@ from millprint.own_machine.settings import ListenSettings
 from millprint.own_machine.sound import Ear, Recording, listen
 from millprint.own_machine.verdict_text import add_options, given, keep
 
-GRAVITY = 9.81
 # Turns of the simulation that an interval needs.
 FEWEST_TURNS = 3
 FLOAT_OPTIONS = {
@@ -66,7 +66,7 @@ def simulated_of(condition: Condition, ear: Ear, settings: ListenSettings) -> Se
 
 
 def drop_of(path: Path, recording: Recording, condition: Condition, settings: ListenSettings) -> Drop:
-    """The loudest drop of a recording; a ball loses 1 - e^2 of its energy m g h, with the restitution of the card."""
+    """The loudest drop of a recording, with the restitution of the card."""
     if settings.drop_mm is None:
         raise ConfigError("--drop: needs --drop-mm, the height of the drops")
     heard = listen(*read_recording(path), settings).heard
@@ -74,8 +74,7 @@ def drop_of(path: Path, recording: Recording, condition: Condition, settings: Li
         raise ConfigError(f"{path}: no impact is heard over the noise")
     contact = condition.card.contact_set
     restitution = contact.restitution if contact.wall_restitution is None else contact.wall_restitution
-    mass_kg = condition.summaries[0]["ball_mass_kg"]
-    energy = (1 - restitution**2) * mass_kg * GRAVITY * 1e-3 * settings.drop_mm
+    energy = energy_of_drop(condition.summaries[0]["ball_mass_kg"], 1e-3 * settings.drop_mm, restitution)
     return Drop(float(heard.loudness_dB.max() - recording.floor_dB), energy)
 
 

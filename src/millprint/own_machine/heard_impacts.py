@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.fingerprint.readers import PAIRS, Contacts
+from millprint.mill.speed_limits import GRAVITY
 from millprint.own_machine.estimates import CANNOT, Estimate, mean_of, verdict_on, weighted_quantiles
 from millprint.own_machine.settings import ListenSettings
 from millprint.own_machine.sound import Ear, Heard, impacts_in
@@ -191,6 +192,11 @@ class Drop:
 
     over_floor_dB: float
     energy_J: float
+
+
+def energy_of_drop(mass_kg: float, height_m: float, restitution: float) -> float:
+    """Energy that a ball loses at its first bounce after a fall from rest, (1 - e^2) m g h [J]."""
+    return (1 - restitution**2) * mass_kg * GRAVITY * height_m
 
 
 def place_of(comparison: Comparison, drop: Drop | None) -> int:

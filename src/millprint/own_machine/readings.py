@@ -29,7 +29,7 @@ def read_recording(path: str | Path) -> tuple[np.ndarray, float]:
 
     Raises ConfigError, in one line, for a file that is missing, not a WAV, too short, silent or clipped.
     """
-    # Imported here: slow to import, and a table needs it not.
+    # Imported here: slow to import, and a table does not need it.
     from scipy.io import wavfile
 
     try:
@@ -75,7 +75,7 @@ def read_series(path: str | Path, quantity: Mapping[str, tuple[float, float]], f
     """Columns `time_s` and `value` of a table with tabs, semicolons or commas between its cells.
 
     A comma may be the decimal point where cells are not separated by it. quantity: TEMPERATURE or POWER. Raises
-    ConfigError, in one line, for a missing column, a cell that is no number or out of range, times that do not rise,
+    ConfigError, in one line, for a missing column, a cell that is not a number or out of range, times that do not rise,
     and fewer than `fewest` rows.
     """
     try:
