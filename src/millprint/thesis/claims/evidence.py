@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatch
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 
 import pandas as pd
@@ -244,8 +244,12 @@ class Form:
 
     def parts(self, name: str) -> dict[str, str] | None:
         """What an id says, such as {"speed": "600"}; None for an id of another form."""
-        match = re.fullmatch(re.sub(r"\\{(\w+)\\}", r"(?P<\1>.+)", re.escape(self.template)), name)
+        match = self._pattern.fullmatch(name)
         return match and match.groupdict()
+
+    @cached_property
+    def _pattern(self) -> re.Pattern[str]:
+        return re.compile(re.sub(r"\\{(\w+)\\}", r"(?P<\1>.+)", re.escape(self.template)))
 
     @property
     def fixed(self) -> int:
