@@ -85,15 +85,15 @@ fast-%: $(VENV)/complete
 kernels: $(VENV)/complete
 	$(BIN)/python -c "from millprint.dem.compilation import compile_kernels; compile_kernels()"
 
-# Bad input and random damage, which need no run.
-FAULTS := $(addprefix tests/workflow/,test_bad_input.py test_bad_files.py test_fuzz.py)
+# What needs no smoke run goes with the library, so that both halves take as long.
+APART := $(addprefix tests/workflow/,test_bad_input.py test_bad_files.py test_fuzz.py test_messages.py test_snakemake.py test_wheel.py)
 test-workflow: $(VENV)/complete
-	$(RUN) $(BIN)/pytest tests/workflow $(addprefix --ignore=,$(FAULTS))
+	$(RUN) $(BIN)/pytest tests/workflow $(addprefix --ignore=,$(APART))
 
 test-library: $(VENV)/complete
-	$(RUN) $(BIN)/pytest $(FAULTS) tests/physics tests/unit
+	$(RUN) $(BIN)/pytest $(APART) tests/physics tests/unit
 
-# COUNT damaged files, and KILLS kills; `make test` has 100 damaged files and 5 kills.
+# COUNT damaged files, and KILLS kills; `make test` has 100 damaged files and 3 kills.
 fuzz: $(VENV)/complete
 	$(BIN)/python -m tests.fuzz --count $(or $(COUNT),5000) --seed $(or $(SEED),0)
 

@@ -197,7 +197,7 @@ def test_an_attritor_is_driven_against_friction_not_inertia(mills, contacts):
 def test_the_drum_of_the_box_cascades_below_its_critical_speed_and_centrifuges_above(mills, contacts):
     critical = 30 / math.pi * math.sqrt(GRAVITY / (0.05 - 0.005))
     slips = {}
-    for share in (0.6, 2.5, 4.0):
+    for share in (0.6, 4.0):
         simulation, power = simulate(mills["drum"], contacts["calibrated"], share * critical, fill_ratio=0.15,
                                      settle_s=0.15, discard_s=0.6, window_s=0.4)  # fmt: skip
         body, now = simulation.bodies[0], simulation.counters[0] * simulation.step
@@ -207,8 +207,7 @@ def test_the_drum_of_the_box_cascades_below_its_critical_speed_and_centrifuges_a
         assert power > 0
     # Gravity still rolls to and fro what turns with the wall: with g / 1.4 along it for half a turn, which is up to
     # 5 / 7 (w_c / w)^2 of the wall's speed, and less where rolling friction holds it.
-    assert slips[4.0] < slips[2.5] < 1.25 * 5 / 7 / 2.5**2 and slips[4.0] < 5 / 7 / 4.0**2, slips
-    assert slips[0.6] > 0.5
+    assert slips[4.0] < 5 / 7 / 4.0**2 and slips[0.6] > 0.5, slips
 
 
 @pytest.mark.slow
