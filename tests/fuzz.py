@@ -77,7 +77,11 @@ OWN_DRUM = {
         "seeds": [0],
     },
 }  # fmt: skip
-OWN_WALLS = {"wall_restitution": 0.6, "wall_static_friction": 0.4, "wall_rolling_friction": 0.02}
+OWN_WALLS = {
+    "wall_restitution": {"speeds_m_s": [0.1, 1.0], "values": [0.7, 0.6]},
+    "wall_static_friction": 0.4,
+    "wall_rolling_friction": 0.02,
+}
 # Sections that the configuration at hand leaves to their defaults, written out so that each key is damaged.
 DEFAULTED = ("convergence", "validation", "uncertainty")
 

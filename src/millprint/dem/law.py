@@ -51,7 +51,7 @@ def law_row(
     row = np.empty(LAW_WIDTH)
     columns = [LAW.normal_stiffness, LAW.tangential_stiffness, LAW.normal_damping, LAW.tangential_damping]
     row[columns] = law_of(contact).coefficients(contact, radius, mass)
-    row[LAW.friction] = contact.static_friction
+    row[LAW.friction] = contact.value_of("static_friction")
     row[LAW.rolling_friction] = contact.rolling_friction
     row[LAW.largest_resistance] = STOP_SHARE * inertia / step
     row[LAW.reach] = reach

@@ -10,6 +10,7 @@ from millprint.dem.lanes import IDLE, IDLE_PRESENT
 from millprint.dem.law import law_row
 from millprint.dem.laws.registry import law_of
 from millprint.dem.layout import CELL, COUNTER, GROUP, HISTORY_WIDTH, LANES, LOAD_WIDTH, RATE, RATE_WIDTH
+from millprint.dem.speed_choice import at_reference, speed_tables
 from millprint.mill.kernel_columns import span_of, width_of
 from millprint.mill.motion import Motion, Motions, stack_motions
 from millprint.mill.walls import SURFACE
@@ -85,6 +86,9 @@ class Laws(NamedTuple):
     pair: np.ndarray  # (species, species, width) layout.LawColumns
     wall: np.ndarray  # (surfaces, species, width), by walls.SURFACE
     surface: np.ndarray  # (features,) surface of every feature of the walls, walls.Walls.surface
+    # Coefficients at some speeds of the hit (speed_choice.speed_tables); none where all are the same at every speed.
+    log_speeds: np.ndarray  # (s,)
+    by_speed: np.ndarray  # (1 + surfaces, s, width) speed_choice.ChosenColumns
     mark: tuple  # by whose type the kernels are compiled for the law, laws.record.ContactLaw
 
 
@@ -188,7 +192,8 @@ def make_laws(balls: Balls, contact: ContactConfig, step: float, overlap_fractio
     def reduced(a: float, b: float) -> float:
         return a * b / (a + b)
 
-    species = range(len(balls.radius))
+    tables = speed_tables(contact)
+    contact, species = at_reference(contact), range(len(balls.radius))
     radius, mass, inertia = balls.radius, balls.mass, balls.inertia
     pair = [
         [
@@ -210,7 +215,7 @@ def make_laws(balls: Balls, contact: ContactConfig, step: float, overlap_fractio
         [law_row(at, radius[a], mass[a], inertia[a], radius[a], overlap_fraction * radius[a], step) for a in species]
         for at in (sets[name] for name in SURFACE._fields)
     ]
-    return Laws(np.array(pair), np.array(wall), surface, law_of(contact).mark())
+    return Laws(np.array(pair), np.array(wall), surface, *tables, law_of(contact).mark())
 
 
 def make_clock(

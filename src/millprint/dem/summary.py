@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.contact_set import PAIR_COEFFICIENTS
+from millprint.config.over_speed import NOMINAL_SPEED_M_S
 from millprint.dem.collisions import CHANNELS, by_surface, collision_statistics, squares_per_turn, weighted_statistics
 from millprint.dem.ledger import check_closure, ledger_summary
 from millprint.dem.simulation import Simulation
@@ -61,10 +62,11 @@ def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame,
     """The summary of a run; raises SimulationError where the energy balance does not close.
 
     table: rows as `collision_table` gives them.
+    Of a coefficient that depends on the speed of the hit it has the value at the nominal speed (config.over_speed).
     wall_clock_s and processor_s are those of the kernel; ns_per_ball_step is processor time, which other jobs
     disturb less.
     """
-    case, dem, contact = simulation.case, simulation.dem, simulation.contact
+    case, dem, contact = simulation.case, simulation.dem, simulation.contact.at_speed(NOMINAL_SPEED_M_S)
     ledger = ledger_summary(series)
     window = simulation.window_s
     frequency = simulation.frequency_hz
