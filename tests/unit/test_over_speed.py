@@ -10,7 +10,7 @@ import pytest
 from scripts import calibrate_restitution
 
 from millprint.card.build import _contact_set
-from millprint.card.methods import coefficient_in_words
+from millprint.card.methods import coefficient_in_words, cohesion_in_words
 from millprint.config.calibration import DropTestConfig
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
@@ -69,6 +69,20 @@ def test_a_bad_coefficient_over_speed_is_refused_in_one_line(key, value, words):
     assert "\n" not in str(caught.value) and str(caught.value).startswith(f"soft.yaml: {key}")
 
 
+@pytest.mark.parametrize(
+    ("cohesion", "words"),
+    [
+        ({"ball_wall_J_m2": -1}, "cohesion.ball_wall_J_m2 = -1: must be greater than or equal to 0"),
+        ({"ball_wall_J_m2": 1, "ball_wall_N": 1}, "cohesion: ball_wall_J_m2, ball_wall_N: give one of them, an energy"),
+        ({"wall": 1}, "cohesion.wall = 1: unknown key"),
+        (0.5, "cohesion = 0.5: must be a section, with keys of its own"),
+    ],
+)
+def test_bad_cohesion_is_refused_in_one_line(cohesion, words):
+    with pytest.raises(ConfigError, match=re.escape(words)):
+        contact_set(cohesion=cohesion)
+
+
 def test_a_set_is_the_same_after_it_was_written_and_read():
     contact = contact_set(restitution=TABLE, wall_restitution={"form": "plastic", "value": 0.6})
     assert ContactConfig(**contact.model_dump(mode="json")) == contact
@@ -121,4 +135,7 @@ def test_a_card_keeps_the_tables():
     assert coefficient_in_words(card, "restitution") == "0.4 at hits of 0.5 m/s (0.2 at 0.1 m/s and 0.8 at 2 m/s)"
     assert coefficient_in_words(card, "static_friction") == "0.3"
     assert card.restitution_at_wall(2.0) == pytest.approx(0.8)
+    sticky = _contact_set(contact_set(cohesion={"ball_ball_J_m2": 0.5, "ball_wall_N": 0.1}))
+    words = ", cohesion by Derjaguin, Muller and Toporov: ball on ball 0.5 J/m2, ball on wall 0.1 N"
+    assert cohesion_in_words(sticky) == words and cohesion_in_words(card) == ""
     assert _contact_set(contact_set(wall_restitution=0.7)).restitution_at_wall(2.0) == 0.7

@@ -159,4 +159,9 @@ def _contact_set(contact: ContactConfig) -> ContactSet:
         OverSpeed(coefficient=name, speeds_m_s=list(table.speeds_m_s), values=list(table.values))
         for name, table in contact.speed_tables.items()
     ]
-    return ContactSet(**{name: getattr(nominal, name) for name in own}, **walls, over_speed=over_speed)
+    return ContactSet(
+        **{name: getattr(nominal, name) for name in own},
+        **walls,
+        over_speed=over_speed,
+        cohesion=contact.cohesion.model_dump(exclude_none=True) if contact.cohesion else {},
+    )

@@ -176,6 +176,8 @@ class ContactSet(Record):
     """of linear: tangential over normal stiffness [-]"""
     over_speed: list[OverSpeed] = []
     """coefficients that depend on the speed of the hit"""
+    cohesion: dict[str, float] = {}
+    """how bodies stick to each other, by the keys of the contact set, such as ball_wall_J_m2 [J/m2]"""
 
     def restitution_at_wall(self, speed_m_s: float) -> float:
         """The restitution of a ball that hits a wall at a speed [m/s]."""

@@ -72,6 +72,15 @@ def coefficient_in_words(contact: ContactSet, key: str) -> str:
     return f"{getattr(contact, key):g}"
 
 
+def cohesion_in_words(contact: ContactSet) -> str:
+    """How bodies stick, as the end of a list; empty if they do not."""
+    parts = [
+        f"{key.split('_')[0]} on {key.split('_')[1]} {value:g} {'N' if key.endswith('N') else 'J/m2'}"
+        for key, value in contact.cohesion.items()
+    ]
+    return f", cohesion by Derjaguin, Muller and Toporov: {', '.join(parts)}" if parts else ""
+
+
 def simulation_sentences(card: MillingCard) -> list[str]:
     """How the numbers were computed, and the descriptors."""
     contact, found, software = card.contact_set, card.fingerprint, card.software
@@ -88,7 +97,7 @@ def simulation_sentences(card: MillingCard) -> list[str]:
         f"The motion of the balls was computed by the discrete element method with a {law.title} "
         f"(restitution {coefficient_in_words(contact, 'restitution')}, static friction "
         f"{coefficient_in_words(contact, 'static_friction')}, rolling friction "
-        f"{contact.rolling_friction:g}, {stiffness}{lowered}; contact set "
+        f"{contact.rolling_friction:g}, {stiffness}{lowered}{cohesion_in_words(contact)}; contact set "
         f"'{contact.name}') in {software.name} {software.version}{f', {simulated}' if simulated else ''}.",
         f"The energy-weighted mean energy of a collision (sum of squares over sum) was "
         f"{words['weighted_normal_energy_J']} along the line of centres and "

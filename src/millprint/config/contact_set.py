@@ -5,6 +5,7 @@ from typing import Any
 
 from pydantic import Field, model_validator
 
+from millprint.config.cohesion import CohesionConfig
 from millprint.config.errors import ConfigError
 from millprint.config.over_speed import (
     NOMINAL_SPEED_M_S,
@@ -78,6 +79,9 @@ class ContactConfig(NamedSection):
     """normal stiffness k_n of every contact [N/m]"""
     tangential_stiffness_ratio: float | None = Field(default=None, gt=0, le=10)
     """tangential over normal stiffness, k_t / k_n [-]; 2/7 gives both the same period"""
+
+    cohesion: CohesionConfig | None = None
+    """how bodies stick to each other; not at all if left out"""
 
     @model_validator(mode="after")
     def _keys_of_its_law(self) -> "ContactConfig":

@@ -101,8 +101,7 @@ def open_contact(balls, candidates, contacts, laws, counters, k, time, approach)
     put_of(contacts, lane, LANE.history.approach_speed, approach)
     put_of(contacts, lane, LANE.history.number, counters[COUNTER.opened])
     counters[COUNTER.opened] += 1
-    if laws.log_speeds.size > 0:
-        choose_by_speed(contacts, laws, lane)
+    choose_by_speed(laws.by_speed, contacts, laws, lane)
 
 
 @inlined()
@@ -278,8 +277,7 @@ def pass_on(balls, candidates, contacts, laws, walls, old, k, normal, time, tota
     candidates.lane[old] = -1
     candidates.trigger[old] = laws.wall[SURFACE.rough, balls.species[candidates.ball[old]], LAW.reach]
     settle(balls, candidates, contacts, laws, k, lane)
-    if laws.log_speeds.size > 0:
-        choose_by_speed(contacts, laws, lane)
+    choose_by_speed(laws.by_speed, contacts, laws, lane)
     block, m = lane // LANES, lane % LANES
     for carried in (LANE.history.spring, LANE.history.last_slip):
         turned = turn_into(get_vector(contacts.lanes, block, carried, m), normal)

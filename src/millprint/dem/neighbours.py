@@ -58,8 +58,7 @@ def put_back(balls, candidates, contacts, laws, counters, kept, k):
     lane = occupy(balls, candidates, contacts, laws, counters, k)
     for c in range(HISTORY_WIDTH):
         put_of(contacts, lane, LANE_HISTORY + c, contacts.kept_history[kept, c])
-    if laws.log_speeds.size > 0:
-        choose_by_speed(contacts, laws, lane)
+    choose_by_speed(laws.by_speed, contacts, laws, lane)
 
 
 @inner()

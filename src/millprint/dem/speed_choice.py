@@ -8,6 +8,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numba.core.types import NoneType
+from numba.extending import overload
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.over_speed import table_of
@@ -16,7 +18,7 @@ from millprint.dem.laws.record import damping_ratio
 from millprint.dem.layout import LANE
 from millprint.mill.kernel_columns import number_columns, width_of
 from millprint.mill.walls import SURFACE
-from millprint.run.kernel import inlined, inner
+from millprint.run.kernel import INLINED, inlined, inner
 
 # Rows of the laws (law.law_row) have the damping of this restitution where the restitution depends on the speed.
 REFERENCE = 0.5
@@ -37,6 +39,13 @@ class ChosenColumns(NamedTuple):
 CHOSEN = number_columns(ChosenColumns)
 
 
+class SpeedTables(NamedTuple):
+    """Coefficients at the speeds of all tables of a contact set, so that each stays linear in between."""
+
+    log_speeds: np.ndarray  # (s,) logarithms of speeds [m/s]
+    values: np.ndarray  # (1 + surfaces, s, width) ChosenColumns of balls, then of each surface (walls.SURFACE)
+
+
 def at_reference(contact: ContactConfig) -> ContactConfig:
     """The set that rows of the laws are made of: with the restitution REFERENCE if a coefficient is over speed."""
     if not contact.speed_tables:
@@ -44,11 +53,10 @@ def at_reference(contact: ContactConfig) -> ContactConfig:
     return contact.model_copy(update={"restitution": REFERENCE, "wall_restitution": None})
 
 
-def speed_tables(contact: ContactConfig) -> tuple[np.ndarray, np.ndarray]:
-    """Logarithms of speeds (s,) and coefficients (1 + surfaces, s, 2) of balls, then of each surface (walls.SURFACE).
-
-    At all speeds of the set's tables, so that each stays linear in between; without a speed if there is no table.
-    """
+def speed_tables(contact: ContactConfig) -> SpeedTables | None:
+    """The tables of a contact set; None if no coefficient depends on the speed of the hit."""
+    if not contact.speed_tables:
+        return None
     sets = [contact, *(getattr(contact, name) for name in ("at_wall", "without_friction"))]
     tables = [table_of(getattr(each, name)) for each in sets for name in ("restitution", "static_friction")]
     speeds = sorted({speed for table in tables if table is not None for speed in table.speeds_m_s})
@@ -57,7 +65,7 @@ def speed_tables(contact: ContactConfig) -> tuple[np.ndarray, np.ndarray]:
         for s, speed in enumerate(speeds):
             values[k, s, CHOSEN.restitution] = each.value_of("restitution", speed)
             values[k, s, CHOSEN.friction] = each.value_of("static_friction", speed)
-    return np.log(speeds), values
+    return SpeedTables(np.log(speeds), values)
 
 
 @inlined()
@@ -78,14 +86,29 @@ def place_among(sorted_values, value):
     return low, (value - sorted_values[low]) / (sorted_values[high] - sorted_values[low])
 
 
+def choose_by_speed(by_speed, contacts, laws, lane):
+    """Give a lane, whose row of the law is in place, the damping and friction of its speed of approach, if by_speed
+    (state.Laws) has tables; only for kernels.
+    """
+    raise NotImplementedError
+
+
+@overload(choose_by_speed, jit_options=INLINED)
+def _choose_by_speed(by_speed, contacts, laws, lane):
+    if isinstance(by_speed, NoneType):
+        return lambda by_speed, contacts, laws, lane: None
+    own = set_by_speed
+    return lambda by_speed, contacts, laws, lane: own(by_speed, contacts, laws, lane)
+
+
 @inner()
-def choose_by_speed(contacts, laws, lane):
-    """Give a lane, whose row of the law is in place, the damping and friction of its speed of approach."""
+def set_by_speed(by_speed, contacts, laws, lane):
+    """Set damping and friction of a lane by its speed of approach."""
     speed = max(get_of(contacts, lane, LANE.history.approach_speed), SLOWEST)
-    at, share = place_among(laws.log_speeds, math.log(speed))
+    at, share = place_among(by_speed.log_speeds, math.log(speed))
     partner = contacts.partner[lane]
     kind = 0 if partner >= 0 else 1 + laws.surface[-1 - partner]
-    below, above = laws.by_speed[kind, at], laws.by_speed[kind, at + 1]
+    below, above = by_speed.values[kind, at], by_speed.values[kind, at + 1]
     restitution = below[CHOSEN.restitution] + share * (above[CHOSEN.restitution] - below[CHOSEN.restitution])
     damped = ratio_of(restitution) / REFERENCE_RATIO
     for column in (LANE.law.normal_damping, LANE.law.tangential_damping):
