@@ -4,8 +4,10 @@ Draws every drop, and the track of each oscillating ball with its fit (Fig. 3.3)
 
 Settings: calibration.drop_test, calibration.interval, dem.time_step_s, dem.rayleigh_fraction_max; contact sets.
 Inputs: `measured` bounces; `track`, `fit`, `profile`, `paths` of the friction fits.
-Outputs: `drops`, `restitution`, and the figures.
+Outputs: `drops`, `restitution`, `over_speed` of measured bounces, and the figures.
 """
+
+import logging
 
 import pandas as pd
 
@@ -14,8 +16,16 @@ from millprint.config.contact_set import ContactConfig
 from millprint.figures.style import save
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
-from millprint.thesis.calibration.drop import read_heights, simulate_drops, summarise_drops
+from millprint.thesis.calibration.drop import (
+    read_heights,
+    restitution_over_speed,
+    simulate_drops,
+    summarise_drops,
+    table_in_words,
+)
 from millprint.thesis.figures.chapter3_and_4_figures import plot_drops, plot_friction_fit
+
+logger = logging.getLogger("millprint")
 
 MEASURED = "measured"
 
@@ -38,6 +48,10 @@ def main(
     tables = {contact.name: simulate_drops(contact, *drop) for contact in contacts}
     if settings.measured:
         tables[MEASURED] = read_heights(settings.measured).assign(contact=MEASURED)
+        found = restitution_over_speed(tables[MEASURED], interval)
+        write_table(found, output.over_speed)
+        for line in table_in_words(found):
+            logger.info("%s", line)
     write_table(pd.concat(tables.values(), ignore_index=True), output.drops)
     rows = [{"contact": name, **summarise_drops(table, interval)} for name, table in tables.items()]
     write_table(pd.DataFrame(rows), output.restitution)

@@ -77,7 +77,12 @@ OWN_DRUM = {
         "seeds": [0],
     },
 }  # fmt: skip
-OWN_WALLS = {"wall_restitution": 0.6, "wall_static_friction": 0.4, "wall_rolling_friction": 0.02}
+OWN_WALLS = {
+    "wall_restitution": {"speeds_m_s": [0.1, 1.0], "values": [0.7, 0.6]},
+    "wall_static_friction": 0.4,
+    "wall_rolling_friction": 0.02,
+    "cohesion": {"ball_ball_J_m2": 0.1, "ball_wall_N": 0.01},
+}
 # Sections that the configuration at hand leaves to their defaults, written out so that each key is damaged.
 DEFAULTED = ("convergence", "validation", "uncertainty")
 

@@ -4,6 +4,8 @@ import h5py
 import numpy as np
 import pytest
 
+from millprint.config.cohesion import CohesionConfig
+from millprint.config.over_speed import RestitutionTable
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem import run as runs
 from millprint.dem import simulation as simulations
@@ -83,6 +85,21 @@ def test_a_stopped_run_goes_on_bit_for_bit(unbroken, mills, contacts, tmp_path, 
         assert np.array_equal(values, second[name], equal_nan=values.dtype.kind == "f"), name
     clocks = {"wall_clock_s", "processor_s", "ns_per_ball_step"}
     assert {k: v for k, v in whole.items() if k not in clocks} == {k: v for k, v in parts.items() if k not in clocks}
+
+
+@pytest.mark.slow
+def test_what_a_contact_has_from_its_beginning_outlives_a_stop(mills, contacts, tmp_path, monkeypatch, small_chunks):
+    """The coefficients of the speed of the hit, and cohesion; balls are in contact when the run is stopped."""
+    changed = {
+        "restitution": RestitutionTable(speeds_m_s=(0.01, 0.1, 1.0), values=(0.1, 0.3, 0.7)),
+        "cohesion": CohesionConfig(ball_ball_J_m2=0.5, ball_wall_J_m2=0.5),
+    }
+    own = {"calibrated": contacts["calibrated"].model_copy(update=changed)}
+    whole = run(tmp_path / "whole", mills, own)
+    with monkeypatch.context() as patched, pytest.raises(Killed):
+        kill_after(patched, 60)
+        run(tmp_path / "parts", mills, own)
+    assert run(tmp_path / "parts", mills, own)["ledger_J"] == whole["ledger_J"]
 
 
 @pytest.mark.slow

@@ -129,6 +129,15 @@ def test_conditions_without_impacts_are_said_and_no_curve_is_made_of_them():
     assert not said_of(both, "no_impacts").any()
 
 
+def test_balls_that_move_with_the_wall_are_said():
+    """By their speed against the vessel; a vessel at rest has none, and an earlier version did not record it."""
+    shares = {0.08: 0.02, 0.14: 0.4, 0.20: None}
+    runs = [summary(fill) | {"speed_over_vessel": share} for fill, share in shares.items()] + [summary(0.30)]
+    table = tabulate_descriptors(runs, "gap_0_03")
+    assert said_of(table, "stuck").tolist() == [True, False, False, False]
+    assert "stuck" in table["motion"].iloc[0].split(", ")
+
+
 def test_too_few_conditions_with_impacts_are_refused_in_one_line():
     runs = [still(fill) for fill in (0.04, 0.06)] + [summary(fill) for fill in (0.10, 0.20)]
     with pytest.raises(ConfigError, match=r"emax: sweep\.fill_ratios: at 0\.04, 0\.06 all balls move with") as error:

@@ -165,7 +165,19 @@ def test_valid_input_is_checked_only_once(project):
         (DRUM, ("sweep", "ball_diameters_mm"), [CHARGE | {"shares": [1.0]}], ["shares", "one value for each of 2"]),
         (DRUM, ("sweep", "ball_diameters_mm"), [CHARGE | {"sizes_mm": [10, 60]}], ["60", "does not fit", "drum"]),
         (STEEL, ("wall_static_friction",), -0.1, ["steel.yaml", "wall_static_friction", "greater than"]),
+        (
+            STEEL,
+            ("cohesion",),
+            {"ball_wall_J_m2": 1e5},
+            ["contact set steel: cohesion.ball_wall_J_m2 = 100000", "at most"],
+        ),
         (STEEL, ("wall_restitution",), 2, ["steel.yaml", "wall_restitution", "less than"]),
+        (
+            STEEL,
+            ("wall_restitution",),
+            {"speeds_m_s": [0.5, 0.1], "values": [0.5, 0.6]},
+            ["steel.yaml: wall_restitution: speeds_m_s = [0.5, 0.1]: must rise; 0.1 follows 0.5"],
+        ),
         # What others measured, uncertainty, and the study of the settings.
         (CONFIG, ("validation",), {"setups": ["cannon"]}, ["validation", "unknown set-up 'cannon'", "alumina_impact"]),
         (

@@ -16,6 +16,7 @@ from millprint.card.card_model import (
     Jar,
     Machine,
     MillingCard,
+    OverSpeed,
     Powder,
     Programme,
 )
@@ -28,6 +29,7 @@ from millprint.config.contact_set import ALL_LAW_KEYS, PAIR_COEFFICIENTS, Contac
 from millprint.config.counting import recorded_count
 from millprint.config.dose import JarSection
 from millprint.config.mill import MillConfig
+from millprint.config.over_speed import NOMINAL_SPEED_M_S
 from millprint.fingerprint.readers import check_summary
 from millprint.run.kernel import kernel_digest
 
@@ -150,6 +152,16 @@ def _programme(experiment: Experiment) -> Programme | None:
 
 
 def _contact_set(contact: ContactConfig) -> ContactSet:
-    walls = {f"wall_{name}": getattr(contact, f"wall_{name}") for name in PAIR_COEFFICIENTS}
+    nominal = contact.at_speed(NOMINAL_SPEED_M_S)
+    walls = {f"wall_{name}": getattr(nominal, f"wall_{name}") for name in PAIR_COEFFICIENTS}
     own = ("name", "source", *PAIR_COEFFICIENTS, "kind", *ALL_LAW_KEYS)
-    return ContactSet(**{name: getattr(contact, name) for name in own}, **walls)
+    over_speed = [
+        OverSpeed(coefficient=name, speeds_m_s=list(table.speeds_m_s), values=list(table.values))
+        for name, table in contact.speed_tables.items()
+    ]
+    return ContactSet(
+        **{name: getattr(nominal, name) for name in own},
+        **walls,
+        over_speed=over_speed,
+        cohesion=contact.cohesion.model_dump(exclude_none=True) if contact.cohesion else {},
+    )

@@ -7,6 +7,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from millprint.config.over_speed import value_at
+
 FORMAT = "millprint milling card"
 SCHEMA_VERSION = 2
 
@@ -132,6 +134,17 @@ class Programme(Record):
     """whether the mill turns the other way after each pause"""
 
 
+class OverSpeed(Record):
+    """A coefficient over the speed along the normal at which two bodies meet."""
+
+    coefficient: str
+    """its key in the contact set"""
+    speeds_m_s: list[Positive]
+    """rising speeds [m/s]"""
+    values: list[Amount]
+    """the coefficient at each, linear in the logarithm of the speed between them [-]"""
+
+
 class ContactSet(Record):
     """The contact parameters of the simulation, and where they come from."""
 
@@ -140,7 +153,7 @@ class ContactSet(Record):
     source: str
     """where the numbers come from"""
     restitution: Share
-    """coefficient of restitution of ball on ball [-]"""
+    """coefficient of restitution of ball on ball; of one that depends on the speed of the hit, that at 0.5 m/s [-]"""
     static_friction: Amount
     """static friction of ball on ball [-]"""
     rolling_friction: Amount
@@ -161,6 +174,18 @@ class ContactSet(Record):
     """of linear: normal stiffness [N/m]"""
     tangential_stiffness_ratio: Positive | None = None
     """of linear: tangential over normal stiffness [-]"""
+    over_speed: list[OverSpeed] = []
+    """coefficients that depend on the speed of the hit"""
+    cohesion: dict[str, float] = {}
+    """how bodies stick to each other, by the keys of the contact set, such as ball_wall_J_m2 [J/m2]"""
+
+    def restitution_at_wall(self, speed_m_s: float) -> float:
+        """The restitution of a ball that hits a wall at a speed [m/s]."""
+        key, value = "wall_restitution", self.wall_restitution
+        if value is None:
+            key, value = "restitution", self.restitution
+        table = next((each for each in self.over_speed if each.coefficient == key), None)
+        return value if table is None else value_at(speed_m_s, table.speeds_m_s, table.values)
 
 
 class Descriptors(Record):

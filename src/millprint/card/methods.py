@@ -1,7 +1,8 @@
 """The methods paragraph of a card, ready for a paper; every number is from the card."""
 
-from millprint.card.card_model import Balls, Ends, Estimate, MillingCard, Programme, Quantity, Temperature
+from millprint.card.card_model import Balls, ContactSet, Ends, Estimate, MillingCard, Programme, Quantity, Temperature
 from millprint.config.contact_set import CONTACT_LAWS
+from millprint.config.over_speed import NOMINAL_SPEED_M_S
 from millprint.run.numbers import plain, prefix_of, three
 
 
@@ -62,6 +63,24 @@ def experiment_sentences(card: MillingCard) -> list[str]:
     return sentences
 
 
+def coefficient_in_words(contact: ContactSet, key: str) -> str:
+    """A coefficient of ball on ball, at the nominal speed and at the ends of its table if it depends on the speed."""
+    for table in contact.over_speed:
+        if table.coefficient == key:
+            ends = (f"{table.values[end]:.3g} at {table.speeds_m_s[end]:.3g} m/s" for end in (0, -1))
+            return f"{getattr(contact, key):.3g} at hits of {NOMINAL_SPEED_M_S:g} m/s ({' and '.join(ends)})"
+    return f"{getattr(contact, key):g}"
+
+
+def cohesion_in_words(contact: ContactSet) -> str:
+    """How bodies stick, as the end of a list; empty if they do not."""
+    parts = [
+        f"{key.split('_')[0]} on {key.split('_')[1]} {value:g} {'N' if key.endswith('N') else 'J/m2'}"
+        for key, value in contact.cohesion.items()
+    ]
+    return f", cohesion by Derjaguin, Muller and Toporov: {', '.join(parts)}" if parts else ""
+
+
 def simulation_sentences(card: MillingCard) -> list[str]:
     """How the numbers were computed, and the descriptors."""
     contact, found, software = card.contact_set, card.fingerprint, card.software
@@ -76,8 +95,9 @@ def simulation_sentences(card: MillingCard) -> list[str]:
     interval = f"in brackets, the band in which a new simulation falls with {100 * found.probability:g} %"
     sentences = [
         f"The motion of the balls was computed by the discrete element method with a {law.title} "
-        f"(restitution {contact.restitution:g}, static friction {contact.static_friction:g}, rolling friction "
-        f"{contact.rolling_friction:g}, {stiffness}{lowered}; contact set "
+        f"(restitution {coefficient_in_words(contact, 'restitution')}, static friction "
+        f"{coefficient_in_words(contact, 'static_friction')}, rolling friction "
+        f"{contact.rolling_friction:g}, {stiffness}{lowered}{cohesion_in_words(contact)}; contact set "
         f"'{contact.name}') in {software.name} {software.version}{f', {simulated}' if simulated else ''}.",
         f"The energy-weighted mean energy of a collision (sum of squares over sum) was "
         f"{words['weighted_normal_energy_J']} along the line of centres and "

@@ -8,6 +8,7 @@ jar, without automatic level. drop.wav, recorded with the same level from the sa
 the wall of the open jar: it says how loud a known energy is. Without it, rates over several loudnesses are compared.
 """
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from millprint.cli.commands import parser_of
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.fingerprint.readers import read_contacts
+from millprint.mill.speed_limits import GRAVITY
 from millprint.own_machine.heard_impacts import (
     FEWEST_IMPACTS,
     Drop,
@@ -72,9 +74,9 @@ def drop_of(path: Path, recording: Recording, condition: Condition, settings: Li
     heard = listen(*read_recording(path), settings).heard
     if not heard.loudness_dB.size:
         raise ConfigError(f"{path}: no impact is heard over the noise")
-    contact = condition.card.contact_set
-    restitution = contact.restitution if contact.wall_restitution is None else contact.wall_restitution
-    energy = energy_of_drop(condition.summaries[0]["ball_mass_kg"], 1e-3 * settings.drop_mm, restitution)
+    height = 1e-3 * settings.drop_mm
+    restitution = condition.card.contact_set.restitution_at_wall(math.sqrt(2 * GRAVITY * height))
+    energy = energy_of_drop(condition.summaries[0]["ball_mass_kg"], height, restitution)
     return Drop(float(heard.loudness_dB.max() - recording.floor_dB), energy)
 
 

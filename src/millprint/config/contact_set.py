@@ -1,10 +1,21 @@
 """Contact sets (config/contacts/*.yaml): the coefficients of thesis Table 3.2."""
 
 from dataclasses import dataclass
+from typing import Any
 
 from pydantic import Field, model_validator
 
+from millprint.config.cohesion import CohesionConfig
 from millprint.config.errors import ConfigError
+from millprint.config.over_speed import (
+    NOMINAL_SPEED_M_S,
+    FrictionOverSpeed,
+    RestitutionOverSpeed,
+    SpeedTable,
+    at_speed,
+    rescaled,
+    table_of,
+)
 from millprint.config.section import Name, NamedSection
 
 
@@ -31,6 +42,8 @@ CONTACT_LAWS = {
 ALL_LAW_KEYS = tuple(key for law in CONTACT_LAWS.values() for key in law.keys)
 # Coefficients that a set may give separately for walls.
 PAIR_COEFFICIENTS = ("restitution", "static_friction", "rolling_friction")
+# Coefficients that may depend on the speed of the hit.
+OVER_SPEED = ("restitution", "static_friction", "wall_restitution", "wall_static_friction")
 # Next to the name of a set where the powder is not known that it was measured with.
 ASSUMED = "an assumption unless measured with this powder"
 
@@ -42,15 +55,15 @@ class ContactConfig(NamedSection):
     """name of the set, equal to the name of the file"""
     source: str
     """source of the numbers"""
-    restitution: float = Field(gt=0, le=1)
-    """coefficient of restitution e [-], thesis Eq. 3.19"""
-    static_friction: float = Field(ge=0, le=100)
-    """static friction coefficient mu [-]"""
+    restitution: RestitutionOverSpeed
+    """coefficient of restitution e [-], thesis Eq. 3.19; or over the speed of the hit, as a table or a form"""
+    static_friction: FrictionOverSpeed
+    """static friction coefficient mu [-]; or a table over the speed of the hit"""
     rolling_friction: float = Field(ge=0, le=100)
     """rolling friction coefficient mu_r [-], thesis Eq. 3.16"""
-    wall_restitution: float | None = Field(default=None, gt=0, le=1)
+    wall_restitution: RestitutionOverSpeed | None = None
     """restitution of a ball at a wall [-]; if left out, as between two balls"""
-    wall_static_friction: float | None = Field(default=None, ge=0, le=100)
+    wall_static_friction: FrictionOverSpeed | None = None
     """static friction of a ball at a wall [-]; if left out, as between two balls"""
     wall_rolling_friction: float | None = Field(default=None, ge=0, le=100)
     """rolling friction of a ball at a wall [-]; if left out, as between two balls"""
@@ -66,6 +79,9 @@ class ContactConfig(NamedSection):
     """normal stiffness k_n of every contact [N/m]"""
     tangential_stiffness_ratio: float | None = Field(default=None, gt=0, le=10)
     """tangential over normal stiffness, k_t / k_n [-]; 2/7 gives both the same period"""
+
+    cohesion: CohesionConfig | None = None
+    """how bodies stick to each other; not at all if left out"""
 
     @model_validator(mode="after")
     def _keys_of_its_law(self) -> "ContactConfig":
@@ -86,6 +102,32 @@ class ContactConfig(NamedSection):
         if value is None:
             raise ConfigError(f"contact set {self.name}: kind: {self.kind} has no {key}, which is needed here")
         return float(value)
+
+    def at_speed(self, speed_m_s: float) -> "ContactConfig":
+        """The set with the coefficients that it has at a speed of the hit [m/s]; of ball on ball and of walls."""
+        given = {name: getattr(self, name) for name in OVER_SPEED}
+        return self.model_copy(
+            update={name: at_speed(value, speed_m_s) for name, value in given.items() if value is not None}
+        )
+
+    def value_of(self, coefficient: str, speed_m_s: float = NOMINAL_SPEED_M_S) -> float:
+        """A coefficient of ball on ball at a speed of the hit [m/s], the nominal one where nothing names a speed."""
+        return at_speed(getattr(self, coefficient), speed_m_s)
+
+    def rescaled(self, values: dict[str, float]) -> dict[str, Any]:
+        """Values of keys, each that depends on the speed as the set's own table in proportion (over_speed.rescaled)."""
+        own = {name: getattr(self, name) for name in OVER_SPEED if name in values}
+        # A wall without a value of its own is as a ball.
+        given = {
+            name: getattr(self, name.removeprefix("wall_")) if value is None else value for name, value in own.items()
+        }
+        return {**values, **{name: rescaled(value, values[name]) for name, value in given.items()}}
+
+    @property
+    def speed_tables(self) -> dict[str, SpeedTable]:
+        """The tables of the coefficients that depend on the speed of the hit, by their keys."""
+        tables = {name: table_of(value) for name in OVER_SPEED if (value := getattr(self, name)) is not None}
+        return {name: table for name, table in tables.items() if table is not None}
 
     @property
     def at_wall(self) -> "ContactConfig":

@@ -13,6 +13,7 @@ from millprint.config.mixture import BallMixture
 from millprint.config.sweep import Case, ball_count
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.case_cost import MOST_BYTES, MOST_DAYS, MOST_SITES, cost, sites_of
+from millprint.dem.cohesion import check_cohesion
 from millprint.dem.laws.registry import law_of, step_scale
 from millprint.dem.packing import capacity, pack_mixture
 from millprint.dem.timestep import largest_fraction, requested_step
@@ -132,6 +133,10 @@ def check_step_and_cost(
             f"{key} = {step:g}: more than {largest:g} of {law_of(contact).scale_title} of case {case.path}; "
             f"at most {largest * scale:.2g} s"
         )
+    try:
+        check_cohesion(contact, [size / 2000 for size in case.sizes_mm], config.dem.overlap_max)
+    except SimulationError as error:
+        raise ConfigError(str(error)) from None
     frequency = max(body.motion.frequency_hz for body in bodies) * case.speed_rpm / CHECK_RPM
     days, size = cost(case, config.dem, bodies[0].vessel, mill.volume_ml * 1e-6, step, frequency)
     if days > MOST_DAYS:

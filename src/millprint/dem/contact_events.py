@@ -24,6 +24,7 @@ from millprint.dem.layout import (
     STATUS,
     TOTAL,
 )
+from millprint.dem.speed_choice import choose_by_speed
 from millprint.mill.patches import SMOOTH_TURN
 from millprint.mill.vectors import add_scaled, dot, row, scale, subtract
 from millprint.mill.walls import (
@@ -100,6 +101,7 @@ def open_contact(balls, candidates, contacts, laws, counters, k, time, approach)
     put_of(contacts, lane, LANE.history.approach_speed, approach)
     put_of(contacts, lane, LANE.history.number, counters[COUNTER.opened])
     counters[COUNTER.opened] += 1
+    choose_by_speed(laws.by_speed, contacts, laws, lane)
 
 
 @inlined()
@@ -275,6 +277,7 @@ def pass_on(balls, candidates, contacts, laws, walls, old, k, normal, time, tota
     candidates.lane[old] = -1
     candidates.trigger[old] = laws.wall[SURFACE.rough, balls.species[candidates.ball[old]], LAW.reach]
     settle(balls, candidates, contacts, laws, k, lane)
+    choose_by_speed(laws.by_speed, contacts, laws, lane)
     block, m = lane // LANES, lane % LANES
     for carried in (LANE.history.spring, LANE.history.last_slip):
         turned = turn_into(get_vector(contacts.lanes, block, carried, m), normal)

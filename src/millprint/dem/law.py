@@ -12,6 +12,9 @@ Choices that the equations leave open, each tested in tests/physics:
   mu (1 + e) m v; the damped force would not, because it turns tensile before the contact ends.
 - The normal force is not clipped where it is tensile: that would turn a restitution of 0.30 into 0.40.
 - The tangential spring is turned into the current tangent plane with its length kept.
+- Cohesion is a constant pull while two bodies overlap (Derjaguin, Muller and Toporov 1975), so that it has a potential
+  and makes no energy. It is not in F_n of the cap and of rolling friction: the elastic force, which it raises, is. So
+  friction is mu times load plus pull, as Derjaguin has it (Z. Phys. 88, 1934, 661).
 - Rolling friction acts against the relative angular velocity (Eq. 3.16). Near zero it is limited to the torque that
   takes a quarter of that velocity in one step, so that it can stop a ball but never turn it back.
 - Damping in the tangential direction counts while the contact sticks; while it slides, all work is sliding.
@@ -27,6 +30,7 @@ from numba.extending import overload
 
 from millprint.config.contact_set import ContactConfig
 from millprint.dem.lanes import get
+from millprint.dem.laws.record import Cohesive
 from millprint.dem.laws.registry import LAWS, law_of
 from millprint.dem.layout import LANE, LAW, LAW_WIDTH
 from millprint.mill.vectors import add, add_scaled, dot, scale
@@ -40,22 +44,30 @@ STOP_SHARE = 0.25
 
 
 def law_row(
-    contact: ContactConfig, radius: float, mass: float, inertia: float, reach: float, limit: float, step: float
+    contact: ContactConfig,
+    radius: float,
+    mass: float,
+    inertia: float,
+    reach: float,
+    limit: float,
+    step: float,
+    pull: float,
 ) -> np.ndarray:
     """Coefficients of one kind of contact, in the columns of layout.LawColumns.
 
     radius, mass and inertia are the reduced ones, R* [m], m* [kg] and I* [kg m2]; for a wall those of the ball. reach
     is the distance of centres (or of centre and wall) at which contact begins [m]; limit the bound on the overlap [m];
-    step the integration step [s].
+    step the integration step [s]; pull: of cohesion [N].
     """
     row = np.empty(LAW_WIDTH)
     columns = [LAW.normal_stiffness, LAW.tangential_stiffness, LAW.normal_damping, LAW.tangential_damping]
     row[columns] = law_of(contact).coefficients(contact, radius, mass)
-    row[LAW.friction] = contact.static_friction
+    row[LAW.friction] = contact.value_of("static_friction")
     row[LAW.rolling_friction] = contact.rolling_friction
     row[LAW.largest_resistance] = STOP_SHARE * inertia / step
     row[LAW.reach] = reach
     row[LAW.largest_overlap] = limit
+    row[LAW.pull] = pull
     return row
 
 
@@ -66,10 +78,31 @@ def springs(mark, *numbers):
 
 @overload(springs, jit_options=INLINED)
 def _springs(mark, overlap, normal, tangential, damping, viscous):
-    own = inlined()(next(law.springs for law in LAWS.values() if law.mark is mark.instance_class))
+    plain = mark.types[0] if mark.instance_class is Cohesive else mark
+    own = inlined()(next(law.springs for law in LAWS.values() if law.mark is plain.instance_class))
     return lambda mark, overlap, normal, tangential, damping, viscous: own(
         overlap, normal, tangential, damping, viscous
     )
+
+
+@inlined()
+def pulled(lanes, block, m, overlap, force, stored):
+    """A normal force [N] and a stored energy [J] with those of cohesion."""
+    pull = get(lanes, block, LANE.law.pull, m)
+    return force - pull, stored - pull * overlap
+
+
+def with_pull(mark, lanes, block, m, overlap, force, stored):
+    """The same, or without change where the law has no cohesion; only for kernels."""
+    raise NotImplementedError
+
+
+@overload(with_pull, jit_options=INLINED)
+def _with_pull(mark, lanes, block, m, overlap, force, stored):
+    if mark.instance_class is not Cohesive:
+        return lambda mark, lanes, block, m, overlap, force, stored: (force, stored)
+    own = pulled
+    return lambda mark, lanes, block, m, overlap, force, stored: own(lanes, block, m, overlap, force, stored)
 
 
 @inlined()
@@ -132,4 +165,5 @@ def contact_law(mark, lanes, block, m, overlap, normal, arm, velocity, angular_v
     resistance = resistance if resistance < largest else largest
     torque = scale(-resistance, angular_velocity)
     powers = (damping * approach, sticking_power, tangential_power, resistance * turning * turning)
-    return elastic - damping, force, torque, spring, slip, powers, (stored, 0.5 * stiffness * dot(spring, spring))
+    normal_force, stored = with_pull(mark, lanes, block, m, overlap, elastic - damping, stored)
+    return normal_force, force, torque, spring, slip, powers, (stored, 0.5 * stiffness * dot(spring, spring))

@@ -30,6 +30,7 @@ class LawColumns(NamedTuple):
     largest_resistance: int  # of rolling: torque over angular velocity [N m s]
     reach: int  # distance of centres, or of centre and wall, at which the contact begins [m]
     largest_overlap: int  # at which a run is stopped [m]
+    pull: int  # of cohesion [N]
 
 
 class WorkColumns(NamedTuple):
@@ -148,10 +149,12 @@ class GridColumns(NamedTuple):
 
 
 class HeightColumns(NamedTuple):
-    """What the mean height of the balls over the floor is made of."""
+    """What the mean height of the balls over the floor is made of, and their mean speeds."""
 
     total: int  # sum of heights [m]
     balls: int  # number of them
+    relative_squared: int  # sum of squares of their speeds relative to the vessel [m2/s2]
+    vessel_squared: int  # sum of squares of the vessel's speeds at their places [m2/s2]
 
 
 class RateColumns(NamedTuple):

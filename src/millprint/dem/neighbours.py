@@ -7,6 +7,7 @@ import numpy as np
 from millprint.dem.contact_events import check_overlaps, listed, occupy
 from millprint.dem.lanes import get_of, put_of
 from millprint.dem.layout import CELL, COUNTER, HISTORY_WIDTH, LANE_HISTORY, LAW, RATE, STATUS
+from millprint.dem.speed_choice import choose_by_speed
 from millprint.mill.pose import POSE
 from millprint.mill.vectors import cross, dot, row, subtract, vector
 from millprint.mill.walls import PLANE, body_of, bounding_plane, cell_of, near, plane_distance, to_body
@@ -57,6 +58,7 @@ def put_back(balls, candidates, contacts, laws, counters, kept, k):
     lane = occupy(balls, candidates, contacts, laws, counters, k)
     for c in range(HISTORY_WIDTH):
         put_of(contacts, lane, LANE_HISTORY + c, contacts.kept_history[kept, c])
+    choose_by_speed(laws.by_speed, contacts, laws, lane)
 
 
 @inner()

@@ -29,7 +29,7 @@ from millprint.dem.layout import (
 )
 from millprint.mill.kernel_columns import names_of, width_of
 from millprint.mill.pose import POSE
-from millprint.mill.vectors import row, subtract
+from millprint.mill.vectors import dot, row, subtract
 from millprint.mill.walls import direction_to_body, to_body, wall_velocity
 from millprint.run.kernel import inlined, inner, kernel
 
@@ -166,11 +166,14 @@ def count_occupancy(balls, clock, recorder):
         line = int((point[1] - recorder.grid[GRID.low_y]) * recorder.grid[GRID.cells_per_m])
         recorder.height[HEIGHT.total] += point[2]
         recorder.height[HEIGHT.balls] += 1
+        vessel = wall_velocity(clock.motions, 0, position)
+        relative = subtract(row(balls.rate_now, i), vessel)
+        recorder.height[HEIGHT.relative_squared] += dot(relative, relative)
+        recorder.height[HEIGHT.vessel_squared] += dot(vessel, vessel)
         if not (0 <= column < recorder.occupancy.shape[0] and 0 <= line < recorder.occupancy.shape[1]):
             continue
         cell = recorder.occupancy[column, line]
         # The velocity relative to the vessel, along the vessel's axes.
-        relative = subtract(row(balls.rate_now, i), wall_velocity(clock.motions, 0, position))
         velocity = direction_to_body(clock.motions, 0, relative)
         cell[OCCUPANCY.balls] += 1
         for c in range(3):
@@ -263,6 +266,15 @@ class Recording:
         """Mean height of the balls' centres over the floor [m]; nan where it was never measured."""
         total, count = self.height[HEIGHT.total], self.height[HEIGHT.balls]
         return float(total / count) if count else math.nan
+
+    @property
+    def speed_over_vessel(self) -> float | None:
+        """Speed of the balls relative to the vessel over that of the vessel at their places, of mean squares [-].
+
+        None for a vessel at rest.
+        """
+        vessel = self.height[HEIGHT.vessel_squared]
+        return math.sqrt(self.height[HEIGHT.relative_squared] / vessel) if vessel > 0 else None
 
     @property
     def table(self) -> Table:

@@ -115,7 +115,7 @@ def _closing(
         series = ledger_series(np.concatenate(recording.samples))
         table = collision_table(recording.table)
         try:
-            return simulation, recording, series, table, summarise(simulation, series, table, recording.height_m)
+            return simulation, recording, series, table, summarise(simulation, series, table, recording)
         except OpenBalanceError as error:
             # The error grows with the square of the step.
             shorter = (case.rayleigh_fraction or 0.0) * (AIM * error.largest / error.found) ** 0.5

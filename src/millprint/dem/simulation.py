@@ -16,6 +16,7 @@ from millprint.config.sweep import Case, DemConfig, ball_count, overridden, thre
 from millprint.dem import state
 from millprint.dem.advance import advance
 from millprint.dem.case_cost import OCCUPANCY_CELL_M, OCCUPANCY_INTERVAL_S
+from millprint.dem.cohesion import check_cohesion
 from millprint.dem.laws.registry import law_of, step_scale
 from millprint.dem.layout import COUNTER, STATUS, TOTAL_WIDTH
 from millprint.dem.overlap import overlap_in_words
@@ -75,6 +76,7 @@ class Simulation:
             raise SimulationError(
                 f"fill ratio {case.fill_ratio:g} is less than one ball of {case.ball_diameter_mm:g} mm"
             )
+        check_cohesion(contact, self.radii.tolist(), dem.overlap_max)
         self.bodies: list[Body] = build_bodies(mill, case.speed_rpm)
         self._choose_steps()
         start, species = self._start(volume) if start is None else self._given(start)

@@ -8,8 +8,9 @@ import numpy as np
 from millprint.config.contact_set import ContactConfig
 from millprint.dem.lanes import IDLE, IDLE_PRESENT
 from millprint.dem.law import law_row
-from millprint.dem.laws.registry import law_of
+from millprint.dem.laws.registry import mark_of
 from millprint.dem.layout import CELL, COUNTER, GROUP, HISTORY_WIDTH, LANES, LOAD_WIDTH, RATE, RATE_WIDTH
+from millprint.dem.speed_choice import SpeedTables, at_reference, speed_tables
 from millprint.mill.kernel_columns import span_of, width_of
 from millprint.mill.motion import Motion, Motions, stack_motions
 from millprint.mill.walls import SURFACE
@@ -85,6 +86,7 @@ class Laws(NamedTuple):
     pair: np.ndarray  # (species, species, width) layout.LawColumns
     wall: np.ndarray  # (surfaces, species, width), by walls.SURFACE
     surface: np.ndarray  # (features,) surface of every feature of the walls, walls.Walls.surface
+    by_speed: SpeedTables | None  # of coefficients that depend on the speed of the hit; the kernels are compiled for it
     mark: tuple  # by whose type the kernels are compiled for the law, laws.record.ContactLaw
 
 
@@ -182,13 +184,17 @@ def make_laws(balls: Balls, contact: ContactConfig, step: float, overlap_fractio
     """Coefficients of every pair of species and of every species against each surface by its law.
 
     overlap_fraction: bound on any overlap over the ball's radius [-]; surface: that of every feature of the walls
-    (walls.Walls.surface). A wall has R* = R and m* = m.
+    (walls.Walls.surface). A wall has R* = R and m* = m. Nothing sticks to a wall without friction.
     """
 
     def reduced(a: float, b: float) -> float:
         return a * b / (a + b)
 
-    species = range(len(balls.radius))
+    def pull(pair: str, radius: float) -> float:
+        return contact.cohesion.pull_N(pair, radius) if contact.cohesion else 0.0
+
+    tables = speed_tables(contact)
+    contact, species = at_reference(contact), range(len(balls.radius))
     radius, mass, inertia = balls.radius, balls.mass, balls.inertia
     pair = [
         [
@@ -200,17 +206,30 @@ def make_laws(balls: Balls, contact: ContactConfig, step: float, overlap_fractio
                 radius[a] + radius[b],
                 overlap_fraction * min(radius[a], radius[b]),
                 step,
+                pull("ball_ball", reduced(radius[a], radius[b])),
             )
             for b in species
         ]
         for a in species
     ]
-    sets = {"rough": contact.at_wall, "smooth": contact.without_friction}
+    sets = {"rough": (contact.at_wall, pull), "smooth": (contact.without_friction, lambda *_: 0.0)}
     wall = [
-        [law_row(at, radius[a], mass[a], inertia[a], radius[a], overlap_fraction * radius[a], step) for a in species]
-        for at in (sets[name] for name in SURFACE._fields)
+        [
+            law_row(
+                at,
+                radius[a],
+                mass[a],
+                inertia[a],
+                radius[a],
+                overlap_fraction * radius[a],
+                step,
+                own_pull("ball_wall", radius[a]),
+            )
+            for a in species
+        ]
+        for at, own_pull in (sets[name] for name in SURFACE._fields)
     ]
-    return Laws(np.array(pair), np.array(wall), surface, law_of(contact).mark())
+    return Laws(np.array(pair), np.array(wall), surface, tables, mark_of(contact))
 
 
 def make_clock(

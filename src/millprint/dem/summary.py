@@ -7,8 +7,10 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.contact_set import PAIR_COEFFICIENTS
+from millprint.config.over_speed import NOMINAL_SPEED_M_S
 from millprint.dem.collisions import CHANNELS, by_surface, collision_statistics, squares_per_turn, weighted_statistics
 from millprint.dem.ledger import check_closure, ledger_summary
+from millprint.dem.recording import Recording
 from millprint.dem.simulation import Simulation
 from millprint.dem.turns import mean_of_turns, relative_error
 from millprint.mill.bodies import ball_space_m3, travel_m
@@ -57,14 +59,16 @@ def largest_overlap(table: pd.DataFrame, radius_m: np.ndarray) -> float:
     return float((table["peak_overlap_m"].to_numpy() / smaller).max())
 
 
-def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame, height_m: float) -> dict:
+def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame, recording: Recording) -> dict:
     """The summary of a run; raises SimulationError where the energy balance does not close.
 
     table: rows as `collision_table` gives them.
+    Of a coefficient that depends on the speed of the hit it has the value at the nominal speed (config.over_speed).
+    speed_over_vessel: as of Recording, how much the balls move against the vessel.
     wall_clock_s and processor_s are those of the kernel; ns_per_ball_step is processor time, which other jobs
     disturb less.
     """
-    case, dem, contact = simulation.case, simulation.dem, simulation.contact
+    case, dem, contact = simulation.case, simulation.dem, simulation.contact.at_speed(NOMINAL_SPEED_M_S)
     ledger = ledger_summary(series)
     window = simulation.window_s
     frequency = simulation.frequency_hz
@@ -120,7 +124,8 @@ def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame,
         ),
         "weighted": weighted,
         "median_contact_duration_s": float(contacts["duration_s"].median()) if len(contacts) else None,
-        "mean_ball_height_m": height_m,
+        "mean_ball_height_m": recording.height_m,
+        "speed_over_vessel": recording.speed_over_vessel,
         "max_overlap_fraction": largest_overlap(table, simulation.balls.radius[simulation.balls.species]),
         "wall_clock_s": simulation.wall_clock_s,
         "processor_s": simulation.processor_s,

@@ -121,7 +121,14 @@ def _turns_row(summary: dict, collisions: float) -> dict:
     independent = [of_turns.independent if of_turns else float(len(energies[name])) for name, of_turns in known.items()]
     locked = all(motion_repeats(own, collisions) for own in energies.values())
     hits = has_impacts(energies["normal"] or [_of_a_turn(summary)], summary["balls"] * _energy_scale(summary))
-    return row | {"runs_with_impacts": int(hits), "independent_turns": min(independent), "repeating_runs": int(locked)}
+    # A summary of an earlier version has no such number.
+    stuck = (summary.get("speed_over_vessel") or 1.0) < STUCK
+    return row | {
+        "runs_with_impacts": int(hits),
+        "stuck_runs": int(stuck),
+        "independent_turns": min(independent),
+        "repeating_runs": int(locked),
+    }
 
 
 def _of_a_turn(summary: dict) -> float:
@@ -173,7 +180,7 @@ def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
         mean[name] = np.sqrt(mean[name] / mean["seeds"])
     mean["collision_frequency_seed_sd_hz"] = groups["collision_frequency_hz"].std(ddof=1)
     mean["balls"] = mean["balls"].round().astype(int)
-    told = ["runs_with_impacts", "independent_turns", "repeating_runs"]
+    told = ["runs_with_impacts", "stuck_runs", "independent_turns", "repeating_runs"]
     turns = zip(*(groups[name].sum() for name in told), differ, strict=True)
     mean["motion"] = [", ".join(said.word for said in motion_of(*own)) for own in turns]
     return mean.drop(columns=told).reset_index()
@@ -205,6 +212,8 @@ def tabulate_descriptors(summaries: list[dict], rule_name: str) -> pd.DataFrame:
 
 # Probability of taking seeds of the same motion for several motions; independent turns that suffice.
 CHANCE, FEWEST_TURNS = 0.01, 8
+# Balls stick to the wall where their speed relative to the vessel is under this share of the vessel's [-].
+STUCK = 0.1
 
 
 class Run(NamedTuple):
@@ -259,6 +268,11 @@ MOTIONS: Mapping[str, Motion] = {
         "all balls move with the wall, as one layer that goes round or at rest on it, and nothing hits; curves "
         "leave it out: take a higher fill ratio or another speed",
     ),
+    "stuck": Motion(
+        "stuck",
+        f"all balls move with the wall, within {100 * STUCK:g} % of its speed, as where powder sticks or a drum turns "
+        "too fast, and hardly anything is milled: try another speed, more balls, or less or drier powder",
+    ),
     "few_turns": Motion(
         "few turns",
         f"fewer than {FEWEST_TURNS} independent turns were recorded, so that the scatter of a run is hardly known: "
@@ -277,14 +291,15 @@ MOTIONS: Mapping[str, Motion] = {
 }
 
 
-def motion_of(impacts: int, independent: float, repeating: int, differ: bool) -> list[Motion]:
+def motion_of(impacts: int, stuck: int, independent: float, repeating: int, differ: bool) -> list[Motion]:
     """Why the standard errors of a condition may be wrong, from its turns and seeds: some of MOTIONS.
 
-    impacts: seeds whose balls hit anything; independent: turns of all seeds; repeating: seeds whose motion repeats;
-    differ: whether seeds differ beyond chance.
+    impacts: seeds whose balls hit anything; stuck: seeds whose balls move with the wall; independent: turns of all
+    seeds; repeating: seeds whose motion repeats; differ: whether seeds differ beyond chance.
     """
     said = {
         "no_impacts": impacts == 0,
+        "stuck": stuck > 0,
         "few_turns": independent < FEWEST_TURNS,
         "repeats": repeating > 0,
         "seeds_differ": differ,

@@ -123,7 +123,9 @@ WORDS = {"title", "source", "speed_unit", "sweep"}
 
 def digest_of(mill: MillConfig, contact: ContactConfig) -> str:
     """A short digest of what a mill and its contact set are, without their words and the mill's sweep."""
-    parts = [mill.model_dump(mode="json", exclude=WORDS), contact.model_dump(mode="json", exclude=WORDS)]
+    # A key that came later changes no digest where it is left out.
+    later = set() if contact.cohesion else {"cohesion"}
+    parts = [mill.model_dump(mode="json", exclude=WORDS), contact.model_dump(mode="json", exclude=WORDS | later)]
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:16]
 
 

@@ -16,6 +16,7 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillSweepConfig
+from millprint.config.over_speed import NOMINAL_SPEED_M_S
 from millprint.config.sweep import Case, DemConfig
 from millprint.config.uncertainty import (
     PARAMETERS,
@@ -168,9 +169,13 @@ def with_sweep(mill: dict, sweep: dict | None, derived: str | Path | None) -> Mi
 
 
 def contact_values(contact: ContactConfig) -> dict[str, float]:
-    """The varied parameters of a contact set; if the set has no friction at walls, it is that between balls."""
-    found = {name: getattr(contact, name, None) for name in PARAMETERS}
-    return {name: contact.static_friction if value is None else value for name, value in found.items()}
+    """The varied parameters of a contact set, at the nominal speed those that depend on the speed of the hit.
+
+    If the set has no friction at walls, it is that between balls.
+    """
+    found = {name: getattr(contact.at_speed(NOMINAL_SPEED_M_S), name, None) for name in PARAMETERS}
+    friction = contact.value_of("static_friction")
+    return {name: friction if value is None else value for name, value in found.items()}
 
 
 def space_of(mill: MillConfig, uncertainty: UncertaintyConfig) -> Space:
@@ -263,8 +268,10 @@ def _describe(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConf
 
 
 def _with(section: Settings, values: dict) -> Settings:
-    """A contact set or a case with the values that it has keys for."""
+    """A contact set or a case with the values that it has keys for; a table over speed has them at the nominal one."""
     own = {key: value for key, value in values.items() if key in type(section).model_fields}
+    if isinstance(section, ContactConfig):
+        own = section.rescaled(own)
     return type(section)(**{**section.model_dump(), **own})
 
 

@@ -101,7 +101,8 @@ def partial_slip(
     stiffness = effective_modulus(contact)
     shear = modulus / ((2 - poisson) * (1 + poisson))
     mass = ball_mass(contact, radius)
-    damping = -2 * math.sqrt(5 / 6) * damping_ratio(contact.restitution)
+    friction = contact.value_of("static_friction", normal)
+    damping = -2 * math.sqrt(5 / 6) * damping_ratio(contact.value_of("restitution", normal))
     # A little wider than the largest contact.
     half = 1.02 * math.sqrt(radius * largest_overlap(contact, radius, normal))
     place = (np.arange(springs) + 0.5) * half / springs
@@ -114,7 +115,7 @@ def partial_slip(
         pressed = np.maximum(overlap - gap, 0.0)
         # A spring that has left the plate loses its displacement.
         drawn = np.where(pressed > 0, drawn + (along - radius * spin) * step, 0.0)
-        limit = contact.static_friction * stiffness / shear * pressed
+        limit = friction * stiffness / shear * pressed
         drawn = np.clip(drawn, -limit, limit)
         drag = shear * width * drawn.sum()
         root = math.sqrt(radius * overlap)
@@ -178,10 +179,11 @@ def sliding(contact: ContactConfig, radius: float, normal: float, tangential: fl
     The impulse along the plate is mu (1 + e) m v, so that the tangential restitution is 1 - mu (1 + e) v / w. It slides
     throughout if w > 7/2 mu (1 + e) v. radius [m]; normal v, tangential w: speeds before the impact [m/s].
     """
-    change = contact.static_friction * (1 + contact.restitution) * normal
+    restitution = contact.value_of("restitution", normal)
+    change = contact.value_of("static_friction", normal) * (1 + restitution) * normal
     if tangential < 3.5 * change:
         return None
-    return Rebound(normal, tangential, contact.restitution * normal, tangential - change, 2.5 * change / radius, radius)
+    return Rebound(normal, tangential, restitution * normal, tangential - change, 2.5 * change / radius, radius)
 
 
 def variants(contact: ContactConfig, settings: ImpactConfig) -> list[ContactConfig]:
@@ -248,10 +250,10 @@ def predict_elastic_impact(inputs: Inputs) -> pd.DataFrame:
     for slope in _all_places(settings.slopes, inputs.places["x"]):
         values = []
         for each in variants(contact, settings):
-            scale = each.static_friction * normal
+            scale = each.value_of("static_friction", normal) * normal
             values.append(plate.hit(each, normal, slope * scale, settings.steps_per_impact).surface_velocity / scale)
         rows.append(_row(SURFACE, "-", ids, slope, values))
-        scale = contact.static_friction * normal
+        scale = contact.value_of("static_friction", normal) * normal
         for model, solve in ((PARTIAL, partial_slip), (SLIDING, sliding)):
             if (hit := solve(contact, plate.radius, normal, slope * scale)) is not None:
                 rows.append(prediction(SURFACE, "-", hit.surface_velocity / scale, x=slope, model=model))

@@ -149,10 +149,10 @@ def contact_values(contact: ContactConfig) -> dict[str, float]:
     """CONTACT_KEYS of a contact set; values at walls that it leaves out are as between balls."""
     wall = contact.at_wall
     return {
-        "restitution": contact.restitution,
-        "static_friction": contact.static_friction,
-        "wall_restitution": wall.restitution,
-        "wall_static_friction": wall.static_friction,
+        "restitution": contact.value_of("restitution"),
+        "static_friction": contact.value_of("static_friction"),
+        "wall_restitution": wall.value_of("restitution"),
+        "wall_static_friction": wall.value_of("static_friction"),
         "rolling_friction": contact.rolling_friction,
     }
 

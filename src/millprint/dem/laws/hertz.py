@@ -21,7 +21,7 @@ def coefficients(contact: ContactConfig, radius: float, mass: float) -> tuple[fl
     modulus, poisson = contact.of_law("young_modulus_gpa") * 1e9, contact.of_law("poisson_ratio")
     effective = effective_modulus(contact)
     shear = modulus / (4 * (2 - poisson) * (1 + poisson))
-    damping = -2 * math.sqrt(5 / 6) * damping_ratio(contact.restitution)
+    damping = -2 * math.sqrt(5 / 6) * damping_ratio(contact.value_of("restitution"))
     tangential = 8 * shear * math.sqrt(radius)
     return (
         4 / 3 * effective * math.sqrt(radius),

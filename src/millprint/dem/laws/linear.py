@@ -24,7 +24,7 @@ def stiffnesses(contact: ContactConfig) -> tuple[float, float]:
 def coefficients(contact: ContactConfig, radius: float, mass: float) -> tuple[float, float, float, float]:
     """k_n, k_t [N/m], and 2 beta sqrt(k m*) of both [N s/m]: a restitution of exactly e, at any speed."""
     normal, tangential = stiffnesses(contact)
-    damping = -2 * damping_ratio(contact.restitution)
+    damping = -2 * damping_ratio(contact.value_of("restitution"))
     return normal, tangential, damping * math.sqrt(normal * mass), damping * math.sqrt(tangential * mass)
 
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from millprint.config.contact_set import ContactConfig
 
@@ -31,6 +32,12 @@ class ContactLaw:
     scale_title: str
     impact: Callable[[float, float, float], tuple[float, float]]
     overlap_power: float
+
+
+class Cohesive(NamedTuple):
+    """The mark of a law with cohesion."""
+
+    law: tuple  # mark of the law without it
 
 
 def damping_ratio(restitution: float) -> float:

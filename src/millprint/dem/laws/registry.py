@@ -3,7 +3,7 @@
 from millprint.config.contact_set import ContactConfig
 from millprint.dem.laws.hertz import HERTZ
 from millprint.dem.laws.linear import LINEAR
-from millprint.dem.laws.record import ContactLaw
+from millprint.dem.laws.record import Cohesive, ContactLaw
 
 LAWS = {"hertz": HERTZ, "linear": LINEAR}
 
@@ -13,6 +13,12 @@ def law_of(contact: ContactConfig) -> ContactLaw:
     if contact.kind not in LAWS:
         raise ValueError(f"kind = {contact.kind!r}: no such contact law is in the registry; known: {', '.join(LAWS)}")
     return LAWS[contact.kind]
+
+
+def mark_of(contact: ContactConfig) -> tuple:
+    """The mark by whose type the kernels are compiled for a contact set: its law, with cohesion or without it."""
+    mark = law_of(contact).mark()
+    return Cohesive(mark) if contact.cohesion else mark
 
 
 def step_scale(contact: ContactConfig, radius_m: float) -> float:

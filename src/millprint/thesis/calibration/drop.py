@@ -1,5 +1,7 @@
 """The drop test, simulated and measured: restitution from the bounce of a ball (thesis Sec. 3.2.2, Eq. 3.19)."""
 
+import math
+
 import numpy as np
 import pandas as pd
 from scipy.special import stdtrit
@@ -7,6 +9,7 @@ from scipy.special import stdtrit
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.geometry import BoxGeometry
+from millprint.config.over_speed import NOMINAL_SPEED_M_S, SpeedTable
 from millprint.dem.few_balls import FewBalls
 from millprint.dem.timestep import resolved_step
 from millprint.mill.vessel import Vessel, shape_vessel
@@ -14,6 +17,8 @@ from millprint.run.tables import Number, read_measured, refuse_rows
 
 GRAVITY = 9.81
 SAMPLE_S = 1e-4  # the top of a bounce is flat: it is missed by at most g dt^2 / 8, 0.01 micrometre
+FEWEST_HEIGHTS = 3
+ENDS = ("lower", "upper")
 HEIGHTS = ["drop_height_mm", "bounce_height_mm"]
 
 
@@ -22,6 +27,11 @@ def _room(diameter: float, height: float) -> Vessel:
     wide, tall = 6e3 * diameter, 1e3 * (height + 3 * diameter)
     box = BoxGeometry(kind="box", x_mm=wide, y_mm=wide, z_mm=tall)
     return shape_vessel(box, "drop test", solid=False)
+
+
+def hit_speed(height_m: float) -> float:
+    """Speed of a hit after a fall from rest from a height [m] over the floor [m/s]."""
+    return math.sqrt(2 * GRAVITY * height_m)
 
 
 def bounce_height(clearance: np.ndarray) -> float:
@@ -45,7 +55,7 @@ def simulate_drops(
 ) -> pd.DataFrame:
     """Drop one ball of a diameter [m] from each of `heights` [m]; e = (h_bounce / h_drop)^(1/2) (Eq. 3.19).
 
-    The floor is a wall: restitution_given is that of a ball at a wall.
+    The floor is a wall: restitution_given is that of a ball at a wall, at the speed of the hit.
     step_s: integration step [s], shortened to a fraction of the ball's Rayleigh time where it exceeds it.
     One row a height: contact, drop_height_mm, bounce_height_mm, restitution_given, restitution.
     Raises SimulationError.
@@ -60,7 +70,8 @@ def simulate_drops(
         # The fall, a bounce that is no higher than the drop, and a margin.
         _, positions = world.track(3.2 * np.sqrt(2 * height / GRAVITY), max(1, round(SAMPLE_S / step)))
         bounce = bounce_height(positions[:, 0, 2] - diameter / 2)
-        rows.append((contact.name, 1e3 * height, 1e3 * bounce, contact.restitution))
+        given = contact.value_of("restitution", hit_speed(height))
+        rows.append((contact.name, 1e3 * height, 1e3 * bounce, given))
     return add_restitution(pd.DataFrame(rows, columns=["contact", *HEIGHTS, "restitution_given"]))
 
 
@@ -96,3 +107,29 @@ def summarise_drops(drops: pd.DataFrame, probability: float) -> dict[str, float]
     half = float(stdtrit(len(values) - 1, (1 + probability) / 2)) * spread / len(values) ** 0.5
     mean = float(values.mean())
     return {"drops": len(values), "mean": mean, "sd": spread, "lower": mean - half, "upper": mean + half}
+
+
+def restitution_over_speed(drops: pd.DataFrame, probability: float) -> pd.DataFrame:
+    """The restitution at the speed of each drop height: speed_m_s, and the columns of `summarise_drops`."""
+    rows = [
+        {"speed_m_s": hit_speed(1e-3 * height), **summarise_drops(own, probability)}
+        for height, own in drops.groupby("drop_height_mm", sort=True)
+    ]
+    return pd.DataFrame(rows)
+
+
+def table_in_words(found: pd.DataFrame) -> list[str]:
+    """A table of `restitution_over_speed` as the key of a contact set, and its interval at the nominal speed.
+
+    Lines; one, that says what is missing, for fewer than FEWEST_HEIGHTS heights or one that was dropped from only once.
+    """
+    if len(found) < FEWEST_HEIGHTS or found["drops"].min() < 2:
+        return [f"a restitution over speed needs drops from {FEWEST_HEIGHTS} heights, two or more from each"]
+    speeds, values = (", ".join(f"{value:.3g}" for value in found[name]) for name in ("speed_m_s", "mean"))
+    ends = {name: SpeedTable(speeds_m_s=tuple(found["speed_m_s"]), values=tuple(found[name])) for name in ENDS}
+    lower, upper = (ends[name].at(NOMINAL_SPEED_M_S) for name in ENDS)
+    return [
+        f"restitution: {{speeds_m_s: [{speeds}], values: [{values}]}}",
+        f"uncertainty.parameters.restitution, which is that at {NOMINAL_SPEED_M_S:g} m/s: "
+        f"lower: {lower:.3g}, upper: {upper:.3g}",
+    ]

@@ -336,7 +336,7 @@ def _fit_table(
         "mill": mills["mill"].name,
         "track_mill": "" if measured else mills["track_mill"].name,
         "parameter": FRICTION_PAIR,
-        "given": [np.nan if measured else getattr(contact, name) for name in FRICTION_PAIR],
+        "given": [np.nan if measured else contact.value_of(name) for name in FRICTION_PAIR],
     }
     table = pd.DataFrame(known).merge(fit.summary, on="parameter")
     return table.assign(

@@ -113,7 +113,7 @@ def simulate_track(swing: Swing, settings: SwingConfig) -> pd.DataFrame:
     Raises SimulationError.
     """
     times = np.arange(0, settings.duration_s, 1 / settings.frames_per_second)
-    friction = swing.contact.static_friction, swing.contact.rolling_friction
+    friction = swing.contact.value_of("static_friction"), swing.contact.rolling_friction
     places = swing.positions(friction, settings.duration_s)(times)
     noise = np.random.default_rng(settings.seed).normal(0, settings.noise_mm, places.shape)
     return pd.DataFrame({"time_s": times, **dict(zip(PLACES, (places + noise).T, strict=True))})

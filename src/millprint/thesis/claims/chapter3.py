@@ -108,9 +108,10 @@ def restitution_of_a_contact_set(evidence: Evidence, contact: str) -> Finding:
     """Eq. 3.30."""
     evidence.cite(f"config/contacts/{contact}.yaml", "restitution, static_friction", effective_restitution)
     values = load_named(evidence.data.parent / "contacts", contact, ContactConfig, "contact set")
+    restitution, friction = values.value_of("restitution"), values.value_of("static_friction")
     return Finding(
-        effective_restitution(values.restitution, values.static_friction),
-        f"Eq. 3.30 with e = {values.restitution:g} and mu = {values.static_friction:g}",
+        effective_restitution(restitution, friction),
+        f"Eq. 3.30 with e = {restitution:g} and mu = {friction:g}",
     )
 
 
