@@ -27,7 +27,7 @@ from benchmarks.cases import (
     time_millprint,
 )
 from benchmarks.config import BenchCase, BenchConfig
-from benchmarks.lammps import Lammps
+from benchmarks.lammps import Lammps, timing
 from benchmarks.physics import half_width
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
@@ -79,7 +79,7 @@ class Entry:
         if self.code == OURS:
             return time_millprint(self.setup, self.start, self.driven_s)
         log = lammps.time(place / self.setup.name, self.setup, self.start, self.steps, self.step_s)
-        return log.timing()
+        return timing(log)
 
 
 def entries_of(config: BenchConfig, contact: ContactConfig, case: BenchCase, jars: list[Jar]) -> list[Entry]:

@@ -17,13 +17,14 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.config import BenchConfig, TumblingConfig
-from benchmarks.lammps import MEANS_FILE, SAMPLE_EVERY, Lammps, balls_text, head_lines, law_text
+from benchmarks.lammps import MEANS_FILE, SAMPLE_EVERY, Lammps, law_text, pair_lines
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.geometry import LifterDrumGeometry
 from millprint.config.mill import MillConfig
 from millprint.config.motion_kinds import RotationMotion
 from millprint.config.sweep import Case, DemConfig
+from millprint.dem.lammps.input import balls_text, head_lines
 from millprint.dem.run import run_case
 from millprint.dem.simulation import Simulation
 from millprint.run.progress import progress
@@ -95,7 +96,7 @@ def input_text(simulation: Simulation, shape: LifterDrumGeometry, bench: BenchCo
     height, width = lifters.height_mm / 1e3, lifters.width_mm / 2e3
     settle, discard, window = steps_of(simulation, settings)
     lines = [
-        *head_lines(pair, bench.lammps.skin_m, simulation.step),
+        *head_lines(pair_lines(pair), bench.lammps.skin_m, simulation.step),
         f"variable w equal {2 * math.pi * simulation.frequency_hz!r}",
         f"variable turned equal v_w*dt*(step>{settle})*(step-{settle})",
         "fix gravity all gravity 9.81 vector 0 0 -1",

@@ -16,10 +16,6 @@ its users write (`lammps.timed`): x = 1, the coefficient as it is, no twisting, 
 """
 
 import math
-import os
-import re
-import subprocess
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +24,10 @@ from benchmarks.cases import Setup, Timing
 from benchmarks.config import LammpsConfig, LammpsLaw
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import SimulationError
+from millprint.dem.lammps.input import BALLS, INPUT, balls_text, head_lines
+from millprint.dem.lammps.law import tangential_damping_ratio
+from millprint.dem.lammps.output import LammpsLog
+from millprint.dem.lammps.run import start
 
 # Steps between the samples of a mean.
 SAMPLE_EVERY = 20
@@ -43,11 +43,6 @@ MEANS = {
 }
 
 MEANS_FILE = "means.txt"
-
-
-def tangential_damping_ratio(poisson: float) -> float:
-    """Tangential over normal damping at equal overlap, sqrt(K_t / S_n) = sqrt(2 (1 - nu) / (2 - nu)), Eqs 3.7, 3.9."""
-    return math.sqrt(2 * (1 - poisson) / (2 - poisson))
 
 
 def law_text(contact: ContactConfig, radius: float, law: LammpsLaw, lever: float) -> str:
@@ -68,16 +63,6 @@ def law_text(contact: ContactConfig, radius: float, law: LammpsLaw, lever: float
     return " ".join([*words, f"damping {law.damping}"])
 
 
-def balls_text(low: list[float], high: list[float], places_m: np.ndarray, diameter_m: float, density: float) -> str:
-    """LAMMPS's data file: balls at rest at places (n, 3) [m], in a box from `low` to `high` [m]; density [kg/m3]."""
-    lines = ["millprint", "", f"{len(places_m)} atoms", "1 atom types", ""]
-    lines += [f"{low[k]!r} {high[k]!r} {axis}lo {axis}hi" for k, axis in enumerate("xyz")]
-    lines += ["", "Atoms # sphere", ""]
-    ball = f"{diameter_m!r} {density!r}"
-    lines += [f"{number} 1 {ball} {x!r} {y!r} {z!r}" for number, (x, y, z) in enumerate(places_m.tolist(), start=1)]
-    return "\n".join(lines) + "\n"
-
-
 def data_text(setup: Setup, start: np.ndarray) -> str:
     """LAMMPS's data file: balls at rest at `start` (n, 3) [m], in a domain with room for the moving jar."""
     reach = 2 * setup.amplitude_m + setup.diameter_m
@@ -85,20 +70,9 @@ def data_text(setup: Setup, start: np.ndarray) -> str:
     return balls_text(low, high, start, setup.diameter_m, setup.contact.density_kg_m3)
 
 
-def head_lines(pair: str, skin_m: float, step_s: float) -> list[str]:
-    """The beginning of an input: balls from balls.data, the law between two of them, the step [s]."""
-    return [
-        "units si",
-        "atom_style sphere",
-        "boundary f f f",
-        "newton off",
-        "comm_modify vel yes",
-        "read_data balls.data",
-        "pair_style granular",
-        f"pair_coeff * * {pair}",
-        f"neighbor {skin_m!r} bin",
-        f"timestep {step_s!r}",
-    ]
+def pair_lines(law: str) -> list[str]:
+    """Input lines of the law between two balls."""
+    return ["pair_style granular", f"pair_coeff * * {law}"]
 
 
 def input_text(setup: Setup, settings: LammpsConfig, step_s: float, runs: list[int], with_means: bool) -> str:
@@ -111,7 +85,7 @@ def input_text(setup: Setup, settings: LammpsConfig, step_s: float, runs: list[i
     law = settings.compared if with_means else settings.timed
     pair, wall = (law_text(setup.contact, radius, law, lever) for lever in (2.0, 1.0))
     lines = [
-        *head_lines(pair, settings.skin_m, step_s),
+        *head_lines(pair_lines(pair), settings.skin_m, step_s),
         f"variable A equal {setup.amplitude_m!r}",
         f"variable w equal {setup.angular_frequency!r}",
         "variable dx equal v_A*(cos(v_w*step*dt)-1)",
@@ -165,34 +139,9 @@ def means_lines(setup: Setup, step_s: float) -> list[str]:
     ]
 
 
-@dataclass(frozen=True)
-class LammpsLog:
-    """The data of the last loop in the log of a run."""
-
-    version: str
-    loop_s: float
-    steps: int
-    balls: int
-    processor_share: float  # of the loop's wall time [-]
-
-    def timing(self) -> Timing:
-        """The loop as a timing."""
-        return Timing(self.steps, self.balls, self.loop_s, self.loop_s * self.processor_share)
-
-
-LOOP = re.compile(r"^Loop time of (\S+) on 1 procs for (\d+) steps with (\d+) atoms", re.MULTILINE)
-SHARE = re.compile(r"^(\S+)% CPU use", re.MULTILINE)
-VERSION = re.compile(r"^LAMMPS \((.+)\)", re.MULTILINE)
-
-
-def read_log(text: str) -> LammpsLog:
-    """Read a log; raises SimulationError with LAMMPS's own error where no loop came to its end or balls were lost."""
-    loops, shares, version = LOOP.findall(text), SHARE.findall(text), VERSION.search(text)
-    if "ERROR" in text or not loops or not shares or not version:
-        errors = [line for line in text.splitlines() if line.startswith("ERROR")]
-        raise SimulationError(f"LAMMPS: {errors[0] if errors else 'the log ends before the run does'}")
-    loop_s, steps, balls = loops[-1]
-    return LammpsLog(version[1], float(loop_s), int(steps), int(balls), float(shares[-1]) / 100)
+def timing(log: LammpsLog) -> Timing:
+    """The last loop of a log as a timing."""
+    return Timing(log.steps, log.balls, log.loop_s, log.loop_s * log.processor_share)
 
 
 class Lammps:
@@ -208,16 +157,9 @@ class Lammps:
     def run(self, place: Path, text: str, data: str) -> LammpsLog:
         """Run an input on one core in the folder `place`. Raises SimulationError where LAMMPS fails."""
         place.mkdir(parents=True, exist_ok=True)
-        (place / "in.lammps").write_text(text)
-        (place / "balls.data").write_text(data)
-        environment = {**os.environ, "LD_LIBRARY_PATH": str(self.folder / "lib"), "OMP_NUM_THREADS": "1"}
-        command = [str(self.folder / "bin" / "lmp"), "-in", "in.lammps", "-log", "log.lammps", "-screen", "none"]
-        done = subprocess.run(command, cwd=place, env=environment, capture_output=True, text=True, check=False)
-        log = place / "log.lammps"
-        if not log.is_file():
-            words = (done.stderr or done.stdout).strip().splitlines()
-            raise SimulationError(f"LAMMPS does not start: {words[-1] if words else f'exit code {done.returncode}'}")
-        found = read_log(log.read_text())
+        (place / INPUT).write_text(text)
+        (place / BALLS).write_text(data)
+        found = start([str(self.folder / "bin" / "lmp")], place, None)
         self.version = found.version
         return found
 

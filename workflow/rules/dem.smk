@@ -51,6 +51,31 @@ rule run_dem_case:
         "../../scripts/run_dem_case.py"
 
 
+rule tabulate_simulations:
+    input:
+        summaries=summaries_of(CONFIG.sweeps),
+        runs=records_of(summaries_of(CONFIG.sweeps)),
+    output:
+        table=f"{RESULTS}/dem/simulations.tsv",
+    log:
+        f"{LOGS}/dem/simulations.log",
+    benchmark:
+        f"{BENCHMARKS}/tabulate_simulations/simulations.tsv"
+    message:
+        "Tabulating the simulations of the sweeps"
+    script:
+        "../../scripts/tabulate_simulations.py"
+
+
+rule simulations:
+    """The simulations of `sweeps`, by either engine, with a table."""
+    input:
+        rules.tabulate_simulations.output,
+    localrule: True
+    message:
+        "The simulations of the sweeps are complete"
+
+
 rule export_run:
     input:
         run=f"{CASE}/run.h5",

@@ -20,6 +20,7 @@ from millprint.config.setup_models import TumblingConfig, setup_cases
 from millprint.config.sweep import Case, overridden
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.case_checks import check_ball_size, check_mixtures, check_room, check_step_and_cost, checked_bodies
+from millprint.dem.lammps.support import check_engine
 from millprint.dose.wear import read_materials
 from millprint.fingerprint.cases import mill_cases, place_of_sweep
 from millprint.fingerprint.sweep_checks import (
@@ -90,6 +91,8 @@ def check_before_running(
         check_room(group, mills, bodies, place)
         check_mixtures(group, mills, bodies, place)
     check_movie(config, source)
+    if config.dem.engine == "lammps":
+        check_engine(cases.values(), mills, contacts, config.dem.lammps, source)
     faults = [*fingerprint_faults(config, source), *uncertainty_faults(config, mills, contacts, source)]
     for more in further:
         faults += more(config, mills, contacts, cases, source)

@@ -8,13 +8,14 @@ from millprint.config.calibration import CalibrationConfig
 from millprint.config.card import CardsConfig
 from millprint.config.doe import DoeConfig
 from millprint.config.dose import DoseConfig
+from millprint.config.engine import EngineConfig
 from millprint.config.fingerprint import ConvergenceConfig, FingerprintConfig, InverseConfig, MapsConfig
 from millprint.config.fit import FitConfig
 from millprint.config.mill_sweep import MillsConfig, MillSweepConfig
 from millprint.config.section import Fraction, Name, ProjectFile, Section, first_repeated
 from millprint.config.setup_models import QUICK, SETTINGS, SetupConfig, TumblingConfig
 from millprint.config.surrogate import SurrogateConfig
-from millprint.config.sweep import DemConfig, SweepConfig
+from millprint.config.sweep import SweepConfig
 from millprint.config.uncertainty import UncertaintyConfig
 from millprint.config.view import ViewConfig
 from millprint.config.yields import YieldConfig
@@ -204,7 +205,7 @@ class WorkflowConfig(Section):
     """contact sets of the run: files in config/contacts; mills have the first"""
     sweep: MillSweepConfig | None = None
     """conditions of the fingerprint of the mill; if left out, those of the mill's file"""
-    dem: DemConfig = DemConfig()
+    dem: EngineConfig = EngineConfig()
     sweeps: list[SweepConfig] = []
     """blocks of further simulations, which chapters read"""
     convergence: ConvergenceConfig = ConvergenceConfig()

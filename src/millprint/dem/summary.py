@@ -59,36 +59,13 @@ def largest_overlap(table: pd.DataFrame, radius_m: np.ndarray) -> float:
     return float((table["peak_overlap_m"].to_numpy() / smaller).max())
 
 
-def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame, recording: Recording) -> dict:
-    """The summary of a run; raises SimulationError where the energy balance does not close.
+def described(simulation: Simulation) -> dict:
+    """What a simulation is of: its case, balls, contact parameters, mill, step and window.
 
-    table: rows as `collision_table` gives them.
     Of a coefficient that depends on the speed of the hit it has the value at the nominal speed (config.over_speed).
-    speed_over_vessel: as of Recording, how much the balls move against the vessel.
-    wall_clock_s and processor_s are those of the kernel; ns_per_ball_step is processor time, which other jobs
-    disturb less.
     """
-    case, dem, contact = simulation.case, simulation.dem, simulation.contact.at_speed(NOMINAL_SPEED_M_S)
-    ledger = ledger_summary(series)
-    window = simulation.window_s
-    frequency = simulation.frequency_hz
-    revolutions = per_revolution(series, dem.ledger_samples_per_revolution) if frequency else {}
-    steps = simulation.settle_steps + simulation.discard_steps + simulation.window_steps + 1
-    means = {name: mean_of_turns(revolutions.get(f"{name}_J", [])) for name in ("normal", "tangential")}
-    errors = {name: known and known.error * frequency for name, known in means.items()}
-    contacts = by_surface(table)
-    turns = len(revolutions.get("normal_J", []))
-    squares = squares_per_turn(contacts, simulation.begin_s, frequency, turns) if turns else {}
-    power = {
-        "normal": ledger["normal_damping"] / window,
-        "tangential": (ledger["tangential_damping"] + ledger["sliding"]) / window,
-        "rolling": ledger["rolling"] / window,
-        "wall": ledger["wall_work"] / window,
-    }
-    weighted = weighted_statistics(contacts, power, simulation.begin_s, window, simulation.count, frequency)
-    for name in CHANNELS:
-        own = squares.get(name, np.empty(0))
-        weighted[name]["relative_error"] = weighted_errors(revolutions.get(f"{name}_J", []), own)
+    case, contact = simulation.case, simulation.contact.at_speed(NOMINAL_SPEED_M_S)
+    window, frequency = simulation.window_s, simulation.frequency_hz
     return {
         "case": json.loads(case.model_dump_json()),
         "mill": case.mill,
@@ -113,6 +90,39 @@ def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame,
         "begin_s": simulation.begin_s,
         "window_s": window,
         "revolutions": window * frequency,
+    }
+
+
+def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame, recording: Recording) -> dict:
+    """The summary of a run; raises SimulationError where the energy balance does not close.
+
+    table: rows as `collision_table` gives them.
+    speed_over_vessel: as of Recording, how much the balls move against the vessel.
+    wall_clock_s and processor_s are those of the kernel; ns_per_ball_step is processor time, which other jobs
+    disturb less.
+    """
+    case, dem = simulation.case, simulation.dem
+    ledger = ledger_summary(series)
+    window = simulation.window_s
+    frequency = simulation.frequency_hz
+    revolutions = per_revolution(series, dem.ledger_samples_per_revolution) if frequency else {}
+    steps = simulation.settle_steps + simulation.discard_steps + simulation.window_steps + 1
+    means = {name: mean_of_turns(revolutions.get(f"{name}_J", [])) for name in ("normal", "tangential")}
+    errors = {name: known and known.error * frequency for name, known in means.items()}
+    contacts = by_surface(table)
+    turns = len(revolutions.get("normal_J", []))
+    squares = squares_per_turn(contacts, simulation.begin_s, frequency, turns) if turns else {}
+    power = {
+        "normal": ledger["normal_damping"] / window,
+        "tangential": (ledger["tangential_damping"] + ledger["sliding"]) / window,
+        "rolling": ledger["rolling"] / window,
+        "wall": ledger["wall_work"] / window,
+    }
+    weighted = weighted_statistics(contacts, power, simulation.begin_s, window, simulation.count, frequency)
+    for name in CHANNELS:
+        own = squares.get(name, np.empty(0))
+        weighted[name]["relative_error"] = weighted_errors(revolutions.get(f"{name}_J", []), own)
+    return described(simulation) | {
         "ledger_J": ledger,
         "closure": check_closure(series, case.closure_max or dem.closure_max),
         "power_W": power,

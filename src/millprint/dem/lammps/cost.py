@@ -1,0 +1,42 @@
+"""What a simulation by LAMMPS takes, estimated. The Snakefile imports this, so no heavy imports here."""
+
+import math
+from dataclasses import replace
+
+from millprint.config.contact_set import ContactConfig
+from millprint.config.engine import EngineConfig
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import Case, ball_count
+from millprint.dem.resources import LIKELY_BALL_STEP_S, LIKELY_START_S, Resources, resources_of, runtime_of
+
+# A ball and a step on one core, with the contacts between balls recorded (docs/how_to/lammps.md) [s].
+LAMMPS_BALL_STEP_S = 4.0e-7
+# Efficiency of n balls on each rank, 1 / (1 + SURFACE / n^(1/3)): what a rank exchanges and computes twice is at the
+# surface of its part. Two ranks of 10,000 balls lost the share that SURFACE gives; more ranks were not measured here.
+SURFACE = 4.0
+
+
+def efficiency(balls: int, ranks: int) -> float:
+    """Speed on some ranks over that on one, over their number [-]."""
+    return 1.0 if ranks == 1 else 1 / (1 + SURFACE * (ranks / balls) ** (1 / 3))
+
+
+def rank_step_s(balls: int, ranks: int) -> float:
+    """Wall time of a step [s]."""
+    return balls * LAMMPS_BALL_STEP_S / ranks / efficiency(balls, ranks)
+
+
+def lammps_resources(case: Case, dem: EngineConfig, mill: MillConfig, contact: ContactConfig) -> Resources:
+    """What a case takes, as `resources_of`; processor_s: of all ranks together. Raises ConfigError as it does."""
+    own, ranks = resources_of(case, dem, mill, contact), dem.lammps.ranks
+    balls = ball_count(case.fill_ratio, mill.volume_ml * 1e-6, case.ball_diameter_mm / 1000)
+    slower = LAMMPS_BALL_STEP_S / efficiency(balls, ranks) / LIKELY_BALL_STEP_S
+    processor_s = LIKELY_START_S + (own.processor_s - LIKELY_START_S) * slower
+    return replace(
+        own,
+        runtime_min=runtime_of(processor_s / ranks),
+        threads=ranks,
+        seconds=processor_s,
+        processor_s=processor_s,
+        memory_mb=math.ceil(own.memory_mb),
+    )

@@ -1,0 +1,92 @@
+"""Our contact law in the words of `pair_style granular`.
+
+- `damping coeff_restitution` is our normal dashpot. Our force may pull before a contact ends, and our Coulomb cap is mu
+  times the elastic force, whose impulse is m (1 + e) v; LAMMPS caps at mu times the damped force. With `limit_damping`
+  its force never pulls, and its impulse is m (1 + e) v too, if the coefficient is the one with which such a force has
+  the restitution e: `damped_coefficient`.
+- `tangential mindlin/force NULL x mu` is our spring, and x makes its dashpot that of Eq. 3.9. A spring that is stored
+  as a displacement would be drawn backwards by a dashpot above the cap and stick where ours slides.
+- `rolling sds` and `twisting sds` resist by a spring, dashpot and slider; the spring is as stiff as the step allows,
+  so that the slider's constant torque acts. Its lever is the reduced radius, ours the ball's.
+
+docs/how_to/lammps.md has how near single impacts are.
+"""
+
+import math
+from functools import lru_cache
+from typing import cast
+
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
+from millprint.dem.laws.record import ball_mass, damping_ratio
+
+# Power of the overlap in the normal force, by the law's kind.
+POWER = {"hertz": 1.5, "linear": 1.0}
+# Angle that a ball's rolling spring swings through in a step [rad].
+ROLLING_PHASE = 0.2
+# The smallest coefficient that is tried.
+LEAST = 1e-4
+
+
+def tangential_damping_ratio(poisson: float) -> float:
+    """Tangential over normal damping at equal overlap, sqrt(K_t / S_n) = sqrt(2 (1 - nu) / (2 - nu)), Eqs 3.7, 3.9."""
+    return math.sqrt(2 * (1 - poisson) / (2 - poisson))
+
+
+def restitution_without_pull(coefficient: float, power: float) -> float:
+    """The restitution of an impact whose damped force x^p + c x^((p - 1) / 2) v, of `coefficient`, may not pull."""
+    from scipy.integrate import solve_ivp
+
+    if coefficient == 1:
+        return 1.0
+    # For Hertz 2 sqrt(5 / 6) beta sqrt(S_n m), S_n = 3/2 x^(1/2); for a linear spring 2 beta sqrt(k m).
+    damping = -damping_ratio(coefficient) * (math.sqrt(5) if power == POWER["hertz"] else 2.0)
+
+    def force(_: float, y: tuple[float, float]) -> float:
+        overlap = max(y[0], 0.0)
+        return float(overlap**power + damping * overlap ** ((power - 1) / 2) * y[1])
+
+    force.terminal, force.direction = True, -1  # type: ignore[attr-defined]
+    found = solve_ivp(
+        lambda t, y: (y[1], -force(t, y)), (0, 1e3), (1e-9, 1.0), rtol=1e-9, atol=1e-13, events=force, max_step=0.1
+    )
+    return float(-found.y[1, -1])
+
+
+@lru_cache(maxsize=64)
+def damped_coefficient(restitution: float, kind: str) -> float:
+    """The coefficient with which LAMMPS's force that may not pull has a restitution. Raises ConfigError below any."""
+    # Slow to import, and the Snakefile imports this module.
+    from scipy.optimize import brentq
+
+    if restitution == 1:
+        return 1.0
+    least = restitution_without_pull(LEAST, POWER[kind])
+    if restitution <= least:
+        raise ConfigError(
+            f"restitution = {restitution:g}: a force of LAMMPS that never pulls has {least:.2g} at least; "
+            "take a larger one, or dem.engine: numba"
+        )
+    return cast(float, brentq(lambda own: restitution_without_pull(own, POWER[kind]) - restitution, LEAST, 1.0))
+
+
+def law_text(contact: ContactConfig, radius: float, step_s: float, lever: float) -> str:
+    """The law of equal balls of a radius [m] at a step [s]; lever: that radius over the reduced one [-]."""
+    coefficient, friction = damped_coefficient(contact.restitution, contact.kind), contact.static_friction
+    if contact.kind == "hertz":
+        modulus, poisson = contact.of_law("young_modulus_gpa") * 1e9, contact.of_law("poisson_ratio")
+        sliding = tangential_damping_ratio(poisson)
+        words = [f"hertz/material {modulus!r} {coefficient!r} {poisson!r}"]
+        words += [f"tangential mindlin/force NULL {sliding!r} {friction!r}"]
+    else:
+        stiffness, ratio = contact.of_law("normal_stiffness_n_m"), contact.of_law("tangential_stiffness_ratio")
+        words = [f"hooke {stiffness!r} {coefficient!r}"]
+        words += [f"tangential linear_history {stiffness * ratio!r} {math.sqrt(ratio)!r} {friction!r}"]
+    if contact.rolling_friction:
+        # Of a ball on a wall, I w^2 = k R^2 with w = ROLLING_PHASE / step and I = 2/5 m R^2; damped to a half.
+        inertia = 0.4 * ball_mass(contact, radius)
+        stiffness, damping = inertia * (ROLLING_PHASE / step_s) ** 2, inertia * ROLLING_PHASE / step_s
+        words.append(f"rolling sds {stiffness!r} {damping!r} {contact.rolling_friction * lever!r}")
+        arm = radius**2
+        words.append(f"twisting sds {stiffness * arm!r} {damping * arm!r} {contact.rolling_friction * radius!r}")
+    return " ".join([*words, "damping coeff_restitution limit_damping"])

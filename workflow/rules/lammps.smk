@@ -1,0 +1,44 @@
+"""Simulations by LAMMPS, with `dem.engine: lammps`: a job of several ranks for each case."""
+
+from millprint.dem.lammps.cost import lammps_resources
+
+
+ruleorder: run_lammps_case > run_dem_case
+
+
+def lammps_at(wildcards):
+    """Ranks, time and memory of the case of a folder in results/dem."""
+    case = case_at(wildcards)
+    return lammps_resources(case, CONFIG.dem, MILLS[case.mill], CONTACTS[case.contact])
+
+
+rule run_lammps_case:
+    input:
+        sources=lambda wildcards: mill_named(wildcards.mill).source_files,
+    output:
+        run=f"{CASE}/run.h5",
+        summary=f"{CASE}/summary.json",
+    log:
+        f"{LOGS}/dem/{{mill}}/{{contact}}/{{case}}.log",
+    benchmark:
+        f"{BENCHMARKS}/run_lammps_case/{{mill}}/{{contact}}/{{case}}.tsv"
+    # On this machine a rank takes a core; a cluster starts `tasks` of one core each.
+    threads: CONFIG.dem.lammps.ranks
+    # Each attempt continues where the last one ended. `mpi` is the program that starts the ranks, such as srun.
+    resources:
+        mpi="mpirun",
+        tasks=CONFIG.dem.lammps.ranks,
+        cpus_per_task=1,
+        runtime=lambda wildcards, attempt: lammps_at(wildcards).requested_min(attempt),
+        mem_mb=lambda wildcards, attempt: attempt * lammps_at(wildcards).memory_mb,
+        processor_s=lambda wildcards: math.ceil(lammps_at(wildcards).processor_s),
+        disk_mb=lambda wildcards: likely_mb([case_at(wildcards)]),
+    params:
+        case=lambda wildcards: case_at(wildcards).model_dump(mode="json"),
+        mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
+        contact=lambda wildcards: CONTACTS[wildcards.contact].model_dump(mode="json"),
+        settings=settings("dem"),
+    message:
+        "Simulating {wildcards.mill}/{wildcards.contact}/{wildcards.case} by LAMMPS"
+    script:
+        "../../scripts/run_lammps_case.py"
