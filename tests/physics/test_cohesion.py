@@ -10,8 +10,7 @@ from millprint.config.cohesion import CohesionConfig
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import SimulationError
 from millprint.config.sweep import Case, DemConfig
-from millprint.dem.laws.hertz import Hertz
-from millprint.dem.laws.record import Cohesive
+from millprint.dem.laws.hertz import CohesiveHertz, Hertz
 from millprint.dem.ledger import closure
 from millprint.dem.run import simulate
 from millprint.dem.simulation import Simulation
@@ -141,4 +140,4 @@ def test_more_cohesion_than_the_springs_carry_is_refused(mills):
 
 def test_only_a_set_with_cohesion_is_compiled_with_it():
     assert type(FewBalls([[0, 0, 0.1]]).laws.mark) is Hertz
-    assert type(FewBalls([[0, 0, 0.1]], contact=sticky(ball_wall_N=1.0)).laws.mark) is Cohesive
+    assert type(FewBalls([[0, 0, 0.1]], contact=sticky(ball_wall_N=1.0)).laws.mark) is CohesiveHertz

@@ -9,6 +9,8 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from millprint.config.cohesion import CohesionConfig
+from millprint.config.over_speed import RestitutionTable
 from millprint.config.sweep import Case, DemConfig, threads_of
 from millprint.dem.layout import COUNTER
 from millprint.dem.ledger import ledger_series, ledger_summary
@@ -48,6 +50,19 @@ def runs(mills, contacts):
         simulation = lively(mills, contacts, threads)
         found[name] = simulation, simulation.run(f"{threads} threads")
     return found
+
+
+def test_coefficients_over_speed_and_cohesion_are_those_of_the_serial_loop(mills, contacts):
+    changed = {
+        "restitution": RestitutionTable(speeds_m_s=(0.1, 2.0), values=(0.1, 0.6)),
+        "cohesion": CohesionConfig(ball_ball_J_m2=0.3, ball_wall_J_m2=0.3),
+    }
+    own = {"calibrated": contacts["calibrated"].model_copy(update=changed)}
+    simulations = [lively(mills, own, threads) for threads in (1, 2)]
+    for simulation in simulations:
+        simulation.run()
+    first, second = (simulation.balls.position for simulation in simulations)
+    np.testing.assert_allclose(second, first, atol=1e-9)
 
 
 def table(recording) -> list[np.ndarray]:

@@ -36,7 +36,7 @@ SOFT = SETS["linear"]
 
 def test_each_law_has_keys_and_a_mark_of_its_own():
     assert set(LAWS) == set(CONTACT_LAWS) == set(SETS)
-    assert len({law.mark for law in LAWS.values()}) == len(LAWS)
+    assert len({mark for law in LAWS.values() for mark in (law.mark, law.cohesive_mark)}) == 2 * len(LAWS)
 
 
 @pytest.mark.parametrize("kind", LAWS)

@@ -127,8 +127,13 @@ class Quadratic(NamedTuple):
     """The mark of the law."""
 
 
+class CohesiveQuadratic(NamedTuple):
+    """The mark of the law with cohesion."""
+
+
 QUADRATIC = ContactLaw(
     mark=Quadratic,
+    cohesive_mark=CohesiveQuadratic,
     coefficients=lambda contact, radius, mass: (contact.of_law("quadratic_stiffness_n_m2"), 1e5, 0.0, 0.0),
     springs=lambda overlap, normal, tangential, damping, viscous: (
         normal * overlap**2, tangential, damping, viscous, normal * overlap**3 / 3

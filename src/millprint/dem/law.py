@@ -30,7 +30,6 @@ from numba.extending import overload
 
 from millprint.config.contact_set import ContactConfig
 from millprint.dem.lanes import get
-from millprint.dem.laws.record import Cohesive
 from millprint.dem.laws.registry import LAWS, law_of
 from millprint.dem.layout import LANE, LAW, LAW_WIDTH
 from millprint.mill.vectors import add, add_scaled, dot, scale
@@ -78,8 +77,8 @@ def springs(mark, *numbers):
 
 @overload(springs, jit_options=INLINED)
 def _springs(mark, overlap, normal, tangential, damping, viscous):
-    plain = mark.types[0] if mark.instance_class is Cohesive else mark
-    own = inlined()(next(law.springs for law in LAWS.values() if law.mark is plain.instance_class))
+    kind = mark.instance_class
+    own = inlined()(next(law.springs for law in LAWS.values() if kind in (law.mark, law.cohesive_mark)))
     return lambda mark, overlap, normal, tangential, damping, viscous: own(
         overlap, normal, tangential, damping, viscous
     )
@@ -99,7 +98,7 @@ def with_pull(mark, lanes, block, m, overlap, force, stored):
 
 @overload(with_pull, jit_options=INLINED)
 def _with_pull(mark, lanes, block, m, overlap, force, stored):
-    if mark.instance_class is not Cohesive:
+    if mark.instance_class in {law.mark for law in LAWS.values()}:
         return lambda mark, lanes, block, m, overlap, force, stored: (force, stored)
     own = pulled
     return lambda mark, lanes, block, m, overlap, force, stored: own(lanes, block, m, overlap, force, stored)

@@ -11,6 +11,10 @@ class Hertz(NamedTuple):
     """The mark of the law."""
 
 
+class CohesiveHertz(NamedTuple):
+    """The mark of the law with cohesion."""
+
+
 def effective_modulus(contact: ContactConfig) -> float:
     """E* of two bodies of one material [Pa], Eq. 3.11."""
     return contact.of_law("young_modulus_gpa") * 1e9 / (2 * (1 - contact.of_law("poisson_ratio") ** 2))
@@ -57,6 +61,7 @@ def impact(mass: float, stiffness: float, speed: float) -> tuple[float, float]:
 
 HERTZ = ContactLaw(
     mark=Hertz,
+    cohesive_mark=CohesiveHertz,
     coefficients=coefficients,
     springs=springs,
     step_scale=rayleigh_time,

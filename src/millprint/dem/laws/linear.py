@@ -15,6 +15,10 @@ class Linear(NamedTuple):
     """The mark of the law."""
 
 
+class CohesiveLinear(NamedTuple):
+    """The mark of the law with cohesion."""
+
+
 def stiffnesses(contact: ContactConfig) -> tuple[float, float]:
     """k_n and k_t [N/m]."""
     normal = contact.of_law("normal_stiffness_n_m")
@@ -50,6 +54,7 @@ def impact(mass: float, stiffness: float, speed: float) -> tuple[float, float]:
 
 LINEAR = ContactLaw(
     mark=Linear,
+    cohesive_mark=CohesiveLinear,
     coefficients=coefficients,
     springs=springs,
     step_scale=step_scale,

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from millprint.config.contact_set import ContactConfig
 
@@ -12,7 +11,8 @@ from millprint.config.contact_set import ContactConfig
 class ContactLaw:
     """A contact law, by its `kind` in a contact set.
 
-    mark: a named tuple without fields, by whose type the kernels are compiled for this law (state.Laws).
+    mark: a named tuple without fields, by whose type the kernels are compiled for this law (state.Laws);
+        cohesive_mark: another one, for the law with cohesion.
     coefficients(contact, radius, mass): its first four columns of layout.LawColumns, of reduced radius [m] and mass
         [kg]: normal and tangential stiffness, normal and tangential damping.
     springs(overlap, *coefficients): at an overlap [m], the elastic normal force [N], tangential stiffness [N/m], normal
@@ -26,18 +26,13 @@ class ContactLaw:
     """
 
     mark: type[tuple]
+    cohesive_mark: type[tuple]
     coefficients: Callable[[ContactConfig, float, float], tuple[float, float, float, float]]
     springs: Callable[..., tuple[float, float, float, float, float]]
     step_scale: Callable[[ContactConfig, float], float]
     scale_title: str
     impact: Callable[[float, float, float], tuple[float, float]]
     overlap_power: float
-
-
-class Cohesive(NamedTuple):
-    """The mark of a law with cohesion."""
-
-    law: tuple  # mark of the law without it
 
 
 def damping_ratio(restitution: float) -> float:

@@ -3,7 +3,7 @@
 from millprint.config.contact_set import ContactConfig
 from millprint.dem.laws.hertz import HERTZ
 from millprint.dem.laws.linear import LINEAR
-from millprint.dem.laws.record import Cohesive, ContactLaw
+from millprint.dem.laws.record import ContactLaw
 
 LAWS = {"hertz": HERTZ, "linear": LINEAR}
 
@@ -17,8 +17,8 @@ def law_of(contact: ContactConfig) -> ContactLaw:
 
 def mark_of(contact: ContactConfig) -> tuple:
     """The mark by whose type the kernels are compiled for a contact set: its law, with cohesion or without it."""
-    mark = law_of(contact).mark()
-    return Cohesive(mark) if contact.cohesion else mark
+    law = law_of(contact)
+    return law.cohesive_mark() if contact.cohesion else law.mark()
 
 
 def step_scale(contact: ContactConfig, radius_m: float) -> float:
