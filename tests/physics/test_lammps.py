@@ -38,7 +38,7 @@ def engine(ranks: int = 1, **changes) -> EngineConfig:
 
 
 def hit(place: Path, contact, tangential: float) -> tuple[float, float]:
-    """Restitution and spin [rad/s] of two equal balls of which one comes with SPEED along x and `tangential` along y."""
+    """Restitution and spin [rad/s] of two equal balls, one of which comes with SPEED along x, `tangential` along y."""
     mass = ball_mass(contact, RADIUS)
     stiffness = coefficients(contact, RADIUS / 2, mass / 2)[0]
     depth = (1.25 * mass / 2 * SPEED**2 / stiffness) ** 0.4

@@ -1,15 +1,12 @@
 """Simulations by LAMMPS, with `dem.engine: lammps`: a job of several ranks for each case."""
 
-from millprint.dem.lammps.cost import lammps_resources
+if CONFIG.dem.engine == "lammps":
 
+    ruleorder: run_lammps_case > run_dem_case
 
-ruleorder: run_lammps_case > run_dem_case
+else:
 
-
-def lammps_at(wildcards):
-    """Ranks, time and memory of the case of a folder in results/dem."""
-    case = case_at(wildcards)
-    return lammps_resources(case, CONFIG.dem, MILLS[case.mill], CONTACTS[case.contact])
+    ruleorder: run_dem_case > run_lammps_case
 
 
 rule run_lammps_case:
