@@ -21,9 +21,11 @@ rule run_lammps_case:
         f"{BENCHMARKS}/run_lammps_case/{{mill}}/{{contact}}/{{case}}.tsv"
     # On this machine a rank takes a core; a cluster starts `tasks` of one core each.
     threads: CONFIG.dem.lammps.ranks
-    # Each attempt continues where the last one ended. `mpi` is the program that starts the ranks, such as srun.
+    # Each attempt continues where the last one ended. `mpi` is the program that starts the ranks, such as srun. Neither it
+    # nor `command` nor `tasks` is a parameter: another number of ranks is no reason to simulate again.
     resources:
         mpi="mpirun",
+        command=CONFIG.dem.lammps.command,
         tasks=CONFIG.dem.lammps.ranks,
         cpus_per_task=1,
         runtime=lambda wildcards, attempt: lammps_at(wildcards).requested_min(attempt),
@@ -34,7 +36,7 @@ rule run_lammps_case:
         case=lambda wildcards: case_at(wildcards).model_dump(mode="json"),
         mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
         contact=lambda wildcards: CONTACTS[wildcards.contact].model_dump(mode="json"),
-        settings=settings("dem"),
+        settings=CONFIG.dem.model_dump(mode="json", exclude={"lammps"}),
     message:
         "Simulating {wildcards.mill}/{wildcards.contact}/{wildcards.case} by LAMMPS"
     script:
