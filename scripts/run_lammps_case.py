@@ -16,6 +16,7 @@ from millprint.run.job import job
 if "snakemake" in globals():
     given, output = snakemake.params, snakemake.output
     case, mill, contact = Case(**given.case), MillConfig(**given.mill), ContactConfig(**given.contact)
-    dem = EngineConfig(**given.settings)
+    resources = snakemake.resources
+    dem = EngineConfig(**given.settings, lammps={"command": resources.command, "ranks": resources.tasks})
     with job(snakemake.log[0], f"LAMMPS {case.path}"):
-        run_lammps(case, mill, contact, dem, output.run, output.summary, launcher=snakemake.resources.mpi)
+        run_lammps(case, mill, contact, dem, output.run, output.summary, launcher=resources.mpi)

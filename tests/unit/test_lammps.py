@@ -16,7 +16,7 @@ from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.lammps import run as lammps_run
-from millprint.dem.lammps.cost import efficiency, lammps_resources
+from millprint.dem.lammps.cost import ball_step_s, efficiency, lammps_resources
 from millprint.dem.lammps.input import GRAVITY, STATE_NAMES, SampledDem, Schedule, data_text, input_text
 from millprint.dem.lammps.law import damped_coefficient, law_text, restitution_without_pull
 from millprint.dem.lammps.output import ledger_of, read_contacts, read_log, read_snapshots, read_states
@@ -360,6 +360,7 @@ def test_resources_are_those_of_all_ranks(drum):
     )
     assert (one.threads, many.threads) == (1, 8)
     assert many.processor_s > one.processor_s and many.processor_s / 8 < one.processor_s + 5
+    assert ball_step_s(included("drum_90cm")) > 3 * ball_step_s(drum)
     assert efficiency(10**6, 1) == 1 and efficiency(10**6, 128) > efficiency(10**6, 1024) > efficiency(10**4, 1024)
 
 

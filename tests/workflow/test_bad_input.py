@@ -57,6 +57,8 @@ def test_valid_input_is_checked_only_once(project):
         (CONFIG, ("sweeps", 0, "ball_diameters_mm"), [80], ["ball_diameters_mm", "80", "fit"]),
         (CONFIG, ("dem", "time_step_s"), 5e-5, ["dem.time_step_s", "5e-05", "Rayleigh"]),
         (CONFIG, ("dem", "time_step_s"), float("nan"), ["dem.time_step_s", "nan", "finite"]),
+        (CONFIG, ("dem", "engine"), "lamps", ["dem.engine", "'lamps'", "'numba' or 'lammps'"]),
+        (CONFIG, ("dem", "lammps"), {"ranks": 0}, ["dem.lammps.ranks", "0", "greater than"]),
         (
             CONFIG,
             ("dem", "counting_rules", 0, "gap_turns"),

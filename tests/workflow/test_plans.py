@@ -91,6 +91,19 @@ def test_one_case_that_is_asked_for_is_simulated_and_nothing_else(project):
     assert jobs_of(plan) == {"compile_kernels": 1, "run_dem_case": 1}
 
 
+def test_lammps_simulates_the_sweeps_and_compiles_nothing(project):
+    content = smoke_content(project)
+    content["dem"] |= {"engine": "lammps", "lammps": {"ranks": 3}}
+    rules = project / "workflow/rules/lammps.smk"
+    text = rules.read_text()
+    rules.write_text(text.replace('"Simulating {wildcards', '"{resources.mpi} -n {resources.tasks}: {wildcards'))
+    assert rules.read_text() != text
+    plan = planned(project, content, "simulations", "--cores", "4")
+    simulated = plan.count("mpirun -n 3: ")
+    assert jobs_of(plan) == {"run_lammps_case": simulated, "tabulate_simulations": 1, "simulations": 1}
+    assert simulated > 10
+
+
 def test_convergence_of_a_mill_without_a_sweep_derives_it_first(project):
     content = smoke_content(project)
     copy_planetary(project / "config/mills")

@@ -7,6 +7,7 @@ from millprint.card.experiment_cases import cases_of
 from millprint.config.checks import card_experiments
 from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.setup_models import SETTINGS, setup_cases
+from millprint.dem.lammps.cost import lammps_resources
 from millprint.dem.resources import resources_of
 from millprint.fingerprint.cases import described_cases, enlarged, held_out_cases, large_case, mapped_cases, mill_cases
 from millprint.fingerprint.study_cases import study_variants
@@ -188,6 +189,12 @@ def case_at(wildcards):
 def resources_at(wildcards):
     """Threads, time and memory of the case of a folder in results/dem."""
     return estimate(case_at(wildcards))
+
+
+def lammps_at(wildcards):
+    """Ranks, time and memory of the case of a folder in results/dem by LAMMPS."""
+    case = case_at(wildcards)
+    return lammps_resources(case, CONFIG.dem, MILLS[case.mill], CONTACTS[case.contact])
 
 
 def estimate(case):

@@ -1,15 +1,12 @@
 """Simulations by LAMMPS, with `dem.engine: lammps`: a job of several ranks for each case."""
 
-from millprint.dem.lammps.cost import lammps_resources
+if CONFIG.dem.engine == "lammps":
 
+    ruleorder: run_lammps_case > run_dem_case
 
-ruleorder: run_lammps_case > run_dem_case
+else:
 
-
-def lammps_at(wildcards):
-    """Ranks, time and memory of the case of a folder in results/dem."""
-    case = case_at(wildcards)
-    return lammps_resources(case, CONFIG.dem, MILLS[case.mill], CONTACTS[case.contact])
+    ruleorder: run_dem_case > run_lammps_case
 
 
 rule run_lammps_case:
@@ -24,9 +21,11 @@ rule run_lammps_case:
         f"{BENCHMARKS}/run_lammps_case/{{mill}}/{{contact}}/{{case}}.tsv"
     # On this machine a rank takes a core; a cluster starts `tasks` of one core each.
     threads: CONFIG.dem.lammps.ranks
-    # Each attempt continues where the last one ended. `mpi` is the program that starts the ranks, such as srun.
+    # Each attempt continues where the last one ended. `mpi` is the program that starts the ranks, such as srun. Neither it
+    # nor `command` nor `tasks` is a parameter: another number of ranks is no reason to simulate again.
     resources:
         mpi="mpirun",
+        command=CONFIG.dem.lammps.command,
         tasks=CONFIG.dem.lammps.ranks,
         cpus_per_task=1,
         runtime=lambda wildcards, attempt: lammps_at(wildcards).requested_min(attempt),
@@ -37,7 +36,7 @@ rule run_lammps_case:
         case=lambda wildcards: case_at(wildcards).model_dump(mode="json"),
         mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
         contact=lambda wildcards: CONTACTS[wildcards.contact].model_dump(mode="json"),
-        settings=settings("dem"),
+        settings=CONFIG.dem.model_dump(mode="json", exclude={"lammps"}),
     message:
         "Simulating {wildcards.mill}/{wildcards.contact}/{wildcards.case} by LAMMPS"
     script:

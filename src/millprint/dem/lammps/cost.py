@@ -5,14 +5,16 @@ from dataclasses import replace
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.engine import EngineConfig
+from millprint.config.geometry import LifterDrumGeometry
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, ball_count
 from millprint.dem.resources import LIKELY_BALL_STEP_S, LIKELY_START_S, Resources, resources_of, runtime_of
 
-# A ball and a step on one core, with the contacts between balls recorded (docs/how_to/lammps.md) [s].
-LAMMPS_BALL_STEP_S = 4.0e-7
+# A ball and a step on one core, and for each region of the walls (every lifter is one): 764 balls in a drum with
+# eight lifters, with the contacts between balls recorded (docs/how_to/lammps.md) [s].
+LAMMPS_BALL_STEP_S, REGION_S = 2.7e-7, 1.25e-7
 # Efficiency of n balls on each rank, 1 / (1 + SURFACE / n^(1/3)): what a rank exchanges and computes twice is at the
-# surface of its part. Two ranks of 10,000 balls lost the share that SURFACE gives; more ranks were not measured here.
+# surface of its part. SURFACE is an assumption: only two ranks could be tried here.
 SURFACE = 4.0
 
 
@@ -21,16 +23,26 @@ def efficiency(balls: int, ranks: int) -> float:
     return 1.0 if ranks == 1 else 1 / (1 + SURFACE * (ranks / balls) ** (1 / 3))
 
 
-def rank_step_s(balls: int, ranks: int) -> float:
+def ball_step_s(mill: MillConfig) -> float:
+    """Processor time of a ball and a step on one rank [s]."""
+    shape = mill.geometry
+    regions = 1 + (shape.smooth_axis is not None)
+    if isinstance(shape, LifterDrumGeometry):
+        # LAMMPS turns every ball into the frame of every lifter.
+        regions += shape.lifters.number
+    return LAMMPS_BALL_STEP_S + REGION_S * regions
+
+
+def rank_step_s(balls: int, ranks: int, mill: MillConfig) -> float:
     """Wall time of a step [s]."""
-    return balls * LAMMPS_BALL_STEP_S / ranks / efficiency(balls, ranks)
+    return balls * ball_step_s(mill) / ranks / efficiency(balls, ranks)
 
 
 def lammps_resources(case: Case, dem: EngineConfig, mill: MillConfig, contact: ContactConfig) -> Resources:
     """What a case takes, as `resources_of`; processor_s: of all ranks together. Raises ConfigError as it does."""
     own, ranks = resources_of(case, dem, mill, contact), dem.lammps.ranks
     balls = ball_count(case.fill_ratio, mill.volume_ml * 1e-6, case.ball_diameter_mm / 1000)
-    slower = LAMMPS_BALL_STEP_S / efficiency(balls, ranks) / LIKELY_BALL_STEP_S
+    slower = ball_step_s(mill) / efficiency(balls, ranks) / LIKELY_BALL_STEP_S
     processor_s = LIKELY_START_S + (own.processor_s - LIKELY_START_S) * slower
     return replace(
         own,

@@ -120,7 +120,7 @@ def input_text(simulation: Simulation, restart_every: int, ranks: int = 1) -> st
         f"fix gravity all gravity {GRAVITY} vector 0 0 -1",
         "fix motion all nve/sphere",
         *wall_lines(simulation.mill, simulation.motion, schedule.start, wall, smooth),
-        *([f"fix shared all balance {BALANCE_EVERY} 1.1 shift xyz 10 1.05"] if ranks > 1 else []),
+        *([f"fix shared all balance {BALANCE_EVERY} 1.1 shift xyz 10 1.05 weight neigh 0.8"] if ranks > 1 else []),
         *state_lines(radius),
         f"restart {restart_every} {' '.join(RESTARTS)}",
         "thermo_style custom step cpu atoms ke",

@@ -119,7 +119,7 @@ def run_lammps(
     own = SampledDem(**{key: getattr(dem, key) for key in DemConfig.model_fields})
     simulation = Simulation(case, mill, contact, own)
     schedule = Schedule.of(simulation)
-    every = max(1, math.ceil(dem.restart_interval_s / rank_step_s(simulation.count, ranks)))
+    every = max(1, math.ceil(dem.restart_interval_s / rank_step_s(simulation.count, ranks, mill)))
     text, data = input_text(simulation, every, ranks), data_text(simulation)
     place = Path(run_path).with_name(FOLDER)
     begins = _prepared(place, text, data)

@@ -14,7 +14,7 @@ from millprint.dem.lammps.law import POWER, damped_coefficient
 from millprint.dem.lammps.walls import unsupported
 
 REMEDY = "take dem.engine: numba for it"
-# Keys of a contact set that the input of LAMMPS expresses; words and numbers that are no part of the law among them.
+# Keys of a contact set that the input of LAMMPS expresses; words that do not belong to the law among them.
 LAW_KEYS = {
     *("name", "source", "kind", "density_kg_m3", *PAIR_COEFFICIENTS),
     *(f"wall_{key}" for key in PAIR_COEFFICIENTS),
