@@ -15,8 +15,10 @@ import pandas as pd
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.config.setup_models import SetupConfig, TumblingConfig, read_settings
+from millprint.config.quantities import LOST, quantities_of
+from millprint.config.setup_models import SETTINGS, SetupConfig, TumblingConfig, read_settings
 from millprint.config.sweep import DemConfig
+from millprint.figures.shaken_figure import plot_shaken
 from millprint.figures.style import save
 from millprint.figures.validation_figures import plot_bed, plot_charge, plot_setup
 from millprint.mill.bodies import build_bodies
@@ -27,6 +29,7 @@ from millprint.validation.drums import slab_of_bed
 from millprint.validation.fixed import fixed_table, read_fixed, settings_digest, status_of
 from millprint.validation.measured import measured_points, read_measurements
 from millprint.validation.setups import SETUPS, assumption_table, setup_named
+from millprint.validation.shaken_predictions import SAME
 from millprint.validation.tumbling import intervals
 from millprint.validation.verdicts import count_verdicts, give_verdicts, tabulate_coverage
 
@@ -80,9 +83,15 @@ def draw(
 ) -> None:
     """Draw every quantity of a set-up and, for a page, only its first. points: what was measured in all set-ups."""
     own, title = points[points["setup"] == name], setup_named(name).title
-    save(plot_setup(predictions, own, title), svg, png)
-    first = predictions[predictions["quantity"] == predictions["quantity"].iloc[0]]
-    save(plot_setup(first, own, title), first_svg, first_png)
+    x_names = {quantity: asked.x for quantity, asked in quantities_of(SETTINGS[name]).items()}
+    for rows, *paths in (
+        (predictions, svg, png),
+        (predictions[predictions["quantity"] == predictions["quantity"].iloc[0]], first_svg, first_png),
+    ):
+        if name == "shaken_box":
+            save(plot_shaken(rows, LOST, SAME, x_names[LOST]), *paths)
+        else:
+            save(plot_setup(rows, own, title, x_names), *paths)
 
 
 def draw_charge(

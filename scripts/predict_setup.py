@@ -17,6 +17,7 @@ from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.validation.measured import measured_points, read_measurements, read_other_codes
 from millprint.validation.setups import SETUPS, predict
+from millprint.validation.shaken_predictions import KEPT
 from millprint.validation.tumbling_runs import design, measured_speeds, run_all
 
 if "snakemake" in globals():
@@ -37,3 +38,4 @@ if "snakemake" in globals():
             others, cases = read_other_codes(snakemake.input.other_codes), setup_cases(settings, dem)
             own = (name, settings, mill, contacts, dem, cases)
             write_table(predict(*own, given.runs, points, given.folder, others), made.predictions)
+            (Path(given.folder) / KEPT).unlink(missing_ok=True)

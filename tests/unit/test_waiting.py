@@ -4,10 +4,25 @@ import pandas as pd
 import pytest
 
 from millprint.config.errors import ConfigError
+from millprint.config.quantities import SWING
+from millprint.config.setup_models import SETTINGS
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import find_ready_made, ready_made
 from millprint.validation import waiting
-from millprint.validation.waiting import IMPACTS, POWER, TABLE, WARMING, digest_of_file, fix_waiting, read_waiting
+from millprint.validation.fixed import read_fixed
+from millprint.validation.measured import prediction
+from millprint.validation.waiting import (
+    IMPACTS,
+    LEAF_SPRING,
+    POWER,
+    TABLE,
+    WARMING,
+    digest_of_file,
+    fix_swing,
+    fix_waiting,
+    read_waiting,
+    swing_rows,
+)
 from tests.conftest import ROOT
 
 PAGE = ROOT / "docs/why/predictions.md"
@@ -16,7 +31,7 @@ PAGE = ROOT / "docs/why/predictions.md"
 def shown(table: pd.DataFrame) -> list[str]:
     """The lines of the page: of each mill, the condition in the middle of its table."""
     lines = []
-    for mill, own in table.groupby("mill", sort=False):
+    for mill, own in table[table["mill"] != LEAF_SPRING].groupby("mill", sort=False):
         places = own[["ball_diameter_mm", "fill_ratio", "speed_rpm"]].drop_duplicates()
         diameter, fill, speed = places.iloc[len(places) // 2]
         here = own[(own["ball_diameter_mm"] == diameter) & (own["fill_ratio"] == fill) & (own["speed_rpm"] == speed)]
@@ -31,7 +46,7 @@ def shown(table: pd.DataFrame) -> list[str]:
 
 def test_the_table_holds_what_the_included_fingerprints_predict():
     table = read_waiting(ROOT / TABLE)
-    assert set(table["mill"]) == set(ready_made())
+    assert set(table["mill"]) == {*ready_made(), LEAF_SPRING}
     place = find_ready_made("planetary")
     own = table[(table["digest"] == digest_of_file(place)) & (table["quantity"] == POWER)]
     fingerprint = Fingerprint.read(place)
@@ -71,3 +86,28 @@ def test_a_changed_fingerprint_adds_rows_and_keeps_the_old(tmp_path, monkeypatch
     table = read_waiting(path)
     assert len(table) == 2 * len(rows) and list(table["date"].unique()) == ["2026-01-01 00:00", "2026-01-03 00:00"]
     assert table["why"].iloc[-1] == "the walls are exact"
+
+
+def test_the_swing_of_the_leaf_spring_is_fixed_with_its_settings():
+    table = read_waiting(ROOT / TABLE)
+    own = table[table["mill"] == LEAF_SPRING]
+    assert set(own["digest"]) == {
+        each.digest for each in read_fixed(ROOT / "config/data/fixed_predictions.tsv")[LEAF_SPRING]
+    }
+    assert own["quantity"].str.startswith(f"{SWING} after ").all()
+    assert (own["lower"] <= own["value"]).all() and (own["value"] <= own["upper"]).all()
+    text = PAGE.read_text()
+    for row in own.itertuples():
+        assert f"| {row.quantity.split()[-2]} | {row.value:.3g} ({row.lower:.3g} to {row.upper:.3g}) |" in text
+
+
+def test_a_swing_is_added_once_and_again_only_with_a_reason(tmp_path):
+    path = tmp_path / "waiting.tsv"
+    predicted = pd.DataFrame([prediction(SWING, "-", 9.0, x=2.0, lower=8.5, upper=9.5, interval="scatter of seeds")])
+    rows = swing_rows(predicted, SETTINGS[LEAF_SPRING])
+    assert rows["quantity"].tolist() == [f"{SWING} after 2 s"] and rows["fill_ratio"].tolist() == [0.179]
+    assert fix_swing(path, "2026-01-01 00:00", rows, "first") and not fix_swing(path, "2026-01-02 00:00", rows, "first")
+    with pytest.raises(ConfigError, match="leaf_spring had been fixed with other settings: say why"):
+        fix_swing(path, "2026-01-03 00:00", rows, "second")
+    assert fix_swing(path, "2026-01-03 00:00", rows, "second", "another number of balls")
+    assert read_waiting(path)["why"].tolist() == [waiting.FIRST, "another number of balls"]

@@ -11,6 +11,7 @@ from millprint.config.setup_models import (
     ShakerConfig,
     TumblingConfig,
 )
+from millprint.config.shaken_models import LeafSpringConfig, ShakenBoxConfig, ShakenPlateConfig
 
 POWER, RINGS, TOE, SHOULDER = "power", "complete rings of centrifuging balls", "toe angle", "shoulder angle"
 TURN_ENERGY = "energy a revolution"
@@ -24,6 +25,9 @@ IMPACT = {
     "rebound angle of the centre": "deg",
     "rebound angle of the contact point": "deg",
 }
+LOST, SWING = "energy lost a period over 4 m (A w)^2", "amplitude over ball diameter"
+PLATE_POWER, PLATE_MEAN = "power over m g V", "mean power over m g V from 6 to 30 g"
+LOSS_EXPONENT = "exponent of the loss factor over the acceleration"
 SURFACE = "tangential over mu times normal velocity after the impact"
 
 
@@ -53,6 +57,13 @@ def quantities_of(setup: SetupConfig) -> dict[str, Asked]:
     known: dict[type[SetupConfig], dict[str, Asked]] = {
         ReposeDrumConfig: {REPOSE: Asked("deg")},
         ShakerConfig: {BALL_SPEEDS: Asked("m/s")},
+        ShakenBoxConfig: {LOST: Asked("-", "amplitude over free gap, A / G [-]")},
+        LeafSpringConfig: {SWING: Asked("-", "time [s]")},
+        ShakenPlateConfig: {
+            PLATE_POWER: Asked("-", "peak acceleration of the plate [g]"),
+            PLATE_MEAN: Asked("-"),
+            LOSS_EXPONENT: Asked("-"),
+        },
     }
     return known[type(setup)]
 

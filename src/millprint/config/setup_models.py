@@ -9,49 +9,9 @@ from typing import ClassVar
 
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import BallMixture, BallSize
-from millprint.config.section import Section
+from millprint.config.setup_section import Interval, SetupConfig
+from millprint.config.shaken_models import LeafSpringConfig, ShakenBoxConfig, ShakenPlateConfig
 from millprint.config.sweep import Case, DemConfig, SweepConfig, balls_of, expand_sweep
-
-Interval = tuple[float, float]
-
-
-class SetupConfig(Section):
-    """Settings of a set-up: its contact sets, its mill if it has one, and its simulations."""
-
-    # Keys that choose where to predict, such as speeds: they change no number, and so no digest.
-    places: ClassVar[tuple[str, ...]] = ()
-    # The files that the prediction reads of each simulation.
-    run_files: ClassVar[tuple[str, ...]] = ("summary.json",)
-    # Tables of its own simulations in its own folder, which another rule writes before the prediction.
-    own_tables: ClassVar[tuple[str, ...]] = ()
-
-    contact: str
-    """contact set of the prediction: a file in config/contacts"""
-    further_contacts: list[str] = []
-    """contact sets that are equally likely; the interval by contact parameters spans them all"""
-
-    def without_intervals(self) -> "SetupConfig":
-        """The set-up without the simulations that only its intervals need."""
-        return self.model_copy(update={"further_contacts": []})
-
-    @property
-    def mill_name(self) -> str | None:
-        """The mill, a file in config/mills; None for a set-up without one."""
-        return getattr(self, "mill", None)
-
-    @property
-    def contact_names(self) -> list[str]:
-        """Every contact set of the set-up, the one that predicts first."""
-        return [self.contact, *self.further_contacts]
-
-    @property
-    def sweeps(self) -> list[SweepConfig]:
-        """Its simulations in results/dem; none for a set-up that simulates on its own. Each sweep names its mills."""
-        return []
-
-    def simulated_inside(self, mill: MillConfig) -> list[Case]:
-        """The simulations that have no file in results/dem: a rule of the validation has them inside."""
-        return []
 
 
 class TumblingConfig(SetupConfig):
@@ -403,6 +363,9 @@ SETTINGS: dict[str, SetupConfig] = {
     "spex_shaker": ShakerConfig(),
     "bead_drum": BeadDrumConfig(),
     "repose_drum": ReposeDrumConfig(),
+    "shaken_box": ShakenBoxConfig(),
+    "leaf_spring": LeafSpringConfig(),
+    "shaken_plate": ShakenPlateConfig(),
 }
 # In place of these, a coarse version that takes seconds, for a test of the workflow.
 QUICK: dict[str, SetupConfig] = {
@@ -410,6 +373,14 @@ QUICK: dict[str, SetupConfig] = {
     "bond_mill": BondMillConfig(
         seeds=[0, 1], samples=2, discard_turns=0.3, discard_s=0.3, window_turns=0.5, window_s=0.5,
         rayleigh_fraction=0.2, closure_max=0.05,
+    ),
+    "shaken_box": ShakenBoxConfig(
+        balls=60, side_diameters=4.0, amplitudes=[], seeds=[0], varied_amplitudes=[], packing_periods=2,
+        discard_periods=1, window_periods=2,
+    ),
+    "leaf_spring": LeafSpringConfig(seeds=[0], further_balls=[], times_s=[0.5, 1.0]),
+    "shaken_plate": ShakenPlateConfig(
+        balls=60, side_diameters=4.0, accelerations=[10.0, 20.0], seeds=[0], discard_periods=5, window_periods=10,
     ),
 }  # fmt: skip
 

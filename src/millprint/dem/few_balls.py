@@ -1,5 +1,7 @@
 """A few balls in a vessel, placed and advanced from Python, for the calibration and the tests of the physics."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
@@ -83,16 +85,19 @@ class FewBalls:
         """The contacts that ended in the last run (collisions.COLLISION_NAMES)."""
         return by_surface(collision_table(self.collisions))
 
-    def run(self, seconds: float, sample_every: int = 0) -> pd.DataFrame | None:
-        """Advance by a time [s]; returns the ledger if samples are asked for. Raises SimulationError."""
+    def run(self, seconds: float, sample_every: int = 0, rows: int = COLLISION_ROWS) -> pd.DataFrame | None:
+        """Advance by a time [s]; returns the ledger if samples are asked for. Raises SimulationError.
+
+        rows: room for the contacts that end; with none they are not recorded.
+        """
         steps = round(seconds / self.step)
         begin = int(self.counters[COUNTER.step])
         recorder = _recorder(begin, sample_every, steps // sample_every + 2 if sample_every else 0)
-        table = make_table(COLLISION_ROWS, self.by_facet)
+        table = make_table(rows, self.by_facet)
         self._advance(begin + steps - 1 + (1 if sample_every else 0), table, recorder)
-        rows = int(self.counters[COUNTER.records])
+        recorded = int(self.counters[COUNTER.records])
         self.counters[COUNTER.records] = 0
-        self.collisions = Table(*(column[:rows] for column in table))
+        self.collisions = Table(*(column[:recorded] for column in table))
         samples = int(self.counters[COUNTER.samples])
         self.counters[COUNTER.samples] = 0
         return ledger_series(recorder.sample[:samples]) if sample_every else None
@@ -110,6 +115,14 @@ class FewBalls:
             self._advance(begin + look * every - 1, table, recorder)
             positions[look] = self.balls.position
         return (begin + every * np.arange(looks)) * self.step, positions
+
+    def chunks(self, seconds: float, every: int) -> Iterator[float]:
+        """Advance by a time [s], `every` steps after another; yields the time of each [s]. Raises SimulationError."""
+        table, recorder = make_table(0), _recorder(0, 0, 0)
+        begin = int(self.counters[COUNTER.step])
+        for step in range(begin + every, begin + round(seconds / self.step) + 1, every):
+            self._advance(step - 1, table, recorder)
+            yield step * self.step
 
     def _advance(self, last_step: int, table: Table, recorder: Recorder) -> None:
         advance(

@@ -1,6 +1,7 @@
 """Figures of the validation: measured points over predicted curves with their intervals, beds and charges of drums."""
 
 import math
+from collections.abc import Mapping
 from textwrap import fill
 
 import matplotlib.pyplot as plt
@@ -72,11 +73,13 @@ def _draw_points(axis: Axes, points: pd.DataFrame) -> None:
         )  # fmt: skip
 
 
-def plot_setup(predictions: pd.DataFrame, points: pd.DataFrame, title: str) -> Figure:
+def plot_setup(
+    predictions: pd.DataFrame, points: pd.DataFrame, title: str, x_names: Mapping[str, str] | None = None
+) -> Figure:
     """A panel for each quantity of a set-up.
 
-    predictions, points: columns as in validation.measured, of this
-    set-up. Bands and bars are intervals.
+    predictions, points: columns as in validation.measured, of this set-up; x_names: of a quantity that was not
+    measured. Bands and bars are intervals.
     """
     quantities = list(dict.fromkeys(predictions["quantity"]))
     models = [model for model in dict.fromkeys(predictions["model"]) if model != DEM]
@@ -86,6 +89,7 @@ def plot_setup(predictions: pd.DataFrame, points: pd.DataFrame, title: str) -> F
     axes = list(grid.flat)
     names = dict(zip(points["quantity"], points["x_name"], strict=True))
     shared = next(iter(names.values()), "")
+    names = {**(x_names or {}), **names}
     for axis, quantity in zip(axes, quantities, strict=False):
         lines, measured = predictions[predictions["quantity"] == quantity], points[points["quantity"] == quantity]
         _draw_models(axis, lines, models)

@@ -27,8 +27,12 @@ SCATTER = "scatter of seeds"
 BLOCKS = "scatter of blocks of time"
 CONTACT = "contact parameters"
 BALLS = "spread of the balls"
+COUNT = "number of balls"
 # Origins of an interval; both where they are added.
-INTERVALS = ("", SCATTER, BLOCKS, CONTACT, f"{SCATTER} and {CONTACT}", f"{BLOCKS} and {CONTACT}", BALLS)
+INTERVALS = (
+    *("", SCATTER, BLOCKS, CONTACT, f"{SCATTER} and {CONTACT}", f"{BLOCKS} and {CONTACT}", BALLS),
+    f"{SCATTER} and {COUNT}",
+)
 # Units of quantities that are not negative, so that their intervals do not go below 0.
 NOT_NEGATIVE = ("W", "J/rev")
 PREDICTION_COLUMNS = ("id", "x", "quantity", "unit", "model", "predicted", "lower", "upper", "interval")

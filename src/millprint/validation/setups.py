@@ -17,6 +17,11 @@ from millprint.config.sweep import Case, DemConfig
 from millprint.validation.drums import SHORT, predict_bead_drum, predict_repose_drum
 from millprint.validation.impacts import PARTIAL, predict_alumina_impact, predict_elastic_impact
 from millprint.validation.measured import BALLS, PLACE_COLUMNS, Inputs, check_predictions, prediction
+from millprint.validation.shaken_predictions import (
+    predict_leaf_spring,
+    predict_shaken_box,
+    predict_shaken_plate,
+)
 from millprint.validation.tumbling import OTHER_CONTACT, predict_tumbling
 from millprint.view.snapshots import Snapshots, open_run
 
@@ -187,6 +192,39 @@ SETUPS = {
                 *TUMBLING,
                 Assumption("ore", "none in the mill; its friction and restitution are in the contact set", "assumed"),
                 Assumption("filling for the formulas", "19 %", "20.1 kg of steel, packed to 0.60"),
+            ),
+        ),
+        Setup(
+            name="shaken_box",
+            number="21",
+            title="Shaken box without gravity",
+            predict=predict_shaken_box,
+            assumptions=(
+                Assumption("free gap", "inner length less the packed thickness, which is half of it", "ours"),
+                Assumption("thickness", "twice the height of the centre of mass, settled under gravity", "ours"),
+                Assumption("Young's modulus", "0.01 GPa", "any that keeps contacts short against a period"),
+            ),
+        ),
+        Setup(
+            name="leaf_spring",
+            number="22",
+            title="Box on a leaf spring without gravity",
+            predict=predict_leaf_spring,
+            assumptions=(
+                Assumption("number of balls", "37; the interval spans 33 to 41", "from memory, not in the source"),
+                Assumption("frequency", "1.23 Hz, of the box without balls", "DynamO, packer.cpp, mode 19"),
+                Assumption("start", "box and balls at rest, the balls all over the box", "not in the source"),
+                Assumption("air and spring", "take no energy", "assumed"),
+            ),
+        ),
+        Setup(
+            name="shaken_plate",
+            number="23",
+            title="Plate shaken under gravity",
+            predict=predict_shaken_plate,
+            assumptions=(
+                Assumption("layers, balls and frequency", "about four layers of 10 mm at 20 Hz", "not in the sources"),
+                Assumption("lid", "so high that no ball meets it", "open boxes"),
             ),
         ),
     )

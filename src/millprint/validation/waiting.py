@@ -1,7 +1,7 @@
 """Predictions for the included mills that wait for a measurement: fixed, with their date and a digest.
 
-They are those of the included fingerprints, which need no simulation. The table is only added to: a fingerprint that
-has changed gets new rows with a new date, and the old ones stay.
+They are those of the included fingerprints, which need no simulation, and of the box on a leaf spring. The table is
+only added to: a fingerprint that has changed gets new rows with a new date, and the old ones stay.
 """
 
 import hashlib
@@ -14,6 +14,8 @@ from millprint.config.dose import HeatConfig
 from millprint.config.errors import ConfigError
 from millprint.config.included import load_mill, shipped
 from millprint.config.mixture import ONE_SIZE
+from millprint.config.quantities import SWING
+from millprint.config.shaken_models import LeafSpringConfig
 from millprint.dose.heat_balance import BODIES, programme_phases, solve
 from millprint.dose.heat_sources import HeatSource
 from millprint.dose.heat_table import ROOM, balance_of, band, sample
@@ -21,6 +23,7 @@ from millprint.fingerprint.model import Fingerprint, Prediction
 from millprint.fingerprint.readers import find_ready_made, ready_made
 from millprint.mill.vessel import build_vessel
 from millprint.run.files import read_table, write_table
+from millprint.validation.measured import DEM
 
 TABLE = "config/data/waiting_predictions.tsv"
 CONDITION = ("ball_diameter_mm", "fill_ratio", "speed_rpm")
@@ -29,6 +32,8 @@ POWER, IMPACTS, WARMING = "power", "impacts a second", "warming of the jar in tw
 WARMING_S = 120.0
 BY_MEAN, BY_HEAT = "the mean of very many simulations", "what is not known of the jar and its cooling"
 FIRST = "fixed for the first time"
+# A set-up of the validation whose measured curve we could not read.
+LEAF_SPRING = "leaf_spring"
 
 
 def digest_of_file(path: Path) -> str:
@@ -107,7 +112,7 @@ def fix_waiting(path: str | Path, now: str, why: str = "") -> list[str]:
     why: the reason for fixing again. Raises ConfigError if a mill was fixed with another fingerprint and no reason is
     given.
     """
-    known = read_waiting(path) if Path(path).exists() else pd.DataFrame(columns=list(COLUMNS))
+    known = _known(path)
     tables, fixed = [known], []
     for mill in ready_made():
         place = find_ready_made(mill)
@@ -119,5 +124,41 @@ def fix_waiting(path: str | Path, now: str, why: str = "") -> list[str]:
         own = predictions_of(mill, Fingerprint.read(place))
         tables.append(own.assign(date=now, digest=digest_of_file(place), why=why if again else FIRST))
         fixed.append(mill)
-    write_table(pd.concat([table for table in tables if len(table)], ignore_index=True)[list(COLUMNS)], path, digits=4)
+    _write(tables, path)
     return fixed
+
+
+def swing_rows(predictions: pd.DataFrame, settings: LeafSpringConfig) -> pd.DataFrame:
+    """The amplitudes of the box on a leaf spring after each second, without date; predictions: of its set-up."""
+    own = predictions[(predictions["quantity"] == SWING) & (predictions["model"] == DEM)]
+    volume = settings.side_diameters**2 * settings.length_diameters
+    fill = float(f"{settings.balls * np.pi / 6 / volume:.3g}")
+    place = (LEAF_SPRING, settings.ball_diameter_mm, fill, 60 * settings.frequency_hz)
+    rows = [
+        (*place, f"{SWING} after {row.x:g} s", row.predicted, row.lower, row.upper, "-", row.interval)
+        for row in own.itertuples()
+    ]
+    return pd.DataFrame(rows, columns=list(COLUMNS[: COLUMNS.index("date")]))
+
+
+def fix_swing(path: str | Path, now: str, rows: pd.DataFrame, digest: str, why: str = "") -> bool:
+    """Add the rows of `swing_rows`, unless they are there; whether they were new. Raises ConfigError as `fix_waiting`.
+
+    digest: of the settings of the set-up.
+    """
+    known = _known(path)
+    if digest in set(known["digest"]):
+        return False
+    again = LEAF_SPRING in set(known["mill"])
+    if again and not why:
+        raise ConfigError(f"{path}: {LEAF_SPRING} had been fixed with other settings: say why they changed, by --why")
+    _write([known, rows.assign(date=now, digest=digest, why=why if again else FIRST)], path)
+    return True
+
+
+def _known(path: str | Path) -> pd.DataFrame:
+    return read_waiting(path) if Path(path).exists() else pd.DataFrame(columns=list(COLUMNS))
+
+
+def _write(tables: list[pd.DataFrame], path: str | Path) -> None:
+    write_table(pd.concat([table for table in tables if len(table)], ignore_index=True)[list(COLUMNS)], path, digits=4)

@@ -1,0 +1,147 @@
+"""Set-ups of shaken boxes: a box on a drive without gravity, a box on a leaf spring, and a plate under gravity."""
+
+from typing import ClassVar
+
+from millprint.config.setup_section import SetupConfig
+
+# What a run with so many balls takes of a processor [s].
+SECONDS, BALLS = 10.0, 300
+
+
+class ShakenConfig(SetupConfig):
+    """A box of a square cross-section that moves up and down, with a pile of balls of one size."""
+
+    ball_diameter_mm: float = 10.0
+    """ball diameter [mm]"""
+    side_diameters: float
+    """side of the cross-section [ball diameters]"""
+    balls: int
+    """number of balls [-]"""
+    seeds: list[int] = [0, 1, 2]
+    """seeds of the starting positions; their scatter is the interval"""
+    rayleigh_fraction: float = 0.15
+    """step over the Rayleigh time [-]"""
+    closure_max: float = 0.02
+    """a simulation fails at this energy balance error over the wall work [-]"""
+
+    def without_intervals(self) -> "ShakenConfig":
+        """One seed, and nothing changed."""
+        fewer: dict[str, list] = {"further_balls": [], "varied_amplitudes": []}
+        own = {key: value for key, value in fewer.items() if key in type(self).model_fields}
+        return self.model_copy(update={**own, "seeds": self.seeds[:1]})
+
+    @property
+    def side_m(self) -> float:
+        """Side of the cross-section [m]."""
+        return self.side_diameters * self.ball_diameter_mm / 1e3
+
+    @property
+    def runs(self) -> int:
+        """Simulations of the set-up, apart from those at measured places [-]."""
+        raise NotImplementedError
+
+    @property
+    def further_s(self) -> float:
+        """About SECONDS for a run of BALLS balls."""
+        return SECONDS * self.runs * self.balls / BALLS
+
+
+class ShakenBoxConfig(ShakenConfig):
+    """Set-up 21: a box without gravity, half full of many layers, and what must not change the energy lost in it."""
+
+    places: ClassVar[tuple[str, ...]] = ("amplitudes",)
+
+    contact: str = "generic_spheres"
+    side_diameters: float = 6.0
+    balls: int = 300
+    speed_m_s: float = 0.3
+    """peak speed of the box, A w, at every amplitude [m/s]"""
+    fill_share: float = 0.5
+    """thickness of the packed pile over the inner length [-]"""
+    amplitudes: list[float] = [0.2, 0.25, 0.28]
+    """amplitudes over the free gap, in addition to the measured ones [-]"""
+    packing_amplitude: float = 1.0
+    """least amplitude over the free gap at which shaking packs the poured pile; a larger one packs it more [-]"""
+    packing_periods: int = 4
+    """periods in which shaking packs the poured pile [-]"""
+    discard_periods: int = 2
+    """further periods before the averages begin [-]"""
+    window_periods: int = 6
+    """periods that are averaged [-]"""
+    varied_amplitudes: list[float] = [0.5, 1.0]
+    """amplitudes over the free gap at which one thing is changed, with the first seed [-]"""
+    further_speeds_m_s: list[float] = [0.15, 0.6]
+    """other speeds, and so frequencies [m/s]"""
+    further_restitutions: list[float] = [0.3, 0.8]
+    """other coefficients of restitution [-]"""
+    further_frictions: list[float] = [0.0, 0.8]
+    """other coefficients of friction [-]"""
+    further_balls: list[int] = [75, 150]
+    """other numbers of balls, and so of layers [-]"""
+
+    @property
+    def changes(self) -> dict[str, list]:
+        """What is changed, one at a time: the value of a run and its values."""
+        return {
+            "speed_m_s": self.further_speeds_m_s,
+            "restitution": self.further_restitutions,
+            "static_friction": self.further_frictions,
+            "balls": self.further_balls,
+        }
+
+    @property
+    def runs(self) -> int:
+        """Those of each seed, and those with one thing changed."""
+        changed = sum(map(len, self.changes.values())) * len(self.varied_amplitudes)
+        return len(self.amplitudes) * len(self.seeds) + changed
+
+
+class LeafSpringConfig(ShakenConfig):
+    """Set-up 22: a box on a leaf spring without gravity, which swings freely and is stopped by the balls in it."""
+
+    places: ClassVar[tuple[str, ...]] = ("times_s",)
+
+    contact: str = "smooth_spheres"
+    side_diameters: float = 5.2
+    length_diameters: float = 4.0
+    """inner length [ball diameters]"""
+    balls: int = 37
+    frequency_hz: float = 1.23
+    """frequency of the box without balls [Hz]"""
+    amplitude_diameters: float = 10.7
+    """amplitude at the start [ball diameters]"""
+    mass_ratio: float = 2.93
+    """mass of the box over that of all balls [-]"""
+    seeds: list[int] = [0, 1, 2, 3, 4]
+    rayleigh_fraction: float = 0.1
+    further_balls: list[int] = [33, 41]
+    """other numbers of balls, in a box of the same ratio of masses; the interval spans them"""
+    times_s: list[float] = [float(second) for second in range(1, 16)]
+    """times, in addition to the measured ones [s]"""
+
+    @property
+    def runs(self) -> int:
+        """One of each seed and of each other number of balls."""
+        return len(self.seeds) + len(self.further_balls)
+
+
+class ShakenPlateConfig(ShakenConfig):
+    """Set-up 23: layers of balls on a shaken plate under gravity."""
+
+    contact: str = "calibrated"
+    side_diameters: float = 6.0
+    balls: int = 150
+    rayleigh_fraction: float = 0.1
+    frequency_hz: float = 20.0
+    """frequency of the plate [Hz]"""
+    accelerations: list[float] = [6.0, 9.0, 12.0, 15.0, 18.0, 21.0, 24.0, 27.0, 30.0]
+    """peak accelerations of the plate over gravity [-]"""
+    discard_periods: int = 10
+    """periods before the averages begin [-]"""
+    window_periods: int = 60
+    """periods that are averaged [-]"""
+
+    @property
+    def runs(self) -> int:
+        """One of each acceleration and seed."""
+        return len(self.accelerations) * len(self.seeds)
