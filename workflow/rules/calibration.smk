@@ -107,13 +107,9 @@ rule calibrate_restitution:
         kernels=ancient(f"{RESULTS}/dem/kernels.json"),
         measured=[path for path in [CONFIG.calibration.drop_test.measured] if path],
     output:
+        **({"over_speed": f"{CALIBRATION}/restitution_over_speed.tsv"} if CONFIG.calibration.drop_test.measured else {}),
         drops=f"{CALIBRATION}/drop_test.tsv",
         restitution=f"{CALIBRATION}/restitution.tsv",
-        **(
-            {"over_speed": f"{CALIBRATION}/restitution_over_speed.tsv"}
-            if CONFIG.calibration.drop_test.measured
-            else {}
-        ),
         drops_svg=shown(f"{CALIBRATION}/drop_test.svg"),
         drops_png=f"{CALIBRATION}/drop_test.png",
         friction_svgs=[shown(f"{CALIBRATION}/{name}/friction_fit.svg") for name in EXPERIMENTS],
