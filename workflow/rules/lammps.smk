@@ -21,8 +21,8 @@ rule run_lammps_case:
         f"{BENCHMARKS}/run_lammps_case/{{mill}}/{{contact}}/{{case}}.tsv"
     # On this machine a rank takes a core; a cluster starts `tasks` of one core each.
     threads: CONFIG.dem.lammps.ranks
-    # Each attempt continues where the last one ended. `mpi` is the program that starts the ranks, such as srun. Neither it
-    # nor `command` nor `tasks` is a parameter: with another number of ranks nothing is simulated again.
+    # Each attempt continues where the last one ended. `mpi` is the program that starts the ranks, such as srun. Neither
+    # it nor `command` nor `tasks` is a parameter: with another number of ranks nothing is simulated again.
     resources:
         mpi="mpirun",
         command=CONFIG.dem.lammps.command,
