@@ -17,12 +17,13 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.lammps import run as lammps_run
 from millprint.dem.lammps.cost import ball_step_s, efficiency, lammps_resources
-from millprint.dem.lammps.input import GRAVITY, STATE_NAMES, SampledDem, Schedule, data_text, input_text
+from millprint.dem.lammps.input import STATE_NAMES, SampledDem, Schedule, data_text, input_text
 from millprint.dem.lammps.law import damped_coefficient, law_text, restitution_without_pull
 from millprint.dem.lammps.output import ledger_of, read_contacts, read_log, read_snapshots, read_states
 from millprint.dem.lammps.run import run_lammps
 from millprint.dem.lammps.support import check_engine
 from millprint.dem.simulation import Simulation
+from millprint.mill.gravity import GRAVITY
 from millprint.mill.motion import motion_from_law
 from millprint.run.files import read_json
 from millprint.validation.simulations import tabulate

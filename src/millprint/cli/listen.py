@@ -17,7 +17,7 @@ from millprint.cli.commands import parser_of
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.fingerprint.readers import read_contacts
-from millprint.mill.speed_limits import GRAVITY
+from millprint.mill.gravity import GRAVITY
 from millprint.own_machine.heard_impacts import (
     FEWEST_IMPACTS,
     Drop,

@@ -24,7 +24,8 @@ from millprint.fingerprint.condition_search import GRID
 from millprint.fingerprint.descriptors import CHARGE, CONDITION, CONDITION_TEXT, NOTHING
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import read_content
-from millprint.mill.speed_limits import GRAVITY, mill_in_words, wall_acceleration
+from millprint.mill.gravity import GRAVITY
+from millprint.mill.speed_limits import mill_in_words, wall_acceleration
 from millprint.run.files import read_table
 
 # Digits of a spectrum on the page, and decimals of a temperature [degC].

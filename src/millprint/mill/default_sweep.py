@@ -11,8 +11,8 @@ from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.motion_kinds import Agitation, motion_kind
 from millprint.mill.bodies import CHECK_RPM, Body, build_bodies, travel_m
+from millprint.mill.gravity import GRAVITY
 
-GRAVITY = 9.81
 # Commercial ball sizes [mm], and the largest share of the vessel's narrowest inside that a ball may take.
 BALL_SIZES_MM = (0.5, 1, 1.5, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 80, 100)
 WIDEST = 1 / 5

@@ -15,9 +15,8 @@ import numpy as np
 from millprint.config.mill import MillConfig
 from millprint.config.motion_kinds import Agitation, MotionSection, motion_kind
 from millprint.mill.bodies import CHECK_RPM, Body, build_bodies
+from millprint.mill.gravity import GRAVITY
 from millprint.mill.motion import Motion, motion_from_law
-
-GRAVITY = 9.81
 
 
 @dataclass(frozen=True)

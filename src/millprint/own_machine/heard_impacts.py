@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.fingerprint.readers import PAIRS, Contacts
-from millprint.mill.speed_limits import GRAVITY
+from millprint.mill.gravity import GRAVITY
 from millprint.own_machine.estimates import CANNOT, Estimate, mean_of, verdict_on, weighted_quantiles
 from millprint.own_machine.settings import ListenSettings
 from millprint.own_machine.sound import Ear, Heard, impacts_in

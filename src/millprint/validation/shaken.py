@@ -13,6 +13,7 @@ from millprint.dem.laws.registry import step_scale
 from millprint.dem.ledger import check_closure
 from millprint.dem.packing import pack
 from millprint.dem.timestep import aligned_step, skin_of
+from millprint.mill.gravity import GRAVITY
 from millprint.mill.motion import Motion
 from millprint.mill.vessel import Vessel, shape_vessel
 
@@ -20,7 +21,6 @@ from millprint.mill.vessel import Vessel, shape_vessel
 LAW_END = 1 / math.pi
 # Rounded tables give the end with four digits.
 ROUNDING = 1e-3
-GRAVITY = 9.81
 # Time in which a pile comes to rest [s].
 POURED_S = 1.0
 LOSSES = ["normal_damping_J", "tangential_damping_J", "sliding_J", "rolling_J"]

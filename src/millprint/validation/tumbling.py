@@ -11,11 +11,11 @@ from millprint.config.mill import MillConfig
 from millprint.config.quantities import POWER, RINGS, SHOULDER, TOE, TURN_ENERGY, with_number
 from millprint.config.setup_models import TumblingConfig
 from millprint.mill.bodies import build_bodies
+from millprint.mill.gravity import GRAVITY
 from millprint.statistics.quantiles import student_quantile
 from millprint.validation.measured import CONTACT, DEM, SCATTER, Inputs, prediction
 from millprint.validation.tumbling_runs import FURTHER, PREDICTS, SAMPLE
 
-GRAVITY = 9.81
 # Lift angle of Hogg and Fuerstenau [deg], a free parameter. 35 deg is a usual choice for ball mills.
 LIFT_ANGLE_DEG = 35.0
 
@@ -322,7 +322,7 @@ def formula_powers(
 ) -> dict[str, float]:
     """Net power by each formula [W], without formulas that do not hold at this speed."""
     charge = charge_of(settings, mill, density, number)
-    share = speed_rpm / 60 * 2 * math.pi / math.sqrt(9.81 / charge.radius_m)
+    share = speed_rpm / 60 * 2 * math.pi / math.sqrt(GRAVITY / charge.radius_m)
     powers = {}
     if share < 1:
         powers[f"Hogg and Fuerstenau, {LIFT_ANGLE_DEG:g} deg"] = hogg_fuerstenau(charge, speed_rpm / 60)

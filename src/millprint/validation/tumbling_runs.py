@@ -18,9 +18,9 @@ from millprint.dem.layout import SNAPSHOT, SNAPSHOT_TOTAL
 from millprint.dem.ledger import check_closure, ledger_series, ledger_summary
 from millprint.dem.short_runs import simulate_each
 from millprint.dem.simulation import Simulation
+from millprint.mill.gravity import GRAVITY
 from millprint.mill.kernel_columns import span_of
 
-GRAVITY = 9.81
 # At toe and shoulder, the shell is covered by half as many balls as in a closed ring.
 COVERED = 0.5
 BINS = 120

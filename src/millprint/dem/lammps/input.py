@@ -9,8 +9,8 @@ from millprint.dem.lammps.law import law_text
 from millprint.dem.lammps.walls import wall_lines
 from millprint.dem.resources import COLLISION_ROWS_MAX, COLLISIONS_HZ
 from millprint.dem.simulation import Simulation
+from millprint.mill.gravity import GRAVITY
 
-GRAVITY = 9.81
 # Files of a run, in its folder.
 BALLS, INPUT, LOG = "balls.data", "in.lammps", "log.lammps"
 STATES, TOUCHES, SNAPSHOTS = "states.txt", "contacts.txt", "snapshots.txt"

@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.errors import SimulationError
-from millprint.dem.lammps.input import CONTACT_NAMES, GRAVITY, SNAPSHOT_NAMES, STATE_NAMES
+from millprint.dem.lammps.input import CONTACT_NAMES, SNAPSHOT_NAMES, STATE_NAMES
+from millprint.mill.gravity import GRAVITY
 from millprint.mill.motion import Motion
 
 LOOP = re.compile(r"^Loop time of (\S+) on (\d+) procs for (\d+) steps with (\d+) atoms", re.MULTILINE)

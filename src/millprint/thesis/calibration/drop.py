@@ -12,10 +12,10 @@ from millprint.config.geometry import BoxGeometry
 from millprint.config.over_speed import NOMINAL_SPEED_M_S, SpeedTable
 from millprint.dem.few_balls import FewBalls
 from millprint.dem.timestep import resolved_step
+from millprint.mill.gravity import GRAVITY
 from millprint.mill.vessel import Vessel, shape_vessel
 from millprint.run.tables import Number, read_measured, refuse_rows
 
-GRAVITY = 9.81
 SAMPLE_S = 1e-4  # the top of a bounce is flat: it is missed by at most g dt^2 / 8, 0.01 micrometre
 FEWEST_HEIGHTS = 3
 ENDS = ("lower", "upper")

@@ -19,10 +19,10 @@ from millprint.config.mill import MillConfig
 from millprint.dem.few_balls import FewBalls, walls_for
 from millprint.dem.timestep import resolved_step
 from millprint.mill.distance import signed_distance
+from millprint.mill.gravity import GRAVITY
 from millprint.mill.vessel import Vessel, build_vessel
 from millprint.mill.walls import Walls
 from millprint.run.tables import Number, read_measured, refuse_rows
-from millprint.thesis.calibration.drop import GRAVITY
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
