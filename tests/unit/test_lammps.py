@@ -360,7 +360,7 @@ def test_resources_are_those_of_all_ranks(drum):
     )
     assert (one.threads, many.threads) == (1, 8)
     assert many.processor_s > one.processor_s and many.processor_s / 8 < one.processor_s + 5
-    assert ball_step_s(included("drum_90cm")) > 3 * ball_step_s(drum)
+    assert ball_step_s(included("drum_90cm")) > 2 * ball_step_s(drum)
     assert efficiency(10**6, 1) == 1 and efficiency(10**6, 128) > efficiency(10**6, 1024) > efficiency(10**4, 1024)
 
 

@@ -22,7 +22,7 @@ rule run_lammps_case:
     # On this machine a rank takes a core; a cluster starts `tasks` of one core each.
     threads: CONFIG.dem.lammps.ranks
     # Each attempt continues where the last one ended. `mpi` is the program that starts the ranks, such as srun. Neither it
-    # nor `command` nor `tasks` is a parameter: another number of ranks is no reason to simulate again.
+    # nor `command` nor `tasks` is a parameter, so that another number of ranks simulates nothing again.
     resources:
         mpi="mpirun",
         command=CONFIG.dem.lammps.command,
