@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 from millprint.config.contact_set import ContactConfig
-from millprint.config.engine import EngineConfig
+from millprint.config.dem_engine import EngineConfig
 from millprint.config.geometry import LifterDrumGeometry
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, ball_count
