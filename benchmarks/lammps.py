@@ -24,10 +24,10 @@ from benchmarks.cases import Setup, Timing
 from benchmarks.config import LammpsConfig, LammpsLaw
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import SimulationError
+from millprint.dem.lammps.granular_law import tangential_damping_ratio
 from millprint.dem.lammps.input import BALLS, INPUT, balls_text, head_lines
-from millprint.dem.lammps.law import tangential_damping_ratio
+from millprint.dem.lammps.lammps_case import start
 from millprint.dem.lammps.output import LammpsLog
-from millprint.dem.lammps.run import start
 
 # Steps between the samples of a mean.
 SAMPLE_EVERY = 20

@@ -7,10 +7,10 @@ next to them, which also keeps the input and the log.
 """
 
 from millprint.config.contact_set import ContactConfig
-from millprint.config.engine import EngineConfig
+from millprint.config.dem_engine import EngineConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case
-from millprint.dem.lammps.run import run_lammps
+from millprint.dem.lammps.lammps_case import run_lammps
 from millprint.run.job import job
 
 if "snakemake" in globals():

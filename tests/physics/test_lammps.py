@@ -12,12 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from millprint.config.engine import EngineConfig
+from millprint.config.dem_engine import EngineConfig
+from millprint.dem.lammps.granular_law import law_text
 from millprint.dem.lammps.input import BALLS, INPUT, LOG, balls_text, head_lines
-from millprint.dem.lammps.law import law_text
-from millprint.dem.lammps.run import FOLDER, run_lammps, start
+from millprint.dem.lammps.lammps_case import FOLDER, run_lammps, start
 from millprint.dem.laws.hertz import coefficients
 from millprint.dem.laws.record import ball_mass
+from millprint.dem.laws.registry import law_of
 from millprint.dem.run import simulate
 from tests.physics.planar_impact import RADIAL, SPIN_1, Pair, solve_impact
 from tests.unit.test_lammps import case_of, contact_set, included
@@ -40,9 +41,9 @@ def engine(ranks: int = 1, **changes) -> EngineConfig:
 def hit(place: Path, contact, tangential: float) -> tuple[float, float]:
     """Restitution and spin [rad/s] of two equal balls, one of which comes with SPEED along x, `tangential` along y."""
     mass = ball_mass(contact, RADIUS)
-    stiffness = coefficients(contact, RADIUS / 2, mass / 2)[0]
-    depth = (1.25 * mass / 2 * SPEED**2 / stiffness) ** 0.4
-    step = depth / SPEED / 600
+    own = law_of(contact)
+    stiffness = own.coefficients(contact, RADIUS / 2, mass / 2)[0]
+    step = own.impact(mass / 2, stiffness, SPEED)[1] / 2000
     law = law_text(contact, RADIUS, step, 2.0)
     lines = [
         *head_lines(["pair_style granular", f"pair_coeff * * {law}"], 1e-3, step),
@@ -77,9 +78,16 @@ def ours(contact, tangential: float) -> tuple[float, float]:
     return float(state[RADIAL]) / SPEED, abs(float(state[SPIN_1]))
 
 
+LINEAR = {
+    "kind": "linear", "young_modulus_gpa": None, "poisson_ratio": None, "normal_stiffness_n_m": 1e5,
+    "tangential_stiffness_ratio": 2 / 7,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("law", [{}, LINEAR], ids=["hertz", "linear"])
 @pytest.mark.parametrize("restitution", [0.3, 0.68, 1.0])
-def test_a_head_on_impact_has_the_restitution_of_the_contact_set(tmp_path, restitution):
-    contact = contact_set(restitution=restitution, rolling_friction=0.0)
+def test_a_head_on_impact_has_the_restitution_of_the_contact_set(tmp_path, restitution, law):
+    contact = contact_set(restitution=restitution, rolling_friction=0.0, **law)
     assert hit(tmp_path, contact, 0.0)[0] == pytest.approx(restitution, rel=5e-3)
 
 

@@ -6,9 +6,9 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from millprint.config.calibration import CalibrationConfig
 from millprint.config.card import CardsConfig
+from millprint.config.dem_engine import EngineConfig
 from millprint.config.doe import DoeConfig
 from millprint.config.dose import DoseConfig
-from millprint.config.engine import EngineConfig
 from millprint.config.fingerprint import ConvergenceConfig, FingerprintConfig, InverseConfig, MapsConfig
 from millprint.config.fit import FitConfig
 from millprint.config.mill_sweep import MillsConfig, MillSweepConfig

@@ -4,15 +4,15 @@ import math
 from dataclasses import replace
 
 from millprint.config.contact_set import ContactConfig
-from millprint.config.engine import EngineConfig
+from millprint.config.dem_engine import EngineConfig
 from millprint.config.geometry import LifterDrumGeometry
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, ball_count
 from millprint.dem.resources import LIKELY_BALL_STEP_S, LIKELY_START_S, Resources, resources_of, runtime_of
 
-# A ball and a step on one core, and for each region of the walls (every lifter is one): 764 balls in a drum with
-# eight lifters, with the contacts between balls recorded (docs/how_to/lammps.md) [s].
-LAMMPS_BALL_STEP_S, REGION_S = 2.7e-7, 1.25e-7
+# A ball and a step on one core without walls, of 20,000 balls in a smooth drum, and for each region of the walls (every
+# lifter is one), of 764 balls in a drum with eight; contacts between balls are recorded (docs/how_to/lammps.md) [s].
+LAMMPS_BALL_STEP_S, REGION_S = 4.3e-7, 1.25e-7
 # Efficiency of n balls on each rank, 1 / (1 + SURFACE / n^(1/3)): what a rank exchanges and computes twice is at the
 # surface of its part. SURFACE is an assumption: only two ranks could be tried here.
 SURFACE = 4.0

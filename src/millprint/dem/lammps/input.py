@@ -5,8 +5,8 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from millprint.config.sweep import DemConfig
-from millprint.dem.lammps.law import law_text
-from millprint.dem.lammps.walls import wall_lines
+from millprint.dem.lammps.granular_law import law_text
+from millprint.dem.lammps.regions import wall_lines
 from millprint.dem.resources import COLLISION_ROWS_MAX, COLLISIONS_HZ
 from millprint.dem.simulation import Simulation
 from millprint.mill.gravity import GRAVITY

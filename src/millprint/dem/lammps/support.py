@@ -6,12 +6,12 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from millprint.config.contact_set import PAIR_COEFFICIENTS, ContactConfig
-from millprint.config.engine import LammpsConfig
+from millprint.config.dem_engine import LammpsConfig
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, overridden
-from millprint.dem.lammps.law import POWER, damped_coefficient
-from millprint.dem.lammps.walls import unsupported
+from millprint.dem.lammps.granular_law import POWER, damped_coefficient
+from millprint.dem.lammps.regions import unsupported
 
 REMEDY = "take dem.engine: numba for it"
 # Keys of a contact set that the input of LAMMPS expresses; words that do not belong to the law among them.

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.contact_set import ContactConfig
-from millprint.config.engine import EngineConfig
+from millprint.config.dem_engine import EngineConfig
 from millprint.config.errors import SimulationError
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
