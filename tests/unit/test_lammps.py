@@ -9,11 +9,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from millprint.config.cohesion import CohesionConfig
 from millprint.config.contact_set import ContactConfig
 from millprint.config.dem_engine import EngineConfig, check_jobs
 from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
+from millprint.config.over_speed import FrictionTable, RestitutionForm
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.lammps import lammps_case
 from millprint.dem.lammps.cost import ball_step_s, efficiency, lammps_resources
@@ -192,6 +194,12 @@ def test_laws_that_lammps_does_not_have_are_refused(drum, own_lammps):
     for contact, words in (
         (contact_set(restitution=0.01), r"restitution = 0\.01"),
         (contact_set(kind="plastic"), "kind = plastic"),
+        (contact_set(static_friction=FrictionTable(speeds_m_s=(0.1, 1), values=(0.3, 0.2))), "static_friction: LAMMPS"),
+        (
+            contact_set(wall_restitution=RestitutionForm(form="plastic", value=0.5)),
+            "restitution: LAMMPS gets one number",
+        ),
+        (contact_set(cohesion=CohesionConfig(ball_wall_N=0.1)), "cohesion: LAMMPS has no such law"),
     ):
         with pytest.raises(ConfigError, match=words):
             check_engine([case_of(drum)], {"drum": drum}, {"calibrated": contact}, own_lammps, "mine.yaml")

@@ -72,7 +72,8 @@ def damped_coefficient(restitution: float, kind: str) -> float:
 
 def law_text(contact: ContactConfig, radius: float, step_s: float, lever: float) -> str:
     """The law of equal balls of a radius [m] at a step [s]; lever: that radius over the reduced one [-]."""
-    coefficient, friction = damped_coefficient(contact.restitution, contact.kind), contact.static_friction
+    coefficient = damped_coefficient(contact.value_of("restitution"), contact.kind)
+    friction = contact.value_of("static_friction")
     if contact.kind == "hertz":
         modulus, poisson = contact.of_law("young_modulus_gpa") * 1e9, contact.of_law("poisson_ratio")
         sliding = tangential_damping_ratio(poisson)

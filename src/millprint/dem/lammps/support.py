@@ -44,10 +44,10 @@ def check_law(contact: ContactConfig) -> None:
         if value is not None and key not in LAW_KEYS:
             raise ConfigError(f"contact set {contact.name}: {key}: LAMMPS has no such law; {REMEDY}")
     for own in (contact, contact.at_wall):
-        if not isinstance(own.restitution, float | int):
-            raise ConfigError(f"contact set {contact.name}: restitution: LAMMPS gets one number; {REMEDY}")
+        for key in own.speed_tables:
+            raise ConfigError(f"contact set {contact.name}: {key}: LAMMPS gets one number; {REMEDY}")
         try:
-            damped_coefficient(own.restitution, contact.kind)
+            damped_coefficient(own.value_of("restitution"), contact.kind)
         except ConfigError as error:
             raise ConfigError(f"contact set {contact.name}: {error}") from None
 
