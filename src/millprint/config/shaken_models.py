@@ -4,7 +4,7 @@ from typing import ClassVar
 
 from millprint.config.setup_section import SetupConfig
 
-# What a run with so many balls takes of a processor [s].
+# What a run takes of a processor [s], and for which number of balls.
 SECONDS, BALLS = 10.0, 300
 
 
