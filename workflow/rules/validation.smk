@@ -63,7 +63,8 @@ rule predict_setup:
         processor_s=lambda wildcards: (
             0
             if wildcards.setup in CONFIG.validation.tumbling
-            else likely_s(simulated_inside(wildcards.setup)) + round(CONFIG.validation.chosen[wildcards.setup].further_s)
+            else likely_s(simulated_inside(wildcards.setup))
+            + round(CONFIG.validation.chosen[wildcards.setup].further_s)
         ),
     params:
         settings=lambda wildcards: setup_inputs(wildcards.setup)["settings"],
