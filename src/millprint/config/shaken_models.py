@@ -4,7 +4,7 @@ from typing import ClassVar
 
 from millprint.config.setup_section import SetupConfig
 
-# What a run takes of a processor, with that number of balls [s].
+# What a run takes of a processor [s], and for which number of balls.
 SECONDS, BALLS = 10.0, 300
 
 

@@ -13,6 +13,8 @@ from millprint.figures.validation_figures import DEM, LABEL_LETTERS
 # How far a prediction may be from the law [-].
 AGREED = 0.05
 BLACK = COLOURS[-1]
+# Of the amplitude over the free gap.
+TICKS = (0.2, 0.3, 0.5, 1.0, 2.0, 5.0)
 
 
 def _draw_changed(axis: Axes, rows: pd.DataFrame) -> None:
@@ -43,6 +45,10 @@ def plot_shaken(predictions: pd.DataFrame, lost: str, same: str, x_name: str) ->
         letter_panels(axes)
     for axis in axes:
         axis.set(xscale="log", xlabel=x_name)
+        axis.set_xticks(TICKS, [f"{tick:g}" for tick in TICKS])
+        axis.minorticks_off()
+    for axis, rows in zip(axes, (predictions, ratios), strict=False):
+        axis.set_xlim(0.9 * rows["x"].min(), 1.1 * rows["x"].max())
     legend_below(figure, axes, 4)
     return figure
 

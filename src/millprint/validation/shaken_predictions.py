@@ -58,7 +58,7 @@ def _mean_rows(table: pd.DataFrame, quantity: str, ids: dict[float, str]) -> lis
     """A row for each x of a table of runs (x, value), with the mean over the seeds and its interval."""
     rows = []
     for x, group in table.groupby("x"):
-        mean, low, high = mean_interval(group["value"].to_numpy())
+        mean, low, high = mean_interval(group["value"].to_numpy(), 0.0)
         interval = SCATTER if len(group) > 1 else ""
         rows.append(prediction(quantity, "-", mean, id=ids.get(x, ""), x=x, lower=low, upper=high, interval=interval))
     return rows
