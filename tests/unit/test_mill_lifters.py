@@ -16,9 +16,11 @@ from millprint.dem.case_checks import check_mixtures
 from millprint.fingerprint.cases import enlarged, mill_cases
 from millprint.mill.bodies import build_bodies
 from millprint.mill.default_sweep import default_sweep
+from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import Vessel, build_vessel, check_volume, enclosed_volume, shape_facets
 from tests.conftest import ROOT
 
+TURNING = {"kind": "rotation", "axis": [0, 0, 1]}
 LIFTERS = {"number": 12, "height_mm": 22, "width_mm": 22}
 DRUM = {"kind": "lifter_drum", "radius_mm": 275, "length_mm": 23.5, "facets": 144, "lifters": LIFTERS}
 
@@ -69,6 +71,20 @@ def test_the_faces_of_a_lifter_lean_by_their_angle(angle):
     assert len(faces) == 2
     for facet in faces:
         assert abs(facet.normal[2]) == pytest.approx(math.cos(math.radians(angle)), abs=1e-9)
+
+
+def test_what_is_in_a_lifter_is_in_the_wall_however_near_the_shell():
+    """Small balls must not start there: the shell is no wall where a lifter stands, and ends where it begins."""
+    geometry = TypeAdapter(VesselGeometry).validate_python({**DRUM, "axis": "z", "length_mm": 200})
+    vessel = build_vessel(MillConfig(name="m", title="m", source="s", volume_ml=4e4, geometry=geometry, motion=TURNING))
+    angle = np.random.default_rng(0).uniform(-0.1, 0.1, 4000)
+    radius = np.random.default_rng(1).uniform(0.245, 0.2745, 4000)
+    x, y = radius * np.cos(angle), radius * np.sin(angle)
+    distance, _ = signed_distance(vessel)(np.column_stack([x, y, np.zeros_like(x)]))
+    in_lifter = (x > 0.253) & (np.abs(y) < 0.011)
+    inside = np.minimum(x - 0.253, 0.011 - np.abs(y))[in_lifter]
+    np.testing.assert_allclose(distance[in_lifter], inside, atol=1e-9)
+    assert in_lifter.sum() > 500 and (distance[~in_lifter] < 0).all()
 
 
 def test_only_the_ends_of_a_slice_are_smooth():

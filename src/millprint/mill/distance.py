@@ -30,7 +30,7 @@ class Surface(NamedTuple):
     corner_normal: np.ndarray  # (s, 3) angle-weighted normals at the side's start
     corner_is_joint: np.ndarray  # (s,) whether all sides at the side's start are joints
     slack: np.ndarray  # (f,) see patches.outline_slack [m]
-    is_drawing: np.ndarray  # (f,) 1 for a piece of a curve
+    curve: np.ndarray  # (f,) the curve that a facet is a piece of; -1 for a flat wall
     curves: np.ndarray  # (curves, width) curves.CurveColumns
 
 
@@ -69,7 +69,7 @@ def _surface(vessel: Vessel) -> Surface:
         corner_normal=np.array([corner_sum[key] for key in keys]),
         corner_is_joint=np.array([all_joints[key] for key in keys]),
         slack=outline_slack(vessel),
-        is_drawing=vessel.facet_curves >= 0,
+        curve=vessel.facet_curves,
         curves=curve_rows(vessel.curves),
     )
 
@@ -102,6 +102,22 @@ def _nearest_on_outline(surface, facet, point):
 
 
 @inlined()
+def _is_there(surface, curve, foot, direction):
+    """Whether a curve is a wall at a point of it, where its normal has this direction: not in a lifter on a shell.
+
+    One of the facets that the curve is drawn by is there. Over the joint of two the foot may be beyond both, by less
+    than it is above them.
+    """
+    for facet in range(surface.offset.size):
+        if surface.curve[facet] != curve or dot(row(surface.normal, facet), direction) < 0.5:
+            continue
+        above = abs(dot(row(surface.normal, facet), foot) - surface.offset[facet])
+        if beyond_side(surface.axes, surface.first_side, surface.side, facet, foot) <= above + 1e-12:
+            return True
+    return False
+
+
+@inlined()
 def distance_at(surface, point):
     """Signed distance of a point and its gradient; the nearest facet or side decides the sign."""
     best = 1e300
@@ -110,7 +126,7 @@ def distance_at(surface, point):
     for facet in range(surface.offset.size):
         normal = row(surface.normal, facet)
         height = dot(normal, point) - surface.offset[facet]
-        is_drawing = surface.is_drawing[facet]
+        is_drawing = surface.curve[facet] >= 0
         if height * height >= best and not is_drawing:
             continue
         if (
@@ -130,7 +146,8 @@ def distance_at(surface, point):
                 sign = -1.0 if dot(offset, outward) > 0 else 1.0
     for curve in range(surface.curves.shape[0]):
         height, normal, past, _ = curve_touch(surface.curves, curve, point)
-        if past <= 1e-12 and height * height < best:
+        foot = add_scaled(point, -height, normal)
+        if past <= 1e-12 and height * height < best and _is_there(surface, curve, foot, normal):
             best = height * height
             away = scale(height, normal) if height != 0.0 else normal
             sign = -1.0 if height >= 0 else 1.0
