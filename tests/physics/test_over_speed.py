@@ -89,7 +89,7 @@ def test_the_viscoelastic_form_is_that_of_the_equation_of_motion(place):
 
     parted.terminal, parted.direction = True, -1
     found = solve_ivp(force, (0, 20), [1e-12, 1.0], events=parted, rtol=1e-9, atol=1e-12)
-    assert -found.y[1, -1] == pytest.approx(float(viscoelastic(np.array(place))), rel=1e-2)
+    assert -found.y[1, -1] == pytest.approx(viscoelastic(place), rel=1e-2)
 
 
 def test_forms_pass_through_the_known_value_and_have_their_limits():
@@ -97,7 +97,7 @@ def test_forms_pass_through_the_known_value_and_have_their_limits():
         table = RestitutionForm(form=form, value=0.7, at_speed_m_s=0.3).table
         assert table.at(0.3) == pytest.approx(0.7, abs=1e-3)
         assert (np.diff(table.values) <= 0).all() and table.values[0] <= 1
-    assert plastic(np.array([0.5, 1.0])) == pytest.approx([1, 1])
-    assert float(plastic(np.array(1e6))) == pytest.approx(1.185 * 1e6**-0.25, rel=1e-3)
-    slow = viscoelastic(np.array([1e-15, 32e-15]))
+    assert [plastic(0.5), plastic(1.0)] == pytest.approx([1, 1])
+    assert plastic(1e6) == pytest.approx(1.185 * 1e6**-0.25, rel=1e-3)
+    slow = np.array([viscoelastic(1e-15), viscoelastic(32e-15)])
     assert (1 - slow[1]) / (1 - slow[0]) == pytest.approx(2, rel=0.01)

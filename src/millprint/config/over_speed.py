@@ -11,12 +11,13 @@ Forms of the restitution, each through one value that is known:
   Mechanics, 1985, Sec. 11.5). The closed form is that of Thornton (J. Appl. Mech. 64, 1997, 383, Eq. 31).
 """
 
+import math
+from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal
 
-import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from millprint.config.section import PLAIN_VALUE, Fraction, Section
@@ -25,9 +26,9 @@ from millprint.config.section import PLAIN_VALUE, Fraction, Section
 # hit of a ball that falls from 13 mm, about as in a drop test.
 NOMINAL_SPEED_M_S = 0.5
 # Speeds of the table of a form [m/s], 20 a decade; slower and faster hits have the values at its ends.
-FORM_SPEEDS = np.geomspace(1e-4, 1e2, 121)
-# Places at which a form is evaluated to find the one with a known value; more than six decades on either side.
-FORM_PLACES = np.geomspace(1e-18, 1e18, 36001)
+FORM_SPEEDS = [10 ** (-4 + number / 20) for number in range(121)]
+# Logarithms of the places between which a form has its known value, and how often they are halved.
+FORM_PLACES, HALVED = (-18.0, 18.0), 60
 
 HitSpeed = Annotated[float, Field(gt=0, le=1000)]
 Restitution = Annotated[float, Field(gt=0, le=1)]
@@ -36,7 +37,12 @@ Friction = Annotated[float, Field(ge=0, le=100)]
 
 def value_at(speed_m_s: float, speeds_m_s: Sequence[float], values: Sequence[float]) -> float:
     """The value of a table at a speed [m/s]."""
-    return float(np.interp(np.log(speed_m_s), np.log(speeds_m_s), values))
+    place = bisect_right(speeds_m_s, speed_m_s)
+    if place in (0, len(speeds_m_s)):
+        return float(values[min(place, len(values) - 1)])
+    below, above = speeds_m_s[place - 1 : place + 1]
+    share = math.log(speed_m_s / below) / math.log(above / below)
+    return float(values[place - 1] + share * (values[place] - values[place - 1]))
 
 
 class SpeedTable(Section):
@@ -80,7 +86,7 @@ class FrictionTable(SpeedTable):
     values: tuple[Friction, ...]
 
 
-def viscoelastic(place: np.ndarray) -> np.ndarray:
+def viscoelastic(place: float) -> float:
     """Restitution of viscoelastic spheres; place: speed over that at which the first term of 1 - e is 1.15 [-].
 
     Within 1 % of the equation of motion where e is over 0.45, and within 2 % over 0.35.
@@ -89,14 +95,14 @@ def viscoelastic(place: np.ndarray) -> np.ndarray:
     return (1 + 0.501086 * x) / (1 + 0.501086 * x + 1.15345 * x**2 + 0.577977 * x**3 + 0.532178 * x**4)
 
 
-def plastic(place: np.ndarray) -> np.ndarray:
+def plastic(place: float) -> float:
     """Restitution of elastic and perfectly plastic spheres; place: speed over that at which they yield [-]."""
-    y = 1 / np.maximum(place, 1.0)
-    part = y / (y + 2 * np.sqrt(1.2 - 0.2 * y**2))
-    return np.sqrt(1.2 * np.sqrt(3.0)) * np.sqrt(1 - y**2 / 6) * part**0.25
+    y = 1 / max(place, 1.0)
+    part = y / (y + 2 * math.sqrt(1.2 - 0.2 * y**2))
+    return math.sqrt(1.2 * math.sqrt(3.0) * (1 - y**2 / 6)) * part**0.25
 
 
-FORMS: dict[str, Callable[[np.ndarray], np.ndarray]] = {"viscoelastic": viscoelastic, "plastic": plastic}
+FORMS: dict[str, Callable[[float], float]] = {"viscoelastic": viscoelastic, "plastic": plastic}
 
 
 class RestitutionForm(Section):
@@ -119,13 +125,16 @@ class RestitutionForm(Section):
     @cached_property
     def table(self) -> RestitutionTable:
         """The form as a table."""
-        curve, places = FORMS[self.form], np.log(FORM_PLACES)
-        # Falling values, from fast to slow.
-        known = np.exp(np.interp(self.value, curve(FORM_PLACES)[::-1], places[::-1]))
+        curve, (low, high) = FORMS[self.form], FORM_PLACES
+        for _ in range(HALVED):
+            middle = (low + high) / 2
+            low, high = (middle, high) if curve(10**middle) > self.value else (low, middle)
+        known = 10**high
         # The speed at which a plastic hit begins to yield is a kink.
-        speeds = np.union1d(FORM_SPEEDS, np.clip(self.at_speed_m_s / known, *FORM_SPEEDS[[0, -1]]))
-        values = np.clip(curve(speeds / self.at_speed_m_s * known), 1e-3, 1.0)
-        return RestitutionTable(speeds_m_s=tuple(speeds.tolist()), values=tuple(values.tolist()))
+        kink = min(max(self.at_speed_m_s / known, FORM_SPEEDS[0]), FORM_SPEEDS[-1])
+        speeds = sorted({*FORM_SPEEDS, kink})
+        values = [min(max(curve(speed / self.at_speed_m_s * known), 1e-3), 1.0) for speed in speeds]
+        return RestitutionTable(speeds_m_s=tuple(speeds), values=tuple(values))
 
 
 def _kind_of_restitution(given: Any) -> str:

@@ -13,7 +13,7 @@ from millprint.config.mixture import BallMixture
 from millprint.config.sweep import Case, ball_count
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.case_cost import MOST_BYTES, MOST_DAYS, MOST_SITES, cost, sites_of
-from millprint.dem.cohesion import check_cohesion
+from millprint.dem.cohesion_check import check_cohesion
 from millprint.dem.laws.registry import law_of, step_scale
 from millprint.dem.packing import capacity, pack_mixture
 from millprint.dem.timestep import largest_fraction, requested_step

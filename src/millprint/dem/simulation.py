@@ -16,7 +16,7 @@ from millprint.config.sweep import Case, DemConfig, ball_count, overridden, thre
 from millprint.dem import state
 from millprint.dem.advance import advance
 from millprint.dem.case_cost import OCCUPANCY_CELL_M, OCCUPANCY_INTERVAL_S
-from millprint.dem.cohesion import check_cohesion
+from millprint.dem.cohesion_check import check_cohesion
 from millprint.dem.laws.registry import law_of, step_scale
 from millprint.dem.layout import COUNTER, STATUS, TOTAL_WIDTH
 from millprint.dem.overlap import overlap_in_words
