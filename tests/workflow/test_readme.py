@@ -13,7 +13,7 @@ from tests.workflow.conftest import ROOT, copy_planetary, run_snakemake
 from tests.workflow.handbook import Command, commands, pages
 
 COMMANDS = [command for page in pages() for command in commands(page)]
-PROGRAMS = {"make", "snakemake", "millprint", "python", "cp", "sed", "source", "git", "cd", "nano"}
+PROGRAMS = {"make", "snakemake", "millprint", "python", "cp", "sed", "source", "git", "cd", "nano", "pip"}
 # Contact set of the reader.
 STEEL = "config/contacts/steel.yaml"
 SMOKE = ("--configfile", "config/smoke.yaml")
