@@ -201,7 +201,11 @@ SETUPS = {
             predict=predict_shaken_box,
             assumptions=(
                 Assumption("free gap", "inner length less the packed thickness, which is half of it", "ours"),
-                Assumption("thickness", "twice the height of the centre of mass, settled under gravity", "ours"),
+                Assumption(
+                    "thickness",
+                    "twice the height of the centre of mass as the floor stops pushing, packed by shaking",
+                    "ours",
+                ),
                 Assumption("Young's modulus", "0.01 GPa", "any that keeps contacts short against a period"),
             ),
         ),

@@ -14,9 +14,9 @@ from millprint.config.quantities import LOSS_EXPONENT, LOST, PLATE_MEAN, PLATE_P
 from millprint.config.shaken_models import LeafSpringConfig, ShakenBoxConfig, ShakenPlateConfig
 from millprint.dem.ledger import closure
 from millprint.dem.short_runs import Values, simulate_each
+from millprint.mill.gravity import GRAVITY
 from millprint.validation.measured import COUNT, DEM, SCATTER, Inputs, prediction
 from millprint.validation.shaken import (
-    GRAVITY,
     LAW_END,
     LOSSES,
     Pile,

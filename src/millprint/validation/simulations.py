@@ -12,6 +12,7 @@ import pandas as pd
 from millprint.config.geometry import CylinderGeometry, LifterDrumGeometry
 from millprint.config.mill import MillConfig
 from millprint.config.motion_kinds import RotationMotion
+from millprint.dem.turns import mean_of_turns
 from millprint.run.files import read_json
 from millprint.run.hdf5 import open_hdf5
 from millprint.validation.tumbling_runs import toe_and_shoulder
@@ -42,8 +43,8 @@ def simulation_row(summary_path: str | Path) -> dict[str, object]:
 
 def _wall_error(summary: dict) -> float:
     """Standard error of the walls' power by the scatter of single turns [W]; nan for fewer than two."""
-    turns = np.array(summary["per_revolution"].get("wall_J", [])) * summary["frequency_hz"]
-    return float(turns.std(ddof=1) / math.sqrt(len(turns))) if len(turns) > 1 else math.nan
+    known = mean_of_turns(summary["per_revolution"].get("wall_J", []))
+    return known.error * summary["frequency_hz"] if known else math.nan
 
 
 def _ball_contacts(file: h5py.File) -> float:
