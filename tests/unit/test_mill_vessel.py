@@ -10,6 +10,7 @@ import trimesh
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
+from millprint.mill.bodies import build_bodies
 from millprint.mill.distance import SignedDistance
 from millprint.mill.shapes import stadium_facets
 from millprint.mill.vessel import Facet, Vessel, build_vessel, enclosed_volume
@@ -105,6 +106,33 @@ def test_signed_distance_is_negative_inside(vessels):
     points = np.random.default_rng(0).uniform(*cube, (20_000, 3))
     share = (distance(points)[0] < 0).mean()
     assert share * np.prod(np.ptp(cube, axis=0)) == pytest.approx(vessel.volume_m3, rel=0.03)
+
+
+def windings(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """How often a closed mesh of triangles (t, 3, 3) goes round each point (n,): its solid angles over 4 pi."""
+    total = np.zeros(len(points))
+    for number, point in enumerate(points):
+        a, b, c = np.moveaxis(corners - point, 1, 0)
+        la, lb, lc = (np.linalg.norm(each, axis=1) for each in (a, b, c))
+        across = np.einsum("ij,ij->i", a, np.cross(b, c))
+        along = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
+        total[number] = np.arctan2(across, along).sum() / (2 * np.pi)
+    return total
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_body_of_every_mill_is_hollow_or_solid_where_its_mesh_is(name):
+    """The sign of the exact distance by another rule, but near round walls, which the mesh cuts short."""
+    for body in build_bodies(load_named(MILLS, name, MillConfig, "mill"), 60):
+        vessel = body.vessel
+        vertices, triangles = vessel.triangles()
+        low, high = vessel.bounds
+        points = np.random.default_rng(2).uniform(low - 0.02 * (high - low), high + 0.02 * (high - low), (400, 3))
+        distance = SignedDistance(vessel)(points)[0]
+        enclosed = np.abs(windings(vertices[triangles], points)) > 0.5
+        certain = np.abs(distance) > 2e-3 * vessel.size
+        assert ((distance < 0) == (enclosed != vessel.solid))[certain].all()
+        assert certain.mean() > 0.5
 
 
 @pytest.mark.slow
