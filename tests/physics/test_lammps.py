@@ -3,13 +3,13 @@
 import math
 import os
 import shutil
-import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 
 from millprint.config.dem_engine import EngineConfig
@@ -141,13 +141,17 @@ def test_a_killed_run_goes_on_from_its_restart_file(tmp_path):
         f"run_lammps(case_of(mill, **DRUM, discard_s=0.1, window_s=2 * TURN_S), mill, contact_set(), "
         f"engine(restart_interval_s=0.01), {str(files[0])!r}, {str(files[1])!r})"
     )
-    running = subprocess.Popen([sys.executable, "-c", code], start_new_session=True)
+    running = subprocess.Popen([sys.executable, "-c", code])
     place, waited = tmp_path / FOLDER, time.monotonic()
     while not (place / "states.txt").is_file() and time.monotonic() - waited < 120:
         time.sleep(0.05)
     time.sleep(0.3)
-    os.killpg(running.pid, signal.SIGKILL)
+    (lammps,) = psutil.Process(running.pid).children()
+    running.kill()
     running.wait()
+    # LAMMPS ends with what has started it, so that two do not write to one folder.
+    _, alive = psutil.wait_procs([lammps], timeout=1)
+    assert not alive or lammps.status() == psutil.STATUS_ZOMBIE
     assert not files[1].exists() and list(place.glob("restart_*"))
     summary = run_lammps(case, mill, contact, dem, *files)
     again = run_lammps(case, mill, contact, dem, tmp_path / "whole/run.h5", tmp_path / "whole/summary.json")

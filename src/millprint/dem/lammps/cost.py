@@ -14,8 +14,8 @@ from millprint.dem.resources import LIKELY_BALL_STEP_S, LIKELY_START_S, Resource
 # lifter is one), of 764 balls in a drum with eight; contacts between balls are recorded (docs/how_to/lammps.md) [s].
 LAMMPS_BALL_STEP_S, REGION_S = 4.3e-7, 1.25e-7
 # Efficiency of n balls on each rank, 1 / (1 + SURFACE / n^(1/3)): what a rank exchanges and computes twice is at the
-# surface of its part. SURFACE is an assumption: only two ranks could be tried here.
-SURFACE = 4.0
+# surface of its part. SURFACE is that of 20,000 balls on 16 ranks (docs/how_to/lammps.md).
+SURFACE = 5.5
 
 
 def efficiency(balls: int, ranks: int) -> float:

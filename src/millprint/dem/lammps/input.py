@@ -113,14 +113,17 @@ def input_text(simulation: Simulation, restart_every: int, ranks: int = 1) -> st
         pair = [f"pair_style hybrid/overlay granular {tracker}"]
         pair += [f"pair_coeff * * granular {ball}", "pair_coeff * * tracker"]
     read = f'if "${{begin}} == packing" then "read_data {BALLS}" else "read_restart ${{begin}}"'
+    # Balls lie in a bed that moves: domains are cut again, so that each rank has as many of them.
+    shared = [f"fix shared all balance {BALANCE_EVERY} 1.1 rcb"] if ranks > 1 else []
     lines = [
         f"# {simulation.case.path}",
         "variable begin index packing",
+        *(["comm_style tiled"] if shared else []),
         *head_lines(pair, SKIN_SHARE * radius, step, read),
         f"fix gravity all gravity {GRAVITY} vector 0 0 -1",
         "fix motion all nve/sphere",
         *wall_lines(simulation.mill, simulation.motion, schedule.start, wall, smooth),
-        *([f"fix shared all balance {BALANCE_EVERY} 1.1 shift xyz 10 1.05 weight neigh 0.8"] if ranks > 1 else []),
+        *shared,
         *state_lines(radius),
         f"restart {restart_every} {' '.join(RESTARTS)}",
         "thermo_style custom step cpu atoms ke",

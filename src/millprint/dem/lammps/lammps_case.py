@@ -1,12 +1,15 @@
 """One case by LAMMPS, from its description to its files."""
 
+import ctypes
 import hashlib
 import json
 import logging
 import math
 import os
 import shlex
+import signal
 import subprocess
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -72,6 +75,13 @@ def environment(folder: Path) -> dict[str, str]:
     return {**os.environ, **known, "OMP_NUM_THREADS": "1"}
 
 
+def _end_with_parent() -> None:
+    """On Linux: kill this process when the one that has started it ends, even by kill -9."""
+    if sys.platform == "linux":
+        set_death_signal = 1
+        ctypes.CDLL(None).prctl(set_death_signal, signal.SIGKILL)
+
+
 def start(words: Sequence[str], place: Path, begin: Path | None, extra: Sequence[str] = ()) -> LammpsLog:
     """Run LAMMPS in the folder of its input. Raises SimulationError where it does not start, or fails.
 
@@ -89,6 +99,7 @@ def start(words: Sequence[str], place: Path, begin: Path | None, extra: Sequence
         capture_output=True,
         text=True,
         check=False,
+        preexec_fn=_end_with_parent,
     )
     if not (place / LOG).is_file():
         lines = (done.stderr or done.stdout).strip().splitlines()
@@ -149,7 +160,7 @@ def _prepared(place: Path, text: str, data: str) -> list[Path]:
     """Write the input; the restart files of the same run, the newest first."""
     place.mkdir(parents=True, exist_ok=True)
     # How often restart files are written, and by how many ranks, is nothing of the run itself.
-    own = [line for line in text.splitlines() if not line.startswith(("restart ", "fix shared "))]
+    own = [line for line in text.splitlines() if not line.startswith(("restart ", "fix shared ", "comm_style "))]
     identity = hashlib.sha256("\n".join([*own, data]).encode()).hexdigest()
     known = read_text(place / IDENTITY) == identity
     (place / INPUT).write_text(text)
