@@ -42,7 +42,8 @@ def refused(folder, content: bytes) -> str:
     [
         ("37.5 ", "37,5 ", ["geometry.radius_mm = '37,5'", "write 37.5"]),
         ("37.5 ", "37.5 mm ", ["geometry.radius_mm = '37.5 mm'", "without a unit; write 37.5"]),
-        ("37.5 ", "3.75cm ", ["geometry.radius_mm", "without a unit, in mm"]),
+        ("radius_mm: 37.5 ", "diameter_mm: 75 ", ["did you mean radius_mm? It is half of the diameter"]),
+        ("37.5 ", "3.75cm ", ["geometry.radius_mm", "without a unit, in mm", "write 37.5"]),
         ("37.5 ", "ca. 37.5 ", ["write 37.5"]),
         ("37.5 ", "“37.5” ", ["write 37.5"]),
         ("37.5 ", "37.5±0.1 ", ["must be a number in mm"]),

@@ -131,8 +131,10 @@ def _nearest(key: str, missing: Sequence[str], known: Sequence[str]) -> str:
     close = [*missing] if len(missing) == 1 else difflib.get_close_matches(key, known, n=1)
     if not close:
         return ""
-    unit = unit_of(close[0])
-    return f"; did you mean {close[0]}?" + (f" Its value is in {unit}" if unit and unit != unit_of(key) else "")
+    unit, hint = unit_of(close[0]), f"; did you mean {close[0]}?"
+    if "diameter" in key and "radius" in close[0]:
+        hint += " It is half of the diameter"
+    return hint + (f" Its value is in {unit}" if unit and unit != unit_of(key) else "")
 
 
 def _told(errors: Sequence[ErrorDetails], source: str | Sequence[str], model: type[BaseModel]) -> list[str]:

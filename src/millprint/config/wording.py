@@ -13,6 +13,15 @@ from millprint.config.section import NAME_PATTERN
 NUMBER = r"[-+]?\d*\.?\d+(?:e[-+]?\d+)?"
 # The end of a key names the unit of its value: radius_mm, speed_rpm.
 UNITS = ("mm", "cm", "rpm", "hz", "ml", "l", "g", "kg", "s", "min", "h", "deg", "J", "W", "gpa", "kg_m3")
+# Units of the same kind, as people write them, and how large each is.
+SAME_KIND = (
+    {"mm": 1.0, "cm": 10.0, "m": 1e3, "µm": 1e-3, "um": 1e-3, "in": 25.4, "inch": 25.4},
+    {"ml": 1.0, "l": 1e3, "cl": 10.0, "cm3": 1.0, "cm³": 1.0, "cc": 1.0},
+    {"g": 1.0, "kg": 1e3, "mg": 1e-3},
+    {"s": 1.0, "min": 60.0, "h": 3600.0, "ms": 1e-3},
+    {"rpm": 1.0, "hz": 60.0},
+    {"gpa": 1.0, "mpa": 1e-3, "pa": 1e-9},
+)
 LETTERS = {"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "-": "_", " ": "_"}
 
 
@@ -42,6 +51,12 @@ def number_meant(text: str) -> str:
     return ""
 
 
+def converted(value: float, given: str, wanted: str) -> str:
+    """A value in another unit of the same kind; empty if there is none."""
+    kinds = (kind for kind in SAME_KIND if given in kind and wanted.lower() in kind)
+    return next((f"{value * kind[given] / kind[wanted.lower()]:.10g}" for kind in kinds), "")
+
+
 def number_words(text: Any, key: str) -> str:
     """What to write in place of a value that must be a number."""
     unit, shown = unit_of(key), ""
@@ -50,7 +65,8 @@ def number_words(text: Any, key: str) -> str:
         if found and found[2].lower() == (unit or found[2]).lower():
             return f"must be a number without a unit; write {found[1]}"
         if found:
-            return f"must be a number without a unit, in {unit}, as the key says"
+            written = converted(float(found[1]), found[2].lower(), unit)
+            return f"must be a number without a unit, in {unit}, as the key says" + (written and f"; write {written}")
         shown = number_meant(text)
         if ";" in text:
             return "must be one number; in a list, numbers are separated by commas, such as [0.1, 0.2, 0.3]"
