@@ -10,7 +10,7 @@ from tools.store_verdicts import main
 from millprint.config.errors import ConfigError
 from millprint.fingerprint.descriptors import block_length
 from millprint.run.files import write_json, write_table
-from millprint.statistics.quantiles import apart, once, spread_of
+from millprint.statistics.quantiles import largest_difference, range_of_single, spread_of
 from millprint.thesis.claims.claim_intervals import (
     WINDOWS,
     Repeated,
@@ -108,9 +108,9 @@ def test_an_interval_of_few_repeats_is_their_range_and_of_more_holds_student():
     assert spread_of([2.5, 23.1, np.inf]) == (2.5, np.inf) and spread_of([3.0, 3.0]) == (3.0, 3.0)
     with pytest.raises(ValueError, match="two repeats"):
         spread_of([1.0])
-    assert apart([2.5, 23.1, 9.0]) == pytest.approx(20.6) and apart([1.0, np.inf]) == np.inf
-    assert once(6.0, [5.0, 5.5, 4.5]) == (5.0, 7.0) and once(6.0, [5.0, 5.0, 17.0]) == (0.0, 18.0)
-    assert once(6.0, [5.0, np.inf]) == (0.0, np.inf)
+    assert largest_difference([2.5, 23.1, 9.0]) == pytest.approx(20.6) and largest_difference([1.0, np.inf]) == np.inf
+    assert range_of_single(6.0, [5.0, 5.5, 4.5]) == (5.0, 7.0) and range_of_single(6.0, [5.0, 5.0, 17.0]) == (0.0, 18.0)
+    assert range_of_single(6.0, [5.0, np.inf]) == (0.0, np.inf)
 
 
 @pytest.mark.parametrize("trainings", [5, 8])

@@ -10,7 +10,7 @@ from millprint.dem.layout import CELL, COUNTER, HISTORY_WIDTH, LANE_HISTORY, LAW
 from millprint.dem.speed_choice import choose_by_speed
 from millprint.mill.pose import POSE
 from millprint.mill.vectors import cross, dot, row, subtract, vector
-from millprint.mill.walls import PLANE, body_of, bounding_plane, cell_of, near, plane_distance, to_body
+from millprint.mill.walls import PLANE, body_of, bounding_plane, cell_of, closeness_of, plane_distance, to_body
 from millprint.run.kernel import inlined, inner, kernel
 
 # Up to this number of balls all pairs are checked; above it a grid of cells is used.
@@ -113,7 +113,7 @@ def add_walls(balls, candidates, walls, body, i, skin, k):
         if walls.cell_sure[m]:
             closeness = 2 if plane_distance(walls, feature, point) <= radius + margin else 0
         else:
-            closeness = near(walls, feature, point, radius, margin)
+            closeness = closeness_of(walls, feature, point, radius, margin)
         if closeness and k < candidates.partner.size:
             normal, candidates.plane[k, PLANE.offset] = bounding_plane(walls, feature, point, margin)
             for c in range(3):

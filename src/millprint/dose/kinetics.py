@@ -145,10 +145,10 @@ def verdict(runs: pd.DataFrame, kinetics: pd.DataFrame, what: str) -> str:
     if total is not None and of_time is not None:
         lead = of_time["aicc"] - total["aicc"]
         text += f"; dose is {'better' if lead > 0 else 'worse'} than time by {abs(lead):.1f}"
-    return f"{text}. {_apart(runs)}"
+    return f"{text}. {_unexplained_pair(runs)}"
 
 
-def _apart(runs: pd.DataFrame) -> str:
+def _unexplained_pair(runs: pd.DataFrame) -> str:
     """What dose cannot explain: the two runs whose yields differ most for doses within 25 %, and their shear."""
     ordered = runs.reset_index(drop=True)
     dose, yields = ordered[TOTAL].to_numpy(), ordered[YIELD].to_numpy()

@@ -10,7 +10,7 @@ from millprint.mill.curved_surfaces import curve_rows
 from millprint.mill.patches import find_patches, outline_slack
 from millprint.mill.vectors import add_scaled, row
 from millprint.mill.vessel import Vessel, ahead
-from millprint.mill.walls import SURFACE, Walls, near
+from millprint.mill.walls import SURFACE, Walls, closeness_of
 from millprint.run.kernel import array_maker, inlined, inner
 
 # The most cells of the grids, of 8 bytes each: where they would be more, as in a vessel of 20 L with balls of 5 mm,
@@ -172,7 +172,7 @@ def visit_cells(walls, radius, margin, low, high, feature, features, sure):
         for y in range(y_from, y_to):
             for z in range(z_from, z_to):
                 middle = add_scaled(row(walls.grid_origin, body), walls.grid_pitch, (x + 0.5, y + 0.5, z + 0.5))
-                closeness = near(walls, feature, middle, radius, margin)
+                closeness = closeness_of(walls, feature, middle, radius, margin)
                 if closeness == 0:
                     continue
                 cell = walls.grid_first[body] + (x * shape[1] + y) * shape[2] + z

@@ -217,7 +217,7 @@ def belongs(walls, feature, other):
 
 
 @inlined()
-def near(walls, feature, point, radius, margin):
+def closeness_of(walls, feature, point, radius, margin):
     """Whether a ball there may touch a feature before it has moved by `margin`: 0 no, 1 maybe, 2 over the facet.
 
     2 says that the foot stays on the facet, whatever the ball does within the margin.

@@ -114,7 +114,7 @@ def spread_of(values: Sequence[float], level: float = LEVEL) -> tuple[float, flo
     With fewer than FEWEST_REPEATS, only the lowest and the highest. Repeats that are not finite, as of a roll-out that
     diverges, make the upper end infinite. Raises ValueError for fewer than two.
     """
-    found = _several(values)
+    found = _at_least_two(values)
     known = found[np.isfinite(found)]
     if len(known) < len(found):
         return (float(known.min()) if len(known) else np.inf), np.inf
@@ -125,24 +125,25 @@ def spread_of(values: Sequence[float], level: float = LEVEL) -> tuple[float, flo
     return min(low, float(known.mean() - reach)), max(high, float(known.mean() + reach))
 
 
-def once(value: float, values: Sequence[float]) -> tuple[float, float]:
-    """The range of a value that was found once, if it scatters like these repeats of something similar: +- `apart`.
+def range_of_single(value: float, values: Sequence[float]) -> tuple[float, float]:
+    """The range of a value that was found once, if it scatters like these repeats of something similar.
 
-    The range of a value that is not negative ends at 0. Raises ValueError for fewer than two repeats.
+    It reaches as far to both sides as the largest difference between two repeats. The range of a value
+    that is not negative ends at 0. Raises ValueError for fewer than two repeats.
     """
-    found, reach = _several(values), apart(values)
+    found, reach = _at_least_two(values), largest_difference(values)
     lowest = 0.0 if value >= 0 and (found >= 0).all() else -np.inf
     return (max(lowest, value - reach) if np.isfinite(value) else lowest), value + reach
 
 
-def apart(values: Sequence[float]) -> float:
+def largest_difference(values: Sequence[float]) -> float:
     """The largest difference between two of the values; infinite if some are infinite and others not."""
     found = np.asarray(values, dtype=float)
     with np.errstate(invalid="ignore"):
         return float(np.nanmax(found) - np.nanmin(found)) if np.isfinite(found).any() else 0.0
 
 
-def _several(values: Sequence[float]) -> np.ndarray:
+def _at_least_two(values: Sequence[float]) -> np.ndarray:
     if len(values) < 2:
         raise ValueError("an interval needs two repeats or more")
     return np.asarray(values, dtype=float)

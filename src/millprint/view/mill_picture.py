@@ -40,7 +40,7 @@ class MillPicture:
     path_mm: np.ndarray
 
 
-def _look(view: View, bodies: list[Body], shapes: list[Shape], mark: tuple[int, np.ndarray], turn: float) -> Look:
+def _picture_of(view: View, bodies: list[Body], shapes: list[Shape], mark: tuple[int, np.ndarray], turn: float) -> Look:
     vertices = [body.to_laboratory(shape.vertices_m, turn) for body, shape in zip(bodies, shapes, strict=True)]
     drawing = draw_bodies(view, shapes, vertices, [body.motion.rotation(turn) for body in bodies])
     body, point = mark
@@ -75,10 +75,10 @@ def picture_mill(mill: MillConfig) -> MillPicture:
         title=mill.title,
         speed_unit=mill.speed_unit,
         views=VIEWS,
-        looks=tuple(_look(view, bodies, shapes, mark, 0.0) for view in VIEWS),
+        looks=tuple(_picture_of(view, bodies, shapes, mark, 0.0) for view in VIEWS),
         limits_mm=tuple(_limits(view, np.concatenate(start)) for view in VIEWS),
         strip_view=strip_view,
-        strip=tuple(_look(strip_view, bodies, shapes, mark, turn) for turn in turns),
+        strip=tuple(_picture_of(strip_view, bodies, shapes, mark, turn) for turn in turns),
         strip_limits_mm=_limits(strip_view, everywhere),
         path_mm=strip_view.flat(path),
     )

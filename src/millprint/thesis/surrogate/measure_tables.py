@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from millprint.statistics.quantiles import apart, once, spread_of
+from millprint.statistics.quantiles import largest_difference, range_of_single, spread_of
 from millprint.thesis.surrogate.measures import RUNAWAY
 
 MEASURE = ["test", "measure"]
@@ -294,14 +294,14 @@ def _against(row: pd.Series, own: pd.DataFrame, baselines: pd.DataFrame) -> dict
         return found | {"says": ""}
     errors, error = baselines[DISSIPATION].tolist(), float(row[DISSIPATION])
     found["lower_percent"], found["upper_percent"] = (
-        spread_of(own[DISSIPATION].tolist()) if len(own) > 1 else once(error, errors)
+        spread_of(own[DISSIPATION].tolist()) if len(own) > 1 else range_of_single(error, errors)
     )
     if row["variant"] == BASELINE:
-        return found | {"baseline_apart_percent": apart(errors), "says": ""}
-    difference = apart([error, errors[0]])
-    alike = difference <= apart(errors) and (baselines["stable"] == row["stable"]).any()
+        return found | {"baseline_apart_percent": largest_difference(errors), "says": ""}
+    difference = largest_difference([error, errors[0]])
+    alike = difference <= largest_difference(errors) and (baselines["stable"] == row["stable"]).any()
     disagreed = len({_verdict(row, baseline) for _, baseline in baselines.iterrows()}) > 1
-    found |= {"from_baseline_percent": difference, "baseline_apart_percent": apart(errors)}
+    found |= {"from_baseline_percent": difference, "baseline_apart_percent": largest_difference(errors)}
     return found | {"says": NOTHING if alike or disagreed else SOMETHING}
 
 
