@@ -31,7 +31,7 @@ rule gallery:
         "The gallery is complete"
 
 
-find_file = Sources(shipped).find
+find_file = SOURCES.find
 # The main one first. As seen from here: a run that is moved with its project stays the same run.
 SNAKEFILES = [
     relpath(file)
