@@ -123,10 +123,7 @@ rule judge_setups:
         "../../scripts/judge_setups.py"
 
 
-VALIDATION_OUTPUTS = [
-    *expand(rules.predict_setup.output, setup=CONFIG.validation.chosen),
-    *rules.judge_setups.output,
-]
+VALIDATION_OUTPUTS = [*expand(rules.predict_setup.output, setup=CONFIG.validation.chosen), *rules.judge_setups.output]
 
 
 rule validation:
