@@ -1,4 +1,4 @@
-"""What a fingerprint says of its mill, its balls and the conditions that were simulated."""
+"""The description of a fingerprint: its mill, its balls and the conditions that were simulated."""
 
 from collections.abc import Mapping
 
