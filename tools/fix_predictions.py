@@ -1,6 +1,6 @@
 """Records that the settings of the set-ups are fixed now: python tools/fix_predictions.py [SETUP ...] [--why WHY].
 
-Adds date, time and a digest of the settings to the table `validation.fixed` of the configuration. Do this before a
+Adds date, time and a digest of the settings to the table config/data/fixed_predictions.tsv. Do this before a
 prediction is compared with what was measured. A set-up whose settings have not changed gets no new row.
 """
 

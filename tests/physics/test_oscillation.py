@@ -18,9 +18,11 @@ RADIUS, BALL = 0.030, 0.005
 
 
 class Swings(SwingConfig):
-    """Without further pairs to show."""
+    """Without further pairs to show, and with another error."""
 
     varied: ClassVar[tuple[tuple[float, float], ...]] = ()
+    noise_mm: ClassVar[float] = 0.2
+    seed: ClassVar[int] = 3
 
 
 def settings(**changed) -> SwingConfig:
@@ -28,8 +30,6 @@ def settings(**changed) -> SwingConfig:
     values = {
         "release": {"down": [-1, 0, 0], "across": [0, 1, 0]},
         "duration_s": 0.6,
-        "noise_mm": 0.2,
-        "seed": 3,
         "static_friction": [0.1, 1.0],
         "rolling_friction": [0.01, 0.15],
         "search_simulations": 50,

@@ -1,4 +1,4 @@
-"""The benchmark: input of LAMMPS from the configuration, its log, and the tables."""
+"""The benchmark: input of LAMMPS from the configuration, and its log."""
 
 import math
 import re
@@ -11,10 +11,8 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
-from scipy import stats
 
 from benchmarks import compare, drums, physics
-from benchmarks.__main__ import stamped
 from benchmarks.cases import (
     Setup,
     Timing,
@@ -28,12 +26,8 @@ from benchmarks.cases import (
     time_millprint,
 )
 from benchmarks.compare import (
-    SPEED_COLUMNS,
     Entry,
-    spread,
-    summarise,
     time_case,
-    timing_text,
 )
 from benchmarks.config import BenchConfig
 from benchmarks.lammps import MEANS, Lammps, data_text, input_text, timing
@@ -260,58 +254,6 @@ def test_repetitions_are_interleaved(monkeypatch, setup):
     assert frame["ns_per_ball_step"].to_numpy() == pytest.approx([100, 300] * 3)
 
 
-def repetitions() -> pd.DataFrame:
-    def rows(case, code, balls, times):
-        return pd.DataFrame(
-            {
-                "case": case,
-                "balls": balls,
-                "code": code,
-                "wall": "w",
-                "repetition": range(len(times)),
-                "ns_per_ball_step": times,
-                # Half a core: something else ran.
-                "processor_ns_per_ball_step": [time / 2 for time in times],
-            }
-        )
-
-    return pd.concat(
-        [
-            rows("emax_24x10mm", "millprint", 24, [10, 90, 20]),
-            rows("cylinder_24x10mm", "millprint", 24, [40, 50, 45]),
-            rows("cylinder_24x10mm", "LAMMPS", 24, [900, 200, 360]),
-        ]
-    )
-
-
-def test_ratio_is_theirs_over_ours_on_the_same_case():
-    table = summarise(repetitions())
-    assert tuple(table.columns) == SPEED_COLUMNS
-    assert list(table["ns_per_ball_step"]) == [20, 45, 360]
-    # Of each repetition: 900 / 40, 200 / 50, 360 / 45. Three are too few for an interval.
-    assert list(table["ratio_to_us"]) == [1, 1, pytest.approx(11.5)]
-    assert table["ratio_95"].isna().all()
-    assert table["steps_per_s"].to_numpy() == pytest.approx(1e9 / (24 * np.array([20, 45, 360])))
-    text = timing_text(table, spread(repetitions()))
-    assert "200.0 to 900.0" in text
-    assert list(spread(repetitions())["processor_ns"]) == [10, 22.5, 180]
-    assert "180.0" in text
-
-
-def test_ratio_has_students_interval_and_other_work_is_told():
-    table = repetitions()
-    more = pd.concat([table, table.assign(repetition=table["repetition"] + 3)])
-    assert summarise(more)["ratio_95"].iloc[-1] == pytest.approx(
-        2.5706 * np.std([22.5, 4, 8] * 2, ddof=1) / 6**0.5, 1e-4
-    )
-    text = timing_text(summarise(more), spread(more))
-    assert "11.5 +- " in text and compare.NOTE in text
-    assert "only 50 % of a core" in compare.other_work(table, 0.1, 2)
-    idle = table.assign(processor_ns_per_ball_step=table["ns_per_ball_step"])
-    assert compare.other_work(idle, 0.1, 2) == ""
-    assert "1.7 of 2 cores" in compare.other_work(idle, 1.7, 2)
-
-
 def test_quick_bench_runs_the_same_cases_shorter(config):
     quick = config.quickened()
     assert [case.name for case in quick.cases] == [case.name for case in config.cases]
@@ -348,14 +290,6 @@ def test_physics_table_has_students_intervals(config):
     assert table["difference_pct"].to_numpy() == pytest.approx(180)
     text = physics.physics_text(table)
     assert law.differs in text and "4 runs, 95 % intervals" in text and "2.5 +- 2.1" in text
-
-
-def test_the_interval_of_a_difference_is_welchs():
-    """Against scipy's own test of samples with unequal spreads."""
-    a, b = [1.0, 2.0, 3.0, 4.5, 2.5], [5.0, 9.0, 6.0, 20.0, 7.0]
-    own = physics.half_width([np.std(x, ddof=1) / math.sqrt(5) for x in (a, b)], 5)
-    interval = stats.ttest_ind(b, a, equal_var=False).confidence_interval(0.95)
-    assert own == pytest.approx((interval.high - interval.low) / 2)
 
 
 @pytest.mark.parametrize("runs", [2, 3])
@@ -420,20 +354,6 @@ def test_a_drum_that_lammps_lacks_is_refused(drum, mill):
     for other in (mill, slanted):
         with pytest.raises(ConfigError, match="needs a lifter_drum with square lifters"):
             drums.check_drum(other)
-
-
-def test_the_table_of_powers_has_a_row_for_each_speed():
-    rows = [(40.0, 120, 20.0, 22.0, 1e-5, "x"), (40.0, 120, 22.0, 20.0, 1e-5, "x"), (20.0, 120, 10.0, 11.0, 2e-5, "x")]
-    table = drums.tabulate_power(rows, "drum", "steel").set_index("speed_rpm")
-    assert table.loc[40.0, ["millprint_W", "power_W", "difference_pct", "runs"]].tolist() == [21.0, 21.0, 0.0, 2]
-    assert table.loc[20.0, "difference_pct"] == pytest.approx(10)
-    assert table.loc[40.0, "millprint_se_W"] == pytest.approx(1.0)
-
-
-def test_a_table_of_timings_says_what_it_was_measured_with():
-    table = stamped(summarise(repetitions()), "22 Jul 2025")
-    assert list(table.columns) == ["date", "commit", "processor", "lammps", *SPEED_COLUMNS]
-    assert set(table["lammps"]) == {"22 Jul 2025"} and len(table) == 3
 
 
 @pytest.mark.slow

@@ -78,7 +78,7 @@ def test_bad_tracks_are_refused_in_one_line(tmp_path, columns, parts):
         (("static_friction",), [1.0, 0.5], ["static_friction", "below"]),
         (("experiments", 0), {"name": "a", "contact": "b", "track": "c", "track_mill": "d"}, ["track_mill", "both"]),
         (("experiments", 1, "name"), "calibrated", ["experiments", "calibrated"]),
-        (("noise_mm",), -1, ["noise_mm", "-1"]),
+        (("duration_s",), -1, ["duration_s", "-1"]),
     ],
 )
 def test_a_bad_section_is_refused_in_one_line(place, value, parts):

@@ -1,25 +1,19 @@
-"""Counting rules on a hand-made table, and the files of a run."""
+"""Counting rules on a hand-made table."""
 
 import itertools
-import json
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.config.contact_set import ContactConfig
-from millprint.config.counting import DEFAULT_RULES, CountingRule
-from millprint.config.errors import ConfigError, SimulationError
-from millprint.config.load import check_model, load_named
-from millprint.config.mill import MillConfig
-from millprint.config.sweep import Case, DemConfig
-from millprint.dem import store
+from millprint.config.counting import CountingRule
+from millprint.config.errors import ConfigError
+from millprint.config.load import check_model
+from millprint.config.sweep import DemConfig
 from millprint.dem.collisions import (
     CHANNELS,
     HISTOGRAM_NAMES,
-    RANGE,
     by_facet,
     by_surface,
     collision_statistics,
@@ -33,11 +27,8 @@ from millprint.dem.collisions import (
     weighted_statistics,
 )
 from millprint.dem.layout import COLLISION, ENDED
-from millprint.dem.ledger import LEDGER_CHANNELS
 from millprint.dem.recording import Table, make_table
-from millprint.dem.run import AIM, run_case
 from millprint.mill.kernel_columns import width_of
-from millprint.run.files import read_json
 
 CONFIG = Path(__file__).parents[2] / "config"
 
@@ -343,148 +334,3 @@ def test_no_contacts_at_all():
         "shares": {"ball_ball": none, "ball_wall": none},
         "dropped": none,
     }
-
-
-DEM = DemConfig(time_step_s=4e-6, settle_s=0.1, discard_s=0.1, window_s=0.1)
-
-
-def run(folder, dem=DEM, **change):
-    """A short run of the Emax mill with 24 balls, its files in `folder`."""
-    settings = {"ball_diameter_mm": 10, "fill_ratio": 0.1, "speed_rpm": 300, "seed": 0}
-    settings |= {"settle_s": 0.05, "discard_s": 0.0, "window_s": 0.1}
-    case = Case(mill="emax", contact="calibrated", **(settings | change))
-    mill = load_named(CONFIG / "mills", "emax", MillConfig, "mill")
-    contact = load_named(CONFIG / "contacts", "calibrated", ContactConfig, "contact set")
-    return run_case(case, mill, contact, dem, folder / "run.h5", folder / "summary.json")
-
-
-@pytest.fixture(scope="module")
-def files(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("run")
-    run(folder, window_s=0.45, snapshot_interval_s=1e-3)
-    return folder
-
-
-def test_summary_and_run_agree(files):
-    summary = read_json(files / "summary.json")
-    with h5py.File(files / "run.h5") as file:
-        assert json.loads(file.attrs["config"])["case"] == summary["case"]
-        assert file["ledger/wall_work_J"].attrs["units"] == "J"
-        assert file["ledger/wall_work_J"][-1] == pytest.approx(summary["ledger_J"]["wall_work"])
-        normal = file["collisions/normal_J"][:].sum()
-        assert normal / summary["window_s"] == pytest.approx(summary["power_W"]["normal"], rel=1e-3)
-        assert file["occupancy/count"][:].sum() > 0
-        assert (file["occupancy/granular_temperature"][:][file["occupancy/count"][:] > 5] >= 0).all()
-    assert [rule["name"] for rule in summary["collisions"]] == [rule.name for rule in DEFAULT_RULES]
-    for rule in summary["collisions"]:
-        kept = rule["frequency_hz"] * rule["mean_normal_J"]
-        assert kept == pytest.approx(summary["power_W"]["normal"], rel=1e-3)
-
-
-def test_the_ledger_is_a_series_finer_than_a_revolution_and_sums_to_it(files):
-    """A window of 2.25 revolutions at 300 rpm: the quarter is in the series and in no revolution."""
-    summary = read_json(files / "summary.json")
-    with h5py.File(files / "run.h5") as file:
-        ledger = {name: dataset[:] for name, dataset in file["ledger"].items()}
-    samples = DEM.ledger_samples_per_revolution
-    assert summary["revolutions"] == pytest.approx(2.25)
-    assert len(ledger["time_s"]) == 1 + 2.25 * samples
-    assert np.diff(ledger["time_s"]) == pytest.approx(0.2 / samples)
-    tangential = ledger["tangential_damping_J"] + ledger["sliding_J"]
-    series = {"normal_J": ledger["normal_damping_J"], "tangential_J": tangential, "wall_J": ledger["wall_work_J"]}
-    squares = {f"{name}_square_J2" for name in CHANNELS}
-    assert set(summary["per_revolution"]) == set(series) | squares
-    for name, values in series.items():
-        turns = values[[0, samples, 2 * samples]]
-        assert summary["per_revolution"][name] == pytest.approx(np.diff(turns).tolist())
-    balance = ledger["wall_work_J"] + ledger["gravity_work_J"] - ledger["imbalance_J"]
-    for name in ("normal_damping_J", "tangential_damping_J", "sliding_J", "rolling_J"):
-        balance -= ledger[name]
-    for name in ("kinetic_J", "elastic_J"):
-        balance -= ledger[name] - ledger[name][0]
-    assert balance == pytest.approx(0.0, abs=1e-12)
-
-
-def test_the_channels_of_the_summary_balance(files):
-    summary = read_json(files / "summary.json")
-    ledger = summary["ledger_J"]
-    assert list(ledger) == sorted(LEDGER_CHANNELS)
-    spent = sum(ledger[name] for name in ("normal_damping", "tangential_damping", "sliding", "rolling"))
-    stored = ledger["kinetic_change"] + ledger["elastic_change"]
-    assert ledger["wall_work"] + ledger["gravity_work"] - spent - stored == pytest.approx(
-        ledger["imbalance"], abs=1e-12
-    )
-    assert summary["closure"] == pytest.approx(abs(ledger["imbalance"]) / ledger["wall_work"])
-
-
-def test_every_key_of_a_summary_is_documented(files):
-    text = (CONFIG.parent / "workflow/outputs.md").read_text()
-    summary = read_json(files / "summary.json")
-    keys = [*summary, *summary["collisions"][0], *summary["weighted"], *summary["weighted"]["normal"]]
-    assert [key for key in keys if f"`{key}`" not in text] == []
-
-
-def test_an_open_balance_fails_the_run_and_leaves_no_file(tmp_path):
-    with pytest.raises(SimulationError, match=r"energy balance is open by .*closure_max .* time_step_s smaller"):
-        run(tmp_path, DEM.model_copy(update={"closure_max": 1e-9}))
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_case_has_its_own_bound_on_the_balance(tmp_path):
-    strict = DEM.model_copy(update={"closure_max": 1e-9})
-    assert run(tmp_path, strict, closure_max=0.02)["closure"] < 0.02
-
-
-def test_a_step_by_the_rayleigh_time_is_shortened_until_the_balance_closes(tmp_path):
-    open_case = {"rayleigh_fraction": 0.1, "rayleigh_fraction_max": 0.4}
-    found = run(tmp_path, closure_max=1.0, **open_case)
-    largest = 0.6 * found["closure"]
-    shorter = run(tmp_path, closure_max=largest, **open_case)
-    assert shorter["closure"] <= largest
-    assert shorter["rayleigh_fraction"] == pytest.approx(0.1 * (0.6 * AIM) ** 0.5, rel=0.02)
-    # Both files say which step was taken, and nothing is left of the first attempt.
-    with h5py.File(tmp_path / "run.h5") as file:
-        assert json.loads(file.attrs["config"])["case"] == shorter["case"]
-    assert {path.name for path in tmp_path.iterdir()} == {"run.h5", "summary.json"}
-    with pytest.raises(SimulationError, match="energy balance is open"):
-        run(tmp_path, closure_max=1e-9, **open_case)
-
-
-def test_a_long_table_becomes_histograms_of_the_same_contacts(files, tmp_path, monkeypatch):
-    """The same run with room for no row: every contact is in a bin, and the summary counts them as before."""
-    monkeypatch.setattr(store, "COLLISION_ROWS_MAX", 10)
-    small = run(tmp_path, DEM, window_s=0.45, snapshot_interval_s=1e-3)
-    with h5py.File(files / "run.h5") as whole, h5py.File(tmp_path / "run.h5") as binned:
-        table, group = whole["collisions"], binned["collisions"]
-        assert not table.attrs["is_histogram"] and group.attrs["is_histogram"]
-        assert group.attrs["rows"] == table.attrs["rows"] == len(table["first"])
-        assert "first" not in group
-        for name in HISTOGRAM_NAMES:
-            values = table[name][:]
-            assert group[f"{name}_histogram_counts"][:].sum() == len(values)
-            # Edges are kept in double precision, the table in single.
-            edges = group[f"{name}_histogram_edges"][:]
-            assert edges[-1] == pytest.approx(values.max(), rel=1e-6)
-            # What is smaller than RANGE of the largest is in the first bin.
-            assert edges[0] == pytest.approx(max(values[values > 0].min(), RANGE * values.max()), rel=1e-3)
-    assert small["collisions"] == read_json(files / "summary.json")["collisions"]
-
-
-def test_snapshots_hold_the_work_and_the_contacts(files):
-    with h5py.File(files / "run.h5") as file:
-        snapshots = {name: dataset[:] for name, dataset in file["snapshots"].items()}
-        ledger = {name: dataset[:] for name, dataset in file["ledger"].items()}
-    assert np.diff(snapshots["time_s"]) == pytest.approx(1e-3)
-    assert len(snapshots["time_s"]) == 451
-    assert snapshots["normal_J"].sum() == pytest.approx(ledger["normal_damping_J"][-1], rel=1e-6)
-    tangential = ledger["tangential_damping_J"][-1] + ledger["sliding_J"][-1]
-    assert snapshots["tangential_J"].sum() == pytest.approx(tangential, rel=1e-6)
-    assert snapshots["contact_offset"][-1] == len(snapshots["contact_first"])
-    # Two balls in contact are nearer than a diameter (or have just come apart).
-    for m in (50, 300):
-        rows = slice(*snapshots["contact_offset"][m : m + 2])
-        first, second = snapshots["contact_first"][rows], snapshots["contact_second"][rows]
-        pairs = second >= 0
-        away = snapshots["position_m"][m, first[pairs]] - snapshots["position_m"][m, second[pairs]]
-        assert (np.linalg.norm(away, axis=1) < 0.01).all()
-    assert np.abs(snapshots["body_position_m"][:, 2]).max() == 0

@@ -6,12 +6,15 @@ from pkgutil import resolve_name
 import pytest
 from tools.write_reference import MODELS
 
+from millprint.config.calibration import SwingConfig
 from millprint.config.document import sections
 from millprint.config.errors import ConfigError
+from millprint.config.fingerprint import ConvergenceConfig, StudyConfig
 from millprint.config.load import check_model
 from millprint.config.removed import REMOVED, what_became_of
 from millprint.config.workflow import WorkflowConfig
 from millprint.dose.heat_table import AT_REST
+from tests.conftest import ROOT
 
 # Where the values are today, unless they are constants of the section.
 FIXED = {
@@ -37,7 +40,7 @@ CONSTANTS = [
     f"{place}.{name}"
     for place, model in sections(MODELS["config"])
     for name in model.__class_vars__
-    if place and " (" not in place and not place.startswith(("sweep", "validation"))
+    if place and " (" not in place and not place.startswith("sweep")
 ]
 
 
@@ -58,6 +61,18 @@ def test_a_constant_of_a_section_is_refused_with_its_value():
     assert known["yields.evaluation.nominal"] == "fixed at [0.5, 0.8, 0.95]"
     assert known["partition.enthalpy_kJ_mol"] == "fixed at 1226" and known["claims.seed"] == "fixed at 0"
     assert known["dose.heat.parameters.heat_share"] == "fixed, in millprint.config.dose"
+
+
+@pytest.mark.parametrize(
+    ("caption", "shown"),
+    [
+        ("timestep", f"{ConvergenceConfig.tolerance_percent:g} %"),
+        ("study", f"{StudyConfig.tolerance_percent:g} %"),
+        ("friction_fit", f"{SwingConfig.noise_mm:g} mm"),
+    ],
+)
+def test_a_caption_states_the_value_that_is_fixed(caption, shown):
+    assert f" of {shown}" in (ROOT / f"workflow/report/{caption}.rst").read_text()
 
 
 def test_the_table_has_the_other_values_that_are_fixed():

@@ -11,6 +11,7 @@ from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.mill import MillConfig
 from millprint.config.setup_models import BondMillConfig, SliceMillConfig
 from millprint.config.sweep import DemConfig
+from millprint.config.workflow import ValidationConfig
 from millprint.validation import tumbling_runs
 from millprint.validation.measured import CONTACT, DEM, SCATTER, Inputs, check_predictions, read_other_codes
 from millprint.validation.tumbling import (
@@ -43,6 +44,7 @@ from millprint.validation.tumbling_runs import (
     sampled_contacts,
     toe_and_shoulder,
 )
+from tests.conftest import ROOT
 
 RADIUS, DIAMETER = 0.275, 0.022
 VALUES = {
@@ -377,6 +379,7 @@ def test_the_power_by_another_code_stands_beside_ours_where_mill_contacts_and_ba
 
 
 def test_a_power_by_another_code_that_is_none_is_refused(tmp_path):
+    assert len(read_other_codes(ROOT / ValidationConfig.other_codes)) > 0
     table = tmp_path / "codes.tsv"
     table.write_text("mill\tcontact\tcode\tspeed_rpm\tballs\tpower_W\nslice_mill\tsteel\tLAMMPS\t29\t120\t-1\n")
     with pytest.raises(ConfigError, match="power_W, row 1 = -1: must be above 0"):

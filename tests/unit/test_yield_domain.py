@@ -2,12 +2,14 @@
 
 import subprocess
 import sys
+from typing import ClassVar
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from millprint.config.errors import ConfigError
+from millprint.config.yields import PredictionConfig
 from millprint.run.files import read_table
 from millprint.thesis.curves.regimes import read_regimes
 from millprint.thesis.yields.averaging import AveragedModel, Candidate, fit_averaged, fit_member
@@ -123,8 +125,11 @@ def test_a_gap_inside_every_range_is_refused_by_the_correlation():
     limits = settings().prediction
     left_out = rows[(rows["bpr"] == 50) & (rows["time_h"] == 20)]
     assert domain_warnings(model, rows, left_out, limits, CURVES) == ["", "", ""]
-    strict = limits.model_copy(update={"correlation_min": 0.99})
-    told = domain_warnings(model, corner, left_out, strict, CURVES)
+
+    class Strict(PredictionConfig):
+        correlation_min: ClassVar[float] = 0.99
+
+    told = domain_warnings(model, corner, left_out, Strict(**limits.model_dump()), CURVES)
     assert all(text.startswith("correlation = ") for text in told)
 
 

@@ -30,7 +30,7 @@ rule write_card:
         experiment=lambda wildcards: CARD_EXPERIMENTS[wildcards.card].model_dump(mode="json"),
         cases=lambda wildcards: [case.model_dump(mode="json") for case in cases_of_card(wildcards.card)],
         mill=lambda wildcards: dumped(MILLS[CARD_EXPERIMENTS[wildcards.card].mill]),
-        contact=lambda wildcards: CONTACTS[contact_of_card(wildcards.card)].model_dump(mode="json"),
+        contact=lambda wildcards: contact_of_card(wildcards.card).model_dump(mode="json"),
         settings={
             "counting_rule": CONFIG.mills.rule,
             "interval": CONFIG.fingerprint.interval,

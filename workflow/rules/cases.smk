@@ -90,10 +90,15 @@ def cases_of_mill(name: str) -> dict:
     return OWN_CASES[key]
 
 
+def contact_of_card(name: str):
+    """The contact set of an experiment."""
+    return CONTACTS[CARD_EXPERIMENTS[name].contact or CONFIG.mills.contact_set]
+
+
 def cases_of_card(name: str) -> list:
     """The cases of an experiment: of the sweeps of the configuration, of its mill's own sweep, or its own."""
     experiment, groups = CARD_EXPERIMENTS[name], [described_cases(CONFIG, CASES).values()]
-    mill, contact = MILLS[experiment.mill], CONTACTS[experiment.contact or CONFIG.mills.contact_set]
+    mill, contact = MILLS[experiment.mill], contact_of_card(name)
     if mill.sweep:
         groups.append(cases_of_mill(mill.name).values())
     with stop_on_bad_input():
@@ -121,14 +126,9 @@ def study_summaries(name: str) -> list[str]:
     return [f"{RESULTS}/dem/{path}/summary.json" for each in study_plan(name) for path in each["paths"]]
 
 
-def studied(name: str) -> dict:
-    """The cases of the study of a mill's settings, by their path."""
-    return {case.path: case for each in study_of(name) for case in each.cases}
-
-
 def swept_cases(name: str) -> dict:
     """The cases of a mill's own sweep and of the study of its settings, by their path."""
-    return studied(name) | cases_of_mill(name)
+    return {case.path: case for each in study_of(name) for case in each.cases} | cases_of_mill(name)
 
 
 def mill_summaries(name: str) -> list[str]:

@@ -18,7 +18,7 @@ STAGE_OUTPUTS = [
     *CALIBRATION_OUTPUTS,
     *FINGERPRINT_OUTPUTS,
     *FIT_OUTPUTS,
-    *PARTITION_OUTPUTS,
+    *rules.partition_dissipation.output,
     *YIELD_OUTPUTS,
     *DOSE_OUTPUTS,
     *SURROGATE_OUTPUTS,
@@ -26,7 +26,7 @@ STAGE_OUTPUTS = [
     *UNCERTAINTY_THESIS_OUTPUTS,
     *HEAT_OUTPUTS,
     # Nine more trainings, each as long as that of the variant `thesis`.
-    *(ABLATION_OUTPUTS if CONFIG.surrogate.ablations_in_all else []),
+    *(rules.tabulate_ablations.output if CONFIG.surrogate.ablations_in_all else []),
     # A smoke test runs every mill of the box once; the thesis does not use them.
     *(BOX_OUTPUTS if CONFIG.mills.first_case_only else []),
     *(VALIDATION_OUTPUTS if CONFIG.validation.in_all else []),
@@ -58,7 +58,7 @@ rule chapter3:
 rule chapter4:
     """Chapter 4: shares of shear and compression."""
     input:
-        PARTITION_OUTPUTS,
+        rules.partition_dissipation.output,
     localrule: True
     message:
         "Chapter 4 is complete"
@@ -189,7 +189,4 @@ rule build_explorer:
         "../../scripts/build_explorer.py"
 
 
-REPORT_PAGES = [
-    *rules.write_pages.output,
-    rules.build_explorer.output.html,
-]
+REPORT_PAGES = [*rules.write_pages.output, rules.build_explorer.output.html]

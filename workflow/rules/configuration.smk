@@ -6,6 +6,7 @@ from millprint.fingerprint.cases import has_chapters
 from millprint.run.outputs import captioned
 from millprint.run.digest import program_digest, simulation_digest
 
+SOURCES = Sources(shipped)
 # In the order in which they are merged. Those of --configfile come last and win; Snakemake lists them among the first too.
 CONFIG_FILES = [str(file) for file in (*workflow.configfiles, *workflow.overwrite_configfiles)]
 
@@ -15,7 +16,7 @@ with stop_on_bad_input():
     # Stricter than Snakemake's own reader, which accepts a key twice and any number of aliases.
     for file in CONFIG_FILES:
         read_yaml(file)
-    CONFIG, MILLS, CONTACTS, CASES = load_workflow(config, CONFIG_FILES, Sources(shipped))
+    CONFIG, MILLS, CONTACTS, CASES = load_workflow(config, CONFIG_FILES, SOURCES)
     CHAPTERS = has_chapters(CONFIG, CASES)
 
 # For the check at the start of a run: the mills as they are in files, and the configuration file that messages name.

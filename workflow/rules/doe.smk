@@ -1,7 +1,6 @@
 """Chapter 2: the screening design, its analysis of variance, wet-lab arithmetic, and the literature."""
 
-from millprint.config.doe import AnalysisConfig
-from millprint.config.doe import DesignConfig
+from millprint.config.doe import AnalysisConfig, DesignConfig
 
 DOE = f"{RESULTS}/doe"
 FACTORS = [factor.model_dump(mode="json") for factor in CONFIG.doe.factors]
@@ -74,7 +73,4 @@ rule analyse_variance:
         "../../scripts/analyse_variance.py"
 
 
-DOE_OUTPUTS = [
-    *rules.tabulate_experiments.output,
-    *rules.analyse_variance.output,
-]
+DOE_OUTPUTS = [*rules.tabulate_experiments.output, *rules.analyse_variance.output]

@@ -106,10 +106,7 @@ rule plot_fingerprint:
         "../../scripts/plot_fingerprint.py"
 
 
-FINGERPRINT_OUTPUTS = [
-    *rules.fit_master_curves.output,
-    *rules.plot_fingerprint.output,
-]
+FINGERPRINT_OUTPUTS = [*rules.fit_master_curves.output, *rules.plot_fingerprint.output]
 
 
 FIT_MILL = fitted_mill(CONFIG, MILLS)

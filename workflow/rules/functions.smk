@@ -50,11 +50,6 @@ def explored(names) -> dict[str, list[str]]:
     return {"fingerprint": [predicting(name) for name in names], **files}
 
 
-def contact_of_card(name: str) -> str:
-    """The contact set of an experiment."""
-    return CARD_EXPERIMENTS[name].contact or CONFIG.mills.contact_set
-
-
 def carded(name: str, file: str) -> list[str]:
     """A file of every simulation of an experiment."""
     return [f"{RESULTS}/dem/{case.path}/{file}" for case in cases_of_card(name)]
@@ -145,14 +140,10 @@ def weights_for(variant: str) -> str:
     return f"{SURROGATE}/{CONFIG.surrogate.weights_of(variant)}/weights.pt"
 
 
-def runs_of(test: str) -> dict[str, str]:
-    """The reference simulations of a test."""
-    return {role: simulated(case) for role, case in CONFIG.surrogate.tests[test].runs().items()}
-
-
 def compared_runs(tests) -> dict[str, str]:
     """The reference simulations of some tests, named `test_role`."""
-    return {f"{test}_{role}": path for test in tests for role, path in runs_of(test).items()}
+    cases = {test: CONFIG.surrogate.tests[test].runs() for test in tests}
+    return {f"{test}_{role}": simulated(case) for test in tests for role, case in cases[test].items()}
 
 
 def starts_in(tests) -> dict[str, float]:
@@ -167,16 +158,6 @@ def changes(variant: str) -> str:
     sections = ("graph", "edges", "network", "training", "rollout")
     keys = {f"{section}.{key}": value for section in sections for key, value in getattr(own, section).items()}
     return ", ".join(f"{key} = {value}" for key, value in keys.items()) or "nothing"
-
-
-def stepped_in(tests) -> list[str]:
-    """The simulations from whose states single steps are evaluated, for some tests."""
-    return [simulated(CONFIG.surrogate.tests[name].case) for name in starts_in(tests)]
-
-
-def training_minutes(variant: str) -> int:
-    """The time that a training requests: twice its own limit, plus 20 min to start [min]."""
-    return 20 + math.ceil(CONFIG.surrogate.variant(variant).training.wall_time_max_s / 30)
 
 
 def reported_figures(paths) -> list[dict]:

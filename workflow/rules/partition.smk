@@ -42,9 +42,6 @@ rule partition_dissipation:
         "../../scripts/partition_dissipation.py"
 
 
-PARTITION_OUTPUTS = [*rules.partition_dissipation.output]
-
-
 rule tabulate_spectra:
     input:
         summaries=[path for contact in CONFIG.contacts for path in swept_summaries(contact)],

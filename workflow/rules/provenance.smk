@@ -31,7 +31,6 @@ rule gallery:
         "The gallery is complete"
 
 
-find_file = Sources(shipped).find
 # The main one first. As seen from here: a run that is moved with its project stays the same run.
 SNAKEFILES = [
     relpath(file)
@@ -72,8 +71,8 @@ rule write_crate:
         results=lambda wildcards, output: str(Path(output.crate).parent),
         sources=[
             *map(relpath, CONFIG_FILES),
-            *(relpath(find_file(f"{MILL_FOLDER}/{name}.yaml")) for name in CHECKED_MILLS),
-            *(relpath(find_file(f"{CONTACT_FOLDER}/{name}.yaml")) for name in CONTACTS),
+            *(relpath(SOURCES.find(f"{MILL_FOLDER}/{name}.yaml")) for name in CHECKED_MILLS),
+            *(relpath(SOURCES.find(f"{CONTACT_FOLDER}/{name}.yaml")) for name in CONTACTS),
         ],
         snakefiles=SNAKEFILES,
     message:

@@ -49,7 +49,10 @@ rule train_surrogate:
     priority: 1
     threads: lambda wildcards: CONFIG.surrogate.variant(wildcards.variant).training.threads
     resources:
-        runtime=lambda wildcards: training_minutes(wildcards.variant),
+        # Twice its own limit, and 20 min to start.
+        runtime=lambda wildcards: (
+            20 + math.ceil(CONFIG.surrogate.variant(wildcards.variant).training.wall_time_max_s / 30)
+        ),
     params:
         recipe=lambda wildcards: CONFIG.surrogate.variant(wildcards.variant).recipe().model_dump(mode="json"),
     message:
@@ -99,7 +102,9 @@ rule evaluate_surrogate:
         rollouts=lambda wildcards: expand(ROLLOUT, variant=wildcards.variant, test=tests_of(wildcards.variant)),
         claims=CONFIG.data.claims,
         weights=lambda wildcards: weights_for(wildcards.variant),
-        stepped=lambda wildcards: stepped_in(tests_of(wildcards.variant)),
+        stepped=lambda wildcards: [
+            simulated(CONFIG.surrogate.tests[test].case) for test in starts_in(tests_of(wildcards.variant))
+        ],
     output:
         **{name: f"{SURROGATE}/{{variant}}/{name}.tsv" for name in SURROGATE_TABLES},
     log:
@@ -292,13 +297,10 @@ rule tabulate_ablations:
         "../../scripts/plot_surrogates.py"
 
 
-ABLATION_OUTPUTS = [*rules.tabulate_ablations.output]
-
-
 rule ablations:
     """Appendix A: the ablations of the surrogate."""
     input:
-        ABLATION_OUTPUTS,
+        rules.tabulate_ablations.output,
     localrule: True
     message:
         "The ablations are complete"

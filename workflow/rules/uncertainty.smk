@@ -1,4 +1,4 @@
-"""Shared by the rules of uncertainty: folders, and the files that they need and make."""
+"""Intervals by contact parameters: simulations with drawn parameters, their analysis, and the fingerprint with them."""
 
 from millprint.thesis.fit import FEWEST_JARS, fitted_mill
 

@@ -50,7 +50,7 @@ rule predict_setup:
     input:
         kernels=ancient(f"{RESULTS}/dem/kernels.json"),
         measured=CONFIG.validation.measured,
-        other_codes=CONFIG.validation.other_codes,
+        other_codes=SOURCES.find(CONFIG.validation.other_codes),
         runs=lambda wildcards: setup_runs(wildcards.setup),
         tables=lambda wildcards: own_tables(wildcards.setup),
     output:
@@ -87,7 +87,7 @@ rule judge_setups:
         charges=expand(rules.simulate_tumbling.output.charge, setup=CONFIG.validation.tumbling),
         beds=[simulated(bed_case(name).path) for name in BEDS],
         measured=CONFIG.validation.measured,
-        fixed=CONFIG.validation.fixed,
+        fixed=SOURCES.find(CONFIG.validation.fixed),
     output:
         verdicts=f"{VALIDATION}/verdicts.tsv",
         counts=f"{VALIDATION}/counts.tsv",
@@ -123,10 +123,7 @@ rule judge_setups:
         "../../scripts/judge_setups.py"
 
 
-VALIDATION_OUTPUTS = [
-    *expand(rules.predict_setup.output, setup=CONFIG.validation.chosen),
-    *rules.judge_setups.output,
-]
+VALIDATION_OUTPUTS = [*expand(rules.predict_setup.output, setup=CONFIG.validation.chosen), *rules.judge_setups.output]
 
 
 rule validation:

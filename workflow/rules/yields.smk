@@ -173,18 +173,13 @@ rule evaluate_yield_models:
         "../../scripts/evaluate_yield_models.py"
 
 
-PERMUTED = {
-    "permutations": f"{YIELDS}/permutations.tsv",
-    "permutation_test": f"{YIELDS}/permutation_test.tsv",
-}
-
-
 rule permute_yields:
     input:
         train=rules.split_screening.output.train,
         test=rules.split_screening.output.test,
     output:
-        **PERMUTED,
+        permutations=f"{YIELDS}/permutations.tsv",
+        permutation_test=f"{YIELDS}/permutation_test.tsv",
     log:
         f"{LOGS}/yields/permute_yields.log",
     benchmark:
@@ -302,7 +297,7 @@ rule plot_yields:
         regimes=rules.leave_groups_out.output.regimes_summary,
         scores=rules.evaluate_yield_models.output.scores,
         pit=rules.evaluate_yield_models.output.pit,
-        permutations=PERMUTED["permutations"],
+        permutations=rules.permute_yields.output.permutations,
         sources=rules.leave_groups_out.output.sources,
         sources_predictions=rules.leave_groups_out.output.sources_predictions,
         claims=CONFIG.data.claims,
@@ -320,7 +315,7 @@ rule plot_yields:
 
 YIELD_OUTPUTS = [
     *rules.evaluate_yield_models.output,
-    *PERMUTED.values(),
+    *rules.permute_yields.output,
     *rules.leave_groups_out.output,
     *rules.predict_yields.output,
     *rules.search_retrospectively.output,

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from millprint.card.card_model import MillingCard, Quantity
+from millprint.card.card_model import MillingCard
+from millprint.card.record import Quantity
 from millprint.config.checks import MILL_FOLDER
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import DESCRIPTOR_SETS

@@ -5,25 +5,21 @@ import math
 import numpy as np
 import pandas as pd
 
-from millprint.card.card_model import (
-    Balls,
+from millprint.card.card_model import Balls, Descriptors, Powder, Programme
+from millprint.card.outcome_model import (
     Bins,
     BodyHeat,
     Course,
-    Descriptors,
     Dose,
-    Ends,
     Estimate,
     Heat,
     Hours,
-    Powder,
-    Programme,
-    Quantity,
     Spectrum,
     Temperature,
     Wear,
 )
 from millprint.card.read import CardSettings, Known, Runs
+from millprint.card.record import Ends, Quantity
 from millprint.card.scatter import read_window, spread
 from millprint.config.card import CardProgrammeSection, Experiment
 from millprint.config.dose import ChargeConfig, JarSection

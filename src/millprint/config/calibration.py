@@ -12,7 +12,6 @@ from millprint.config.section import (
     Positive,
     ProjectFile,
     Section,
-    Seed,
     Vector,
     first_repeated,
 )
@@ -95,10 +94,9 @@ class SwingConfig(Section):
     """length of a simulated track [s]"""
     # Frames of a simulated track [1/s].
     frames_per_second: ClassVar[float] = 60.0
-    noise_mm: NonNegative = 0.3
-    """standard deviation of the error added to a simulated track, in each direction [mm]"""
-    seed: Seed = 0
-    """seed of the track's error"""
+    # Standard deviation of the error added to a simulated track, in each direction [mm], and its seed.
+    noise_mm: ClassVar[float] = 0.3
+    seed: ClassVar[int] = 0
     release_uncertainty_s: NonNegative = 0.02
     """largest time of the release, before or after time 0 of a track; 0 if it is known [s]"""
     static_friction: Bounds = (0.05, 2.0)

@@ -185,8 +185,8 @@ class GasConfig(Section):
     """total pressure of the gas [Pa]"""
     saturated: bool = True
     """whether the gas holds water vapour, which is then subtracted"""
-    yield_max_percent: float = Field(default=105.0, ge=100)
-    """a gas reading that gives a larger yield is refused [%]"""
+    # A gas reading that gives a larger yield is refused [%].
+    yield_max_percent: ClassVar[float] = 105.0
 
 
 class WetLabConfig(Section):

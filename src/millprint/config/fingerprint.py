@@ -174,8 +174,8 @@ class StudyConfig(Section):
 
     seeds: Annotated[int, Field(ge=2, le=100)] = 6
     """starting positions simulated for each variant"""
-    tolerance_percent: Annotated[float, Field(gt=0, le=100)] = 5.0
-    """changes of a descriptor up to this are accepted [%]"""
+    # Changes of a descriptor up to this are accepted [%].
+    tolerance_percent: ClassVar[float] = 5.0
 
 
 class FurtherRules(Section):
@@ -197,6 +197,6 @@ class ConvergenceConfig(FurtherRules):
     Energies and frequencies use fingerprint.counting_rule.
     """
 
-    tolerance_percent: Positive = 1.0
-    """largest significant deviation of a descriptor from its value at the finest step [%]"""
+    # Largest significant deviation of a descriptor from its value at the finest step [%].
+    tolerance_percent: ClassVar[float] = 1.0
     study: StudyConfig = StudyConfig()

@@ -88,10 +88,10 @@ class ValidationConfig(Section):
     """whether the validation is a part of `all`, and so of the report of a run with chapters"""
     measured: ProjectFile = INCLUDED
     """what others measured, with sources; or a table of your own"""
-    other_codes: ProjectFile = "config/data/other_codes.tsv"
-    """power of the same mills by other DEM codes, which the figures show with ours"""
-    fixed: ProjectFile = "config/data/fixed_predictions.tsv"
-    """when the settings of each set-up were fixed, why again, and their digest"""
+    # Power of the same mills by other DEM codes, which the figures show with ours.
+    other_codes: ClassVar[str] = "config/data/other_codes.tsv"
+    # When the settings of each set-up were fixed, why again, and their digest.
+    fixed: ClassVar[str] = "config/data/fixed_predictions.tsv"
 
     @model_validator(mode="after")
     def _setups_are_known(self) -> "ValidationConfig":

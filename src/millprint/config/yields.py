@@ -118,10 +118,9 @@ class PredictionConfig(Section):
     # Three descriptors belong to one setting of the mill if each is within the band of its master curve, widened
     # by this fraction. The default is a little more than what two printed digits of a curve lose, 0.5 of 23 [-].
     curve_tolerance: ClassVar[float] = 0.03
-    correlation_min: Annotated[float, Field(ge=0, lt=1)] = 0.5
-    """smallest correlation of a yield with that of the nearest run, by the length scales of the averaged process, with
-    a prediction; 0: no limit [-]
-    """
+    # Smallest correlation of a yield with that of the nearest run, by the length scales of the averaged process, with a
+    # prediction [-].
+    correlation_min: ClassVar[float] = 0.5
 
     @model_validator(mode="after")
     def _small(self) -> "PredictionConfig":

@@ -85,6 +85,7 @@ def choose_step(table: pd.DataFrame, settings: ConvergenceConfig, taken_s: Mappi
     return {
         "criteria": {
             **settings.model_dump(exclude={"study"}),
+            "tolerance_percent": settings.tolerance_percent,
             "confidence": CONFIDENCE,
             "closure_max": CLOSURE_MAX,
         },

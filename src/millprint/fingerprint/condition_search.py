@@ -14,7 +14,8 @@ from millprint.config.fingerprint import DESCRIPTOR_SETS, DescriptorSet, LikeCon
 from millprint.fingerprint.bands import ENDS, FURTHER, Band, Interval, interval_columns, ratio_of
 from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.descriptors import CHARGE
-from millprint.fingerprint.model import Fingerprint, Prediction
+from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.prediction import Prediction
 
 # Fill ratios and speeds of the grid before the refinement; the curves have few turns, all far wider than a step.
 GRID = (81, 61)

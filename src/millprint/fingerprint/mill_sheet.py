@@ -20,7 +20,8 @@ from millprint.run.numbers import three
 
 if TYPE_CHECKING:
     # Only for types: it imports scikit-learn, which takes a second, and the figures of a sheet only read tables.
-    from millprint.fingerprint.model import Fingerprint, Prediction
+    from millprint.fingerprint.model import Fingerprint
+    from millprint.fingerprint.prediction import Prediction
 
 
 class Row(NamedTuple):

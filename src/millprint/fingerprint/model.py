@@ -1,7 +1,7 @@
 """The fingerprint of one mill and contact set: a model that predicts descriptors with intervals, stored as JSON."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -14,105 +14,30 @@ from millprint.config.errors import ConfigError
 from millprint.config.mill_sweep import FEWEST_FILLS
 from millprint.config.mixture import ONE_SIZE, BallMixture, balls_in_words
 from millprint.config.sweep import ball_count
+from millprint.fingerprint.about import NO_CHARGES, SETTING, describe
 from millprint.fingerprint.bands import (
     FURTHER,
     Band,
     Factors,
     Interval,
     checked_factors,
-    factor_of,
     interval_columns,
-    mean_columns,
-    new_columns,
     read_factors,
     share_of,
 )
 from millprint.fingerprint.condition import (
-    BASIC,
     CURVES,
     VARIABLES,
-    WEIGHTED_BASIC,
     Condition,
     descriptors_of,
     power_scale,
     scaled_quantities,
 )
-from millprint.fingerprint.descriptors import CHARGE, OF_RULE, as_built, with_impacts
-from millprint.fingerprint.processes import (
-    Predictor,
-    Process,
-    Told,
-    band_width,
-    kinds_of,
-    logarithms,
-    varied_components,
-)
-from millprint.fingerprint.readers import FORMAT, WALL, read_content
+from millprint.fingerprint.descriptors import CHARGE, as_built, with_impacts
+from millprint.fingerprint.prediction import KNOWN, Prediction, banded, bands, row_of
+from millprint.fingerprint.processes import Predictor, Process, Told, band_width, logarithms, varied_components
+from millprint.fingerprint.readers import FORMAT, read_content
 from millprint.run.files import write_json
-
-# Properties of the runs that a fingerprint stores.
-SHARED = ("restitution", "static_friction", "collision_gap_turns", "density_kg_m3", "amplitude_m")
-NO_CHARGES: Mapping[str, BallMixture] = {}
-SETTING = ["ball_diameter_m", "speed_hz"]
-# The quantities from which `scaled_quantities` calculates all others.
-KNOWN = (*BASIC, *WEIGHTED_BASIC)
-
-
-@dataclass(frozen=True)
-class Prediction:
-    """Descriptors of one condition, each with its bands; `outside` names the variables outside the simulated range.
-
-    missing: why an interval of a further origin (contact parameters, shape of the jar) is None, by origin.
-    """
-
-    balls: int
-    weighted_normal_energy_J: Band
-    weighted_tangential_energy_J: Band
-    weighted_normal_frequency_hz: Band
-    weighted_tangential_frequency_hz: Band
-    strong_frequency_hz: Band
-    normal_energy_J: Band
-    tangential_energy_J: Band
-    specific_frequency_hz: Band
-    normal_power_W: Band
-    tangential_power_W: Band
-    power_W: Band
-    tangential_share: Band
-    outside: tuple[str, ...]
-    missing: Mapping[str, str]
-
-
-def describe(
-    descriptors: pd.DataFrame, volume_m3: float, probability: float, charges: Mapping[str, BallMixture] = NO_CHARGES
-) -> dict:
-    """The data of a fingerprint: mill, balls, counting rule, settings of the mill as built, simulated ranges.
-
-    charges: charges of several sizes by name. If there are any, each setting names its charge, and `charges` lists the
-    sizes. `kinds` are the kinds of balls (ONE_SIZE and charges) if there are several.
-    """
-    built, kinds = as_built(descriptors), kinds_of(descriptors[CHARGE])
-    first = built.iloc[0]
-    columns = ["speed_hz", "ball_diameter_m", *([CHARGE] if charges else [])]
-    settings = built[columns].drop_duplicates().sort_values([*SETTING, *columns[2:]])
-    mixed = {
-        name: {
-            "ball_diameter_m": charge.mean_diameter_mm / 1e3,
-            "sizes_m": [size / 1e3 for size in charge.sizes_mm],
-            "fractions": charge.fractions,
-        }
-        for name, charge in charges.items()
-    }
-    return {
-        **{name: first[name] for name in ("mill", "contact", *OF_RULE)},
-        **{name: float(first[name]) for name in SHARED},
-        "volume_m3": float(volume_m3),
-        "probability": float(probability),
-        "settings": settings.to_dict("list"),
-        **({"charges": mixed} if mixed else {}),
-        **({"kinds": kinds} if kinds else {}),
-        **{name: float(first[name]) for name, of_balls in WALL.items() if first[name] != first[of_balls]},
-        "ranges": {name: [float(descriptors[name].min()), float(descriptors[name].max())] for name in VARIABLES},
-    }
 
 
 class Fingerprint:
@@ -415,7 +340,7 @@ class Fingerprint:
             if not set(names).intersection(known):
                 raise ConfigError(f"conditions: column {names[0]} is missing")
         told = [self.predict(self.condition(**row)) for row in conditions[known].to_dict("records")]
-        return conditions.join(pd.DataFrame([_row(each) for each in told], index=conditions.index))
+        return conditions.join(pd.DataFrame([row_of(each) for each in told], index=conditions.index))
 
     def __repr__(self) -> str:
         about = self.about
@@ -448,38 +373,3 @@ class Fingerprint:
             outside=self.outside(condition, volume, charge),
             missing=self.missing(condition.fill_ratio),
         )
-
-
-def _row(prediction: Prediction) -> dict[str, Any]:
-    """A prediction as a row of a table."""
-    row: dict[str, Any] = {"balls": prediction.balls}
-    for name, value in vars(prediction).items():
-        if isinstance(value, Band):
-            row |= value.columns(name)
-    return row | {"outside": ", ".join(prediction.outside)}
-
-
-def bands(table: pd.DataFrame) -> dict[str, Band]:
-    """The quantities of the first row of a table of `banded`, each with its two bands."""
-    row = {name: float(value) for name, value in table.iloc[0].items()}
-    found = {}
-    for name in CURVES:
-        lower, upper = (row[column] for column in new_columns(name))
-        found[name] = Band(row[name], lower, upper, mean=Interval(*(row[column] for column in mean_columns(name))))
-    return found
-
-
-def banded(told: Mapping[str, Told], width: float) -> pd.DataFrame:
-    """For each quantity: Q, Q_lower and Q_upper of a new simulation, and Q_mean_lower and Q_mean_upper of the mean.
-
-    Ends that are not known are NaN.
-    told: logarithms and deviations (m,) of each; width: of the bands, in deviations.
-    """
-    values = scaled_quantities({name: np.exp(told[name].logs) for name in KNOWN})
-    table: dict[str, np.ndarray] = {}
-    for name in CURVES:
-        new, mean = (factor_of(width * deviations) for deviations in (told[name].of_new, told[name].of_mean))
-        table[name] = values[name]
-        for columns, factor in ((new_columns(name), new), (mean_columns(name), mean)):
-            table |= dict(zip(columns, (values[name] / factor, values[name] * factor), strict=True))
-    return pd.DataFrame(table)

@@ -13,7 +13,8 @@ import pandas as pd
 from millprint.config.mill_sweep import ScaleUpConfig
 from millprint.fingerprint.cases import RUN_WAY, WAYS
 from millprint.fingerprint.condition import SCALED_BY
-from millprint.fingerprint.model import Fingerprint, Prediction
+from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.prediction import Prediction
 
 SECONDS_PER_HOUR = 3600.0
 

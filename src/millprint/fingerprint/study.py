@@ -230,7 +230,12 @@ def conclude(mill: str, checks: list[Check], study: StudyConfig) -> dict:
         "verdict": overall,
         "line": f"{mill}: {_line(overall, settings, checks, study)}",
         "settings": settings,
-        "criteria": {**study.model_dump(mode="json"), **FACTORS, "confidence": CONFIDENCE},
+        "criteria": {
+            **study.model_dump(mode="json"),
+            "tolerance_percent": study.tolerance_percent,
+            **FACTORS,
+            "confidence": CONFIDENCE,
+        },
         "checks": [asdict(check) for check in checks],
     }
 

@@ -18,19 +18,15 @@ from millprint.mill.triangulate import triangulate_polygon
 
 # Vertices closer than this fraction of the vessel's size are one vertex.
 WELD = 1e-7
-
 # Vertices lie on a lattice of about this fraction of the vessel's size, so that a shape is the same to the last bit
 # wherever it comes from, and with it the motion in it.
 LATTICE = 2.0**-40
-
 # A facet is a piece of a cylinder or a torus if its vertices are this close to it, as a share of the vessel's size, and
 # its normal is within this angle [rad] of that of the surface behind its middle.
 ON_CURVE = 5e-6
 CURVE_ANGLE = 0.6
-
 # An edge that turns by more juts into the vessel [rad].
 CONVEX = 1e-9
-
 # With more facets, the walls take days of a simulation.
 MOST_FACETS = 20_000
 

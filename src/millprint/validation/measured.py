@@ -20,7 +20,6 @@ from millprint.config.wording import close_to
 from millprint.config.workflow import WorkflowConfig
 from millprint.run.files import read_json, read_table
 from millprint.run.tables import Number, Text, read_measured, refuse_rows
-from millprint.validation.fixed import read_fixed
 
 DEM = "DEM"
 SCATTER = "scatter of seeds"
@@ -250,8 +249,6 @@ def check_validation(config: WorkflowConfig) -> None:
     """Raise ConfigError for a table that the validation reads and that is refused."""
     if config.validation.chosen:
         check_measured(config.validation.measured, SETTINGS)
-        read_fixed(config.validation.fixed)
-        read_other_codes(config.validation.other_codes)
 
 
 def check_quantities(rows: pd.DataFrame, path: str | Path, known: Mapping[str, Mapping[str, Asked]]) -> None:

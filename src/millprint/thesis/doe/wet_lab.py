@@ -92,7 +92,7 @@ def yield_table(path: str, reaction: ChemistryConfig, gas: GasConfig) -> pd.Data
         table[YIELD] > gas.yield_max_percent,
         lambda row: (
             f"a yield of {row[YIELD]:.0f} % of {row['limiting_mass_g']:g} g; must be at most "
-            f"{gas.yield_max_percent:g} % (gas.yield_max_percent)"
+            f"{gas.yield_max_percent:g} %"
         ),
     )
     return table
