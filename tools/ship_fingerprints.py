@@ -1,7 +1,7 @@
 """Makes the fingerprints that come with millprint: python tools/ship_fingerprints.py FOLDER [--cores 2].
 
-Simulates the sweeps of the included mills of `mills.box` at precision `standard` in FOLDER, which may already hold a
-part of them, and writes config/fingerprints.
+Simulates the sweeps of the included mills of `mills.box` at precision `standard`, and the samples of contact parameters
+of each, in FOLDER, which may already hold a part of them, and writes config/fingerprints.
 """
 
 import argparse
@@ -25,6 +25,8 @@ from millprint.run.files import write_table
 ROOT = Path(__file__).parents[1]
 MILLS = ("emax", "planetary", "mixer", "spex", "vibratory", "attritor", "drum")
 PRECISION = "standard"
+# Short simulations of a mill, each with its own contact parameters, for the interval `contact`.
+SAMPLES = 64
 
 
 def simulate(folder: Path, cores: int) -> None:
@@ -35,9 +37,10 @@ def simulate(folder: Path, cores: int) -> None:
         "mill": MILLS[0],
         "contacts": ["calibrated"],
         "mills": {"box": list(MILLS), "precision": PRECISION},
+        "uncertainty": {"samples": SAMPLES},
     }
     (folder / "config/config.yaml").write_text(yaml.safe_dump(config, sort_keys=False))
-    targets = [f"results/mills/{mill}/fingerprint.json" for mill in MILLS]
+    targets = [f"results/uncertainty/{mill}/fingerprint.json" for mill in MILLS]
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile"), "--directory", str(folder)]
     subprocess.run([*command, "--cores", str(cores), *targets], check=True)
 
@@ -60,7 +63,7 @@ def store(folder: Path) -> pd.DataFrame:
     (ROOT / FOLDER).mkdir(exist_ok=True)
     rows = []
     for mill in MILLS:
-        made, place = folder / f"results/mills/{mill}/fingerprint.json", ROOT / FOLDER / f"{mill}.json"
+        made, place = folder / f"results/uncertainty/{mill}/fingerprint.json", ROOT / FOLDER / f"{mill}.json"
         fingerprint = Fingerprint.read(made)
         contact, (lowest, highest) = fingerprint.about["contact"], power_span(fingerprint)
         shutil.copyfile(made, place)

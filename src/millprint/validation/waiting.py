@@ -32,6 +32,7 @@ COLUMNS = ("mill", *CONDITION, "quantity", "value", "lower", "upper", "unit", "i
 POWER, IMPACTS, WARMING = "power", "impacts a second", "warming of the jar in two minutes"
 WARMING_S = 120.0
 BY_MEAN, BY_HEAT = "the mean of very many simulations", "what is not known of the jar and its cooling"
+BY_CONTACT = "contact parameters that nobody has measured"
 FIRST = "fixed for the first time"
 # A set-up of the validation whose measured curve we could not read.
 LEAF_SPRING = "leaf_spring"
@@ -81,8 +82,9 @@ def predictions_of(mill: str, fingerprint: Fingerprint) -> pd.DataFrame:
             place = (mill, float(f"{1e3 * diameter:.6g}"), fill, float(f"{60 * speed_hz:.6g}"))
             hits = known.specific_frequency_hz * known.balls
             for quantity, unit, own in ((POWER, "W", known.power_W), (IMPACTS, "1/s", hits)):
-                ends = (own.mean.lower, own.mean.upper) if own.mean else (np.nan, np.nan)
-                rows.append((*place, quantity, own.value, *ends, unit, BY_MEAN))
+                for interval, kind in ((own.mean, BY_MEAN), (own.contact, BY_CONTACT)):
+                    if interval:
+                        rows.append((*place, quantity, own.value, interval.lower, interval.upper, unit, kind))
             warmed = warming_K(mill, known, diameter, fingerprint.about["density_kg_m3"])
             rows.append((*place, WARMING, *warmed, "K", BY_HEAT))
     return pd.DataFrame(rows, columns=list(COLUMNS[: COLUMNS.index("date")]))
@@ -96,12 +98,14 @@ def read_waiting(path: str | Path = TABLE) -> pd.DataFrame:
 
 
 def fixed_before(mill: str, diameter_mm: float, fill_ratio: float, speed_rpm: float, quantity: str) -> dict | None:
-    """The latest fixed row of a quantity at a condition; None if there is none, or the mill is another one here."""
+    """The latest fixed row of a quantity at a condition, with the interval of its mean; None if there is none, or the
+    mill is another one here.
+    """
     path = shipped(TABLE)
     if path is None or find_ready_made(mill) is None:
         return None
     table = read_waiting(path)
-    same = (table["mill"] == mill) & (table["quantity"] == quantity)
+    same = (table["mill"] == mill) & (table["quantity"] == quantity) & (table["interval"] != BY_CONTACT)
     for name, value in zip(CONDITION, (diameter_mm, fill_ratio, speed_rpm), strict=True):
         same &= np.isclose(table[name], value, rtol=1e-3)
     return table[same].iloc[-1].to_dict() if same.any() else None
