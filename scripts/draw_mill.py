@@ -1,23 +1,13 @@
-"""Draws a mill: its geometry, and its motion as a row of pictures; or its fingerprint on one page, and its spectra.
+"""Draws a mill: its geometry, and its motion as a row of pictures.
 
-The energy spectra are drawn over the fill ratio, and by each counting rule.
-
-Settings: the mill, mills.counting_rule and dose.spectra.counting_rules (the rule of the descriptors first).
-Inputs: `sources`: the files of its geometry and motion. For the fingerprint `sheet`, `descriptors`, `curves`, `spectra`
-and `spectra_summary` of the mill's sweep; `limits` of its heat balance.
-Outputs: the drawings, and the points of both as `geometry_tsv` and `motion_tsv`; or the page as `svg`, `png`, `pdf`;
-`spectra_svg`, `spectra_png`; `rules_svg`, `rules_png`.
+Settings: the mill.
+Inputs: `sources`: the files of its geometry and motion.
+Outputs: the drawings, and the points of both as `geometry_tsv` and `motion_tsv`.
 """
 
 from millprint.config.mill import MillConfig
-from millprint.dose.spectra import read_spectra
-from millprint.dose.spectra_shown import of_sheet, over_pairs, rules_apart, shown, temperature_rows, with_rows
-from millprint.figures.dose_figures import plot_rules, plot_spectra
 from millprint.figures.mill_pictures import plot_geometry, plot_motion
-from millprint.figures.mill_sheet_figure import plot_sheet
 from millprint.figures.style import save
-from millprint.fingerprint.descriptors import read_descriptors
-from millprint.run.files import read_table
 from millprint.run.job import job
 from millprint.view.mill_picture import picture_mill
 
@@ -29,30 +19,7 @@ def draw_geometry(output, mill: MillConfig) -> None:
     save(plot_motion(picture), output.motion_svg, output.motion_png, tsv=output.motion_tsv)
 
 
-def draw_sheet(tables, output, mill: MillConfig) -> None:
-    """Draw the page from the tables of the mill's sweep."""
-    sheet, curves = read_table(tables.sheet), read_table(tables.curves)
-    sheet = with_rows(sheet, temperature_rows(read_table(tables.limits), sheet))
-    own = [of_sheet(read_spectra(path), sheet) for path in (tables.spectra, tables.spectra_summary)]
-    page = plot_sheet(picture_mill(mill), sheet, read_descriptors(tables.descriptors), curves, *own)
-    save(page, output.svg, output.png, output.pdf)
-
-
-def draw_spectra(tables, output, title: str, rules: list[str]) -> None:
-    """Draw both figures. rules: names of counting rules, that of the descriptors first."""
-    sheet = read_table(tables.sheet)
-    spectra, read_off = read_spectra(tables.spectra), read_spectra(tables.spectra_summary)
-    save(plot_spectra(shown(spectra, rules[0]), title), output.spectra_svg, output.spectra_png)
-    told = of_sheet(read_off, sheet, rules)
-    figure = plot_rules(over_pairs(of_sheet(spectra, sheet, rules)), told, title, rules_apart(told))
-    save(figure, output.rules_svg, output.rules_png)
-
-
 if "snakemake" in globals():
-    given, made, mill = snakemake.input, snakemake.output, MillConfig(**snakemake.params.mill)
+    mill = MillConfig(**snakemake.params.mill)
     with job(snakemake.log[0], f"draw {mill.name}"):
-        if made.get("motion_svg"):
-            draw_geometry(made, mill)
-        else:
-            draw_sheet(given, made, mill)
-            draw_spectra(given, made, mill.title, snakemake.params.rules)
+        draw_geometry(snakemake.output, mill)

@@ -47,7 +47,7 @@ def test_every_script_of_scripts_is_that_of_a_rule(rules):
 
 
 @pytest.mark.parametrize(
-    ("rule", "wildcards"), [("split_screening", {}), ("draw_mill", {"mill": "spex"}), ("record_run", {})]
+    ("rule", "wildcards"), [("split_screening", {}), ("draw_mill", {"mill": "attritor"}), ("record_run", {})]
 )
 def test_an_adapter_runs_by_hand_with_a_mock(settings, monkeypatch, rule, wildcards):
     monkeypatch.chdir(settings)

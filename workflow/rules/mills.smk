@@ -126,7 +126,7 @@ rule draw_fingerprint:
     message:
         "Drawing the fingerprint of mill {wildcards.mill} on one page, and its energy spectra"
     script:
-        "../../scripts/draw_mill.py"
+        "../../scripts/draw_fingerprint.py"
 
 
 rule collect_mills:

@@ -141,7 +141,7 @@ rule check_measures:
     message:
         "Checking the measures with roll-outs that are known to be right or wrong, and with those in which nothing is learned"
     script:
-        "../../scripts/evaluate_surrogate.py"
+        "../../scripts/check_measures.py"
 
 
 rule time_surrogates:

@@ -48,7 +48,9 @@ class JarSearch(Section):
 
 QUICK = JarSearch(
     fitted=["normal_d10_n1200"],
+    counting_rules=["lifetimes_by_facet", "gap_0_03_by_facet"],
     ball_diameters_mm=[10.0],
+    settle_s=0.1,
     discard_revolutions=2,
     screening=Stage(jars=2, revolutions=2),
     refining=Stage(jars=1, revolutions=2),

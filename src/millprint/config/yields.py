@@ -205,8 +205,8 @@ class TrainingConfig(Section):
     high_yield_weight: ClassVar[float] = 2.0
     seed: Seed = 42
     """seed of the folds, the search and the trees"""
-    # Starts of the regressor gpr_starts, drawn within spaces.gpr [-].
-    kernel_starts: ClassVar[int] = 8
+    kernel_starts: Count = 8
+    """starts of the regressor gpr_starts, drawn within spaces.gpr"""
     spaces: Spaces = SPACE_BOUNDS
     """bounds [low, high] of the search in place of those of Tables 5.2 to 5.5, by regressor and hyper-parameter"""
     choices: Choices = Choices()

@@ -140,8 +140,11 @@ def save(
     if tsv:
         write_table(drawn(figure), tsv, digits=6)
     if pdf:
+        # It imports fontTools, for a quarter of a second that most figures do not need.
+        from matplotlib.backends.backend_pdf import FigureCanvasPdf
+
         with whole_file(pdf) as partial:
-            figure.savefig(partial, metadata={"CreationDate": None})
+            FigureCanvasPdf(figure).print_pdf(partial, metadata={"CreationDate": None})
     with whole_file(svg) as partial:
         FigureCanvasSVG(figure).print_svg(partial, metadata={"Date": None})
     figure.set_dpi(PNG_DPI)

@@ -18,6 +18,8 @@ from millprint.thesis.surrogate.scene import Scene, Trajectory
 INCREMENT_S = 0.005
 # Shares of the error of two unrelated simulations: where trajectories count as diverged, and where their growth begins.
 DIVERGED, CLOSE = 0.5, 1e-4
+# The simulations that every roll-out is compared with, by their role in a test.
+REFERENCES = ("dem", "other_seed", "twin")
 
 Values = dict[str, float]
 

@@ -1,0 +1,60 @@
+"""Checks the measures in every test: on roll-outs known to be right or wrong, and on those in which nothing is learned.
+
+Settings: surrogate.tests, surrogate.rollout and surrogate.snapshots.train_until_s.
+Inputs: the simulations of each test, and `trained` (run.h5).
+Outputs: `controls`.
+"""
+
+import pandas as pd
+
+from millprint.run.files import write_table
+from millprint.run.job import job
+from millprint.thesis.surrogate.measure_tables import is_met, join_tables, tabulate
+from millprint.thesis.surrogate.rollout import blurred, riding, simulated_rollout, slowed
+from millprint.thesis.surrogate.rollout_evaluation import REFERENCES, evaluate, of_test
+from millprint.thesis.surrogate.scene import mean_power_W, read_scene, read_trajectory
+
+
+def known_rollouts(
+    inputs: dict[str, str], test: str, start_s: float, length_s: float, interval_s: float, power_W: float
+) -> pd.DataFrame:
+    """The measures of known roll-outs in a test.
+
+    `inputs` has the simulation of each role; power_W: mean dissipation in the training.
+    """
+    scene = read_scene(inputs["dem"])
+    roles = [role for role in (*REFERENCES, "long_step") if role in inputs]
+    runs = {role: read_trajectory(inputs[role], start_s, start_s + length_s) for role in roles}
+    known = {role: simulated_rollout(run, scene, start_s, length_s, interval_s) for role, run in runs.items()}
+    known["no_network"] = riding(known["dem"], scene, power_W)
+    known |= {"blurred": blurred(known["dem"]), "slowed": slowed(known["dem"], scene)}
+    against = {role: runs[role] for role in roles if role in REFERENCES}
+    tables = []
+    for name, rollout in known.items():
+        found = evaluate(rollout, against, scene)
+        tables.append(tabulate(found.values, found.references, test, name, length_s=rollout.length_s))
+    return join_tables(tables)
+
+
+def with_aims_met(table: pd.DataFrame) -> pd.DataFrame:
+    """The same with a column `met`: whether each measure that has an aim reaches it."""
+    rows = table.itertuples()
+    met = ["" if pd.isna(row.aim) else "yes" if is_met(row.measure, row.value, row.aim) else "no" for row in rows]
+    return table.drop(columns="thesis").rename(columns={"variant": "rollout"}).assign(met=met)
+
+
+def main(given, made, own, log) -> None:
+    """Write the measures of known roll-outs in every test."""
+    powers_W = [mean_power_W(path, own.train_until_s) for path in given.trained]
+    power_W = sum(powers_W) / len(powers_W)
+    log.info("mean power of the training: %.4g W", power_W)
+    tables = [
+        known_rollouts(of_test(test, given), test, start_s, own.lengths_s[test], own.interval_s, power_W)
+        for test, start_s in own.starts_s.items()
+    ]
+    write_table(with_aims_met(join_tables(tables)), made.controls)
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "evaluate the measures") as log:
+        main(snakemake.input, snakemake.output, snakemake.params, log)
