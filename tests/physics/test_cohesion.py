@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 from millprint.config.cohesion import CohesionConfig
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import SimulationError
+from millprint.config.over_speed import RestitutionTable
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.laws.hertz import CohesiveHertz, Hertz
 from millprint.dem.ledger import closure
@@ -25,7 +26,9 @@ STIFFNESS = 4 / 3 * 2.05e9 / (2 * (1 - 0.235**2))
 
 
 def sticky(restitution: float = 0.3, **cohesion: float) -> ContactConfig:
-    return CALIBRATED.model_copy(update={"cohesion": CohesionConfig(**cohesion), "restitution": restitution})
+    """As a table, by which it is the same at any speed: other tests need the kernels of cohesion with tables too."""
+    table = RestitutionTable(speeds_m_s=(0.1, 1.0), values=(restitution, restitution))
+    return CALIBRATED.model_copy(update={"cohesion": CohesionConfig(**cohesion), "restitution": table})
 
 
 @pytest.mark.parametrize(("share", "hangs"), [(1.02, True), (0.98, False)])

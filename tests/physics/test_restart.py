@@ -9,6 +9,7 @@ from millprint.config.over_speed import RestitutionTable
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem import run as runs
 from millprint.dem import simulation as simulations
+from millprint.dem.restart import write_restart
 from millprint.dem.run import RESTART, run_case
 from millprint.dem.simulation import Simulation
 
@@ -26,20 +27,25 @@ class Killed(Exception):
     """Stands for the kill of a process between two chunks."""
 
 
+def make_small_chunks(patched) -> None:
+    """Chunks of some hundred steps, so that there are many moments at which to stop; most write no restart file."""
+    patched.setattr(simulations, "CHUNK_S", CHUNK_S)
+    patched.setattr(simulations, "write_restart", lambda *arguments: None)
+
+
 @pytest.fixture
 def small_chunks(monkeypatch):
-    """Chunks of some hundred steps, so that there are many moments at which to stop."""
-    monkeypatch.setattr(simulations, "CHUNK_S", CHUNK_S)
+    make_small_chunks(monkeypatch)
 
 
 def kill_after(monkeypatch, chunks: int) -> None:
-    """Make the run die right after its restart file has been written for the n-th time."""
-    write, count = simulations.write_restart, [0]
+    """Make the run die right after the n-th of its moments to write a restart file, which it writes."""
+    count = [0]
 
     def write_and_die(*arguments):
-        write(*arguments)
         count[0] += 1
         if count[0] == chunks:
+            write_restart(*arguments)
             raise Killed
 
     monkeypatch.setattr(simulations, "write_restart", write_and_die)
@@ -63,7 +69,7 @@ def unbroken(mills, contacts, tmp_path_factory):
     """The folder and the summary of a run that never stopped."""
     folder = tmp_path_factory.mktemp("whole")
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(simulations, "CHUNK_S", CHUNK_S)
+        make_small_chunks(patched)
         return folder, run(folder, mills, contacts)
 
 

@@ -1,4 +1,7 @@
-"""The step loop with threads gives the result of the serial one, up to rounding, and the same in every run."""
+"""The step loop with threads gives the result of the serial one, up to rounding, and the same in every run.
+
+All with coefficients over speed and with cohesion: compiled for one contact set, the two loops take half a minute less.
+"""
 
 import itertools
 import os
@@ -32,11 +35,16 @@ CASE = Case(
     settle_s=1e-6, discard_s=0.0, window_s=2e-3, snapshot_interval_s=1e-3,
 )  # fmt: skip
 
+SET = {
+    "restitution": RestitutionTable(speeds_m_s=(0.1, 2.0), values=(0.1, 0.6)),
+    "cohesion": CohesionConfig(ball_ball_J_m2=0.3, ball_wall_J_m2=0.3),
+}
+
 
 def lively(mills, contacts, threads: int, **change) -> Simulation:
     """Balls that fly at random at 2 m/s [rms], so that contacts begin and end in almost every step."""
     case = CASE.model_copy(update={"threads": threads, **change})
-    simulation = Simulation(case, mills[case.mill], contacts["calibrated"], DEM)
+    simulation = Simulation(case, mills[case.mill], contacts["calibrated"].model_copy(update=SET), DEM)
     simulation.balls.rate[:, :3] = np.random.default_rng(1).normal(0, 2 / np.sqrt(3), (simulation.count, 3))
     simulation.balls.rate_now[:] = simulation.balls.rate
     return simulation
@@ -50,19 +58,6 @@ def runs(mills, contacts):
         simulation = lively(mills, contacts, threads)
         found[name] = simulation, simulation.run(f"{threads} threads")
     return found
-
-
-def test_coefficients_over_speed_and_cohesion_are_those_of_the_serial_loop(mills, contacts):
-    changed = {
-        "restitution": RestitutionTable(speeds_m_s=(0.1, 2.0), values=(0.1, 0.6)),
-        "cohesion": CohesionConfig(ball_ball_J_m2=0.3, ball_wall_J_m2=0.3),
-    }
-    own = {"calibrated": contacts["calibrated"].model_copy(update=changed)}
-    simulations = [lively(mills, own, threads) for threads in (1, 2)]
-    for simulation in simulations:
-        simulation.run()
-    first, second = (simulation.balls.position for simulation in simulations)
-    np.testing.assert_allclose(second, first, atol=1e-9)
 
 
 def table(recording) -> list[np.ndarray]:

@@ -14,6 +14,7 @@ import yaml
 from numba.core.caching import UserProvidedCacheLocator
 
 from millprint.checks.before_running import check_before_running
+from millprint.checks.check_once import PASSED
 from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError
 from millprint.config.strict_yaml import read_yaml
@@ -95,6 +96,16 @@ def share_kernels(project: Path) -> None:
         (its_cache / its).symlink_to(own_cache / own)
 
 
+def share_checks(project: Path) -> None:
+    """Let a clone know which configurations have passed the check before a run here, and leave here what passes there.
+
+    What has passed is named after all that the check reads, and after what it computes.
+    """
+    (ROOT / PASSED).mkdir(parents=True, exist_ok=True)
+    (project / PASSED).parent.mkdir(parents=True)
+    (project / PASSED).symlink_to(ROOT / PASSED)
+
+
 @cache
 def remembered_digests() -> Path:
     """The file that remembers what every source file computes, so that no clone parses them all."""
@@ -149,9 +160,10 @@ def copy_planetary(mills: Path) -> None:
 
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
-    """A clean copy with the kernels of this checkout."""
+    """A clean copy with the kernels of this checkout, and the checks that have passed in it."""
     folder = copy_project(tmp_path / "millprint")
     share_kernels(folder)
+    share_checks(folder)
     return folder
 
 
@@ -192,6 +204,7 @@ def smoke_project(tmp_path_factory) -> Path:
     """A clean copy in which the smoke workflow has run from nothing but kernels."""
     folder = copy_project(tmp_path_factory.mktemp("smoke") / "millprint")
     share_kernels(folder)
+    share_checks(folder)
     done = run_snakemake(folder, "--configfile", "config/smoke.yaml", *REPORT, timeout=1200)
     assert done.returncode == 0, done.stdout[-6000:]
     return folder
@@ -229,7 +242,7 @@ MATCH = {
     "speeds_rpm": [90, 90],
     "ball_diameters_mm": [11, "graded"],
 }
-LINED_MILLS = {"contact": "lined", "rayleigh_fraction": 0.1, "match": MATCH}
+LINED_MILLS = {"contact": "lined", "rayleigh_fraction": 0.1, "held_out": 1, "match": MATCH}
 LINED_RUN = (
     *("fingerprint", "explorer", "match", "--configfile", "config/smoke.yaml"),
     # The smoke run has a sweep of its own.

@@ -1,10 +1,15 @@
 """Bad values are refused before a job starts, in one line that names file, key, value and what would be right."""
 
+import subprocess
+
 import numpy as np
 import pytest
 import trimesh
 
+from millprint.checks import check_once
+from millprint.config.checks import load_workflow
 from millprint.config.errors import LONGEST_LINE, ConfigError
+from millprint.config.strict_yaml import read_yaml
 from tests.workflow.conftest import CONFIG, edit_yaml, error_lines, run_snakemake
 
 STEEL = "config/contacts/steel.yaml"
@@ -36,15 +41,29 @@ def test_snakemake_stops_before_any_job_and_names_the_last_configuration_file(pr
     assert not list((project / ".snakemake/locks").glob("*"))
 
 
-def test_valid_input_is_checked_only_once(project):
-    target = "results/doe/design.tsv"
-    first, second = (run_snakemake(project, "--force", target).stdout for _ in range(2))
-    assert "checking geometry" in first and "checking geometry" not in second
-    table = project / "config/data/wear.tsv"
-    table.write_text(table.read_text().replace("97.06", "heavy", 1))
-    third = run_snakemake(project, "--force", target)
-    assert third.returncode == 1
-    assert "wear.tsv: column unused_mass_g" in third.stdout
+def test_valid_input_is_checked_only_once(settings, monkeypatch):
+    """What has passed is checked again only after a change of a file that it names; what is refused, every time."""
+    monkeypatch.chdir(settings)
+    config, mills, contacts, _ = load_workflow(read_yaml(CONFIG), [CONFIG])
+    statuses, asked = [0, 1, 1], []
+
+    def process(command, **_) -> subprocess.CompletedProcess:
+        asked.append(command)
+        return subprocess.CompletedProcess(command, statuses[len(asked) - 1])
+
+    def check() -> None:
+        check_once.check_once(config, mills, contacts, CONFIG, "python", [])
+
+    monkeypatch.setattr(check_once.subprocess, "run", process)
+    check()
+    check()
+    assert len(asked) == 1
+    with (settings / "config/data/wear.tsv").open("a") as table:
+        table.write("a line more")
+    for count in (2, 3):
+        with pytest.raises(SystemExit):
+            check()
+        assert len(asked) == count
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.workflow import warm_snakemake
-from tests.workflow.conftest import active_environment, ask_snakemake, copy_project, run_snakemake
+from tests.workflow.conftest import active_environment, ask_snakemake, copy_project, run_snakemake, share_checks
 
 CONFIGURATION = ("--configfile", "config/smoke.yaml")
 RESULT = "results/doe/anova_printed.tsv"
@@ -34,6 +34,7 @@ def state_of(project: Path) -> dict[str, tuple[int, str]]:
 def disturbed(tmp_path_factory) -> Path:
     """A project with a changed result and the lock of a killed run."""
     project = copy_project(tmp_path_factory.mktemp("reading") / "millprint")
+    share_checks(project)
     done = run_snakemake(project, *CONFIGURATION, "--", RESULT, REPORTED, timeout=600)
     assert done.returncode == 0, done.stdout[-4000:]
     with (project / RESULT).open("a") as file:
