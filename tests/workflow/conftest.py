@@ -23,7 +23,7 @@ from millprint.thesis.chapter_checks import chapter_faults
 from tests.conftest import ROOT
 from tests.mutations import DUMPER
 from tests.remembered import SLOW_PARTS
-from tests.workflow import warm_snakemake
+from tests.workflow import drawn_mill, warm_snakemake
 
 CONFIG = "config/config.yaml"
 
@@ -242,21 +242,26 @@ MATCH = {
     "speeds_rpm": [90, 90],
     "ball_diameters_mm": [11, "graded"],
 }
-LINED_MILLS = {"contact": "lined", "rayleigh_fraction": 0.1, "held_out": 1, "match": MATCH}
-LINED_RUN = (
-    *("fingerprint", "explorer", "match", "--configfile", "config/smoke.yaml"),
+LINED_MILLS = {"contact": "lined", "rayleigh_fraction": 0.1, "held_out": 1, "box": ["mine"], "match": MATCH}
+LINED_SETTINGS = (
+    *("--configfile", "config/smoke.yaml"),
     # The smoke run has a sweep of its own.
     *("--config", "mill=lined", f"mills={LINED_MILLS}", f"sweep={LINED['sweep']}"),
 )
+LINED_RUN = ("fingerprint", "explorer", "match", *LINED_SETTINGS)
 
 
 @pytest.fixture(scope="session")
 def lined_project(smoke_project) -> Path:
-    """The project of the smoke run, with the fingerprint, the explorer and a match of the drum LINED."""
+    """The project of the smoke run, with the fingerprint, the explorer and a match of the drum LINED.
+
+    And in the same run with the fingerprint of a drawn mill, since a run of its own would check all input again.
+    """
     steel = yaml.safe_load((smoke_project / "config/contacts/steel.yaml").read_text())
     lining = {"name": "lined", "wall_restitution": 0.4, "wall_static_friction": 0.5, "wall_rolling_friction": 0.02}
     (smoke_project / "config/contacts/lined.yaml").write_text(yaml.safe_dump(steel | lining))
     (smoke_project / "config/mills/lined.yaml").write_text(yaml.safe_dump(LINED))
-    done = run_snakemake(smoke_project, *LINED_RUN, timeout=600)
+    drawn_mill.make(smoke_project)
+    done = run_snakemake(smoke_project, *drawn_mill.FILES, *LINED_RUN, timeout=600)
     assert done.returncode == 0, done.stdout[-4000:]
     return smoke_project

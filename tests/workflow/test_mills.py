@@ -2,15 +2,22 @@
 
 import re
 
-import numpy as np
 import pandas as pd
-import trimesh
 import yaml
 
 from millprint.run.files import read_json
-from tests.workflow.conftest import ROOT, error_lines, jobs_of, run_snakemake
+from tests.workflow import drawn_mill
+from tests.workflow.conftest import (
+    CONFIG,
+    LINED_RUN,
+    LINED_SETTINGS,
+    ROOT,
+    edit_yaml,
+    error_lines,
+    jobs_of,
+    run_snakemake,
+)
 
-SMOKE = ("--configfile", "config/smoke.yaml")
 BOX = yaml.safe_load((ROOT / "config/smoke.yaml").read_text())["mills"]["box"]
 
 
@@ -23,54 +30,17 @@ def test_every_mill_of_the_box_is_simulated_and_drawn(smoke_project):
         assert {file.name for file in folder.iterdir()} >= {"geometry.svg", "geometry.png", "motion.svg", "motion.png"}
 
 
-SWEEP = {
-    "speeds_rpm": [900, 1200],
-    "ball_diameters_mm": [10],
-    "fill_ratios": [0.08, 0.15, 0.25],
-    "discard_turns": 2,
-    "window_turns": 6,
-}
-# The smoke run has a sweep of its own.
-# One new simulation for the coverage of the bands, instead of eight.
-MINE = (*SMOKE, "--config", "mill=mine", f"sweep={SWEEP}", "mills={held_out: 1}")
-
-
-def make_mill(project, **changes) -> None:
-    """Write the files of a shaken jar: a drawing in mm and a measured motion."""
-    mills = project / "config/mills"
-    jar = trimesh.creation.cylinder(radius=20, height=40, sections=24)
-    jar.apply_translation([0, 0, 20])
-    jar.export(mills / "mine.stl")
-    turn = np.linspace(0, 1, 41)
-    table = pd.DataFrame({"time_s": 0.05 * turn, "x_m": 0.02 * np.cos(2 * np.pi * turn), "y_m": 0.0, "z_m": 0.0})
-    table.to_csv(mills / "mine.tsv", sep="\t", index=False)
-    described = {
-        "name": "mine",
-        "title": "Jar from the workshop",
-        "source": "made for a test",
-        "volume_ml": round(float(jar.volume) / 1e3, 2),
-        "geometry": {"kind": "stl", "path": "config/mills/mine.stl", "unit": "mm"},
-        "motion": {"kind": "points", "path": "config/mills/mine.tsv"},
-        "sweep": SWEEP | changes,
-    }
-    (mills / "mine.yaml").write_text(yaml.safe_dump(described))
-
-
-def test_fingerprint_of_a_mill_from_a_drawing_and_a_table_of_points(smoke_project):
-    make_mill(smoke_project)
-    # One core: two jobs would both compile the kernel of a motion by points.
-    done = run_snakemake(smoke_project, "fingerprint", *MINE, "--cores", "1", timeout=600)
-    assert done.returncode == 0, done.stdout[-4000:]
-    folder = smoke_project / "results/mills/mine"
+def test_fingerprint_of_a_mill_from_a_drawing_and_a_table_of_points(lined_project):
+    folder = lined_project / "results/mills/mine"
     for name in ("fingerprint.pdf", "fingerprint.tsv", "geometry.png", "motion.png", "descriptors.tsv", "curves.tsv"):
         assert (folder / name).stat().st_size > 0
     collapse = pd.read_csv(folder / "collapse.tsv", sep="\t").set_index("quantity")
     # Shaken far above g, the power goes with about the cube of the speed; these few short runs show it roughly.
     assert 1.5 < collapse.loc["power_per_ball_W", "omega"] < 5.5
-    again = run_snakemake(smoke_project, "fingerprint", *MINE)
+    again = run_snakemake(lined_project, *drawn_mill.FILES, *LINED_RUN)
     assert "Nothing to be done" in again.stdout
     # The sweeps of the configuration do not simulate this mill, so there is no target chapter3.
-    chapter = run_snakemake(smoke_project, "chapter3", *MINE, "-n")
+    chapter = run_snakemake(lined_project, "chapter3", "-n", *LINED_SETTINGS)
     assert chapter.returncode != 0
     assert re.search(r"chapter3", chapter.stdout)
 
@@ -123,9 +93,7 @@ def test_a_charge_that_the_mill_does_not_have_is_refused_before_a_run(project):
     assert "must be one of bond" in line
 
 
-def test_the_refusal_of_a_bad_sweep_names_the_file_of_the_mill(project):
-    make_mill(project, fill_ratios=[0.1, 0.2, 0.9])
-    done = run_snakemake(project, "fingerprint", "--config", "mill=mine")
-    (line,) = error_lines(done.stdout)
-    assert "config/mills/mine.yaml: sweep: fill_ratios = 0.9" in line
-    assert "Traceback" not in done.stdout
+def test_the_refusal_of_a_bad_sweep_names_the_file_of_the_mill(settings, refusal):
+    drawn_mill.make(settings, fill_ratios=[0.1, 0.2, 0.9])
+    edit_yaml(settings / CONFIG, "mill", value="mine")
+    assert "config/mills/mine.yaml: sweep: fill_ratios = 0.9" in refusal()

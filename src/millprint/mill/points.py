@@ -114,4 +114,5 @@ def _curve(table: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
         turn, values = np.concatenate([turn, 1.0 + turn[1:]]), np.vstack([values, again])
     values[-1] = values[0]
     spline = CubicSpline(turn, values, bc_type="periodic")
-    return spline.x, np.moveaxis(spline.c, 0, 1)
+    # In the order of all other arrays of the kernels, which would be compiled again for another one.
+    return spline.x, np.ascontiguousarray(np.moveaxis(spline.c, 0, 1))
