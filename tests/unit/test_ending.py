@@ -189,13 +189,20 @@ def test_a_job_is_one_line_and_the_time_to_go_follows_from_those_that_ended(monk
     assert quiet.filter(record(None, "note: the disk")) and quiet.filter(record(LogEvent.JOB_ERROR))
 
 
-@pytest.mark.parametrize(("typed", "end"), [("fingerprnt", "did you mean fingerprint?"), ("nosuch", ", gallery")])
-def test_an_unknown_target_is_told_with_the_nearest_one(typed, end):
+@pytest.mark.parametrize(
+    ("typed", "begin", "end"),
+    [
+        ("fingerprnt", "unknown target; ", "did you mean fingerprint?"),
+        ("nosuch", "unknown target; ", ", gallery"),
+        ("chapter3", "this target is of the thesis", "run fingerprint"),
+    ],
+)
+def test_an_unknown_target_is_told_with_the_nearest_one(typed, begin, end):
     said = record(
         None, f"MissingRuleException:\nNo rule to produce {typed} (if you use input functions make sure ...)."
     )
     assert OneLineAJob(list, lambda: False).filter(said)
-    assert said.msg.startswith(f"error: {typed}: unknown target; ") and said.msg.endswith(end)
+    assert said.msg.startswith(f"error: {typed}: {begin}") and said.msg.endswith(end)
 
 
 def test_a_dry_run_has_one_line_for_each_rule():

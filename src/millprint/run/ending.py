@@ -84,6 +84,13 @@ UNSAID = {LogEvent.JOB_FINISHED, LogEvent.GROUP_INFO, LogEvent.WORKFLOW_STARTED,
 UNKNOWN = re.compile(r"No rule to produce ([^/\s]+) \(if you use input functions")
 
 
+def _unknown(target: str) -> str:
+    """Why a run does not have a target, and which one may be meant."""
+    if target in endings():
+        return "this target is of the thesis, and the run is of another mill: leave out mill, or run fingerprint"
+    return f"unknown target{close_to(target, endings())}"
+
+
 class OneLineAJob(logging.Filter):
     """Makes a line of what Snakemake reports about a job, and leaves out its lists of files.
 
@@ -114,7 +121,7 @@ class OneLineAJob(logging.Filter):
         elif event == LogEvent.PROGRESS:
             self._say(record, f"  {given['done']} of {given['total']} jobs are done{self._to_go()}")
         elif unknown := UNKNOWN.search(str(record.msg)):
-            self._say(record, f"error: {unknown[1]}: unknown target{close_to(unknown[1], endings())}")
+            self._say(record, f"error: {unknown[1]}: {_unknown(unknown[1])}")
         return event not in UNSAID and not (event is None and str(record.msg).startswith(OF_SNAKEMAKE))
 
     def _to_go(self) -> str:
