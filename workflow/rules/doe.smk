@@ -12,7 +12,7 @@ rule tabulate_experiments:
         screening=CONFIG.data.screening,
         weighings=CONFIG.data.wear,
         studies=CONFIG.doe.literature,
-        yields=CONFIG.doe.literature_yields,
+        yields=SOURCES.find(CONFIG.doe.literature_yields),
     output:
         design=f"{DOE}/design.tsv",
         fraction=f"{DOE}/fraction.json",

@@ -6,6 +6,7 @@ import pandas as pd
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
+from millprint.config.included import SOURCES
 from millprint.config.mill import MillConfig
 from millprint.config.surrogate import SurrogateConfig
 from millprint.config.sweep import Case
@@ -255,7 +256,7 @@ def check_tables(config: ChapterSections, source: str) -> None:
     read_wear(config.data.wear)
     check_claims(config)
     read_literature(config.doe.literature)
-    read_reported_yields(config.doe.literature_yields)
+    read_reported_yields(SOURCES.find(config.doe.literature_yields))
     check_yield_tables(config.yields, config.data.screening, config.data.split, config.doe, source)
     regimes = read_regimes(config.data.regimes)
     check_other_sources(config, regimes, source)
