@@ -85,8 +85,8 @@ fast-%: $(VENV)/complete
 kernels: $(VENV)/complete
 	$(BIN)/python -c "from millprint.dem.compilation import compile_kernels; compile_kernels()"
 
-# What needs no smoke run goes with the library, so that both halves take as long.
-APART := $(addprefix tests/workflow/,test_bad_input.py test_bad_files.py test_fuzz.py test_messages.py test_snakemake.py test_wheel.py)
+# Some of what needs no smoke run goes with the library, so that both halves take as long.
+APART := $(addprefix tests/workflow/,test_bad_input.py test_bad_files.py test_messages.py test_snakemake.py)
 test-workflow: $(VENV)/complete
 	$(RUN) $(BIN)/pytest tests/workflow $(addprefix --ignore=,$(APART))
 

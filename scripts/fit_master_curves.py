@@ -21,7 +21,7 @@ from millprint.fingerprint.condition_search import match_targets, target_descrip
 from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.descriptors import CHARGE, as_built, read_descriptors, tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.prediction import KNOWN
+from millprint.fingerprint.predicted_values import KNOWN
 from millprint.fingerprint.readers import read_summaries
 from millprint.fingerprint.zones import find_zones
 from millprint.run.files import read_table, write_table

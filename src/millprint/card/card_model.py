@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from millprint.card.card_quantity import Amount, Positive, Quantity, Record, Share
 from millprint.card.outcome_model import Dose, Heat, Spectrum, Wear
-from millprint.card.record import Amount, Positive, Quantity, Record, Share
 from millprint.config.over_speed import value_at
 
 FORMAT = "millprint milling card"

@@ -7,8 +7,8 @@ from pathlib import Path
 import yaml
 
 from millprint.card.card_model import MillingCard, Software
+from millprint.card.card_quantity import Ends, Quantity
 from millprint.card.methods import between, charge_in_words, programme_in_words
-from millprint.card.record import Ends, Quantity
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.run.machine import commit, package_versions
 from millprint.run.numbers import plain, prefix_of, three

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.card.card_model import MillingCard
-from millprint.card.record import Quantity
+from millprint.card.card_quantity import Quantity
 from millprint.config.checks import MILL_FOLDER
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import DESCRIPTOR_SETS

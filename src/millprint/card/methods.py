@@ -1,8 +1,8 @@
 """The methods paragraph of a card, ready for a paper; every number is from the card."""
 
 from millprint.card.card_model import Balls, ContactSet, MillingCard, Programme
+from millprint.card.card_quantity import Ends, Quantity
 from millprint.card.outcome_model import Estimate, Temperature
-from millprint.card.record import Ends, Quantity
 from millprint.config.contact_set import CONTACT_LAWS
 from millprint.config.over_speed import NOMINAL_SPEED_M_S
 from millprint.run.numbers import plain, prefix_of, three

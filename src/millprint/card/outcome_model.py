@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from millprint.card.record import Amount, Positive, Quantity, Record
+from millprint.card.card_quantity import Amount, Positive, Quantity, Record
 
 
 class Bins(Record):

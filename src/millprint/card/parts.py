@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.card.card_model import Balls, Descriptors, Powder, Programme
+from millprint.card.card_quantity import Ends, Quantity
 from millprint.card.outcome_model import (
     Bins,
     BodyHeat,
@@ -19,7 +20,6 @@ from millprint.card.outcome_model import (
     Wear,
 )
 from millprint.card.read import CardSettings, Known, Runs
-from millprint.card.record import Ends, Quantity
 from millprint.card.scatter import read_window, spread
 from millprint.config.card import CardProgrammeSection, Experiment
 from millprint.config.dose import ChargeConfig, JarSection

@@ -7,10 +7,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from millprint.card.card_model import MillingCard
+from millprint.card.card_quantity import Ends, Quantity
 from millprint.card.latex import TITLES, settings_of
 from millprint.card.methods import between, in_words
 from millprint.card.outcome_model import Spectrum
-from millprint.card.record import Ends, Quantity
 from millprint.config.contact_set import ASSUMED
 from millprint.figures.dose_figures import BODY_COLOURS, BODY_NAMES, CHANNEL_COLOURS, PAIRS
 from millprint.figures.mill_pictures import draw_views

@@ -15,7 +15,7 @@ from millprint.fingerprint.bands import ENDS, FURTHER, Band, Interval, interval_
 from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.prediction import Prediction
+from millprint.fingerprint.predicted_values import Prediction
 
 # Fill ratios and speeds of the grid before the refinement; the curves have few turns, all far wider than a step.
 GRID = (81, 61)

@@ -21,7 +21,7 @@ from millprint.run.numbers import three
 if TYPE_CHECKING:
     # Only for types: it imports scikit-learn, which takes a second, and the figures of a sheet only read tables.
     from millprint.fingerprint.model import Fingerprint
-    from millprint.fingerprint.prediction import Prediction
+    from millprint.fingerprint.predicted_values import Prediction
 
 
 class Row(NamedTuple):

@@ -34,7 +34,7 @@ from millprint.fingerprint.condition import (
     scaled_quantities,
 )
 from millprint.fingerprint.descriptors import CHARGE, as_built, with_impacts
-from millprint.fingerprint.prediction import KNOWN, Prediction, banded, bands, row_of
+from millprint.fingerprint.predicted_values import KNOWN, Prediction, banded, bands, row_of
 from millprint.fingerprint.processes import Predictor, Process, Told, band_width, logarithms, varied_components
 from millprint.fingerprint.readers import FORMAT, read_content
 from millprint.run.files import write_json

@@ -14,7 +14,7 @@ from millprint.config.mill_sweep import ScaleUpConfig
 from millprint.fingerprint.cases import RUN_WAY, WAYS
 from millprint.fingerprint.condition import SCALED_BY
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.prediction import Prediction
+from millprint.fingerprint.predicted_values import Prediction
 
 SECONDS_PER_HOUR = 3600.0
 

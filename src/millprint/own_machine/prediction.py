@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from millprint.card.card_model import MillingCard
+from millprint.card.card_quantity import Quantity
 from millprint.card.read import read_card
-from millprint.card.record import Quantity
 from millprint.config.errors import ConfigError
 from millprint.own_machine.estimates import Estimate
 from millprint.run.files import read_json

@@ -20,7 +20,7 @@ from millprint.dose.heat_balance import BODIES, programme_phases, solve
 from millprint.dose.heat_sources import HeatSource
 from millprint.dose.heat_table import ROOM, balance_of, band, sample
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.prediction import Prediction
+from millprint.fingerprint.predicted_values import Prediction
 from millprint.fingerprint.readers import find_ready_made, ready_made
 from millprint.mill.vessel import build_vessel
 from millprint.run.files import read_table, write_table
