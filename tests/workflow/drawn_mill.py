@@ -1,4 +1,4 @@
-"""A mill of one's own in two files beside its YAML: a shaken jar from a drawing in mm, and its motion as measured."""
+"""A mill of a user: its YAML file, a drawing of the shaken jar in mm, and a table of its measured motion."""
 
 from pathlib import Path
 

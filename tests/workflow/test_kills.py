@@ -114,7 +114,7 @@ def workplace(tmp_path_factory) -> Workplace:
 
 
 def complete(project: Path) -> None:
-    """Make what is missing of the targets, as a test that is run alone finds it."""
+    """Run the workflow if a target is missing, as it is where this test runs before the others."""
     if not all((project / target).is_file() for target in TARGETS):
         assert run_snakemake(project, *EVERYTHING, timeout=1800).returncode == 0
 

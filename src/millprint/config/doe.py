@@ -246,7 +246,7 @@ class DoeConfig(AnalysisConfig):
 
     literature: ProjectFile
     """table of the parameters that other groups report, from the project's root"""
+    # Table of the yields that they report, from the project's root.
     literature_yields: ClassVar[str] = "config/data/literature_yields.tsv"
-    """table of the yields that they report, from the project's root"""
     chemistry: ChemistryConfig
     gas: GasConfig = GasConfig()

