@@ -35,6 +35,7 @@ def reference(mills, contacts):
 
 
 @pytest.mark.parametrize(("contact", "diameter"), [("calibrated", 5), ("steel", 10), ("steel", 5)])
+@pytest.mark.slow
 def test_ledger_closes(mills, contacts, contact, diameter):
     _, series, _ = simulate(mills, contacts, contact=contact, diameter=diameter, discard_s=0.0, window_s=0.1)
     assert closure(series) < 1e-3

@@ -33,6 +33,7 @@ def sticky(restitution: float = 0.3, **cohesion: float) -> ContactConfig:
 
 @pytest.mark.parametrize(("share", "hangs"), [(1.02, True), (0.98, False)])
 @pytest.mark.parametrize("key", ["ball_wall_N", "ball_wall_J_m2"])
+@pytest.mark.slow
 def test_a_ball_hangs_from_the_ceiling_if_the_pull_exceeds_its_weight(key, share, hangs):
     pull = share * WEIGHT / (2 * math.pi * RADIUS if key.endswith("m2") else 1)
     world = FewBalls([[0, 0, HEIGHT - RADIUS + 1e-8]], contact=sticky(**{key: pull}), step=5e-6, gravity=GRAVITY)
@@ -123,6 +124,7 @@ DRUM = Case(
 )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_balls_that_stick_go_round_with_the_drum(mills):
     """As one layer, which needs a shorter step: hardly any work is done, by which the error of the balance counts."""
     found = [

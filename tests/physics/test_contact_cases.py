@@ -31,6 +31,7 @@ def points_of(name: str) -> list[str]:
 
 @pytest.mark.parametrize("frame", FRAMES)
 @pytest.mark.parametrize("point", POINTS)
+@pytest.mark.slow
 def test_a_case_ends_as_in_its_closed_form(point, frame):
     case, outcome, failures = POINTS[point], outcome_of(point, frame), []
     for check in case.checks:
@@ -75,6 +76,7 @@ def slip_of(case: ContactCase, velocity: np.ndarray, spin: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("name", SWEEPS)
+@pytest.mark.slow
 def test_friction_takes_more_impulse_the_more_slip_up_to_coulombs_bound(name):
     """J_t <= mu (1 + e) m v, met by every impact that slides throughout; monotone in u / (mu v)."""
     rows = []

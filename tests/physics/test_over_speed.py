@@ -33,6 +33,7 @@ def pair_at(speed: float, contact=OVER_SPEED, rebuilt: bool = False) -> FewBalls
 
 
 @pytest.mark.parametrize("speed", [0.02, 0.05, 0.2, 0.5, 1.5, 4.0])
+@pytest.mark.slow
 def test_two_balls_rebound_by_the_table(speed):
     constant = CALIBRATED.model_copy(update={"restitution": TABLE.at(speed)})
     velocity = pair_at(speed).balls.velocity

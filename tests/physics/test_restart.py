@@ -172,6 +172,7 @@ def test_lists_that_are_too_short_are_made_longer(mills, contacts):
     assert np.array_equal(plenty.totals, scarce.totals)
 
 
+@pytest.mark.slow
 def test_the_window_ends_when_the_powers_are_known_well(mills, contacts, tmp_path):
     case = CASE.model_copy(update={"power_error_max": 0.5, "window_max_s": 10.0, "window_s": 0.1})
     found = run(tmp_path / "certain", mills, contacts, case)

@@ -29,6 +29,7 @@ def touched(vessel, point) -> list[tuple[int, float, np.ndarray]]:
     return [(k, distance, np.array(normal)) for k, distance, normal in found if distance >= 0]
 
 
+@pytest.mark.slow
 def test_a_face_is_felt_once():
     (found,) = touched(box(), [0.01, 0.02, 0.9 * RADIUS])
     assert found[1] == pytest.approx(0.9 * RADIUS)

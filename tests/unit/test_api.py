@@ -87,6 +87,7 @@ def test_a_mill_has_the_ratio_one_to_itself_with_the_errors_of_both():
     np.testing.assert_allclose(np.log(table["ratio_upper"]), np.hypot(*ways))
 
 
+@pytest.mark.slow
 def test_the_ratio_of_two_speeds_follows_the_scaling_of_the_mill():
     """Energies with the square of the speed, powers with its cube, collisions with the speed: the mill obeys them."""
     table = millprint.compare(fingerprint(), condition(), fingerprint(), condition(speed_hz=15.0))

@@ -129,6 +129,7 @@ def test_a_slice_of_a_drum_with_lifters_starts_and_runs(tmp_path, monkeypatch):
     assert simulation.balls.velocity[:, 2].mean() < -0.005
 
 
+@pytest.mark.slow
 def test_the_largest_fill_of_a_slice_is_that_of_one_plane(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     mill = slice_mill(tmp_path)

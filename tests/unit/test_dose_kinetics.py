@@ -82,6 +82,7 @@ def test_aicc_by_hand_and_without_enough_runs():
     assert np.isinf(aicc(1.0, 4, 3))
 
 
+@pytest.mark.slow
 def test_an_axis_that_does_not_vary_is_left_out():
     runs = made_up("first order", TOTAL, 0.1).assign(time_h=12.5)
     table = fit_kinetics(runs)
@@ -178,6 +179,7 @@ def test_a_bad_cell_is_one_line(known, tmp_path, change, why):
     assert "\n" not in str(info.value)
 
 
+@pytest.mark.slow
 def test_one_command_prints_doses_kinetics_and_a_verdict(known, tmp_path, capsys):
     mill, own = next(iter(known.items()))
     own.write(tmp_path / "fingerprint.json")

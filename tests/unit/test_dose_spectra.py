@@ -305,6 +305,7 @@ def test_real_rules_differ_in_collisions_and_not_in_power(real_run):
     assert both.at["over_1N", "collisions_hz"] < both.at["lifetimes", "collisions_hz"]
 
 
+@pytest.mark.slow
 def test_a_mill_with_histograms_only_says_so_on_its_sheet():
     spectra, summary = made_spectra(descriptors())
     sheet = sheet_of(without_contacts(summary))

@@ -54,6 +54,7 @@ def test_intervals_of_the_indices_are_the_same_each_time_with_a_seed_of_zero():
     pd.testing.assert_frame_equal(sobol_indices(draws, 0.95, seed=0), sobol_indices(draws, 0.95, seed=0))
 
 
+@pytest.mark.slow
 def test_design_emulator_and_indices_give_those_of_ishigamis_function():
     names = ["x", "y", "z"]
     space = uniform_space(names, -np.pi, np.pi)

@@ -20,7 +20,7 @@ from millprint.run.ending import (
     stop_timers,
     success_lines,
 )
-from millprint.run.plan import Job
+from millprint.run.plan import Job, duration
 from tests.conftest import ROOT
 
 VALUES = {"results": "results", "mill": "emax", "contact": "calibrated", "given": " mine.yaml"}
@@ -179,12 +179,17 @@ def job_record(jobid: int, message: str) -> logging.LogRecord:
 def test_a_job_is_one_line_and_the_time_to_go_follows_from_those_that_ended(monkeypatch):
     now = iter([0.0, 20.0])
     monkeypatch.setattr(ending.time, "monotonic", lambda: next(now))
-    quiet = OneLineAJob(lambda: [Job("run_dem_case", 1, ("a",), {"processor_s": 8})] * 4, lambda: False)
+    jobs = [Job("run_dem_case", 1, ("a",), {"processor_s": 8})] * 4
+    quiet = OneLineAJob(lambda: jobs, lambda: False)
+    assert quiet.filter(record(LogEvent.RESOURCES_INFO, cores=2))
     started = job_record(1, "Simulating a")
     assert quiet.filter(started) and started.event is None and started.msg == "Simulating a"
     assert not quiet.filter(record(LogEvent.JOB_FINISHED, job_id=1))
     ended = record(LogEvent.PROGRESS, done=1, total=4)
-    assert quiet.filter(ended) and ended.msg == "  1 of 4 jobs are done; about 1 min 0 s to go"
+    job_s = jobs[0].processor_s
+    # A tenth of the four jobs counts as done on two cores.
+    expected = 3 * job_s * (20 + 0.4 * job_s / 2) / (1.4 * job_s)
+    assert quiet.filter(ended) and ended.msg == f"  1 of 4 jobs are done; about {duration(expected)} to go"
     assert not quiet.filter(record(None, "Select jobs to execute..."))
     assert quiet.filter(record(None, "note: the disk")) and quiet.filter(record(LogEvent.JOB_ERROR))
 

@@ -87,6 +87,7 @@ def test_a_larger_charge_does_not_widen_the_range_of_balls_of_one_size():
     assert outside(fitted(runs), 0.012) == ("ball_diameter_m",)
 
 
+@pytest.mark.slow
 def test_a_file_holds_the_charge(both, tmp_path):
     both.write(tmp_path / "fingerprint.json")
     again = Fingerprint.read(tmp_path / "fingerprint.json")
@@ -97,6 +98,7 @@ def test_a_file_holds_the_charge(both, tmp_path):
     assert "charges" not in fitted(summaries(error=0.002)).about
 
 
+@pytest.mark.slow
 def test_walls_are_named_where_they_differ():
     runs = [{**run, "wall_static_friction": 0.5} for run in summaries()]
     about = fitted(runs).about

@@ -87,6 +87,7 @@ def exponents_of(runs: list[dict]) -> pd.DataFrame:
     return fit_exponents(tabulate_descriptors(runs, "gap_0_03"), tabulate_counting_rules(runs), 0.95)
 
 
+@pytest.mark.slow
 def test_exponents_of_an_exact_mill_are_those_of_the_scaling():
     table = exponents_of(summaries() + overrides())
     assert set(table["variable"]) == {"rho", "omega", "A", "d", FACTOR}
@@ -97,6 +98,7 @@ def test_exponents_of_an_exact_mill_are_those_of_the_scaling():
     assert levels.to_dict() == {"rho": 3, "omega": 2, "A": 4, "d": 2}
 
 
+@pytest.mark.slow
 def test_other_exponents_are_found_and_differ_from_the_supposed():
     generator = np.random.default_rng(4)
     runs = summaries(fills=(0.06, 0.10, 0.17)) + overrides()

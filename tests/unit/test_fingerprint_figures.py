@@ -61,6 +61,7 @@ def test_master_curves_show_the_published_values(published):
     np.testing.assert_allclose(points(figure.axes[3], "elbow")[:, 0], elbow)
 
 
+@pytest.mark.slow
 def test_exponents_are_shown_about_what_is_supposed():
     runs = summaries() + overrides()
     table = fit_exponents(tabulate_descriptors(runs, "gap_0_03"), tabulate_counting_rules(runs), 0.95)

@@ -143,6 +143,7 @@ def quadratic(best):
     return trial
 
 
+@pytest.mark.slow
 def test_the_search_climbs_to_a_known_jar():
     best = grid_point()
     settings = SETTINGS.model_copy(update={"rounds": 40})

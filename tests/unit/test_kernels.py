@@ -69,6 +69,7 @@ def calls_from_python(tree: ast.Module, module: str, inner: set[tuple[str, str]]
     return found
 
 
+@pytest.mark.slow
 def test_python_calls_nothing_that_only_kernels_may_call():
     found = {str(file): calls_from_python(tree, module_of(file), INNER) for file, tree in TREES.items()}
     assert {file: calls for file, calls in found.items() if calls} == {}

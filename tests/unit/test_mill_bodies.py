@@ -160,6 +160,7 @@ def test_a_stirrer_that_meets_a_wall_only_when_turned_is_refused():
     check(mill({**box, "y_mm": 80}, inserts=[one]))
 
 
+@pytest.mark.slow
 def test_a_slow_stirrer_is_followed_through_its_whole_turn():
     box = {"kind": "box", "x_mm": 100, "y_mm": 80, "z_mm": 100, "centre_mm": [0, 4, 50]}
     slow = {"name": "stirrer", "geometry": {**STIRRER, "blades": 1}, "motion": {**TURNING, "ratio": 0.1}}

@@ -274,6 +274,7 @@ def test_a_regime_that_changes_is_said_not_to_collapse():
     assert row["power_spread_own"] > 0.2
 
 
+@pytest.mark.slow
 def test_an_enlarged_mill_is_similar_in_shape_and_motion():
     for name in BOX:
         small = mill(name)
@@ -327,6 +328,7 @@ def test_the_large_run_is_held_against_the_sheet(settings):
 
 
 @pytest.mark.parametrize("name", BOX)
+@pytest.mark.slow
 def test_a_picture_shows_the_mill_its_inserts_and_a_turn(name):
     picture = picture_mill(mill(name))
     assert len(picture.strip) == FRAMES

@@ -82,6 +82,7 @@ def test_a_sweep_has_numbers_and_mixtures_side_by_side():
 
 
 @pytest.mark.parametrize("counts", [[30, 60, 300], [60, 20, 900]])
+@pytest.mark.slow
 def test_balls_of_several_sizes_start_apart_and_inside(counts):
     _, vessel = drum(length_mm=80)
     diameters = np.array([0.036, 0.022, 0.010])

@@ -75,6 +75,7 @@ def test_a_motion_without_an_amplitude_is_refused_in_one_line(monkeypatch):
         overridden(cases_of(amplitudes_mm=[99999])[0], MILL, CONTACT)
 
 
+@pytest.mark.slow
 def test_the_check_before_a_run_names_file_and_key(monkeypatch):
     monkeypatch.chdir(ROOT)
     content = yaml.safe_load(Path("config/config.yaml").read_text())
@@ -85,6 +86,7 @@ def test_the_check_before_a_run_names_file_and_key(monkeypatch):
         check_before_running(config, mills, contacts, cases, "config/config.yaml", chapter_faults)
 
 
+@pytest.mark.slow
 def test_light_balls_whose_step_is_too_large_are_refused(monkeypatch):
     """The Rayleigh time is that of the case's own density."""
     monkeypatch.chdir(ROOT)

@@ -24,6 +24,7 @@ def heard_rate(ear: Ear, rate_hz: float, seed: int = 99) -> float:
 
 
 @pytest.mark.parametrize("seed", range(4))
+@pytest.mark.slow
 def test_the_rate_of_a_recording_is_within_its_interval(seed):
     rng = np.random.default_rng(seed)
     time_s, energy = events(rng, DURATION_S, RATE)
@@ -104,6 +105,7 @@ def laboratory(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_a_drop_tells_the_energy_and_the_prediction_agrees(laboratory, capsys, monkeypatch):
     monkeypatch.chdir(laboratory)
     words = ["listen", "my_card", "mill.wav", "--table", "mine.tsv", "--figure", "heard"]

@@ -214,6 +214,7 @@ def check(folder) -> subprocess.CompletedProcess:
     return subprocess.run(command, capture_output=True, text=True)
 
 
+@pytest.mark.slow
 def test_the_command_says_a_line_for_each_fault_and_its_status_is_1(run):
     describe_run()
     good = check("results")

@@ -258,5 +258,6 @@ def follow(recipe: str, folder) -> None:
 
 
 @pytest.mark.parametrize("recipe", RECIPES)
+@pytest.mark.slow
 def test_the_recipe_is_complete(recipe, tmp_path):
     follow(recipe, tmp_path)

@@ -16,6 +16,7 @@ ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.parametrize("name", MODELS)
+@pytest.mark.slow
 def test_schema_has_not_drifted(name):
     assert (ROOT / "workflow/schemas" / f"{name}.schema.json").read_text() == schema_text(name)
 

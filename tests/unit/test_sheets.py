@@ -52,6 +52,7 @@ def test_a_sheet_states_what_a_condition_was_given_and_the_intervals_of_its_own_
     assert 100 * (row["Pn_upper"] / row["Pn"] - 1) <= rough.at["normal power", "upper"]
 
 
+@pytest.mark.slow
 def test_the_sheet_has_every_part_and_only_its_own_columns():
     table = tabulate_mill_collapse(descriptors(), 0.95)
     sheet = tabulate_sheet(mill("spex"), fingerprint(), table, find_zones(fingerprint()), descriptors())
@@ -91,6 +92,7 @@ def page_of(name: str, sheet: pd.DataFrame, own: Fingerprint, curves: pd.DataFra
     )
 
 
+@pytest.mark.slow
 def test_a_sheet_tells_intervals_apart_and_is_else_as_before(analysed):
     plain, sheet = sheet_of(fingerprint()), sheet_of(analysed)
     assert sheet.iloc[: len(plain)][SHEET].astype(object).equals(plain.astype(object))
@@ -110,6 +112,7 @@ def test_the_page_in_the_readme_is_of_the_present_code():
         assert page.text["made of"] == made_of(sheet_of(fingerprint())), "python tools/draw_pictures.py FOLDER"
 
 
+@pytest.mark.slow
 def test_the_page_of_a_fingerprint_shows_every_interval_in_a_column_of_its_own(analysed):
     curves = analysed.further_curve(analysed.curve(np.geomspace(0.04, 0.4, 20)))
     page = page_of("spex", sheet_of(analysed), analysed, curves)
@@ -151,6 +154,7 @@ def test_a_sheet_has_the_dose_and_the_temperatures_of_its_condition():
     assert other["text"].tolist() == ["not calculated here"]
 
 
+@pytest.mark.slow
 def test_the_page_of_a_fingerprint_and_the_collapse_of_mills_show_their_tables():
     table = tabulate_mill_collapse(descriptors(), 0.95)
     sheet = tabulate_sheet(mill("attritor"), fingerprint(), table, find_zones(fingerprint()), descriptors())

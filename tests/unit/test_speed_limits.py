@@ -104,6 +104,7 @@ def warnings_of(changes=None) -> list[str]:
     return speed_warnings(pairs)
 
 
+@pytest.mark.slow
 def test_the_thesis_and_the_smoke_run_are_usual(monkeypatch):
     monkeypatch.chdir(ROOT)
     assert warnings_of() == []

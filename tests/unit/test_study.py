@@ -209,6 +209,7 @@ def test_one_start_shows_no_scatter():
         StudyConfig(seeds=1)
 
 
+@pytest.mark.slow
 def test_the_script_writes_tables_figure_and_one_line(tmp_path):
     variants = []
     for (setting, factor), runs in made_study().items():

@@ -130,6 +130,7 @@ def test_the_thesis_size_is_nearer_to_double_precision_than_torch(world):
 
 
 @pytest.mark.parametrize(("rounds", "layers", "width"), [*product((1, 2, 3), (2, 4), (16,)), (1, 3, 18), (2, 5, 6)])
+@pytest.mark.slow
 def test_every_depth_and_width_equals_torch(world, rounds, layers, width):
     compiled, torch_ = both(world, network(world, rounds, layers, width)[0])
     assert_same_step(compiled, torch_, torch_.first_state(STARTS))

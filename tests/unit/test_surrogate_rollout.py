@@ -85,6 +85,7 @@ def test_window_slides_and_the_wall_moves():
     np.testing.assert_allclose(following.ball[:, :, -1, DISTANCE], distance, rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_no_ball_stays_outside_with_snap_back():
     state = surrogate(Free()).first_state([0.0])
     with_snap = surrogate(Free()).run(state, 1200, 100)

@@ -309,6 +309,7 @@ def test_intervals_of_simulated_samples_hold_them_and_reach_no_further():
 
 
 @pytest.mark.parametrize("jobs", [1, 3])
+@pytest.mark.slow
 def test_samples_of_several_jobs_are_one_table_in_order(jobs, tmp_path):
     settings = UncertaintyConfig(samples=16, base_samples=32, draws=4, fill_ratios=[0.1, 0.2], jobs=jobs)
     samples = synthetic_samples(settings).assign(varied="nothing", motion="")

@@ -55,6 +55,7 @@ BEAD_PLACES = [
 ]
 
 
+@pytest.mark.slow
 def test_the_drum_of_beads_is_predicted_at_every_measured_place_that_holds_beads(tmp_path):
     settings = BeadDrumConfig(further_contacts=["glass_beads_clean", "glass_beads_worn"])
     inputs = inputs_of(settings, tmp_path, BEAD_PLACES)

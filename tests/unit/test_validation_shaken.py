@@ -92,6 +92,7 @@ def test_a_pile_rests_on_the_floor():
         spread(RADIUS, SIDE, 0.02, 40, 0)
 
 
+@pytest.mark.slow
 def test_a_box_on_a_spring_loses_what_its_balls_get_and_dissipate():
     start = spread(RADIUS, 0.052, 0.04, 37, 0)
     box = ShakenBox(start, SMOOTH, 0.04, 0.05, 1.23, FRACTION / 2)
@@ -141,6 +142,7 @@ def test_the_figure_of_the_box_has_the_law_and_what_was_changed(box_table):
     assert len(alone.axes) == 1
 
 
+@pytest.mark.slow
 def test_a_box_on_a_spring_slows_down_and_meets_a_measured_time():
     row = {"id": "mine", "setup": "leaf_spring", "quantity": SWING, "unit": "-", "x": 0.7}
     table = predicted(
@@ -157,6 +159,7 @@ def test_a_box_on_a_spring_slows_down_and_meets_a_measured_time():
     assert np.interp(1.0, law["x"], law["predicted"]) == pytest.approx(own["predicted"].iloc[-1], rel=0.2)
 
 
+@pytest.mark.slow
 def test_the_power_of_a_plate_is_of_the_order_of_the_bouncing_ball():
     table = predicted("shaken_plate", QUICK["shaken_plate"], pd.concat([points_of("23a"), points_of("23c")]))
     single = table[table["x"].isna()].set_index("quantity")

@@ -51,6 +51,7 @@ def test_a_late_start_and_coarse_snapshots_give_the_existing_frames(run):
         read_movie(run, SETTINGS, 0.7)
 
 
+@pytest.mark.slow
 def test_a_mill_at_rest_has_no_revolutions(tmp_path):
     write_sample(tmp_path / "run.h5", kind="rest")
     movie = read_movie(tmp_path / "run.h5", ViewConfig(revolutions=1, frames_per_revolution=30))
@@ -161,6 +162,7 @@ def test_nothing_of_a_frame_remains_in_the_next(run):
 
 
 @pytest.mark.parametrize("suffix", ["gif", "png"])
+@pytest.mark.slow
 def test_the_file_plays_every_frame_for_ever(run, tmp_path, suffix):
     path = tmp_path / f"mill.{suffix}"
     save_animation(read_movie(run, SETTINGS), path)

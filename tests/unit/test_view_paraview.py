@@ -69,6 +69,7 @@ def run(request, tmp_path, monkeypatch) -> Path:
 
 
 @pytest.mark.parametrize("every", [1, 7])
+@pytest.mark.slow
 def test_balls_are_where_the_run_has_them(run, every):
     balls, *_ = export(run, every)
     with h5py.File(run) as file:
@@ -128,6 +129,7 @@ def test_speed_relative_to_the_wall_vanishes_for_balls_that_go_with_it(run):
     assert arrays["speed_m_s"].min() > 0.5
 
 
+@pytest.mark.slow
 def test_contacts_are_lines_between_centres_or_to_the_wall(run):
     *_, contacts = export(run)
     with h5py.File(run) as file:
@@ -172,6 +174,7 @@ THREE = BallMixture(name="three", sizes_mm=(12, 10, 6), numbers=(1, 1, 2))
 
 
 @pytest.mark.parametrize("mixture", [None, THREE], ids=["one size", "three sizes"])
+@pytest.mark.slow
 def test_every_contact_of_a_simulation_overlaps(tmp_path, mixture):
     """The features of run.h5's geometry are numbered as the simulation numbers them, post and its edges included."""
     case = Case(
@@ -196,6 +199,7 @@ def test_every_contact_of_a_simulation_overlaps(tmp_path, mixture):
     assert overlap.max() < 0.15 * RADIUS
 
 
+@pytest.mark.slow
 def test_the_refusal_of_a_run_without_snapshots_names_the_key(tmp_path):
     write_sample(tmp_path / "run.h5")
     with h5py.File(tmp_path / "run.h5", "a") as file:
@@ -209,6 +213,7 @@ def test_the_refusal_of_a_run_without_snapshots_names_the_key(tmp_path):
     assert not list(tmp_path.glob("*vtkhdf*"))
 
 
+@pytest.mark.slow
 def test_the_command_line_writes_to_the_folder_of_the_run_or_to_another(tmp_path):
     write_sample(tmp_path / "run.h5")
     command = [sys.executable, "-m", "millprint.cli", "export", tmp_path / "run.h5", "--every", "20"]

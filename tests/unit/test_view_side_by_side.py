@@ -37,6 +37,7 @@ def test_simulation_on_the_left_and_prediction_on_the_right_at_the_same_moments(
     np.testing.assert_allclose(movie.frames[1].pictures[0].centre_mm, 1e3 * above[:, :2])
 
 
+@pytest.mark.slow
 def test_balls_that_ran_away_are_drawn_outside(run, tmp_path):
     truth = recorded(run)
     position = truth["position_m"][:4].copy()

@@ -85,6 +85,7 @@ def test_a_batch_has_repeats_and_a_centre_point_within_the_region_and_its_limits
     assert centre[["bpr", "molar_ratio", "time_h", "fill_ratio"]].tolist() == [30, 10, 12.5, 0.10]
 
 
+@pytest.mark.slow
 def test_a_batch_is_reproducible(first, tmp_path):
     assert Path(batch(tmp_path).path).read_text() == Path(first.path).read_text()
 
@@ -103,6 +104,7 @@ def test_no_slot_is_spent_on_a_gain_below_the_threshold(first, tmp_path):
     assert not {"repeat", "centre"} & set(bare["purpose"])
 
 
+@pytest.mark.slow
 def test_running_experiments_are_taken_into_account(first, tmp_path):
     """A batch that is running is as good as done: the next one is another, and the model is the same."""
     experiments = first.next.assign(status=RUNNING)
@@ -123,6 +125,7 @@ def test_running_experiments_are_taken_into_account(first, tmp_path):
     assert again.next[list(SETTINGS)].equals(first.next[list(SETTINGS)])
 
 
+@pytest.mark.slow
 def test_done_experiments_train_the_model_with_the_descriptors_of_their_settings(first, tmp_path):
     told = batch(tmp_path, pd.DataFrame([NEW]))
     rows = training_rows(told.model)

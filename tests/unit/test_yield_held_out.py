@@ -53,6 +53,7 @@ def test_another_seed_gives_other_folds_and_the_same_seed_the_same():
 
 
 @pytest.mark.parametrize(("model", "strategy"), [("averaged_gpr", "primary"), ("gpr", "two_step"), ("xgb", "primary")])
+@pytest.mark.slow
 def test_a_held_out_prediction_does_not_depend_on_the_yield_of_its_run(model, strategy):
     rows, budget = runs().head(9).assign(role=["train"] * 7 + ["test"] * 2), settings().evaluation
     wrong = rows.copy()
@@ -78,6 +79,7 @@ def test_cross_intervals_are_the_order_statistics_of_the_paper():
     assert cross_intervals(centres, residuals, [0.95])[0, 0].tolist() == [0.0, 100.0]
 
 
+@pytest.mark.slow
 def test_cross_intervals_have_their_nominal_coverage():
     generator, hits, trials = np.random.default_rng(5), 0, 300
     for _ in range(trials):

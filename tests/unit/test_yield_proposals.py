@@ -197,6 +197,7 @@ def test_chance_is_drawing_without_replacement():
     np.testing.assert_allclose(two, [(firsts <= done).mean() for done in range(7)], atol=0.015)
 
 
+@pytest.mark.slow
 def test_search_ends_with_the_best_run_and_uses_the_yields_of_known_runs_only():
     rows, config = all_runs(), settings()
     yields = rows["yield_percent"].to_numpy(float)

@@ -44,6 +44,7 @@ def test_registry_and_configuration_hold_the_same_regressors():
 
 
 @pytest.mark.parametrize(("name", "strategy"), EVERY_MODEL)
+@pytest.mark.slow
 def test_a_second_training_and_the_stored_model_predict_the_same(tmp_path, name, strategy):
     rows, test = parts()
     (model, results), (again, results_again) = trained(name, strategy), trained(name, strategy)
@@ -73,6 +74,7 @@ def test_found_hyperparameters_lie_between_their_bounds(name):
 
 
 @pytest.mark.parametrize("name", [name for name in REGRESSORS if EXPLAINED[name]])
+@pytest.mark.slow
 def test_shap_values_add_up_to_the_prediction(name):
     _, test = parts()
     model, _ = trained(name, "two_step")
@@ -92,6 +94,7 @@ def test_a_regressor_without_shap_values_says_so(name):
 
 
 @pytest.mark.parametrize("name", REGRESSORS)
+@pytest.mark.slow
 def test_other_seeds_of_a_regressor_that_has_one_are_compared(name):
     train, test = parts()
     model = trained(name, "primary")[0]

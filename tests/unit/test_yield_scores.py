@@ -207,6 +207,7 @@ def test_corrected_test_of_folds_is_the_formula_of_its_source():
     assert (found["lowest"], found["highest"]) == pytest.approx((repeats.min(), repeats.max()))
 
 
+@pytest.mark.slow
 def test_a_permutation_test_tells_a_relation_from_none():
     config = settings()
     rows, trial = all_runs(), config.library_trial

@@ -77,17 +77,27 @@ def sweep_of_mill(name: str):
     return mill
 
 
-# By mill, and by its sweep where a checkpoint derives it: every job of a simulation asks for them several times.
+# By maker and mill, and by the sweep where a checkpoint derives it: each simulation asks for them several times.
 OWN_CASES = {}
+
+
+def cases_from(make, name: str) -> dict:
+    """The cases that `make` gives for a mill with its own sweep, by their path."""
+    mill = sweep_of_mill(name)
+    key = (make, name, None if MILLS[name].sweep else mill.sweep.model_dump_json())
+    if key not in OWN_CASES:
+        OWN_CASES[key] = {case.path: case for case in make(mill, CONFIG.mills)}
+    return OWN_CASES[key]
 
 
 def cases_of_mill(name: str) -> dict:
     """The cases of a mill's own sweep, by their path."""
-    mill = sweep_of_mill(name)
-    key = name if MILLS[name].sweep else (name, mill.sweep.model_dump_json())
-    if key not in OWN_CASES:
-        OWN_CASES[key] = {case.path: case for case in mill_cases(mill, CONFIG.mills)}
-    return OWN_CASES[key]
+    return cases_from(mill_cases, name)
+
+
+def new_cases(name: str) -> dict:
+    """The cases of a mill that its fingerprint does not see, by their path."""
+    return cases_from(held_out_cases, name)
 
 
 def contact_of_card(name: str):
@@ -121,19 +131,24 @@ def study_plan(name: str) -> list[dict]:
     ]
 
 
+def study_cases(name: str) -> dict:
+    """The cases of the study of a mill's settings, by their path."""
+    return {case.path: case for each in study_of(name) for case in each.cases}
+
+
+def summaries_of(paths) -> list[str]:
+    """The summary files of cases."""
+    return [f"{RESULTS}/dem/{path}/summary.json" for path in paths]
+
+
 def study_summaries(name: str) -> list[str]:
     """The summary files of all variants of a mill."""
-    return [f"{RESULTS}/dem/{path}/summary.json" for each in study_plan(name) for path in each["paths"]]
-
-
-def swept_cases(name: str) -> dict:
-    """The cases of a mill's own sweep and of the study of its settings, by their path."""
-    return {case.path: case for each in study_of(name) for case in each.cases} | cases_of_mill(name)
+    return summaries_of(path for each in study_plan(name) for path in each["paths"])
 
 
 def mill_summaries(name: str) -> list[str]:
     """The summary files of all cases of a mill's own sweep."""
-    return [f"{RESULTS}/dem/{path}/summary.json" for path in cases_of_mill(name)]
+    return summaries_of(cases_of_mill(name))
 
 
 def heated_summaries(name: str) -> list[str]:
@@ -174,16 +189,14 @@ def case_at(wildcards):
     for known in (CASES, SCALE_UP_CASES, *SETUP_CASES.values(), CARD_CASES):
         if path in known:
             return known[path]
-    own = cases_of_mill(wildcards.mill) if wildcards.mill in SWEPT_MILLS else {}
-    if own and path not in own:
-        own = swept_cases(wildcards.mill)
+    for own in (cases_of_mill, new_cases, study_cases) if wildcards.mill in SWEPT_MILLS else ():
+        if path in (known := own(wildcards.mill)):
+            return known[path]
     with stop_on_bad_input():
-        if path not in own:
-            raise ConfigError(
-                f"{RESULTS}/dem/{path}: no such case; neither the sweeps of the configuration nor the sweep of mill "
-                f"{wildcards.mill} contain it"
-            )
-    return own[path]
+        raise ConfigError(
+            f"{RESULTS}/dem/{path}: no such case; neither the sweeps of the configuration nor the sweep of mill "
+            f"{wildcards.mill} contain it"
+        )
 
 
 def resources_at(wildcards):
@@ -210,12 +223,6 @@ def likely_s(cases) -> int:
 def likely_mb(cases) -> int:
     """Size of the files of simulations [MB], for the plan of a run."""
     return math.ceil(sum(estimate(case).disk_mb for case in cases))
-
-
-def new_cases(name: str) -> list:
-    """The simulations of a mill that its fit has not seen, without one for a mill whose sweep is derived in the run."""
-    mill = mill_named(name)
-    return held_out_cases(mill, CONFIG.mills) if mill.sweep else []
 
 
 def samples_of(name: str) -> list:

@@ -73,9 +73,7 @@ rule describe_mill:
 
 rule measure_coverage:
     input:
-        kernels=ancient(f"{RESULTS}/dem/kernels.json"),
-        sources=lambda wildcards: mill_named(wildcards.mill).source_files,
-        sweep=derived_sweep,
+        summaries=lambda wildcards: summaries_of(new_cases(wildcards.mill)),
         fingerprint=rules.describe_mill.output.fingerprint,
     output:
         coverage=f"{MILL}/coverage.tsv",
@@ -84,16 +82,6 @@ rule measure_coverage:
         f"{LOGS}/mills/{{mill}}_coverage.log",
     benchmark:
         f"{BENCHMARKS}/measure_coverage/{{mill}}.tsv"
-    resources:
-        processor_s=lambda wildcards: likely_s(new_cases(wildcards.mill)),
-    params:
-        mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
-        sweep=own_sweep,
-        contact=CONTACTS[CONFIG.mills.contact_set].model_dump(mode="json"),
-        mills=CONFIG.mills.model_dump(
-            mode="json", include={"contact", "settle_s", "precision", "rayleigh_fraction", "held_out"}
-        ),
-        dem=settings("dem"),
     message:
         "Counting how often the bands of mill {wildcards.mill} hold new simulations"
     script:

@@ -1,19 +1,14 @@
 """How often the bands hold: of conditions that are left out of a fit, and of new simulations that it has not seen."""
 
-from collections.abc import Mapping
-from pathlib import Path
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 import pandas as pd
 
-from millprint.config.contact_set import ContactConfig
-from millprint.config.mill import MillConfig
-from millprint.config.sweep import Case, DemConfig
 from millprint.fingerprint.condition import CURVES
 from millprint.fingerprint.descriptors import CONDITION, tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.processes import LEFT_OUT, grouped, logarithms
-from millprint.fingerprint.readers import check_summary
 
 
 def coverage_row(
@@ -75,26 +70,9 @@ NEW = "nothing: new simulations"
 HELD_OUT_COLUMNS = [*CONDITION, "seed", "quantity", "value", "predicted", "lower", "upper", "inside"]
 
 
-def simulate_held_out(
-    cases: list[Case], mill: MillConfig, contact: ContactConfig, dem: DemConfig, rule: str, done: str | Path | None
-) -> pd.DataFrame:
-    """Descriptors of each case, one simulation a row, with its `seed`; `done` as for `simulate_each`."""
-    # Imported here: slow to import, and few users of this module simulate.
-    from millprint.dem.run import simulate
-    from millprint.dem.short_runs import simulate_each
-
-    runs = {f"new condition {number}, {case.name}": {"number": number} for number, case in enumerate(cases)}
-    found = simulate_each(
-        runs,
-        lambda values: {"summary": simulate(cases[values["number"]], mill, contact, dem)},
-        (*cases, mill, contact, dem),
-        f"{mill.name}, new simulations",
-        done,
-    )
-    tables = []
-    for name, result in found.items():
-        table = tabulate_descriptors([check_summary(result["summary"], name)], rule)
-        tables.append(table.assign(seed=result["summary"]["case"]["seed"]))
+def describe_each(summaries: Iterable[dict], rule: str) -> pd.DataFrame:
+    """Descriptors of simulations by a counting rule, one simulation a row, with its `seed`."""
+    tables = [tabulate_descriptors([each], rule).assign(seed=each["case"]["seed"]) for each in summaries]
     return pd.concat(tables, ignore_index=True)
 
 

@@ -78,6 +78,8 @@ def success_lines(targets: Iterable[str], chapters: bool, values: Mapping[str, s
 # What Snakemake says about its own work.
 OF_SNAKEMAKE = ("Select jobs to execute...", "Execute ", "Using shell:", "Conda environments:", "Reasons:")
 UNSAID = {LogEvent.JOB_FINISHED, LogEvent.GROUP_INFO, LogEvent.WORKFLOW_STARTED, LogEvent.JOB_STARTED}
+# The share of a run that counts as done in the planned time, so that its first jobs alone do not decide the time to go.
+PLANNED_SHARE = 0.1
 
 
 # What it says about a target that is neither a rule nor a file of one; files of this workflow have a /.
@@ -95,14 +97,15 @@ class OneLineAJob(logging.Filter):
     """Makes a line of what Snakemake reports about a job, and leaves out its lists of files.
 
     waiting: the jobs that are to run, as `millprint plan` counts them. The time to go is that of their plan, as much
-    faster or slower as the jobs were that have ended. A dry run says what one job of each rule does; the table at its
-    end has their number.
+    faster or slower as the jobs were that have ended, with PLANNED_SHARE of the plan. A dry run says what one job of
+    each rule does; the table at its end has their number.
     """
 
     def __init__(self, waiting: Callable[[], Iterable[Job]], dry_run: Callable[[], bool]) -> None:
         super().__init__()
         self.waiting, self.dry_run = waiting, dry_run
         self.planned_s: float | None = None
+        self.cores = 1
         self.done_s, self.begin = 0.0, time.monotonic()
         self.running: dict[int, float] = {}
         self.rules: set[str] = set()
@@ -118,6 +121,8 @@ class OneLineAJob(logging.Filter):
             return not again
         if event == LogEvent.JOB_FINISHED:
             self.done_s += self.running.pop(given["job_id"], 0.0)
+        elif event == LogEvent.RESOURCES_INFO:
+            self.cores = given.get("cores") or given.get("nodes") or self.cores
         elif event == LogEvent.PROGRESS:
             self._say(record, f"  {given['done']} of {given['total']} jobs are done{self._to_go()}")
         elif unknown := UNKNOWN.search(str(record.msg)):
@@ -125,11 +130,12 @@ class OneLineAJob(logging.Filter):
         return event not in UNSAID and not (event is None and str(record.msg).startswith(OF_SNAKEMAKE))
 
     def _to_go(self) -> str:
-        """The time to go, in words; empty before the first job has ended."""
+        """The time to go, in words; empty where nothing is left."""
         if self.planned_s is None:
             self.planned_s = sum(job.processor_s for job in self.waiting())
-        left_s, spent = self.planned_s - self.done_s, time.monotonic() - self.begin
-        return f"; about {duration(left_s * spent / self.done_s)} to go" if self.done_s and left_s > 0 else ""
+        assumed_s, left_s = PLANNED_SHARE * self.planned_s, self.planned_s - self.done_s
+        wall_s = time.monotonic() - self.begin + assumed_s / self.cores
+        return f"; about {duration(left_s * wall_s / (self.done_s + assumed_s))} to go" if left_s > 0 else ""
 
     @staticmethod
     def _say(record: logging.LogRecord, text: str) -> None:
