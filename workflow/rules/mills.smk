@@ -73,7 +73,7 @@ rule describe_mill:
 
 rule measure_coverage:
     input:
-        summaries=lambda wildcards: summaries_of(new_cases(wildcards.mill)),
+        summaries=lambda wildcards: summary_files(new_cases(wildcards.mill)),
         fingerprint=rules.describe_mill.output.fingerprint,
     output:
         coverage=f"{MILL}/coverage.tsv",

