@@ -1,6 +1,6 @@
 """Makes the fingerprints that come with millprint: python tools/ship_fingerprints.py FOLDER [--cores 2].
 
-Simulates the sweeps of the included mills of `mills.box` at precision `standard`, and the samples of contact parameters
+Simulates the sweeps of the included mills of `mills.box` at precision `fine`, and the samples of contact parameters
 of each, in FOLDER, which may already hold a part of them, and writes config/fingerprints.
 """
 
@@ -24,7 +24,7 @@ from millprint.run.files import write_table
 
 ROOT = Path(__file__).parents[1]
 MILLS = ("emax", "planetary", "mixer", "spex", "vibratory", "attritor", "drum")
-PRECISION = "standard"
+PRECISION = "fine"
 # Short simulations of a mill, each with its own contact parameters, for the interval `contact`.
 SAMPLES = 64
 

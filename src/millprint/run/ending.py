@@ -78,7 +78,7 @@ def success_lines(targets: Iterable[str], chapters: bool, values: Mapping[str, s
 # What Snakemake says about its own work.
 OF_SNAKEMAKE = ("Select jobs to execute...", "Execute ", "Using shell:", "Conda environments:", "Reasons:")
 UNSAID = {LogEvent.JOB_FINISHED, LogEvent.GROUP_INFO, LogEvent.WORKFLOW_STARTED, LogEvent.JOB_STARTED}
-# The share of a run that counts as done in the planned time, so that its first jobs alone do not decide the time to go.
+# The share of a run that counts as done in the planned time: one or two jobs say little about the time to go.
 PLANNED_SHARE = 0.1
 
 
