@@ -86,7 +86,7 @@ kernels: $(VENV)/complete
 	$(BIN)/python -c "from millprint.dem.compilation import compile_kernels; compile_kernels()"
 
 # Some of what needs no smoke run goes with the library, so that both halves take as long.
-APART := $(addprefix tests/workflow/,test_bad_input.py test_bad_files.py test_messages.py test_snakemake.py)
+APART := $(addprefix tests/workflow/,test_bad_files.py test_messages.py test_snakemake.py)
 test-workflow: $(VENV)/complete
 	$(RUN) $(BIN)/pytest tests/workflow $(addprefix --ignore=,$(APART))
 

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from tests.workflow.conftest import ROOT, ask_snakemake, copy_planetary, copy_project, jobs_of
+from tests.workflow.conftest import ROOT, ask_snakemake, copy_planetary, copy_project, jobs_of, share_checks
 
 # Reading the Snakefile may import Snakemake, what that imports, pydantic and yaml, but none of these.
 HEAVY = "numpy pandas scipy numba h5py trimesh molmass matplotlib statsmodels sklearn xgboost shap torch vtk tqdm"
@@ -148,6 +148,7 @@ def test_the_thesis_runs_in_another_folder_whose_name_a_shell_would_take_apart(t
     folder = tmp_path / "Mühle 3 (Büro)"
     folder.mkdir()
     (folder / ".venv").symlink_to(sys.prefix)
+    share_checks(folder)
     arguments = ("--snakefile", str(ROOT / "Snakefile"), "--directory", str(folder), "--cores", "1")
     command = [str(folder / ".venv/bin/python"), "-m", "snakemake", *arguments, "results/doe/design.tsv"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=180)
