@@ -86,7 +86,8 @@ def cases_from(make, name: str) -> dict:
     mill = sweep_of_mill(name)
     key = (make, name, None if MILLS[name].sweep else mill.sweep.model_dump_json())
     if key not in OWN_CASES:
-        OWN_CASES[key] = {case.path: case for case in make(mill, CONFIG.mills)}
+        with stop_on_bad_input():
+            OWN_CASES[key] = {case.path: case for case in make(mill, CONFIG.mills)}
     return OWN_CASES[key]
 
 

@@ -52,11 +52,16 @@ def spread(sweep: MillSweepConfig, number: int, seed: int, digits: int = 17) -> 
     seed: seed of the scrambling; digits: significant digits of speeds and fill ratios. Raises ConfigError if scipy is
     not installed.
     """
+    if number == 0:
+        return []
     # Imported here: slow to import, and needed by few runs.
     try:
         from scipy.stats import qmc
     except ModuleNotFoundError:
-        raise ConfigError("design: space_filling needs scipy in the environment of Snakemake; install it") from None
+        raise ConfigError(
+            "mills.held_out, and design: space_filling, need scipy in the environment of Snakemake: install it there, "
+            "or set mills.held_out to 0 and give lists or a table"
+        ) from None
 
     low, high = ([math.log(end(ends)) for ends in (sweep.fills, sweep.speeds)] for end in (min, max))
     shares = qmc.Sobol(3, scramble=True, rng=seed).random_base2(max(0, number - 1).bit_length())[:number]
