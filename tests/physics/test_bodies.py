@@ -34,6 +34,7 @@ def simulate(made: MillConfig, described: Case, contact, dem=DEM):
     return simulation, ledger_series(np.concatenate(recording.samples))
 
 
+@pytest.mark.slow
 def test_the_energy_balance_of_turning_and_swinging_vessels_closes(contacts):
     geometry = {"kind": "cylinder", "radius_mm": 25, "height_mm": 40, "facets": 24, "fillet_radius_mm": 6}
     motions = [
@@ -117,6 +118,7 @@ def notched_crate(folder) -> dict:
     return {"kind": "stl", "path": "notched.obj", "unit": "mm"}
 
 
+@pytest.mark.slow
 def test_a_baffle_that_stands_in_the_wall_is_the_one_that_is_drawn_with_the_hollow(contacts, tmp_path, monkeypatch):
     """Until chaos has made rounding large, the balls move alike; none gets into the baffle or behind it."""
     monkeypatch.chdir(tmp_path)

@@ -57,6 +57,7 @@ def test_the_jar_of_the_emax_translates_with_one_acceleration(mills):
     assert np.linalg.norm(found, axis=1) == pytest.approx(0.017 * (2 * math.pi * 20) ** 2, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_torque_of_the_drive_does_the_work_of_the_walls(mills, contacts):
     """Eqs 3.24 and 3.25: omega times the mean torque about the centre, from the momentum of the balls."""
     case = Case(
@@ -109,6 +110,7 @@ def test_the_power_of_a_shaken_vessel_goes_with_the_cube_of_its_frequency(mills,
     assert exponents(powers, speeds) == pytest.approx(3, abs=0.25)
 
 
+@pytest.mark.slow
 def test_the_jar_of_the_mixer_mill_stays_on_its_horizontal_arc(mills):
     (jar,) = build_bodies(mills["mixer"], 25 * 60)
     times, pivot = np.linspace(0, 0.08, 400), np.array([0, -0.13, 0])

@@ -63,6 +63,7 @@ def cylinder(mills):
     return mills["emax"].model_copy(update={"geometry": shape})
 
 
+@pytest.mark.slow
 def test_small_swings_have_the_period_of_a_ball_that_rolls(cylinder, contacts):
     """T = 2 pi ((7/5) (R - r) / g)^(1/2) for a ball that rolls in a cylinder, with the first term in the angle."""
     contact = contacts["calibrated"].model_copy(update={"static_friction": 1.0, "rolling_friction": 1e-4})
@@ -104,6 +105,7 @@ def test_the_ball_stays_in_its_plane_and_starts_where_the_thesis_puts_it(mills, 
     assert path(0.0)[1] - path(0.04)[1] == pytest.approx(1e3 * 9.81 / 2 * 0.04**2, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_static_friction_raises_the_first_swing_and_rolling_friction_ends_them(mills, contacts):
     """As the thesis describes for Fig. 3.3, each coefficient has its own effect."""
     swing = make_swing(mills["emax"], contacts["calibrated"], RAYLEIGH_FRACTION_MAX, 2 * BALL, settings())

@@ -75,6 +75,7 @@ def test_power_is_proportional_to_density(base, tmp_path):
         assert heavy[name] == pytest.approx(base[name], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_mill_four_times_as_large_has_the_same_descriptors(base, tmp_path):
     large = descriptors(tmp_path, length=4)
     # rho omega^3 A^2 d^3 grows by 1/8 * 16 * 64.

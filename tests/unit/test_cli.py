@@ -38,6 +38,7 @@ def ran(monkeypatch) -> list[list[str]]:
 
 
 @pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.slow
 def test_the_help_of_each_command_has_an_example(name):
     text = import_module(COMMANDS[name].module).__doc__
     assert f"millprint {name} " in text or name == "completion"

@@ -113,6 +113,7 @@ def test_a_case_has_its_own_bound_on_the_balance(tmp_path):
     assert run(tmp_path, strict, closure_max=0.02)["closure"] < 0.02
 
 
+@pytest.mark.slow
 def test_a_step_by_the_rayleigh_time_is_shortened_until_the_balance_closes(tmp_path):
     open_case = {"rayleigh_fraction": 0.1, "rayleigh_fraction_max": 0.4}
     found = run(tmp_path, closure_max=1.0, **open_case)

@@ -97,6 +97,7 @@ def test_the_third_degree_of_freedom_of_ab_comes_from_the_run_at_another_speed(c
     assert left(mended) == (2, 2)
 
 
+@pytest.mark.slow
 def test_no_table_of_the_analysis_holds_an_infinite_number(config, runs):
     every = ["A", "B", "C", "D", "A:B", "A:C"]
     few = runs[runs["A"] < 2].reset_index(drop=True)

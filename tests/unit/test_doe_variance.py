@@ -255,6 +255,7 @@ def test_residual_checks_tell_an_outlier_from_normal_errors(config):
     assert (checked(wild)[["shapiro_wilk", "anderson_darling", "largest_studentised"]] < 0.01).all()
 
 
+@pytest.mark.slow
 def test_residual_checks_repeat_bit_for_bit(config, runs):
     fit = fit_factors(config, runs)
     first, second = (residual_checks(config, runs, fit, 100, 2) for _ in range(2))

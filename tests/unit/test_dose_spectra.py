@@ -192,6 +192,7 @@ def test_median_of_weighted_values():
     assert np.isnan(weighted_median(np.array([3.0]), np.array([0.0])))
 
 
+@pytest.mark.slow
 def test_the_figure_shows_a_line_for_each_fill_and_pair(tmp_path):
     runs = [
         write(tmp_path / f"{fill}.h5", contacts(30, 1e-6, 4e-6), contacts(10, 1e-3, 2e-3, wall=True), fill=fill)
@@ -317,6 +318,7 @@ def test_a_mill_with_histograms_only_says_so_on_its_sheet():
     assert plot_spectra(shown(none, "gap_0_03"), "Emax").get_suptitle() == "Emax"
 
 
+@pytest.mark.slow
 def test_tables_are_read_as_they_were_written(tmp_path):
     spectra, summary = made_spectra(descriptors())
     for name, table in (("spectra", spectra), ("summary", summary), ("none", without_contacts(summary))):

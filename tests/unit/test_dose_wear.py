@@ -228,6 +228,7 @@ def test_the_figure_shows_both_roles_and_every_speed(materials, close_figures):
     assert right.get_legend_handles_labels()[1] == ["emax, 10 mm, 600 rpm", "emax, 10 mm, 1200 rpm"]
 
 
+@pytest.mark.slow
 def test_the_mills_of_the_box_have_a_prediction_each(tmp_path, materials, close_figures):
     """Half the sliding work is half the wear, for every material and charge; nothing of it is in a known interval."""
     _, result = wet_lab.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)

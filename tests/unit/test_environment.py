@@ -62,6 +62,7 @@ def test_every_required_package_is_locked_in_an_allowed_version():
         assert versions[requirement.name.lower()] in requirement.specifier, requirement
 
 
+@pytest.mark.slow
 def test_every_package_runs_on_the_python_of_debian_12():
     """Where the installed version is that of the lock file, its own metadata says which versions of Python it takes."""
     here = [each.name for each in locked() if any(d.version == version_of(each) for d in distributions(name=each.name))]

@@ -123,6 +123,7 @@ def test_other_exponents_are_found_and_differ_from_the_supposed():
         assert row["agrees"] == agrees
 
 
+@pytest.mark.slow
 def test_the_interval_is_that_of_a_regression_with_a_constant_for_each_group():
     """Two groups of three speeds: slopes and degrees of freedom as statsmodels has them with dummies."""
     generator = np.random.default_rng(5)

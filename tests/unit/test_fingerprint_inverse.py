@@ -111,6 +111,7 @@ def test_a_target_that_leaves_a_descriptor_open_is_met_in_the_others(curves):
     assert best["within_interval"] == "normal_energy_J, tangential_energy_J"
 
 
+@pytest.mark.slow
 def test_the_density_of_the_balls_can_be_chosen(curves):
     """Lighter balls of the right density are told from those at hand."""
     light = {"speed_hz": 12.0, "ball_diameter_m": 0.01, "fill_ratio": 0.10, "density_kg_m3": 4000.0}
@@ -239,6 +240,7 @@ def test_a_ranking_has_the_intervals_by_contact_parameters_of_those_that_have_th
     assert len(mixed) == len(plain) and mixed["normal_energy_J_by_contact_lower"].isna().all()
 
 
+@pytest.mark.slow
 def test_a_fill_ratio_that_was_not_analysed_has_no_interval_in_a_ranking(curves, analysed):
     table = rank_conditions(TARGET, [Fingerprint.read(analysed)], allowed((300, 1200), (0.04, 0.05), (10,)))
     assert len(table) and table.filter(like="_by_contact_").isna().all(axis=None)

@@ -166,6 +166,7 @@ def test_what_lies_outside_is_named_or_refused(own):
             own.predict(own.condition(**(AT | wrong)))
 
 
+@pytest.mark.slow
 def test_amplitude_and_density_are_ranged_only_if_they_were_varied(exact):
     assert set(varied_components(exact)) == {"fill", "machine"}
     model = Fingerprint.fit(exact, VOLUME, 0.95)

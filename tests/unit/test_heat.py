@@ -190,6 +190,7 @@ def test_more_cooling_and_more_pauses_make_it_colder():
         assert 0 <= row["balance_error"] < 1e-8
 
 
+@pytest.mark.slow
 def test_the_job_writes_every_table_and_the_figure(tmp_path):
     names = ("sources", "parameters", "temperatures", "limits", "flash")
     output = SimpleNamespace(**{name: tmp_path / f"{name}.tsv" for name in names})

@@ -275,6 +275,7 @@ def test_a_claim_is_computed_again_by_its_own_code_with_each_training(tmp_path, 
     assert table["interval_from"]["2.full_factorial"] == ""
 
 
+@pytest.mark.slow
 def test_a_correlation_of_a_roll_out_that_failed_widens_nothing(tmp_path):
     def correlations(lowest: float) -> pd.DataFrame:
         tests = (("motion1", 0.9985), ("motion2", lowest))

@@ -335,6 +335,7 @@ def own_lammps(tmp_path):
     return EngineConfig(engine="lammps", lammps={"command": str(program)}).lammps
 
 
+@pytest.mark.slow
 def test_a_stopped_run_goes_on_from_the_newest_restart_file_that_can_be_read(tmp_path, drum, own_lammps):
     dem = EngineConfig(engine="lammps", lammps=own_lammps.model_dump())
     place, contact = tmp_path / "lammps", contact_set()

@@ -198,6 +198,7 @@ def test_an_insert_that_moves_with_the_vessel_may_stand_in_its_wall(sunk_mm, z_m
     assert ball_space_m3(bodies) == pytest.approx((80 * 60 * 50 - 4 * 8 * height) * 1e-9, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_radius_of_a_drum_is_that_of_its_hollow_whatever_stands_in_its_wall():
     drum = {"kind": "rotation", "axis": [0, 1, 0]}
     lifter = {"kind": "box", "x_mm": 12, "y_mm": 100, "z_mm": 6, "centre_mm": [49, 0, 0]}

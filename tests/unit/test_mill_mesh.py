@@ -111,6 +111,7 @@ def test_a_facet_with_a_hole_keeps_its_hole():
     assert all(np.abs(f.loops[0]).max() > 0.015 for f in vessel.facets if len(f.loops) == 2)
 
 
+@pytest.mark.slow
 def test_a_finely_cut_curve_is_not_flattened():
     trimesh.creation.cylinder(radius=30, height=40, sections=720).export("round.stl")
     assert len(read("round.stl").facets) == 722

@@ -77,6 +77,7 @@ def test_bad_geometry_is_refused(change, message):
 
 
 @pytest.mark.parametrize("name", ["emax", "emax_post"])
+@pytest.mark.slow
 def test_signed_distance_agrees_with_the_mesh(vessels, name):
     vessel = vessels[name]
     rng = np.random.default_rng(1)

@@ -79,6 +79,7 @@ def test_a_run_neither_gets_nor_records_the_tolerance():
 
 
 @pytest.mark.parametrize("name", BOX)
+@pytest.mark.slow
 def test_a_mill_of_the_box_clears_its_inserts(name):
     made = mill(name)
     check_inserts(made, build_bodies(made, CHECK_RPM))

@@ -97,6 +97,7 @@ def test_balls_of_several_sizes_start_apart_and_inside(counts):
     assert np.array_equal(points, again) and not np.array_equal(points, other)
 
 
+@pytest.mark.slow
 def test_balls_of_several_sizes_that_do_not_fit_are_refused():
     _, vessel = drum()
     with pytest.raises(SimulationError, match=r"do not fit into the vessel"):

@@ -161,6 +161,7 @@ def test_a_whole_thesis_hands_its_chapters_what_they_need(thesis):
     assert config.chapters.doe is config.doe and config.chapters.inverse is config.fingerprint.inverse
 
 
+@pytest.mark.slow
 def test_reading_a_configuration_needs_no_scientific_library():
     """The Snakefile reads it, in an environment that has Snakemake and pydantic."""
     heavy = ("numpy", "pandas", "scipy", "numba", "molmass", "trimesh", "sklearn", "torch")

@@ -115,6 +115,7 @@ def laboratory(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_both_commands_agree_and_validation_reads_their_rows(laboratory, capsys, monkeypatch):
     monkeypatch.chdir(laboratory)
     end = ["--table", "mine.tsv", "--figure", "picture"]

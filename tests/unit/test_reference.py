@@ -31,6 +31,7 @@ def test_the_page_of_the_mills_has_not_drifted():
     assert (ROOT / MILLS).read_text() == mills_page()
 
 
+@pytest.mark.slow
 def test_every_key_is_written_once_and_every_link_of_the_reference_leads_somewhere():
     page = reference_text()
     headings = re.findall(r"^### `(.+)`$", page, re.MULTILINE)

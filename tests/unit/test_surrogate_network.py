@@ -184,6 +184,7 @@ def test_every_snapshot_is_drawn_once():
     assert sum(len(batch) for _, batch in draw_epoch(rows, 20, 8, seed=5)) == 20
 
 
+@pytest.mark.slow
 def test_resumed_training_is_the_uninterrupted_one(tmp_path):
     whole = trained(velocity_noise=0.1)
     part = trained(steps=11, velocity_noise=0.1)

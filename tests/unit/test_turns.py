@@ -115,6 +115,7 @@ def still(fill, **changes) -> dict:
     return own
 
 
+@pytest.mark.slow
 def test_conditions_without_impacts_are_said_and_no_curve_is_made_of_them():
     layer = [still(0.04, speed_rpm=speed) for speed in (600.0, 900.0)]
     rest = [summary(fill, speed_rpm=speed) for fill in (0.08, 0.14, 0.20, 0.30) for speed in (600.0, 900.0)]

@@ -155,6 +155,7 @@ SHORT = varied_case(EMAX, MILLS, UncertaintyConfig(rayleigh_fraction=0.1)).model
 )
 
 
+@pytest.mark.slow
 def test_a_sample_is_the_simulation_of_its_values():
     samples = pd.DataFrame([{**contact_values(CALIBRATED), "fill_ratio": 0.05, "seed": 3}])
     slippery = samples.assign(static_friction=0.0, wall_static_friction=0.0)

@@ -75,6 +75,7 @@ def test_the_drum_of_beads_is_predicted_at_every_measured_place_that_holds_beads
     assert turning["predicted"] == pytest.approx(-0.0901 * 11.6 * 2 * math.pi / 60)
 
 
+@pytest.mark.slow
 def test_without_further_contact_sets_the_interval_is_scatter_alone(tmp_path):
     table = drums.predict_bead_drum(inputs_of(BeadDrumConfig(further_contacts=[]), tmp_path, BEAD_PLACES))
     angle = table[(table["id"] == "4b") & (table["model"] == DEM)].iloc[0]

@@ -178,6 +178,7 @@ def scored(rows: pd.DataFrame, model: str) -> tuple[pd.DataFrame, pd.DataFrame]:
 
 
 @pytest.mark.parametrize("model", ["linear", "averaged_gpr"])
+@pytest.mark.slow
 def test_without_a_shift_yields_transfer(model):
     table, predictions = scored(two_sources(0.0), model)
     assert table["verdict"].tolist() == [sources.TRANSFERS] * 2
