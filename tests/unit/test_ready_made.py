@@ -7,8 +7,8 @@ import pytest
 
 from millprint.card.match import find_fingerprint
 from millprint.config.included import included_mills, load_contact, load_mill, shipped
-from millprint.config.mill_sweep import PRECISIONS, MillsConfig
-from millprint.config.sweep import DemConfig
+from millprint.config.mill_sweep import MillsConfig
+from millprint.config.sweep import Case, DemConfig
 from millprint.dem import PHYSICS
 from millprint.dem.run import simulate
 from millprint.fingerprint import readers
@@ -52,13 +52,21 @@ def test_a_run_takes_precedence(tmp_path):
     assert find_fingerprint("mixer", tmp_path) == own
 
 
+def first_seeds(name: str, precision: str) -> list[Case]:
+    """The cases of a mill's sweep at a precision, with the first seed only."""
+    settings = MillsConfig(box=[name], contact="calibrated", precision=precision)
+    return [case for case in mill_cases(load_mill(name), settings) if case.seed == 0]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_a_condition_simulated_again_lies_within_its_band(name, made):
     fingerprint = Fingerprint.read(find_fingerprint(name, "nowhere"))
     mill = load_mill(name)
-    cases = [case for case in mill_cases(mill, MillsConfig(box=[name], contact="calibrated")) if case.seed == 0]
-    case = min(cases, key=lambda each: each.fill_ratio * (each.window_s or 0) / each.ball_diameter_mm**3)
+    # The same conditions in the same order.
+    pairs = zip(first_seeds(name, "quick"), first_seeds(name, made["precision"][name]), strict=True)
+    case, as_made = min(pairs, key=lambda each: each[0].fill_ratio * each[0].window_s / each[0].ball_diameter_mm ** 3)
+    assert case.name == as_made.name
     case = case.model_copy(update={"seed": 1_000_000})
     found = simulate(case, mill, load_contact("calibrated"), DemConfig())
     predicted = fingerprint.predict(
@@ -69,8 +77,7 @@ def test_a_condition_simulated_again_lies_within_its_band(name, made):
         )
     )
     # A shorter recorded time than that of the band has a wider scatter, by the root of their ratio.
-    ratio = PRECISIONS[made["precision"][name]].recorded / PRECISIONS["quick"].recorded
-    room = np.sqrt(ratio) * np.log(predicted.power_W.upper / predicted.power_W.value)
+    room = np.sqrt(as_made.window_s / case.window_s) * np.log(predicted.power_W.upper / predicted.power_W.value)
     (row,) = tabulate_descriptors([found], fingerprint.about["counting_rule"]).to_dict("records")
     power = row["normal_power_W"] + row["tangential_power_W"]
     assert abs(np.log(power / predicted.power_W.value)) < room
