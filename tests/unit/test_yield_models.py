@@ -8,7 +8,7 @@ from xgboost import XGBRegressor
 from millprint.config.errors import ConfigError
 from millprint.run.files import read_json, write_json
 from millprint.thesis.claims.tolerances import agrees
-from millprint.thesis.yields.estimators import BoostingFold, ForestFold
+from millprint.thesis.yields.estimators import BoostingFold, Forest, ForestFold, ProcessFold, Trees, gaussian_process
 from millprint.thesis.yields.features import FEATURES, Standardisation, engineer
 from millprint.thesis.yields.metrics import METRICS, YieldWeights, metrics
 from millprint.thesis.yields.model_files import load_model, save_model
@@ -129,7 +129,8 @@ def test_standardisation_uses_the_training_rows_alone():
 def test_shared_trees_are_scikit_learns_forest(count, depth, split, leaf, share):
     rows, test = parts()
     inputs, target = engineer(rows).to_numpy(), rows["yield_percent"].to_numpy(float)
-    fold = ForestFold(inputs, target, engineer(test).to_numpy(), share, seed=42, trees=12)
+    unseen = engineer(test).to_numpy()
+    fold = ForestFold(Trees(inputs, target, share, seed=42, count=12), unseen)
     fold.predict(5, depth, split, leaf)
     plain = RandomForestRegressor(
         n_estimators=count,
@@ -139,18 +140,32 @@ def test_shared_trees_are_scikit_learns_forest(count, depth, split, leaf, share)
         max_features=share,
         random_state=42,
     ).fit(inputs, target)
-    np.testing.assert_allclose(
-        fold.predict(count, depth, split, leaf), plain.predict(engineer(test).to_numpy()), rtol=1e-13
-    )
+    own = Forest(count, depth, split, leaf, share, seed=42).fit(inputs, target)
+    for predicted in (fold.predict(count, depth, split, leaf), own.predict(unseen)):
+        np.testing.assert_allclose(predicted, plain.predict(unseen), rtol=1e-13)
+
+
+@pytest.mark.parametrize("lengths", ["per_feature", "shared"])
+def test_a_fold_predicts_as_the_process_that_is_fitted_from_the_same_start(lengths):
+    rows, test = parts()
+    training = settings(length_scales=lengths).training
+    plan = plan_steps("gpr", "primary", training.choices)[0]
+    standard, inputs = plan.standardise(engineer(rows))
+    unseen, target = standard(engineer(test).to_numpy()), rows["yield_percent"].to_numpy(float)
+    fold = ProcessFold(inputs, target, unseen, training.choices)
+    for start in (START, {"constant": 900.0, "length_scale": 0.1, "noise": 1e-4}):
+        plain = gaussian_process(start, inputs.shape[1], training).fit(inputs, target)
+        np.testing.assert_allclose(fold.predict(start), plain.predict(unseen), rtol=1e-8)
 
 
 @pytest.mark.parametrize(("split", "leaf"), [(2, 1), (2, 2), (9, 1)])
 def test_a_fold_gives_the_same_forest_whatever_depth_it_was_asked_for_before(split, leaf):
     rows, test = parts()
     inputs, target, unseen = engineer(rows).to_numpy(), rows["yield_percent"].to_numpy(float), engineer(test).to_numpy()
-    asked = ForestFold(inputs, target, unseen, 1.0, seed=42, trees=9)
+    trees = Trees(inputs, target, 1.0, seed=42, count=9)
+    asked = ForestFold(trees, unseen)
     for depth in (1, 30, 3, 2, 5, 4, 8, 3):
-        fresh = ForestFold(inputs, target, unseen, 1.0, seed=42, trees=9)
+        fresh = ForestFold(trees, unseen)
         np.testing.assert_array_equal(asked.predict(9, depth, split, leaf), fresh.predict(9, depth, split, leaf))
 
 

@@ -5,23 +5,41 @@ to the last bit: each has the seed and the bootstrap that RandomForestRegressor 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.linalg import cho_solve, cholesky
 from scipy.linalg.lapack import dpotrf, dtrtri
-from scipy.optimize import minimize
+from scipy.optimize import OptimizeResult, minimize
 from sklearn import config_context
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Kernel, Matern, WhiteKernel
 from sklearn.linear_model import LinearRegression
 from sklearn.tree import DecisionTreeRegressor
-from xgboost import QuantileDMatrix, XGBRegressor, train
+from xgboost import Booster, QuantileDMatrix, XGBRegressor
 
 from millprint.config.yields import Choices, TrainingConfig
 from millprint.thesis.yields.posterior_process import Pairs
 
 # Added to the variance of each row, in the units of the target squared, as scikit-learn does by default.
 JITTER = 1e-10
+
+
+def squared_differences(left: np.ndarray, right: np.ndarray, shared: bool) -> np.ndarray:
+    """Squared differences of inputs (n, k) and (m, k) in each feature (k, n * m); shared: their sum (1, n * m)."""
+    squares = Pairs.of(left, right).squares.reshape(left.shape[1], -1)
+    return squares.sum(axis=0, keepdims=True) if shared else squares
+
+
+def matern(theta: np.ndarray, squares: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """C * Matern(nu = 1.5) of pairs, Eq. 5.5: d^2 / l^2 (k, pairs), C exp(-r) and (1 + r) C exp(-r), (pairs,) each.
+
+    theta: logarithms of factor, length scales and noise; squares: of `squared_differences`.
+    """
+    scaled = squares * np.exp(-2 * theta[1:-1])[:, None]
+    root = np.sqrt(3 * scaled.sum(axis=0))
+    decay = np.exp(theta[0]) * np.exp(-root)
+    return scaled, decay, (1 + root) * decay
 
 
 @dataclass(frozen=True)
@@ -39,22 +57,13 @@ class MarginalLikelihood:
     @classmethod
     def of(cls, inputs: np.ndarray, target: np.ndarray, shared: bool) -> "MarginalLikelihood":
         """For inputs (n, k) and a target (n,); shared: whether all features have one length scale."""
-        squares = Pairs.of(inputs, inputs).squares.reshape(inputs.shape[1], -1)
-        return cls(squares.sum(axis=0, keepdims=True) if shared else squares, target)
+        return cls(squared_differences(inputs, inputs, shared), target)
 
     def negative_log(self, theta: np.ndarray) -> tuple[float, np.ndarray]:
         """-log p(y) and its gradient in theta, the logarithms of factor, length scales and noise."""
-        factor, scales, noise = np.exp(theta[0]), np.exp(-2 * theta[1:-1]), np.exp(theta[-1])
-        target, rows = self.target, len(self.target)
-        scaled = self.squares * scales[:, None]
-        root = np.sqrt(3 * scaled.sum(axis=0))
-        decay = factor * np.exp(-root)
-        smooth = (1 + root) * decay
-        covariance = smooth.copy()
-        covariance[:: rows + 1] += noise + JITTER
-        # LAPACK is called directly: for twenty rows, the wrappers of numpy and scipy take longer than the
-        # factorisation.
-        lower, failed = dpotrf(covariance.reshape(rows, rows), lower=1, clean=1)
+        noise, target, rows = np.exp(theta[-1]), self.target, len(self.target)
+        scaled, decay, smooth = matern(theta, self.squares)
+        lower, failed = dpotrf(self._covariance(smooth, noise), lower=1, clean=1)
         if failed:
             return np.inf, np.zeros_like(theta)
         half = dtrtri(lower, lower=1)[0]
@@ -66,6 +75,24 @@ class MarginalLikelihood:
         # d k / d ln l_j = 3 C exp(-r) d_j^2 / l_j^2, with r^2 = 3 sum_j d_j^2 / l_j^2.
         by_length = scaled @ (3 * decay * flat)
         return -value, -np.concatenate([[smooth @ flat], by_length, [noise * slope.trace()]])
+
+    def maximise(self, start: np.ndarray, bounds: np.ndarray) -> OptimizeResult:
+        """The maximum that is reached from `start`, within bounds (h, 2); all logarithms."""
+        return minimize(self.negative_log, start, jac=True, method="L-BFGS-B", bounds=bounds)
+
+    def weights(self, theta: np.ndarray) -> np.ndarray:
+        """K^-1 y (n,) of Eq. 5.8."""
+        covariance = self._covariance(matern(theta, self.squares)[2], np.exp(theta[-1]))
+        return cho_solve((cholesky(covariance, lower=True), True), self.target)
+
+    def _covariance(self, smooth: np.ndarray, noise: float) -> np.ndarray:
+        """K (n, n), from its part without noise (n * n,)."""
+        rows = len(self.target)
+        covariance = smooth.copy()
+        covariance[:: rows + 1] += noise + JITTER
+        # LAPACK is called directly in the search: for twenty rows, the wrappers of numpy and scipy take longer than the
+        # factorisation.
+        return covariance.reshape(rows, rows)
 
 
 class GaussianProcess:
@@ -82,10 +109,7 @@ class GaussianProcess:
     def fit(self, inputs: np.ndarray, target: np.ndarray) -> "GaussianProcess":
         """Fit on inputs (n, k) and a target (n,)."""
         likelihood = MarginalLikelihood.of(inputs, target, shared=len(self.kernel.theta) == 3)
-        found = [
-            minimize(likelihood.negative_log, start, jac=True, method="L-BFGS-B", bounds=self.kernel.bounds)
-            for start in self.starts
-        ]
+        found = [likelihood.maximise(start, self.kernel.bounds) for start in self.starts]
         return self.condition(min(found, key=lambda each: each.fun).x, inputs, target)
 
     def condition(self, logs: np.ndarray, inputs: np.ndarray, target: np.ndarray) -> "GaussianProcess":
@@ -124,6 +148,29 @@ def matern_kernel(start: dict[str, float], columns: int, choices: Choices) -> Ke
     return smooth + WhiteKernel(start["noise"], bounds)
 
 
+class ProcessFold:
+    """Processes from many starts for one fold. The distances of its rows are calculated once.
+
+    For some twenty rows, scikit-learn spends a third of a search in kernels that build and check themselves again. The
+    predictions are its own, but for rounding.
+    """
+
+    def __init__(self, inputs: np.ndarray, target: np.ndarray, held_out: np.ndarray, choices: Choices):
+        """inputs (n, k), target (n,) [pp] and held-out inputs (m, k) of a fold."""
+        shared, self._kernel_bounds = choices.length_scales == "shared", choices.kernel_bounds
+        self._likelihood = MarginalLikelihood.of(inputs, target, shared)
+        self._across = squared_differences(held_out, inputs, shared)
+
+    def predict(self, start: dict[str, float]) -> np.ndarray:
+        """Mean (m,) [pp] at the held-out inputs, Eq. 5.8, of the process that is reached from a start of Table 5.2."""
+        lengths = np.full(len(self._likelihood.squares), start["length_scale"])
+        logs = np.log(np.concatenate([[start["constant"]], lengths, [start["noise"]]]))
+        bounds = np.tile(np.log(self._kernel_bounds), (len(logs), 1))
+        theta = self._likelihood.maximise(logs, bounds).x
+        weights = self._likelihood.weights(theta)
+        return matern(theta, self._across)[2].reshape(-1, len(weights)) @ weights
+
+
 def gaussian_process(parameters: dict[str, float], columns: int, training: TrainingConfig) -> GaussianProcess:
     """The process, not fitted yet; parameters: where its maximisation starts, as `matern_kernel` takes it.
 
@@ -158,57 +205,23 @@ class LeastSquares(LinearRegression):
 LARGEST_SEED = np.iinfo(np.int32).max
 
 
-class ForestFold:
-    """The random forests of every size and shape that a search needs for one fold; each tree is grown once.
+class Trees:
+    """The trees of scikit-learn's RandomForestRegressor for some rows, grown one by one.
 
-    The trees are those of scikit-learn's RandomForestRegressor. The first n of a forest do not depend on how many
-    follow, and many sets of hyper-parameters give the same trees: a node of fewer than 2 * min_samples_leaf rows is
-    never split, and a tree that has not reached its largest depth is the tree of every larger depth.
+    inputs (n, k), target (n,) [pp]; max_features: the share of the features that every node sees; count: the largest
+    number of trees.
     """
 
-    def __init__(
-        self, inputs: np.ndarray, target: np.ndarray, held_out: np.ndarray, max_features: float, seed: int, trees: int
-    ):
-        """inputs (n, k), target (n,) [pp] and held-out inputs (m, k) of a fold; trees: the largest number of trees.
-
-        max_features: the share of the features that every node sees.
-        """
-        # Trees compare in single precision, as scikit-learn's forests do.
-        self._inputs, self._held_out = (np.ascontiguousarray(each, dtype=np.float32) for each in (inputs, held_out))
-        self._target, self._max_features = np.ascontiguousarray(target, dtype=float)[:, None], max_features
+    def __init__(self, inputs: np.ndarray, target: np.ndarray, max_features: float, seed: int, count: int):
+        self._inputs, self._max_features = single(inputs), max_features
+        self._target = np.ascontiguousarray(target, dtype=float)[:, None]
         generator = np.random.RandomState(seed)
-        self._seeds = [generator.randint(LARGEST_SEED) for _ in range(trees)]
+        self._seeds = [generator.randint(LARGEST_SEED) for _ in range(count)]
         # A new generator takes a hundred times as long as another seed for an old one.
         self._generator = np.random.RandomState(0)
         self._bootstraps: dict[int, np.ndarray] = {}
-        # By number of a tree and rows of a node and leaf: the smallest depth limit that gives this tree, and its
-        # prediction.
-        self._free: dict[tuple[int, int, int], tuple[int, np.ndarray]] = {}
-        self._bounded: dict[tuple[int, int, int, int], np.ndarray] = {}
 
-    def predict(self, n_estimators: int, max_depth: int, min_samples_split: int, min_samples_leaf: int) -> np.ndarray:
-        """Mean prediction (m,) [pp] of a forest for the held-out rows, Eq. 5.11; n_estimators: at most `trees`."""
-        split = max(min_samples_split, 2 * min_samples_leaf)
-        # The numbers are finite, and the configuration has checked the parameters.
-        with config_context(assume_finite=True, skip_parameter_validation=True):
-            trees = [self._predict(index, max_depth, split, min_samples_leaf) for index in range(n_estimators)]
-        return np.mean(trees, axis=0)
-
-    def _predict(self, index: int, depth: int, split: int, leaf: int) -> np.ndarray:
-        free = self._free.get((index, split, leaf))
-        if free is not None and depth >= free[0]:
-            return free[1]
-        key = (index, depth, split, leaf)
-        if key not in self._bounded:
-            tree = self._grow(index, depth, split, leaf)
-            predicted = tree.predict(self._held_out, check_input=False)
-            if tree.get_depth() < depth:
-                self._free[index, split, leaf] = tree.get_depth() + 1, predicted
-                return predicted
-            self._bounded[key] = predicted
-        return self._bounded[key]
-
-    def _grow(self, index: int, depth: int, split: int, leaf: int) -> DecisionTreeRegressor:
+    def grow(self, index: int, depth: int, split: int, leaf: int) -> DecisionTreeRegressor:
         """The tree of this number; split: fewest rows of a node that is split; leaf: fewest rows of a leaf."""
         if index not in self._bootstraps:
             rows = len(self._inputs)
@@ -223,7 +236,76 @@ class ForestFold:
             max_features=self._max_features,
             random_state=self._generator,
         )
-        return tree.fit(self._inputs, self._target, self._bootstraps[index], check_input=False)
+        # The numbers are finite, and the configuration has checked the parameters.
+        with config_context(assume_finite=True, skip_parameter_validation=True):
+            return tree.fit(self._inputs, self._target, self._bootstraps[index], check_input=False)
+
+
+def single(inputs: np.ndarray) -> np.ndarray:
+    """Inputs in single precision, in which trees compare, as scikit-learn's forests do."""
+    return np.ascontiguousarray(inputs, dtype=np.float32)
+
+
+@dataclass
+class Forest:
+    """A random forest, Eq. 5.11; the parameters are those of Table 5.3."""
+
+    n_estimators: int
+    max_depth: int
+    min_samples_split: int = 2
+    min_samples_leaf: int = 1
+    max_features: float = 1.0
+    seed: int = 0
+    trees: list[DecisionTreeRegressor] = field(init=False, default_factory=list)
+
+    def fit(self, inputs: np.ndarray, target: np.ndarray) -> "Forest":
+        """Fit on inputs (n, k) and a target (n,)."""
+        trees = Trees(inputs, target, self.max_features, self.seed, self.n_estimators)
+        shape = (self.max_depth, self.min_samples_split, self.min_samples_leaf)
+        self.trees = [trees.grow(index, *shape) for index in range(self.n_estimators)]
+        return self
+
+    def predict(self, inputs: np.ndarray) -> np.ndarray:
+        """Mean (m,) over the trees at inputs (m, k)."""
+        rows = single(inputs)
+        return np.mean([tree.predict(rows, check_input=False) for tree in self.trees], axis=0)
+
+
+class ForestFold:
+    """The random forests of every size and shape that a search needs for one fold; each tree is grown once.
+
+    The first n trees of a forest do not depend on how many follow, and many sets of hyper-parameters give the same
+    trees: a node of fewer than 2 * min_samples_leaf rows is never split, and a tree that has not reached its largest
+    depth is the tree of every larger depth.
+    """
+
+    def __init__(self, trees: Trees, held_out: np.ndarray):
+        """held_out: inputs (m, k) of a fold, of whose other rows the trees are."""
+        self._trees, self._held_out = trees, single(held_out)
+        # By number of a tree and rows of a node and leaf: the smallest depth limit that gives this tree, and its
+        # prediction.
+        self._free: dict[tuple[int, int, int], tuple[int, np.ndarray]] = {}
+        self._bounded: dict[tuple[int, int, int, int], np.ndarray] = {}
+
+    def predict(self, n_estimators: int, max_depth: int, min_samples_split: int, min_samples_leaf: int) -> np.ndarray:
+        """Mean prediction (m,) [pp] of a forest for the held-out rows, Eq. 5.11."""
+        split = max(min_samples_split, 2 * min_samples_leaf)
+        trees = [self._predict(index, max_depth, split, min_samples_leaf) for index in range(n_estimators)]
+        return np.mean(trees, axis=0)
+
+    def _predict(self, index: int, depth: int, split: int, leaf: int) -> np.ndarray:
+        free = self._free.get((index, split, leaf))
+        if free is not None and depth >= free[0]:
+            return free[1]
+        key = (index, depth, split, leaf)
+        if key not in self._bounded:
+            tree = self._trees.grow(index, depth, split, leaf)
+            predicted = tree.predict(self._held_out, check_input=False)
+            if tree.get_depth() < depth:
+                self._free[index, split, leaf] = tree.get_depth() + 1, predicted
+                return predicted
+            self._bounded[key] = predicted
+        return self._bounded[key]
 
 
 class BoostingFold:
@@ -237,5 +319,8 @@ class BoostingFold:
     def predict(self, parameters: dict[str, int | float]) -> np.ndarray:
         """Prediction (m,) [pp] for the held-out rows, with these parameters of XGBRegressor."""
         estimator = XGBRegressor(**parameters)
-        booster = train(estimator.get_xgb_params(), self._data, estimator.get_num_boosting_rounds())
+        # What xgboost.train does, but for its callbacks, which take a third of the time for some twenty rows.
+        booster = Booster(estimator.get_xgb_params(), [self._data])
+        for number in range(estimator.get_num_boosting_rounds()):
+            booster.update(self._data, number)
         return booster.inplace_predict(self._held_out)

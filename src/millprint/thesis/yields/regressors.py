@@ -107,6 +107,13 @@ def _make_gpr(parameters: Parameters, columns: int, training: TrainingConfig, th
     return gaussian_process(parameters, columns, training)
 
 
+def _process_folds(inputs: np.ndarray, target: np.ndarray, folds: list, training: TrainingConfig) -> FoldPredictor:
+    from millprint.thesis.yields.estimators import ProcessFold
+
+    fits = [ProcessFold(inputs[kept], target[kept], inputs[held], training.choices) for kept, held in folds]
+    return lambda fold, parameters: fits[fold].predict(parameters)
+
+
 def _restore_gpr(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndarray) -> Any:
     import numpy as np
 
@@ -114,18 +121,17 @@ def _restore_gpr(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndar
 
 
 def _make_forest(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
-    from sklearn.ensemble import RandomForestRegressor
+    from millprint.thesis.yields.estimators import Forest
 
-    share = float(training.choices.max_features)
-    return RandomForestRegressor(**parameters, max_features=share, random_state=training.seed)
+    return Forest(**parameters, max_features=float(training.choices.max_features), seed=training.seed)
 
 
 def _forest_folds(inputs: np.ndarray, target: np.ndarray, folds: list, training: TrainingConfig) -> FoldPredictor:
-    from millprint.thesis.yields.estimators import ForestFold
+    from millprint.thesis.yields.estimators import ForestFold, Trees
 
-    trees, share = int(training.spaces["rf"]["n_estimators"][1]), float(training.choices.max_features)
+    most, share = int(training.spaces["rf"]["n_estimators"][1]), float(training.choices.max_features)
     forests = [
-        ForestFold(inputs[kept], target[kept], inputs[held], share, training.seed, trees) for kept, held in folds
+        ForestFold(Trees(inputs[kept], target[kept], share, training.seed, most), inputs[held]) for kept, held in folds
     ]
     return lambda fold, parameters: forests[fold].predict(**parameters)
 
@@ -145,7 +151,7 @@ def _explain_forest(estimator: Any, inputs: np.ndarray) -> tuple[np.ndarray, flo
     """The mean over the trees: SHAP values of a sum are sums."""
     import numpy as np
 
-    values, bases = zip(*(_explain_trees(tree, inputs) for tree in estimator.estimators_), strict=True)
+    values, bases = zip(*(_explain_trees(tree, inputs) for tree in estimator.trees), strict=True)
     return np.mean(values, axis=0), float(np.mean(bases))
 
 
@@ -219,6 +225,7 @@ REGRESSORS = {
         "off the printed row.",
         make=_make_gpr,
         space=spaces.SPACES["gpr"],
+        fold_predictor=_process_folds,
         **OF_A_PROCESS,
     ),
     "rf": Regressor(
