@@ -32,7 +32,7 @@ def settings(**changed) -> SwingConfig:
         "duration_s": 0.6,
         "static_friction": [0.1, 1.0],
         "rolling_friction": [0.01, 0.15],
-        "search_simulations": 50,
+        "search_simulations": 64,
         "profile_points": 2,
     }
     return Swings(**values | changed)
@@ -47,7 +47,7 @@ def describe_swings(swing, pairs: list[tuple[float, float]], duration: float) ->
     rows = []
     times = np.arange(0, duration, 1e-3)
     for pair in pairs:
-        across, height = swing.positions(pair, duration)(times).T
+        across, height = swing.positions([pair], duration)[0](times).T
         turns = find_peaks(np.abs(across), prominence=1.0)[0]
         rises = [*height[turns], np.nan, np.nan][:2]
         ends = (times[turns[0]], times[turns[-1]]) if turns.size else (np.nan, np.nan)
@@ -70,7 +70,7 @@ def test_small_swings_have_the_period_of_a_ball_that_rolls(cylinder, contacts):
     changed = settings(release={"down": [-1, 0, 0], "across": [0, 1, 0], "height_fraction": 0.19})
     swing = make_swing(cylinder, contact, RAYLEIGH_FRACTION_MAX, 2 * BALL, changed)
     times = np.arange(0, 1.6, 1e-4)
-    across = swing.positions((1.0, 1e-4), 1.6)(times)[:, 0]
+    across = swing.positions([(1.0, 1e-4)], 1.6)[0](times)[:, 0]
     crossings = times[np.flatnonzero(np.diff(np.sign(across)) != 0)]
     angle = np.arcsin(np.abs(across[times > crossings[0]]).max() * 1e-3 / (RADIUS - BALL))
     expected = 2 * np.pi * np.sqrt(1.4 * (RADIUS - BALL) / 9.81) * (1 + angle**2 / 16)
@@ -97,12 +97,23 @@ def test_the_ball_stays_in_its_plane_and_starts_where_the_thesis_puts_it(mills, 
     # It touches the straight wall, half way up.
     shape = mills["emax"].geometry
     np.testing.assert_allclose(swing.start, [0.0, shape.end_radius_mm * 1e-3 - BALL, 0.0175], atol=2e-6)
-    path = swing.positions((0.3, 0.045), 0.5)
+    path = swing.positions([(0.3, 0.045)], 0.5)[0]
     # On the long axis the ball touches the round end, which facets draw in a little.
     np.testing.assert_allclose(path(0.0)[0], shape.end_radius_mm - 5, atol=0.01)
     np.testing.assert_allclose(path(0.0)[1], shape.end_radius_mm + shape.straight_mm / 2 - 5, atol=0.1)
     # It falls freely along the straight wall, which does not touch it.
     assert path(0.0)[1] - path(0.04)[1] == pytest.approx(1e3 * 9.81 / 2 * 0.04**2, rel=1e-3)
+
+
+def test_balls_that_swing_side_by_side_swing_as_each_alone(mills, contacts):
+    swing = make_swing(mills["emax"], contacts["calibrated"], RAYLEIGH_FRACTION_MAX, 2 * BALL, settings())
+    pairs, times = [(0.1, 0.01), (0.3, 0.045), (0.7, 0.1)], np.linspace(0, 0.4, 50)
+    together = swing.positions(pairs, times[-1])
+    for pair, path in zip(pairs, together, strict=True):
+        # All begin at the same place; only the order of sums differs.
+        np.testing.assert_allclose(path(times), swing.positions([pair], times[-1])[0](times), atol=1e-4)
+    apart = np.abs(together[0](times) - together[1](times)).max()
+    assert apart > 0.1
 
 
 @pytest.mark.slow
@@ -137,7 +148,7 @@ def test_a_track_that_never_slips_leaves_static_friction_open_above(cylinder, co
     chosen = settings(
         release={"down": [-1, 0, 0], "across": [0, 1, 0], "height_fraction": 0.2},
         static_friction=[0.3, 1.0],
-        search_simulations=40,
+        search_simulations=64,
     )
     swing = make_swing(cylinder, contacts["calibrated"], RAYLEIGH_FRACTION_MAX, 2 * BALL, chosen)
     fit = fit_friction(simulate_track(swing, chosen), swing.positions, chosen, 0.95)
@@ -149,7 +160,7 @@ def test_a_track_that_never_slips_leaves_static_friction_open_above(cylinder, co
 @pytest.mark.slow
 def test_a_measured_track_is_fitted_from_its_table(mills, contacts, tmp_path):
     """Heights alone are enough; `given` stays empty, since the true pair is unknown."""
-    chosen = settings(search_simulations=40, duration_s=0.5)
+    chosen = settings(search_simulations=64, duration_s=0.5)
     swing = make_swing(mills["emax"], contacts["calibrated"], RAYLEIGH_FRACTION_MAX, 2 * BALL, chosen)
     path = tmp_path / "track.tsv"
     simulate_track(swing, chosen)[["time_s", "height_mm"]].to_csv(path, sep="\t", index=False)

@@ -103,7 +103,7 @@ class SwingConfig(Section):
     """bounds of the static friction coefficient [-]"""
     rolling_friction: Bounds = (0.002, 0.2)
     """bounds of the rolling friction coefficient [-]"""
-    search_simulations: int = Field(default=400, ge=20, le=5000)
+    search_simulations: int = Field(default=400, ge=64, le=5000)
     """simulations of the search: half over all, half around the best [-]"""
     profile_points: int = Field(default=4, ge=2, le=50)
     """points of a profile on either side of its estimate"""

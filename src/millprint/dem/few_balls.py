@@ -12,14 +12,14 @@ from millprint.config.sweep import OVERLAP_LIMIT
 from millprint.dem import state
 from millprint.dem.advance import advance
 from millprint.dem.collisions import by_surface, collision_table
-from millprint.dem.layout import COUNTER, RATE, SAMPLE, STATUS, TOTAL_WIDTH
+from millprint.dem.layout import COUNTER, LAW, RATE, SAMPLE, STATUS, TOTAL_WIDTH
 from millprint.dem.ledger import ledger_series
 from millprint.dem.recording import Recorder, Table, make_recorder, make_table
 from millprint.mill.kernel_columns import span_of, width_of
 from millprint.mill.motion import AT_REST, Motion
 from millprint.mill.vessel import Vessel
 from millprint.mill.wall_arrays import build_walls
-from millprint.mill.walls import Walls
+from millprint.mill.walls import SURFACE, Walls
 
 CANDIDATES_PER_BALL = 40
 COLLISION_ROWS = 100_000  # contacts that one call of `run` can record
@@ -43,6 +43,9 @@ class FewBalls:
 
     Further: step [s], skin [m], gravity (downwards, or a vector (3,)) [m/s2], motion, pitch [m], walls, where many
     worlds share those of one vessel, and by_facet, see recording.make_table.
+
+    friction: static and rolling friction (n, 2) [-] of each ball at the walls, in place of the contact set's. The balls
+    are then as many experiments side by side: they do not touch each other.
     """
 
     def __init__(
@@ -61,10 +64,12 @@ class FewBalls:
         pitch: float = 0.01,
         walls: Walls | None = None,
         by_facet: bool = False,
+        friction: ArrayLike | None = None,
     ) -> None:
         position = np.atleast_2d(np.asarray(position, dtype=float))
-        radii = np.unique(np.broadcast_to(radius, len(position)))
-        species = np.searchsorted(radii, np.broadcast_to(radius, len(position)))
+        radii, species = np.unique(np.broadcast_to(radius, len(position)), return_inverse=True)
+        if friction is not None:
+            radii, species = radii[species], np.arange(len(position))
         self.vessel = vessel
         self.by_facet = by_facet
         self.step = step
@@ -76,6 +81,10 @@ class FewBalls:
         self.open_contacts = state.make_contacts(self.candidates.partner.size)
         self.walls = walls or walls_for(vessel, radii.max(), skin, pitch)
         self.laws = state.make_laws(self.balls, contact, self.step, OVERLAP_LIMIT, self.walls.surface)
+        if friction is not None:
+            self.laws.wall[SURFACE.rough][:, [LAW.friction, LAW.rolling_friction]] = friction
+            # Less than nothing within the skin.
+            self.laws.pair[..., LAW.reach] = -skin
         self.clock = state.make_clock(self.balls, [motion], self.step, skin, gravity)
         self.totals = np.zeros(TOTAL_WIDTH)
         self.counters = state.make_counters()

@@ -1,6 +1,6 @@
 """The friction pair of an oscillating ball, fitted to its track, and the experiments."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from operator import itemgetter
 from typing import NamedTuple
@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 from scipy.interpolate import CubicSpline
-from scipy.optimize import direct, least_squares, minimize_scalar
+from scipy.optimize import differential_evolution, least_squares, minimize_scalar
 
 from millprint.config.calibration import FRICTION_PAIR, MEASURED, SIMULATED, ExperimentConfig, SwingConfig
 from millprint.config.contact_set import ContactConfig
@@ -33,7 +33,10 @@ PROFILE_REACH = 2.0  # profiles reach this many half widths of the interval, fro
 NARROWEST = 0.01  # smallest half width, in the logarithm, since the curvature of a rough S is unreliable
 LONGER = 3  # a profile is extended by up to this factor until it has left the interval
 
-Simulate = Callable[[tuple[float, float], float], CubicSpline]
+# Pairs that the search simulates side by side: members of its population, a power of 2.
+TOGETHER = 16
+
+Simulate = Callable[[Sequence[tuple[float, float]], float], list[CubicSpline]]
 Tick = Callable[[int], object]
 
 
@@ -81,16 +84,21 @@ class Misfit:
         """The simulated pairs (k, 2), in logarithms, with no more than a sum of squares [mm2]."""
         return np.array([key for key, (difference, _) in self.known.items() if (difference**2).sum() <= squares])
 
-    def _simulated(self, logarithms: np.ndarray) -> tuple[np.ndarray, float]:
-        key = tuple(map(float, logarithms))
-        if key not in self.known:
-            self.known[key] = self._best_release(tuple(np.exp(key)))
-            self.tick(1)
-        return self.known[key]
+    def learn(self, places: Iterable[np.ndarray]) -> None:
+        """Simulate the pairs that are not known yet, in logarithms, side by side."""
+        keys = [tuple(map(float, place)) for place in places]
+        new = [key for key in dict.fromkeys(keys) if key not in self.known]
+        if new:
+            paths = self.simulate([tuple(np.exp(key)) for key in new], self.times[-1] + self.release_uncertainty_s)
+            self.known |= {key: self._best_release(path) for key, path in zip(new, paths, strict=True)}
+            self.tick(len(new))
 
-    def _best_release(self, pair: tuple[float, float]) -> tuple[np.ndarray, float]:
+    def _simulated(self, logarithms: np.ndarray) -> tuple[np.ndarray, float]:
+        self.learn([logarithms])
+        return self.known[tuple(map(float, logarithms))]
+
+    def _best_release(self, path: CubicSpline) -> tuple[np.ndarray, float]:
         widest = self.release_uncertainty_s
-        path = self.simulate(pair, self.times[-1] + widest)
 
         def difference(release: float) -> np.ndarray:
             # Before its release, the ball is at rest.
@@ -145,7 +153,8 @@ def fit_friction(
 ) -> Fit:
     """Fit (static, rolling) friction to a track: time_s and across_mm, height_mm or both.
 
-    simulate: what gives the track [mm] of a pair over a time [s] (Swing.positions); tick: called after a simulation.
+    simulate: what gives the tracks [mm] of pairs over a time [s] (Swing.positions); tick: called with the number of
+    simulations that are done.
     Raises SimulationError.
     """
     misfit = Misfit(track, simulate, settings.release_uncertainty_s, tick)
@@ -193,10 +202,26 @@ def _falls(excess: np.ndarray) -> np.ndarray:
 
 def _search(misfit: Misfit, bounds: np.ndarray, simulations: int) -> np.ndarray:
     """The best pair (2,) of a search through the whole range and of another one around what that has found."""
+
+    def squares(places: np.ndarray) -> np.ndarray:
+        misfit.learn(places.T)
+        return np.array([misfit.squares(place) for place in places.T])
+
     for _ in range(2):
-        # DIRECT stops after a number of simulations, not at a cell size.
-        best = direct(misfit.squares, list(bounds.T), maxfun=simulations // 2, vol_tol=0, len_tol=0).x
-        bounds = np.clip(best + np.array([[-NEAR], [NEAR]]), bounds[0], bounds[1])
+        # A search that asks for many pairs at a time. It stops after a number of simulations, not where they are alike.
+        differential_evolution(
+            squares,
+            list(bounds.T),
+            popsize=TOGETHER // 2,
+            init="sobol",
+            maxiter=max(1, simulations // (2 * TOGETHER) - 1),
+            tol=0,
+            polish=False,
+            updating="deferred",
+            vectorized=True,
+            rng=0,
+        )
+        bounds = np.clip(misfit.best() + np.array([[-NEAR], [NEAR]]), bounds[0], bounds[1])
     return misfit.best()
 
 
@@ -211,12 +236,14 @@ def _descend(misfit: Misfit, start: np.ndarray, bounds: np.ndarray) -> np.ndarra
 
 def _slopes(misfit: Misfit, place: np.ndarray, bounds: np.ndarray, free: tuple[int, ...] = (0, 1)) -> np.ndarray:
     """Central differences (m, free) of the misfit by the logarithms of the free coefficients; one-sided at a bound."""
-    columns = []
-    for index in free:
-        ends = [np.array(place), np.array(place)]
-        for sign, end in zip((-1, 1), ends, strict=True):
-            end[index] = np.clip(end[index] + sign * STEP, bounds[0, index], bounds[1, index])
-        columns.append((misfit(ends[1]) - misfit(ends[0])) / (ends[1][index] - ends[0][index]))
+    ends = np.tile(place, (len(free), 2, 1))
+    for row, index in enumerate(free):
+        ends[row, :, index] = np.clip(place[index] + np.array([-STEP, STEP]), *bounds[:, index])
+    misfit.learn([place, *ends.reshape(-1, len(place))])
+    columns = [
+        (misfit(above) - misfit(below)) / (above[index] - below[index])
+        for index, (below, above) in zip(free, ends, strict=True)
+    ]
     return np.array(columns).T
 
 
@@ -353,8 +380,8 @@ def _paths(swing: Swing, pairs: list[tuple[float, float]], duration: float, rele
     """Simulated paths, the first being the fit: path, static_friction, rolling_friction, time_s and the places."""
     times = np.arange(0, duration, PATH_STEP_S)
     tables = []
-    for index, pair in enumerate(pairs):
-        places = swing.positions(pair, duration)(times)
+    for index, (pair, positions) in enumerate(zip(pairs, swing.positions(pairs, duration), strict=True)):
+        places = positions(times)
         path = {"path": VARIED if index else FITTED, **dict(zip(FRICTION_PAIR, pair, strict=True))}
         path |= {"time_s": times + release, **dict(zip(PLACES, places.T, strict=True))}
         tables.append(pd.DataFrame(path))

@@ -5,6 +5,7 @@ the ball in the middle of a straight side that stands upright. It falls without 
 and rolls once friction has turned it, so that the first swings show static friction and the later ones rolling.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -50,24 +51,23 @@ class Swing:
         """The jar's walls for a ball of this radius; made when first asked for, as this takes long."""
         return walls_for(self.vessel, self.radius)
 
-    def positions(self, friction: tuple[float, float], duration: float) -> "CubicSpline":
-        """Position (across, height) [mm] against time [s], for a pair (static, rolling) of friction coefficients.
+    def positions(self, pairs: Sequence[tuple[float, float]], duration: float) -> "list[CubicSpline]":
+        """Position (across, height) [mm] against time [s], for each pair (static, rolling) of friction coefficients.
 
-        across is counted from the jar's middle, height from the lowest place of the ball. Raises SimulationError.
+        The balls swing side by side, in one simulation. across is counted from the jar's middle, height from the lowest
+        place of the ball. Raises SimulationError.
         """
         # Slow to import, and the check of the input imports this module.
         from scipy.interpolate import CubicSpline
 
-        contact = self.contact.model_copy(
-            update={"static_friction": float(friction[0]), "rolling_friction": float(friction[1])}
-        )
         world = FewBalls(
-            self.vessel, contact, self.start, radius=self.radius, step=self.step, walls=self.walls,
-            gravity=-GRAVITY * self.axes[1],
+            self.vessel, self.contact, np.tile(self.start, (len(pairs), 1)), radius=self.radius, step=self.step,
+            walls=self.walls, gravity=-GRAVITY * self.axes[1], friction=pairs,
         )  # fmt: skip
         # Two samples more: a spline is least exact at its ends.
         times, positions = world.track(duration + 2 * SAMPLE_S, max(1, round(SAMPLE_S / self.step)))
-        return CubicSpline(times, 1e3 * (positions[:, 0] @ self.axes.T - self.origin))
+        places = 1e3 * (positions @ self.axes.T - self.origin)
+        return [CubicSpline(times, places[:, ball]) for ball in range(len(pairs))]
 
 
 def make_swing(
@@ -114,7 +114,7 @@ def simulate_track(swing: Swing, settings: SwingConfig) -> pd.DataFrame:
     """
     times = np.arange(0, settings.duration_s, 1 / settings.frames_per_second)
     friction = swing.contact.value_of("static_friction"), swing.contact.rolling_friction
-    places = swing.positions(friction, settings.duration_s)(times)
+    places = swing.positions([friction], settings.duration_s)[0](times)
     noise = np.random.default_rng(settings.seed).normal(0, settings.noise_mm, places.shape)
     return pd.DataFrame({"time_s": times, **dict(zip(PLACES, (places + noise).T, strict=True))})
 
