@@ -63,6 +63,7 @@ class MarginalLikelihood:
         """-log p(y) and its gradient in theta, the logarithms of factor, length scales and noise."""
         noise, target, rows = np.exp(theta[-1]), self.target, len(self.target)
         scaled, decay, smooth = matern(theta, self.squares)
+        # LAPACK is called directly: for twenty rows, the wrappers of numpy and scipy take longer than factorising.
         lower, failed = dpotrf(self._covariance(smooth, noise), lower=1, clean=1)
         if failed:
             return np.inf, np.zeros_like(theta)
@@ -90,8 +91,6 @@ class MarginalLikelihood:
         rows = len(self.target)
         covariance = smooth.copy()
         covariance[:: rows + 1] += noise + JITTER
-        # LAPACK is called directly in the search: for twenty rows, the wrappers of numpy and scipy take longer than the
-        # factorisation.
         return covariance.reshape(rows, rows)
 
 
