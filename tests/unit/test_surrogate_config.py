@@ -30,7 +30,7 @@ def settings(content: dict) -> SurrogateConfig:
 def test_the_default_variant_is_the_network_of_the_thesis(content):
     variant = settings(content).variant("thesis")
     assert (variant.graph.window, variant.network.width, variant.network.mlp_layers) == (7, 256, 4)
-    assert (variant.network.interaction_layers, variant.training.dissipation_weight) == (1, 1)
+    assert (variant.network.interaction_layers, variant.training.huber_delta) == (1, 2)
     assert (variant.training.acceleration_weight, variant.training.velocity_noise) == (3, 0.005)
     assert (variant.edges.wall_threshold_m, variant.edges.ball_threshold_m) == (-0.0052, 0.0015)
     assert variant.rollout.snap_back_m == -0.0049

@@ -16,7 +16,7 @@ from millprint.thesis.surrogate.network import (
     weights_content,
     write_tensors,
 )
-from millprint.thesis.surrogate.training import Trainer, decay, draw_epoch, huber, losses
+from millprint.thesis.surrogate.training import Trainer, draw_epoch, huber, losses
 from tests.unit.surrogate_samples import simulate, small_recipe, sphere_scene
 
 CPU = torch.device("cpu")
@@ -231,18 +231,6 @@ def test_a_training_that_runs_away_stops_and_names_epoch_and_run(tmp_path):
 def test_learning_rate_reaches_its_end():
     trainer = trained()
     assert trainer.scheduler.get_last_lr()[0] == pytest.approx(1e-4, rel=1e-6)
-
-
-@pytest.mark.parametrize(("shape", "halfway"), [("linear", 5.05e-3), ("exponential", 1e-3)])
-def test_the_learning_rate_falls_to_the_final_one_and_stays_there(shape, halfway):
-    settings = small_recipe(learning_rate=1e-2, final_learning_rate=1e-4, learning_rate_decay=shape).training
-    optimiser = torch.optim.Adam([torch.zeros(1)], lr=settings.learning_rate)
-    scheduler, rates = decay(optimiser, settings, 10), []
-    for _ in range(11):
-        rates.append(scheduler.get_last_lr()[0])
-        optimiser.step()
-        scheduler.step()
-    np.testing.assert_allclose([rates[0], rates[5], rates[10]], [1e-2, halfway, 1e-4])
 
 
 def test_weights_load_without_code(tmp_path):

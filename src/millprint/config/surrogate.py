@@ -67,15 +67,15 @@ class NetworkConfig(Section):
 class TrainingConfig(Section):
     """Loss, optimiser and budget (thesis Eqs 6.28 to 6.30 and Sec. 6.2.2)."""
 
-    # Threshold delta of the Huber loss, Eq. 6.30 [-].
-    huber_delta: ClassVar[float] = 2.0
+    huber_delta: Positive = 2.0
+    """threshold delta of the Huber loss, Eq. 6.30 [-]"""
     acceleration_weight: NonNegative = 3.0
     """alpha, weight of the acceleration loss, Eq. 6.28 [-]"""
     dissipation_weight: NonNegative = 1.0
     """weight of the dissipation loss, 1 in Eq. 6.28 [-]"""
     velocity_noise: NonNegative = 0.005
     """standard deviation of noise on normalised velocities [-]"""
-    epochs: Count = 24
+    epochs: Count = 40
     """epochs over which the learning rate decays [-]"""
     snapshots_per_epoch: Count = 4500
     """snapshots drawn in an epoch; all of them if there are fewer [-]"""
@@ -83,12 +83,8 @@ class TrainingConfig(Section):
     """snapshots in a batch [-]"""
     learning_rate: Positive = 1e-3
     """learning rate of Adam at the first step [-]"""
-    final_learning_rate: Positive = 1e-6
-    """learning rate of Adam at the last step [-]"""
-    learning_rate_decay: Literal["linear", "exponential"] = "linear"
-    """how the learning rate goes from the first one to the last; exponential in the thesis"""
-    # Of Adam, for the mean of the gradients and of their squares; those of the second are 0.999 in most of its uses.
-    betas: ClassVar[tuple[float, float]] = (0.9, 0.95)
+    final_learning_rate: Positive = 1e-5
+    """learning rate of Adam at the last step, reached exponentially [-]"""
     wall_time_max_s: Positive = 1500.0
     """training stops here even if epochs are left [s]"""
     threads: Count = 1

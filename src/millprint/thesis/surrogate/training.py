@@ -8,7 +8,6 @@ from pathlib import Path
 import pandas as pd
 import torch
 from torch import Tensor
-from torch.optim.lr_scheduler import ExponentialLR, LambdaLR, LRScheduler
 
 from millprint.config.errors import ConfigError, TrainingError
 from millprint.config.surrogate import GraphConfig, Recipe, TrainingConfig
@@ -63,14 +62,6 @@ def draw_epoch(rows: list[Tensor], snapshots: int, batch_size: int, seed: int) -
     return [batches[place] for place in torch.randperm(len(batches), generator=generator)]
 
 
-def decay(optimiser: torch.optim.Optimizer, settings: TrainingConfig, steps: int) -> LRScheduler:
-    """The learning rate over a number of steps, from the first one to the final one."""
-    ratio = settings.final_learning_rate / settings.learning_rate
-    if settings.learning_rate_decay == "exponential":
-        return ExponentialLR(optimiser, ratio ** (1 / steps))
-    return LambdaLR(optimiser, lambda step: 1 + (ratio - 1) * min(step / steps, 1))
-
-
 def check_data(run: TrainingRun, graph: GraphConfig) -> None:
     """Raise TrainingError for the first snapshot of a run with a feature or target that is not a finite number."""
     snapshots, end = run.snapshots, run.validation_end
@@ -110,11 +101,11 @@ class Trainer:
         self.runs = [on_device(run, device) for run in runs]
         torch.manual_seed(settings.seed)
         self.model = NormalisedNetwork(recipe, statistics).to(device)
-        rate, betas = settings.learning_rate, settings.betas
-        self.optimiser = torch.optim.Adam(self.model.parameters(), lr=rate, betas=betas, fused=True)
+        self.optimiser = torch.optim.Adam(self.model.parameters(), lr=settings.learning_rate, fused=True)
         self.noise = torch.Generator().manual_seed(settings.seed)
         self.drawn: dict[int, list[Batch]] = {}
-        self.scheduler = decay(self.optimiser, settings, settings.epochs * self.epoch_steps())
+        decay = (settings.final_learning_rate / settings.learning_rate) ** (1 / (settings.epochs * self.epoch_steps()))
+        self.scheduler = torch.optim.lr_scheduler.ExponentialLR(self.optimiser, decay)
         self.identity = identity(recipe, [statistics[name].cpu().numpy() for name in sorted(statistics)])
 
     def batches(self) -> list[Batch]:
