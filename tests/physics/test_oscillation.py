@@ -10,6 +10,7 @@ from scipy.signal import find_peaks
 from millprint.config.calibration import ExperimentConfig, SwingConfig
 from millprint.config.errors import ConfigError
 from millprint.config.geometry import CylinderGeometry
+from millprint.config.over_speed import RestitutionTable
 from millprint.thesis.calibration.friction_fit import fit_experiment, fit_friction
 from millprint.thesis.calibration.oscillation import make_swing, simulate_track
 
@@ -114,6 +115,18 @@ def test_balls_that_swing_side_by_side_swing_as_each_alone(mills, contacts):
         np.testing.assert_allclose(path(times), swing.positions([pair], times[-1])[0](times), atol=1e-4)
     apart = np.abs(together[0](times) - together[1](times)).max()
     assert apart > 0.1
+
+
+def test_pairs_are_tried_as_well_where_the_restitution_depends_on_the_speed(mills, contacts):
+    level = contacts["calibrated"].value_of("restitution")
+    table = RestitutionTable(speeds_m_s=(0.1, 1.0), values=(level, level))
+    plain, varied = (
+        make_swing(mills["emax"], contact, RAYLEIGH_FRACTION_MAX, 2 * BALL, settings())
+        for contact in (contacts["calibrated"], contacts["calibrated"].model_copy(update={"restitution": table}))
+    )
+    pairs, times = [(0.1, 0.01), (0.7, 0.1)], np.linspace(0, 0.4, 50)
+    for own, path in zip(plain.positions(pairs, times[-1]), varied.positions(pairs, times[-1]), strict=True):
+        np.testing.assert_allclose(path(times), own(times), atol=1e-3)
 
 
 @pytest.mark.slow

@@ -45,7 +45,8 @@ class FewBalls:
     worlds share those of one vessel, and by_facet, see recording.make_table.
 
     friction: static and rolling friction (n, 2) [-] of each ball at the walls, in place of the contact set's. The balls
-    are then as many experiments side by side: they do not touch each other.
+    are then as many experiments side by side: they do not touch each other. Not for several balls of a contact set with
+    coefficients that depend on the speed of the hit, since these are the same for all.
     """
 
     def __init__(

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from millprint.config.calibration import SwingConfig
+from millprint.config.calibration import FRICTION_PAIR, SwingConfig
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
@@ -54,14 +54,18 @@ class Swing:
     def positions(self, pairs: Sequence[tuple[float, float]], duration: float) -> "list[CubicSpline]":
         """Position (across, height) [mm] against time [s], for each pair (static, rolling) of friction coefficients.
 
-        The balls swing side by side, in one simulation. across is counted from the jar's middle, height from the lowest
-        place of the ball. Raises SimulationError.
+        The balls swing side by side, in one simulation, unless the restitution depends on the speed of the hit. across
+        is counted from the jar's middle, height from the lowest place of the ball. Raises SimulationError.
         """
         # Slow to import, and the check of the input imports this module.
         from scipy.interpolate import CubicSpline
 
+        first = dict(zip(FRICTION_PAIR, map(float, pairs[0]), strict=True))
+        contact = self.contact.model_copy(update=first)
+        if contact.speed_tables and len(pairs) > 1:
+            return [self.positions([pair], duration)[0] for pair in pairs]
         world = FewBalls(
-            self.vessel, self.contact, np.tile(self.start, (len(pairs), 1)), radius=self.radius, step=self.step,
+            self.vessel, contact, np.tile(self.start, (len(pairs), 1)), radius=self.radius, step=self.step,
             walls=self.walls, gravity=-GRAVITY * self.axes[1], friction=pairs,
         )  # fmt: skip
         # Two samples more: a spline is least exact at its ends.
