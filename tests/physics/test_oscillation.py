@@ -11,6 +11,7 @@ from millprint.config.calibration import ExperimentConfig, SwingConfig
 from millprint.config.errors import ConfigError
 from millprint.config.geometry import CylinderGeometry
 from millprint.config.over_speed import RestitutionTable
+from millprint.dem.few_balls import FewBalls
 from millprint.thesis.calibration.friction_fit import fit_experiment, fit_friction
 from millprint.thesis.calibration.oscillation import make_swing, simulate_track
 
@@ -127,6 +128,8 @@ def test_pairs_are_tried_as_well_where_the_restitution_depends_on_the_speed(mill
     pairs, times = [(0.1, 0.01), (0.7, 0.1)], np.linspace(0, 0.4, 50)
     for own, path in zip(plain.positions(pairs, times[-1]), varied.positions(pairs, times[-1]), strict=True):
         np.testing.assert_allclose(path(times), own(times), atol=1e-3)
+    with pytest.raises(ValueError, match="friction: one ball at a time"):
+        FewBalls(varied.vessel, varied.contact, np.tile(varied.start, (2, 1)), radius=BALL, friction=pairs)
 
 
 @pytest.mark.slow

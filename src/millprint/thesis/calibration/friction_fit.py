@@ -214,7 +214,7 @@ def _search(misfit: Misfit, bounds: np.ndarray, simulations: int) -> np.ndarray:
             list(bounds.T),
             popsize=TOGETHER // 2,
             init="sobol",
-            maxiter=max(1, simulations // (2 * TOGETHER) - 1),
+            maxiter=simulations // (2 * TOGETHER) - 1,
             tol=0,
             polish=False,
             updating="deferred",
