@@ -203,6 +203,7 @@ class CounterColumns(NamedTuple):
     free: int  # lanes among them that hold no contact
     opened: int  # contacts so far
     aside: int  # contacts that are set aside while the lists are rebuilt; -1 where none are
+    sorted_at: int  # rebuilds after which the rows of the balls were sorted (dem.numbering)
 
 
 class RowEnds(NamedTuple):

@@ -175,8 +175,8 @@ def largest_fill(vessel: Vessel, diameter_m: float, volume_m3: float, inserts: S
 def by_cell(points: np.ndarray, pitch: float) -> np.ndarray:
     """Points (n, 3) [m] in the order of the cells of a grid, `pitch` [m] wide, that they lie in.
 
-    Balls whose numbers are near each other's then are near in space too, and in memory: with 20,000 balls that saves a
-    sixth of a ball-step's cost as long as they have not mixed.
+    Balls whose numbers are near each other's then are near in space too, and in memory: that saves much of the
+    time of a large charge, which is sorted again as it mixes (dem.numbering).
     """
     return points[cell_order(points, pitch)]
 

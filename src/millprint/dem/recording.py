@@ -27,6 +27,7 @@ from millprint.dem.layout import (
     TOTAL,
     TOTAL_WIDTH,
 )
+from millprint.dem.numbering import named_pairs
 from millprint.mill.kernel_columns import names_of, width_of
 from millprint.mill.pose import POSE
 from millprint.mill.vectors import dot, row, subtract
@@ -283,22 +284,26 @@ class Recording:
         table = Table(*(np.concatenate(column) for column in zip(*pieces, strict=True)))
         return table._replace(contact=np.arange(len(table.first)))
 
-    def drain(self, table: Table, recorder: Recorder, counters: np.ndarray) -> None:
+    def drain(self, table: Table, recorder: Recorder, counters: np.ndarray, numbers: np.ndarray) -> None:
         """Copy the rows that the buffers hold to the ends of the lists, and set the counters of rows to 0.
 
-        counters: (width,) layout.CounterColumns; a list gets no piece where its buffer is empty.
+        counters: (width,) layout.CounterColumns; numbers: (n,) of the ball in each row of the state, by which the lists
+        name the balls. A list gets no piece where its buffer is empty.
         """
         rows, samples = counters[COUNTER.records], counters[COUNTER.samples]
         snapshots, contacts = counters[COUNTER.snapshots], counters[COUNTER.snapshot_contacts]
         if rows:
-            self.contacts.append(Table(*(column[:rows].copy() for column in table)))
+            piece = Table(*(column[:rows].copy() for column in table))
+            first, second = named_pairs(numbers, piece.first, piece.second)
+            self.contacts.append(piece._replace(first=first, second=second))
         if samples:
             self.samples.append(recorder.sample[:samples].copy())
         if snapshots:
-            self.snapshots.append(recorder.snapshot[:snapshots].copy())
+            self.snapshots.append(recorder.snapshot[:snapshots, np.argsort(numbers)])
             self.poses.append(recorder.snapshot_pose[:snapshots].copy())
             self.snapshot_works.append(recorder.snapshot_total[:snapshots].copy())
-            self.snapshot_contacts.append(recorder.snapshot_contact[:contacts].copy())
+            pairs = named_pairs(numbers, *recorder.snapshot_contact[:contacts].T)
+            self.snapshot_contacts.append(np.column_stack(pairs))
         counters[[COUNTER.records, COUNTER.samples, COUNTER.snapshots, COUNTER.snapshot_contacts]] = 0
 
 

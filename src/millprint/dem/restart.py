@@ -23,7 +23,8 @@ from millprint.run.kernel import kernel_digest
 logger = logging.getLogger("millprint")
 
 # Arrays of the state that change; the rest follows from the configuration.
-BALLS = ("position", "rate", "rate_now", "load")
+BALLS = ("position", "rate", "rate_now", "load", "species")
+ARRAYS = ("totals", "counters", "numbers")
 PIECES = ("samples", "snapshots", "poses", "snapshot_works", "snapshot_contacts")
 
 
@@ -39,8 +40,10 @@ class Restartable(Protocol):
     balls: state.Balls
     candidates: state.Candidates
     contacts: state.Contacts
+    clock: state.Clock
     totals: np.ndarray
     counters: np.ndarray
+    numbers: np.ndarray
     wall_clock_s: float
     processor_s: float
 
@@ -66,7 +69,9 @@ def _write_state(file: h5py.File, simulation: Restartable, recording: Recording)
     for group in ("candidates", "contacts"):
         for name, array in getattr(simulation, group)._asdict().items():
             file[f"{group}/{name}"] = array
-    file["totals"], file["counters"] = simulation.totals, simulation.counters
+    file["gain"] = simulation.clock.gain
+    for name in ARRAYS:
+        file[name] = getattr(simulation, name)
     file["occupancy"], file["height"] = recording.occupancy, recording.height
     for name in PIECES:
         pieces = getattr(recording, name)
@@ -109,12 +114,14 @@ def _read_state(file: h5py.File, simulation: Restartable) -> None:
     balls = {name: file[f"balls/{name}"][:] for name in BALLS}
     candidates = state.Candidates(**{name: file[f"candidates/{name}"][:] for name in state.Candidates._fields})
     contacts = state.Contacts(**{name: file[f"contacts/{name}"][:] for name in state.Contacts._fields})
-    totals, counters = file["totals"][:], file["counters"][:]
+    arrays, gain = {name: file[name][:] for name in ARRAYS}, file["gain"][:]
     clocks = [float(seconds) for seconds in file.attrs["clocks_s"]]
     for name, array in balls.items():
         getattr(simulation.balls, name)[:] = array
     simulation.candidates, simulation.contacts = candidates, contacts
-    simulation.totals[:], simulation.counters[:] = totals, counters
+    simulation.clock.gain[:] = gain
+    for name, array in arrays.items():
+        getattr(simulation, name)[:] = array
     simulation.wall_clock_s, simulation.processor_s = clocks
 
 

@@ -19,6 +19,7 @@ from millprint.dem.case_cost import OCCUPANCY_CELL_M, OCCUPANCY_INTERVAL_S
 from millprint.dem.cohesion_check import check_cohesion
 from millprint.dem.laws.registry import law_of, step_scale
 from millprint.dem.layout import COUNTER, STATUS, TOTAL_WIDTH
+from millprint.dem.numbering import restore_rows, sort_if_due
 from millprint.dem.overlap import overlap_in_words
 from millprint.dem.packing import pack, pack_mixture
 from millprint.dem.recording import (
@@ -98,6 +99,7 @@ class Simulation:
         self.shares = self._make_shares()
         self.totals = np.zeros(TOTAL_WIDTH)
         self.counters = state.make_counters()
+        self.numbers = np.arange(self.count)
         self.wall_clock_s = 0.0
         self.processor_s = 0.0
 
@@ -203,7 +205,8 @@ class Simulation:
                 self.window_steps = longer
                 bar.total = self._steps_in_all
         end_window(self.candidates, self.contacts, self.walls, self.begin_s + self.window_s, self.counters, table)
-        recording.drain(table, recorder, self.counters)
+        recording.drain(table, recorder, self.counters, self.numbers)
+        restore_rows(self)
         return recording
 
     @property
@@ -227,7 +230,7 @@ class Simulation:
         if self.case.disturbance_m:
             direction = np.random.default_rng(self.case.seed).normal(size=(self.count, 3))
             direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-            self.balls.position[:] += self.case.disturbance_m * direction
+            self.balls.position[:] += self.case.disturbance_m * direction[self.numbers]
 
     def _recorder(self) -> Recorder:
         """Buffers for the window."""
@@ -248,14 +251,16 @@ class Simulation:
         while counters[COUNTER.step] <= last_step:
             before = int(counters[COUNTER.step])
             begin = time.perf_counter(), time.process_time()
+            sort_if_due(self)
             self._call_kernel(table, recorder, min(before + chunk, last_step))
             self.wall_clock_s += time.perf_counter() - begin[0]
             self.processor_s += time.process_time() - begin[1]
             if counters[COUNTER.status] == STATUS.candidates_full:
                 self._lengthen_lists()
             elif counters[COUNTER.status] != STATUS.running:
+                restore_rows(self)
                 raise SimulationError(self._trouble())
-            recording.drain(table, recorder, counters)
+            recording.drain(table, recorder, counters, self.numbers)
             self._write_restart_if_due(recording)
             bar.update(int(counters[COUNTER.step]) - before)
 
