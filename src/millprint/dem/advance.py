@@ -5,13 +5,13 @@ from millprint.dem.near_candidates import list_near, measure_strides
 from millprint.dem.neighbours import check_lists
 from millprint.dem.recording import begin_record, count_occupancy, is_due, record, room_left
 from millprint.dem.steps import apply_forces, drift, kick
-from millprint.dem.threads import apply_forces_in_threads, move_in_threads
+from millprint.dem.threads import apply_forces_in_threads, list_near_in_threads, move_in_threads
 from millprint.mill.motion import write_poses
 from millprint.run.kernel import inlined, kernel
 
 
 @inlined()
-def can_step(balls, candidates, contacts, laws, walls, clock, time, counters, table, recorder):
+def can_step(balls, candidates, contacts, laws, walls, clock, time, counters, table, recorder, shares):
     """Pose the bodies and bring the lists up to date; whether the step may be taken: no trouble, and room to write."""
     write_poses(clock.motions, time)
     if counters[COUNTER.check_in] <= 0:
@@ -21,7 +21,10 @@ def can_step(balls, candidates, contacts, laws, walls, clock, time, counters, ta
         measure_strides(balls, candidates, clock)
         counters[COUNTER.look_in] = 0
     if counters[COUNTER.look_in] <= 0:
-        list_near(balls, candidates, clock, counters)
+        if shares is None:
+            list_near(balls, candidates, clock, counters)
+        else:
+            list_near_in_threads(balls, candidates, clock, counters, shares)
     return room_left(candidates, counters, table, recorder)
 
 
@@ -42,7 +45,7 @@ def advance(balls, candidates, contacts, laws, walls, clock, totals, counters, t
     counters[COUNTER.look_in] = 0
     while counters[COUNTER.step] <= last_step and counters[COUNTER.status] == STATUS.running:
         time = counters[COUNTER.step] * clock.step
-        if not can_step(balls, candidates, contacts, laws, walls, clock, time, counters, table, recorder):
+        if not can_step(balls, candidates, contacts, laws, walls, clock, time, counters, table, recorder, shares):
             break
         since = counters[COUNTER.step] - recorder.origin
         is_recorded = begin_record(contacts, totals, counters, recorder, since)

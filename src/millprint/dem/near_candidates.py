@@ -70,28 +70,41 @@ def near_walls(balls, candidates, motions, body, nearer, count):
 
 
 @inlined()
-def near_pairs(balls, candidates, nearer, count):
-    """The same for pairs, but for those that are open: they join the list when they part (touching.close_contact).
-
-    The squared distance at which a pair is near is (reach + nearer)^2, with the reach of the largest balls for all.
-    """
+def squares_apart(balls, nearer):
+    """What (reach + nearer)^2 is more than reach^2 [m2], with the reach of the largest balls for all."""
     largest = 0.0
     for radius in balls.radius:
         largest = max(largest, radius)
-    more = nearer * (4.0 * largest + nearer)
+    return nearer * (4.0 * largest + nearer)
+
+
+@inlined()
+def is_near(balls, candidates, k, more):
+    """1 if pair k is closed and near, else 0; an open one is marked: it joins the list when it parts."""
+    i, j = candidates.ball[k], np.uint32(candidates.partner[k])
+    away = subtract(row(balls.position, i), row(balls.position, j))
+    trigger = candidates.trigger[k]
+    candidates.trigger[k] = UNLISTED if trigger < 0.0 else trigger
+    return np.uint64((trigger >= 0.0) & (dot(away, away) < trigger + more))
+
+
+@inlined()
+def near_pairs(balls, candidates, nearer, count):
+    """The same for pairs, but for those that are open (contact_events.close_contact)."""
+    more = squares_apart(balls, nearer)
     for k in range(pairs_listed(candidates)):
-        i, j = candidates.ball[k], np.uint32(candidates.partner[k])
-        away = subtract(row(balls.position, i), row(balls.position, j))
-        trigger = candidates.trigger[k]
-        candidates.trigger[k] = UNLISTED if trigger < 0.0 else trigger
+        near = is_near(balls, candidates, k, more)
         candidates.near[count] = k
-        count += np.uint64((trigger >= 0.0) & (dot(away, away) < trigger + more))
+        count += near
     return count
 
 
-@inner()
-def list_near(balls, candidates, clock, counters):
-    """List the candidates that are near, and plan the next search."""
+@inlined()
+def list_near_walls(balls, candidates, clock, counters):
+    """List the features that are near, and plan the next search.
+
+    Returns their number, and how near to contact a pair must be to be listed [m].
+    """
     longest = 0.0
     for stride in candidates.stride:
         longest = max(longest, stride)
@@ -101,6 +114,13 @@ def list_near(balls, candidates, clock, counters):
     for body in range(candidates.stride.size):
         count = near_walls(balls, candidates, clock.motions, body, steps * candidates.stride[body] + slack, count)
         candidates.near_first[body + 1] = count
-    count = near_pairs(balls, candidates, 2 * steps * longest + slack, count)
-    candidates.near_first[candidates.stride.size + 1] = count
     counters[COUNTER.look_in] = steps
+    return count, 2 * steps * longest + slack
+
+
+@inner()
+def list_near(balls, candidates, clock, counters):
+    """List the candidates that are near, and plan the next search."""
+    count, nearer = list_near_walls(balls, candidates, clock, counters)
+    count = near_pairs(balls, candidates, nearer, count)
+    candidates.near_first[candidates.stride.size + 1] = count

@@ -1,8 +1,9 @@
 """A step with threads inside one simulation: the same as in `steps`, each part shared out in chunks.
 
-Each thread takes one chunk and adds the forces of its contacts to loads of its own, which are then summed in the order
-of the chunks. So a run depends only on the number of chunks, by rounding: not on which thread comes
-first, nor on how many the machine has. Contacts open and close in one thread, in the order of the serial loop.
+Each thread takes one chunk and adds the forces of its contacts to loads of its own, the first one to those of the
+balls; they are then summed in the order of the chunks. So a run depends only on the number of chunks, by rounding: not
+on which thread comes first, nor on how many the machine has. Contacts open and close in one thread, in the order of the
+serial loop.
 
 A loop over `prange` does not accept nested tuples of arrays, so the parts of a clock are passed separately.
 """
@@ -17,8 +18,9 @@ import numpy as np
 
 from millprint.dem import state
 from millprint.dem.contact import evaluate
-from millprint.dem.contact_events import find_pairs, near_pairs_listed, open_pairs, open_walls
+from millprint.dem.contact_events import find_pairs, near_pairs_listed, open_pairs, open_walls, pairs_listed
 from millprint.dem.layout import LANES, LOAD_WIDTH, RATE_WIDTH, SHARE
+from millprint.dem.near_candidates import is_near, list_near_walls, squares_apart
 from millprint.dem.steps import (
     blocks_in_use,
     book_wall_work,
@@ -40,7 +42,7 @@ class Shares(NamedTuple):
     waiting: np.ndarray  # (threads, blocks) blocks of lanes in which a contact has parted
     counts: np.ndarray  # (threads, state.CACHE_LINE) layout.ShareColumns; each thread's on a cache line of its own
     present: np.ndarray  # (threads, 1, width * LANES) layout.PresentColumns
-    load: np.ndarray  # (threads, n, width) layout.LoadColumns, of the present step
+    load: np.ndarray  # (threads - 1, n, width) layout.LoadColumns, of the present step; the first has the balls' own
     body_load: np.ndarray  # (threads, bodies, width) as Clock.load
 
 
@@ -53,7 +55,7 @@ def make_shares(
         waiting=np.zeros((threads, len(contacts.lanes)), dtype=np.int64),
         counts=np.zeros((threads, state.CACHE_LINE), dtype=np.int64),
         present=state.make_present(threads)[:, np.newaxis],
-        load=np.zeros((threads, balls, LOAD_WIDTH)),
+        load=np.zeros((threads - 1, balls, LOAD_WIDTH)),
         body_load=np.zeros((threads, bodies, LOAD_WIDTH)),
     )
 
@@ -63,7 +65,7 @@ def _waiting_awake() -> Iterator[None]:
     """Let threads started in this context wait actively for some milliseconds before they sleep.
 
     Every job has OMP_WAIT_POLICY=PASSIVE (millprint.run.machine), with which threads sleep at once. A step wakes them
-    four times, and with 20,000 balls two such threads took longer than one.
+    four or five times, and with 20,000 balls two such threads took longer than one.
     """
     policy = os.environ.pop(WAIT_POLICY, None)
     try:
@@ -93,6 +95,43 @@ def use_threads(threads: int) -> Iterator[None]:
 def chunk(whole, t, threads):
     """Where chunk t of `threads` begins and ends in `whole` things."""
     return whole * t // threads, whole * (t + 1) // threads
+
+
+@inner()
+def look_chunk(balls, candidates, nearer, shares, t):
+    """Pairs of one chunk of the candidates that are nearer to contact than `nearer` [m]."""
+    begin, end = chunk(np.int64(pairs_listed(candidates)), t, shares.counts.shape[0])
+    more, found, count = squares_apart(balls, nearer), shares.found[t], np.uint64(0)
+    for k in range(np.uint64(begin), np.uint64(end)):
+        near = is_near(balls, candidates, k, more)
+        found[count] = k
+        count += near
+    shares.counts[t, SHARE.found] = count
+
+
+@threaded()
+def look_in_threads(balls, candidates, nearer, shares):
+    """Pairs that are near, chunk by chunk."""
+    for t in numba.prange(shares.counts.shape[0]):
+        look_chunk(balls, candidates, nearer, shares, t)
+
+
+@inner()
+def join_near(candidates, shares, count):
+    """Append the near pairs of all threads to the `count` features that are listed."""
+    for t in range(shares.counts.shape[0]):
+        for at in range(shares.counts[t, SHARE.found]):
+            candidates.near[count] = shares.found[t, at]
+            count += np.uint64(1)
+    candidates.near_first[candidates.stride.size + 1] = count
+
+
+@inlined()
+def list_near_in_threads(balls, candidates, clock, counters, shares):
+    """As near_candidates.list_near."""
+    count, nearer = list_near_walls(balls, candidates, clock, counters)
+    look_in_threads(balls, candidates, nearer, shares)
+    join_near(candidates, shares, count)
 
 
 @inner()
@@ -126,7 +165,8 @@ def gather_block(balls, candidates, contacts, present, walls, motions, block, wi
 def resolve_chunk(mark, balls, candidates, contacts, walls, motions, counters, shares, t, step):
     """The contacts of one chunk of the blocks; a block in which one has parted is listed as waiting."""
     begin, end = chunk(blocks_in_use(counters), t, shares.counts.shape[0])
-    load, body_load, present, waiting = shares.load[t], shares.body_load[t], shares.present[t], 0
+    load = balls.load if t == 0 else shares.load[t - 1]
+    body_load, present, waiting = shares.body_load[t], shares.present[t], 0
     for block in range(begin, end):
         width = width_in_use(counters, block)
         if not gather_block(balls, candidates, contacts, present, walls, motions, block, width):
@@ -150,10 +190,9 @@ def resolve_in_threads(mark, balls, candidates, contacts, walls, motions, counte
 
 @inner()
 def sum_chunk(balls, shares, t):
-    """Add the loads of all threads to one chunk of the balls, in the threads' order, and clear them."""
-    threads = shares.counts.shape[0]
-    begin, end = chunk(balls.species.size, t, threads)
-    for source in range(threads):
+    """Add the loads of the other threads to one chunk of the balls, in the threads' order, and clear them."""
+    begin, end = chunk(balls.species.size, t, shares.counts.shape[0])
+    for source in range(shares.load.shape[0]):
         for i in range(begin, end):
             for c in range(LOAD_WIDTH):
                 balls.load[i, c] += shares.load[source, i, c]
