@@ -1,7 +1,5 @@
 """Frames of an animation: visible parts, their order, and the written file."""
 
-import subprocess
-import sys
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -12,6 +10,7 @@ import pytest
 from PIL import Image
 
 from millprint.checks.before_running import check_movie
+from millprint.cli.commands import main as millprint
 from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError
 from millprint.config.view import ViewConfig
@@ -198,20 +197,13 @@ def test_a_movie_without_snapshots_is_refused_before_a_run(monkeypatch):
         check_movie(config, "config/config.yaml")
 
 
-def command(*arguments) -> subprocess.CompletedProcess:
-    return subprocess.run(
-        [sys.executable, "-m", "millprint.cli", "animate", *map(str, arguments)], capture_output=True, text=True
-    )
-
-
 @pytest.mark.slow
-def test_the_command_line(run):
-    done = command(run, "--revolutions", "0.2", "--frames-per-revolution", "50", "--start", "0.52")
-    assert done.returncode == 0, done.stderr
-    assert "10 frames, 20 times slower than real time" in done.stdout
+def test_the_command_line(run, capsys):
+    command = ["animate", str(run)]
+    assert millprint([*command, "--revolutions", "0.2", "--frames-per-revolution", "50", "--start", "0.52"]) == 0
+    assert "10 frames, 20 times slower than real time" in capsys.readouterr().out
     with Image.open(run.with_name("mill.gif")) as image:
         assert image.n_frames == 10
-    done = command(run, "--frames-per-revolution", "0")
-    assert done.returncode == 1
-    (line,) = done.stderr.splitlines()
+    assert millprint([*command, "--frames-per-revolution", "0"]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
     assert "frames_per_revolution = 0" in line and "greater than or equal to 1" in line
