@@ -21,9 +21,10 @@ RADIUS, BALL = 0.030, 0.005
 
 
 class Swings(SwingConfig):
-    """Without further pairs to show, and with another error."""
+    """Without further pairs to show, with another error and a longer step."""
 
     varied: ClassVar[tuple[tuple[float, float], ...]] = ()
+    time_step_s: ClassVar[float] = 1e-5
     noise_mm: ClassVar[float] = 0.1
     seed: ClassVar[int] = 3
 
