@@ -124,7 +124,7 @@ def test_pairs_are_tried_as_well_where_the_restitution_depends_on_the_speed(mill
     level = contacts["calibrated"].value_of("restitution")
     table = RestitutionTable(speeds_m_s=(0.1, 1.0), values=(level, level))
     # Without a pull, cohesion changes nothing: other tests need the kernels of tables with cohesion too.
-    changed = {"restitution": table, "cohesion": CohesionConfig(ball_wall_N=0.0)}
+    changed = {"restitution": table, "cohesion": CohesionConfig()}
     plain, varied = (
         make_swing(mills["emax"], contact, RAYLEIGH_FRACTION_MAX, 2 * BALL, settings())
         for contact in (contacts["calibrated"], contacts["calibrated"].model_copy(update=changed))
