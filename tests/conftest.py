@@ -1,6 +1,7 @@
 """Puts the library and the scripts on the path."""
 
 import csv
+import gc
 import os
 import pickle
 import sys
@@ -39,6 +40,18 @@ def _configuration() -> bytes:
 def configuration() -> dict:
     """The content of config/config.yaml, which is read once; the caller may change it."""
     return pickle.loads(_configuration())
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection() -> None:
+    """What is imported stays to the end: the collector of garbage need not go through it again and again."""
+    gc.disable()
+
+
+def pytest_collection_finish() -> None:
+    """From here on, there is garbage."""
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.hookimpl(tryfirst=True)

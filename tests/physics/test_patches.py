@@ -26,15 +26,17 @@ FRICTIONLESS = CALIBRATED.model_copy(update={"static_friction": 0.0, "rolling_fr
 
 
 @kernel()
-def touch_feature(walls, feature, point, limit):
-    """A function that only kernels may call, for Python."""
-    return touch(walls, feature, 0, point, limit)
+def touch_features(walls, point, limit, found):
+    """The distance to each feature, by a function that only kernels may call."""
+    for feature in range(found.size):
+        found[feature] = touch(walls, feature, 0, point, limit)[0]
 
 
 def distances(walls, point, radius=RADIUS) -> dict[int, float]:
     """Features that a ball at `point` touches, and how far they are [m]."""
-    found = {k: touch_feature(walls, k, tuple(map(float, point)), radius)[0] for k in range(walls.patch.size)}
-    return {k: distance for k, distance in found.items() if distance >= 0}
+    found = np.empty(walls.patch.size)
+    touch_features(walls, tuple(map(float, point)), radius, found)
+    return {int(k): float(found[k]) for k in np.flatnonzero(found >= 0)}
 
 
 def open_features(vessel, walls, point, radius=RADIUS) -> list[int]:

@@ -1,5 +1,7 @@
 """A fingerprint of a charge of several ball sizes: apart from balls of one size in tables, intervals and sheets."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -46,6 +48,17 @@ def fitted(runs: list[dict]) -> Fingerprint:
     return Fingerprint.fit(tabulate_descriptors(runs, "gap_0_03"), VOLUME, 0.95, charges_of(runs))
 
 
+@cache
+def one_size() -> Fingerprint:
+    """Balls of 10 and 5 mm alone."""
+    return fitted(summaries(error=0.002))
+
+
+@cache
+def charge_alone() -> Fingerprint:
+    return fitted(charged())
+
+
 @pytest.fixture(scope="module")
 def both() -> Fingerprint:
     """Balls of 10 and 5 mm, and the charge."""
@@ -71,10 +84,10 @@ def test_a_charge_is_apart_from_balls_of_one_size_as_large_as_its_mean_ball():
 
 @pytest.mark.slow
 def test_a_prediction_for_other_balls_says_so(both):
-    alone = fitted(charged())
+    alone = charge_alone()
     assert outside(alone, MEAN_M, "three") == ()
     assert outside(alone, MEAN_M) == ("charge",)
-    assert outside(fitted(summaries(error=0.002)), MEAN_M, "three") == ("charge",)
+    assert outside(one_size(), MEAN_M, "three") == ("charge",)
     assert outside(both, MEAN_M, "three") == () and outside(both, 0.007) == ()
     assert outside(both, 0.007, "three") == ("ball_diameter_m",)
     assert outside(both, MEAN_M, "four") == ("charge",)
@@ -95,7 +108,7 @@ def test_a_file_holds_the_charge(both, tmp_path):
     assert again.charge_diameter_m("three") == pytest.approx(MEAN_M)
     with pytest.raises(ConfigError, match="charge = four: the fingerprint of emax has three"):
         again.charge_diameter_m("four")
-    assert "charges" not in fitted(summaries(error=0.002)).about
+    assert "charges" not in one_size().about
 
 
 @pytest.mark.slow
@@ -180,9 +193,9 @@ def test_each_charge_keeps_what_is_its_own(unlike):
         balls = ball_count(0.12, VOLUME, diameter)
         power = described(unlike, choice, speed_hz=15.0, fill_ratio=0.12)["power_W"]
         assert power / balls == pytest.approx((known["normal"] + known["tangential"]) / balls, rel=0.03)
-    one_size = unlike.condition(speed_hz=15.0, ball_diameter_m=unlike.charge_diameter_m("twice"), fill_ratio=0.12)
-    alike = fitted(summaries(error=0.002)).predict(one_size).power_W.value
-    assert unlike.predict(one_size).power_W.value == pytest.approx(alike, rel=0.05)
+    mean_ball = unlike.condition(speed_hz=15.0, ball_diameter_m=unlike.charge_diameter_m("twice"), fill_ratio=0.12)
+    alike = one_size().predict(mean_ball).power_W.value
+    assert unlike.predict(mean_ball).power_W.value == pytest.approx(alike, rel=0.05)
 
 
 def test_a_file_keeps_charges_apart(unlike, tmp_path):
@@ -222,7 +235,7 @@ def test_a_charge_of_another_mill_can_be_the_target(unlike, tmp_path):
         "fill_ratio": 0.1,
     }
     # The charge of one mill, with balls of one size in the other, which has no charge.
-    mill, target = fitted(summaries(error=0.002)), TargetConfig(name="other", like=like)
+    mill, target = one_size(), TargetConfig(name="other", like=like)
     request = MatchConfig(**REQUEST, targets=[target], ball_diameters_mm=[5, 8, 10])
     table = match_targets(request, [mill])
     assert "charge" not in table and len(table)
@@ -236,11 +249,11 @@ def test_a_charge_of_another_mill_can_be_the_target(unlike, tmp_path):
 
 @pytest.mark.slow
 def test_balls_of_which_nothing_is_known_are_refused_in_one_line(unlike):
-    alone = fitted(charged())
+    alone = charge_alone()
     for mill, choice, words in (
         (alone, 10.0, "balls of 10 mm: emax was only simulated with charges of several sizes"),
         (alone, "graded", "charge = graded: the fingerprint of emax has three"),
-        (fitted(summaries(error=0.002)), "three", "charge = three: the fingerprint of emax is of balls of one size"),
+        (one_size(), "three", "charge = three: the fingerprint of emax is of balls of one size"),
     ):
         request = MatchConfig(
             **REQUEST, targets=[{"name": "a", "specific_frequency_hz": 400}], ball_diameters_mm=[choice]
@@ -251,7 +264,7 @@ def test_balls_of_which_nothing_is_known_are_refused_in_one_line(unlike):
     request = MatchConfig(
         **REQUEST, targets=[{"name": "a", "specific_frequency_hz": 400}], ball_diameters_mm=[8, "three"]
     )
-    table = match_targets(request.model_copy(update={"ranked": 100}), [alone, fitted(summaries(error=0.002))])
+    table = match_targets(request.model_copy(update={"ranked": 100}), [alone, one_size()])
     assert set(zip(table["charge"], table["ball_diameter_mm"].round(3), strict=True)) == {
         ("", 8.0),
         ("three", round(THREE.mean_diameter_mm, 3)),

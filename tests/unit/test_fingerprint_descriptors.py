@@ -3,6 +3,7 @@
 import copy
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from millprint.config.errors import ConfigError
@@ -94,8 +95,8 @@ def test_scaled_descriptors_do_not_depend_on_size_or_speed_of_the_mill():
 
 def test_conditions_can_be_arrays_with_numbers_among_them():
     conditions = Condition(np.array([0.1, 0.2]), np.array([10.0, 20.0]), 0.01, 7700.0, 0.017)
-    table = conditions.table()
-    assert list(table.columns) == list(VARIABLES) and len(table) == 2
+    table = pd.DataFrame(conditions.rows(), columns=[*VARIABLES])
+    assert len(table) == 2
     np.testing.assert_allclose(energy_scale(Condition.of_table(table)), energy_scale(conditions), rtol=1e-14)
     assert energy_scale(conditions)[1] == pytest.approx(4 * energy_scale(conditions)[0])
 

@@ -37,6 +37,11 @@ def test_what_is_left_out_is_predicted_as_by_a_process_that_never_knew_it(proces
     np.testing.assert_allclose(deviations, np.concatenate([deviation for _, deviation in wanted]), rtol=1e-5)
 
 
+def test_a_mean_alone_is_that_of_a_prediction_to_the_last_bit(process):
+    between, own = 0.5 * (process.inputs[:-1] + process.inputs[1:]), process.predictor()
+    assert np.array_equal(own.mean(between), own.predict(between).logs)
+
+
 @pytest.mark.slow
 def test_of_many_conditions_some_give_the_parameters_and_all_of_them_the_curves(monkeypatch):
     table = descriptors()

@@ -38,28 +38,43 @@ NEEDLESS = {
 }
 # Libraries that no script needs to avoid: imported once, before a fork for each script.
 SHARED = ["h5py", "numpy", "pandas", "pydantic", "yaml"]
+# And those that most of the scripts import that need not avoid them, before a fork for these.
+LARGE = ["matplotlib.pyplot", "numba"]
 ASK = """
 import importlib, os, sys
-shared, *scripts = (words.split() for words in sys.argv[1:])
-for name in shared:
-    importlib.import_module(name)
-for script in scripts[0]:
+
+def fork(names, then):
     sys.stdout.flush()
     if os.fork() == 0:
-        importlib.import_module(script)
-        print(script, *sys.modules)
+        for name in names:
+            importlib.import_module(name)
+        then()
         sys.stdout.flush()
         os._exit(0)
-    assert os.wait()[1] == 0, script
+    assert os.wait()[1] == 0, names
+
+def ask(scripts):
+    for script in scripts:
+        fork([script], lambda: print(script, *sys.modules))
+
+shared, *groups = (words.split() for words in sys.argv[1:])
+for name in shared:
+    importlib.import_module(name)
+for count, *group in groups:
+    fork(group[: int(count)], lambda: ask(group[int(count) :]))
 """
 
 
 @pytest.fixture(scope="module")
 def imported() -> dict[str, set[str]]:
     """The modules that are imported after each script, by script. Each has a process that has imported no other."""
-    asked = [sys.executable, "-c", ASK, " ".join(SHARED), " ".join(NEEDLESS)]
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for script, needless in NEEDLESS.items():
+        large = tuple(name for name in LARGE if name.partition(".")[0] not in needless)
+        groups.setdefault(large, []).append(script)
+    words = [" ".join([str(len(large)), *large, *scripts]) for large, scripts in groups.items()]
     done = subprocess.run(
-        asked,
+        [sys.executable, "-c", ASK, " ".join(SHARED), *words],
         cwd=ROOT / "scripts",
         env={**os.environ, "PYTHONPATH": str(ROOT / "src")},
         capture_output=True,

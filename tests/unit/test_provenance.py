@@ -2,8 +2,6 @@
 
 import json
 import shutil
-import subprocess
-import sys
 from datetime import UTC, datetime
 from hashlib import sha256
 from pathlib import Path
@@ -11,6 +9,7 @@ from urllib.parse import quote
 
 import pytest
 
+from millprint.cli.commands import main as millprint
 from millprint.config.errors import ConfigError
 from millprint.provenance.crate import author, licence
 from millprint.provenance.crate_files import check_finished, targets_of
@@ -209,20 +208,15 @@ def test_a_copy_is_checked_file_by_file(run, tmp_path_factory):
     ]
 
 
-def check(folder) -> subprocess.CompletedProcess:
-    command = [sys.executable, "-m", "millprint.cli", "check-crate", str(folder)]
-    return subprocess.run(command, capture_output=True, text=True)
-
-
 @pytest.mark.slow
-def test_the_command_says_a_line_for_each_fault_and_its_status_is_1(run):
+def test_the_command_says_a_line_for_each_fault_and_its_status_is_1(run, capsys):
     describe_run()
-    good = check("results")
-    assert (good.returncode, good.stdout) == (0, "results: all 6 files are as the crate says\n")
+    capsys.readouterr()
+    assert millprint(["check-crate", "results"]) == 0
+    assert capsys.readouterr().out == "results: all 6 files are as the crate says\n"
     Path("results/doe/runs.tsv").write_text("short")
-    bad = check("results")
-    assert bad.returncode == 1
-    assert bad.stdout.splitlines() == [
+    assert millprint(["check-crate", "results"]) == 1
+    assert capsys.readouterr().out.splitlines() == [
         "changed: doe/runs.tsv: 5 bytes instead of 32",
         "results: 6 files checked, 1 not as the crate says",
     ]

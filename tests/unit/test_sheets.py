@@ -28,15 +28,16 @@ pytestmark = pytest.mark.usefixtures("close_figures")
 def test_a_sheet_states_what_a_condition_was_given_and_the_intervals_of_its_own_sweep():
     table = tabulate_mill_collapse(descriptors(), 0.95)
 
-    def said(own: pd.DataFrame) -> pd.DataFrame:
-        sheet = tabulate_sheet(mill("spex"), Fingerprint.fit(own, 65e-6, 0.95), table, find_zones(fingerprint()), own)
+    def said(fitted: Fingerprint, own: pd.DataFrame) -> pd.DataFrame:
+        sheet = tabulate_sheet(mill("spex"), fitted, table, find_zones(fingerprint()), own)
         return sheet[sheet["section"] == "precision"].set_index("quantity")
 
     plain, scattered = descriptors(), descriptors().assign(window_s=0.4)
     rng = np.random.default_rng(0)
     for name in CURVES:
         scattered[name] *= np.exp(0.1 * rng.normal(size=len(scattered)))
-    exact, rough = said(plain), said(scattered)
+    wide = Fingerprint.fit(scattered, 65e-6, 0.95)
+    exact, rough = said(Fingerprint.fit(plain, 65e-6, 0.95), plain), said(wide, scattered)
     assert tuple(rough.loc["recorded time of a simulation", ["lower", "upper"]]) == (0.4, 0.4)
     assert (exact.loc["simulations of a condition", ["lower", "upper"]] == 1).all()
     # A scatter of 10 % is in the interval, where a sweep without scatter has a narrow one.
@@ -45,9 +46,8 @@ def test_a_sheet_states_what_a_condition_was_given_and_the_intervals_of_its_own_
         assert rough.at[title, "value"] > 2 * exact.at[title, "value"]
     assert "mills.precision" in rough.at["for more", "text"]
     # A prediction within the range has an interval between the narrowest and the widest, nearly so at a simulation.
-    plain = Fingerprint.fit(scattered, 65e-6, 0.95)
-    condition, _ = sheet_condition(plain, scattered)
-    (row,) = plain.scaled(condition).to_dict("records")
+    condition, _ = sheet_condition(wide, scattered)
+    (row,) = wide.scaled(condition).to_dict("records")
     assert 0.95 * rough.at["normal power", "lower"] <= 100 * (row["Pn_upper"] / row["Pn"] - 1)
     assert 100 * (row["Pn_upper"] / row["Pn"] - 1) <= rough.at["normal power", "upper"]
 

@@ -249,7 +249,7 @@ def test_weights_load_without_code(tmp_path):
 def test_learns_a_small_set():
     """Forty snapshots by heart: the loss falls at least tenfold, and accelerations are explained."""
     recipe = small_recipe(
-        width=64, epochs=150, batch_size=10, velocity_noise=0.0, snapshots_per_epoch=40, final_learning_rate=3e-4
+        width=64, epochs=60, batch_size=10, velocity_noise=0.0, snapshots_per_epoch=40, final_learning_rate=3e-4
     )
     few = TrainingRun("few", SNAPSHOTS, 43, 60)
     torch.manual_seed(0)

@@ -1,7 +1,5 @@
 """Files for ParaView, read by VTK's own reader, have the same content as the run."""
 
-import subprocess
-import sys
 from pathlib import Path
 
 import h5py
@@ -11,6 +9,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
+from millprint.cli.commands import main as millprint
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
@@ -200,15 +199,12 @@ def test_every_contact_of_a_simulation_overlaps(tmp_path, mixture):
 
 
 @pytest.mark.slow
-def test_the_refusal_of_a_run_without_snapshots_names_the_key(tmp_path):
+def test_the_refusal_of_a_run_without_snapshots_names_the_key(tmp_path, capsys):
     write_sample(tmp_path / "run.h5")
     with h5py.File(tmp_path / "run.h5", "a") as file:
         del file["snapshots"]
-    done = subprocess.run(
-        [sys.executable, "-m", "millprint.cli", "export", tmp_path / "run.h5"], capture_output=True, text=True
-    )
-    assert done.returncode == 1
-    (line,) = done.stderr.splitlines()
+    assert millprint(["export", str(tmp_path / "run.h5")]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
     assert "no snapshots" in line and "snapshot_interval_s" in line
     assert not list(tmp_path.glob("*vtkhdf*"))
 
@@ -216,9 +212,8 @@ def test_the_refusal_of_a_run_without_snapshots_names_the_key(tmp_path):
 @pytest.mark.slow
 def test_the_command_line_writes_to_the_folder_of_the_run_or_to_another(tmp_path):
     write_sample(tmp_path / "run.h5")
-    command = [sys.executable, "-m", "millprint.cli", "export", tmp_path / "run.h5", "--every", "20"]
-    done = subprocess.run([*command, "--out", tmp_path / "there"], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    command = ["export", str(tmp_path / "run.h5"), "--every", "20"]
+    assert millprint([*command, "--out", str(tmp_path / "there")]) == 0
     names = sorted(path.name for path in (tmp_path / "there").iterdir())
     assert names == ["run.vtkhdf", "run_contacts.vtkhdf", "run_walls.vtkhdf"]
     assert steps_of(tmp_path / "there/run_walls.vtkhdf") == 3

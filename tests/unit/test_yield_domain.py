@@ -1,13 +1,12 @@
 """Where a yield model may be asked: one setting of the mill for its descriptors, and runs nearby in its metric."""
 
-import subprocess
-import sys
 from typing import ClassVar
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from millprint.cli.commands import main as millprint
 from millprint.config.errors import ConfigError
 from millprint.config.yields import PredictionConfig
 from millprint.run.files import read_table
@@ -134,17 +133,16 @@ def test_a_gap_inside_every_range_is_refused_by_the_correlation():
 
 
 @pytest.mark.slow
-def test_the_command_refuses_descriptors_that_the_mill_does_not_have_at_once(tmp_path):
+def test_the_command_refuses_descriptors_that_the_mill_does_not_have_at_once(tmp_path, capsys, monkeypatch):
     rows = pd.concat([all_runs(), regime_rows(CASES, REFERENCE)], ignore_index=True)
     config = settings()
     model = fit_averaged(rows, rows["yield_percent"].to_numpy(float), config.averaging)
     save_averaged(model, rows, config.averaging.margin, str(tmp_path / "final.json"))
     CURVES.write(tmp_path / "mill.json")
-    command = [sys.executable, "-m", "millprint.cli", "yields", str(tmp_path / "final.json")]
-    command += [str(ROOT / "config/data/conditions.tsv"), str(tmp_path / "out.tsv")]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    assert done.stderr.strip().startswith("1 rows are outside the domain")
+    monkeypatch.chdir(ROOT)
+    files = [str(tmp_path / "final.json"), "config/data/conditions.tsv", str(tmp_path / "out.tsv")]
+    assert millprint(["yields", *files]) == 0
+    assert capsys.readouterr().err.strip().startswith("1 rows are outside the domain")
     table = read_table(tmp_path / "out.tsv", text=["case", "warning"]).set_index("case")
     assert np.isnan(table.loc["mixed", "predicted_percent"])
     assert table.loc["mixed", "warning"].startswith("descriptors that emax does not have at once")

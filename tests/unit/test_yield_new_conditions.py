@@ -1,8 +1,5 @@
 """Predictions for new conditions: intervals, refusals, and the command."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -71,13 +68,13 @@ def test_conditions_outside_the_trained_ranges_are_refused_with_the_reason(model
 
 
 @pytest.mark.slow
-def test_the_command_predicts_the_example(models, tmp_path):
+def test_the_command_predicts_the_example(models, tmp_path, capsys, monkeypatch):
     out = tmp_path / "out.tsv"
-    command = [sys.executable, "-m", "millprint.cli", "yields", models["mixture"], str(CONDITIONS_TABLE), str(out)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    assert "1 rows are outside the domain" in done.stderr
-    assert "mill.json: no such file: the descriptors are not compared with the curves of a mill" in done.stderr
+    monkeypatch.chdir(ROOT)
+    assert millprint(["yields", models["mixture"], str(CONDITIONS_TABLE), str(out)]) == 0
+    said = capsys.readouterr().err
+    assert "1 rows are outside the domain" in said
+    assert "mill.json: no such file: the descriptors are not compared with the curves of a mill" in said
     table = read_table(out, text=["case", "warning"]).set_index("case")
     assert np.isnan(table.loc["low_fill", "predicted_percent"])
     assert "tangential_share = 0.7653" in table.loc["low_fill", "warning"]

@@ -229,15 +229,20 @@ def test_poisoned_test_yields_do_not_change_what_is_predicted_for_them(chapter, 
                 assert not clean["crps_pp"].equals(other["crps_pp"])
 
 
-def test_what_follows_the_evaluation_is_the_same_to_the_last_bit_in_a_second_run(chapter, tmp_path):
-    """The models before it are those of the run with poisoned yields."""
+def test_what_follows_the_evaluation_is_the_same_to_the_last_bit_in_a_second_run(chapter, tmp_path, monkeypatch):
+    """The models before it are those of the run with poisoned yields, and with them those of single regressors."""
     again = tmp_path / "yield"
     shutil.copytree(chapter, again)
     for name in FOLLOWING:
         (again / name).unlink()
+    averaged = {key: own for key, own in leave_groups_out.REGIME_PROCEDURES.items() if key[0] == AVERAGED}
+    monkeypatch.setattr(leave_groups_out, "REGIME_PROCEDURES", averaged)
     follow_up(again, [str(again / "train.tsv"), str(again / "test.tsv")], settings())
     for name in FOLLOWING:
-        assert (chapter / name).read_bytes() == (again / name).read_bytes(), name
+        first, second = ((folder / name).read_text().splitlines() for folder in (chapter, again))
+        if name.startswith("regimes"):
+            first = [first[0], *(line for line in first if line.startswith(AVERAGED))]
+        assert first == second, name
 
 
 def test_another_split_and_another_seed_work(tmp_path):

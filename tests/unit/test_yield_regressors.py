@@ -106,7 +106,7 @@ def test_other_seeds_of_a_regressor_that_has_one_are_compared(name):
 
 def test_several_starts_reach_the_largest_marginal_likelihood_of_any_of_them():
     rows, _ = parts()
-    training = settings().training
+    training = settings().training.model_copy(update={"kernel_starts": 8})
     inputs, target = rows[["bpr", "molar_ratio", "time_h"]].to_numpy(float), rows["yield_percent"].to_numpy(float)
     inputs = (inputs - inputs.mean(axis=0)) / inputs.std(axis=0)
     many = gaussian_process({}, 3, training)

@@ -41,6 +41,7 @@ def settings(**choices) -> YieldConfig:
         name: {"n_estimators": [5, 10]} for name, space in SPACES.items() if "n_estimators" in space
     }
     section["training"]["choices"] |= choices
+    section["training"]["kernel_starts"] = 2
     section["search"] = SMALL
     section["evaluation"] |= {**SMALL, **SMALL_EVALUATION, "resamples": 200}
     section["averaging"] |= SMALL_LIBRARY

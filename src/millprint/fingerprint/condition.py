@@ -33,10 +33,9 @@ class Condition(Generic[Quantity]):
         """The conditions of a table that has a column for each field."""
         return cls(**{name: table[name] for name in VARIABLES})
 
-    def table(self) -> pd.DataFrame:
-        """A row for each condition, a column for each field."""
-        columns = np.broadcast_arrays(*np.atleast_1d(*vars(self).values()))
-        return pd.DataFrame(dict(zip(VARIABLES, columns, strict=True)))
+    def rows(self) -> np.ndarray:
+        """A row for each condition, a column for each field (m, 5)."""
+        return np.column_stack(np.broadcast_arrays(*np.atleast_1d(*vars(self).values())))
 
 
 # The variables of a condition, in the order of every table, array and file of fingerprints.

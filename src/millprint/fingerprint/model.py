@@ -35,7 +35,15 @@ from millprint.fingerprint.condition import (
 )
 from millprint.fingerprint.descriptors import CHARGE, as_built, with_impacts
 from millprint.fingerprint.predicted_values import KNOWN, Prediction, banded, bands, row_of
-from millprint.fingerprint.processes import Predictor, Process, Told, band_width, logarithms, varied_components
+from millprint.fingerprint.processes import (
+    Predictor,
+    Process,
+    Told,
+    band_width,
+    log_rows,
+    logarithms,
+    varied_components,
+)
 from millprint.fingerprint.readers import FORMAT, read_content
 from millprint.run.files import write_json
 
@@ -227,7 +235,8 @@ class Fingerprint:
         )
 
     def _inputs(self, condition: Condition, charge: str) -> np.ndarray:
-        return logarithms(condition.table().assign(**{CHARGE: charge}), self.kinds)
+        rows = condition.rows()
+        return log_rows(rows, [charge] * len(rows), self.kinds)
 
     def descriptors(self, condition: Condition, charge: str = ONE_SIZE) -> dict[str, np.ndarray]:
         """Energies [J] and frequencies over the balls [1/s] (m,) of the conditions, without bands."""

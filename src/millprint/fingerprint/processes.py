@@ -74,14 +74,19 @@ def kinds_of(charges: Iterable[str]) -> list[str]:
 
 
 def logarithms(table: pd.DataFrame, kinds: Sequence[str] = ()) -> np.ndarray:
+    """`log_rows` of a table that has VARIABLES and, if there are charges, CHARGE."""
+    charges = table[CHARGE] if CHARGE in table else [ONE_SIZE] * len(table)
+    return log_rows(table[list(VARIABLES)].to_numpy(dtype=float), charges, kinds)
+
+
+def log_rows(values: np.ndarray, charges: Iterable[str], kinds: Sequence[str]) -> np.ndarray:
     """Logarithms (n, 5) of VARIABLES; with `kinds`, (n, 6), the last the place of the row's charge among the kinds.
 
     A charge that is not among them has the place -1, which is uncorrelated with every kind.
     """
-    logs = np.log(table[list(VARIABLES)].to_numpy(dtype=float))
+    logs = np.log(values)
     if not kinds:
         return logs
-    charges = table[CHARGE] if CHARGE in table else [ONE_SIZE] * len(table)
     places = [kinds.index(charge) if charge in kinds else -1 for charge in charges]
     return np.column_stack([logs, np.array(places, dtype=float)])
 

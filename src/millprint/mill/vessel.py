@@ -359,7 +359,7 @@ class _Shape:
     file: tuple[str, int] | None
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=64)
 def _vessel_of(shape: _Shape) -> Vessel:
     facets = shape_facets(shape.geometry, shape.place, shape.solid)
     curves = shape_curves(shape.geometry, shape.solid)
