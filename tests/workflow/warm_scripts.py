@@ -4,6 +4,7 @@ A script begins as it does by itself, with nothing of millprint imported. Those 
 shell, run by themselves.
 """
 
+import gc
 import importlib
 import json
 import os
@@ -17,10 +18,11 @@ from pathlib import Path
 from subprocess import CalledProcessError
 from threading import Lock
 
-# What most scripts import; none of them starts a thread before it is used.
+# What takes long to import; none of it starts a thread before it is used.
 IMPORTED = (
-    *("h5py", "matplotlib.pyplot", "numba", "pandas", "psutil", "pydantic", "scipy.optimize", "scipy.stats"),
-    *("snakemake.iocontainers", "snakemake.logging", "tqdm", "yaml"),
+    *("h5py", "hyperopt", "matplotlib.pyplot", "numba", "pandas", "scipy.optimize", "scipy.stats", "shap"),
+    *("sklearn.ensemble", "sklearn.gaussian_process", "snakemake.iocontainers", "snakemake.logging"),
+    *("statsmodels.api", "torch_geometric.nn", "trimesh"),
 )
 # As Snakemake sets them for a shell.
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
@@ -31,6 +33,8 @@ def import_libraries() -> None:
     for name in IMPORTED:
         importlib.import_module(name)
     sys.modules["numba"].njit(_nothing)()
+    # No fork need look for garbage in it.
+    gc.freeze()
 
 
 def _nothing() -> None:
