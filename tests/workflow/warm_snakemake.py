@@ -17,6 +17,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from tests.conftest import ROOT
+from tests.workflow import warm_scripts
 
 # What Snakemake imports when it starts, and what it imports later to read a Snakefile and to build the graph of jobs.
 IMPORTED = (
@@ -105,6 +106,7 @@ def serve() -> None:
     """Answer every request on standard input: start a fork, wait for its end, or look whether it has ended."""
     for name in IMPORTED:
         importlib.import_module(name)
+    warm_scripts.import_libraries()
     while line := sys.stdin.readline():
         print(json.dumps(_answer(**json.loads(line))), flush=True)
 
@@ -141,6 +143,7 @@ def _become_snakemake(arguments: list[str], folder: str, environment: dict[str, 
         opened = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND)
         os.dup2(opened, descriptor)
         os.close(opened)
+    warm_scripts.fork_scripts()
     main(arguments)
 
 
