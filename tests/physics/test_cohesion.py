@@ -144,5 +144,5 @@ def test_more_cohesion_than_the_springs_carry_is_refused(mills):
 
 
 def test_only_a_set_with_cohesion_is_compiled_with_it():
-    assert type(FewBalls([[0, 0, 0.1]]).laws.mark) is Hertz
-    assert type(FewBalls([[0, 0, 0.1]], contact=sticky(ball_wall_N=1.0)).laws.mark) is CohesiveHertz
+    assert type(FewBalls([[0, 0, 0.1]]).mark) is Hertz
+    assert type(FewBalls([[0, 0, 0.1]], contact=sticky(ball_wall_N=1.0)).mark) is CohesiveHertz

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from millprint.dem.advance import advance
+from millprint.dem.laws.registry import mark_of
 from millprint.dem.layout import COUNTER
 from millprint.dem.recording import make_table, silent_recorder
 from tests.physics.test_threads import lively
@@ -13,11 +14,11 @@ STEPS = 800
 
 def state_after(simulation, steps_a_call: int) -> tuple[list[np.ndarray], list[float]]:
     """The state after STEPS steps, and the share of candidates that were near at the end of each call."""
-    table, recorder, shares = make_table(20_000), silent_recorder(), []
+    table, recorder, shares, mark = make_table(20_000), silent_recorder(), [], mark_of(simulation.contact)
     for last in range(steps_a_call - 1, STEPS, steps_a_call):
         advance(
-            simulation.balls, simulation.candidates, simulation.contacts, simulation.laws, simulation.walls,
-            simulation.clock, simulation.totals, simulation.counters, table, recorder, last, None,
+            simulation.balls, simulation.candidates, simulation.contacts, simulation.laws, mark,
+            simulation.walls, simulation.clock, simulation.totals, simulation.counters, table, recorder, last, None,
         )  # fmt: skip
         shares.append(simulation.candidates.near_first[-1] / simulation.candidates.first_wall[-1, -1])
     assert simulation.counters[COUNTER.step] == STEPS

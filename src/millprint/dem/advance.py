@@ -29,13 +29,15 @@ def can_step(balls, candidates, contacts, laws, walls, clock, time, counters, ta
 
 
 @kernel()
-def advance(balls, candidates, contacts, laws, walls, clock, totals, counters, table, recorder, last_step, shares):
+def advance(
+    balls, candidates, contacts, laws, mark, walls, clock, totals, counters, table, recorder, last_step, shares
+):  # fmt: skip
     """Run up to and including step `last_step`, or until a buffer is full or something is wrong.
 
     Everything is changed in place; counters[COUNTER.step] is the step reached and counters[COUNTER.status] whether it
     may go on. Time is the step's number times the step; the mill starts at step 0.
 
-    shares: threads.Shares, one row for each thread, or None for the loop without threads.
+    mark: laws.registry.mark_of; shares: threads.Shares, one row for each thread, or None for the loop without threads.
     Numba compiles one loop for each combination of types, and leaves out what is None.
     """
     # The same numbers as rows of one line each, which make fast loops.
@@ -50,10 +52,10 @@ def advance(balls, candidates, contacts, laws, walls, clock, totals, counters, t
         since = counters[COUNTER.step] - recorder.origin
         is_recorded = begin_record(contacts, totals, counters, recorder, since)
         if shares is None:
-            apply_forces(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table)
+            apply_forces(balls, candidates, contacts, laws, mark, walls, clock, time, totals, counters, table)
         else:
             apply_forces_in_threads(
-                balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, shares
+                balls, candidates, contacts, laws, mark, walls, clock, time, totals, counters, table, shares
             )
         if is_recorded:
             record(balls, candidates, contacts, clock, time, since, totals, counters, recorder)

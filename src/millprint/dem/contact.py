@@ -42,8 +42,8 @@ def book_step(lanes, block, m, step, normal_force, overlap, powers):
 def evaluate_block(mark, lanes, block, present, at, step):
     """Forces, torques and new histories of the contacts in a block, whose present row is number `at`.
 
-    mark: of their law (state.Laws); step [s]. The velocity at the plane of contact is v_i + w_i x (-a n) - v_j -
-    w_j x (b n), with a and b the distances of the centres from it. A wall has b = 0.
+    mark: of their law (laws.registry.mark_of); step [s]. The velocity at the plane of contact is
+    v_i + w_i x (-a n) - v_j - w_j x (b n), with a and b the distances of the centres from it. A wall has b = 0.
     """
     for m in range(LANES):
         away = get_present(present, at, PRESENT.away, m)
@@ -79,7 +79,7 @@ def evaluate_block(mark, lanes, block, present, at, step):
 def evaluate(mark, lanes, present, begin, end, step):
     """Forces, torques and new histories of the contacts in blocks begin to end.
 
-    Their present rows are the first ones; mark: of their law (state.Laws); step [s].
+    Their present rows are the first ones; mark: of their law (laws.registry.mark_of); step [s].
     """
     for block in range(begin, end):
         evaluate_block(mark, lanes, block, present, block - begin, step)

@@ -12,6 +12,7 @@ from millprint.config.sweep import OVERLAP_LIMIT
 from millprint.dem import state
 from millprint.dem.advance import advance
 from millprint.dem.collisions import by_surface, collision_table
+from millprint.dem.laws.registry import mark_of
 from millprint.dem.layout import COUNTER, LAW, RATE, SAMPLE, STATUS, TOTAL_WIDTH
 from millprint.dem.ledger import ledger_series
 from millprint.dem.recording import Recorder, Table, make_recorder, make_table
@@ -83,6 +84,7 @@ class FewBalls:
         self.candidates = state.make_candidates(len(position), per_ball=CANDIDATES_PER_BALL)
         self.open_contacts = state.make_contacts(self.candidates.partner.size)
         self.walls = walls or walls_for(vessel, radii.max(), skin, pitch)
+        self.mark = mark_of(contact)
         self.laws = state.make_laws(self.balls, contact, self.step, OVERLAP_LIMIT, self.walls.surface)
         if friction is not None:
             self.laws.wall[SURFACE.rough][:, [LAW.friction, LAW.rolling_friction]] = friction
@@ -138,8 +140,8 @@ class FewBalls:
 
     def _advance(self, last_step: int, table: Table, recorder: Recorder) -> None:
         advance(
-            self.balls, self.candidates, self.open_contacts, self.laws, self.walls, self.clock, self.totals,
-            self.counters, table, recorder, last_step, None,
+            self.balls, self.candidates, self.open_contacts, self.laws, self.mark, self.walls, self.clock,
+            self.totals, self.counters, table, recorder, last_step, None,
         )  # fmt: skip
         counters = self.counters
         if counters[COUNTER.status] != STATUS.running:

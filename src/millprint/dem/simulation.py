@@ -17,7 +17,7 @@ from millprint.dem import state
 from millprint.dem.advance import advance
 from millprint.dem.case_cost import OCCUPANCY_CELL_M, OCCUPANCY_INTERVAL_S
 from millprint.dem.cohesion_check import check_cohesion
-from millprint.dem.laws.registry import law_of, step_scale
+from millprint.dem.laws.registry import law_of, mark_of, step_scale
 from millprint.dem.layout import COUNTER, STATUS, TOTAL_WIDTH
 from millprint.dem.numbering import restore_rows, sort_if_due
 from millprint.dem.overlap import overlap_in_words
@@ -274,8 +274,8 @@ class Simulation:
         """One call of the step loop; that with threads is compiled only where there are several."""
         with use_threads(self.threads) if self.threads > 1 else nullcontext():
             advance(
-                self.balls, self.candidates, self.contacts, self.laws, self.walls, self.clock, self.totals,
-                self.counters, table, recorder, last_step, self.shares,
+                self.balls, self.candidates, self.contacts, self.laws, mark_of(self.contact), self.walls, self.clock,
+                self.totals, self.counters, table, recorder, last_step, self.shares,
             )  # fmt: skip
 
     def _write_restart_if_due(self, recording: Recording) -> None:

@@ -8,7 +8,6 @@ import numpy as np
 from millprint.config.contact_set import ContactConfig
 from millprint.dem.lanes import IDLE, IDLE_PRESENT
 from millprint.dem.law import law_row
-from millprint.dem.laws.registry import mark_of
 from millprint.dem.layout import CELL, COUNTER, GROUP, HISTORY_WIDTH, LANES, LOAD_WIDTH, RATE, RATE_WIDTH
 from millprint.dem.speed_choice import SpeedTables, at_reference, speed_tables
 from millprint.mill.kernel_columns import span_of, width_of
@@ -87,7 +86,6 @@ class Laws(NamedTuple):
     wall: np.ndarray  # (surfaces, species, width), by walls.SURFACE
     surface: np.ndarray  # (features,) surface of every feature of the walls, walls.Walls.surface
     by_speed: SpeedTables | None  # of coefficients that depend on the speed of the hit; the kernels are compiled for it
-    mark: tuple  # by whose type the kernels are compiled for the law, laws.record.ContactLaw
 
 
 class Clock(NamedTuple):
@@ -229,7 +227,7 @@ def make_laws(balls: Balls, contact: ContactConfig, step: float, overlap_fractio
         ]
         for at, own_pull in (sets[name] for name in SURFACE._fields)
     ]
-    return Laws(np.array(pair), np.array(wall), surface, tables, mark_of(contact))
+    return Laws(np.array(pair), np.array(wall), surface, tables)
 
 
 def make_clock(

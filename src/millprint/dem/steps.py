@@ -121,12 +121,12 @@ def scatter_open(balls, contacts, walls, clock, counters, block, at):
 
 
 @inlined()
-def resolve_blocks(balls, candidates, contacts, laws, walls, clock, begin, end, time, totals, counters, table):
+def resolve_blocks(balls, candidates, contacts, laws, mark, walls, clock, begin, end, time, totals, counters, table):
     """The contacts of blocks begin to end: those that have parted are closed, the others act on their partners."""
     for block in range(begin, end):
         at = block - begin
         gather_open(balls, candidates, contacts, laws, walls, clock, block, at, time, totals, counters, table)
-    evaluate(laws.mark, contacts.lanes, contacts.present, begin, end, clock.step)
+    evaluate(mark, contacts.lanes, contacts.present, begin, end, clock.step)
     for block in range(begin, end):
         scatter_open(balls, contacts, walls, clock, counters, block, block - begin)
 
@@ -146,14 +146,14 @@ def book_wall_work(clock, totals):
 
 
 @inlined()
-def apply_forces(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table):
+def apply_forces(balls, candidates, contacts, laws, mark, walls, clock, time, totals, counters, table):
     """Contact forces and torques on every ball at the present positions; energies go to `totals` and the histories."""
     open_contacts(balls, candidates, contacts, laws, walls, clock.motions, time, totals, counters, table)
     blocks = blocks_in_use(counters)
     group = GROUP if blocks <= GROUPED_TO else 1
     for begin in range(0, blocks, group):
         end = min(begin + group, blocks)
-        resolve_blocks(balls, candidates, contacts, laws, walls, clock, begin, end, time, totals, counters, table)
+        resolve_blocks(balls, candidates, contacts, laws, mark, walls, clock, begin, end, time, totals, counters, table)
     book_wall_work(clock, totals)
 
 

@@ -236,12 +236,14 @@ def open_in_order(balls, candidates, contacts, laws, walls, clock, time, totals,
 
 
 @inner()
-def resolve_waiting(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, shares):
+def resolve_waiting(balls, candidates, contacts, laws, mark, walls, clock, time, totals, counters, table, shares):
     """The blocks in which a contact has parted, in their order, and the loads of the bodies."""
     for t in range(shares.counts.shape[0]):
         for at in range(shares.counts[t, SHARE.waiting]):
             begin, end = shares.waiting[t, at], shares.waiting[t, at] + 1
-            resolve_blocks(balls, candidates, contacts, laws, walls, clock, begin, end, time, totals, counters, table)
+            resolve_blocks(
+                balls, candidates, contacts, laws, mark, walls, clock, begin, end, time, totals, counters, table
+            )
         for body in range(clock.load.shape[0]):
             for c in range(LOAD_WIDTH):
                 clock.load[body, c] += shares.body_load[t, body, c]
@@ -251,11 +253,11 @@ def resolve_waiting(balls, candidates, contacts, laws, walls, clock, time, total
 
 @inlined()
 def apply_forces_in_threads(
-    balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, shares
+    balls, candidates, contacts, laws, mark, walls, clock, time, totals, counters, table, shares
 ):  # fmt: skip
     """As steps.apply_forces."""
     find_in_threads(balls, candidates, shares)
     open_in_order(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, shares)
-    resolve_in_threads(laws.mark, balls, candidates, contacts, walls, clock.motions, counters, shares, clock.step)
-    resolve_waiting(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, shares)
+    resolve_in_threads(mark, balls, candidates, contacts, walls, clock.motions, counters, shares, clock.step)
+    resolve_waiting(balls, candidates, contacts, laws, mark, walls, clock, time, totals, counters, table, shares)
     sum_in_threads(balls, shares)

@@ -11,7 +11,7 @@ from millprint.config.contact_set import ContactConfig
 class ContactLaw:
     """A contact law, by its `kind` in a contact set.
 
-    mark: a named tuple without fields, by whose type the kernels are compiled for this law (state.Laws);
+    mark: a named tuple without fields, by whose type the kernels are compiled for this law (advance.advance);
         cohesive_mark: another one, for the law with cohesion.
     coefficients(contact, radius, mass): its first four columns of layout.LawColumns, of reduced radius [m] and mass
         [kg]: normal and tangential stiffness, normal and tangential damping.
