@@ -8,7 +8,6 @@ import pytest
 from scipy.signal import find_peaks
 
 from millprint.config.calibration import ExperimentConfig, SwingConfig
-from millprint.config.cohesion import CohesionConfig
 from millprint.config.errors import ConfigError
 from millprint.config.geometry import CylinderGeometry
 from millprint.config.over_speed import RestitutionTable
@@ -123,11 +122,9 @@ def test_balls_that_swing_side_by_side_swing_as_each_alone(mills, contacts):
 def test_pairs_are_tried_as_well_where_the_restitution_depends_on_the_speed(mills, contacts):
     level = contacts["calibrated"].value_of("restitution")
     table = RestitutionTable(speeds_m_s=(0.1, 1.0), values=(level, level))
-    # Without a pull, cohesion changes nothing: other tests need the kernels of tables with cohesion too.
-    changed = {"restitution": table, "cohesion": CohesionConfig()}
     plain, varied = (
         make_swing(mills["emax"], contact, RAYLEIGH_FRACTION_MAX, 2 * BALL, settings())
-        for contact in (contacts["calibrated"], contacts["calibrated"].model_copy(update=changed))
+        for contact in (contacts["calibrated"], contacts["calibrated"].model_copy(update={"restitution": table}))
     )
     pairs, times = [(0.1, 0.01), (0.7, 0.1)], np.linspace(0, 0.4, 50)
     for own, path in zip(plain.positions(pairs, times[-1]), varied.positions(pairs, times[-1]), strict=True):

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from millprint.config.cohesion import CohesionConfig
 from millprint.config.over_speed import RestitutionForm, RestitutionTable, plastic, viscoelastic
 from millprint.dem.layout import COUNTER
 from millprint.dem.ledger import closure
@@ -12,10 +11,7 @@ from tests.physics.setups import CALIBRATED, FewBalls
 
 TABLE = RestitutionTable(speeds_m_s=(0.05, 0.5, 2.0), values=(0.15, 0.4, 0.8))
 WALL = RestitutionTable(speeds_m_s=(0.1, 1.0), values=(0.9, 0.5))
-# With cohesion that has no pull and changes nothing: other tests need the kernels of tables with cohesion too.
-OVER_SPEED = CALIBRATED.model_copy(
-    update={"restitution": TABLE, "wall_restitution": WALL, "cohesion": CohesionConfig()}
-)
+OVER_SPEED = CALIBRATED.model_copy(update={"restitution": TABLE, "wall_restitution": WALL})
 RADIUS, STEP = 5e-3, 1e-6
 
 

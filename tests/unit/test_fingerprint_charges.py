@@ -50,12 +50,13 @@ def fitted(runs: list[dict]) -> Fingerprint:
 
 @cache
 def one_size() -> Fingerprint:
-    """Balls of 10 and 5 mm alone."""
+    """A fingerprint of balls of 10 mm and of 5 mm, without the charge."""
     return fitted(summaries(error=0.002))
 
 
 @cache
 def charge_alone() -> Fingerprint:
+    """A fingerprint of the charge, without balls of one size."""
     return fitted(charged())
 
 
