@@ -14,8 +14,9 @@ from millprint.dem.collisions import by_surface, collision_table
 from millprint.dem.few_balls import walls_for
 from millprint.dem.layout import COUNTER, ENDED
 from millprint.mill.bodies import build_bodies
+from millprint.mill.borders import SMOOTH_TURN
 from millprint.mill.distance import signed_distance
-from millprint.mill.patches import SMOOTH_TURN, find_patches
+from millprint.mill.features import features_of
 from millprint.mill.vessel import Facet, Vessel
 from millprint.mill.walls import touch
 from millprint.run.kernel import kernel
@@ -253,7 +254,7 @@ def filleted_corner(fillet: float, steps: int = 24) -> Vessel:
 def test_a_ball_in_a_rounded_corner_touches_twice_where_the_rounding_is_tighter_than_the_ball(fillet, contacts):
     vessel = filleted_corner(fillet)
     walls = walls_for(vessel, RADIUS)
-    assert find_patches(vessel).patches == 5
+    assert features_of(vessel).patches == 5
     if contacts == 2:
         point = [RADIUS - 2e-5, -0.05, RADIUS - 2e-5]
     else:

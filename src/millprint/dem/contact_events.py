@@ -1,7 +1,7 @@
 """Contacts begin, pass on and end.
 
 A candidate that comes within reach opens a contact in a free lane; one that parts closes. On a wall, a contact passes
-from feature to feature of a patch (mill.patches) with its whole history: where a ball touches a feature anew, and is
+from feature to feature of a patch (mill.features) with its whole history: where a ball touches a feature anew, and is
 already in contact with a neighbouring one that it leaves or that is now farther away, the contact goes on there.
 """
 
@@ -25,7 +25,7 @@ from millprint.dem.layout import (
     TOTAL,
 )
 from millprint.dem.speed_choice import choose_by_speed
-from millprint.mill.patches import SMOOTH_TURN
+from millprint.mill.borders import SMOOTH_TURN
 from millprint.mill.vectors import add_scaled, dot, row, scale, subtract
 from millprint.mill.walls import (
     PLANE,
@@ -285,14 +285,19 @@ def pass_on(balls, candidates, contacts, laws, walls, old, k, normal, time, tota
 
 
 @inner()
-def predecessor(candidates, walls, body, k, point, distance, direction, radius):
+def predecessor(candidates, walls, body, k, point, distance, direction, radius, was_touched):
     """The open candidate whose contact goes on at candidate k, which a ball at `point` (body frame) touches.
 
-    Returns -1 where there is none, and k itself where a neighbouring feature is nearer, so that k is not a contact.
+    Returns -1 where there is none, and k itself where k is not a contact, since a neighbouring feature is nearer.
     distance [m] and direction: those of k, see walls.touch.
+
+    Of several open neighbours the contact goes on of the one that the ball leaves, or else of the nearest one: that is
+    as far as k now, so that the stored energy does not jump. was_touched: whether k was touched a step ago. It was then
+    denied as a neighbour was nearer, whose contact may meanwhile have gone on to a feature that is no neighbour of k: it
+    is still that contact which goes on at k, once k is nearer. A new one would begin with an energy from nowhere.
     """
     feature = -1 - candidates.partner[k]
-    found = -1
+    found, found_at = -1, FAR
     i = candidates.ball[k]
     for other in range(candidates.first_wall[body, i], candidates.first_wall[body, i + 1]):
         neighbour = -1 - candidates.partner[other]
@@ -300,22 +305,29 @@ def predecessor(candidates, walls, body, k, point, distance, direction, radius):
             continue
         beyond, towards = touch(walls, neighbour, candidates.sure[other], point, radius)
         is_open = candidates.lane[other] >= 0
-        if not (is_open or beyond >= 0.0) or not belongs(walls, feature, neighbour):
+        if not (is_open or beyond >= 0.0):
             continue
-        if beyond >= 0.0:
+        if not belongs(walls, feature, neighbour):
+            if not (is_open and was_touched and beyond >= 0.0):
+                continue
+            if beyond < distance:
+                return np.int64(k)
+            # A neighbour's contact goes first; nothing is as large as a kilometre.
+            beyond += 1e3
+        elif beyond >= 0.0:
             if dot(direction, towards) < COS_SMOOTH_TURN:
                 continue
             if beyond < distance or (beyond == distance and neighbour < feature):
                 return np.int64(k)
-        if is_open:
-            found = np.int64(other)
+        if is_open and beyond < found_at:
+            found, found_at = np.int64(other), beyond
     return found
 
 
 @inner()
-def open_wall(balls, candidates, contacts, laws, walls, motions, k, time, totals, counters, table):
+def open_wall(balls, candidates, contacts, laws, walls, clock, k, time, totals, counters, table):
     """Begin a contact of candidate k, a ball and a wall, or let one go on there, if the feature is within reach."""
-    i, feature = candidates.ball[k], -1 - candidates.partner[k]
+    i, feature, motions = candidates.ball[k], -1 - candidates.partner[k], clock.motions
     body = body_of(walls, feature)
     position = row(balls.position, i)
     point = to_body(motions, body, position)
@@ -323,15 +335,17 @@ def open_wall(balls, candidates, contacts, laws, walls, motions, k, time, totals
     distance, direction = touch(walls, feature, candidates.sure[k], point, radius)
     if distance < 0.0:
         return
-    old = predecessor(candidates, walls, body, k, point, distance, direction, radius)
+    normal = direction_to_laboratory(motions, body, direction)
+    foot = wall_velocity(motions, body, add_scaled(position, -distance, normal))
+    approach = dot(subtract(foot, row(balls.rate_now, i)), normal)
+    # Twice the way of a step, since the speed may be a little less now.
+    was_touched = distance + 2.0 * clock.step * max(approach, 0.0) < radius * (1.0 - 1e-12)
+    old = predecessor(candidates, walls, body, k, point, distance, direction, radius, was_touched)
     if old == k:
         return
-    normal = direction_to_laboratory(motions, body, direction)
     if old >= 0:
         pass_on(balls, candidates, contacts, laws, walls, old, k, normal, time, totals, counters, table)
         return
-    foot = wall_velocity(motions, body, add_scaled(position, -distance, normal))
-    approach = dot(subtract(foot, row(balls.rate_now, i)), normal)
     open_contact(balls, candidates, contacts, laws, counters, k, time, approach)
 
 
@@ -356,18 +370,18 @@ def open_pairs(balls, candidates, contacts, laws, counters, count, time):
 
 
 @inlined()
-def open_walls(balls, candidates, contacts, laws, walls, motions, time, totals, counters, table):
+def open_walls(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table):
     """Open the contacts with walls of all balls that have come within reach."""
-    for at in range(find_walls(balls, candidates, motions)):
+    for at in range(find_walls(balls, candidates, clock.motions)):
         k = candidates.found[at]
-        open_wall(balls, candidates, contacts, laws, walls, motions, k, time, totals, counters, table)
+        open_wall(balls, candidates, contacts, laws, walls, clock, k, time, totals, counters, table)
 
 
 @inlined()
-def open_contacts(balls, candidates, contacts, laws, walls, motions, time, totals, counters, table):
+def open_contacts(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table):
     """Open the contacts of all that have come within reach."""
     first, last = near_pairs_listed(candidates)
     count = np.int64(find_pairs(balls, candidates, first, last, candidates.found))
     if count > 0:
         open_pairs(balls, candidates, contacts, laws, counters, count, time)
-    open_walls(balls, candidates, contacts, laws, walls, motions, time, totals, counters, table)
+    open_walls(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table)

@@ -10,8 +10,10 @@ from millprint.dem import state
 from millprint.dem.laws.registry import law_of
 from millprint.dem.layout import COUNTER, HISTORY, LANE, LANES, LAW
 from millprint.mill.bodies import Body
+from millprint.mill.borders import borders_of
 from millprint.mill.distance import signed_distance
 from millprint.mill.kernel_columns import span_of, width_of
+from millprint.mill.rims import nearest_on_circle
 from millprint.mill.vessel import Vessel
 from millprint.mill.walls import SURFACE
 
@@ -150,6 +152,9 @@ def feature_at(vessel: Vessel, point: np.ndarray) -> str:
             return "a round wall"
     if np.linalg.norm(vessel.vertices - point, axis=1).min() < near:
         return "a corner"
+    for rim in borders_of(vessel).rims:
+        if np.linalg.norm(nearest_on_circle(rim.row, point[None])[0] - point) < near:
+            return "a convex rim" if rim.turn > 0 else "a seam"
     for edge in vessel.edges:
         along = edge.end - edge.start
         share = np.clip((point - edge.start) @ along / (along @ along), 0, 1)

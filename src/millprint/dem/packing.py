@@ -30,11 +30,11 @@ def inside(vessel: Vessel, points: np.ndarray, clearance: float, inserts: Sequen
 
     inserts: solids in the vessel's frame (mill.bodies.inserts_in_vessel), which count as walls too.
     """
-    if vessel.convex_edges:
+    if vessel.is_convex:
+        fits = _inside_convex(vessel, points, clearance)
+    else:
         # Only a vessel that is not convex needs the exact distance.
         fits = signed_distance(vessel)(points)[0] <= -clearance
-    else:
-        fits = _inside_convex(vessel, points, clearance)
     for insert in inserts:
         fits[fits] = signed_distance(insert)(points[fits])[0] <= -clearance
     return fits

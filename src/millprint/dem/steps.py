@@ -148,7 +148,7 @@ def book_wall_work(clock, totals):
 @inlined()
 def apply_forces(balls, candidates, contacts, laws, mark, walls, clock, time, totals, counters, table):
     """Contact forces and torques on every ball at the present positions; energies go to `totals` and the histories."""
-    open_contacts(balls, candidates, contacts, laws, walls, clock.motions, time, totals, counters, table)
+    open_contacts(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table)
     blocks = blocks_in_use(counters)
     group = GROUP if blocks <= GROUPED_TO else 1
     for begin in range(0, blocks, group):

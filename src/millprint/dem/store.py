@@ -16,8 +16,10 @@ from millprint.dem.recording import Recording
 from millprint.dem.resources import COLLISION_ROWS_MAX
 from millprint.dem.simulation import Simulation
 from millprint.mill.curved_surfaces import curve_rows
+from millprint.mill.features import features_of
 from millprint.mill.kernel_columns import span_of
 from millprint.mill.pose import POSE
+from millprint.mill.rims import rim_rows
 from millprint.mill.vessel import Vessel
 from millprint.run.hdf5 import whole_hdf5
 
@@ -103,9 +105,11 @@ def put_geometry(group: h5py.Group, vessel: Vessel) -> None:
     put(group, "triangles", triangles)
     put(group, "facet_normal", [facet.normal for facet in vessel.facets])
     put(group, "facet_offset_m", [facet.offset for facet in vessel.facets])
-    put(group, "edge_m", np.reshape([(edge.start, edge.end) for edge in vessel.convex_edges], (-1, 2, 3)))
+    features = features_of(vessel)
+    put(group, "edge_m", np.reshape([(edge.start, edge.end) for edge in features.lines], (-1, 2, 3)))
     put(group, "curves", curve_rows(vessel.curves))
-    put(group, "corner_m", np.reshape([corner.point for corner in vessel.corners], (-1, 3)))
+    put(group, "rims", rim_rows(features.rims))
+    put(group, "corner_m", np.reshape([corner.point for corner in features.corners], (-1, 3)))
 
 
 def write_run(

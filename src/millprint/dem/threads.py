@@ -232,7 +232,7 @@ def open_in_order(balls, candidates, contacts, laws, walls, clock, time, totals,
             candidates.found[count] = shares.found[t, at]
             count += 1
     open_pairs(balls, candidates, contacts, laws, counters, count, time)
-    open_walls(balls, candidates, contacts, laws, walls, clock.motions, time, totals, counters, table)
+    open_walls(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table)
 
 
 @inner()

@@ -1,8 +1,8 @@
-"""Exact cylinders and tori, of which flat facets of a wall are pieces.
+"""Exact cylinders, cones, spheres and tori: surfaces that a line or an arc sweeps as it turns about an axis.
 
-The facets say where such a surface is and what joins it; how far a ball is from it, and in which direction, is that of
-the cylinder or the torus itself. So a round wall is round, however many facets draw it. A torus whose circle has no
-radius is a sphere.
+Facets draw such a surface; how far a ball is from it, and in which direction, is that of the surface itself. So a round
+wall is round, however many facets draw it. A line sweeps a cone, or a cylinder if it is parallel to the axis; an arc
+sweeps a torus, or a sphere if its middle lies on the axis.
 
 A surface of less than a turn, or with less than a whole tube, goes on beyond its borders along its tangents, as the
 walls that join it smoothly do: there both give the same distance, and a ball passes from one to the other without a
@@ -24,7 +24,7 @@ CLOSEST = 1e-12
 
 
 class CurveColumns(NamedTuple):
-    """A cylinder or a torus, in a row of walls.Walls.curves."""
+    """A cylinder, cone, sphere or torus, in a row of walls.Walls.curves."""
 
     origin: Vector  # on the axis; of a torus its middle [m]
     axis: Vector  # unit vector
@@ -34,14 +34,17 @@ class CurveColumns(NamedTuple):
     begin_up: int
     end_out: int
     end_up: int
-    low: int  # ends of a cylinder along its axis, from the origin [m]
+    low: int  # ends of a cone along its line, from the circle at the origin [m]
     high: int
-    major: int  # radius of a cylinder, or of the circle on which a torus's tube has its middle [m]
+    major: int  # radius of a cone at the origin, or of the circle on which a torus's tube has its middle [m]
     minor: int  # radius of the tube [m]
     side: int  # 1 if the balls are on the side of the axis, or of the tube's middle; -1 if they are outside
     is_torus: int
     is_part: int  # 1 where the surface is less than a turn
     is_arc: int  # 1 where a torus's tube is less than a turn
+    rise: int  # of a unit vector along a cone's line: its part along the axis; 1 for a cylinder
+    spread: int  # and away from the axis; 0 for a cylinder
+    slack: int  # how far the surface reaches beyond its borders [m], see borders.Borders
 
 
 CURVE = number_columns(CurveColumns)
@@ -103,8 +106,11 @@ def curve_touch(curves, k, point):
     reach, outwards, past = out_of_axis(curves, k, add_scaled(away, -up, axis))
     bend = side / max(abs(reach), CLOSEST)
     if curves[k, CURVE.is_torus] == 0.0:
-        past = max(past, curves[k, CURVE.low] - up, up - curves[k, CURVE.high])
-        return side * (curves[k, CURVE.major] - reach), scale(-side, outwards), past, bend
+        rise, spread, inset = curves[k, CURVE.rise], curves[k, CURVE.spread], curves[k, CURVE.major] - reach
+        along = up * rise - inset * spread
+        past = max(past, curves[k, CURVE.low] - along, along - curves[k, CURVE.high])
+        direction = scale(-side, add_scaled(scale(rise, outwards), -spread, axis))
+        return side * (inset * rise + up * spread), direction, past, bend * rise
     reach, (out, along), past_tube = out_of_tube(curves, k, reach - curves[k, CURVE.major], up)
     bend += side / max(abs(reach), CLOSEST)
     direction = scale(-side, add_scaled(scale(out, outwards), along, axis))
@@ -124,12 +130,13 @@ def touch_points(curves, k, points):
 
 @dataclass(frozen=True)
 class Curve:
-    """A cylinder, or with `minor` a torus, in the frame of a body.
+    """A cylinder or a cone, or with `minor` a torus or a sphere, in the frame of a body.
 
     origin (3,) [m], on the axis; axis (3,), a unit vector; major, minor: radii [m], see CurveColumns; hollow: the balls
     are on the side of the axis, or of the tube's middle; part: unit vectors (3,) across the axis between which the
     surface lies, up to half a turn from the first to the second; arc: unit vectors (out, up) likewise for the tube;
-    ends: of a cylinder along its axis, from the origin [m].
+    ends: of a cone along its line, from the circle at the origin [m]; slope: angle between that line and the axis
+    [rad], positive where the radius grows along the axis; 0 for a cylinder; slack [m], see borders.Borders.
     """
 
     origin: np.ndarray
@@ -140,6 +147,15 @@ class Curve:
     part: tuple[np.ndarray, np.ndarray] | None = None
     arc: tuple[tuple[float, float], tuple[float, float]] | None = None
     ends: tuple[float, float] = (-math.inf, math.inf)
+    slope: float = 0.0
+    slack: float = 0.0
+
+    @property
+    def kind(self) -> str:
+        """The name of the surface."""
+        if self.minor is None:
+            return "cone" if self.slope else "cylinder"
+        return "torus" if self.major else "sphere"
 
     def moved(self, rotation: np.ndarray, shift: np.ndarray) -> "Curve":
         """The surface turned by a matrix (3, 3), then shifted (3,) [m]."""
@@ -165,6 +181,8 @@ class Curve:
         numbers[CURVE.side] = 1.0 if self.hollow else -1.0
         numbers[CURVE.is_torus] = self.minor is not None
         numbers[CURVE.is_part], numbers[CURVE.is_arc] = self.part is not None, self.arc is not None
+        numbers[CURVE.rise], numbers[CURVE.spread] = math.cos(self.slope), math.sin(self.slope)
+        numbers[CURVE.slack] = self.slack
         return numbers
 
     def touch(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -1,12 +1,14 @@
 """Exact signed distance to the walls of a vessel or of a solid, and its gradient."""
 
+import math
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from millprint.mill.curved_surfaces import curve_rows, curve_touch
-from millprint.mill.patches import is_joint, outline_slack
+from millprint.mill.borders import borders_of
+from millprint.mill.curved_surfaces import CURVE, curve_rows, curve_touch
+from millprint.mill.rims import Rim, rim_distance, rim_rows
 from millprint.mill.vectors import add_scaled, dot, row, scale, subtract
 from millprint.mill.vessel import Vessel, ahead, cross
 from millprint.mill.wall_arrays import facet_sides
@@ -15,8 +17,12 @@ from millprint.run.kernel import array_maker, inlined
 
 
 class Surface(NamedTuple):
-    """Facets (f) and their sides (s); a side is a directed edge of a facet's outline."""
+    """Facets (f) and their sides (s); a side is a directed edge of a facet's outline.
 
+    facets without a part in the distance are left out: those that only draw a curve, and have no edge on their outline.
+    """
+
+    listed: np.ndarray  # numbers of the facets that are looked at
     normal: np.ndarray  # (f, 3) inward
     offset: np.ndarray  # (f,)
     axes: np.ndarray  # (f, 2, 3) unit vectors in the plane
@@ -24,38 +30,51 @@ class Surface(NamedTuple):
     start: np.ndarray  # (s, 3)
     along: np.ndarray  # (s, 3) unit vectors
     length: np.ndarray  # (s,)
-    side: np.ndarray  # (s, 7) walls.SideColumns
     side_normal: np.ndarray  # (s, 3) sum of the two facets' normals
-    side_is_joint: np.ndarray  # (s,) see patches.is_joint
+    side_is_drawn: np.ndarray  # (s,) see borders.Borders
     corner_normal: np.ndarray  # (s, 3) angle-weighted normals at the side's start
-    corner_is_joint: np.ndarray  # (s,) whether all sides at the side's start are joints
-    slack: np.ndarray  # (f,) see patches.outline_slack [m]
+    corner_is_drawn: np.ndarray  # (s,) whether all sides at the side's start are drawn
+    first_outline: np.ndarray  # (f + 1,) the same as first_side, of walls.Walls.side
+    outline: np.ndarray  # walls.SideColumns
+    slack: np.ndarray  # (f,) see borders.Borders [m]
     curve: np.ndarray  # (f,) the curve that a facet is a piece of; -1 for a flat wall
-    curves: np.ndarray  # (curves, width) curves.CurveColumns
+    curves: np.ndarray  # (curves, width) curved_surfaces.CurveColumns
+    first_piece: np.ndarray  # (curves + 1,) facets of each curve, where it does not cover all between its borders
+    piece: np.ndarray
+    rims: np.ndarray  # (rims, width) rims.RimColumns, all in which walls meet at an angle
+    rim_normal: np.ndarray  # (rims, 2) sum of both walls' normals, (out, up)
 
 
 def _surface(vessel: Vessel) -> Surface:
+    borders = borders_of(vessel)
     first, rows = [0], []
-    corner_sum: dict[tuple[int, ...], np.ndarray] = {}
-    all_joints: dict[tuple[int, ...], bool] = {}
-    for facet in vessel.facets:
-        for loop in facet.loops:
+    corner_sum: dict[int, np.ndarray] = {}
+    all_drawn: dict[int, bool] = {}
+    for facet, numbers in zip(vessel.facets, vessel.loops, strict=True):
+        for loop, own in zip(facet.loops, numbers, strict=True):
             forth, back = ahead(loop) - loop, np.concatenate((loop[-1:], loop[:-1])) - loop
             length = np.linalg.norm(forth, axis=1)
             along = forth / length[:, None]
             back = back / np.linalg.norm(back, axis=1)[:, None]
             inward = cross(facet.normal, along)
             angle = np.arctan2((inward * back).sum(axis=1), (along * back).sum(axis=1)) % (2 * np.pi)
-            for k, (key, edge) in enumerate(zip(vessel.keys(loop), vessel.edges_along(loop), strict=True)):
-                side_normal = sum(vessel.facets[index].normal for index in edge.facets)
+            for k, (key, following) in enumerate(zip(own.tolist(), ahead(own).tolist(), strict=True)):
+                number = vessel.edge_at[frozenset((key, following))]
+                side_normal = sum(vessel.facets[index].normal for index in vessel.edges[number].facets)
                 corner_sum[key] = corner_sum.get(key, 0) + angle[k] * facet.normal
-                joint = is_joint(vessel, edge)
-                all_joints[key] = all_joints.get(key, True) and joint
-                rows.append((loop[k], along[k], length[k], side_normal, joint, key))
+                drawn = bool(borders.is_drawn[number])
+                all_drawn[key] = all_drawn.get(key, True) and drawn
+                rows.append((loop[k], along[k], length[k], side_normal, drawn, key))
         first.append(len(rows))
     *sides, keys = zip(*rows, strict=True)
-    start, along, length, side_normal, side_is_joint = map(np.array, sides)
+    start, along, length, side_normal, side_is_drawn = map(np.array, sides)
+    corner_is_drawn = np.array([all_drawn[key] for key in keys])
+    counts, outline = facet_sides(vessel)
+    curve, owner = vessel.facet_curves, np.repeat(np.arange(len(vessel.facets)), np.diff(first))
+    has_edge = np.bincount(owner, ~(side_is_drawn & corner_is_drawn), len(vessel.facets)) > 0
+    pieces = [np.flatnonzero(curve == number) if is_open(vessel, number) else [] for number in range(len(vessel.curves))]
     return Surface(
+        listed=np.flatnonzero((curve < 0) | has_edge),
         normal=np.array([facet.normal for facet in vessel.facets]),
         offset=np.array([facet.offset for facet in vessel.facets]),
         axes=np.array([facet.axes for facet in vessel.facets]),
@@ -63,22 +82,52 @@ def _surface(vessel: Vessel) -> Surface:
         start=start,
         along=along,
         length=length,
-        side=facet_sides(vessel)[1],
         side_normal=side_normal,
-        side_is_joint=side_is_joint,
+        side_is_drawn=side_is_drawn,
         corner_normal=np.array([corner_sum[key] for key in keys]),
-        corner_is_joint=np.array([all_joints[key] for key in keys]),
-        slack=outline_slack(vessel),
-        curve=vessel.facet_curves,
+        corner_is_drawn=corner_is_drawn,
+        first_outline=np.concatenate([[0], np.cumsum(counts)]),
+        outline=outline,
+        slack=borders.slack,
+        curve=curve,
         curves=curve_rows(vessel.curves),
+        first_piece=np.cumsum([0, *map(len, pieces)]),
+        piece=np.concatenate([np.empty(0), *pieces]).astype(np.int64),
+        rims=rim_rows(borders.rims),
+        rim_normal=np.array([_normals(rim) for rim in borders.rims]).reshape(-1, 2),
     )
+
+
+def _normals(rim: Rim) -> np.ndarray:
+    """The sum of the normals of the walls that meet in a rim, (out, up): it points away from both of them."""
+    between = rim.inward[0] + rim.inward[1]
+    return -np.sign(rim.turn) * between if np.linalg.norm(between) > 1e-9 else rim.inward[0][::-1] * [-1, 1]
+
+
+def is_open(vessel: Vessel, number: int) -> bool:
+    """Whether a curve is not there everywhere between its borders: its facets cover less than that."""
+    curve = vessel.curves[number]
+    part = math.acos(np.clip(curve.part[0] @ curve.part[1], -1, 1)) if curve.part else 2 * math.pi
+    facets = [vessel.facets[facet] for facet in np.flatnonzero(vessel.facet_curves == number)]
+    area = sum(facet.area for facet in facets)
+    if curve.minor is None:
+        low, high = curve.ends
+        whole = part * (curve.major * (high - low) + math.sin(curve.slope) * (high**2 - low**2) / 2)
+    else:
+        begin, end = (math.atan2(up, out) for out, up in curve.arc) if curve.arc else (0.0, 2 * math.pi)
+        if not curve.major and not curve.arc:
+            begin, end = -math.pi / 2, math.pi / 2
+        end += 2 * math.pi * (end < begin)
+        whole = part * curve.minor * (curve.major * (end - begin) + curve.minor * (math.sin(end) - math.sin(begin)))
+    # Of a surface drawn in steps of up to 20 degrees along both ways.
+    return area < 0.93 * whole
 
 
 @inlined()
 def _nearest_on_outline(surface, facet, point):
     """Nearest point of a facet's outline: (squared distance, vector from it to the point, normal there).
 
-    Joints of curves are left out: there is no edge.
+    Sides that are only drawn are left out: there is no edge.
     """
     best = 1e300
     away_best = (0.0, 0.0, 0.0)
@@ -89,7 +138,7 @@ def _nearest_on_outline(surface, facet, point):
         # The end of a side is the start of the next one, which knows the corner's normal.
         if along >= surface.length[k]:
             continue
-        if surface.corner_is_joint[k] if along <= 0.0 else surface.side_is_joint[k]:
+        if surface.corner_is_drawn[k] if along <= 0.0 else surface.side_is_drawn[k]:
             continue
         within = max(along, 0.0)
         away = add_scaled(away, -within, row(surface.along, k))
@@ -108,22 +157,26 @@ def _is_there(surface, curve, foot, direction):
     One of the facets that the curve is drawn by is there. Over the joint of two the foot may be beyond both, by less
     than it is above them.
     """
-    for facet in range(surface.offset.size):
-        if surface.curve[facet] != curve or dot(row(surface.normal, facet), direction) < 0.5:
+    if surface.first_piece[curve] == surface.first_piece[curve + 1]:
+        return True
+    for at in range(surface.first_piece[curve], surface.first_piece[curve + 1]):
+        facet = surface.piece[at]
+        if dot(row(surface.normal, facet), direction) < 0.5:
             continue
         above = abs(dot(row(surface.normal, facet), foot) - surface.offset[facet])
-        if beyond_side(surface.axes, surface.first_side, surface.side, facet, foot) <= above + 1e-12:
+        if beyond_side(surface.axes, surface.first_outline, surface.outline, facet, foot) <= above + 1e-12:
             return True
     return False
 
 
 @inlined()
 def distance_at(surface, point):
-    """Signed distance of a point and its gradient; the nearest facet or side decides the sign."""
+    """Signed distance of a point and its gradient; the nearest facet, side, curve or rim decides the sign."""
     best = 1e300
     away = (0.0, 0.0, 0.0)
     sign = 1.0
-    for facet in range(surface.offset.size):
+    for at in range(surface.listed.size):
+        facet = surface.listed[at]
         normal = row(surface.normal, facet)
         height = dot(normal, point) - surface.offset[facet]
         is_drawing = surface.curve[facet] >= 0
@@ -131,7 +184,7 @@ def distance_at(surface, point):
             continue
         if (
             not is_drawing
-            and beyond_side(surface.axes, surface.first_side, surface.side, facet, point) <= surface.slack[facet]
+            and beyond_side(surface.axes, surface.first_outline, surface.outline, facet, point) <= surface.slack[facet]
         ):
             best = height * height
             # On the wall itself, the direction is that of its normal.
@@ -147,10 +200,17 @@ def distance_at(surface, point):
     for curve in range(surface.curves.shape[0]):
         height, normal, past, _ = curve_touch(surface.curves, curve, point)
         foot = add_scaled(point, -height, normal)
-        if past <= 1e-12 and height * height < best and _is_there(surface, curve, foot, normal):
+        near = 1e-12 + surface.curves[curve, CURVE.slack]
+        if past <= near and height * height < best and _is_there(surface, curve, foot, normal):
             best = height * height
             away = scale(height, normal) if height != 0.0 else normal
             sign = -1.0 if height >= 0 else 1.0
+    for rim in range(surface.rims.shape[0]):
+        distance, direction, out, up, is_on_arc = rim_distance(surface.rims, rim, point)
+        if is_on_arc and distance * distance < best:
+            best = distance * distance
+            away = scale(distance, direction)
+            sign = -1.0 if out * surface.rim_normal[rim, 0] + up * surface.rim_normal[rim, 1] > 0.0 else 1.0
     size = np.sqrt(dot(away, away))
     return sign * np.sqrt(best), (sign * away[0] / size, sign * away[1] / size, sign * away[2] / size)
 

@@ -1,253 +1,492 @@
-"""Cylinders, spheres and tori found again in a mesh, of which a program for drawing had made facets.
+"""Cylinders, cones, spheres and tori found again in a mesh, of which a program for drawing had made facets.
 
-Such programs put the corners of the triangles on the surface itself, to the digits of the file. So a surface is taken
-for a cylinder where the vertices of at least three neighbouring facets lie on one; what lies on none stays as it is
-drawn, and so do cones. A file whose flat facets are meant says `faceted: true`.
+Such programs put the vertices of the triangles on the surface itself, to the digits of the file. So vertices decide, and
+not the directions of triangles, which may be slanted. Axes come from round outlines of flat facets and from facets that
+meet along a line; about each axis, the vertices are points of a half plane (distance from the axis, height), and a
+surface is a line or an arc there. Spheres are also found without an axis. What is found is fitted, made tangent where
+it is so within the file's rounding (mill.tangency), and the vertices are put where the exact surfaces meet.
+
+A patch (mill.features) is exact as a whole, or flat as a whole: where a recognised surface would end at drawn facets,
+and not in a line or circle, a ball would meet a step there, so that the whole patch stays as it is drawn.
 """
 
-from collections.abc import Callable, Iterable
+import math
+from collections.abc import Iterable
 
 import numpy as np
 
+from millprint.mill.borders import borders_of, rough_facets
 from millprint.mill.curved_surfaces import Curve
-from millprint.mill.vessel import ON_CURVE, Vessel
+from millprint.mill.features import facet_patches
+from millprint.mill.tangency import make_tangent
+from millprint.mill.turned_shapes import LARGEST_TURN, LOOSE, SMALLEST_TURN, Axis, Circle, Drawing, Line, Swept
+from millprint.mill.vessel import Facet, Vessel
 
-# Facets that turn by more against each other are not taken for a round wall [rad]: a prism of 18 sides is one.
-LARGEST_TURN = 0.36
-SMALLEST_TURN = 1e-5
-# A first guess is from two facets, whose noise it magnifies; what is found is fitted and checked again.
-LOOSE = 30.0
 # Four points may lie on one circle by chance of symmetry; this number of steps around or across does not.
 FEWEST_STEPS = 5
+# How far the middle of a facet is below its surface, over the radii, where it is drawn in steps of LARGEST_TURN.
+SAG = 1.3 * (1 - math.cos(LARGEST_TURN / 2))
+# Seeds that lead nowhere, after which the search about one axis, or for one kind, ends.
+MOST_FAILURES = 300
 # What angles of half and whole turns may be off [rad].
-ROUNDING = 1e-4
-# A piece must cover its part of the surface by this share, so that its borders are those of `Curve`.
-COVERED = 0.985
+WHOLE = 1e-3
 
 
-class _Mesh:
-    """The facets of a vessel, their vertices and neighbours across shallow edges, and which are taken."""
-
-    def __init__(self, vessel: Vessel) -> None:
-        self.normals = np.array([facet.normal for facet in vessel.facets])
-        self.points = [np.concatenate(facet.loops) for facet in vessel.facets]
-        self.areas = np.array([facet.area for facet in vessel.facets])
-        self.tolerance = ON_CURVE * vessel.size
-        self.taken = np.zeros(len(vessel.facets), dtype=bool)
-        self.neighbours: list[list[int]] = [[] for _ in vessel.facets]
-        shallow = [edge for edge in vessel.edges if abs(edge.turn) < LARGEST_TURN]
-        for edge in shallow:
-            first, second = edge.facets
-            self.neighbours[first].append(second)
-            self.neighbours[second].append(first)
-        # To begin with, those that turn; long ones first: those of a mantle, before those across a rounded end.
-        bent = [edge for edge in shallow if abs(edge.turn) > SMALLEST_TURN]
-        bent.sort(key=lambda edge: -np.linalg.norm(edge.end - edge.start))
-        self.seams = [edge.facets for edge in bent]
-
-    def all_points(self, facets: Iterable[int]) -> np.ndarray:
-        """The vertices (n, 3) of some facets."""
-        return np.concatenate([self.points[facet] for facet in facets])
-
-    def grown(self, seed: Iterable[int], holds: Callable[[int], bool]) -> list[int]:
-        """Free facets that are connected with a seed by shallow edges and of which something holds."""
-        found, front = set(seed), list(seed)
-        while front:
-            for facet in self.neighbours[front.pop()]:
-                if facet not in found and not self.taken[facet] and holds(facet):
-                    found.add(facet)
-                    front.append(facet)
-        return sorted(found)
+def _arcs_of_outline(loop: np.ndarray) -> list[np.ndarray]:
+    """Groups of points of an outline (k, 3) that follow each other on a circle in shallow steps."""
+    count = len(loop)
+    if count < FEWEST_STEPS + 1:
+        return []
+    sides = np.roll(loop, -1, axis=0) - loop
+    length = np.linalg.norm(sides, axis=1)
+    turn = np.arccos(np.clip((sides * np.roll(sides, 1, axis=0)).sum(axis=1) / length / np.roll(length, 1), -1, 1))
+    # Curvature at each vertex, by the circle through it and its neighbours.
+    bend = 2 * np.sin(turn) / np.linalg.norm(np.roll(loop, -1, axis=0) - np.roll(loop, 1, axis=0), axis=1)
+    runs, run = [], []
+    for k in range(count + FEWEST_STEPS):
+        at = k % count
+        is_round = SMALLEST_TURN < turn[at] < 2 * LARGEST_TURN
+        if is_round and (not run or abs(bend[at] - bend[run[-1] % count]) < 0.05 * bend[at]):
+            run.append(k)
+        else:
+            runs.append(run)
+            run = [k] if is_round else []
+    runs.append(run)
+    return [loop[np.unique(np.array(run) % count)] for run in runs if len(run) >= FEWEST_STEPS]
 
 
-def _circle(points: np.ndarray) -> tuple[np.ndarray, float]:
-    """Middle (2,) and radius of the circle nearest to points (n, 2), by linear least squares (Kasa 1976)."""
+def _axes_of_outlines(drawing: Drawing) -> list[Axis]:
+    """The axes of the round outlines of flat facets, those of large circles first."""
+    found = []
+    for facet in drawing.vessel.facets:
+        for loop in facet.loops:
+            for points in _arcs_of_outline(loop):
+                first, second = facet.axes
+                circle = Circle.through(points @ np.array([first, second]).T)
+                off = circle.off(points @ np.array([first, second]).T)
+                if np.abs(off).max() < LOOSE * drawing.tolerance:
+                    origin = circle.r * first + circle.z * second + facet.offset * facet.normal
+                    found.append((circle.radius, Axis(origin, facet.normal)))
+    return [axis for _, axis in sorted(found, key=lambda each: -each[0])]
+
+
+def _axis_of_strip(drawing: Drawing, pair: tuple[int, int]) -> Axis | None:
+    """The axis of the cylinder through two facets beside each other, if their neighbours lie on it."""
+    normals = drawing.normals[list(pair)]
+    along = np.cross(*normals)
+    along /= np.linalg.norm(along)
+    near = [facet for facet in drawing.around(pair, 6) if abs(drawing.normals[facet] @ along) < 1e-3]
+    if len(near) < 3:
+        return None
+    axis = Axis(np.zeros(3), along)
+    points = drawing.points(near)
+    flat = points @ np.array([axis.u, axis.v]).T
+    circle = Circle.through(flat)
+    if np.abs(circle.off(flat)).max() > LOOSE * drawing.tolerance or circle.radius > 10 * drawing.vessel.size:
+        return None
+    return Axis(circle.r * axis.u + circle.z * axis.v, along)
+
+
+def _fitted(drawing: Drawing, axis: Axis, seed: Iterable[int], kind: type[Line] | type[Circle]) -> Swept | None:
+    """The surface about an axis that grows from a seed of facets, each of whose vertices lies on it."""
+    flat, middles = axis.meridian(drawing.vessel.vertices), axis.meridian(drawing.middles)
+    facets, slack = np.array(list(seed)), LOOSE
+    for slack in (LOOSE, 2.0, 1.0, 1.0):
+        vertices = np.unique(np.concatenate([drawing.vertices_of[facet] for facet in facets]))
+        shape = kind.through(flat[vertices])
+        if isinstance(shape, Circle) and abs(shape.r) < LOOSE * drawing.tolerance:
+            shape.r = 0.0
+            shape.z, shape.radius = _on_axis_circle(flat[vertices])
+        holds = drawing.worst(shape.off(flat)) <= slack * drawing.tolerance
+        # A floor has its outline on the fillet that it joins: its middle is far from it.
+        sag = SAG * (middles[:, 0] + (shape.radius if isinstance(shape, Circle) else 0.0)) + drawing.tolerance
+        facets = drawing.grown(seed, holds & (np.abs(shape.off(middles)) <= sag))
+        if len(facets) < FEWEST_STEPS:
+            return None
+    return Swept(axis, shape, facets)
+
+
+def _on_axis_circle(flat: np.ndarray) -> tuple[float, float]:
+    """Height of the middle on the axis, and radius, of the circle nearest to points (n, 2)."""
+    middle = flat[:, 1].mean()
+    local = flat[:, 1] - middle
+    columns = np.column_stack([2 * local, np.ones(len(local))])
+    solution, *_ = np.linalg.lstsq(columns, (flat[:, 0] ** 2 + local**2), rcond=None)
+    return float(solution[0] + middle), math.sqrt(max(solution[1] + solution[0] ** 2, 0.0))
+
+
+def _steps(drawing: Drawing, swept: Swept) -> tuple[int, int]:
+    """How many different places the vertices of a surface have around the axis, and along its line or arc."""
+    points = drawing.points(swept.facets)
+    flat, angles = swept.axis.meridian(points), swept.axis.angles(points)
+    off_axis = flat[:, 0] > LOOSE * drawing.tolerance
+    around = np.unique(np.round(angles[off_axis] * flat[off_axis, 0].max() / (4 * drawing.tolerance)))
+    across = np.unique(np.round(flat / (4 * drawing.tolerance)), axis=0)
+    return len(around), len(across)
+
+
+def _is_enough(drawing: Drawing, swept: Swept) -> bool:
+    around, across = _steps(drawing, swept)
+    if isinstance(swept.shape, Line):
+        # A plane across the axis is flat by itself.
+        return around > FEWEST_STEPS and abs(math.cos(swept.shape.angle)) > 1e-4
+    return across > FEWEST_STEPS and around >= 3
+
+
+def _about(drawing: Drawing, axis: Axis) -> list[Swept]:
+    """The surfaces about an axis: arcs first, since each of their steps is a line too; their facets are taken."""
+    found = []
+    vertices = drawing.vessel.vertices
+    flat = axis.meridian(vertices)
+    for kind in (Circle, Line):
+        # All pairs between the same rings fail alike.
+        failed: set[tuple[int, ...]] = set()
+        for pair in drawing.seams:
+            if drawing.taken[list(pair)].any() or len(failed) > MOST_FAILURES:
+                continue
+            own = flat[np.concatenate([drawing.vertices_of[facet] for facet in pair])]
+            rings = _different(own, drawing.tolerance)
+            if (len(rings) < 3) == (kind is Circle) or np.ptp(own, axis=0).max() < LOOSE * drawing.tolerance:
+                continue
+            key = tuple(sorted(np.round(rings / (4 * drawing.tolerance)).astype(int).ravel().tolist()))
+            if key in failed:
+                continue
+            swept = None
+            if np.abs(kind.through(rings).off(own)).max() <= drawing.tolerance:
+                swept = _fitted(drawing, axis, pair, kind)
+            if swept is None or not _is_enough(drawing, swept):
+                failed.add(key)
+                continue
+            drawing.taken[swept.facets] = True
+            found.append(swept)
+    return found
+
+
+def _different(flat: np.ndarray, tolerance: float) -> np.ndarray:
+    """The different ones of a few points (n, 2), within a tolerance."""
+    kept: list[np.ndarray] = []
+    for point in flat:
+        if all(np.abs(point - other).max() > 4 * tolerance for other in kept):
+            kept.append(point)
+    return np.array(kept)
+
+
+def _sphere(points: np.ndarray) -> tuple[np.ndarray, float]:
+    """Middle and radius of the sphere nearest to points (n, 3), by linear least squares."""
     shift = points.mean(axis=0)
     local = points - shift
-    solution, *_ = np.linalg.lstsq(
-        np.column_stack([2 * local, np.ones(len(local))]), (local**2).sum(axis=1), rcond=None
+    columns = np.column_stack([2 * local, np.ones(len(local))])
+    solution, *_ = np.linalg.lstsq(columns, (local**2).sum(axis=1), rcond=None)
+    return solution[:3] + shift, math.sqrt(max(solution[3] + solution[:3] @ solution[:3], 0.0))
+
+
+def _spheres(drawing: Drawing) -> list[Swept]:
+    """Spheres without a known axis."""
+    found, failures = [], 0
+    for pair in drawing.seams:
+        if drawing.taken[list(pair)].any() or failures > MOST_FAILURES:
+            continue
+        facets, slack = np.array(drawing.around(pair, 12)), LOOSE
+        for slack in (LOOSE, 2.0, 1.0, 1.0):
+            if len(facets) < 8:
+                break
+            middle, radius = _sphere(drawing.points(facets))
+            off = np.linalg.norm(drawing.vessel.vertices - middle, axis=1) - radius
+            if radius > drawing.vessel.size or np.abs(off[drawing.vertices_of[pair[0]]]).max() > slack * drawing.tolerance:
+                facets = facets[:0]
+                break
+            sunk = radius - np.linalg.norm(drawing.middles - middle, axis=1)
+            holds = (drawing.worst(off) <= slack * drawing.tolerance) & (sunk <= 2 * SAG * radius + drawing.tolerance)
+            facets = drawing.grown(pair, holds)
+        if len(facets) < 16:
+            failures += 1
+            continue
+        drawing.taken[facets] = True
+        found.append(Swept(Axis(middle, np.array([0.0, 0.0, 1.0])), Circle(0.0, 0.0, radius), facets))
+    return found
+
+
+def _same_axis(axis: Axis, known: list[Axis], near: float, size: float) -> bool:
+    """Whether an axis is one of the known ones, within what places may be off [m]."""
+    return any(
+        np.linalg.norm(np.cross(axis.along, other.along)) * size < LOOSE * near
+        and np.linalg.norm(np.cross(axis.origin - other.origin, other.along)) < LOOSE * near
+        for other in known
     )
-    return solution[:2] + shift, float(np.sqrt(max(solution[2] + solution[:2] @ solution[:2], 0.0)))
 
 
-def _across(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two unit vectors across an axis that make a right-handed triad with it."""
-    helper = np.eye(3)[np.argmin(np.abs(axis))]
-    first = np.cross(helper, axis)
-    first /= np.linalg.norm(first)
-    return first, np.cross(axis, first)
+def _refined(drawing: Drawing, axis: Axis, swept: list[Swept]) -> Axis:
+    """The axis about which surfaces are nearest to their vertices, or one along a side of the frame if it is as near."""
+    from scipy.optimize import least_squares  # takes long to import, and few mills need it
+
+    rows = [drawing.points(each.facets)[:2000] for each in swept]
+
+    def moved(shift: np.ndarray) -> Axis:
+        along = axis.along + shift[0] * axis.u + shift[1] * axis.v
+        origin = axis.origin + drawing.vessel.size * (shift[2] * axis.u + shift[3] * axis.v)
+        return Axis(origin, along / np.linalg.norm(along))
+
+    def off(shift: np.ndarray) -> np.ndarray:
+        now = moved(shift)
+        flats = [now.meridian(points) for points in rows]
+        return np.concatenate(
+            [type(each.shape).through(flat).off(flat) for each, flat in zip(swept, flats, strict=True)]
+        ) / drawing.tolerance  # fmt: skip
+
+    found = moved(least_squares(off, np.zeros(4), method="lm", diff_step=1e-7).x)
+    side = np.argmax(np.abs(found.along))
+    exact = np.eye(3)[side] * np.sign(found.along[side])
+    if np.linalg.norm(np.cross(found.along, exact)) * drawing.vessel.size < drawing.tolerance:
+        origin = np.where(np.abs(found.origin) < drawing.tolerance, 0.0, found.origin)
+        found = Axis(np.where(exact != 0, 0.0, origin), exact)
+    return found
 
 
-def _span(angles: list[np.ndarray]) -> tuple[float, float]:
-    """Where the parts of a turn that some facets cover begin and end [rad]; a whole turn if no gap is left.
+def find_surfaces(drawing: Drawing) -> list[Swept]:
+    """The surfaces of a drawing; their facets are taken."""
+    found: list[Swept] = []
+    known: list[Axis] = []
 
-    angles: of the vertices of each facet.
-    """
-    pieces = []
-    for of_facet in angles:
-        around = (of_facet - of_facet[0] + np.pi) % (2 * np.pi) - np.pi + of_facet[0]
-        pieces.append((around.min() % (2 * np.pi), np.ptp(around)))
-    pieces.sort()
-    begin, end = pieces[0][0], pieces[0][0] + pieces[0][1]
-    gap_at, widest = None, 1e-6
-    for start, width in [*pieces[1:], (pieces[0][0] + 2 * np.pi, 0.0)]:
-        if start - end > widest:
-            gap_at, widest = (end, start), start - end
-        end = max(end, start + width)
-    return (begin, begin + 2 * np.pi) if gap_at is None else (gap_at[1] - 2 * np.pi, gap_at[0])
+    def take(axis: Axis) -> None:
+        if _same_axis(axis, known, drawing.tolerance, drawing.vessel.size):
+            return
+        swept = _about(drawing, axis)
+        if swept:
+            refined = _refined(drawing, axis, swept)
+            # Again about the better axis, which reaches farther.
+            for each in swept:
+                drawing.taken[each.facets] = False
+            swept = _about(drawing, refined) or swept
+            for each in swept:
+                drawing.taken[each.facets] = True
+            known.append(swept[0].axis)
+            found.extend(swept)
 
-
-def _parts(begin: float, end: float) -> list[tuple[float, float] | None]:
-    """A part of a turn in pieces of up to half a turn; None for a whole turn."""
-    if end - begin > 2 * np.pi - ROUNDING:
-        return [None]
-    count = int(np.ceil((end - begin - ROUNDING) / np.pi))
-    cuts = begin + np.arange(count + 1) * min((end - begin) / count, np.pi)
-    return list(zip(cuts[:-1].tolist(), cuts[1:].tolist(), strict=True))
-
-
-def _turned(parts: list[tuple[float, float] | None], u: np.ndarray, v: np.ndarray) -> list[tuple | None]:
-    """Parts of a turn as pairs of unit vectors."""
-    return [part and tuple(np.cos(angle) * u + np.sin(angle) * v for angle in part) for part in parts]
-
-
-def _cylinder(mesh: _Mesh, facets: list[int]) -> tuple[np.ndarray, np.ndarray, float]:
-    """Axis (3,), a point on it (3,) and radius of the cylinder nearest to some facets."""
-    normals = mesh.normals[facets]
-    axis = np.linalg.eigh(normals.T @ (mesh.areas[facets][:, None] * normals))[1][:, 0]
-    u, v = _across(axis)
-    points = mesh.all_points(facets)
-    middle, radius = _circle(points @ np.array([u, v]).T)
-    return axis, middle[0] * u + middle[1] * v, radius
-
-
-def _on_cylinder(
-    mesh: _Mesh, axis: np.ndarray, origin: np.ndarray, radius: float, slack: float
-) -> Callable[[int], bool]:
-    def holds(facet: int) -> bool:
-        away = mesh.points[facet] - origin
-        out = np.linalg.norm(away - np.outer(away @ axis, axis), axis=1)
-        return bool(np.abs(out - radius).max() <= slack * mesh.tolerance and abs(mesh.normals[facet] @ axis) < 1e-3)
-
-    return holds
-
-
-def _is_hollow(mesh: _Mesh, facets: list[int], outwards: np.ndarray) -> bool:
-    """Whether the balls are on the inner side of a surface; outwards (f, 3): away from its middle at each facet."""
-    return bool((mesh.normals[facets] * outwards).sum(axis=1).mean() < 0)
-
-
-def find_cylinders(mesh: _Mesh) -> list[Curve]:
-    """The cylinders of a mesh; their facets are marked as taken."""
-    curves = []
-    for first, second in mesh.seams:
-        if mesh.taken[[first, second]].any():
+    for axis in _axes_of_outlines(drawing):
+        take(axis)
+    failures = 0
+    for pair in drawing.seams:
+        if drawing.taken[list(pair)].any() or failures > MOST_FAILURES:
             continue
-        pair = sorted((first, second))
-        fitted = _cylinder(mesh, pair)
-        if not all(map(_on_cylinder(mesh, *fitted, LOOSE), pair)):
-            continue
-        facets = mesh.grown(pair, _on_cylinder(mesh, *fitted, LOOSE))
-        axis, origin, radius = fitted = _cylinder(mesh, facets)
-        if len(facets) < FEWEST_STEPS or not all(map(_on_cylinder(mesh, *fitted, 1.0), facets)):
-            continue
-        u, v = _across(axis)
-        along = mesh.all_points(facets) @ axis
-        angles = [np.arctan2((mesh.points[f] - origin) @ v, (mesh.points[f] - origin) @ u) for f in facets]
-        begin, end = _span(angles)
-        widths = [np.ptp((of - of[0] + np.pi) % (2 * np.pi)) for of in angles]
-        # The area of the facets, each stretched from its chord to its arc.
-        stretch = [width / (2 * np.sin(width / 2)) if width > 1e-9 else 1.0 for width in widths]
-        covered = (mesh.areas[facets] * stretch).sum() / ((end - begin) * radius * np.ptp(along))
-        if covered < COVERED:
-            continue
-        middles = np.array([mesh.points[facet].mean(axis=0) for facet in facets]) - origin
-        hollow = _is_hollow(mesh, facets, middles - np.outer(middles @ axis, axis))
-        ends = float(along.min()), float(along.max())
-        parts = _turned(_parts(begin, end), u, v)
-        curves += [Curve(origin, axis, radius, hollow=hollow, part=part, ends=ends) for part in parts]
-        mesh.taken[facets] = True
-    return curves
+        axis = _axis_of_strip(drawing, pair)
+        before = len(found)
+        if axis is not None:
+            take(axis)
+        failures += len(found) == before
+    found += _spheres(drawing)
+    return found
 
 
-def _rings(flat: list[np.ndarray], facets: Iterable[int], tolerance: float) -> np.ndarray:
-    """The different points (n, 2) of some facets' vertices in the plane through the axis."""
-    points = np.concatenate([flat[facet] for facet in facets])
-    return np.unique(np.round(points / (4 * LOOSE * tolerance)), axis=0)
+def _span(angles: np.ndarray) -> tuple[float, float]:
+    """Where the largest gap between angles (n,) ends and begins again [rad]."""
+    angles = np.sort(angles % (2 * math.pi))
+    gaps = np.diff(np.append(angles, angles[0] + 2 * math.pi))
+    widest = int(np.argmax(gaps))
+    begin = angles[(widest + 1) % len(angles)]
+    return float(begin), float(begin + 2 * math.pi - gaps[widest])
 
 
-def find_tori(mesh: _Mesh, axis: np.ndarray, origin: np.ndarray) -> list[Curve]:
-    """The tori, and spheres, about an axis through a point; their facets are marked as taken."""
-    u, v = _across(axis)
-
-    def meridian(points: np.ndarray) -> np.ndarray:
-        """(Distance from the axis, height) of points."""
-        away = points - origin
-        return np.column_stack([np.hypot(away @ u, away @ v), away @ axis])
-
-    flat = [meridian(points) for points in mesh.points]
-    curves = []
-    for first, second in mesh.seams:
-        if mesh.taken[[first, second]].any():
-            continue
-        pair = sorted((first, second))
-        middle, minor = _circle(np.concatenate([flat[facet] for facet in pair]))
-
-        def on_tube(facet: int, slack: float, middle: np.ndarray = middle, minor: float = minor) -> bool:
-            off = np.linalg.norm(flat[facet] - middle, axis=1) - minor
-            # A floor ends where a fillet begins, on one ring of it.
-            across = np.ptp(flat[facet], axis=0).max() > LOOSE * mesh.tolerance
-            return bool(across and np.abs(off).max() <= slack * mesh.tolerance)
-
-        # Two facets of one step around are on a line of this plane, through which there is no circle.
-        if len(_rings(flat, pair, mesh.tolerance)) < 3 or not all(on_tube(facet, LOOSE) for facet in pair):
-            continue
-        facets = mesh.grown(pair, lambda facet: on_tube(facet, LOOSE))
-        middle, minor = _circle(np.concatenate([flat[facet] for facet in facets]))
-        steps = len(_rings(flat, facets, mesh.tolerance)) - 1
-        if steps < FEWEST_STEPS or not all(on_tube(facet, 1.0, middle, minor) for facet in facets):
-            continue
-        if middle[0] < mesh.tolerance * LOOSE:
-            middle[0] = 0.0
-        low, high = _span([np.arctan2(*(flat[facet] - middle).T[::-1]) for facet in facets])
-        if high - low > np.pi + 1e-6:
-            continue
-        angles = []
-        for facet in facets:
-            points = mesh.points[facet] - origin
-            off_axis = flat[facet][:, 0] > LOOSE * mesh.tolerance
-            angles.append(np.arctan2(points[off_axis] @ v, points[off_axis] @ u))
-        begin, end = _span(angles)
-        # Area of a torus's part: turn times the integral of the distance from the axis over the arc (Pappus).
-        whole = (end - begin) * minor * (middle[0] * (high - low) + minor * (np.sin(high) - np.sin(low)))
-        if mesh.areas[facets].sum() < COVERED * whole * (1 - LARGEST_TURN**2 / 6):
-            continue
-        middles = np.array([flat[facet].mean(axis=0) - middle for facet in facets])
-        out = np.array([mesh.points[facet].mean(axis=0) - origin for facet in facets])
-        out -= np.outer(out @ axis, axis)
-        out /= np.maximum(np.linalg.norm(out, axis=1, keepdims=True), mesh.tolerance)
-        hollow = _is_hollow(mesh, facets, middles[:, :1] * out + middles[:, 1:] * axis)
-        arc = ((np.cos(low), np.sin(low)), (np.cos(high), np.sin(high)))
-        centre = origin + middle[1] * axis
-        for part in _turned(_parts(begin, end), u, v):
-            curves.append(Curve(centre, axis, float(middle[0]), float(minor), hollow, part, arc))
-        mesh.taken[facets] = True
-    return curves
+def _curves(drawing: Drawing, swept: Swept) -> list[tuple[Curve, np.ndarray]]:
+    """A surface as curves of up to half a turn, or of a whole one, and the facets of each."""
+    axis, shape = swept.axis, swept.shape
+    points = drawing.points(swept.facets)
+    flat, angles = axis.meridian(points), axis.angles(points)
+    middles = np.array([drawing.vessel.vertices[drawing.vertices_of[facet]].mean(axis=0) for facet in swept.facets])
+    of_facet = axis.angles(middles)
+    off_axis = flat[:, 0] > LOOSE * drawing.tolerance
+    begin, end = _span(angles[off_axis])
+    steps = len(np.unique(np.round(of_facet, 6)))
+    is_whole = 2 * math.pi - (end - begin) < max(LARGEST_TURN, 3 * 2 * math.pi / max(steps, 1)) and _closes(
+        drawing, swept, begin, end
+    )
+    out = middles - axis.origin
+    heights = out @ axis.along
+    out -= np.outer(heights, axis.along)
+    radii = np.linalg.norm(out, axis=1)
+    out /= np.maximum(radii, 1e-12)[:, None]
+    if isinstance(shape, Line):
+        normal = np.array([math.cos(shape.angle), math.sin(shape.angle)])
+        slope = -shape.angle
+        # The height of the circle of reference: the middle of the line.
+        along = flat @ [math.sin(slope), math.cos(slope)]
+        middle = (along.min() + along.max()) / 2
+        start = shape.offset * normal + middle * np.array([math.sin(slope), math.cos(slope)])
+        ends = (float(along.min() - middle), float(along.max() - middle))
+        if abs(math.sin(slope)) * max(abs(ends[0]), abs(ends[1])) < drawing.tolerance / 8:
+            slope = 0.0
+        outwards = normal[0] * out + normal[1] * axis.along
+        curve = Curve(axis.origin + start[1] * axis.along, axis.along, float(start[0]), ends=ends, slope=slope)
+    else:
+        around = np.arctan2(flat[:, 1] - shape.z, flat[:, 0] - shape.r)
+        low, high = _span(around) if len(around) > 1 else (0.0, 0.0)
+        arc: tuple[tuple[float, float], tuple[float, float]] | None
+        arc = ((math.cos(low), math.sin(low)), (math.cos(high), math.sin(high)))
+        if shape.r == 0.0:
+            # An arc about a point of the axis reaches to the axis where a vertex, or a facet, is on it.
+            arc = _sphere_arc(flat - [0.0, shape.z], drawing.tolerance, shape.radius)
+        elif 2 * math.pi - (high - low) < 3 * LARGEST_TURN:
+            arc = None
+        outwards = (radii - shape.r)[:, None] * out + np.outer(heights - shape.z, axis.along)
+        curve = Curve(axis.origin + shape.z * axis.along, axis.along, shape.r, shape.radius, arc=arc)
+    hollow = bool((drawing.normals[swept.facets] * outwards).sum() < 0)
+    curve = Curve(**{**curve.__dict__, "hollow": hollow})
+    if is_whole:
+        return [(curve, swept.facets)]
+    count = max(1, math.ceil((end - begin) / math.pi - WHOLE))
+    cuts = np.linspace(begin, end, count + 1)
+    which = np.clip(np.searchsorted(cuts, begin + (of_facet - begin) % (2 * math.pi)) - 1, 0, count - 1)
+    parts = []
+    for k in range(count):
+        sides = tuple(math.cos(angle) * axis.u + math.sin(angle) * axis.v for angle in cuts[k : k + 2])
+        parts.append((Curve(**{**curve.__dict__, "part": sides}), swept.facets[which == k]))
+    return [(curve, facets) for curve, facets in parts if len(facets)]
 
 
-def find_curves(vessel: Vessel) -> list[Curve]:
-    """The cylinders of a vessel of flat facets, and the tori and spheres about their axes."""
-    mesh = _Mesh(vessel)
-    curves = find_cylinders(mesh)
-    axes: list[tuple[np.ndarray, np.ndarray]] = []
-    for curve in curves:
-        known = any(
-            np.linalg.norm(np.cross(axis, curve.axis)) < 1e-4
-            and np.linalg.norm(np.cross(curve.origin - origin, axis)) < LOOSE * mesh.tolerance
-            for axis, origin in axes
+def _sphere_arc(flat: np.ndarray, tolerance: float, radius: float) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    """The arc of a sphere about the origin of the half plane, None for a whole sphere."""
+    around = np.arctan2(flat[:, 1], flat[:, 0])
+    low, high = float(around.min()), float(around.max())
+    # A pole has no ring of its own where no vertex is there: the ring nearest to it is as near as one step.
+    low = -math.pi / 2 if low < -math.pi / 2 + LARGEST_TURN else low
+    high = math.pi / 2 if high > math.pi / 2 - LARGEST_TURN else high
+    if high - low > math.pi - 1e-9:
+        return None
+    return (math.cos(low), math.sin(low)), (math.cos(high), math.sin(high))
+
+
+def _closes(drawing: Drawing, swept: Swept, begin: float, end: float) -> bool:
+    """Whether facets lie in the gap that the vertices of a surface leave around the axis."""
+    middle = (begin + end) / 2 + math.pi
+    for facet in swept.facets:
+        angles = swept.axis.angles(drawing.vessel.vertices[drawing.vertices_of[facet]])
+        away = (angles - middle + math.pi) % (2 * math.pi) - math.pi
+        if away.min() < 0 < away.max() and np.ptp(away) < math.pi:
+            return True
+    return False
+
+
+def _moved_vertices(vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, planes: dict[int, np.ndarray]) -> np.ndarray:
+    """The vertices (v, 3) where the surfaces meet on which they lie: by steps of least length (Newton)."""
+    beside: list[set[int]] = [set() for _ in vessel.vertices]
+    for facet, loops in enumerate(vessel.loops):
+        number = int(on_curve[facet]) if on_curve[facet] >= 0 else -1 - facet
+        if number < 0 and facet not in planes:
+            planes.setdefault(facet, np.array([*vessel.facets[facet].normal, vessel.facets[facet].offset]))
+        for vertex in np.concatenate(loops).tolist():
+            beside[vertex].add(number)
+    groups: dict[frozenset[int], list[int]] = {}
+    for vertex, surfaces in enumerate(beside):
+        if any(number >= 0 for number in surfaces):
+            groups.setdefault(frozenset(surfaces), []).append(vertex)
+    moved = vessel.vertices.copy()
+    for surfaces, vertices in groups.items():
+        points = moved[vertices]
+        for _ in range(6):
+            off, slopes = [], []
+            for number in surfaces:
+                if number >= 0:
+                    distance, direction, _ = curves[number].touch(points)
+                else:
+                    plane = planes[-1 - number]
+                    distance = points @ plane[:3] - plane[3]
+                    direction = np.broadcast_to(plane[:3], points.shape)
+                off.append(distance)
+                slopes.append(direction)
+            step = np.linalg.pinv(np.stack(slopes, axis=1), rcond=1e-3) @ np.stack(off, axis=1)[..., None]
+            points = points - step[..., 0]
+        moved[vertices] = points
+    return moved
+
+
+def _level_planes(vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, tolerance: float) -> dict[int, np.ndarray]:
+    """Planes (normal, offset) of the flat facets beside curves, across or along their axes where they are so nearly."""
+    planes: dict[int, np.ndarray] = {}
+    for edge in vessel.edges:
+        for flat, other in (edge.facets, edge.facets[::-1]):
+            if on_curve[flat] >= 0 or on_curve[other] < 0 or flat in planes:
+                continue
+            facet, axis = vessel.facets[flat], curves[on_curve[other]].axis
+            points = np.concatenate(facet.loops)
+            reach = float(np.ptp(points, axis=0).max())
+            cosine = float(facet.normal @ axis)
+            across = facet.normal - cosine * axis
+            if np.linalg.norm(across) * reach < 4 * tolerance:
+                normal = math.copysign(1.0, cosine) * axis
+            elif abs(cosine) * reach < 4 * tolerance:
+                normal = across / np.linalg.norm(across)
+            else:
+                continue
+            planes[flat] = np.array([*normal, float((points @ normal).mean())])
+    return planes
+
+
+def _trimmed(curve: Curve, points: np.ndarray) -> Curve:
+    """A curve between borders that vertices (n, 3) on it draw."""
+    away = points - curve.origin
+    up = away @ curve.axis
+    out = np.linalg.norm(away - np.outer(up, curve.axis), axis=1)
+    changes: dict = {}
+    if curve.minor is None:
+        along = (out - curve.major) * math.sin(curve.slope) + up * math.cos(curve.slope)
+        changes["ends"] = float(along.min()), float(along.max())
+    elif curve.arc:
+        around = np.arctan2(up, out - curve.major)
+        middle = math.atan2(curve.arc[0][1] + curve.arc[1][1], curve.arc[0][0] + curve.arc[1][0])
+        if curve.arc[0][0] * curve.arc[1][1] - curve.arc[0][1] * curve.arc[1][0] < 0:
+            middle += math.pi
+        around = (around - middle + math.pi) % (2 * math.pi) - math.pi
+        pole = [math.pi / 2 * sign for sign in (-1, 1)]
+        low, high = float(around.min()) + middle, float(around.max()) + middle
+        if not curve.major:
+            low = pole[0] if abs(curve.arc[0][0]) < 1e-9 else low
+            high = pole[1] if abs(curve.arc[1][0]) < 1e-9 else high
+        changes["arc"] = (math.cos(low), math.sin(low)), (math.cos(high), math.sin(high))
+    return Curve(**{**curve.__dict__, **changes})
+
+
+def recognise(vessel: Vessel, rounding: float) -> Vessel:
+    """A vessel of flat facets with the exact surfaces that they draw; rounding: of the file's coordinates [m]."""
+    drawing = Drawing(vessel, rounding)
+    surfaces = find_surfaces(drawing)
+    planes = make_tangent(drawing, surfaces)
+    curves: list[Curve] = []
+    on_curve = np.full(len(vessel.facets), -1)
+    for swept in surfaces:
+        for curve, facets in _curves(drawing, swept):
+            on_curve[facets] = len(curves)
+            curves.append(curve)
+    return _whole_patches(vessel, curves, on_curve, planes, drawing.tolerance)
+
+
+def _whole_patches(
+    vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, set_planes: dict[int, np.ndarray], tolerance: float
+) -> Vessel:
+    """The vessel with those curves whose patches are exact everywhere."""
+    report: list[str] = []
+    while (on_curve >= 0).any():
+        planes = _level_planes(vessel, curves, on_curve, tolerance) | set_planes
+        moved = _moved_vertices(vessel, curves, on_curve, planes)
+        trimmed = [
+            _trimmed(curve, moved[np.unique(np.concatenate([np.concatenate(vessel.loops[f]) for f in own]))])
+            if len(own := np.flatnonzero(on_curve == number))
+            else curve
+            for number, curve in enumerate(curves)
+        ]
+        facets = [Facet.from_loops([moved[loop] for loop in loops]) for loops in vessel.loops]
+        exact = Vessel(facets, vessel.name, vessel.solid, vessel.smooth_axis, trimmed, on_curve, tuple(report))
+        borders = borders_of(exact)
+        rough = rough_facets(exact, borders)
+        if not rough:
+            return exact
+        patch = facet_patches(exact, borders)
+        spoilt = np.isin(patch, patch[list(rough)])
+        at = np.concatenate(exact.facets[next(iter(rough))].loops).mean(axis=0) * 1e3
+        report.append(
+            f"{spoilt.sum()} facets stay flat, since a round wall ends at drawn ones near "
+            f"({at[0]:.4g}, {at[1]:.4g}, {at[2]:.4g}) mm"
         )
-        if not known:
-            axes.append((curve.axis, curve.origin))
-    for axis, origin in axes:
-        curves += find_tori(mesh, axis, origin)
-    return curves
+        # The facets of the exact vessel are in an order of their own.
+        lost = exact.placed_from[spoilt]
+        on_curve = on_curve.copy()
+        on_curve[lost] = -1
+    return Vessel(vessel.facets, vessel.name, vessel.solid, vessel.smooth_axis, report=tuple(report))

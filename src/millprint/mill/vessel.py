@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -121,107 +120,111 @@ def _parts(facet: Facet) -> tuple[np.ndarray, np.ndarray]:
 class Edge:
     """The line where two facets meet, from `start` to `end` [m].
 
-    inward: unit vectors in the plane of each facet, perpendicular to the edge, pointing into the facet.
-    turn: angle between the facets' normals [rad], positive where the wall juts into the vessel (a convex edge, which
-        a ball can touch), negative in a seam.
+    ends: numbers of its vertices. inward: unit vectors in the plane of each facet, perpendicular to the edge, pointing
+    into the facet. turn: angle between the facets' normals [rad], positive where the wall juts into the vessel (a
+    convex edge, which a ball can touch), negative in a seam.
     """
 
     start: np.ndarray
     end: np.ndarray
+    ends: tuple[int, int]
     facets: tuple[int, int]
     inward: tuple[np.ndarray, np.ndarray]
     turn: float
 
 
-@dataclass(frozen=True)
-class Corner:
-    """A vertex that a ball can touch: its place [m] and the unit directions (k, 3) of the edges that leave it."""
-
-    point: np.ndarray
-    directions: np.ndarray
-
-
 class Vessel:
-    """A closed vessel of flat facets in the body frame; the facets' normals point inward, to where the balls are.
+    """A closed vessel in the body frame; the normals of its walls point inward, to where the balls are.
 
-    A solid body inside a vessel is the same with `solid`: its normals point out of it, and its volume is negative.
-    smooth_axis: "x", "y" or "z", the axis whose end facets have no friction, or None. curves: surfaces of which facets
-    are pieces, see millprint.mill.curved_surfaces; facet_curves (f,): which of `curves` each facet is a piece of, -1
-    for none. Raises ConfigError where the facets do not close: every edge must belong to two facets, in opposite
-    senses.
+    Facets draw it. Those on an exact surface (`curves`, mill.curved_surfaces) are only a picture of it; the others are
+    flat walls, whose borders may be arcs (mill.borders). A solid body inside a vessel is the same with `solid`: its
+    normals point out of it, and its volume is negative.
+
+    smooth_axis: "x", "y" or "z", the axis whose end facets have no friction, or None. on_curves: for each of `facets`
+    the one of `curves` that it draws, -1 for a flat wall; left out, that is found. report: what was nearly recognised,
+    in words. facet_curves (f,): the same for the vessel's own facets, which are sorted; placed_from (f,): the numbers of
+    these among the given ones. Raises ConfigError where the
+    facets do not close: every edge must belong to two facets, in opposite senses.
     """
 
     def __init__(
         self,
-        facets: list[Facet],
+        facets: Sequence[Facet],
         name: str = "vessel",
         solid: bool = False,
         smooth_axis: str | None = None,
         curves: Sequence[Curve] = (),
+        on_curves: np.ndarray | None = None,
+        report: tuple[str, ...] = (),
     ) -> None:
         self.name = name
         self.solid = solid
         self.smooth_axis = smooth_axis
+        self.report = report
         self.size = float(np.ptp(np.concatenate([loop for f in facets for loop in f.loops]), axis=0).max())
         # A power of two, so that a shape and its double are the same on their lattices.
         pitch = LATTICE * 2.0 ** math.floor(math.log2(self.size))
-        placed = (_canonical(facet, pitch) for facet in facets)
-        self.facets = tuple(sorted(placed, key=lambda facet: (*facet.loops[0][0], *facet.normal)))
-        self._edge_at = self._find_edges()
+        placed = [_canonical(facet, pitch) for facet in facets]
+        order = sorted(range(len(placed)), key=lambda k: (*placed[k].loops[0][0], *placed[k].normal))
+        self.facets = tuple(placed[k] for k in order)
+        self.placed_from = np.array(order)
+        self.vertices, self.loops, rank = self._number_vertices()
+        self.edges = self._find_edges(rank)
+        on_curve = self._find_pieces(curves) if on_curves is None else np.asarray(on_curves)[order]
         # Only those that have facets: a sphere's ends leave no mantle between them.
-        pieces = [self._pieces(curve) for curve in curves]
-        self.curves = tuple(curve for curve, found in zip(curves, pieces, strict=True) if found)
-        self.facet_curves = np.full(len(self.facets), -1)
-        for number, found in enumerate(filter(None, pieces)):
-            self.facet_curves[found] = number
+        used = sorted(set(on_curve.tolist()) - {-1})
+        self.curves = tuple(curves[number] for number in used)
+        self.facet_curves = np.array([used.index(number) if number >= 0 else -1 for number in on_curve.tolist()])
         if (self.volume_m3 >= 0) if solid else (self.volume_m3 <= 0):
             raise ConfigError(f"{name}: the facets are inside out (volume {self.volume_m3 * 1e6:.3g} mL)")
 
-    def key(self, point: np.ndarray) -> tuple[int, ...]:
-        """A point on a lattice fine enough to tell vertices apart, as a dictionary's key."""
-        return self.keys(point[None])[0]
+    def _number_vertices(self) -> tuple[np.ndarray, list[list[np.ndarray]], list[int]]:
+        """Every vertex (v, 3) [m], once; for each facet the vertices' numbers along its outlines; and each one's rank.
 
-    def keys(self, points: np.ndarray) -> list[tuple[int, ...]]:
-        """The `key` of each point (n, 3)."""
-        return [tuple(row) for row in np.round(points / (WELD * self.size)).astype(np.int64).tolist()]
+        Vertices are ranked by their places, as they would be in any order of the facets.
+        """
+        points = np.concatenate([loop for facet in self.facets for loop in facet.loops])
+        lattice = np.round(points / (WELD * self.size)).astype(np.int64)
+        _, first, rank = np.unique(lattice, axis=0, return_index=True, return_inverse=True)
+        by_number = np.argsort(first)
+        number = np.argsort(by_number)
+        counts = [len(loop) for facet in self.facets for loop in facet.loops]
+        along = iter(np.split(number[rank.reshape(-1)], np.cumsum(counts)[:-1]))
+        numbers = [[next(along) for _ in facet.loops] for facet in self.facets]
+        return points[first[by_number]], numbers, by_number.tolist()
 
-    def _find_edges(self) -> dict[frozenset, Edge]:
-        sides: dict[tuple, tuple[int, np.ndarray, np.ndarray]] = {}
+    def _find_edges(self, rank: list[int]) -> tuple[Edge, ...]:
+        sides: dict[tuple[int, int], tuple[int, np.ndarray, np.ndarray]] = {}
         for index, facet in enumerate(self.facets):
-            for loop in facet.loops:
-                keys = self.keys(loop)
+            for loop, numbers in zip(facet.loops, self.loops[index], strict=True):
                 ends = ahead(loop)
-                for start, end, side in zip(loop, ends, pairwise([*keys, keys[0]]), strict=True):
+                for start, end, side in zip(loop, ends, zip(numbers.tolist(), ahead(numbers).tolist()), strict=True):
                     if side in sides:
                         raise ConfigError(
                             f"{self.name}: two facets run along the edge at {start * 1e3} mm in one sense"
                         )
                     sides[side] = (index, start, end)
-        edges = {}
-        for (first_key, second_key), (first, start, end) in sides.items():
-            if (second_key, first_key) not in sides:
+        found = []
+        for side, (first, start, end) in sides.items():
+            if side[::-1] not in sides:
                 raise ConfigError(f"{self.name}: the vessel is open at the edge from {start * 1e3} to {end * 1e3} mm")
-            if first_key < second_key:
-                second = sides[(second_key, first_key)][0]
-                edges[frozenset((first_key, second_key))] = self._edge(start, end, first, second)
-        return edges
+            if rank[side[0]] < rank[side[1]]:
+                found.append((side, first, sides[side[::-1]][0], start, end))
+        return self._edges(found)
 
-    def _edge(self, start: np.ndarray, end: np.ndarray, first: int, second: int) -> Edge:
-        along = (end - start) / np.linalg.norm(end - start)
-        normals = self.facets[first].normal, self.facets[second].normal
-        inward = cross(normals[0], along), cross(normals[1], -along)
-        sine = -float(inward[0] @ normals[1])
-        return Edge(start, end, (first, second), inward, float(np.arctan2(sine, normals[0] @ normals[1])))
-
-    def edges_along(self, loop: np.ndarray) -> list[Edge]:
-        """The edge that leaves each vertex of an outline (k, 3), in the outline's sense."""
-        keys = self.keys(loop)
-        return [self._edge_at[frozenset(pair)] for pair in pairwise([*keys, keys[0]])]
-
-    @cached_property
-    def edges(self) -> tuple[Edge, ...]:
-        """Every edge, once."""
-        return tuple(self._edge_at.values())
+    def _edges(self, found: list[tuple[tuple[int, int], int, int, np.ndarray, np.ndarray]]) -> tuple[Edge, ...]:
+        """Edges of their vertices, facets and ends."""
+        ends, first, second, start, end = zip(*found, strict=True)
+        starts, stops = np.array(start), np.array(end)
+        normals = np.array([facet.normal for facet in self.facets])
+        of_first, of_second = normals[list(first)], normals[list(second)]
+        along = stops - starts
+        along /= np.linalg.norm(along, axis=1)[:, None]
+        inward = cross(of_first, along), cross(of_second, -along)
+        sine, cosine = -(inward[0] * of_second).sum(axis=1), (of_first * of_second).sum(axis=1)
+        turns = np.arctan2(sine, cosine).tolist()
+        pairs = zip(first, second, strict=True), zip(*inward, strict=True)
+        return tuple(map(Edge, start, end, ends, *pairs, turns))
 
     @cached_property
     def is_smooth(self) -> np.ndarray:
@@ -231,26 +234,19 @@ class Vessel:
         along = "xyz".index(self.smooth_axis)
         return np.array([abs(facet.normal[along]) > 1 - 1e-9 for facet in self.facets])
 
-    def _pieces(self, curve: Curve) -> list[int]:
-        """The facets that are pieces of a curve; none if one ends at a convex edge, because rims are straight."""
-        found: list[int] = []
-        rims = {facet for edge in self.edges if edge.turn > CURVE_ANGLE for facet in edge.facets}
-        for index, facet in enumerate(self.facets):
-            points = np.concatenate(facet.loops)
-            distance, direction, past = curve.touch(np.vstack([points, points.mean(axis=0)]))
-            on_it = max(np.abs(distance[:-1]).max(), past.max()) <= ON_CURVE * self.size
-            # A flat wall that joins a curve smoothly lies on its tangents: it is flat all the same.
-            is_bent = abs(distance[-1]) > 1e-9 * self.size
-            if on_it and is_bent and direction[-1] @ facet.normal > np.cos(CURVE_ANGLE):
-                found.append(index)
-        return found if rims.isdisjoint(found) else []
-
-    @cached_property
-    def vertices(self) -> np.ndarray:
-        """Every vertex (v, 3) [m], once."""
-        points = np.concatenate([loop for facet in self.facets for loop in facet.loops])
-        _, first = np.unique(self.keys(points), axis=0, return_index=True)
-        return points[np.sort(first)]
+    def _find_pieces(self, curves: Sequence[Curve]) -> np.ndarray:
+        """For each facet (f,) the curve that it draws, -1 for a flat wall."""
+        found = np.full(len(self.facets), -1)
+        for number, curve in enumerate(curves):
+            for index, facet in enumerate(self.facets):
+                points = np.concatenate(facet.loops)
+                distance, direction, past = curve.touch(np.vstack([points, points.mean(axis=0)]))
+                on_it = max(np.abs(distance[:-1]).max(), past.max()) <= ON_CURVE * self.size
+                # A flat wall that joins a curve smoothly lies on its tangents: it is flat all the same.
+                is_bent = abs(distance[-1]) > 1e-9 * self.size
+                if on_it and is_bent and direction[-1] @ facet.normal > np.cos(CURVE_ANGLE):
+                    found[index] = number
+        return found
 
     @cached_property
     def volume_m3(self) -> float:
@@ -266,45 +262,39 @@ class Vessel:
         return volume
 
     @cached_property
-    def convex_edges(self) -> tuple[Edge, ...]:
-        """Edges that jut into the vessel: a ball can touch the edge itself."""
-        return tuple(edge for edge in self.edges if edge.turn > CONVEX)
+    def edge_at(self) -> dict[frozenset[int], int]:
+        """The number of the edge between two vertices."""
+        return {frozenset(edge.ends): number for number, edge in enumerate(self.edges)}
 
     @cached_property
-    def corners(self) -> tuple[Corner, ...]:
-        """Vertices at which a convex edge ends."""
-        ends: dict[tuple, list[tuple[np.ndarray, np.ndarray, bool]]] = {}
-        for edge in self.edges:
-            along = (edge.end - edge.start) / np.linalg.norm(edge.end - edge.start)
-            ends.setdefault(self.key(edge.start), []).append((edge.start, along, edge.turn > CONVEX))
-            ends.setdefault(self.key(edge.end), []).append((edge.end, -along, edge.turn > CONVEX))
-        return tuple(
-            Corner(items[0][0], np.array([direction for _, direction, _ in items]))
-            for items in ends.values()
-            if any(convex for _, _, convex in items)
-        )
+    def sagitta(self) -> float:
+        """How far the exact walls are from the drawing at most [m]."""
+        found = 0.0
+        for index in np.flatnonzero(self.facet_curves >= 0):
+            middle = np.concatenate(self.facets[index].loops).mean(axis=0)
+            found = max(found, abs(float(self.curves[self.facet_curves[index]].touch(middle[None])[0][0])))
+        return found
+
+    @cached_property
+    def is_convex(self) -> bool:
+        """Whether no wall juts into the vessel."""
+        return all(edge.turn <= CONVEX for edge in self.edges)
 
     @cached_property
     def bounds(self) -> np.ndarray:
         """Lower and upper corner (2, 3) of the bounding box [m]."""
-        points = np.concatenate([loop for facet in self.facets for loop in facet.loops])
-        return np.array([points.min(axis=0), points.max(axis=0)])
+        return np.array([self.vertices.min(axis=0), self.vertices.max(axis=0)])
 
     def triangles(self) -> tuple[np.ndarray, np.ndarray]:
-        """Vertices (v, 3) [m], each once, and triangles (t, 3) of the walls, normals inward.
+        """Vertices (v, 3) [m], each once, and triangles (t, 3) of the walls as they are drawn, normals inward.
 
         Raises ConfigError for an outline that crosses itself.
         """
-        vertices: dict[tuple[int, ...], np.ndarray] = {}
-        number: dict[tuple[int, ...], int] = {}
-        triangles = []
-        for facet in self.facets:
-            rows = []
-            for key, point in zip(self.keys(points := np.concatenate(facet.loops)), points, strict=True):
-                vertices.setdefault(key, point)
-                rows.append(number.setdefault(key, len(number)))
-            triangles.append(np.array(rows)[triangulate_facet(facet)])
-        return np.array(list(vertices.values())), np.concatenate(triangles)
+        triangles = [
+            np.concatenate(numbers)[triangulate_facet(facet)]
+            for facet, numbers in zip(self.facets, self.loops, strict=True)
+        ]
+        return self.vertices, np.concatenate(triangles)
 
 
 def triangulate_facet(facet: Facet) -> np.ndarray:
@@ -367,9 +357,9 @@ def _vessel_of(shape: _Shape) -> Vessel:
     if not shape_kind(shape.geometry.kind).is_mesh or shape.geometry.faceted:
         return vessel
     # Imports this module.
-    from millprint.mill.recognition import find_curves
+    from millprint.mill.recognition import recognise
 
-    return Vessel(facets, shape.place, shape.solid, shape.geometry.smooth_axis, find_curves(vessel))
+    return recognise(vessel, LATTICE * vessel.size)
 
 
 def shape_vessel(geometry: GeometrySection, place: str, solid: bool) -> Vessel:

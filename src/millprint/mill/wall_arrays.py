@@ -1,16 +1,19 @@
 """The walls of a vessel as flat arrays, and a grid of cells that finds what is near a ball."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 
 import numpy as np
 
-from millprint.mill.curved_surfaces import curve_rows
-from millprint.mill.patches import find_patches, outline_slack
+from millprint.mill.borders import borders_of, outline_sides
+from millprint.mill.curved_surfaces import CURVE, curve_rows
+from millprint.mill.features import features_of
+from millprint.mill.kernel_columns import width_of
+from millprint.mill.rims import rim_rows
 from millprint.mill.vectors import add_scaled, row
-from millprint.mill.vessel import Vessel, ahead
-from millprint.mill.walls import SURFACE, Walls, closeness_of
+from millprint.mill.vessel import Vessel
+from millprint.mill.walls import SIDE, SURFACE, Walls, closeness_of
 from millprint.run.kernel import array_maker, inlined, inner
 
 # The most cells of the grids, of 8 bytes each: where they would be more, as in a vessel of 20 L with balls of 5 mm,
@@ -19,22 +22,34 @@ CELLS_MAX = 1 << 24
 
 
 def facet_sides(vessel: Vessel) -> tuple[np.ndarray, np.ndarray]:
-    """Number of sides of each facet (f,), and the sides (s, 7) in the facets' own axes (see `Walls.side`)."""
-    counts, sides = [], []
-    for facet in vessel.facets:
+    """Number of sides of each facet (f,), and the sides (s, width) in the facets' own axes (walls.SideColumns)."""
+    counts, sides, borders = [], [], borders_of(vessel)
+    for facet, numbers in zip(vessel.facets, vessel.loops, strict=True):
         axes = np.array(facet.axes).T
-        for loop in facet.loops:
+        counts.append(0)
+        for loop, own in zip(facet.loops, numbers, strict=True):
+            outline = outline_sides(loop, own, vessel, borders)
+            counts[-1] += len(outline)
             flat = loop @ axes
-            ends = ahead(flat)
-            length = np.linalg.norm(ends - flat, axis=1)[:, None]
-            sides.append(np.hstack([flat, (ends - flat) / length, length, ends]))
-        counts.append(sum(map(len, facet.loops)))
+            starts, ends = flat[[side.begin for side in outline]], flat[[side.end for side in outline]]
+            length = np.linalg.norm(ends - starts, axis=1)[:, None]
+            rows = np.zeros((len(outline), width_of(SIDE)))
+            rows[:, : SIDE.centre_u] = np.hstack([starts, (ends - starts) / length, length, ends])
+            for row_of, side in zip(rows, outline, strict=True):
+                if side.arc:
+                    row_of[[SIDE.centre_u, SIDE.centre_v]] = middle = side.arc.centre @ axes
+                    row_of[SIDE.radius] = side.arc.radius
+                    # The chord of an arc of less than half a turn has its middle on the left where that turns left.
+                    begin, end = row_of[[SIDE.start_u, SIDE.start_v]] - middle, row_of[[SIDE.end_u, SIDE.end_v]] - middle
+                    row_of[SIDE.sense] = np.sign(begin[0] * end[1] - begin[1] * end[0])
+            sides.append(rows)
     return np.array(counts), np.concatenate(sides)
 
 
 def _edge_rows(vessel: Vessel) -> np.ndarray:
-    rows = np.zeros((len(vessel.convex_edges), 5, 3))
-    for row_of, edge in zip(rows, vessel.convex_edges, strict=True):
+    lines = features_of(vessel).lines
+    rows = np.zeros((len(lines), 5, 3))
+    for row_of, edge in zip(rows, lines, strict=True):
         length = np.linalg.norm(edge.end - edge.start)
         row_of[:] = edge.start, (edge.end - edge.start) / length, *edge.inward, (length, 0, 0)
     return rows
@@ -47,55 +62,71 @@ def _grids(bodies: Sequence[Vessel], reach_out: float, pitch: float) -> tuple[np
     """
     origins, shapes = [], []
     for number, body in enumerate(bodies):
-        low, high = body.bounds
-        if number:
-            low, high = low - reach_out, high + reach_out
+        low, high = body.bounds + np.array([[-1], [1]]) * (body.sagitta + (reach_out if number else 0.0))
         origins.append(low)
         shapes.append(np.ceil((high - low) / pitch).astype(np.int64))
     return np.array(origins), np.array(shapes), np.cumsum([0, *(int(shape.prod()) for shape in shapes)])
 
 
-def _body_numbers(bodies: Sequence[Vessel]) -> np.ndarray:
-    """The body of every feature: all facets, then all convex edges, all corners, and all curves."""
-    kinds = ("facets", "convex_edges", "corners", "curves")
-    groups = [[len(getattr(body, kind)) for body in bodies] for kind in kinds]
-    return np.concatenate([np.repeat(np.arange(len(bodies)), counts) for counts in groups])
+def _counts(body: Vessel) -> list[int]:
+    """Numbers of facets, lines, corners, curves and rims."""
+    features = features_of(body)
+    return [len(each) for each in (body.facets, features.lines, features.corners, body.curves, features.rims)]
 
 
-def _surfaces(bodies: Sequence[Vessel]) -> np.ndarray:
+def _joined(bodies: Sequence[Vessel], of_bodies: Sequence[Sequence]) -> list:
+    """What belongs to the features of each body, in the order of the walls' features: those of one kind together."""
+    cuts = [np.cumsum([0, *_counts(body)]).tolist() for body in bodies]
+    own = list(zip(of_bodies, cuts, strict=True))
+    return [each for kind in range(5) for values, cut in own for each in values[cut[kind] : cut[kind + 1]]]
+
+
+def _surfaces(bodies: Sequence[Vessel], features: int) -> np.ndarray:
     """The surface of every feature: only facets can be smooth."""
-    surface = np.full(len(_body_numbers(bodies)), SURFACE.rough)
+    surface = np.full(features, SURFACE.rough)
     smooth = np.concatenate([body.is_smooth for body in bodies])
     surface[: len(smooth)][smooth] = SURFACE.smooth
     return surface
 
 
-def _patches(bodies: Sequence[Vessel]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Walls.patch, is_drawing, first_vertex and vertex: those of each body, numbered one body after the other."""
-    patches: list[list[np.ndarray]] = [[], [], [], []]
-    drawings: list[list[np.ndarray]] = [[], [], [], []]
-    vertices: list[list[np.ndarray]] = [[], [], [], []]
-    first_patch, first_vertex = 0, 0
-    for body in bodies:
-        found = find_patches(body)
-        for kind in range(4):
-            patches[kind].append(found.patch[kind] + first_patch)
-            drawings[kind].append(found.is_drawing[kind])
-            vertices[kind] += [numbers + first_vertex for numbers in found.vertices[kind]]
-        first_patch += found.patches
-        first_vertex += len(body.vertices)
-    rows = [numbers for kind in vertices for numbers in kind]
-    patch, is_drawing = (np.concatenate([each for kind in kinds for each in kind]) for kinds in (patches, drawings))
-    return patch, is_drawing.astype(np.uint8), np.cumsum([0, *map(len, rows)]), np.concatenate(rows)
+def _patches(bodies: Sequence[Vessel]) -> np.ndarray:
+    """Walls.patch: the patches of one body after the other."""
+    found = [features_of(body) for body in bodies]
+    first = np.cumsum([0, *(each.patches for each in found)])
+    return np.array(_joined(bodies, [each.patch + begin for each, begin in zip(found, first, strict=False)]))
+
+
+def _neighbours(bodies: Sequence[Vessel]) -> tuple[np.ndarray, np.ndarray]:
+    """Walls.first_neighbour and neighbour."""
+    counts = [sum(_counts(body)) for body in bodies]
+    body, own = np.repeat(np.arange(len(bodies)), counts), np.concatenate([np.arange(count) for count in counts])
+    placed = _joined(bodies, [own[body == number] for number in range(len(bodies))])
+    bodies_placed = np.array(_joined(bodies, [np.full(count, number) for number, count in enumerate(counts)]))
+    lists: list[np.ndarray] = [np.empty(0, dtype=np.int64)] * len(placed)
+    for number, each in enumerate(bodies):
+        found, at = features_of(each), np.flatnonzero(bodies_placed == number)
+        # The number among all features of each of the body's own.
+        rank = np.empty(len(at), dtype=np.int64)
+        rank[np.array(placed)[at]] = at
+        for k, neighbours in enumerate(np.split(rank[found.neighbour], found.first_neighbour[1:-1])):
+            lists[rank[k]] = np.sort(neighbours)
+    return np.cumsum([0, *map(len, lists)]), np.concatenate(lists)
 
 
 def _boxes(bodies: Sequence[Vessel]) -> tuple[np.ndarray, np.ndarray]:
     """Lower and upper corners (features, 3) of boxes that hold every feature [m]: of a curve, that of its body."""
-    outlines = [np.concatenate(facet.loops) for body in bodies for facet in body.facets]
-    outlines += [np.array([edge.start, edge.end]) for body in bodies for edge in body.convex_edges]
-    outlines += [np.array([corner.point]) for body in bodies for corner in body.corners]
-    outlines += [body.bounds for body in bodies for _ in body.curves]
-    return np.array([each.min(axis=0) for each in outlines]), np.array([each.max(axis=0) for each in outlines])
+
+    def boxes(body: Vessel) -> list[tuple[np.ndarray, np.ndarray]]:
+        found = features_of(body)
+        outlines = [np.concatenate(facet.loops) for facet in body.facets]
+        outlines += [np.array([edge.start, edge.end]) for edge in found.lines]
+        outlines += [corner.point[None] for corner in found.corners]
+        around = [(points.min(axis=0) - body.sagitta, points.max(axis=0) + body.sagitta) for points in outlines]
+        around += [(body.bounds[0] - body.sagitta, body.bounds[1] + body.sagitta)] * len(body.curves)
+        return around + [(rim.centre - rim.radius, rim.centre + rim.radius) for rim in found.rims]
+
+    low, high = np.moveaxis(np.array(_joined(bodies, [boxes(body) for body in bodies])), 1, 0)
+    return low, high
 
 
 def build_walls(bodies: Sequence[Vessel], radius: float, margin: float, pitch: float) -> Walls:
@@ -115,26 +146,30 @@ def _build_walls(bodies: tuple[Vessel, ...], radius: float, margin: float, pitch
     counts, sides = zip(*(facet_sides(body) for body in bodies), strict=True)
     side, first_side = np.concatenate(sides), np.cumsum([0, *np.concatenate(counts)])
     facets = [facet for body in bodies for facet in body.facets]
-    corners = [corner for body in bodies for corner in body.corners]
+    corners = [corner for body in bodies for corner in features_of(body).corners]
     origin, shape, grid_first = _grids(bodies, radius + margin, pitch)
-    patch, is_drawing, first_vertex, vertex = _patches(bodies)
+    body_numbers = np.array(_joined(bodies, [[number] * sum(_counts(body)) for number, body in enumerate(bodies)]))
+    curves = np.concatenate([curve_rows(body.curves) for body in bodies])
+    curves[:, CURVE.slack] = np.concatenate([borders_of(body).curve_slack for body in bodies])
+    first_neighbour, neighbour = _neighbours(bodies)
     walls = Walls(
         plane=np.array([[*facet.normal, facet.offset] for facet in facets]),
         axes=np.array([facet.axes for facet in facets]),
         first_side=first_side,
         side=side,
-        slack=np.concatenate([outline_slack(body) for body in bodies]),
+        slack=np.concatenate([borders_of(body).slack for body in bodies]),
         edge=np.concatenate([_edge_rows(body) for body in bodies]),
         corner=np.array([corner.point for corner in corners]).reshape(-1, 3),
         first_direction=np.cumsum([0, *(len(corner.directions) for corner in corners)]),
         direction=np.concatenate([np.empty((0, 3)), *(corner.directions for corner in corners)]),
-        body=_body_numbers(bodies),
-        surface=_surfaces(bodies),
-        curves=np.concatenate([curve_rows(body.curves) for body in bodies]),
-        is_drawing=is_drawing,
-        patch=patch,
-        first_vertex=first_vertex,
-        vertex=vertex,
+        body=body_numbers,
+        surface=_surfaces(bodies, len(body_numbers)),
+        curves=curves,
+        rims=np.concatenate([rim_rows(features_of(body).rims) for body in bodies]),
+        is_drawing=np.array(_joined(bodies, [features_of(body).is_drawing for body in bodies]), dtype=np.uint8),
+        patch=_patches(bodies),
+        first_neighbour=first_neighbour,
+        neighbour=neighbour,
         grid_origin=origin,
         grid_shape=shape,
         grid_pitch=float(pitch),
@@ -146,7 +181,7 @@ def _build_walls(bodies: tuple[Vessel, ...], radius: float, margin: float, pitch
     # Nothing of a cell is farther from its middle than half its diagonal.
     reach = margin + pitch * math.sqrt(3) / 2
     low, high = _boxes(bodies)
-    around = (1 + 1e-9) * (radius + 2 * reach) + walls.slack.max()
+    around = (1 + 1e-9) * (radius + 2 * reach) + max(walls.slack.max(), walls.curves[:, CURVE.slack].max(initial=0.0))
     features, sure = fill_cells(walls, radius, reach, low - around, high + around)
     return walls._replace(cell_feature=features, cell_sure=sure)
 
@@ -163,6 +198,8 @@ def cells_between(walls, body, axis, low, high):
 @inner()
 def visit_cells(walls, radius, margin, low, high, feature, features, sure):
     """Count a feature in the cells near it or, where there is room in `features`, write it there from the back."""
+    if walls.is_drawing[feature]:
+        return
     body = walls.body[feature]
     shape = row(walls.grid_shape, body)
     x_from, x_to = cells_between(walls, body, 0, low[feature, 0], high[feature, 0])

@@ -2,11 +2,11 @@
 
 A ball touches the local minima of its distance to the wall: the inside of a facet, a convex edge, or a corner. Where
 two of them meet in a seam that is no more than a joint of facets, only the nearer one carries the contact: `belongs`
-says which features are pieces of one wall there (mill.patches), and dem.contact_events chooses and passes contacts on.
+says which features are pieces of one wall there (mill.features), and dem.contact_events chooses and passes contacts on.
 
 A vessel and the inserts in it are bodies, each in a frame of its own. Features are numbered: the facets of all bodies
-first, then the convex edges, the corners, and the curves (mill.curved_surfaces), of which some facets are only a
-drawing.
+first, then the convex lines, the corners, the curves (mill.curved_surfaces), of which some facets are only a drawing,
+and the convex rims (mill.rims).
 """
 
 import math
@@ -14,9 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from millprint.mill.curved_surfaces import curve_touch
+from millprint.mill.curved_surfaces import CURVE, curve_touch
 from millprint.mill.kernel_columns import Vector, number_columns
 from millprint.mill.pose import angular_velocity_of, rotation_of, velocity_of
+from millprint.mill.rims import rim_touch
 from millprint.mill.vectors import add, add_scaled, cross, dot, rotate, rotate_back, row, subtract
 from millprint.run.kernel import inlined, inner, kernel
 
@@ -29,7 +30,7 @@ class PlaneColumns(NamedTuple):
 
 
 class SideColumns(NamedTuple):
-    """A side of a facet, in the axes u, v of its plane [m]."""
+    """A side of a facet, in the axes u, v of its plane [m]: a line, or an arc of less than half a turn over it."""
 
     start_u: int
     start_v: int
@@ -38,6 +39,10 @@ class SideColumns(NamedTuple):
     length: int
     end_u: int
     end_v: int
+    centre_u: int  # of an arc
+    centre_v: int
+    radius: int  # of an arc; 0 for a line
+    sense: int  # of an arc: 1 where it goes counter-clockwise about its centre, -1 where it goes clockwise
 
 
 class Surfaces(NamedTuple):
@@ -54,27 +59,28 @@ PLANE, SIDE, SURFACE = number_columns(PlaneColumns), number_columns(SideColumns)
 
 
 class Walls(NamedTuple):
-    """Flat arrays of the bodies' facets (f), their sides (s), convex edges (e), corners (c), curves (k), and cells.
+    """Flat arrays of the bodies' facets (f), their sides (s), convex lines (e), corners (c), curves (k), rims, and cells.
 
-    The features are facets, convex edges, corners and curves, in this order.
+    The features are facets, lines, corners, curves and rims, in this order.
     """
 
     plane: np.ndarray  # (f, 4) see PlaneColumns
     axes: np.ndarray  # (f, 2, 3) unit vectors in the plane
     first_side: np.ndarray  # (f + 1,) sides of facet i are first_side[i] to first_side[i + 1]
-    side: np.ndarray  # (s, 7) see SideColumns
-    slack: np.ndarray  # (f,) how far a facet reaches beyond its outline [m], see patches.outline_slack
+    side: np.ndarray  # (s, width) see SideColumns
+    slack: np.ndarray  # (f,) how far a facet reaches beyond its outline [m], see borders.Borders
     edge: np.ndarray  # (e, 5, 3) start, direction, inward of one facet, inward of the other, (length, 0, 0)
     corner: np.ndarray  # (c, 3)
     first_direction: np.ndarray  # (c + 1,)
     direction: np.ndarray  # (d, 3) edges that leave the corners
     body: np.ndarray  # (features,) the body that a feature belongs to
     surface: np.ndarray  # (features,) see Surfaces; edges and corners are rough
-    curves: np.ndarray  # (k, width) curves.CurveColumns
-    is_drawing: np.ndarray  # (features,) 1 where a feature only shows a curve, see patches.Patches
-    patch: np.ndarray  # (features,) the patch that a feature belongs to, numbered through all bodies (mill.patches)
-    first_vertex: np.ndarray  # (features + 1,) vertices of feature i are first_vertex[i] to first_vertex[i + 1]
-    vertex: np.ndarray  # numbers of vertices, ascending for each feature
+    curves: np.ndarray  # (k, width) curved_surfaces.CurveColumns
+    rims: np.ndarray  # (rims, width) rims.RimColumns
+    is_drawing: np.ndarray  # (features,) 1 where a feature only shows a curve, see features.Features
+    patch: np.ndarray  # (features,) the patch that a feature belongs to, numbered through all bodies (mill.features)
+    first_neighbour: np.ndarray  # (features + 1,) those of feature i are first_neighbour[i] to first_neighbour[i + 1]
+    neighbour: np.ndarray  # features of a patch that meet each one in a vertex, ascending
     grid_origin: np.ndarray  # (b, 3) [m]
     grid_shape: np.ndarray  # (b, 3)
     grid_pitch: float  # [m]
@@ -126,6 +132,28 @@ def plane_distance(walls, feature, point):
     return dot(row(walls.plane, feature), point) - walls.plane[feature, PLANE.offset]
 
 
+@inlined()
+def past_arc(side, k, u, v, right):
+    """Of an arc over a side: squared distance of a point (u, v) from it, and whether it lies between arc and chord.
+
+    right: whether the point is to the right of the chord. The distance is that of the circle where the point's nearest
+    place on it is on the arc, else that of the nearer end.
+    """
+    sense, radius = side[k, SIDE.sense], side[k, SIDE.radius]
+    out_u, out_v = u - side[k, SIDE.centre_u], v - side[k, SIDE.centre_v]
+    begin_u, begin_v = side[k, SIDE.start_u] - side[k, SIDE.centre_u], side[k, SIDE.start_v] - side[k, SIDE.centre_v]
+    end_u, end_v = side[k, SIDE.end_u] - side[k, SIDE.centre_u], side[k, SIDE.end_v] - side[k, SIDE.centre_v]
+    reach = math.sqrt(out_u * out_u + out_v * out_v)
+    after = sense * (begin_u * out_v - begin_v * out_u) >= 0.0
+    before = sense * (out_u * end_v - out_v * end_u) >= 0.0
+    nearest = (reach - radius) * (reach - radius)
+    if not (after and before):
+        from_begin = (out_u - begin_u) * (out_u - begin_u) + (out_v - begin_v) * (out_v - begin_v)
+        from_end = (out_u - end_u) * (out_u - end_u) + (out_v - end_v) * (out_v - end_v)
+        nearest = min(from_begin, from_end)
+    return nearest, (right == (sense > 0.0)) and reach < radius
+
+
 @kernel()
 def beyond_side(axes, first_side, side, facet, point):
     """Distance of the foot of `point` on a facet's plane from its outline [m]; negative inside."""
@@ -137,11 +165,19 @@ def beyond_side(axes, first_side, side, facet, point):
         ru, rv = u - side[k, SIDE.start_u], v - side[k, SIDE.start_v]
         along = min(max(ru * du + rv * dv, 0.0), length)
         away_u, away_v = ru - along * du, rv - along * dv
-        nearest = min(nearest, away_u * away_u + away_v * away_v)
         # Even-odd rule with a ray along u: it works for outlines with holes and inward corners. Compared with the
         # vertices' own numbers, or rounding would count the corner between two sides twice or not at all.
         spans = (v >= side[k, SIDE.start_v]) != (v >= side[k, SIDE.end_v])
-        inside ^= spans & ((ru * dv - rv * du) * dv < 0)
+        across = ru * dv - rv * du
+        inside ^= spans & (across * dv < 0)
+        if side[k, SIDE.radius] > 0.0:
+            # On the chord itself, the point is on the side that the rule above takes it for.
+            right = across > 0.0 or (across == 0.0 and dv > 0.0)
+            squared, between = past_arc(side, k, u, v, right)
+            nearest = min(nearest, squared)
+            inside ^= between
+        else:
+            nearest = min(nearest, away_u * away_u + away_v * away_v)
     distance = math.sqrt(nearest)
     return -distance if inside else distance
 
@@ -168,8 +204,14 @@ def touch(walls, feature, surely_over, point, limit):
                 return nothing
         return distance, normal
     if feature >= facets + edges + walls.corner.shape[0]:
-        distance, normal, past, _ = curve_touch(walls.curves, curve_of(walls, feature), point)
-        if distance >= limit or distance <= 0.0 or past > ON_SIDE * limit:
+        k = curve_of(walls, feature)
+        if k >= walls.curves.shape[0]:
+            distance, normal, is_over = rim_touch(walls.rims, k - walls.curves.shape[0], point)
+            if distance >= limit or not is_over:
+                return nothing
+            return distance, normal
+        distance, normal, past, _ = curve_touch(walls.curves, k, point)
+        if distance >= limit or distance <= 0.0 or past > ON_SIDE * limit + walls.curves[k, CURVE.slack]:
             return nothing
         return distance, normal
     if feature < facets + edges:
@@ -196,23 +238,16 @@ def touch(walls, feature, surely_over, point, limit):
 
 @inlined()
 def curve_of(walls, feature):
-    """The curve that a feature is, if it is one."""
+    """The curve that a feature is, if it is one; a rim has a number after those of all curves."""
     return feature - walls.plane.shape[0] - walls.edge.shape[0] - walls.corner.shape[0]
 
 
 @inner()
 def belongs(walls, feature, other):
     """Whether two features are pieces of one patch that meet in a vertex."""
-    if walls.patch[feature] != walls.patch[other]:
-        return False
-    a, b = walls.first_vertex[feature], walls.first_vertex[other]
-    while a < walls.first_vertex[feature + 1] and b < walls.first_vertex[other + 1]:
-        if walls.vertex[a] == walls.vertex[b]:
+    for at in range(walls.first_neighbour[feature], walls.first_neighbour[feature + 1]):
+        if walls.neighbour[at] == other:
             return True
-        if walls.vertex[a] < walls.vertex[b]:
-            a += 1
-        else:
-            b += 1
     return False
 
 
@@ -235,8 +270,12 @@ def closeness_of(walls, feature, point, radius, margin):
             return 0
         return 2 if beyond < -margin else 1
     if feature >= facets + edges + walls.corner.shape[0]:
-        distance, _, past, _ = curve_touch(walls.curves, curve_of(walls, feature), point)
-        return 1 if -margin <= distance <= reach_out and past <= margin + ON_SIDE * radius else 0
+        k = curve_of(walls, feature)
+        if k >= walls.curves.shape[0]:
+            return 1 if rim_touch(walls.rims, k - walls.curves.shape[0], point)[0] < reach_out else 0
+        distance, _, past, _ = curve_touch(walls.curves, k, point)
+        is_over = past <= margin + ON_SIDE * radius + walls.curves[k, CURVE.slack]
+        return 1 if -margin <= distance <= reach_out and is_over else 0
     if feature < facets + edges:
         edge = walls.edge[feature - facets]
         away = subtract(point, row(edge, 0))
@@ -251,14 +290,15 @@ def closeness_of(walls, feature, point, radius, margin):
 def bounding_plane(walls, feature, point, margin):
     """A plane (normal, offset) to which a ball near `point` (body frame) is at most as far as to the feature.
 
-    It holds until the ball has moved by `margin` [m]. For edges, corners and the inside of tight curves it is nowhere
-    far: normal and offset are 0.
+    It holds until the ball has moved by `margin` [m]. For lines, corners, rims and the inside of tight curves it is
+    nowhere far: normal and offset are 0.
     """
     facets = walls.plane.shape[0]
     if feature < facets:
         return row(walls.plane, feature), walls.plane[feature, PLANE.offset]
-    if feature >= facets + walls.edge.shape[0] + walls.corner.shape[0]:
-        distance, normal, _, bend = curve_touch(walls.curves, curve_of(walls, feature), point)
+    k = curve_of(walls, feature)
+    if 0 <= k < walls.curves.shape[0]:
+        distance, normal, _, bend = curve_touch(walls.curves, k, point)
         # Nearer to the middle of the bend by the margin, a wall bends more.
         if bend * margin < 0.5:
             sag = margin * margin * max(bend, 0.0)

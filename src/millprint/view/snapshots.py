@@ -11,12 +11,13 @@ import numpy as np
 
 from millprint.config.errors import ConfigError
 from millprint.mill.curved_surfaces import touch_points
+from millprint.mill.rims import nearest_on_circle
 
 PER_STEP = ("time_s", "body_position_m", "body_velocity_m_s", "normal_J", "tangential_J", "contact_offset")
 PER_BALL = ("position_m", "velocity_m_s", "spin_rad_s", "contact_force_N")
 PER_CONTACT = ("contact_first", "contact_second")
-FEATURES = ("facet_normal", "edge_m", "corner_m", "curves")
-GEOMETRY = ("vertices_m", "triangles", "facet_normal", "facet_offset_m", "edge_m", "corner_m", "curves")
+FEATURES = ("facet_normal", "edge_m", "corner_m", "curves", "rims")
+GEOMETRY = ("vertices_m", "triangles", "facet_normal", "facet_offset_m", "edge_m", "corner_m", "curves", "rims")
 
 # Numbers of one quantity in a block: tens of megabytes for all quantities together.
 BLOCK_VALUES = 1_000_000
@@ -27,8 +28,8 @@ class Geometry:
     """Walls in the body frame [m].
 
     vertices_m (v, 3) and triangles (t, 3), normals inward; features that a ball can touch, numbered in this order:
-    facets (facet_normal . x = facet_offset_m), convex edges edge_m (e, 2, 3) by their ends, corners corner_m (c, 3),
-    curves (k, width) in the columns of mill.curved_surfaces.CurveColumns.
+    facets (facet_normal . x = facet_offset_m), convex lines edge_m (e, 2, 3) by their ends, corners corner_m (c, 3),
+    curves (k, width) and rims (r, width) in the columns of mill.curved_surfaces.CurveColumns and mill.rims.RimColumns.
     """
 
     vertices_m: np.ndarray
@@ -38,6 +39,7 @@ class Geometry:
     edge_m: np.ndarray
     corner_m: np.ndarray
     curves: np.ndarray
+    rims: np.ndarray
 
     def foot(self, feature: np.ndarray, points: np.ndarray) -> np.ndarray:
         """The point (n, 3) of wall feature (n,) that is nearest to points (n, 3), all in the body frame [m]."""
@@ -56,6 +58,9 @@ class Geometry:
             on = feature == facets + edges + corners + number
             distance, direction, _ = touch_points(self.curves, number, points[on])
             feet[on] = points[on] - distance[:, None] * direction
+        for number, rim in enumerate(self.rims):
+            on = feature == facets + edges + corners + len(self.curves) + number
+            feet[on] = nearest_on_circle(rim, points[on])
         return feet
 
 
@@ -109,11 +114,12 @@ class Block:
 def body_of_feature(bodies: Sequence[Geometry], feature: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The body (n,) that features (n,) belong to, and their numbers (n,) within it.
 
-    Features are numbered as the simulation does: the facets of all bodies first, then convex edges, corners and curves.
+    Features are numbered as the simulation does: the facets of all bodies first, then convex lines, corners, curves
+    and rims.
     """
     counts = np.array([[len(getattr(body, name)) for body in bodies] for name in FEATURES])
     owner = np.concatenate([np.repeat(np.arange(len(bodies)), row) for row in counts])
-    # The order within a body is the same: facets, edges, corners, curves.
+    # The order within a body is the same: facets, lines, corners, curves, rims.
     before = np.cumsum(np.vstack([np.zeros(len(bodies), dtype=int), counts[:-1]]), axis=0)
     local = np.concatenate([first + np.arange(k) for k, first in zip(counts.ravel(), before.ravel(), strict=True)])
     return owner[feature], local[feature]
@@ -143,6 +149,8 @@ class Snapshots:
         self.config = json.loads(file.attrs["config"])
         self.inserts = [insert["name"] for insert in self.config["mill"].get("inserts", [])]
         groups = ["geometry", *(f"geometry/inserts/{name}" for name in self.inserts)]
+        if "rims" not in file["geometry"]:
+            raise ConfigError(f"{path}: geometry/rims is missing: written by another version; simulate this case again")
         self.bodies = tuple(Geometry(**{name: file[group][name][:] for name in GEOMETRY}) for group in groups)
         self.balls = self._group["position_m"].shape[1]
         # Runs of earlier versions only have balls of one size.
