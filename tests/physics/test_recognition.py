@@ -6,6 +6,7 @@ import trimesh
 
 from millprint.config.geometry import StlGeometry
 from millprint.mill.distance import signed_distance
+from millprint.mill.features import features_of
 from millprint.mill.vessel import Vessel, build_vessel, shape_vessel
 
 
@@ -83,12 +84,24 @@ def test_facets_that_are_meant_are_kept(mills, in_project):
     assert not from_file(mesh, faceted=True).curves
 
 
-def test_a_cone_and_a_rim_stay_as_they_are_drawn(in_project):
+def test_cones_and_rims_are_found(in_project):
     profile = np.array([[0, 0], [20, 0], [35, 30], [35, 40], [25, 40], [25, 50], [0, 50]]) / 1e3
     found = from_file(trimesh.creation.revolve(profile, sections=48))
-    # The upper bore ends in a rim that juts out, whose line stays straight from point to point.
-    assert len(found.curves) == 1
-    assert found.curves[0].major == pytest.approx(0.035, rel=1e-6)
+    assert sorted(curve.kind for curve in found.curves) == ["cone", "cylinder", "cylinder"]
+    (rim,) = features_of(found).rims
+    assert rim.radius == pytest.approx(0.025, rel=1e-6)
+
+
+def test_a_patch_is_exact_as_a_whole_or_flat_as_a_whole(in_project):
+    """A mantle that opens into facets that lie on no surface that is known."""
+    angle = 2 * np.pi * np.arange(48) / 48
+    mesh = trimesh.creation.revolve(np.array([[0, 0], [20, 0], [20, 30], [25, 50], [0, 50]]) / 1e3, sections=48)
+    upper = np.isclose(np.hypot(*mesh.vertices[:, :2].T), 0.025)
+    mesh.vertices[upper, :2] *= (1 + 0.1 * np.cos(3 * np.arctan2(*mesh.vertices[upper, 1::-1].T)))[:, None]
+    assert len(angle) < upper.sum() + 1
+    found = from_file(mesh)
+    assert not found.curves
+    assert "stay flat" in " ".join(found.report)
 
 
 def test_noise_of_the_file_is_passed_over_and_more_is_taken_as_drawn(mills, in_project):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from millprint.mill.features import features_of
 from millprint.mill.motion import motion_from_law
 from millprint.mill.wall_arrays import build_walls
 from millprint.mill.walls import touch
@@ -24,7 +25,7 @@ def touch_feature(walls, feature, point, limit):
 def touched(vessel, point) -> list[tuple[int, float, np.ndarray]]:
     """Features that a ball at `point` touches: (number, distance, direction)."""
     walls = build_walls([vessel], RADIUS, 3e-4, 0.02)
-    features = len(vessel.facets) + len(vessel.convex_edges) + len(vessel.corners)
+    features = len(vessel.facets) + len(features_of(vessel).lines) + len(features_of(vessel).corners)
     found = [(k, *touch_feature(walls, k, tuple(map(float, point)), RADIUS)) for k in range(features)]
     return [(k, distance, np.array(normal)) for k, distance, normal in found if distance >= 0]
 
@@ -43,7 +44,7 @@ def test_a_seam_is_felt_as_its_two_faces():
 
 def test_a_convex_edge_is_felt_once_all_the_way_round():
     vessel = prism(NOTCHED, 0.1)
-    assert len(vessel.convex_edges) == 1
+    assert len(features_of(vessel).lines) == 1
     for angle in np.linspace(np.pi / 2, 2 * np.pi, 181):
         point = 0.9 * RADIUS * np.array([np.cos(angle), np.sin(angle), 0]) + [0, 0, 0.05]
         # Above the edge the ball is beside the face x = 0, right of it under the face y = 0.

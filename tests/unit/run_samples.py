@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 
 from millprint.dem.store import put_geometry
+from millprint.mill.features import features_of
 from millprint.mill.vessel import Facet, Vessel
 
 RADIUS, BALLS, INTERVAL = 0.005, 5, 2e-3
@@ -46,7 +47,7 @@ def write_sample(
     velocity = 0.017 * 2 * np.pi * 10 * np.stack([-np.sin(phase), np.cos(phase), 0 * phase], axis=1)
     counts = random.integers(1, 6, steps)
     counts[0], counts[3] = 1, 0
-    features = len(vessel.facets) + len(vessel.convex_edges) + len(vessel.corners)
+    features = len(vessel.facets) + len(features_of(vessel).lines) + len(features_of(vessel).corners)
     first = random.integers(0, BALLS - 1, counts.sum())
     # A pair's second ball has the larger number.
     second = np.where(random.random(len(first)) < 0.5, first + 1, -1 - random.integers(0, features, len(first)))

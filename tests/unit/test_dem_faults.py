@@ -16,6 +16,7 @@ from millprint.dem.laws.hertz import impact
 from millprint.dem.layout import COUNTER, LANE, LANES, STATUS
 from millprint.dem.overlap import feature_at, overlap_in_words
 from millprint.dem.simulation import Simulation
+from millprint.mill.features import features_of
 from millprint.mill.kernel_columns import width_of
 from millprint.mill.vessel import build_vessel
 
@@ -146,11 +147,11 @@ def test_an_impact_reaches_the_overlap_at_which_all_its_energy_is_elastic():
 
 def test_corners_edges_seams_and_facets_are_told_apart():
     vessel = build_vessel(load_named(CONFIG / "mills", "emax_post", MillConfig, "mill"))
-    corner = vessel.corners[0].point if vessel.corners else vessel.vertices[0]
+    corner = features_of(vessel).corners[0].point if features_of(vessel).corners else vessel.vertices[0]
     assert feature_at(vessel, corner) == "a corner"
     seam = next(edge for edge in vessel.edges if edge.turn < 0)
     assert feature_at(vessel, (seam.start + seam.end) / 2) == "a seam"
-    for edge in vessel.convex_edges[:1]:
+    for edge in features_of(vessel).lines[:1]:
         assert feature_at(vessel, (edge.start + edge.end) / 2) == "a convex edge"
     assert feature_at(vessel, vessel.facets[0].loops[0][:3].mean(axis=0)) == "a facet"
 

@@ -17,6 +17,7 @@ from millprint.fingerprint.cases import enlarged, mill_cases
 from millprint.mill.bodies import build_bodies
 from millprint.mill.default_sweep import default_sweep
 from millprint.mill.distance import signed_distance
+from millprint.mill.features import features_of
 from millprint.mill.vessel import Vessel, build_vessel, check_volume, enclosed_volume, shape_facets
 from tests.conftest import ROOT
 
@@ -53,7 +54,7 @@ def test_a_drum_with_lifters_is_watertight_and_has_the_volume_of_its_section(axi
     assert mesh.is_watertight and mesh.is_winding_consistent
     assert vessel.volume_m3 * 1e9 == pytest.approx(section_mm2(geometry) * geometry.length_mm, rel=1e-9)
     # Two corners of each lifter's top jut into the drum.
-    assert len(vessel.convex_edges) == 2 * geometry.lifters.number
+    assert len(features_of(vessel).lines) == 2 * geometry.lifters.number
     assert np.ptp(vessel.vertices, axis=0)["xyz".index(axis)] == pytest.approx(23.5e-3)
 
 

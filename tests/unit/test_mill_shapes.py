@@ -11,7 +11,9 @@ from millprint.config.errors import ConfigError
 from millprint.config.geometry import GeometrySection, SolidGeometry, VesselGeometry
 from millprint.config.section import kind_of
 from millprint.mill import shapes
+from millprint.mill.borders import borders_of
 from millprint.mill.distance import SignedDistance
+from millprint.mill.features import features_of
 from millprint.mill.vessel import LATTICE, Facet, Vessel, shape_facets
 
 CAPSULE = {"kind": "cylinder", "radius_mm": 10, "height_mm": 45, "fillet_radius_mm": 10, "fillet_ends": "both"}
@@ -50,7 +52,7 @@ def test_a_hollow_is_watertight_and_smooth_ones_are_convex(name):
     assert mesh.is_watertight
     assert mesh.is_winding_consistent
     assert -mesh.volume == pytest.approx(made.volume_m3, rel=1e-9)
-    assert not made.convex_edges
+    assert not features_of(made).lines
     flat = [np.ptp(loop @ facet.normal) for facet in made.facets for loop in facet.loops]
     assert max(flat) < 3 * LATTICE * made.size
 
@@ -104,7 +106,9 @@ def test_the_bottom_of_a_lying_cup_is_towards_the_negative_side():
 def test_a_solid_is_the_hollow_turned_over(name):
     hollow, body = vessel(SHAPES[name]), solid(SHAPES[name])
     assert body.volume_m3 == pytest.approx(-hollow.volume_m3)
-    assert len(body.convex_edges) == len(hollow.edges)
+    borders = borders_of(hollow)
+    assert len(features_of(body).lines) == (~borders.is_drawn).sum()
+    assert len(features_of(body).rims) == len(borders.rims)
     points = np.random.default_rng(0).uniform(*(hollow.bounds * 1.3), (200, 3))
     assert SignedDistance(body)(points)[0] == pytest.approx(-SignedDistance(hollow)(points)[0], abs=1e-13)
 

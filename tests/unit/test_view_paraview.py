@@ -17,6 +17,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.mixture import BallMixture
 from millprint.config.sweep import Case, DemConfig, balls_of
 from millprint.dem.run import run_case
+from millprint.mill.features import features_of
 from millprint.view import snapshots as snapshots_module
 from millprint.view.paraview import BALL, WALL, export_run
 from millprint.view.snapshots import Snapshots, open_run
@@ -166,7 +167,7 @@ def test_feet_lie_on_facets_edges_and_corners(tmp_path):
     (foot,) = geometry.foot(np.array([len(vessel.facets)]), point)
     assert foot == pytest.approx([0, 0, 0.011])
     (foot,) = geometry.foot(np.array([len(vessel.facets) + 1]), point)
-    assert foot == pytest.approx(vessel.corners[0].point)
+    assert foot == pytest.approx(features_of(vessel).corners[0].point)
 
 
 THREE = BallMixture(name="three", sizes_mm=(12, 10, 6), numbers=(1, 1, 2))

@@ -338,8 +338,8 @@ def open_wall(balls, candidates, contacts, laws, walls, clock, k, time, totals, 
     normal = direction_to_laboratory(motions, body, direction)
     foot = wall_velocity(motions, body, add_scaled(position, -distance, normal))
     approach = dot(subtract(foot, row(balls.rate_now, i)), normal)
-    # Twice the way of a step, since the speed may be a little less now.
-    was_touched = distance + 2.0 * clock.step * max(approach, 0.0) < radius * (1.0 - 1e-12)
+    # Twice the way of a step, since the speed may be a little less now. A ball at rest has been put here.
+    was_touched = approach != 0.0 and distance + 2.0 * clock.step * max(approach, 0.0) < radius * (1.0 - 1e-12)
     old = predecessor(candidates, walls, body, k, point, distance, direction, radius, was_touched)
     if old == k:
         return

@@ -202,7 +202,9 @@ class _Circles:
         key = self._key(origin, axis, heights[0], radii[0], flat)
         chords = self.of_key.setdefault(key, _Chords(origin, axis, (flat[0], flat[1]), turn, outwards))
         other = np.cross(axis, chords.first)
-        begin, end = (math.atan2(float(each @ other), float(each @ chords.first)) for each in across[:: 1 if forward else -1])
+        begin, end = (
+            math.atan2(float(each @ other), float(each @ chords.first)) for each in across[:: 1 if forward else -1]
+        )
         width = (end - begin) % (2 * math.pi)
         chords.edges.append(number)
         chords.spans.append((begin % (2 * math.pi), begin % (2 * math.pi) + width))
@@ -321,13 +323,16 @@ class Side(NamedTuple):
     arc: Arc | None
 
 
-def outline_sides(loop: np.ndarray, numbers: np.ndarray, vessel: Vessel, borders: Borders) -> list[Side]:
-    """The sides of an outline (k, 3) of vertices `numbers` (k,).
+def outline_sides(vessel: Vessel, facet: int, loop: int) -> list[Side]:
+    """The sides of an outline of a facet, a number among its loops.
 
-    Chords of one circle that follow each other are one arc, of up to LONGEST_ARC.
+    Chords of one circle that follow each other are one arc, of up to LONGEST_ARC. A facet that only draws a curve stays
+    as it is drawn.
     """
+    borders, is_flat = borders_of(vessel), vessel.facet_curves[facet] < 0
+    numbers, points = vessel.loops[facet][loop], vessel.facets[facet].loops[loop]
     pairs = zip(numbers.tolist(), ahead(numbers).tolist(), strict=True)
-    arcs = [borders.arcs.get(vessel.edge_at[frozenset(pair)]) for pair in pairs]
+    arcs = [borders.arcs.get(vessel.edge_at[frozenset(pair)]) if is_flat else None for pair in pairs]
     count = len(arcs)
     # Begin where one circle ends.
     first = next((k for k in range(count) if arcs[k] is not arcs[k - 1]), 0)
@@ -335,7 +340,7 @@ def outline_sides(loop: np.ndarray, numbers: np.ndarray, vessel: Vessel, borders
     turned = 0.0
     for k in (*range(first, count), *range(first)):
         arc, end = arcs[k], (k + 1) % count
-        chord = np.linalg.norm(loop[end] - loop[k])
+        chord = np.linalg.norm(points[end] - points[k])
         angle = 2 * math.asin(min(1.0, float(chord) / (2 * arc.radius))) if arc else 0.0
         if arc and sides and sides[-1].arc is arc and sides[-1].end == k and turned + angle <= LONGEST_ARC:
             sides[-1], turned = sides[-1]._replace(end=end), turned + angle

@@ -11,7 +11,6 @@ and not in a line or circle, a ball would meet a step there, so that the whole p
 """
 
 import math
-from collections.abc import Iterable
 
 import numpy as np
 
@@ -32,39 +31,39 @@ MOST_FAILURES = 300
 WHOLE = 1e-3
 
 
-def _arcs_of_outline(loop: np.ndarray) -> list[np.ndarray]:
-    """Groups of points of an outline (k, 3) that follow each other on a circle in shallow steps."""
-    count = len(loop)
-    if count < FEWEST_STEPS + 1:
-        return []
-    sides = np.roll(loop, -1, axis=0) - loop
-    length = np.linalg.norm(sides, axis=1)
-    turn = np.arccos(np.clip((sides * np.roll(sides, 1, axis=0)).sum(axis=1) / length / np.roll(length, 1), -1, 1))
-    # Curvature at each vertex, by the circle through it and its neighbours.
-    bend = 2 * np.sin(turn) / np.linalg.norm(np.roll(loop, -1, axis=0) - np.roll(loop, 1, axis=0), axis=1)
-    runs, run = [], []
-    for k in range(count + FEWEST_STEPS):
-        at = k % count
-        is_round = SMALLEST_TURN < turn[at] < 2 * LARGEST_TURN
-        if is_round and (not run or abs(bend[at] - bend[run[-1] % count]) < 0.05 * bend[at]):
-            run.append(k)
+def _arcs_of_outline(flat: np.ndarray, near: float) -> list[np.ndarray]:
+    """Groups of points of an outline (k, 2) that lie on one circle in shallow steps, also where others interrupt it.
+
+    near: what points may be off [m].
+    """
+    before, after = np.roll(flat, 1, axis=0), np.roll(flat, -1, axis=0)
+    first, second = flat - before, after - flat
+    turn = np.arctan2(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0], (first * second).sum(axis=1))
+    groups: list[list[int]] = []
+    circles: list[Circle] = []
+    for k in np.flatnonzero((np.abs(turn) > SMALLEST_TURN) & (np.abs(turn) < 2 * LARGEST_TURN)).tolist():
+        own = np.array([before[k], flat[k], after[k]])
+        known = next((n for n, circle in enumerate(circles) if np.abs(circle.off(own)).max() < near), None)
+        if known is None:
+            groups.append([k])
+            circles.append(Circle.through(own))
         else:
-            runs.append(run)
-            run = [k] if is_round else []
-    runs.append(run)
-    return [loop[np.unique(np.array(run) % count)] for run in runs if len(run) >= FEWEST_STEPS]
+            groups[known].append(k)
+            circles[known] = Circle.through(flat[groups[known]]) if len(groups[known]) > 2 else circles[known]
+    return [flat[group] for group in groups if len(group) >= FEWEST_STEPS]
 
 
 def _axes_of_outlines(drawing: Drawing) -> list[Axis]:
     """The axes of the round outlines of flat facets, those of large circles first."""
     found = []
     for facet in drawing.vessel.facets:
+        first, second = facet.axes
         for loop in facet.loops:
-            for points in _arcs_of_outline(loop):
-                first, second = facet.axes
-                circle = Circle.through(points @ np.array([first, second]).T)
-                off = circle.off(points @ np.array([first, second]).T)
-                if np.abs(off).max() < LOOSE * drawing.tolerance:
+            if len(loop) <= FEWEST_STEPS:
+                continue
+            for flat in _arcs_of_outline(loop @ np.array([first, second]).T, LOOSE * drawing.tolerance):
+                circle = Circle.through(flat)
+                if np.abs(circle.off(flat)).max() < LOOSE * drawing.tolerance:
                     origin = circle.r * first + circle.z * second + facet.offset * facet.normal
                     found.append((circle.radius, Axis(origin, facet.normal)))
     return [axis for _, axis in sorted(found, key=lambda each: -each[0])]
@@ -75,35 +74,71 @@ def _axis_of_strip(drawing: Drawing, pair: tuple[int, int]) -> Axis | None:
     normals = drawing.normals[list(pair)]
     along = np.cross(*normals)
     along /= np.linalg.norm(along)
-    near = [facet for facet in drawing.around(pair, 6) if abs(drawing.normals[facet] @ along) < 1e-3]
+    axis = Axis(np.zeros(3), along)
+    sides = np.array([axis.u, axis.v]).T
+    circle = Circle.through(drawing.points(pair) @ sides)
+    if circle.radius > 10 * drawing.vessel.size:
+        return None
+    near = [
+        facet
+        for facet in drawing.around(pair, 12)
+        if abs(drawing.normals[facet] @ along) < 1e-2
+        and np.abs(circle.off(drawing.points([facet]) @ sides)).max() < LOOSE * drawing.tolerance
+    ]
     if len(near) < 3:
         return None
-    axis = Axis(np.zeros(3), along)
-    points = drawing.points(near)
-    flat = points @ np.array([axis.u, axis.v]).T
-    circle = Circle.through(flat)
-    if np.abs(circle.off(flat)).max() > LOOSE * drawing.tolerance or circle.radius > 10 * drawing.vessel.size:
-        return None
+    circle = Circle.through(drawing.points(near) @ sides)
     return Axis(circle.r * axis.u + circle.z * axis.v, along)
 
 
-def _fitted(drawing: Drawing, axis: Axis, seed: Iterable[int], kind: type[Line] | type[Circle]) -> Swept | None:
-    """The surface about an axis that grows from a seed of facets, each of whose vertices lies on it."""
+def _fitted(drawing: Drawing, axis: Axis, seed: tuple[int, int], kind: type[Line] | type[Circle]) -> list[Swept]:
+    """The surface about an axis that begins with two facets, each of whose vertices lies on it.
+
+    Its pieces, where other walls interrupt it; nothing where there is too little of it.
+    """
     flat, middles = axis.meridian(drawing.vessel.vertices), axis.meridian(drawing.middles)
-    facets, slack = np.array(list(seed)), LOOSE
+    facing = _facing(drawing, axis, middles)
+    facets = np.array(seed)
     for slack in (LOOSE, 2.0, 1.0, 1.0):
         vertices = np.unique(np.concatenate([drawing.vertices_of[facet] for facet in facets]))
         shape = kind.through(flat[vertices])
         if isinstance(shape, Circle) and abs(shape.r) < LOOSE * drawing.tolerance:
             shape.r = 0.0
             shape.z, shape.radius = _on_axis_circle(flat[vertices])
-        holds = drawing.worst(shape.off(flat)) <= slack * drawing.tolerance
         # A floor has its outline on the fillet that it joins: its middle is far from it.
         sag = SAG * (middles[:, 0] + (shape.radius if isinstance(shape, Circle) else 0.0)) + drawing.tolerance
-        facets = drawing.grown(seed, holds & (np.abs(shape.off(middles)) <= sag))
-        if len(facets) < FEWEST_STEPS:
-            return None
-    return Swept(axis, shape, facets)
+        holds = (drawing.worst(shape.off(flat)) <= slack * drawing.tolerance) & (np.abs(shape.off(middles)) <= sag)
+        slopes = _slopes(shape, middles)
+        side = (facing[seed[0]] * slopes[seed[0]]).sum()
+        holds &= ~drawing.taken & ((facing * slopes).sum(axis=1) * side > 0.5)
+        if not holds[list(seed)].any():
+            return []
+        facets = np.flatnonzero(holds)
+    whole = Swept(axis, shape, facets)
+    if not _is_enough(drawing, whole):
+        return []
+    pieces = []
+    left = set(facets.tolist())
+    while left:
+        piece = drawing.grown([min(left)], holds)
+        left -= set(piece.tolist())
+        pieces.append(Swept(axis, shape, piece))
+    return pieces
+
+
+def _facing(drawing: Drawing, axis: Axis, middles: np.ndarray) -> np.ndarray:
+    """The normals of the facets (f, 2) in the half plane about an axis."""
+    away = drawing.middles - axis.origin - np.outer(middles[:, 1], axis.along)
+    outwards = away / np.maximum(middles[:, :1], 1e-12)
+    return np.column_stack([(drawing.normals * outwards).sum(axis=1), drawing.normals @ axis.along])
+
+
+def _slopes(shape: Line | Circle, flat: np.ndarray) -> np.ndarray:
+    """Unit normals (n, 2) of a line or circle at points (n, 2) near it."""
+    if isinstance(shape, Line):
+        return np.broadcast_to([math.cos(shape.angle), math.sin(shape.angle)], flat.shape)
+    away = flat - [shape.r, shape.z]
+    return away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-12)
 
 
 def _on_axis_circle(flat: np.ndarray) -> tuple[float, float]:
@@ -151,14 +186,14 @@ def _about(drawing: Drawing, axis: Axis) -> list[Swept]:
             key = tuple(sorted(np.round(rings / (4 * drawing.tolerance)).astype(int).ravel().tolist()))
             if key in failed:
                 continue
-            swept = None
+            pieces = []
             if np.abs(kind.through(rings).off(own)).max() <= drawing.tolerance:
-                swept = _fitted(drawing, axis, pair, kind)
-            if swept is None or not _is_enough(drawing, swept):
+                pieces = _fitted(drawing, axis, pair, kind)
+            if not pieces:
                 failed.add(key)
-                continue
-            drawing.taken[swept.facets] = True
-            found.append(swept)
+            for piece in pieces:
+                drawing.taken[piece.facets] = True
+                found.append(piece)
     return found
 
 
@@ -192,7 +227,10 @@ def _spheres(drawing: Drawing) -> list[Swept]:
                 break
             middle, radius = _sphere(drawing.points(facets))
             off = np.linalg.norm(drawing.vessel.vertices - middle, axis=1) - radius
-            if radius > drawing.vessel.size or np.abs(off[drawing.vertices_of[pair[0]]]).max() > slack * drawing.tolerance:
+            if (
+                radius > drawing.vessel.size
+                or np.abs(off[drawing.vertices_of[pair[0]]]).max() > slack * drawing.tolerance
+            ):
                 facets = facets[:0]
                 break
             sunk = radius - np.linalg.norm(drawing.middles - middle, axis=1)
@@ -342,7 +380,9 @@ def _curves(drawing: Drawing, swept: Swept) -> list[tuple[Curve, np.ndarray]]:
     return [(curve, facets) for curve, facets in parts if len(facets)]
 
 
-def _sphere_arc(flat: np.ndarray, tolerance: float, radius: float) -> tuple[tuple[float, float], tuple[float, float]] | None:
+def _sphere_arc(
+    flat: np.ndarray, tolerance: float, radius: float
+) -> tuple[tuple[float, float], tuple[float, float]] | None:
     """The arc of a sphere about the origin of the half plane, None for a whole sphere."""
     around = np.arctan2(flat[:, 1], flat[:, 0])
     low, high = float(around.min()), float(around.max())
@@ -365,7 +405,9 @@ def _closes(drawing: Drawing, swept: Swept, begin: float, end: float) -> bool:
     return False
 
 
-def _moved_vertices(vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, planes: dict[int, np.ndarray]) -> np.ndarray:
+def _moved_vertices(
+    vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, planes: dict[int, np.ndarray]
+) -> np.ndarray:
     """The vertices (v, 3) where the surfaces meet on which they lie: by steps of least length (Newton)."""
     beside: list[set[int]] = [set() for _ in vessel.vertices]
     for facet, loops in enumerate(vessel.loops):

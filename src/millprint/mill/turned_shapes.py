@@ -13,7 +13,7 @@ LARGEST_TURN = 0.345
 SMALLEST_TURN = 1e-6
 # What vertices may be off, over the rounding of the file's coordinates, and at least as a share of the body's size.
 ROUNDINGS = 4.0
-LEAST = 1e-6
+LEAST = 3e-6
 # A first guess is from a few facets, whose noise it magnifies; what is found is fitted and checked again.
 LOOSE = 8.0
 

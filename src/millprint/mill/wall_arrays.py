@@ -1,7 +1,7 @@
 """The walls of a vessel as flat arrays, and a grid of cells that finds what is near a ball."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -23,12 +23,12 @@ CELLS_MAX = 1 << 24
 
 def facet_sides(vessel: Vessel) -> tuple[np.ndarray, np.ndarray]:
     """Number of sides of each facet (f,), and the sides (s, width) in the facets' own axes (walls.SideColumns)."""
-    counts, sides, borders = [], [], borders_of(vessel)
-    for facet, numbers in zip(vessel.facets, vessel.loops, strict=True):
+    counts, sides = [], []
+    for number, facet in enumerate(vessel.facets):
         axes = np.array(facet.axes).T
         counts.append(0)
-        for loop, own in zip(facet.loops, numbers, strict=True):
-            outline = outline_sides(loop, own, vessel, borders)
+        for which, loop in enumerate(facet.loops):
+            outline = outline_sides(vessel, number, which)
             counts[-1] += len(outline)
             flat = loop @ axes
             starts, ends = flat[[side.begin for side in outline]], flat[[side.end for side in outline]]
@@ -40,7 +40,10 @@ def facet_sides(vessel: Vessel) -> tuple[np.ndarray, np.ndarray]:
                     row_of[[SIDE.centre_u, SIDE.centre_v]] = middle = side.arc.centre @ axes
                     row_of[SIDE.radius] = side.arc.radius
                     # The chord of an arc of less than half a turn has its middle on the left where that turns left.
-                    begin, end = row_of[[SIDE.start_u, SIDE.start_v]] - middle, row_of[[SIDE.end_u, SIDE.end_v]] - middle
+                    begin, end = (
+                        row_of[[SIDE.start_u, SIDE.start_v]] - middle,
+                        row_of[[SIDE.end_u, SIDE.end_v]] - middle,
+                    )
                     row_of[SIDE.sense] = np.sign(begin[0] * end[1] - begin[1] * end[0])
             sides.append(rows)
     return np.array(counts), np.concatenate(sides)
