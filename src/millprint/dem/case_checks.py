@@ -45,7 +45,8 @@ def check_room(cases: Iterable[Case], mills: dict[str, MillConfig], bodies: dict
             balls = ball_count(fill, volume, diameter / 1000)
             what = f"{place}: fill_ratios = {fill:g}: {balls} balls of {diameter:g} mm"
             if balls > most:
-                raise ConfigError(f"{what} do not fit in mill {name}; at most {most * share:.2g}")
+                wall = "not one fits; the shape of a vessel is its hollow, not its wall"
+                raise ConfigError(f"{what} do not fit in mill {name}; {f'at most {most * share:.2g}' if most else wall}")
             if balls < 1:
                 raise ConfigError(f"{what} in mill {name}; one ball needs at least {share:.2g}")
 
