@@ -39,7 +39,8 @@ def ply_of_quads() -> bytes:
     properties = "".join(f"property double {axis}\n" for axis in "xyz")
     head = f"ply\nformat binary_big_endian 1.0\nelement vertex 8\n{properties}element face 6\n"
     rows = b"".join(b"\4" + np.array(quad, ">i4").tobytes() for quad in QUADS)
-    return f"{head}property list uchar int vertex_indices\nend_header\n".encode() + np.array(CORNERS, ">f8").tobytes() + rows
+    head += "property list uchar int vertex_indices\nend_header\n"
+    return head.encode() + np.array(CORNERS, ">f8").tobytes() + rows
 
 
 def is_closed(points: np.ndarray, triangles: np.ndarray) -> bool:
@@ -132,7 +133,7 @@ def test_what_is_no_surface_names_the_cause_in_one_line(content, part):
 
 @pytest.mark.parametrize("content", [BINARY, TEXT, HALVES, OBJ, PLY, PLY_TEXT, obj_of_quads(relative=False)])
 def test_a_file_that_is_cut_anywhere_is_never_a_smaller_closed_surface(content):
-    """One that is cut within its last line, or between two solids, may be read: as the whole surface, or an open one."""
+    """One that is cut in its last line, or between two solids, may be read: as the whole surface, or an open one."""
     read = 0
     for length in random.Random(0).sample(range(len(content)), 300 if len(content) > 300 else len(content)):
         try:

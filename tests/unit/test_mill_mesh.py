@@ -1,6 +1,7 @@
 """Vessels from files of triangles: the same facets as from parameters, and refusals of invalid surfaces."""
 
 import os
+import time
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +13,13 @@ from millprint.config.errors import ConfigError
 from millprint.config.geometry import StlGeometry
 from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
+from millprint.config.sweep import Case
+from millprint.dem.case_checks import check_room
+from millprint.mill.bodies import build_bodies
 from millprint.mill.intersect import self_intersection
-from millprint.mill.merge import merge_coplanar
+from millprint.mill.merge import FlatFacets, merge_coplanar, without_overlap
+from millprint.mill.mesh import read_surface
+from millprint.mill.mesh_file import read_triangles
 from millprint.mill.vessel import Vessel, build_vessel, check_volume, shape_facets
 
 MILLS = Path(__file__).parents[2] / "config/mills"
@@ -116,6 +122,76 @@ def test_a_finely_cut_curve_is_not_flattened():
     assert len(read("round.stl").facets) == 722
 
 
+def jar(radius: float, height: float, sections: int, fillet: float = 0) -> trimesh.Trimesh:
+    """A round hollow [mm], tilted so that no coordinate is exact, with six rows of facets across its fillet."""
+    angles = np.linspace(0, np.pi / 2, 7) if fillet else [np.pi / 2]
+    edge = [[radius - fillet + fillet * np.sin(angle), fillet * (1 - np.cos(angle))] for angle in angles]
+    mesh = trimesh.creation.revolve([[0, 0], *edge, [radius, height], [0, height]], sections=sections)
+    return mesh.apply_transform(trimesh.transformations.rotation_matrix(0.7, [0.3, 0.5, 0.8]))
+
+
+def write_stl(mesh: trimesh.Trimesh, number: str, noise: np.ndarray | float = 0.0) -> None:
+    """jar.stl as text, with a format of its numbers."""
+    rows = ["solid jar"]
+    for corners in mesh.triangles + noise:
+        rows += ["facet normal 0 0 0", "outer loop"]
+        rows += ["vertex " + " ".join(number % value for value in corner) for corner in corners]
+        rows += ["endloop", "endfacet"]
+    Path("jar.stl").write_text("\n".join([*rows, "endsolid"]))
+
+
+@pytest.mark.parametrize(
+    ("sizes", "number", "rounding_mm"),
+    [
+        ((40, 60, 24), "%.2f", 5e-3),
+        ((40, 60, 48, 5), "%.2f", 5e-3),
+        ((8, 20, 24), "%.3f", 5e-4),
+        ((8, 20, 48, 2), "%.3f", 5e-4),
+        ((8, 20, 96, 2), "%.4f", 5e-5),
+        ((20, 45, 48, 3), "%.6g", 5e-5),
+        ((20, 45, 48, 3), "%e", 5e-6),
+    ],
+)
+def test_flat_facets_are_found_with_the_rounding_of_the_file(sizes, number, rounding_mm):
+    """Two ends, and a facet for each section and row; corners in place, to what the rounding moves them."""
+    sections = sizes[2]
+    rows = 7 if len(sizes) > 3 else 1
+    write_stl(jar(*sizes), number)
+    surface = read_surface(StlGeometry(kind="stl", path="jar.stl", unit="mm"))
+    assert surface.rounding == pytest.approx(rounding_mm * 1e-3)
+    assert len(surface.facets) == 2 + sections * rows
+    assert sorted(len(loop) for loops in surface.facets for loop in loops)[-2:] == [sections] * 2
+    for unit, metre in (("inch", 25.4), ("cm", 10)):
+        scaled = read_surface(StlGeometry(kind="stl", path="jar.stl", unit=unit, scale=0.5))
+        assert scaled.rounding == pytest.approx(rounding_mm * 1e-3 * metre * 0.5)
+
+
+def test_a_point_that_is_rounded_in_two_ways_is_one():
+    """Each triangle has its own copy of a corner, which rounds up in one and down in another."""
+    mesh = jar(20, 45, 48, 3)
+    noise = np.random.default_rng(0).normal(scale=2e-5, size=mesh.triangles.shape)
+    write_stl(mesh, "%.3f", noise)
+    assert len(np.unique(read_triangles(Path("jar.stl").read_bytes())[0], axis=0)) > len(mesh.vertices)
+    assert read("jar.stl").volume_m3 == pytest.approx(mesh.volume * 1e-9, rel=1e-4)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("mesh", "facets"),
+    [
+        (trimesh.creation.icosphere(6, 20), 81_920),
+        (trimesh.creation.revolve([[0, 0], *([40, z] for z in range(100)), [0, 99]], sections=500), 502),
+    ],
+)
+def test_a_hundred_thousand_triangles_take_seconds(mesh, facets):
+    mesh.export("fine.stl")
+    block().export("warm.stl")
+    read("warm.stl")
+    begin = time.process_time()
+    assert len(read_surface(StlGeometry(kind="stl", path="fine.stl", unit="mm")).facets) == facets
+    assert time.process_time() - begin < 5
+
+
 @pytest.mark.parametrize(("unit", "metre"), [("mm", 1e-3), ("cm", 1e-2), ("m", 1.0), ("inch", 0.0254)])
 def test_units(unit, metre):
     size = 0.05 / metre
@@ -182,6 +258,20 @@ def test_a_lid_that_touches_its_jar_is_explained():
     lid.apply_translation([0, 0, 11.5])
     message = fault(join(block(), lid))
     assert "not manifold" in message and "there bodies touch" in message and "without its lid" in message
+
+
+def test_a_cup_drawn_as_its_own_wall_is_explained_where_no_ball_fits():
+    """Its wall is one closed surface, as a hollow is; the balls do not fit into it."""
+    cup = trimesh.creation.revolve([[0, 0], [20, 0], [20, 40], [16, 40], [16, 4], [0, 4]], sections=24)
+    cup.export("cup.stl")
+    content = load_named(MILLS, "emax", MillConfig, "mill").model_dump() | {"volume_ml": cup.volume / 1e3}
+    mill = MillConfig(**content | {"geometry": {"kind": "stl", "path": "cup.stl", "unit": "mm"}})
+    case = Case(
+        mill="emax", contact="calibrated", ball_diameter_mm=10, fill_ratio=0.1, speed_rpm=60, seed=0, settle_s=0.1,
+        discard_s=0.1, window_s=0.1, rayleigh_fraction=0.1,
+    )  # fmt: skip
+    with pytest.raises(ConfigError, match="not one does: the shape of a vessel is its hollow, not its wall"):
+        check_room([case], {"emax": mill}, {"emax": build_bodies(mill, 60)}, "my.yaml: sweep")
 
 
 def with_point(mesh: trimesh.Trimesh, face: int, point: np.ndarray) -> trimesh.Trimesh:
@@ -255,6 +345,15 @@ def test_a_surface_folded_onto_itself_is_found():
     assert self_intersection(points, np.array([[0, 1, 2], [1, 0, 3]]), 1e-9) == (0, 1)
     beside = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.2, -0.3, 0]], dtype=float)
     assert self_intersection(beside, np.array([[0, 1, 2], [1, 0, 3]]), 1e-9) is None
+
+
+@pytest.mark.parametrize(("turn", "overlaps"), [(300, False), (420, True)])
+def test_a_flat_ring_that_runs_over_itself_is_known(turn, overlaps):
+    """Its triangles all turn alike, and each meets only its neighbours in a side."""
+    angle = np.radians(np.linspace(0, turn, 40))
+    arm = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    facets = FlatFacets([[np.concatenate([2 * arm, arm[::-1]])]], np.zeros(78, dtype=int))
+    assert (without_overlap(facets) < 0).all() == overlaps
 
 
 def test_bent_pairs_are_not_merged():

@@ -1,7 +1,7 @@
 """By how much the coordinates of a file are rounded, from the coordinates themselves.
 
 Programs write a fixed number of decimals, a fixed number of digits, or 32-bit numbers, and may have rounded before, in
-another unit or format. So the digits of the text do not say it: all coordinates lie on a grid that no surface has by itself.
+another unit or format. So the digits in the file do not say it. But rounded coordinates all lie on a grid.
 """
 
 from collections.abc import Iterator

@@ -133,7 +133,8 @@ def self_intersection(
     """
     boxes = np.ptp(points[triangles], axis=1)
     # The sweep runs along the first axis; a cyclic change of axes keeps every sense of turning.
-    points = np.ascontiguousarray(np.roll(points, -int(np.argmin(boxes.mean(axis=0) / (np.ptp(points, axis=0) + 1e-300))), axis=1))
+    axis = int(np.argmin(boxes.mean(axis=0) / np.maximum(np.ptp(points, axis=0), np.finfo(float).tiny)))
+    points = np.ascontiguousarray(np.roll(points, -axis, axis=1))
     order = np.argsort(points[triangles].min(axis=1)[:, 0], kind="stable")
     triangles = np.ascontiguousarray(triangles[order])
     apart = np.full(len(order), -1) if apart is None else apart[order]

@@ -7,8 +7,8 @@ import shapely
 
 from millprint.run.kernel import array_maker
 
-# The normals of a facet and of a triangle in it differ by no more than this angle [rad], and what the tolerance makes of
-# the triangle's width.
+# The normals of a facet and of a triangle in it differ by no more than this angle [rad], and what the tolerance makes
+# of the triangle's width.
 NORMAL_ANGLE = 5e-3
 # Facets of more triangles are looked at as a whole, and not pair by pair.
 MANY_TRIANGLES = 16
@@ -40,7 +40,7 @@ def half_edges(triangles: np.ndarray) -> HalfEdges:
     return HalfEdges(start, end, twin)
 
 
-def _next(side):
+def _next(side: np.ndarray) -> np.ndarray:
     """The side that follows in the same triangle."""
     return side - side % 3 + (side + 1) % 3
 
@@ -53,7 +53,14 @@ def triangle_widths(corners: np.ndarray) -> np.ndarray:
 
 
 @array_maker()
-def _regions(corners, area_vector, least_facing, beside, order, tolerance):
+def _regions(
+    corners: np.ndarray,
+    area_vector: np.ndarray,
+    least_facing: np.ndarray,
+    beside: np.ndarray,
+    order: np.ndarray,
+    tolerance: float,
+) -> np.ndarray:
     """Number of the flat region of each triangle (t,); regions grow through sides, from the largest triangles first.
 
     A triangle belongs to a plane if its corners are within the tolerance and its area along the plane's normal is at
@@ -120,7 +127,9 @@ def _outlines(edges: HalfEdges, region: np.ndarray) -> tuple[np.ndarray, np.ndar
         following[inside] = _next(edges.twin[following[inside]])
     after = np.full(len(of_side), -1)
     after[border] = following
-    onward, sides, begins = after.tolist(), [], []
+    onward = after.tolist()
+    sides: list[int] = []
+    begins: list[int] = []
     for first in border.tolist():
         if onward[first] < 0:
             continue

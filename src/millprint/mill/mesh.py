@@ -1,7 +1,7 @@
 """Surfaces from files of triangles (STL, PLY, OBJ): checked, and merged into flat facets.
 
-Tolerances follow from the file's own rounding. A binary STL has 32-bit numbers: a coordinate of 35 mm is rounded by up to
-2 nm. What is written as text has as many digits as its writer gave it.
+Tolerances follow from the file's own rounding. A binary STL has 32-bit numbers: a coordinate of 35 mm is rounded by up
+to 2 nm. What is written as text has as many digits as its writer gave it.
 """
 
 from pathlib import Path
@@ -82,8 +82,8 @@ def _check_widths(points: np.ndarray, triangles: np.ndarray, tolerance: float) -
 
 ONE_BODY = "give one closed surface: only the hollow, without its lid"
 INSERTS = (
-    "each lifter, baffle or other body in it to a file of its own, one of `inserts`; without a `motion` it moves with the "
-    "vessel, and may stand in its wall"
+    "each lifter, baffle or other body in it to a file of its own, one of `inserts`; without a `motion` it moves with "
+    "the vessel, and may stand in its wall"
 )
 # A body in a hollow with a larger share of it may be the hollow of a vessel [-].
 LARGE = 0.25
@@ -148,8 +148,8 @@ def _check_pieces(points: np.ndarray, triangles: np.ndarray) -> None:
     inner = volumes[is_inner]
     if (inner * volumes[outer] < 0).any():
         raise ConfigError(
-            f"{pieces}: a vessel that is drawn as its own wall, with an outer and an inner surface; give only the hollow "
-            f"({np.abs(inner).sum() * 1e6:.4g} mL, its normals into the wall), not the wall around it"
+            f"{pieces}: a vessel that is drawn as its own wall, with an outer and an inner surface; give only the "
+            f"hollow ({np.abs(inner).sum() * 1e6:.4g} mL, its normals into the wall), not the wall around it"
         )
     if not len(inner):
         raise ConfigError(f"{pieces}; {ONE_BODY} (two hollows are two mills), and {INSERTS}")

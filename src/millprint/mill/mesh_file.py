@@ -1,7 +1,7 @@
 """Files of triangles: STL, PLY and OBJ as programs write them, read whole or refused in one line.
 
-The kind follows from the content, as names of files may be wrong. trimesh reads it; what it cannot read, and what it reads
-but for a part, is explained afterwards.
+The kind follows from the content, as names of files may be wrong. trimesh reads it. What it cannot read, or not as a
+whole, is explained afterwards.
 """
 
 import codecs
@@ -57,7 +57,8 @@ def _counted_from_the_start(text: str) -> str:
     for row, line in enumerate(lines):
         vertices += line.startswith("v ")
         if line.startswith("f ") and "-" in line:
-            lines[row] = re.sub(r" -(\d+)\S*", lambda back, last=vertices: f" {last + 1 - int(back[1])}", line)
+            corners = [each.split("/")[0] for each in line.split()[1:]]
+            lines[row] = "f " + " ".join(str(vertices + 1 + int(each)) if int(each) < 0 else each for each in corners)
     return "\n".join(lines)
 
 
@@ -107,7 +108,7 @@ def _unfinished(kind: str, content: bytes) -> str | None:
 def _unread(kind: str, content: bytes, points: np.ndarray, triangles: np.ndarray) -> str | None:
     """What of a file is not in the points and triangles that were read, or None."""
     stated = {"stl_ascii": content.count(b"endfacet"), "ply": _stated_faces(content).get(b"face", 0)}.get(kind, 0)
-    if len(triangles) < stated or kind == "stl_ascii" and 3 * stated != content.count(b"vertex"):
+    if len(triangles) < stated or (kind == "stl_ascii" and 3 * stated != content.count(b"vertex")):
         return f"of its {stated} faces {len(triangles)} can be read"
     if kind == "obj":
         last = np.array(content[content.rfind(b"\nv ") :].split()[1:4], dtype=float)
