@@ -41,8 +41,8 @@ def _mm(point: np.ndarray) -> str:
     return "(" + ", ".join(f"{value * 1e3:.4g}" for value in point) + ") mm"
 
 
-def _read_file(geometry: StlGeometry) -> tuple[np.ndarray, np.ndarray, float]:
-    """The points [m] and triangles as the file has them, nothing merged, and its rounding [m]."""
+def _read_file(geometry: StlGeometry) -> tuple[np.ndarray, np.ndarray]:
+    """The points in the file's unit and the triangles, nothing merged."""
     root = Path.cwd().resolve()
     path = (root / geometry.path).resolve()
     if not path.is_relative_to(root):
@@ -56,8 +56,7 @@ def _read_file(geometry: StlGeometry) -> tuple[np.ndarray, np.ndarray, float]:
         raise ConfigError(f"{len(triangles)} triangles, at most {MOST_TRIANGLES}: export it less finely")
     if not np.isfinite(points).all():
         raise ConfigError("has coordinates that are not finite numbers")
-    metres = METRES[geometry.unit] * geometry.scale
-    return points * metres, triangles, coordinate_rounding(points) * metres
+    return points, triangles
 
 
 def _check_size(points: np.ndarray, unit: str) -> None:
@@ -139,8 +138,10 @@ def _check_pieces(points: np.ndarray, triangles: np.ndarray) -> None:
     volumes = np.bincount(piece, _volumes(points, triangles)) / 6
     if len(volumes) == 1:
         return
-    corners = [points[triangles[piece == number]].reshape(-1, 3) for number in range(len(volumes))]
-    low, high = np.array([part.min(axis=0) for part in corners]), np.array([part.max(axis=0) for part in corners])
+    order = np.argsort(piece, kind="stable")
+    corners, begins = points[triangles[order]], np.searchsorted(piece[order], np.arange(len(volumes)))
+    low = np.minimum.reduceat(corners.min(axis=1), begins)
+    high = np.maximum.reduceat(corners.max(axis=1), begins)
     outer = int(np.argmax((high - low).prod(axis=1)))
     is_inner = (low > low[outer]).all(axis=1) & (high < high[outer]).all(axis=1)
     sizes = ", ".join(f"{volume * 1e6:.4g}" for volume in np.abs(volumes[:5])) + ", ..." * (len(volumes) > 5)
@@ -175,7 +176,10 @@ def _checked(points: np.ndarray, triangles: np.ndarray, tolerances: tuple[float,
     meeting = self_intersection(points, triangles, flat, without_overlap(facets))
     if meeting:
         first, second = points[triangles[list(meeting)]].mean(axis=1)
-        raise ConfigError(f"cuts through itself: the triangles at {_mm(first)} and {_mm(second)} intersect")
+        raise ConfigError(
+            f"cuts through itself: the triangles at {_mm(first)} and {_mm(second)} intersect; faces with more corners must "
+            "be exported as triangles"
+        )
     return facets
 
 
@@ -186,8 +190,11 @@ def read_surface(geometry: StlGeometry) -> Surface:
     is open, not manifold, inside out, in several pieces, cuts through itself or is of a size that no mill has.
     """
     try:
-        points, triangles, rounding = _read_file(geometry)
+        numbers, triangles = _read_file(geometry)
+        metres = METRES[geometry.unit] * geometry.scale
+        points = numbers * metres
         _check_size(points, geometry.unit)
+        rounding = coordinate_rounding(numbers) * metres
         equal = FLAT * max(float(np.ptp(points, axis=0).max()), float(np.abs(points).max()))
         # Each corner of a flat quadrilateral is off, so that the fourth is off the plane of three by the four together.
         facets = _checked(points, triangles, (equal, max(equal, 4 * rounding)))

@@ -16,6 +16,8 @@ from millprint.config.errors import ConfigError
 
 # A binary STL: a header with the number of triangles, then the triangles [bytes].
 HEADER, TRIANGLE = 84, 50
+# A larger number of triangles is not one, and the file is of another kind.
+MOST_STATED = 10_000_000
 UTF_16 = codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE
 PADDING = b"\0 \t\r\n"
 # How files begin that are sent or saved in place of a surface.
@@ -33,6 +35,8 @@ def _binary_stl(content: bytes) -> bytes:
     """A binary STL without padding."""
     triangles = int.from_bytes(content[HEADER - 4 : HEADER], "little")
     size = HEADER + TRIANGLE * triangles
+    if len(content) < size and triangles > MOST_STATED:
+        raise ConfigError(NOT_A_SURFACE)
     if len(content) < size:
         raise ConfigError(
             f"is cut, or not an STL: it has {len(content)} bytes of the {size} for {triangles} triangles; copy or "
@@ -72,7 +76,7 @@ def _kind_and_content(content: bytes) -> tuple[str, bytes]:
     for start, what in OTHER_FILES.items():
         if begin.startswith(start):
             raise ConfigError(what)
-    if re.match(rb"ply\s*\n", begin):
+    if re.match(rb"ply\s", begin):
         is_text = re.search(rb"\nformat +ascii", content[:1000])
         return "ply", _plain_text(content).encode() if is_text else content.lstrip()
     # The top byte of a number of triangles is zero, and a text has no such byte.
@@ -86,7 +90,7 @@ def _kind_and_content(content: bytes) -> tuple[str, bytes]:
     raise ConfigError(NOT_A_SURFACE)
 
 
-def _stated_faces(content: bytes) -> dict[bytes, int]:
+def _stated_numbers(content: bytes) -> dict[bytes, int]:
     """Numbers of elements in the header of a PLY."""
     head = content.partition(b"\nend_header")[0]
     return {name: int(number) for name, number in re.findall(rb"\nelement +(\w+) +(\d+)", head)}
@@ -100,14 +104,14 @@ def _unfinished(kind: str, content: bytes) -> str | None:
     if kind == "obj":
         return None if b"\nf " in content else "it has no faces"
     if kind == "ply" and b"\nformat ascii" in content:
-        rows, expected = content.partition(b"\nend_header\n")[2].count(b"\n"), sum(_stated_faces(content).values())
+        rows, expected = content.partition(b"\nend_header\n")[2].count(b"\n"), sum(_stated_numbers(content).values())
         return None if rows == expected else f"it has {rows} rows of numbers, not the {expected} of its header"
     return None
 
 
 def _unread(kind: str, content: bytes, points: np.ndarray, triangles: np.ndarray) -> str | None:
     """What of a file is not in the points and triangles that were read, or None."""
-    stated = {"stl_ascii": content.count(b"endfacet"), "ply": _stated_faces(content).get(b"face", 0)}.get(kind, 0)
+    stated = {"stl_ascii": content.count(b"endfacet"), "ply": _stated_numbers(content).get(b"face", 0)}.get(kind, 0)
     if len(triangles) < stated or (kind == "stl_ascii" and 3 * stated != content.count(b"vertex")):
         return f"of its {stated} faces {len(triangles)} can be read"
     if kind == "obj":
@@ -119,12 +123,12 @@ def _unread(kind: str, content: bytes, points: np.ndarray, triangles: np.ndarray
 
 def _why(kind: str, content: bytes, error: Exception) -> str:
     """Why a file could not be read."""
+    if kind == "ply" and b"\nformat ascii" not in content:
+        return "is cut, has bytes after its end, or faces of different numbers of corners; export it as triangles"
     if kind != "stl" and (comma := re.search(rb"[^\n]*\d,\d[^\n]*", content)):
         return f"has decimal commas ({comma[0].decode()[:60]}); export it with points"
     if cut := _unfinished(kind, content):
         return f"is cut: {cut}; copy or export it again"
-    if kind == "ply" and b"\nformat ascii" not in content:
-        return "is cut, has bytes after its end, or faces of different numbers of corners; export it as triangles"
     what = " ".join(str(error).split()) or type(error).__name__
     return f"cannot be read as {kind.split('_')[0].upper()} ({what})"
 
@@ -140,11 +144,13 @@ def read_triangles(content: bytes) -> tuple[np.ndarray, np.ndarray]:
             # Older numpy warns of a word among the numbers, and leaves out what follows.
             warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)
             mesh = trimesh.load_mesh(BytesIO(content), file_type=kind, process=False, skip_materials=True)
-        points, triangles = np.array(mesh.vertices, dtype=float), np.array(mesh.faces, dtype=np.int64).reshape(-1, 3)
+        points, triangles = np.array(mesh.vertices, dtype=float), np.array(mesh.faces, dtype=np.int64)
         if points.shape != (len(points), 3):
             raise ValueError("a point has fewer than three coordinates")
-        if len(triangles) and not -1 < triangles.min() <= triangles.max() < len(points):
-            raise ValueError("its faces name points that it does not have")
+        if triangles.size == 0:
+            triangles = triangles.reshape(0, 3)
+        elif triangles.shape[1] != 3 or not -1 < triangles.min() <= triangles.max() < len(points):
+            raise ValueError("its faces are not of points that it has")
         cut = _unfinished(kind, content) or _unread(kind, content, points, triangles)
     except Exception as error:  # whatever a reader of broken files may raise
         raise ConfigError(_why(kind, content, error)) from None
