@@ -73,6 +73,7 @@ def with_normals(normal: str) -> bytes:
         pytest.param(with_normals("0 0 0"), id="normals of zero"),
         pytest.param(with_normals("nan nan nan"), id="normals that are no numbers"),
         pytest.param(with_normals("0 0 -1"), id="wrong normals"),
+        pytest.param(with_normals("0,5 a -"), id="normals in words"),
         pytest.param(OBJ, id="OBJ"),
         pytest.param(OBJ.replace(b"v ", b" v\t").replace(b"f ", b"  f\t"), id="OBJ with tabs"),
         pytest.param(obj_of_quads(relative=False), id="OBJ of quads with materials"),
@@ -109,7 +110,7 @@ def packed(name: str) -> bytes:
         (OBJ[:200], "is cut: it has no faces"),
         (PLY[:-30], "is cut"),
         (PLY_TEXT[:-30], "is cut: it has 1"),
-        (TEXT.replace(b".", b","), "decimal commas (facet normal"),
+        (TEXT.replace(b".", b","), "decimal commas (facet"),
         (OBJ.replace(b".", b","), "decimal commas (v -25,0"),
         (PLY_TEXT.replace(b".", b",").replace(b"1,0", b"1.0", 1), "decimal commas"),
         (TEXT.replace(b"25.0", b"25.0mm", 1), "cannot be read as STL"),
@@ -131,7 +132,7 @@ def test_what_is_no_surface_names_the_cause_in_one_line(content, part):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("content", [BINARY, TEXT, HALVES, OBJ, PLY, PLY_TEXT, obj_of_quads(relative=False)])
+@pytest.mark.parametrize("content", [BINARY, TEXT, HALVES, OBJ, PLY, PLY_TEXT, *map(obj_of_quads, (False, True))])
 def test_a_file_that_is_cut_anywhere_is_never_a_smaller_closed_surface(content):
     """One that is cut in its last line, or between two solids, may be read: as the whole surface, or an open one."""
     read = 0

@@ -177,8 +177,8 @@ def _checked(points: np.ndarray, triangles: np.ndarray, tolerances: tuple[float,
     if meeting:
         first, second = points[triangles[list(meeting)]].mean(axis=1)
         raise ConfigError(
-            f"cuts through itself: the triangles at {_mm(first)} and {_mm(second)} intersect; faces with more corners must "
-            "be exported as triangles"
+            f"cuts through itself: the triangles at {_mm(first)} and {_mm(second)} intersect; export "
+            "faces of more than three corners as triangles"
         )
     return facets
 

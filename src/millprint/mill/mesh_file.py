@@ -55,15 +55,15 @@ def _plain_text(content: bytes) -> str:
     return re.sub(r"(?im)^(solid|endsolid)\b.*$", r"\1", text).rstrip() + "\n"
 
 
-def _counted_from_the_start(text: str) -> str:
+def _counted_from_the_start(content: bytes) -> bytes:
     """An OBJ whose faces name their corners by numbers from the first vertex, as not all count back from the last."""
-    lines, vertices = text.split("\n"), 0
+    lines, vertices = content.decode().split("\n"), 0
     for row, line in enumerate(lines):
         vertices += line.startswith("v ")
         if line.startswith("f ") and "-" in line:
             corners = [each.split("/")[0] for each in line.split()[1:]]
             lines[row] = "f " + " ".join(str(vertices + 1 + int(each)) if int(each) < 0 else each for each in corners)
-    return "\n".join(lines)
+    return "\n".join(lines).encode()
 
 
 def _kind_and_content(content: bytes) -> tuple[str, bytes]:
@@ -84,9 +84,10 @@ def _kind_and_content(content: bytes) -> tuple[str, bytes]:
         return "stl", _binary_stl(content)
     text = _plain_text(content)
     if re.search(r"(?im)^(solid|facet)\b", text):
-        return "stl_ascii", text.lower().encode()
+        # Its normals are not read: the order of the corners counts.
+        return "stl_ascii", text.lower().replace("normal", "").encode()
     if re.search(r"(?m)^v ", text):
-        return "obj", _counted_from_the_start(text).encode()
+        return "obj", text.encode()
     raise ConfigError(NOT_A_SURFACE)
 
 
@@ -140,6 +141,8 @@ def read_triangles(content: bytes) -> tuple[np.ndarray, np.ndarray]:
     """
     kind, content = _kind_and_content(content)
     try:
+        if kind == "obj":
+            content = _counted_from_the_start(content)
         with warnings.catch_warnings():
             # Older numpy warns of a word among the numbers, and leaves out what follows.
             warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)
