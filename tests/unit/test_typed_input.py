@@ -3,7 +3,6 @@
 import itertools
 
 import pytest
-import trimesh
 
 from millprint.checks.before_running import sign_warnings
 from millprint.cli.new_mill import completed, questions, read_template
@@ -15,7 +14,6 @@ from millprint.config.mill import MillConfig
 from millprint.config.strict_yaml import parse_yaml
 from millprint.config.wording import SAME_KIND, converted, list_words
 from millprint.config.workflow import WorkflowConfig
-from millprint.mill.mesh import whole_content
 
 TEMPLATE = read_template("planetary")
 MILL = completed("mine", "mine", TEMPLATE, {each.name: each.default for each in questions(TEMPLATE)})
@@ -139,34 +137,6 @@ def test_a_value_of_the_command_line_is_not_that_of_a_file(tmp_path):
     (tmp_path / "run.yaml").write_text("mill: emax\n")
     assert file_of_key([str(tmp_path / "run.yaml")], ("mill",), "Emax") == "--config"
     assert file_of_key([str(tmp_path / "run.yaml")], ("mill",), "emax").endswith("run.yaml")
-
-
-BOX = trimesh.creation.box((50, 50, 50))
-BINARY, TEXT = BOX.export(file_type="stl"), BOX.export(file_type="stl_ascii").encode()
-
-
-@pytest.mark.parametrize(
-    ("content", "part"),
-    [
-        (b"", "is empty"),
-        (BINARY[:300], "is cut"),
-        (BINARY + b"more", "4 bytes after its 12 triangles"),
-        (TEXT[:900], "is cut: it has no `endsolid`"),
-        (b"<html><body>Sign in</body></html>", "a page of the web"),
-        (b"version https://git-lfs.github.com/spec/v1\noid sha256:4d\nsize 12\n", "a pointer of Git LFS"),
-        (b"PK\x03\x04" + bytes(90), "a ZIP archive"),
-        (b"ISO-10303-21;\nHEADER;\n", "a STEP file"),
-    ],
-)
-def test_a_file_of_triangles_that_is_not_one_names_the_cause(content, part):
-    with pytest.raises(ConfigError) as caught:
-        whole_content(content, ".stl")
-    assert part in str(caught.value)
-
-
-def test_padding_of_a_file_of_triangles_is_left_out():
-    assert whole_content(BINARY + bytes(512), ".stl") == BINARY
-    assert whole_content(TEXT, ".stl") == TEXT
 
 
 def test_a_forgotten_sign_of_a_planetary_mill_is_told():

@@ -45,7 +45,9 @@ def check_room(cases: Iterable[Case], mills: dict[str, MillConfig], bodies: dict
             balls = ball_count(fill, volume, diameter / 1000)
             what = f"{place}: fill_ratios = {fill:g}: {balls} balls of {diameter:g} mm"
             if balls > most:
-                raise ConfigError(f"{what} do not fit in mill {name}; at most {most * share:.2g}")
+                wall = "not one does: the shape of a vessel is its hollow, not its wall"
+                room = f"at most {most * share:.2g}" if most else wall
+                raise ConfigError(f"{what} do not fit in mill {name}; {room}")
             if balls < 1:
                 raise ConfigError(f"{what} in mill {name}; one ball needs at least {share:.2g}")
 

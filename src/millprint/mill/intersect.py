@@ -109,32 +109,37 @@ def _meet(points, triangles, normal, a, b, tolerance):
 
 
 @array_maker()
-def _first_meeting(points, triangles, normal, low, high, order, tolerance):
-    for place in range(order.size):
-        a = order[place]
-        for other in range(place + 1, order.size):
-            b = order[other]
+def _first_meeting(points, triangles, normal, low, high, apart, tolerance):
+    for a in range(len(triangles)):
+        for b in range(a + 1, len(triangles)):
             if low[b, 0] > high[a, 0]:
                 break
-            apart = low[b, 1] > high[a, 1] or low[a, 1] > high[b, 1] or low[b, 2] > high[a, 2] or low[a, 2] > high[b, 2]
-            if not apart and _meet(points, triangles, normal, a, b, tolerance):
+            if low[b, 1] > high[a, 1] or low[a, 1] > high[b, 1] or low[b, 2] > high[a, 2] or low[a, 2] > high[b, 2]:
+                continue
+            if (apart[a] < 0 or apart[a] != apart[b]) and _meet(points, triangles, normal, a, b, tolerance):
                 return a, b
     return -1, -1
 
 
-def self_intersection(points: np.ndarray, triangles: np.ndarray, tolerance: float) -> tuple[int, int] | None:
+def self_intersection(
+    points: np.ndarray, triangles: np.ndarray, tolerance: float, apart: np.ndarray | None = None
+) -> tuple[int, int] | None:
     """Two triangles of a surface that cut through or cover each other, or None.
 
     points: (v, 3) [m]; triangles: (t, 3) rows of `points`, none without area; tolerance: heights up to this [m] count
-    as lying in a plane, so that surfaces which merely touch are accepted. Broad phase: the bounding boxes, sorted
-    along the longest axis and swept.
+    as lying in a plane, so that surfaces which merely touch are accepted; apart: (t,) two triangles of one number that
+    is not negative are known not to meet. Broad phase: the bounding boxes, swept along the axis on which they are
+    shortest.
     """
+    boxes = np.ptp(points[triangles], axis=1)
     # The sweep runs along the first axis; a cyclic change of axes keeps every sense of turning.
-    points = np.roll(points, -int(np.argmax(np.ptp(points, axis=0))), axis=1)
-    points, triangles = np.ascontiguousarray(points), np.ascontiguousarray(triangles)
+    axis = int(np.argmin(boxes.mean(axis=0) / np.maximum(np.ptp(points, axis=0), np.finfo(float).tiny)))
+    points = np.ascontiguousarray(np.roll(points, -axis, axis=1))
+    order = np.argsort(points[triangles].min(axis=1)[:, 0], kind="stable")
+    triangles = np.ascontiguousarray(triangles[order])
+    apart = np.full(len(order), -1) if apart is None else apart[order]
     corners = points[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.linalg.norm(normal, axis=1)[:, None]
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    a, b = _first_meeting(points, triangles, normal, low, high, np.argsort(low[:, 0], kind="stable"), tolerance)
-    return None if a < 0 else (int(a), int(b))
+    a, b = _first_meeting(points, triangles, normal, corners.min(axis=1), corners.max(axis=1), apart, tolerance)
+    return None if a < 0 else (int(order[a]), int(order[b]))

@@ -3,12 +3,15 @@
 from typing import NamedTuple
 
 import numpy as np
+import shapely
 
-# A triangle belongs to a facet if its corners are this close to the facet's plane, as a share of the surface's size:
-# sixteen times the rounding of the 32-bit numbers of a binary STL.
-FLAT = 1e-6
-# The normals of the two differ by no more than this angle [rad], if the triangle is wide enough to have a sure normal.
+from millprint.run.kernel import array_maker
+
+# The normals of a facet and of a triangle in it differ by no more than this angle [rad], and what the tolerance makes
+# of the triangle's width.
 NORMAL_ANGLE = 5e-3
+# Facets of more triangles are looked at as a whole, and not pair by pair.
+MANY_TRIANGLES = 16
 
 
 class HalfEdges(NamedTuple):
@@ -17,6 +20,13 @@ class HalfEdges(NamedTuple):
     start: np.ndarray  # (3 t,) vertex
     end: np.ndarray  # (3 t,)
     twin: np.ndarray  # (3 t,) the same side in the other triangle, in the opposite direction; -1 if there is none
+
+
+class FlatFacets(NamedTuple):
+    """The facets of a surface, each a list of loops (k, 3) [m] that run around it, and the facet of each triangle."""
+
+    loops: list[list[np.ndarray]]
+    of_triangle: np.ndarray  # (t,)
 
 
 def half_edges(triangles: np.ndarray) -> HalfEdges:
@@ -30,124 +40,154 @@ def half_edges(triangles: np.ndarray) -> HalfEdges:
     return HalfEdges(start, end, twin)
 
 
-def _next(side: int) -> int:
-    return side - 2 if side % 3 == 2 else side + 1
+def _next(side: np.ndarray) -> np.ndarray:
+    """The side that follows in the same triangle."""
+    return side - side % 3 + (side + 1) % 3
 
 
-class _Flatness:
-    """Which triangles lie in a plane."""
-
-    def __init__(self, points: np.ndarray, triangles: np.ndarray, tolerance: float) -> None:
-        self.corners, self.tolerance = points[triangles], tolerance
-        sides = np.roll(self.corners, -1, axis=1) - self.corners
-        self.area_vector = np.cross(sides[:, 0], sides[:, 1]) / 2
-        self.area = np.linalg.norm(self.area_vector, axis=1)
-        self.normal = self.area_vector / self.area[:, None]
-        width = 2 * self.area / np.linalg.norm(sides, axis=2).max(axis=1)
-        self.is_sliver = width < 20 * tolerance
-
-    def within(self, normal: np.ndarray, offset: float, which: np.ndarray) -> np.ndarray:
-        """Which of some triangles (numbers, n) lie in the plane normal . x = offset, facing its way."""
-        near = (np.abs(self.corners[which] @ normal - offset) <= self.tolerance).all(axis=1)
-        facing = self.normal[which] @ normal
-        return near & ((facing >= np.cos(NORMAL_ANGLE)) | (self.is_sliver[which] & (facing > 0)))
-
-    def offset(self, normal: np.ndarray, which: np.ndarray) -> float:
-        """Mean offset along a normal of some triangles' corners [m]."""
-        return float((self.corners[which] @ normal).mean())
+def triangle_widths(corners: np.ndarray) -> np.ndarray:
+    """The least height (t,) of triangles (t, 3, 3)."""
+    sides = np.roll(corners, -1, axis=1) - corners
+    twice_area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    return twice_area / np.maximum(np.linalg.norm(sides, axis=2).max(axis=1), np.finfo(float).tiny)
 
 
-def _grow(
-    seed: int, normal: np.ndarray, offset: float, flatness: _Flatness, twin: np.ndarray, free: np.ndarray
+@array_maker()
+def _regions(
+    corners: np.ndarray,
+    area_vector: np.ndarray,
+    least_facing: np.ndarray,
+    beside: np.ndarray,
+    order: np.ndarray,
+    tolerance: float,
 ) -> np.ndarray:
-    """Free triangles of a plane that are connected with `seed` through sides, in ascending order."""
-    found = front = np.array([seed])
-    seen = {seed}
-    while len(front):
-        beside = twin.reshape(-1, 3)[front].ravel() // 3
-        new = np.array([t for t in dict.fromkeys(beside.tolist()) if t not in seen and free[t]], dtype=np.int64)
-        seen.update(new.tolist())
-        front = new[flatness.within(normal, offset, new)]
-        found = np.concatenate([found, front])
-    return np.sort(found)
+    """Number of the flat region of each triangle (t,); regions grow through sides, from the largest triangles first.
 
-
-def _regions(flatness: _Flatness, twin: np.ndarray) -> np.ndarray:
-    """Number of the flat region of each triangle (t,); regions grow from the largest triangles first."""
-    region = np.full(len(flatness.area), -1)
-    regions = 0
-    for seed in np.argsort(-flatness.area, kind="stable"):
+    A triangle belongs to a plane if its corners are within the tolerance and its area along the plane's normal is at
+    least `least_facing`.
+    """
+    region, seen = np.full(order.size, -1), np.full(order.size, -1)
+    members = np.empty(order.size, dtype=np.int64)
+    regions, search = 0, 0
+    for seed in order:
         if region[seed] >= 0:
             continue
-        normal, members = flatness.normal[seed], np.array([seed])
+        members[0], found, normal = seed, 1, area_vector[seed]
         # The plane of one triangle may be off at the far end of a wide facet: fit it to all found, and search again.
         for _ in range(3):
-            grown = _grow(int(seed), normal, flatness.offset(normal, members), flatness, twin, region < 0)
-            if np.array_equal(grown, members):
+            before = found
+            normal = normal / np.sqrt((normal * normal).sum())
+            offset = 0.0
+            for member in members[:found]:
+                for k in range(3):
+                    offset += (corners[member, k] * normal).sum() / (3 * found)
+            search += 1
+            members[0], found, at = seed, 1, 0
+            seen[seed] = search
+            while at < found:
+                for side in range(3):
+                    other = beside[members[at], side]
+                    if seen[other] == search or region[other] >= 0:
+                        continue
+                    seen[other] = search
+                    height = 0.0
+                    for k in range(3):
+                        height = max(height, abs((corners[other, k] * normal).sum() - offset))
+                    if height <= tolerance and (area_vector[other] * normal).sum() >= least_facing[other]:
+                        members[found] = other
+                        found += 1
+                at += 1
+            if found == before:
                 break
-            members = grown
-            normal = flatness.area_vector[members].sum(axis=0)
-            normal /= np.linalg.norm(normal)
-        region[members] = regions
+            normal = np.zeros(3)
+            for member in members[:found]:
+                normal += area_vector[member]
+        region[members[:found]] = regions
         regions += 1
     return region
 
 
-def _outlines(edges: HalfEdges, region: np.ndarray) -> list[list[list[int]]]:
-    """Loops of vertices around each region, their interior on the left."""
+def _flat_regions(points: np.ndarray, triangles: np.ndarray, twin: np.ndarray, tolerance: float) -> np.ndarray:
+    corners = points[triangles]
+    area_vector = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
+    area = np.linalg.norm(area_vector, axis=1)
+    angle = NORMAL_ANGLE + 2 * tolerance / np.maximum(triangle_widths(corners), tolerance)
+    order = np.argsort(-area, kind="stable")
+    return _regions(corners, area_vector, area * np.cos(angle), twin.reshape(-1, 3) // 3, order, tolerance)
+
+
+def _outlines(edges: HalfEdges, region: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sides (n,) around each region, loop after loop, the interior on their left; where each loop begins (l,)."""
     of_side = np.repeat(region, 3)
     is_border = of_side != of_side[edges.twin]
-    loops: list[list[list[int]]] = [[] for _ in range(region.max() + 1)]
-    done = ~is_border
-    for first in np.flatnonzero(is_border):
-        if done[first]:
+    border = np.flatnonzero(is_border)
+    # On to the next border: around the vertex, through the triangles of the region.
+    following = _next(border)
+    while len(inside := np.flatnonzero(~is_border[following])):
+        following[inside] = _next(edges.twin[following[inside]])
+    after = np.full(len(of_side), -1)
+    after[border] = following
+    onward = after.tolist()
+    sides: list[int] = []
+    begins: list[int] = []
+    for first in border.tolist():
+        if onward[first] < 0:
             continue
-        loop, side = [], int(first)
-        while not done[side]:
-            done[side] = True
-            loop.append(int(edges.start[side]))
-            # On to the next border: around the vertex, through the triangles of the region.
-            side = _next(side)
-            while not is_border[side]:
-                side = _next(int(edges.twin[side]))
-        loops[region[first // 3]].append(loop)
-    return loops
+        begins.append(len(sides))
+        side = first
+        while onward[side] >= 0:
+            sides.append(side)
+            onward[side], side = -1, onward[side]
+    return np.array(sides), np.array(begins)
 
 
-def _straight_vertices(points: np.ndarray, loops: list[list[list[int]]], tolerance: float) -> set[int]:
-    """Vertices in the middle of a straight side between the same two facets, which are not corners."""
-    visits: dict[int, int] = {}
-    neighbours: dict[int, tuple[int, int]] = {}
-    for facet in loops:
-        for loop in facet:
-            for k, vertex in enumerate(loop):
-                visits[vertex] = visits.get(vertex, 0) + 1
-                neighbours[vertex] = loop[k - 1], loop[(k + 1) % len(loop)]
-    straight = set()
-    for vertex, count in visits.items():
-        before, after = (points[other] for other in neighbours[vertex])
-        chord, away = after - before, points[vertex] - before
-        length = np.linalg.norm(chord)
-        inside = 0 < away @ chord < length**2
-        if count == 2 and inside and np.linalg.norm(np.cross(chord, away)) <= tolerance * length:
-            straight.add(vertex)
-    return straight
+def _is_straight(points: np.ndarray, loops: np.ndarray, begins: np.ndarray, tolerance: float) -> np.ndarray:
+    """Which places (n,) of loops have a vertex in the middle of a straight side between the same two facets."""
+    rows = np.arange(len(loops))
+    lasts = np.append(begins[1:], len(loops)) - 1
+    before, after = rows - 1, rows + 1
+    before[begins], after[lasts] = lasts, begins
+    chord, away = points[loops[after]] - points[loops[before]], points[loops] - points[loops[before]]
+    length, along = np.linalg.norm(chord, axis=1), (away * chord).sum(axis=1)
+    is_between = (along > 0) & (along < length**2) & (np.bincount(loops)[loops] == 2)
+    straight = is_between & (np.linalg.norm(np.cross(chord, away), axis=1) <= tolerance * length)
+    return np.isin(loops, loops[straight])
 
 
-def merge_coplanar(points: np.ndarray, triangles: np.ndarray, size: float) -> list[list[np.ndarray]]:
-    """Facets of a closed surface, each a list of loops (k, 3) [m] that run around it, normals as the triangles'.
+def _area_vector(loop: np.ndarray) -> np.ndarray:
+    return np.cross(loop, np.roll(loop, -1, axis=0)).sum(axis=0) / 2
 
-    points: (v, 3) [m]; triangles: (t, 3); size: what the tolerances FLAT and NORMAL_ANGLE refer to [m]. The first loop
-    is the outer one, counter-clockwise about the normal.
+
+def merge_coplanar(points: np.ndarray, triangles: np.ndarray, tolerance: float) -> FlatFacets:
+    """Facets of a closed surface, normals as the triangles'.
+
+    points: (v, 3) [m]; triangles: (t, 3); tolerance: how far the corners of a triangle may be off its facet's plane
+    [m]. The first loop of a facet is the outer one, counter-clockwise about the normal.
     """
     edges = half_edges(triangles)
-    region = _regions(_Flatness(points, triangles, FLAT * size), edges.twin)
-    outlines = _outlines(edges, region)
-    straight = _straight_vertices(points, outlines, FLAT * size)
-    facets = []
-    for loops in outlines:
-        kept = [[vertex for vertex in loop if vertex not in straight] for loop in loops]
-        corners = [points[loop] for loop in kept]
-        corners.sort(key=lambda loop: -np.linalg.norm(np.cross(loop, np.roll(loop, -1, axis=0)).sum(axis=0)))
-        facets.append(corners)
-    return facets
+    region = _flat_regions(points, triangles, edges.twin, tolerance)
+    sides, begins = _outlines(edges, region)
+    loops = edges.start[sides]
+    kept = ~_is_straight(points, loops, begins, tolerance)
+    corners = np.split(points[loops[kept]], np.cumsum(np.add.reduceat(kept, begins, dtype=np.int64))[:-1])
+    facets: list[list[np.ndarray]] = [[] for _ in range(region.max() + 1)]
+    for facet, loop in zip(region[sides[begins] // 3].tolist(), corners, strict=True):
+        facets[facet].append(loop)
+    for found in facets:
+        if len(found) > 1:
+            found.sort(key=lambda loop: -np.linalg.norm(_area_vector(loop)))
+    return FlatFacets(facets, region)
+
+
+def without_overlap(facets: FlatFacets) -> np.ndarray:
+    """The facet of each triangle (t,), where it is known that the facet's triangles do not overlap; otherwise -1.
+
+    They turn alike about one normal, so that each covers a point of the plane as often as the outline winds around it.
+    An outline that is a valid polygon winds once around what is inside. Only facets of many triangles are looked at.
+    """
+    is_simple = np.zeros(len(facets.loops), dtype=bool)
+    for number in np.flatnonzero(np.bincount(facets.of_triangle) > MANY_TRIANGLES):
+        outer, *holes = facets.loops[number]
+        plane = np.argsort(np.abs(_area_vector(outer)))[:2]
+        is_simple[number] = shapely.Polygon(outer[:, plane], [hole[:, plane] for hole in holes]).is_valid
+    return np.where(is_simple[facets.of_triangle], facets.of_triangle, -1)

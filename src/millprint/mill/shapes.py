@@ -237,21 +237,21 @@ def _no_curves(_geometry: Any) -> list[Curve]:
     return []
 
 
-def _file_facets(geometry: StlGeometry) -> list[Loops]:
+def _file_surface(geometry: StlGeometry) -> tuple[list[Loops], float]:
     # Takes long to import, and few mills need it.
-    from millprint.mill.mesh import mesh_facets
+    from millprint.mill.mesh import read_surface
 
-    return mesh_facets(geometry)
+    return read_surface(geometry)
 
 
 @dataclass(frozen=True)
 class Shape:
     """A kind of shape: its facets and curves from its keys, and whether these are given as seen from inside."""
 
-    facets: Callable[[Any], list[Loops]]
+    facets: Callable[[Any], Any]
     curves: Callable[[Any], list[Curve]] = _no_curves
     from_inside: bool = True
-    # From a file, whose curves are to be found again (mill.recognition).
+    # From a file, whose curves are to be found again (mill.recognition): with its facets comes what they are rounded by.
     is_mesh: bool = False
 
 
@@ -261,7 +261,7 @@ SHAPES = {
     "lifter_drum": Shape(lifter_drum_facets, lifter_drum_curves),
     "box": Shape(box_facets),
     "paddles": Shape(paddles_facets, paddles_curves),
-    "stl": Shape(_file_facets, from_inside=False, is_mesh=True),
+    "stl": Shape(_file_surface, from_inside=False, is_mesh=True),
 }
 
 

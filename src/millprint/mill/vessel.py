@@ -27,7 +27,7 @@ CURVE_ANGLE = 0.6
 # An edge that turns by more juts into the vessel [rad].
 CONVEX = 1e-9
 # With more facets, the walls take days of a simulation.
-MOST_FACETS = 20_000
+MOST_FACETS = 200_000
 
 
 def cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
@@ -318,14 +318,21 @@ def shape_curves(geometry: GeometrySection, solid: bool) -> list[Curve]:
 
 
 def shape_facets(geometry: GeometrySection, place: str, solid: bool) -> list[Facet]:
+    """The facets of a shape, see `drawn_shape`."""
+    return drawn_shape(geometry, place, solid)[0]
+
+
+def drawn_shape(geometry: GeometrySection, place: str, solid: bool) -> tuple[list[Facet], float]:
     """The facets of a shape, their normals towards the balls: into a hollow, or out of a solid.
+
+    Further: the rounding of their vertices in a file [m].
 
     place: the YAML file and key, for refusals. Raises ValueError for a kind that is not in the registry of
     `mill.shapes`, and ConfigError for a file of triangles that is refused or for too many facets.
     """
     shape = shape_kind(geometry.kind)
     try:
-        outlines = shape.facets(geometry)
+        outlines, rounding = shape.facets(geometry) if shape.is_mesh else (shape.facets(geometry), 0.0)
     except ConfigError as error:
         raise ConfigError(f"{place}.{error}") from None
     if len(outlines) > MOST_FACETS:
@@ -335,7 +342,7 @@ def shape_facets(geometry: GeometrySection, place: str, solid: bool) -> list[Fac
         )
     if shape.from_inside == solid:
         outlines = [[loop[::-1] for loop in loops] for loops in outlines]
-    return [Facet.from_loops(loops) for loops in outlines]
+    return [Facet.from_loops(loops) for loops in outlines], rounding
 
 
 @dataclass(frozen=True)
@@ -351,7 +358,7 @@ class _Shape:
 
 @lru_cache(maxsize=64)
 def _vessel_of(shape: _Shape) -> Vessel:
-    facets = shape_facets(shape.geometry, shape.place, shape.solid)
+    facets, rounding = drawn_shape(shape.geometry, shape.place, shape.solid)
     curves = shape_curves(shape.geometry, shape.solid)
     vessel = Vessel(facets, shape.place, shape.solid, shape.geometry.smooth_axis, curves)
     if not shape_kind(shape.geometry.kind).is_mesh or shape.geometry.faceted:
@@ -359,7 +366,7 @@ def _vessel_of(shape: _Shape) -> Vessel:
     # Imports this module.
     from millprint.mill.recognition import recognise
 
-    return recognise(vessel, LATTICE * vessel.size)
+    return recognise(vessel, rounding)
 
 
 def shape_vessel(geometry: GeometrySection, place: str, solid: bool) -> Vessel:
