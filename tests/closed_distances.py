@@ -24,11 +24,12 @@ PAST = 1e-9
 
 
 class Feet(NamedTuple):
-    """Of points (n) and possible feet (m): pieces, then convex joints, then floor and lid of an extruded hollow."""
+    """Of points (n) and possible feet (m): pieces, then what juts in, then floor and lid of an extruded hollow."""
 
     distance: np.ndarray  # (n, m) infinite where there is no foot
     direction: np.ndarray  # (n, m, 3) from the wall to the ball
     inside: np.ndarray  # (n,) whether the point is in the hollow
+    place: np.ndarray  # (m,) number of a piece, a half more for the joint behind it; nan for a flat end
 
     @property
     def nearest(self) -> np.ndarray:
@@ -72,21 +73,26 @@ def _of_joint(corner: np.ndarray, before: np.ndarray, after: np.ndarray, at: np.
     return np.where(there, distance, np.inf), away / np.maximum(distance, 1e-300)[:, None]
 
 
-def _in_plane(hollow: Hollow, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distances (n, m) and directions (n, m, 2) of points (n, 2) of the profile's plane."""
+def _in_plane(hollow: Hollow, at: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[float]]:
+    """Distances (n, m), directions (n, m, 2) and `Feet.place` of points (n, 2) of the profile's plane."""
     pieces = hollow.pieces
-    found = [_of_piece(piece, at) for piece in pieces]
+    found, place = [_of_piece(piece, at) for piece in pieces], list(map(float, range(len(pieces))))
     for first, second, turn in hollow.joints:
         if turn < -SMOOTH:
             found.append(_of_joint(pieces[first].end, pieces[first].along(1.0), pieces[second].along(0.0), at))
+            place.append(first + 0.5)
     if hollow.is_turned:
         # Where the profile meets the axis, its mirror image goes on: a tip that juts in is a point to touch.
-        for corner, inwards in ((pieces[0].start, -pieces[0].along(0.0)), (pieces[-1].end, pieces[-1].along(1.0))):
-            is_tip = inwards[1] * (1 if corner is pieces[0].start else -1) > SMOOTH
+        begin, end = pieces[0].along(0.0), pieces[-1].along(1.0)
+        for corner, towards, is_tip, number in (
+            (pieces[0].start, -begin, begin[1] < -SMOOTH, -0.5),
+            (pieces[-1].end, end, end[1] < -SMOOTH, len(pieces) - 0.5),
+        ):
             if is_tip:
-                found.append(_of_joint(corner, inwards, -inwards, at))
+                found.append(_of_joint(corner, towards, -towards, at))
+                place.append(number)
     distance, direction = zip(*found, strict=True)
-    return np.stack(distance, axis=1), np.stack(direction, axis=1)
+    return np.stack(distance, axis=1), np.stack(direction, axis=1), place
 
 
 def in_profile(hollow: Hollow, at: np.ndarray) -> np.ndarray:
@@ -113,20 +119,20 @@ def feet(hollow: Hollow, points: np.ndarray) -> Feet:
         out = np.hypot(local[:, 0], local[:, 1])
         at = np.column_stack([out, local[:, 2]])
         outwards = np.column_stack([local[:, :2] / np.maximum(out, 1e-300)[:, None], np.zeros(len(out))])
-        distance, flat = _in_plane(hollow, at)
+        distance, flat, place = _in_plane(hollow, at)
         direction = flat[..., :1] * outwards[:, None] + flat[..., 1:] * [0.0, 0.0, 1.0]
         inside = in_profile(hollow, at)
     else:
         at, level = local[:, :2], local[:, 2]
-        distance, flat = _in_plane(hollow, at)
+        distance, flat, place = _in_plane(hollow, at)
         inside = in_profile(hollow, at)
         ends = np.where(inside[:, None], np.column_stack([level, hollow.height - level]), np.inf)
         distance = np.hstack([distance, np.where(ends > 0, ends, np.inf)])
         direction = np.concatenate([flat, np.zeros((*flat.shape[:2], 1))], axis=2)
         up = np.broadcast_to([[[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]], (len(at), 2, 3))
-        direction = np.concatenate([direction, up], axis=1)
+        direction, place = np.concatenate([direction, up], axis=1), [*place, math.nan, math.nan]
         inside = inside & (level > 0) & (level < hollow.height)
-    return Feet(distance, direction @ hollow.rotation.T, inside)
+    return Feet(distance, direction @ hollow.rotation.T, inside, np.array(place))
 
 
 def distance_to_triangles(triangles: np.ndarray, points: np.ndarray) -> np.ndarray:

@@ -132,7 +132,7 @@ SIZED = {
 @pytest.mark.parametrize("name", SIZED)
 def test_a_surface_of_given_sizes_is_touched_as_its_closed_form_says(name):
     hollow, section = SIZED[name]()
-    case, rng = Case(hollow, vessel_of(section), 1e-6, name), np.random.default_rng(0)
+    case, rng = Case(hollow, vessel_of(section), 1e-7, name), np.random.default_rng(0)
     for radius in (0.25, *radii_of(case, rng, 3)):
         assert check_contacts(case, radius, 60, rng) == []
     assert check_hits(case, 0.5 * hollow.tightest, 25, rng) == []
