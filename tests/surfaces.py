@@ -237,8 +237,9 @@ def check_hits(case: Case, radius: float, count: int, rng: np.random.Generator, 
     allowed = 1e-6 + 2.5 * case.tolerance / (0.02 * radius)
     return [
         f"ball of {radius:.4g} mm at {np.round(points[k], 5).tolist()} mm, velocity {np.round(velocity[k], 5).tolist()}"
-        f" m/s, has {1 + gain[k]:.7g} of its energy after the hit" for k in np.flatnonzero(free & (np.abs(gain) > allowed))
-    ]  # fmt: skip
+        f" m/s, has {1 + gain[k]:.7g} of its energy after the hit"
+        for k in np.flatnonzero(free & (np.abs(gain) > allowed))
+    ]
 
 
 def check(seed: int, places_each: int = 30, shots: int = 0, largest: int = 192) -> list[str]:

@@ -4,14 +4,20 @@ See `tests.surfaces` for what is checked, and for how the surface of one seed is
 """
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import Case as RunCase
+from millprint.config.sweep import DemConfig
+from millprint.dem.ledger import closure, ledger_series
+from millprint.dem.simulation import Simulation
 from millprint.mill.vessel import Vessel
 from tests.closed_distances import distance_to_triangles, feet, solid_angle
 from tests.physics.setups import CALIBRATED, FewBalls, prism
-from tests.profiles import Hollow, chain, hollow_of, mesh, stadium_pieces
+from tests.profiles import Hollow, chain, hollow_of, mesh, stadium_pieces, write_stl
 from tests.surfaces import MM, Case, check, check_contacts, check_hits, from_file, radii_of, vessel_of
 
 ELASTIC = CALIBRATED.model_copy(update={"restitution": 1.0, "static_friction": 0.0, "rolling_friction": 0.0})
@@ -220,3 +226,36 @@ def test_a_bead_rests_on_the_floor_of_a_round_jar_beside_its_mantle(facets, radi
     )  # fmt: skip
     world.run(4e-3)
     assert world.balls.position[0, 2] / MM == pytest.approx(radius, rel=0.02)
+
+
+# Mills
+
+
+JARS = {
+    "rim": opening(10),
+    "closing": opening(-5),
+    "seat": lathe((0, 0), (20, 0), (20, 30), (22, 30), (22, 34), (0, 34)),
+    "neck": lathe((0, 0), (20, 0), (20.5, 30), (14, 33), (14, 45), (0, 45)),
+    "dome": upright(chain([(0, -8), (20, 0), (21, 30), (0, 35)], [0.8, 0.0, 0.5], closed=False)),
+}
+MOTIONS = {
+    "planetary": ({"kind": "planetary", "sun_radius_mm": 70, "ratio": -2}, 400),
+    "shaken": ({"kind": "lissajous", "terms": [{"axis": "x", "amplitude_mm": 8},
+                                               {"axis": "z", "amplitude_mm": 8, "multiple": 2}]}, 900),
+}  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", JARS)
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_the_energy_balance_of_a_mill_with_a_drawn_jar_closes(name, motion):
+    keys, speed_rpm = MOTIONS[motion]
+    write_stl(Path("made.stl"), mesh(JARS[name], 24), None)
+    geometry = {"kind": "stl", "path": "made.stl", "unit": "mm"}
+    volume_ml = float(np.einsum("tc,tc->", (t := mesh(JARS[name], 24))[:, 0], np.cross(t[:, 1], t[:, 2]))) / 6e3
+    mill = MillConfig(name="made", title="x", source="x", volume_ml=volume_ml, volume_tolerance=0.05,
+                      geometry=geometry, motion=keys)  # fmt: skip
+    run = RunCase(mill="made", contact="calibrated", ball_diameter_mm=6, fill_ratio=0.15, speed_rpm=speed_rpm, seed=0,
+                  settle_s=0.02, discard_s=0.0, window_s=0.15, rayleigh_fraction=0.04)  # fmt: skip
+    simulation = Simulation(run, mill, CALIBRATED, DemConfig())
+    assert closure(ledger_series(np.concatenate(simulation.run("test").samples))) < 2e-3
