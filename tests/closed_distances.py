@@ -137,14 +137,17 @@ def feet(hollow: Hollow, points: np.ndarray) -> Feet:
 
 def distance_to_triangles(triangles: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Distances (n,) of points (n, 3) from the nearest of triangles (t, 3, 3), each with each."""
-    sides = np.roll(triangles, -1, axis=1) - triangles
-    normal = np.cross(sides[:, 0], sides[:, 1])
-    normal /= np.linalg.norm(normal, axis=1)[:, None]
-    best = np.full(len(points), np.inf)
+    middle = triangles.mean(axis=1)
+    reach = np.linalg.norm(triangles - middle[:, None], axis=2).max(axis=1)
+    best = np.empty(len(points))
     for k, point in enumerate(points):
-        away = point - triangles
-        over = (np.einsum("tsc,tsc->ts", np.cross(sides, away), normal[:, None].repeat(3, 1)) >= 0).all(axis=1)
-        height = np.abs(np.einsum("tc,tc->t", away[:, 0], normal))
+        to_middle = np.linalg.norm(point - middle, axis=1)
+        near = triangles[to_middle - reach <= to_middle.min()]
+        sides, away = np.roll(near, -1, axis=1) - near, point - near
+        normal = np.cross(sides[:, 0], sides[:, 1])
+        normal /= np.linalg.norm(normal, axis=1)[:, None]
+        over = ((np.cross(sides, away) * normal[:, None]).sum(axis=2) >= 0).all(axis=1)
+        height = np.abs((away[:, 0] * normal).sum(axis=1))
         along = np.clip((away * sides).sum(axis=2) / (sides**2).sum(axis=2), 0, 1)[..., None]
         to_sides = np.linalg.norm(away - along * sides, axis=2).min(axis=1)
         best[k] = np.where(over, height, to_sides).min()

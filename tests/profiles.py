@@ -188,17 +188,21 @@ def with_fillets(pieces: tuple[Piece, ...], rng: np.random.Generator, closed: bo
     return pieces
 
 
-def _end(rng: np.random.Generator, radius: float) -> tuple[float, float]:
-    """Of a floor from the axis out to a radius: by how much it rises, and the sweep of its arc [rad]."""
-    kind = rng.choice(["flat", "dome", "half sphere", "cone", "tip", "bulge"], p=[0.45, 0.2, 0.1, 0.15, 0.05, 0.05])
+def _end(rng: np.random.Generator, radius: float) -> tuple[list[tuple[float, float]], list[float]]:
+    """Points (r, z) of a floor from the axis out to its rim, which is at z = 0 and left out, and sweeps of the ways."""
+    kinds = ["flat", "dome", "half sphere", "cone", "tip", "bulge", "post"]
+    kind = rng.choice(kinds, p=[0.4, 0.2, 0.1, 0.15, 0.05, 0.05, 0.05])
     if kind in ("dome", "bulge"):
         sweep = math.radians(rng.uniform(15, 80)) * (1 if kind == "dome" else -0.5)
-        return radius * math.tan(sweep / 2), sweep
+        return [(0.0, -radius * math.tan(sweep / 2))], [sweep]
     if kind == "half sphere":
-        return radius, math.pi / 2
+        return [(0.0, -radius)], [math.pi / 2]
     if kind in ("cone", "tip"):
-        return radius * math.tan(math.radians(rng.uniform(2, 40))) * (1 if kind == "cone" else -0.5), 0.0
-    return 0.0, 0.0
+        return [(0.0, -radius * math.tan(math.radians(rng.uniform(2, 40))) * (1 if kind == "cone" else -0.5))], [0.0]
+    if kind == "post":
+        out, up = radius * rng.uniform(0.2, 0.5), radius * rng.uniform(0.1, 0.8)
+        return [(0.0, up), (out, up), (out + up * rng.choice([0.0, 0.2]), 0.0)], [0.0, 0.0, 0.0]
+    return [(0.0, 0.0)], [0.0]
 
 
 def _mantle(rng: np.random.Generator, radius: float) -> tuple[list[tuple[float, float]], list[float]]:
@@ -230,10 +234,11 @@ def turned(rng: np.random.Generator) -> Hollow | None:
     """A random profile from axis to axis; None where it is not one of a hollow that balls fit in."""
     radius = math.exp(rng.uniform(math.log(8), math.log(60)))
     mantle, sweeps = _mantle(rng, radius)
-    rise, floor = _end(rng, radius)
-    drop, lid = _end(rng, mantle[-1][0])
-    points = [(0.0, -rise), *mantle, (0.0, mantle[-1][1] + drop)]
-    pieces = with_fillets(chain(points, [floor, *sweeps, lid], closed=False), rng, closed=False, share=0.4)
+    floor, floor_sweeps = _end(rng, radius)
+    lid, lid_sweeps = _end(rng, mantle[-1][0])
+    points = [*floor, *mantle, *((r, mantle[-1][1] - z) for r, z in reversed(lid))]
+    pieces = chain(points, [*floor_sweeps, *sweeps, *reversed(lid_sweeps)], closed=False)
+    pieces = with_fillets(pieces, rng, closed=False, share=0.4)
     return _checked(Hollow("turned", pieces), rng)
 
 

@@ -14,7 +14,8 @@ import os
 import sys
 import tempfile
 from collections import Counter
-from itertools import pairwise
+from itertools import count as numbers
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -117,11 +118,11 @@ def places(hollow: Hollow, radius: float, gaps: np.ndarray, rng: np.random.Gener
     return points[found.inside & (found.nearest > 0.9 * radius)]
 
 
-def put(case: Case, points: np.ndarray, radius: float) -> Contacts:
+def put(vessel: Vessel, points: np.ndarray, radius: float) -> Contacts:
     """The contacts of balls that are put at points (n, 3) [mm], each as if it were alone."""
     world = FewBalls(
-        points * MM, radius=radius * MM, vessel=case.vessel, contact=ELASTIC, step=1e-12,
-        walls=walls_for(case.vessel, radius * MM), friction=np.zeros((len(points), 2)),
+        points * MM, radius=radius * MM, vessel=vessel, contact=ELASTIC, step=1e-12,
+        walls=walls_for(vessel, radius * MM), friction=np.zeros((len(points), 2)),
     )  # fmt: skip
     world.run(1e-12)
     lanes = np.flatnonzero(world.open_contacts.slot >= 0)
@@ -164,7 +165,7 @@ def check_contacts(case: Case, radius: float, count: int, rng: np.random.Generat
     if not len(points):
         return []
     exact = feet(hollow, points)
-    contacts = put(case, points, radius)
+    contacts = put(case.vessel, points, radius)
     # Where a foot comes or goes within the tolerance, there may be a contact more or less.
     moved = [feet(hollow, points + 4 * off * shift) for shift in np.vstack([np.eye(3), -np.eye(3)])]
     wrong = []
@@ -258,6 +259,11 @@ def check(seed: int, places_each: int = 30, shots: int = 0, largest: int = 192) 
         except SimulationError as error:
             wrong.append(f"balls of {radius:.4g} mm: {error}")
     return [f"{case.words}: {each}" for each in wrong]
+
+
+def small(count: int, largest: int = 400) -> list[int]:
+    """The first seeds whose surface has at most so many triangles where it is drawn with 24 facets a turn."""
+    return list(islice((seed for seed in numbers() if len(mesh(hollow_of(seed), 24)) <= largest), count))
 
 
 def kinds_of(hollow: Hollow, decimals: int | None) -> list[str]:
