@@ -2,9 +2,9 @@
 
 Each seed makes a hollow (`tests.profiles`), draws it as an STL file, has the library read it, and puts balls near its
 wall. They must touch where the closed form says (`tests.closed_distances`), as deep, in that direction, and once for a
-foot. On every tenth surface balls are shot at it without losses and must keep their energy, and the library's signed
-distance must be right. The command prints the seeds that fail, with profile and places, and ends with 1 if there are
-any. One surface again, with hits whatever its number, drawn as in the slow test:
+foot. On every tenth surface balls hit the wall and slide along it without losses, and must keep their energy, and the
+library's signed distance must be right. The command prints the seeds that fail, with profile and places, and ends with
+1 if there are any. One surface again, with hits whatever its number, drawn as in the slow test:
 
     python -m tests.surfaces --seed 4711 --count 1 --largest 24
 """
@@ -245,6 +245,32 @@ def check_hits(case: Case, radius: float, count: int, rng: np.random.Generator, 
     ]
 
 
+def check_slides(case: Case, radius: float, count: int, rng: np.random.Generator) -> list[str]:
+    """Whether balls of one radius [mm] that are pressed along the wall by a weight make energy, in words.
+
+    Without losses and friction they go twenty radii, over joints and hollows, as hops or in contact.
+    """
+    if not keeps_energy_in(case.hollow, radius):
+        return []
+    points = places(case.hollow, radius, np.full(count, 1e-3 * radius + 2 * case.tolerance), rng)
+    if not len(points):
+        return []
+    normal = feet(case.hollow, points).towards
+    velocity = np.cross(normal, rng.normal(size=normal.shape))
+    velocity /= np.linalg.norm(velocity, axis=1)[:, None]
+    unit = radius * MM
+    world = FewBalls(
+        points * MM, velocity, radius=unit, vessel=case.vessel, contact=ELASTIC, step=unit / 4000, skin=0.1 * unit,
+        walls=walls_for(case.vessel, unit), friction=np.zeros((len(points), 2)), gravity=-normal[0] * 0.2 / unit,
+    )  # fmt: skip
+    series = world.run(20 * unit, sample_every=4000)
+    gain = np.abs(series["imbalance_J"]).max() / series["kinetic_J"].iloc[0] * len(points)
+    # Over joints many times, and by the error of the step.
+    if gain < 5e-4 + 50 * case.tolerance / (0.02 * radius):
+        return []
+    return [f"of {len(points)} balls of {radius:.4g} mm that slide, one gains or loses {gain:.3g} of its energy"]
+
+
 def check_distance(case: Case, count: int, rng: np.random.Generator) -> list[str]:
     """Where the library's signed distance is not that of the closed form, in words; outside only its sign is known."""
     points = rng.uniform(*(case.vessel.bounds / MM), (count, 3))
@@ -270,6 +296,7 @@ def check(seed: int, places_each: int = 20, shots: int = 0, largest: int = 192) 
             wrong += check_contacts(case, radius, places_each, rng)
             if shots:
                 wrong += check_hits(case, radius, shots, rng_of_shots)
+                wrong += check_slides(case, radius, 8, rng_of_shots)
         except SimulationError as error:
             wrong.append(f"balls of {radius:.4g} mm: {error}")
     return [f"{case.words}: {each}" for each in wrong]

@@ -25,6 +25,7 @@ from tests.surfaces import (
     check_contacts,
     check_distance,
     check_hits,
+    check_slides,
     from_file,
     radii_of,
     small,
@@ -151,9 +152,10 @@ def test_a_surface_of_given_sizes_is_touched_as_its_closed_form_says(name):
     hollow, section = SIZED[name]()
     case, rng = Case(hollow, vessel_of(section), 1e-7, name), np.random.default_rng(0)
     for radius in (0.25, *radii_of(case, rng, 3)):
-        assert check_contacts(case, radius, 60, rng) == []
-    assert check_hits(case, 0.5 * hollow.tightest, 25, rng) == []
-    assert check_distance(case, 200, rng) == []
+        assert check_contacts(case, radius, 40, rng) == []
+    assert check_hits(case, 0.5 * hollow.tightest, 15, rng) == []
+    assert check_slides(case, 0.5 * hollow.tightest, 8, rng) == []
+    assert check_distance(case, 100, rng) == []
 
 
 # Surfaces from files
