@@ -117,7 +117,8 @@ def places(hollow: Hollow, radius: float, gaps: np.ndarray, rng: np.random.Gener
         short = np.where(np.isfinite(found.nearest), np.maximum(radius + gaps - found.nearest, 0.0), 0.0)
         points = points + short[:, None] * found.towards
     found = feet(hollow, points)
-    return points[found.inside & (found.nearest > 0.9 * radius)]
+    # In a tight corner a ball may still be pressed in.
+    return points[found.inside & (found.nearest > (radius + gaps / 2 if gaps.min() > 0 else 0.9 * radius))]
 
 
 def put(vessel: Vessel, points: np.ndarray, radius: float) -> Contacts:
