@@ -7,7 +7,7 @@ same seed, whatever was made before.
 
 import math
 import struct
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -91,8 +91,8 @@ class Hollow:
     kind: str
     pieces: tuple[Piece, ...]
     height: float | None = None
-    rotation: np.ndarray = None  # type: ignore[assignment]
-    shift: np.ndarray = None  # type: ignore[assignment]
+    rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
+    shift: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
     @property
     def is_turned(self) -> bool:
@@ -261,8 +261,7 @@ def _keyhole(rng: np.random.Generator, size: float) -> tuple[Piece, ...]:
     half = math.radians(rng.uniform(12, 50))
     out = size * rng.uniform(1.3, 2.2)
     foot, tip = size * np.array([math.cos(half), math.sin(half)]), np.array([out, size * math.sin(half)])
-    points = [foot, -foot * [1, -1] * [1, 1], foot * [1, -1], tip * [1, -1], tip]
-    points[1] = np.array([-size, 0.0])
+    points = [foot, (-size, 0.0), foot * [1, -1], tip * [1, -1], tip]
     arc = math.pi - half
     return with_fillets(chain(points, [arc, arc, 0, 0, 0], closed=True), rng, closed=True, share=0.4)
 
