@@ -25,7 +25,7 @@ HINT = || { ls .snakemake/locks/* >/dev/null 2>&1 && echo "If no other run works
 # The halves of `make test`.
 PARTS := test-workflow test-library
 
-.PHONY: help plan install thesis smoke validation unlock verify crate docs test check types kernels $(PARTS) fuzz kills slurm lint format bench ablations reference lock clean
+.PHONY: help plan install thesis smoke validation unlock verify crate docs test check types kernels $(PARTS) fuzz surfaces kills slurm lint format bench ablations reference lock clean
 
 # What any mill needs; `make thesis` and `make test` install the rest.
 install: $(VENV)/installed  ## install what any mill needs into .venv
@@ -96,6 +96,10 @@ test-library: $(VENV)/complete
 # COUNT damaged files, and KILLS kills; `make test` has 100 damaged files and 3 kills.
 fuzz: $(VENV)/complete
 	$(BIN)/python -m tests.fuzz --count $(or $(COUNT),5000) --seed $(or $(SEED),0)
+
+# COUNT random surfaces against closed forms; `make test` has 1,000 small ones.
+surfaces: $(VENV)/complete
+	$(BIN)/python -m tests.surfaces --count $(or $(COUNT),20000) --seed $(or $(SEED),0)
 
 kills: $(VENV)/complete
 	$(RUN) MILLPRINT_KILLS=$(or $(KILLS),50) MILLPRINT_KILL_SEED=$(or $(SEED),1) $(BIN)/pytest tests/workflow/test_kills.py

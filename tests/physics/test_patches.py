@@ -1,7 +1,7 @@
 """A wall is a surface: how it is cut into facets changes neither what a ball touches nor what a contact is.
 
-Random surfaces with shallow seams, steps and convex edges, every mill of config/, and hits on walls that are drawn in
-different ways. The exact signed distance (mill.distance) says what is right.
+Random floors of triangles with shallow seams, steps and convex edges, every mill of config/, and hits on walls that are
+drawn in different ways. `test_closed_surfaces.py` has surfaces that have a closed form.
 """
 
 from functools import cache
@@ -9,35 +9,20 @@ from functools import cache
 import numpy as np
 import pytest
 
+from millprint.config.mill import MillConfig
 from millprint.config.sweep import OVERLAP_LIMIT
 from millprint.dem.collisions import by_surface, collision_table
 from millprint.dem.few_balls import walls_for
 from millprint.dem.layout import COUNTER, ENDED
-from millprint.mill.bodies import build_bodies
 from millprint.mill.borders import SMOOTH_TURN
-from millprint.mill.distance import signed_distance
 from millprint.mill.features import features_of
-from millprint.mill.vessel import Facet, Vessel
-from millprint.mill.walls import touch
-from millprint.run.kernel import kernel
+from millprint.mill.vessel import Facet, Vessel, build_vessel
+from tests.closed_distances import distance_to_triangles, solid_angle
 from tests.physics.setups import CALIBRATED, FewBalls, box, prism
+from tests.surfaces import MM, put
 
 RADIUS = 5e-3
 FRICTIONLESS = CALIBRATED.model_copy(update={"static_friction": 0.0, "rolling_friction": 0.0})
-
-
-@kernel()
-def touch_features(walls, point, limit, found):
-    """The distance to each feature, by a function that only kernels may call."""
-    for feature in range(found.size):
-        found[feature] = touch(walls, feature, 0, point, limit)[0]
-
-
-def distances(walls, point, radius=RADIUS) -> dict[int, float]:
-    """Features that a ball at `point` touches, and how far they are [m]."""
-    found = np.empty(walls.patch.size)
-    touch_features(walls, tuple(map(float, point)), radius, found)
-    return {int(k): float(found[k]) for k in np.flatnonzero(found >= 0)}
 
 
 def open_features(vessel, walls, point, radius=RADIUS) -> list[int]:
@@ -73,55 +58,69 @@ def floor_grid(pitch: float, roughness: float, step: float, rng: np.random.Gener
     return np.stack([x + shift[0], y + shift[1], z], axis=-1)
 
 
-def lowered(distance, place, gap: float) -> np.ndarray:
+def corners(vessel: Vessel) -> np.ndarray:
+    """The corners (t, 3, 3) of a vessel's triangles [m]."""
+    points, triangles = vessel.triangles()
+    return points[triangles]
+
+
+def lowered(triangles: np.ndarray, place, gap: float) -> np.ndarray:
     """The point above `place` (2,) at which a ball has a gap to the surface [m], negative for an overlap."""
-    low, high = -0.02, 0.05
-    for _ in range(60):
+    low, high = triangles[..., 2].min(), 0.05
+    for _ in range(45):
         middle = (low + high) / 2
-        low, high = (middle, high) if -distance(np.array([*place, middle]))[0] < RADIUS + gap else (low, middle)
+        point = np.array([[*place, middle]])
+        low, high = (middle, high) if distance_to_triangles(triangles, point)[0] < RADIUS + gap else (low, middle)
     return np.array([*place, high])
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
-def test_contacts_of_a_random_surface_are_as_the_exact_distance_says(seed):
+def test_contacts_of_a_random_surface_are_as_the_distance_to_its_triangles(seed):
     rng = np.random.default_rng(seed)
     pitch, step = rng.choice([1.5e-3, 3e-3, 6e-3]), rng.choice([0.0, 0.0, 4e-3])
     roughness = pitch * rng.choice([1e-5, 1e-3, 0.02, 0.1, 0.3])
     vessel = tray(floor_grid(pitch, roughness, step, rng), 0.06, rng)
-    walls, distance = walls_for(vessel, RADIUS), signed_distance(vessel)
-    for _ in range(40):
-        point = lowered(distance, rng.uniform(1.6, 6.4, 2) * pitch, RADIUS * rng.uniform(-0.03, 0.01))
-        exact, touched = -distance(point)[0], distances(walls, point)
-        in_contact = open_features(vessel, walls, point)
-        if exact >= RADIUS:
-            assert not touched and not in_contact
-            continue
-        assert min(touched.values()) == pytest.approx(exact, rel=1e-9)
-        assert set(in_contact) <= set(touched)
-        # The deepest overlap is a contact, and nothing that is not a minimum of the exact distance.
-        assert min(touched[k] for k in in_contact) == pytest.approx(exact, rel=1e-9)
+    triangles, gaps = corners(vessel), RADIUS * rng.uniform(-0.03, 0.01, 40)
+    points = np.array([lowered(triangles, rng.uniform(1.6, 6.4, 2) * pitch, gap) for gap in gaps])
+    exact, contacts = distance_to_triangles(triangles, points), put(vessel, points / MM, RADIUS / MM)
+    for k, distance in enumerate(exact):
+        overlaps = contacts.overlap[contacts.ball == k] * MM
+        if distance >= RADIUS:
+            assert not len(overlaps)
+        else:
+            assert overlaps.max() == pytest.approx(RADIUS - distance, abs=1e-9 * RADIUS)
+
+
+def drawn_finely(mill: MillConfig) -> MillConfig:
+    """The mill with so many facets that its chords are off its round walls by less than 4e-4 of their radius."""
+
+    def fine(shape):
+        number = {"facets_per_half_circle": 60, "facets": 120, "fillet_facets": 30}
+        keys = {key: number[key] for key in number if isinstance(getattr(shape, key, None), int)}
+        post = {"post": fine(shape.post)} if getattr(shape, "post", None) else {}
+        return shape.model_copy(update={**keys, **post})
+
+    return mill if mill.geometry.faceted else mill.model_copy(update={"geometry": fine(mill.geometry)})
 
 
 @pytest.mark.slow
-def test_what_is_clear_of_a_mill_touches_nothing(mills):
-    """Every body of every mill, for its smallest ball: near vertices, where facets end."""
-    for name, mill in mills.items():
+def test_the_vessel_of_every_mill_is_touched_as_the_distance_to_fine_triangles_says(mills):
+    """By its smallest ball, near vertices, where facets end."""
+    for mill in {mill.geometry.model_dump_json(): mill for mill in mills.values()}.values():
         sizes = mill.sweep.ball_diameters_mm if mill.sweep else [10]
         radius = min(min(getattr(size, "sizes_mm", [size])) for size in sizes) / 2e3
-        for body in build_bodies(mill, 60.0):
-            rng = np.random.default_rng(0)
-            vertices, walls = body.vessel.vertices, walls_for(body.vessel, radius)
-            points = vertices[rng.integers(len(vertices), size=100)] + radius * rng.normal(size=(100, 3))
-            exact = -signed_distance(body.vessel)(points)[0]
-            for point, gap in zip(points, exact, strict=True):
-                if not 0 < gap < 3 * radius:
-                    continue
-                touched = distances(walls, point, radius)
-                if gap > radius:
-                    assert not touched, (name, body.name, point)
-                else:
-                    assert min(touched.values()) == pytest.approx(gap, rel=1e-9), (name, body.name, point)
+        vessel, triangles = build_vessel(mill), corners(build_vessel(drawn_finely(mill)))
+        rng, off = np.random.default_rng(0), 4e-4 * vessel.size
+        points = rng.choice(vessel.vertices, 80) + radius * rng.normal(size=(80, 3))
+        # The triangles' normals point inwards.
+        points = points[np.rint(solid_angle(triangles, points)) == -1]
+        gap = distance_to_triangles(triangles, points)
+        points, gap = points[gap > 0.8 * radius], gap[gap > 0.8 * radius]
+        contacts = put(vessel, points / MM, radius / MM)
+        for k, distance in enumerate(gap):
+            overlap = max([0.0, *contacts.overlap[contacts.ball == k] * MM])
+            assert abs(overlap - max(0.0, radius - distance)) < off, (mill.name, points[k])
 
 
 def flat_tray(seed: int, noise_m: float) -> Vessel:

@@ -62,17 +62,6 @@ def test_a_mesh_of_a_jar_is_that_jar(mills, in_project, name, fillet_facets, cur
     assert signed_distance(found)(moved)[0] == pytest.approx(signed_distance(given)(points)[0], abs=3e-7)
 
 
-@pytest.mark.slow
-def test_the_distance_to_a_round_jar_does_not_depend_on_its_facets(mills):
-    coarse, fine = shaped(mills, "planetary", 24, 5), shaped(mills, "planetary", 96, 20)
-    points = np.random.default_rng(1).uniform(*coarse.bounds, (1000, 3))
-    inside = signed_distance(fine)(points)[0] < 0
-    assert inside.sum() > 500
-    assert signed_distance(coarse)(points[inside])[0] == pytest.approx(
-        signed_distance(fine)(points[inside])[0], abs=1e-9
-    )
-
-
 @pytest.mark.parametrize("sides", [6, 12, 17])
 def test_a_prism_stays_a_prism(in_project, sides):
     mesh = trimesh.creation.cylinder(radius=0.03, height=0.05, sections=sides)

@@ -1,0 +1,278 @@
+"""Walls against closed forms that share no code with them: random hollows as meshes and by their sizes.
+
+See `tests.surfaces` for what is checked, and for how the surface of one seed is made again.
+"""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import Case as RunCase
+from millprint.config.sweep import DemConfig
+from millprint.dem.ledger import closure, ledger_series
+from millprint.dem.simulation import Simulation
+from millprint.mill.vessel import Vessel
+from tests.closed_distances import distance_to_triangles, feet, solid_angle
+from tests.physics.setups import CALIBRATED, FewBalls, prism
+from tests.profiles import Hollow, chain, hollow_of, mesh, stadium_pieces, write_stl
+from tests.surfaces import (
+    MM,
+    Case,
+    check,
+    check_contacts,
+    check_distance,
+    check_hits,
+    check_slides,
+    from_file,
+    radius_of,
+    small,
+    vessel_of,
+)
+
+ELASTIC = CALIBRATED.model_copy(update={"restitution": 1.0, "static_friction": 0.0, "rolling_friction": 0.0})
+
+
+@pytest.fixture(autouse=True)
+def in_project(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def upright(pieces: tuple, height: float | None = None, axis: str = "z", shift=(0.0, 0.0, 0.0)) -> Hollow:
+    order = {"x": [1, 2, 0], "y": [2, 0, 1], "z": [0, 1, 2]}[axis]
+    return Hollow("made", pieces, height).placed(np.eye(3)[:, order], np.array(shift))
+
+
+# The oracle itself
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(15))
+def test_the_closed_form_is_the_distance_to_fine_triangles(seed):
+    hollow, rng = hollow_of(seed), np.random.default_rng(seed)
+    triangles = mesh(hollow, 120)
+    low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
+    points = rng.uniform(low, high, (400, 3))
+    # Chords are off by the radius times 1 - cos (pi / 120), 3.4e-4.
+    off = 7e-4 * float((high - low).max())
+    some = points[:20]
+    sure = distance_to_triangles(triangles, some) > off
+    assert (feet(hollow, some).inside == (np.rint(solid_angle(triangles, some)) == 1))[sure].all()
+    inner = points[feet(hollow, points).inside][:15]
+    found = feet(hollow, inner)
+    np.testing.assert_allclose(found.nearest, distance_to_triangles(triangles, inner), atol=off)
+    # The gradient of the distance is the direction from the nearest foot.
+    shift = 1e-6 * found.towards
+    farther = feet(hollow, inner + shift).nearest - feet(hollow, inner - shift).nearest
+    np.testing.assert_allclose(farther, 2e-6, rtol=1e-3)
+
+
+def test_a_mesh_is_closed_and_faces_outwards():
+    for seed in range(40):
+        hollow = hollow_of(seed)
+        triangles = mesh(hollow, 24)
+        _, corner = np.unique(triangles.reshape(-1, 3).round(9), axis=0, return_inverse=True)
+        corner = corner.reshape(-1, 3)
+        sides = np.concatenate([corner[:, [0, 1]], corner[:, [1, 2]], corner[:, [2, 0]]])
+        assert len(np.unique(sides, axis=0)) == len(sides)
+        assert {tuple(side) for side in sides.tolist()} == {(b, a) for a, b in sides.tolist()}
+        volume = np.einsum("tc,tc->", triangles[:, 0], np.cross(triangles[:, 1], triangles[:, 2])) / 6
+        assert volume > 0
+
+
+def test_a_ball_in_a_corner_has_a_foot_on_each_wall_and_one_at_a_rim():
+    """A box with a step, by hand: two walls of a corner, one edge in its wedge, the wall beside it."""
+    step = upright(chain([(0, 0), (30, 0), (30, 20), (20, 20), (20, 40), (0, 40)], [0.0] * 6, closed=True), 50.0)
+    for point, distances in (
+        ([26, 5, 25], [4, 5]), ([18, 18, 25], [math.sqrt(8)]), ([17, 30, 25], [3]), ([25, 17, 25], [3, 5]),
+        ([27, 3, 2], [2, 3, 3]),
+    ):  # fmt: skip
+        found = feet(step, np.array([point], dtype=float))
+        assert found.inside.all()
+        near = np.sort(found.distance[found.distance < 6])
+        assert near == pytest.approx(distances)
+
+
+# Surfaces given by their sizes
+
+
+def cylinder(radius: float, height: float, fillet: float, ends: str, axis: str = "z") -> tuple[Hollow, dict]:
+    """A cylinder with fillets [mm] about its middle, and its section of the configuration."""
+    bottom, top = (fillet if ends in kinds else 0.0 for kinds in (("bottom", "both"), ("both",)))
+    points, quarter = [(0.0, -height / 2)], math.pi / 2
+    ways = [(radius - bottom, -height / 2, 0.0), (radius, bottom - height / 2, quarter),
+            (radius, height / 2 - top, 0.0), (radius - top, height / 2, quarter), (0.0, height / 2, 0.0)]  # fmt: skip
+    sweeps = []
+    for r, z, sweep in ways:
+        if math.dist(points[-1], (r, z)) > 1e-9:
+            points.append((r, z))
+            sweeps.append(sweep)
+    hollow = upright(chain(points, sweeps, closed=False), axis=axis, shift=(1.0, 2.0, 3.0))
+    section = {"kind": "cylinder", "radius_mm": radius, "height_mm": height, "fillet_radius_mm": fillet,
+               "fillet_ends": ends, "axis": axis, "centre_mm": [1, 2, 3], "facets": 24}  # fmt: skip
+    return hollow, section
+
+
+def lifter_drum(radius: float, length: float, number: int, width: float, height: float) -> tuple[Hollow, dict]:
+    foot, pitch = math.asin(width / 2 / radius), 2 * math.pi / number
+    points, sweeps = [], []
+    for k in range(number):
+        turn = np.array([[math.cos(k * pitch), math.sin(k * pitch)], [-math.sin(k * pitch), math.cos(k * pitch)]])
+        shell = [[radius * math.cos(angle), radius * math.sin(angle)] for angle in (foot, pitch - foot)]
+        points += list(np.array([[radius - height, -width / 2], [radius - height, width / 2], *shell]) @ turn)
+        sweeps += [0.0, 0.0, pitch - 2 * foot, 0.0]
+    hollow = upright(chain(points, sweeps, closed=True), length, "y", (0.0, -length / 2, 0.0))
+    lifters = {"number": number, "height_mm": height, "width_mm": width}
+    return hollow, {"kind": "lifter_drum", "radius_mm": radius, "length_mm": length, "axis": "y", "lifters": lifters}
+
+
+SIZED = {
+    "cylinder": lambda: cylinder(30, 40, 0, "none", "x"),
+    "jar": lambda: cylinder(30, 40, 5, "bottom", "y"),
+    "rounded": lambda: cylinder(30, 60, 8, "both"),
+    "capsule": lambda: cylinder(20, 70, 20, "both", "x"),
+    "sphere": lambda: cylinder(20, 40, 20, "both"),
+    "stadium": lambda: (
+        upright(stadium_pieces(20, 30), 25.0),
+        {"kind": "stadium", "end_radius_mm": 20, "straight_mm": 30, "height_mm": 25, "fillet_radius_mm": 0,
+         "facets_per_half_circle": 12},
+    ),
+    "box": lambda: (
+        upright(chain([(-15, -20), (15, -20), (15, 20), (-15, 20)], [0.0] * 4, closed=True), 50.0),
+        {"kind": "box", "x_mm": 30, "y_mm": 40, "z_mm": 50},
+    ),
+    "lifters": lambda: lifter_drum(50, 40, 6, 6, 5),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SIZED)
+def test_a_surface_of_given_sizes_is_touched_as_its_closed_form_says(name):
+    hollow, section = SIZED[name]()
+    case, rng = Case(hollow, vessel_of(section), 1e-7, name), np.random.default_rng(0)
+    for radius in (0.25, *(radius_of(case, rng) for _ in range(3))):
+        assert check_contacts(case, radius, 40, rng) == []
+    assert check_hits(case, 0.5 * hollow.tightest, 15, rng) == []
+    assert check_slides(case, 0.5 * hollow.tightest, 8, rng) == []
+    assert check_distance(case, 100, rng) == []
+
+
+# Surfaces from files
+
+
+@pytest.mark.parametrize("seed", [2, 7, 10, 16, 18, 31, 67, 84, 99, 104, 137, 271])
+def test_a_drawn_surface_is_touched_as_its_closed_form_says(seed):
+    assert check(seed, places_each=50, shots=10, largest=24) == []
+
+
+@pytest.mark.slow
+def test_a_thousand_drawn_surfaces_are_touched_as_their_closed_forms_say():
+    wrong = {}
+    for seed in small(1000):
+        if found := check(seed, shots=0 if seed % 10 else 5, largest=24, balls=1):
+            wrong[seed] = found
+    assert not wrong, f"{len(wrong)} surfaces: {wrong}"
+
+
+def lathe(*points: tuple[float, float]) -> Hollow:
+    """A turned hollow of lines [mm]."""
+    return upright(chain(list(points), [0.0] * (len(points) - 1), closed=False))
+
+
+def opening(turn_deg: float) -> Hollow:
+    """A cylinder of 15 mm that opens into a cone; closes into one if the angle is negative."""
+    top = 15 + 20 * math.tan(math.radians(turn_deg))
+    return lathe((0, 0), (15, 0), (15, 20), (top, 40), (0, 40))
+
+
+@pytest.mark.parametrize("turn", [2, 10, 20, 33, 40])
+def test_a_hit_on_a_rim_is_one_contact_of_its_restitution(turn):
+    """In the wedge between cylinder and cone, over the middle of a facet and over its border."""
+    case = from_file(opening(turn), 48, None)
+    contact = ELASTIC.model_copy(update={"restitution": 0.5})
+    for angle in (0.0, math.pi / 48):
+        lean = math.radians(turn) / 2
+        inwards = np.array([-math.cos(lean) * math.cos(angle), -math.cos(lean) * math.sin(angle), math.sin(lean)])
+        rim = np.array([15 * math.cos(angle), 15 * math.sin(angle), 20.0])
+        world = FewBalls((rim + 5.05 * inwards) * MM, -inwards, vessel=case.vessel, contact=contact, step=5e-7)
+        world.run(1.5e-3)
+        assert len(world.contacts) == 1
+        assert world.balls.velocity[0] @ inwards == pytest.approx(0.5, abs=5e-3)
+
+
+@pytest.mark.parametrize("turn", [1, 5, 15])
+def test_a_ball_that_slides_from_a_cylinder_into_a_cone_gains_nothing(turn):
+    case = from_file(opening(-turn), 24, None)
+    start, gravity = np.array([15 - 5, 0.0, 14.0]) * MM, np.array([0.5, 0.0, 0.0])
+    world = FewBalls(start, [0, 0, 0.5], vessel=case.vessel, contact=ELASTIC, gravity=gravity, step=5e-7)
+    energy = 0.125 - 0.5 * start[0]
+    for _ in world.chunks(0.03, 200):
+        now = 0.5 * (world.balls.velocity[0] ** 2).sum() - 0.5 * world.balls.position[0, 0]
+        assert now < energy * (1 + 2e-3)
+    assert now == pytest.approx(energy, rel=2e-3)
+
+
+def gutter(middle: float) -> Vessel:
+    """Floors that turn by -20, 0 and 20 degrees, the flat one between the others of a width [m]."""
+    side, rise = 0.05, 0.05 * math.tan(math.radians(20))
+    outline = [(-middle / 2 - side, rise), (-middle / 2, 0), (middle / 2, 0), (middle / 2 + side, rise)]
+    outline += [(middle / 2 + side, 0.2), (-middle / 2 - side, 0.2)]
+    return prism(np.array(outline), 0.1, np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]))
+
+
+@pytest.mark.parametrize("middle", [0.8e-3, 1.744e-3, 3e-3])
+@pytest.mark.parametrize("x", [0.0, 2e-5, 3e-4])
+def test_a_hit_in_a_narrow_gutter_makes_no_energy(middle, x):
+    world = FewBalls([x, -0.05, 5.3e-3], [0, 0, -0.3], vessel=gutter(middle), contact=ELASTIC, step=5e-8)
+    world.run(3e-3)
+    assert not (world.open_contacts.slot >= 0).any()
+    assert (world.balls.velocity**2).sum() == pytest.approx(0.09, rel=1e-6)
+
+
+@pytest.mark.parametrize("facets", [24, 48, 72])
+@pytest.mark.parametrize("radius", [0.5, 0.25, 0.1])
+def test_a_bead_rests_on_the_floor_of_a_round_jar_beside_its_mantle(facets, radius):
+    """In the crescent between the polygon of the floor's drawing and the circle."""
+    vessel = vessel_of({"kind": "cylinder", "radius_mm": 40, "height_mm": 60, "facets": facets})
+    angle = math.pi / facets
+    start = np.array([(40 - 1.02 * radius) * math.cos(angle), (40 - 1.02 * radius) * math.sin(angle), 1.1 * radius])
+    world = FewBalls(
+        start * MM, [0, 0, -0.05], radius=radius * MM, vessel=vessel, gravity=9.81, step=1e-6 * radius,
+        skin=radius * MM / 5,
+    )  # fmt: skip
+    world.run(4e-3)
+    assert world.balls.position[0, 2] / MM == pytest.approx(radius, rel=0.02)
+
+
+# Mills
+
+
+JARS = {
+    "rim": opening(10),
+    "closing": opening(-5),
+    "seat": lathe((0, 0), (20, 0), (20, 30), (22, 30), (22, 34), (0, 34)),
+    "neck": lathe((0, 0), (20, 0), (20.5, 30), (14, 33), (14, 45), (0, 45)),
+    "dome": upright(chain([(0, -8), (20, 0), (21, 30), (0, 35)], [0.8, 0.0, 0.5], closed=False)),
+}
+MOTIONS = {
+    "planetary": ({"kind": "planetary", "sun_radius_mm": 70, "ratio": -2}, 400),
+    "shaken": ({"kind": "lissajous", "terms": [{"axis": "x", "amplitude_mm": 8},
+                                               {"axis": "z", "amplitude_mm": 8, "multiple": 2}]}, 900),
+}  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", JARS)
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_the_energy_balance_of_a_mill_with_a_drawn_jar_closes(name, motion):
+    keys, speed_rpm = MOTIONS[motion]
+    write_stl(Path("made.stl"), mesh(JARS[name], 24), None)
+    geometry = {"kind": "stl", "path": "made.stl", "unit": "mm"}
+    volume_ml = float(np.einsum("tc,tc->", (t := mesh(JARS[name], 24))[:, 0], np.cross(t[:, 1], t[:, 2]))) / 6e3
+    mill = MillConfig(name="made", title="x", source="x", volume_ml=volume_ml, volume_tolerance=0.05,
+                      geometry=geometry, motion=keys)  # fmt: skip
+    run = RunCase(mill="made", contact="calibrated", ball_diameter_mm=6, fill_ratio=0.15, speed_rpm=speed_rpm, seed=0,
+                  settle_s=0.02, discard_s=0.0, window_s=0.15, rayleigh_fraction=0.04)  # fmt: skip
+    simulation = Simulation(run, mill, CALIBRATED, DemConfig())
+    assert closure(ledger_series(np.concatenate(simulation.run("test").samples))) < 2e-3
