@@ -8,6 +8,7 @@ from typing import Any
 
 from pydantic_core import ErrorDetails
 
+from millprint.config.decimals import meanings
 from millprint.config.section import NAME_PATTERN
 
 NUMBER = r"[-+]?\d*\.?\d+(?:e[-+]?\d+)?"
@@ -36,10 +37,8 @@ def number_meant(text: str) -> str:
     plain = re.sub(r"^(~|≈|ca\.?|about)", "", plain, flags=re.IGNORECASE)
     if re.fullmatch(r"[-+]?\d+(_\d+)+", plain):
         return plain.replace("_", "")
-    if re.fullmatch(r"[-+]?\d{1,3}(,\d{3})+\.\d+", plain):
-        return plain.replace(",", "")
-    if re.fullmatch(r"[-+]?\d+,\d+", plain):
-        return plain.replace(",", ".")
+    if "," in plain:
+        return " or ".join(meanings(plain))
     if re.fullmatch(NUMBER, plain, re.IGNORECASE):
         return re.sub(r"^([-+]?)0+(?=\d)", r"\1", plain)  # 070 is 56 in YAML 1.1
     if found := re.fullmatch(rf"({NUMBER})%", plain):
@@ -61,11 +60,12 @@ def number_words(text: Any, key: str) -> str:
     """What to write in place of a value that must be a number."""
     unit, shown = unit_of(key), ""
     if isinstance(text, str):
-        found = re.fullmatch(rf"\s*({NUMBER})\s*([a-zµ°]+[²³0-9]*)\s*", text.replace(",", "."), re.IGNORECASE)
-        if found and found[2].lower() == (unit or found[2]).lower():
-            return f"must be a number without a unit; write {found[1]}"
-        if found:
-            written = converted(float(found[1]), found[2].lower(), unit)
+        found = re.fullmatch(r"\s*([-+\d.,]+(?:e[-+]?\d+)?)\s*([a-zµ°]+[²³0-9]*)\s*", text, re.IGNORECASE)
+        values = meanings(found[1]) if found else []
+        if found and values and found[2].lower() == (unit or found[2]).lower():
+            return f"must be a number without a unit; write {' or '.join(values)}"
+        if found and values:
+            written = " or ".join(converted(float(value), found[2].lower(), unit) for value in values)
             return f"must be a number without a unit, in {unit}, as the key says" + (written and f"; write {written}")
         shown = number_meant(text)
         if ";" in text:
