@@ -112,7 +112,10 @@ def test_a_table_may_mix_measures(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("rows", "part"),
     [
-        ("speed_rpm ball_diameter_mm fill_ratio\n300 10 1,1\n", "conditions.tsv: row 1: fill_ratio = '1.1': must be less than 1"),
+        (
+            "speed_rpm ball_diameter_mm fill_ratio\n300 10 1,1\n",
+            "conditions.tsv: row 1: fill_ratio = '1.1': must be less than 1",
+        ),
         ("speed_rpm ball_diameter_mm filling\n300 10 0.1\n", "conditions.tsv: row 1.*filling = '0.1': unknown key"),
         ("speed_rpm ball_diameter_mm number\n300 10 9\n300 10 9\n", "conditions are the same: balls of 10 mm"),
         ("speed_rpm ball_diameter_mm number\n300 10 9\n300 10 12\n", "has 2 fill ratios; a fingerprint needs 3"),

@@ -92,7 +92,8 @@ def read_measured(path: str | Path, columns: Sequence[Number | Text], fewest_row
     """
     cells = read_cells(path)
     refuse_missing(path, [column.name for column in columns if not column.optional], cells.header)
-    frame = pd.DataFrame(cells.rows, columns=cells.header, dtype=object).replace("", np.nan)
+    frame = pd.DataFrame(cells.rows, columns=cells.header, dtype=object)
+    frame = frame.where(frame != "")
     if len(frame) < fewest_rows:
         raise ConfigError(f"{path}: {len(frame) or 'no'} rows; the table needs at least {fewest_rows}")
     present = [column for column in columns if column.name in frame]
@@ -123,14 +124,14 @@ def _numbers(cells: Cells, column: Number, frame: pd.DataFrame) -> np.ndarray:
     return found
 
 
-def _plain_texts(cells: Cells, column: Text, frame: pd.DataFrame) -> list[str | float]:
+def _plain_texts(cells: Cells, column: Text, frame: pd.DataFrame) -> pd.Series:
     """The texts of a column with plain numbers in them, NaN for an empty cell. Raises ConfigError for two readings."""
     found: list[str | float] = []
     for row, cell in enumerate(cells.column(column.name)):
         place = f"column {column.name}, {row_name(frame, row, column.name)}"
         plain = [cells.plain(part, place) or part for part in re.split(r"(\d[\d.,]*)", cell)]
         found.append("".join(plain) or nan)
-    return found
+    return pd.Series(found, dtype=object)
 
 
 def refuse_shares(frame: pd.DataFrame, path: str | Path, column: str) -> None:
@@ -145,6 +146,26 @@ def refuse_shares(frame: pd.DataFrame, path: str | Path, column: str) -> None:
             f"{path}: column {column}, {row_name(frame, row, column)} = {largest:g}: no value is above 1: is that "
             f"{100 * largest:g} % or {largest:g} %? Write {100 * largest:g}, or {largest:g} % with the sign"
         )
+
+
+def refuse_copies(frame: pd.DataFrame, path: str | Path, conditions: Sequence[str], result: str) -> None:
+    """Raise ConfigError if half of the repeated runs or more have the same result as another, to each digit.
+
+    A model that learns from some copies and is tested on others seems to know everything. Repetitions of a run scatter;
+    results at an end, 0 or 100 %, may be the same.
+    """
+    inner = frame[~frame[result].isin([0, 100])]
+    repeated = inner.duplicated(list(conditions), keep=False)
+    twins = inner[inner.duplicated([*conditions, result], keep=False)]
+    if twins.empty or 2 * len(twins) < repeated.sum():
+        return
+    first = twins.iloc[0]
+    again = twins[(twins[[*conditions, result]] == first[[*conditions, result]]).all(axis=1)].iloc[1]
+    copies = int(twins.duplicated([*conditions, result]).sum())
+    raise ConfigError(
+        f"{path}: copies of runs in {copies} rows: case {again[CASE]} has the settings of case {first[CASE]} and the "
+        f"same {result} = {first[result]:g}, as repeated runs hardly do; leave copies out, or give more digits"
+    )
 
 
 def read_printed(claims_path: str | Path) -> pd.Series:

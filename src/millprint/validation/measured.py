@@ -213,7 +213,7 @@ def read_measurements(path: str | Path, setups: Collection[str], fewest_rows: in
     """
     frame = read_measured(path, COLUMNS, fewest_rows)
     for name in (column.name for column in COLUMNS if isinstance(column, Text)):
-        frame[name] = frame[name].fillna("").astype(str) if name in frame else ""
+        frame[name] = frame[name].fillna("") if name in frame else ""
     frame["class"] = frame["class"].replace("", "measured")
     if "uncertainty" not in frame:
         frame["uncertainty"] = nan

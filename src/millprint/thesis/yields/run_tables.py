@@ -8,8 +8,9 @@ import pandas as pd
 
 from millprint.config.doe import DoeConfig, Factor
 from millprint.config.errors import ConfigError
+from millprint.config.rows import read_cells
 from millprint.config.yields import OtherSourcesConfig, YieldConfig
-from millprint.run.tables import CASE, Number, Text, read_measured, refuse_rows, refuse_shares
+from millprint.run.tables import CASE, Number, Text, read_measured, refuse_copies, refuse_rows, refuse_shares
 from millprint.thesis.doe.runs import PERCENT_YIELD, YIELD, read_runs
 from millprint.thesis.yields.features import CHEMICAL, CONDITIONS, FEATURES, FREQUENCY, NORMAL, TANGENTIAL
 
@@ -135,6 +136,9 @@ def read_other_runs(settings: OtherSourcesConfig, taken: Mapping[str, Collection
     )
     _check_names(frame, path, settings, taken, config)
     _check_units(frame, path)
+    refuse_copies(
+        frame.fillna(0.0), path, [SOURCE, *(name for name in (*CONDITIONS, *MILL_COLUMNS) if name in frame)], YIELD
+    )
     table = frame[[CASE, SOURCE, *CONDITIONS, YIELD]].assign(descriptors=GIVEN)
     for source in settings.sources:
         calculated = (frame[SOURCE] == source.name) & frame[NORMAL].isna()
@@ -172,7 +176,8 @@ def _check_units(frame: pd.DataFrame, path: str) -> None:
     for name in ENERGIES:
         partly = blank[name] & ~blank.all(axis=1)
         refuse_rows(frame, path, name, partly, "must be a number, or all three descriptors of the row empty")
-    for _, own in frame.groupby(SOURCE, sort=False):
+    signed = ["%" in cell for cell in read_cells(path).column(YIELD)]
+    for _, own in frame[~np.array(signed)].groupby(SOURCE, sort=False):
         refuse_shares(own, path, YIELD)
 
 
