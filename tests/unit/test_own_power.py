@@ -169,7 +169,6 @@ def test_a_bad_table_is_one_line(tmp_path, text, words):
     ("words", "said"),
     [
         (["warm", "my_card", "warm.csv", "--jar-kg", "0.5", "--start-s", "590"], "30 s of readings after it"),
-        (["warm", "my_card", "warm.csv", "--jar-kg", "-1"], "jar_kg"),
         (["warm", "my_card", "warm.csv", "--jar-kg", "1", "--start-s", "9", "--stop-s", "3"], "must be after start_s"),
         (["watt", "my_card", "loose.tsv", "fixed.tsv", "--efficiency", "0.8", "0.5"], "must not be above"),
         (["watt", "my_card", "loose.tsv", "no.tsv", "--efficiency", "0.5", "0.8"], "no.tsv: no such table"),

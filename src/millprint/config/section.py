@@ -76,6 +76,9 @@ ProjectFile = Annotated[str, InProject()]
 NAME_PATTERN = r"^[a-z][a-z0-9_]*$"
 Name = Annotated[str, Field(pattern=NAME_PATTERN, max_length=60)]
 Positive = Annotated[float, Field(gt=0)]
+# Balls of any mill, from beads of 20 micrometres [mm], and what they are made of, from plastic to gold [kg/m3].
+Diameter = Annotated[float, Field(ge=0.02, le=10_000)]
+Density = Annotated[float, Field(ge=100, le=25_000)]
 NonNegative = Annotated[float, Field(ge=0)]
 Fraction = Annotated[float, Field(gt=0, lt=1)]
 

@@ -1,6 +1,7 @@
 """What is wrong with a value and what to write instead, in words, for each kind of fault that pydantic finds."""
 
 import difflib
+import math
 import re
 from collections.abc import Callable, Iterable
 from pathlib import PurePath
@@ -8,7 +9,7 @@ from typing import Any
 
 from pydantic_core import ErrorDetails
 
-from millprint.config.decimals import meanings
+from millprint.config.decimals import PLAIN, meanings
 from millprint.config.section import NAME_PATTERN
 
 NUMBER = r"[-+]?\d*\.?\d+(?:e[-+]?\d+)?"
@@ -22,7 +23,13 @@ SAME_KIND = (
     {"s": 1.0, "min": 60.0, "h": 3600.0, "ms": 1e-3},
     {"rpm": 1.0, "hz": 60.0},
     {"gpa": 1.0, "mpa": 1e-3, "pa": 1e-9},
+    {"kg_m3": 1.0, "g/cm3": 1e3},
 )
+# Units in which people give a value by mistake, the likeliest first.
+LIKELY_UNITS = {
+    "mm": ("m", "cm", "µm"), "kg": ("g",), "g": ("kg", "mg"), "rpm": ("hz",), "hz": ("rpm",), "ml": ("l",),
+    "s": ("min", "h"), "h": ("min", "s"), "kg_m3": ("g/cm3",), "gpa": ("mpa", "pa"),
+}  # fmt: skip
 LETTERS = {"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "-": "_", " ": "_"}
 
 
@@ -110,11 +117,21 @@ def _shape(error: ErrorDetails, key: str) -> str:
     return f"must have the pattern {pattern}"
 
 
+def _number_of(value: Any) -> float:
+    """A number or its text; whole numbers may be larger than any other number."""
+    return math.inf if len(str(value)) > 300 else float(value)
+
+
 def _bound(words: str, name: str) -> Callable[[ErrorDetails, str], str]:
     def told(error: ErrorDetails, key: str) -> str:
-        limit, value = error["ctx"][name], error["input"]
-        percent = isinstance(value, int | float) and limit == 1 and 1 < value < 100 and not unit_of(key)
-        return f"must be {words} {limit:g}" + (f"; write {value / 100:g} for {value:g} %" if percent else "")
+        limit, value, unit = error["ctx"][name], _number_of(error["input"]), unit_of(key)
+        if limit == 1 and 1 < value < 100 and not unit:
+            return f"must be {words} {limit:g}; write {value / 100:g} for {value:g} %"
+        for other in LIKELY_UNITS.get(unit.lower(), ()) if value > 0 else ():
+            meant = converted(value, other, unit)
+            if float(meant) > limit if name[0] == "g" else float(meant) < limit:
+                return f"must be {words} {limit:g} {unit.replace('_', '/')}; is it in {other}? Write {meant}"
+        return f"must be {words} {limit:g}"
 
     return told
 
@@ -134,7 +151,10 @@ def _section(error: ErrorDetails, key: str) -> str:
 WORDS: dict[str, Callable[[ErrorDetails, str], str]] = {
     "float_parsing": _number,
     "float_type": _number,
-    "int_parsing": _number,
+    "int_parsing": lambda error, key: (
+        "must be a whole number" if PLAIN.fullmatch(error["input"].strip()) else _number(error, key)
+    ),
+    "finite_number": lambda error, key: "must be a finite number",
     "int_type": _number,
     "int_from_float": lambda error, key: "must be a whole number",
     "string_type": lambda error, key: (

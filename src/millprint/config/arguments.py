@@ -1,0 +1,35 @@
+"""Words of a command line as values: each has the range of the key that it stands for, and the words of its faults."""
+
+from argparse import ArgumentTypeError
+from collections.abc import Callable
+from typing import Annotated, Any
+
+from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
+
+from millprint.config.errors import readable
+from millprint.config.section import Section
+from millprint.config.wording import in_words
+
+# Simulations or jobs at a time.
+Cores = Annotated[int, Field(ge=1, le=100_000)]
+
+
+def value_of(key: str, kind: Any) -> Callable[[str], Any]:
+    """What reads a word, for `type` of argparse; key: names the unit, as speed_rpm does; kind: an annotated type."""
+    adapter = TypeAdapter(kind, config=ConfigDict(allow_inf_nan=False))
+
+    def read(word: str) -> Any:
+        try:
+            return adapter.validate_python(word)
+        except ValidationError as error:
+            raise ArgumentTypeError(readable(f"{word!r}: {in_words(error.errors()[0], key)}")) from None
+
+    # What argparse calls the value.
+    read.__name__ = key
+    return read
+
+
+def value_of_key(section: type[Section], key: str) -> Callable[[str], Any]:
+    """What reads a word that stands for a key of a section, as `value_of`."""
+    field = section.model_fields[key]
+    return value_of(key, Annotated[field.annotation, *field.metadata] if field.metadata else field.annotation)
