@@ -48,3 +48,27 @@ def test_a_reader_that_ends_gets_no_traceback():
     done = subprocess.run([sys.executable, "-m", "millprint.cli"], stdout=write, stderr=subprocess.PIPE, check=False)
     os.close(write)
     assert done.returncode == 141 and not done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("sun_radius_mm=12.5", "warning: config/mills/a.yaml: motion.sun_radius_mm = 12.5"),
+        ("ball_diameters_mm=125", "a ball of that size does not fit"),
+        ("speeds_rpm=12", "is the speed in Hz?"),
+        ("ball_diameters_mm=0.5", "h of one core"),
+        ("radius_mm=0.0375", "geometry.radius_mm = 0.0375: must be greater than or equal to 1 mm; is it in m? Write 37.5"),
+    ],
+)
+def test_a_new_mill_says_what_is_unlikely(tmp_path, monkeypatch, capsys, words, said):
+    monkeypatch.chdir(tmp_path)
+    main(["new", "planetary", "--name", "a", "--no-picture", "--set", words])
+    assert said in capsys.readouterr().err
+
+
+def test_powder_that_no_jar_holds_is_refused(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = "name: a\nmill: planetary\nspeed_rpm: 400\nballs: {diameter_mm: 10, fill_ratio: 0.2}\n"
+    (tmp_path / "a.yaml").write_text(text + "powder: {name: quartz, mass_g: 5.0e+9}\n")
+    assert main(["card", "a.yaml"]) == 1
+    assert "powder.mass_g = 5e+09: more than the jar" in capsys.readouterr().err

@@ -50,6 +50,7 @@ def _takes(annotation: Any, kind: type) -> bool:
 
 # Sizes and positions of mills [mm], with bounds beyond any machine but without overflow.
 Size = Annotated[float, Field(ge=0.01, le=10_000)]
+VesselSize = Annotated[float, Field(ge=1, le=10_000)]
 Place = Annotated[float, Field(ge=-10_000, le=10_000)]
 Vector = tuple[float, float, float]
 PlaceVector = tuple[Place, Place, Place]
