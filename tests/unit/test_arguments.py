@@ -56,8 +56,11 @@ def test_a_reader_that_ends_gets_no_traceback():
         ("sun_radius_mm=12.5", "warning: config/mills/a.yaml: motion.sun_radius_mm = 12.5"),
         ("ball_diameters_mm=125", "a ball of that size does not fit"),
         ("speeds_rpm=12", "is the speed in Hz?"),
-        ("ball_diameters_mm=0.5", "h of one core"),
-        ("radius_mm=0.0375", "geometry.radius_mm = 0.0375: must be greater than or equal to 1 mm; is it in m? Write 37.5"),
+        pytest.param("ball_diameters_mm=1", "h of one core", marks=pytest.mark.slow),
+        (
+            "radius_mm=0.0375",
+            "geometry.radius_mm = 0.0375: must be greater than or equal to 1 mm; is it in m? Write 37.5",
+        ),
     ],
 )
 def test_a_new_mill_says_what_is_unlikely(tmp_path, monkeypatch, capsys, words, said):

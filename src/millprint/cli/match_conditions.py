@@ -33,7 +33,7 @@ from pydantic import Field
 from millprint.card.match import NEAR, find_fingerprint, match_card, verdict
 from millprint.card.read import read_card
 from millprint.cli.commands import parser_of
-from millprint.config.arguments import value_of
+from millprint.config.arguments import check_written, value_of
 from millprint.config.charge import charge_words
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import DESCRIPTOR_SETS, DescriptorSet, Energy, Frequency, MatchConfig
@@ -173,6 +173,7 @@ def parse(arguments: list[str], name: str) -> argparse.Namespace:
     others = ("fingerprints", "request", "energies", "frequency", "like")
     if options.card and (given := [name for name in others if getattr(options, name)]):
         parser.error(f"--from CARD: is a target of its own; leave out {', '.join(given)}")
+    check_written(options.out, *filter(None, (options.request, options.card)), *options.fingerprints)
     return options
 
 

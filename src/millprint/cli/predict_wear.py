@@ -12,7 +12,7 @@ from pathlib import Path
 import pandas as pd
 
 from millprint.cli.commands import parser_of
-from millprint.config.arguments import value_of_key
+from millprint.config.arguments import check_written, value_of_key
 from millprint.config.dose import ChargeConfig, WearConfig
 from millprint.config.errors import ConfigError
 from millprint.dose.wear import mean_conditions, predict_wear, read_coefficient, read_materials, tabulate_sliding
@@ -44,6 +44,7 @@ def main(arguments: list[str], name: str = "wear") -> None:
     parser.add_argument("--materials", default=defaults.materials, help="table of materials")
     parser.add_argument("--out", help="TSV for the whole table")
     options = parser.parse_args(arguments)
+    check_written(options.out, options.materials, options.coefficient)
     charge = ChargeConfig(bpr=options.bpr, time_h=options.hours)
     materials = read_materials(options.materials)
     for name in options.material or []:

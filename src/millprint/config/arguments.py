@@ -2,11 +2,12 @@
 
 from argparse import ArgumentTypeError
 from collections.abc import Callable
+from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
-from millprint.config.errors import readable
+from millprint.config.errors import ConfigError, readable
 from millprint.config.section import Section
 from millprint.config.wording import in_words
 
@@ -33,3 +34,10 @@ def value_of_key(section: type[Section], key: str) -> Callable[[str], Any]:
     """What reads a word that stands for a key of a section, as `value_of`."""
     field = section.model_fields[key]
     return value_of(key, Annotated[field.annotation, *field.metadata] if field.metadata else field.annotation)
+
+
+def check_written(written: str | Path | None, *read: str | Path) -> None:
+    """Raise ConfigError if a file that is to be written is one of those that are read, and would be lost."""
+    for path in read if written else ():
+        if Path(path).exists() and Path(written or "").exists() and Path(path).samefile(written or ""):
+            raise ConfigError(f"{written}: is read and would be lost; give what is written another name")

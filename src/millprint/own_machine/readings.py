@@ -1,5 +1,6 @@
 """Files of the user: a recording, tables of a thermometer or a wattmeter, and the table of own measurements."""
 
+import struct
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
@@ -41,7 +42,7 @@ def read_recording(path: str | Path) -> tuple[np.ndarray, float]:
             rate, samples = wavfile.read(path)
     except FileNotFoundError:
         raise ConfigError(f"{path}: no such recording") from None
-    except (ValueError, EOFError, OSError, UnboundLocalError) as error:
+    except (ValueError, EOFError, OSError, UnboundLocalError, struct.error) as error:
         raise ConfigError(f"{path}: not a WAV ({error}); export it as WAV with 16 bit, PCM") from None
     sound = _full_scale(samples)
     if rate < LOWEST_RATE_HZ or len(sound) < SHORTEST_S * rate:

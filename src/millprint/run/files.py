@@ -13,7 +13,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import psutil
 
@@ -37,6 +37,8 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     The content is on the disk before the renaming, so neither a killed job nor a power failure leaves half a file.
     """
     path = Path(path)
+    if not path.name:
+        raise ConfigError(f"'{path}': is not the name of a file that can be written")
     path.parent.mkdir(parents=True, exist_ok=True)
     _drop_left_overs(path)
     # Keeps the suffix: matplotlib, h5py and pandas choose a format by it.
@@ -144,12 +146,30 @@ def read_format(path: str | Path, formats: Sequence[str], what: str, hint: str =
     return content
 
 
+class Content(dict):
+    """The keys and values of a JSON file, also of a part of it; a key that is missing raises DamagedFile."""
+
+    path: str | Path = ""
+
+    def __missing__(self, key: str) -> NoReturn:
+        raise DamagedFile(f"{self.path}: key {key} is missing; delete it and run the same command again")
+
+
 def read_json(path: str | Path) -> dict:
-    """Read a JSON file. Raises DamagedFile for one that is not."""
+    """Read a JSON file with keys and values. Raises DamagedFile for one that is not, and for a key that it lacks."""
+
+    def with_place(found: dict) -> Content:
+        content = Content(found)
+        content.path = path
+        return content
+
     try:
-        return json.loads(Path(path).read_text())
+        content = json.loads(Path(path).read_text(), object_hook=with_place)
     except ValueError as error:
         raise DamagedFile(f"{path}: not valid JSON ({error}); delete it and run the same command again") from None
+    if not isinstance(content, dict):
+        raise DamagedFile(f"{path}: has no keys and values; delete it and run the same command again")
+    return content
 
 
 # HDF5 allows a user block of this size at the start of a file, so that a sealed HDF5 file can be opened directly.

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from millprint.cli.commands import parser_of
-from millprint.config.arguments import value_of
+from millprint.config.arguments import check_written, value_of
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model, read_yaml
 from millprint.config.section import Fraction
@@ -38,6 +38,7 @@ def main(arguments: list[str], name: str = "yields") -> None:
     )
     parser.add_argument("--extrapolate", action="store_true", help="predict outside the domain of the model too")
     given = parser.parse_args(arguments)
+    check_written(given.out, given.model, given.conditions, given.config)
     settings = read_settings(given.config)
     level = given.level or settings.interval_level
     own = (settings.prediction, settings.training, settings.evaluation.conformal_folds, level, given.extrapolate)
