@@ -228,7 +228,7 @@ def kind_asked() -> str:
         text = input(f"kind of mill: {', '.join(kinds())}\n  ").strip()
         if text in kinds():
             return text
-        print(f"  {text!r} is no kind of mill{close_to(text, kinds())}", file=sys.stderr)
+        print(f"  {text!r}: unknown kind of mill{close_to(text, kinds())}", file=sys.stderr)
 
 
 def contact_asked(chosen: str | None, quiet: bool) -> str:

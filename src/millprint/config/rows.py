@@ -112,7 +112,7 @@ def _decoded(content: bytes, path: str | Path) -> tuple[str, str]:
 
 
 def _separator(text: str) -> str:
-    """What separates the cells of the first line that is no comment, outside of quotes."""
+    """What separates the cells of the first line that is not a comment, outside of quotes."""
     first = next((line for line in io.StringIO(text) if line.strip() and not line.startswith("#")), "")
     unquoted = re.sub(r'"[^"]*"', "", first)
     return next((mark for mark in SEPARATORS if mark in unquoted), "\t")
