@@ -128,4 +128,5 @@ def nested_models(annotation: Any) -> list[type[BaseModel]]:
 def kind_of(model: type[BaseModel]) -> str:
     """The name of a model in YAML if it is one of several: its `kind`, otherwise the name of the model."""
     kind = model.model_fields.get("kind")
-    return get_args(kind.annotation)[0] if kind else model.__name__
+    names = get_args(kind.annotation) if kind else ()
+    return names[0] if names else model.__name__
