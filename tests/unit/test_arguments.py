@@ -24,6 +24,8 @@ from millprint.cli.commands import main
         ("match planetary --energies nan 1", ["--energies", "a finite number"]),
         ("match planetary --frequency 9 --densities 7.8", ["--densities", "g/cm3? Write 7800"]),
         ("fingerprint planetary mixer", ["mixer: one mill at a time"]),
+        ("fingerprint planetary --configfile nosuch.yaml", ["--configfile nosuch.yaml: no such file"]),
+        ("plan fingerprint --configfile=nosuch.yaml", ["--configfile nosuch.yaml: no such file"]),
         ("fingerprint --cores 0", ["--cores", "'0'"]),
         ("warm card a.tsv --jar-kg 720", ["--jar-kg", "is it in g? Write 0.72"]),
         ("listen card a.wav --drop-mm 0.1", ["--drop-mm", "is it in m? Write 100"]),

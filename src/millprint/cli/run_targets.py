@@ -13,7 +13,7 @@ Further arguments are those of Snakemake, such as --dry-run, or --config with ke
 
 from millprint.cli.commands import parser_of
 from millprint.cli.engine import cores, run_workflow, settings_of
-from millprint.config.arguments import Cores, value_of
+from millprint.config.arguments import Cores, check_configfiles, value_of
 from millprint.config.errors import ConfigError
 from millprint.config.wording import close_to
 from millprint.run.ending import endings
@@ -57,6 +57,7 @@ def main(arguments: list[str], name: str) -> int:
     options, further = parser.parse_known_args(arguments)
     if further and not further[0].startswith("-"):
         parser.error(f"{further[0]}: one mill at a time, after {options.mill}; arguments of Snakemake begin with --")
+    check_configfiles(further)
     target = TARGETS.get(name) or options.target
     check_target(target)
     settings = joined_settings(settings_of(options.mill) if options.mill else [], [*further, *config])

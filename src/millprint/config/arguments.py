@@ -1,7 +1,7 @@
 """Words of a command line as values: each has the range of the key that it stands for, and the words of its faults."""
 
 from argparse import ArgumentTypeError
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -41,3 +41,15 @@ def check_written(written: str | Path | None, *read: str | Path) -> None:
     for path in read if written else ():
         if Path(path).exists() and Path(written or "").exists() and Path(path).samefile(written or ""):
             raise ConfigError(f"{written}: is read and would be lost; give what is written another name")
+
+
+def check_configfiles(words: Sequence[str]) -> None:
+    """Raise ConfigError for a file after --configfile that is not there; Snakemake ends with a traceback."""
+    after = False
+    for word in words:
+        option, _, joined = word.partition("=")
+        begins = option in ("--configfile", "--configfiles")
+        after = begins or (after and not word.startswith("-"))
+        path = joined if begins else word if after else ""
+        if path and not Path(path).is_file():
+            raise ConfigError(f"--configfile {path}: no such file")
