@@ -10,6 +10,7 @@ from millprint.config.doe import AnalysisConfig, Factor
 from millprint.figures.style import save
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
+from millprint.run.tables import Text, read_measured
 from millprint.thesis.doe.variance import pareto_table
 from millprint.thesis.doe.written import write_analysis
 from millprint.thesis.figures.chapter2_figures import interactions, pareto, residuals
@@ -17,7 +18,7 @@ from millprint.thesis.figures.chapter2_figures import interactions, pareto, resi
 
 def published_p(claims: str) -> dict[str, float]:
     """Published p-values of Table 2.5 by term, such as `AB, CD`, from the table of claims."""
-    frame = read_table(claims, text=["id", "quantity", "value"])
+    frame = read_measured(claims, [Text("id"), Text("quantity"), Text("value")])
     own = frame[frame["id"].str.fullmatch(r"2\.anova\.\w+\.p")]
     return dict(zip(own["quantity"].str.removeprefix("p-value of "), own["value"].astype(float), strict=True))
 

@@ -8,6 +8,7 @@ Outputs: each figure as SVG and PNG.
 from millprint.figures.style import save
 from millprint.run.files import read_table
 from millprint.run.job import job
+from millprint.run.tables import Text, read_measured
 from millprint.thesis.figures.chapter5_figures import (
     plot_attributions,
     plot_intervals,
@@ -39,7 +40,7 @@ def draw_models(inputs, output) -> None:
 def draw_trust(inputs, output) -> None:
     """Cross-validation, coverage, other regimes, and the next experiments."""
     text = ["model", "strategy", "scheme"]
-    claims = read_table(inputs.claims, text=["id", "value"])
+    claims = read_measured(inputs.claims, [Text("id"), Text("value")])
     scores = read_table(inputs.scores_by_scheme, numeric=["value", "repeats"], text=[*text, "metric"])
     save(plot_evaluation(scores, claims), output.evaluation_svg, output.evaluation_png)
     coverage = read_table(inputs.coverage, numeric=["nominal", "covered", "width_pp"], text=[*text, "method"])

@@ -31,6 +31,7 @@ OFFERED = {
     "take_fingerprint": "api",
     "simulate": "api",
     "read_fingerprint": "api",
+    "predict": "api",
     "plot": "api",
     "Fingerprint": "fingerprint.model",
     "Prediction": "fingerprint.model",

@@ -32,12 +32,16 @@ from millprint.config.load import check_model
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.sweep import Case, overridden
+from millprint.config.wording import close_to
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.compilation import compile_kernels
 from millprint.fingerprint.cases import mill_cases, sweep_of
 from millprint.fingerprint.columns import DESCRIPTORS
+from millprint.fingerprint.condition import Condition
+from millprint.fingerprint.condition_tables import COLUMNS, conditions_of
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.predicted_values import Prediction
 from millprint.fingerprint.readers import charges_of, read_summaries
 from millprint.run.files import write_table
 
@@ -107,6 +111,23 @@ def simulate(
 def read_fingerprint(path: str | Path) -> Fingerprint:
     """Read a stored fingerprint: a fingerprint.json, or that of an included mill by its name, such as "planetary"."""
     return Fingerprint.read(find_fingerprint(str(path), sources=SOURCES))
+
+
+def predict(
+    fingerprint: Fingerprint | str | Path, conditions: pd.DataFrame | Mapping[str, float]
+) -> pd.DataFrame | Prediction:
+    """What a fingerprint predicts: of a table of conditions a table, of one condition a `Prediction`.
+
+    fingerprint: or its file, or the name of an included mill. conditions: columns or keys as a sweep has them, such as
+    `speed_rpm`, `ball_diameter_mm`, and `fill_ratio`, `number` or `mass_g`. Raises ConfigError, in one line.
+    """
+    known = fingerprint if isinstance(fingerprint, Fingerprint) else read_fingerprint(fingerprint)
+    if isinstance(conditions, pd.DataFrame):
+        return known.predict(conditions)
+    for name in set(conditions) - set(COLUMNS):
+        raise ConfigError(f"conditions: {name} is none of them{close_to(name, COLUMNS)}")
+    (row,) = conditions_of(pd.DataFrame([conditions]), known.about).rows().tolist()
+    return known.predict(Condition(*row))
 
 
 def plot(fingerprint: Fingerprint, quantities: Sequence[str] = PLOTTED) -> "Figure":

@@ -123,13 +123,15 @@ def test_a_mill_of_ones_own_is_two_files_and_its_pictures(tmp_path, monkeypatch,
 
 def test_questions_are_asked_until_an_answer_is_right(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    typed = iter(["drum", "mine", "32,5", "32.5", "", "", "12", "", "", "stel", "steel"])
+    typed = iter(["", "drm", "drum", "mine", "My drum", "32,5", "32.5", "", "20, 40", "12", "", "", "stel", "steel"])
     monkeypatch.setattr("builtins.input", lambda text: next(typed))
     assert main(["new", "--no-picture"]) == 0
     mill = yaml.safe_load(Path("config/mills/mine.yaml").read_text())
     assert mill["geometry"]["radius_mm"] == 32.5 and mill["sweep"]["ball_diameters_mm"] == [12]
+    assert mill["title"] == "My drum" and mill["sweep"]["speeds_rpm"] == [20, 40]
     assert yaml.safe_load(Path("mine.yaml").read_text())["contacts"] == ["steel"]
     said = capsys.readouterr().err
+    assert "39 balls of 12 mm do not fit" in said
     assert "with a point" in said and "did you mean steel" in said
 
 

@@ -197,7 +197,7 @@ def with_cell(row: int, column: str, value: str):
         (lambda frame: frame.drop(columns="yield_percent"), ["yield_percent", "missing"]),
         (lambda frame: frame.drop(columns="case"), ["case", "missing"]),
         (with_cell(4, "bpr", "ten"), ["bpr", "ten", "number"]),
-        (with_cell(4, "bpr", "12,5"), ["bpr", "12,5", "number"]),
+        (with_cell(4, "bpr", "12,5"), ["bpr", "12.5", "must be one of the levels"]),
         (with_cell(4, "yield_percent", ""), ["yield_percent", "number"]),
         (with_cell(4, "yield_percent", "NaN"), ["yield_percent", "case 5", "finite number"]),
         (with_cell(4, "yield_percent", "inf"), ["yield_percent", "inf", "finite number"]),

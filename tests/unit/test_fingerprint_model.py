@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from millprint.api import predict
 from millprint.config.errors import ConfigError
 from millprint.fingerprint.bands import Band
 from millprint.fingerprint.condition import CURVES, Condition
@@ -201,7 +202,7 @@ def test_the_file_gives_the_same_object_back_and_is_no_pickle(own, tmp_path):
         (None, "no such fingerprint"),
         ("not json", "not a fingerprint"),
         ('{"about": {}}', "format = None: must be"),
-        ('{"format": "millprint fingerprint 2", "inputs": {}}', "not a whole fingerprint: KeyError 'about'"),
+        ('{"format": "millprint fingerprint 2", "inputs": {}}', "not a whole fingerprint: key about is missing"),
     ],
 )
 def test_another_file_is_refused_in_one_line(tmp_path, text, message):
@@ -257,6 +258,39 @@ def test_a_table_of_conditions_is_predicted_row_by_row(own):
     assert row["balls"] == one.balls
     with pytest.raises(ConfigError, match="column fill_ratio is missing"):
         own.predict_table(table.drop(columns="fill_ratio"))
+
+
+def test_a_sweep_of_random_conditions_is_predicted_as_each_alone(own):
+    rng = np.random.default_rng(3)
+    volume_ml = 1e6 * own.about["volume_m3"]
+    table = pd.DataFrame({"speed_rpm": rng.uniform(200, 2000, 20), "ball_diameter_mm": rng.uniform(2, 20, 20)})
+    table["mass_g"] = rng.uniform(0.01, 0.5, 20) * volume_ml * own.about["density_kg_m3"] * 1e-3
+    found = predict(own, table.set_index(np.arange(40, 60)))
+    assert list(found.index) == list(range(40, 60))
+    for row, told in zip(table.to_dict("records"), found.to_dict("records"), strict=True):
+        one = predict(own, row)
+        assert told["balls"] == one.balls and told["outside"] == ", ".join(one.outside)
+        for name in ("weighted_normal_energy_J", "specific_frequency_hz", "power_W", "tangential_share"):
+            band = getattr(one, name)
+            ends = [told[name], told[f"{name}_lower"], told[f"{name}_upper"]]
+            assert ends == pytest.approx([band.value, band.lower, band.upper], rel=1e-9, nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("changes", "part"),
+    [
+        ({"fill_ratio": 1.2}, "row 1: fill_ratio = 1.2: must be a number over 0 and under 1"),
+        ({"speed_rpm": "fast"}, "speed_rpm = fast"),
+        ({"speed_hz": 3}, "speed_rpm and speed_hz say the same"),
+        ({"number": 3}, "fill_ratio and number say the same"),
+        ({"ball_diameter_mm": 0}, "ball_diameter_mm = 0"),
+    ],
+)
+def test_a_condition_that_cannot_be_is_one_line(own, changes, part):
+    row = {"speed_rpm": 600, "ball_diameter_mm": 10, "fill_ratio": 0.2, **changes}
+    for given in (row, pd.DataFrame([row])):
+        with pytest.raises(ConfigError, match=part):
+            predict(own, given)
 
 
 def test_a_condition_has_one_speed_and_a_fingerprint_says_what_it_is_of(own):

@@ -163,7 +163,7 @@ def test_blades_are_alike():
         (CAPSULE, {"radius_mm": float("inf")}, "finite"),
         (STIRRER, {"blade_thickness_mm": 15}, "must be thinner than 14 mm"),
         (STIRRER, {"blades": 0}, "greater than or equal to 1"),
-        (SHAPES["box"], {"x_mm": 0}, "greater than or equal to 0.01"),
+        (SHAPES["box"], {"x_mm": 0}, "greater than or equal to 1"),
         (SHAPES["box"], {"centre_mm": [0, 1e300, 0]}, "less than or equal to 10000"),
     ],
 )

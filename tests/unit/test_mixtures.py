@@ -132,7 +132,7 @@ def fault_of(*sizes) -> str:
 @pytest.mark.parametrize(
     ("size", "line"),
     [
-        (-3, "ball_diameters_mm.0 = -3: must be greater than 0"),
+        (-3, "ball_diameters_mm.0 = -3: must be greater than or equal to 0.02"),
         ("ten", "ball_diameters_mm.0 = 'ten': must be a number in mm, such as 30 or 0.5"),
         ([5], "ball_diameters_mm.0 = [5]: must be a number in mm"),
         ({"name": "bond"}, "ball_diameters_mm.0.sizes_mm: this key is missing"),

@@ -15,7 +15,7 @@ COLUMNS = [
     Number("speed_rpm", 0, may_be_blank=True),
 ]
 HEADER = "case\trole\tmass_g\tshare\tyield_percent\tspeed_rpm"
-ROWS = ("a\ttrain\t1\t0.5\t0\t600", " b \ttest\t2.5\t1\t100\t")
+ROWS = ("a\ttrain\t1\t0.5\t100\t600", " b \ttest\t2.5\t1\t0\t")
 
 
 def written(tmp_path, *lines: str) -> str:
@@ -27,7 +27,7 @@ def test_a_table_on_its_bounds_is_read_with_its_blanks_and_without_its_optional_
     table = read_measured(written(tmp_path, HEADER, *ROWS), COLUMNS)
     assert table["case"].tolist() == ["a", "b"]
     assert table["speed_rpm"].isna().tolist() == [False, True]
-    assert table["yield_percent"].tolist() == [0, 100]
+    assert table["yield_percent"].tolist() == [100, 0]
     assert "wait_h" not in table
 
 
@@ -39,8 +39,8 @@ def test_a_table_on_its_bounds_is_read_with_its_blanks_and_without_its_optional_
         ("b\tother\t1\t1\t1\t1", "column role, case b = 'other': must be train or test"),
         ("b\t\t1\t1\t1\t1", "column role, case b = nan: must be train or test"),
         ("b\ttest\t0\t1\t1\t1", "column mass_g, case b = 0: must be above 0"),
-        ("b\ttest\t\t1\t1\t1", "column mass_g, case b = nan: must be a finite number"),
-        ("b\ttest\tinf\t1\t1\t1", "column mass_g, case b = inf: must be a finite number"),
+        ("b\ttest\t\t1\t1\t1", "column mass_g, case b = '': must be a finite number"),
+        ("b\ttest\tinf\t1\t1\t1", "column mass_g, case b = 'inf': must be a finite number"),
         ("b\ttest\tfull\t1\t1\t1", "column mass_g, case b = 'full': must be a finite number"),
         ("b\ttest\t1\t0\t1\t1", "column share, case b = 0: must be above 0 and at most 1"),
         ("b\ttest\t1\t1\t101\t1", "column yield_percent, case b = 101: must be between 0 and 100"),

@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-from millprint.checks.before_running import sign_warnings
+from millprint.checks.before_running import mill_warnings
 from millprint.cli.new_mill import completed, questions, read_template
 from millprint.config.checks import check_given_once
 from millprint.config.errors import ConfigError
@@ -142,7 +142,7 @@ def test_a_value_of_the_command_line_is_not_that_of_a_file(tmp_path):
 def test_a_forgotten_sign_of_a_planetary_mill_is_told():
     mill = load_mill("planetary")
     turned = mill.model_copy(update={"motion": mill.motion.model_copy(update={"ratio": 1.82})})
-    (line,) = sign_warnings({"planetary": mill, "mine": turned})
+    (line,) = mill_warnings({"planetary": mill, "mine": turned})
     assert "config/mills/mine.yaml: motion.ratio = 1.82" in line and line.endswith("write -1.82")
 
 

@@ -109,7 +109,7 @@ def test_a_bad_table_is_refused_in_one_line(example, tmp_path, old, new, message
     if message is None:
         # Fractions are known by the whole source: one yield below 1 % may be meant.
         text = text.replace("\t78\n", "\t0.78\n")
-        message = "column yield_percent, case s1 = 0.66: no yield of source south is above 1; must be in %"
+        message = "column yield_percent, case s2 = 0.78: no value is above 1: is that 78 % or 0.78 %?"
     (tmp_path / example.runs).write_text(text)
     with pytest.raises(ConfigError) as caught:
         tables.read_other_runs(example, {"screening.tsv": ["14"]}, FILE)

@@ -15,6 +15,8 @@ from millprint.fingerprint.cases import durations_of
 # Turns of an animation and frames per turn; it has the seed of the first simulation.
 TURNS, FRAMES = 2, 40
 ANIMATION = ViewConfig(revolutions=TURNS, frames_per_revolution=FRAMES)
+# Denser than any powder [g/mL].
+DENSEST_G_ML = 25.0
 
 
 def fill_of(experiment: Experiment, mill: MillConfig, contact: ContactConfig, place: str) -> float:
@@ -30,7 +32,14 @@ def fill_of(experiment: Experiment, mill: MillConfig, contact: ContactConfig, pl
 def own_cases(
     experiment: Experiment, mill: MillConfig, contact: ContactConfig, settings: MillsConfig, place: str
 ) -> list[Case]:
-    """A case for each seed, with the settings of a mill's sweep. Raises ConfigError as `fill_of`."""
+    """A case for each seed, with the settings of a mill's sweep. Raises ConfigError as `fill_of`, and for powder
+    that the jar cannot hold.
+    """
+    powder = experiment.powder
+    if powder and powder.mass_g and powder.mass_g > DENSEST_G_ML * mill.volume_ml:
+        raise ConfigError(
+            f"{place}: powder.mass_g = {powder.mass_g:g}: more than the jar of {mill.volume_ml:g} mL can hold"
+        )
     return [
         Case(
             mill=mill.name, contact=contact.name,

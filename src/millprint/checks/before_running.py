@@ -98,17 +98,28 @@ def check_before_running(
         faults += more(config, mills, contacts, cases, source)
     if faults:
         raise ConfigError("\n".join(faults))
-    return [*speed_warnings(speeds), *sign_warnings(mills)]
+    return [*speed_warnings(speeds), *mill_warnings(mills)]
 
 
-def sign_warnings(mills: dict[str, MillConfig]) -> list[str]:
-    """A line for each planetary mill whose jar turns in the sense of its wheel."""
-    return [
-        f"{MILL_FOLDER}/{name}.yaml: motion.ratio = {mill.motion.ratio:g}: the jar turns in the sense of the wheel; "
-        f"jars of most mills turn against it, and what makers print as 1:-2 or 1:2 is -2: write {-mill.motion.ratio:g}"
-        for name, mill in mills.items()
-        if isinstance(mill.motion, PlanetaryMotion) and mill.motion.ratio > 0
-    ]
+def mill_warnings(mills: dict[str, MillConfig]) -> list[str]:
+    """A line for each planetary mill whose jar turns in the sense of its wheel, or reaches over the wheel's axis."""
+    found = []
+    for name, mill in mills.items():
+        place, motion = f"{MILL_FOLDER}/{name}.yaml: motion", mill.motion
+        if not isinstance(motion, PlanetaryMotion):
+            continue
+        if motion.ratio > 0:
+            found.append(
+                f"{place}.ratio = {motion.ratio:g}: the jar turns in the sense of the wheel; jars of most mills turn "
+                f"against it, and what makers print as 1:-2 or 1:2 is -2: write {-motion.ratio:g}"
+            )
+        radius = getattr(mill.geometry, "radius_mm", 0.0)
+        if motion.sun_radius_mm < radius:
+            found.append(
+                f"{place}.sun_radius_mm = {motion.sun_radius_mm:g}: is less than the radius of the jar, {radius:g} mm, "
+                "which thus reaches over the axis of the wheel; is a digit missing?"
+            )
+    return found
 
 
 def card_cases(

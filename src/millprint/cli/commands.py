@@ -1,15 +1,17 @@
 """The command `millprint`: finds the command that is asked for, and runs its module. Nothing else is imported."""
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
-from millprint.config.errors import MillprintError
+from millprint.config.errors import MillprintError, readable
 from millprint.config.wording import close_to
 
-USAGE = 2
+# Exit statuses: wrong arguments, and those of a shell for an ended reader and for Ctrl-C.
+USAGE, PIPE, INTERRUPTED = 2, 141, 130
 
 
 class Command(NamedTuple):
@@ -70,7 +72,19 @@ def overview() -> str:
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit status."""
-    words = sys.argv[1:] if words is None else words
+    try:
+        status = _run(sys.argv[1:] if words is None else words)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # Who read the output, such as `head`, has ended; what is left of it goes nowhere, without a traceback.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return PIPE
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    return status
+
+
+def _run(words: Sequence[str]) -> int:
     if not words or words[0] in ("-h", "--help", "help"):
         print(overview())
         return 0
@@ -89,10 +103,28 @@ def main(words: Sequence[str] | None = None) -> int:
     except MillprintError as error:
         print("\n".join(f"error: {line}" for line in str(error).splitlines()), file=sys.stderr)
         return 1
+    except OSError as error:
+        if isinstance(error, BrokenPipeError) or error.filename is None:
+            raise
+        print(f"error: {error.filename}: {error.strerror}", file=sys.stderr)
+        return 1
+    except EOFError:
+        print("error: no answer came; with --set NAME=VALUE or --yes nothing is asked", file=sys.stderr)
+        return 1
+
+
+class OneLineParser(argparse.ArgumentParser):
+    """A parser that says what is wrong in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print the fault and where help is, and end."""
+        text = readable(f"{self.prog}: {message}; {self.prog} --help shows what it takes".replace("\n", " "))
+        print(f"error: {text}", file=sys.stderr)
+        sys.exit(USAGE)
 
 
 def parser_of(name: str, text: str | None) -> argparse.ArgumentParser:
     """The parser of a command, whose help is the docstring of its module."""
-    return argparse.ArgumentParser(
+    return OneLineParser(
         prog=f"millprint {name}", description=text, formatter_class=argparse.RawDescriptionHelpFormatter
     )

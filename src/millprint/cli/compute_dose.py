@@ -10,6 +10,7 @@ over time and over each dose are fitted, compared by AICc, and printed with a ve
 from pathlib import Path
 
 from millprint.cli.commands import parser_of
+from millprint.config.arguments import check_written
 from millprint.dose.energy_doses import AXES, TIME, YIELD, own_doses
 from millprint.dose.kinetics import FEWEST_RUNS, fit_kinetics, said_of_shear, verdict
 from millprint.fingerprint.model import Fingerprint
@@ -23,6 +24,7 @@ def main(arguments: list[str], name: str = "dose") -> None:
     parser.add_argument("fingerprints", nargs="+", type=Path, help="JSON files of the mills")
     parser.add_argument("--out", type=Path, help="TSV file for the doses")
     options = parser.parse_args(arguments)
+    check_written(options.out, options.runs, *options.fingerprints)
     known = {own.about["mill"]: own for own in map(Fingerprint.read, options.fingerprints)}
     table = own_doses(options.runs, known)
     if options.out:

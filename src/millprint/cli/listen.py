@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from millprint.cli.commands import parser_of
+from millprint.config.arguments import value_of_key
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.fingerprint.readers import read_contacts
@@ -87,7 +88,7 @@ def main(arguments: list[str], name: str = "listen") -> None:
     parser.add_argument("recording", type=Path, help="WAV of the running mill")
     parser.add_argument("--drop", type=Path, help="WAV of balls dropped onto the wall from --drop-mm")
     for option, text in FLOAT_OPTIONS.items():
-        parser.add_argument(f"--{option.replace('_', '-')}", type=float, help=text)
+        parser.add_argument(f"--{option.replace('_', '-')}", type=value_of_key(ListenSettings, option), help=text)
     parser.add_argument("--pair", choices=["ball_wall", "both"], help="collisions that are heard (default: ball_wall)")
     add_options(parser)
     options = parser.parse_args(arguments)

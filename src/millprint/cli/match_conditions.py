@@ -25,18 +25,22 @@ much, in per cent, contact parameters and the shape of the jar may change each d
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import pandas as pd
+from pydantic import Field
 
 from millprint.card.match import NEAR, find_fingerprint, match_card, verdict
 from millprint.card.read import read_card
 from millprint.cli.commands import parser_of
+from millprint.config.arguments import check_written, value_of
 from millprint.config.charge import charge_words
 from millprint.config.errors import ConfigError
-from millprint.config.fingerprint import DESCRIPTOR_SETS, DescriptorSet, MatchConfig
+from millprint.config.fingerprint import DESCRIPTOR_SETS, DescriptorSet, Energy, Frequency, MatchConfig
 from millprint.config.included import SOURCES
 from millprint.config.load import check_model, read_yaml
+from millprint.config.mixture import BallChoice
+from millprint.config.section import Count, Density, Fraction, PositiveSpeed
 from millprint.fingerprint.bands import FURTHER, NOT_KNOWN, interval_columns
 from millprint.fingerprint.comparison import Wanted, match_in_words
 from millprint.fingerprint.condition_search import (
@@ -115,20 +119,51 @@ def parse(arguments: list[str], name: str) -> argparse.Namespace:
     add = parser.add_argument
     add("fingerprints", nargs="*", metavar="MILL", help="mills that you could use, or their fingerprint.json")
     add("--request", type=Path, help="YAML file with targets, speeds_rpm and so on")
-    add("--energies", nargs=2, type=float, metavar=("NORMAL", "TANGENTIAL"), help="target energies [J]")
-    add("--frequency", type=float, metavar="HZ", help="target: all collisions over the balls [1/s]")
+    add(
+        "--energies",
+        nargs=2,
+        type=value_of("energy_J", Energy),
+        metavar=("NORMAL", "TANGENTIAL"),
+        help="target energies [J]",
+    )
+    add(
+        "--frequency",
+        type=value_of("frequency_hz", Frequency),
+        metavar="HZ",
+        help="target: all collisions over the balls [1/s]",
+    )
     add("--like", nargs=4, metavar=("MILL", "RPM", "BALLS", "FILL"), help="target: a condition of another mill")
-    add("--speeds", nargs=2, type=float, metavar=("FROM", "TO"), help="range of the mill [rpm]")
-    add("--fills", nargs=2, type=float, metavar=("FROM", "TO"), help="fill ratios (default: all) [-]")
-    add("--balls", nargs="+", metavar="BALLS", help="available balls: diameters [mm], names of charges")
-    add("--densities", nargs="+", type=float, metavar="KG_M3", help="densities of the balls [kg/m3]")
+    add(
+        "--speeds",
+        nargs=2,
+        type=value_of("speed_rpm", PositiveSpeed),
+        metavar=("FROM", "TO"),
+        help="range of the mill [rpm]",
+    )
+    add(
+        "--fills",
+        nargs=2,
+        type=value_of("fill_ratio", Fraction),
+        metavar=("FROM", "TO"),
+        help="fill ratios (default: all) [-]",
+    )
+    balls = value_of("ball_diameter_mm", BallChoice)
+    add("--balls", nargs="+", type=balls, metavar="BALLS", help="available balls: diameters [mm], names of charges")
+    add(
+        "--densities",
+        nargs="+",
+        type=value_of("density_kg_m3", Density),
+        metavar="KG_M3",
+        help="densities of the balls [kg/m3]",
+    )
     known = "what is met of another mill or a card (default weighted)"
     add("--descriptors", choices=list(DESCRIPTOR_SETS), help=known)
-    add("--ranked", type=int, metavar="N", help="conditions to list (default 10)")
+    add("--ranked", type=value_of("ranked", Count), metavar="N", help="conditions to list (default 10)")
     add("--from", dest="card", type=Path, metavar="CARD", help="target: a milling card, card.json")
     add("--to", metavar="MILL", help="with --from: name of a mill that was run, or its fingerprint")
     add("--results", default="results", metavar="FOLDER", help="where mills were run (default: %(default)s)")
-    add("--near", type=float, default=100 * NEAR, metavar="PERCENT", help="with --from: what comes near")
+    near = value_of("near", Annotated[float, Field(gt=0, le=1000)])
+    add("--near", type=near, default=100 * NEAR, metavar="PERCENT", help="with --from: what comes near")
     add("--out", type=Path, help="TSV file for the whole table")
     options = parser.parse_args(arguments)
     if (options.card is None) != (options.to is None):
@@ -138,6 +173,7 @@ def parse(arguments: list[str], name: str) -> argparse.Namespace:
     others = ("fingerprints", "request", "energies", "frequency", "like")
     if options.card and (given := [name for name in others if getattr(options, name)]):
         parser.error(f"--from CARD: is a target of its own; leave out {', '.join(given)}")
+    check_written(options.out, *filter(None, (options.request, options.card)), *options.fingerprints)
     return options
 
 
@@ -185,13 +221,10 @@ def located(mills: list[str], results: str) -> list[Path]:
 
 def match_from_card(options: argparse.Namespace) -> None:
     """Rank the settings of a mill by how near they come to a card; print them with what is lost."""
-    if options.near <= 0:
-        raise ConfigError(f"--near {options.near:g}: must be above 0")
     card = read_card(options.card)
     fingerprint = Fingerprint.read(*located([options.to], options.results))
-    balls = [choice if choice in fingerprint.charges else _diameter(choice) for choice in options.balls or []]
     chosen: DescriptorSet = options.descriptors or "weighted"
-    wanted = Wanted(options.speeds, options.fills, balls or None, options.densities, options.ranked or 10, chosen)
+    wanted = Wanted(options.speeds, options.fills, options.balls, options.densities, options.ranked or 10, chosen)
     table = match_card(card, fingerprint, wanted)
     if options.out:
         write_table(table, options.out)
@@ -201,14 +234,6 @@ def match_from_card(options: argparse.Namespace) -> None:
         doses = {name: table[column] for column, name in DOSES.items() if table[column].notna().all()}
         own = shown(table).assign(**doses)
         print(own.to_string(index=False, formatters=FORMATS))
-
-
-def _diameter(text: str) -> float:
-    """A ball diameter [mm] of the command line. Raises ConfigError for a text that is none."""
-    try:
-        return float(text)
-    except ValueError:
-        raise ConfigError(f"--balls {text}: must be a ball diameter [mm] or the name of a simulated charge") from None
 
 
 def main(arguments: list[str], name: str = "match") -> None:

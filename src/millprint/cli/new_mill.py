@@ -20,13 +20,17 @@ import yaml
 from millprint.cli.commands import parser_of
 from millprint.cli.engine import cores, run_workflow
 from millprint.config.charge import fill_of
-from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER
+from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER, with_own_fills
+from millprint.config.contact_set import ContactConfig
+from millprint.config.decimals import PLAIN
 from millprint.config.errors import ConfigError
 from millprint.config.included import included_contacts, included_mills, load_contact
 from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.strict_yaml import parse_yaml
+from millprint.config.sweep import overridden
 from millprint.config.wording import close_to
+from millprint.config.workflow import WorkflowConfig
 from millprint.mill.vessel import build_vessel, check_volume
 from millprint.run.files import whole_file
 
@@ -35,6 +39,8 @@ KINDS = Path(__file__).with_name("mills")
 # the same value again.
 PLACE = re.compile(r"(?P<key>\w+): <(?P<name>\w*)(?P<equals>=?)(?P<default>[^>]*)>")
 ASSUMED = "calibrated"
+# From this on, the time of the simulations is said [h].
+LONG_H = 2.0
 
 
 class Question(NamedTuple):
@@ -90,11 +96,15 @@ def filled(template: str, answers: dict[str, str], defaults: Collection[str] = (
 
 def value_of(question: Question, text: str) -> object:
     """The value that a text means in YAML. Raises ConfigError for one of another type than the default."""
+    wanted = yaml.safe_load(question.default) if question.default else 1.0
+    parts = re.split(r"[,;]?\s+|;", text.strip())
+    if isinstance(wanted, list) and len(parts) > 1 and all(map(PLAIN.fullmatch, parts)):
+        # A list without its brackets: 300, 500
+        text = f"[{', '.join(parts)}]"
     try:
         value = parse_yaml(text, question.name)
     except ConfigError:
         value = None
-    wanted = yaml.safe_load(question.default) if question.default else 1.0
     if isinstance(wanted, list) and isinstance(value, int | float) and not isinstance(value, bool):
         value = [value]
     alike = isinstance(value, list) and all(isinstance(item, int | float) for item in value)
@@ -152,6 +162,27 @@ def completed(name: str, title: str, template: str, answers: dict[str, str], def
     return f"{first}\n{head_of(name, title)}{rest}"
 
 
+def warnings_of(mill: MillConfig, contact: ContactConfig) -> list[str]:
+    """A line for each value that is unusual or that a run would refuse, and how long long simulations take."""
+    # Imported here: slow to import, and `--list` and a wrong answer do not need it.
+    from millprint.card.experiment_checks import check_cases
+    from millprint.checks.before_running import mill_warnings
+    from millprint.fingerprint.cases import mill_cases, sweep_of
+
+    settings = WorkflowConfig(mill=mill.name)
+    about = mill_warnings({mill.name: mill})
+    mill = mill.model_copy(update={"sweep": sweep_of(with_own_fills(mill, contact.density_kg_m3, "sweep"))})
+    cases = mill_cases(mill, settings.mills.model_copy(update={"contact": contact.name}))
+    try:
+        found, seconds = check_cases(cases, mill, overridden(cases[0], mill, contact)[1], settings, f"mill {mill.name}")
+    except ConfigError as error:
+        # The answers are kept: a value is quicker changed in the file than all are typed again.
+        return [*about, *(f"{line}; a run refuses it: change it in the file" for line in str(error).splitlines())]
+    hours = seconds / 3600
+    long = [f"all simulations take about {hours:.3g} h of one core"] if hours > LONG_H else []
+    return [*found, *about, *long]
+
+
 def run_text(name: str, contact: str) -> str:
     """The text of the run's file, which names what was assumed."""
     assumed = (
@@ -191,6 +222,15 @@ def settings_of(words: list[str], asked: list[Question]) -> dict[str, str]:
     return found
 
 
+def kind_asked() -> str:
+    """The kind of mill that the terminal answers with; asks again until it is one."""
+    while True:
+        text = input(f"kind of mill: {', '.join(kinds())}\n  ").strip()
+        if text in kinds():
+            return text
+        print(f"  {text!r}: unknown kind of mill{close_to(text, kinds())}", file=sys.stderr)
+
+
 def contact_asked(chosen: str | None, quiet: bool) -> str:
     """The contact set of the balls: chosen, asked, or the default. Raises ConfigError for an unknown one."""
     known = included_contacts()
@@ -226,13 +266,14 @@ def main(arguments: list[str], name: str = "new") -> int:
     if options.kind is None:
         if quiet:
             raise ConfigError(f"millprint new: name the kind of mill: {', '.join(kinds())}")
-        options.kind = input(f"kind of mill: {', '.join(kinds())}\n  ").strip()
+        options.kind = kind_asked()
     template = read_template(options.kind)
     asked = questions(template)
     if options.list:
         print("\n".join(f"{each.name:<20} {each.default or '-':<20} {each.means}" for each in asked))
         return 0
     own = options.name or ("mine" if quiet else input("name: small letters, digits, _\n  [mine] ").strip() or "mine")
+    title = options.title or ("" if quiet else input(f"title: its name in figures\n  [{own}] ").strip()) or own
     given = settings_of(options.set, asked)
     if not quiet:
         given = {each.name: text for each in asked if (text := ask(each))}
@@ -245,11 +286,11 @@ def main(arguments: list[str], name: str = "new") -> int:
     if own in included_mills():
         raise ConfigError(f"--name {own}: is the name of an included mill; give yours another")
     defaults = {each.name for each in asked} - set(given)
-    texts = {
-        mill_file: completed(own, options.title or own, template, answers, defaults),
-        run_file: run_text(own, contact),
-    }
-    for path, text in texts.items():
+    mill_text = completed(own, title, template, answers, defaults)
+    mill = check_model(yaml.safe_load(mill_text), MillConfig, "answers")
+    for line in warnings_of(mill, load_contact(contact)):
+        print(f"warning: {line}", file=sys.stderr)
+    for path, text in {mill_file: mill_text, run_file: run_text(own, contact)}.items():
         path.parent.mkdir(parents=True, exist_ok=True)
         with whole_file(path) as partial:
             partial.write_text(text)

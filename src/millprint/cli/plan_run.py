@@ -21,6 +21,7 @@ from snakemake_interface_logger_plugins.common import LogEvent
 
 from millprint.cli.commands import parser_of
 from millprint.cli.engine import YAML, settings_of, snakefile_words
+from millprint.config.arguments import check_configfiles
 from millprint.config.included import included_mills
 from millprint.run.ending import job_of
 from millprint.run.plan import Job, plan_text
@@ -63,6 +64,7 @@ def main(arguments: list[str], name: str = "plan") -> int:
     own = list(takewhile(lambda word: not word.startswith("-"), arguments))
     words = [part for word in own for part in (settings_of(word) if word.endswith(YAML) or word in mills else [word])]
     words += arguments[len(own) :]
+    check_configfiles(words)
     plan, said = Plan(), io.StringIO()
     logger.addFilter(plan)
     try:

@@ -12,9 +12,9 @@ from pathlib import Path
 import pandas as pd
 
 from millprint.cli.commands import parser_of
+from millprint.config.arguments import check_written, value_of_key
 from millprint.config.dose import ChargeConfig, WearConfig
 from millprint.config.errors import ConfigError
-from millprint.config.load import check_model
 from millprint.dose.wear import mean_conditions, predict_wear, read_coefficient, read_materials, tabulate_sliding
 from millprint.run.files import write_table
 
@@ -37,14 +37,15 @@ def main(arguments: list[str], name: str = "wear") -> None:
     defaults = WearConfig()
     parser = parser_of(name, __doc__)
     parser.add_argument("runs", nargs="+", help="folders with run.h5 and summary.json")
-    parser.add_argument("--bpr", type=float, required=True, help="ball-to-powder ratio")
-    parser.add_argument("--hours", type=float, required=True, help="milling time [h]")
+    parser.add_argument("--bpr", type=value_of_key(ChargeConfig, "bpr"), required=True, help="ball-to-powder ratio")
+    parser.add_argument("--hours", type=value_of_key(ChargeConfig, "time_h"), required=True, help="milling time [h]")
     parser.add_argument("--material", action="append", help="of balls and jar; left out: all of the table")
     parser.add_argument("--coefficient", default="results/dose/wear_coefficient.json", help="fitted coefficient")
     parser.add_argument("--materials", default=defaults.materials, help="table of materials")
     parser.add_argument("--out", help="TSV for the whole table")
     options = parser.parse_args(arguments)
-    charge = check_model({"bpr": options.bpr, "time_h": options.hours}, ChargeConfig, "options")
+    check_written(options.out, options.materials, options.coefficient)
+    charge = ChargeConfig(bpr=options.bpr, time_h=options.hours)
     materials = read_materials(options.materials)
     for name in options.material or []:
         if name not in materials.index:

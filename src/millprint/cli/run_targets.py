@@ -13,6 +13,7 @@ Further arguments are those of Snakemake, such as --dry-run, or --config with ke
 
 from millprint.cli.commands import parser_of
 from millprint.cli.engine import cores, run_workflow, settings_of
+from millprint.config.arguments import Cores, check_configfiles, value_of
 from millprint.config.errors import ConfigError
 from millprint.config.wording import close_to
 from millprint.run.ending import endings
@@ -49,11 +50,14 @@ def main(arguments: list[str], name: str) -> int:
     if name not in TARGETS:
         parser.add_argument("target", help=f"what to make: {', '.join(endings())}, or a file in results/")
     parser.add_argument("mill", nargs="?", help="name, file or configuration of a mill")
-    parser.add_argument("--cores", type=int, default=cores(), metavar="N", help="processors (default %(default)s)")
+    parser.add_argument(
+        "--cores", type=value_of("cores", Cores), default=cores(), metavar="N", help="processors (default %(default)s)"
+    )
     arguments, config = without_config(arguments)
     options, further = parser.parse_known_args(arguments)
-    if options.cores < 1:
-        parser.error(f"--cores {options.cores}: must be 1 or more")
+    if further and not further[0].startswith("-"):
+        parser.error(f"{further[0]}: one mill at a time, after {options.mill}; arguments of Snakemake begin with --")
+    check_configfiles(further)
     target = TARGETS.get(name) or options.target
     check_target(target)
     settings = joined_settings(settings_of(options.mill) if options.mill else [], [*further, *config])

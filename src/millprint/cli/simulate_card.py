@@ -33,6 +33,7 @@ from millprint.card.methods import in_words
 from millprint.card.read import CardSettings, Runs, known_of
 from millprint.card.simulate import GIF, simulate_cases
 from millprint.cli.commands import parser_of
+from millprint.config.arguments import Cores, value_of
 from millprint.config.card import Experiment
 from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER
 from millprint.config.contact_set import ContactConfig
@@ -60,12 +61,11 @@ def parse(arguments: list[str], name: str) -> argparse.Namespace:
     parser.add_argument("experiment", type=Path, help="YAML file with the experiment")
     parser.add_argument("--out", type=Path, help="folder for the card (default: results/cards/NAME)")
     parser.add_argument("--results", type=Path, default=Path("results"), help="folder with results of earlier runs")
-    parser.add_argument("--cores", type=int, default=2, metavar="N", help="simulations at a time (default 2)")
+    parser.add_argument(
+        "--cores", type=value_of("cores", Cores), default=2, metavar="N", help="simulations at a time (default 2)"
+    )
     parser.add_argument("--no-animation", action="store_true", help="leave the animation out")
-    options = parser.parse_args(arguments)
-    if options.cores < 1:
-        parser.error(f"--cores {options.cores}: must be 1 or more")
-    return options
+    return parser.parse_args(arguments)
 
 
 def main(arguments: list[str], name: str = "card") -> None:

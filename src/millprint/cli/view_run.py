@@ -9,7 +9,9 @@ For ParaView: run.vtkhdf (balls), run_walls.vtkhdf and run_contacts.vtkhdf.
 from pathlib import Path
 
 from millprint.cli.commands import parser_of
+from millprint.config.arguments import value_of, value_of_key
 from millprint.config.load import check_model
+from millprint.config.section import Count, NonNegative
 from millprint.config.view import ViewConfig
 from millprint.figures.animation import save_animation
 from millprint.view.frames import read_movie
@@ -24,16 +26,33 @@ def main(arguments: list[str], name: str) -> None:
     turns, frames = own.revolutions, own.frames_per_revolution
     parser.add_argument("run", type=Path, help="run.h5 of a case with snapshots")
     if name == "export":
-        parser.add_argument("--every", type=int, default=1, help="write every n-th snapshot (default 1)")
+        parser.add_argument(
+            "--every", type=value_of("every", Count), default=1, help="write every n-th snapshot (default 1)"
+        )
         parser.add_argument("--out", type=Path, help="folder of the files (default: that of run.h5)")
         export(**vars(parser.parse_args(arguments)))
         return
     parser.add_argument("--out", type=Path, help=".gif or animated .png (default: mill.gif next to run.h5)")
-    parser.add_argument("--start", type=float, metavar="S", help="time of the first frame after the start [s]")
     parser.add_argument(
-        "--revolutions", type=float, default=turns, metavar="N", help="of the mill (default %(default)g)"
+        "--start",
+        type=value_of("start_s", NonNegative),
+        metavar="S",
+        help="time of the first frame after the start [s]",
     )
-    parser.add_argument("--frames-per-revolution", type=int, default=frames, metavar="N", help="(default %(default)g)")
+    parser.add_argument(
+        "--revolutions",
+        type=value_of_key(ViewConfig, "revolutions"),
+        default=turns,
+        metavar="N",
+        help="of the mill (default %(default)g)",
+    )
+    parser.add_argument(
+        "--frames-per-revolution",
+        type=value_of_key(ViewConfig, "frames_per_revolution"),
+        default=frames,
+        metavar="N",
+        help="(default %(default)g)",
+    )
     animate(**vars(parser.parse_args(arguments)))
 
 

@@ -11,6 +11,7 @@ sampled from the ranges of `dose.heat` (config/keys.md).
 from pathlib import Path
 
 from millprint.cli.commands import parser_of
+from millprint.config.arguments import value_of_key
 from millprint.config.dose import HeatConfig, JarSection
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
@@ -51,7 +52,9 @@ def main(arguments: list[str], name: str = "warm") -> None:
     parser.add_argument("card", type=Path, help="folder of `millprint card`")
     parser.add_argument("readings", type=Path, help="table with time and temperature")
     for option, text in FLOAT_OPTIONS.items():
-        parser.add_argument(f"--{option.replace('_', '-')}", dest=option, type=float, help=text)
+        parser.add_argument(
+            f"--{option.replace('_', '-')}", dest=option, type=value_of_key(WarmSettings, option), help=text
+        )
     parser.add_argument("--cooling", choices=["still_air", "moving_air", "water"], help="what cools the jar")
     parser.add_argument("--body", choices=BODIES, help="what the thermometer touches (default: jar)")
     add_options(parser)

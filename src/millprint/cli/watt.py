@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from millprint.cli.commands import parser_of
+from millprint.config.arguments import value_of_key
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.own_machine.electric import power_of_charge
@@ -38,9 +39,14 @@ def main(arguments: list[str], name: str = "watt") -> None:
     parser.add_argument("loose", type=Path, help="table of the power with loose balls")
     parser.add_argument("fixed", type=Path, help="table of the power with fixed balls")
     parser.add_argument(
-        "--efficiency", type=float, nargs=2, required=True, metavar=("LOW", "HIGH"), help="of motor and belt [-]"
+        "--efficiency",
+        type=value_of_key(WattSettings, "efficiency_low"),
+        nargs=2,
+        required=True,
+        metavar=("LOW", "HIGH"),
+        help="of motor and belt [-]",
     )
-    parser.add_argument("--jars", type=int, help="jars with balls (default: 1)")
+    parser.add_argument("--jars", type=value_of_key(WattSettings, "jars"), help="jars with balls (default: 1)")
     add_options(parser)
     options = parser.parse_args(arguments)
     low, high = options.efficiency

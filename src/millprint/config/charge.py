@@ -1,7 +1,7 @@
 """How many balls a jar holds, as people say it: the one place that makes a fill ratio of a number, a mass or a bed."""
 
 import math
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, TypeVar
 
 from pydantic import Field, model_validator
 
@@ -9,10 +9,31 @@ from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.section import Fraction, Positive, PositiveSpeed, Section
 
+if TYPE_CHECKING:
+    import numpy as np
+
+# A number, or an array of them.
+Quantity = TypeVar("Quantity", float, "np.ndarray")
 Number = Annotated[int, Field(ge=1, le=10_000_000)]
 MEASURES = ("fill_ratio", "number", "mass_g", "bulk_filling")
 # Share of a poured bed of equal balls that is ball; measured beds have 0.58 to 0.63 [-].
 PACKING_FRACTION = 0.6
+
+
+def fill_from(
+    measure: str,
+    value: Quantity,
+    volume_ml: float,
+    diameter_mm: Quantity,
+    density_kg_m3: Quantity,
+    packing_fraction: float = PACKING_FRACTION,
+) -> Quantity:
+    """The fill ratio of a measure of MEASURES, of numbers or arrays [-]."""
+    if measure == "number":
+        return value * math.pi / 6 * (1e-1 * diameter_mm) ** 3 / volume_ml
+    if measure == "mass_g":
+        return 1e3 * value / density_kg_m3 / volume_ml
+    return value * packing_fraction if measure == "bulk_filling" else value
 
 
 class ChargeSection(Section):
@@ -40,18 +61,11 @@ class ChargeSection(Section):
 
         Raises ValueError if the balls fill the jar or more.
         """
-        if self.fill_ratio is not None:
-            return self.fill_ratio
-        if self.bulk_filling is not None:
-            return self.bulk_filling * self.packing_fraction
-        if self.number is not None:
-            fill = self.number * math.pi / 6 * (1e-1 * diameter_mm) ** 3 / volume_ml
-            given = f"number = {self.number}: that many balls have"
-        else:
-            fill = 1e3 * (self.mass_g or 0.0) / density_kg_m3 / volume_ml
-            given = f"mass_g = {self.mass_g:g}: balls of that mass have"
+        measure = next(name for name in MEASURES if getattr(self, name) is not None)
+        given = getattr(self, measure)
+        fill = fill_from(measure, given, volume_ml, diameter_mm, density_kg_m3, self.packing_fraction)
         if fill >= 1:
-            raise ValueError(f"{given} {fill:.3g} of the jar's volume")
+            raise ValueError(f"{measure} = {given:g}: such balls have {fill:.3g} of the jar's volume")
         return fill
 
     @property

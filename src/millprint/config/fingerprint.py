@@ -7,7 +7,18 @@ from pydantic import Field, model_validator
 from millprint.config.charge import ChargeSection
 from millprint.config.counting import DEFAULT_RULE, RuleName
 from millprint.config.mixture import BallChoice
-from millprint.config.section import Count, Fraction, Name, NonNegative, Positive, ProjectFile, Section, first_repeated
+from millprint.config.section import (
+    Count,
+    Density,
+    Fraction,
+    Name,
+    NonNegative,
+    Positive,
+    PositiveSpeed,
+    ProjectFile,
+    Section,
+    first_repeated,
+)
 
 DescriptorSet = Literal["weighted", "per_collision"]
 # Descriptors for comparing conditions: energy-weighted, which need no counting rule, or the thesis's descriptors.
@@ -29,7 +40,10 @@ TargetDescriptor = Literal[
     "specific_frequency_hz",
 ]
 
-Range = Annotated[list[Positive], Field(min_length=2, max_length=2)]
+Energy = Annotated[float, Field(gt=0, le=1e6)]
+Frequency = Annotated[float, Field(gt=0, le=1e9)]
+SpeedRange = Annotated[list[PositiveSpeed], Field(min_length=2, max_length=2)]
+FillRange = Annotated[list[Fraction], Field(min_length=2, max_length=2)]
 
 
 class LikeConfig(ChargeSection):
@@ -37,7 +51,7 @@ class LikeConfig(ChargeSection):
 
     fingerprint: ProjectFile
     """fingerprint_CONTACT.json of that mill, from the project's root"""
-    speed_rpm: Positive
+    speed_rpm: PositiveSpeed
     """mill speed [rpm]"""
     ball_diameter_mm: BallChoice
     """ball diameter [mm], or the name of a charge of several sizes that was simulated"""
@@ -48,19 +62,19 @@ class TargetConfig(Section):
 
     name: Name
     """name of the target"""
-    weighted_normal_energy_J: Positive | None = None
+    weighted_normal_energy_J: Energy | None = None
     """energy-weighted mean normal energy E*_n [J]"""
-    weighted_tangential_energy_J: Positive | None = None
+    weighted_tangential_energy_J: Energy | None = None
     """energy-weighted mean tangential energy E*_t [J]"""
-    weighted_normal_frequency_hz: Positive | None = None
+    weighted_normal_frequency_hz: Frequency | None = None
     """normal power of a ball over E*_n [1/s]"""
-    weighted_tangential_frequency_hz: Positive | None = None
+    weighted_tangential_frequency_hz: Frequency | None = None
     """tangential power of a ball over E*_t [1/s]"""
-    normal_energy_J: Positive | None = None
+    normal_energy_J: Energy | None = None
     """mean normal energy per collision [J]"""
-    tangential_energy_J: Positive | None = None
+    tangential_energy_J: Energy | None = None
     """mean tangential energy per collision [J]"""
-    specific_frequency_hz: Positive | None = None
+    specific_frequency_hz: Frequency | None = None
     """specific collision frequency: all collisions over the balls [1/s]"""
     like: LikeConfig | None = None
     """a condition of another mill, instead of numbers"""
@@ -82,13 +96,13 @@ class MatchConfig(Section):
 
     targets: list[TargetConfig] = Field(min_length=1)
     """descriptors to approach"""
-    speeds_rpm: Range
+    speeds_rpm: SpeedRange
     """speeds that the user can set, from and to [rpm]"""
-    fill_ratios: Range
+    fill_ratios: FillRange
     """fill ratios that the user can set, from and to [-]"""
     ball_diameters_mm: list[BallChoice] = Field(min_length=1)
     """ball diameters that the user has [mm], and names of charges of several sizes that were simulated"""
-    densities_kg_m3: list[Positive] = []
+    densities_kg_m3: list[Density] = []
     """densities of the balls, if not as simulated [kg/m3]"""
     descriptors: DescriptorSet = "weighted"
     """descriptors compared with another mill's condition; a target of numbers uses the ones it gives"""
@@ -103,8 +117,6 @@ class MatchConfig(Section):
             low, high = getattr(self, key)
             if low > high:
                 raise ValueError(f"{key} = [{low:g}, {high:g}]: the first must not exceed the second")
-        if self.fill_ratios[1] >= 1:
-            raise ValueError(f"fill_ratios = {self.fill_ratios}: must be under 1")
         return self
 
     @property

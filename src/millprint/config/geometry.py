@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from millprint.config.section import NonNegative, Place, PlaceVector, Scale, Section, Size, project_path
+from millprint.config.section import NonNegative, Place, PlaceVector, Scale, Section, Size, VesselSize, project_path
 
 Facets = Annotated[int, Field(ge=3, le=720)]
 HalfFacets = Annotated[int, Field(ge=3, le=360)]
@@ -59,11 +59,11 @@ class StadiumGeometry(GeometrySection):
 
     kind: Literal["stadium"]
     facets_key = "facets_per_half_circle"
-    end_radius_mm: Size
+    end_radius_mm: VesselSize
     """radius of the two round ends [mm]"""
     straight_mm: Size
     """length of the straight sides [mm]"""
-    height_mm: Size
+    height_mm: VesselSize
     """inner height [mm]"""
     facets_per_half_circle: HalfFacets
     """facets of each round end, as it is drawn [-]"""
@@ -97,9 +97,9 @@ class CylinderGeometry(DrumGeometry):
 
     kind: Literal["cylinder"]
     facets_key = "facets"
-    radius_mm: Size
+    radius_mm: VesselSize
     """radius [mm]"""
-    height_mm: Size
+    height_mm: VesselSize
     """inner length from end to end, rounded ends included [mm]"""
     facets: Facets = 48
     """facets around, as it is drawn [-]"""
@@ -145,9 +145,9 @@ class LifterDrumGeometry(DrumGeometry):
 
     kind: Literal["lifter_drum"]
     facets_key = "facets"
-    radius_mm: Size
+    radius_mm: VesselSize
     """inner radius of the shell [mm]"""
-    length_mm: Size
+    length_mm: VesselSize
     """inner length from end to end [mm]"""
     axis: Literal["x", "y", "z"] = "y"
     """direction of the drum's axis; z points up"""
@@ -204,11 +204,11 @@ class BoxGeometry(GeometrySection):
     """A box with its sides along the axes."""
 
     kind: Literal["box"]
-    x_mm: Size
+    x_mm: VesselSize
     """inner size along x [mm]"""
-    y_mm: Size
+    y_mm: VesselSize
     """inner size along y [mm]"""
-    z_mm: Size
+    z_mm: VesselSize
     """inner size along z [mm]"""
     centre_mm: PlaceVector | None = None
     """middle of the box [mm]; left out, it stands on z = 0 about the z axis"""

@@ -6,7 +6,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from millprint.config.charge import MEASURES, PACKING_FRACTION, ChargeSection, Number, SpeedSection
 from millprint.config.counting import RuleName
-from millprint.config.fingerprint import Range
+from millprint.config.fingerprint import SpeedRange
 from millprint.config.mixture import BallChoice, BallMixture, BallSize, check_charges
 from millprint.config.section import Fraction, Name, Positive, PositiveSpeed, ProjectFile, Section, Seed
 
@@ -163,7 +163,7 @@ class MatchMillsConfig(Section):
     """its balls [mm], or the name of a charge of several sizes in its sweep"""
     like_fill_ratio: Fraction
     """its fill ratio [-]"""
-    speeds_rpm: Range | None = None
+    speeds_rpm: SpeedRange | None = None
     """range of possible speeds [rpm]; the simulated range if left out"""
     ball_diameters_mm: Annotated[list[BallChoice], Field(min_length=1)] | None = None
     """available balls [mm], and names of charges in the mill's sweep; the simulated ones if left out"""

@@ -1,13 +1,12 @@
 """Charges of balls of several sizes: an element of `ball_diameters_mm` that is not a number."""
 
-import math
 import re
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from millprint.config.errors import ConfigError
-from millprint.config.section import NAME_PATTERN, PLAIN_VALUE, Name, Positive, Section, first_repeated
+from millprint.config.section import NAME_PATTERN, PLAIN_VALUE, Diameter, Name, Positive, Section, first_repeated
 
 # Shares written with three decimals add up to 1 within this.
 SHARES_TOLERANCE = 2e-3
@@ -93,7 +92,7 @@ def _kind_of_size(size: Any) -> str:
 
 # The input means one of the two kinds; a fault is reported only for that kind.
 BallSize = Annotated[
-    Annotated[Positive, Tag(PLAIN_VALUE)] | Annotated[BallMixture, Tag(BallMixture.__name__)],
+    Annotated[Diameter, Tag(PLAIN_VALUE)] | Annotated[BallMixture, Tag(BallMixture.__name__)],
     Discriminator(_kind_of_size),
 ]
 
@@ -110,13 +109,15 @@ def _number_or_name(balls: Any) -> Any:
         if isinstance(balls, str) and re.fullmatch(NAME_PATTERN, balls):
             return balls
         raise ValueError(f"{balls!r}: must be a ball diameter [mm], or the name of a charge of several sizes") from None
-    if not (number > 0 and math.isfinite(number)):
-        raise ValueError(f"{balls!r}: a ball diameter must be over 0 mm")
     return number
 
 
 # Balls of a fingerprint: their diameter [mm], or the name of a charge of several sizes that was simulated.
-BallChoice = Annotated[Positive | Name, BeforeValidator(_number_or_name)]
+BallChoice = Annotated[
+    Annotated[Diameter, Tag(PLAIN_VALUE)] | Annotated[Name, Tag("name")],
+    Discriminator(lambda choice: "name" if isinstance(choice, str) else PLAIN_VALUE),
+    BeforeValidator(_number_or_name),
+]
 
 
 def chosen_balls(choice: float | str, sizes: "list[float | BallMixture]", place: str) -> "float | BallMixture":

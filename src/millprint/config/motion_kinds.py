@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
-from millprint.config.section import Place, PlaceVector, Scale, Section, Size, Vector, kind_of, project_path
+from millprint.config.section import Place, PlaceVector, Scale, Section, Size, Vector, VesselSize, kind_of, project_path
 
 
 def _has_length(vector: Vector) -> Vector:
@@ -207,7 +207,7 @@ class PlanetaryMotion(MotionSection):
 
     kind: Literal["planetary"]
     needs = ("sun_radius_mm",)
-    sun_radius_mm: Size
+    sun_radius_mm: VesselSize
     """distance of the jar's axis from the sun wheel's axis [mm]"""
     ratio: Ratio
     """jar's speed relative to the sun wheel over the wheel's speed, not 0 [-]; < 0 is counter"""

@@ -50,6 +50,7 @@ def _takes(annotation: Any, kind: type) -> bool:
 
 # Sizes and positions of mills [mm], with bounds beyond any machine but without overflow.
 Size = Annotated[float, Field(ge=0.01, le=10_000)]
+VesselSize = Annotated[float, Field(ge=1, le=10_000)]
 Place = Annotated[float, Field(ge=-10_000, le=10_000)]
 Vector = tuple[float, float, float]
 PlaceVector = tuple[Place, Place, Place]
@@ -76,6 +77,9 @@ ProjectFile = Annotated[str, InProject()]
 NAME_PATTERN = r"^[a-z][a-z0-9_]*$"
 Name = Annotated[str, Field(pattern=NAME_PATTERN, max_length=60)]
 Positive = Annotated[float, Field(gt=0)]
+# Balls of any mill, from beads of 20 micrometres [mm], and what they are made of, from plastic to gold [kg/m3].
+Diameter = Annotated[float, Field(ge=0.02, le=10_000)]
+Density = Annotated[float, Field(ge=100, le=25_000)]
 NonNegative = Annotated[float, Field(ge=0)]
 Fraction = Annotated[float, Field(gt=0, lt=1)]
 
@@ -124,4 +128,5 @@ def nested_models(annotation: Any) -> list[type[BaseModel]]:
 def kind_of(model: type[BaseModel]) -> str:
     """The name of a model in YAML if it is one of several: its `kind`, otherwise the name of the model."""
     kind = model.model_fields.get("kind")
-    return get_args(kind.annotation)[0] if kind else model.__name__
+    names = get_args(kind.annotation) if kind else ()
+    return names[0] if names else model.__name__

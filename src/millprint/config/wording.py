@@ -1,6 +1,7 @@
 """What is wrong with a value and what to write instead, in words, for each kind of fault that pydantic finds."""
 
 import difflib
+import math
 import re
 from collections.abc import Callable, Iterable
 from pathlib import PurePath
@@ -8,6 +9,7 @@ from typing import Any
 
 from pydantic_core import ErrorDetails
 
+from millprint.config.decimals import PLAIN, meanings
 from millprint.config.section import NAME_PATTERN
 
 NUMBER = r"[-+]?\d*\.?\d+(?:e[-+]?\d+)?"
@@ -21,7 +23,13 @@ SAME_KIND = (
     {"s": 1.0, "min": 60.0, "h": 3600.0, "ms": 1e-3},
     {"rpm": 1.0, "hz": 60.0},
     {"gpa": 1.0, "mpa": 1e-3, "pa": 1e-9},
+    {"kg_m3": 1.0, "g/cm3": 1e3},
 )
+# Units in which people give a value by mistake, the likeliest first.
+LIKELY_UNITS = {
+    "mm": ("m", "cm", "µm"), "kg": ("g",), "g": ("kg", "mg"), "rpm": ("hz",), "hz": ("rpm",), "ml": ("l",),
+    "s": ("min", "h"), "h": ("min", "s"), "kg_m3": ("g/cm3",), "gpa": ("mpa", "pa"),
+}  # fmt: skip
 LETTERS = {"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "-": "_", " ": "_"}
 
 
@@ -36,10 +44,8 @@ def number_meant(text: str) -> str:
     plain = re.sub(r"^(~|≈|ca\.?|about)", "", plain, flags=re.IGNORECASE)
     if re.fullmatch(r"[-+]?\d+(_\d+)+", plain):
         return plain.replace("_", "")
-    if re.fullmatch(r"[-+]?\d{1,3}(,\d{3})+\.\d+", plain):
-        return plain.replace(",", "")
-    if re.fullmatch(r"[-+]?\d+,\d+", plain):
-        return plain.replace(",", ".")
+    if "," in plain:
+        return " or ".join(meanings(plain))
     if re.fullmatch(NUMBER, plain, re.IGNORECASE):
         return re.sub(r"^([-+]?)0+(?=\d)", r"\1", plain)  # 070 is 56 in YAML 1.1
     if found := re.fullmatch(rf"({NUMBER})%", plain):
@@ -61,11 +67,12 @@ def number_words(text: Any, key: str) -> str:
     """What to write in place of a value that must be a number."""
     unit, shown = unit_of(key), ""
     if isinstance(text, str):
-        found = re.fullmatch(rf"\s*({NUMBER})\s*([a-zµ°]+[²³0-9]*)\s*", text.replace(",", "."), re.IGNORECASE)
-        if found and found[2].lower() == (unit or found[2]).lower():
-            return f"must be a number without a unit; write {found[1]}"
-        if found:
-            written = converted(float(found[1]), found[2].lower(), unit)
+        found = re.fullmatch(r"\s*([-+\d.,]+(?:e[-+]?\d+)?)\s*([a-zµ°]+[²³0-9]*)\s*", text, re.IGNORECASE)
+        values = meanings(found[1]) if found else []
+        if found and values and found[2].lower() == (unit or found[2]).lower():
+            return f"must be a number without a unit; write {' or '.join(values)}"
+        if found and values:
+            written = " or ".join(converted(float(value), found[2].lower(), unit) for value in values)
             return f"must be a number without a unit, in {unit}, as the key says" + (written and f"; write {written}")
         shown = number_meant(text)
         if ";" in text:
@@ -110,11 +117,21 @@ def _shape(error: ErrorDetails, key: str) -> str:
     return f"must have the pattern {pattern}"
 
 
+def _number_of(value: Any) -> float:
+    """A number or its text; whole numbers may be larger than any other number."""
+    return math.inf if len(str(value)) > 300 else float(value)
+
+
 def _bound(words: str, name: str) -> Callable[[ErrorDetails, str], str]:
     def told(error: ErrorDetails, key: str) -> str:
-        limit, value = error["ctx"][name], error["input"]
-        percent = isinstance(value, int | float) and limit == 1 and 1 < value < 100 and not unit_of(key)
-        return f"must be {words} {limit:g}" + (f"; write {value / 100:g} for {value:g} %" if percent else "")
+        limit, value, unit = error["ctx"][name], _number_of(error["input"]), unit_of(key)
+        if limit == 1 and 1 < value < 100 and not unit:
+            return f"must be {words} {limit:g}; write {value / 100:g} for {value:g} %"
+        for other in LIKELY_UNITS.get(unit.lower(), ()) if value > 0 else ():
+            meant = converted(value, other, unit)
+            if float(meant) > limit if name[0] == "g" else float(meant) < limit:
+                return f"must be {words} {limit:g} {unit.replace('_', '/')}; is it in {other}? Write {meant}"
+        return f"must be {words} {limit:g}"
 
     return told
 
@@ -134,7 +151,10 @@ def _section(error: ErrorDetails, key: str) -> str:
 WORDS: dict[str, Callable[[ErrorDetails, str], str]] = {
     "float_parsing": _number,
     "float_type": _number,
-    "int_parsing": _number,
+    "int_parsing": lambda error, key: (
+        "must be a whole number" if PLAIN.fullmatch(error["input"].strip()) else _number(error, key)
+    ),
+    "finite_number": lambda error, key: "must be a finite number",
     "int_type": _number,
     "int_from_float": lambda error, key: "must be a whole number",
     "string_type": lambda error, key: (

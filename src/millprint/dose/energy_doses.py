@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from millprint.run.tables import CASE, Number, Text, read_measured, refuse_rows
+from millprint.run.tables import CASE, Number, Text, read_measured, refuse_copies, refuse_rows
 
 if TYPE_CHECKING:
     from millprint.fingerprint.model import Fingerprint
@@ -44,6 +44,8 @@ def own_doses(path: str | Path, fingerprints: Mapping[str, "Fingerprint"]) -> pd
     """
     numbers = [Number(name, 0, above=True) for name in POSITIVE]
     table = read_measured(path, [Text(CASE, unique=True), Text("mill"), *numbers, Number(YIELD, 0, 100, optional=True)])
+    if YIELD in table:
+        refuse_copies(table, path, ["mill", *POSITIVE], YIELD)
     known = ", ".join(sorted(fingerprints))
     refuse_rows(table, path, "mill", ~table["mill"].isin(fingerprints), f"unknown mill; fingerprints given: {known}")
     refuse_rows(table, path, "fill_ratio", table["fill_ratio"] >= 1, "must be under 1")

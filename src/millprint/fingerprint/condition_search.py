@@ -15,6 +15,7 @@ from millprint.fingerprint.bands import ENDS, FURTHER, Band, Interval, interval_
 from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.plausible import check_near
 from millprint.fingerprint.predicted_values import Prediction
 
 # Fill ratios and speeds of the grid before the refinement; the curves have few turns, all far wider than a step.
@@ -144,6 +145,7 @@ def _candidates(fingerprints: list[Fingerprint], choices: list[float | str]) -> 
         for own, fingerprint in zip(found, fingerprints, strict=True):
             try:
                 own.append(fingerprint.balls(choice))
+                check_near(fingerprint, ball_diameter_mm=1e3 * own[-1][0])
             except ConfigError as error:
                 faults.append(error)
         if len(faults) == len(fingerprints):
@@ -169,6 +171,8 @@ def rank_conditions(target: dict[str, float], fingerprints: list[Fingerprint], r
         fills = max(lowest, simulated_low), min(highest, simulated_high)
         if fills[0] > fills[1]:
             continue
+        for speed in request.speeds_rpm:
+            check_near(fingerprint, speed_rpm=speed)
         densities = request.densities_kg_m3 or [fingerprint.about["density_kg_m3"]]
         for (diameter, charge), density in itertools.product(media, densities):
             balls = fingerprint.condition(
@@ -222,6 +226,7 @@ def _of_another_mill(
 def _predicted(like: LikeConfig, other: Fingerprint) -> Prediction:
     """What the fingerprint of another mill predicts for a condition of it."""
     diameter, charge = other.balls(like.ball_diameter_mm)
+    check_near(other, speed_rpm=like.speed_rpm, ball_diameter_mm=1e3 * diameter)
     condition = other.condition(speed_hz=like.speed_rpm / 60.0, ball_diameter_m=diameter, **like.given)
     return other.predict(condition, charge=charge)
 

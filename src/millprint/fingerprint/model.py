@@ -4,18 +4,19 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 import pandas as pd
 
-from millprint.config.charge import MEASURES, fill_of
-from millprint.config.errors import ConfigError
+from millprint.config.charge import fill_of
+from millprint.config.errors import ConfigError, DamagedFile
 from millprint.config.mill_sweep import FEWEST_FILLS
 from millprint.config.mixture import ONE_SIZE, BallMixture, balls_in_words
 from millprint.config.sweep import ball_count
 from millprint.fingerprint.about import NO_CHARGES, SETTING, describe
 from millprint.fingerprint.bands import (
+    ENDS,
     FURTHER,
     Band,
     Factors,
@@ -33,8 +34,9 @@ from millprint.fingerprint.condition import (
     power_scale,
     scaled_quantities,
 )
+from millprint.fingerprint.condition_tables import conditions_of
 from millprint.fingerprint.descriptors import CHARGE, as_built, with_impacts
-from millprint.fingerprint.predicted_values import KNOWN, Prediction, banded, bands, row_of
+from millprint.fingerprint.predicted_values import KNOWN, Prediction, banded, bands
 from millprint.fingerprint.processes import (
     Predictor,
     Process,
@@ -46,6 +48,9 @@ from millprint.fingerprint.processes import (
 )
 from millprint.fingerprint.readers import FORMAT, read_content
 from millprint.run.files import write_json
+
+# Powers of a prediction, and the scaled quantities that they are.
+POWERS = {"normal_power_W": "Pn", "tangential_power_W": "Pt", "power_W": "P"}
 
 
 class Fingerprint:
@@ -143,6 +148,8 @@ class Fingerprint:
                 if origin in content
             }
             return cls(about, processes, further)
+        except DamagedFile as error:
+            raise ConfigError(str(error).replace(": ", ": not a whole fingerprint: ", 1)) from None
         except (KeyError, TypeError, ValueError) as error:
             raise ConfigError(f"{path}: not a whole fingerprint: {type(error).__name__} {error}") from None
 
@@ -208,7 +215,8 @@ class Fingerprint:
     def condition(
         self,
         *,
-        ball_diameter_m: float,
+        ball_diameter_m: float | None = None,
+        ball_diameter_mm: float | None = None,
         fill_ratio: float | None = None,
         speed_hz: float | None = None,
         speed_rpm: float | None = None,
@@ -219,10 +227,15 @@ class Fingerprint:
         """A condition of this mill; if left out, density and amplitude are as in the mill as built.
 
         charge: in place of fill_ratio, `number`, `mass_g` or `bulk_filling` of the balls. Raises ConfigError unless one
-        of these and one of speed_hz and speed_rpm is given.
+        of these, one of speed_hz and speed_rpm, and one of ball_diameter_mm and ball_diameter_m is given.
         """
         if (speed_hz is None) == (speed_rpm is None):
             raise ConfigError("condition: give either speed_hz or speed_rpm")
+        if (ball_diameter_m is None) == (ball_diameter_mm is None):
+            raise ConfigError("condition: give either ball_diameter_mm or ball_diameter_m")
+        ball_diameter_m = 1e-3 * (ball_diameter_mm or 0.0) if ball_diameter_m is None else ball_diameter_m
+        if fill_ratio is not None and charge:
+            raise ConfigError(f"condition: give one of fill_ratio and {', '.join(charge)}")
         if fill_ratio is None:
             density = density_kg_m3 or self.about["density_kg_m3"]
             fill_ratio = fill_of(charge, 1e6 * self.about["volume_m3"], 1e3 * ball_diameter_m, density, "condition")
@@ -324,47 +337,72 @@ class Fingerprint:
 
     def outside(self, condition: Condition[float], volume_m3: float, charge: str = ONE_SIZE) -> tuple[str, ...]:
         """Which variables, charge and jar volume included, are outside what was simulated."""
+        beyond = self._beyond(condition, charge)
+        found = [name for name, out in beyond.items() if out.any()]
+        return (*found, *([] if np.isclose(volume_m3, self.about["volume_m3"]) else ["volume_m3"]))
+
+    def _beyond(self, condition: Condition, charge: str) -> dict[str, np.ndarray]:
+        """For each variable, and the charge, which conditions (m,) are outside what was simulated."""
         # Balls of one size give no information on a charge of several sizes, nor the other way round.
         diameters = [diameter for _, diameter, own in self.settings if own == charge]
         ranges = self.about["ranges"]
         if self.about.get("charges") and diameters:
             ranges = ranges | {"ball_diameter_m": [min(diameters), max(diameters)]}
-        beyond = []
-        for name in VARIABLES:
+        beyond = {}
+        for name, values in zip(VARIABLES, condition.rows().T, strict=True):
             low, high = ranges[name]
-            if not low * (1 - 1e-9) <= getattr(condition, name) <= high * (1 + 1e-9):
-                beyond.append(name)
-        beyond += [] if diameters else [CHARGE]
-        return (*beyond, *([] if np.isclose(volume_m3, self.about["volume_m3"]) else ["volume_m3"]))
+            beyond[name] = ~((low * (1 - 1e-9) <= values) & (values <= high * (1 + 1e-9)))
+        return beyond | {CHARGE: np.array([not diameters])}
 
     def predict_table(self, conditions: pd.DataFrame) -> pd.DataFrame:
         """The conditions of a table with their predictions: a column for each descriptor, and for the ends of its band.
 
-        conditions: the columns ball_diameter_m, speed_hz or speed_rpm, and fill_ratio, number, mass_g or bulk_filling;
-        density_kg_m3 and amplitude_m as in `condition`. Further columns are kept. Raises ConfigError as `condition` and
-        `predict`.
+        conditions: columns as a sweep has them, ball_diameter_mm, speed_rpm (or speed_hz), and fill_ratio, number,
+        mass_g or bulk_filling; or ball_diameter_m; density_kg_m3 and amplitude_m if not as built. Further columns are
+        kept. Raises ConfigError, in one line, for a missing column and an impossible condition.
         """
-        known = [name for name in (*VARIABLES, "speed_rpm", *MEASURES[1:]) if name in conditions]
-        for names in (["ball_diameter_m"], MEASURES):
-            if not set(names).intersection(known):
-                raise ConfigError(f"conditions: column {names[0]} is missing")
-        told = [self.predict(self.condition(**row)) for row in conditions[known].to_dict("records")]
-        return conditions.join(pd.DataFrame([row_of(each) for each in told], index=conditions.index))
+        condition = conditions_of(conditions, self.about)
+        told, width = self.scaled(condition), ("", *(f"_{end}" for end in ENDS))
+        balls = np.array([ball_count(row[0], self.about["volume_m3"], row[2]) for row in condition.rows()])
+        power = balls * power_scale(condition)
+        ends = {}
+        for end in width:
+            scaled = {name: told[f"{name}{end}"].to_numpy() for name in CURVES}
+            ratio = scaled["ratio"]
+            powers = {name: scaled[own] * power for name, own in POWERS.items()}
+            ends[end] = {**descriptors_of(condition, scaled), **powers, "tangential_share": ratio / (1 + ratio)}
+        columns = {f"{name}{end}": ends[end][name] for name in ends[""] for end in width}
+        beyond = {name: np.broadcast_to(out, balls.shape) for name, out in self._beyond(condition, ONE_SIZE).items()}
+        outside = [", ".join(name for name in beyond if beyond[name][row]) for row in range(len(balls))]
+        table = pd.DataFrame({"balls": balls, **columns, "outside": outside}, index=conditions.index)
+        return conditions.drop(columns=[name for name in table if name in conditions]).join(table)
 
     def __repr__(self) -> str:
         about = self.about
         return f"<Fingerprint of {about['mill']} with contact set {about['contact']}: {len(self.settings)} settings>"
 
+    @overload
+    def predict(self, condition: pd.DataFrame) -> pd.DataFrame: ...
+
+    @overload
     def predict(
         self, condition: Condition[float], volume_m3: float | None = None, charge: str = ONE_SIZE
-    ) -> Prediction:
+    ) -> Prediction: ...
+
+    def predict(
+        self, condition: Condition[float] | pd.DataFrame, volume_m3: float | None = None, charge: str = ONE_SIZE
+    ) -> Prediction | pd.DataFrame:
         """Descriptors of a condition by Eqs 3.28, 3.29 and 4.5, with the variables outside the simulated range.
+
+        Of a table of conditions, a table: `predict_table`.
 
         volume_m3: of the jar; if left out, of the mill as built. charge: name of a charge of several sizes; the
         condition then has its ball of mean volume (`charge_diameter_m`). If left out, balls of one size. Beyond the
         simulated range, the scaling of the thesis extends the curves, with a wider interval. Raises ConfigError for an
         impossible condition: a value of 0 or less, or a fill ratio of 1 or more.
         """
+        if isinstance(condition, pd.DataFrame):
+            return self.predict_table(condition)
         volume = self.about["volume_m3"] if volume_m3 is None else volume_m3
         for name, value in (*vars(condition).items(), ("volume_m3", volume)):
             if not 0 < value < (1 if name == "fill_ratio" else np.inf):
@@ -375,9 +413,7 @@ class Fingerprint:
         return Prediction(
             balls=balls,
             **descriptors_of(condition, scaled),
-            normal_power_W=scaled["Pn"] * power,
-            tangential_power_W=scaled["Pt"] * power,
-            power_W=scaled["P"] * power,
+            **{name: scaled[own] * power for name, own in POWERS.items()},
             tangential_share=share_of(scaled["ratio"]),
             outside=self.outside(condition, volume, charge),
             missing=self.missing(condition.fill_ratio),

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -37,15 +36,6 @@ class Prediction:
     tangential_share: Band
     outside: tuple[str, ...]
     missing: Mapping[str, str]
-
-
-def row_of(prediction: Prediction) -> dict[str, Any]:
-    """A prediction as a row of a table."""
-    row: dict[str, Any] = {"balls": prediction.balls}
-    for name, value in vars(prediction).items():
-        if isinstance(value, Band):
-            row |= value.columns(name)
-    return row | {"outside": ", ".join(prediction.outside)}
 
 
 def bands(table: pd.DataFrame) -> dict[str, Band]:

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from millprint.config.errors import ConfigError
 from millprint.config.motion_kinds import STILL
-from millprint.run.files import read_table
+from millprint.run.tables import Number, read_measured
 
 PLACE = ["x_m", "y_m", "z_m"]
 TURN = ["rotation_x_deg", "rotation_y_deg", "rotation_z_deg"]
@@ -95,7 +95,8 @@ def read_path(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     after one with the sign of its quaternion turned over (any whole turn about an axis does that), else one.
     Raises ConfigError, in one line, for a table that is not one turn.
     """
-    table = read_table(path, numeric=["time_s", *PLACE], optional=TURN)
+    columns = [*map(Number, ("time_s", *PLACE)), *(Number(name, optional=True) for name in TURN)]
+    table = read_measured(path, columns, fewest_rows=0)
     try:
         return _curve(table)
     except ConfigError as error:

@@ -31,7 +31,7 @@ class Condition:
         balls = ", ".join(f"{group.number} balls of {group.diameter_mm:g} mm" for group in self.card.balls.sizes)
         return f"{self.card.machine.name}, {self.card.machine.speed_rpm:g} rpm, {balls}"
 
-    def row(self, quantity: str, unit: str, measured: Estimate, note: str) -> dict[str, object]:
+    def row(self, quantity: str, unit: str, measured: Estimate, note: str) -> dict[str, str]:
         """A row of the table of own measurements, without an id that is surely its own."""
         half = max(measured.upper - measured.value, measured.value - measured.lower)
         return {

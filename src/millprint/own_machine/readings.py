@@ -1,5 +1,6 @@
 """Files of the user: a recording, tables of a thermometer or a wattmeter, and the table of own measurements."""
 
+import struct
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
@@ -8,9 +9,10 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.errors import ConfigError
+from millprint.config.rows import append_row, read_cells
 from millprint.config.setup_models import SETTINGS
 from millprint.run.files import whole_file
-from millprint.run.tables import refuse_rows
+from millprint.run.tables import Number, read_measured, refuse_rows
 from millprint.validation.measured import COLUMNS, UNKNOWN, read_measurements
 
 SHORTEST_S, LOWEST_RATE_HZ = 5.0, 8000
@@ -21,6 +23,8 @@ CLIPPED_RUN, MOST_CLIPPED = 4, 5
 TIME = {"time_s": (1.0, 0.0), "time_min": (60.0, 0.0), "time_h": (3600.0, 0.0)}
 TEMPERATURE = {"temperature_degC": (1.0, 0.0), "temperature_K": (1.0, -273.15)}
 POWER = {"power_W": (1.0, 0.0), "power_kW": (1e3, 0.0)}
+# Columns that tell more of a measurement, but change nothing in its comparison.
+LEFT_OUT = ("class", "mill", "description", "note")
 POSSIBLE = {"time": (-1e6, 1e7), "temperature": (-50.0, 400.0), "power": (0.0, 1e5)}
 
 
@@ -38,7 +42,7 @@ def read_recording(path: str | Path) -> tuple[np.ndarray, float]:
             rate, samples = wavfile.read(path)
     except FileNotFoundError:
         raise ConfigError(f"{path}: no such recording") from None
-    except (ValueError, EOFError, OSError, UnboundLocalError) as error:
+    except (ValueError, EOFError, OSError, UnboundLocalError, struct.error) as error:
         raise ConfigError(f"{path}: not a WAV ({error}); export it as WAV with 16 bit, PCM") from None
     sound = _full_scale(samples)
     if rate < LOWEST_RATE_HZ or len(sound) < SHORTEST_S * rate:
@@ -72,25 +76,27 @@ def _full_scale(samples: np.ndarray) -> np.ndarray:
 
 
 def read_series(path: str | Path, quantity: Mapping[str, tuple[float, float]], fewest: int) -> pd.DataFrame:
-    """Columns `time_s` and `value` of a table with tabs, semicolons or commas between its cells.
+    """Columns `time_s` and `value` of a table; quantity: TEMPERATURE or POWER.
 
-    A comma may be the decimal point where cells are not separated by it. quantity: TEMPERATURE or POWER. Raises
-    ConfigError, in one line, for a missing column, a cell that is not a number or out of range, times that do not rise,
-    and fewer than `fewest` rows.
+    Raises ConfigError, in one line, as `read_measured`, for a missing column, a number out of range, times that do not
+    rise, and fewer than `fewest` rows.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise ConfigError(f"{path}: no such table") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: cannot be read as a table ({error})") from None
-    lines = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("#")]
-    mark = next((mark for mark in "\t;," if lines and mark in lines[0]), "\t")
-    cells = [[cell.strip() for cell in line.split(mark)] for line in lines]
-    if uneven := [number for number, row in enumerate(cells) if len(row) != len(cells[0])]:
-        raise ConfigError(f"{path}: row {uneven[0]} has {len(cells[uneven[0]])} cells, the header {len(cells[0])}")
-    frame = pd.DataFrame(cells[1:], columns=cells[0] if cells else [])
-    table = pd.DataFrame({name: _column(frame, path, known) for name, known in (("time_s", TIME), ("value", quantity))})
+    header, found = read_cells(path).header, {}
+    for column, known in (("time_s", TIME), ("value", quantity)):
+        first, *others = known
+        name = next((name for name in known if name in header), None)
+        if name is None:
+            raise ConfigError(
+                f"{path}: column {first} (or {' or '.join(others)}) is missing; the table has {', '.join(header)}"
+            )
+        frame = read_measured(path, [Number(name)], fewest_rows=0)
+        (factor, offset), unit = known[name], first.split("_")[1]
+        low, high = POSSIBLE[name.split("_")[0]]
+        found[column] = values = frame[name] * factor + offset
+        refuse_rows(
+            frame, path, name, ~values.between(low, high), f"must be {low:g} to {high:g} {unit}; is the unit right?"
+        )
+    table = pd.DataFrame(found)
     if len(table) < fewest:
         raise ConfigError(f"{path}: {len(table)} readings: needs {fewest} or more")
     falls = np.append(False, np.diff(table["time_s"]) <= 0)
@@ -98,42 +104,20 @@ def read_series(path: str | Path, quantity: Mapping[str, tuple[float, float]], f
     return table
 
 
-def _column(frame: pd.DataFrame, path: str | Path, known: Mapping[str, tuple[float, float]]) -> pd.Series:
-    """The column of one of the known names, in SI."""
-    name = next((name for name in known if name in frame), None)
-    if name is None:
-        first, *others = known
-        raise ConfigError(
-            f"{path}: column {first} (or {' or '.join(others)}) is missing; the table has {', '.join(map(str, frame))}"
-        )
-    values = pd.to_numeric(frame[name].str.replace(",", "."), errors="coerce")
-    refuse_rows(frame, path, name, ~np.isfinite(values.to_numpy(dtype=float)), "must be a number")
-    factor, offset = known[name]
-    low, high = POSSIBLE[name.split("_")[0]]
-    values = values * factor + offset
-    unit = next(iter(known)).split("_")[1]
-    refuse_rows(
-        frame, path, name, ~values.between(low, high), f"must be {low:g} to {high:g} {unit}; is the unit right?"
-    )
-    return values
-
-
-def append_measured(path: str | Path, row: Mapping[str, object]) -> str:
+def append_measured(path: str | Path, row: Mapping[str, str]) -> str:
     """Append a row to a table of own measurements, which is made if it is not there; returns the row's id.
 
-    row: columns of `validation.measured`; its id gets a number if it is there already. Raises ConfigError for a table
-    that `validation` would refuse.
+    row: columns of `validation.measured`, of which LEFT_OUT are written if the table has them; its id gets a number if
+    it is there already. Raises ConfigError as
+    `append_row`, and for a table that `validation` would refuse.
     """
-    names = [column.name for column in COLUMNS]
-    table, comments = pd.DataFrame(columns=names), ""
-    if Path(path).exists():
-        read_measurements(path, SETTINGS)
-        comments = "".join(f"{line}\n" for line in Path(path).read_text().splitlines() if line.startswith("#"))
-        table = pd.read_csv(path, sep="\t", comment="#", dtype=str, keep_default_na=False)
-    known, id = set(table["id"].str.strip()), str(row["id"])
+    if not Path(path).exists():
+        with whole_file(path) as partial:
+            partial.write_text("\t".join(column.name for column in COLUMNS) + "\n", encoding="utf-8")
+    header = read_cells(path).header
+    row = {"setup": UNKNOWN, "class": "measured, own machine", **row}
+    row = {name: text for name, text in row.items() if name in header or name not in LEFT_OUT}
+    known, id = set(read_measurements(path, SETTINGS, fewest_rows=0)["id"]), row["id"]
     id = next(each for each in (id, *(f"{id}_{n}" for n in range(2, len(known) + 3))) if each not in known)
-    new = pd.DataFrame([{"setup": UNKNOWN, "class": "measured, own machine", **row, "id": id}])
-    whole = pd.concat([table, new.astype(str)], ignore_index=True).fillna("")
-    with whole_file(path) as partial:
-        partial.write_text(comments + whole.to_csv(sep="\t", index=False))
+    append_row(path, {**row, "id": id}, numbers=("value", "uncertainty"))
     return id

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from millprint.config.dose import BodyName, Cooling
-from millprint.config.section import NonNegative, Positive, Section
+from millprint.config.section import Section
 
 
 class ListenSettings(Section):
@@ -23,7 +23,7 @@ class ListenSettings(Section):
     """loudest echo over its impact; what is weaker within echo_ms is not an impact [-]"""
     pair: Literal["ball_wall", "both"] = "ball_wall"
     """collisions that are heard: those with the wall, or all"""
-    drop_mm: Positive | None = None
+    drop_mm: Annotated[float, Field(ge=1, le=10_000)] | None = None
     """height of the drop of one ball onto the wall, whose recording gives the loudness of a known energy [mm]"""
 
     @model_validator(mode="after")
@@ -36,19 +36,19 @@ class ListenSettings(Section):
 class WarmSettings(Section):
     """What is known of a jar that warms."""
 
-    jar_kg: Positive
+    jar_kg: Annotated[float, Field(gt=0, le=100)]
     """mass of jar and lid, weighed [kg]"""
-    powder_g: Positive | None = None
+    powder_g: Annotated[float, Field(gt=0, le=100_000)] | None = None
     """powder in the jar; that of the card if left out [g]"""
     cooling: Cooling | None = None
     """what cools the jar; that of the card if left out"""
-    start_s: NonNegative | None = None
+    start_s: Annotated[float, Field(ge=0, le=1e7)] | None = None
     """time of the table at which the mill starts; the first reading if left out [s]"""
-    stop_s: NonNegative | None = None
+    stop_s: Annotated[float, Field(ge=0, le=1e7)] | None = None
     """time at which it stops; the last reading if left out [s]"""
     body: BodyName = "jar"
     """what the thermometer touches"""
-    resolution_K: Positive = 0.1
+    resolution_K: Annotated[float, Field(gt=0, le=10)] = 0.1
     """resolution of the thermometer [K]"""
 
     @model_validator(mode="after")

@@ -46,7 +46,7 @@ def _fixed_power(condition: Condition) -> dict | None:
     return fixed_before(card.machine.name, diameter_mm, card.balls.fill_ratio, card.machine.speed_rpm, POWER)
 
 
-def keep(options: Namespace, row: dict[str, object], figure: "Figure | None") -> None:
+def keep(options: Namespace, row: dict[str, str], figure: "Figure | None") -> None:
     """Add the row to the user's table and write the figure, where they were asked for."""
     if options.table:
         print(f"{options.table}: row {append_measured(options.table, row)}")

@@ -13,7 +13,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import psutil
 
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 # Columns that identify a row for a reader.
 ROW_NAMES = ("case", "reference")
+FINITE, FINITE_OR_EMPTY = "a finite number", "a finite number or empty"
 
 # Every file that this process has written, for the record of its job.
 written: list[Path] = []
@@ -36,6 +37,8 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     The content is on the disk before the renaming, so neither a killed job nor a power failure leaves half a file.
     """
     path = Path(path)
+    if not path.name:
+        raise ConfigError(f"'{path}': is not the name of a file that can be written")
     path.parent.mkdir(parents=True, exist_ok=True)
     _drop_left_overs(path)
     # Keeps the suffix: matplotlib, h5py and pandas choose a format by it.
@@ -65,18 +68,13 @@ def write_table(frame: pd.DataFrame, path: str | Path, digits: int = 8) -> None:
 
 
 def read_table(
-    path: str | Path,
-    numeric: Sequence[str] = (),
-    text: Sequence[str] = (),
-    optional: Sequence[str] = (),
-    may_be_blank: Sequence[str] = (),
-    optional_text: Sequence[str] = (),
+    path: str | Path, numeric: Sequence[str] = (), text: Sequence[str] = (), may_be_blank: Sequence[str] = ()
 ) -> pd.DataFrame:
-    """Read a TSV file (lines that begin with # are comments) and check its columns.
+    """Read a table that `write_table` wrote, and check its columns; `run.tables.read_measured` reads those of people.
 
-    optional, optional_text: columns of numbers and of text that the table may lack. may_be_blank: numeric columns that
-    may have empty cells. Raises ConfigError, in one line, for a missing file or column, and for a cell of a numeric
-    column without a number.
+    numeric, text: columns of numbers and of text that it must have; may_be_blank: numeric columns that may have empty
+    cells. Only an empty cell is nothing. Raises ConfigError, in one line, for a missing file or column, and for a cell
+    of a numeric column without a number.
     """
     import pandas as pd
 
@@ -85,7 +83,7 @@ def read_table(
             # A row with more columns than the header: pandas would leave out the last, or take the first as names.
             warnings.simplefilter("error", pd.errors.ParserWarning)
             frame = pd.read_csv(
-                path, sep="\t", comment="#", dtype=dict.fromkeys([*text, *optional_text], str), index_col=False
+                path, sep="\t", dtype=dict.fromkeys(text, str), index_col=False, keep_default_na=False, na_values=[""]
             )
     except FileNotFoundError:
         raise ConfigError(f"{path}: no such table") from None
@@ -95,40 +93,32 @@ def read_table(
         raise ConfigError(f"{path}: a row has more columns than the header") from None
     except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError, ValueError, OverflowError) as error:
         raise ConfigError(f"{path}: not a tab-separated table ({' '.join(str(error).split())})") from None
-    for column in [*numeric, *text]:
-        if column not in frame.columns:
-            raise ConfigError(f"{path}: column {column} is missing; the table has {', '.join(frame.columns)}")
-    for column in [*numeric, *(name for name in optional if name in frame)]:
-        values = _numbers(frame[column])
+    refuse_missing(path, [*numeric, *text], list(frame.columns))
+    for column in numeric:
         # pandas reads a column of only true and false as booleans.
+        values = pd.to_numeric(frame[column].astype(object), errors="coerce")
         bad = ~values.abs().lt(float("inf")) | (frame[column].dtype == bool)
         if column in may_be_blank:
             bad &= frame[column].notna()
         if bad.any():
             row = int(bad.idxmax())
-            cell = frame[column].iloc[row]
-            place = f"column {column}, {row_name(frame, row, column)} = {repr(cell) if isinstance(cell, str) else cell}"
-            right = "a finite number or empty" if column in may_be_blank else "a finite number"
-            raise ConfigError(f"{path}: {place}: must be {right}")
+            place = f"column {column}, {row_name(frame, row, column)} = {frame[column].iloc[row]!r}"
+            raise ConfigError(f"{path}: {place}: must be {FINITE_OR_EMPTY if column in may_be_blank else FINITE}")
         frame[column] = values
     return frame
+
+
+def refuse_missing(path: str | Path, needed: Sequence[str], there: Sequence[str]) -> None:
+    """Raise ConfigError for the first needed column that is not there."""
+    for column in needed:
+        if column not in there:
+            raise ConfigError(f"{path}: column {column} is missing; the table has {', '.join(there)}")
 
 
 def row_name(frame: pd.DataFrame, row: int, column: str) -> str:
     """The name of row `row` (from 0) for a fault in `column`: from a column of ROW_NAMES, or its number."""
     named = [f"{name} {frame[name].iloc[row]}" for name in ROW_NAMES if name in frame and name != column]
     return named[0] if named else f"row {row + 1}"
-
-
-def _numbers(column: pd.Series) -> pd.Series:
-    """The numbers of a column, NaN where there is none."""
-    import pandas as pd
-
-    try:
-        return pd.to_numeric(column, errors="coerce")
-    except OverflowError:
-        # Whole numbers of more digits than any measurement has.
-        return pd.to_numeric(column.astype(str).where(column.astype(str).str.len() < 300), errors="coerce")
 
 
 def write_json(content: dict, path: str | Path) -> None:
@@ -156,12 +146,30 @@ def read_format(path: str | Path, formats: Sequence[str], what: str, hint: str =
     return content
 
 
+class Content(dict):
+    """The keys and values of a JSON file, also of a part of it; a key that is missing raises DamagedFile."""
+
+    path: str | Path = ""
+
+    def __missing__(self, key: str) -> NoReturn:
+        raise DamagedFile(f"{self.path}: key {key} is missing; delete it and run the same command again")
+
+
 def read_json(path: str | Path) -> dict:
-    """Read a JSON file. Raises DamagedFile for one that is not."""
+    """Read a JSON file with keys and values. Raises DamagedFile for one that is not, and for a key that it lacks."""
+
+    def with_place(found: dict) -> Content:
+        content = Content(found)
+        content.path = path
+        return content
+
     try:
-        return json.loads(Path(path).read_text())
+        content = json.loads(Path(path).read_text(), object_hook=with_place)
     except ValueError as error:
         raise DamagedFile(f"{path}: not valid JSON ({error}); delete it and run the same command again") from None
+    if not isinstance(content, dict):
+        raise DamagedFile(f"{path}: has no keys and values; delete it and run the same command again")
+    return content
 
 
 # HDF5 allows a user block of this size at the start of a file, so that a sealed HDF5 file can be opened directly.

@@ -149,7 +149,7 @@ UNITS: dict[str, float | None] = {
 PERCENT = "%"
 COLUMNS: list[Number | Text] = [
     Text("id", unique=True), Text("setup"), Text("mill", optional=True), Text("description", optional=True),
-    Text("quantity"), Text("x", optional=True), Text("value"), Text("unit", choices=tuple(UNITS)),
+    Text("quantity"), Text("x", optional=True), Text("value", of_numbers=True), Text("unit", choices=tuple(UNITS)),
     Number("uncertainty", 0, above=True, may_be_blank=True, optional=True), Text("uncertainty_unit", optional=True),
     Text("class", optional=True), Text("source", optional=True), Text("note", optional=True),
 ]  # fmt: skip
@@ -205,15 +205,15 @@ def _is_value(text: str) -> bool:
         return False
 
 
-def read_measurements(path: str | Path, setups: Collection[str]) -> pd.DataFrame:
+def read_measurements(path: str | Path, setups: Collection[str], fewest_rows: int = 1) -> pd.DataFrame:
     """The measured rows of a file; columns that it lacks are empty. setups: names that a row may have, and `unknown`.
 
     Raises ConfigError, in one line with file, row, key and value, for an unknown unit or set-up, a value that is not a
     number, series, range or bound, and an uncertainty without a unit or in a unit other than the value's or per cent.
     """
-    frame = read_measured(path, COLUMNS)
+    frame = read_measured(path, COLUMNS, fewest_rows)
     for name in (column.name for column in COLUMNS if isinstance(column, Text)):
-        frame[name] = frame[name].fillna("").str.strip() if name in frame else ""
+        frame[name] = frame[name].fillna("") if name in frame else ""
     frame["class"] = frame["class"].replace("", "measured")
     if "uncertainty" not in frame:
         frame["uncertainty"] = nan

@@ -23,7 +23,8 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.predicted_values import Prediction
 from millprint.fingerprint.readers import find_ready_made, ready_made
 from millprint.mill.vessel import build_vessel
-from millprint.run.files import read_table, write_table
+from millprint.run.files import write_table
+from millprint.run.tables import Number, Text, read_measured
 from millprint.validation.measured import DEM
 
 TABLE = "config/data/waiting_predictions.tsv"
@@ -91,10 +92,11 @@ def predictions_of(mill: str, fingerprint: Fingerprint) -> pd.DataFrame:
 
 
 def read_waiting(path: str | Path = TABLE) -> pd.DataFrame:
-    """The table of fixed predictions. Raises ConfigError as `read_table`."""
-    numbers = [*CONDITION, "value"]
-    texts = [name for name in COLUMNS if name not in (*numbers, "lower", "upper")]
-    return read_table(path, numeric=numbers, text=texts, optional=["lower", "upper"], may_be_blank=["lower", "upper"])
+    """The table of fixed predictions. Raises ConfigError as `read_measured`."""
+    ends = [Number(name, optional=True, may_be_blank=True) for name in ("lower", "upper")]
+    numbers = [*map(Number, (*CONDITION, "value")), *ends]
+    texts = [Text(name) for name in COLUMNS if name not in {number.name for number in numbers}]
+    return read_measured(path, [*numbers, *texts])
 
 
 def fixed_before(mill: str, diameter_mm: float, fill_ratio: float, speed_rpm: float, quantity: str) -> dict | None:

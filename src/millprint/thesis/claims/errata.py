@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from millprint.run.files import read_table
+from millprint.run.tables import Number, read_measured
 from millprint.thesis.claims.chapter3 import implied_difference
 from millprint.thesis.claims.evidence import Evidence, Finding, in_words
 from millprint.thesis.claims.tabulate import chapter_of
@@ -133,7 +133,7 @@ def contact_set_of_the_revolutions(evidence: Evidence) -> Iterator[Row]:
 def energies_of_the_screening(evidence: Evidence) -> Iterator[Row]:
     """At one fill ratio the energies go with the square of the speed (Eq. 3.28), to the printed digit."""
     columns = ["speed_rpm", "normal_energy_uJ", "tangential_energy_uJ"]
-    runs = read_table(evidence.data / "screening.tsv", numeric=columns)
+    runs = read_measured(evidence.data / "screening.tsv", list(map(Number, columns)))
     for name in ("normal", "tangential"):
         levels = runs.groupby("speed_rpm")[f"{name}_energy_uJ"].first()
         for speed in levels.index:

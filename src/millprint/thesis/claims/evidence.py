@@ -12,6 +12,7 @@ import pandas as pd
 
 from millprint.config.errors import ConfigError
 from millprint.run.files import read_json, read_table
+from millprint.run.tables import Number, Text, read_measured
 from millprint.statistics.quantiles import spread_of
 from millprint.thesis.claims.tolerances import agrees
 
@@ -306,8 +307,8 @@ def datum(evidence: Evidence, path: str, key: str, value: int, column: str) -> f
 
     path: such as config/data/screening.tsv. Raises NotRun if there is no such row.
     """
-    evidence.cite(path, f"{column} of {key} {value}", read_table)
-    table = read_table(evidence.data / Path(path).name, text=[key], numeric=[column], may_be_blank=[column])
+    evidence.cite(path, f"{column} of {key} {value}", read_measured)
+    table = read_measured(evidence.data / Path(path).name, [Text(key), Number(column, may_be_blank=True)])
     own = table.loc[table[key] == str(value), column]
     if own.empty:
         raise NotRun(f"{path} has no {key} {value}")

@@ -6,8 +6,7 @@ from pathlib import Path
 import pandas as pd
 
 from millprint.config.errors import ConfigError
-from millprint.run.files import read_table
-from millprint.run.tables import refuse_rows
+from millprint.run.tables import Text, read_measured, refuse_rows
 
 # Importing a chapter registers its claims.
 from millprint.thesis.claims import chapter2, chapter3, chapter3_curves, chapter4, chapter5, chapter6  # noqa: F401
@@ -45,7 +44,7 @@ def read_claims(path: str | Path) -> pd.DataFrame:
 
     Raises ConfigError for an id without code and code without an id, and for an unknown nature or basis.
     """
-    claims = read_table(path, text=CLAIM_COLUMNS).fillna("").set_index("id", drop=False)
+    claims = read_measured(path, list(map(Text, CLAIM_COLUMNS))).fillna("").set_index("id", drop=False)
     forms = {name: form_of(name) for name in claims.index}
     for word, ids in (
         ("lacks", set(FORMS) - {form.template for form in forms.values() if form}),

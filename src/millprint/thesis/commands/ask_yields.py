@@ -7,8 +7,10 @@ import sys
 from pathlib import Path
 
 from millprint.cli.commands import parser_of
+from millprint.config.arguments import check_written, value_of
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model, read_yaml
+from millprint.config.section import Fraction
 from millprint.config.yields import YieldConfig
 from millprint.thesis.yields.new_conditions import write_predictions
 
@@ -31,11 +33,12 @@ def main(arguments: list[str], name: str = "yields") -> None:
     parser.add_argument(
         "--mill", help="curves that the descriptors are compared with; default mill.json next to the model"
     )
-    parser.add_argument("--level", type=float, help="level of the intervals [-]; default yields.interval_level")
+    parser.add_argument(
+        "--level", type=value_of("level", Fraction), help="level of the intervals [-]; default yields.interval_level"
+    )
     parser.add_argument("--extrapolate", action="store_true", help="predict outside the domain of the model too")
     given = parser.parse_args(arguments)
-    if given.level is not None and not 0 < given.level < 1:
-        parser.error(f"--level = {given.level:g}: must be between 0 and 1")
+    check_written(given.out, given.model, given.conditions, given.config)
     settings = read_settings(given.config)
     level = given.level or settings.interval_level
     own = (settings.prediction, settings.training, settings.evaluation.conformal_folds, level, given.extrapolate)

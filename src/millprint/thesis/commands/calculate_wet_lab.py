@@ -15,6 +15,7 @@ The reaction and purities come from doe.chemistry of the configuration; doe.gas 
 """
 
 from millprint.cli.commands import parser_of
+from millprint.config.arguments import check_written
 from millprint.config.doe import WetLabConfig
 from millprint.config.load import read_part
 from millprint.run.files import write_table
@@ -38,6 +39,7 @@ def main(arguments: list[str], name: str = "wet-lab") -> None:
     parser.add_argument("--config", default="config/config.yaml", help="YAML file with doe.chemistry and doe.gas")
     parser.add_argument("--dry-gas", action="store_true", help="the gas holds no water vapour")
     options = parser.parse_args(arguments)
+    check_written(options.results, options.readings, options.config)
     settings = read_part(options.config, "doe", WetLabConfig)
     check_formulas(settings.chemistry, f"{options.config}: chemistry")
     if options.dry_gas:

@@ -10,7 +10,6 @@ import pandas as pd
 from millprint.config.errors import ConfigError
 from millprint.config.sweep import ball_count
 from millprint.fingerprint.condition import BASIC, Condition, Quantity, descriptors_of, power_scale, scaled_quantities
-from millprint.run.files import read_table
 from millprint.run.tables import Number, Text, read_measured, read_printed, refuse_rows
 
 if TYPE_CHECKING:
@@ -23,8 +22,9 @@ def read_published(path: str | Path, claims_path: str | Path) -> pd.DataFrame:
     path: their table, which may have a column `claim`: the id of a claim whose value is in the table `claims_path`.
     Raises ConfigError for a missing column, for a claim that is unknown, and for a value that is not a number.
     """
-    text = ["quantity", "contact", "unit", "locus"]
-    table = read_table(path, numeric=["fill_ratio", "value"], text=text, may_be_blank=["value"])
+    blank = [Number(name, may_be_blank=True) for name in ("ball_diameter_mm", "speed_rpm", "value")]
+    text = [Text(name) for name in ("quantity", "contact", "unit", "locus")]
+    table = read_measured(path, [*text, Number("fill_ratio"), *blank, Text("claim", optional=True)])
     if "claim" in table:
         claims = read_printed(claims_path)
         refuse_rows(table, path, "claim", table["claim"].notna() & ~table["claim"].isin(claims.index), "no known claim")
@@ -32,9 +32,6 @@ def read_published(path: str | Path, claims_path: str | Path) -> pd.DataFrame:
         table["value"] = table["value"].fillna(printed)
     missing = table["value"].isna()
     refuse_rows(table, path, "value", missing, "must be a number, or that of the row's claim in claims.tsv")
-    for column in ("ball_diameter_mm", "speed_rpm"):
-        if column not in table.columns:
-            raise ConfigError(f"{path}: column {column} is missing; the table has {', '.join(table.columns)}")
     return table
 
 

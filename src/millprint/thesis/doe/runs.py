@@ -7,7 +7,8 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from millprint.config.doe import DesignConfig, Factor
-from millprint.run.tables import CASE, Number, Text, read_measured, refuse_rows
+from millprint.config.errors import ConfigError
+from millprint.run.tables import CASE, Number, Text, read_measured, refuse_copies, refuse_rows
 
 YIELD = "yield_percent"
 RUN_ORDER = "run_order"
@@ -32,7 +33,7 @@ def read_runs(path: str, factors: Sequence[Factor], positive: Sequence[str] = ()
 
     Columns `treatment` and `run_order` are kept where there are any; `positive` names further columns that must hold
     numbers above 0. Raises ConfigError, in one line, for a missing column, a text in a numeric column, a case that
-    appears twice, a setting that is not a level, and a yield outside 0 to 100 %.
+    appears twice, a setting that is not a level, a yield outside 0 to 100 %, copies of runs, and equal yields.
     """
     numeric = [factor.column for factor in factors if factor.numeric and factor.column not in positive]
     names = [factor.column for factor in factors if not factor.numeric]
@@ -52,6 +53,9 @@ def read_runs(path: str, factors: Sequence[Factor], positive: Sequence[str] = ()
         refuse_rows(frame, path, RUN_ORDER, bad, "must be a whole number that no other run has")
     for factor in factors:
         frame[factor.symbol] = _codes(frame, factor, path)
+    if frame[YIELD].nunique() == 1:
+        raise ConfigError(f"{path}: column {YIELD} = {frame[YIELD].iloc[0]:g} in all rows: there is nothing to explain")
+    refuse_copies(frame, path, list(dict.fromkeys([*(factor.column for factor in factors), *positive])), YIELD)
     if "treatment" in frame:
         # A code such as 0011 may have been read as the number 11.
         frame["treatment"] = frame["treatment"].astype(str).str.zfill(len(factors))

@@ -11,8 +11,8 @@ from scipy.constants import hour as HOUR
 
 from millprint.config.doe import ChemistryConfig, GasConfig
 from millprint.config.errors import ConfigError
+from millprint.config.rows import read_cells
 from millprint.dose.wear import FEWEST_HELD, FILL_TOLERANCE, LOADS, VICKERS, archard_mass, worn_load
-from millprint.run.files import read_table
 from millprint.run.tables import CASE, Number, Text, read_measured, refuse_rows
 from millprint.thesis.doe import chemistry
 from millprint.thesis.doe.runs import YIELD
@@ -129,7 +129,7 @@ def charge_table(path: str, reaction: ChemistryConfig) -> pd.DataFrame:
     The table at `path` has case, bpr, molar_ratio and either ball_mass_g, all balls together, or balls,
     ball_diameter_mm and ball_density_kg_m3. Raises ConfigError as `read_measured`.
     """
-    if "ball_mass_g" in read_table(path):
+    if "ball_mass_g" in read_cells(path).header:
         frame = _read_readings(path, [*CHARGE_READINGS, *_positive("ball_mass_g")])
         media = frame["ball_mass_g"] * GRAM
     else:

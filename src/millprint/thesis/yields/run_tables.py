@@ -1,15 +1,16 @@
 """The tables of the yield stage: screening runs, their split, and runs of other groups and mills."""
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 
 from millprint.config.doe import DoeConfig, Factor
 from millprint.config.errors import ConfigError
+from millprint.config.rows import read_cells
 from millprint.config.yields import OtherSourcesConfig, YieldConfig
-from millprint.run.files import row_name
-from millprint.run.tables import CASE, Number, Text, read_measured, refuse_rows
+from millprint.run.tables import CASE, Number, Text, read_measured, refuse_copies, refuse_rows, refuse_shares
 from millprint.thesis.doe.runs import PERCENT_YIELD, YIELD, read_runs
 from millprint.thesis.yields.features import CHEMICAL, CONDITIONS, FEATURES, FREQUENCY, NORMAL, TANGENTIAL
 
@@ -45,20 +46,23 @@ def read_parts(screening: str, split: str, factors: Sequence[Factor]) -> tuple[p
     return rows[train].reset_index(drop=True), rows[test].reset_index(drop=True)
 
 
-def read_rows(path: str, yields: bool = True) -> pd.DataFrame:
+def read_rows(path: str, yields: bool = True, asked: bool = False) -> pd.DataFrame:
     """Read case (text), the six conditions, and yield_percent unless `yields` is false.
+
+    asked: whether yields of which none is above 1 are refused; not for a part of the runs, which the program wrote.
 
     Raises ConfigError, in one line, as `read_measured`: for no rows, a case that is missing or appears twice, a
     condition that is not above 0 and a yield outside 0 to 100.
     """
-    columns = [Number(name, 0, above=True) for name in CONDITIONS] + ([PERCENT_YIELD] if yields else [])
+    columns = [Number(name, 0, above=True) for name in CONDITIONS]
+    columns += [replace(PERCENT_YIELD, asked=asked)] if yields else []
     return read_measured(path, [Text("case", unique=True), *columns])
 
 
 def check_yield_tables(settings: YieldConfig, screening: str, split: str, design: DoeConfig, source: str) -> None:
     """Raise ConfigError, in one line, for the first setting or table entry with which a job would fail."""
     train, test = read_parts(screening, split, design.factors)
-    read_rows(settings.out_of_domain)
+    read_rows(settings.out_of_domain, asked=True)
     for name in settings.training.choices.linear_features:
         if name not in FEATURES:
             known = ", ".join(FEATURES)
@@ -127,11 +131,14 @@ def read_other_runs(settings: OtherSourcesConfig, taken: Mapping[str, Collection
             *(Number(name, *BOUNDS[name], above=True) for name in CHEMICAL),
             *(Number(name, *BOUNDS[name], may_be_blank=True) for name in ENERGIES),
             *(Number(name, 0, above=True, optional=True, may_be_blank=True) for name in MILL_COLUMNS),
-            PERCENT_YIELD,
+            replace(PERCENT_YIELD, asked=False),
         ],
     )
     _check_names(frame, path, settings, taken, config)
     _check_units(frame, path)
+    refuse_copies(
+        frame.fillna(0.0), path, [SOURCE, *(name for name in (*CONDITIONS, *MILL_COLUMNS) if name in frame)], YIELD
+    )
     table = frame[[CASE, SOURCE, *CONDITIONS, YIELD]].assign(descriptors=GIVEN)
     for source in settings.sources:
         calculated = (frame[SOURCE] == source.name) & frame[NORMAL].isna()
@@ -152,7 +159,6 @@ def read_other_runs(settings: OtherSourcesConfig, taken: Mapping[str, Collection
 def _check_names(
     frame: pd.DataFrame, path: str, settings: OtherSourcesConfig, taken: Mapping[str, Collection[str]], config: str
 ) -> None:
-    frame[SOURCE] = frame[SOURCE].str.strip()
     known = [source.name for source in settings.sources]
     why = f"not in yields.other_sources.sources of {config}; known: {', '.join(known)}"
     refuse_rows(frame.fillna({SOURCE: ""}), path, SOURCE, ~frame[SOURCE].isin(known), why)
@@ -170,11 +176,9 @@ def _check_units(frame: pd.DataFrame, path: str) -> None:
     for name in ENERGIES:
         partly = blank[name] & ~blank.all(axis=1)
         refuse_rows(frame, path, name, partly, "must be a number, or all three descriptors of the row empty")
-    largest = frame.groupby(SOURCE)[YIELD].transform("max")
-    for row in map(int, np.flatnonzero((largest <= 1) & (largest > 0))):
-        place = f"column {YIELD}, {row_name(frame, row, YIELD)} = {frame[YIELD].iloc[row]:g}"
-        source = frame[SOURCE].iloc[row]
-        raise ConfigError(f"{path}: {place}: no yield of source {source} is above 1; must be in %, 71 and not 0.71")
+    signed = ["%" in cell for cell in read_cells(path).column(YIELD)]
+    for _, own in frame[~np.array(signed)].groupby(SOURCE, sort=False):
+        refuse_shares(own, path, YIELD)
 
 
 def _calculated(frame: pd.DataFrame, path: str, fingerprint_path: str) -> tuple[np.ndarray, str]:
