@@ -10,6 +10,7 @@ from millprint.dem import timestep
 from millprint.dem.collisions import collision_statistics, collision_table, merge_contacts, sort_by_pair
 from millprint.dem.layout import COUNTER
 from millprint.dem.ledger import check_closure, closure, ledger_series, ledger_summary
+from millprint.dem.open_balance import check_balance
 from millprint.dem.simulation import Simulation
 from millprint.mill import wall_arrays
 from tests.physics.setups import FewBalls
@@ -87,10 +88,12 @@ def test_ledger_of_the_reference_closes_at_the_default_step_and_with_the_square_
 
 
 def test_an_open_balance_is_refused(reference):
-    series = reference[1].copy()
-    series["imbalance_J"] += 0.01 * series["wall_work_J"]
-    with pytest.raises(SimulationError, match="time_step_s"):
-        check_closure(series, 0.005)
+    simulation, series, table = reference
+    made = series.assign(imbalance_J=series["imbalance_J"] + 0.01 * series["wall_work_J"])
+    with pytest.raises(SimulationError, match="is open by"):
+        check_closure(made, 0.005)
+    with pytest.raises(SimulationError, match="a shorter one does not help"):
+        check_balance(simulation, made, table)
 
 
 def test_collisions_sum_to_the_ledger(reference):

@@ -40,10 +40,10 @@ def refusal(action) -> str:
     return line
 
 
-def test_the_refusal_of_too_many_balls_names_the_largest_fill():
+def test_the_refusal_of_too_many_balls_names_what_the_packing_method_can_place():
     line = refusal(lambda: simulation(fill_ratio=0.9))
     balls, fill = re.fullmatch(
-        r"(\d+) balls of 10 mm do not fit .* largest fill ratio that does is ([\d.]+)", line
+        r"(\d+) balls of 10 mm do not fit .* packing method, .* at most \d+, a fill ratio of ([\d.]+); .*", line
     ).groups()
     assert int(balls) == ball_count(0.9, 125e-6, 0.010)
     # The fill it names can be placed, and one more hundredth cannot.

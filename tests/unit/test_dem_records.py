@@ -19,7 +19,8 @@ from millprint.dem.collisions import (
     RANGE,
 )
 from millprint.dem.ledger import LEDGER_CHANNELS
-from millprint.dem.run import AIM, run_case
+from millprint.dem.open_balance import AIM
+from millprint.dem.run import run_case
 from millprint.run.files import read_json
 from tests.unit.test_dem_collisions import CONFIG
 
@@ -103,7 +104,7 @@ def test_every_key_of_a_summary_is_documented(files):
 
 
 def test_an_open_balance_fails_the_run_and_leaves_no_file(tmp_path):
-    with pytest.raises(SimulationError, match=r"energy balance is open by .*closure_max .* time_step_s smaller"):
+    with pytest.raises(SimulationError, match=r"energy balance is open by .*closure_max .* make time_step_s"):
         run(tmp_path, DEM.model_copy(update={"closure_max": 1e-9}))
     assert list(tmp_path.iterdir()) == []
 

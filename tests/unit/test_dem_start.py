@@ -1,6 +1,7 @@
 """Starting positions, steps and the Rayleigh time."""
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +16,10 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.case_checks import check_room, checked_bodies
 from millprint.dem.laws.registry import step_scale
-from millprint.dem.packing import capacity, inside, laid_lattice, largest_fill, pack, thin_direction
+from millprint.dem.packing import capacity, inside, laid_lattice, pack, thin_direction, widest_ball
 from millprint.dem.simulation import Simulation
 from millprint.dem.timestep import SKIN_SHARE, aligned_step, longest_step, skin_of
-from millprint.mill.bodies import CHECK_RPM, build_bodies
+from millprint.mill.bodies import CHECK_RPM, build_bodies, inserts_in_vessel
 from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import build_vessel
 from tests.physics.setups import CALIBRATED
@@ -50,10 +51,27 @@ def test_too_many_balls_are_refused_with_the_largest_fill():
     vessel = build_vessel(load_mill("emax"))
     most = capacity(vessel, 0.010)
     assert most >= 96
-    fill = largest_fill(vessel, 0.010, VOLUME)
-    assert fill == pytest.approx(most * math.pi / 6 * 1e-6 / VOLUME, abs=0.011)
-    with pytest.raises(SimulationError, match=f"largest fill ratio that does is {fill:g}"):
+    with pytest.raises(SimulationError, match=f"at most {most}, a fill ratio of") as caught:
         pack(vessel, 0.010, most + 60, 0, VOLUME)
+    fill = float(re.search(r"a fill ratio of ([\d.]+)", str(caught.value))[1])
+    assert fill == pytest.approx(most * math.pi / 6 * 1e-6 / VOLUME, abs=0.011)
+
+
+def test_a_ball_without_room_is_told_the_widest_place():
+    """An upright jar of 60 mm with a core of 44 mm leaves a ring of 8 mm, and 1 mm above the core."""
+    jar = {"kind": "cylinder", "radius_mm": 30, "height_mm": 40, "fillet_ends": "none"}
+    core = {"kind": "cylinder", "radius_mm": 22, "height_mm": 39, "fillet_ends": "none", "centre_mm": [0, 0, 19.5]}
+    mill = MillConfig(
+        name="ring", title="ring", source="made for a test", volume_ml=113.1, geometry=jar, motion={"kind": "rest"},
+        inserts=[{"name": "core", "geometry": core, "motion": {"kind": "rotation", "axis": [0, 0, 1]}}],
+    )  # fmt: skip
+    bodies = build_bodies(mill, CHECK_RPM)
+    solids = inserts_in_vessel(bodies)
+    assert widest_ball(bodies[0].vessel, solids) == pytest.approx(8e-3, rel=1e-3)
+    with pytest.raises(SimulationError, match=r"nowhere is room for a ball of 10 mm; at most (8|7\.99) mm"):
+        pack(bodies[0].vessel, 0.010, 20, 0, 113.1e-6, solids)
+    with pytest.raises(SimulationError, match=r"packing method"):
+        pack(bodies[0].vessel, 0.0079, 100, 0, 113.1e-6, solids)
 
 
 # A drum of 550 mm with eight lifters, one and a bit balls of 22 mm wide, as validations of DEM codes simulate it.
@@ -107,7 +125,7 @@ def test_a_slice_of_a_drum_with_lifters_starts_and_runs(tmp_path, monkeypatch):
     volume, diameter = mill.volume_ml * 1e-6, BALL_MM / 1e3
     fill = BALLS * math.pi / 6 * diameter**3 / volume
     check_room([slice_case(fill)], {"slice": mill}, {"slice": [body]}, "test")
-    with pytest.raises(ConfigError, match=r"fill_ratios = 0.9: \d+ balls of 22 mm do not fit in mill slice; at most"):
+    with pytest.raises(ConfigError, match=r"fill_ratios = 0.9: \d+ balls of 22 mm do not fit in mill slice: "):
         check_room([slice_case(0.9)], {"slice": mill}, {"slice": [body]}, "test")
     start, again, other = (pack(body.vessel, diameter, BALLS, seed, volume) for seed in (0, 0, 1))
     assert start.shape == (BALLS, 3)
@@ -139,8 +157,6 @@ def test_the_largest_fill_of_a_slice_is_that_of_one_plane(tmp_path, monkeypatch)
     whole = math.pi * 275**2 / (math.sqrt(3) / 2 * BALL_MM**2)
     assert 0.75 * whole < most < whole
     assert len(pack(vessel, diameter, most, 3, volume)) == most
-    fill = largest_fill(vessel, diameter, volume)
-    assert fill == pytest.approx(most * math.pi / 6 * diameter**3 / volume, abs=0.011)
 
 
 @pytest.mark.slow

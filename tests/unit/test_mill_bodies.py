@@ -299,7 +299,7 @@ def test_balls_start_around_an_insert_at_its_first_pose(angle):
 def test_the_insert_lowers_the_largest_fill_in_the_refusal():
     thick = [{"name": "core", "geometry": {**ROD, "radius_mm": 40, "height_mm": 90}}]
     bodies = build_bodies(mill(inserts=thick), 60)
-    with pytest.raises(SimulationError, match=r"the largest fill ratio that does is 0\.1"):
+    with pytest.raises(SimulationError, match=r"a fill ratio of 0\.1"):
         pack(bodies[0].vessel, 8e-3, 1000, 0, 700e-6, inserts_in_vessel(bodies))
 
 

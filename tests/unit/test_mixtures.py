@@ -100,7 +100,7 @@ def test_balls_of_several_sizes_start_apart_and_inside(counts):
 @pytest.mark.slow
 def test_balls_of_several_sizes_that_do_not_fit_are_refused():
     _, vessel = drum()
-    with pytest.raises(SimulationError, match=r"do not fit into the vessel"):
+    with pytest.raises(SimulationError, match=r"packing method cannot place them"):
         pack_mixture(vessel, np.array([0.022, 0.020]), [300, 300], seed=0)
 
 

@@ -15,7 +15,7 @@ from millprint.config.workflow import WorkflowConfig
 from millprint.dem.case_cost import MOST_BYTES, MOST_DAYS, MOST_SITES, cost, sites_of
 from millprint.dem.cohesion_check import check_cohesion
 from millprint.dem.laws.registry import law_of, step_scale
-from millprint.dem.packing import capacity, pack_mixture
+from millprint.dem.packing import capacity, pack_mixture, room_in_words
 from millprint.dem.timestep import largest_fraction, requested_step
 from millprint.mill.bodies import CHECK_RPM, Body, build_bodies, check_inserts, inserts_in_vessel
 from millprint.mill.vessel import Vessel, check_volume
@@ -40,14 +40,16 @@ def check_room(cases: Iterable[Case], mills: dict[str, MillConfig], bodies: dict
         vessel, volume = bodies[name][0].vessel, mills[name].volume_ml * 1e-6
         share = math.pi / 6 * (diameter / 1000) ** 3 / volume
         enough = ball_count(max(fills), volume, diameter / 1000)
-        most = capacity(vessel, diameter / 1000, inserts=inserts_in_vessel(bodies[name]), enough=enough)
+        inserts = inserts_in_vessel(bodies[name])
+        most = capacity(vessel, diameter / 1000, inserts=inserts, enough=enough)
         for fill in sorted(fills):
             balls = ball_count(fill, volume, diameter / 1000)
             what = f"{place}: fill_ratios = {fill:g}: {balls} balls of {diameter:g} mm"
             if balls > most:
-                wall = "not one does: the shape of a vessel is its hollow, not its wall"
-                room = f"at most {most * share:.2g}" if most else wall
-                raise ConfigError(f"{what} do not fit in mill {name}; {room}")
+                room = room_in_words(vessel, diameter / 1000, volume, inserts, most)
+                if not most and mills[name].geometry.kind == "stl":
+                    room += "; the shape of a vessel is its hollow, not its wall"
+                raise ConfigError(f"{what} do not fit in mill {name}: {room}")
             if balls < 1:
                 raise ConfigError(f"{what} in mill {name}; one ball needs at least {share:.2g}")
 

@@ -58,30 +58,39 @@ def ledger_summary(series: pd.DataFrame) -> dict[str, float]:
     return {name: totals[name] if name in totals else float(last[f"{name}_J"]) for name in LEDGER_CHANNELS}
 
 
-def closure(series: pd.DataFrame) -> float:
-    """Error of the energy balance over the series, as a fraction of the wall work [-].
+def work_scale(series: pd.DataFrame) -> float:
+    """What an error of the energy balance is a fraction of [J]: the wall work.
 
-    If the walls do no work (a mill at rest), it is a fraction of the energy dissipated or released by gravity.
+    If the walls do no work (a mill at rest), a tenth of the energy dissipated or released by gravity.
     """
     last = series.iloc[-1]
     dissipated = last[["normal_damping_J", "tangential_damping_J", "sliding_J", "rolling_J"]].sum()
-    scale = max(abs(last["wall_work_J"]), 0.1 * dissipated, 0.1 * abs(last["gravity_work_J"]))
-    return float(abs(last["imbalance_J"]) / scale) if scale > 0 else 0.0
+    return float(max(abs(last["wall_work_J"]), 0.1 * dissipated, 0.1 * abs(last["gravity_work_J"])))
+
+
+def closure(series: pd.DataFrame) -> float:
+    """Error of the energy balance over the series, as a fraction of `work_scale` [-]."""
+    scale = work_scale(series)
+    return float(abs(series["imbalance_J"].iloc[-1]) / scale) if scale > 0 else 0.0
 
 
 class OpenBalanceError(SimulationError):
-    """An energy balance that does not close: `found`, its error, is over `largest`, fractions of the wall work [-]."""
+    """An energy balance that does not close, and why.
 
-    def __init__(self, found: float, largest: float) -> None:
-        super().__init__(
-            f"the energy balance is open by {100 * found:.3g} % of the wall work (closure_max {100 * largest:g} %): "
-            "make time_step_s smaller"
+    found, its error, is over `largest`, fractions of the wall work [-]; step_factor: what the step is multiplied by so
+    that it may close, 0 where a shorter one does not help.
+    """
+
+    def __init__(self, found: float, largest: float, cause: str = "", step_factor: float = 0.0) -> None:
+        balance = (
+            f"the energy balance is open by {100 * found:.3g} % of the wall work (closure_max {100 * largest:g} %)"
         )
-        self.found, self.largest = found, largest
+        super().__init__(f"{balance}: {cause}" if cause else balance)
+        self.step_factor = step_factor
 
 
 def check_closure(series: pd.DataFrame, largest: float) -> float:
-    """The closure; raises OpenBalanceError where it exceeds `largest`."""
+    """The closure; raises OpenBalanceError, without a cause, where it exceeds `largest`."""
     error = closure(series)
     if not error <= largest:
         raise OpenBalanceError(error, largest)

@@ -163,13 +163,44 @@ def capacity(
     return most
 
 
-def largest_fill(vessel: Vessel, diameter_m: float, volume_m3: float, inserts: Sequence[Vessel] = ()) -> float:
-    """The largest fill ratio that can be placed, referred to a nominal volume [m3], rounded down to 0.01."""
-    balls = capacity(vessel, diameter_m, inserts=inserts)
-    fill = math.floor(100 * balls * math.pi / 6 * diameter_m**3 / volume_m3) / 100
-    while ball_count(fill, volume_m3, diameter_m) > balls:
+def widest_ball(vessel: Vessel, inserts: Sequence[Vessel] = ()) -> float:
+    """Diameter [m] of the largest ball that has room between the walls, by a search that gets finer.
+
+    inserts: solids in the vessel's frame.
+    """
+    low, high = vessel.bounds
+    pitch = (high - low) / 16
+    points = low + (np.indices((15, 15, 15)).reshape(3, -1).T + 1) * pitch
+    around = np.indices((3, 3, 3)).reshape(3, -1).T - 1
+    while True:
+        room = -np.max([signed_distance(body)(points)[0] for body in (vessel, *inserts)], axis=0)
+        best = np.argsort(-room)[:12]
+        if pitch.max() < 1e-5 * vessel.size:
+            return 2 * float(room[best[0]])
+        pitch = pitch / 2
+        points = (points[best][:, None] + around * pitch).reshape(-1, 3)
+
+
+def room_in_words(
+    vessel: Vessel, diameter_m: float, volume_m3: float, inserts: Sequence[Vessel] = (), most: int | None = None
+) -> str:
+    """Why balls of a diameter [m] could not be placed, and what to do.
+
+    volume_m3: nominal, of the fill ratio; most: how many can be placed, `capacity` if left out.
+    """
+    most = capacity(vessel, diameter_m, inserts=inserts) if most is None else most
+    widest = diameter_m if most else widest_ball(vessel, inserts)
+    if diameter_m > widest:
+        return f"nowhere is room for a ball of {1e3 * diameter_m:g} mm; at most {math.floor(1e5 * widest) / 100:g} mm"
+    if not most:
+        return "the packing method, which starts with a lattice of balls, places none of them; take smaller balls"
+    fill = math.floor(100 * most * math.pi / 6 * diameter_m**3 / volume_m3) / 100
+    while ball_count(fill, volume_m3, diameter_m) > most:
         fill -= 0.01
-    return round(fill, 2)
+    return (
+        f"the packing method, which starts with a lattice of balls, places at most {most}, a fill ratio of {fill:.2f}; "
+        "lower it, or take smaller balls"
+    )
 
 
 def by_cell(points: np.ndarray, pitch: float) -> np.ndarray:
@@ -217,7 +248,11 @@ def pack_mixture(
                 order = cell_order(points, float(np.max(diameters_m)))
                 return points[order], species[order]
     sizes = ", ".join(f"{count} of {diameter * 1e3:g} mm" for count, diameter in zip(counts, diameters_m, strict=True))
-    raise SimulationError(f"{sum(counts)} balls ({sizes}) do not fit into the vessel; lower the fill ratio")
+    largest, widest = float(np.max(diameters_m)), widest_ball(vessel, inserts)
+    reason = "the packing method cannot place them; lower the fill ratio"
+    if largest > widest:
+        reason = f"nowhere is room for a ball of {1e3 * largest:g} mm; at most {math.floor(1e5 * widest) / 100:g} mm"
+    raise SimulationError(f"{sum(counts)} balls ({sizes}) do not fit in the vessel: {reason}")
 
 
 def _place_sizes(
@@ -265,7 +300,7 @@ def pack(
 
     inserts: solids in the vessel's frame (mill.bodies.inserts_in_vessel).
     The packing is as loose as holds that many sites, each ball then moves at random within its share of the gap.
-    Raises SimulationError if they do not fit, with the largest fill ratio that does.
+    Raises SimulationError if they do not fit, with the reason.
     """
     for trial, (sites_of, rng) in enumerate(_tries(seed)):
         spacing = diameter_m * (1 + GAP)
@@ -291,8 +326,5 @@ def pack(
         moved = chosen + move
         fits = inside(vessel, moved, diameter_m / 2, inserts)
         return by_cell(np.where(fits[:, None], moved, chosen), spacing)
-    fill = largest_fill(vessel, diameter_m, volume_m3, inserts)
-    raise SimulationError(
-        f"{count} balls of {diameter_m * 1e3:g} mm do not fit into the vessel; "
-        f"the largest fill ratio that does is {fill:g}"
-    )
+    reason = room_in_words(vessel, diameter_m, volume_m3, inserts)
+    raise SimulationError(f"{count} balls of {diameter_m * 1e3:g} mm do not fit in the vessel: {reason}")

@@ -25,9 +25,8 @@ logger = logging.getLogger("millprint")
 
 # The restart file of an unfinished case.
 RESTART = "restart.h5"
-# How often a step is shortened until the energy balance closes, to what part of the first one at least, and what part
-# of the error that is allowed is aimed at.
-SHORTENED, SHORTEST, AIM = 2, 0.4, 0.7
+# How often a step is shortened until the energy balance closes, and to what part of the first one at least.
+SHORTENED, SHORTEST = 2, 0.4
 
 
 def _enough(case: Case, dem: DemConfig) -> Callable[[Recording], bool] | None:
@@ -104,9 +103,9 @@ def _closing(
     """A simulation whose energy balance closes, its recording, ledger, collisions and summary; recorded: runs it.
 
     A step that is given as a fraction of the law's scale is what suits most mills: where the balance does not close
-    with it, a shorter one follows from how far it is open, SHORTENED times and to SHORTEST of the first. The case of
-    the summary and of run.h5 has the fraction that was taken. A step that is given in seconds stays. Raises
-    SimulationError as `run_case`.
+    with it, and a shorter one helps, that is taken, SHORTENED times and to SHORTEST of the first. The case of the
+    summary and of run.h5 has the fraction that was taken. A step that is given in seconds stays. Raises SimulationError
+    as `run_case`.
     """
     first = case.rayleigh_fraction or 0.0
     for attempt in range(SHORTENED + 1):
@@ -117,10 +116,9 @@ def _closing(
         try:
             return simulation, recording, series, table, summarise(simulation, series, table, recording)
         except OpenBalanceError as error:
-            # The error grows with the square of the step.
-            shorter = (case.rayleigh_fraction or 0.0) * (AIM * error.largest / error.found) ** 0.5
+            shorter = (case.rayleigh_fraction or 0.0) * error.step_factor
             if attempt == SHORTENED or not shorter > SHORTEST * first:
                 raise
-            logger.warning("%s; again with a shorter step", error)
+            logger.warning("%s; again with rayleigh_fraction %.2g", error, shorter)
             case = case.model_copy(update={"rayleigh_fraction": shorter})
     raise AssertionError("the last attempt returns or raises")

@@ -9,7 +9,8 @@ import pandas as pd
 from millprint.config.contact_set import PAIR_COEFFICIENTS
 from millprint.config.over_speed import NOMINAL_SPEED_M_S
 from millprint.dem.collisions import CHANNELS, by_surface, collision_statistics, squares_per_turn, weighted_statistics
-from millprint.dem.ledger import check_closure, ledger_summary
+from millprint.dem.ledger import ledger_summary
+from millprint.dem.open_balance import check_balance
 from millprint.dem.recording import Recording
 from millprint.dem.simulation import Simulation
 from millprint.dem.turns import mean_of_turns, relative_error
@@ -101,7 +102,7 @@ def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame,
     wall_clock_s and processor_s are those of the kernel; ns_per_ball_step is processor time, which other jobs
     disturb less.
     """
-    case, dem = simulation.case, simulation.dem
+    dem = simulation.dem
     ledger = ledger_summary(series)
     window = simulation.window_s
     frequency = simulation.frequency_hz
@@ -124,7 +125,7 @@ def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame,
         weighted[name]["relative_error"] = weighted_errors(revolutions.get(f"{name}_J", []), own)
     return described(simulation) | {
         "ledger_J": ledger,
-        "closure": check_closure(series, case.closure_max or dem.closure_max),
+        "closure": check_balance(simulation, series, table),
         "power_W": power,
         "power_standard_error_W": errors,
         "power_relative_error": {name: finite(relative_error(revolutions.get(f"{name}_J", []))) for name in CHANNELS},

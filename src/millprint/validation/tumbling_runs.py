@@ -14,8 +14,10 @@ from millprint.config.mill import MillConfig
 from millprint.config.quantities import POWER, RINGS, SHOULDER, TOE, with_number
 from millprint.config.setup_models import TumblingConfig
 from millprint.config.sweep import Case, DemConfig
+from millprint.dem.collisions import collision_table
 from millprint.dem.layout import SNAPSHOT, SNAPSHOT_TOTAL
-from millprint.dem.ledger import check_closure, ledger_series, ledger_summary
+from millprint.dem.ledger import ledger_series, ledger_summary
+from millprint.dem.open_balance import check_balance
 from millprint.dem.short_runs import simulate_each
 from millprint.dem.simulation import Simulation
 from millprint.mill.gravity import GRAVITY
@@ -260,7 +262,7 @@ def simulate(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfi
         "carried": int(stay.sum()),
         "rings": complete_rings(places[-1][stay], simulation.diameter, radius, *bars),
         "angle_deg": 360 * (simulation.frequency_hz * times[-1] % 1),
-        "closure": check_closure(series, case.closure_max or dem.closure_max),
+        "closure": check_balance(simulation, series, collision_table(recording.table)),
         "step_s": simulation.step,
         "window_s": simulation.window_s,
         "wall_clock_s": simulation.wall_clock_s,
