@@ -41,7 +41,7 @@ def simulate(folder: Path, cores: int) -> None:
     }
     (folder / "config/config.yaml").write_text(yaml.safe_dump(config, sort_keys=False))
     targets = [f"results/uncertainty/{mill}/fingerprint.json" for mill in MILLS]
-    command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile"), "--directory", str(folder)]
+    command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "workflow/Snakefile"), "--directory", str(folder)]
     subprocess.run([*command, "--cores", str(cores), *targets], check=True)
 
 

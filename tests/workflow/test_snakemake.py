@@ -149,7 +149,7 @@ def test_the_thesis_runs_in_another_folder_whose_name_a_shell_would_take_apart(t
     folder.mkdir()
     (folder / ".venv").symlink_to(sys.prefix)
     share_checks(folder)
-    arguments = ("--snakefile", str(ROOT / "Snakefile"), "--directory", str(folder), "--cores", "1")
+    arguments = ("--snakefile", str(ROOT / "workflow/Snakefile"), "--directory", str(folder), "--cores", "1")
     command = [str(folder / ".venv/bin/python"), "-m", "snakemake", *arguments, "results/doe/design.tsv"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=180)
     assert done.returncode == 0, done.stderr[-3000:]
