@@ -108,7 +108,7 @@ THESIS_TARGET = re.compile(r"snakemake --cores 2( [a-z_0-9]+)?")
 
 
 def planned_elsewhere(command: Command) -> bool:
-    """Whether a command is planned with all targets of the thesis, or makes the report, as the smoke run of the tests."""
+    """Whether a command is planned with all targets of the thesis, or makes the report, as the smoke run does."""
     return bool(THESIS_TARGET.fullmatch(" ".join(command.words))) or "--report" in command.words
 
 
