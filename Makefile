@@ -13,7 +13,7 @@ BENCH_VENV := .venv-bench
 BENCH_LOCK := envs/bench.lock
 SNAKEMAKE = $(RUN) $(BIN)/snakemake --cores $(CORES)
 # Files, not folders: snakefmt silently skips every file whose path contains a folder named build.
-SNAKEFILES := Snakefile workflow/Snakefile $(wildcard workflow/rules/*.smk)
+SNAKEFILES := workflow/Snakefile $(wildcard workflow/rules/*.smk)
 # The smoke run writes to results/, or to results/smoke/ if results/ holds the thesis.
 SMOKE_RESULTS ?= $(if $(shell grep -ls '^name: thesis' results/report/run.yaml),results/smoke,results)
 SMOKE = --configfile config/smoke.yaml --config results=$(SMOKE_RESULTS)

@@ -41,8 +41,8 @@ def simulate(folder: Path, cores: int) -> None:
     }
     (folder / "config/config.yaml").write_text(yaml.safe_dump(config, sort_keys=False))
     targets = [f"results/uncertainty/{mill}/fingerprint.json" for mill in MILLS]
-    command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile"), "--directory", str(folder)]
-    subprocess.run([*command, "--cores", str(cores), *targets], check=True)
+    place = ["--snakefile", str(ROOT / "workflow/Snakefile"), "--directory", str(folder)]
+    subprocess.run([sys.executable, "-m", "snakemake", *place, "--cores", str(cores), *targets], check=True)
 
 
 def power_span(fingerprint: Fingerprint) -> tuple[float, float]:

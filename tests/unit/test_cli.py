@@ -12,8 +12,9 @@ import yaml
 from millprint.cli import engine
 from millprint.cli.commands import COMMANDS, main
 from millprint.cli.new_mill import completed, filled, fractions, kinds, questions, read_template
-from millprint.config.checks import stands_alone
+from millprint.config.checks import CONFIG_FILE, base_of
 from millprint.config.fingerprint import MatchConfig
+from millprint.config.included import SOURCES
 from millprint.config.load import check_model
 from millprint.config.mill import MillConfig
 from millprint.fingerprint.comparison import match_in_words
@@ -159,24 +160,31 @@ def test_without_the_workflow_one_line_says_what_is_missing(tmp_path, monkeypatc
     assert "workflow/Snakefile: not in this installation" in line and not ran
 
 
+@pytest.mark.parametrize("own", [True, False])
 @pytest.mark.parametrize(
-    ("given", "alone"),
+    ("given", "thesis"),
     [
-        ({"mill": "planetary"}, True),
-        ({"mill": "mine", "contacts": ["steel"], "mills": {"precision": "fine"}}, True),
+        ({"mill": "planetary"}, False),
+        # The thesis's own mill, and a name of it.
         ({"mill": "emax"}, False),
-        ({"mills": {"precision": "fine"}}, False),
-        # A smaller thesis, of another mill.
-        ({"mill": "planetary", "sweeps": []}, False),
+        ({"mill": "emax_motion1", "sweeps": []}, False),
+        ({"mill": None}, False),
+        ({"mills": {"precision": "fine"}}, True),
+        ({}, True),
     ],
 )
-def test_another_mill_is_no_change_of_the_thesis(given, alone):
-    assert stands_alone(given, str(ROOT / "config/config.yaml")) == alone
+def test_the_thesis_is_the_base_of_a_run_that_names_no_mill(tmp_path, monkeypatch, own, given, thesis):
+    """In a clone, whose own configuration it is, and in an empty folder."""
+    monkeypatch.chdir(ROOT if own else tmp_path)
+    base = base_of(given, SOURCES)
+    assert (base is not None and Path(base).samefile(ROOT / CONFIG_FILE)) == thesis
 
 
-def test_a_configuration_without_chapters_is_changed_and_not_replaced(tmp_path):
-    (tmp_path / "config.yaml").write_text("mill: mine\ncontacts: [steel]\n")
-    assert not stands_alone({"mill": "planetary"}, str(tmp_path / "config.yaml"))
+def test_a_users_own_configuration_is_changed_and_not_replaced(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("config").mkdir()
+    Path(CONFIG_FILE).write_text("mill: mine\ncontacts: [steel]\n")
+    assert base_of({"mill": "planetary"}, SOURCES) == base_of({}, SOURCES) == CONFIG_FILE
 
 
 def ranked(**changes) -> pd.DataFrame:

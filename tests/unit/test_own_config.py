@@ -129,14 +129,16 @@ def test_chapters_without_one_of_their_sections_are_refused_in_one_line(thesis, 
     named = f"fingerprint.{key}" if key in CHAPTER_KEYS else key
     line = fault(without(thesis, key))
     assert line.startswith(f"{FILE}: ")
-    assert f"{named} is missing: the chapters of the thesis need all of their sections, or none of them" in line
+    assert f"belong to the thesis, whose chapters need all of their sections, or none; {named} is missing" in line
 
 
-def test_one_section_of_the_chapters_names_all_the_others(own, thesis):
-    line = fault({**own, "partition": thesis["partition"]})
-    assert "data, doe, calibration, yields, surrogate, fingerprint.cycle_fill_ratio, fingerprint.maps" in line
-    assert line.endswith("(given: partition)")
-    assert fault({**own, "fit": thesis["fit"]}).endswith("(given: fit)")
+@pytest.mark.parametrize("key", [*CHAPTER_SECTIONS, "fit", "claims"])
+def test_a_key_of_the_thesis_beside_a_mill_is_named_in_one_line(own, key):
+    """However little of it there is, and with whatever faults."""
+    for value in ({"draws": 7}, {"no_such_key": 1}):
+        assert fault({**own, key: value}).startswith(f"{FILE}: {key} belongs to the thesis")
+    own["fingerprint"] = {"maps": None, "inverse": {}}
+    assert fault(own).startswith(f"{FILE}: fingerprint.inverse belongs to the thesis")
 
 
 def test_a_thesis_without_its_chapters_has_simulations_and_no_more(thesis):

@@ -4,6 +4,7 @@ import re
 from pkgutil import resolve_name
 
 import pytest
+from snakemake.utils import update_config
 from tools.write_reference import MODELS
 
 from millprint.config.calibration import SwingConfig
@@ -14,7 +15,7 @@ from millprint.config.load import check_model
 from millprint.config.removed import REMOVED, what_became_of
 from millprint.config.workflow import WorkflowConfig
 from millprint.dose.heat_table import AT_REST
-from tests.conftest import ROOT
+from tests.conftest import ROOT, configuration
 
 # Where the values are today, unless they are constants of the section.
 FIXED = {
@@ -92,8 +93,10 @@ def test_a_removed_key_is_refused_in_one_line_and_is_not_a_key(key):
     content = {own: 7}
     for name in reversed(outer):
         content = {name: [{"name": "a", **content}] if name == "sweeps" else content}
+    thesis = configuration()
+    update_config(thesis, content)
     with pytest.raises(ConfigError) as info:
-        check_model({"mill": "emax", **content}, WorkflowConfig, "my.yaml")
+        check_model(thesis, WorkflowConfig, "my.yaml")
     (line,) = [line for line in str(info.value).splitlines() if "removed" in line]
     fixed = re.escape(REMOVED[key]) if key in REMOVED else "fixed.+"
     assert re.match(rf"my.yaml: .*{own} = 7: this key was removed \({fixed}\); delete it$", line)

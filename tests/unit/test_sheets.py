@@ -8,7 +8,7 @@ from tools.draw_pictures import PAGE, made_of
 
 from millprint.dose.spectra_shown import of_sheet, sheet_rows, temperature_rows, with_rows
 from millprint.figures import mill_pictures as figures
-from millprint.figures import mill_sheet_figure
+from millprint.figures import mill_sheet_figure, style
 from millprint.fingerprint.bands import checked_factors
 from millprint.fingerprint.condition import CURVES
 from millprint.fingerprint.mill_collapse import UNKNOWN, VERDICTS, one_row_a_mill, tabulate_mill_collapse
@@ -125,6 +125,16 @@ def test_the_page_of_a_fingerprint_shows_every_interval_in_a_column_of_its_own(a
     assert all(" to " in cell for cell in cells)
     labels = {line.get_label() for axis in page.axes for line in axis.lines}
     assert "by contact parameters" in labels and "by shape of the jar" not in labels
+
+
+@pytest.mark.parametrize("title", ["Jar $x_{$", "Jar of $5, lid of $6", "one $"])
+def test_a_title_with_dollars_is_drawn_as_it_is(tmp_path, title):
+    axis = style.plt.subplots()[1]
+    style.write_rows(axis, [(title, title)], 0.5, (30, 30), 8, 5)
+    style.draw_table(axis, ["a", "b"], [[title, title]], 8)
+    for number, figure in enumerate([axis.figure, figures.plot_geometry(picture_mill(mill("spex", title=title)))]):
+        style.save(figure, tmp_path / f"{number}.svg", tmp_path / f"{number}.png", tmp_path / f"{number}.pdf")
+        assert (tmp_path / f"{number}.svg").read_text().count(f">{title}</text>") == (1 if number else 4)
 
 
 def temperatures(sheet: pd.DataFrame, speed_rpm: float | None = None) -> pd.DataFrame:

@@ -242,12 +242,16 @@ MATCH = {
     "speeds_rpm": [90, 90],
     "ball_diameters_mm": [11, "graded"],
 }
-LINED_MILLS = {"contact": "lined", "rayleigh_fraction": 0.1, "held_out": 1, "box": ["mine"], "match": MATCH}
-LINED_SETTINGS = (
-    *("--configfile", "config/smoke.yaml"),
-    # The smoke run has a sweep of its own.
-    *("--config", "mill=lined", f"mills={LINED_MILLS}", f"sweep={LINED['sweep']}"),
-)
+LINED_SETTINGS = ("--configfile", "lined.yaml")
+LINED_CONFIG = {
+    "mill": "lined",
+    "dem": {"settle_s": 0.1, "discard_s": 0.1, "window_s": 0.2},
+    "mills": {
+        "contact": "lined", "rayleigh_fraction": 0.1, "held_out": 1, "box": ["mine"], "match": MATCH,
+        "precision": "standard", "settle_s": 0.1, "first_case_only": True,
+    },
+    "dose": {"heat": {"samples": 40}},
+}  # fmt: skip
 LINED_RUN = ("fingerprint", "explorer", "match", *LINED_SETTINGS)
 
 
@@ -261,6 +265,7 @@ def lined_project(smoke_project) -> Path:
     lining = {"name": "lined", "wall_restitution": 0.4, "wall_static_friction": 0.5, "wall_rolling_friction": 0.02}
     (smoke_project / "config/contacts/lined.yaml").write_text(yaml.safe_dump(steel | lining))
     (smoke_project / "config/mills/lined.yaml").write_text(yaml.safe_dump(LINED))
+    (smoke_project / LINED_SETTINGS[1]).write_text(yaml.safe_dump(LINED_CONFIG))
     drawn_mill.make(smoke_project)
     done = run_snakemake(smoke_project, *drawn_mill.FILES, *LINED_RUN, timeout=600)
     assert done.returncode == 0, done.stdout[-4000:]

@@ -12,7 +12,11 @@ BLOCK = re.compile(r"^(?P<indent> *)```sh\n(?P<text>.*?)^(?P=indent)```$", re.MU
 # A command within a sentence.
 INLINE = re.compile(r"`((?:make|snakemake|python|millprint) [^`]+)`")
 # Names that stand for those of the reader, and what a test takes for them.
-PLACES = {"MILL/CONTACT/CASE": "emax/calibrated/d10_f0.10_n600_s2", "mill=NAME": "mill=mine"}
+PLACES = {
+    "MILL/CONTACT/CASE": "emax/calibrated/d10_f0.10_n600_s2",
+    "mill=NAME": "mill=mine",
+    "fingerprint NAME": "fingerprint spex",
+}
 
 
 def pages() -> list[Path]:
@@ -47,3 +51,8 @@ def commands(page: Path) -> list[Command]:
     # `make install && source ...` is two commands.
     split = (tuple(shlex.split(part, comments=True)) for line in lines for part in line.split(" && "))
     return [Command(str(page), words) for words in split if words]
+
+
+def shown_file(page: str, language: str, number: int) -> str:
+    """The text of a block of a page, such as its second `yaml`."""
+    return re.findall(rf"^```{language}\n(.*?)^```$", (ROOT / page).read_text(), re.MULTILINE | re.DOTALL)[number]

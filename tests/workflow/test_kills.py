@@ -335,3 +335,58 @@ def test_the_lock_of_a_living_run_stays(workplace):
     assert "cannot be locked" in run_snakemake(project, *asked).stdout
     unlock(project)
     assert run_snakemake(project, *asked, timeout=600).returncode == 0
+
+
+MADE = "here/mills/planetary"
+TARGET = f"{MADE}/motion.png"
+AS_MODULE = """
+configfile: "mine.yaml"
+
+module millprint:
+    snakefile: {snakefile!r}
+    config: config
+
+use rule * from millprint as mill_*
+"""
+# The words before the target and after it, by which people run millprint; {} is its folder.
+ENTRANCES = {
+    "clone": ([], ["--configfile", "mine.yaml"]),
+    "Snakefile": (["--snakefile", "{}/workflow/Snakefile"], ["--configfile", "mine.yaml"]),
+    "command": (["-m", "millprint.cli", "run"], ["mine.yaml"]),
+    "module": ([], []),
+}
+
+
+@pytest.mark.parametrize("entrance", ENTRANCES)
+def test_by_every_entrance_a_kill_is_mended_and_a_comment_runs_nothing_again(project, tmp_path, entrance):
+    folder = project if entrance == "clone" else tmp_path / "own"
+    folder.mkdir(exist_ok=True)
+    (folder / "mine.yaml").write_text("mill: planetary\nresults: here\n")
+    if entrance == "module":
+        (folder / "Snakefile").write_text(AS_MODULE.format(snakefile=str(project / "workflow/Snakefile")))
+        # As docs/how_to/module.md says.
+        shutil.copytree(project / "workflow/profiles", folder / "profiles")
+    before, after = ([word.format(project) for word in words] for words in ENTRANCES[entrance])
+    command = [sys.executable, *(before if entrance == "command" else ["-m", "snakemake", "--cores", "2", *before])]
+
+    def started(*words: str) -> subprocess.Popen:
+        variables = active_environment() | {"PYTHONPATH": str(project / "src")}
+        return subprocess.Popen(
+            [*command, TARGET, *after, *words], cwd=folder, env=variables, start_new_session=True, text=True,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        )  # fmt: skip
+
+    session = started()
+    while not (folder / MADE / "geometry.svg").exists():
+        assert session.poll() is None, session.stdout.read()
+        time.sleep(0.01)
+    os.killpg(session.pid, signal.SIGKILL)
+    assert not (folder / TARGET).exists()
+    for words in (["--unlock"], []):
+        done = started(*words)
+        said, _ = done.communicate(timeout=120)
+        assert done.returncode == 0, said
+    assert (folder / TARGET).exists()
+    script = project / "scripts/draw_mill.py"
+    script.write_text(f"{script.read_text()}# a remark\n")
+    assert "Nothing to be done" in started("--dry-run").communicate(timeout=120)[0]

@@ -93,8 +93,8 @@ def test_a_plan_with_a_wrong_argument_is_refused_in_one_line(monkeypatch, capsys
     assert capsys.readouterr().err == "millprint: error: unrecognized arguments: --nonsense\n"
 
 
-def test_a_run_of_another_mill_says_that_nothing_of_the_configuration_of_the_thesis_is_used(project):
+def test_a_run_that_names_its_mill_says_that_nothing_of_the_configuration_of_the_thesis_is_used(project):
     given = ("--config", "mill=planetary")
     done = run_snakemake(project, *given, "--", "results/dem/kernels.json")
     assert done.returncode == 0, done.stdout[-4000:]
-    assert done.stdout.count("this run is of another mill than config/config.yaml and uses nothing of it") == 1
+    assert done.stdout.count("this run names its mill, and uses nothing of config/config.yaml") == 1

@@ -6,7 +6,7 @@ import pytest
 import yaml
 from snakemake.utils import update_config
 
-from tests.workflow.conftest import CONFIG, copy_planetary, jobs_of, run_snakemake
+from tests.workflow.conftest import CONFIG, copy_planetary, error_lines, jobs_of, run_snakemake
 
 
 def smoke_content(project) -> dict:
@@ -59,6 +59,42 @@ def test_the_chapters_can_have_a_planetary_mill(project):
     plan = planned(project, content, "chapter5")
     for name in ("regimes", "next_experiments"):
         assert f"results/yield/{name}.tsv" in plan
+
+
+# The mill of the thesis, and one called as another of its mills.
+@pytest.mark.parametrize("mill", ["emax", "emax_motion1"])
+def test_a_file_that_names_a_mill_gives_the_same_plan_in_a_clone_and_in_an_empty_folder(project, tmp_path, mill):
+    sweep = {"speeds_rpm": [700], "ball_diameters_mm": [10], "fill_ratios": [0.1, 0.2, 0.3]}
+    run = {"mill": mill, "contacts": ["steel"], "results": "here", "sweep": sweep}
+    own = tmp_path / "own"
+    (own / "config/mills").mkdir(parents=True)
+    copy_planetary(own / "config/mills")
+    plans = []
+    for folder in (project, own):
+        text = (own / "config/mills/mine.yaml").read_text().replace("name: mine", f"name: {mill}")
+        (folder / f"config/mills/{mill}.yaml").write_text(text)
+        (folder / "mine.yaml").write_text(yaml.safe_dump(run))
+        place = ("--snakefile", str(project / "workflow/Snakefile"))
+        for target in ([], ["explorer"]):
+            done = run_snakemake(folder, *place, "-n", *target, "--configfile", "mine.yaml")
+            assert done.returncode == 0, done.stdout[-4000:]
+            plans.append((jobs_of(done.stdout), set(re.findall(r"Simulating (\S+)", done.stdout))))
+    assert plans[:2] == plans[2:]
+    (whole, simulated), (explorer, _) = plans[:2]
+    # Three fill ratios, and eight that the fingerprint does not see; neither knows of a chapter.
+    assert len(simulated) == 11 and all(re.match(rf"{mill}/steel/d10_f0\.\d+_n700_s", case) for case in simulated)
+    assert whole["draw_fingerprint"] == whole["write_crate"] == explorer["explore_mill"] == 1
+    assert not {"write_pages", "sample_contacts", "write_card"} & set(whole)
+
+
+def test_every_mill_of_the_box_is_planned_alike(project):
+    """With the defaults, whether it is the mill of the thesis or not; a chapter is not one of its targets."""
+    rules = [set(jobs_of(run_snakemake(project, "-n", "--config", f"mill={mill}").stdout)) for mill in ("emax", "spex")]
+    assert rules[0] == rules[1] and "run_dem_case" in rules[0]
+    done = run_snakemake(project, "--dry-run", "chapter3", "--config", "mill=emax")
+    assert error_lines(done.stdout) == [
+        "error: chapter3: this target is of the thesis, and this run names a mill: name none, or run fingerprint"
+    ]
 
 
 def test_convergence_of_a_mill_of_ones_own_varies_its_settings_alone(project):

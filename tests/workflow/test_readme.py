@@ -1,22 +1,39 @@
-"""Every command of the pages for users works: its target or script exists and has the given options."""
+"""Every command of the pages for users works: those of the workflow are planned, the quick ones run to their end.
+
+They run in a clone, page by page and in their order, with the files that the page shows.
+"""
 
 import re
+import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
-from snakemake.cli import get_argument_parser
+import trimesh
 
+from millprint.cli import engine, plan_run
 from millprint.cli.commands import COMMANDS as MILLPRINT
 from millprint.cli.commands import main as millprint
-from tests.workflow.conftest import ROOT, copy_planetary, run_snakemake
-from tests.workflow.handbook import Command, commands, pages
+from tests.workflow.conftest import ROOT, ask_snakemake, copy_project, share_kernels
+from tests.workflow.handbook import Command, commands, pages, shown_file
 
 COMMANDS = [command for page in pages() for command in commands(page)]
 PROGRAMS = {"make", "snakemake", "millprint", "python", "cp", "sed", "source", "git", "cd", "nano", "pip"}
-# Contact set of the reader.
-STEEL = "config/contacts/steel.yaml"
-SMOKE = ("--configfile", "config/smoke.yaml")
+# What runs to its end here; `new` asks nothing with --yes.
+QUICK = {"match", "dose", "design", "wet-lab", "quantities", "new", "--help"}
+# Those that pass further options on to Snakemake.
+PASSING = {"fingerprint", "explore", "run", "plan"}
+# What a page has its reader write: language and number of the block. The other files are those of the fixture.
+WRITTEN = {
+    "docs/how_to/lammps.md": {"mine.yaml": ("yaml", 0)},
+    "docs/how_to/configuration.md": {"FOLDER/config/config.yaml": ("yaml", 0)},
+    "docs/how_to/measurements.md": {"mine.tsv": ("text", 0)},
+    "docs/how_to/design.md": {"design.yaml": ("yaml", 0)},
+    "docs/how_to/dose.md": {"my_runs.tsv": ("text", 0)},
+    "docs/how_to/wet_lab.md": {"readings.tsv": ("text", 0)},
+}
+# They read what a run of minutes or a measurement leaves: tests of these commands run them.
+NEEDS_A_RUN = ("my_card", "results/dem/", "results/fingerprint/", "results/yield/", "results/first_hour", "CALCULATION")
 
 
 def commands_of(program: str) -> list[Command]:
@@ -25,21 +42,12 @@ def commands_of(program: str) -> list[Command]:
     return list(first.values())
 
 
-def targets_by_config() -> dict[tuple[str, ...], list[str]]:
-    """The targets that Snakemake is asked for, by the settings on its command line; without --configfile."""
-    parser = get_argument_parser()
-    found: dict[tuple[str, ...], list[str]] = {}
-    for command in commands_of("snakemake"):
-        given = parser.parse_args(command.words[1:])
-        if given.targets and not given.configfile:
-            found.setdefault(tuple(given.config or ()), []).extend(given.targets)
-    return found
-
-
 def test_programs_are_known():
     for program, number in {"make": 10, "snakemake": 15, "millprint": 20}.items():
         assert len(commands_of(program)) >= number
     assert {command.words[0] for command in COMMANDS} <= PROGRAMS
+    for command in commands_of("python"):
+        assert (ROOT / command.words[1]).is_file() or (ROOT / f"{command.words[2].replace('.', '/')}.py").is_file()
 
 
 @pytest.mark.parametrize("command", commands_of("make"), ids=str)
@@ -48,23 +56,93 @@ def test_make_knows_the_target(command):
     assert done.returncode == 0, done.stderr
 
 
-def test_snakemake_would_run_every_target(project: Path):
-    targets = targets_by_config()[()]
-    assert {"chapter3", "ablations"} <= set(targets)
-    done = run_snakemake(project, *dict.fromkeys(targets), *SMOKE, "--dry-run", "--quiet", "all")
-    assert done.returncode == 0, done.stdout[-3000:]
+@pytest.fixture(scope="module")
+def clone(tmp_path_factory) -> Path:
+    """A clone with a mill and a run of a reader, tables, a surface, and the fingerprint of a mill."""
+    folder = copy_project(tmp_path_factory.mktemp("readme") / "millprint")
+    share_kernels(folder)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        assert millprint(["new", "planetary", "--name", "mine", "--yes", "--no-picture"]) == 0
+    for source, target in {
+        "config/data/experiments_smoke.tsv": "my_experiments.tsv",
+        "config/fingerprints/planetary.json": "results/mills/planetary/fingerprint.json",
+    }.items():
+        (folder / target).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(folder / source, folder / target)
+    turn = "\n".join(f"{0.01 * n}\t{x}\t0\t0" for n, x in enumerate([0.01, 0, -0.01, 0, 0.01]))
+    (folder / "motion.tsv").write_text(f"time_s\tx_m\ty_m\tz_m\n{turn}\n")
+    trimesh.creation.cylinder(radius=20, height=40, sections=24).export(folder / "jar_in_mm.stl")
+    # The folder of an installed millprint, of a run, and that of a reader's workflow.
+    for name in ("MILLPRINT", "FOLDER"):
+        (folder / name).mkdir()
+    for name in ("workflow", "scripts", "src", "config", "envs"):
+        (folder / "MILLPRINT" / name).symlink_to(folder / name)
+    return folder
 
 
-@pytest.mark.parametrize("config", [config for config in targets_by_config() if config], ids=" ".join)
-def test_snakemake_would_run_with_your_own_mill_and_powder(project: Path, config):
-    copy_planetary(project / "config/mills")
-    (project / "config/contacts/mine.yaml").write_text((ROOT / STEEL).read_text().replace("name: steel", "name: mine"))
-    (project / "my_experiments.tsv").write_text((ROOT / "config/data/experiments_smoke.tsv").read_text())
-    page = (ROOT / "docs/how_to/measurements.md").read_text()
-    (project / "mine.tsv").write_text(page.split("```text\n")[1].split("```")[0])
-    targets = dict.fromkeys(targets_by_config()[config])
-    done = run_snakemake(project, *targets, "--config", *config, "--dry-run", "--quiet", "all")
-    assert done.returncode == 0, done.stdout[-3000:]
+def planned(folder: Path, words: list[str], monkeypatch) -> str:
+    """The plan of a command of the workflow; a failure is one of the test."""
+    runs = []
+
+    def run(given: list[str], check: bool = False) -> subprocess.CompletedProcess:
+        quiet = [] if "--unlock" in given else ["--dry-run"]
+        runs.append(ask_snakemake(folder, *given[given.index("snakemake") + 1 :], *quiet, "--cores", "2"))
+        return runs[-1]
+
+    if words[0] == "snakemake":
+        run(words)
+    else:
+        monkeypatch.setattr(engine.subprocess, "run", run)
+        monkeypatch.setattr(plan_run, "snakemake_command", lambda given: run(["snakemake", *given]))
+        millprint(words[1:])
+        monkeypatch.undo()
+    (done,) = runs
+    assert done.returncode == 0, f"{words}: {done.stdout[-2000:]}{done.stderr[-2000:]}"
+    return done.stdout + done.stderr
+
+
+# Commands of two pages are planned once, unless the page has its own file.
+SEEN: set[tuple[str, ...]] = set()
+THESIS_TARGET = re.compile(r"snakemake --cores 2( [a-z_0-9]+)?")
+
+
+def planned_elsewhere(command: Command) -> bool:
+    """Whether a command is planned with all targets of the thesis, or makes the report, as the smoke run does."""
+    return bool(THESIS_TARGET.fullmatch(" ".join(command.words))) or "--report" in command.words
+
+
+@pytest.mark.parametrize("page", [str(page) for page in pages()])
+def test_the_commands_of_a_page_run(clone, page, monkeypatch):
+    run_of_mine = (clone / "mine.yaml").read_text()
+    for name, place in WRITTEN.get(page, {}).items():
+        (clone / name).parent.mkdir(parents=True, exist_ok=True)
+        (clone / name).write_text(shown_file(page, *place))
+    for command in commands(Path(page)):
+        words = list(command.words)
+        monkeypatch.chdir(clone)
+        if words[0] in ("cp", "sed"):
+            subprocess.run(words, cwd=clone, check=True)
+        elif (command.words in SEEN and page not in WRITTEN) or planned_elsewhere(command):
+            continue
+        elif words[0] == "snakemake" or (words[0] == "millprint" and words[1] in PASSING and len(words) > 2):
+            planned(clone, words, monkeypatch)
+        elif words[0] == "millprint" and words[1] in QUICK and not any(each in str(command) for each in NEEDS_A_RUN):
+            if words[1] == "new" and "--name" in words:
+                words += ["--yes", "--no-picture"]
+                for name in ("mine.yaml", "config/mills/mine.yaml"):
+                    (clone / name).unlink()
+            assert len(words) == 2 or millprint(words[1:]) == 0, words
+        SEEN.add(command.words)
+    (clone / "mine.yaml").write_text(run_of_mine)
+
+
+def test_snakemake_would_run_every_target_of_the_thesis(clone, monkeypatch):
+    """Those that the pages name without a configuration, in one plan."""
+    found = [THESIS_TARGET.fullmatch(" ".join(command.words)) for command in commands_of("snakemake")]
+    targets = [match[1].strip() for match in found if match and match[1]]
+    assert {"chapter3", "ablations", "calibration"} <= set(targets)
+    planned(clone, ["snakemake", "all", *targets], monkeypatch)
 
 
 def options_by_command() -> dict[str, set[str]]:
@@ -73,10 +151,6 @@ def options_by_command() -> dict[str, set[str]]:
     for command in commands_of("millprint"):
         found.setdefault(command.words[1], set()).update(word for word in command.words[2:] if word.startswith("--"))
     return found
-
-
-# Those that pass further options on to Snakemake.
-PASSING = {"fingerprint", "explore", "run", "plan"}
 
 
 @pytest.mark.parametrize(("name", "options"), options_by_command().items(), ids=options_by_command())

@@ -7,7 +7,7 @@ import re
 from tests.workflow.conftest import ROOT, ask_snakemake, jobs_of
 
 SMOKE = ("--configfile", "config/smoke.yaml")
-TARGETS = ("everything", "mills", "mill_wear", "ablations", "fit", "uncertainty")
+TARGETS = ("all", "mills", "mill_wear", "ablations", "fit", "uncertainty")
 # Files of targets that a run may have made before; none of them decides what another run does.
 MADE_BEFORE = (
     "results/surrogate/ablations.tsv",

@@ -6,7 +6,8 @@ import sys
 
 import pytest
 
-from tests.workflow.conftest import ROOT, ask_snakemake, copy_planetary, copy_project, jobs_of, share_checks
+from tests.workflow import drawn_mill
+from tests.workflow.conftest import ROOT, ask_snakemake, copy_project, jobs_of, share_checks
 
 # Reading the Snakefile may import Snakemake, what that imports, pydantic and yaml, but none of these.
 HEAVY = "numpy pandas scipy numba h5py trimesh molmass matplotlib statsmodels sklearn xgboost shap torch vtk tqdm"
@@ -61,6 +62,7 @@ config = {{
 module millprint:
     snakefile: {snakefile}
     config: config
+    prefix: {prefix!r}
 
 
 use rule * from millprint as mill_*
@@ -75,26 +77,27 @@ use rule run_dem_case from millprint as mill_run_dem_case with:
 
 rule all:
     input:
-        "milling/mills/mine/geometry.png",
+        "{prefix}milling/mills/mine/geometry.png",
     default_target: True
 """
 
 
-def make_module(folder, snakefile: str) -> None:
-    """A project of another workflow, with a mill of its own."""
+def make_module(folder, snakefile: str, prefix: str = "") -> None:
+    """A project of another workflow, with a mill of its own from a drawing."""
     (folder / "config/mills").mkdir(parents=True)
-    copy_planetary(folder / "config/mills")
-    (folder / "Snakefile").write_text(MODULE.format(snakefile=snakefile))
+    drawn_mill.make(folder)
+    (folder / "Snakefile").write_text(MODULE.format(snakefile=snakefile, prefix=prefix))
 
 
-def test_another_workflow_uses_this_one_as_a_module_and_overrides_its_simulations(tmp_path):
-    make_module(tmp_path / "project", repr(str(ROOT / "workflow/Snakefile")))
-    done = ask_snakemake(tmp_path / "project", "-n", "mill_fingerprint")
+@pytest.mark.parametrize("prefix", ["", "sub/"])
+def test_another_workflow_uses_this_one_as_a_module_and_overrides_its_simulations(tmp_path, prefix):
+    make_module(tmp_path / "project", repr(str(ROOT / "workflow/Snakefile")), prefix)
+    done = ask_snakemake(tmp_path / "project", "-n", "mill_fingerprint", "mill_explorer")
     plan = done.stdout + done.stderr
     assert done.returncode == 0, plan[-3000:]
-    assert jobs_of(plan)["mill_describe_mill"] == 1
+    assert jobs_of(plan)["mill_describe_mill"] == jobs_of(plan)["mill_explore_mill"] == 1
     # Two speeds, one ball, three fill ratios, and eight that the fingerprint does not see.
-    assert len(set(re.findall(r"milling/dem/(\S+)/summary.json", plan))) == 14
+    assert len(set(re.findall(rf" {prefix}milling/dem/(\S+)/summary.json", plan))) == 14
     assert len(re.findall(r"^ *Job \d+: Ours: 4321 MB for ", plan, re.MULTILINE)) == 14
 
 
@@ -149,7 +152,7 @@ def test_the_thesis_runs_in_another_folder_whose_name_a_shell_would_take_apart(t
     folder.mkdir()
     (folder / ".venv").symlink_to(sys.prefix)
     share_checks(folder)
-    arguments = ("--snakefile", str(ROOT / "Snakefile"), "--directory", str(folder), "--cores", "1")
+    arguments = ("--snakefile", str(ROOT / "workflow/Snakefile"), "--directory", str(folder), "--cores", "1")
     command = [str(folder / ".venv/bin/python"), "-m", "snakemake", *arguments, "results/doe/design.tsv"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=180)
     assert done.returncode == 0, done.stderr[-3000:]

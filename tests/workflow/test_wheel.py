@@ -77,10 +77,13 @@ def test_the_wheel_holds_every_module_and_every_file_beside_them(wheel):
 
 
 def test_the_wheel_holds_the_included_mills_and_the_workflow(wheel):
-    names = names_of(wheel)
-    for folder in ("config/mills", "config/contacts", "config/data", "workflow/rules", "workflow/report", "scripts"):
-        for path in filter(Path.is_file, (wheel.parent / "millprint" / folder).iterdir()):
-            assert f"millprint/included/{folder}/{path.name}" in names
+    names, project = names_of(wheel), wheel.parent / "millprint"
+    files = [
+        path for folder in ("config", "workflow", "scripts", "profiles") for path in (project / folder).rglob("*.*")
+    ]
+    shipped = {str(path.relative_to(project)) for path in files if path.suffix != ".pyc"}
+    assert {"config/mills/emax.yaml", "workflow/profiles/default/config.yaml"} <= shipped
+    assert {f"millprint/included/{name}" for name in shipped} <= names
 
 
 def test_the_wheel_holds_nothing_else(wheel):
@@ -136,6 +139,7 @@ def test_the_command_of_the_wheel_finds_its_workflow(installed, tmp_path):
         done = subprocess.run([*run, words], cwd=tmp_path, env=hidden, capture_output=True, text=True, timeout=600)
         assert done.returncode == 0, done.stderr[-4000:]
     assert (tmp_path / "results/mine/mills/mine/motion.png").stat().st_size > 0
+    assert "Using workflow specific profile" in done.stderr
     assert "run_dem_case" in done.stdout + done.stderr and "chapter" not in done.stdout + done.stderr
 
 

@@ -74,7 +74,7 @@ rule fit_friction:
         sources=lambda wildcards: [
             file
             for name in EXPERIMENTS[wildcards.experiment].mills(CONFIG.mill).values()
-            for file in MILLS[name].source_files
+            for file in shape_files(name)
         ],
     output:
         track=f"{CALIBRATION}/{{experiment}}/track.tsv",

@@ -9,7 +9,7 @@ rule write_card:
         runs=lambda wildcards: carded(wildcards.card, "run.h5"),
         uncertainty=lambda wildcards: card_intervals(wildcards.card),
         wear=[f"{RESULTS}/dose/wear_coefficient.json"] if CHAPTERS else [],
-        materials=CONFIG.dose.wear.materials,
+        materials=local(CONFIG.dose.wear.materials),
     output:
         card=f"{CARD}/card.json",
         svg=shown(f"{CARD}/card.svg"),

@@ -63,6 +63,11 @@ def mill_named(name: str):
     return MILLS[name]
 
 
+def shape_files(name: str) -> list:
+    """The files that a mill's own file names. They are the user's: a module's `prefix` is for what is written."""
+    return [local(path) for path in mill_named(name).source_files]
+
+
 def dumped(mill) -> dict:
     """A mill as plain values, without its sweep, so that a change of the sweep draws no picture again."""
     return mill.model_dump(mode="json", exclude={"sweep"})

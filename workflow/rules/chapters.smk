@@ -168,7 +168,7 @@ rule build_explorer:
         own_summaries=rules.tabulate_spectra.output.summary,
         own_temperatures=rules.balance_heat.output.temperatures.format(mill=CONFIG.mill),
         own_limits=rules.balance_heat.output.limits.format(mill=CONFIG.mill),
-        sources=MILLS[CONFIG.mill].source_files,
+        sources=shape_files(CONFIG.mill),
     output:
         html=shown(f"{RESULTS}/report/explorer.html"),
     log:

@@ -6,7 +6,6 @@ from millprint.fingerprint.cases import has_chapters
 from millprint.run.outputs import captioned
 from millprint.run.digest import program_digest, simulation_digest
 
-SOURCES = Sources(shipped)
 # In the order in which they are merged. Those of --configfile come last and win; Snakemake lists them among the first too.
 CONFIG_FILES = [str(file) for file in (*workflow.configfiles, *workflow.overwrite_configfiles)]
 

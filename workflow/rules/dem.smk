@@ -21,7 +21,7 @@ rule compile_kernels:
 rule run_dem_case:
     input:
         kernels=ancient(f"{RESULTS}/dem/kernels.json"),
-        sources=lambda wildcards: mill_named(wildcards.mill).source_files,
+        sources=lambda wildcards: shape_files(wildcards.mill),
     output:
         run=f"{CASE}/run.h5",
         summary=f"{CASE}/summary.json",

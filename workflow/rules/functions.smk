@@ -160,8 +160,8 @@ def changes(variant: str) -> str:
     return ", ".join(f"{key} = {value}" for key, value in keys.items()) or "nothing"
 
 
-def reported_figures(paths) -> list[dict]:
-    """Path in the results, category, labels and caption of those paths that the report shows as a picture."""
+def reported_figures(paths, results) -> list[dict]:
+    """Path in the folder of results, category, labels and caption of those paths that the report shows as a picture."""
     flagged = [
         (item, item.flags["report"]) for each in workflow.rules for item in each.output if "report" in item.flags
     ]
@@ -171,7 +171,7 @@ def reported_figures(paths) -> list[dict]:
             continue
         for item, about in flagged:
             if item.match(path):
-                inside = str(Path(path).relative_to(RESULTS))
+                inside = str(Path(path).relative_to(results))
                 with workflow.sourcecache.open(about.caption, "r") as file:
                     caption = file.read()
                 listed = {"path": inside, "stage": about.category, "labels": about.labels, "caption": caption}

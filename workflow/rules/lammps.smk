@@ -11,7 +11,7 @@ else:
 
 rule run_lammps_case:
     input:
-        sources=lambda wildcards: mill_named(wildcards.mill).source_files,
+        sources=lambda wildcards: shape_files(wildcards.mill),
     output:
         run=f"{CASE}/run.h5",
         summary=f"{CASE}/summary.json",

@@ -30,7 +30,7 @@ if PROJECT is not None:
     sys.path.insert(0, str(PROJECT / "src"))
 
 try:
-    from millprint.config.checks import load_workflow, stands_alone, stop_on_bad_input
+    from millprint.config.checks import CONFIG_FILE, base_of, load_workflow, stop_on_bad_input
 except ModuleNotFoundError as error:
     raise WorkflowError(
         f"Python has no module {error.name}: in the environment of Snakemake, install pydantic and, for a remote "
@@ -46,6 +46,8 @@ from millprint.config.dem_engine import check_jobs
 from millprint.run.plan import Job, check_disk
 from millprint.run.machine import prepare_environment
 from millprint.run.output_digests import report_damaged
+
+SOURCES = Sources(shipped)
 
 # Only environment variables are set here: reading this file must change nothing on disk.
 prepare_environment()

@@ -7,7 +7,7 @@ STUDY = f"{RESULTS}/convergence/{{mill}}"
 # For a mill without a sweep. The conditions follow from its walls; calculating them needs libraries, so it is a job.
 checkpoint derive_sweep:
     input:
-        sources=lambda wildcards: mill_named(wildcards.mill).source_files,
+        sources=lambda wildcards: shape_files(wildcards.mill),
     output:
         sweep=f"{MILL}/sweep.json",
     log:
@@ -23,7 +23,7 @@ checkpoint derive_sweep:
 
 rule draw_mill:
     input:
-        sources=lambda wildcards: mill_named(wildcards.mill).source_files,
+        sources=lambda wildcards: shape_files(wildcards.mill),
     output:
         geometry_svg=shown(f"{MILL}/geometry.svg"),
         geometry_png=f"{MILL}/geometry.png",
@@ -90,7 +90,7 @@ rule measure_coverage:
 
 rule draw_fingerprint:
     input:
-        sources=lambda wildcards: mill_named(wildcards.mill).source_files,
+        sources=lambda wildcards: shape_files(wildcards.mill),
         sheet=rules.describe_mill.output.sheet,
         descriptors=rules.describe_mill.output.descriptors,
         curves=rules.describe_mill.output.curves,
@@ -267,7 +267,7 @@ OF_MILL = {
 rule explore_mill:
     input:
         unpack(lambda wildcards: explored([wildcards.mill])),
-        sources=lambda wildcards: mill_named(wildcards.mill).source_files,
+        sources=lambda wildcards: shape_files(wildcards.mill),
     output:
         html=shown(f"{MILL}/explorer.html"),
     log:
@@ -285,7 +285,7 @@ rule explore_mill:
 use rule explore_mill as explore_mills with:
     input:
         **explored(BOX),
-        sources=[path for name in BOX for path in mill_named(name).source_files],
+        sources=[path for name in BOX for path in shape_files(name)],
     output:
         html=shown(f"{RESULTS}/mills/explorer.html"),
     log:
@@ -321,7 +321,7 @@ rule study_settings:
         f"{LOGS}/convergence/{{mill}}_study.log",
     localrule: True
     params:
-        folder=f"{RESULTS}/dem",
+        folder=lambda wildcards, output: str(Path(output.table).parents[2] / "dem"),
         variants=lambda wildcards: study_plan(wildcards.mill),
         sweep_seeds=lambda wildcards: len(sweep_of_mill(wildcards.mill).sweep.seeds),
         counting_rule=CONFIG.mills.rule,

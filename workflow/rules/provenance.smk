@@ -14,7 +14,7 @@ rule build_gallery:
         f"{LOGS}/report/build_gallery.log",
     localrule: True
     params:
-        figures=lambda wildcards, input: reported_figures(input),
+        figures=lambda wildcards, input, output: reported_figures(input, Path(output.html).parents[1]),
         results=lambda wildcards, output: str(Path(output.html).parents[1]),
     message:
         "Collecting every figure with its caption, its tables, and how it was made"

@@ -12,7 +12,7 @@ UNCERTAIN_CONTACTS = list(dict.fromkeys([CONFIG.mills.contact_set, *CONFIG.conta
 rule sample_contacts:
     input:
         kernels=ancient(f"{RESULTS}/dem/kernels.json"),
-        sources=lambda wildcards: mill_named(wildcards.mill).source_files,
+        sources=lambda wildcards: shape_files(wildcards.mill),
         sweep=derived_sweep,
     output:
         samples=f"{UNCERTAINTY}/samples/{{number}}.tsv",
@@ -68,7 +68,7 @@ rule measure_uncertainty:
 
 rule add_uncertainty:
     input:
-        sources=lambda wildcards: mill_named(wildcards.mill).source_files,
+        sources=lambda wildcards: shape_files(wildcards.mill),
         fingerprint=rules.describe_mill.output.fingerprint,
         contact=rules.measure_uncertainty.output.contact,
         shape=lambda wildcards: shape_of(wildcards.mill),

@@ -15,7 +15,7 @@ if CONFIG.validation.is_own and workflow.is_main_process and find_spec("pandas")
 rule simulate_tumbling:
     input:
         kernels=ancient(f"{RESULTS}/dem/kernels.json"),
-        measured=CONFIG.validation.measured,
+        measured=local(CONFIG.validation.measured),
     output:
         runs=f"{RESULTS}/validation/{{setup}}/runs.tsv",
         charge=f"{RESULTS}/validation/{{setup}}/charge.tsv",
@@ -49,7 +49,7 @@ wildcard_constraints:
 rule predict_setup:
     input:
         kernels=ancient(f"{RESULTS}/dem/kernels.json"),
-        measured=CONFIG.validation.measured,
+        measured=local(CONFIG.validation.measured),
         other_codes=SOURCES.find(CONFIG.validation.other_codes),
         runs=lambda wildcards: setup_runs(wildcards.setup),
         tables=lambda wildcards: own_tables(wildcards.setup),
@@ -72,7 +72,7 @@ rule predict_setup:
         contacts=lambda wildcards: setup_inputs(wildcards.setup)["contacts"],
         dem=settings("dem"),
         runs=lambda wildcards, output: str(Path(output.predictions).parents[2] / "dem"),
-        folder=lambda wildcards: f"{VALIDATION}/{wildcards.setup}",
+        folder=lambda wildcards, output: str(Path(output.predictions).parent),
     message:
         "Predicting set-up {wildcards.setup}"
     script:
@@ -86,7 +86,7 @@ rule judge_setups:
         runs=expand(rules.simulate_tumbling.output.runs, setup=CONFIG.validation.tumbling),
         charges=expand(rules.simulate_tumbling.output.charge, setup=CONFIG.validation.tumbling),
         beds=[simulated(bed_case(name).path) for name in BEDS],
-        measured=CONFIG.validation.measured,
+        measured=local(CONFIG.validation.measured),
         fixed=SOURCES.find(CONFIG.validation.fixed),
     output:
         verdicts=f"{VALIDATION}/verdicts.tsv",

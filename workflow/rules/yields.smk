@@ -95,7 +95,7 @@ rule train_averaged_models:
         ),
         train=rules.split_screening.output.train,
         test=rules.split_screening.output.test,
-        sources=MILLS[CONFIG.mill].source_files,
+        sources=shape_files(CONFIG.mill),
         regimes=CONFIG.data.regimes,
     output:
         rows=f"{YIELDS}/final_rows.tsv",
@@ -251,7 +251,7 @@ rule leave_groups_out:
         split=CONFIG.data.split,
         train=rules.split_screening.output.train,
         test=rules.split_screening.output.test,
-        sources=MILLS[CONFIG.mill].source_files,
+        sources=shape_files(CONFIG.mill),
         regimes=CONFIG.data.regimes,
     output:
         regimes=f"{YIELDS}/regimes.tsv",

@@ -22,6 +22,7 @@ from millprint.config.sweep import Case, expand_sweep
 from millprint.config.wording import close_to
 from millprint.config.workflow import ChapterSections, WorkflowConfig
 
+CONFIG_FILE = "config/config.yaml"
 MILL_FOLDER = "config/mills"
 CONTACT_FOLDER = "config/contacts"
 # The name in messages about a configuration that has no file, such as a module's.
@@ -89,17 +90,18 @@ def with_own_fills(mill: MillConfig, density_kg_m3: float, place: str, sources: 
     return mill.model_copy(update={"sweep": sweep})
 
 
-def stands_alone(given: Mapping[str, Any], base: str) -> bool:
-    """Whether settings of a user are a configuration of their own, and not changes of the thesis's, the file `base`.
+def base_of(given: Mapping[str, Any], sources: Sources = WORKING_FOLDER) -> str | None:
+    """The configuration that a run begins from, and that its settings `given` by --configfile and --config change.
 
-    given: what --configfile and --config say. They stand alone if they name another mill and no section of chapters,
-    while `base` has such sections: nothing of a thesis is then a part of the run of another mill.
+    That is config/config.yaml of the working folder or, without one, the workflow's: the thesis. Who names a mill does
+    not ask for the thesis, and begins from the defaults, or from a config/config.yaml without chapters.
+    Returns None for the defaults. Raises ConfigError for a base that cannot be read.
     """
-    thesis = {"sweeps", *ChapterSections.model_fields}
-    if "mill" not in given or thesis & set(given):
-        return False
-    content = read_yaml(base)
-    return isinstance(content, dict) and bool(thesis & set(content)) and given["mill"] != content.get("mill")
+    base = sources.find(CONFIG_FILE)
+    if not Path(base).is_file():
+        return None
+    content = read_yaml(base) if "mill" in given else None
+    return None if isinstance(content, dict) and set(ChapterSections.model_fields) & set(content) else base
 
 
 def check_chosen_charges(config: WorkflowConfig, mills: dict[str, MillConfig], source: str) -> None:

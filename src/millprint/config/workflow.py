@@ -1,5 +1,6 @@
 """The root of config/config.yaml, and its small sections."""
 
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, NamedTuple
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
@@ -253,27 +254,36 @@ class WorkflowConfig(Section):
             raise ValueError(f"results = {self.results!r}: {self.results.split('/')[0]}/ holds the project's own files")
         return self
 
-    @model_validator(mode="after")
-    def _chapters_have_all_their_sections(self) -> "WorkflowConfig":
-        parts = self._chapter_parts()
+    # Before all others: a file that names a mill and a part of the thesis has one fault, not those of the part.
+    @model_validator(mode="before")
+    @classmethod
+    def _chapters_have_all_their_sections(cls, content: Any) -> Any:
+        if not isinstance(content, dict):
+            return content
+        parts = cls._chapter_parts(content)
         missing = [key for key, part in parts.items() if part is None]
-        # Chapter 3 compares the fit with a table of `data`.
-        if missing and (len(missing) < len(parts) or self.fit):
-            given = [key for key in parts if key not in missing] + (["fit"] if self.fit else [])
+        given = [key for key in parts if key not in missing]
+        # Two more keys are of the chapters; a stored configuration has the defaults of the second.
+        further = {"fit": None, "claims": ClaimsConfig().model_dump()}
+        given += [key for key, plain in further.items() if content.get(key) not in (None, plain)]
+        if missing and given:
             raise ValueError(
-                f"{', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing: the chapters of the thesis need "
-                f"all of their sections, or none of them (given: {', '.join(given)})"
+                f"{', '.join(given)} {'belongs' if len(given) == 1 else 'belong'} to the thesis, whose chapters need "
+                f"all of their sections, or none; {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing: "
+                f"delete {'it' if len(given) == 1 else 'them'}, or name no mill, to change the thesis"
             )
-        return self
+        return content
 
-    def _chapter_parts(self) -> dict[str, Any]:
-        """The sections that the chapters need, by their dotted keys; None for one that is left out."""
-        keys = ChapterSections.model_fields
-        own = {key: getattr(self, key) for key in keys if key in type(self).model_fields}
-        return own | {f"fingerprint.{key}": getattr(self.fingerprint, key) for key in keys if key not in own}
+    @classmethod
+    def _chapter_parts(cls, values: Mapping[str, Any]) -> dict[str, Any]:
+        """The sections that the chapters need, by their dotted keys; None for one that `values` leave out."""
+        fingerprint, keys = values.get("fingerprint"), ChapterSections.model_fields
+        inner = fingerprint if isinstance(fingerprint, dict) else getattr(fingerprint, "__dict__", {})
+        own = {key: values.get(key) for key in keys if key in cls.model_fields}
+        return own | {f"fingerprint.{key}": inner.get(key) for key in keys if key not in own}
 
     @property
     def chapters(self) -> ChapterSections | None:
         """The sections of the chapters; None for a configuration without chapters."""
-        parts = {key.split(".")[-1]: part for key, part in self._chapter_parts().items()}
+        parts = {key.split(".")[-1]: part for key, part in self._chapter_parts(vars(self)).items()}
         return None if any(part is None for part in parts.values()) else ChapterSections(**parts)

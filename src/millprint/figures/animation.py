@@ -11,7 +11,7 @@ from matplotlib.colors import Normalize, to_rgb
 from PIL import Image
 
 from millprint.config.errors import ConfigError
-from millprint.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, plt
+from millprint.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, no_formula, plt
 from millprint.run.files import whole_file
 from millprint.run.progress import progress
 from millprint.view.frames import Frame, Movie, Panel, Picture
@@ -93,7 +93,7 @@ class Animation:
             if row == len(rows) - 1:
                 axes.set_xlabel(panel.labels[0])
         self._colour_bar(height)
-        self.figure.text(0.02, 1 - 0.05 / height, movie.heading, va="top", fontsize=8, linespacing=1.3)
+        self.figure.text(0.02, 1 - 0.05 / height, no_formula(movie.heading), va="top", fontsize=8, linespacing=1.3)
         self._clock = self.figure.text(
             0.02, 1 - 0.36 / height, "", va="top", fontsize=7, color=INK, animated=True, family="monospace"
         )

@@ -15,7 +15,7 @@ from millprint.config.contact_set import ASSUMED
 from millprint.figures.dose_figures import BODY_COLOURS, BODY_NAMES, CHANNEL_COLOURS, PAIRS
 from millprint.figures.mill_pictures import draw_views
 from millprint.figures.mill_sheet_figure import SHEET_IN
-from millprint.figures.style import draw_table, plt, write_rows
+from millprint.figures.style import draw_table, no_formula, plt, write_rows
 from millprint.fingerprint.bands import FURTHER, MEAN, SCATTER
 from millprint.run.numbers import prefix_of, three
 from millprint.view.mill_picture import MillPicture
@@ -138,7 +138,7 @@ def _consequences(card: MillingCard) -> list[tuple[str, str | None]]:
 def plot_card(card: MillingCard, picture: MillPicture) -> Figure:
     """The card on one A4 page. picture: of the mill."""
     figure = plt.figure(figsize=SHEET_IN)
-    figure.suptitle(f"Milling card: {card.title}", fontsize=13, fontweight="bold", x=0.01, ha="left")
+    figure.suptitle(f"Milling card: {no_formula(card.title)}", fontsize=13, fontweight="bold", x=0.01, ha="left")
     heights = [0.85, 1.0, 0.85, 1.05]
     top, table, graphs, words = figure.subfigures(4, 1, squeeze=False, height_ratios=heights).flat
     left, right = top.subfigures(1, 2, squeeze=False).flat

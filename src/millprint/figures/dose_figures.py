@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from millprint.dose.spectra import BOTH
-from millprint.figures.style import COLOURS, MARKERS, PAGE_WIDTH_IN, legend_below, letter_panels, plt
+from millprint.figures.style import COLOURS, MARKERS, PAGE_WIDTH_IN, legend_below, letter_panels, no_formula, plt
 from millprint.run.numbers import prefix_of, three
 
 CHANNELS = {"normal": "normal energy [J]", "tangential": "tangential energy [J]"}
@@ -44,7 +44,7 @@ def plot_spectra(spectra: pd.DataFrame, title: str) -> Figure:
         _cut(axis, 7)
     letter_panels(axes.flat)
     legend_below(figure, axes.flat, columns=4, fontsize=7)
-    figure.suptitle(title, fontsize=8)
+    figure.suptitle(no_formula(title), fontsize=8)
     return figure
 
 
@@ -101,7 +101,7 @@ def plot_rules(bins: pd.DataFrame, read_off: pd.DataFrame, title: str, note: str
         _cut(axis, 6)
     letter_panels(axes.flat)
     legend_below(figure, axes.flat, columns=4, fontsize=7)
-    figure.suptitle(f"{title}\n{textwrap.fill(note, 110)}", fontsize=7)
+    figure.suptitle(f"{no_formula(title)}\n{textwrap.fill(note, 110)}", fontsize=7)
     return figure
 
 
@@ -168,5 +168,5 @@ def plot_heat(temperatures: pd.DataFrame, limits: pd.DataFrame, title: str) -> F
     )
     letter_panels([left, right])
     legend_below(figure, [left], columns=4, fontsize=7)
-    figure.suptitle(title, fontsize=8)
+    figure.suptitle(no_formula(title), fontsize=8)
     return figure

@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
-from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, MARKERS, plt
+from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, MARKERS, no_formula, plt
 from millprint.view.mill_picture import Look, MillPicture
 
 INK, DARK, LIGHT = "#303030", 0.74, 0.96
@@ -33,7 +33,7 @@ def plot_geometry(picture: MillPicture) -> Figure:
     """The mill from above and from the side, inserts in blue."""
     figure, axes = plt.subplots(2, 1, figsize=(COLUMN_WIDTH_IN, 4.6))
     draw_views(list(axes), picture)
-    figure.suptitle(picture.title, fontsize=8)
+    figure.suptitle(no_formula(picture.title), fontsize=8)
     return figure
 
 
@@ -61,7 +61,7 @@ def plot_motion(picture: MillPicture) -> Figure:
     height = min(6.5, 0.8 + 2 * (COLUMN_WIDTH_IN - 0.6) / 4 * size[1] / size[0])
     figure, axes = plt.subplots(2, 4, figsize=(COLUMN_WIDTH_IN, max(height, 1.6)))
     draw_strip(list(axes.flat), picture)
-    figure.suptitle(f"{picture.title}, {picture.strip_view.title}", fontsize=7)
+    figure.suptitle(f"{no_formula(picture.title)}, {picture.strip_view.title}", fontsize=7)
     return figure
 
 

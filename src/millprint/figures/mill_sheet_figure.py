@@ -24,6 +24,7 @@ from millprint.figures.style import (
     draw_curve,
     draw_table,
     legend_below,
+    no_formula,
     plt,
     write_rows,
 )
@@ -245,7 +246,9 @@ def plot_sheet(
     `dose.spectra_shown.of_sheet`.
     """
     figure = plt.figure(figsize=SHEET_IN)
-    figure.suptitle(f"Mechanical fingerprint: {picture.title}", fontsize=13, fontweight="bold", x=0.01, ha="left")
+    figure.suptitle(
+        f"Mechanical fingerprint: {no_formula(picture.title)}", fontsize=13, fontweight="bold", x=0.01, ha="left"
+    )
     heights = [0.65, 1.28, 0.72, 0.55, 1.0] if _has_intervals(sheet) else [0.72, 1.44, 0.63, 1.14]
     top, middle, *between, energies, bottom = figure.subfigures(
         len(heights), 1, squeeze=False, height_ratios=heights

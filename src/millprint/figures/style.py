@@ -65,6 +65,11 @@ plt.rcParams.update(
 )
 
 
+def no_formula(text: str) -> str:
+    """A text of a user for a figure: its `$` is a dollar and begins no formula."""
+    return text.replace("$", r"\$")
+
+
 def letter_panels(axes: Iterable[Axes]) -> None:
     """Write (a), (b) and so on over the panels of a figure."""
     for letter, axis in zip(ascii_lowercase, axes, strict=False):
@@ -96,7 +101,8 @@ def write_rows(
     size *= min(1.0, room / max(len(texts), 1))
     looks: tuple[dict[str, Any], ...] = ({"fontweight": "bold"}, {"color": SOFT}, {})
     for x, lines, look in zip((0.0, 0.0, at), (heads, names, texts), looks, strict=True):
-        axis.text(x, 1, "\n".join(lines), va="top", fontsize=size, transform=axis.transAxes, linespacing=1.3, **look)
+        said = no_formula("\n".join(lines))
+        axis.text(x, 1, said, va="top", fontsize=size, transform=axis.transAxes, linespacing=1.3, **look)
 
 
 def draw_table(
@@ -105,8 +111,9 @@ def draw_table(
     """A table with thin lines, its heads and its second column, the value, in bold; in the upper `room` of the axis."""
     axis.axis("off")
     widths = [0.28, 0.12, *[0.2] * (len(heads) - 2)]
+    shown = [[no_formula(cell) for cell in row] for row in cells]
     table = axis.table(
-        cells, colLabels=heads, colWidths=widths, cellLoc="left", colLoc="left", edges="horizontal",
+        shown, colLabels=heads, colWidths=widths, cellLoc="left", colLoc="left", edges="horizontal",
         bbox=Bbox.from_bounds(0, 1 - room, min(1.0, sum(widths)), room),
     )  # fmt: skip
     table.auto_set_font_size(False)

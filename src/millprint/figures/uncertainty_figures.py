@@ -8,7 +8,16 @@ from matplotlib.ticker import MaxNLocator
 
 from millprint.config.uncertainty import PARAMETERS
 from millprint.dem.convergence import column_of
-from millprint.figures.style import COLOURS, FILL_LABEL, MARKERS, PAGE_WIDTH_IN, legend_below, letter_panels, plt
+from millprint.figures.style import (
+    COLOURS,
+    FILL_LABEL,
+    MARKERS,
+    PAGE_WIDTH_IN,
+    legend_below,
+    letter_panels,
+    no_formula,
+    plt,
+)
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import CURVES
 from millprint.fingerprint.study import DESCRIBED, POWERS
@@ -44,7 +53,7 @@ def plot_indices(indices: pd.DataFrame, title: str) -> Figure:
         axis.set_ylabel("Sobol index [-]")
     letter_panels(axes.flat)
     legend_below(figure, axes.flat, columns=min(6, len(fills)), fontsize=7)
-    figure.suptitle(f"{title}: first-order (full) and total (pale) indices", fontsize=8)
+    figure.suptitle(f"{no_formula(title)}: first-order (full) and total (pale) indices", fontsize=8)
     return figure
 
 
@@ -68,7 +77,7 @@ def plot_intervals(intervals: pd.DataFrame, sets: pd.DataFrame, title: str) -> F
         axis.yaxis.label.set_fontsize(7)
     letter_panels(axes.flat)
     legend_below(figure, axes.flat, columns=4, fontsize=7)
-    figure.suptitle(f"{title}: intervals by contact parameters only", fontsize=8)
+    figure.suptitle(f"{no_formula(title)}: intervals by contact parameters only", fontsize=8)
     return figure
 
 

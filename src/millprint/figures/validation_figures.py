@@ -21,6 +21,7 @@ from millprint.figures.style import (
     LineLook,
     legend_below,
     letter_panels,
+    no_formula,
 )
 from millprint.mill.vessel import Vessel
 
@@ -97,7 +98,7 @@ def plot_setup(
         if lines["x"].isna().all():
             axis.set_xticks([])
             axis.set_xlim(-1, 1)
-        axis.set(xlabel="" if lines["x"].isna().all() else names.get(quantity, shared))
+        axis.set(xlabel="" if lines["x"].isna().all() else no_formula(names.get(quantity, shared)))
         axis.set_ylabel(fill(f"{quantity} [{lines['unit'].iloc[0]}]", LABEL_LETTERS))
     for axis in axes[len(quantities) :]:
         axis.set_visible(False)

@@ -56,15 +56,14 @@ def given_run(files: Sequence[Path], settings: Mapping[str, object]) -> str:
     return f" {shlex.quote(str(mill))}" if mill else ""
 
 
-def success_lines(targets: Iterable[str], chapters: bool, values: Mapping[str, str]) -> list[str]:
+def success_lines(targets: Iterable[str], whole: str, values: Mapping[str, str]) -> list[str]:
     """The lines for the targets of a successful run.
 
-    targets: names of rules or files; without any, and for `everything`, the lines of the whole run: of the chapters or,
-    in a run without them, of a fingerprint. values: results, mill, contact and given (`given_run`). Other names, as of
-    rules of a workflow that uses this one as a module, are left out.
+    targets: names of rules or files; without any, and for `all`, the lines of the target `whole`. values: results,
+    mill, contact and given (`given_run`). Other names, as of rules of a workflow that uses this one as a module, are
+    left out.
     """
-    whole = "all" if chapters else "fingerprint"
-    named = [whole if name in ("all", "everything") else name for name in targets] or [whole]
+    named = [whole if name == "all" else name for name in targets] or [whole]
     known = list(dict.fromkeys(name for name in named if name in endings()))
     lines = [line for name in known[:SHOWN_TARGETS] for line in ["", *endings()[name].lines(values)]]
     files = [name for name in named if name not in endings() and Path(name).exists()]
@@ -82,14 +81,20 @@ UNSAID = {LogEvent.JOB_FINISHED, LogEvent.GROUP_INFO, LogEvent.WORKFLOW_STARTED,
 PLANNED_SHARE = 0.1
 
 
-# What it says about a target that is neither a rule nor a file of one; files of this workflow have a /.
-UNKNOWN = re.compile(r"No rule to produce ([^/\s]+) \(if you use input functions")
+# What it says about a target that is neither a rule nor a file of one.
+UNKNOWN = re.compile(r"No rule to produce (\S+) \(if you use input functions")
+# Targets of any mill that a run has only with this key.
+NEEDED_KEYS = {"match": "mills.match", "scale_up": "mills.scale_up", "validation": "validation.setups"}
 
 
 def _unknown(target: str) -> str:
     """Why a run does not have a target, and which one may be meant."""
+    if "/" in target:
+        return "no rule of this run makes this file"
+    if target in NEEDED_KEYS:
+        return f"this target needs the key {NEEDED_KEYS[target]}, which this run does not have"
     if target in endings():
-        return "this target is of the thesis, and the run is of another mill: leave out mill, or run fingerprint"
+        return "this target is of the thesis, and this run names a mill: name none, or run fingerprint"
     return f"unknown target{close_to(target, endings())}"
 
 

@@ -9,7 +9,16 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator, StrMethodFormatter
 
 from millprint.config.doe import Factor
-from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, MARKERS, PAGE_WIDTH_IN, PUBLISHED, letter_panels, plt
+from millprint.figures.style import (
+    COLOURS,
+    COLUMN_WIDTH_IN,
+    MARKERS,
+    PAGE_WIDTH_IN,
+    PUBLISHED,
+    letter_panels,
+    no_formula,
+    plt,
+)
 
 GREY = "#999999"
 SHAPES = "os^Dv"
@@ -35,7 +44,7 @@ def pareto(effects: pd.DataFrame, names: dict[str, str]) -> Figure:
         label = "significant at 0.05" if row == 0 else None
         axes.plot([critical, critical], [row - 0.45, row + 0.45], color=COLOURS[1], label=label)
     ticks = [
-        textwrap.fill(f"{names[source].rsplit(' (', 1)[0]} ({source})", 18) if source in names else source
+        textwrap.fill(f"{no_formula(names[source]).rsplit(' (', 1)[0]} ({source})", 18) if source in names else source
         for source in ranked["source"]
     ]
     axes.set_yticks(place, ticks, fontsize=7)
@@ -58,12 +67,17 @@ def _interaction_panel(axes: Axes, means: pd.DataFrame, factors: dict[str, Facto
         lowest, highest = group["lowest_yield_percent"], group["highest_yield_percent"]
         axes.vlines(where, lowest, highest, color=colour, alpha=0.35, linewidth=2.5)
         marker = SHAPES[code % len(SHAPES)]
-        axes.plot(where, group["mean_yield_percent"], marker=marker, color=colour, label=curve.text(code))
-    axes.set_xticks(places, [axis.text(code) for code in range(len(places))])
+        axes.plot(where, group["mean_yield_percent"], marker=marker, color=colour, label=no_formula(curve.text(code)))
+    axes.set_xticks(places, [no_formula(axis.text(code)) for code in range(len(places))])
     margin = 0.12 * np.ptp(places)
-    axes.set(xlim=(places[0] - margin, places[-1] + margin), xlabel=axis.label, ylim=(0, 100))
+    axes.set(xlim=(places[0] - margin, places[-1] + margin), xlabel=no_formula(axis.label), ylim=(0, 100))
     axes.legend(
-        title=curve.label, fontsize=7, title_fontsize=7, ncols=count, loc="lower center", bbox_to_anchor=(0.5, 1.0)
+        title=no_formula(curve.label),
+        fontsize=7,
+        title_fontsize=7,
+        ncols=count,
+        loc="lower center",
+        bbox_to_anchor=(0.5, 1.0),
     )
 
 
