@@ -113,6 +113,8 @@ class Results {
       const names = found.outside.map(nameOf).join(", ");
       said.push(`Not simulated: ${names}. The scaling laws extrapolate, with a wider interval.`);
     }
+    const { few_turns: few } = this.explorer.fingerprint.about;
+    if (few) said.push(`Few turns: ${few} of the simulated conditions were recorded for fewer than eight independent turns, so that their scatter is hardly known.`);
     const outside = found.yield_percent?.outside ?? [];
     if (outside.length) {
       const names = outside.map((each) => `${NAMES[each.name]} ${digits(each.value)}, trained ${digits(each.low)} to ${digits(each.high)}`);
