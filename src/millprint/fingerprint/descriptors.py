@@ -10,7 +10,7 @@ import pandas as pd
 from millprint.config.counting import CountingRule
 from millprint.config.mill_sweep import FEWEST_FILLS
 from millprint.config.mixture import ONE_SIZE
-from millprint.dem.turns import has_impacts, mean_of_turns, motion_repeats
+from millprint.dem.turns import ROUNDING, has_impacts, mean_of_turns, motion_repeats
 from millprint.fingerprint.columns import COMPUTED, DESCRIPTORS, MEASURED
 from millprint.fingerprint.condition import Condition, energy_scale
 from millprint.fingerprint.readers import Collisions, collisions_by, counted, read_contacts
@@ -73,6 +73,7 @@ def with_impacts(table: pd.DataFrame) -> pd.DataFrame:
 
 def run_row(summary: dict, rule_name: str) -> dict:
     """The measured columns of a run, with collisions counted by the rule of that name, which has no threshold."""
+    summary = _without_rounding(summary)
     rule = counted(summary, rule_name)
     collisions = _collisions_of(summary, rule)
     return {
@@ -82,6 +83,17 @@ def run_row(summary: dict, rule_name: str) -> dict:
         **{column.name: column.of_run(summary, rule, collisions) for column in MEASURED},
         **_turns_row(summary, rule["frequency_hz"] / summary["frequency_hz"]),
         **_scatter_row(summary),
+    }
+
+
+def _without_rounding(summary: dict) -> dict:
+    """The summary with 0 in place of a power that is nothing but rounding, and of its channel's weighted energy."""
+    powers = {name: summary["power_W"][name] for name in CHANNELS}
+    nothing = [name for name in CHANNELS if powers[name] < ROUNDING * sum(powers.values())]
+    weighted = {name: summary["weighted"][name] | {"energy_J": 0.0, "specific_frequency_hz": 0.0} for name in nothing}
+    return summary | {
+        "power_W": summary["power_W"] | dict.fromkeys(nothing, 0.0),
+        "weighted": summary["weighted"] | weighted,
     }
 
 
@@ -140,16 +152,16 @@ def _scatter_row(summary: dict) -> dict[str, float]:
     told = {}
     for name, power, energy in zip(CHANNELS, powers, energies, strict=True):
         error, weighted = summary["power_standard_error_W"][name], summary["weighted"][name]
-        known = mean_of_turns(energy)
+        known = mean_of_turns(energy.tolist())
         told[f"{name}_power"] = (power, error and power and error / power, known.freedom if known else 0)
         for kind, key in (("energy", "energy_J"), ("frequency", "specific_frequency_hz")):
             told[f"weighted_{name}_{kind}"] = (weighted[key], weighted["relative_error"][kind], turns - 1)
-    told["power"] = (sum(powers), *_relative(sum(energies)))
+    told["power"] = (sum(powers), *_relative(np.sum(energies, axis=0)))
     # To first order, a ratio varies with the difference of its relative parts.
     parted = turns > 1 and min(powers) > 0
     parts = [energy / energy.mean() if parted else np.empty(0) for energy in energies]
     told["power_ratio"] = (powers[1] / powers[0] if parted else np.nan, *_relative(1 + parts[1] - parts[0]))
-    row = {}
+    row: dict[str, float] = {}
     for name, (value, error, freedom) in told.items():
         variance = np.nan if error is None else error**2
         row |= {name: value, f"{name}_variance": variance, f"{name}_freedom": 0 if error is None else freedom}
@@ -158,7 +170,7 @@ def _scatter_row(summary: dict) -> dict[str, float]:
 
 def _relative(energies: np.ndarray) -> tuple[float | None, int]:
     """The relative standard error of a mean of turns and its degrees of freedom; None for fewer than two."""
-    known = mean_of_turns(energies)
+    known = mean_of_turns(energies.tolist())
     return (known.error / float(energies.mean()), known.freedom) if known and energies.mean() > 0 else (None, 0)
 
 
