@@ -88,9 +88,11 @@ class Fingerprint:
         processes, without = {}, {}
         for quantity in CURVES:
             known = descriptors[quantity].to_numpy(dtype=float)
-            if not np.all(known > 0):
-                fills = ", ".join(f"{fill:g}" for fill in np.unique(descriptors["fill_ratio"][~(known > 0)]))
-                without[quantity] = f"0 at {np.sum(~(known > 0))} of {known.size} conditions, at fill {fills}"
+            has_none = ~(np.isfinite(known) & (known > 0))
+            if has_none.any():
+                fills = ", ".join(f"{fill:g}" for fill in np.unique(descriptors["fill_ratio"][has_none]))
+                value = "0" if (known == 0).any() else "without a limit"
+                without[quantity] = f"{value} at {has_none.sum()} of {known.size} conditions, at fill {fills}"
                 continue
             stated = (descriptors[f"{quantity}_se"] / known).to_numpy(dtype=float)
             seeds = descriptors["seeds"].to_numpy()
