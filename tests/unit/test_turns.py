@@ -62,7 +62,9 @@ def test_seeds_of_several_motions_leave_their_own_degrees_of_freedom():
     apart = variance_of_run([3.0, 4.2, 3.1], within)
     assert apart.differ and apart.freedom == 2 and apart.variance == pytest.approx(np.var([3.0, 4.2, 3.1], ddof=1))
     alike = variance_of_run([3.0, 3.0002, 2.9999], within)
-    assert not alike.differ and alike.freedom == 2 and alike.variance == pytest.approx(0.0233e-6, rel=0.01)
+    # Three seeds count for as much as all of their turns.
+    assert not alike.differ and alike.freedom == 4
+    assert alike.variance == pytest.approx((0.00025**2 + np.var([3.0, 3.0002, 2.9999], ddof=1)) / 2)
     pair = variance_of_run([3.0, 3.0002], within[:2])
     assert not pair.differ and pair.freedom == 15 and pair.variance >= within[0][0] * 0.9
     assert variance_of_run([3.0], []) is None

@@ -237,8 +237,8 @@ def tabulate_descriptors(summaries: list[dict], rule_name: str) -> pd.DataFrame:
 
 # Probability of taking seeds of the same motion for several motions; independent turns that suffice.
 CHANCE, FEWEST_TURNS = 0.01, 8
-# Seeds whose scatter says more than that of their turns, which does not show that a motion lasts, nor that it goes to
-# and fro from turn to turn.
+# Seeds whose scatter says as much as that of all their turns, which does not show that a motion lasts, nor that it goes
+# to and fro from turn to turn.
 ENOUGH_SEEDS = 3
 # Balls stick to the wall where their speed relative to the vessel is under this share of the vessel's [-].
 STUCK = 0.1
@@ -263,7 +263,8 @@ def variance_of_run(values: Sequence[float], within: Sequence[tuple[float, int]]
     values: of the runs (k,). within: variance and degrees of freedom of each run whose window gives them. w is the mean
     of these variances weighted by their degrees of freedom, v in all, and b the variance of the values. The result is b
     with k - 1 degrees where b / w is beyond the F distribution's quantile 1 - CHANCE, else max(b, pooled),
-    pooled = (v w + (k - 1) b) / (v + k - 1). The mean of the runs has 1/k of the variance of one run.
+    pooled = (v w + (k - 1) b) / (v + k - 1), with v of k - 1 at most from ENOUGH_SEEDS on. The mean of the runs has 1/k
+    of the variance of one run.
     """
     seeds = len(values)
     between = float(np.var(values, ddof=1)) if seeds > 1 else 0.0
@@ -279,8 +280,12 @@ def variance_of_run(values: Sequence[float], within: Sequence[tuple[float, int]]
         from millprint.statistics.quantiles import f_exceeded
 
         differ = between > float(f_exceeded(CHANCE, seeds - 1, inside)) * squares / inside
-    if differ or seeds >= ENOUGH_SEEDS:
-        return Run(between, seeds - 1, differ)
+    if differ:
+        return Run(between, seeds - 1, True)
+    if inside and seeds >= ENOUGH_SEEDS:
+        # The turns count for as much as the seeds.
+        squares, inside = squares / inside * (seeds - 1), seeds - 1
+    freedom = inside + seeds - 1
     return Run(max(between, (squares + (seeds - 1) * between) / freedom), freedom, False)
 
 
