@@ -168,7 +168,7 @@ def tabulate_sheet(
 
 
 def _dose_rows(prediction: "Prediction", condition: Condition[float], said: str) -> list[Row]:
-    """Power of all balls and of a kilogram of them, and what it means for the powder; said: a word beside each."""
+    """Power of all balls and of a kilogram of them, and what it means for the powder; said: a word with each."""
     power = prediction.power_W
     mass_kg = prediction.balls * condition.density_kg_m3 * math.pi / 6 * condition.ball_diameter_m**3
     rows = []
