@@ -73,6 +73,13 @@ def test_the_sheet_has_every_part_and_only_its_own_columns():
     assert "10 Hz" in sheet["text"].tolist()
 
 
+def test_a_condition_of_few_turns_has_no_number_without_that_word():
+    table, few = tabulate_mill_collapse(descriptors(), 0.95), descriptors().assign(motion="few turns, repeats")
+    sheet = tabulate_sheet(mill("spex"), fingerprint(), table, find_zones(fingerprint()), few)
+    numbers = sheet[sheet["section"].isin(["descriptors", "dose"]) & sheet["value"].notna()]
+    assert len(numbers) == 13 and numbers["text"].str.contains("few turns").all()
+
+
 @pytest.fixture(scope="module")
 def analysed() -> Fingerprint:
     """A fingerprint with the intervals by contact parameters."""
