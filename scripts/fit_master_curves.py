@@ -16,12 +16,11 @@ import pandas as pd
 
 from millprint.config.fingerprint import DESCRIPTOR_SETS, InverseConfig
 from millprint.config.mixture import ONE_SIZE
-from millprint.fingerprint.condition import CURVE_COLUMNS, WEIGHTED_BASIC, fill_grid
+from millprint.fingerprint.condition import BASIC, CURVE_COLUMNS, WEIGHTED_BASIC, fill_grid
 from millprint.fingerprint.condition_search import match_targets, target_descriptors
 from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.descriptors import CHARGE, as_built, read_descriptors, tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.predicted_values import KNOWN
 from millprint.fingerprint.readers import read_summaries
 from millprint.fingerprint.zones import find_zones
 from millprint.run.files import read_table, write_table
@@ -120,7 +119,7 @@ def invert(fingerprints: dict[str, str], published_paths: list[str], output, inv
     own, fill = read[inverse.contact], inverse.fixed_fill_ratio
     printed = published_point(read_published(*published_paths), inverse.contact, fill)
     scaled = own.at(fill)
-    points = {"ours": {name: scaled[name].value for name in KNOWN}}
+    points = {"ours": {name: scaled[name].value for name in (*BASIC, *WEIGHTED_BASIC)}}
     points |= {"published": printed} if printed else {}
     write_table(solve_speeds(own, points, inverse), output.inverse)
     write_table(match_targets(inverse, [read[contact] for contact in inverse.contacts]), output.ranked)

@@ -1,7 +1,8 @@
-"""Makes the fingerprints that come with millprint: python tools/ship_fingerprints.py FOLDER [--cores 2].
+"""Makes the fingerprints that come with millprint: python tools/ship_fingerprints.py FOLDER [--cores 2], or --refit.
 
 Simulates the sweeps of the included mills of `mills.box` at precision `fine`, and the samples of contact parameters
-of each, in FOLDER, which may already hold a part of them, and writes config/fingerprints.
+of each, in FOLDER, which may already hold a part of them, and writes config/fingerprints. With --refit it fits the
+curves of those in config/fingerprints to their own values again, without a simulation.
 """
 
 import argparse
@@ -19,14 +20,17 @@ import yaml
 from millprint.config.included import load_contact, load_mill
 from millprint.dem import PHYSICS
 from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.processes import Process
 from millprint.fingerprint.readers import FOLDER, TABLE, digest_of
-from millprint.run.files import write_table
+from millprint.run.files import read_table, write_table
 
 ROOT = Path(__file__).parents[1]
 MILLS = ("emax", "planetary", "mixer", "spex", "vibratory", "attritor", "drum")
 PRECISION = "fine"
 # Short simulations of a mill, each with its own contact parameters, for the interval `contact`.
 SAMPLES = 64
+# Of each condition in the files of version 0.4 and before, which do not say so.
+SEEDS = 3
 
 
 def simulate(folder: Path, cores: int) -> None:
@@ -58,6 +62,24 @@ def power_span(fingerprint: Fingerprint) -> tuple[float, float]:
     return min(found), max(found)
 
 
+def refit() -> None:
+    """Fit the curves of the stored fingerprints to their values again."""
+    table = read_table(str(ROOT / TABLE))
+    places = [ROOT / FOLDER / f"{mill}.json" for mill in table["mill"]]
+    for place in places:
+        old = Fingerprint.read(place)
+        fitted = {
+            name: Process.fit(
+                own.inputs, own.logs, own.errors, own.components, SEEDS if own.seeds is None else own.seeds
+            )
+            for name, own in old.processes.items()
+        }
+        Fingerprint(old.about, fitted, old.further).write(place)
+    made = [(*power_span(Fingerprint.read(place)), hashlib.sha256(place.read_bytes()).hexdigest()) for place in places]
+    table["lowest_W_kg"], table["highest_W_kg"], table["sha256"] = zip(*made, strict=True)
+    write_table(table, str(ROOT / TABLE))
+
+
 def store(folder: Path) -> pd.DataFrame:
     """Copy the fingerprints into config/fingerprints, with a table of what they were made with."""
     (ROOT / FOLDER).mkdir(exist_ok=True)
@@ -85,8 +107,12 @@ def store(folder: Path) -> pd.DataFrame:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path, help="where to simulate")
+    parser.add_argument("folder", type=Path, nargs="?", help="where to simulate")
+    parser.add_argument("--refit", action="store_true", help="fit the curves again, without a simulation")
     parser.add_argument("--cores", type=int, default=2, help="processors (default: %(default)s)")
     given = parser.parse_args()
+    if given.refit or given.folder is None:
+        refit()
+        sys.exit()
     simulate(given.folder, given.cores)
     print(store(given.folder).to_string(index=False))

@@ -23,6 +23,8 @@ from millprint.fingerprint.bands import (
 from millprint.fingerprint.condition import COUNTED, CURVES
 from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
 from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.predicted_values import banded
+from millprint.fingerprint.processes import Told
 from millprint.fingerprint.zones import find_zones
 from millprint.run.files import read_table, write_json, write_table
 from tests.conftest import ROOT
@@ -247,3 +249,22 @@ def test_the_scripts_add_every_interval_and_tabulate_them(plain, tmp_path):
     assert curves["P_by_contact_lower"].notna().tolist() == [False, True, True]
     assert (sheet["by_contact_lower"].notna() == (sheet["section"] == "descriptors")).all()
     assert set(sheet["section"]) >= {"mill", "validity", "intervals"}
+
+
+def test_the_parts_of_a_power_respect_the_whole_however_little_is_known_of_their_ratio():
+    rng = np.random.default_rng(7)
+    places = 400
+    told = {
+        name: Told(rng.normal(0, spread, places), *(rng.uniform(0, 0.5, places) for _ in range(2)))
+        for name, spread in {"P": 1.0, "ratio": 2.0, **dict.fromkeys(("f", "En_star", "Et_star", "f90"), 0.1)}.items()
+    }
+    table = banded(told, 2.5)
+    np.testing.assert_allclose(table["Pn"] + table["Pt"], table["P"], rtol=1e-12)
+    for one, other in (("Pn", "Pt"), ("Pt", "Pn")):
+        for kind in ("", "_mean"):
+            lower, upper = (table[f"{one}{kind}_{end}"] for end in ("lower", "upper"))
+            known = lower.notna() & table[f"P{kind}_upper"].notna() & table[f"{other}{kind}_upper"].notna()
+            assert known.sum() > 50
+            assert (upper <= table[f"P{kind}_upper"] * (1 + 1e-12))[known].all()
+            assert (lower + table[f"{other}{kind}_upper"] >= table[f"P{kind}_lower"] * (1 - 1e-12))[known].all()
+            assert (upper / lower <= 10 * (1 + 1e-12))[known].all()

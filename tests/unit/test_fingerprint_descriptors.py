@@ -31,7 +31,9 @@ def known_run() -> dict:
     rule = counted("gap_0_03", 0.03, frequency=4.0, normal=8.0, tangential=2.0, balls=5) | {"count": 8}
     power = {"normal": 8.0, "tangential": 2.0, "rolling": 2.5, "wall": 12.5}
     error = {"normal": 0.8, "tangential": 0.4}
+    turns = {"normal_J": [0.7, 0.9, 0.7, 0.9], "tangential_J": [0.2, 0.2, 0.3, 0.1]}
     return run | {
+        "per_revolution": turns,
         "ball_diameter_m": 0.1, "collisions": [rule], "power_W": power, "power_standard_error_W": error,
         "restitution": 0.5, "static_friction": 0.0,
         "weighted": {
@@ -61,8 +63,9 @@ def test_known_collisions_have_a_known_answer():
         "Pn_se": 0.016,  # 10 % of the normal power
         "Pt_se": 0.008,  # 20 % of the tangential power
         "f_se": 0.08 / np.sqrt(8),
-        "ratio_se": 0.25 * np.hypot(0.1, 0.2),
-        "P_se": np.hypot(0.016, 0.008),
+        # Of the turns 0.9, 1.1, 1.0, 1.0 J, and of their relative differences: one part may replace the other.
+        "P_se": 0.2 * np.sqrt(0.02 / 3) / 2,
+        "ratio_se": 0.25 * np.sqrt((2 * 0.125**2 + 2 * 0.625**2) / 3) / 2,
         "En_se": 2.0 * np.hypot(0.1, 1 / np.sqrt(8)),
         "Et_se": 0.5 * np.hypot(0.2, 1 / np.sqrt(8)),
         "weighted_normal_frequency_hz": 0.2,  # 8 W over 5 balls and 8 J, four times the mean

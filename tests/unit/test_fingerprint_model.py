@@ -10,6 +10,7 @@ import pytest
 
 from millprint.api import predict
 from millprint.config.errors import ConfigError
+from millprint.config.fingerprint import DESCRIPTOR_SETS
 from millprint.fingerprint.bands import Band
 from millprint.fingerprint.condition import CURVES, Condition
 from millprint.fingerprint.coverage import tabulate_coverage
@@ -147,7 +148,7 @@ def test_a_departure_from_the_scaling_is_learned():
 
 
 def test_the_band_widens_away_from_what_was_simulated(noisy):
-    near, far = (noisy.predict(at(noisy, speed, 0.01, 0.10)).power_W for speed in (10.0, 60.0))
+    near, far = (noisy.predict(at(noisy, speed, 0.01, 0.11)).power_W for speed in (10.0, 60.0))
     assert far.upper / far.lower >= near.upper / near.lower
 
 
@@ -214,11 +215,29 @@ def test_another_file_is_refused_in_one_line(tmp_path, text, message):
     assert message in str(error.value) and str(path) in str(error.value) and "\n" not in str(error.value)
 
 
-def test_too_few_fills_and_values_of_nothing_are_refused(exact):
+def test_too_few_fills_and_a_mill_without_any_power_are_refused(exact):
     with pytest.raises(ConfigError, match="2 fill ratios"):
         Fingerprint.fit(exact[exact["fill_ratio"].isin([0.04, 0.10])], VOLUME, 0.95)
-    with pytest.raises(ConfigError, match="Pn = 0 with calibrated"):
-        Fingerprint.fit(exact.assign(Pn=0.0), VOLUME, 0.95)
+    with pytest.raises(ConfigError, match="nothing is dissipated"):
+        Fingerprint.fit(exact.assign(P=0.0), VOLUME, 0.95)
+
+
+def test_what_has_no_curve_is_left_out_by_name_and_all_else_is_predicted(exact, tmp_path):
+    """Balls that bounce straight up have no shear."""
+    shear = ["Pt", "ratio", "Et", "Et_star", "ft_star"]
+    straight = exact["fill_ratio"] == exact["fill_ratio"].min()
+    table = exact.assign(**{name: exact[name].where(~straight, 0.0) for name in shear})
+    Fingerprint.fit(table, VOLUME, 0.95).write(tmp_path / "fingerprint.json")
+    found = Fingerprint.read(tmp_path / "fingerprint.json")
+    assert set(found.about["no_curve"]) == set(shear)
+    assert f"{straight.sum()} of {len(exact)} conditions" in found.about["no_curve"]["Pt"]
+    told = found.predict(at(found, 15.0, 0.01, 0.11))
+    whole = Fingerprint.fit(exact, VOLUME, 0.95).predict(at(found, 15.0, 0.01, 0.11))
+    for name in ("power_W", "normal_power_W", "weighted_normal_energy_J", "specific_frequency_hz"):
+        assert getattr(told, name).value == pytest.approx(getattr(whole, name).value, rel=0.02)
+    assert np.isnan([told.tangential_power_W.value, told.weighted_tangential_energy_J.upper]).all()
+    with pytest.raises(ConfigError, match="weighted_tangential_energy_J has no curve"):
+        found.check_known(DESCRIPTOR_SETS["weighted"])
 
 
 def test_zones_of_a_known_mill_lie_in_their_intervals(noisy):

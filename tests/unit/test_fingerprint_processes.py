@@ -29,7 +29,7 @@ def test_what_is_left_out_is_predicted_as_by_a_process_that_never_knew_it(proces
     wanted = []
     for group in groups:
         kept = np.setdiff1d(np.arange(len(process.logs)), group)
-        rest = {name: getattr(process, name)[kept] for name in ("inputs", "logs", "errors")}
+        rest = {name: getattr(process, name)[kept] for name in ("inputs", "logs", "errors", "seeds")}
         told = Process(**{**vars(process), **rest}).predictor().predict(process.inputs[group])
         own = process.stretch * np.hypot(process.errors[group], np.sqrt(process.noise))
         wanted.append((told.logs, np.hypot(told.of_mean, own)))

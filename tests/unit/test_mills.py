@@ -90,7 +90,7 @@ def test_the_cases_of_a_sweep_are_a_cross_of_speeds_and_sizes_at_every_fill(sett
     cases = mill_cases(mill("mixer"), settings.model_copy(update={"precision": "standard"}))
     conditions = {(case.ball_diameter_mm, case.speed_rpm) for case in cases}
     assert conditions == {(10, 18 * 60), (10, 27 * 60), (7, 18 * 60)}
-    assert len(cases) == 3 * 4
+    assert len(cases) == 3 * 4 * 3 and {case.seed for case in cases} == {0, 1, 2}
     # Whole turns, and long enough.
     for case in cases:
         turns = case.window_s * case.speed_rpm / 60
@@ -106,20 +106,21 @@ def test_the_precision_decides_about_steps_recorded_time_and_seeds_and_about_no_
     cases = {name: mill_cases(own, level) for name, level in levels.items()}
     first = {name: found[0] for name, found in cases.items()}
     steps = {name: case.rayleigh_fraction for name, case in first.items()}
-    assert steps == pytest.approx({"quick": 0.11, "standard": 0.08, "fine": 0.08})
-    assert {name: case.window_s for name, case in first.items()} == {"quick": 2.0, "standard": 4.0, "fine": 8.0}
+    assert steps == pytest.approx({"draft": 0.11, "quick": 0.11, "standard": 0.08, "fine": 0.08})
+    windows = {name: case.window_s for name, case in first.items()}
+    assert windows == {"draft": 2.0, "quick": 2.0, "standard": 4.0, "fine": 8.0}
     seeds = {name: sorted({case.seed for case in found}) for name, found in cases.items()}
-    assert seeds == {"quick": [1], "standard": [1], "fine": [0, 1, 2]}
+    assert seeds == {"draft": [1], "quick": [0, 1, 2], "standard": [0, 1, 2], "fine": [0, 1, 2, 3, 4, 5]}
     quick, *others = ([case.path for case in found if case.seed == 1] for found in cases.values())
     assert all(other == quick for other in others)
     assert all(case.discard_s == 60 / case.speed_rpm for found in cases.values() for case in found)
 
 
-def test_a_quick_window_has_turns_for_a_standard_error_and_three_where_the_sweep_does_not_say():
+def test_a_quick_window_has_turns_for_a_standard_error_and_eight_where_the_sweep_does_not_say():
     assert durations_of(60, None, 1, 0.5)["window_s"] == 1.0
     assert durations_of(60, None, 3, 0.5)["window_s"] == 2.0
     assert durations_of(60, None, 1, 2)["window_s"] == 2.0
-    assert durations_of(300, None, None, 0.5)["window_s"] == pytest.approx(3 * 0.2)
+    assert durations_of(300, None, None, 0.5, PRECISIONS["quick"].turns)["window_s"] == pytest.approx(8 * 0.2)
     assert durations_of(1200, None, None, 0.5)["window_s"] == pytest.approx(0.4)
 
 
@@ -138,6 +139,7 @@ def test_a_sweep_may_say_its_turns():
 
 def test_every_condition_of_a_sweep_is_simulated_with_every_seed(settings):
     given = {"speeds_rpm": [60], "ball_diameters_mm": [10], "fill_ratios": [0.1, 0.2, 0.3]}
+    settings = settings.model_copy(update={"precision": "draft"})
     alone = mill_cases(mill("drum", sweep=MillSweepConfig(**given)), settings)
     assert [case.name for case in alone] == ["d10_f0.10_n60_s0", "d10_f0.20_n60_s0", "d10_f0.30_n60_s0"]
     several = mill_cases(mill("drum", sweep=MillSweepConfig(**given, seeds=[0, 3])), settings)

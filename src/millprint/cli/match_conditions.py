@@ -49,7 +49,7 @@ from millprint.fingerprint.condition_search import (
     shared_contact,
     simulated_ranges,
 )
-from millprint.fingerprint.descriptors import CHARGE
+from millprint.fingerprint.descriptors import CHARGE, FEWEST_TURNS
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import find_ready_made
 from millprint.run.files import write_table
@@ -246,6 +246,12 @@ def main(arguments: list[str], name: str = "match") -> None:
     request = request_of(options, simulated_ranges(fingerprints))
     table = match_targets(request, fingerprints)
     notes = [*extrapolated_targets(request), *shared_contact(request, fingerprints)]
+    notes += [
+        f"{own.about['mill']}: few turns: {own.about['few_turns']} of its conditions were recorded for fewer than "
+        f"{FEWEST_TURNS} independent turns"
+        for own in fingerprints
+        if own.about.get("few_turns")
+    ]
     if options.out:
         write_table(table, options.out)
     for target, rows in table.groupby("target", sort=False):

@@ -20,25 +20,30 @@ LISTS = ("speeds_rpm", "speeds_hz", "ball_diameters_mm")
 CHARGES = dict(zip(("fill_ratios", "numbers", "masses_g", "bulk_fillings"), MEASURES, strict=True))
 
 
-PrecisionName = Literal["quick", "standard", "fine"]
+PrecisionName = Literal["draft", "quick", "standard", "fine"]
 
 
 class Precision(NamedTuple):
-    """How exactly the sweep of a mill is simulated, as factors on its settings.
+    """How exactly the sweep of a mill is simulated.
 
-    step: on mills.rayleigh_fraction; recorded: on the recorded time; seeds: on the number of starting positions.
+    step, recorded: factors on mills.rayleigh_fraction and on the recorded time; turns: recorded at least where the
+    sweep does not say how many; seeds: starting positions at least.
     """
 
     step: float
     recorded: float
+    turns: int
     seeds: int
 
 
 # Steps of 0.11 and of 0.08 of the Rayleigh time: descriptors stay within the scatter of seeds (docs/how_to/speed.md).
+# Turns do not show that a motion may last in several ways; three seeds of eight turns were the least whose bands held
+# (docs/why/uncertainty.md).
 PRECISIONS: dict[PrecisionName, Precision] = {
-    "quick": Precision(step=1.375, recorded=0.5, seeds=1),
-    "standard": Precision(step=1.0, recorded=1.0, seeds=1),
-    "fine": Precision(step=1.0, recorded=2.0, seeds=3),
+    "draft": Precision(step=1.375, recorded=0.5, turns=3, seeds=1),
+    "quick": Precision(step=1.375, recorded=0.5, turns=8, seeds=3),
+    "standard": Precision(step=1.0, recorded=1.0, turns=8, seeds=3),
+    "fine": Precision(step=1.0, recorded=2.0, turns=16, seeds=6),
 }
 
 
@@ -55,7 +60,7 @@ class TurnsSection(Section):
     discard_turns: Turns | None = None
     """revolutions of the mill before the averages begin; by default at least 0.25 s [-]"""
     window_turns: Turns | None = None
-    """recorded revolutions of the mill, in a sweep at precision `standard`; by default at least 3, and 0.8 s [-]"""
+    """recorded revolutions of the mill, in a sweep at precision `standard`; by default at least 8, and 0.8 s [-]"""
 
 
 class MillSweepConfig(TurnsSection):
@@ -92,7 +97,9 @@ class MillSweepConfig(TurnsSection):
     conditions: Annotated[list[ConditionSection], Field(min_length=1)] | None = None
     """conditions in place of the lists, one by one"""
     seeds: Annotated[list[Seed], Field(min_length=1, max_length=100)] = [0]
-    """seeds of the starting positions: each condition is simulated with every seed"""
+    """seeds of the starting positions: each condition is simulated with every seed, and with more where
+    `mills.precision` asks for more
+    """
 
     @model_validator(mode="after")
     def _lists_or_conditions(self) -> "MillSweepConfig":
@@ -208,8 +215,10 @@ class MillsConfig(Section):
     counting_rule: RuleName | None = None
     """name of the rule of dem.counting_rules that counts; `fingerprint.counting_rule` if left out"""
     precision: PrecisionName = "quick"
-    """how exactly the sweeps are simulated: `quick` takes steps of 1.375 times `rayleigh_fraction` and records half
-    the time of `standard`; `fine` records twice that time, with three times as many seeds
+    """how exactly the sweeps are simulated: `quick` and `standard` simulate each condition with at least three seeds,
+    `quick` with steps of 1.375 times `rayleigh_fraction` and half the recorded time; `fine` records twice that of
+    `standard`, with six seeds; `draft` is as `quick` with one seed and short windows, for a first look, after which
+    many bands are not known
     """
     rayleigh_fraction: Fraction = 0.08
     """step over each case's own Rayleigh time at precision `standard`; 0.08 is 2e-6 s for 5 mm balls of a softened set

@@ -18,6 +18,8 @@ FEWEST_BLOCKS = 8
 LONGEST_PERIOD, FEWEST_PAIRS, ALIKE = 4, 8, 1 / 3
 # Normal dissipation of a ball in a turn over rho omega^2 A^2 d^3 of one hit by 1 % of the wall's speed.
 LEAST_HIT = 1e-3
+# The dissipation of a channel under this share of the whole is rounding, as the shear of balls that bounce straight up.
+ROUNDING = 1e-9
 
 
 class MeanOfTurns(NamedTuple):

@@ -21,6 +21,7 @@ import pandas as pd
 from millprint.config.counting import CountingRule, recorded_count
 from millprint.config.errors import ConfigError, MillprintError
 from millprint.dem.collisions import CHANNELS
+from millprint.dem.turns import ROUNDING
 from millprint.fingerprint.descriptors import CHARGE, CONDITION, CONDITION_TEXT, ONE_SIZE, condition_of
 from millprint.fingerprint.readers import BOTH, PAIRS, Contacts, collisions_by, read_contacts
 from millprint.run.files import read_table
@@ -137,14 +138,15 @@ def _condition_tables(
             row["power_share"] = row["power_W"] / whole["power_W"] if whole["power_W"] else 0.0
         stored = stored if channel == "tangential" else 0.0
         difference = whole["power_W"] + dropped - stored - ledger
+        rounding = ROUNDING * sum(abs(summary["power_W"][name]) for _, summary, _ in runs for name in CHANNELS) / seeds
         whole |= {
             "dropped_W": dropped,
             "stored_W": stored,
             "open_W": sum(contacts.open_J[channel] / contacts.window_s for _, _, contacts in runs) / seeds,
             "ledger_W": ledger,
-            "error_percent": 100.0 * difference / ledger if ledger else 0.0,
+            "error_percent": 100.0 * difference / ledger if abs(ledger) > rounding else 0.0,
         }
-        if abs(difference) > CLOSURE_MAX * abs(ledger):
+        if abs(difference) > CLOSURE_MAX * abs(ledger) + rounding:
             raise MillprintError(
                 f"{runs[0][0]}: its contacts dissipate {whole['power_W'] + dropped - stored:.6g} W ({channel}), its "
                 f"ledger has {ledger:.6g} W; delete the folder and run the simulation again"

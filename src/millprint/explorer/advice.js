@@ -10,7 +10,12 @@ function adviceFor(explorer, found) {
   if (found.outside.length) {
     const names = listed(found.outside.map(nameOf));
     avoid.push(`A decision on these settings: ${names} ${found.outside.length > 1 ? "were" : "was"} not simulated here, and the scaling laws were not tested so far from the simulations.`);
-  } else {
+  }
+  const unknown = Object.keys(RESULTS).filter((name) => Number.isNaN(found[name].lower + found[name].upper));
+  if (unknown.length) {
+    const names = listed(unknown.map((name) => RESULTS[name].label.replace(/^[A-Z](?=[a-z])/, (letter) => letter.toLowerCase())));
+    avoid.push(`A decision by the ${names}: not known here. More simulations tell: millprint fingerprint ${mill.name} --config 'mills={precision: fine}'.`);
+  } else if (!found.outside.length) {
     use.push("These settings: all of them are within the simulated ranges.");
   }
   use.push(`To compare settings of this mill with each other, at fill ratios from ${fills}: ratios are more certain than values.`);

@@ -252,15 +252,11 @@ def mill_content(
 
 
 def _processes(content: dict, path: str | Path) -> dict[str, dict]:
-    """The processes for the page: unchanged or, with many conditions, reduced to a few of them."""
+    """The processes for the page: unchanged or, with many conditions, with curves reduced to a few of them."""
     if len(content["inputs"]["fill_ratio"]) <= processes.WHOLE_MAX:
         return content["processes"]
     predictors = Fingerprint.read(path).predictors
-    kept = ("log_parameters", "noise_variance", "sampling", "stretch")
-    return {
-        name: {key: own[key] for key in kept} | {"reduced": predictors[name].reduced()}
-        for name, own in content["processes"].items()
-    }
+    return {name: own | {"reduced": predictors[name].reduced()} for name, own in content["processes"].items()}
 
 
 def _further(content: dict, source: str) -> dict:

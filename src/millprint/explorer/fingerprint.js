@@ -1,7 +1,7 @@
 /* The fingerprint of one mill and contact set, as millprint.fingerprint.model computes it. */
 
-// The scaled quantities from which `complete` calculates all others.
-const BASIC = ["Pn", "Pt", "f", "En_star", "Et_star", "f90"];
+// The scaled quantities with a curve from which `complete` calculates all others.
+const BASIC = ["P", "ratio", "f", "En_star", "Et_star", "f90"];
 // Descriptor of a condition -> the scaled quantity that it is computed from; a name ends with its unit.
 const SCALED_BY = {
   weighted_normal_energy_J: "En_star",
@@ -15,14 +15,18 @@ const SCALED_BY = {
 };
 // The charge of balls of one size.
 const ONE_SIZE = "";
-// If the factor between a value and an end of its interval is larger, the end counts as not known; as in Python.
-const WIDEST = 100;
+// An interval whose ends are farther apart than this factor says nothing: they count as not known; as in Python.
+const WIDEST = 10;
+// Conditions are the same within this difference of logarithms.
+const SAME = 1e-5;
+// Parts of the power, and their share in it by the ratio of tangential to normal; rising with the ratio or not.
+const PARTS = { Pn: { share: (ratio) => 1 / (1 + ratio), rises: false }, Pt: { share: (ratio) => ratio / (1 + ratio), rises: true } };
 
 /** A Gaussian process of the logarithm of one scaled quantity (millprint.fingerprint.processes). */
 class LogProcess {
   /**
-   * content: from Process.to_dict, or with `reduced` in place of values and errors (millprint.fingerprint.many); inputs:
-   * logarithms of the variables, a row for each condition.
+   * content: from Process.to_dict, with `reduced` where the curve is that of a few conditions
+   * (millprint.fingerprint.many); inputs: logarithms of the variables, a row for each condition.
    */
   constructor(content, inputs) {
     const parameters = content.log_parameters.map(Math.exp);
@@ -35,6 +39,7 @@ class LogProcess {
     this.sampling = content.sampling;
     this.stretch = content.stretch;
     this.variance = this.parts.reduce((sum, part) => sum + part.variance, 0);
+    this.simulated = { ...content, inputs };
     if (content.reduced) this.knowFew(content.reduced);
     else this.knowAll(content, inputs);
   }
@@ -85,6 +90,10 @@ class LogProcess {
 
   /** Logarithm at a point, and its standard deviations: of the mean, and of a new simulation, one run. */
   predict(point) {
+    return this.asSimulated(point) ?? this.onCurve(point);
+  }
+
+  onCurve(point) {
     const covariance = this.covariance(point);
     const solved = solveLower(this.factor, covariance);
     const own = Math.max(0, this.variance - dot(solved, solved) + this.left(solved));
@@ -93,6 +102,21 @@ class LogProcess {
       log: this.centre + dot(covariance, this.weights),
       ofMean: this.stretch * Math.sqrt(own),
       ofNew: this.stretch * Math.sqrt(own + oneRun),
+    };
+  }
+
+  /** What was simulated at a point; null where nothing was. */
+  asSimulated(point) {
+    const { inputs, values, relative_errors, seeds } = this.simulated;
+    const place = inputs.findIndex((row) => row.every((value, k) => Math.abs(value - point[k]) < SAME));
+    if (place < 0) return null;
+    const runs = seeds?.[place] ?? 1;
+    const square = relative_errors[place] ** 2;
+    const [lasting, factor] = runs === 1 ? [this.noise, this.stretch] : [0, 1];
+    return {
+      log: Math.log(values[place]),
+      ofMean: factor * Math.sqrt(square + lasting),
+      ofNew: factor * Math.sqrt((1 + runs) * square + 2 * lasting),
     };
   }
 }
@@ -124,10 +148,12 @@ class Factors {
   }
 }
 
-/** Every quantity from the quantities of BASIC. */
-function complete({ Pn, Pt, f, En_star, Et_star, f90 }) {
+/** Every quantity from those of BASIC that have a curve, and Pn where the ratio has none; NaN for what is missing. */
+function complete({ P, ratio = NaN, f = NaN, En_star = NaN, Et_star = NaN, f90 = NaN, Pn: own = NaN }) {
+  const Pn = Number.isNaN(ratio) ? own : P / (1 + ratio);
+  const Pt = P - P / (1 + ratio);
   const weighted = { En_star, Et_star, fn_star: Pn / En_star, ft_star: Pt / Et_star, f90 };
-  return { Pn, Pt, f, ratio: Pt / Pn, P: Pn + Pt, En: Pn / f, Et: Pt / f, ...weighted };
+  return { Pn, Pt, f, ratio, P, En: Pn / f, Et: Pt / f, ...weighted };
 }
 
 /** `of` applied to the scaled quantity of each descriptor and its scale in a condition. */
@@ -210,10 +236,16 @@ class Fingerprint {
     return own.length ? [Math.min(...own), Math.max(...own)] : this.about.ranges[name];
   }
 
-  /** Scaled quantities without bands. */
+  /** The quantities that `complete` needs, each by `of` its process. */
+  read(of) {
+    const needed = [...BASIC, "Pn"].filter((name) => name in this.processes);
+    return complete(Object.fromEntries(needed.map((name) => [name, Math.exp(of(name, this.processes[name]))])));
+  }
+
+  /** Scaled quantities without bands, on the curves. */
   means(condition) {
     const point = this.point(condition);
-    return complete(Object.fromEntries(BASIC.map((name) => [name, Math.exp(this.processes[name].mean(point))])));
+    return this.read((name, process) => process.mean(point));
   }
 
   /** Scaled quantities with the band of a new simulation; the mean's band is the first of the further intervals. */
@@ -222,19 +254,28 @@ class Fingerprint {
     const logs = Object.fromEntries(
       Object.entries(this.processes).map(([name, process]) => [name, process.predict(point)]),
     );
-    const values = complete(Object.fromEntries(BASIC.map((name) => [name, Math.exp(logs[name].log)])));
-    const ends = (value, deviation) => {
-      const half = this.width * deviation;
-      const factor = half <= Math.log(WIDEST) ? Math.exp(half) : NaN;
-      return { lower: value / factor, upper: value * factor };
-    };
+    const values = this.read((name) => logs[name].log);
     return Object.fromEntries(
       Object.entries(values).map(([name, value]) => {
-        const { ofMean, ofNew } = logs[name];
-        const further = { ...this.intervals(name, value, condition.fill_ratio), mean: ends(value, ofMean) };
-        return [name, { value, ...ends(value, ofNew), further }];
+        const ends = (kind) => this.ends(name, value, (of) => this.width * logs[of][kind], logs);
+        const further = { ...this.intervals(name, value, condition.fill_ratio), mean: ends("ofMean") };
+        return [name, { value, ...ends("ofNew"), further }];
       }),
     );
+  }
+
+  /** The ends of a band, NaN where it says nothing; half: half the width of a quantity's band in logarithms. */
+  ends(name, value, half, logs) {
+    let [below, above] = name in logs ? [half(name), half(name)] : [NaN, NaN];
+    if (name in PARTS && "ratio" in logs) {
+      // As in millprint.fingerprint.predicted_values: no end of a part is beyond the whole.
+      const { share, rises } = PARTS[name];
+      const ratio = Math.exp(logs.ratio.log);
+      const away = (sign) => Math.hypot(half("P"), Math.log(share(ratio * Math.exp(sign * half("ratio"))) / share(ratio)));
+      [below, above] = rises ? [away(-1), away(1)] : [away(1), away(-1)];
+    }
+    const isKnown = below + above <= Math.log(WIDEST);
+    return { lower: isKnown ? value * Math.exp(-below) : NaN, upper: isKnown ? value * Math.exp(above) : NaN };
   }
 
   /** The interval of a scaled quantity by each further origin. */

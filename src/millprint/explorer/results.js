@@ -113,6 +113,8 @@ class Results {
       const names = found.outside.map(nameOf).join(", ");
       said.push(`Not simulated: ${names}. The scaling laws extrapolate, with a wider interval.`);
     }
+    const { few_turns: few } = this.explorer.fingerprint.about;
+    if (few) said.push(`Few turns: ${few} of the simulated conditions were recorded for fewer than eight independent turns, so that their scatter is hardly known.`);
     const outside = found.yield_percent?.outside ?? [];
     if (outside.length) {
       const names = outside.map((each) => `${NAMES[each.name]} ${digits(each.value)}, trained ${digits(each.low)} to ${digits(each.high)}`);
@@ -134,9 +136,10 @@ class Results {
     const { axis: name, units, mill } = explorer;
     const { low, high, to, from, unit } = explorer.controls.scaleOf(name);
     const { label } = { ...SETTINGS, ...POWDER }[name];
-    // With the condition itself, and both sides of it, among the points: a yield is trained in a narrow range.
+    // With both sides of the condition among the points: a yield is trained in a narrow range. At the condition itself
+    // there may be a simulation, which need not lie on the curve.
     const here = to(explorer.state[name]);
-    const near = [-1e-3, 0, 1e-3].map((by) => clamp(here + by * (high - low), [low, high]));
+    const near = [-1e-3, 1e-3].map((by) => clamp(here + by * (high - low), [low, high]));
     const x = [...new Set([...linspace(low, high, POINTS), ...near])].sort((one, other) => one - other);
     const answers = x.map((value) => explorer.answer({ ...explorer.state, [name]: from(value) }));
     const line = (key, named, colour, scale) => ({

@@ -32,7 +32,7 @@ from millprint.fingerprint.bands import FURTHER, MEAN, NOT_KNOWN, SCATTER, inter
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import SHEET_PANELS
 from millprint.fingerprint.descriptors import CHARGE, MOTIONS
-from millprint.fingerprint.mill_sheet import RECORDED, SIMULATED, STATED, by_columns, shown_speed
+from millprint.fingerprint.mill_sheet import RECORDED, SIMULATED, STATED, WHERE, by_columns, shown_speed
 from millprint.run.numbers import plain, prefix_of, three
 from millprint.view.mill_picture import MillPicture
 
@@ -106,8 +106,10 @@ def _columns_of(sheet: pd.DataFrame) -> tuple[list[Said], list[Said]]:
     sections = ["dose"] if _has_intervals(sheet) else ["descriptors", "dose"]
     left.append((f"Value (band of {SCATTER.title}; of {MEAN.title})", None))
     for row in sheet[sheet["section"].isin(sections)].itertuples():
-        own = row.text if isinstance(row.text, str) and row.text else ""
-        left.append((row.quantity, own or _quantity(row, (row.lower, row.upper), (row.mean_lower, row.mean_upper))))
+        said = [row.text] if isinstance(row.text, str) and row.text else []
+        if row.value is not None and not np.isnan(row.value):
+            said = [_quantity(row, (row.lower, row.upper), (row.mean_lower, row.mean_upper)), *said]
+        left.append((row.quantity, ", ".join(said) or NOT_KNOWN))
     left += _temperatures(sheet)
     right = [*_exponents(sheet), *_collapse(sheet), ("Holds from - to", None)]
     for row in sheet[(sheet["section"] == "validity") & sheet["lower"].notna()].itertuples():
@@ -171,14 +173,18 @@ def _precision(section: pd.DataFrame) -> list[Said]:
         _between(said.at[name, "lower"], said.at[name, "upper"], plain) for name in (RECORDED, SIMULATED)
     )
     columns = ["value", "lower", "upper"]
-    widths = ", ".join(f"{name} {_width(*said.loc[name, columns])}" for name in STATED.values())
+    widths = {
+        place: ", ".join(f"{name} {_width(*said.loc[f'{name}, {place}', columns])}" for name in STATED.values())
+        for place in WHERE
+    }
     return [
-        ("Precision", None),
+        ("Precision: a new simulation is known to within", None),
+        *widths.items(),
         ("recorded", f"{recorded} s"),
         ("simulations of a condition", seeds),
-        ("a new simulation is known to within", widths),
         *((motion.word, said.at[motion.word, "text"]) for motion in MOTIONS.values() if motion.word in said.index),
-        ("for more", said.at["for more", "text"]),
+        *((name, said.at[name, "text"]) for name in said.index if name.startswith("no curve")),
+        ("for more, and for what is not known", said.at["for more", "text"]),
     ]
 
 

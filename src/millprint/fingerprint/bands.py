@@ -37,15 +37,20 @@ FURTHER = {
     "shape": Origin("shape of the jar", "jars that agree about as well with the values that the jar was fitted to"),
 }
 ENDS = ("lower", "upper")
-# An interval with an end farther from its value than this factor says nothing: its ends count as not known.
-WIDEST = 100.0
+# An interval whose ends are farther apart than this factor says nothing: they count as not known.
+WIDEST = 10.0
 NOT_KNOWN = "not known"
+
+
+def known_ends(logs: np.ndarray) -> np.ndarray:
+    """Logarithms (2, ...) of the lower and the upper end over the value, NaN where the interval says nothing."""
+    return np.where(logs[1] - logs[0] <= np.log(WIDEST), logs, np.nan)
 
 
 def factor_of(half: np.ndarray | float) -> np.ndarray:
     """The factor from a value to the ends of its interval, from half the width in logarithms; NaN if not known."""
     half = np.asarray(half, dtype=float)
-    return np.exp(np.where(half <= np.log(WIDEST), half, np.nan))
+    return np.exp(known_ends(np.stack([-half, half]))[1])
 
 
 @dataclass(frozen=True)

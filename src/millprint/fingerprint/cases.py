@@ -15,8 +15,8 @@ from millprint.config.section import Section
 from millprint.config.sweep import Case, balls_of
 from millprint.config.workflow import WorkflowConfig
 
-# Defaults of a sweep: at least this many turns, and at least this time [s].
-FEWEST_TURNS, DISCARD_S, WINDOW_S = 3, 0.25, 0.8
+# Defaults of a sweep: at least this time [s].
+DISCARD_S, WINDOW_S = 0.25, 0.8
 # The first seed of the simulations that no fit sees; the seeds of a sweep begin at 0.
 HELD_OUT_SEED = 1000
 # Revolutions of the large run, of which the second half counts [-], and time for its balls to come to rest [s].
@@ -122,26 +122,26 @@ def conditions_of(sweep: MillSweepConfig) -> list[Condition]:
 
 
 def durations_of(
-    speed_rpm: float, discard_turns: float | None, window_turns: float | None, recorded: float = 1.0
+    speed_rpm: float, discard_turns: float | None, window_turns: float | None, recorded: float = 1.0, turns: int = 3
 ) -> dict[str, float]:
     """Time before the averages begin and recorded time of a case [s], in whole turns where they are not given.
 
-    recorded: factor on the recorded time, which is never shortened below TURNS_WITH_ERROR, and is at least
-    FEWEST_TURNS where it is not given.
+    recorded: factor on the recorded time, which is never shortened below TURNS_WITH_ERROR, and is at least `turns`
+    turns where it is not given.
     """
     turn_s = 60 / speed_rpm
     discard = discard_turns or math.ceil(DISCARD_S / turn_s)
     if window_turns:
         window = max(min(TURNS_WITH_ERROR, window_turns), recorded * window_turns)
     else:
-        window = max(FEWEST_TURNS, math.ceil(recorded * WINDOW_S / turn_s))
+        window = max(turns, math.ceil(recorded * WINDOW_S / turn_s))
     return {"discard_s": discard * turn_s, "window_s": window * turn_s}
 
 
-def seeds_of(sweep: MillSweepConfig, factor: int) -> list[int]:
-    """`factor` times as many seeds as a sweep has: its own, then the smallest others."""
+def seeds_of(sweep: MillSweepConfig, fewest: int) -> list[int]:
+    """The seeds of a sweep, then the smallest others up to `fewest`."""
     further = (seed for seed in count() if seed not in sweep.seeds)
-    return list(islice(chain(sweep.seeds, further), factor * len(sweep.seeds)))
+    return list(islice(chain(sweep.seeds, further), max(fewest, len(sweep.seeds))))
 
 
 def _case(mill: MillConfig, settings: MillsConfig, sweep: MillSweepConfig, condition: Condition, seed: int) -> Case:
@@ -150,7 +150,7 @@ def _case(mill: MillConfig, settings: MillsConfig, sweep: MillSweepConfig, condi
     return Case(
         mill=mill.name, contact=settings.contact_set, **balls_of(size), fill_ratio=fill, speed_rpm=speed, seed=seed,
         rayleigh_fraction=level.step * settings.rayleigh_fraction, settle_s=settings.settle_s,
-        **durations_of(speed, sweep.discard_turns, sweep.window_turns, level.recorded),
+        **durations_of(speed, sweep.discard_turns, sweep.window_turns, level.recorded, level.turns),
     )  # fmt: skip
 
 

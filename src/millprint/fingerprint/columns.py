@@ -154,6 +154,12 @@ def _counting_error(table: pd.DataFrame) -> pd.Series:
     return np.fmax(1.0 / np.sqrt(table["collisions"]), seeds)
 
 
+def _rate(table: pd.DataFrame, channel: str) -> pd.Series:
+    """Power of a ball over the weighted energy [1/s]; 0 where nothing is dissipated."""
+    energy = table[f"weighted_{channel}_energy_J"]
+    return (table[f"{channel}_power_W"] / table["balls"] / energy).where(energy > 0, 0.0)
+
+
 def _scaled(name: str, column: str, title: str, meaning: str) -> Computed:
     """A weighted energy or frequency over its scale, with the relative error of its column."""
     energy = column.endswith("_J")
@@ -181,10 +187,10 @@ COMPUTED = (
              values=lambda table: table["tangential_power_W"] / table["collision_frequency_hz"]),
     Computed("weighted_normal_frequency_hz", "1/s", "weighted normal frequency f*n",
              "normal power of a ball over E*n: rate of collisions of E*n that dissipates it",
-             values=lambda table: table["normal_power_W"] / table["balls"] / table["weighted_normal_energy_J"]),
+             values=lambda table: _rate(table, "normal")),
     Computed("weighted_tangential_frequency_hz", "1/s", "weighted tangential frequency f*t",
              "tangential power of a ball over E*t: rate of collisions of E*t that dissipates it",
-             values=lambda table: table["tangential_power_W"] / table["balls"] / table["weighted_tangential_energy_J"]),
+             values=lambda table: _rate(table, "tangential")),
     Computed("specific_frequency_hz", "1/s", "specific collision frequency",
              "all collisions over the number of balls, one between two balls counted once",
              values=lambda table: table["collision_frequency_hz"] / table["balls"]),
@@ -212,10 +218,10 @@ COMPUTED = (
              standard_error=lambda table: table["f"] * _counting_error(table)),
     Computed("ratio", "-", "tangential over normal", "Pt / Pn, tangential over normal dissipation",
              values=lambda table: table["Pt"] / table["Pn"],
-             standard_error=lambda table: table["ratio"] * np.hypot(_normal_error(table), _tangential_error(table))),
+             standard_error=lambda table: table["ratio"] * table["power_ratio_relative_se"]),
     Computed("P", "-", "specific power", "Pn + Pt",
              values=lambda table: table["Pn"] + table["Pt"],
-             standard_error=lambda table: np.hypot(table["Pn_se"], table["Pt_se"])),
+             standard_error=lambda table: table["P"] * table["power_relative_se"]),
     Computed("En", "-", "specific normal energy", "normal energy of a collision over rho omega^2 A^2 d^3, Pn / f",
              values=lambda table: table["normal_energy_J"] / energy_scale(Condition.of_table(table)),
              standard_error=lambda table: table["En"] * np.hypot(_normal_error(table), _counting_error(table))),

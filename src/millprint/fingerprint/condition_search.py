@@ -165,6 +165,8 @@ def rank_conditions(target: dict[str, float], fingerprints: list[Fingerprint], r
     """
     weights, speeds = request.all_weights, tuple(speed / 60.0 for speed in request.speeds_rpm)
     rows = []
+    for fingerprint in fingerprints:
+        fingerprint.check_known(target)
     candidates = _candidates(fingerprints, request.ball_diameters_mm)
     for fingerprint, media in zip(fingerprints, candidates, strict=True):
         (lowest, highest), (simulated_low, simulated_high) = request.fill_ratios, fingerprint.fill_range
@@ -219,6 +221,7 @@ def _of_another_mill(
     other = Fingerprint.read(like.fingerprint)
     for fingerprint in fingerprints:
         check_same_count(like.fingerprint, other.about, fingerprint, names)
+    other.check_known(DESCRIPTOR_SETS[names])
     prediction = _predicted(like, other)
     return {name: getattr(prediction, name) for name in DESCRIPTOR_SETS[names]}, other.about["probability"]
 

@@ -5,9 +5,10 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 import pandas as pd
 
-from millprint.fingerprint.condition import CURVES
+from millprint.fingerprint.bands import new_columns
 from millprint.fingerprint.descriptors import CONDITION, tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.predicted_values import banded
 from millprint.fingerprint.processes import LEFT_OUT, grouped, logarithms
 
 
@@ -77,30 +78,35 @@ def describe_each(summaries: Iterable[dict], rule: str) -> pd.DataFrame:
 
 
 def predict_held_out(fingerprint: Fingerprint, descriptors: pd.DataFrame) -> pd.DataFrame:
-    """HELD_OUT_COLUMNS: a row for each new simulation and quantity, with the band of a new simulation.
+    """HELD_OUT_COLUMNS: a row for each new simulation and quantity, with the band of a new simulation, if it is known.
 
     The row has its condition and seed, the simulated and the predicted value, and whether the first is `inside`.
     """
-    inputs, tables = logarithms(descriptors, fingerprint.kinds), []
-    for name in CURVES:
-        told = fingerprint.predictors[name].predict(inputs)
-        factor = np.exp(fingerprint.width * told.of_new)
-        own = descriptors[[*CONDITION, "seed"]].assign(
-            quantity=name, value=descriptors[name], predicted=np.exp(told.logs)
-        )
-        own["lower"], own["upper"] = own["predicted"] / factor, own["predicted"] * factor
+    inputs = logarithms(descriptors, fingerprint.kinds)
+    told = {name: predictor.predict(inputs) for name, predictor in fingerprint.predictors.items()}
+    bands, tables = banded(told, fingerprint.width), []
+    for name in told:
+        own = descriptors[[*CONDITION, "seed"]].assign(quantity=name, value=descriptors[name], predicted=bands[name])
+        own["lower"], own["upper"] = (bands[column] for column in new_columns(name))
         tables.append(own.assign(inside=own["value"].between(own["lower"], own["upper"])))
     return pd.concat(tables, ignore_index=True)[HELD_OUT_COLUMNS]
 
 
 def count_held_out(fingerprint: Fingerprint, predicted: pd.DataFrame) -> pd.DataFrame:
-    """Rows of `tabulate_coverage` with NEW as what is left out: each quantity, and `powers`, normal and tangential."""
-    rows = []
-    for name, names in {"powers": POWERS, **{name: (name,) for name in CURVES}}.items():
-        own = predicted[predicted["quantity"].isin(names)]
-        errors = np.log(own["value"] / own["predicted"]).to_numpy()
-        halves = np.log(own["upper"] / own["predicted"]).to_numpy()
-        stretch = max(fingerprint.processes[quantity].stretch for quantity in names)
+    """Rows of `tabulate_coverage` with NEW as what is left out: each quantity, and `powers`, normal and tangential.
+
+    Only bands that are known are counted.
+    """
+    rows, processes = [], fingerprint.processes
+    known = predicted.dropna(subset=["lower", "upper"])
+    for name, names in {"powers": POWERS, **{name: (name,) for name in processes}}.items():
+        own = known[known["quantity"].isin(names)]
+        errors, below, above = (
+            np.log(own[end] / own["predicted"]).to_numpy(dtype=float) for end in ("value", "lower", "upper")
+        )
+        # An end of the band of a part is nearer where the whole limits it.
+        halves = np.where(errors < 0, -below, above)
+        stretch = max(processes[quantity].stretch for quantity in names if quantity in processes)
         rows.append(coverage_row(fingerprint, NEW, name, errors, halves, stretch))
     return pd.DataFrame(rows)
 

@@ -8,11 +8,10 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.counting import CountingRule
-from millprint.config.errors import ConfigError
 from millprint.config.mill_sweep import FEWEST_FILLS
 from millprint.config.mixture import ONE_SIZE
-from millprint.dem.turns import has_impacts, mean_of_turns, motion_repeats
-from millprint.fingerprint.columns import COMPUTED, DESCRIPTORS, MEASURED, relative_error_of
+from millprint.dem.turns import ROUNDING, has_impacts, mean_of_turns, motion_repeats
+from millprint.fingerprint.columns import COMPUTED, DESCRIPTORS, MEASURED
 from millprint.fingerprint.condition import Condition, energy_scale
 from millprint.fingerprint.readers import Collisions, collisions_by, counted, read_contacts
 from millprint.run.files import read_table
@@ -65,24 +64,16 @@ def said_of(table: pd.DataFrame, name: str) -> pd.Series:
 
 
 def with_impacts(table: pd.DataFrame) -> pd.DataFrame:
-    """The conditions in which balls hit anything; the others have no logarithm.
-
-    Raises ConfigError where too few fill ratios for a curve are left.
+    """The conditions in which balls hit anything, whose curves the others would bend; all of them where too few fill
+    ratios for a curve would be left.
     """
-    still = said_of(table, "no_impacts")
-    kept = table[~still]
-    fills = as_built(kept)["fill_ratio"].nunique()
-    if still.any() and fills < FEWEST_FILLS:
-        without = ", ".join(f"{fill:g}" for fill in sorted(table.loc[still, "fill_ratio"].unique()))
-        raise ConfigError(
-            f"{table['mill'].iloc[0]}: sweep.fill_ratios: at {without} all balls move with the wall, without impacts; "
-            f"that leaves {fills} of the {FEWEST_FILLS} fill ratios that a curve needs: take higher ones"
-        )
-    return kept
+    kept = table[~said_of(table, "no_impacts")]
+    return kept if as_built(kept)["fill_ratio"].nunique() >= FEWEST_FILLS else table
 
 
 def run_row(summary: dict, rule_name: str) -> dict:
     """The measured columns of a run, with collisions counted by the rule of that name, which has no threshold."""
+    summary = _without_rounding(summary)
     rule = counted(summary, rule_name)
     collisions = _collisions_of(summary, rule)
     return {
@@ -91,9 +82,18 @@ def run_row(summary: dict, rule_name: str) -> dict:
         "collisions_by": rule["by"],
         **{column.name: column.of_run(summary, rule, collisions) for column in MEASURED},
         **_turns_row(summary, rule["frequency_hz"] / summary["frequency_hz"]),
-        **{
-            column: _squared(summary["weighted"][channel]["relative_error"][kind]) for column, channel, kind in WEIGHTED
-        },
+        **_scatter_row(summary),
+    }
+
+
+def _without_rounding(summary: dict) -> dict:
+    """The summary with 0 in place of a power that is nothing but rounding, and of its channel's weighted energy."""
+    powers = {name: summary["power_W"][name] for name in CHANNELS}
+    nothing = [name for name in CHANNELS if powers[name] < ROUNDING * sum(powers.values())]
+    weighted = {name: summary["weighted"][name] | {"energy_J": 0.0, "specific_frequency_hz": 0.0} for name in nothing}
+    return summary | {
+        "power_W": summary["power_W"] | dict.fromkeys(nothing, 0.0),
+        "weighted": summary["weighted"] | weighted,
     }
 
 
@@ -106,24 +106,18 @@ def _collisions_of(summary: dict, rule: dict) -> Collisions | None:
 
 
 def _turns_row(summary: dict, collisions: float) -> dict:
-    """For a run: variance and degrees of freedom of each power, whether balls hit anything, independent turns, and
-    whether the motion repeats.
+    """For a run: whether balls hit anything, independent turns, and whether the motion repeats.
 
     collisions: per turn.
     """
     energies = {name: summary["per_revolution"].get(f"{name}_J", []) for name in CHANNELS}
     known = {name: mean_of_turns(own) for name, own in energies.items()}
-    row = {}
-    for name, of_turns in known.items():
-        error = summary["power_standard_error_W"][name]
-        row[f"{name}_variance_W2"] = np.nan if error is None else error**2
-        row[f"{name}_freedom"] = 0 if of_turns is None or error is None else of_turns.freedom
     independent = [of_turns.independent if of_turns else float(len(energies[name])) for name, of_turns in known.items()]
     locked = all(motion_repeats(own, collisions) for own in energies.values())
     hits = has_impacts(energies["normal"] or [_of_a_turn(summary)], summary["balls"] * _energy_scale(summary))
     # A summary of an earlier version has no such number.
     stuck = (summary.get("speed_over_vessel") or 1.0) < STUCK
-    return row | {
+    return {
         "runs_with_impacts": int(hits),
         "stuck_runs": int(stuck),
         "independent_turns": min(independent),
@@ -143,16 +137,41 @@ def _energy_scale(summary: dict) -> float:
     return energy_scale(Condition(fill_ratio=summary["case"]["fill_ratio"], speed_hz=summary["frequency_hz"], **own))
 
 
-# Column of a relative variance, then of a relative standard error, with the channel and the kind in a summary.
-WEIGHTED = [
-    (relative_error_of(f"weighted_{channel}_{kind}_"), channel, kind)
-    for channel in ("normal", "tangential")
-    for kind in ("energy", "frequency")
-]
+# Quantities whose scatter is known from turns and seeds.
+SCATTERED = (
+    *(f"{name}_power" for name in CHANNELS),
+    *("power", "power_ratio"),
+    *(f"weighted_{name}_{kind}" for name in CHANNELS for kind in ("energy", "frequency")),
+)
 
 
-def _squared(error: float | None) -> float:
-    return np.nan if error is None else error**2
+def _scatter_row(summary: dict) -> dict[str, float]:
+    """For a run: the value of each of SCATTERED, its relative variance from the turns, and the degrees of freedom."""
+    energies = [np.asarray(summary["per_revolution"].get(f"{name}_J", []), dtype=float) for name in CHANNELS]
+    powers, turns = [summary["power_W"][name] for name in CHANNELS], len(energies[0])
+    told = {}
+    for name, power, energy in zip(CHANNELS, powers, energies, strict=True):
+        error, weighted = summary["power_standard_error_W"][name], summary["weighted"][name]
+        known = mean_of_turns(energy.tolist())
+        told[f"{name}_power"] = (power, error and power and error / power, known.freedom if known else 0)
+        for kind, key in (("energy", "energy_J"), ("frequency", "specific_frequency_hz")):
+            told[f"weighted_{name}_{kind}"] = (weighted[key], weighted["relative_error"][kind], turns - 1)
+    told["power"] = (sum(powers), *_relative(np.sum(energies, axis=0)))
+    # To first order, a ratio varies with the difference of its relative parts.
+    parted = turns > 1 and min(powers) > 0
+    parts = [energy / energy.mean() if parted else np.empty(0) for energy in energies]
+    told["power_ratio"] = (powers[1] / powers[0] if parted else np.nan, *_relative(1 + parts[1] - parts[0]))
+    row: dict[str, float] = {}
+    for name, (value, error, freedom) in told.items():
+        variance = np.nan if error is None else error**2
+        row |= {name: value, f"{name}_variance": variance, f"{name}_freedom": 0 if error is None else freedom}
+    return row
+
+
+def _relative(energies: np.ndarray) -> tuple[float | None, int]:
+    """The relative standard error of a mean of turns and its degrees of freedom; None for fewer than two."""
+    known = mean_of_turns(energies.tolist())
+    return (known.error / float(energies.mean()), known.freedom) if known and energies.mean() > 0 else (None, 0)
 
 
 def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
@@ -162,22 +181,23 @@ def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
     motion: why this error may be wrong, from turns and seeds, `MOTIONS`.
     """
     groups = runs.groupby(CONDITION, sort=True)
-    mean = groups.mean(numeric_only=True)
+    of_a_run = [f"{name}{end}" for name in SCATTERED for end in ("", "_variance", "_freedom")]
+    mean = groups.mean(numeric_only=True).drop(columns=of_a_run)
     mean.insert(0, "seeds", groups.size())
     for place, name in enumerate(OF_RULE, start=1):
         mean.insert(place, name, groups[name].first())
     mean["collisions"] = groups["collisions"].sum()
     mean["closure"] = groups["closure"].agg(lambda closures: closures.abs().max())
-    differ = pd.Series(False, index=mean.index)
+    known = {name: groups.apply(_scatter_of, name, include_groups=False) for name in SCATTERED}
+    for name, of_groups in known.items():
+        mean[f"{name}_relative_se"] = [
+            np.sqrt(own.variance / n) for own, n in zip(of_groups, mean["seeds"], strict=True)
+        ]
     for name in CHANNELS:
-        known = groups.apply(_variance_of_run, name, include_groups=False)
-        mean[f"{name}_power_se_W"] = [np.sqrt(own.variance / n) for own, n in zip(known, mean["seeds"], strict=True)]
-        mean[f"{name}_power_freedom"] = [own.freedom for own in known]
+        mean[f"{name}_power_se_W"] = mean.pop(f"{name}_power_relative_se") * mean[f"{name}_power_W"]
+        mean[f"{name}_power_freedom"] = [own.freedom for own in known[f"{name}_power"]]
         mean[f"{name}_power_seed_sd_W"] = groups[f"{name}_power_W"].std(ddof=1)
-        mean = mean.drop(columns=[f"{name}_variance_W2", f"{name}_freedom"])
-        differ |= np.array([own.differ for own in known])
-    for name, _, _ in WEIGHTED:
-        mean[name] = np.sqrt(mean[name] / mean["seeds"])
+    differ = np.any([[own.differ for own in known[f"{name}_power"]] for name in CHANNELS], axis=0)
     mean["collision_frequency_seed_sd_hz"] = groups["collision_frequency_hz"].std(ddof=1)
     mean["balls"] = mean["balls"].round().astype(int)
     told = ["runs_with_impacts", "stuck_runs", "independent_turns", "repeating_runs"]
@@ -186,12 +206,17 @@ def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
     return mean.drop(columns=told).reset_index()
 
 
-def _variance_of_run(seeds: pd.DataFrame, channel: str) -> "Run":
-    """The variance of a power of one run [W2], estimated from the seeds of a condition; NaN where it is not known."""
-    columns = (f"{channel}_variance_W2", f"{channel}_freedom")
-    within = [(variance, freedom) for variance, freedom in zip(*(seeds[name] for name in columns), strict=True)]
-    known = [(variance, int(freedom)) for variance, freedom in within if freedom]
-    return variance_of_run(seeds[f"{channel}_power_W"].to_list(), known) or Run(np.nan, 0, False)
+def _scatter_of(seeds: pd.DataFrame, name: str) -> "Run":
+    """The relative variance of one run of one of SCATTERED, estimated from the seeds of a condition.
+
+    NaN where it is not known, such as of a quantity that is 0.
+    """
+    values, mean = seeds[name].to_numpy(dtype=float), float(seeds[name].mean())
+    if not mean > 0:
+        return Run(np.nan, 0, False)
+    within = zip(seeds[f"{name}_variance"], seeds[f"{name}_freedom"], strict=True)
+    known = [(variance, int(freedom)) for variance, freedom in within if freedom and np.isfinite(variance)]
+    return variance_of_run((values / mean).tolist(), known) or Run(np.nan, 0, False)
 
 
 def with_descriptors(table: pd.DataFrame) -> pd.DataFrame:
@@ -212,6 +237,9 @@ def tabulate_descriptors(summaries: list[dict], rule_name: str) -> pd.DataFrame:
 
 # Probability of taking seeds of the same motion for several motions; independent turns that suffice.
 CHANCE, FEWEST_TURNS = 0.01, 8
+# Seeds whose scatter says as much as that of all their turns, which does not show that a motion lasts, nor that it goes
+# to and fro from turn to turn.
+ENOUGH_SEEDS = 3
 # Balls stick to the wall where their speed relative to the vessel is under this share of the vessel's [-].
 STUCK = 0.1
 
@@ -235,7 +263,8 @@ def variance_of_run(values: Sequence[float], within: Sequence[tuple[float, int]]
     values: of the runs (k,). within: variance and degrees of freedom of each run whose window gives them. w is the mean
     of these variances weighted by their degrees of freedom, v in all, and b the variance of the values. The result is b
     with k - 1 degrees where b / w is beyond the F distribution's quantile 1 - CHANCE, else max(b, pooled),
-    pooled = (v w + (k - 1) b) / (v + k - 1). The mean of the runs has 1/k of the variance of one run.
+    pooled = (v w + (k - 1) b) / (v + k - 1), with v of k - 1 at most from ENOUGH_SEEDS on. The mean of the runs has 1/k
+    of the variance of one run.
     """
     seeds = len(values)
     between = float(np.var(values, ddof=1)) if seeds > 1 else 0.0
@@ -244,14 +273,19 @@ def variance_of_run(values: Sequence[float], within: Sequence[tuple[float, int]]
     freedom = inside + seeds - 1
     if freedom == 0:
         return None
+    differ = False
     # Seeds that agree to the last digits of a number do not differ.
     if seeds > 1 and inside and np.ptp(values) > 1e-9 * np.max(np.abs(values)):
         # Imported here: slow to import, and most conditions have one seed.
         from millprint.statistics.quantiles import f_exceeded
 
-        limit = float(f_exceeded(CHANCE, seeds - 1, inside))
-        if between > limit * squares / inside:
-            return Run(between, seeds - 1, True)
+        differ = between > float(f_exceeded(CHANCE, seeds - 1, inside)) * squares / inside
+    if differ:
+        return Run(between, seeds - 1, True)
+    if inside and seeds >= ENOUGH_SEEDS:
+        # The turns count for as much as the seeds.
+        squares, inside = squares / inside * (seeds - 1), seeds - 1
+    freedom = inside + seeds - 1
     return Run(max(between, (squares + (seeds - 1) * between) / freedom), freedom, False)
 
 

@@ -30,6 +30,7 @@ VARIED = {"omega": "speed_hz", "d": "ball_diameter_m"}
 # Curves collapse if the scaled power spreads by no more than this, in logarithms [-].
 COLLAPSE_MAX = 0.2
 UNKNOWN = "unknown: no fill ratio has two speeds or two sizes"
+NOTHING_THERE = "unknown: it is 0 at some conditions"
 VERDICTS = ("by the scaling law", "by exponents of its own", "not by powers of speed and ball size")
 
 
@@ -102,7 +103,8 @@ def tabulate_mill_collapse(descriptors: pd.DataFrame, probability: float) -> pd.
     rows = []
     for quantity in COLLAPSED:
         supposed = SUPPOSED[quantity]
-        logs = np.log(table[quantity].to_numpy(dtype=float))
+        is_there = bool((whole[quantity] > 0).all())
+        logs = np.log(table[quantity].to_numpy(dtype=float)) if is_there else np.full(len(table), np.nan)
         scaled = logs - sum(supposed[name] * values for name, values in varied.items())
         row = {
             "mill": whole["mill"].iloc[0],
@@ -112,10 +114,11 @@ def tabulate_mill_collapse(descriptors: pd.DataFrame, probability: float) -> pd.
             "fill_ratios": table["fill_ratio"].nunique(),
             "spread_before": _spread(logs, constants),
             "spread_thesis": _spread(scaled, constants),
-            **_own(logs, constants, varied, probability),
+            **_own(logs, constants, varied if is_there else dict.fromkeys(varied, np.empty(0)), probability),
             **{f"{name}_supposed": supposed[name] for name in VARIED},
         }
-        rows.append(row | {"collapse": verdict(row["spread_thesis"], row["spread_own"], COLLAPSE_MAX)})
+        said = verdict(row["spread_thesis"], row["spread_own"], COLLAPSE_MAX) if is_there else NOTHING_THERE
+        rows.append(row | {"collapse": said})
     return pd.DataFrame(rows)
 
 

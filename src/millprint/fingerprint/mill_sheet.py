@@ -10,10 +10,11 @@ from millprint.config.contact_set import ASSUMED
 from millprint.config.included import shipped
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import balls_in_words
-from millprint.fingerprint.bands import ENDS, FURTHER, MEAN, SCATTER, factor_of
+from millprint.fingerprint.bands import ENDS, FURTHER, MEAN, SCATTER, new_columns
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import SCALED_BY, Condition
-from millprint.fingerprint.descriptors import CHARGE, MOTIONS, as_built, said_of
+from millprint.fingerprint.descriptors import CHARGE, MOTIONS, as_built, said_of, with_impacts
+from millprint.fingerprint.predicted_values import banded
 from millprint.fingerprint.readers import TABLE, WALL
 from millprint.run.files import read_table
 from millprint.run.numbers import three
@@ -46,10 +47,12 @@ RATIO = 10
 FILLS_WITHIN = 40
 # Fill ratios that are listed one by one.
 LISTED = 6
-DESCRIBED = (*SCALED_BY, "normal_power_W", "tangential_power_W")
+POWER_OF = {"Pn": "normal_power_W", "Pt": "tangential_power_W"}
+DESCRIBED = (*SCALED_BY, *POWER_OF.values())
 # The section `precision`: time and seeds of a condition, and the intervals of some quantities of CURVES.
 RECORDED, SIMULATED = "recorded time of a simulation", "simulations of a condition"
 STATED = {
+    "P": "power",
     "Pn": "normal power",
     "Pt": "tangential power",
     "En_star": "weighted normal energy",
@@ -57,7 +60,8 @@ STATED = {
     "f": "collisions",
 }
 WIDTH = "half of the band of a new simulation: the median, and from the smallest to the largest"
-MORE = "mills.precision: quick, standard, fine; or more seeds in the sweep"
+WHERE = {"where simulated": "at the simulated conditions", "between": "over the fill ratios, at each speed and size"}
+MORE = "millprint fingerprint {name} --config 'mills={{precision: fine}}'; or more seeds and conditions in the sweep"
 RANGES = {
     "fill_ratio": ("fill ratio", "-", 1.0),
     "speed_hz": ("speed", "rpm", 60.0),
@@ -83,6 +87,14 @@ def sheet_condition(fingerprint: "Fingerprint", simulated: pd.DataFrame) -> tupl
     return fingerprint.condition(speed_hz=speed, ball_diameter_m=diameter, fill_ratio=fill), charge
 
 
+def _row_of(condition: Condition[float], charge: str, simulated: pd.DataFrame) -> pd.Series:
+    """The row of a simulated condition in a table of them, which has fewer digits than a fingerprint."""
+    near = simulated[CHARGE] == charge
+    for name in ("fill_ratio", "speed_hz", "ball_diameter_m"):
+        near &= np.isclose(simulated[name], getattr(condition, name), rtol=1e-5)
+    return simulated[near].iloc[0]
+
+
 def _balls_row(condition: Condition[float], charge: str) -> Row:
     diameter_mm = 1e3 * condition.ball_diameter_m
     text = f"{balls_in_words(diameter_mm, charge)}, the ball of mean volume" if charge else ""
@@ -102,7 +114,10 @@ def tabulate_sheet(
     collapse: as of tabulate_mill_collapse; zones: as of find_zones; descriptors: of the mill's sweep. A fingerprint
     with further origins of intervals also has their columns, and a line that explains each.
     """
-    about, (condition, charge) = fingerprint.about, sheet_condition(fingerprint, as_built(descriptors))
+    about, built = fingerprint.about, as_built(descriptors)
+    condition, charge = sheet_condition(fingerprint, with_impacts(built))
+    simulated = _row_of(condition, charge, built)
+    words = [MOTIONS["few_turns"].word] if MOTIONS["few_turns"].word in simulated["motion"].split(", ") else []
     prediction, speed = fingerprint.predict(condition, charge=charge), condition.speed_hz
     at_wall = [f"{DESCRIPTORS[of].title} {about[name]:g}" for name, of in WALL.items() if name in about]
     rows = [
@@ -121,9 +136,12 @@ def tabulate_sheet(
         rows.append(Row("condition", "charge", text=fingerprint.charges[charge].in_words(prediction.balls)))
     for name in DESCRIBED:
         band, column = getattr(prediction, name), DESCRIPTORS[name]
-        ends = (band.lower, band.upper, column.unit, "", *vars(band.mean).values())
-        rows.append(Row("descriptors", column.title, band.value, *ends))
-    rows += _dose_rows(prediction, condition)
+        reason = about.get("no_curve", {}).get(SCALED_BY.get(name) or {v: k for k, v in POWER_OF.items()}[name])
+        value = float(simulated[name]) if reason else band.value
+        said = ", ".join([*words, *([f"no curve: {reason}"] if reason else [])])
+        ends = (band.lower, band.upper, column.unit, said, *vars(band.mean).values())
+        rows.append(Row("descriptors", column.title, value, *ends))
+    rows += _dose_rows(prediction, condition, ", ".join(words))
     for own in collapse.itertuples():
         title = own.quantity.removesuffix("_W").removesuffix("_hz").removesuffix("_J").replace("_", " ")
         rows += [
@@ -144,13 +162,13 @@ def tabulate_sheet(
             unit, factor = "Hz", 1.0
         rows.append(Row("validity", title, None, low * factor, high * factor, unit))
     rows.append(Row("validity", "largest error of an energy balance", descriptors["closure"].max(), unit="-"))
-    rows += _precision_rows(fingerprint, as_built(descriptors))
+    rows += _precision_rows(mill.name, fingerprint, built)
     table = pd.DataFrame(rows, columns=SHEET)
     return _with_intervals(table, fingerprint, prediction) if fingerprint.further else table
 
 
-def _dose_rows(prediction: "Prediction", condition: Condition[float]) -> list[Row]:
-    """Power of all balls and of a kilogram of them, and what it means for the powder."""
+def _dose_rows(prediction: "Prediction", condition: Condition[float], said: str) -> list[Row]:
+    """Power of all balls and of a kilogram of them, and what it means for the powder; said: a word with each."""
     power = prediction.power_W
     mass_kg = prediction.balls * condition.density_kg_m3 * math.pi / 6 * condition.ball_diameter_m**3
     rows = []
@@ -160,7 +178,7 @@ def _dose_rows(prediction: "Prediction", condition: Condition[float]) -> list[Ro
         (f"dose of an hour at a ball-to-powder ratio of {RATIO}", 3.6e-3 * RATIO / mass_kg, "kJ/g"),
     ):
         band = power * factor
-        rows.append(Row("dose", title, band.value, band.lower, band.upper, unit, "", *vars(band.mean).values()))
+        rows.append(Row("dose", title, band.value, band.lower, band.upper, unit, said, *vars(band.mean).values()))
     return [*rows, *_box_rows()]
 
 
@@ -180,36 +198,42 @@ def _said(verdict: str) -> str:
     return verdict if verdict.startswith("unknown") else f"collapses {verdict}"
 
 
-def _precision_rows(fingerprint: "Fingerprint", descriptors: pd.DataFrame) -> list[Row]:
+def _precision_rows(mill: str, fingerprint: "Fingerprint", descriptors: pd.DataFrame) -> list[Row]:
     """How much the sweep simulated for a condition, and how wide the resulting intervals are."""
     seeds, recorded = descriptors["seeds"], descriptors["window_s"]
     rows = [
         Row("precision", RECORDED, None, recorded.min(), recorded.max(), "s"),
         Row("precision", SIMULATED, None, seeds.min(), seeds.max(), "-"),
     ]
-    widths = _half_widths(fingerprint)
-    for name, title in STATED.items():
-        median, smallest, largest = 100 * widths[name]
-        rows.append(Row("precision", title, median, smallest, largest, "%", WIDTH))
+    between = fingerprint.at_settings(np.geomspace(*fingerprint.fill_range, FILLS_WITHIN))
+    for (place, meaning), inputs in zip(WHERE.items(), (fingerprint.inputs, between), strict=True):
+        widths = _half_widths(fingerprint, inputs)
+        for name, title in STATED.items():
+            median, smallest, largest = 100 * widths[name]
+            rows.append(Row("precision", f"{title}, {place}", median, smallest, largest, "%", f"{WIDTH}, {meaning}"))
     for name, motion in MOTIONS.items():
         held = said_of(descriptors, name)
         if held.any():
             text = f"{held.sum()} of {held.size} conditions, {_fills(descriptors[held])}: {motion.meaning}"
             rows.append(Row("precision", motion.word, float(held.sum()), unit="-", text=text))
-    return [*rows, Row("precision", "for more", text=MORE)]
+    for name, reason in fingerprint.about.get("no_curve", {}).items():
+        rows.append(Row("precision", f"no curve of {DESCRIPTORS[name].title}", text=reason))
+    return [*rows, Row("precision", "for more", text=MORE.format(name=mill))]
 
 
-def _half_widths(fingerprint: "Fingerprint") -> dict[str, np.ndarray]:
+def _half_widths(fingerprint: "Fingerprint", inputs: np.ndarray) -> dict[str, np.ndarray]:
     """Half the width of the band of a new simulation over its value [-], for each quantity: median, smallest, largest.
 
-    Over the range of fill ratios, at the simulated speeds and balls; the band is from `Fingerprint.scaled`, NaN where
-    it is not known.
+    inputs: conditions (m, 5 or 6). Bands that are not known are wider than all others; NaN where one of the three is
+    not known.
     """
-    inputs = fingerprint.at_settings(np.geomspace(*fingerprint.fill_range, FILLS_WITHIN))
-    found = {}
-    for quantity, predictor in fingerprint.predictors.items():
-        deviations = predictor.predict(inputs).of_new
-        found[quantity] = factor_of(fingerprint.width * np.quantile(deviations, [0.5, 0.0, 1.0])) - 1
+    told = {name: predictor.predict(inputs) for name, predictor in fingerprint.predictors.items()}
+    table, found = banded(told, fingerprint.width), {}
+    for name in STATED:
+        lower, upper = (table[column] for column in new_columns(name))
+        widths = np.sort(np.sqrt(upper / lower).fillna(np.inf)) - 1
+        three = np.array([widths[(len(widths) - 1) // 2], widths[0], widths[-1]])
+        found[name] = np.where(np.isfinite(three), three, np.nan)
     return found
 
 

@@ -1,6 +1,6 @@
 """The fingerprint of one mill and contact set: a model that predicts descriptors with intervals, stored as JSON."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -28,15 +28,15 @@ from millprint.fingerprint.bands import (
 )
 from millprint.fingerprint.condition import (
     CURVES,
+    SCALED_BY,
     VARIABLES,
     Condition,
     descriptors_of,
     power_scale,
-    scaled_quantities,
 )
 from millprint.fingerprint.condition_tables import conditions_of
-from millprint.fingerprint.descriptors import CHARGE, as_built, with_impacts
-from millprint.fingerprint.predicted_values import KNOWN, Prediction, banded, bands
+from millprint.fingerprint.descriptors import CHARGE, as_built, said_of, with_impacts
+from millprint.fingerprint.predicted_values import KNOWN, Prediction, banded, bands, from_curves, row_of
 from millprint.fingerprint.processes import (
     Predictor,
     Process,
@@ -79,7 +79,8 @@ class Fingerprint:
         """The fingerprint of the conditions of one mill and contact set, all counted by one rule, that have impacts.
 
         charges: every charge of several sizes among the conditions, by its name.
-        Raises ConfigError for fewer than three fill ratios of the mill as built, or a quantity that is not positive.
+        A quantity that is not over 0 in every condition has no logarithm, so no curve; `about` says so, by its name in
+        `no_curve`. Raises ConfigError for fewer than three fill ratios of the mill as built, or without any power.
         """
         descriptors, contact = with_impacts(descriptors), descriptors["contact"].iloc[0]
         fills = as_built(descriptors)["fill_ratio"].nunique()
@@ -89,17 +90,23 @@ class Fingerprint:
             )
         about = describe(descriptors, volume_m3, probability, charges)
         inputs, components = logarithms(descriptors, about.get("kinds", ())), varied_components(descriptors)
-        processes = {}
+        processes, without = {}, {}
         for quantity in CURVES:
             known = descriptors[quantity].to_numpy(dtype=float)
-            if not np.all(known > 0):
-                raise ConfigError(
-                    f"descriptors: {quantity} = {known.min():g} with {contact}: a curve needs values over 0"
-                )
+            has_none = ~(np.isfinite(known) & (known > 0))
+            if has_none.any():
+                fills = ", ".join(f"{fill:g}" for fill in np.unique(descriptors["fill_ratio"][has_none]))
+                value = "0" if (known == 0).any() else "without a limit"
+                without[quantity] = f"{value} at {has_none.sum()} of {known.size} conditions, at fill {fills}"
+                continue
             stated = (descriptors[f"{quantity}_se"] / known).to_numpy(dtype=float)
             seeds = descriptors["seeds"].to_numpy()
             processes[quantity] = Process.fit(inputs, np.log(known), stated, components, seeds)
-        return cls(about, processes)
+        if "P" not in processes:
+            raise ConfigError(f"descriptors: the power is {without['P']} with {contact}: nothing is dissipated there")
+        few = int(said_of(descriptors, "few_turns").sum())
+        told = {"no_curve": without, "few_turns": few}
+        return cls({**about, **{name: own for name, own in told.items() if own}}, processes)
 
     def with_further(self, further: Mapping[str, Factors]) -> "Fingerprint":
         """The same fingerprint with the factors of further origins of intervals, checked by `checked_factors`."""
@@ -120,9 +127,8 @@ class Fingerprint:
 
     def write(self, path: str | Path) -> None:
         """Write the fingerprint as JSON: description, data, parameters of its processes, and further factors."""
-        inputs = next(iter(self.processes.values())).inputs
-        values = np.exp(inputs[:, : len(VARIABLES)])
-        charges = {CHARGE: [self.kinds[int(place)] for place in inputs[:, -1]]} if self.kinds else {}
+        values = np.exp(self.inputs[:, : len(VARIABLES)])
+        charges = {CHARGE: [self.kinds[int(place)] for place in self.inputs[:, -1]]} if self.kinds else {}
         content = {
             "format": FORMAT,
             "about": self.about,
@@ -141,7 +147,8 @@ class Fingerprint:
             kinds = about.get("kinds", ())
             known = pd.DataFrame({name: content["inputs"][name] for name in (*VARIABLES, *([CHARGE] if kinds else []))})
             inputs = logarithms(known, kinds)
-            processes = {name: Process.from_dict(content["processes"][name], inputs) for name in CURVES}
+            known = [name for name in CURVES if name not in about.get("no_curve", {})]
+            processes = {name: Process.from_dict(content["processes"][name], inputs) for name in known}
             further = {
                 origin: checked_factors(content[origin], origin, about, f"{path}: {origin}")
                 for origin in FURTHER
@@ -157,6 +164,11 @@ class Fingerprint:
     def predictors(self) -> dict[str, Predictor]:
         """The predictor of each quantity, made once."""
         return {name: process.predictor() for name, process in self.processes.items()}
+
+    @property
+    def inputs(self) -> np.ndarray:
+        """The inputs (n, 5 or 6) of the processes, of the conditions that were simulated."""
+        return next(iter(self.processes.values())).inputs
 
     @property
     def fill_range(self) -> tuple[float, float]:
@@ -254,14 +266,23 @@ class Fingerprint:
     def descriptors(self, condition: Condition, charge: str = ONE_SIZE) -> dict[str, np.ndarray]:
         """Energies [J] and frequencies over the balls [1/s] (m,) of the conditions, without bands."""
         inputs = self._inputs(condition, charge)
-        basic = {name: np.exp(self.predictors[name].mean(inputs)) for name in KNOWN}
-        return descriptors_of(condition, scaled_quantities(basic))
+        known = {name: np.exp(self.predictors[name].mean(inputs)) for name in KNOWN if name in self.predictors}
+        return descriptors_of(condition, from_curves(known))
 
     def scaled(self, condition: Condition, charge: str = ONE_SIZE) -> pd.DataFrame:
         """Every scaled quantity Q of the conditions with its two bands, as `banded`."""
         inputs = self._inputs(condition, charge)
         told = {name: predictor.predict(inputs) for name, predictor in self.predictors.items()}
         return banded(told, self.width)
+
+    def check_known(self, descriptors: Iterable[str]) -> None:
+        """Raise ConfigError, in one line, for a descriptor without a curve."""
+        without = self.about.get("no_curve", {})
+        for name in descriptors:
+            if reason := without.get(SCALED_BY[name]):
+                raise ConfigError(
+                    f"{self.about['mill']}: {name} has no curve: it is {reason}; nothing can be matched to it"
+                )
 
     def at_settings(self, fill_ratios: np.ndarray) -> np.ndarray:
         """Inputs (m, 5 or 6) of each fill ratio with each speed and balls of the mill as built, fill by fill."""
@@ -288,7 +309,7 @@ class Fingerprint:
         inputs = self.at_settings(fill_ratios)
         told = {}
         for name, predictor in self.predictors.items():
-            each = Told(*(part.reshape(fill_ratios.size, -1) for part in predictor.predict(inputs)))
+            each = Told(*(part.reshape(fill_ratios.size, -1) for part in predictor.curve(inputs)))
             between = each.logs.var(axis=1)
             mean, new = (np.sqrt((part**2).mean(axis=1) + between) for part in (each.of_mean, each.of_new))
             told[name] = Told(each.logs.mean(axis=1), mean, new)

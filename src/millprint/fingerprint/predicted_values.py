@@ -6,12 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from millprint.fingerprint.bands import Band, Interval, factor_of, mean_columns, new_columns
-from millprint.fingerprint.condition import BASIC, CURVES, WEIGHTED_BASIC, scaled_quantities
+from millprint.fingerprint.bands import Band, Interval, known_ends, mean_columns, new_columns
+from millprint.fingerprint.condition import CURVES, WEIGHTED_BASIC, scaled_quantities
 from millprint.fingerprint.processes import Told
 
-# The quantities from which `scaled_quantities` calculates all others.
-KNOWN = (*BASIC, *WEIGHTED_BASIC)
+# The quantities that are read from curves, from which all others are calculated. Power and its parts are the power and
+# the ratio of these parts, so that the parts add up to the whole, and their bands do not exceed it.
+KNOWN = ("P", "ratio", "f", *WEIGHTED_BASIC)
 
 
 @dataclass(frozen=True)
@@ -48,17 +49,48 @@ def bands(table: pd.DataFrame) -> dict[str, Band]:
     return found
 
 
+def from_curves(read: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Every scaled quantity [-] from those of KNOWN that have a curve; NaN for what needs one that is missing.
+
+    Pn = P / (1 + ratio), Pt = P - Pn. Without a ratio, Pn is read from a curve of its own.
+    """
+    missing = np.full_like(read["P"], np.nan)
+    normal = read["P"] / (1 + read["ratio"]) if "ratio" in read else read.get("Pn", missing)
+    basic = {name: read.get(name, missing) for name in ("f", *WEIGHTED_BASIC)}
+    found = scaled_quantities({**basic, "Pn": normal, "Pt": read["P"] - normal if "ratio" in read else missing})
+    return {**found, "P": read["P"]}
+
+
+def _of_part(share: np.ndarray, ends: np.ndarray, whole: np.ndarray) -> np.ndarray:
+    """Logarithms (2, m) of the ends of a part's band over its value: below and above.
+
+    share: of the part in the whole (m,); ends: of this share (2, m); whole: half the width of the band of the whole
+    (m,). The distances of two independent factors add up in squares, so that no end of a part is beyond the whole.
+    """
+    return np.array([-1, 1])[:, None] * np.hypot(whole, np.log(ends / share))
+
+
 def banded(told: Mapping[str, Told], width: float) -> pd.DataFrame:
     """For each quantity: Q, Q_lower and Q_upper of a new simulation, and Q_mean_lower and Q_mean_upper of the mean.
 
     Ends that are not known are NaN.
-    told: logarithms and deviations (m,) of each; width: of the bands, in deviations.
+    told: logarithms and deviations (m,) of each quantity that has a curve; width: of the bands, in deviations.
     """
-    values = scaled_quantities({name: np.exp(told[name].logs) for name in KNOWN})
+    values = from_curves({name: np.exp(own.logs) for name, own in told.items()})
     table: dict[str, np.ndarray] = {}
     for name in CURVES:
-        new, mean = (factor_of(width * deviations) for deviations in (told[name].of_new, told[name].of_mean))
         table[name] = values[name]
-        for columns, factor in ((new_columns(name), new), (mean_columns(name), mean)):
-            table |= dict(zip(columns, (values[name] / factor, values[name] * factor), strict=True))
+        for columns, part in ((new_columns(name), "of_new"), (mean_columns(name), "of_mean")):
+            halves = {own: width * getattr(told[own], part) for own in ("P", "ratio", name) if own in told}
+            if name in PARTS and "ratio" in told:
+                ratios = values["ratio"] * np.exp(np.outer([1, -1] if name == "Pn" else [-1, 1], halves["ratio"]))
+                shares = PARTS[name](np.vstack([ratios, values["ratio"]]))
+                logs = _of_part(shares[2], shares[:2], halves["P"])
+            else:
+                logs = np.outer([-1, 1], halves.get(name, np.full_like(values[name], np.nan)))
+            table |= dict(zip(columns, values[name] * np.exp(known_ends(logs)), strict=True))
     return pd.DataFrame(table)
+
+
+# Parts of the power -> their share in it, by the ratio of tangential to normal.
+PARTS = {"Pn": lambda ratio: 1 / (1 + ratio), "Pt": lambda ratio: ratio / (1 + ratio)}

@@ -15,15 +15,21 @@ Both are widened by one factor, the stretch, and Student's t gives their width i
 s2(x) = exp(b0 + b1 ln fill) is fitted to the errors of all runs, because the error of one run, from a few turns, is
 hardly known. The model is a generalised linear one with the gamma distribution, which a variance has. For the same
 reason, the variance of each simulated value is half its own and half s2, a moderated variance (Smyth, Stat. Appl.
-Genet. Mol. Biol. 3 (2004) 3) with equal degrees of freedom. With one seed per condition, noise between runs cannot be
-separated from conditions that the curve does not follow: n counts as noise between runs.
+Genet. Mol. Biol. 3 (2004) 3) with equal degrees of freedom.
+
+The curve is for between. At a condition that was simulated with k seeds, the value is the mean y of these simulations,
+with the moderated variance e^2 of this mean:
+    of the mean of very many simulations    e^2
+    of a new simulation                     e^2 + k e^2
+One seed cannot show that a motion may last in several ways; so with k = 1 the noise n counts in addition, as noise
+between runs, twice for a new simulation, and the stretch widens both.
 
 Where several kinds of balls were simulated, such as balls of one size and a charge of several sizes, each kind has a
 separate departure q(fill), independent of the others.
 """
 
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -50,6 +56,9 @@ COMPONENTS = {
 # Bounds of lengths, in logarithms: a curve turns within a factor exp(0.3) to exp(3) of fill ratio, a departure within
 # a factor 2 to 1000 of a machine's variable.
 FILL_LENGTH, MACHINE_LENGTH = (0.3, 3.0), (0.7, 7.0)
+# What is supposed of a length before any simulation: its middle, and the deviation of its logarithm. A few conditions
+# cannot tell it, and their likelihood is largest for curves that go back to the mean between two of them.
+SUPPOSED = {FILL_LENGTH: (1.2, 0.4), MACHINE_LENGTH: (3.0, 0.6)}
 NOISE, NOISE_BOUNDS = 1e-3, (1e-5, 0.05)
 IDLE = 1e5  # length of a variable that a component does not depend on
 # The likelihood of n conditions costs n^3 per trial. Above this number of conditions, a random choice of this number
@@ -57,6 +66,8 @@ IDLE = 1e5  # length of a variable that a component does not depend on
 LEARNT_FROM = 250
 NO_SAMPLING = (-40.0, 0.0)  # b0, b1 of runs that state no error
 SCORINGS = 30  # iterations at most in the search for b0 and b1, which needs a few
+# Conditions are the same within this difference of logarithms: tables have fewer digits than fingerprints.
+SAME = 1e-5
 JITTER = 1e-10  # keeps a covariance of almost equal conditions invertible
 # What is left out together -> the variables that these conditions share.
 LEFT_OUT = {
@@ -125,6 +136,18 @@ def build_kernel(components: dict[str, list[str]]) -> "Kernel":
     return total
 
 
+def supposed_lengths(components: dict[str, list[str]]) -> tuple[np.ndarray, np.ndarray]:
+    """Centres and precisions (1 / variance) of the supposed distribution of the parameters of `build_kernel` and noise.
+
+    A variance, and a length that is held, has the precision 0.
+    """
+    kernel = build_kernel(components)
+    ends = [tuple(np.exp(own).round(9)) for own in kernel.bounds]
+    known = [SUPPOSED.get(own, (1.0, np.inf)) for own in ends]
+    centres, deviations = np.array([*known, (1.0, np.inf)]).T
+    return np.log(centres), deviations**-2
+
+
 def grouped(inputs: np.ndarray, shared: list[str]) -> list[np.ndarray]:
     """Indices of the conditions that have equal values of the variables `shared`."""
     known = (*VARIABLES, CHARGE)[: inputs.shape[1]]
@@ -179,7 +202,7 @@ class Process:
 
     components and theta (the kernel's logarithmic parameters) describe the kernel; noise is the variance of log
     values between runs that no variable explains; sampling: b0 and b1 of the variance of one run due to its window;
-    stretch: factor on every deviation, found by leaving conditions out.
+    stretch: factor on every deviation, found by leaving conditions out; seeds: of each condition (n,), 1 if left out.
     """
 
     inputs: np.ndarray
@@ -190,6 +213,7 @@ class Process:
     noise: float
     sampling: tuple[float, float] = NO_SAMPLING
     stretch: float = 1.0
+    seeds: np.ndarray | None = None
 
     @classmethod
     def fit(
@@ -204,6 +228,7 @@ class Process:
         (2013) 55, the largest over the ways of LEFT_OUT: the likelihood gives too small deviations where the model is
         not quite right. Of more than LEARNT_FROM conditions, LEARNT_FROM give the parameters, and all give the stretch.
         """
+        from scipy.optimize import minimize
         from sklearn.exceptions import ConvergenceWarning
         from sklearn.gaussian_process import GaussianProcessRegressor
         from sklearn.gaussian_process.kernels import WhiteKernel
@@ -216,21 +241,33 @@ class Process:
             chosen = np.random.default_rng(0).permutation(len(logs))[:LEARNT_FROM]
             known = (inputs[chosen], logs[chosen], errors[chosen])
         kernel = build_kernel(components) + WhiteKernel(NOISE, NOISE_BOUNDS)
-        regressor = GaussianProcessRegressor(kernel, alpha=known[2] ** 2 + JITTER)
+        centres, precisions = supposed_lengths(components)
+
+        def most_likely(cost: Callable, start: np.ndarray, bounds: np.ndarray) -> tuple[np.ndarray, float]:
+            def posterior(theta: np.ndarray) -> tuple[float, np.ndarray]:
+                value, slope = cost(theta)
+                apart = theta - centres
+                return value + 0.5 * float(precisions @ apart**2), slope + precisions * apart
+
+            found = minimize(posterior, start, method="L-BFGS-B", jac=True, bounds=bounds)
+            return found.x, found.fun
+
+        regressor = GaussianProcessRegressor(kernel, alpha=known[2] ** 2 + JITTER, optimizer=most_likely)
         with warnings.catch_warnings():
             # A parameter may end at its bound: few conditions cannot separate noise from shape.
             warnings.simplefilter("ignore", ConvergenceWarning)
             regressor.fit(known[0], known[1] - known[1].mean())
         theta, noise = regressor.kernel_.k1.theta, regressor.kernel_.k2.noise_level
-        process = cls(inputs, logs, errors, components, theta, noise, sampling)
-        inverse, stretch = process.inverse(), 1.0
+        seeds = np.broadcast_to(runs, logs.shape)
+        process = cls(inputs, logs, errors, components, theta, noise, sampling, seeds=seeds)
+        inverse, apart = process.inverse(), []
         for shared in LEFT_OUT.values():
             groups = grouped(inputs, shared)
             if len(groups) > 1:
                 means, deviations = process.leave_out(groups, inverse)
-                errors = (logs[np.concatenate(groups)] - means) / deviations
-                stretch = max(stretch, float(np.sqrt(np.mean(errors**2))))
-        return replace(process, stretch=stretch)
+                apart.append((logs[np.concatenate(groups)] - means) / deviations)
+        squares = np.concatenate(apart) ** 2 if apart else np.ones(1)
+        return replace(process, stretch=max(1.0, float(np.sqrt(squares.mean()))))
 
     def _kernel(self) -> "Kernel":
         return build_kernel(self.components).clone_with_theta(self.theta)
@@ -240,7 +277,16 @@ class Process:
         centre = float(self.logs.mean())
         kind = Reduced if len(self.logs) > WHOLE_MAX else Whole
         known = kind.fit(self._kernel(), self.inputs, self.logs - centre, self._noise())
-        return Predictor(known, centre, self.noise, self.sampling, self.stretch)
+        return Predictor(known, centre, self.noise, self.sampling, self.stretch, self.inputs, self._simulated())
+
+    def _simulated(self) -> Told:
+        """What is known of the conditions that were simulated."""
+        seeds = np.ones_like(self.logs) if self.seeds is None else self.seeds
+        alone = seeds == 1
+        lasting, factor = np.where(alone, self.noise, 0.0), np.where(alone, self.stretch, 1.0)
+        of_mean = self.errors**2 + lasting
+        of_new = of_mean + seeds * self.errors**2 + lasting
+        return Told(self.logs, factor * np.sqrt(of_mean), factor * np.sqrt(of_new))
 
     def _noise(self) -> np.ndarray:
         """The variances of the log values as measured (n,)."""
@@ -286,6 +332,7 @@ class Process:
             "stretch": float(self.stretch),
             "values": np.exp(self.logs).tolist(),
             "relative_errors": self.errors.tolist(),
+            **({} if self.seeds is None else {"seeds": self.seeds.tolist()}),
         }
 
     @classmethod
@@ -300,28 +347,38 @@ class Process:
             noise=float(content["noise_variance"]),
             sampling=tuple(content["sampling"]),
             stretch=float(content["stretch"]),
+            seeds=np.array(content["seeds"]) if "seeds" in content else None,
         )
 
 
 @dataclass(frozen=True)
 class Predictor:
-    """What is known of log values about their mean."""
+    """What is known of log values about their mean: of a curve, and of the conditions `inputs` that were simulated."""
 
     known: Whole | Reduced
     centre: float
     noise: float
     sampling: tuple[float, float]
     stretch: float
+    inputs: np.ndarray
+    simulated: Told
 
     def mean(self, inputs: np.ndarray) -> np.ndarray:
         """Log values (m,) at inputs (m, 5)."""
         return self.centre + self.known.mean(inputs)
 
-    def predict(self, inputs: np.ndarray) -> Told:
-        """Log values (m,) at inputs (m, 5) with the deviations of both bands: the one place that defines them."""
+    def curve(self, inputs: np.ndarray) -> Told:
+        """Log values (m,) of the curve at inputs (m, 5) with the deviations of both bands."""
         mean, deviation = self.known.with_deviation(inputs)
         one_run = self.noise + variance_of_run(inputs, self.sampling)
         return Told(self.centre + mean, self.stretch * deviation, self.stretch * np.sqrt(deviation**2 + one_run))
+
+    def predict(self, inputs: np.ndarray) -> Told:
+        """As `curve`, but at a condition that was simulated what was simulated: the one place that defines both."""
+        apart = np.abs(inputs[:, None] - self.inputs).max(axis=2)
+        place, is_known = apart.argmin(axis=1), apart.min(axis=1) < SAME
+        told = zip(self.simulated, self.curve(inputs), strict=True)
+        return Told(*(np.where(is_known, own[place], between) for own, between in told))
 
     def joint(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Log values (m,) and the covariance (m, m) of their mean: the uncertainty of the curve, not of a new run."""

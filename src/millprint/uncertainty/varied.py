@@ -12,7 +12,7 @@ from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import Case
 from millprint.config.uncertainty import UncertaintyConfig
 from millprint.config.workflow import WorkflowConfig
-from millprint.fingerprint.cases import mill_cases, sweep_of
+from millprint.fingerprint.cases import durations_of, mill_cases, sweep_of
 
 # A simulation fails at this energy balance error over the wall work [-].
 CLOSURE_MAX = 0.02
@@ -22,11 +22,12 @@ MOST_FILLS = 24
 def varied_case(mill: MillConfig, settings: MillsConfig, uncertainty: UncertaintyConfig) -> Case:
     """The case that is varied: the first ball size and the first speed of the mill's sweep.
 
-    It has a separate time step, and the recorded time of precision `standard`, because only its samples are compared.
+    It has a separate time step and, because only its samples are compared, a recorded time without the turns that the
+    precision of a sweep asks for.
     """
-    first = mill_cases(mill, settings.model_copy(update={"precision": "standard"}))[0]
+    first, sweep = mill_cases(mill, settings)[0], sweep_of(mill)
     own = {"rayleigh_fraction": uncertainty.rayleigh_fraction, "closure_max": CLOSURE_MAX}
-    return first.model_copy(update=own)
+    return first.model_copy(update={**own, **durations_of(first.speed_rpm, sweep.discard_turns, sweep.window_turns)})
 
 
 def fill_ratios_of(mill: MillConfig, uncertainty: UncertaintyConfig) -> list[float]:
