@@ -36,7 +36,7 @@ from millprint.fingerprint.condition import (
 )
 from millprint.fingerprint.condition_tables import conditions_of
 from millprint.fingerprint.descriptors import CHARGE, as_built, said_of, with_impacts
-from millprint.fingerprint.predicted_values import KNOWN, Prediction, banded, bands, from_curves, row_of
+from millprint.fingerprint.predicted_values import KNOWN, Prediction, banded, bands, from_curves
 from millprint.fingerprint.processes import (
     Predictor,
     Process,

@@ -13,6 +13,7 @@ An edge of the drawing is one of these:
 import math
 from dataclasses import dataclass, field
 from functools import lru_cache
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -155,12 +156,12 @@ def _merged(spans: list[tuple[float, float]]) -> list[tuple[float, float]]:
     return merged
 
 
-def _halves(begin: float, end: float) -> list[tuple[float, float]]:
-    """An arc in pieces of up to half a turn; none for a whole circle."""
+def _halves(begin: float, end: float) -> list[tuple[float, float] | None]:
+    """An arc in pieces of up to half a turn; None for a whole circle."""
     if end - begin > 2 * math.pi - ROUNDING:
-        return []
+        return [None]
     cuts = np.linspace(begin, end, math.ceil((end - begin) / math.pi - ROUNDING) + 1).tolist()
-    return list(zip(cuts[:-1], cuts[1:], strict=True))
+    return list(pairwise(cuts))
 
 
 @dataclass
@@ -197,7 +198,7 @@ class _Circles:
         turn, inward = walls.meeting(edge, tangent if forward else -tangent)
         flat = [np.array([float(each @ outwards), float(each @ axis)]) for each in inward]
         # Both orders of the two walls are one circle.
-        flat.sort(key=lambda each: tuple(np.round(each, 3)))
+        flat.sort(key=lambda each: np.round(each, 3).tolist())
         # On a lattice of its own size, a number may fall on either side of a border: the neighbours are asked too.
         key = self._key(origin, axis, heights[0], radii[0], flat)
         chords = self.of_key.setdefault(key, _Chords(origin, axis, (flat[0], flat[1]), turn, outwards))
@@ -243,8 +244,8 @@ def _rims_of(chords: _Chords, vessel: Vessel) -> list[tuple[Rim, np.ndarray, np.
     for begin, end in _merged(chords.spans):
         own = vertices[(angles - begin + ROUNDING) % (2 * math.pi) <= end - begin + 2 * ROUNDING]
         is_end = [np.isclose((angles - cut + math.pi) % (2 * math.pi), math.pi, atol=ROUNDING) for cut in (begin, end)]
-        for part in _halves(begin, end) or [None]:
-            part = part and (direction(part[0]), direction(part[1]))
+        for half in _halves(begin, end):
+            part = half and (direction(half[0]), direction(half[1]))
             ends = vertices[is_end[0] | is_end[1]] if part else vertices[:0]
             found.append((Rim(arc.centre, arc.axis, arc.radius, part, chords.inward, chords.turn), own, ends, facet))
     return found

@@ -72,9 +72,7 @@ def _surface(vessel: Vessel) -> Surface:
     counts, outline = facet_sides(vessel)
     curve, owner = vessel.facet_curves, np.repeat(np.arange(len(vessel.facets)), np.diff(first))
     has_edge = np.bincount(owner, ~(side_is_drawn & corner_is_drawn), len(vessel.facets)) > 0
-    pieces = [
-        np.flatnonzero(curve == number) if is_open(vessel, number) else [] for number in range(len(vessel.curves))
-    ]
+    pieces = [np.flatnonzero((curve == k) & is_open(vessel, k)) for k in range(len(vessel.curves))]
     return Surface(
         listed=np.flatnonzero((curve < 0) | has_edge),
         normal=np.array([facet.normal for facet in vessel.facets]),

@@ -1,8 +1,8 @@
 """Cylinders, cones, spheres and tori found again in a mesh, of which a program for drawing had made facets.
 
-Such programs put the vertices of the triangles on the surface itself, to the digits of the file. So vertices decide, and
-not the directions of triangles, which may be slanted. Axes come from round outlines of flat facets and from facets that
-meet along a line; about each axis, the vertices are points of a half plane (distance from the axis, height), and a
+Such programs put the vertices of the triangles on the surface itself, to the digits of the file. So vertices decide,
+and not the directions of triangles, which may be slanted. Axes come from round outlines of flat facets and from facets
+that meet along a line; about each axis, the vertices are points of a half plane (distance from the axis, height), and a
 surface is a line or an arc there. Spheres are also found without an axis. What is found is fitted, made tangent where
 it is so within the file's rounding (mill.tangency), and the vertices are put where the exact surfaces meet.
 
@@ -254,7 +254,7 @@ def _same_axis(axis: Axis, known: list[Axis], near: float, size: float) -> bool:
 
 
 def _refined(drawing: Drawing, axis: Axis, swept: list[Swept]) -> Axis:
-    """The axis about which surfaces are nearest to their vertices, or one along a side of the frame if it is as near."""
+    """The axis about which surfaces are nearest to their vertices; one along a side of the frame if it is as near."""
     from scipy.optimize import least_squares  # takes long to import, and few mills need it
 
     rows = [drawing.points(each.facets)[:2000] for each in swept]
@@ -306,10 +306,10 @@ def find_surfaces(drawing: Drawing) -> list[Swept]:
     for pair in drawing.seams:
         if drawing.taken[list(pair)].any() or failures > MOST_FAILURES:
             continue
-        axis = _axis_of_strip(drawing, pair)
+        strip = _axis_of_strip(drawing, pair)
         before = len(found)
-        if axis is not None:
-            take(axis)
+        if strip is not None:
+            take(strip)
         failures += len(found) == before
     found += _spheres(drawing)
     return found
@@ -417,9 +417,9 @@ def _moved_vertices(
         for vertex in np.concatenate(loops).tolist():
             beside[vertex].add(number)
     groups: dict[frozenset[int], list[int]] = {}
-    for vertex, surfaces in enumerate(beside):
-        if any(number >= 0 for number in surfaces):
-            groups.setdefault(frozenset(surfaces), []).append(vertex)
+    for vertex, own in enumerate(beside):
+        if any(number >= 0 for number in own):
+            groups.setdefault(frozenset(own), []).append(vertex)
     moved = vessel.vertices.copy()
     for surfaces, vertices in groups.items():
         points = moved[vertices]

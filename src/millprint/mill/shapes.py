@@ -251,7 +251,7 @@ class Shape:
     facets: Callable[[Any], Any]
     curves: Callable[[Any], list[Curve]] = _no_curves
     from_inside: bool = True
-    # From a file, whose curves are to be found again (mill.recognition): with its facets comes what they are rounded by.
+    # From a file, whose curves are found again (mill.recognition): with its facets comes what they are rounded by.
     is_mesh: bool = False
 
 

@@ -9,6 +9,7 @@ x - J^T (J J^T)^-1 c), and stay as they were where that would move a surface off
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -116,7 +117,8 @@ def _across(drawing: Drawing, surfaces: list[Swept], planes: dict[int, np.ndarra
             circle = Circle(float(middle[0]), float(middle[1]), each.shape.offset)  # type: ignore[union-attr]
             number = group.add(circle, ("r", "z", "radius"), drawing.points(each.facets) @ sides.T)
             of_facet[each.facets] = number
-        walls = _flat_beside(drawing, np.flatnonzero(of_facet >= 0), lambda normal: abs(normal @ along) < 1e-3)
+        beside = np.flatnonzero(of_facet >= 0)
+        walls = _flat_beside(drawing, beside, partial(_is_across, along))
         for facet in walls:
             points = drawing.points([facet]) @ sides.T
             plane = planes.get(facet)
@@ -127,12 +129,12 @@ def _across(drawing: Drawing, surfaces: list[Swept], planes: dict[int, np.ndarra
             of_facet[facet] = group.add(line, ("angle", "offset") if plane is None else (), points)
         changed = _close_touching(drawing, group, of_facet)
         for number, each in enumerate(own):
-            circle = group.shapes[number]
-            if (id(circle), "radius") in changed:
-                assert isinstance(circle, Circle) and isinstance(each.shape, Line)
+            found = group.shapes[number]
+            if (id(found), "radius") in changed:
+                assert isinstance(found, Circle) and isinstance(each.shape, Line)
                 height = float(each.axis.origin @ along)
-                each.axis.origin = circle.r * frame.u + circle.z * frame.v + height * along
-                each.shape.offset = circle.radius
+                each.axis.origin = found.r * frame.u + found.z * frame.v + height * along
+                each.shape.offset = found.radius
                 moved.add(id(each))
         for facet in walls:
             line = group.shapes[of_facet[facet]]
@@ -141,6 +143,10 @@ def _across(drawing: Drawing, surfaces: list[Swept], planes: dict[int, np.ndarra
                 normal = math.cos(line.angle) * frame.u + math.sin(line.angle) * frame.v
                 planes[facet] = np.array([*normal, line.offset])
     return moved
+
+
+def _is_across(along: np.ndarray, normal: np.ndarray) -> bool:
+    return bool(abs(normal @ along) < 1e-3)
 
 
 def _flat_beside(drawing: Drawing, facets: np.ndarray, holds: Callable[[np.ndarray], bool]) -> list[int]:
@@ -166,6 +172,7 @@ def _about_axis(drawing: Drawing, own: list[Swept], planes: dict[int, np.ndarray
     axis = own[0].axis
     group, of_facet = _Group(), np.full(len(drawing.normals), -1)
     for each in own:
+        free: tuple[str, ...]
         if isinstance(each.shape, Line):
             free = () if id(each) in fixed else ("offset",) if each.shape.angle == 0.0 else ("angle", "offset")
         else:

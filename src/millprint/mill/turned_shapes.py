@@ -78,7 +78,8 @@ class Circle:
         columns = np.column_stack([2 * local, np.ones(len(local))])
         solution, *_ = np.linalg.lstsq(columns, (local**2).sum(axis=1), rcond=None)
         radius = math.sqrt(max(solution[2] + solution[:2] @ solution[:2], 0.0))
-        return cls(*(solution[:2] + shift).tolist(), radius)
+        middle = solution[:2] + shift
+        return cls(float(middle[0]), float(middle[1]), radius)
 
     def off(self, flat: np.ndarray) -> np.ndarray:
         """Distances (n,) of points (n, 2) [m]."""

@@ -142,9 +142,9 @@ class Vessel:
 
     smooth_axis: "x", "y" or "z", the axis whose end facets have no friction, or None. on_curves: for each of `facets`
     the one of `curves` that it draws, -1 for a flat wall; left out, that is found. report: what was nearly recognised,
-    in words. facet_curves (f,): the same for the vessel's own facets, which are sorted; placed_from (f,): the numbers of
-    these among the given ones. Raises ConfigError where the
-    facets do not close: every edge must belong to two facets, in opposite senses.
+    in words. facet_curves (f,): the same for the vessel's own facets, which are sorted; placed_from (f,): the numbers
+    of these among the given ones. Raises ConfigError where the facets do not close: every edge must belong to two
+    facets, in opposite senses.
     """
 
     def __init__(
@@ -198,7 +198,8 @@ class Vessel:
         for index, facet in enumerate(self.facets):
             for loop, numbers in zip(facet.loops, self.loops[index], strict=True):
                 ends = ahead(loop)
-                for start, end, side in zip(loop, ends, zip(numbers.tolist(), ahead(numbers).tolist()), strict=True):
+                pairs = zip(numbers.tolist(), ahead(numbers).tolist(), strict=True)
+                for start, end, side in zip(loop, ends, pairs, strict=True):
                     if side in sides:
                         raise ConfigError(
                             f"{self.name}: two facets run along the edge at {start * 1e3} mm in one sense"

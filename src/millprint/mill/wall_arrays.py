@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -77,7 +78,7 @@ def _counts(body: Vessel) -> list[int]:
     return [len(each) for each in (body.facets, features.lines, features.corners, body.curves, features.rims)]
 
 
-def _joined(bodies: Sequence[Vessel], of_bodies: Sequence[Sequence]) -> list:
+def _joined(bodies: Sequence[Vessel], of_bodies: Sequence[Any]) -> list:
     """What belongs to the features of each body, in the order of the walls' features: those of one kind together."""
     cuts = [np.cumsum([0, *_counts(body)]).tolist() for body in bodies]
     own = list(zip(of_bodies, cuts, strict=True))

@@ -59,7 +59,7 @@ PLANE, SIDE, SURFACE = number_columns(PlaneColumns), number_columns(SideColumns)
 
 
 class Walls(NamedTuple):
-    """Flat arrays of the bodies' facets (f), their sides (s), convex lines (e), corners (c), curves (k), rims, and cells.
+    """Flat arrays of the bodies' facets (f), their sides (s), lines (e), corners (c), curves (k), rims, and cells.
 
     The features are facets, lines, corners, curves and rims, in this order.
     """
