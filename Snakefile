@@ -1,4 +1,4 @@
-"""For plain `snakemake` in the folder of millprint: makes the target `all` of workflow/Snakefile."""
+"""For plain `snakemake` in the folder of millprint: Makes the target `all` of workflow/Snakefile."""
 
 
 include: "workflow/Snakefile"

@@ -293,7 +293,7 @@ def predecessor(candidates, walls, body, k, point, distance, direction, radius, 
 
     Of several open neighbours the contact goes on of the one that the ball leaves, or else of the nearest one: that is
     as far as k now, so that the stored energy does not jump. was_touched: whether k was touched a step ago. It was
-    then denied as a neighbour was nearer, whose contact may meanwhile have gone on to a feature that is no neighbour of
+    then denied as a neighbour was nearer, whose contact may meanwhile have gone on to a feature that does not meet
     k: it is still that contact which goes on at k, once k is nearer. A new one would begin with an energy from nowhere.
     """
     feature = -1 - candidates.partner[k]

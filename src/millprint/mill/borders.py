@@ -51,7 +51,7 @@ class Borders:
     circles of which edges are chords; slack (f,) and curve_slack: how far flat facets and curves reach beyond their
     borders [m], where these are rough, or tangent within rounding: both walls are listed there, and the nearer one is
     touched; rims: all arcs in which two walls meet at an angle, convex ones first; rim_vertices: numbers of the
-    vertices that draw each; rim_ends: those where it ends; rim_facets: a facet beside each; inward: the exact
+    vertices that draw each; rim_ends: those where it ends; rim_facets: a facet next to each; inward: the exact
     directions along both walls at straight edges, see vessel.Edge.
     """
 
@@ -104,7 +104,7 @@ def _is_ruling(curve: Curve, point: np.ndarray, along: np.ndarray) -> bool:
 
 
 class _Walls:
-    """The exact walls beside the edges of a drawing."""
+    """The exact walls next to the edges of a drawing."""
 
     def __init__(self, vessel: Vessel) -> None:
         self.vessel, self.near = vessel, SAME * vessel.size
@@ -137,7 +137,7 @@ class _Walls:
         # Either direction is one circle.
         axis = axis * np.sign(axis[np.argmax(np.abs(axis))])
         heights = [(point - origin) @ axis for point in (edge.start, edge.end)]
-        # A ruling of two such surfaces is no chord.
+        # A ruling of two such surfaces is not a chord.
         return (origin, axis) if abs(heights[0] - heights[1]) < 10 * self.near else None
 
 
@@ -230,7 +230,7 @@ def _circle_of(chords: _Chords) -> Arc:
 
 
 def _rims_of(chords: _Chords, vessel: Vessel) -> list[tuple[Rim, np.ndarray, np.ndarray, int]]:
-    """The arcs of a circle; the vertices that draw each, those at its ends, and a facet beside it."""
+    """The arcs of a circle; the vertices that draw each, those at its ends, and a facet next to it."""
     arc, other = _circle_of(chords), np.cross(chords.axis, chords.first)
     vertices = np.unique([vessel.edges[number].ends for number in chords.edges])
     facet = vessel.edges[chords.edges[0]].facets[0]
@@ -311,7 +311,7 @@ def _add_slack(borders: Borders, vessel: Vessel, number: int) -> None:
 
 
 def rough_facets(vessel: Vessel, borders: Borders) -> set[int]:
-    """Facets beside a border on which two walls do not agree, where a ball passes from one to the other."""
+    """Facets next to a border on which two walls do not agree, where a ball passes from one to the other."""
     is_open = borders.is_rough & (borders.turn > -SMOOTH_TURN)
     return {facet for number in np.flatnonzero(is_open) for facet in vessel.edges[number].facets}
 

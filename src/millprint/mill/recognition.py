@@ -70,7 +70,7 @@ def _axes_of_outlines(drawing: Drawing) -> list[Axis]:
 
 
 def _axis_of_strip(drawing: Drawing, pair: tuple[int, int]) -> Axis | None:
-    """The axis of the cylinder through two facets beside each other, if their neighbours lie on it."""
+    """The axis of the cylinder through two facets next to each other, if their neighbours lie on it."""
     normals = drawing.normals[list(pair)]
     along = np.cross(*normals)
     along /= np.linalg.norm(along)
@@ -441,7 +441,7 @@ def _moved_vertices(
 
 
 def _level_planes(vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, tolerance: float) -> dict[int, np.ndarray]:
-    """Planes (normal, offset) of the flat facets beside curves, across or along their axes where they are so nearly."""
+    """Planes (normal, offset) of the flat facets next to curves, across or along their axes where they are so nearly."""
     planes: dict[int, np.ndarray] = {}
     for edge in vessel.edges:
         for flat, other in (edge.facets, edge.facets[::-1]):

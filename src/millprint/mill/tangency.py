@@ -150,7 +150,7 @@ def _is_across(along: np.ndarray, normal: np.ndarray) -> bool:
 
 
 def _flat_beside(drawing: Drawing, facets: np.ndarray, holds: Callable[[np.ndarray], bool]) -> list[int]:
-    """The flat facets beside some facets whose normals hold."""
+    """The flat facets next to some facets whose normals hold."""
     inside = set(facets.tolist())
     found = {
         other
