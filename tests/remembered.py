@@ -5,8 +5,6 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-import pandas as pd
-
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.mill import MillConfig
@@ -16,7 +14,6 @@ from millprint.dem.packing import capacity, pack_mixture
 from millprint.mill.bodies import Body, inserts_in_vessel
 from millprint.mill.speed_limits import Pace, paces
 from millprint.mill.vessel import Vessel
-from millprint.run.files import read_table
 from millprint.thesis import chapter_checks
 from millprint.thesis.calibration.oscillation import make_swing
 
@@ -98,12 +95,6 @@ def remembered_check_tables(config, source: str) -> None:
     remembered(partial(_check_tables, config, source), _SEEN, ("tables", source, config.model_dump_json(), *tables))
 
 
-def remembered_table(path: str | Path, **columns: Sequence[str]) -> pd.DataFrame:
-    """As read_table."""
-    key = ("table", str(path), _content(path), repr(columns))
-    return remembered(partial(read_table, path, **columns), _SEEN, key).copy()
-
-
 def remembered_yaml(path: str | Path) -> object:
     """As read_yaml."""
     key = ("yaml", str(path), _content(path))
@@ -120,5 +111,4 @@ SLOW_PARTS = {
     "millprint.dem.case_checks.pack_mixture": remembered_mixture,
     "millprint.checks.before_running.checked_bodies": remembered_bodies,
     "millprint.fingerprint.sweep_checks.paces": remembered_paces,
-    "millprint.run.tables.read_table": remembered_table,
 }

@@ -1,16 +1,23 @@
 """Each number of paper.md and README.md is that of a table of the project, or of a run that is named with it."""
 
+import io
 import re
 
 import pandas as pd
 import pytest
 
-from millprint.run.files import read_table
 from millprint.thesis.claims.tolerances import agrees
 from tests.conftest import ROOT
 
-COLUMNS = ["document", "text", "source", "rows", "column", "value", "run"]
-STATED = read_table(ROOT / "config/data/stated_numbers.tsv", text=COLUMNS).fillna("")
+
+def read(path: str, text: tuple[str, ...] = ()) -> pd.DataFrame:
+    """A table of the project, its comments left out."""
+    lines = [line for line in (ROOT / path).read_text().splitlines() if not line.startswith("#")]
+    return pd.read_csv(io.StringIO("\n".join(lines)), sep="\t", dtype=dict.fromkeys(text, str))
+
+
+COLUMNS = ("document", "text", "source", "rows", "column", "value", "run")
+STATED = read("config/data/stated_numbers.tsv", COLUMNS).fillna("")
 NUMBER = r"(?<![\w.@-])\d[\d,]*(?:\.\d+)?(?![\w@])"
 
 
@@ -34,7 +41,7 @@ def first_number(value: object) -> float:
 def found(row: pd.Series) -> float:
     if not row["source"]:
         return float(row["value"])
-    table = read_table(ROOT / row["source"])
+    table = read(row["source"])
     if row["rows"]:
         table = table.query(row["rows"], engine="python")
     return float(len(table)) if row["column"] == "count" else first_number(table[row["column"]].iloc[0])
@@ -64,7 +71,7 @@ def test_no_number_stands_without_a_source(document):
 
 
 def test_the_page_of_the_claims_counts_them_by_nature():
-    page, claims = (ROOT / "docs/why/claims.md").read_text(), read_table(ROOT / "config/data/claims.tsv")
+    page, claims = (ROOT / "docs/why/claims.md").read_text(), read("config/data/claims.tsv")
     counted = {name: int(count) for name, count in re.findall(r"^\| `(\w+)` \| .* \| (\d+) \|$", page, re.M)}
     assert counted == claims["nature"].value_counts().to_dict()
     assert f"the {len(claims)} rows of" in page and f"{(claims['basis'] == 'derived').sum()} claims (`basis`" in page
@@ -72,10 +79,10 @@ def test_the_page_of_the_claims_counts_them_by_nature():
 
 def test_what_the_page_names_as_not_standing_is_what_the_stored_verdicts_say():
     """What deviates on every machine; arithmetic is the same on all and is not stored."""
-    stored = read_table(ROOT / "config/data/verdicts_elsewhere.tsv", text=["id", "verdict"])
+    stored = read("config/data/verdicts_elsewhere.tsv", ("id", "verdict"))
     own = stored[stored["run"] == "thesis"].groupby("id")["verdict"]
     everywhere = {name for name, verdicts in own if (verdicts == "deviates").all()}
-    claims = read_table(ROOT / "config/data/claims.tsv", text=["id"])
+    claims = read("config/data/claims.tsv", ("id",))
     arithmetic = set(claims.loc[claims["nature"] == "arithmetic", "id"])
     page = (ROOT / "docs/why/claims.md").read_text()
     named = page.split("## What does not stand", 1)[1].split("\n## ", 1)[0]

@@ -93,6 +93,18 @@ def shared_axis(first: Curve, second: Curve | np.ndarray, near: float) -> tuple[
     return (first.origin, first.axis) if same else None
 
 
+def _are_along(first: Curve | np.ndarray, second: Curve | np.ndarray) -> bool:
+    """Whether two surfaces, a cylinder and a plane (its normal) or another cylinder, are along one direction."""
+    cylinders = [each for each in (first, second) if isinstance(each, Curve)]
+    if any(each.kind != "cylinder" for each in cylinders):
+        return False
+    normals = [each for each in (first, second) if not isinstance(each, Curve)]
+    axis = cylinders[0].axis
+    return all(np.linalg.norm(np.cross(each.axis, axis)) < SAME for each in cylinders) and all(
+        abs(normal @ axis) < SAME for normal in normals
+    )
+
+
 def _is_ruling(curve: Curve, point: np.ndarray, along: np.ndarray) -> bool:
     """Whether a direction at a point of a surface is that of the straight line in it there."""
     if curve.minor is not None:
@@ -135,10 +147,7 @@ class _Walls:
             return None
         origin, axis = found
         # Either direction is one circle.
-        axis = axis * np.sign(axis[np.argmax(np.abs(axis))])
-        heights = [(point - origin) @ axis for point in (edge.start, edge.end)]
-        # A ruling of two such surfaces is not a chord.
-        return (origin, axis) if abs(heights[0] - heights[1]) < 10 * self.near else None
+        return origin, axis * np.sign(axis[np.argmax(np.abs(axis))])
 
 
 def _merged(spans: list[tuple[float, float]]) -> list[tuple[float, float]]:
@@ -257,7 +266,12 @@ def find_borders(vessel: Vessel) -> Borders:
     turn = np.array([edge.turn for edge in edges])
     curves = of_curve[np.array([edge.facets for edge in edges])]
     on_curve = (curves >= 0).any(axis=1)
-    is_drawn = on_curve & (curves[:, 0] == curves[:, 1])
+    whole = list(range(len(vessel.curves)))
+    for second, curve in enumerate(vessel.curves):
+        # Parts of less than half a turn of one surface.
+        whole[second] = next(k for k in range(second + 1) if vessel.curves[k].is_part_of(curve))
+    surface = np.array([*whole, -1])[curves]
+    is_drawn = on_curve & (surface[:, 0] == surface[:, 1])
     turn[is_drawn] = 0.0
     borders = Borders(
         turn, is_drawn, np.zeros(len(edges), dtype=bool), {},
@@ -276,7 +290,9 @@ def find_borders(vessel: Vessel) -> Borders:
             turn[number], borders.inward[number] = walls.meeting(edge, along)
             pieces = [walls.piece(facet) for facet in edge.facets]
             middle = (edge.start + edge.end) / 2
-            is_line = all(isinstance(piece, np.ndarray) or _is_ruling(piece, middle, along) for piece in pieces)
+            is_line = _are_along(*pieces) or all(
+                isinstance(piece, np.ndarray) or _is_ruling(piece, middle, along) for piece in pieces
+            )
             borders.is_rough[number] = not is_line and abs(turn[number]) > TANGENT
             is_drawn[number] = borders.is_rough[number] or abs(turn[number]) <= TANGENT
         _add_slack(borders, vessel, number)

@@ -157,6 +157,16 @@ class Curve:
             return "cone" if self.slope else "cylinder"
         return "torus" if self.major else "sphere"
 
+    def is_part_of(self, other: "Curve") -> bool:
+        """Whether both are parts of one surface."""
+        same = (self.major, self.minor, self.slope, self.hollow) == (
+            other.major,
+            other.minor,
+            other.slope,
+            other.hollow,
+        )
+        return same and bool((self.origin == other.origin).all() and (self.axis == other.axis).all())
+
     def moved(self, rotation: np.ndarray, shift: np.ndarray) -> "Curve":
         """The surface turned by a matrix (3, 3), then shifted (3,) [m]."""
         part = self.part and (rotation @ self.part[0], rotation @ self.part[1])

@@ -27,6 +27,8 @@ FEWEST_STEPS = 5
 SAG = 1.3 * (1 - math.cos(LARGEST_TURN / 2))
 # Seeds that lead nowhere, after which the search about one axis, or for one kind, ends.
 MOST_FAILURES = 300
+# Directions that differ by less may be one, if the vertices allow it [rad].
+NEARLY = 0.02
 # What angles of half and whole turns may be off [rad].
 WHOLE = 1e-3
 
@@ -89,6 +91,35 @@ def _axis_of_strip(drawing: Drawing, pair: tuple[int, int]) -> Axis | None:
         return None
     circle = Circle.through(drawing.points(near) @ sides)
     return Axis(circle.r * axis.u + circle.z * axis.v, along)
+
+
+def _axis_of_band(drawing: Drawing, pair: tuple[int, int]) -> Axis | None:
+    """The axis about which two facets next to each other and a third one turn, as those of a band around a cone do.
+
+    Their normals are at one angle to it, so that their differences are across it; vertices at one height lie on a
+    circle about it.
+    """
+    first, second = pair
+    step = drawing.normals[second] - drawing.normals[first]
+    for third in drawing.neighbours[second]:
+        following = drawing.normals[third] - drawing.normals[second]
+        along = np.cross(step, following)
+        length = np.linalg.norm(along)
+        alike = abs(np.linalg.norm(following) - np.linalg.norm(step)) < 0.05 * np.linalg.norm(step)
+        if third == first or drawing.taken[third] or not alike or length < 1e-3 * np.linalg.norm(step) ** 2:
+            continue
+        axis = Axis(np.zeros(3), along / length)
+        points = drawing.points([first, second, third])
+        heights = points @ axis.along
+        level = np.abs(heights[:, None] - heights) < LOOSE * drawing.tolerance
+        ring = points[level[np.argmax(level.sum(axis=1))]]
+        if len(ring) < 4:
+            continue
+        flat = ring @ np.array([axis.u, axis.v]).T
+        circle = Circle.through(flat)
+        if np.abs(circle.off(flat)).max() < drawing.tolerance and circle.radius < drawing.vessel.size:
+            return Axis(circle.r * axis.u + circle.z * axis.v, axis.along)
+    return None
 
 
 def _fitted(drawing: Drawing, axis: Axis, seed: tuple[int, int], kind: type[Line] | type[Circle]) -> list[Swept]:
@@ -165,7 +196,8 @@ def _is_enough(drawing: Drawing, swept: Swept) -> bool:
     if isinstance(swept.shape, Line):
         # A plane across the axis is flat by itself.
         return around > FEWEST_STEPS and abs(math.cos(swept.shape.angle)) > 1e-4
-    return across > FEWEST_STEPS and around >= 3
+    # Three columns of a wall that is bent both ways seem to turn about an axis across it too.
+    return across > FEWEST_STEPS and around > FEWEST_STEPS
 
 
 def _about(drawing: Drawing, axis: Axis) -> list[Swept]:
@@ -236,12 +268,20 @@ def _spheres(drawing: Drawing) -> list[Swept]:
             sunk = radius - np.linalg.norm(drawing.middles - middle, axis=1)
             holds = (drawing.worst(off) <= slack * drawing.tolerance) & (sunk <= 2 * SAG * radius + drawing.tolerance)
             facets = drawing.grown(pair, holds)
-        if len(facets) < 16:
+        if len(facets) < 16 or not _is_round(drawing, facets, middle):
             failures += 1
             continue
         drawing.taken[facets] = True
         found.append(Swept(Axis(middle, np.array([0.0, 0.0, 1.0])), Circle(0.0, 0.0, radius), facets))
     return found
+
+
+def _is_round(drawing: Drawing, facets: np.ndarray, middle: np.ndarray) -> bool:
+    """Whether vertices on a sphere lie on more than two parallel circles of it: any two have a sphere through them."""
+    out = drawing.points(facets) - middle
+    _, _, directions = np.linalg.svd(out - out.mean(axis=0), full_matrices=False)
+    levels = [len(np.unique(np.round(out @ each / (LOOSE * drawing.tolerance)))) for each in directions]
+    return min(levels) > FEWEST_STEPS
 
 
 def _same_axis(axis: Axis, known: list[Axis], near: float, size: float) -> bool:
@@ -253,8 +293,11 @@ def _same_axis(axis: Axis, known: list[Axis], near: float, size: float) -> bool:
     )
 
 
-def _refined(drawing: Drawing, axis: Axis, swept: list[Swept]) -> Axis:
-    """The axis about which surfaces are nearest to their vertices; one along a side of the frame if it is as near."""
+def _refined(drawing: Drawing, axis: Axis, swept: list[Swept], known: list[np.ndarray]) -> Axis:
+    """The axis about which surfaces are nearest to their vertices.
+
+    One along a side of the frame, or along one of some known directions (3,), if the vertices allow it.
+    """
     from scipy.optimize import least_squares  # takes long to import, and few mills need it
 
     rows = [drawing.points(each.facets)[:2000] for each in swept]
@@ -264,20 +307,45 @@ def _refined(drawing: Drawing, axis: Axis, swept: list[Swept]) -> Axis:
         origin = axis.origin + drawing.vessel.size * (shift[2] * axis.u + shift[3] * axis.v)
         return Axis(origin, along / np.linalg.norm(along))
 
-    def off(shift: np.ndarray) -> np.ndarray:
-        now = moved(shift)
-        flats = [now.meridian(points) for points in rows]
-        return np.concatenate(
-            [type(each.shape).through(flat).off(flat) for each, flat in zip(swept, flats, strict=True)]
-        ) / drawing.tolerance  # fmt: skip
+    def off(now: Axis) -> np.ndarray:
+        """How far vertices are from the surfaces about an axis, from cylinders where they may be these; in tolerances."""
+        found = []
+        for each, points in zip(swept, rows, strict=True):
+            flat = now.meridian(points)
+            shape = type(each.shape).through(flat)
+            if isinstance(shape, Line) and isinstance(each.shape, Line) and abs(each.shape.angle) < NEARLY:
+                shape = Line(0.0, float(flat[:, 0].mean()))
+            found.append(shape.off(flat) / drawing.tolerance)
+        return np.concatenate(found)
 
-    found = moved(least_squares(off, np.zeros(4), method="lm", diff_step=1e-7).x)
-    side = np.argmax(np.abs(found.along))
-    exact = np.eye(3)[side] * np.sign(found.along[side])
-    if np.linalg.norm(np.cross(found.along, exact)) * drawing.vessel.size < drawing.tolerance:
-        origin = np.where(np.abs(found.origin) < drawing.tolerance, 0.0, found.origin)
-        found = Axis(np.where(exact != 0, 0.0, origin), exact)
-    return found
+    best = moved(least_squares(lambda shift: off(moved(shift)), np.zeros(4), method="lm", diff_step=1e-7).x)
+    if np.abs(off(best)).max() > 1:
+        return axis
+    side = np.argmax(np.abs(best.along))
+    exact = np.eye(3)[side] * np.sign(best.along[side])
+    for along in (exact, *known):
+        if np.linalg.norm(np.cross(best.along, along)) > NEARLY:
+            continue
+        level = Axis(best.origin, along * np.sign(along @ best.along))
+
+        def placed(shift: np.ndarray, level: Axis = level) -> Axis:
+            return Axis(level.origin + drawing.vessel.size * (shift[0] * level.u + shift[1] * level.v), level.along)
+
+        again = placed(least_squares(lambda s, to=placed: off(to(s)), np.zeros(2), method="lm", diff_step=1e-7).x)
+        if np.abs(off(again)).max() <= 1:
+            return again
+    return best
+
+
+def _normals_next_to(drawing: Drawing, swept: list[Swept]) -> list[np.ndarray]:
+    """The normals of the flat facets with more than four corners that meet some surfaces: the ends of a prism."""
+    own = set(np.concatenate([each.facets for each in swept]).tolist())
+    found: dict[int, np.ndarray] = {}
+    for edge in drawing.vessel.edges:
+        for inside, other in (edge.facets, edge.facets[::-1]):
+            if inside in own and not drawing.taken[other] and len(drawing.vertices_of[other]) > 4:
+                found[other] = drawing.normals[other]
+    return list(found.values())
 
 
 def find_surfaces(drawing: Drawing) -> list[Swept]:
@@ -290,7 +358,9 @@ def find_surfaces(drawing: Drawing) -> list[Swept]:
             return
         swept = _about(drawing, axis)
         if swept:
-            refined = _refined(drawing, axis, swept)
+            refined = _refined(
+                drawing, axis, swept, [*(other.along for other in known), *_normals_next_to(drawing, swept)]
+            )
             # Again about the better axis, which reaches farther.
             for each in swept:
                 drawing.taken[each.facets] = False
@@ -306,10 +376,11 @@ def find_surfaces(drawing: Drawing) -> list[Swept]:
     for pair in drawing.seams:
         if drawing.taken[list(pair)].any() or failures > MOST_FAILURES:
             continue
-        strip = _axis_of_strip(drawing, pair)
         before = len(found)
-        if strip is not None:
-            take(strip)
+        for axis_of in (_axis_of_strip, _axis_of_band):
+            guess = axis_of(drawing, pair) if len(found) == before else None
+            if guess is not None:
+                take(guess)
         failures += len(found) == before
     found += _spheres(drawing)
     return found
@@ -333,10 +404,8 @@ def _curves(drawing: Drawing, swept: Swept) -> list[tuple[Curve, np.ndarray]]:
     of_facet = axis.angles(middles)
     off_axis = flat[:, 0] > LOOSE * drawing.tolerance
     begin, end = _span(angles[off_axis])
-    steps = len(np.unique(np.round(of_facet, 6)))
-    is_whole = 2 * math.pi - (end - begin) < max(LARGEST_TURN, 3 * 2 * math.pi / max(steps, 1)) and _closes(
-        drawing, swept, begin, end
-    )
+    # Facets lie in every gap between vertices if the surface goes all the way round.
+    is_whole = bool(((of_facet - end) % (2 * math.pi) < (begin - end) % (2 * math.pi)).any())
     out = middles - axis.origin
     heights = out @ axis.along
     out -= np.outer(heights, axis.along)
@@ -394,17 +463,6 @@ def _sphere_arc(
     return (math.cos(low), math.sin(low)), (math.cos(high), math.sin(high))
 
 
-def _closes(drawing: Drawing, swept: Swept, begin: float, end: float) -> bool:
-    """Whether facets lie in the gap that the vertices of a surface leave around the axis."""
-    middle = (begin + end) / 2 + math.pi
-    for facet in swept.facets:
-        angles = swept.axis.angles(drawing.vessel.vertices[drawing.vertices_of[facet]])
-        away = (angles - middle + math.pi) % (2 * math.pi) - math.pi
-        if away.min() < 0 < away.max() and np.ptp(away) < math.pi:
-            return True
-    return False
-
-
 def _moved_vertices(
     vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, planes: dict[int, np.ndarray]
 ) -> np.ndarray:
@@ -441,7 +499,7 @@ def _moved_vertices(
 
 
 def _level_planes(vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, tolerance: float) -> dict[int, np.ndarray]:
-    """Planes (normal, offset) of the flat facets next to curves, across or along their axes where they are so nearly."""
+    """Planes (normal, offset) of the flat facets that meet curves, across or along their axes where they nearly are."""
     planes: dict[int, np.ndarray] = {}
     for edge in vessel.edges:
         for flat, other in (edge.facets, edge.facets[::-1]):

@@ -67,11 +67,12 @@ def _gap(first: Line | Circle, second: Line | Circle) -> Callable[[], float] | N
     return lambda: side * float(line.off(np.array([[circle.r, circle.z]]))[0]) - circle.radius
 
 
-def _close(group: _Group, gaps: list[Callable[[], float]], tolerance: float) -> set[tuple[int, str]]:
+def _close(group: _Group, gaps: list[Callable[[], float]], snap: float) -> set[tuple[int, str]]:
     """Let as many gaps as possible vanish; returns the numbers (shape, name) that were changed."""
     numbers = group.numbers()
     begin = [getattr(shape, name) for shape, name in numbers]
     size = max((float(np.abs(points).max()) for points in group.points), default=1.0)
+    allowed = np.maximum(snap, 2 * group.off()) if group.shapes else np.zeros(0)
     scale = np.array([1.0 if name == "angle" else size for _, name in numbers])
     gaps = sorted(gaps, key=lambda gap: abs(gap()))
 
@@ -87,7 +88,7 @@ def _close(group: _Group, gaps: list[Callable[[], float]], tolerance: float) -> 
             slopes = np.array([put(values + step) - put(values - step) for step in 1e-6 * np.eye(len(values))]) / 2e-6
             values = values - np.linalg.pinv(slopes.T, rcond=1e-9) @ now
         left = np.abs(put(values)).max()
-        if left < 1e-13 and group.off().max() <= tolerance:
+        if left < 1e-13 and (group.off() <= allowed).all():
             return {(id(shape), name) for shape, name in numbers}
         put(np.array(begin) / scale)
         gaps.pop()
@@ -164,7 +165,7 @@ def _flat_beside(drawing: Drawing, facets: np.ndarray, holds: Callable[[np.ndarr
 def _close_touching(drawing: Drawing, group: _Group, of_facet: np.ndarray) -> set[tuple[int, str]]:
     gaps = [_gap(group.shapes[a], group.shapes[b]) for a, b in sorted(_touching(drawing, of_facet))]
     near = [gap for gap in gaps if gap is not None and abs(gap()) < LOOSE * drawing.tolerance]
-    return _close(group, near, drawing.tolerance)
+    return _close(group, near, drawing.snap)
 
 
 def _about_axis(drawing: Drawing, own: list[Swept], planes: dict[int, np.ndarray], fixed: set[int]) -> None:
@@ -199,11 +200,9 @@ def make_tangent(drawing: Drawing, surfaces: list[Swept]) -> dict[int, np.ndarra
     planes: dict[int, np.ndarray] = {}
     for each in surfaces:
         if isinstance(each.shape, Line):
-            reach = float(np.ptp(each.axis.meridian(drawing.points(each.facets))[:, 1]))
-            if abs(math.sin(each.shape.angle)) * reach < drawing.tolerance / 4:
-                # A cylinder: its radius is the middle of what the line has.
-                middle = each.axis.meridian(drawing.points(each.facets))[:, 0].mean()
-                each.shape.angle, each.shape.offset = 0.0, float(middle)
+            radii = each.axis.meridian(drawing.points(each.facets))[:, 0]
+            if np.ptp(radii) < 2 * drawing.tolerance and abs(each.shape.angle) < 0.1:
+                each.shape.angle, each.shape.offset = 0.0, float(radii.mean())
     fixed = _across(drawing, surfaces, planes)
     by_axis: dict[int, list[Swept]] = {}
     for each in surfaces:

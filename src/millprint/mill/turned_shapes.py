@@ -14,6 +14,7 @@ SMALLEST_TURN = 1e-6
 # What vertices may be off, over the rounding of the file's coordinates, and at least as a share of the body's size.
 ROUNDINGS = 4.0
 LEAST = 3e-6
+SNAP = 1e-9
 # A first guess is from a few facets, whose noise it magnifies; what is found is fitted and checked again.
 LOOSE = 8.0
 
@@ -101,6 +102,8 @@ class Drawing:
     def __init__(self, vessel: Vessel, rounding: float) -> None:
         self.vessel = vessel
         self.tolerance = max(ROUNDINGS * rounding, LEAST * vessel.size)
+        # What a surface may move by where it is put level or tangent: not more than the file's own rounding.
+        self.snap = max(ROUNDINGS * rounding, SNAP * vessel.size)
         self.normals = np.array([facet.normal for facet in vessel.facets])
         own = [np.concatenate(loops) for loops in vessel.loops]
         self.vertices_of = own
