@@ -26,14 +26,15 @@ from millprint.dem.layout import (
 )
 from millprint.dem.speed_choice import choose_by_speed
 from millprint.mill.borders import SMOOTH_TURN
+from millprint.mill.features import JOINT
 from millprint.mill.vectors import add_scaled, dot, row, scale, subtract
 from millprint.mill.walls import (
     PLANE,
     SURFACE,
-    belongs,
     body_of,
     direction_to_body,
     direction_to_laboratory,
+    joint_of,
     to_body,
     touch,
     wall_velocity,
@@ -307,7 +308,8 @@ def predecessor(candidates, walls, body, k, point, distance, direction, radius, 
         is_open = candidates.lane[other] >= 0
         if not (is_open or beyond >= 0.0):
             continue
-        if not belongs(walls, feature, neighbour):
+        joint = joint_of(walls, feature, neighbour)
+        if joint < 0:
             if not (is_open and was_touched and beyond >= 0.0):
                 continue
             if beyond < distance:
@@ -315,7 +317,7 @@ def predecessor(candidates, walls, body, k, point, distance, direction, radius, 
             # A neighbour's contact goes first; nothing is as large as a kilometre.
             beyond += 1e3
         elif beyond >= 0.0:
-            if dot(direction, towards) < COS_SMOOTH_TURN:
+            if joint == JOINT.sharp or (joint == JOINT.by_direction and dot(direction, towards) < COS_SMOOTH_TURN):
                 continue
             if beyond < distance or (beyond == distance and neighbour < feature):
                 return np.int64(k)

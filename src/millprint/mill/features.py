@@ -13,6 +13,7 @@ would make one wall twice as stiff and damped as it is: there only the nearer on
 potential is that of the exact distance, so that it makes and loses no energy.
 """
 
+import math
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -37,7 +38,7 @@ class Features(NamedTuple):
 
     lines: convex edges, with the exact directions along their walls. patches: number of patches; patch (n,): that of
     each feature; is_drawing (n,): whether it only shows a curve and is not a wall itself; first_neighbour (n + 1,) and
-    neighbour: the features of its patch that meet each one in a vertex, ascending.
+    neighbour: the features of its patch that meet each one in a vertex, ascending; joint: how they meet, of Joints.
     """
 
     lines: tuple[Edge, ...]
@@ -48,6 +49,18 @@ class Features(NamedTuple):
     is_drawing: np.ndarray
     first_neighbour: np.ndarray
     neighbour: np.ndarray
+    joint: np.ndarray
+
+
+class Joints(NamedTuple):
+    """How two walls meet: the turn of their seam decides whether they are one wall for a ball in it."""
+
+    by_direction: int  # flat walls, and convex borders: as the directions of the contacts differ
+    smooth: int
+    sharp: int
+
+
+JOINT = Joints(0, 1, 2)
 
 
 def facet_patches(vessel: Vessel, borders: Borders) -> np.ndarray:
@@ -138,7 +151,31 @@ def find_features(vessel: Vessel) -> Features:
     vertices += [borders.rim_vertices[k] for k in convex]
     rims = tuple(borders.rims[k] for k in convex)
     first, neighbour = _neighbours(vertices, patch, is_drawing)
-    return Features(lines, corners, rims, int(of_facet.max()) + 1, patch, is_drawing, first, neighbour)
+    joint = _joints(vessel, vertices, first, neighbour, len(of_facet) + len(lines) + len(ends))
+    return Features(lines, corners, rims, int(of_facet.max()) + 1, patch, is_drawing, first, neighbour, joint)
+
+
+def _joints(
+    vessel: Vessel, vertices: list[np.ndarray], first: np.ndarray, neighbour: np.ndarray, curves_from: int
+) -> np.ndarray:
+    """Features.joint: between a curve and another wall, by the largest angle of their normals where they meet."""
+    curves = range(curves_from, curves_from + len(vessel.curves))
+    joint = np.full(len(neighbour), JOINT.by_direction)
+
+    def normals(feature: int, points: np.ndarray) -> np.ndarray:
+        if feature in curves:
+            return vessel.curves[feature - curves_from].touch(points)[1]
+        return np.broadcast_to(vessel.facets[feature].normal, points.shape)
+
+    for at, (own, other) in enumerate(
+        zip(np.repeat(np.arange(len(first) - 1), np.diff(first)), neighbour, strict=True)
+    ):
+        walls = [feature in curves or feature < len(vessel.facets) for feature in (own, other)]
+        if all(walls) and (own in curves or other in curves):
+            points = vessel.vertices[np.intersect1d(vertices[own], vertices[other])]
+            cosine = (normals(own, points) * normals(other, points)).sum(axis=1).min()
+            joint[at] = JOINT.smooth if cosine >= math.cos(SMOOTH_TURN) else JOINT.sharp
+    return joint
 
 
 @lru_cache(maxsize=64)

@@ -27,6 +27,8 @@ FEWEST_STEPS = 5
 SAG = 1.3 * (1 - math.cos(LARGEST_TURN / 2))
 # Seeds that lead nowhere, after which the search about one axis, or for one kind, ends.
 MOST_FAILURES = 300
+# The largest radius of a wall, over the size of the body.
+LARGEST_RADIUS = 200
 # Directions that differ by less may be one, if the vertices allow it [rad].
 NEARLY = 0.02
 # What angles of half and whole turns may be off [rad].
@@ -79,7 +81,7 @@ def _axis_of_strip(drawing: Drawing, pair: tuple[int, int]) -> Axis | None:
     axis = Axis(np.zeros(3), along)
     sides = np.array([axis.u, axis.v]).T
     circle = Circle.through(drawing.points(pair) @ sides)
-    if circle.radius > 10 * drawing.vessel.size:
+    if circle.radius > LARGEST_RADIUS * drawing.vessel.size:
         return None
     near = [
         facet
@@ -128,7 +130,7 @@ def _fitted(drawing: Drawing, axis: Axis, seed: tuple[int, int], kind: type[Line
     Its pieces, where other walls interrupt it; nothing where there is too little of it.
     """
     flat, middles = axis.meridian(drawing.vessel.vertices), axis.meridian(drawing.middles)
-    facing = _facing(drawing, axis, middles)
+    facing, is_ring = _facing(drawing, axis, middles), drawing.spread(flat) < LOOSE * drawing.tolerance
     facets = np.array(seed)
     for slack in (LOOSE, 2.0, 1.0, 1.0):
         vertices = np.unique(np.concatenate([drawing.vertices_of[facet] for facet in facets]))
@@ -136,12 +138,12 @@ def _fitted(drawing: Drawing, axis: Axis, seed: tuple[int, int], kind: type[Line
         if isinstance(shape, Circle) and abs(shape.r) < LOOSE * drawing.tolerance:
             shape.r = 0.0
             shape.z, shape.radius = _on_axis_circle(flat[vertices])
-        # A floor has its outline on the fillet that it joins: its middle is far from it.
+        # A floor has its outline, a ring, on the fillet that it joins.
         sag = SAG * (middles[:, 0] + (shape.radius if isinstance(shape, Circle) else 0.0)) + drawing.tolerance
         holds = (drawing.worst(shape.off(flat)) <= slack * drawing.tolerance) & (np.abs(shape.off(middles)) <= sag)
         slopes = _slopes(shape, middles)
         side = (facing[seed[0]] * slopes[seed[0]]).sum()
-        holds &= ~drawing.taken & ((facing * slopes).sum(axis=1) * side > 0.5)
+        holds &= ~drawing.taken & ~is_ring & ((facing * slopes).sum(axis=1) * side > 0.5)
         if not holds[list(seed)].any():
             return []
         facets = np.flatnonzero(holds)
@@ -186,9 +188,15 @@ def _steps(drawing: Drawing, swept: Swept) -> tuple[int, int]:
     points = drawing.points(swept.facets)
     flat, angles = swept.axis.meridian(points), swept.axis.angles(points)
     off_axis = flat[:, 0] > LOOSE * drawing.tolerance
-    around = np.unique(np.round(angles[off_axis] * flat[off_axis, 0].max() / (4 * drawing.tolerance)))
-    across = np.unique(np.round(flat / (4 * drawing.tolerance)), axis=0)
-    return len(around), len(across)
+    around = _count(angles[off_axis] * flat[off_axis, 0].max(initial=0.0), 4 * drawing.tolerance)
+    shape = swept.shape
+    along = flat @ [-math.sin(shape.angle), math.cos(shape.angle)] if isinstance(shape, Line) else shape.along(flat)
+    return around, _count(along, 4 * drawing.tolerance)
+
+
+def _count(values: np.ndarray, apart: float) -> int:
+    """How many different ones there are of some values (n,) that are the same if they are not farther apart."""
+    return 1 + int((np.diff(np.sort(values)) > apart).sum()) if len(values) else 0
 
 
 def _is_enough(drawing: Drawing, swept: Swept) -> bool:
@@ -280,8 +288,7 @@ def _is_round(drawing: Drawing, facets: np.ndarray, middle: np.ndarray) -> bool:
     """Whether vertices on a sphere lie on more than two parallel circles of it: any two have a sphere through them."""
     out = drawing.points(facets) - middle
     _, _, directions = np.linalg.svd(out - out.mean(axis=0), full_matrices=False)
-    levels = [len(np.unique(np.round(out @ each / (LOOSE * drawing.tolerance)))) for each in directions]
-    return min(levels) > FEWEST_STEPS
+    return min(_count(out @ each, LOOSE * drawing.tolerance) for each in directions) > FEWEST_STEPS
 
 
 def _same_axis(axis: Axis, known: list[Axis], near: float, size: float) -> bool:
@@ -308,13 +315,14 @@ def _refined(drawing: Drawing, axis: Axis, swept: list[Swept], known: list[np.nd
         return Axis(origin, along / np.linalg.norm(along))
 
     def off(now: Axis) -> np.ndarray:
-        """How far vertices are from the surfaces about an axis, from cylinders where they may be these; in tolerances."""
+        """How far vertices are from surfaces about an axis, from cylinders where these may be; in tolerances."""
         found = []
         for each, points in zip(swept, rows, strict=True):
             flat = now.meridian(points)
             shape = type(each.shape).through(flat)
-            if isinstance(shape, Line) and isinstance(each.shape, Line) and abs(each.shape.angle) < NEARLY:
-                shape = Line(0.0, float(flat[:, 0].mean()))
+            level = Line(0.0, float(flat[:, 0].mean()))
+            if isinstance(shape, Line) and np.abs(level.off(flat)).max() <= 2 * drawing.tolerance:
+                shape = level
             found.append(shape.off(flat) / drawing.tolerance)
         return np.concatenate(found)
 
@@ -348,6 +356,27 @@ def _normals_next_to(drawing: Drawing, swept: list[Swept]) -> list[np.ndarray]:
     return list(found.values())
 
 
+def _best_axis(drawing: Drawing, pair: tuple[int, int]) -> Axis | None:
+    """Of the axes about which facets at a seam may turn, the one whose surfaces have the most facets.
+
+    A wall that is bent both ways is nearly one about an axis across it too, for a few facets.
+    """
+    seams = [pair, *((first, other) for first in pair for other in drawing.neighbours[first] if other not in pair)]
+    best, most = None, 0
+    for seam in seams[:9]:
+        for axis_of in (_axis_of_strip, _axis_of_band):
+            axis = None if drawing.taken[list(seam)].any() else axis_of(drawing, seam)
+            if axis is None:
+                continue
+            swept = _about(drawing, axis)
+            count = sum(len(each.facets) for each in swept)
+            for each in swept:
+                drawing.taken[each.facets] = False
+            if count > most:
+                best, most = axis, count
+    return best
+
+
 def find_surfaces(drawing: Drawing) -> list[Swept]:
     """The surfaces of a drawing; their facets are taken."""
     found: list[Swept] = []
@@ -377,10 +406,9 @@ def find_surfaces(drawing: Drawing) -> list[Swept]:
         if drawing.taken[list(pair)].any() or failures > MOST_FAILURES:
             continue
         before = len(found)
-        for axis_of in (_axis_of_strip, _axis_of_band):
-            guess = axis_of(drawing, pair) if len(found) == before else None
-            if guess is not None:
-                take(guess)
+        guess = _best_axis(drawing, pair)
+        if guess is not None:
+            take(guess)
         failures += len(found) == before
     found += _spheres(drawing)
     return found
@@ -481,7 +509,8 @@ def _moved_vertices(
     moved = vessel.vertices.copy()
     for surfaces, vertices in groups.items():
         points = moved[vertices]
-        for _ in range(6):
+        # Where surfaces are tangent, a step halves the error only.
+        for _ in range(40):
             off, slopes = [], []
             for number in surfaces:
                 if number >= 0:
@@ -492,8 +521,10 @@ def _moved_vertices(
                     direction = np.broadcast_to(plane[:3], points.shape)
                 off.append(distance)
                 slopes.append(direction)
-            step = np.linalg.pinv(np.stack(slopes, axis=1), rcond=1e-3) @ np.stack(off, axis=1)[..., None]
-            points = points - step[..., 0]
+            away = np.stack(off, axis=1)
+            if np.abs(away).max() < 1e-17:
+                break
+            points = points - (np.linalg.pinv(np.stack(slopes, axis=1), rcond=1e-7) @ away[..., None])[..., 0]
         moved[vertices] = points
     return moved
 

@@ -86,6 +86,10 @@ class Circle:
         """Distances (n,) of points (n, 2) [m]."""
         return np.hypot(flat[:, 0] - self.r, flat[:, 1] - self.z) - self.radius
 
+    def along(self, flat: np.ndarray) -> np.ndarray:
+        """Ways (n,) along the circle to points (n, 2) [m]."""
+        return self.radius * np.arctan2(flat[:, 1] - self.z, flat[:, 0] - self.r)
+
 
 @dataclass(eq=False)
 class Swept:
@@ -125,6 +129,11 @@ class Drawing:
     def worst(self, off: np.ndarray) -> np.ndarray:
         """For each facet (f,) the largest of what its vertices (v,) are off."""
         return np.maximum.reduceat(np.abs(off)[self.flat], self.first)
+
+    def spread(self, flat: np.ndarray) -> np.ndarray:
+        """For each facet (f,) how far its vertices lie apart along one axis at most, of points (v, 2)."""
+        own = flat[self.flat]
+        return np.ptp([np.maximum.reduceat(own, self.first), np.minimum.reduceat(own, self.first)], axis=0).max(axis=1)
 
     def points(self, facets: Iterable[int]) -> np.ndarray:
         """The vertices (n, 3) of some facets, each once."""

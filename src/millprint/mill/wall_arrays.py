@@ -100,21 +100,23 @@ def _patches(bodies: Sequence[Vessel]) -> np.ndarray:
     return np.array(_joined(bodies, [each.patch + begin for each, begin in zip(found, first, strict=False)]))
 
 
-def _neighbours(bodies: Sequence[Vessel]) -> tuple[np.ndarray, np.ndarray]:
-    """Walls.first_neighbour and neighbour."""
+def _neighbours(bodies: Sequence[Vessel]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Walls.first_neighbour, neighbour and joint."""
     counts = [sum(_counts(body)) for body in bodies]
     body, own = np.repeat(np.arange(len(bodies)), counts), np.concatenate([np.arange(count) for count in counts])
     placed = _joined(bodies, [own[body == number] for number in range(len(bodies))])
     bodies_placed = np.array(_joined(bodies, [np.full(count, number) for number, count in enumerate(counts)]))
-    lists: list[np.ndarray] = [np.empty(0, dtype=np.int64)] * len(placed)
+    lists = [np.empty((0, 2), dtype=np.int64)] * len(placed)
     for number, each in enumerate(bodies):
         found, at = features_of(each), np.flatnonzero(bodies_placed == number)
         # The number among all features of each of the body's own.
         rank = np.empty(len(at), dtype=np.int64)
         rank[np.array(placed)[at]] = at
-        for k, neighbours in enumerate(np.split(rank[found.neighbour], found.first_neighbour[1:-1])):
-            lists[rank[k]] = np.sort(neighbours)
-    return np.cumsum([0, *map(len, lists)]), np.concatenate(lists)
+        pairs = np.column_stack([rank[found.neighbour], found.joint])
+        for k, neighbours in enumerate(np.split(pairs, found.first_neighbour[1:-1])):
+            lists[rank[k]] = neighbours[np.argsort(neighbours[:, 0])]
+    neighbour, joint = np.concatenate(lists).T
+    return np.cumsum([0, *map(len, lists)]), neighbour.copy(), joint.copy()
 
 
 def _boxes(bodies: Sequence[Vessel]) -> tuple[np.ndarray, np.ndarray]:
@@ -155,7 +157,7 @@ def _build_walls(bodies: tuple[Vessel, ...], radius: float, margin: float, pitch
     body_numbers = np.array(_joined(bodies, [[number] * sum(_counts(body)) for number, body in enumerate(bodies)]))
     curves = np.concatenate([curve_rows(body.curves) for body in bodies])
     curves[:, CURVE.slack] = np.concatenate([borders_of(body).curve_slack for body in bodies])
-    first_neighbour, neighbour = _neighbours(bodies)
+    first_neighbour, neighbour, joint = _neighbours(bodies)
     walls = Walls(
         plane=np.array([[*facet.normal, facet.offset] for facet in facets]),
         axes=np.array([facet.axes for facet in facets]),
@@ -174,6 +176,7 @@ def _build_walls(bodies: tuple[Vessel, ...], radius: float, margin: float, pitch
         patch=_patches(bodies),
         first_neighbour=first_neighbour,
         neighbour=neighbour,
+        joint=joint,
         grid_origin=origin,
         grid_shape=shape,
         grid_pitch=float(pitch),

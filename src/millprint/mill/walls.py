@@ -1,7 +1,7 @@
 """What a ball touches of the walls of a vessel, from flat arrays (mill.wall_arrays makes them).
 
 A ball touches the local minima of its distance to the wall: the inside of a facet, a convex edge, or a corner. Where
-two of them meet in a seam that is no more than a joint of facets, only the nearer one carries the contact: `belongs`
+two of them meet in a seam that is no more than a joint of facets, only the nearer one carries the contact: `joint_of`
 says which features are pieces of one wall there (mill.features), and dem.contact_events chooses and passes contacts on.
 
 A vessel and the inserts in it are bodies, each in a frame of its own. Features are numbered: the facets of all bodies
@@ -81,6 +81,7 @@ class Walls(NamedTuple):
     patch: np.ndarray  # (features,) the patch that a feature belongs to, numbered through all bodies (mill.features)
     first_neighbour: np.ndarray  # (features + 1,) those of feature i are first_neighbour[i] to first_neighbour[i + 1]
     neighbour: np.ndarray  # features of a patch that meet each one in a vertex, ascending
+    joint: np.ndarray  # how they meet, see features.Joints
     grid_origin: np.ndarray  # (b, 3) [m]
     grid_shape: np.ndarray  # (b, 3)
     grid_pitch: float  # [m]
@@ -243,12 +244,12 @@ def curve_of(walls, feature):
 
 
 @inner()
-def belongs(walls, feature, other):
-    """Whether two features are pieces of one patch that meet in a vertex."""
+def joint_of(walls, feature, other):
+    """How two features of one patch meet (features.Joints); -1 for those that do not meet in a vertex."""
     for at in range(walls.first_neighbour[feature], walls.first_neighbour[feature + 1]):
         if walls.neighbour[at] == other:
-            return True
-    return False
+            return walls.joint[at]
+    return -1
 
 
 @inlined()
