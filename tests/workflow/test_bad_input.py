@@ -70,8 +70,8 @@ def test_valid_input_is_checked_only_once(settings, monkeypatch):
     ("file", "place", "value", "parts"),
     [
         (CONFIG, ("dem", "time_stp_s"), 1e-6, ["dem.time_stp_s", "unknown key", "time_step_s"]),
-        (CONFIG, ("sweeps", 0, "ball_diameters_mm"), [-10], ["sweeps.0.ball_diameters_mm.0", "-10", "greater than 0"]),
-        (CONFIG, ("sweeps", 0, "ball_diameters_mm"), [0], ["sweeps.0.ball_diameters_mm.0", "greater than 0"]),
+        (CONFIG, ("sweeps", 0, "ball_diameters_mm"), [-10], ["sweeps.0.ball_diameters_mm.0", "-10", "greater than"]),
+        (CONFIG, ("sweeps", 0, "ball_diameters_mm"), [0], ["sweeps.0.ball_diameters_mm.0", "greater than"]),
         (CONFIG, ("sweeps", 0, "fill_ratios"), [0.9], ["fill_ratios", "0.9", "fit"]),
         (CONFIG, ("sweeps", 0, "ball_diameters_mm"), [80], ["ball_diameters_mm", "80", "fit"]),
         (CONFIG, ("dem", "time_step_s"), 5e-5, ["dem.time_step_s", "5e-05", "Rayleigh"]),
@@ -139,7 +139,7 @@ def test_valid_input_is_checked_only_once(settings, monkeypatch):
             CONFIG,
             ("mills", "rayleigh_fraction"),
             0.9,
-            ["config.yaml: mills.rayleigh_fraction = 0.9, times 1.375 by mills.precision quick = 1.2375: at most dem."],
+            ["config.yaml: mills.rayleigh_fraction = 0.9, times 1.375 by mills.precision draft = 1.2375: at most dem."],
         ),
         (
             CONFIG,
@@ -148,7 +148,7 @@ def test_valid_input_is_checked_only_once(settings, monkeypatch):
             ["config.yaml: mills.rayleigh_fraction = 0.15, times 1.375 by mills.precision quick = 0.20625: at most"],
         ),
         (CONFIG, ("mills", "precision"), "rough", ["config.yaml: mills.precision = 'rough'", "'quick', 'standard'"]),
-        (CONFIG, ("sweeps", 0, "ball_diameters_mm"), [0.001], ["ball_diameters_mm = 0.001", "too small to simulate"]),
+        (CONFIG, ("sweeps", 0, "ball_diameters_mm"), [0.001], ["ball_diameters_mm.0 = 0.001", "is it in m"]),
         (CONFIG, ("sweeps", 0, "fill_ratios"), [1e-9], ["fill_ratios = 1e-09", "one ball needs at least"]),
         (CONFIG, ("sweeps", 0, "seeds"), [10**30], ["sweeps.0.seeds.0", "less than"]),
         (CONFIG, ("yields", "evaluation", "resamples"), 10**12, ["yields.evaluation.resamples", "less than"]),
@@ -165,7 +165,7 @@ def test_valid_input_is_checked_only_once(settings, monkeypatch):
         (CONFIG, ("mill",), "emx", ["emx.yaml", "unknown mill 'emx'", "did you mean emax?"]),
         (CONFIG, ("sweeps", 1, "name"), "fill_ratio_10mm", ["sweeps: two have the name fill_ratio_10mm"]),
         (EMAX, ("geometry", "heigth_mm"), 3, ["emax.yaml: geometry.heigth_mm = 3", "did you mean height_mm?"]),
-        (EMAX, ("geometry", "facets_per_half_circle"), 360, ["emax.yaml", "facets"]),
+        (EMAX, ("geometry", "facets_per_half_circle"), 361, ["emax.yaml", "facets"]),
         # Drums with lifters, charges of several sizes, and frictions of walls.
         (
             DRUM,

@@ -167,9 +167,8 @@ def _joints(
             return vessel.curves[feature - curves_from].touch(points)[1]
         return np.broadcast_to(vessel.facets[feature].normal, points.shape)
 
-    for at, (own, other) in enumerate(
-        zip(np.repeat(np.arange(len(first) - 1), np.diff(first)), neighbour, strict=True)
-    ):
+    owner = np.repeat(np.arange(len(first) - 1), np.diff(first))
+    for at, (own, other) in enumerate(zip(owner.tolist(), neighbour.tolist(), strict=True)):
         walls = [feature in curves or feature < len(vessel.facets) for feature in (own, other)]
         if all(walls) and (own in curves or other in curves):
             points = vessel.vertices[np.intersect1d(vertices[own], vertices[other])]
