@@ -363,7 +363,7 @@ def test_features_are_numbered_through_all_bodies_as_the_simulation_does():
     def body(facets, edges, corners, curves):
         empty = np.zeros((0, 3))
         sizes = np.zeros((facets, 3)), np.zeros(facets), np.zeros((edges, 2, 3)), np.zeros((corners, 3))
-        return Geometry(empty, empty, *sizes, np.zeros((curves, 25)))
+        return Geometry(empty, empty, *sizes, np.zeros((curves, 25)), np.zeros((0, 16)))
 
     owner, local = body_of_feature([body(3, 1, 1, 2), body(2, 2, 3, 1)], np.arange(15))
     assert owner.tolist() == [0, 0, 0, 1, 1, 0, 1, 1, 0, 1, 1, 1, 0, 0, 1]

@@ -31,6 +31,8 @@ from millprint.fingerprint.sweep_checks import (
     speed_warnings,
     with_paces,
 )
+from millprint.mill.vessel import build_vessel
+from millprint.mill.wall_words import drawn_in_words
 from millprint.uncertainty.varied import uncertainty_cases, uncertainty_faults
 from millprint.validation.measured import check_validation
 
@@ -102,9 +104,14 @@ def check_before_running(
 
 
 def mill_warnings(mills: dict[str, MillConfig]) -> list[str]:
-    """A line for each planetary mill whose jar turns in the sense of its wheel, or reaches over the wheel's axis."""
+    """A line for each planetary mill whose jar turns in the sense of its wheel, or reaches over the wheel's axis.
+
+    Further: for each mill of which a round wall of a file stays as it is drawn.
+    """
     found = []
     for name, mill in mills.items():
+        if mill.geometry.kind == "stl" and not mill.geometry.faceted and (words := drawn_in_words(build_vessel(mill))):
+            found.append(f"{MILL_FOLDER}/{name}.yaml: geometry: {words}")
         place, motion = f"{MILL_FOLDER}/{name}.yaml: motion", mill.motion
         if not isinstance(motion, PlanetaryMotion):
             continue

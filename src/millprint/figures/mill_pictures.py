@@ -10,11 +10,14 @@ from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, MARKERS, no_formul
 from millprint.view.mill_picture import Look, MillPicture
 
 INK, DARK, LIGHT = "#303030", 0.74, 0.96
+# Walls that look round and are flat facets are yellowish, exact ones grey.
+FLAT = np.array([1.0, 0.97, 0.84])
 
 
 def _draw(axes: Axes, look: Look, limits: np.ndarray, linewidth: float = 0.7) -> None:
     """A mill in one view: walls that face the eye, outlines, and the inserts over them."""
     grey = np.repeat((DARK + (LIGHT - DARK) * look.wall_shade)[:, None], 3, axis=1)
+    grey[look.wall_is_flat] *= FLAT
     axes.add_collection(PolyCollection(list(look.wall_mm), facecolors=grey, edgecolors=grey, linewidths=0.2))
     axes.add_collection(LineCollection(list(look.outline_mm), colors=INK, linewidths=linewidth))
     axes.add_collection(LineCollection(list(look.insert_mm), colors=COLOURS[0], linewidths=linewidth))
@@ -30,10 +33,10 @@ def draw_views(axes: list[Axes], picture: MillPicture) -> None:
 
 
 def plot_geometry(picture: MillPicture) -> Figure:
-    """The mill from above and from the side, inserts in blue."""
+    """The mill from above and from the side: exact walls grey, facets that look round yellowish, inserts blue."""
     figure, axes = plt.subplots(2, 1, figsize=(COLUMN_WIDTH_IN, 4.6))
     draw_views(list(axes), picture)
-    figure.suptitle(no_formula(picture.title), fontsize=8)
+    figure.suptitle(f"{no_formula(picture.title)}\n{picture.walls}", fontsize=8)
     return figure
 
 

@@ -58,13 +58,15 @@ class Drawing:
     """The bodies in one view at one time, from the back to the front.
 
     wall_mm (t, 3, 2) triangles that face the eye; wall_shade (t,) cosine of their angle to the view, 1 for head on;
-    outline_mm (k, 2, 2) lines of the vessel and insert_mm (j, 2, 2) of the inserts, which show through the balls.
+    outline_mm (k, 2, 2) lines of the vessel and insert_mm (j, 2, 2) of the inserts, which show through the balls;
+    wall_is_flat (t,).
     """
 
     wall_mm: np.ndarray
     wall_shade: np.ndarray
     outline_mm: np.ndarray
     insert_mm: np.ndarray
+    wall_is_flat: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -105,7 +107,8 @@ class Movie:
 class Shape:
     """A body's triangles, and the edges that can be seen."""
 
-    def __init__(self, vertices_m: np.ndarray, triangles: np.ndarray) -> None:
+    def __init__(self, vertices_m: np.ndarray, triangles: np.ndarray, is_flat: np.ndarray | None = None) -> None:
+        """is_flat (t,): which triangles are facets of a wall that looks round; none if it is left out."""
         # Imported here: slow to import, and a milling card imports this module even if it does not simulate.
         import trimesh
 
@@ -114,6 +117,7 @@ class Shape:
         self.middle_m = mesh.bounds.mean(axis=0)
         self.edges, self.sides = mesh.face_adjacency_edges, mesh.face_adjacency
         self.is_sharp = mesh.face_adjacency_angles > SHARP
+        self.is_flat = np.zeros(len(triangles), dtype=bool) if is_flat is None else is_flat
 
     def seen(self, view: View, vertices_m: np.ndarray, rotation: np.ndarray) -> tuple[np.ndarray, ...]:
         """Triangles that face the eye, cosines of their angles to the view, and lines of silhouette and sharp edges."""
@@ -124,7 +128,7 @@ class Shape:
         flat = view.flat(vertices_m)
         is_seen = facing > 1e-6
         is_line = self.is_sharp | (is_seen[self.sides[:, 0]] != is_seen[self.sides[:, 1]])
-        return flat[self.triangles[front]], facing[front], flat[self.edges[is_line]]
+        return flat[self.triangles[front]], facing[front], flat[self.edges[is_line]], self.is_flat[front]
 
 
 class Stage:
@@ -246,9 +250,9 @@ def _chosen(file: h5py.File, settings: ViewConfig, start_s: float | None) -> Sna
 def draw_bodies(view: View, shapes: list[Shape], vertices: list[np.ndarray], rotations: list[np.ndarray]) -> Drawing:
     """The vessel and its inserts in a view; vertices (v, 3) [m] in the laboratory and a rotation for each body."""
     seen = [shape.seen(view, *pose) for shape, *pose in zip(shapes, vertices, rotations, strict=True)]
-    walls, shades, lines = zip(*seen, strict=True)
+    walls, shades, lines, flat = zip(*seen, strict=True)
     inserts = np.concatenate([np.empty((0, 2, 2)), *lines[1:]])
-    return Drawing(np.concatenate(walls), np.concatenate(shades), lines[0], inserts)
+    return Drawing(np.concatenate(walls), np.concatenate(shades), lines[0], inserts, np.concatenate(flat))
 
 
 def _picture(

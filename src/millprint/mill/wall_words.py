@@ -1,0 +1,71 @@
+"""What the walls of a body are, in words: exact surfaces, and what stays as it is drawn."""
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from millprint.mill.borders import borders_of
+from millprint.mill.vessel import Vessel, triangulate_facet
+
+# Flat facets look round where more than this number follow each other with turns of less than 20 degrees [rad].
+FEW_FACETS = 8
+ROUND_TURN = np.radians(20)
+LEAST_TURN = 1e-3
+
+
+def _many(number: int, word: str) -> str:
+    plural = {"torus": "tori"}.get(word, f"{word}s")
+    return f"{number} {word if number == 1 else plural}"
+
+
+def _is_disc(vessel: Vessel, facet: int) -> bool:
+    """Whether a flat wall ends at circles only."""
+    arcs = borders_of(vessel).arcs
+    numbers = np.concatenate(vessel.loops[facet]).tolist()
+    sides = [number for number, edge in enumerate(vessel.edges) if facet in edge.facets] if len(numbers) > 4 else []
+    return bool(sides) and all(number in arcs for number in sides)
+
+
+def wall_in_words(vessel: Vessel) -> str:
+    """The walls of a body: "2 cylinders, 1 torus, 2 discs; 12 flat walls"."""
+    surfaces = [
+        curve.kind
+        for number, curve in enumerate(vessel.curves)
+        if not any(curve.is_part_of(other) for other in vessel.curves[:number])
+    ]
+    flat = np.flatnonzero(vessel.facet_curves < 0)
+    discs = sum(_is_disc(vessel, facet) for facet in flat.tolist()) if surfaces else 0
+    counts = [(surfaces.count(kind), kind) for kind in ("cylinder", "cone", "sphere", "torus")]
+    exact = ", ".join(_many(number, word) for number, word in [*counts, (discs, "disc")] if number)
+    rest = _many(len(flat) - discs, "flat wall") if len(flat) > discs else ""
+    return "; ".join(filter(None, (exact, rest)))
+
+
+def round_facets(vessel: Vessel) -> np.ndarray:
+    """For each facet (f,) how many make a wall with it that looks round and is flat, 0 where it is part of none."""
+    flat = vessel.facet_curves < 0
+    turns = np.array([abs(edge.turn) for edge in vessel.edges])
+    pairs = np.array([edge.facets for edge in vessel.edges])
+    joined = pairs[(turns > LEAST_TURN) & (turns < ROUND_TURN) & flat[pairs].all(axis=1)]
+    count = len(vessel.facets)
+    _, part = connected_components(coo_array((np.ones(len(joined)), joined.T), (count, count)), directed=False)
+    size = np.bincount(part)[part]
+    return np.where(size > FEW_FACETS, size, 0)
+
+
+def round_triangles(vessel: Vessel) -> np.ndarray:
+    """Which of the triangles (t,) of a vessel are part of a wall that looks round and is flat."""
+    counts = [len(triangulate_facet(facet)) for facet in vessel.facets]
+    return np.repeat(round_facets(vessel) > 0, counts)
+
+
+def drawn_in_words(vessel: Vessel) -> str | None:
+    """What depends on how finely a round wall is drawn that is not an exact surface, and why it is not; or None."""
+    facets = round_facets(vessel).max()
+    if not facets:
+        return None
+    why = f" ({vessel.report[-1]})" if vessel.report else ""
+    return (
+        f"a wall that looks round stays {facets} flat facets{why}: collision frequency, E, E*t at low fill and the "
+        "normal power depend on how finely it is drawn; export it with more decimals, or as 96 facets a turn or more"
+    )
