@@ -6,8 +6,8 @@ import trimesh
 
 from millprint.config.geometry import StlGeometry
 from millprint.mill.distance import signed_distance
-from millprint.mill.features import features_of
 from millprint.mill.vessel import Vessel, build_vessel, shape_vessel
+from millprint.mill.wall_features import features_of
 
 
 @pytest.fixture

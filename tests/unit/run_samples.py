@@ -7,8 +7,8 @@ import h5py
 import numpy as np
 
 from millprint.dem.store import put_geometry
-from millprint.mill.features import features_of
 from millprint.mill.vessel import Facet, Vessel
+from millprint.mill.wall_features import features_of
 
 RADIUS, BALLS, INTERVAL = 0.005, 5, 2e-3
 RADII = np.array([0.002, 0.005, 0.003, 0.005, 0.006])

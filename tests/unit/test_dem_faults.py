@@ -16,9 +16,9 @@ from millprint.dem.laws.hertz import impact
 from millprint.dem.layout import COUNTER, LANE, LANES, STATUS
 from millprint.dem.overlap import feature_at, overlap_in_words
 from millprint.dem.simulation import Simulation
-from millprint.mill.features import features_of
 from millprint.mill.kernel_columns import width_of
 from millprint.mill.vessel import build_vessel
+from millprint.mill.wall_features import features_of
 
 CONFIG = Path(__file__).parents[2] / "config"
 MILL = load_named(CONFIG / "mills", "emax", MillConfig, "mill")

@@ -17,8 +17,8 @@ from millprint.fingerprint.cases import enlarged, mill_cases
 from millprint.mill.bodies import build_bodies
 from millprint.mill.default_sweep import default_sweep
 from millprint.mill.distance import signed_distance
-from millprint.mill.features import features_of
 from millprint.mill.vessel import Vessel, build_vessel, check_volume, enclosed_volume, shape_facets
+from millprint.mill.wall_features import features_of
 from tests.conftest import ROOT
 
 TURNING = {"kind": "rotation", "axis": [0, 0, 1]}

@@ -16,12 +16,12 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case
 from millprint.dem.case_checks import check_room
 from millprint.mill.bodies import build_bodies
-from millprint.mill.features import features_of
 from millprint.mill.intersect import self_intersection
 from millprint.mill.merge import FlatFacets, merge_coplanar, without_overlap
 from millprint.mill.mesh import read_surface
 from millprint.mill.mesh_file import read_triangles
 from millprint.mill.vessel import Vessel, build_vessel, check_volume, shape_facets
+from millprint.mill.wall_features import features_of
 
 MILLS = Path(__file__).parents[2] / "config/mills"
 

@@ -17,7 +17,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.mixture import BallMixture
 from millprint.config.sweep import Case, DemConfig, balls_of
 from millprint.dem.run import run_case
-from millprint.mill.features import features_of
+from millprint.mill.wall_features import features_of
 from millprint.view import snapshots as snapshots_module
 from millprint.view.paraview import BALL, WALL, export_run
 from millprint.view.snapshots import Snapshots, open_run

@@ -13,7 +13,7 @@ from millprint.config.mixture import BallMixture, BallSize, check_charges, diame
 from millprint.config.motion_kinds import MOTIONS, MotionSection, motion_kind
 from millprint.config.section import Fraction, Name, NonNegative, Positive, Section, Seed, Speed
 
-# The largest overlap that a run may allow, over the ball's radius [-]: see mill.features.
+# The largest overlap that a run may allow, over the ball's radius [-]: see mill.wall_features.
 OVERLAP_LIMIT = 0.2
 Threads = Annotated[int, Field(ge=1, le=1024)]
 # Small compared with any overlap: a disturbance shows how fast runs diverge, and its work is in no energy balance.

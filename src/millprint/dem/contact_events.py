@@ -1,8 +1,8 @@
 """Contacts begin, pass on and end.
 
 A candidate that comes within reach opens a contact in a free lane; one that parts closes. On a wall, a contact passes
-from feature to feature of a patch (mill.features) with its whole history: where a ball touches a feature anew, and is
-already in contact with a neighbouring one that it leaves or that is now farther away, the contact goes on there.
+from feature to feature of a patch (mill.wall_features) with its whole history: where a ball touches a feature anew, and
+is already in contact with a neighbouring one that it leaves or that is now farther away, the contact goes on there.
 """
 
 import math
@@ -26,8 +26,8 @@ from millprint.dem.layout import (
 )
 from millprint.dem.speed_choice import choose_by_speed
 from millprint.mill.borders import SMOOTH_TURN
-from millprint.mill.features import JOINT
 from millprint.mill.vectors import add_scaled, dot, row, scale, subtract
+from millprint.mill.wall_features import JOINT
 from millprint.mill.walls import (
     PLANE,
     SURFACE,

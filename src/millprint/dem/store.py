@@ -16,11 +16,11 @@ from millprint.dem.recording import Recording
 from millprint.dem.resources import COLLISION_ROWS_MAX
 from millprint.dem.simulation import Simulation
 from millprint.mill.curved_surfaces import curve_rows
-from millprint.mill.features import features_of
 from millprint.mill.kernel_columns import span_of
 from millprint.mill.pose import POSE
 from millprint.mill.rims import rim_rows
 from millprint.mill.vessel import Vessel
+from millprint.mill.wall_features import features_of
 from millprint.run.hdf5 import whole_hdf5
 
 # Unit by the end of a column's name.

@@ -6,8 +6,8 @@ that meet along a line; about each axis, the vertices are points of a half plane
 surface is a line or an arc there. Spheres are also found without an axis. What is found is fitted, made tangent where
 it is so within the file's rounding (mill.tangency), and the vertices are put where the exact surfaces meet.
 
-A patch (mill.features) is exact as a whole, or flat as a whole: where a recognised surface would end at drawn facets,
-and not in a line or circle, a ball would meet a step there, so that the whole patch stays as it is drawn.
+A patch (mill.wall_features) is exact as a whole, or flat as a whole: where a recognised surface would end at drawn
+facets, and not in a line or circle, a ball would meet a step there, so that the whole patch stays as it is drawn.
 """
 
 import math
@@ -16,10 +16,10 @@ import numpy as np
 
 from millprint.mill.borders import borders_of, rough_facets
 from millprint.mill.curved_surfaces import Curve
-from millprint.mill.features import facet_patches
 from millprint.mill.tangency import make_tangent
 from millprint.mill.turned_shapes import LARGEST_TURN, LOOSE, SMALLEST_TURN, Axis, Circle, Drawing, Line, Swept
 from millprint.mill.vessel import Facet, Vessel
+from millprint.mill.wall_features import facet_patches
 
 # Four points may lie on one circle by chance of symmetry; this number of steps around or across does not.
 FEWEST_STEPS = 5
@@ -538,16 +538,16 @@ def _level_planes(vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, tol
                 continue
             facet, axis = vessel.facets[flat], curves[on_curve[other]].axis
             points = np.concatenate(facet.loops)
-            reach = float(np.ptp(points, axis=0).max())
             cosine = float(facet.normal @ axis)
             across = facet.normal - cosine * axis
-            if np.linalg.norm(across) * reach < 4 * tolerance:
+            if abs(cosine) > 0.99:
                 normal = math.copysign(1.0, cosine) * axis
-            elif abs(cosine) * reach < 4 * tolerance:
+            elif abs(cosine) < 0.01:
                 normal = across / np.linalg.norm(across)
             else:
                 continue
-            planes[flat] = np.array([*normal, float((points @ normal).mean())])
+            if np.ptp(points @ normal) < 2 * tolerance:
+                planes[flat] = np.array([*normal, float((points @ normal).mean())])
     return planes
 
 

@@ -9,11 +9,11 @@ import numpy as np
 
 from millprint.mill.borders import borders_of, outline_sides
 from millprint.mill.curved_surfaces import CURVE, curve_rows
-from millprint.mill.features import features_of
 from millprint.mill.kernel_columns import width_of
 from millprint.mill.rims import rim_rows
 from millprint.mill.vectors import add_scaled, row
 from millprint.mill.vessel import Vessel
+from millprint.mill.wall_features import features_of
 from millprint.mill.walls import SIDE, SURFACE, Walls, closeness_of
 from millprint.run.kernel import array_maker, inlined, inner
 

@@ -2,7 +2,8 @@
 
 A ball touches the local minima of its distance to the wall: the inside of a facet, a convex edge, or a corner. Where
 two of them meet in a seam that is no more than a joint of facets, only the nearer one carries the contact: `joint_of`
-says which features are pieces of one wall there (mill.features), and dem.contact_events chooses and passes contacts on.
+says which features are pieces of one wall there (mill.wall_features), and dem.contact_events chooses and passes
+contacts on.
 
 A vessel and the inserts in it are bodies, each in a frame of its own. Features are numbered: the facets of all bodies
 first, then the convex lines, the corners, the curves (mill.curved_surfaces), of which some facets are only a drawing,
@@ -77,11 +78,11 @@ class Walls(NamedTuple):
     surface: np.ndarray  # (features,) see Surfaces; edges and corners are rough
     curves: np.ndarray  # (k, width) curved_surfaces.CurveColumns
     rims: np.ndarray  # (rims, width) rims.RimColumns
-    is_drawing: np.ndarray  # (features,) 1 where a feature only shows a curve, see features.Features
-    patch: np.ndarray  # (features,) the patch that a feature belongs to, numbered through all bodies (mill.features)
+    is_drawing: np.ndarray  # (features,) 1 where a feature only shows a curve, see wall_features.Features
+    patch: np.ndarray  # (features,) the patch that a feature belongs to, numbered through all bodies
     first_neighbour: np.ndarray  # (features + 1,) those of feature i are first_neighbour[i] to first_neighbour[i + 1]
     neighbour: np.ndarray  # features of a patch that meet each one in a vertex, ascending
-    joint: np.ndarray  # how they meet, see features.Joints
+    joint: np.ndarray  # how they meet, see wall_features.Joints
     grid_origin: np.ndarray  # (b, 3) [m]
     grid_shape: np.ndarray  # (b, 3)
     grid_pitch: float  # [m]
