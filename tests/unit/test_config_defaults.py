@@ -25,6 +25,7 @@ EXCEPTIONS = {
     "dem.counting_rules": "every rule costs time in every run; those with a threshold answer a question of the thesis",
     "dose.spectra.counting_rules": "as dem.counting_rules",
     "fingerprint.counting_rule": "the thesis counted by facet, which is a number of the mesh",
+    "mills.precision": "the thesis keeps the seeds and windows that its claims were judged with",
     "mills.counting_rule": "`fingerprint.counting_rule`, which is another one in the thesis",
     "cards.experiments": OWN,
     "cards.match": OWN,

@@ -170,7 +170,7 @@ def test_factors_by_another_counting_rule_tell_of_what_needs_none(about, tmp_pat
         (_changed(fill_ratios=[0.3, 0.12, 0.06]), "must rise"),
         (_changed(factors={}), "factors.Pn: this key is missing"),
         (_short(), "factors.Pt.upper: must have a number for each of fill_ratios"),
-        ([], "must be a mapping"),
+        ([], "has no keys and values"),
     ],
 )
 def test_factors_of_something_else_are_refused_in_one_line(about, tmp_path, content, message):

@@ -48,7 +48,7 @@ def test_fingerprint_of_a_mill_from_a_drawing_and_a_table_of_points(lined_projec
 def test_a_charge_with_lifters_and_a_lining_goes_through_to_the_sheet_the_explorer_and_the_match(lined_project):
     summaries = [read_json(path) for path in (lined_project / "results/dem/lined").rglob("summary.json")]
     # Six of its sweep, and one that its fingerprint does not see.
-    assert len(summaries) == 7
+    assert len(summaries) == 19
     for summary in summaries:
         assert summary["wall_static_friction"] == 0.5 and summary["static_friction"] == 0.7
         # What the wall gives, the balls dissipate.

@@ -63,7 +63,7 @@ def test_the_first_ends_with_a_prediction_and_a_figure(executed):
     assert pictures(found["fingerprint"]) == 1
     assert (folder / "fingerprint_planetary/fingerprint.json").is_file()
     # Three fill ratios at two speeds.
-    assert len(list((folder / "fingerprint_planetary/runs").glob("*/run.h5"))) == 6
+    assert len(list((folder / "fingerprint_planetary/runs").glob("*/run.h5"))) == 18
 
 
 def test_the_second_compares_and_says_what_to_set(executed):

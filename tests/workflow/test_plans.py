@@ -81,8 +81,8 @@ def test_a_file_that_names_a_mill_gives_the_same_plan_in_a_clone_and_in_an_empty
             plans.append((jobs_of(done.stdout), set(re.findall(r"Simulating (\S+)", done.stdout))))
     assert plans[:2] == plans[2:]
     (whole, simulated), (explorer, _) = plans[:2]
-    # Three fill ratios, and eight that the fingerprint does not see; neither knows of a chapter.
-    assert len(simulated) == 11 and all(re.match(rf"{mill}/steel/d10_f0\.\d+_n700_s", case) for case in simulated)
+    # Three fill ratios of three seeds, and eight that the fingerprint does not see; neither knows of a chapter.
+    assert len(simulated) == 17 and all(re.match(rf"{mill}/steel/d10_f0\.\d+_n700_s", case) for case in simulated)
     assert whole["draw_fingerprint"] == whole["write_crate"] == explorer["explore_mill"] == 1
     assert not {"write_pages", "sample_contacts", "write_card"} & set(whole)
 

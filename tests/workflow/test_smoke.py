@@ -129,7 +129,7 @@ def test_an_edit_of_the_yield_models_reruns_only_yield_and_report(smoke_project)
     assert rules & yield_rules
     # It compares claims with our results, as the report does.
     report_rules = rules_of("chapters.smk") | rules_of("provenance.smk") | {"add_uncertainty_to_chapters"}
-    assert rules <= yield_rules | report_rules | {"all"}
+    assert rules <= yield_rules | report_rules | {"all", "everything"}
 
 
 # Settings that are changed together, and the rules that use them.
@@ -147,5 +147,5 @@ CHANGED = [
 @pytest.mark.parametrize("changes", CHANGED)
 def test_changed_settings_rerun_only_the_rules_that_use_them_and_the_report(smoke_project, changes):
     plan = run_snakemake(smoke_project, *SMOKE, "-n", "--config", *changes).stdout
-    always = rules_of("chapters.smk") | rules_of("provenance.smk") | {"all"}
+    always = rules_of("chapters.smk") | rules_of("provenance.smk") | {"all", "everything"}
     assert set(jobs_of(plan)) - always == set.union(*changes.values()), plan[-3000:]

