@@ -296,6 +296,9 @@ def find_borders(vessel: Vessel) -> Borders:
             borders.is_rough[number] = not is_line and abs(turn[number]) > TANGENT
             is_drawn[number] = borders.is_rough[number] or abs(turn[number]) <= TANGENT
         _add_slack(borders, vessel, number)
+    # A wall that reaches beyond a convex border would be felt where nothing is.
+    for number in np.flatnonzero(turn > TANGENT).tolist():
+        borders.curve_slack[[piece for piece in curves[number].tolist() if piece >= 0]] = 0.0
     for chords in circles.of_key.values():
         arc = _circle_of(chords)
         borders.arcs |= dict.fromkeys(chords.edges, arc)

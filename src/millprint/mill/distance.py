@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from millprint.mill.borders import borders_of
+from millprint.mill.borders import SAME, borders_of
 from millprint.mill.curved_surfaces import CURVE, curve_rows, curve_touch
 from millprint.mill.rims import Rim, rim_distance, rim_rows
 from millprint.mill.vectors import add_scaled, dot, row, scale, subtract
@@ -36,7 +36,8 @@ class Surface(NamedTuple):
     corner_is_drawn: np.ndarray  # (s,) whether all sides at the side's start are drawn
     first_outline: np.ndarray  # (f + 1,) the same as first_side, of walls.Walls.side
     outline: np.ndarray  # walls.SideColumns
-    slack: np.ndarray  # (f,) see borders.Borders [m]
+    slack: np.ndarray  # (f,) how far facets reach beyond their outlines, see borders.Borders [m]
+    near: float  # the same of curves: over a border, rounding must leave no gap between two walls [m]
     curve: np.ndarray  # (f,) the curve that a facet is a piece of; -1 for a flat wall
     curves: np.ndarray  # (curves, width) curved_surfaces.CurveColumns
     first_piece: np.ndarray  # (curves + 1,) facets of each curve, where it does not cover all between its borders
@@ -88,7 +89,8 @@ def _surface(vessel: Vessel) -> Surface:
         corner_is_drawn=corner_is_drawn,
         first_outline=np.concatenate([[0], np.cumsum(counts)]),
         outline=outline,
-        slack=borders.slack,
+        slack=borders.slack + SAME * vessel.size,
+        near=SAME * vessel.size,
         curve=curve,
         curves=curve_rows(vessel.curves),
         first_piece=np.cumsum([0, *map(len, pieces)]),
@@ -200,7 +202,7 @@ def distance_at(surface, point):
     for curve in range(surface.curves.shape[0]):
         height, normal, past, _ = curve_touch(surface.curves, curve, point)
         foot = add_scaled(point, -height, normal)
-        near = 1e-12 + surface.curves[curve, CURVE.slack]
+        near = surface.near + surface.curves[curve, CURVE.slack]
         if past <= near and height * height < best and _is_there(surface, curve, foot, normal):
             best = height * height
             away = scale(height, normal) if height != 0.0 else normal

@@ -469,6 +469,9 @@ def _curves(drawing: Drawing, swept: Swept) -> list[tuple[Curve, np.ndarray]]:
         return [(curve, swept.facets)]
     count = max(1, math.ceil((end - begin) / math.pi - WHOLE))
     cuts = np.linspace(begin, end, count + 1)
+    # At vertices, which both parts share.
+    around = begin + (angles[off_axis] - begin) % (2 * math.pi)
+    cuts[1:-1] = [around[np.argmin(np.abs(around - cut))] for cut in cuts[1:-1]]
     which = np.clip(np.searchsorted(cuts, begin + (of_facet - begin) % (2 * math.pi)) - 1, 0, count - 1)
     parts = []
     for k in range(count):
@@ -496,6 +499,8 @@ def _moved_vertices(
 ) -> np.ndarray:
     """The vertices (v, 3) where the surfaces meet on which they lie: by steps of least length (Newton)."""
     beside: list[set[int]] = [set() for _ in vessel.vertices]
+    # The outline of a flat wall that was put level moves with it.
+    moving = {-1 - facet for facet in planes}
     for facet, loops in enumerate(vessel.loops):
         number = int(on_curve[facet]) if on_curve[facet] >= 0 else -1 - facet
         if number < 0 and facet not in planes:
@@ -504,7 +509,7 @@ def _moved_vertices(
             beside[vertex].add(number)
     groups: dict[frozenset[int], list[int]] = {}
     for vertex, own in enumerate(beside):
-        if any(number >= 0 for number in own):
+        if any(number >= 0 or number in moving for number in own):
             groups.setdefault(frozenset(own), []).append(vertex)
     moved = vessel.vertices.copy()
     for surfaces, vertices in groups.items():
@@ -557,6 +562,15 @@ def _trimmed(curve: Curve, points: np.ndarray) -> Curve:
     up = away @ curve.axis
     out = np.linalg.norm(away - np.outer(up, curve.axis), axis=1)
     changes: dict = {}
+    if curve.part:
+        first, across = curve.part[0], np.cross(curve.axis, curve.part[0])
+        width = math.atan2(curve.part[1] @ across, curve.part[1] @ first) % (2 * math.pi)
+        off_axis = away[out > 1e-9 * np.abs(points).max()]
+        angles = np.arctan2(off_axis @ across, off_axis @ first) - width / 2
+        angles = (angles + math.pi) % (2 * math.pi) - math.pi + width / 2
+        changes["part"] = tuple(
+            math.cos(each) * first + math.sin(each) * across for each in (angles.min(), angles.max())
+        )
     if curve.minor is None:
         along = (out - curve.major) * math.sin(curve.slope) + up * math.cos(curve.slope)
         changes["ends"] = float(along.min()), float(along.max())
