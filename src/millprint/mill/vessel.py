@@ -27,7 +27,7 @@ CURVE_ANGLE = 0.6
 # An edge that turns by more juts into the vessel [rad].
 CONVEX = 1e-9
 # With more facets, the walls take days of a simulation.
-MOST_FACETS = 200_000
+MOST_FACETS = 20_000
 
 
 def cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
