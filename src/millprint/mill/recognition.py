@@ -14,12 +14,11 @@ import math
 
 import numpy as np
 
-from millprint.mill.borders import borders_of, rough_facets
 from millprint.mill.curved_surfaces import Curve
+from millprint.mill.exact_walls import curves_of, whole_patches
 from millprint.mill.tangency import make_tangent
 from millprint.mill.turned_shapes import LARGEST_TURN, LOOSE, SMALLEST_TURN, Axis, Circle, Drawing, Line, Swept
-from millprint.mill.vessel import Facet, Vessel
-from millprint.mill.wall_features import facet_patches
+from millprint.mill.vessel import Vessel
 
 # Four points may lie on one circle by chance of symmetry; this number of steps around or across does not.
 FEWEST_STEPS = 5
@@ -31,8 +30,6 @@ MOST_FAILURES = 300
 LARGEST_RADIUS = 200
 # Directions that differ by less may be one, if the vertices allow it [rad].
 NEARLY = 0.02
-# What angles of half and whole turns may be off [rad].
-WHOLE = 1e-3
 
 
 def _arcs_of_outline(flat: np.ndarray, near: float) -> list[np.ndarray]:
@@ -414,181 +411,6 @@ def find_surfaces(drawing: Drawing) -> list[Swept]:
     return found
 
 
-def _span(angles: np.ndarray) -> tuple[float, float]:
-    """Where the largest gap between angles (n,) ends and begins again [rad]."""
-    angles = np.sort(angles % (2 * math.pi))
-    gaps = np.diff(np.append(angles, angles[0] + 2 * math.pi))
-    widest = int(np.argmax(gaps))
-    begin = angles[(widest + 1) % len(angles)]
-    return float(begin), float(begin + 2 * math.pi - gaps[widest])
-
-
-def _curves(drawing: Drawing, swept: Swept) -> list[tuple[Curve, np.ndarray]]:
-    """A surface as curves of up to half a turn, or of a whole one, and the facets of each."""
-    axis, shape = swept.axis, swept.shape
-    points = drawing.points(swept.facets)
-    flat, angles = axis.meridian(points), axis.angles(points)
-    middles = np.array([drawing.vessel.vertices[drawing.vertices_of[facet]].mean(axis=0) for facet in swept.facets])
-    of_facet = axis.angles(middles)
-    off_axis = flat[:, 0] > LOOSE * drawing.tolerance
-    begin, end = _span(angles[off_axis])
-    # Facets lie in every gap between vertices if the surface goes all the way round.
-    is_whole = bool(((of_facet - end) % (2 * math.pi) < (begin - end) % (2 * math.pi)).any())
-    out = middles - axis.origin
-    heights = out @ axis.along
-    out -= np.outer(heights, axis.along)
-    radii = np.linalg.norm(out, axis=1)
-    out /= np.maximum(radii, 1e-12)[:, None]
-    if isinstance(shape, Line):
-        normal = np.array([math.cos(shape.angle), math.sin(shape.angle)])
-        slope = -shape.angle
-        # The height of the circle of reference: the middle of the line.
-        along = flat @ [math.sin(slope), math.cos(slope)]
-        middle = (along.min() + along.max()) / 2
-        start = shape.offset * normal + middle * np.array([math.sin(slope), math.cos(slope)])
-        ends = (float(along.min() - middle), float(along.max() - middle))
-        if abs(math.sin(slope)) * max(abs(ends[0]), abs(ends[1])) < drawing.tolerance / 8:
-            slope = 0.0
-        outwards = normal[0] * out + normal[1] * axis.along
-        curve = Curve(axis.origin + start[1] * axis.along, axis.along, float(start[0]), ends=ends, slope=slope)
-    else:
-        around = np.arctan2(flat[:, 1] - shape.z, flat[:, 0] - shape.r)
-        low, high = _span(around) if len(around) > 1 else (0.0, 0.0)
-        arc: tuple[tuple[float, float], tuple[float, float]] | None
-        arc = ((math.cos(low), math.sin(low)), (math.cos(high), math.sin(high)))
-        if shape.r == 0.0:
-            # An arc about a point of the axis reaches to the axis where a vertex, or a facet, is on it.
-            arc = _sphere_arc(flat - [0.0, shape.z], drawing.tolerance, shape.radius)
-        elif 2 * math.pi - (high - low) < 3 * LARGEST_TURN:
-            arc = None
-        outwards = (radii - shape.r)[:, None] * out + np.outer(heights - shape.z, axis.along)
-        curve = Curve(axis.origin + shape.z * axis.along, axis.along, shape.r, shape.radius, arc=arc)
-    hollow = bool((drawing.normals[swept.facets] * outwards).sum() < 0)
-    curve = Curve(**{**curve.__dict__, "hollow": hollow})
-    if is_whole:
-        return [(curve, swept.facets)]
-    count = max(1, math.ceil((end - begin) / math.pi - WHOLE))
-    cuts = np.linspace(begin, end, count + 1)
-    # At vertices, which both parts share.
-    around = begin + (angles[off_axis] - begin) % (2 * math.pi)
-    cuts[1:-1] = [around[np.argmin(np.abs(around - cut))] for cut in cuts[1:-1]]
-    which = np.clip(np.searchsorted(cuts, begin + (of_facet - begin) % (2 * math.pi)) - 1, 0, count - 1)
-    parts = []
-    for k in range(count):
-        sides = tuple(math.cos(angle) * axis.u + math.sin(angle) * axis.v for angle in cuts[k : k + 2])
-        parts.append((Curve(**{**curve.__dict__, "part": sides}), swept.facets[which == k]))
-    return [(curve, facets) for curve, facets in parts if len(facets)]
-
-
-def _sphere_arc(
-    flat: np.ndarray, tolerance: float, radius: float
-) -> tuple[tuple[float, float], tuple[float, float]] | None:
-    """The arc of a sphere about the origin of the half plane, None for a whole sphere."""
-    around = np.arctan2(flat[:, 1], flat[:, 0])
-    low, high = float(around.min()), float(around.max())
-    # A pole has no ring of its own where no vertex is there: the ring nearest to it is as near as one step.
-    low = -math.pi / 2 if low < -math.pi / 2 + LARGEST_TURN else low
-    high = math.pi / 2 if high > math.pi / 2 - LARGEST_TURN else high
-    if high - low > math.pi - 1e-9:
-        return None
-    return (math.cos(low), math.sin(low)), (math.cos(high), math.sin(high))
-
-
-def _moved_vertices(
-    vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, planes: dict[int, np.ndarray]
-) -> np.ndarray:
-    """The vertices (v, 3) where the surfaces meet on which they lie: by steps of least length (Newton)."""
-    beside: list[set[int]] = [set() for _ in vessel.vertices]
-    # The outline of a flat wall that was put level moves with it.
-    moving = {-1 - facet for facet in planes}
-    for facet, loops in enumerate(vessel.loops):
-        number = int(on_curve[facet]) if on_curve[facet] >= 0 else -1 - facet
-        if number < 0 and facet not in planes:
-            planes.setdefault(facet, np.array([*vessel.facets[facet].normal, vessel.facets[facet].offset]))
-        for vertex in np.concatenate(loops).tolist():
-            beside[vertex].add(number)
-    groups: dict[frozenset[int], list[int]] = {}
-    for vertex, own in enumerate(beside):
-        if any(number >= 0 or number in moving for number in own):
-            groups.setdefault(frozenset(own), []).append(vertex)
-    moved = vessel.vertices.copy()
-    for surfaces, vertices in groups.items():
-        points = moved[vertices]
-        # Where surfaces are tangent, a step halves the error only.
-        for _ in range(40):
-            off, slopes = [], []
-            for number in surfaces:
-                if number >= 0:
-                    distance, direction, _ = curves[number].touch(points)
-                else:
-                    plane = planes[-1 - number]
-                    distance = points @ plane[:3] - plane[3]
-                    direction = np.broadcast_to(plane[:3], points.shape)
-                off.append(distance)
-                slopes.append(direction)
-            away = np.stack(off, axis=1)
-            if np.abs(away).max() < 1e-17:
-                break
-            points = points - (np.linalg.pinv(np.stack(slopes, axis=1), rcond=1e-7) @ away[..., None])[..., 0]
-        moved[vertices] = points
-    return moved
-
-
-def _level_planes(vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, tolerance: float) -> dict[int, np.ndarray]:
-    """Planes (normal, offset) of the flat facets that meet curves, across or along their axes where they nearly are."""
-    planes: dict[int, np.ndarray] = {}
-    for edge in vessel.edges:
-        for flat, other in (edge.facets, edge.facets[::-1]):
-            if on_curve[flat] >= 0 or on_curve[other] < 0 or flat in planes:
-                continue
-            facet, axis = vessel.facets[flat], curves[on_curve[other]].axis
-            points = np.concatenate(facet.loops)
-            cosine = float(facet.normal @ axis)
-            across = facet.normal - cosine * axis
-            if abs(cosine) > 0.99:
-                normal = math.copysign(1.0, cosine) * axis
-            elif abs(cosine) < 0.01:
-                normal = across / np.linalg.norm(across)
-            else:
-                continue
-            if np.ptp(points @ normal) < 2 * tolerance:
-                planes[flat] = np.array([*normal, float((points @ normal).mean())])
-    return planes
-
-
-def _trimmed(curve: Curve, points: np.ndarray) -> Curve:
-    """A curve between borders that vertices (n, 3) on it draw."""
-    away = points - curve.origin
-    up = away @ curve.axis
-    out = np.linalg.norm(away - np.outer(up, curve.axis), axis=1)
-    changes: dict = {}
-    if curve.part:
-        first, across = curve.part[0], np.cross(curve.axis, curve.part[0])
-        width = math.atan2(curve.part[1] @ across, curve.part[1] @ first) % (2 * math.pi)
-        off_axis = away[out > 1e-9 * np.abs(points).max()]
-        angles = np.arctan2(off_axis @ across, off_axis @ first) - width / 2
-        angles = (angles + math.pi) % (2 * math.pi) - math.pi + width / 2
-        changes["part"] = tuple(
-            math.cos(each) * first + math.sin(each) * across for each in (angles.min(), angles.max())
-        )
-    if curve.minor is None:
-        along = (out - curve.major) * math.sin(curve.slope) + up * math.cos(curve.slope)
-        changes["ends"] = float(along.min()), float(along.max())
-    elif curve.arc:
-        around = np.arctan2(up, out - curve.major)
-        middle = math.atan2(curve.arc[0][1] + curve.arc[1][1], curve.arc[0][0] + curve.arc[1][0])
-        if curve.arc[0][0] * curve.arc[1][1] - curve.arc[0][1] * curve.arc[1][0] < 0:
-            middle += math.pi
-        around = (around - middle + math.pi) % (2 * math.pi) - math.pi
-        pole = [math.pi / 2 * sign for sign in (-1, 1)]
-        low, high = float(around.min()) + middle, float(around.max()) + middle
-        if not curve.major:
-            low = pole[0] if abs(curve.arc[0][0]) < 1e-9 else low
-            high = pole[1] if abs(curve.arc[1][0]) < 1e-9 else high
-        changes["arc"] = (math.cos(low), math.sin(low)), (math.cos(high), math.sin(high))
-    return Curve(**{**curve.__dict__, **changes})
-
-
 def recognise(vessel: Vessel, rounding: float) -> Vessel:
     """A vessel of flat facets with the exact surfaces that they draw; rounding: of the file's coordinates [m]."""
     drawing = Drawing(vessel, rounding)
@@ -597,41 +419,7 @@ def recognise(vessel: Vessel, rounding: float) -> Vessel:
     curves: list[Curve] = []
     on_curve = np.full(len(vessel.facets), -1)
     for swept in surfaces:
-        for curve, facets in _curves(drawing, swept):
+        for curve, facets in curves_of(drawing, swept):
             on_curve[facets] = len(curves)
             curves.append(curve)
-    return _whole_patches(vessel, curves, on_curve, planes, drawing.tolerance)
-
-
-def _whole_patches(
-    vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, set_planes: dict[int, np.ndarray], tolerance: float
-) -> Vessel:
-    """The vessel with those curves whose patches are exact everywhere."""
-    report: list[str] = []
-    while (on_curve >= 0).any():
-        planes = _level_planes(vessel, curves, on_curve, tolerance) | set_planes
-        moved = _moved_vertices(vessel, curves, on_curve, planes)
-        trimmed = [
-            _trimmed(curve, moved[np.unique(np.concatenate([np.concatenate(vessel.loops[f]) for f in own]))])
-            if len(own := np.flatnonzero(on_curve == number))
-            else curve
-            for number, curve in enumerate(curves)
-        ]
-        facets = [Facet.from_loops([moved[loop] for loop in loops]) for loops in vessel.loops]
-        exact = Vessel(facets, vessel.name, vessel.solid, vessel.smooth_axis, trimmed, on_curve, tuple(report))
-        borders = borders_of(exact)
-        rough = rough_facets(exact, borders)
-        if not rough:
-            return exact
-        patch = facet_patches(exact, borders)
-        spoilt = np.isin(patch, patch[list(rough)])
-        at = np.concatenate(exact.facets[next(iter(rough))].loops).mean(axis=0) * 1e3
-        report.append(
-            f"{spoilt.sum()} facets stay flat, since a round wall ends at drawn ones near "
-            f"({at[0]:.4g}, {at[1]:.4g}, {at[2]:.4g}) mm"
-        )
-        # The facets of the exact vessel are in an order of their own.
-        lost = exact.placed_from[spoilt]
-        on_curve = on_curve.copy()
-        on_curve[lost] = -1
-    return Vessel(vessel.facets, vessel.name, vessel.solid, vessel.smooth_axis, report=tuple(report))
+    return whole_patches(vessel, curves, on_curve, planes, drawing.tolerance)
