@@ -20,14 +20,6 @@ STEPS = 8
 
 
 @dataclass
-class _Plane:
-    """The plane of a flat facet as a line in the plane of a group."""
-
-    facet: int
-    line: Line
-
-
-@dataclass
 class _Group:
     """Lines and arcs of one plane; free: which of their numbers may change."""
 
