@@ -6,12 +6,12 @@ import pytest
 from millprint.cli.commands import main
 from millprint.dose.heat_balance import JAR, Balance
 from millprint.own_machine.electric import power_of_charge
-from millprint.own_machine.estimates import Estimate, block_means, mean_of, verdict_on, weighted_quantiles
+from millprint.own_machine.estimates import Estimate, block_means, verdict_on, weighted_quantiles
 from millprint.own_machine.readings import TEMPERATURE, append_measured, read_series
 from millprint.own_machine.settings import WattSettings
 from millprint.own_machine.warming import fit_power, unit_response
 from millprint.validation.measured import measured_points, read_measurements
-from tests.unit.own_recordings import correlated, events, write_condition, write_readings
+from tests.unit.own_readings import correlated, events, write_condition, write_readings
 
 TIME_S = np.arange(0.0, 601.0, 10.0)
 START_S, STOP_S, POWER_W = 30.0, 150.0, 20.0
@@ -78,8 +78,7 @@ def test_the_range_of_the_efficiency_and_the_jars_enter_the_interval():
     assert electric == (40.0, 40.0, 40.0) and charge == pytest.approx((13.0, 10.0, 16.0))
 
 
-def test_the_mean_of_blocks_is_students_interval():
-    assert mean_of([1.0, 2.0, 3.0]) == pytest.approx((2.0, 2 - 4.3027 / 3**0.5, 2 + 4.3027 / 3**0.5), rel=1e-4)
+def test_quantiles_of_weighted_values():
     assert list(weighted_quantiles(np.array([3.0, 1.0, 2.0]), np.array([1.0, 1.0, 2.0]), [0.25, 0.5, 1.0])) == [1, 2, 3]
 
 

@@ -37,15 +37,6 @@ class Estimate(NamedTuple):
         return f"{self.value:.3g} ({self.lower:.3g} to {self.upper:.3g})"
 
 
-def mean_of(blocks: Sequence[float] | np.ndarray, level: float = LEVEL) -> Estimate:
-    """The mean of blocks (n,) of equal length with Student's interval, m +- t(n - 1) s / sqrt(n)."""
-    values = np.asarray(blocks, dtype=float)
-    error = values.std(ddof=1) / np.sqrt(len(values))
-    half = float(student_quantile((1 + level) / 2, len(values) - 1) * error)
-    mean = float(values.mean())
-    return Estimate(mean, mean - half, mean + half)
-
-
 def block_means(time_s: np.ndarray, values: np.ndarray, blocks: int = BLOCKS) -> np.ndarray:
     """Means (blocks,) of a series over parts of equal time; a part without a reading raises ValueError."""
     edges = np.linspace(time_s[0], time_s[-1], blocks + 1)

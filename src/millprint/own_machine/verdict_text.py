@@ -1,4 +1,4 @@
-"""What the commands `listen`, `warm` and `watt` share: their options, what they print, and the table of the user."""
+"""What the commands `warm` and `watt` share: their options, what they print, and the table of the user."""
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
