@@ -135,7 +135,7 @@ def predictions_of(*values: tuple, id: str = "t1", unit: str = "W", **bounds) ->
 
 
 def judge(points, predictions, variants=(), setup="alumina_impact", **options) -> pd.DataFrame:
-    return give_verdicts(points, {setup: predictions}, {setup: "settings fixed"}, {setup: variants}, **options)
+    return give_verdicts(points, {setup: predictions}, {setup: variants}, **options)
 
 
 @pytest.mark.parametrize(
@@ -234,7 +234,7 @@ def test_an_explanation_has_to_stand_in_other_setups_too(tmp_path, elsewhere, ex
             [predictions_of((10, 99), id="t2"), predictions_of((10, elsewhere), model="slip", id="")]
         ),
     }
-    rows = give_verdicts(points, predicted, {}, {name: ["slip"] for name in predicted})
+    rows = give_verdicts(points, predicted, {name: ["slip"] for name in predicted})
     assert rows["explanation"].str.startswith("met by: slip").tolist() == [explained, explained, False]
 
 

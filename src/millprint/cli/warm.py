@@ -78,7 +78,7 @@ def main(arguments: list[str], name: str = "warm") -> None:
     )
     if not found.described:
         print("warning: the balance does not describe these readings: was all at the temperature of the room?")
-    note = say_power(condition, found.power_W)
+    note = say_power(condition, found.power_W, options.date)
     figure = None
     if options.figure:
         from millprint.figures.own_machine_figures import plot_warming

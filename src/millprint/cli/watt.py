@@ -56,7 +56,7 @@ def main(arguments: list[str], name: str = "watt") -> None:
     electric, charge = power_of_charge(blocks_of(options.loose), blocks_of(options.fixed), settings)
     print(f"{condition.card.name}: {condition.words}")
     print(f"electric power, loose less fixed balls: {electric} W, of {settings.jars} jars")
-    note = say_power(condition, charge)
+    note = say_power(condition, charge, options.date)
     figure = None
     if options.figure:
         from millprint.figures.own_machine_figures import plot_powers

@@ -1,6 +1,7 @@
 """What the commands `warm` and `watt` share: their options, what they print, and the table of the user."""
 
-from argparse import ArgumentParser, Namespace
+import datetime
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,16 @@ if TYPE_CHECKING:
 def add_options(parser: ArgumentParser) -> None:
     """The options of every measurement."""
     parser.add_argument("--table", type=Path, help="table of your own measurements; a row is added to it")
+    parser.add_argument("--date", type=_day, help="day of the measurement, as 2026-11-27 (default: now)")
     parser.add_argument("--figure", type=Path, help="figure: its name without an ending; PNG and SVG are written")
+
+
+def _day(text: str) -> str:
+    """A day of the calendar."""
+    try:
+        return datetime.date.fromisoformat(text).isoformat()
+    except ValueError:
+        raise ArgumentTypeError(f"{text!r}: must be a day, as 2026-11-27") from None
 
 
 def given(options: Namespace, *names: str) -> dict[str, object]:
@@ -24,26 +34,30 @@ def given(options: Namespace, *names: str) -> dict[str, object]:
     return {name: value for name in names if (value := getattr(options, name)) is not None}
 
 
-def say_power(condition: Condition, measured: Estimate) -> str:
-    """Print a measured power and the predicted one; returns the verdict with the prediction."""
+def say_power(condition: Condition, measured: Estimate, date: str | None) -> str:
+    """Print a measured power and the predicted one; returns the verdict with the prediction.
+
+    date: day of the measurement, now if None: what was fixed later does not judge it.
+    """
     predicted, origins = hull_of(condition.card.fingerprint.descriptors.power_W)
     verdict = verdict_on(measured, predicted)
     print(f"measured power: {measured} W\npredicted power: {predicted} W ({origins})\nverdict: {verdict}")
     note = f"predicted {predicted} W: {verdict}"
-    if (row := _fixed_power(condition)) is None:
+    if (row := _fixed_power(condition, date)) is None:
         return note
     fixed = Estimate(row["value"], row["lower"], row["upper"])
-    print(f"fixed on {row['date']} UTC: {fixed} W: {verdict_on(measured, fixed)}")
+    print(f"fixed for release {row['release']} on {row['date']} UTC: {fixed} W: {verdict_on(measured, fixed)}")
     return f"{note}; fixed on {row['date']}, digest {row['digest']}: {fixed} W: {verdict_on(measured, fixed)}"
 
 
-def _fixed_power(condition: Condition) -> dict | None:
+def _fixed_power(condition: Condition, date: str | None) -> dict | None:
     """The power that was fixed before for balls of one size in an included mill; None if there is none."""
     card = condition.card
     if len(card.balls.sizes) > 1:
         return None
     diameter_mm = card.balls.sizes[0].diameter_mm
-    return fixed_before(card.machine.name, diameter_mm, card.balls.fill_ratio, card.machine.speed_rpm, POWER)
+    date = date or datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M")
+    return fixed_before(date, card.machine.name, diameter_mm, card.balls.fill_ratio, card.machine.speed_rpm, POWER)
 
 
 def keep(options: Namespace, row: dict[str, str], figure: "Figure | None") -> None:

@@ -74,7 +74,7 @@ SHARE = 0.10
 VERDICT_COLUMNS = (
     *("id", "setup", "quantity", "x", "measured", "measured_uncertainty", "unit", "class"),
     *("predicted", "predicted_lower", "predicted_upper", "interval", "ratio", "tolerance", "verdict"),
-    *("settings", "note", "explanation"),
+    *("note", "explanation"),
 )
 
 
@@ -122,13 +122,12 @@ def _predicted_at(predictions: pd.DataFrame, id: str, x: float) -> dict:
 def give_verdicts(
     points: pd.DataFrame,
     predictions: Mapping[str, pd.DataFrame],
-    settings: Mapping[str, str],
     variants: Mapping[str, Collection[str]],
     unknown: Collection[str] = (),
 ) -> pd.DataFrame:
     """A row (VERDICT_COLUMNS) for each measured number.
 
-    points: of `measured_points`. By set-up: predictions, if it was run; settings: whether they are as fixed, in words;
+    points: of `measured_points`. By set-up: predictions, if it was run;
     variants: beginnings of the names of models that may explain a miss. unknown: set-ups with too little information
     for a verdict. A set-up that was not run has the verdict `not run`.
     Raises ValueError for a prediction in another unit than the measured value.
@@ -152,7 +151,6 @@ def give_verdicts(
                     "ratio": found["predicted"] / point["measured"] if point["measured"] else nan,
                     "tolerance": tolerances[place],
                     "verdict": verdict_of(both, tolerances[place], close, unknown),
-                    "settings": settings.get(point["setup"], ""),
                     "explanation": "",
                 }
             )
