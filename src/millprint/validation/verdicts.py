@@ -89,12 +89,12 @@ def tolerance_of(series: pd.DataFrame) -> tuple[pd.Series, str]:
     return SHARE * sizes, TENTH
 
 
-def verdict_of(point: dict, tolerance: float, close: str, unknown: Collection[str] = ()) -> str:
+def verdict_of(point: dict, tolerance: float, close: str) -> str:
     """The verdict on one measured number with its prediction; keys as in the columns of both tables.
 
-    close: the verdict on a deviation within the tolerance; unknown: set-ups of which too little is known.
+    close: the verdict on a deviation within the tolerance.
     """
-    if point["setup"] in (UNKNOWN, *unknown):
+    if point["setup"] == UNKNOWN:
         return NO_SETUP
     predicted, measured = point["predicted"], point["measured"]
     if predicted != predicted:
@@ -123,13 +123,11 @@ def give_verdicts(
     points: pd.DataFrame,
     predictions: Mapping[str, pd.DataFrame],
     variants: Mapping[str, Collection[str]],
-    unknown: Collection[str] = (),
 ) -> pd.DataFrame:
     """A row (VERDICT_COLUMNS) for each measured number.
 
-    points: of `measured_points`. By set-up: predictions, if it was run;
-    variants: beginnings of the names of models that may explain a miss. unknown: set-ups with too little information
-    for a verdict. A set-up that was not run has the verdict `not run`.
+    points: of `measured_points`. By set-up: predictions, if it was run; variants: beginnings of names of models that
+    may explain a miss. A set-up that was not run has the verdict `not run`.
     Raises ValueError for a prediction in another unit than the measured value.
     """
     together = pd.concat(predictions.values())
@@ -150,7 +148,7 @@ def give_verdicts(
                     "predicted_upper": found["upper"],
                     "ratio": found["predicted"] / point["measured"] if point["measured"] else nan,
                     "tolerance": tolerances[place],
-                    "verdict": verdict_of(both, tolerances[place], close, unknown),
+                    "verdict": verdict_of(both, tolerances[place], close),
                     "explanation": "",
                 }
             )
