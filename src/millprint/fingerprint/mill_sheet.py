@@ -16,6 +16,8 @@ from millprint.fingerprint.condition import SCALED_BY, Condition
 from millprint.fingerprint.descriptors import CHARGE, MOTIONS, as_built, said_of, with_impacts
 from millprint.fingerprint.predicted_values import banded
 from millprint.fingerprint.readers import TABLE, WALL
+from millprint.mill.bodies import CHECK_RPM, build_bodies
+from millprint.mill.wall_words import walls_in_words
 from millprint.run.files import read_table
 from millprint.run.numbers import three
 
@@ -124,6 +126,7 @@ def tabulate_sheet(
         Row("mill", "name", text=f"{mill.name}: {mill.title}"),
         Row("mill", "nominal volume", mill.volume_ml, unit="mL"),
         Row("mill", "amplitude A, half of the longest way of a wall", 1e3 * about["amplitude_m"], unit="mm"),
+        Row("mill", "wall", text=walls_in_words(build_bodies(mill, CHECK_RPM))),
         Row("mill", "contact set", text=f"{about['contact']}, {about['density_kg_m3']:g} kg/m3; {ASSUMED}"),
         *([Row("mill", "at the wall", text=", ".join(at_wall))] if at_wall else []),
         Row("mill", "collisions counted by", text=about["counting_rule"]),
