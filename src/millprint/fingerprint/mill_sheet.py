@@ -16,8 +16,6 @@ from millprint.fingerprint.condition import SCALED_BY, Condition
 from millprint.fingerprint.descriptors import CHARGE, MOTIONS, as_built, said_of, with_impacts
 from millprint.fingerprint.predicted_values import banded
 from millprint.fingerprint.readers import TABLE, WALL
-from millprint.mill.bodies import CHECK_RPM, build_bodies
-from millprint.mill.wall_words import walls_in_words
 from millprint.run.files import read_table
 from millprint.run.numbers import three
 
@@ -116,6 +114,10 @@ def tabulate_sheet(
     collapse: as of tabulate_mill_collapse; zones: as of find_zones; descriptors: of the mill's sweep. A fingerprint
     with further origins of intervals also has their columns, and a line that explains each.
     """
+    # Imported here: they take long, and what only reads sheets does not need them.
+    from millprint.mill.bodies import CHECK_RPM, build_bodies
+    from millprint.mill.wall_words import walls_in_words
+
     about, built = fingerprint.about, as_built(descriptors)
     condition, charge = sheet_condition(fingerprint, with_impacts(built))
     simulated = _row_of(condition, charge, built)
