@@ -1,4 +1,4 @@
-"""Set-ups that others measured: the kinds of their predictions, and what each file of config/validation says of one.
+"""Set-ups that others measured: the kinds of their predictions, and the files of config/validation.
 
 They are constants and not keys: nobody tunes a prediction. To add a set-up of a kind, write a file.
 """
