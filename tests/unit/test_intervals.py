@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from millprint.estimate.estimates import largest_difference, range_of_single, spread_of
 from millprint.fingerprint.descriptors import block_length
 from millprint.run.files import write_json, write_table
-from millprint.statistics.quantiles import largest_difference, range_of_single, spread_of
 from millprint.thesis.claims.claim_intervals import (
     WINDOWS,
     Repeated,

@@ -4,7 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from millprint.card.card_quantity import Amount, Positive, Quantity, Record
+from millprint.card.card_quantity import Amount, Positive, Record
+from millprint.estimate.estimates import Estimate
 
 
 class Bins(Record):
@@ -51,15 +52,15 @@ class Spectrum(Record):
 class Dose(Record):
     """What a gram of powder has been through, as if every collision caught powder."""
 
-    normal_kJ_g: Quantity
+    normal_kJ_g: Estimate
     """normal energy [kJ/g]"""
-    tangential_kJ_g: Quantity
+    tangential_kJ_g: Estimate
     """tangential energy [kJ/g]"""
-    total_kJ_g: Quantity
+    total_kJ_g: Estimate
     """both [kJ/g]"""
-    hits_per_g: Quantity
+    hits_per_g: Estimate
     """collisions [1/g]"""
-    rate_W_g: Quantity
+    rate_W_g: Estimate
     """power over the mass of powder while the mill runs [W/g]"""
 
 
@@ -126,7 +127,7 @@ class Heat(Record):
     course: Course | None = None
 
 
-class Estimate(Record):
+class WearLoss(Record):
     """A number with one interval."""
 
     value: Amount
@@ -146,9 +147,9 @@ class Wear(Record):
     """of the intervals [-]; none where too few weighings were held back, so that the ends are those between the
     coefficients of single weighings
     """
-    wear_g: Estimate
+    wear_g: WearLoss
     """mass that all balls lose [g]"""
-    iron_percent: Estimate
+    iron_percent: WearLoss
     """iron from the balls over the mass of powder [%]"""
     coefficient: Positive
     """Archard's wear coefficient [-]"""

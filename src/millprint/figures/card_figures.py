@@ -7,11 +7,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from millprint.card.card_model import MillingCard
-from millprint.card.card_quantity import Ends, Quantity
 from millprint.card.latex import TITLES, settings_of
 from millprint.card.methods import between, in_words
 from millprint.card.outcome_model import Spectrum
 from millprint.config.contact_set import ASSUMED
+from millprint.estimate.estimates import Estimate, Interval
 from millprint.figures.dose_figures import BODY_COLOURS, BODY_NAMES, CHANNEL_COLOURS, PAIRS
 from millprint.figures.mill_pictures import draw_views
 from millprint.figures.mill_sheet_figure import SHEET_IN
@@ -28,7 +28,7 @@ ROOM = (19, 26)
 DECADES = 6
 
 
-def _cell(quantity: Quantity, ends: Ends | None) -> str:
+def _cell(quantity: Estimate, ends: Interval | None) -> str:
     return "" if ends is None else between(ends, prefix_of(quantity.value, quantity.unit)[0])
 
 

@@ -15,6 +15,7 @@ from millprint.dose.spectra_shown import FILL as SPECTRA_FILL
 from millprint.dose.spectra_shown import NOTE as NO_SPECTRA
 from millprint.dose.spectra_shown import SECTION as SPECTRA
 from millprint.dose.spectra_shown import TEMPERATURE
+from millprint.estimate.estimates import columns_of
 from millprint.figures.dose_figures import draw_sheet_spectra
 from millprint.figures.mill_pictures import draw_strip, draw_views
 from millprint.figures.style import (
@@ -28,7 +29,7 @@ from millprint.figures.style import (
     plt,
     write_rows,
 )
-from millprint.fingerprint.bands import FURTHER, MEAN, NOT_KNOWN, SCATTER, interval_columns
+from millprint.fingerprint.bands import FURTHER, MEAN, NOT_KNOWN, SCATTER
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import SHEET_PANELS
 from millprint.fingerprint.descriptors import CHARGE, MOTIONS
@@ -59,7 +60,7 @@ def _draw_conditions(
     """One master curve with its intervals and the simulated conditions, a marker per speed and ball size."""
     draw_curve(axis, curves, quantity, "master curve")
     for (origin, (title, _)), style in zip(FURTHER.items(), FURTHER_LINES, strict=True):
-        ends = [name for name in interval_columns(quantity, origin) if name in curves]
+        ends = [name for name in columns_of(quantity, origin) if name in curves]
         for end, label in zip(ends, (f"by {title}", None), strict=False):
             axis.plot(curves["fill_ratio"], curves[end], style, color=COLOURS[0], linewidth=0.8, label=label)
     settings = descriptors.groupby([CHARGE, "ball_diameter_mm", "speed_rpm"])

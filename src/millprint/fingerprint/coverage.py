@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 import pandas as pd
 
-from millprint.fingerprint.bands import new_columns
+from millprint.estimate.estimates import columns_of
 from millprint.fingerprint.descriptors import CONDITION, tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.predicted_values import banded
@@ -87,7 +87,7 @@ def predict_held_out(fingerprint: Fingerprint, descriptors: pd.DataFrame) -> pd.
     bands, tables = banded(told, fingerprint.width), []
     for name in told:
         own = descriptors[[*CONDITION, "seed"]].assign(quantity=name, value=descriptors[name], predicted=bands[name])
-        own["lower"], own["upper"] = (bands[column] for column in new_columns(name))
+        own["lower"], own["upper"] = (bands[column] for column in columns_of(name, "scatter"))
         tables.append(own.assign(inside=own["value"].between(own["lower"], own["upper"])))
     return pd.concat(tables, ignore_index=True)[HELD_OUT_COLUMNS]
 

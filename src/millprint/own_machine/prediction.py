@@ -1,13 +1,12 @@
 """What was predicted of the user's condition: a finished card, and its simulations."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from millprint.card.card_model import MillingCard
-from millprint.card.card_quantity import Quantity
 from millprint.card.read import read_card
 from millprint.config.errors import ConfigError
-from millprint.own_machine.estimates import Estimate
+from millprint.estimate.estimates import Estimate
 from millprint.run.files import read_json
 
 HOW = "`millprint card card.yaml --out FOLDER` simulates a condition"
@@ -33,7 +32,8 @@ class Condition:
 
     def row(self, quantity: str, unit: str, measured: Estimate, note: str) -> dict[str, str]:
         """A row of the table of own measurements, without an id that is surely its own."""
-        half = max(measured.upper - measured.value, measured.value - measured.lower)
+        hull = measured.hull()
+        half = max(hull.upper - measured.value, measured.value - hull.lower)
         return {
             "id": f"{self.card.name}_{quantity.replace(' ', '_')}",
             "mill": self.card.machine.name,
@@ -58,14 +58,17 @@ def read_condition(folder: str | Path) -> Condition:
     return Condition(read_card(place / "card.json"), runs)
 
 
-def hull_of(quantity: Quantity) -> tuple[Estimate, str]:
-    """A predicted value with the hull of its known intervals, and which origins it holds, in words."""
-    known = {"the mean": quantity.mean, "contact parameters": quantity.contact, "shape of the jar": quantity.shape}
-    given = {name: ends for name, ends in known.items() if ends is not None}
-    estimate = Estimate(
-        quantity.value,
-        min([quantity.value, *(ends.lower for ends in given.values())]),
-        max([quantity.value, *(ends.upper for ends in given.values())]),
-    )
-    words = f"by {', '.join(given)}" if given else "without an interval"
-    return estimate, words if quantity.contact else f"{words}; contact parameters not analysed"
+def predicted_power(condition: Condition) -> Estimate:
+    """The predicted power of all balls, with the intervals that a measurement of a long time is judged by."""
+    return replace(condition.card.fingerprint.descriptors.power_W, scatter=None, how="predicted")
+
+
+# What the intervals of a prediction are by.
+TITLES = {"mean": "the mean", "contact": "contact parameters", "shape": "shape of the jar"}
+
+
+def origins_of(predicted: Estimate) -> str:
+    """What the intervals of a prediction hold, in words."""
+    known = ", ".join(TITLES[name] for name in predicted.intervals)
+    words = f"by {known}" if known else "without an interval"
+    return words if predicted.contact else f"{words}; contact parameters not analysed"

@@ -5,8 +5,9 @@ from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from millprint.own_machine.estimates import Estimate, verdict_on
-from millprint.own_machine.prediction import Condition, hull_of
+from millprint.estimate.estimates import WIDEST, Estimate, Interval
+from millprint.estimate.judge import judge
+from millprint.own_machine.prediction import Condition, origins_of, predicted_power
 from millprint.own_machine.readings import append_measured
 from millprint.validation.waiting import POWER, fixed_before
 
@@ -39,15 +40,16 @@ def say_power(condition: Condition, measured: Estimate, date: str | None) -> str
 
     date: day of the measurement, now if None: what was fixed later does not judge it.
     """
-    predicted, origins = hull_of(condition.card.fingerprint.descriptors.power_W)
-    verdict = verdict_on(measured, predicted)
-    print(f"measured power: {measured} W\npredicted power: {predicted} W ({origins})\nverdict: {verdict}")
-    note = f"predicted {predicted} W: {verdict}"
+    predicted = predicted_power(condition)
+    verdict = judge(predicted, measured, widest=WIDEST)
+    print(f"measured power: {measured}\npredicted power: {predicted} ({origins_of(predicted)})\nverdict: {verdict}")
+    note = f"predicted {predicted}: {verdict}"
     if (row := _fixed_power(condition, date)) is None:
         return note
-    fixed = Estimate(row["value"], row["lower"], row["upper"])
-    print(f"fixed for release {row['release']} on {row['date']} UTC: {fixed} W: {verdict_on(measured, fixed)}")
-    return f"{note}; fixed on {row['date']}, digest {row['digest']}: {fixed} W: {verdict_on(measured, fixed)}"
+    fixed = Estimate(row["value"], "W", mean=Interval(row["lower"], row["upper"]), how="predicted")
+    verdict = judge(fixed, measured, widest=WIDEST)
+    print(f"fixed for release {row['release']} on {row['date']} UTC: {fixed}: {verdict}")
+    return f"{note}; fixed on {row['date']}, digest {row['digest']}: {fixed}: {verdict}"
 
 
 def _fixed_power(condition: Condition, date: str | None) -> dict | None:

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from millprint.estimate.estimates import LEVEL, spread_of
 from millprint.fingerprint.bands import Factors
 from millprint.run.files import read_table
 from millprint.run.progress import progress
-from millprint.statistics.quantiles import LEVEL, spread_of
 from millprint.thesis.claims.chapter6 import TRAININGS
 from millprint.thesis.claims.evidence import Evidence, Finding, Interval, find_claim
 from millprint.thesis.claims.tabulate import collect_findings, read_claims

@@ -11,9 +11,9 @@ from pathlib import Path
 import pandas as pd
 
 from millprint.config.errors import ConfigError
+from millprint.estimate.estimates import spread_of
 from millprint.run.files import read_json, read_table
 from millprint.run.tables import Number, Text, read_measured
-from millprint.statistics.quantiles import spread_of
 from millprint.thesis.claims.tolerances import agrees
 
 # By path from the results folder: the rule that writes the file, and the function that computes its content. Where one

@@ -7,7 +7,7 @@ import re
 from decimal import ROUND_DOWN, ROUND_HALF_UP, Decimal, InvalidOperation
 from typing import TYPE_CHECKING
 
-from millprint.statistics.quantiles import FEWEST_REPEATS
+from millprint.estimate.estimates import FEWEST_REPEATS
 
 if TYPE_CHECKING:
     from millprint.thesis.claims.evidence import Finding
