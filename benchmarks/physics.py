@@ -18,7 +18,7 @@ from benchmarks.lammps import MEANS, Lammps
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.dem.run import run_case
-from millprint.estimate.distributions import student_exceeded
+from millprint.estimate.quantiles import student_exceeded
 from millprint.run.files import read_json
 from millprint.run.hdf5 import open_hdf5
 from millprint.run.progress import progress

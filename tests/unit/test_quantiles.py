@@ -1,11 +1,11 @@
-"""The distributions of millprint.estimate.distributions are those of scipy.stats, to the last bit."""
+"""The distributions of millprint.estimate.quantiles are those of scipy.stats, to the last bit."""
 
 import numpy as np
 import pandas as pd
 import pytest
 from scipy import stats
 
-from millprint.estimate import distributions
+from millprint.estimate import quantiles
 
 SHARES = np.array([
     0.0, 1e-300, 1e-30, 1e-12, 1e-6, 0.001, 0.025, 0.05, 0.1, 1 / 3, 0.5, 0.683, 0.9, 0.95, 0.975, 0.99, 0.995,
@@ -18,18 +18,18 @@ FREEDOM = np.array([-1.0, 0.0, 0.1, 0.5, 1, 2, 2.7, 3, 5, 17.25, 30, 100, 1000, 
 INSIDE = SHARES[(SHARES > 0) & (SHARES < 1)]
 NORMAL, STUDENT, F, CHI_SQUARED = (), (FREEDOM,), (FREEDOM[:, None], FREEDOM), (FREEDOM,)
 PAIRS = [
-    (distributions.normal_quantile, stats.norm.ppf, SHARES, NORMAL),
-    (distributions.normal_exceeded, stats.norm.isf, SHARES, NORMAL),
-    (distributions.normal_below, stats.norm.cdf, VALUES, NORMAL),
-    (distributions.student_quantile, stats.t.ppf, INSIDE, STUDENT),
-    (distributions.student_exceeded, stats.t.isf, INSIDE, STUDENT),
-    (distributions.student_above, stats.t.sf, VALUES, STUDENT),
-    (distributions.f_quantile, stats.f.ppf, SHARES, F),
-    (distributions.f_exceeded, stats.f.isf, SHARES, F),
-    (distributions.f_above, stats.f.sf, VALUES, F),
-    (distributions.chi_squared_quantile, stats.chi2.ppf, SHARES, CHI_SQUARED),
-    (distributions.chi_squared_exceeded, stats.chi2.isf, SHARES, CHI_SQUARED),
-    (distributions.chi_squared_above, stats.chi2.sf, VALUES, CHI_SQUARED),
+    (quantiles.normal_quantile, stats.norm.ppf, SHARES, NORMAL),
+    (quantiles.normal_exceeded, stats.norm.isf, SHARES, NORMAL),
+    (quantiles.normal_below, stats.norm.cdf, VALUES, NORMAL),
+    (quantiles.student_quantile, stats.t.ppf, INSIDE, STUDENT),
+    (quantiles.student_exceeded, stats.t.isf, INSIDE, STUDENT),
+    (quantiles.student_above, stats.t.sf, VALUES, STUDENT),
+    (quantiles.f_quantile, stats.f.ppf, SHARES, F),
+    (quantiles.f_exceeded, stats.f.isf, SHARES, F),
+    (quantiles.f_above, stats.f.sf, VALUES, F),
+    (quantiles.chi_squared_quantile, stats.chi2.ppf, SHARES, CHI_SQUARED),
+    (quantiles.chi_squared_exceeded, stats.chi2.isf, SHARES, CHI_SQUARED),
+    (quantiles.chi_squared_above, stats.chi2.sf, VALUES, CHI_SQUARED),
 ]
 IDS = [ours.__name__ for ours, *_ in PAIRS]
 
@@ -60,9 +60,9 @@ def test_a_column_gives_an_array():
     """As scipy.stats does: the index of the column is not kept."""
     column = pd.Series([0.1, 0.5, np.nan], index=[5, 7, 9])
     freedom = pd.Series([1, 2, 3], index=[5, 7, 9])
-    assert is_same(distributions.f_exceeded(column, freedom, 6.0), stats.f.isf(column, freedom, 6.0))
-    assert is_same(distributions.student_above(column, freedom), stats.t.sf(column, freedom))
-    assert is_same(distributions.normal_density(column), stats.norm.pdf(column))
+    assert is_same(quantiles.f_exceeded(column, freedom, 6.0), stats.f.isf(column, freedom, 6.0))
+    assert is_same(quantiles.student_above(column, freedom), stats.t.sf(column, freedom))
+    assert is_same(quantiles.normal_density(column), stats.norm.pdf(column))
 
 
 @pytest.mark.parametrize("shape", [(), (7,), (61, 40)])
@@ -70,10 +70,10 @@ def test_densities_are_those_of_scipy_stats(shape):
     random = np.random.default_rng(0)
     value, mean = random.normal(0, 30, shape), random.normal(0, 5, shape)
     deviation = np.exp(random.normal(0, 3, shape))
-    assert is_same(distributions.normal_density(value), stats.norm.pdf(value))
+    assert is_same(quantiles.normal_density(value), stats.norm.pdf(value))
     for ours, theirs in (
-        (distributions.normal_density, stats.norm.pdf),
-        (distributions.normal_log_density, stats.norm.logpdf),
+        (quantiles.normal_density, stats.norm.pdf),
+        (quantiles.normal_log_density, stats.norm.logpdf),
     ):
         assert is_same(ours(value, mean, deviation), theirs(value, mean, deviation))
         assert is_same(

@@ -30,7 +30,7 @@ from scipy.constants import hour as HOUR
 
 from millprint.config.dose import ChargeConfig
 from millprint.config.errors import ConfigError
-from millprint.estimate.distributions import normal_quantile, student_quantile
+from millprint.estimate.quantiles import normal_quantile, student_quantile
 from millprint.fingerprint.bands import Factors
 from millprint.run.files import read_json
 from millprint.run.hdf5 import open_hdf5

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 from pydantic.json_schema import SkipJsonSchema
 
-from millprint.estimate.distributions import student_quantile
+from millprint.estimate.quantiles import student_quantile
 
 LEVEL = 0.95
 # With fewer repeats the spread is hardly known: an interval of their mean may have any size, and decides nothing.

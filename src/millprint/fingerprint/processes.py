@@ -37,7 +37,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.mixture import ONE_SIZE
-from millprint.estimate.distributions import student_quantile
+from millprint.estimate.quantiles import student_quantile
 from millprint.fingerprint.condition import VARIABLES
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.many import WHOLE_MAX, Reduced, ReducedInverse, Whole, WholeInverse

@@ -11,7 +11,7 @@ import pandas as pd
 
 from millprint.config.fingerprint import DESCRIPTOR_SETS, StudyConfig
 from millprint.dem.convergence import column_of, deviations, pooled_variance
-from millprint.estimate.distributions import (
+from millprint.estimate.quantiles import (
     chi_squared_exceeded,
     chi_squared_quantile,
     normal_exceeded,

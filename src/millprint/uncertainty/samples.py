@@ -27,7 +27,7 @@ from millprint.config.uncertainty import (
 )
 from millprint.dem.run import simulate
 from millprint.dem.short_runs import simulate_each
-from millprint.estimate.distributions import normal_quantile
+from millprint.estimate.quantiles import normal_quantile
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.uncertainty.varied import fill_ratios_of
 

@@ -17,7 +17,7 @@ from millprint.config.setup_models import BeadDrumConfig, DrumOfBallsConfig, Rep
 from millprint.config.sweep import Case, expand_sweep
 from millprint.dem.layout import SNAPSHOT
 from millprint.dem.simulation import Simulation
-from millprint.estimate.distributions import student_quantile
+from millprint.estimate.quantiles import student_quantile
 from millprint.mill.kernel_columns import span_of
 from millprint.run.hdf5 import open_hdf5
 from millprint.validation.measured import BLOCKS, CONTACT, SCATTER, Inputs, prediction

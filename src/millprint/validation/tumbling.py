@@ -10,7 +10,7 @@ import pandas as pd
 from millprint.config.mill import MillConfig
 from millprint.config.quantities import POWER, RINGS, SHOULDER, TOE, TURN_ENERGY, with_number
 from millprint.config.setup_models import TumblingConfig
-from millprint.estimate.distributions import student_quantile
+from millprint.estimate.quantiles import student_quantile
 from millprint.mill.bodies import build_bodies
 from millprint.mill.gravity import GRAVITY
 from millprint.validation.measured import CONTACT, DEM, SCATTER, Inputs, prediction

@@ -11,7 +11,7 @@ from sklearn.preprocessing import StandardScaler
 
 from millprint.config.averaged_process import AveragingConfig
 from millprint.config.yields import RetrospectiveConfig
-from millprint.estimate.distributions import student_quantile
+from millprint.estimate.quantiles import student_quantile
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import AveragedModel, fit_averaged
 from millprint.thesis.yields.features import TIME, describe
