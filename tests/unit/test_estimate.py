@@ -12,6 +12,7 @@ from millprint.estimate.estimates import (
     Estimate,
     Interval,
     columns_of,
+    mean_of,
     parts_of,
     ratio_of,
     share_of,
@@ -95,6 +96,31 @@ def test_the_ratio_of_two_mills_has_the_interval_of_two_independent_ones():
     exact = ratio_of(one, made(5.0, 5.0, 5.0))
     assert (exact.lower, exact.upper) == pytest.approx((one.lower / 5, one.upper / 5))
     assert exact.contact is None
+
+
+@pytest.mark.parametrize(
+    ("values", "least", "lower"),
+    [
+        ([1.0, 2.0, 3.0], -math.inf, 2 - 2.484),
+        ([1.0, 10.0], 0.0, 0.0),  # the interval would begin at -52
+        ([1.0, 10.0], -math.inf, 5.5 - 12.706 * 4.5),
+        ([9.0, 10.0], 0.0, 9.5 - 12.706 * 0.5),
+        ([-2.0, 1.0], 0.0, -0.5),  # noise about 0: the mean stays in its own interval
+    ],
+)
+def test_the_interval_of_a_mean_ends_at_the_smallest_value_that_can_be(values, least, lower):
+    mean = mean_of(values, "W", least=least)
+    assert mean.repeats.lower == pytest.approx(lower, abs=1e-3) and mean.repeats.holds(mean.value)
+    # Two such intervals together, too.
+    both = mean.having({"contact": mean.repeats}).together(least)
+    expected = mean.value - math.sqrt(2) * (mean.value - mean.repeats.lower)
+    assert both.lower == pytest.approx(max(expected, min(mean.value, least)))
+
+
+def test_independent_intervals_together_and_a_single_value():
+    both = Estimate(10.0, "W", repeats=Interval(7.0, 13.0), contact=Interval(6.0, 10.0)).together()
+    assert (both.lower, both.upper) == (5.0, 13.0)
+    assert mean_of([1.0], "W") == Estimate(1.0, "W", of=1)
 
 
 INF = math.inf

@@ -7,8 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from millprint.card.card_quantity import Amount, Positive, Record, Share
-from millprint.card.outcome_model import Dose, Heat, Spectrum, Wear
+from millprint.card.outcome_model import Amount, Dose, Heat, Positive, Record, Share, Spectrum, Wear
 from millprint.config.over_speed import value_at
 from millprint.estimate.estimates import Estimate
 

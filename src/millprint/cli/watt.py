@@ -16,10 +16,16 @@ from millprint.config.arguments import value_of_key
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.own_machine.electric import BLOCKS, block_means, power_of_charge
-from millprint.own_machine.prediction import predicted_power, read_condition
+from millprint.own_machine.prediction import (
+    add_options,
+    given,
+    keep,
+    predicted_power,
+    read_condition,
+    say_power,
+)
 from millprint.own_machine.readings import POWER, read_series
 from millprint.own_machine.settings import WattSettings
-from millprint.own_machine.verdict_text import add_options, given, keep, say_power
 
 
 def blocks_of(path: Path) -> np.ndarray:

@@ -99,6 +99,16 @@ class Estimate:
         known = known or [Interval(self.value, self.value)]
         return Interval(min(each.lower for each in known), max(each.upper for each in known))
 
+    def together(self, least: float = -math.inf) -> Interval:
+        """The known intervals as one, if they are independent: their distances from the value, added in squares.
+
+        least: the smallest possible value of the quantity, where the interval is cut off.
+        """
+        known = self.intervals.values()
+        low = math.hypot(*(self.value - each.lower for each in known))
+        high = math.hypot(*(each.upper - self.value for each in known))
+        return Interval(_not_below(self.value - low, self.value, least), self.value + high)
+
     def through(self, rising: Callable[[float], float], unit: str | None = None) -> "Estimate":
         """The estimate of a rising function of the value, from the function at the ends; unit: of its values."""
         ends = {name: Interval(rising(own.lower), rising(own.upper)) for name, own in self.intervals.items()}
@@ -195,6 +205,33 @@ def factor_of(half: np.ndarray | float) -> np.ndarray:
     return np.exp(known_ends(np.stack([-half, half]))[1])
 
 
+def half_width(values: np.ndarray, level: float = LEVEL) -> Any:
+    """Half of Student's interval of the mean of repeats, such as blocks of one run: t(n - 1) s / sqrt(n).
+
+    values: (n, ...); NaN where one of them has no value, and for one repeat.
+    """
+    if len(values) < 2:
+        return np.full(np.shape(values)[1:], np.nan)
+    return student_quantile((1 + level) / 2, len(values) - 1) * np.std(values, axis=0, ddof=1) / np.sqrt(len(values))
+
+
+def mean_of(
+    values: Sequence[float] | np.ndarray, unit: str, level: float = LEVEL, least: float = -math.inf
+) -> Estimate:
+    """The mean of repeats (n,) with Student's interval, which one value does not have.
+
+    least: the smallest possible value of the quantity, where the interval is cut off.
+    """
+    mean, half = float(np.mean(values)), float(half_width(np.asarray(values, dtype=float), level))
+    known = {} if math.isnan(half) else {"repeats": Interval(_not_below(mean - half, mean, least), mean + half)}
+    return Estimate(mean, unit, of=len(values)).having(known)
+
+
+def _not_below(lower: float, value: float, least: float) -> float:
+    """The lower end of an interval about a value, or `least` if that is higher; the value itself stays inside."""
+    return max(lower, min(value, least))
+
+
 def difference_of(one: np.ndarray, other: np.ndarray, unit: str, level: float = LEVEL) -> Estimate:
     """The difference of the means of two sets of blocks with Welch's interval (Biometrika 34 (1947) 28)."""
     squares = np.array([own.var(ddof=1) / len(own) for own in (one, other)])
@@ -218,7 +255,7 @@ def spread_of(values: Sequence[float], level: float = LEVEL) -> tuple[float, flo
     low, high = float(known.min()), float(known.max())
     if len(known) < FEWEST_REPEATS:
         return low, high
-    mean, reach = known.mean(), _reach(known, level)
+    mean, reach = known.mean(), half_width(known, level)
     return min(low, float(mean - reach)), max(high, float(mean + reach))
 
 
@@ -244,8 +281,3 @@ def _at_least_two(values: Sequence[float]) -> np.ndarray:
     if len(values) < 2:
         raise ValueError("an interval needs two repeats or more")
     return np.asarray(values, dtype=float)
-
-
-def _reach(values: np.ndarray, level: float) -> float:
-    """Half the width of Student's interval of a mean."""
-    return float(student_quantile((1 + level) / 2, len(values) - 1) * values.std(ddof=1) / np.sqrt(len(values)))

@@ -29,7 +29,7 @@ from millprint.figures.style import (
     plt,
     write_rows,
 )
-from millprint.fingerprint.bands import FURTHER, MEAN, NOT_KNOWN, SCATTER
+from millprint.fingerprint.bands import FURTHER, NOT_KNOWN, ORIGINS
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import SHEET_PANELS
 from millprint.fingerprint.descriptors import CHARGE, MOTIONS
@@ -50,6 +50,8 @@ MOST_SETTINGS = 12
 WIDTHS, AT, LETTERS, ROOM = (34, 62), 0.39, 5.8, 38
 # What a row of text says about what; None in its place makes a heading.
 Said = tuple[str, str | None]
+# Columns of a sheet for the two bands.
+SHEET_ENDS = {"scatter": ["lower", "upper"], "mean": ["mean_lower", "mean_upper"]}
 # Line styles of the ends of intervals, one for each origin of FURTHER.
 FURTHER_LINES = ("--", ":")
 
@@ -105,7 +107,7 @@ def _columns_of(sheet: pd.DataFrame) -> tuple[list[Said], list[Said]]:
                 left.append((row.quantity, given))
     # With several intervals the descriptors are in a separate table.
     sections = ["dose"] if _has_intervals(sheet) else ["descriptors", "dose"]
-    left.append((f"Value (band of {SCATTER.title}; of {MEAN.title})", None))
+    left.append((f"Value (band of {ORIGINS['scatter'].title}; of {ORIGINS['mean'].title})", None))
     for row in sheet[sheet["section"].isin(sections)].itertuples():
         said = [row.text] if isinstance(row.text, str) and row.text else []
         if row.value is not None and not np.isnan(row.value):
@@ -208,7 +210,7 @@ def _draw_intervals(axis: Axes, sheet: pd.DataFrame) -> None:
         return _between(factor * row[lower], factor * row[upper])
 
     rows = sheet[sheet["section"] == "descriptors"]
-    columns = {SCATTER.title: ["lower", "upper"], MEAN.title: ["mean_lower", "mean_upper"]}
+    columns = {ORIGINS[name].title: ends for name, ends in SHEET_ENDS.items()}
     # A column for each origin that is known of at least one descriptor.
     further = {title: by_columns(origin) for origin, (title, _) in FURTHER.items()}
     columns |= {title: ends for title, ends in further.items() if rows[ends].notna().any(axis=None)}

@@ -22,20 +22,21 @@ class Origin(NamedTuple):
     meaning: str
 
 
-# The two bands by the scatter of the simulation; `millprint.fingerprint.processes` defines them.
-SCATTER = Origin(
-    "a new simulation",
-    "one more simulation of the condition, of the recorded time, falls in here; nothing else included",
-)
-MEAN = Origin("the mean", "the mean of very many simulations of the condition is in here; nothing else included")
-# Each is an interval of an Estimate, a part of a fingerprint's file, and columns `NAME_by_ORIGIN_lower`, `_upper`.
-FURTHER = {
+# What the intervals of a prediction are by; `millprint.fingerprint.processes` defines the first two.
+ORIGINS = {
+    "scatter": Origin(
+        "a new simulation",
+        "one more simulation of the condition, of the recorded time, falls in here; nothing else included",
+    ),
+    "mean": Origin("the mean", "the mean of very many simulations of the condition is in here; nothing else included"),
     "contact": Origin(
         "contact parameters",
         "restitution, frictions and stiffness anywhere in their distributions, mill and balls as they are",
     ),
     "shape": Origin("shape of the jar", "jars that agree about as well with the values that the jar was fitted to"),
 }
+# Those that are analysed afterwards: each is a part of a fingerprint's file.
+FURTHER = {name: ORIGINS[name] for name in ("contact", "shape")}
 NOT_KNOWN = "not known"
 
 # The quantities of CURVES that every file of factors must have.

@@ -11,7 +11,7 @@ from millprint.config.included import shipped
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import balls_in_words
 from millprint.estimate.estimates import ENDS, columns_of
-from millprint.fingerprint.bands import FURTHER, MEAN, SCATTER
+from millprint.fingerprint.bands import FURTHER, ORIGINS
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import SCALED_BY, Condition
 from millprint.fingerprint.descriptors import CHARGE, MOTIONS, as_built, said_of, with_impacts
@@ -255,8 +255,11 @@ def _with_intervals(sheet: pd.DataFrame, fingerprint: "Fingerprint", prediction:
     bands = [getattr(prediction, name) for name in DESCRIBED]
     places = sheet.index[sheet["section"] == "descriptors"]
     probability = 100 * fingerprint.about["probability"]
-    lines = [Row("intervals", own.title, text=f"{own.meaning} ({probability:g} %)") for own in (SCATTER, MEAN)]
-    for origin, (title, meaning) in FURTHER.items():
+    lines = []
+    for origin, (title, meaning) in ORIGINS.items():
+        if origin not in FURTHER:
+            lines.append(Row("intervals", title, text=f"{meaning} ({probability:g} %)"))
+            continue
         sheet.loc[places, by_columns(origin)] = [band.ends(origin) for band in bands]
         factors = fingerprint.further.get(origin)
         said = f"{meaning} ({100 * factors.probability:g} %)" if factors else ""
