@@ -22,6 +22,7 @@ from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.predicted_values import banded
 from millprint.fingerprint.processes import Told
+from millprint.fingerprint.readers import find_ready_made, ready_made
 from millprint.fingerprint.zones import find_zones
 from millprint.run.files import read_table, write_json, write_table
 from tests.conftest import ROOT
@@ -251,3 +252,16 @@ def test_the_parts_of_a_power_respect_the_whole_however_little_is_known_of_their
             assert (upper <= table[f"P{kind}_upper"] * (1 + 1e-12))[known].all()
             assert (lower + table[f"{other}{kind}_upper"] >= table[f"P{kind}_lower"] * (1 - 1e-12))[known].all()
             assert (upper / lower <= 10 * (1 + 1e-12))[known].all()
+
+
+@pytest.mark.parametrize("mill", ready_made())
+def test_no_part_of_a_power_is_larger_or_less_sure_than_the_whole_allows(mill):
+    own = Fingerprint.read(find_ready_made(mill))
+    speed_hz, diameter_m, charge = own.settings[0]
+    for fill in np.geomspace(*own.fill_range, 5):
+        condition = own.condition(speed_hz=speed_hz, ball_diameter_m=diameter_m, fill_ratio=fill)
+        known = own.predict(condition, charge=charge)
+        for name in known.power_W.intervals:
+            highest = known.power_W.ends(name)[1] * (1 + 1e-9)
+            for lower, upper in (part.ends(name) for part in (known.normal_power_W, known.tangential_power_W)):
+                assert np.isnan(lower) or (lower > 0 and upper <= highest)

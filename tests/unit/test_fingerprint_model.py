@@ -190,9 +190,7 @@ def test_the_file_gives_the_same_object_back_and_is_no_pickle(own, tmp_path):
     for name, one in vars(own.predict(at(own, 12.0, 0.008, 0.13))).items():
         other = getattr(again.predict(at(again, 12.0, 0.008, 0.13)), name)
         if isinstance(one, Estimate):
-            assert (other.value, *vars(other.scatter).values()) == pytest.approx(
-                (one.value, one.lower, one.upper), rel=1e-9
-            )
+            assert (other.value, *other.ends("scatter")) == pytest.approx((one.value, one.lower, one.upper), rel=1e-9)
         else:
             assert other == one
 
