@@ -162,12 +162,12 @@ def test_a_conclusion_on_no_claim_is_refused(tmp_path):
     ("values", "intervals", "expected"),
     [
         (("agrees", "agrees"), ("agrees", ""), ("agrees", "2 of 2 claims agree", "")),
-        (("agrees", "open"), ("agrees", ""), ("agrees", "1 of 1 claims agree", "")),
+        (("agrees", "open"), ("agrees", ""), ("agrees", "1 of 1 claims agrees", "")),
         # Our number agrees, and nothing shows that it holds.
-        (("agrees", "agrees"), ("open", ""), ("open", "1 of 2 claims are open", "")),
-        (("agrees", "agrees"), ("differs", ""), ("differs", "1 of 2 claims differ", "3.a")),
-        (("differs", "agrees"), ("open", ""), ("open", "1 of 2 claims are open", "")),
-        (("agrees", "differs"), ("open", ""), ("differs", "1 of 2 claims differ", "3.b")),
+        (("agrees", "agrees"), ("open", ""), ("open", "1 of 2 claims is open", "")),
+        (("agrees", "agrees"), ("differs", ""), ("differs", "1 of 2 claims differs", "3.a")),
+        (("differs", "agrees"), ("open", ""), ("open", "1 of 2 claims is open", "")),
+        (("agrees", "differs"), ("open", ""), ("differs", "1 of 2 claims differs", "3.b")),
         (("open", "open"), ("", ""), ("open", "not run", "")),
     ],
 )

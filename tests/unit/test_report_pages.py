@@ -132,7 +132,7 @@ def test_the_first_page_of_the_report_says_which_conclusions_stand(tmp_path):
         return publish_parts(template.render(snakemake=config, categories=named, files={}), writer="html")["body"]
 
     shown = re.sub("<.*?>", "", page("Claims", "Explorer"))
-    assert "Chapter 2: of 2 conclusions 1 agree, 1 differ." in shown and "Appendix A: not run." in shown
+    assert "Chapter 2: of 2 conclusions 1 agrees, 1 differs." in shown and "Appendix A: not run." in shown
     assert "Agrees: Time does (2 of 2 claims agree)." in shown and "Differs: Speed |decides| (2 of 3" in shown
     assert "5_x is 2 for 1_." in shown and "problem" not in shown.lower()
     assert "2 conclusions" not in re.sub("<.*?>", "", page("Explorer"))

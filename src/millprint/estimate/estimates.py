@@ -155,7 +155,7 @@ def parts_of(whole: Estimate, parts: Mapping[str, Estimate]) -> dict[str, Estima
     the lower end of the whole less their upper ends. Its value stays inside. Raises ValueError for values that do not
     add up to the whole.
     """
-    if not math.isclose(sum(part.value for part in parts.values()), whole.value, rel_tol=1e-6):
+    if not math.isclose(total(list(parts.values())).value, whole.value, rel_tol=1e-6):
         raise ValueError(f"{', '.join(parts)} do not add up to the whole")
     found = {}
     for name, part in parts.items():

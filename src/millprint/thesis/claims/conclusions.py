@@ -17,7 +17,7 @@ from millprint.run.tables import Text, read_measured, refuse_rows
 from millprint.thesis.claims.tolerances import CERTAIN, ERRATUM, TIMED
 
 CONCLUSION_COLUMNS = ["chapter", "locus", "conclusion", "claims"]
-PLURAL = {AGREES: "agree", DIFFERS: "differ", OPEN: "are open"}
+VERBS = {AGREES: ("agrees", "agree"), DIFFERS: ("differs", "differ"), OPEN: ("is open", "are open")}
 TABLE_COLUMNS = ["chapter", "locus", "conclusion", "verdict", "reason", "claims", *VERDICTS, "against"]
 
 
@@ -60,7 +60,7 @@ def judge_conclusions(conclusions: pd.DataFrame, claims: pd.DataFrame) -> pd.Dat
         found = judge_all(Verdict(word, "") for word in words)
         counts = [int((words == word).sum()) for word in VERDICTS]
         count = counts[VERDICTS.index(found.word)]
-        reason = f"{count} of {len(run)} claims {PLURAL[found.word]}" if len(run) else found.reason
+        reason = f"{count} of {len(run)} claims {VERBS[found.word][count > 1]}" if len(run) else found.reason
         against = ", ".join(run.index[words == DIFFERS])
         place = chapter_name(row.chapter), row.locus, row.conclusion
         rows.append((*place, found.word, reason, len(run), *counts, against))

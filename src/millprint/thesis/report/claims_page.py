@@ -14,7 +14,7 @@ from millprint.figures.style import COLUMN_WIDTH_IN
 from millprint.run.files import read_table
 from millprint.run.html_pages import embed_files, render_page
 from millprint.run.outputs import listed_tables
-from millprint.thesis.claims.conclusions import PLURAL, deviating_everywhere, in_prose
+from millprint.thesis.claims.conclusions import VERBS, deviating_everywhere, in_prose
 from millprint.thesis.claims.evidence import Finding
 from millprint.thesis.claims.tabulate import INTERVAL_PARTS, count_natures, count_verdicts
 from millprint.thesis.claims.tolerances import ERRATUM, NATURES
@@ -197,7 +197,7 @@ def front_text(conclusions: pd.DataFrame, falls: list[str]) -> str:
     for chapter, own in conclusions.groupby("chapter", sort=False):
         known = own[own["claims"] > 0]
         counts = known["verdict"].value_counts()
-        told = ", ".join(f"{counts[word]} {PLURAL[word]}" for word in VERDICTS if word in counts)
+        told = ", ".join(f"{counts[word]} {VERBS[word][counts[word] > 1]}" for word in VERDICTS if word in counts)
         lines += [f"- **{_capital(str(chapter))}**: {f'of {len(known)} conclusions {told}' if told else NOT_RUN}.", ""]
         for word, group in known.groupby("verdict"):
             told = " ".join(f"{row.conclusion.rstrip('.')} ({row.reason})." for row in group.itertuples())
