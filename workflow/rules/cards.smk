@@ -5,6 +5,7 @@ CARD = f"{RESULTS}/cards/{{card}}"
 
 rule write_card:
     input:
+        sources=lambda wildcards: shape_files(CARD_EXPERIMENTS[wildcards.card].mill),
         summaries=lambda wildcards: carded(wildcards.card, "summary.json"),
         runs=lambda wildcards: carded(wildcards.card, "run.h5"),
         uncertainty=lambda wildcards: card_intervals(wildcards.card),

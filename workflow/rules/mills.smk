@@ -44,6 +44,7 @@ rule draw_mill:
 
 rule describe_mill:
     input:
+        sources=lambda wildcards: shape_files(wildcards.mill),
         summaries=lambda wildcards: mill_summaries(wildcards.mill),
         runs=lambda wildcards: records_of(mill_summaries(wildcards.mill)),
     output:
