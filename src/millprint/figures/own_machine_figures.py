@@ -3,8 +3,8 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from millprint.estimate.estimates import Estimate
 from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, plt
-from millprint.own_machine.estimates import Estimate
 
 
 def plot_warming(
@@ -24,7 +24,8 @@ def plot_powers(estimates: dict[str, Estimate]) -> Figure:
     """Powers with their intervals, one under the other."""
     figure, axis = plt.subplots(figsize=(COLUMN_WIDTH_IN, 0.6 + 0.4 * len(estimates)))
     for place, own in enumerate(estimates.values()):
-        ends = [[own.value - own.lower], [own.upper - own.value]]
+        hull = own.hull()
+        ends = [[own.value - hull.lower], [hull.upper - own.value]]
         axis.errorbar([own.value], [place], xerr=ends, fmt="o", capsize=3, color=COLOURS[place % len(COLOURS)])
     axis.set_yticks(range(len(estimates)), list(estimates))
     axis.set(xlabel="power [W]", ylim=(len(estimates) - 0.5, -0.5))

@@ -27,8 +27,8 @@ from millprint.config.uncertainty import (
 )
 from millprint.dem.run import simulate
 from millprint.dem.short_runs import simulate_each
+from millprint.estimate.quantiles import normal_quantile
 from millprint.fingerprint.descriptors import tabulate_descriptors
-from millprint.statistics.quantiles import normal_quantile
 from millprint.uncertainty.varied import fill_ratios_of
 
 # Normal distributions are cut off here, so that a design covers only the values that matter.
