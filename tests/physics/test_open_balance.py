@@ -10,11 +10,11 @@ import re
 import numpy as np
 import pytest
 
+from millprint.cases.of_mill import reference_case
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import DemConfig
 from millprint.dem import run, simulation
 from millprint.dem.ledger import OpenBalanceError
-from millprint.fingerprint.study_cases import reference_case
 from millprint.mill.walls import PLANE
 from tests.physics.setups import CALIBRATED, FewBalls
 

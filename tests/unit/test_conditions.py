@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from millprint.cases.of_mill import conditions_of
 from millprint.config.charge import ChargeSection, charge_words, fill_of
 from millprint.config.checks import load_workflow
 from millprint.config.conditions import spread, with_fill_ratios
@@ -11,7 +12,6 @@ from millprint.config.errors import ConfigError
 from millprint.config.included import SOURCES
 from millprint.config.load import check_model
 from millprint.config.mill_sweep import MillSweepConfig
-from millprint.fingerprint.cases import conditions_of
 
 LISTS = {"speeds_rpm": [300, 450], "ball_diameters_mm": [10]}
 VOLUME_ML, DENSITY = 200.0, 8000.0

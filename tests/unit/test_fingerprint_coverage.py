@@ -7,11 +7,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from millprint.cases.of_mill import held_out_cases, mill_cases
 from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
-from millprint.fingerprint.cases import held_out_cases, mill_cases
 from millprint.fingerprint.condition import CURVES
 from millprint.fingerprint.coverage import HELD_OUT_COLUMNS, NEW, count_held_out, predict_held_out, sum_coverage
 from millprint.fingerprint.model import Fingerprint

@@ -16,7 +16,8 @@ BELOW = {
     "run": {"config"},
     "mill": {"config", "run"},
     "dem": {"config", "run", "statistics", "mill"},
-    "fingerprint": {"config", "run", "statistics", "mill", "dem"},
+    "cases": {"config", "run", "mill", "dem"},
+    "fingerprint": {"config", "run", "statistics", "mill", "dem", "cases"},
 }
 
 

@@ -8,12 +8,13 @@ import trimesh
 import yaml
 from pydantic import TypeAdapter, ValidationError
 
+from millprint.cases.large_mill import enlarged
+from millprint.cases.of_mill import mill_cases
 from millprint.config.geometry import LifterDrumGeometry, VesselGeometry
 from millprint.config.load import check_model
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
 from millprint.dem.case_checks import check_mixtures
-from millprint.fingerprint.cases import enlarged, mill_cases
 from millprint.mill.bodies import build_bodies
 from millprint.mill.default_sweep import default_sweep
 from millprint.mill.distance import signed_distance

@@ -11,6 +11,8 @@ import pytest
 from pydantic import ValidationError
 
 import describe_mill
+from millprint.cases.large_mill import RUN_WAY, enlarged, large_case
+from millprint.cases.of_mill import conditions_of, durations_of, mill_cases, sweep_of, varied_case
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import FingerprintConfig
 from millprint.config.load import check_model, load_named, read_yaml
@@ -20,15 +22,6 @@ from millprint.config.uncertainty import UncertaintyConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.figures import mill_pictures
 from millprint.figures import mill_pictures as figures
-from millprint.fingerprint.cases import (
-    RUN_WAY,
-    conditions_of,
-    durations_of,
-    enlarged,
-    large_case,
-    mill_cases,
-    sweep_of,
-)
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.mill_collapse import VERDICTS, one_row_a_mill, tabulate_mill_collapse
 from millprint.fingerprint.model import Fingerprint
@@ -37,7 +30,6 @@ from millprint.mill.bodies import CHECK_RPM, build_bodies, check_inserts, travel
 from millprint.mill.default_sweep import default_sweep
 from millprint.mill.vessel import build_vessel, check_volume
 from millprint.run.files import read_table, write_json
-from millprint.uncertainty.varied import varied_case
 from millprint.view.mill_picture import FRAMES, picture_mill
 from millprint.view.snapshots import Geometry, body_of_feature
 from tests.unit.made_spectra import made_spectra

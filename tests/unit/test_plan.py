@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import pytest
 from pydantic import ValidationError
 
+from millprint.cases.of_mill import mean_samples
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
@@ -16,7 +17,6 @@ from millprint.config.uncertainty import UncertaintyConfig
 from millprint.dem.resources import LIKELY_BALL_STEP_S, LIKELY_START_S, resources_of
 from millprint.run import plan
 from millprint.run.plan import JOB_START_S, LONG_S, OTHER_S, Job, check_disk, plan_text, run_time
-from millprint.uncertainty.varied import samples_of_job
 from millprint.validation.tumbling_runs import design
 from tests.conftest import ROOT
 
@@ -109,7 +109,7 @@ def test_every_simulation_of_a_tumbling_mill_is_counted(name):
 
 def test_the_samples_of_a_job_and_the_slices_of_a_drum_are_counted():
     uncertainty = UncertaintyConfig(samples=10, jobs=4)
-    samples = samples_of_job(mill("emax"), MillsConfig(contact="calibrated"), uncertainty)
+    samples = mean_samples(mill("emax"), MillsConfig(contact="calibrated"), uncertainty)
     fills = mill("emax").sweep.fill_ratios
     assert len(samples) == 3
     assert samples[0].fill_ratio == pytest.approx((min(fills) + max(fills)) / 2)

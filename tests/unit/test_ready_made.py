@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from millprint.card.match import find_fingerprint
+from millprint.cases.of_mill import mill_cases
 from millprint.config.included import included_mills, load_contact, load_mill, shipped
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem import PHYSICS
 from millprint.dem.run import simulate
 from millprint.fingerprint import readers
-from millprint.fingerprint.cases import mill_cases
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
 from millprint.run.files import read_table

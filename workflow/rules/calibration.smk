@@ -4,7 +4,7 @@ from millprint.config.calibration import SwingConfig
 from millprint.dem.timestep import longest_step
 
 CONVERGENCE = f"{RESULTS}/convergence"
-STEP_STUDY = summaries_of([sweep for sweep in CONFIG.sweeps if sweep.compares_steps])
+STEP_STUDY = files_of(rows_of("SWEEP", *(sweep.name for sweep in CONFIG.sweeps if sweep.compares_steps)))
 # A sweep with a single step is not tabulated. No other stage needs its cases, so they are requested here.
 ONE_STEP = [path for path in summaries_over("time_steps_s") if path not in STEP_STUDY]
 MODULUS_STUDY = summaries_over("young_moduli_gpa")

@@ -1,7 +1,7 @@
 """Checks of one experiment before its simulations: shape, balls that fit, speed, time step and cost."""
 
-from millprint.card.experiment_cases import own_cases
 from millprint.card.read import check_material
+from millprint.cases.table import own_cases
 from millprint.config.card import Experiment
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig

@@ -166,8 +166,8 @@ def warnings_of(mill: MillConfig, contact: ContactConfig) -> list[str]:
     """A line for each value that is unusual or that a run would refuse, and how long long simulations take."""
     # Imported here: slow to import, and `--list` and a wrong answer do not need it.
     from millprint.card.experiment_checks import check_cases
+    from millprint.cases.of_mill import mill_cases, sweep_of
     from millprint.checks.before_running import mill_warnings
-    from millprint.fingerprint.cases import mill_cases, sweep_of
 
     settings = WorkflowConfig(mill=mill.name)
     about = mill_warnings({mill.name: mill})

@@ -5,11 +5,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from millprint.cases.of_mill import place_of_sweep
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, mill_of
 from millprint.config.workflow import WorkflowConfig
-from millprint.fingerprint.cases import place_of_sweep
 from millprint.mill.bodies import Body
 from millprint.mill.speed_limits import Bound, Pace, paces
 

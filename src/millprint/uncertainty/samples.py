@@ -2,7 +2,7 @@
 
 import json
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -12,6 +12,8 @@ import pandas as pd
 from scipy import stats
 from scipy.stats import qmc
 
+from millprint.cases.of_mill import fill_ratios_of
+from millprint.cases.simulate import simulate_each
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
@@ -25,11 +27,10 @@ from millprint.config.uncertainty import (
     ParametersSection,
     UncertaintyConfig,
 )
+from millprint.config.workflow import WorkflowConfig
 from millprint.dem.run import simulate
-from millprint.dem.short_runs import simulate_each
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.statistics.quantiles import normal_quantile
-from millprint.uncertainty.varied import fill_ratios_of
 
 # Normal distributions are cut off here, so that a design covers only the values that matter.
 MOST_DEVIATIONS = 3.0
@@ -198,6 +199,25 @@ def check_contact(space: Space, contact: ContactConfig) -> None:
                 f"contact set {contact.name}, whose predictions get the intervals; widen the distribution, or set "
                 "mills.contact to a set of your own values"
             )
+
+
+def uncertainty_faults(
+    config: WorkflowConfig, mills: dict[str, MillConfig], contacts: dict[str, ContactConfig], source: str
+) -> Iterator[str]:
+    """A line for each fault, with file, key, value and what to write; none if everything is valid."""
+    settings = config.uncertainty
+    if not settings.mills:
+        return
+    if settings.rayleigh_fraction > config.dem.rayleigh_fraction_max:
+        yield (
+            f"{source}: uncertainty.rayleigh_fraction = {settings.rayleigh_fraction:g}: at most "
+            f"{config.dem.rayleigh_fraction_max:g} (dem.rayleigh_fraction_max)"
+        )
+    for name in settings.mills:
+        try:
+            check_contact(space_of(mills[name], settings), contacts[config.mills.contact_set])
+        except ConfigError as error:
+            yield f"{source}: {error}"
 
 
 def design_of(mill: MillConfig, uncertainty: UncertaintyConfig) -> pd.DataFrame:

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from millprint.cases.simulate import Values, simulate_each
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.quantities import LOSS_EXPONENT, LOST, PLATE_MEAN, PLATE_POWER, SWING
 from millprint.config.shaken_models import LeafSpringConfig, ShakenBoxConfig, ShakenPlateConfig
 from millprint.dem.ledger import closure
-from millprint.dem.short_runs import Values, simulate_each
 from millprint.mill.gravity import GRAVITY
 from millprint.validation.measured import COUNT, DEM, SCATTER, Inputs, prediction
 from millprint.validation.shaken import (

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from millprint.cases.simulate import simulate_each
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.fit import JarSearch, Stage
@@ -131,8 +132,9 @@ def trial_of(
     def trial(parameters: dict[str, float], stage: Stage) -> pd.DataFrame:
         jar = shaped(mill, parameters)
         cases = trial_cases(mill.name, values, settings, stage)
-        summaries = [simulate(case, jar, contact, dem, title=case.path) for case in cases]
-        return choose_rule(summaries, values, settings.counting_rules, mill.name, settings.contact)
+        runs = {case.path: case.model_dump() for case in cases}
+        summaries = simulate_each(runs, lambda own: simulate(Case(**own), jar, contact, dem), (), "jar")
+        return choose_rule(list(summaries.values()), values, settings.counting_rules, mill.name, settings.contact)
 
     return trial
 
