@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 import yaml
 
-from millprint.checks.before_running import own_sweeps
+from millprint.cases.of_mill import mill_cases
 from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
@@ -97,7 +97,8 @@ def warnings_of(changes=None) -> list[str]:
     """Warnings of the thesis's configuration with changed sections; raises ConfigError for what is refused."""
     content = configuration() | (changes or {})
     config, mills, _, cases = load_workflow(content, ["config/config.yaml"])
-    settings = speed_settings(config, mills, own_sweeps(config, mills), cases, "config/config.yaml")
+    swept = {name: mill_cases(mills[name], config.mills) for name in {config.mill, *config.mills.named}}
+    settings = speed_settings(config, mills, swept, cases, "config/config.yaml")
     bodies = {setting.mill.name: build_bodies(mills[setting.mill.name], CHECK_RPM) for setting in settings}
     pairs = with_paces(settings, bodies)
     check_speeds(pairs)
