@@ -25,7 +25,7 @@ if "snakemake" in globals():
         _, factor = enlarged(MillConfig(**snakemake.params.mill), settings.volume_l, "large")
         contact = ContactConfig(**snakemake.params.contact)
         # The smallest ball has the shortest step.
-        smallest = min((run["case"].get("mixture") or {}).get("sizes_mm", [run["case"]["ball_diameter_mm"]]))
+        smallest = min((run["case"].get("mixture") or {}).get("sizes_mm", [1e3 * run["case"]["ball_diameter_m"]]))
         step = fraction * step_scale(contact, smallest / 2e3)
         sheet = tabulate_scale_up(fingerprint, factor, settings, step, run["ns_per_ball_step"])
         write_table(sheet, snakemake.output.sheet)

@@ -57,8 +57,8 @@ def descriptors(mill: MillConfig, speed_rpm: float, diameter_mm: float, fill: fl
     """The numbers of COLUMNS for one run; f and the energies are of contacts by surface."""
     contact = load_named(CONFIG / "contacts", "calibrated", ContactConfig, "contact set")
     case = Case(
-        mill=mill.name, contact="calibrated", ball_diameter_mm=diameter_mm, fill_ratio=fill, speed_rpm=speed_rpm,
-        seed=seed, settle_s=0.15, discard_s=0.3, window_s=window_s, rayleigh_fraction=0.08,
+        mill=mill.name, contact="calibrated", ball_diameter_m=diameter_mm / 1e3, fill_ratio=fill,
+        speed_hz=speed_rpm / 60, seed=seed, settle_s=0.15, discard_s=0.3, window_s=window_s, rayleigh_fraction=0.08,
     )  # fmt: skip
     simulation = Simulation(case, mill, contact, DemConfig())
     recording = simulation.run()

@@ -59,7 +59,7 @@ def write(path: Path, *groups: pd.DataFrame, stored: float = 0.0, fill: float = 
             group[name] = table[name].to_numpy()
         file["ledger/elastic_tangential_J"] = np.array([0.25, 0.25 + stored])
     tangential = (table["damping_J"] + table["sliding_J"]).sum() - stored
-    case = {"ball_diameter_mm": 10.0, "fill_ratio": fill, "speed_rpm": 600.0, "seed": seed}
+    case = {"ball_diameter_m": 0.01, "fill_ratio": fill, "speed_hz": 10.0, "seed": seed}
     return str(path), {
         "mill": "emax", "contact": "steel", "case": case, "frequency_hz": 10.0, "density_kg_m3": 7700.0,
         "amplitude_m": 0.017,

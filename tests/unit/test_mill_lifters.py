@@ -128,7 +128,7 @@ def test_the_example_of_the_handbook_is_a_mill_that_can_be_run():
     mill = example()
     check_volume(mill, build_vessel(mill))
     cases = mill_cases(mill, MillsConfig(contact="steel"))
-    check_mixtures(cases, {mill.name: mill}, {mill.name: build_bodies(mill, 45)}, "tumbler.yaml: sweep")
+    check_mixtures(cases, {mill.name: mill}, {mill.name: build_bodies(mill, 0.75)}, "tumbler.yaml: sweep")
     assert len(cases) == 18 and all(case.mixture for case in cases)
 
 

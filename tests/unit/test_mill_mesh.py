@@ -268,11 +268,11 @@ def test_a_cup_drawn_as_its_own_wall_is_explained_where_no_ball_fits():
     content = load_named(MILLS, "emax", MillConfig, "mill").model_dump() | {"volume_ml": cup.volume / 1e3}
     mill = MillConfig(**content | {"geometry": {"kind": "stl", "path": "cup.stl", "unit": "mm"}})
     case = Case(
-        mill="emax", contact="calibrated", ball_diameter_mm=10, fill_ratio=0.1, speed_rpm=60, seed=0, settle_s=0.1,
+        mill="emax", contact="calibrated", ball_diameter_m=0.01, fill_ratio=0.1, speed_hz=1.0, seed=0, settle_s=0.1,
         discard_s=0.1, window_s=0.1, rayleigh_fraction=0.1,
     )  # fmt: skip
     with pytest.raises(ConfigError, match="the shape of a vessel is its hollow, not its wall"):
-        check_room([case], {"emax": mill}, {"emax": build_bodies(mill, 60)}, "my.yaml: sweep")
+        check_room([case], {"emax": mill}, {"emax": build_bodies(mill)}, "my.yaml: sweep")
 
 
 def with_point(mesh: trimesh.Trimesh, face: int, point: np.ndarray) -> trimesh.Trimesh:

@@ -22,7 +22,7 @@ from tests.conftest import ROOT
 
 DEM = DemConfig(time_step_s=1e-6, settle_s=0.25, discard_s=0.25, window_s=0.5)
 CASE = Case(
-    mill="emax", contact="calibrated", ball_diameter_mm=10, fill_ratio=0.1, speed_rpm=600, seed=0, settle_s=0.25,
+    mill="emax", contact="calibrated", ball_diameter_m=0.01, fill_ratio=0.1, speed_hz=10.0, seed=0, settle_s=0.25,
     discard_s=0.25, window_s=0.5,
 )  # fmt: skip
 
@@ -103,7 +103,7 @@ def test_every_simulation_of_a_tumbling_mill_is_counted(name):
     contacts = {each: contact(each) for each in setup.contact_names}
     rows = design(setup, contacts, {})
     cases = setup.simulated_inside(mill(setup.mill))
-    assert sorted(case.speed_rpm for case in cases) == sorted(rows["speed_rpm"])
+    assert sorted(case.speed_hz for case in cases) == sorted(rows["speed_rpm"] / 60)
     assert sorted(case.seed for case in cases) == sorted(rows["seed"])
 
 

@@ -159,7 +159,7 @@ def test_variants_change_one_setting_of_one_condition():
     ]  # fmt: skip
     reference = variants[0].cases
     assert [case.seed for case in reference] == [0, 1, 2, 3, 4, 5]
-    assert (reference[0].speed_rpm, reference[0].ball_diameter_mm, reference[0].fill_ratio) == (300, 10, 0.2)
+    assert (reference[0].speed_hz, reference[0].ball_diameter_m, reference[0].fill_ratio) == (5, 0.01, 0.2)
     # The sweep has the same case, so that it is simulated once.
     assert reference[0] in mill_cases(mill, MILLS)
     rayleigh = step_scale(CALIBRATED, 0.005)

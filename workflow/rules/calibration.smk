@@ -43,7 +43,7 @@ rule tabulate_convergence:
         further_rules=CONFIG.convergence.counting_rules,
         settings=CONFIG.convergence.model_dump(mode="json", exclude={"study"}),
         taken_s={
-            ball: longest_step(ball, described_cases(CONFIG, CASES).values(), CONTACTS, CONFIG.dem)
+            ball: longest_step(ball / 1e3, described_cases(CONFIG, CASES).values(), CONTACTS, CONFIG.dem)
             for sweep in CONFIG.sweeps
             if sweep.compares_steps
             for ball in sweep.ball_diameters_mm

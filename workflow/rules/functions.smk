@@ -80,7 +80,7 @@ def own_tables(name: str) -> list[str]:
 def bed_sizes(name: str) -> tuple[float, float]:
     """The radius of the drum of a set-up and the diameter of its balls [m]."""
     case = rows_of("SET_UP", name)[0].case
-    return MILLS[case.mill].geometry.radius_mm / 1e3, case.ball_diameter_mm / 1e3
+    return MILLS[case.mill].geometry.radius_mm / 1e3, case.ball_diameter_m
 
 
 def simulated(case: str) -> str:

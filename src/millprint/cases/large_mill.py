@@ -45,13 +45,13 @@ def large_case(small: MillConfig, large: MillConfig, factor: float, settings: Mi
     plan = settings.scale_up
     if plan is None:
         raise ValueError("mills.scale_up: is left out, so that there is no large run")
-    speed = plan.speed_rpm * factor**RUN_WAY.power
-    turn_s = 60 / speed
+    speed_hz = plan.speed_rpm * factor**RUN_WAY.power / 60
+    turn_s = 1 / speed_hz
     sizes = small.sweep.balls if small.sweep else []
     balls = chosen_balls(plan.ball_diameter_mm, sizes, "mills.scale_up.ball_diameter_mm")
     return Case(
         mill=large.name, contact=settings.contact_set, **balls_of(balls),
-        fill_ratio=plan.fill_ratio, speed_rpm=speed, seed=0, rayleigh_fraction=settings.rayleigh_fraction,
+        fill_ratio=plan.fill_ratio, speed_hz=speed_hz, seed=0, rayleigh_fraction=settings.rayleigh_fraction,
         settle_s=LARGE_SETTLE_S,
         discard_s=LARGE_TURNS / 2 * turn_s, window_s=LARGE_TURNS / 2 * turn_s, threads=plan.cores,
     )  # fmt: skip

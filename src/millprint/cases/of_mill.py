@@ -8,12 +8,12 @@ from collections.abc import Mapping
 from itertools import chain, count, islice
 from typing import NamedTuple
 
-from millprint.config.conditions import Condition, spread
+from millprint.config.conditions import condition, spread
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import StudyConfig
 from millprint.config.mill import MillConfig
-from millprint.config.mill_sweep import MillsConfig, MillSweepConfig
+from millprint.config.mill_sweep import ConditionSection, MillsConfig, MillSweepConfig
 from millprint.config.sweep import Case, DemConfig, balls_of, mill_of
 from millprint.config.uncertainty import UncertaintyConfig
 from millprint.config.workflow import WorkflowConfig
@@ -54,27 +54,27 @@ def place_of_sweep(config: WorkflowConfig, name: str, source: str) -> str:
     return f"{source}: sweep" if config.sweep and name == config.mill else f"config/mills/{name}.yaml: sweep"
 
 
-def conditions_of(sweep: MillSweepConfig) -> list[Condition]:
+def conditions_of(sweep: MillSweepConfig) -> list[ConditionSection]:
     """The conditions of a sweep that has fill ratios only; of lists, the star.
 
     That is the first speed with every size, and the first size with every speed, each at every fill ratio.
     """
     if sweep.conditions:
-        return [(each.ball_diameter_mm, each.rpm, each.fill_ratio or 0.0) for each in sweep.conditions]
+        return sweep.conditions
     speeds, sizes = sweep.speeds, sweep.balls
     settings = [*((sizes[0], speed) for speed in speeds), *((size, speeds[0]) for size in sizes[1:])]
-    return [(*setting, fill) for setting in settings for fill in sweep.fills]
+    return [condition(*setting, fill) for setting in settings for fill in sweep.fills]
 
 
 def durations_of(
-    speed_rpm: float, discard_turns: float | None, window_turns: float | None, recorded: float = 1.0, turns: int = 3
+    speed_hz: float, discard_turns: float | None, window_turns: float | None, recorded: float = 1.0, turns: int = 3
 ) -> dict[str, float]:
     """Time before the averages begin and recorded time of a case [s], in whole turns where they are not given.
 
     recorded: factor on the recorded time, which is never shortened below TURNS_WITH_ERROR, and is at least `turns`
     turns where it is not given.
     """
-    turn_s = 60 / speed_rpm
+    turn_s = 1 / speed_hz
     discard = discard_turns or math.ceil(DISCARD_S / turn_s)
     if window_turns:
         window = max(min(TURNS_WITH_ERROR, window_turns), recorded * window_turns)
@@ -89,13 +89,14 @@ def seeds_of(sweep: MillSweepConfig, fewest: int) -> list[int]:
     return list(islice(chain(sweep.seeds, further), max(fewest, len(sweep.seeds))))
 
 
-def _case(mill: MillConfig, settings: MillsConfig, sweep: MillSweepConfig, condition: Condition, seed: int) -> Case:
+def _case(mill: MillConfig, settings: MillsConfig, sweep: MillSweepConfig, given: ConditionSection, seed: int) -> Case:
     """A condition of a mill at the precision of `settings`, with step and recorded time of its sweep."""
-    (size, speed, fill), level = condition, settings.level
+    level = settings.level
     return Case(
-        mill=mill.name, contact=settings.contact_set, **balls_of(size), fill_ratio=fill, speed_rpm=speed, seed=seed,
+        mill=mill.name, contact=settings.contact_set, **balls_of(given.ball_diameter_mm), fill_ratio=given.fill_ratio,
+        speed_hz=given.hz, seed=seed,
         rayleigh_fraction=level.step * settings.rayleigh_fraction, settle_s=settings.settle_s,
-        **durations_of(speed, sweep.discard_turns, sweep.window_turns, level.recorded, level.turns),
+        **durations_of(given.hz, sweep.discard_turns, sweep.window_turns, level.recorded, level.turns),
     )  # fmt: skip
 
 
@@ -174,7 +175,7 @@ def _changes(
 ) -> list[tuple[str, float, float, dict[str, float]]]:
     """Setting, factor and value of each variant, and the keys of the case that it changes."""
     stiffness = contact.young_modulus_gpa or 0.0
-    scale = step_scale(contact, min(case.sizes_mm) / 2000)
+    scale = step_scale(contact, min(case.sizes_m) / 2)
     fraction = case.rayleigh_fraction or 0.0
     loose = {"closure_max": CLOSURE_MAX}
     changes: list[tuple[str, float, float, dict[str, float]]] = []
@@ -214,7 +215,7 @@ def varied_case(mill: MillConfig, settings: MillsConfig, uncertainty: Uncertaint
     """
     first, sweep = mill_cases(mill, settings)[0], sweep_of(mill)
     own = {"rayleigh_fraction": uncertainty.rayleigh_fraction, "closure_max": SAMPLE_CLOSURE_MAX}
-    return first.model_copy(update={**own, **durations_of(first.speed_rpm, sweep.discard_turns, sweep.window_turns)})
+    return first.model_copy(update={**own, **durations_of(first.speed_hz, sweep.discard_turns, sweep.window_turns)})
 
 
 def fill_ratios_of(mill: MillConfig, uncertainty: UncertaintyConfig) -> list[float]:

@@ -253,7 +253,7 @@ def described_cases(config: WorkflowConfig, cases: dict[str, Case]) -> dict[str,
     return {
         path: case
         for path, case in cases.items()
-        if case.speed_rpm > 0
+        if case.speed_hz > 0
         and case.snapshot_interval_s is None
         and case.young_modulus_gpa is None
         and case.time_step_s is None
@@ -270,9 +270,9 @@ def mapped_cases(config: WorkflowConfig, cases: dict[str, Case], contact: str) -
     for path, case in described_cases(config, cases).items():
         if not is_as_built(case):
             continue
-        place = (case.mill, case.contact, case.ball_diameter_mm, case.speed_rpm)
+        place = (case.mill, case.contact, case.ball_diameter_m, case.speed_hz)
         if (
-            place == (config.mill, contact, maps.ball_diameter_mm, maps.speed_rpm)
+            place == (config.mill, contact, maps.ball_diameter_mm / 1e3, maps.speed_rpm / 60)
             and case.fill_ratio in maps.fill_ratios
         ):
             chosen.setdefault(case.fill_ratio, path)
@@ -304,9 +304,9 @@ def own_cases(
         Case(
             mill=mill.name, contact=contact.name,
             **balls_of(experiment.balls.diameter_mm), fill_ratio=fill_of(experiment, mill, contact, place),
-            speed_rpm=experiment.rpm, seed=seed, density_kg_m3=experiment.balls.density_kg_m3,
+            speed_hz=experiment.hz, seed=seed, density_kg_m3=experiment.balls.density_kg_m3,
             rayleigh_fraction=settings.rayleigh_fraction, settle_s=settings.settle_s,
-            **durations_of(experiment.rpm, experiment.discard_turns, experiment.window_turns),
+            **durations_of(experiment.hz, experiment.discard_turns, experiment.window_turns),
         )
         for seed in experiment.seeds
     ]  # fmt: skip
@@ -337,7 +337,7 @@ def cases_of(
 
 def animated_case(case: Case) -> Case:
     """The first turns of a case after its balls circulate, with a snapshot for each frame."""
-    turn_s = 60 / case.speed_rpm
+    turn_s = 1 / case.speed_hz
     return case.model_copy(
         update={
             "window_s": TURNS * turn_s,

@@ -68,7 +68,7 @@ def check_before_running(
         groups.append((f"{source}: validation.{name}", list(charges.values())))
     groups += [(place, own) for place, (_, own) in carded.items()]
     for place, group in groups:
-        for name, diameter in sorted({(case.mill, size) for case in group for size in case.sizes_mm}):
+        for name, diameter in sorted({(case.mill, size) for case in group for size in case.sizes_m}):
             check_ball_size(bodies[name][0].vessel, name, diameter, place)
     # The key of the step: the sweeps of the configuration are a list; for mills' own sweeps it is set for all mills.
     steps = {place: f"{place}.rayleigh_fraction" for place, _ in groups}
@@ -140,7 +140,7 @@ def card_cases(table: CaseTable) -> dict[str, tuple[SpeedSetting, list[Case]]]:
         mill, balls = table.mills[experiment.mill], table.contact_of(name)
         own = own_cases(experiment, mill, balls, config.mills, place)
         key, unit = ("speed_hz", "Hz") if experiment.speed_hz is not None else ("speed_rpm", "rpm")
-        found[place] = SpeedSetting(f"{place}: {key}", unit, mill, experiment.rpm), own
+        found[place] = SpeedSetting(f"{place}: {key}", unit, mill, experiment.hz), own
         contact = overridden(own[0], mill, balls)[1]
         materials = config.dose.wear.materials
         check_material(experiment, contact.density_kg_m3, read_materials(materials), place, materials)

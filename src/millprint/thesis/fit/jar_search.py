@@ -112,7 +112,7 @@ def trial_cases(mill: str, values: pd.DataFrame, settings: JarSearch, stage: Sta
     common |= {name: getattr(settings, name) for name in ("time_step_s", "closure_max", "settle_s")}
     cases = []
     for (diameter, fill, speed), seed in itertools.product(sorted(places), range(stage.seeds)):
-        place = {"ball_diameter_mm": diameter, "fill_ratio": fill, "speed_rpm": speed, "seed": seed}
+        place = {"ball_diameter_m": diameter / 1e3, "fill_ratio": fill, "speed_hz": speed / 60, "seed": seed}
         turns = {"discard_s": settings.discard_revolutions, "window_s": stage.revolutions}
         times = {name: count * 60.0 / speed for name, count in turns.items()}
         cases.append(Case(**common, **place, **times))
