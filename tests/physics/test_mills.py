@@ -28,8 +28,9 @@ DISSIPATED = ["normal_damping_J", "tangential_damping_J", "sliding_J", "rolling_
 def simulate(mill, contact, speed_rpm: float, closure_max: float = 2e-3, **changes):
     """A run, and what it dissipates [W]: the work of a wall also lifts and lowers the balls within a turn."""
     described = {
-        "mill": mill.name, "contact": contact.name, "ball_diameter_m": 0.01, "fill_ratio": 0.1, "speed_hz": speed_rpm / 60,
-        "seed": 0, "settle_s": 0.1, "discard_s": 0.1, "window_s": 0.5, "rayleigh_fraction": 0.03,
+        "mill": mill.name, "contact": contact.name, "ball_diameter_m": 0.01, "fill_ratio": 0.1,
+        "speed_hz": speed_rpm / 60, "seed": 0, "settle_s": 0.1, "discard_s": 0.1, "window_s": 0.5,
+        "rayleigh_fraction": 0.03,
     }  # fmt: skip
     simulation = Simulation(Case(**{**described, **changes}), mill, contact, DEM)
     series = ledger_series(np.concatenate(simulation.run("test").samples))
