@@ -138,7 +138,7 @@ def test_a_useless_restart_file_is_ignored(unbroken, mills, contacts, tmp_path, 
     speed = 1100 if damage == "other speed" else 1200
     with monkeypatch.context() as patched, pytest.raises(Killed):
         kill_after(patched, 40)
-        run(tmp_path / "parts", mills, contacts, CASE.model_copy(update={"speed_rpm": speed}))
+        run(tmp_path / "parts", mills, contacts, CASE.model_copy(update={"speed_hz": speed / 60}))
     restart = tmp_path / "parts" / RESTART
     if damage == "truncated":
         restart.write_bytes(restart.read_bytes()[: restart.stat().st_size // 2])

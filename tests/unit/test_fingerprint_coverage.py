@@ -24,7 +24,8 @@ from millprint.fingerprint.processes import (
     logarithms,
     varied_components,
 )
-from millprint.mill.vessel import build_vessel, check_volume
+from millprint.mill.bodies import check_volume
+from millprint.mill.vessel import build_vessel
 from tests.conftest import ROOT
 from tests.new_jars import DRAWN, JARS, write_folder
 from tests.unit.synthetic_mill import VOLUME, descriptors

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from pandas.testing import assert_frame_equal
 from scipy.stats import norm
 
 from millprint.cli.commands import main as millprint
@@ -228,7 +229,7 @@ def test_a_ranking_has_the_intervals_by_contact_parameters_of_those_that_have_th
     own = Fingerprint.read(analysed)
     table = rank_conditions(TARGET, [own], request)
     # What was there before is as it was.
-    assert table[list(plain)].equals(plain)
+    assert_frame_equal(table[list(plain)], plain)
     best = table.iloc[0]
     band = own.predict(
         own.condition(speed_hz=best["speed_rpm"] / 60, ball_diameter_m=0.01, fill_ratio=best["fill_ratio"])

@@ -26,9 +26,9 @@ from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.mill_collapse import VERDICTS, one_row_a_mill, tabulate_mill_collapse
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.scale_up import compare_run, tabulate_scale_up
-from millprint.mill.bodies import build_bodies, check_inserts, travel_m
+from millprint.mill.bodies import build_bodies, check_inserts, check_volume, travel_m
 from millprint.mill.default_sweep import default_sweep
-from millprint.mill.vessel import build_vessel, check_volume
+from millprint.mill.vessel import build_vessel
 from millprint.run.files import read_table, write_json
 from millprint.view.mill_picture import FRAMES, picture_mill
 from millprint.view.snapshots import Geometry, body_of_feature

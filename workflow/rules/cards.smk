@@ -10,6 +10,7 @@ def animated(name: str) -> list:
 
 rule write_card:
     input:
+        sources=lambda wildcards: shape_files(CARD_EXPERIMENTS[wildcards.card].mill),
         summaries=lambda wildcards: files_of(rows_of("CARD", wildcards.card)),
         runs=lambda wildcards: files_of(rows_of("CARD", wildcards.card), "run.h5"),
         uncertainty=lambda wildcards: card_intervals(wildcards.card),

@@ -44,6 +44,7 @@ rule draw_mill:
 
 rule describe_mill:
     input:
+        sources=lambda wildcards: shape_files(wildcards.mill),
         summaries=lambda wildcards: files_of(rows_of("MILL", wildcards.mill)),
         runs=lambda wildcards: files_of(rows_of("MILL", wildcards.mill), "run.h5"),
     output:

@@ -30,7 +30,7 @@ from millprint.fingerprint.sweep_checks import (
     speed_warnings,
     with_paces,
 )
-from millprint.mill.vessel import build_vessel
+from millprint.mill.bodies import build_bodies
 from millprint.mill.wall_words import drawn_in_words
 from millprint.validation.measured import check_validation
 
@@ -113,8 +113,10 @@ def mill_warnings(mills: dict[str, MillConfig]) -> list[str]:
     """
     found = []
     for name, mill in mills.items():
-        if mill.geometry.kind == "stl" and not mill.geometry.faceted and (words := drawn_in_words(build_vessel(mill))):
-            found.append(f"{MILL_FOLDER}/{name}.yaml: geometry: {words}")
+        shapes = [mill.geometry, *(insert.geometry for insert in mill.inserts)]
+        for body, shape in zip(build_bodies(mill), shapes, strict=True):
+            if not shape.faceted and (words := drawn_in_words(body.vessel)):
+                found.append(f"{body.vessel.name}: {words}")
         place, motion = f"{MILL_FOLDER}/{name}.yaml: motion", mill.motion
         if not isinstance(motion, PlanetaryMotion):
             continue

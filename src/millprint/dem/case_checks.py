@@ -15,10 +15,10 @@ from millprint.config.workflow import WorkflowConfig
 from millprint.dem.case_cost import MOST_BYTES, MOST_DAYS, MOST_SITES, cost, sites_of
 from millprint.dem.cohesion_check import check_cohesion
 from millprint.dem.laws.registry import law_of, step_scale
-from millprint.dem.packing import capacity, pack_mixture, room_in_words
+from millprint.dem.packing import capacity, pack_mixture, room_in_words, widest_in_mm
 from millprint.dem.timestep import largest_fraction, requested_step
-from millprint.mill.bodies import Body, build_bodies, check_inserts, inserts_in_vessel
-from millprint.mill.vessel import Vessel, check_volume
+from millprint.mill.bodies import Body, build_bodies, check_inserts, check_volume, inserts_in_vessel
+from millprint.mill.vessel import Vessel
 
 
 def fills_of_media(cases: Iterable[Case]) -> dict[tuple[str, float], set[float]]:
@@ -47,8 +47,6 @@ def check_room(cases: Iterable[Case], mills: dict[str, MillConfig], bodies: dict
             what = f"{place}: fill_ratios = {fill:g}: {balls} balls of {1e3 * diameter:g} mm"
             if balls > most:
                 room = room_in_words(vessel, diameter, volume, inserts, most)
-                if not most and mills[name].geometry.kind == "stl":
-                    room += "; the shape of a vessel is its hollow, not its wall"
                 raise ConfigError(f"{what} do not fit in mill {name}: {room}")
             if balls < 1:
                 raise ConfigError(f"{what} in mill {name}; one ball needs at least {share:.2g}")
@@ -93,12 +91,10 @@ def checked_bodies(mills: dict[str, MillConfig]) -> dict[str, list[Body]]:
 
 def check_ball_size(vessel: Vessel, mill: str, diameter_m: float, place: str) -> None:
     """Check that a ball fits between the walls, and that not too many of them are needed."""
-    low, high = vessel.bounds
-    widest = float((high - low).min())
-    if diameter_m > widest:
+    if diameter_m > float(np.ptp(vessel.bounds, axis=0).min()):
         raise ConfigError(
             f"{place}: ball_diameters_mm = {1e3 * diameter_m:g}: a ball of that size does not fit in mill {mill}; "
-            f"at most {1e3 * widest:.3g} mm"
+            f"at most {widest_in_mm(vessel)}"
         )
     sites = sites_of(vessel, diameter_m)
     if sites > MOST_SITES:

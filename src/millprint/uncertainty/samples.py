@@ -247,7 +247,7 @@ def run_samples(
     """Simulate a case once for each row of `samples`, in this process, and return the descriptors.
 
     samples: its index names the samples; each column is a key of a contact set (restitution, static_friction,
-    wall_static_friction, rolling_friction, young_modulus_gpa, ...) or of a case (fill_ratio, speed_rpm, seed, ...), and
+    wall_static_friction, rolling_friction, young_modulus_gpa, ...) or of a case (fill_ratio, speed_hz, seed, ...), and
     replaces the value of `contact` or `case`. counting_rule: a name in dem.counting_rules, defines one collision.
     done: a file that collects simulated rows and from which a killed call with the same arguments continues
     (`simulate_each`); the caller removes it once the table is written.

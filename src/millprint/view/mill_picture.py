@@ -6,7 +6,7 @@ import numpy as np
 
 from millprint.config.mill import MillConfig
 from millprint.mill.bodies import Body, build_bodies
-from millprint.mill.wall_words import round_triangles, wall_in_words
+from millprint.mill.wall_words import round_triangles, walls_in_words
 from millprint.view.frames import VIEWS, Drawing, Shape, View, draw_bodies
 
 FRAMES = 8
@@ -75,7 +75,7 @@ def picture_mill(mill: MillConfig) -> MillPicture:
     start = [body.to_laboratory(shape.vertices_m, 0.0) for body, shape in zip(bodies, shapes, strict=True)]
     return MillPicture(
         title=mill.title,
-        walls=f"wall: {wall_in_words(bodies[0].vessel)}",
+        walls=f"wall: {walls_in_words(bodies)}",
         speed_unit=mill.speed_unit,
         views=VIEWS,
         looks=tuple(_picture_of(view, bodies, shapes, mark, 0.0) for view in VIEWS),
