@@ -6,6 +6,9 @@ import pytest
 from pydantic import ValidationError
 
 from millprint.cases.of_mill import mean_samples
+from millprint.cases.simulate import simulate_each
+from millprint.cases.table import CaseTable, Why
+from millprint.config.checks import load_workflow
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
@@ -131,3 +134,39 @@ def test_a_place_where_nothing_can_be_written_is_named():
     # Not even the administrator writes there.
     with pytest.raises(ConfigError, match=r"^/proc/results: nothing can be written there"):
         check_disk([job()], "/proc/results")
+
+
+def test_a_run_continues_with_what_is_done_and_whole_and_repeats_what_changed(tmp_path):
+    made, lost = [], set()
+
+    def simulate(values: dict) -> dict:
+        made.append(values["seed"])
+        return {"power_W": 2.0 * values["seed"]}
+
+    def call(**seeds: int) -> dict:
+        runs = {name: {"seed": seed} for name, seed in seeds.items()}
+        return simulate_each(runs, simulate, [DEM], "runs", tmp_path / "done", is_whole=lambda name: name not in lost)
+
+    assert call(a=1, b=2) == {"a": {"power_W": 2.0}, "b": {"power_W": 4.0}}
+    assert call(a=1, b=3, c=4)["b"] == {"power_W": 6.0} and made == [1, 2, 3, 4]
+    lost.add("a")
+    assert call(a=1, c=4)["c"] == {"power_W": 8.0} and made == [1, 2, 3, 4, 1]
+
+
+def test_a_case_of_several_rows_is_simulated_as_the_first_of_them_says(monkeypatch):
+    """A sweep of the configuration that has a case of the mill's own sweep, with another window."""
+    monkeypatch.chdir(ROOT)
+    sweep = {
+        "name": "mine", "contacts": ["calibrated"], "ball_diameters_mm": [10], "fill_ratios": [0.2], "window_s": 9.0,
+        "speeds_rpm": [300], "seeds": [0],
+    }  # fmt: skip
+    config, mills, contacts, _ = load_workflow({"mill": "planetary", "sweeps": [sweep]}, [])
+    table = CaseTable(config, mills, contacts)
+    (own,) = table.rows(Why.SWEEP, "mine")
+    others = table.cases(Why.MILL, "planetary")
+    assert own.case.path in others and others[own.case.path] != own.case
+    assert table.at(own.case.path) == own and own.folder == f"dem/{own.case.path}"
+    other = next(path for path in others if path != own.case.path)
+    assert table.at(other).why is Why.MILL and table.processor_s([table.at(other)]) > 0
+    with pytest.raises(ConfigError, match="no such case"):
+        table.at("planetary/calibrated/d1_f0.10_n1_s0")
