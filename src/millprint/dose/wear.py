@@ -31,11 +31,11 @@ from scipy.constants import hour as HOUR
 from millprint.config.dose import ChargeConfig
 from millprint.config.errors import ConfigError
 from millprint.config.sweep import as_tabulated
+from millprint.estimate.quantiles import normal_quantile, student_quantile
 from millprint.fingerprint.bands import Factors
 from millprint.run.files import read_json
 from millprint.run.hdf5 import open_hdf5
 from millprint.run.tables import Number, Text, read_measured, refuse_rows
-from millprint.statistics.quantiles import normal_quantile, student_quantile
 
 BALL_BALL, BALL_WALL = "ball_ball", "ball_wall"
 KINDS = (BALL_BALL, BALL_WALL)

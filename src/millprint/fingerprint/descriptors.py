@@ -278,7 +278,7 @@ def variance_of_run(values: Sequence[float], within: Sequence[tuple[float, int]]
     # Seeds that agree to the last digits of a number do not differ.
     if seeds > 1 and inside and np.ptp(values) > 1e-9 * np.max(np.abs(values)):
         # Imported here: slow to import, and most conditions have one seed.
-        from millprint.statistics.quantiles import f_exceeded
+        from millprint.estimate.quantiles import f_exceeded
 
         differ = between > float(f_exceeded(CHANCE, seeds - 1, inside)) * squares / inside
     if differ:

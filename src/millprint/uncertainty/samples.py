@@ -29,8 +29,8 @@ from millprint.config.uncertainty import (
 )
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.run import simulate
+from millprint.estimate.quantiles import normal_quantile
 from millprint.fingerprint.descriptors import tabulate_descriptors
-from millprint.statistics.quantiles import normal_quantile
 
 # Normal distributions are cut off here, so that a design covers only the values that matter.
 MOST_DEVIATIONS = 3.0

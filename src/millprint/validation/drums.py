@@ -18,9 +18,9 @@ from millprint.config.setup_models import BeadDrumConfig, DrumOfBallsConfig, Rep
 from millprint.config.sweep import Case, expand_sweep
 from millprint.dem.layout import SNAPSHOT
 from millprint.dem.simulation import Simulation
+from millprint.estimate.estimates import half_width
 from millprint.mill.kernel_columns import span_of
 from millprint.run.hdf5 import open_hdf5
-from millprint.statistics.quantiles import student_quantile
 from millprint.validation.measured import BLOCKS, CONTACT, SCATTER, Inputs, prediction
 
 # At the surface, the number density falls to this share of its value in the bed.
@@ -135,18 +135,6 @@ def zero_place(depths: np.ndarray, speeds: np.ndarray) -> float:
     return float(depth[at] - speed[at] * (depth[at + 1] - depth[at]) / (speed[at + 1] - speed[at]))
 
 
-def block_uncertainty(values: np.ndarray, probability: float = 0.95) -> np.ndarray:
-    """Half the interval of the means of blocks, from Student's t and the scatter of the blocks.
-
-    values: (b, ...) of b blocks of one run, or of b runs; NaN where a block has no value, or for one block.
-    """
-    blocks = len(values)
-    if blocks < 2:
-        return np.full(np.shape(values)[1:], math.nan)
-    factor = student_quantile((1 + probability) / 2, blocks - 1)
-    return factor * np.std(values, axis=0, ddof=1) / math.sqrt(blocks)
-
-
 logger = logging.getLogger("millprint")
 
 # Both drums turn about y.
@@ -230,7 +218,7 @@ def measure(motion: Motion, depths: np.ndarray, settings: BeadDrumConfig, surfac
 def _block_scatter(motion: Motion, depths: np.ndarray, settings: BeadDrumConfig, surface: Surface) -> np.ndarray:
     """Half the interval of each of `Profile.values` by the scatter of blocks of time, all in the same frame."""
     blocks = motion.blocks(settings.blocks)
-    return block_uncertainty(np.array([measure(block, depths, settings, surface).values for block in blocks]))
+    return half_width(np.array([measure(block, depths, settings, surface).values for block in blocks]))
 
 
 def predict_bead_drum(inputs: Inputs) -> pd.DataFrame:
@@ -348,7 +336,7 @@ def predict_repose_drum(inputs: Inputs) -> pd.DataFrame:
     angles = np.array([motion.surface(settings).angle_deg for motion in motions])
     blocks = [[part.surface(settings).angle_deg for part in motion.blocks(settings.blocks)] for motion in motions]
     # Two seeds give little information on the scatter, so the blocks of time of all seeds are used.
-    scatter = float(block_uncertainty(np.concatenate(blocks)))
+    scatter = float(half_width(np.concatenate(blocks)))
     case = next(iter(expand_sweep(settings.sweeps[0], inputs.dem, settings.mill)))
     contacts = [inputs.contact, *sample_contacts(inputs.contact, settings)]
     runs = {f"slice {number}": contact.model_dump(mode="json") for number, contact in enumerate(contacts)}

@@ -13,6 +13,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.quantities import LOSS_EXPONENT, LOST, PLATE_MEAN, PLATE_POWER, SWING
 from millprint.config.shaken_models import LeafSpringConfig, ShakenBoxConfig, ShakenPlateConfig
 from millprint.dem.ledger import closure
+from millprint.estimate.estimates import mean_of
 from millprint.mill.gravity import GRAVITY
 from millprint.validation.measured import COUNT, DEM, SCATTER, Inputs, prediction
 from millprint.validation.shaken import (
@@ -26,7 +27,6 @@ from millprint.validation.shaken import (
     pour,
     spread,
 )
-from millprint.validation.tumbling import mean_interval
 
 LAW = "collect and collide, one particle"
 FITTED = f"{LAW}, thickness fitted"
@@ -49,9 +49,11 @@ def _mean_rows(table: pd.DataFrame, quantity: str, ids: dict[float, str]) -> lis
     """A row for each x of a table of runs (x, value), with the mean over the seeds and its interval."""
     rows = []
     for x, group in table.groupby("x"):
-        mean, low, high = mean_interval(group["value"].to_numpy(), 0.0)
-        interval = SCATTER if len(group) > 1 else ""
-        rows.append(prediction(quantity, "-", mean, id=ids.get(x, ""), x=x, lower=low, upper=high, interval=interval))
+        mean, interval = mean_of(group["value"].to_numpy(), "-", least=0.0), SCATTER if len(group) > 1 else ""
+        low, high = mean.ends("repeats")
+        rows.append(
+            prediction(quantity, "-", mean.value, id=ids.get(x, ""), x=x, lower=low, upper=high, interval=interval)
+        )
     return rows
 
 
@@ -198,11 +200,12 @@ def predict_leaf_spring(inputs: Inputs) -> pd.DataFrame:
     courses = np.array([np.interp(times, each["time_s"], each["amplitude"]) for each in found])
     own, ids, rows = courses[: len(settings.seeds)], inputs.ids_of(SWING), []
     for x, values, every in zip(times, own.T, courses.T, strict=True):
-        mean, low, high = mean_interval(values, 0.0)
+        mean = mean_of(values, "-", least=0.0)
+        low, high = mean.ends("repeats")
         ends = (float(np.nanmin([low, *every])), float(np.nanmax([high, *every]))) if len(every) > 1 else (low, high)
         interval = f"{SCATTER} and {COUNT}" if len(every) > 1 else ""
         rows.append(
-            prediction(SWING, "-", mean, id=ids.get(x, ""), x=x, lower=ends[0], upper=ends[1], interval=interval)
+            prediction(SWING, "-", mean.value, id=ids.get(x, ""), x=x, lower=ends[0], upper=ends[1], interval=interval)
         )
     line = swing_by_law(settings, inputs.contact)
     rows += [prediction(SWING, "-", row.amplitude, x=row.time_s, model=LAW) for row in line.itertuples()]
@@ -246,7 +249,7 @@ def predict_shaken_plate(inputs: Inputs) -> pd.DataFrame:
     )
     rows = _mean_rows(table, PLATE_POWER, inputs.ids_of(PLATE_POWER))
     for quantity, values in ((PLATE_MEAN, means), (LOSS_EXPONENT, exponents)):
-        mean, low, high = mean_interval(np.array(values))
-        bounds: dict[str, Any] = {"lower": low, "upper": high, "interval": SCATTER} if len(values) > 1 else {}
-        rows.append(prediction(quantity, "-", mean, id=inputs.ids_of_single(quantity), **bounds))
+        mean = mean_of(values, "-")
+        bounds: dict[str, Any] = {**vars(mean.repeats), "interval": SCATTER} if mean.repeats else {}
+        rows.append(prediction(quantity, "-", mean.value, id=inputs.ids_of_single(quantity), **bounds))
     return pd.DataFrame(rows)
