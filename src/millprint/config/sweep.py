@@ -231,13 +231,11 @@ def balls_of(size: float | BallMixture) -> dict[str, float | BallMixture | None]
 
 def as_tabulated(case: Mapping[str, Any]) -> dict[str, float]:
     """Ball diameter [mm], fill ratio and speed [rpm] of a stored case, as tables and pages have them."""
-    found = {
-        "ball_diameter_mm": 1e3 * case["ball_diameter_m"],
-        "fill_ratio": case["fill_ratio"],
-        "speed_rpm": 60 * case["speed_hz"],
-    }
     # Without the last digits, which the factors change: a speed of 500 rpm is 500.
-    return {name: float(f"{value:.13g}") for name, value in found.items()}
+    diameter_mm, speed_rpm = (
+        float(f"{value:.13g}") for value in (1e3 * case["ball_diameter_m"], 60 * case["speed_hz"])
+    )
+    return {"ball_diameter_mm": diameter_mm, "fill_ratio": case["fill_ratio"], "speed_rpm": speed_rpm}
 
 
 def threads_of(case: Case, dem: DemConfig) -> int:
