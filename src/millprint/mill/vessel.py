@@ -292,9 +292,14 @@ class Vessel:
     @cached_property
     def edges(self) -> tuple[Edge, ...]:
         """The lines where two facets meet."""
+        return self.edges_of(np.arange(len(self.edge_arrays.turn)))
+
+    def edges_of(self, numbers: np.ndarray) -> tuple[Edge, ...]:
+        """Some edges by their numbers."""
         start, end, ends, facets, inward, turn = self.edge_arrays
-        pairs = map(tuple, ends.tolist()), map(tuple, facets.tolist())
-        return tuple(map(Edge, start, end, *pairs, zip(*inward, strict=True), turn.tolist()))
+        pairs = map(tuple, ends[numbers].tolist()), map(tuple, facets[numbers].tolist())
+        inwards = zip(inward[0][numbers], inward[1][numbers], strict=True)
+        return tuple(map(Edge, start[numbers], end[numbers], *pairs, inwards, turn[numbers].tolist()))
 
     @cached_property
     def axes(self) -> np.ndarray:
@@ -322,16 +327,14 @@ class Vessel:
         return points[first[by_number]], number[rank], by_number
 
     def _find_edges(self, rank: np.ndarray) -> Edges:
-        """The edges between facets; rank: of each vertex by its place."""
+        """The edges between facets, also `edge_of_side`; rank: of each vertex by its place."""
         begin, follows = self.corners, self.outlines.loops.ahead
         forth, back = begin * len(rank) + begin[follows], begin[follows] * len(rank) + begin
         order = np.argsort(forth, kind="stable")
         points, facet = self.outlines.points * 1e3, self.outlines.corners.owner
         twice = order[1:][np.diff(forth[order]) == 0]
         if len(twice):
-            raise ConfigError(
-                f"{self.name}: two facets run along the edge at {points[twice.min()]} mm in one sense"
-            )
+            raise ConfigError(f"{self.name}: two facets run along the edge at {points[twice.min()]} mm in one sense")
         twin = order[np.minimum(np.searchsorted(forth, back, sorter=order), len(order) - 1)]
         is_open = forth[twin] != back
         if is_open.any():
@@ -340,6 +343,8 @@ class Vessel:
                 f"{self.name}: the vessel is open at the edge from {points[at]} to {points[follows[at]]} mm"
             )
         side = np.flatnonzero(rank[begin] < rank[begin[follows]])
+        self.edge_of_side = np.empty(len(begin), dtype=np.int64)
+        self.edge_of_side[side] = self.edge_of_side[twin[side]] = np.arange(len(side))
         start, end = self.outlines.points[side], self.outlines.points[follows[side]]
         facets = np.column_stack([facet[side], facet[twin[side]]])
         of_first, of_second = self.normals[facets].transpose(1, 0, 2)
@@ -397,7 +402,9 @@ class Vessel:
     def sagitta(self) -> float:
         """How far the exact walls are from the drawing at most [m]."""
         middles = [self.outlines.middles[self.facet_curves == number] for number in range(len(self.curves))]
-        return max((float(np.abs(c.touch(own)[0]).max()) for c, own in zip(self.curves, middles, strict=True)), default=0.0)
+        return max(
+            (float(np.abs(c.touch(own)[0]).max()) for c, own in zip(self.curves, middles, strict=True)), default=0.0
+        )
 
     @cached_property
     def is_convex(self) -> bool:
