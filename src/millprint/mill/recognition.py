@@ -17,19 +17,40 @@ import numpy as np
 from millprint.mill.curved_surfaces import Curve
 from millprint.mill.exact_walls import curves_of, whole_patches
 from millprint.mill.tangency import make_tangent
-from millprint.mill.turned_shapes import LARGEST_TURN, LOOSE, SMALLEST_TURN, Axis, Circle, Drawing, Line, Swept
-from millprint.mill.vessel import Vessel
+from millprint.mill.turned_shapes import (
+    LARGEST_TURN,
+    LOOSE,
+    SMALLEST_TURN,
+    Axis,
+    Circle,
+    Drawing,
+    Line,
+    Swept,
+    circles_through,
+)
+from millprint.mill.vessel import Ragged, Vessel, cross, lengths, plane_axes
 
 # Four points may lie on one circle by chance of symmetry; this number of steps around or across does not.
 FEWEST_STEPS = 5
+# The circle of a longer outline is fitted again as it doubles.
+FEW_POINTS = 8
 # How far the middle of a facet is below its surface, over the radii, where it is drawn in steps of LARGEST_TURN.
 SAG = 1.3 * (1 - math.cos(LARGEST_TURN / 2))
 # Seeds that lead nowhere, after which the search about one axis, or for one kind, ends.
 MOST_FAILURES = 300
+# An axis or a sphere is guessed from this number of facets at most.
+AROUND = 12
+# To name a place of a lattice by one number.
+PRIMES = 73856093, 19349663
 # The largest radius of a wall, over the size of the body.
 LARGEST_RADIUS = 200
 # Directions that differ by less may be one, if the vertices allow it [rad].
 NEARLY = 0.02
+# Facets of a strip are along its axis to this sine; steps of the normals of a band are alike to this share, and turn by
+# this share of a step's square at least.
+ALONG, ALIKE, LEAST_BEND = 1e-2, 0.05, 1e-3
+# Facets of more corners together do not begin a band.
+MANY = 24
 
 
 def _arcs_of_outline(flat: np.ndarray, near: float) -> list[np.ndarray]:
@@ -50,23 +71,27 @@ def _arcs_of_outline(flat: np.ndarray, near: float) -> list[np.ndarray]:
             circles.append(Circle.through(own))
         else:
             groups[known].append(k)
-            circles[known] = Circle.through(flat[groups[known]]) if len(groups[known]) > 2 else circles[known]
+            # Fitted again as it grows, and not at each point of a long outline.
+            size = len(groups[known])
+            if size > 2 and (size < FEW_POINTS or size & (size - 1) == 0):
+                circles[known] = Circle.through(flat[groups[known]])
     return [flat[group] for group in groups if len(group) >= FEWEST_STEPS]
 
 
 def _axes_of_outlines(drawing: Drawing) -> list[Axis]:
     """The axes of the round outlines of flat facets, those of large circles first."""
     found = []
-    for facet in drawing.vessel.facets:
-        first, second = facet.axes
-        for loop in facet.loops:
-            if len(loop) <= FEWEST_STEPS:
-                continue
-            for flat in _arcs_of_outline(loop @ np.array([first, second]).T, LOOSE * drawing.tolerance):
-                circle = Circle.through(flat)
-                if np.abs(circle.off(flat)).max() < LOOSE * drawing.tolerance:
-                    origin = circle.r * first + circle.z * second + facet.offset * facet.normal
-                    found.append((circle.radius, Axis(origin, facet.normal)))
+    vessel, near = drawing.vessel, LOOSE * drawing.tolerance
+    loops, facet_of = vessel.outlines.loops, vessel.outlines.facets.owner
+    for loop in np.flatnonzero(loops.counts > FEWEST_STEPS).tolist():
+        facet, own = facet_of[loop], slice(loops.first[loop], loops.first[loop] + loops.counts[loop])
+        first, second = vessel.axes[facet]
+        for flat in _arcs_of_outline(vessel.outlines.points[own] @ vessel.axes[facet].T, near):
+            circle = Circle.through(flat)
+            if np.abs(circle.off(flat)).max() < near:
+                normal = vessel.normals[facet]
+                origin = circle.r * first + circle.z * second + vessel.offsets[facet] * normal
+                found.append((circle.radius, Axis(origin, normal)))
     return [axis for _, axis in sorted(found, key=lambda each: -each[0])]
 
 
@@ -80,13 +105,15 @@ def _axis_of_strip(drawing: Drawing, pair: tuple[int, int]) -> Axis | None:
     circle = Circle.through(drawing.points(pair) @ sides)
     if circle.radius > LARGEST_RADIUS * drawing.vessel.size:
         return None
+    around = drawing.around(pair, AROUND)
     near = [
         facet
-        for facet in drawing.around(pair, 12)
-        if abs(drawing.normals[facet] @ along) < 1e-2
+        for facet in around
+        if abs(drawing.normals[facet] @ along) < ALONG
         and np.abs(circle.off(drawing.points([facet]) @ sides)).max() < LOOSE * drawing.tolerance
     ]
-    if len(near) < 3:
+    # Fewer where other walls interrupt the strip.
+    if len(near) < (FEWEST_STEPS if len(around) == AROUND else 3):
         return None
     circle = Circle.through(drawing.points(near) @ sides)
     return Axis(circle.r * axis.u + circle.z * axis.v, along)
@@ -104,8 +131,8 @@ def _axis_of_band(drawing: Drawing, pair: tuple[int, int]) -> Axis | None:
         following = drawing.normals[third] - drawing.normals[second]
         along = np.cross(step, following)
         length = np.linalg.norm(along)
-        alike = abs(np.linalg.norm(following) - np.linalg.norm(step)) < 0.05 * np.linalg.norm(step)
-        if third == first or drawing.taken[third] or not alike or length < 1e-3 * np.linalg.norm(step) ** 2:
+        alike = abs(np.linalg.norm(following) - np.linalg.norm(step)) < ALIKE * np.linalg.norm(step)
+        if third == first or drawing.taken[third] or not alike or length < LEAST_BEND * np.linalg.norm(step) ** 2:
             continue
         axis = Axis(np.zeros(3), along / length)
         points = drawing.points([first, second, third])
@@ -121,16 +148,52 @@ def _axis_of_band(drawing: Drawing, pair: tuple[int, int]) -> Axis | None:
     return None
 
 
-def _fitted(drawing: Drawing, axis: Axis, seed: tuple[int, int], kind: type[Line] | type[Circle]) -> list[Swept]:
+class _HalfPlane:
+    """A drawing in the half plane about an axis: its vertices, and the middles and normals of its facets."""
+
+    def __init__(self, drawing: Drawing, axis: Axis) -> None:
+        self.axis = axis
+        self.flat, self.middles = axis.meridian(drawing.vessel.vertices), axis.meridian(drawing.middles)
+        own, first = self.flat[drawing.flat], drawing.corners.first
+        spread = np.maximum.reduceat(own, first) - np.minimum.reduceat(own, first)
+        self.is_ring = spread.max(axis=1) < LOOSE * drawing.tolerance
+        away = drawing.middles - axis.origin - np.outer(self.middles[:, 1], axis.along)
+        outwards = away / np.maximum(self.middles[:, :1], 1e-12)
+        self.facing = np.column_stack([(drawing.normals * outwards).sum(axis=1), drawing.normals @ axis.along])
+
+    def rings(self, drawing: Drawing) -> tuple[np.ndarray, np.ndarray]:
+        """How many different places the vertices at each seam (s,) have; and a number for these.
+
+        None where all are one, or where more than two are on no circle. Seams between the same rings have one number.
+        """
+        counts, names = np.zeros(len(drawing.seams), dtype=np.int64), np.zeros(len(drawing.seams), dtype=np.int64)
+        for seams, vertices in drawing.seam_vertices:
+            own = self.flat[vertices]
+            is_new = np.ones(vertices.shape, dtype=bool)
+            for k in range(1, vertices.shape[1]):
+                near = np.abs(own[:, :k] - own[:, k : k + 1]).max(axis=2) <= 4 * drawing.tolerance
+                is_new[:, k] = ~(near & is_new[:, :k]).any(axis=1)
+            apart = np.ptp(own, axis=1).max(axis=1) >= LOOSE * drawing.tolerance
+            centre, radius = circles_through(own, is_new)
+            is_round = (
+                np.abs(lengths(own - centre[:, None])[..., 0] - radius[:, None]).max(axis=1) <= 2 * drawing.tolerance
+            )
+            number = is_new.sum(axis=1)
+            counts[seams] = np.where(apart & ((number < 3) | is_round), number, 0)
+            r, z = np.round(own / (4 * drawing.tolerance)).astype(np.int64).transpose(2, 0, 1)
+            names[seams] = (((r * PRIMES[0]) ^ (z * PRIMES[1])) * is_new).sum(axis=1)
+        return counts, names
+
+
+def _fitted(drawing: Drawing, plane: _HalfPlane, seed: tuple[int, int], kind: type[Line] | type[Circle]) -> list[Swept]:
     """The surface about an axis that begins with two facets, each of whose vertices lies on it.
 
     Its pieces, where other walls interrupt it; nothing where there is too little of it.
     """
-    flat, middles = axis.meridian(drawing.vessel.vertices), axis.meridian(drawing.middles)
-    facing, is_ring = _facing(drawing, axis, middles), drawing.spread(flat) < LOOSE * drawing.tolerance
+    axis, flat, middles, facing = plane.axis, plane.flat, plane.middles, plane.facing
     facets = np.array(seed)
     for slack in (LOOSE, 2.0, 1.0, 1.0):
-        vertices = np.unique(np.concatenate([drawing.vertices_of[facet] for facet in facets]))
+        vertices = np.unique(drawing.flat[drawing.corners.rows(facets)])
         shape = kind.through(flat[vertices])
         if isinstance(shape, Circle) and abs(shape.r) < LOOSE * drawing.tolerance:
             shape.r = 0.0
@@ -140,27 +203,14 @@ def _fitted(drawing: Drawing, axis: Axis, seed: tuple[int, int], kind: type[Line
         holds = (drawing.worst(shape.off(flat)) <= slack * drawing.tolerance) & (np.abs(shape.off(middles)) <= sag)
         slopes = _slopes(shape, middles)
         side = (facing[seed[0]] * slopes[seed[0]]).sum()
-        holds &= ~drawing.taken & ~is_ring & ((facing * slopes).sum(axis=1) * side > 0.5)
+        holds &= ~drawing.taken & ~plane.is_ring & ((facing * slopes).sum(axis=1) * side > 0.5)
         if not holds[list(seed)].any():
             return []
         facets = np.flatnonzero(holds)
     whole = Swept(axis, shape, facets)
     if not _is_enough(drawing, whole):
         return []
-    pieces = []
-    left = set(facets.tolist())
-    while left:
-        piece = drawing.grown([min(left)], holds)
-        left -= set(piece.tolist())
-        pieces.append(Swept(axis, shape, piece))
-    return pieces
-
-
-def _facing(drawing: Drawing, axis: Axis, middles: np.ndarray) -> np.ndarray:
-    """The normals of the facets (f, 2) in the half plane about an axis."""
-    away = drawing.middles - axis.origin - np.outer(middles[:, 1], axis.along)
-    outwards = away / np.maximum(middles[:, :1], 1e-12)
-    return np.column_stack([(drawing.normals * outwards).sum(axis=1), drawing.normals @ axis.along])
+    return [Swept(axis, shape, piece) for piece in drawing.pieces(facets)]
 
 
 def _slopes(shape: Line | Circle, flat: np.ndarray) -> np.ndarray:
@@ -205,29 +255,25 @@ def _is_enough(drawing: Drawing, swept: Swept) -> bool:
     return across > FEWEST_STEPS and around > FEWEST_STEPS
 
 
-def _about(drawing: Drawing, axis: Axis) -> list[Swept]:
+def _about(drawing: Drawing, plane: _HalfPlane) -> list[Swept]:
     """The surfaces about an axis: arcs first, since each of their steps is a line too; their facets are taken."""
     found = []
-    vertices = drawing.vessel.vertices
-    flat = axis.meridian(vertices)
-    for kind in (Circle, Line):
+    counts, names = plane.rings(drawing)
+    for kind, fits in ((Circle, counts > 2), (Line, (counts == 1) | (counts == 2))):
         # All pairs between the same rings fail alike.
-        failed: set[tuple[int, ...]] = set()
-        for pair in drawing.seams:
-            if drawing.taken[list(pair)].any() or len(failed) > MOST_FAILURES:
+        failed: set[int] = set()
+        seams = np.flatnonzero(fits & ~drawing.taken[drawing.seams].any(axis=1))
+        for pair, name in zip(drawing.seams[seams].tolist(), names[seams].tolist(), strict=True):
+            if len(failed) > MOST_FAILURES:
+                break
+            if name in failed or drawing.taken[pair[0]] or drawing.taken[pair[1]]:
                 continue
-            own = flat[np.concatenate([drawing.vertices_of[facet] for facet in pair])]
-            rings = _different(own, drawing.tolerance)
-            if (len(rings) < 3) == (kind is Circle) or np.ptp(own, axis=0).max() < LOOSE * drawing.tolerance:
-                continue
-            key = tuple(sorted(np.round(rings / (4 * drawing.tolerance)).astype(int).ravel().tolist()))
-            if key in failed:
-                continue
+            own = plane.flat[np.concatenate([drawing.vertices_of[facet] for facet in pair])]
             pieces = []
-            if np.abs(kind.through(rings).off(own)).max() <= drawing.tolerance:
-                pieces = _fitted(drawing, axis, pair, kind)
+            if np.abs(kind.through(_different(own, drawing.tolerance)).off(own)).max() <= drawing.tolerance:
+                pieces = _fitted(drawing, plane, pair, kind)
             if not pieces:
-                failed.add(key)
+                failed.add(name)
             for piece in pieces:
                 drawing.taken[piece.facets] = True
                 found.append(piece)
@@ -255,21 +301,22 @@ def _sphere(points: np.ndarray) -> tuple[np.ndarray, float]:
 def _spheres(drawing: Drawing) -> list[Swept]:
     """Spheres without a known axis."""
     found, failures = [], 0
-    for pair in drawing.seams:
-        if drawing.taken[list(pair)].any() or failures > MOST_FAILURES:
+    for pair in drawing.seams.tolist():
+        if failures > MOST_FAILURES:
+            break
+        if drawing.taken[pair[0]] or drawing.taken[pair[1]]:
             continue
-        facets, slack = np.array(drawing.around(pair, 12)), LOOSE
+        facets, slack = np.array(drawing.around(pair, AROUND)), LOOSE
         for slack in (LOOSE, 2.0, 1.0, 1.0):
             if len(facets) < 8:
                 break
             middle, radius = _sphere(drawing.points(facets))
-            off = np.linalg.norm(drawing.vessel.vertices - middle, axis=1) - radius
-            if (
-                radius > drawing.vessel.size
-                or np.abs(off[drawing.vertices_of[pair[0]]]).max() > slack * drawing.tolerance
-            ):
+            begin = drawing.vessel.vertices[drawing.vertices_of[pair[0]]]
+            worst = np.abs(np.linalg.norm(begin - middle, axis=1) - radius).max()
+            if radius > drawing.vessel.size or worst > slack * drawing.tolerance:
                 facets = facets[:0]
                 break
+            off = np.linalg.norm(drawing.vessel.vertices - middle, axis=1) - radius
             sunk = radius - np.linalg.norm(drawing.middles - middle, axis=1)
             holds = (drawing.worst(off) <= slack * drawing.tolerance) & (sunk <= 2 * SAG * radius + drawing.tolerance)
             facets = drawing.grown(pair, holds)
@@ -344,31 +391,35 @@ def _refined(drawing: Drawing, axis: Axis, swept: list[Swept], known: list[np.nd
 
 def _normals_next_to(drawing: Drawing, swept: list[Swept]) -> list[np.ndarray]:
     """The normals of the flat facets with more than four corners that meet some surfaces: the ends of a prism."""
-    own = set(np.concatenate([each.facets for each in swept]).tolist())
-    found: dict[int, np.ndarray] = {}
-    for edge in drawing.vessel.edges:
-        for inside, other in (edge.facets, edge.facets[::-1]):
-            if inside in own and not drawing.taken[other] and len(drawing.vertices_of[other]) > 4:
-                found[other] = drawing.normals[other]
-    return list(found.values())
+    is_own = np.zeros(len(drawing.taken), dtype=bool)
+    is_own[np.concatenate([each.facets for each in swept])] = True
+    others = drawing.across(is_own)
+    return list(drawing.normals[others[~drawing.taken[others] & (drawing.corners.counts[others] > 4)]])
 
 
-def _best_axis(drawing: Drawing, pair: tuple[int, int]) -> Axis | None:
+def _best_axis(drawing: Drawing, pair: tuple[int, int], useless: list[Axis]) -> Axis | None:
     """Of the axes about which facets at a seam may turn, the one whose surfaces have the most facets.
 
-    A wall that is bent both ways is nearly one about an axis across it too, for a few facets.
+    A wall that is bent both ways is nearly one about an axis across it too, for a few facets. useless: axes
+    without a surface at their seam, to which others are added.
     """
     seams = [pair, *((first, other) for first in pair for other in drawing.neighbours[first] if other not in pair)]
     best, most = None, 0
+    tried: list[Axis] = []
     for seam in seams[:9]:
         for axis_of in (_axis_of_strip, _axis_of_band):
             axis = None if drawing.taken[list(seam)].any() else axis_of(drawing, seam)
-            if axis is None:
+            if axis is None or _same_axis(axis, [*tried, *useless], drawing.tolerance, drawing.vessel.size):
                 continue
-            swept = _about(drawing, axis)
+            plane = _HalfPlane(drawing, axis)
+            if not any(_fitted(drawing, plane, seam, kind) for kind in (Circle, Line)):
+                useless.append(axis)
+                continue
+            swept = _about(drawing, plane)
             count = sum(len(each.facets) for each in swept)
             for each in swept:
                 drawing.taken[each.facets] = False
+            tried.append(axis)
             if count > most:
                 best, most = axis, count
     return best
@@ -382,7 +433,7 @@ def find_surfaces(drawing: Drawing) -> list[Swept]:
     def take(axis: Axis) -> None:
         if _same_axis(axis, known, drawing.tolerance, drawing.vessel.size):
             return
-        swept = _about(drawing, axis)
+        swept = _about(drawing, _HalfPlane(drawing, axis))
         if swept:
             refined = _refined(
                 drawing, axis, swept, [*(other.along for other in known), *_normals_next_to(drawing, swept)]
@@ -390,7 +441,7 @@ def find_surfaces(drawing: Drawing) -> list[Swept]:
             # Again about the better axis, which reaches farther.
             for each in swept:
                 drawing.taken[each.facets] = False
-            swept = _about(drawing, refined) or swept
+            swept = _about(drawing, _HalfPlane(drawing, refined)) or swept
             for each in swept:
                 drawing.taken[each.facets] = True
             known.append(swept[0].axis)
@@ -398,17 +449,100 @@ def find_surfaces(drawing: Drawing) -> list[Swept]:
 
     for axis in _axes_of_outlines(drawing):
         take(axis)
+    # Spheres that no other wall goes on from; the others may turn about the axis of that wall.
+    domes = _spheres(drawing)
+    is_dome = np.zeros(len(drawing.taken), dtype=bool)
+    for dome in domes:
+        if drawing.taken[drawing.beside_facet[drawing.beside.rows(dome.facets)]].all():
+            found.append(dome)
+        else:
+            is_dome[dome.facets] = True
+    drawing.taken &= ~is_dome
     failures = 0
-    for pair in drawing.seams:
-        if drawing.taken[list(pair)].any() or failures > MOST_FAILURES:
+    useless: list[Axis] = []
+    may_turn = _may_turn(drawing) & ~is_dome[drawing.seams].all(axis=1)
+    for pair in drawing.seams[may_turn].tolist():
+        if failures > MOST_FAILURES:
+            break
+        if drawing.taken[pair[0]] or drawing.taken[pair[1]]:
             continue
         before = len(found)
-        guess = _best_axis(drawing, pair)
+        guess = _best_axis(drawing, pair, useless)
         if guess is not None:
             take(guess)
         failures += len(found) == before
     found += _spheres(drawing)
     return found
+
+
+def _may_turn(drawing: Drawing) -> np.ndarray:
+    """Whether an axis may begin at each seam (s,), or at one next to it: what `_best_axis` needs at least."""
+    free = np.flatnonzero(~drawing.taken)
+    first = np.repeat(free, drawing.beside.counts[free])
+    second = drawing.beside_facet[drawing.beside.rows(free)]
+    kept = ~drawing.taken[second]
+    first, second = first[kept], second[kept]
+    # Each pair with every neighbour of its second facet.
+    pair = np.repeat(np.arange(len(first)), drawing.beside.counts[second])
+    third = drawing.beside_facet[drawing.beside.rows(second)]
+    kept = ~drawing.taken[third] & (third != first[pair])
+    pair, third = pair[kept], third[kept]
+    holds = _on_strip(drawing, first, second, pair, third) | _on_band(drawing, first[pair], second[pair], third)
+    is_begun = np.zeros(len(drawing.taken), dtype=bool)
+    is_begun[first[pair[holds]]] = is_begun[second[pair[holds]]] = True
+    return is_begun[drawing.seams].any(axis=1)
+
+
+def _on_strip(
+    drawing: Drawing, first: np.ndarray, second: np.ndarray, pair: np.ndarray, third: np.ndarray
+) -> np.ndarray:
+    """Whether a third facet lies on the cylinder through a pair of facets: see `_axis_of_strip`."""
+    along = cross(drawing.normals[first], drawing.normals[second])
+    along /= np.maximum(lengths(along), 1e-300)
+    axes = plane_axes(along)
+    both = np.column_stack([first, second]).ravel()
+    own = Ragged(drawing.corners.counts[both].reshape(-1, 2).sum(axis=1))
+    points = drawing.vessel.vertices[drawing.flat[drawing.corners.rows(both)]]
+
+    centre, radius = np.empty((len(first), 2)), np.empty(len(first))
+    middle = np.add.reduceat(points, own.first) / own.counts[:, None]
+    flat = np.vecdot(axes[own.owner], (points - middle[own.owner])[:, None])
+    for groups, rows in own.stacks():
+        centre[groups], radius[groups] = circles_through(flat[rows], np.ones(rows.shape))
+    holds = np.abs(np.vecdot(drawing.normals[third], along[pair])) < ALONG
+    pair, third = pair[holds], third[holds]
+    of_third = Ragged(drawing.corners.counts[third])
+    pair = np.repeat(pair, of_third.counts)
+    points = drawing.vessel.vertices[drawing.flat[drawing.corners.rows(third)]]
+    flat = np.vecdot(axes[pair], (points - middle[pair])[:, None]) - centre[pair]
+    off = np.abs(np.hypot(*flat.T) - radius[pair])
+    holds[holds] = np.maximum.reduceat(off, of_third.first) < LOOSE * drawing.tolerance if len(third) else False
+    return holds
+
+
+def _on_band(drawing: Drawing, first: np.ndarray, second: np.ndarray, third: np.ndarray) -> np.ndarray:
+    """Whether three facets may follow each other in a band about an axis: see `_axis_of_band`."""
+    step, following = (drawing.normals[b] - drawing.normals[a] for a, b in ((first, second), (second, third)))
+    long, along = lengths(step)[:, 0], cross(step, following)
+    length = lengths(along)[:, 0]
+    holds = (np.abs(lengths(following)[:, 0] - long) < ALIKE * long) & (length >= LEAST_BEND * long**2)
+    holds &= drawing.corners.counts[first] + drawing.corners.counts[second] + drawing.corners.counts[third] <= MANY
+    kept = np.flatnonzero(holds)
+    facets = np.column_stack([first, second, third])[kept]
+    own = Ragged(drawing.corners.counts[facets].sum(axis=1))
+    vertices = drawing.flat[drawing.corners.rows(facets.ravel())]
+    heights = np.vecdot(drawing.vessel.vertices[vertices], (along / length[:, None])[kept][own.owner])
+    for groups, rows in own.stacks():
+        number, height = vertices[rows], heights[rows]
+        level = np.zeros((len(groups), rows.shape[1]), dtype=np.int64)
+        is_first = np.ones(rows.shape, dtype=bool)
+        for k in range(1, rows.shape[1]):
+            is_first[:, k] = (number[:, :k] != number[:, k : k + 1]).all(axis=1)
+        for k in range(rows.shape[1]):
+            near = np.abs(height - height[:, k : k + 1]) < LOOSE * drawing.tolerance
+            level[:, k] = (near & is_first).sum(axis=1)
+        holds[kept[groups]] = level.max(axis=1) > 3
+    return holds
 
 
 def recognise(vessel: Vessel, rounding: float) -> Vessel:

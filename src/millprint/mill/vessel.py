@@ -80,8 +80,8 @@ def plane_axes(normals: np.ndarray) -> np.ndarray:
 
 
 def lengths(vectors: np.ndarray) -> np.ndarray:
-    """The lengths (n, 1) of vectors (n, 3), each as numpy's norm of it alone to the last bit."""
-    return np.sqrt(np.vecdot(vectors, vectors))[:, None]
+    """The lengths (..., 1) of vectors (..., 3), each as numpy's norm of it alone to the last bit."""
+    return np.sqrt(np.vecdot(vectors, vectors))[..., None]
 
 
 class Ragged:
