@@ -11,7 +11,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.mill.distance import signed_distance
 from millprint.mill.motion import Motion, motion_from_law
-from millprint.mill.vessel import Outlines, Vessel, build_vessel, facets_of, shape_vessel
+from millprint.mill.vessel import Outlines, Vessel, build_vessel, shape_vessel
 
 # Poses at which the inserts are checked for a turn of the fastest body.
 ANGLES = 72
@@ -120,7 +120,7 @@ def inserts_in_vessel(bodies: Sequence[Body], time_s: float = 0.0) -> list[Vesse
     for body in bodies[1:]:
         outlines = body.vessel.outlines
         points = vessel.to_body(body.to_laboratory(outlines.points, time_s), time_s)
-        facets = facets_of(Outlines(points, outlines.loops, outlines.facets))
+        facets = Outlines(points, outlines.loops, outlines.facets)
         rotation, shift = (vessel.to_body(body.to_laboratory(points, time_s), time_s) for points in (np.eye(3), zero))
         curves = [curve.moved((rotation - shift).T, shift[0]) for curve in body.vessel.curves]
         placed.append(Vessel(facets, body.vessel.name, solid=True, curves=curves))

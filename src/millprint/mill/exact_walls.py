@@ -7,7 +7,7 @@ import numpy as np
 from millprint.mill.borders import borders_of, rough_facets
 from millprint.mill.curved_surfaces import Curve
 from millprint.mill.turned_shapes import LARGEST_TURN, LOOSE, Drawing, Line, Swept
-from millprint.mill.vessel import Outlines, Ragged, Vessel, facets_of
+from millprint.mill.vessel import Outlines, Ragged, Vessel
 from millprint.mill.wall_features import facet_patches
 
 # What angles of half and whole turns may be off [rad].
@@ -98,21 +98,20 @@ def _moved_vertices(
     vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, planes: dict[int, np.ndarray]
 ) -> np.ndarray:
     """The vertices (v, 3) where the surfaces meet on which they lie: by steps of least length (Newton)."""
-    facets = np.arange(len(on_curve))
-    number = np.where(on_curve >= 0, on_curve, -1 - facets)
+    owner = vessel.outlines.corners.owner
     # The outline of a flat wall that was put level moves with it.
     is_moving = on_curve >= 0
     is_moving[list(planes)] = True
-    vertices, numbers = np.unique(np.column_stack([vessel.corners, number[vessel.outlines.corners.owner]]), axis=0).T
     is_wanted = np.zeros(len(vessel.vertices), dtype=bool)
-    is_wanted[vessel.corners[is_moving[vessel.outlines.corners.owner]]] = True
+    is_wanted[vessel.corners[is_moving[owner]]] = True
+    number = np.where(on_curve >= 0, on_curve, -1 - np.arange(len(on_curve)))
+    own = is_wanted[vessel.corners]
+    vertex, surface = vessel.corners[own], number[owner[own]]
+    order = np.lexsort((surface, vertex))
     groups: dict[tuple[int, ...], list[int]] = {}
-    for vertex, own in zip(
-        np.flatnonzero(is_wanted).tolist(),
-        Ragged(np.bincount(vertices)[is_wanted]).split(numbers[is_wanted[vertices]]),
-        strict=True,
-    ):
-        groups.setdefault(tuple(own.tolist()), []).append(vertex)
+    surfaces_of = Ragged(np.bincount(vertex)[is_wanted[: vertex.max(initial=-1) + 1]]).split(surface[order])
+    for at, beside in zip(np.flatnonzero(is_wanted).tolist(), surfaces_of, strict=True):
+        groups.setdefault(tuple(dict.fromkeys(beside.tolist())), []).append(at)
     moved = vessel.vertices.copy()
     for surfaces, vertices in groups.items():
         points = moved[vertices]
@@ -146,10 +145,10 @@ def _level_planes(vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, tol
         for flat, other in (facets, facets[::-1]):
             if on_curve[flat] >= 0 or on_curve[other] < 0 or flat in planes:
                 continue
-            facet, axis = vessel.facets[flat], curves[on_curve[other]].axis
-            points = np.concatenate(facet.loops)
-            cosine = float(facet.normal @ axis)
-            across = facet.normal - cosine * axis
+            own, axis = vessel.normals[flat], curves[on_curve[other]].axis
+            points = vessel.vertices[np.concatenate(vessel.loops[flat])]
+            cosine = float(own @ axis)
+            across = own - cosine * axis
             if abs(cosine) > 0.99:
                 normal = math.copysign(1.0, cosine) * axis
             elif abs(cosine) < 0.01:
@@ -208,7 +207,7 @@ def whole_patches(
             else curve
             for number, curve in enumerate(curves)
         ]
-        facets = facets_of(Outlines(moved[vessel.corners], vessel.outlines.loops, vessel.outlines.facets))
+        facets = Outlines(moved[vessel.corners], vessel.outlines.loops, vessel.outlines.facets)
         exact = Vessel(facets, vessel.name, vessel.solid, vessel.smooth_axis, trimmed, on_curve, tuple(report))
         borders = borders_of(exact)
         rough = rough_facets(exact, borders)
@@ -225,4 +224,4 @@ def whole_patches(
         lost = exact.placed_from[spoilt]
         on_curve = on_curve.copy()
         on_curve[lost] = -1
-    return Vessel(vessel.facets, vessel.name, vessel.solid, vessel.smooth_axis, report=tuple(report))
+    return Vessel(vessel.outlines, vessel.name, vessel.solid, vessel.smooth_axis, report=tuple(report))

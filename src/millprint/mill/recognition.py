@@ -11,6 +11,7 @@ facets, and not in a line or circle, a ball would meet a step there, so that the
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -37,9 +38,11 @@ FEW_POINTS = 8
 # How far the middle of a facet is below its surface, over the radii, where it is drawn in steps of LARGEST_TURN.
 SAG = 1.3 * (1 - math.cos(LARGEST_TURN / 2))
 # Seeds that lead nowhere, after which the search about one axis, or for one kind, ends.
-MOST_FAILURES = 300
+MOST_FAILURES, FIRST_FAILURES = 300, 50
 # An axis or a sphere is guessed from this number of facets at most.
 AROUND = 12
+# So many of the next facets lie on a surface where it begins, if nothing interrupts it.
+NEAR, FEWEST_NEAR = 100, 6
 # To name a place of a lattice by one number.
 PRIMES = 73856093, 19349663
 # The largest radius of a wall, over the size of the body.
@@ -149,68 +152,107 @@ def _axis_of_band(drawing: Drawing, pair: tuple[int, int]) -> Axis | None:
 
 
 class _HalfPlane:
-    """A drawing in the half plane about an axis: its vertices, and the middles and normals of its facets."""
+    """Facets of a drawing, all or some, in the half plane about an axis.
 
-    def __init__(self, drawing: Drawing, axis: Axis) -> None:
-        self.axis = axis
-        self.flat, self.middles = axis.meridian(drawing.vessel.vertices), axis.meridian(drawing.middles)
-        own, first = self.flat[drawing.flat], drawing.corners.first
-        spread = np.maximum.reduceat(own, first) - np.minimum.reduceat(own, first)
-        self.is_ring = spread.max(axis=1) < LOOSE * drawing.tolerance
-        away = drawing.middles - axis.origin - np.outer(self.middles[:, 1], axis.along)
-        outwards = away / np.maximum(self.middles[:, :1], 1e-12)
-        self.facing = np.column_stack([(drawing.normals * outwards).sum(axis=1), drawing.normals @ axis.along])
+    vertices: the numbers of their vertices; flat: these in the half plane; corners: the rows of `flat` at the facets'
+    corners; middles and facing (f, 2): the facets' middles and normals; is_ring (f,): whether all vertices are one.
+    """
+
+    def __init__(self, drawing: Drawing, axis: Axis, facets: np.ndarray | None = None) -> None:
+        self.axis, self.facets, self.of_facet = axis, np.arange(len(drawing.taken)), drawing.corners
+        self.vertices, self.corners = np.arange(len(drawing.vessel.vertices)), drawing.flat
+        if facets is not None:
+            self.facets, self.of_facet = facets, Ragged(drawing.corners.counts[facets])
+            self.vertices, self.corners = np.unique(drawing.flat[drawing.corners.rows(facets)], return_inverse=True)
+        points = drawing.middles[self.facets]
+        self.flat, self.middles = axis.meridian(drawing.vessel.vertices[self.vertices]), axis.meridian(points)
+        self.near = LOOSE * drawing.tolerance
+        self.is_ring = np.maximum(*(self.largest(each) + self.largest(-each) for each in self.flat.T)) < self.near
+        outwards = points - axis.origin - np.outer(self.middles[:, 1], axis.along)
+        outwards /= np.maximum(self.middles[:, :1], 1e-12)
+        normals = drawing.normals[self.facets]
+        self.facing = np.column_stack([np.vecdot(normals, outwards), normals @ axis.along])
+
+    def largest(self, values: np.ndarray) -> np.ndarray:
+        """For each facet (f,) the largest of what its vertices (v,) have."""
+        return np.maximum.reduceat(values[self.corners], self.of_facet.first)
+
+    def fit(
+        self, drawing: Drawing, seed: Sequence[int], kind: type[Line] | type[Circle]
+    ) -> tuple[Line | Circle, np.ndarray] | None:
+        """The line or arc through the vertices of two rows of `facets`, and all rows on it; None if these are not."""
+        rows, free = np.asarray(seed), ~drawing.taken[self.facets] & ~self.is_ring
+        for slack in (LOOSE, 2.0, 1.0, 1.0):
+            shape = kind.through(self.flat[np.unique(self.corners[self.of_facet.rows(rows)])])
+            if isinstance(shape, Circle) and abs(shape.r) < self.near:
+                shape.r = 0.0
+                shape.z, shape.radius = _on_axis_circle(self.flat[np.unique(self.corners[self.of_facet.rows(rows)])])
+            # A floor has its outline, a ring, on the fillet that it joins.
+            sag = self.middles[:, 0] + (shape.radius if isinstance(shape, Circle) else 0.0)
+            holds = free & (self.largest(np.abs(shape.off(self.flat))) <= slack * drawing.tolerance)
+            holds &= np.abs(shape.off(self.middles)) <= SAG * sag + drawing.tolerance
+            facing = np.vecdot(self.facing, _slopes(shape, self.middles))
+            holds &= facing * facing[seed[0]] > 0.5
+            if not holds[list(seed)].any():
+                return None
+            rows = np.flatnonzero(holds)
+        return shape, rows
 
     def rings(self, drawing: Drawing) -> tuple[np.ndarray, np.ndarray]:
         """How many different places the vertices at each seam (s,) have; and a number for these.
 
-        None where all are one, or where more than two are on no circle. Seams between the same rings have one number.
+        None where a facet is taken or does not face the axis, where all places are one, or where more than two are on
+        no circle. Seams between the same rings have one number.
         """
         counts, names = np.zeros(len(drawing.seams), dtype=np.int64), np.zeros(len(drawing.seams), dtype=np.int64)
-        for seams, vertices in drawing.seam_vertices:
-            own = self.flat[vertices]
+        apart = 4 * drawing.tolerance
+        # A plane through points about an axis faces it from between them.
+        points = drawing.middles - self.axis.origin
+        around = cross(np.broadcast_to(self.axis.along, points.shape), points)
+        around /= np.maximum(lengths(around), 1e-12)
+        away = drawing.vessel.vertices[self.corners] - drawing.middles[drawing.corners.owner]
+        aside = np.abs(np.vecdot(away, around[drawing.corners.owner]))
+        width = np.maximum.reduceat(aside, drawing.corners.first) / np.maximum(self.middles[:, 0], 1e-12)
+        is_free = ~drawing.taken & (np.abs(np.vecdot(drawing.normals, around)) < width + NEARLY)
+        is_open = is_free[drawing.seams].all(axis=1)
+        for every, all_vertices in drawing.seam_vertices:
+            seams, vertices = every[is_open[every]], all_vertices[:, is_open[every]]
+            r, z = self.flat[:, 0][vertices], self.flat[:, 1][vertices]
             is_new = np.ones(vertices.shape, dtype=bool)
-            for k in range(1, vertices.shape[1]):
-                near = np.abs(own[:, :k] - own[:, k : k + 1]).max(axis=2) <= 4 * drawing.tolerance
-                is_new[:, k] = ~(near & is_new[:, :k]).any(axis=1)
-            apart = np.ptp(own, axis=1).max(axis=1) >= LOOSE * drawing.tolerance
-            centre, radius = circles_through(own, is_new)
-            is_round = (
-                np.abs(lengths(own - centre[:, None])[..., 0] - radius[:, None]).max(axis=1) <= 2 * drawing.tolerance
-            )
-            number = is_new.sum(axis=1)
-            counts[seams] = np.where(apart & ((number < 3) | is_round), number, 0)
-            r, z = np.round(own / (4 * drawing.tolerance)).astype(np.int64).transpose(2, 0, 1)
-            names[seams] = (((r * PRIMES[0]) ^ (z * PRIMES[1])) * is_new).sum(axis=1)
+            for k in range(1, len(vertices)):
+                for known in range(k):
+                    is_same = (np.abs(r[known] - r[k]) <= apart) & (np.abs(z[known] - z[k]) <= apart)
+                    is_new[k] &= ~(is_same & is_new[known])
+            middle_r, middle_z, radius = circles_through(r, z, is_new)
+            off = np.abs(np.hypot(r - middle_r, z - middle_z) - radius).max(axis=0)
+            number = is_new.sum(axis=0)
+            is_one = np.maximum(np.ptp(r, axis=0), np.ptp(z, axis=0)) < self.near
+            counts[seams] = np.where(~is_one & ((number < 3) | (off <= 2 * drawing.tolerance)), number, 0)
+            row, column = (np.round(each / apart).astype(np.int64) for each in (r, z))
+            names[seams] = (((row * PRIMES[0]) ^ (column * PRIMES[1])) * is_new).sum(axis=0)
         return counts, names
 
 
-def _fitted(drawing: Drawing, plane: _HalfPlane, seed: tuple[int, int], kind: type[Line] | type[Circle]) -> list[Swept]:
+def _fitted(drawing: Drawing, plane: _HalfPlane, seed: Sequence[int], kind: type[Line] | type[Circle]) -> list[Swept]:
     """The surface about an axis that begins with two facets, each of whose vertices lies on it.
 
     Its pieces, where other walls interrupt it; nothing where there is too little of it.
     """
-    axis, flat, middles, facing = plane.axis, plane.flat, plane.middles, plane.facing
-    facets = np.array(seed)
-    for slack in (LOOSE, 2.0, 1.0, 1.0):
-        vertices = np.unique(drawing.flat[drawing.corners.rows(facets)])
-        shape = kind.through(flat[vertices])
-        if isinstance(shape, Circle) and abs(shape.r) < LOOSE * drawing.tolerance:
-            shape.r = 0.0
-            shape.z, shape.radius = _on_axis_circle(flat[vertices])
-        # A floor has its outline, a ring, on the fillet that it joins.
-        sag = SAG * (middles[:, 0] + (shape.radius if isinstance(shape, Circle) else 0.0)) + drawing.tolerance
-        holds = (drawing.worst(shape.off(flat)) <= slack * drawing.tolerance) & (np.abs(shape.off(middles)) <= sag)
-        slopes = _slopes(shape, middles)
-        side = (facing[seed[0]] * slopes[seed[0]]).sum()
-        holds &= ~drawing.taken & ~plane.is_ring & ((facing * slopes).sum(axis=1) * side > 0.5)
-        if not holds[list(seed)].any():
-            return []
-        facets = np.flatnonzero(holds)
-    whole = Swept(axis, shape, facets)
-    if not _is_enough(drawing, whole):
+    found = plane.fit(drawing, seed, kind) if _begins(drawing, plane.axis, seed, (kind,)) else None
+    if found is None or not _is_enough(drawing, Swept(plane.axis, *found)):
         return []
-    return [Swept(axis, shape, piece) for piece in drawing.pieces(facets)]
+    return [Swept(plane.axis, found[0], piece) for piece in drawing.pieces(found[1])]
+
+
+def _begins(
+    drawing: Drawing, axis: Axis, seam: Sequence[int], kinds: Sequence[type[Line] | type[Circle]] = (Circle, Line)
+) -> bool:
+    """Whether a surface about an axis begins at a seam, as far as the facets near it show."""
+    plane = _HalfPlane(drawing, axis, np.array(drawing.around(seam, NEAR)))
+    found = [plane.fit(drawing, (0, 1), kind) for kind in kinds]
+    # Where other walls interrupt a surface, there are few of it.
+    least = FEWEST_NEAR if len(plane.facets) == NEAR else 1
+    return any(fit is not None and len(fit[1]) >= least for fit in found)
 
 
 def _slopes(shape: Line | Circle, flat: np.ndarray) -> np.ndarray:
@@ -260,11 +302,11 @@ def _about(drawing: Drawing, plane: _HalfPlane) -> list[Swept]:
     found = []
     counts, names = plane.rings(drawing)
     for kind, fits in ((Circle, counts > 2), (Line, (counts == 1) | (counts == 2))):
-        # All pairs between the same rings fail alike.
+        # All pairs between the same rings fail alike; an axis about which nothing begins soon is none.
         failed: set[int] = set()
         seams = np.flatnonzero(fits & ~drawing.taken[drawing.seams].any(axis=1))
         for pair, name in zip(drawing.seams[seams].tolist(), names[seams].tolist(), strict=True):
-            if len(failed) > MOST_FAILURES:
+            if len(failed) > (MOST_FAILURES if found else FIRST_FAILURES):
                 break
             if name in failed or drawing.taken[pair[0]] or drawing.taken[pair[1]]:
                 continue
@@ -318,7 +360,8 @@ def _spheres(drawing: Drawing) -> list[Swept]:
                 break
             off = np.linalg.norm(drawing.vessel.vertices - middle, axis=1) - radius
             sunk = radius - np.linalg.norm(drawing.middles - middle, axis=1)
-            holds = (drawing.worst(off) <= slack * drawing.tolerance) & (sunk <= 2 * SAG * radius + drawing.tolerance)
+            worst_of = np.maximum.reduceat(np.abs(off)[drawing.flat], drawing.corners.first)
+            holds = (worst_of <= slack * drawing.tolerance) & (sunk <= 2 * SAG * radius + drawing.tolerance)
             facets = drawing.grown(pair, holds)
         if len(facets) < 16 or not _is_round(drawing, facets, middle):
             failures += 1
@@ -397,11 +440,10 @@ def _normals_next_to(drawing: Drawing, swept: list[Swept]) -> list[np.ndarray]:
     return list(drawing.normals[others[~drawing.taken[others] & (drawing.corners.counts[others] > 4)]])
 
 
-def _best_axis(drawing: Drawing, pair: tuple[int, int], useless: list[Axis]) -> Axis | None:
+def _best_axis(drawing: Drawing, pair: tuple[int, int]) -> Axis | None:
     """Of the axes about which facets at a seam may turn, the one whose surfaces have the most facets.
 
-    A wall that is bent both ways is nearly one about an axis across it too, for a few facets. useless: axes
-    without a surface at their seam, to which others are added.
+    A wall that is bent both ways is nearly one about an axis across it too, for a few facets.
     """
     seams = [pair, *((first, other) for first in pair for other in drawing.neighbours[first] if other not in pair)]
     best, most = None, 0
@@ -409,13 +451,11 @@ def _best_axis(drawing: Drawing, pair: tuple[int, int], useless: list[Axis]) -> 
     for seam in seams[:9]:
         for axis_of in (_axis_of_strip, _axis_of_band):
             axis = None if drawing.taken[list(seam)].any() else axis_of(drawing, seam)
-            if axis is None or _same_axis(axis, [*tried, *useless], drawing.tolerance, drawing.vessel.size):
+            if axis is None or _same_axis(axis, tried, drawing.tolerance, drawing.vessel.size):
                 continue
-            plane = _HalfPlane(drawing, axis)
-            if not any(_fitted(drawing, plane, seam, kind) for kind in (Circle, Line)):
-                useless.append(axis)
+            if not _begins(drawing, axis, seam):
                 continue
-            swept = _about(drawing, plane)
+            swept = _about(drawing, _HalfPlane(drawing, axis))
             count = sum(len(each.facets) for each in swept)
             for each in swept:
                 drawing.taken[each.facets] = False
@@ -447,8 +487,6 @@ def find_surfaces(drawing: Drawing) -> list[Swept]:
             known.append(swept[0].axis)
             found.extend(swept)
 
-    for axis in _axes_of_outlines(drawing):
-        take(axis)
     # Spheres that no other wall goes on from; the others may turn about the axis of that wall.
     domes = _spheres(drawing)
     is_dome = np.zeros(len(drawing.taken), dtype=bool)
@@ -458,8 +496,9 @@ def find_surfaces(drawing: Drawing) -> list[Swept]:
         else:
             is_dome[dome.facets] = True
     drawing.taken &= ~is_dome
+    for axis in _axes_of_outlines(drawing):
+        take(axis)
     failures = 0
-    useless: list[Axis] = []
     may_turn = _may_turn(drawing) & ~is_dome[drawing.seams].all(axis=1)
     for pair in drawing.seams[may_turn].tolist():
         if failures > MOST_FAILURES:
@@ -467,7 +506,7 @@ def find_surfaces(drawing: Drawing) -> list[Swept]:
         if drawing.taken[pair[0]] or drawing.taken[pair[1]]:
             continue
         before = len(found)
-        guess = _best_axis(drawing, pair, useless)
+        guess = _best_axis(drawing, pair)
         if guess is not None:
             take(guess)
         failures += len(found) == before
@@ -508,7 +547,9 @@ def _on_strip(
     middle = np.add.reduceat(points, own.first) / own.counts[:, None]
     flat = np.vecdot(axes[own.owner], (points - middle[own.owner])[:, None])
     for groups, rows in own.stacks():
-        centre[groups], radius[groups] = circles_through(flat[rows], np.ones(rows.shape))
+        u, v = flat[rows].transpose(2, 1, 0)
+        *middles, radius[groups] = circles_through(u, v, np.ones(u.shape))
+        centre[groups] = np.column_stack(middles)
     holds = np.abs(np.vecdot(drawing.normals[third], along[pair])) < ALONG
     pair, third = pair[holds], third[holds]
     of_third = Ragged(drawing.corners.counts[third])
@@ -551,7 +592,7 @@ def recognise(vessel: Vessel, rounding: float) -> Vessel:
     surfaces = find_surfaces(drawing)
     planes = make_tangent(drawing, surfaces)
     curves: list[Curve] = []
-    on_curve = np.full(len(vessel.facets), -1)
+    on_curve = np.full(len(vessel.normals), -1)
     for swept in surfaces:
         for curve, facets in curves_of(drawing, swept):
             on_curve[facets] = len(curves)

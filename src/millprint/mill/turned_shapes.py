@@ -95,21 +95,22 @@ class Circle:
         return self.radius * np.arctan2(flat[:, 1] - self.z, flat[:, 0] - self.r)
 
 
-def circles_through(flat: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The middles (n, 2) and radii (n,) of Circle.through for many sets of points (n, k, 2) with weights (n, k).
+def circles_through(u: np.ndarray, v: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Middles (n,), (n,) and radii (n,) of Circle.through for n sets of points (k, n), (k, n) with weights (k, n).
 
     By the normal equations, which lose digits; not a number where the points are on a line.
     """
-    total = weights.sum(axis=1)
-    shift = (flat * weights[..., None]).sum(axis=1) / total[:, None]
-    u, v = np.moveaxis(flat - shift[:, None], 2, 0)
-    squared = u**2 + v**2
+    total = weights.sum(axis=0)
+    middle_u, middle_v = (u * weights).sum(axis=0) / total, (v * weights).sum(axis=0) / total
+    u, v = u - middle_u, v - middle_v
+    squared = u * u + v * v
     uu, uv, vv, uw, vw, w = (
-        (each * weights).sum(axis=1) for each in (u * u, u * v, v * v, u * squared, v * squared, squared)
+        (each * weights).sum(axis=0) for each in (u * u, u * v, v * v, u * squared, v * squared, squared)
     )
     spread = uu * vv - uv**2
-    middle = np.column_stack([uw * vv - vw * uv, vw * uu - uw * uv]) / np.where(spread > 0, 2 * spread, np.nan)[:, None]
-    return middle + shift, np.sqrt((middle**2).sum(axis=1) + w / total)
+    twice = np.where(spread > 0, 2 * spread, np.nan)
+    out_u, out_v = (uw * vv - vw * uv) / twice, (vw * uu - uw * uv) / twice
+    return out_u + middle_u, out_v + middle_v, np.sqrt(out_u**2 + out_v**2 + w / total)
 
 
 @dataclass(eq=False)
@@ -145,11 +146,12 @@ class Drawing:
         # Long ones first: those of a mantle, before those across a rounded end.
         long = lengths(edges.end[bent] - edges.start[bent])[:, 0]
         self.seams = edges.facets[bent[np.argsort(-long, kind="stable")]]
-
-        # The numbers of the vertices of both facets at each seam, of seams with one number of corners at a time.
+        # The numbers of the vertices (k, n) of both facets at n seams with one number of corners together.
         corners = self.flat[self.corners.rows(self.seams.ravel())]
         both = Ragged(self.corners.counts[self.seams].sum(axis=1))
-        self.seam_vertices = [(own, corners[rows]) for own, rows in both.stacks() if rows.shape[1] <= MOST_CORNERS]
+        self.seam_vertices = [
+            (own, corners[rows].T.copy()) for own, rows in both.stacks() if rows.shape[1] <= MOST_CORNERS
+        ]
 
     def across(self, is_own: np.ndarray) -> np.ndarray:
         """The facets that are next to some facets (f,) and not among them, ascending."""
@@ -157,22 +159,20 @@ class Drawing:
         border = is_own[sides[:, 0]] != is_own[sides[:, 1]]
         return np.unique(sides[border][~is_own[sides[border]]])
 
-    def worst(self, off: np.ndarray) -> np.ndarray:
-        """For each facet (f,) the largest of what its vertices (v,) are off."""
-        return np.maximum.reduceat(np.abs(off)[self.flat], self.corners.first)
-
     def points(self, facets: Iterable[int]) -> np.ndarray:
         """The vertices (n, 3) of some facets, each once."""
         return self.vessel.vertices[np.unique(self.flat[self.corners.rows(np.asarray(facets))])]
 
     def around(self, seed: Iterable[int], count: int) -> list[int]:
         """Up to `count` free facets that are nearest to a seed by shallow edges."""
-        found = list(seed)
-        for facet in found:
-            found += [n for n in self.neighbours[facet] if n not in found and not self.taken[n]]
+        found = dict.fromkeys(seed)
+        for facet in (front := list(seed)):
+            new = [n for n in self.neighbours[facet] if n not in found and not self.taken[n]]
+            found.update(dict.fromkeys(new))
+            front += new
             if len(found) >= count:
                 break
-        return found[:count]
+        return list(found)[:count]
 
     def pieces(self, facets: np.ndarray) -> list[np.ndarray]:
         """Some ascending facets in groups that are connected by shallow edges, in the order of their first ones."""

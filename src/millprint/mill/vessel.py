@@ -238,16 +238,16 @@ class Vessel:
     flat walls, whose borders may be arcs (mill.borders). A solid body inside a vessel is the same with `solid`: its
     normals point out of it, and its volume is negative.
 
-    smooth_axis: "x", "y" or "z", the axis whose end facets have no friction, or None. on_curves: for each of `facets`
-    the one of `curves` that it draws, -1 for a flat wall; left out, that is found. report: what was nearly recognised,
-    in words. facet_curves (f,): the same for the vessel's own facets, which are sorted; placed_from (f,): the numbers
-    of these among the given ones. Raises ConfigError where the facets do not close: every edge must belong to two
-    facets, in opposite senses.
+    facets: or their outlines. smooth_axis: "x", "y" or "z", the axis whose end facets have no friction, or None.
+    on_curves: for each of `facets` the one of `curves` that it draws, -1 for a flat wall; left out, that is found.
+    report: what was nearly recognised, in words. facet_curves (f,): the same for the vessel's own facets, which are
+    sorted; placed_from (f,): the numbers of these among the given ones. Raises ConfigError where the facets do not
+    close: every edge must belong to two facets, in opposite senses.
     """
 
     def __init__(
         self,
-        facets: Sequence[Facet],
+        facets: Sequence[Facet] | Outlines,
         name: str = "vessel",
         solid: bool = False,
         smooth_axis: str | None = None,
@@ -259,7 +259,7 @@ class Vessel:
         self.solid = solid
         self.smooth_axis = smooth_axis
         self.report = report
-        given = Outlines.of(facet.loops for facet in facets)
+        given = facets if isinstance(facets, Outlines) else Outlines.of(facet.loops for facet in facets)
         self.size = float(np.ptp(given.points, axis=0).max())
         # A power of two, so that a shape and its double are the same on their lattices.
         pitch = LATTICE * 2.0 ** math.floor(math.log2(self.size))
@@ -466,11 +466,11 @@ def shape_curves(geometry: GeometrySection, solid: bool) -> list[Curve]:
 
 def shape_facets(geometry: GeometrySection, place: str, solid: bool) -> list[Facet]:
     """The facets of a shape, see `drawn_shape`."""
-    return drawn_shape(geometry, place, solid)[0]
+    return facets_of(drawn_shape(geometry, place, solid)[0])
 
 
-def drawn_shape(geometry: GeometrySection, place: str, solid: bool) -> tuple[list[Facet], float]:
-    """The facets of a shape, their normals towards the balls: into a hollow, or out of a solid.
+def drawn_shape(geometry: GeometrySection, place: str, solid: bool) -> tuple[Outlines, float]:
+    """The outlines of the facets of a shape, their normals towards the balls: into a hollow, or out of a solid.
 
     Further: the rounding of their vertices in a file [m].
 
@@ -489,7 +489,7 @@ def drawn_shape(geometry: GeometrySection, place: str, solid: bool) -> tuple[lis
         )
     if shape.from_inside == solid:
         outlines = [[loop[::-1] for loop in loops] for loops in outlines]
-    return facets_of(outlines), rounding
+    return Outlines.of(outlines), rounding
 
 
 @dataclass(frozen=True)
