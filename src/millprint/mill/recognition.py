@@ -37,8 +37,8 @@ FEWEST_STEPS = 5
 FEW_POINTS = 8
 # How far the middle of a facet is below its surface, over the radii, where it is drawn in steps of LARGEST_TURN.
 SAG = 1.3 * (1 - math.cos(LARGEST_TURN / 2))
-# Seeds that lead nowhere, after which the search about one axis, or for one kind, ends.
-MOST_FAILURES, FIRST_FAILURES = 300, 50
+# Seeds that lead nowhere, after which the search about one axis, or for one kind, ends; the first ones in a row.
+MOST_FAILURES, FIRST_FAILURES = 300, 20
 # An axis or a sphere is guessed from this number of facets at most.
 AROUND = 12
 # So many of the next facets lie on a surface where it begins, if nothing interrupts it.
@@ -496,8 +496,14 @@ def find_surfaces(drawing: Drawing) -> list[Swept]:
         else:
             is_dome[dome.facets] = True
     drawing.taken &= ~is_dome
+    in_vain = 0
     for axis in _axes_of_outlines(drawing):
+        before = len(known)
         take(axis)
+        is_known = _same_axis(axis, known, LOOSE * drawing.tolerance, drawing.vessel.size)
+        in_vain = 0 if len(known) > before or is_known else in_vain + 1
+        if in_vain > FIRST_FAILURES:
+            break
     failures = 0
     may_turn = _may_turn(drawing) & ~is_dome[drawing.seams].all(axis=1)
     for pair in drawing.seams[may_turn].tolist():

@@ -27,7 +27,7 @@ ON_CURVE = 5e-6
 CURVE_ANGLE = 0.6
 # An edge that turns by more juts into the vessel [rad].
 CONVEX = 1e-9
-# With more facets, the walls take days of a simulation.
+# More facets take minutes and gigabytes before the first step.
 MOST_FACETS = 200_000
 
 
@@ -484,7 +484,7 @@ def drawn_shape(geometry: GeometrySection, place: str, solid: bool) -> tuple[Out
         raise ConfigError(f"{place}.{error}") from None
     if len(outlines) > MOST_FACETS:
         raise ConfigError(
-            f"{place}: {len(outlines)} flat facets; a simulation takes at most {MOST_FACETS}: give it fewer, or "
+            f"{place}: {len(outlines):,} flat facets; a simulation takes at most {MOST_FACETS:,}: give it fewer, or "
             "export the surface with a coarser tessellation"
         )
     if shape.from_inside == solid:
