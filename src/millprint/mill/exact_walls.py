@@ -104,9 +104,9 @@ def _moved_vertices(
     is_moving[list(planes)] = True
     is_wanted = np.zeros(len(vessel.vertices), dtype=bool)
     is_wanted[vessel.corners[is_moving[owner]]] = True
-    number = np.where(on_curve >= 0, on_curve, -1 - np.arange(len(on_curve)))
+    surface_of = np.where(on_curve >= 0, on_curve, -1 - np.arange(len(on_curve)))
     own = is_wanted[vessel.corners]
-    vertex, surface = vessel.corners[own], number[owner[own]]
+    vertex, surface = vessel.corners[own], surface_of[owner[own]]
     order = np.lexsort((surface, vertex))
     groups: dict[tuple[int, ...], list[int]] = {}
     surfaces_of = Ragged(np.bincount(vertex)[is_wanted[: vertex.max(initial=-1) + 1]]).split(surface[order])

@@ -299,7 +299,7 @@ def _is_enough(drawing: Drawing, swept: Swept) -> bool:
 
 def _about(drawing: Drawing, plane: _HalfPlane) -> list[Swept]:
     """The surfaces about an axis: arcs first, since each of their steps is a line too; their facets are taken."""
-    found = []
+    found: list[Swept] = []
     counts, names = plane.rings(drawing)
     for kind, fits in ((Circle, counts > 2), (Line, (counts == 1) | (counts == 2))):
         # All pairs between the same rings fail alike; an axis about which nothing begins soon is none.

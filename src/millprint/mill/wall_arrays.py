@@ -35,8 +35,8 @@ def facet_sides(vessel: Vessel) -> tuple[np.ndarray, np.ndarray]:
     counts, arcs = loops.counts.copy(), {}
     for loop in np.flatnonzero(is_round).tolist():
         facet = int(facets.owner[loop])
-        own = slice(loops.first[loop], loops.first[loop] + loops.counts[loop])
-        arcs[loop] = _round_sides(vessel, facet, loop - int(facets.first[facet]), flat[own])
+        along = slice(loops.first[loop], loops.first[loop] + loops.counts[loop])
+        arcs[loop] = _round_sides(vessel, facet, loop - int(facets.first[facet]), flat[along])
         counts[loop] = len(arcs[loop])
     found = Ragged(counts)
     sides = np.zeros((len(found.owner), width_of(SIDE)))
