@@ -487,14 +487,15 @@ def find_surfaces(drawing: Drawing) -> list[Swept]:
             known.append(swept[0].axis)
             found.extend(swept)
 
-    # Spheres that no other wall goes on from; the others may turn about the axis of that wall.
-    domes = _spheres(drawing)
+    # Whole spheres; a part of one may turn about the axis of the walls that it meets.
     is_dome = np.zeros(len(drawing.taken), dtype=bool)
-    for dome in domes:
-        if drawing.taken[drawing.beside_facet[drawing.beside.rows(dome.facets)]].all():
-            found.append(dome)
+    for dome in _spheres(drawing):
+        is_own = np.zeros(len(drawing.taken), dtype=bool)
+        is_own[dome.facets] = True
+        if len(drawing.across(is_own)):
+            is_dome |= is_own
         else:
-            is_dome[dome.facets] = True
+            found.append(dome)
     drawing.taken &= ~is_dome
     in_vain = 0
     for axis in _axes_of_outlines(drawing):
