@@ -8,7 +8,6 @@ import pytest
 from scipy import stats
 
 from benchmarks import compare, drums, physics
-from benchmarks.__main__ import stamped
 from benchmarks.compare import (
     SPEED_COLUMNS,
     spread,
@@ -83,9 +82,3 @@ def test_the_table_of_powers_has_a_row_for_each_speed():
     assert table.loc[40.0, ["millprint_W", "power_W", "difference_pct", "runs"]].tolist() == [21.0, 21.0, 0.0, 2]
     assert table.loc[20.0, "difference_pct"] == pytest.approx(10)
     assert table.loc[40.0, "millprint_se_W"] == pytest.approx(1.0)
-
-
-def test_a_table_of_timings_says_what_it_was_measured_with():
-    table = stamped(summarise(repetitions()), "22 Jul 2025")
-    assert list(table.columns) == ["date", "commit", "processor", "lammps", *SPEED_COLUMNS]
-    assert set(table["lammps"]) == {"22 Jul 2025"} and len(table) == 3

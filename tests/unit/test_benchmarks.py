@@ -6,17 +6,14 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks import compare, drums, physics
+from benchmarks import drums, physics
 from benchmarks.cases import (
     Setup,
-    Timing,
-    at_rest,
     box_jar,
     count_steps,
     cylinder_jar,
@@ -25,12 +22,8 @@ from benchmarks.cases import (
     start_from,
     time_millprint,
 )
-from benchmarks.compare import (
-    Entry,
-    time_case,
-)
 from benchmarks.config import BenchConfig
-from benchmarks.lammps import MEANS, Lammps, data_text, input_text, timing
+from benchmarks.lammps import MEANS, data_text, input_text, timing
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.load import check_model, load_named, read_yaml
@@ -81,22 +74,6 @@ def after(line: list[str], *keys: str) -> list[float]:
     return numbers
 
 
-def test_timed_input_is_the_one_that_users_write(config, setup):
-    """The commands of LAMMPS's own examples of a mill, between balls and at the wall."""
-    text = input_text(setup, config.lammps, 9.4e-7, [1000], with_means=False)
-    law = (
-        "hertz/material 2050000000 0.3 0.235 tangential mindlin NULL 1.0 0.3 rolling sds 10000.0 0.5 0.045 "
-        "damping tsuji"
-    )
-    pair, wall = words(text, "pair_coeff"), words(text, "fix wall")
-    for line in (pair, wall):
-        # Gigapascals in pascals, to rounding.
-        modulus = line.index("hertz/material") + 1
-        line[modulus] = f"{float(line[modulus]):.12g}"
-    assert " ".join(pair) == f"* * {law}"
-    assert f"granular {law} region" in " ".join(wall)
-
-
 def test_compared_input_holds_our_law_in_si(config, contact, setup):
     text = input_text(setup, config.lammps, 1e-6, [1000], with_means=True)
     pair, wall = words(text, "pair_coeff"), words(text, "fix wall")
@@ -135,13 +112,6 @@ def test_tangential_damping_is_ours(config, contact, setup):
     shear = modulus / (4 * (2 - poisson) * (1 + poisson))
     ratio = after(words(input_text(setup, config.lammps, 1e-6, [20], True), "pair_coeff"), "mindlin", "NULL")[0]
     assert ratio == pytest.approx(math.sqrt(8 * shear / (2 * effective)))
-
-
-def test_a_law_without_rolling_friction_has_no_rolling_model(config, setup, contact):
-    smooth = replace(setup, contact=contact.model_copy(update={"rolling_friction": 0.0}))
-    text = input_text(smooth, config.lammps, 1e-6, [1], True)
-    assert "rolling" not in text
-    assert "twisting" not in text
 
 
 def test_means_are_averaged_over_whole_revolutions_of_the_box(config, mill, contact):
@@ -199,25 +169,6 @@ def test_a_log_without_an_end_is_an_error():
         read_log(LOG + "ERROR: Lost atoms: original 24 current 23 (src/thermo.cpp:494)\n")
 
 
-def test_an_environment_without_lammps_is_refused(tmp_path, config):
-    with pytest.raises(SimulationError, match="no LAMMPS in this environment"):
-        Lammps(tmp_path, config.lammps)
-
-
-def test_a_program_that_fails_is_reported_in_its_own_words(tmp_path, config, setup):
-    program = tmp_path / "bin" / "lmp"
-    program.parent.mkdir()
-    program.write_text("#!/bin/sh\necho 'libmpi.so.12: cannot open shared object file' >&2\nexit 127\n")
-    program.chmod(0o755)
-    with pytest.raises(SimulationError, match="does not start: libmpi"):
-        Lammps(tmp_path, config.lammps).time(tmp_path / "run", setup, np.zeros((1, 3)), 10, 1e-6)
-
-
-def test_a_mill_that_does_not_move_on_a_circle_is_refused(config, mill, contact):
-    with pytest.raises(ConfigError, match=r"motion\.kind = 'rest'"):
-        make_setup(config, contact, cylinder_jar(config, at_rest(mill)), 24, 10.0)
-
-
 @pytest.mark.slow
 def test_both_codes_run_the_same_start_and_number_of_steps(config, mill, contact, setup):
     quick = replace(setup, settle_s=0.02)
@@ -235,46 +186,6 @@ def test_both_codes_run_the_same_start_and_number_of_steps(config, mill, contact
     # The driven motion, one step at rest, one sample that ends it.
     assert count_steps(simulation) == pytest.approx(0.01 / simulation.step, rel=0.06)
     assert simulation.step <= config.time_step_s
-
-
-class FakeLammps:
-    """Takes three times our time, whatever that is said to be."""
-
-    def time(self, place, setup, start, steps, step_s):
-        return replace(read_log(LOG), steps=steps, balls=setup.balls, loop_s=3e-7 * steps * setup.balls)
-
-
-def test_repetitions_are_interleaved(monkeypatch, setup):
-    monkeypatch.setattr(compare, "time_millprint", lambda setup, start, driven: Timing(10, 24, 1e-7 * 240, 0.0))
-    entries = [Entry(setup, code, np.zeros((24, 3)), 0.1, 10, 1e-6) for code in ("millprint", "LAMMPS")]
-    bar = SimpleNamespace(update=lambda cost: None)
-    frame = time_case(entries, 3, FakeLammps(), Path("unused"), bar)
-    assert list(frame["code"]) == ["millprint", "LAMMPS"] * 3
-    assert list(frame["wall"][:2]) == ["facets (50)", "moving region"]
-    assert frame["ns_per_ball_step"].to_numpy() == pytest.approx([100, 300] * 3)
-
-
-def test_quick_bench_runs_the_same_cases_shorter(config):
-    quick = config.quickened()
-    assert [case.name for case in quick.cases] == [case.name for case in config.cases]
-    assert quick.cases[0].driven_s == config.quick.time_share * config.cases[0].driven_s
-    assert quick.physics.window_s == config.quick.time_share * config.physics.window_s
-    assert (quick.repetitions, quick.physics.seeds) == (config.quick.repetitions, config.quick.seeds)
-
-
-@pytest.mark.parametrize(
-    ("section", "key", "value", "message"),
-    [
-        ("cylinder", "axis", "x", "must have axis = z"),
-        ("cylinder", "fillet_radius_mm", 2.0, "must have axis = z and fillet_radius_mm = 0"),
-        ("cylinder", "centre_mm", [0, 0, 1], r"cylinder\.centre_mm: must be left out"),
-    ],
-)
-def test_a_bench_that_cannot_be_compared_is_refused(section, key, value, message):
-    values = read_yaml(ROOT / "benchmarks/bench.yaml")
-    values[section][key] = value
-    with pytest.raises(ConfigError, match=message):
-        check_model(values, BenchConfig, "benchmarks/bench.yaml")
 
 
 def test_physics_table_has_students_intervals(config):

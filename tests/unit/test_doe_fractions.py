@@ -24,9 +24,7 @@ from millprint.thesis.doe.factorial_designs import (
     shared_degrees_of_freedom,
     treatments,
 )
-from millprint.thesis.doe.runs import contrasts, level_contrasts, read_runs, term_columns
-from tests.conftest import ROOT
-from tests.unit.doe_settings import settings
+from millprint.thesis.doe.runs import contrasts, level_contrasts, term_columns
 
 STEELS = ["steel", "zirconia", "tungsten carbide"]
 
@@ -182,36 +180,6 @@ def test_contrasts_follow_the_distances_of_the_levels_and_only_span_the_names():
     np.testing.assert_allclose(names.sum(axis=0), 0, atol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("levels", "words"),
-    [
-        ([True, False], "quote them"),
-        ([10, "high"], "all numbers or all names"),
-        (["a", "a"], "names must differ"),
-        (["a", " b"], "odd blanks"),
-        (list(range(11)), "at most 10"),
-        ([5], "at least 2"),
-        ([1, float("nan")], "finite"),
-    ],
-)
-def test_bad_levels_are_refused_in_one_line(levels, words):
-    with pytest.raises(ConfigError, match=words) as caught:
-        design("AB", levels)
-    assert set(str(caught.value).splitlines()[0].split(": ")[0:1]) == {"design.yaml"}
-
-
-@pytest.mark.parametrize(
-    ("generators", "words"),
-    [(["B = A + D"], "same number"), (["E = A + B"], "same number"), (["C = A"], None), (["C = A + 1 + 1"], "a sum")],
-)
-def test_generators_across_numbers_of_levels_are_refused(generators, words):
-    if words is None:
-        assert describe(mixed(generators))["resolution"] == 2
-        return
-    with pytest.raises(ConfigError, match=words):
-        mixed(generators)
-
-
 def written(tmp_path, config: DesignConfig):
     path = tmp_path / "design.yaml"
     path.write_text(yaml.safe_dump(config.model_dump()))
@@ -226,23 +194,6 @@ def test_the_command_writes_the_design_of_a_file(tmp_path, capsys):
     assert (len(table), table["treatment"].nunique()) == (16, 16)
     assert json.loads((tmp_path / "out/fraction.json").read_text())["resolution"] == 4
     assert (read_table(tmp_path / "out/aliases.tsv", text=["clear"])["clear"][1:8] == "yes").all()
-
-
-def test_the_command_makes_the_thesis_s_design_from_its_configuration(tmp_path):
-    millprint(["design", str(ROOT / "config/config.yaml"), str(tmp_path)])
-    pd.testing.assert_frame_equal(
-        read_table(tmp_path / "design.tsv", text=["treatment"]), design_table(settings()), check_dtype=False
-    )
-
-
-def test_the_command_refuses_a_bad_design_in_one_line(tmp_path, capsys):
-    path = tmp_path / "design.yaml"
-    path.write_text("factors: []\norder_seed: 1\n")
-    assert millprint(["design", str(path), str(tmp_path / "out")]) == 1
-    line = capsys.readouterr().err.strip()
-    assert line.startswith(f"error: {path}: factors")
-    assert "\n" not in line
-    assert not (tmp_path / "out").exists()
 
 
 def screened(tmp_path, **changes) -> tuple:
@@ -301,12 +252,3 @@ def test_the_analysis_refuses_in_one_line(tmp_path, capsys, changes, row, words)
     assert words in line
     assert line.startswith("error: ")
     assert "\n" not in line
-
-
-def test_an_unknown_name_is_refused_with_the_known_ones(tmp_path):
-    config = settings(factors=[factor("A", STEELS), factor("B", [1, 10])], generators=[], model=["A"], interactions=[])
-    table = design_table(config)[["case", "a", "b"]].assign(yield_percent=50)
-    table.loc[2, "a"] = "glass"
-    table.to_csv(tmp_path / "runs.tsv", sep="\t", index=False)
-    with pytest.raises(ConfigError, match=r"column a, case 3 = 'glass'.*steel, zirconia, tungsten carbide"):
-        read_runs(str(tmp_path / "runs.tsv"), config.factors)

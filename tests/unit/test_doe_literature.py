@@ -3,7 +3,6 @@
 import pandas as pd
 import pytest
 
-from millprint.config.errors import ConfigError
 from millprint.thesis.doe.literature import (
     literature_checks,
     missingness_table,
@@ -37,12 +36,6 @@ def test_the_table_of_missingness_counts_the_dashes_of_both_directions(studies):
     assert table["unreported"].is_monotonic_decreasing
 
 
-def test_table_2_1_gives_reference_16_twice():
-    yields = read_reported_yields(YIELDS)
-    assert yields.loc[yields["reference"] == "16", "yield_percent"].tolist() == [90, 88]
-    assert len(yields) == 8
-
-
 def test_masses_and_balls_that_agree_are_found_to_agree(checks):
     assert checks.loc[("11", "total mass [g]"), "agrees"] == "yes"
     assert checks.loc[("11", "ball-to-powder ratio with steel balls [-]"), "follows"] == pytest.approx(39, abs=0.1)
@@ -65,29 +58,3 @@ def test_what_cannot_follow_from_a_study_s_other_numbers_is_found(checks):
     assert "15.2 g/cm3" in balls["note"]
     wrong = checks[checks["agrees"] == "no"].index.tolist()
     assert [reference for reference, _ in wrong] == ["11", "13", "13", "16", "16"]
-
-
-@pytest.mark.parametrize(
-    ("column", "value", "words"),
-    [
-        ("speed_rpm", "fast", "speed_rpm, reference 11 = 'fast'"),
-        ("bpr", "-3", "above 0"),
-        ("yield_percent", "140", "between 0 and 100"),
-        ("yield_percent", "", "finite number"),
-        ("reference", "12", "appears twice"),
-        ("borate", "sand", "borate, reference 11 = 'sand'"),
-        ("balls", "4/2", "as many numbers as diameters"),
-        ("ball_diameter_mm", "thick", "ball_diameter_mm, reference 11"),
-    ],
-)
-def test_bad_studies_are_refused_in_one_line_and_an_empty_cell_is_not(tmp_path, column, value, words):
-    path = tmp_path / "literature.tsv"
-    frame = pd.read_csv(LITERATURE, sep="\t", comment="#", dtype=str)
-    frame.to_csv(path, sep="\t", index=False)
-    assert len(read_literature(path)) == 7
-    frame.loc[0, column] = value
-    frame.to_csv(path, sep="\t", index=False)
-    with pytest.raises(ConfigError) as caught:
-        read_literature(path)
-    assert words in str(caught.value)
-    assert "\n" not in str(caught.value)

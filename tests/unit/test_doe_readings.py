@@ -146,41 +146,6 @@ def test_a_charge_from_counted_balls_is_that_of_their_mass(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ({"gas_volume_ml": "much"}, ["gas_volume_ml", "'much'", "finite number"]),
-        ({"gas_volume_ml": ""}, ["gas_volume_ml", "finite number"]),
-        ({"gas_volume_ml": "nan"}, ["gas_volume_ml", "finite number"]),
-        ({"gas_volume_ml": "inf"}, ["gas_volume_ml", "finite number"]),
-        ({"gas_volume_ml": -1}, ["gas_volume_ml", "case 14", "-1", "between 0 and"]),
-        ({"gas_volume_ml": 1141}, ["gas_volume_ml", "case 14", "yield of 140 %", "at most 105 %"]),
-        ({"temperature_k": 25}, ["temperature_k", "case 14", "25", "between 273.15 and 373"]),
-        ({"pressure_pa": 1013}, ["pressure_pa", "1013", "between 50000 and 200000"]),
-        ({"limiting_mass_g": 0}, ["limiting_mass_g", "0", "above 0"]),
-        ({"temperature_k": 370, "pressure_pa": 8e4}, ["temperature_k", "370", "vapour"]),
-        ({"case": "15"}, ["case = 15", "twice"]),
-        ({"case": ""}, ["case", "row 1", "must not be empty"]),
-        ({"gas_volume_error_ml": -2}, ["gas_volume_error_ml", "-2"]),
-        ({"gas_volume_error_ml": ""}, ["gas_volume_error_ml", "finite number"]),
-    ],
-)
-def test_bad_readings_are_refused_in_one_line(tmp_path, change, words):
-    first, second = ({**READING, "gas_volume_error_ml": 1, **others} for others in (change, {"case": "15"}))
-    path = write(tmp_path / "g.tsv", first, second)
-    with pytest.raises(ConfigError) as caught:
-        yield_table(path, CHEMISTRY, GAS)
-    assert all(word in str(caught.value) for word in [path, *words])
-    assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize("column", ["case", "gas_volume_ml", "temperature_k", "pressure_pa", "limiting_mass_g"])
-def test_a_missing_column_is_refused(tmp_path, column):
-    path = write(tmp_path / "g.tsv", {key: value for key, value in READING.items() if key != column})
-    with pytest.raises(ConfigError, match=f"column {column} is missing"):
-        yield_table(path, CHEMISTRY, GAS)
-
-
-@pytest.mark.parametrize(
     ("calculation", "reading", "column", "value"),
     [
         ("yield", READING, "yield_percent", 71.0),

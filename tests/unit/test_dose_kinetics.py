@@ -10,7 +10,7 @@ import pytest
 from millprint.cli.commands import main as millprint
 from millprint.config.errors import ConfigError
 from millprint.dose.energy_doses import AXES, HITS, NORMAL, TANGENTIAL, TOTAL, doses, own_doses
-from millprint.dose.kinetics import MODELS, NO_EFFECT, aicc, best_of, fit_kinetics, said_of_shear, shear_worth, verdict
+from millprint.dose.kinetics import MODELS, NO_EFFECT, aicc, fit_kinetics, said_of_shear, shear_worth
 from millprint.thesis.curves.energy import curve_of, powder_of_ball, screening_doses
 from tests.unit.synthetic_mill import fingerprint
 
@@ -83,23 +83,6 @@ def test_aicc_by_hand_and_without_enough_runs():
     assert np.isinf(aicc(1.0, 4, 3))
 
 
-@pytest.mark.slow
-def test_an_axis_that_does_not_vary_is_left_out():
-    runs = made_up("first order", TOTAL, 0.1).assign(time_h=12.5)
-    table = fit_kinetics(runs)
-    assert best_of(table, "time_h") is None
-    assert "time" not in verdict(runs, table, "Runs").split("explain:")[1].split(".")[0]
-
-
-@pytest.mark.slow
-def test_the_verdict_names_runs_that_dose_cannot_tell_apart():
-    runs = made_up("first order", TOTAL, 0.05)
-    runs.loc[0, [TOTAL, TANGENTIAL, "yield_percent"]] = [10.0, 8.0, 95.0]
-    runs.loc[1, [TOTAL, TANGENTIAL, "yield_percent"]] = [10.1, 5.05, 5.0]
-    text = verdict(runs, fit_kinetics(runs), "Runs")
-    assert "does not explain runs 0 and 1: 10 and 10.1 kJ/g, but 95 and 5 %, with 80 and 50 %" in text
-
-
 @pytest.mark.parametrize(("yields", "why"), [([50.0] * 4, "at least 5"), ([50.0] * 6, "all are 50")])
 def test_too_few_or_equal_yields_are_refused(yields, why):
     runs = made_up("first order", TOTAL, 0.1).head(len(yields)).assign(yield_percent=yields)
@@ -125,15 +108,6 @@ def test_the_worth_of_shear_is_found_within_its_interval(monkeypatch, worth, apa
     # The sentence is about this fit, which takes seconds and is not made again for it.
     monkeypatch.setattr("millprint.dose.kinetics.shear_worth", lambda asked: {id(runs): found}[id(asked)])
     assert apart in said_of_shear(runs)
-
-
-def test_runs_of_one_tangential_share_cannot_tell_shear_from_compression():
-    """The screening runs are all at one fill ratio: 69 to 70 % of their dose is tangential."""
-    screening = screening_doses(ROOT / "config/data/screening.tsv", *BALL)
-    assert said_of_shear(screening).startswith(
-        "Shear against compression: 69 to 70 % of the dose is tangential in every"
-    )
-    assert "too few" in said_of_shear(screening.head(4))
 
 
 OWN = pd.DataFrame(
@@ -164,22 +138,6 @@ def test_own_runs_have_the_dose_of_their_power(known, tmp_path):
         (table["power_W"] * OWN["time_h"] * 3600).to_numpy(), rel=1e-6
     )
     assert table[HITS][0] == pytest.approx(table[HITS][1])
-
-
-@pytest.mark.parametrize(
-    ("change", "why"),
-    [
-        ({"powder_mass_g": 0.0}, r"column powder_mass_g, case a = 0.*must be above 0"),
-        ({"time_h": -1.0}, r"column time_h, case a = -1.*must be above 0"),
-        ({"mill": "emaks"}, r"column mill, case a = .*emaks.*unknown mill; fingerprints given: "),
-        ({"fill_ratio": 1.5}, r"column fill_ratio, case a = 1\.5.*under 1"),
-        ({"case": "a"}, "column case = a appears twice"),
-    ],
-)
-def test_a_bad_cell_is_one_line(known, tmp_path, change, why):
-    with pytest.raises(ConfigError, match=why) as info:
-        own_doses(own_table(tmp_path, **{"mill": next(iter(known)), **change}), known)
-    assert "\n" not in str(info.value)
 
 
 @pytest.mark.slow

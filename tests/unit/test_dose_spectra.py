@@ -16,15 +16,9 @@ from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import DemConfig
 from millprint.dem.run import run_case
 from millprint.dose.heat_sources import read_sources
-from millprint.dose.spectra import BIN_EDGES, PAIRS, TABLE_ONLY, read_spectra, tabulate_spectra, weighted_median
-from millprint.dose.spectra_shown import NOTE, of_sheet, over_pairs, rules_apart, sheet_rows, shown, with_rows
+from millprint.dose.spectra import PAIRS, TABLE_ONLY, tabulate_spectra, weighted_median
 from millprint.dose.wear import sliding_of_run
-from millprint.figures.dose_figures import plot_rules, plot_spectra
 from millprint.fingerprint.cases import mill_cases
-from millprint.fingerprint.mill_sheet import SHEET, Row, sheet_condition
-from millprint.run.files import write_table
-from tests.unit.made_spectra import made_spectra, without_contacts
-from tests.unit.synthetic_mill import descriptors, fingerprint
 
 CONFIG = Path(__file__).parents[2] / "config"
 EDGES = np.geomspace(1e-8, 1e-1, 7 * 2 + 1)
@@ -181,30 +175,10 @@ def test_bad_input_is_one_line(two_kinds):
         tabulate_spectra([], ["lifetimes"], EDGES)
 
 
-def test_bins_are_equally_wide_in_the_logarithm():
-    assert len(BIN_EDGES) == 13 * 5 + 1
-    assert np.diff(np.log10(BIN_EDGES)) == pytest.approx(0.2)
-
-
 def test_median_of_weighted_values():
     assert weighted_median(np.array([3.0, 1.0, 2.0]), np.array([1.0, 1.0, 1.0])) == 2.0
     assert weighted_median(np.array([3.0, 1.0, 2.0]), np.array([5.0, 1.0, 1.0])) == 3.0
     assert np.isnan(weighted_median(np.array([3.0]), np.array([0.0])))
-
-
-@pytest.mark.slow
-def test_the_figure_shows_a_line_for_each_fill_and_pair(tmp_path):
-    runs = [
-        write(tmp_path / f"{fill}.h5", contacts(30, 1e-6, 4e-6), contacts(10, 1e-3, 2e-3, wall=True), fill=fill)
-        for fill in (0.05, 0.1, 0.15, 0.2, 0.25)
-    ]
-    spectra, _ = tabulate_spectra(runs, ["lifetimes"], EDGES)
-    chosen = shown(spectra, "lifetimes")
-    assert len(set(chosen["fill_ratio"])) == 4
-    figure = plot_spectra(chosen, "Emax")
-    assert [len(axis.patches) for axis in figure.axes] == [8] * 6
-    assert {axis.get_xscale() for axis in figure.axes} == {"log"}
-    assert set(shown(spectra, "lifetimes", fill_ratios=[0.15])["fill_ratio"]) == {0.15}
 
 
 BOX = MillsConfig().box
@@ -255,47 +229,6 @@ def test_what_slides_and_what_heats_is_the_power_of_the_ledger(real_run):
     assert source.power_W.sum(axis=0) == pytest.approx(powers, rel=1e-9)
 
 
-def sheet_of(summary: pd.DataFrame) -> pd.DataFrame:
-    """The condition of the synthetic mill's sheet, and what is read off its spectra."""
-    own, _ = sheet_condition(fingerprint(), descriptors())
-    told = [
-        Row("mill", "collisions counted by", text="gap_0_03"),
-        Row("condition", "ball diameter", 1e3 * own.ball_diameter_m),
-        Row("condition", "speed", 60 * own.speed_hz),
-    ]
-    return with_rows(pd.DataFrame(told, columns=SHEET), sheet_rows(summary, fingerprint()))
-
-
-@pytest.mark.slow
-def test_the_sheet_has_the_spectra_of_the_nearest_simulated_condition():
-    spectra, summary = made_spectra(descriptors(), ("gap_0_03", "lifetimes"))
-    own, _ = sheet_condition(fingerprint(), descriptors())
-    sheet = sheet_of(summary).set_index("quantity")
-    fills = descriptors()["fill_ratio"].unique()
-    nearest = fills[np.argmin(np.abs(np.log(fills / own.fill_ratio)))]
-    assert sheet.at["simulated fill ratio", "value"] == nearest
-    assert sheet.at["normal energy of a collision: half of the power in collisions of at least", "value"] == 2e-3
-    found = of_sheet(spectra, sheet_of(summary))
-    assert set(found["fill_ratio"]) == {nearest} and set(found["counting_rule"]) == {"gap_0_03"}
-    assert found[["ball_diameter_mm", "speed_rpm"]].drop_duplicates().to_numpy() == pytest.approx(
-        np.array([[1e3 * own.ball_diameter_m, 60 * own.speed_hz]])
-    )
-
-
-@pytest.mark.slow
-def test_counting_rules_are_shown_to_differ_and_by_how_much():
-    spectra, summary = made_spectra(descriptors(), ("gap_0_03", "lifetimes"))
-    sheet = sheet_of(summary)
-    read_off = of_sheet(summary, sheet, ["gap_0_03", "lifetimes"])
-    said = rules_apart(read_off)
-    assert said == (
-        "2 counting rules differ by a factor of 2 in collisions a second, of 1 (normal) and 1 (tangential) in power, "
-        "and of 2 (normal) and 2 (tangential) in the energy above which half of the power falls"
-    )
-    figure = plot_rules(over_pairs(of_sheet(spectra, sheet, ["gap_0_03", "lifetimes"])), read_off, "Emax", said)
-    assert figure.axes[0].get_legend_handles_labels()[1] == ["gap_0_03", "lifetimes"]
-
-
 def test_real_rules_differ_in_collisions_and_not_in_power(real_run):
     path, summary = real_run
     _, table = tabulate_spectra([(str(path), summary)], ["lifetimes", "gap_0_04", "over_1N"])
@@ -304,24 +237,3 @@ def test_real_rules_differ_in_collisions_and_not_in_power(real_run):
     assert both.at["gap_0_04", "half_power_J"] >= both.at["lifetimes", "half_power_J"]
     assert both.at["gap_0_04", "power_W"] == pytest.approx(both.at["lifetimes", "power_W"], rel=1e-6)
     assert both.at["over_1N", "collisions_hz"] < both.at["lifetimes", "collisions_hz"]
-
-
-@pytest.mark.slow
-def test_a_mill_with_histograms_only_says_so_on_its_sheet():
-    spectra, summary = made_spectra(descriptors())
-    sheet = sheet_of(without_contacts(summary))
-    assert sheet.set_index("quantity").at[NOTE, "text"] == TABLE_ONLY
-    read_off = of_sheet(without_contacts(summary), sheet)
-    assert rules_apart(read_off) == TABLE_ONLY
-    none = spectra.iloc[:0]
-    assert TABLE_ONLY in plot_rules(over_pairs(of_sheet(none, sheet)), read_off, "Emax", TABLE_ONLY).get_suptitle()
-    assert plot_spectra(shown(none, "gap_0_03"), "Emax").get_suptitle() == "Emax"
-
-
-@pytest.mark.slow
-def test_tables_are_read_as_they_were_written(tmp_path):
-    spectra, summary = made_spectra(descriptors())
-    for name, table in (("spectra", spectra), ("summary", summary), ("none", without_contacts(summary))):
-        write_table(table, tmp_path / f"{name}.tsv")
-        found = read_spectra(tmp_path / f"{name}.tsv")
-        assert found[["charge", "varied"]].to_numpy().tolist() == table[["charge", "varied"]].to_numpy().tolist()

@@ -139,15 +139,6 @@ def test_the_check_lists_damage_in_its_status(recorded, capsys):
     assert millprint(["verify", str(logs.parent)]) == 1
 
 
-def test_each_fault_of_a_job_is_a_line(tmp_path, capsys):
-    with pytest.raises(SystemExit), job(str(tmp_path / "a.log"), "a job"):
-        raise ConfigError("a.yaml: x = 1: too small\na.yaml: y = 2: too large")
-    assert capsys.readouterr().err.splitlines() == [
-        "error: a job: a.yaml: x = 1: too small",
-        "error: a job: a.yaml: y = 2: too large",
-    ]
-
-
 def test_what_the_snakefile_imports_of_this_needs_no_scientific_libraries():
     code = """
 import millprint.run.digest, millprint.run.output_digests
@@ -200,22 +191,6 @@ with job(sys.argv[1] + "/logs/a.log", "a job"):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["logs", "out"]
     assert (tmp_path / "out").read_text() == "before"
     assert [path.name for path in (tmp_path / "logs").iterdir()] == ["a.log"]
-
-
-def test_the_collector_rests_while_a_job_is_imported_and_nowhere_else(tmp_path):
-    code = """
-import gc
-from millprint.run.machine import prepare_environment
-print(gc.isenabled(), flush=True)
-prepare_environment()
-inner = "import gc, sys; sys.path.insert(0, sys.argv[1])\\n" \\
-    "from millprint.run.job import job\\nprint(gc.isenabled(), flush=True)\\n" \\
-    "with job(sys.argv[2], 'a job'):\\n    print(gc.isenabled(), gc.get_freeze_count() > 10000, flush=True)"
-import subprocess
-subprocess.run([sys.executable, "-c", inner, sys.argv[1], sys.argv[2]])
-"""
-    run = python(code, str(ROOT / "src"), str(tmp_path / "a.log"), stdout=subprocess.PIPE)
-    assert run.communicate(timeout=60)[0].split() == ["True", "False", "True", "True"]
 
 
 def test_two_attempts_at_a_job_leave_a_whole_file(tmp_path):

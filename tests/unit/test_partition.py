@@ -1,5 +1,6 @@
 """Chapter 4: every printed digit of Tables 4.2 to 4.5 from the master-curve values."""
 
+import statistics
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,9 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.config.errors import ConfigError
 from millprint.fingerprint.condition import Condition
 from millprint.thesis.claims.tolerances import agrees
+from millprint.thesis.curves.collapse import tabulate_collapse
 from millprint.thesis.curves.energy import Chemistry, compare_with_prior, energy_leverage, fit_slopes, specific_yields
 from millprint.thesis.curves.regimes import (
     cases_at,
@@ -21,7 +22,7 @@ from millprint.thesis.curves.regimes import (
     with_published,
 )
 from tests.conftest import PRINTED
-from tests.unit.synthetic_mill import fingerprint
+from tests.unit.synthetic_mill import descriptors, fingerprint
 
 DATA = Path(__file__).parents[2] / "config/data"
 REFERENCE = Condition(0.10, 10.0, 0.01, 7700.0, 0.017)
@@ -146,21 +147,11 @@ def test_cases_at_any_fill_keep_speed_or_power_of_the_reference(measured):
     )
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("\treference\t", "\tbase\t", "column mode, case reference = 'base'"),
-        ("0.06\t14\t23", "0.06\tmany\t23", "column balls, case speed.tangential = 'many'"),
-        ("yield_percent", "yield", "column yield_percent is missing"),
-        ("\tspeed\t0.06", "\treference\t0.06", "exactly one row must be the reference"),
-        ("0.17\t41", "-0.17\t41", r"column fill_ratio, case speed.normal = -0.17"),
-    ],
-)
-def test_a_faulty_table_of_cases_is_refused(tmp_path, old, new, message):
-    text = (DATA / "regimes.tsv").read_text()
-    assert old in text
-    path = tmp_path / "regimes.tsv"
-    path.write_text(text.replace(old, new, 1))
-    with pytest.raises(ConfigError) as error:
-        read_regimes(path)
-    assert message in str(error.value) and "\n" not in str(error.value)
+def test_the_spread_of_a_collapse_is_the_sample_deviation_over_the_mean():
+    own = descriptors()
+    found = tabulate_collapse(own).set_index(["quantity", "fill_ratio"])
+    for fill, at in own.groupby("fill_ratio"):
+        rate, scaled = statistics.stdev(at["specific_frequency_hz"]), statistics.stdev(at["f"])
+        row = found.loc[("f", fill)]
+        assert row["spread_dimensional"] == pytest.approx(rate / statistics.mean(at["specific_frequency_hz"]))
+        assert row["spread_scaled"] == pytest.approx(scaled / statistics.mean(at["f"]), rel=1e-9, abs=1e-12)

@@ -27,15 +27,6 @@ def settings(content: dict) -> SurrogateConfig:
     return check_model(content, SurrogateConfig, "config.yaml")
 
 
-def test_the_default_variant_is_the_network_of_the_thesis(content):
-    variant = settings(content).variant("thesis")
-    assert (variant.graph.window, variant.network.width, variant.network.mlp_layers) == (7, 256, 4)
-    assert (variant.network.interaction_layers, variant.training.huber_delta) == (1, 2)
-    assert (variant.training.acceleration_weight, variant.training.velocity_noise) == (3, 0.005)
-    assert (variant.edges.wall_threshold_m, variant.edges.ball_threshold_m) == (-0.0052, 0.0015)
-    assert variant.rollout.snap_back_m == -0.0049
-
-
 def test_ablations_override_the_budget_and_the_budget_the_sections(content):
     content["ablation_budget"] = {"training": {"epochs": 3, "batch_size": 9}}
     content["ablations"] = {"window3": {"graph": {"window": 3}, "training": {"epochs": 5}}, "baseline": {}}
@@ -67,25 +58,6 @@ def test_thresholds_are_part_of_the_recipe_only_where_they_train(content):
     config = settings(content)
     assert config.variant("other").recipe() == config.variant("thesis").recipe()
     assert config.variant("trained").recipe().edges.wall_threshold_m == -0.0052
-
-
-@pytest.mark.parametrize(
-    "variant, message",
-    [
-        ({"graph": {"window": 0}}, r"x\.graph\.window = 0: .*greater than or equal to 1"),
-        ({"network": {"widht": 3}}, r"x\.network\.widht = 3"),
-        ({"rollout": {"snap_back_m": -0.006}}, r"must exceed edges\.wall_threshold_m"),
-        ({"weights_of": "none"}, r"x\.weights_of = 'none': unknown; known: thesis, x"),
-        ({"weights_of": "width64"}, r"x\.weights_of = 'width64': unknown; known: thesis, x"),
-        ({"weights_of": "thesis", "graph": {"window": 3}}, r"x\.weights_of = 'thesis': those have another graph"),
-        ({"weights_of": "thesis", "network": {"width": 9}}, r"x\.weights_of = 'thesis': those have another network"),
-    ],
-)
-def test_variants_that_do_not_hold(content, variant, message):
-    content["variants"]["x"] = variant
-    with pytest.raises(ConfigError, match=message) as error:
-        settings(content)
-    assert "\n" not in str(error.value)
 
 
 def swept(config: SurrogateConfig, **options) -> dict:
@@ -263,23 +235,6 @@ def test_metrics_carry_the_figures_of_the_thesis_and_the_aims():
     assert is_met("balls_left", 0, 0) and not is_met("balls_left", float("nan"), 0)
 
 
-def test_the_claims_explain_a_roll_out_that_runs_away(tmp_path):
-    """The cause is given with the verdict: what left when, and how long the network was trained."""
-    values = {"stable": 0, "balls_left": 3, "first_left_s": 0.25, "mean_square_speed_ratio": 9e9}
-    values |= {"one_step_dissipation_bias_percent": -8.0, "one_step_acceleration_r2": 0.1}
-    values |= {"dissipation_error_percent": 400.0, "position_mse_plateau_m2": 1.0, "position_mse_centroid_m2": 4e-4}
-    values |= {"cumulative_pearson_r": 0.5, "increments_5ms_r": 0.0}
-    tables = [metrics("thesis", test, **values) for test in ("trained", "motion1", "motion2", "post")]
-    folder = tmp_path / "surrogate"
-    write_metrics(tables, folder)
-    write_table(pd.DataFrame({"epoch": [1, 2], "elapsed_s": [50.0, 100.0]}), folder / "thesis/loss.tsv")
-    found = surrogate_findings(tmp_path)
-    assert found["6.geometry"].value == "no"
-    for claim in ("6.energy", "6.geometry"):
-        assert "3 ball(s) cross the wall, the first after 0.25 s" in found[claim].explanation
-    assert "trained for 2 epochs in 100 s" in found["6.energy"].explanation
-
-
 def test_every_training_has_its_own_seed(content):
     config = settings(content)
     assert config.trainings_of("thesis") == ["thesis", "thesis_training2", "thesis_training3"]
@@ -291,27 +246,3 @@ def test_every_training_has_its_own_seed(content):
     # Each ablation with weights of its own is trained once.
     assert config.trainings_of("window3") == ["window3"]
     assert settings(content | {"trainings": 1}).trained_again == {}
-
-
-def test_a_variant_with_the_name_of_a_further_training_is_refused(content):
-    variants = {"thesis": {}, "thesis_training2": {}}
-    with pytest.raises(ConfigError, match="thesis_training2: is the name of a further training"):
-        settings(content | {"ablations": {}, "variants": variants})
-
-
-def test_a_claim_says_how_many_trainings_failed(tmp_path):
-    folder = tmp_path / "surrogate"
-    claim_tables(folder)
-    measures = ("dissipation_error_percent", "position_mse_plateau_m2", "balls_left", "mean_square_speed_ratio")
-    draws = ((1.0, 2e-4, 0, 1.0), (2.5, 3e-4, 1, 1.1), (3e20, 1e15, 24, 1e20))
-    rows = [
-        {"variant": "thesis", "training": number, "test": "trained", "measure": measure, "value": value}
-        for number, draw in enumerate(draws, start=1)
-        for measure, value in zip(measures, draw, strict=True)
-    ]
-    write_table(pd.DataFrame(rows), folder / "trainings.tsv")
-    findings = surrogate_findings(tmp_path)
-    for name, others in (("6.energy", "1, 2.5 %"), ("6.mse", "0.0002, 0.0003 m2")):
-        told = findings[name].explanation
-        assert f"1 of 3 trainings failed (lost balls and ran away); the others: {others}" in told
-        assert "e+" not in told

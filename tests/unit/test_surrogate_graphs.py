@@ -27,7 +27,6 @@ from tests.unit.surrogate_samples import (
     GRAVITY,
     MASS,
     RADIUS,
-    STEP,
     simulate,
     small_recipe,
     sphere_scene,
@@ -173,7 +172,3 @@ def test_share_of_wall_contacts():
     assert table["contacts"].sum() == 4
     assert covered_share(table, -0.0052) == 0.75 and covered_share(table, -0.0053) == 1.0
     assert covered_share(wall_contact_table(wall_contact_distances(SNAPSHOTS, 300)), -0.0052) == 1.0
-
-
-def test_step_of_the_samples():
-    assert RUN.interval_s == pytest.approx(STEP)

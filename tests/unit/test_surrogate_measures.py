@@ -2,33 +2,26 @@
 
 from dataclasses import replace
 
-import h5py
 import numpy as np
 import pandas as pd
 import pytest
 
 from millprint.config.errors import ConfigError
-from millprint.run.files import write_table
-from millprint.thesis.claims.tabulate import collect_findings, tabulate_claims
-from millprint.thesis.claims.tolerances import TOO_FEW
 from millprint.thesis.surrogate import measures
 from millprint.thesis.surrogate.measure_tables import (
     AT_LEAST,
     OF_REFERENCE,
     STATEMENTS,
     ablation_table,
-    baseline_rows,
-    baseline_table,
     is_met,
     join_tables,
     scatter_in_words,
     tabulate,
-    with_machine,
 )
 from millprint.thesis.surrogate.rollout import RollOut, blurred, riding, simulated, simulated_rollout, slowed
 from millprint.thesis.surrogate.rollout_evaluation import distribution_table, error_table, evaluate, evaluate_at_rest
 from millprint.thesis.surrogate.scene import Trajectory, mean_power_W
-from tests.conftest import PRINTED, ROOT
+from tests.conftest import PRINTED
 from tests.unit.surrogate_samples import (
     AMPLITUDE,
     OMEGA,
@@ -247,46 +240,6 @@ def test_densities_integrate_to_one_and_errors_have_a_twin():
     assert errors["twin_m2"].max() == 0 and errors["other_seed_m2"].min() > 0
 
 
-def test_a_file_without_the_starts_is_not_a_roll_out(tmp_path):
-    rollout, path = known(), tmp_path / "rollout.h5"
-    with h5py.File(path, "w") as file:
-        for name in ("time_s", "position_m", "velocity_m_s", "dissipated_J", "crossed_s"):
-            file[name] = getattr(rollout, name)
-    with pytest.raises(ConfigError, match="start_s is missing"):
-        RollOut.read(path)
-
-
-def control(rollout: str, test: str, error: float, out: int = 0) -> pd.DataFrame:
-    values = {"dissipation_error_percent": error, "mean_square_speed_ratio": 9.0 if out else 0.5, "balls_left": out}
-    values |= {"increments_5ms_r": -0.1, "horizon_s": 1.0}
-    table = tabulate(values, {"dissipation_error_percent": 0.7}, test, rollout, length_s=1.5)
-    return table.drop(columns="thesis").rename(columns={"variant": "rollout"}).assign(met="")
-
-
-def test_every_training_stands_beside_what_needs_no_network():
-    known_rollouts = ("dem", "other_seed", "long_step", "no_network", "blurred")
-    controls = pd.concat([control(name, test, 1.0) for test in ("trained", "post") for name in known_rollouts])
-    draws = ((1, "trained", 5.0, 0), (2, "trained", 1e20, 3), (1, "post", 8.0, 0))
-    trainings = pd.concat(
-        [
-            control("thesis", test, error, out).rename(columns={"rollout": "variant"}).assign(training=number)
-            for number, test, error, out in draws
-        ]
-    )
-    table = baseline_table(trainings, controls, {"trained": 2.78}, "trained")
-    assert set(baseline_rows(controls)["variant"]) == {"no_network", "long_step"}
-    trained = table[table["test"] == "trained"]
-    assert trained["model"].tolist() == ["thesis", "thesis", "long_step", "no_network", "other_seed"]
-    assert trained["dissipation_error_percent"].tolist()[2:] == [1.0, 1.0, 0.7]
-    assert (table["length_s"] == 1.5).all() and (trained["thesis_percent"] == 2.78).all()
-    assert trained["ran_away"].tolist() == ["no", "yes", "no", "no", "no"]
-    assert np.isnan(trained["dissipation_error_percent"].iloc[1]) and trained["balls_left"].iloc[1] == 3
-    assert table[table["test"] == "post"]["thesis_percent"].isna().all()
-    assert set(trained["motion"]) == {"of the training"} and set(table["motion"][table["test"] == "post"]) == {"unseen"}
-    stored = with_machine(with_machine(table.assign(measured_on="a"), trained, "b"), table, "b")
-    assert stored["measured_on"].tolist() == ["a"] * 9 + ["b"] * 9
-
-
 def ablations(parts: dict[str, tuple], again: dict[str, list[tuple]] | None = None) -> pd.DataFrame:
     """again: further trainings of some."""
     trainings = {name: [name] for name in parts}
@@ -354,31 +307,3 @@ def test_an_ablation_within_the_scatter_of_the_baseline_says_nothing():
     )
     once = ablations(parts)
     assert set(once["says"]) == {""} and scatter_in_words(once.reset_index()) == ""
-
-
-def test_a_statement_on_which_trainings_of_the_baseline_disagree_says_nothing():
-    """With an error of 60 %, it is worse than a baseline of 5 %, and not than one of 61 %."""
-    table = ablations({"baseline": (1, 5.0, 0.7), "window3": (1, 60.0, 0.9)}, {"baseline": [(1, 61.0, 0.8)]})
-    assert table["says"]["window3"] == "nothing"
-    table = ablations({"baseline": (1, 5.0, 0.7), "window3": (1, 60.0, 0.9)}, {"baseline": [(1, 6.0, 0.8)]})
-    assert table["says"]["window3"] == "something"
-
-
-def test_the_claims_of_appendix_a_say_where_a_row_says_nothing(tmp_path):
-    parts = {"baseline": (1, 5.0, 0.735), "window3": (1, 9.0, 0.76), "layers2": (1, 120.0, 1.5)}
-    table = ablations(parts, {"baseline": [(1, 23.0, 0.9)]}).reset_index()
-    write_table(table, tmp_path / "surrogate/ablations.tsv")
-    claims = ROOT / "config/data/claims.tsv"
-    found = tabulate_claims(claims, collect_findings(tmp_path, claims)).set_index("id")
-    assert found["verdict"]["A.window3"] == found["verdict"]["A.layers2"] == "reproduced"
-    # Two trainings of the baseline are too few for an interval to decide anything.
-    assert found["interval_verdict"]["A.window3"] == found["interval_verdict"]["A.layers2"] == TOO_FEW
-    assert "so this row says nothing" in found["explanation"]["A.window3"]
-    assert found.loc["A.window3", ["lower", "upper", "interval_from"]].tolist() == [
-        "no", "yes", "trainings of the baseline"
-    ]  # fmt: skip
-
-
-def test_nothing_follows_from_an_ablation_whose_baseline_runs_away_too():
-    table = ablations({"baseline": (0, 1e9, 1e9), "window9": (0, 2e9, 2e9), "net_force": (1, 8.0, 0.6)})
-    assert table["holds"].to_dict() == {"baseline": "", "window9": "open", "net_force": ""}

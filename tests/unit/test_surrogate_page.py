@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 
 from millprint.run.files import read_table
-from millprint.thesis.surrogate.measure_tables import BASELINE_COLUMNS, BASELINES
+from millprint.thesis.surrogate.measure_tables import BASELINES
 from tests.conftest import ROOT
 
 PAGE = (ROOT / "docs/why/surrogate.md").read_text()
@@ -45,43 +45,3 @@ def table_row(test: str, measure: str) -> str:
 @pytest.mark.parametrize("test", MOTIONS)
 def test_the_page_has_what_is_stored(test, measure):
     assert table_row(test, measure) in PAGE
-
-
-def test_the_sentences_below_the_errors_hold():
-    errors = STORED.set_index(["test", "model"])["dissipation_error_percent"].dropna()
-    network, power, longer, seed = (
-        errors.xs(name, level="model") for name in (NETWORK, "no_network", "long_step", "other_seed")
-    )
-    assert (network["trained"] < seed["trained"]).sum() == 2 and network["trained"].max() > power["trained"]
-    assert all(network[test].max() < power[test] for test in ("motion1", "motion2"))
-    assert (network["post"] < power["post"]).sum() == 1
-    nearer = {test: (network[test] < longer[test]).sum() for test in ("motion1", "motion2", "post")}
-    assert nearer == {"motion1": 1, "motion2": 0, "post": 0}
-
-
-def test_the_balls_of_all_networks_are_too_slow_and_out_of_step():
-    networks = STORED[(STORED["model"] == NETWORK) & (STORED["ran_away"] == "no")]
-    assert networks["mean_square_speed_ratio"].max() < 0.7
-    assert (networks.loc[networks["motion"] == "unseen", "increments_5ms_r"] < 0).all()
-
-
-def test_the_page_says_which_motions_are_unseen_as_the_table_does():
-    stored = STORED.drop_duplicates("test").set_index("test")["motion"]
-    assert {test: motion.split(":")[0] for test, motion in MOTIONS.items()} == stored[list(MOTIONS)].to_dict()
-
-
-def test_what_is_stored_is_of_one_length_and_of_every_baseline():
-    assert list(STORED.columns) == [*BASELINE_COLUMNS, "measured_on"]
-    for _, rows in STORED.groupby("test"):
-        assert rows["length_s"].nunique() == 1 and set(BASELINES) <= set(rows["model"])
-
-
-def test_the_first_trainings_are_those_whose_verdicts_are_stored():
-    """The verdicts of a run on a machine are of its first training."""
-    verdicts = read_table(ROOT / "config/data/verdicts_elsewhere.tsv", text=["id", "processor", "reproduced"])
-    claims = {"trained": "6.energy", "motion1": "6.energy.motion1", "motion2": "6.energy.motion2"}
-    first = STORED[(STORED["model"] == NETWORK) & (STORED["training"] == 1)].set_index(["measured_on", "test"])
-    known = verdicts[verdicts["id"].isin(claims.values())].set_index(["processor", "id"])["reproduced"]
-    for (machine, test), row in first.iterrows():
-        if test in claims and (machine, claims[test]) in known.index:
-            assert row["dissipation_error_percent"] == pytest.approx(float(known[machine, claims[test]]), rel=0.01)

@@ -105,13 +105,6 @@ def test_dissipation_of_every_step_is_counted():
     np.testing.assert_array_equal(coarse.position_m[1:], fine.position_m[20::20])
 
 
-def test_every_run_begins_at_the_same_first_states():
-    run = surrogate(untrained()).begin([0.01])
-    first, second = run(20, 5), run(20, 5)
-    np.testing.assert_array_equal(first.position_m, second.position_m)
-    np.testing.assert_array_equal(first.dissipated_J, second.dissipated_J)
-
-
 def test_trajectories_of_a_batch_do_not_meet():
     model = untrained()
     alone = [surrogate(model).run(surrogate(Free()).first_state([start]), 30, 10) for start in (0.005, 0.02)]

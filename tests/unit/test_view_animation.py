@@ -95,12 +95,6 @@ def test_balls_of_several_sizes_have_their_own_sizes(tmp_path):
     assert inside == pytest.approx(colour, abs=0.02)
 
 
-def test_a_run_of_an_earlier_version_has_balls_of_one_size(run):
-    with h5py.File(run, "a") as file:
-        del file["balls"]
-    assert read_movie(run, SETTINGS).frames[0].pictures[0].radius_mm.tolist() == [5.0] * 5
-
-
 @pytest.mark.parametrize("turning", [0.0, 7.0])
 def test_the_jar_is_outlined_where_it_is(tmp_path, turning):
     write_sample(tmp_path / "run.h5", turning=turning)
@@ -180,11 +174,6 @@ def test_the_file_plays_every_frame_for_ever(run, tmp_path, suffix):
     # Paper stays white, and what is drawn keeps its colours.
     assert (seen[-1][plain.min(axis=2) == 255] >= 252).all()
     assert np.abs(seen[-1] - plain).mean() < 1
-
-
-def test_another_file_type_is_refused(run, tmp_path):
-    with pytest.raises(ConfigError, match=r"mill.avi: an animation is a .gif or a .png"):
-        save_animation(read_movie(run, SETTINGS), tmp_path / "mill.avi")
 
 
 def test_a_movie_without_snapshots_is_refused_before_a_run(monkeypatch):

@@ -8,13 +8,12 @@ import pytest
 from sklearn.model_selection import train_test_split
 
 from millprint.config.errors import ConfigError
-from millprint.config.load import check_model
 from millprint.config.yields import YieldConfig
 from millprint.thesis.yields.features import FEATURES, engineer
-from millprint.thesis.yields.run_tables import check_yield_tables, read_parts, read_rows, read_split
+from millprint.thesis.yields.run_tables import check_yield_tables, read_split
 from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings
-from tests.unit.yield_settings import SPLIT, parts, settings, thesis_yields
+from tests.unit.yield_settings import SPLIT, parts, thesis_yields
 
 CHECK_SUM = "c7ab738189ad643cdf8943bb4b818edf0c87e5e9fa68c64bfc7dcf5b9e1de63e"
 
@@ -53,77 +52,6 @@ def test_features_are_those_of_the_thesis():
     assert features["bpr_molar_ratio"].tolist() == [80, 360]
     np.testing.assert_allclose(features["time_sigmoid"], 1 / (1 + np.exp([-5, -12.5])), rtol=1e-14)
     np.testing.assert_allclose(features["bpr_sigmoid"], 1 / (1 + np.exp([-10.0, -30.0])), rtol=1e-14)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("tangential_energy_uJ", "tangential_energy", "column tangential_energy_uJ is missing"),
-        ("\t28\n", "\tplenty\n", "column yield_percent, case 4 = 'plenty'"),
-        ("\n5\t10", "\n4\t10", "case = 4 appears twice"),
-        ("\t90\n", "\t140\n", "column yield_percent, case 24 = 140: must be between 0 and 100"),
-        ("\t221\t500\t400\t12\n", "\t-221\t500\t400\t12\n", "normal_energy_uJ, case 1 = -221: must be above 0"),
-    ],
-)
-def test_bad_screening_table_is_refused_in_one_line(tmp_path, old, new, message):
-    text = SCREENING.read_text()
-    assert old in text
-    table = tmp_path / "screening.tsv"
-    table.write_text(text.replace(old, new))
-    with pytest.raises(ConfigError) as caught:
-        read_parts(str(table), str(SPLIT), doe_settings().factors)
-    assert message in str(caught.value) and "\n" not in str(caught.value) and str(table) in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("\n9\ttest", "\n9\tvalidation", "column role, case 9 = 'validation': must be train or test"),
-        ("\n9\ttest", "\n14\ttest", "case = 14 appears twice"),
-        ("\n9\ttest", "", "case 9 of"),
-        ("\n9\ttest", "\n99\ttest", "case 9 of"),
-        ("\n9\ttest", "\n9\ttest\n28\ttest", "case = 28: there is no such case"),
-        ("test\n", "train\n", "at least two cases must have the role test"),
-    ],
-)
-def test_bad_split_is_refused_in_one_line(tmp_path, old, new, message):
-    split = tmp_path / "split.tsv"
-    split.write_text(SPLIT.read_text().replace(old, new))
-    with pytest.raises(ConfigError) as caught:
-        read_parts(str(SCREENING), str(split), doe_settings().factors)
-    assert message in str(caught.value) and "\n" not in str(caught.value)
-
-
-def test_bad_rows_outside_the_domain_are_refused(tmp_path):
-    table = tmp_path / "outside.tsv"
-    good = settings().out_of_domain
-    with open(good) as file:
-        table.write_text(file.read().replace("\t94", "\t194"))
-    with pytest.raises(ConfigError, match=r"outside\.tsv: column yield_percent, case 28 = 194: must be between 0"):
-        read_rows(str(table))
-
-
-@pytest.mark.parametrize(
-    ("place", "value", "message"),
-    [
-        (("training", "spaces", "svr", "C"), [10.0, 1.0], "the first bound must be below the second"),
-        (("training", "spaces", "rf", "min_samples_split"), [1, 20], "greater than or equal to 2"),
-        (("training", "spaces", "rf", "n_trees"), [1, 20], "rf.n_trees = [1, 20]: no such hyper-parameter"),
-        (("training", "spaces", "rf", "max_depth"), [1.5, 20], "must be whole numbers"),
-        (("search", "evaluations", "gpr"), 0, "greater than or equal to 1"),
-        (("training", "choices", "time_model"), "cubic", "must be 'same' or 'linear'"),
-        (("training", "seeds"), 3, "unknown key"),
-    ],
-)
-def test_bad_settings_are_refused_in_one_line(place, value, message):
-    section = thesis_yields()
-    target = section
-    for key in place[:-1]:
-        target = target.setdefault(key, {})
-    target[place[-1]] = value
-    with pytest.raises(ConfigError) as caught:
-        check_model(section, YieldConfig, "config.yaml")
-    assert message in str(caught.value) and ".".join(place[:2]) in str(caught.value)
 
 
 def test_settings_are_checked_against_the_tables():

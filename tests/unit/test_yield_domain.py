@@ -6,15 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.cli.commands import main as millprint
 from millprint.config.errors import ConfigError
 from millprint.config.yields import PredictionConfig
-from millprint.run.files import read_table
 from millprint.thesis.curves.regimes import read_regimes
-from millprint.thesis.yields.averaging import AveragedModel, Candidate, fit_averaged, fit_member
+from millprint.thesis.yields.averaging import AveragedModel, Candidate, fit_member
 from millprint.thesis.yields.experiments import Mill, described_settings
 from millprint.thesis.yields.groups import regime_rows
-from millprint.thesis.yields.model_files import save_averaged
 from millprint.thesis.yields.new_conditions import (
     DESCRIPTORS,
     MillCurves,
@@ -22,7 +19,6 @@ from millprint.thesis.yields.new_conditions import (
     domain_warnings,
     nearest_correlation,
 )
-from tests.conftest import ROOT
 from tests.unit.test_yield_proposals import MILL, REFERENCE, REGIMES, SCALES
 from tests.unit.yield_settings import all_runs, settings
 
@@ -130,20 +126,3 @@ def test_a_gap_inside_every_range_is_refused_by_the_correlation():
 
     told = domain_warnings(model, corner, left_out, Strict(**limits.model_dump()), CURVES)
     assert all(text.startswith("correlation = ") for text in told)
-
-
-@pytest.mark.slow
-def test_the_command_refuses_descriptors_that_the_mill_does_not_have_at_once(tmp_path, capsys, monkeypatch):
-    rows = pd.concat([all_runs(), regime_rows(CASES, REFERENCE)], ignore_index=True)
-    config = settings()
-    model = fit_averaged(rows, rows["yield_percent"].to_numpy(float), config.averaging)
-    save_averaged(model, rows, config.averaging.margin, str(tmp_path / "final.json"))
-    CURVES.write(tmp_path / "mill.json")
-    monkeypatch.chdir(ROOT)
-    files = [str(tmp_path / "final.json"), "config/data/conditions.tsv", str(tmp_path / "out.tsv")]
-    assert millprint(["yields", *files]) == 0
-    assert capsys.readouterr().err.strip().startswith("1 rows are outside the domain")
-    table = read_table(tmp_path / "out.tsv", text=["case", "warning"]).set_index("case")
-    assert np.isnan(table.loc["mixed", "predicted_percent"])
-    assert table.loc["mixed", "warning"].startswith("descriptors that emax does not have at once")
-    assert table["predicted_percent"].drop("mixed").notna().all()

@@ -9,12 +9,9 @@ import pytest
 
 import predict_yields
 import train_averaged_models
-from millprint.config.errors import ConfigError
-from millprint.config.yields import ProposalConfig
 from millprint.run.files import read_table, write_table
 from millprint.thesis.curves.regimes import read_regimes
-from millprint.thesis.yields.experiments import DONE, RUNNING, SETTINGS, next_cases, read_experiments, region_conditions
-from millprint.thesis.yields.features import CONDITIONS
+from millprint.thesis.yields.experiments import DONE, RUNNING, SETTINGS, read_experiments, region_conditions
 from millprint.thesis.yields.model_files import load_averaged, training_rows
 from millprint.thesis.yields.new_conditions import MillCurves, predict_conditions
 from millprint.thesis.yields.proposals import choose_centre, choose_repeats, same_setting
@@ -86,11 +83,6 @@ def test_a_batch_has_repeats_and_a_centre_point_within_the_region_and_its_limits
 
 
 @pytest.mark.slow
-def test_a_batch_is_reproducible(first, tmp_path):
-    assert Path(batch(tmp_path).path).read_text() == Path(first.path).read_text()
-
-
-@pytest.mark.slow
 def test_no_slot_is_spent_on_a_gain_below_the_threshold(first, tmp_path):
     config = first.config.proposals
     gains = first.next.groupby("purpose")["gain"].min()
@@ -139,39 +131,6 @@ def test_done_experiments_train_the_model_with_the_descriptors_of_their_settings
     assert abs(predicted[1] - 93) < abs(predicted[0] - 93)
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"status": "finished"}, "column status, case mine = 'finished': must be proposed or running or done"),
-        ({"yield_percent": None}, "column yield_percent, case mine = nan: a done experiment has a yield"),
-        ({"status": "running"}, "column yield_percent, case mine = 93: only an experiment with the status done"),
-        ({"yield_percent": 120}, "column yield_percent, case mine = 120: must be between 0 and 100"),
-        ({"time_h": "long"}, "column time_h, case mine = 'long': must be a finite number"),
-        ({"bpr": -1}, "column bpr, case mine = -1: must be above 0"),
-        ({"fill_ratio": 0.4}, "column fill_ratio, case mine = 0.4: the master curves cover 0.06 to 0.17"),
-        ({"case": "24"}, "column case, row 1 = '24': another table of runs has this case"),
-    ],
-)
-def test_a_bad_table_of_experiments_is_refused_in_one_line(tmp_path, change, message):
-    path = tmp_path / "experiments.tsv"
-    write_table(pd.DataFrame([NEW | change]), path)
-    with pytest.raises(ConfigError) as caught:
-        read_experiments(str(path), CASES, all_runs()["case"])
-    told = str(caught.value)
-    assert message in told and told.startswith(str(path)) and "\n" not in told
-
-
-def test_a_table_without_a_column_or_with_a_case_twice_is_refused(tmp_path):
-    path = tmp_path / "experiments.tsv"
-    for table, message in (
-        (pd.DataFrame([NEW]).drop(columns="speed_rpm"), "column speed_rpm is missing"),
-        (pd.DataFrame([NEW, NEW]), "column case = mine appears twice"),
-    ):
-        write_table(table, path)
-        with pytest.raises(ConfigError, match=message):
-            read_experiments(str(path), CASES)
-
-
 def test_a_table_of_experiments_may_still_be_empty(tmp_path):
     write_table(pd.DataFrame([NEW]).head(0), tmp_path / "experiments.tsv")
     assert read_experiments(str(tmp_path / "experiments.tsv"), CASES).empty
@@ -210,14 +169,3 @@ def test_the_centre_is_the_middle_of_the_screening():
     region = region_rows()
     centre = region.iloc[choose_centre(all_runs(), region)]
     assert centre[["bpr", "molar_ratio", "time_h", "speed_rpm"]].tolist() == [30, 10, 12.5, 800]
-
-
-def test_new_names_are_free():
-    assert next_cases(3, ["next_2", "24"]) == ["next_1", "next_3", "next_4"]
-
-
-def test_defaults_are_on():
-    fields = ProposalConfig.model_fields
-    assert fields["replicates"].default in (2, 3) and fields["centre_points"].default == 1
-    assert fields["smallest_gain_pp"].default > 0 and fields["experiments"].default is None
-    assert set(CONDITIONS) <= set(region_rows())

@@ -42,16 +42,6 @@ def test_outer_folds_hold_out_the_rows_of_their_scheme():
     assert all(np.array_equal(fold.yields, yields) for fold in folds)
 
 
-def test_another_seed_gives_other_folds_and_the_same_seed_the_same():
-    rows, budget = runs(), settings().evaluation
-    first, again = outer_folds(rows, budget), outer_folds(rows, budget)
-    other = outer_folds(rows, budget.model_copy(update={"seed": 7}))
-    assert all(np.array_equal(one.held, two.held) for one, two in zip(first, again, strict=True))
-    assert not all(
-        np.array_equal(one.held, two.held) for one, two in zip(first, other, strict=True) if one.scheme == NESTED
-    )
-
-
 @pytest.mark.parametrize(("model", "strategy"), [("averaged_gpr", "primary"), ("gpr", "two_step"), ("xgb", "primary")])
 @pytest.mark.slow
 def test_a_held_out_prediction_does_not_depend_on_the_yield_of_its_run(model, strategy):
@@ -122,11 +112,6 @@ def test_nested_metrics_are_averaged_over_repeats_and_random_ones_are_a_populati
         assert found.loc[(scheme, "mae"), [*SPREAD]].tolist() == pytest.approx([3, 2, 4, 6])
     assert found.loc[(RANDOM, "mae"), "value"] == pytest.approx(4)
     assert found.loc[(RANDOM, "mae"), "lower"] < 2.2 and found.loc[(RANDOM, "mae"), "upper"] > 5.8
-
-
-def test_a_score_without_repeats_has_no_spread():
-    found = score_table(held_out(LEFT_OUT, 1, 2.0), WEIGH, settings().evaluation)
-    assert (found["repeats"] == 1).all() and found[["lowest", "median", "highest"]].isna().all(axis=None)
 
 
 def test_coverage_counts_cases_and_not_repeats():

@@ -5,13 +5,10 @@ import pytest
 from sklearn.ensemble import RandomForestRegressor
 from xgboost import XGBRegressor
 
-from millprint.config.errors import ConfigError
-from millprint.run.files import read_json, write_json
 from millprint.thesis.claims.tolerances import agrees
 from millprint.thesis.yields.estimators import BoostingFold, Forest, ForestFold, ProcessFold, Trees, gaussian_process
 from millprint.thesis.yields.features import FEATURES, Standardisation, engineer
 from millprint.thesis.yields.metrics import METRICS, YieldWeights, metrics
-from millprint.thesis.yields.model_files import load_model, save_model
 from millprint.thesis.yields.regressors import REGRESSORS
 from millprint.thesis.yields.run_tables import read_rows
 from millprint.thesis.yields.yield_model import Trainer, fit_model, plan_steps
@@ -45,10 +42,6 @@ def test_linear_has_every_printed_digit():
     assert results[0].evaluations == 0
 
 
-def test_linear_on_all_features_does_not_have_the_printed_digits():
-    assert not has_printed_row(refitted("linear", "primary", [{}], linear_features=list(FEATURES)), "linear")
-
-
 def test_two_step_gpr_has_every_printed_digit_from_a_plain_start():
     model = refitted("gpr", "two_step", [START, START])
     assert has_printed_row(model, "gpr.two_step")
@@ -66,12 +59,6 @@ def test_interval_of_gpr_is_that_of_a_normal_and_others_have_none():
     assert np.isnan(refitted("linear", "primary", [{}]).intervals(test, [0.95])[:, 0].T).all()
 
 
-def test_two_step_gpr_with_one_length_scale_is_far_off():
-    _, test = parts()
-    model = refitted("gpr", "two_step", [START, START], length_scales="shared")
-    assert metrics(test["yield_percent"].to_numpy(float), model.predict(test), WEIGH)["r2"] < 0.6
-
-
 @pytest.mark.parametrize("name", [name for name, record in REGRESSORS.items() if record.two_step])
 def test_yields_that_are_a_line_in_time_leave_nothing_to_the_second_step(name):
     """The first step is the line itself, so the second is fitted on zeros and not on the yields."""
@@ -82,30 +69,6 @@ def test_yields_that_are_a_line_in_time_leave_nothing_to_the_second_step(name):
     assert first.plan.features == ("time_h",) and set(second.plan.features) == set(FEATURES) - {"time_h"}
     np.testing.assert_allclose(second.predict(engineer(test)), 0, atol=1e-6)
     np.testing.assert_allclose(model.predict(test), 10 + 2 * test["time_h"], atol=1e-6)
-
-
-def test_a_changed_file_is_refused(tmp_path):
-    rows, _ = parts()
-    model, results = trained("svr", "primary")
-    path = tmp_path / "model.json"
-    save_model(model, results, rows, settings().training, str(path))
-    content = read_json(path)
-    content["steps"][0]["parameters"]["gamma"] *= 1.5
-    write_json(content, path)
-    with pytest.raises(ConfigError, match="the file was changed, or it was written by libraries") as caught:
-        load_model(str(path))
-    assert "\n" not in str(caught.value)
-    write_json({"format": "something else"}, path)
-    with pytest.raises(ConfigError, match="format = 'something else'"):
-        load_model(str(path))
-
-
-def test_another_seed_finds_other_hyperparameters():
-    rows, _ = parts()
-    config = settings()
-    other = config.training.model_copy(update={"seed": 5})
-    _, results = Trainer(other, config.search).train("svr", "primary", rows, rows["yield_percent"].to_numpy())
-    assert results[0].parameters != trained("svr", "primary")[1][0].parameters
 
 
 def test_standardisation_uses_the_training_rows_alone():
@@ -185,8 +148,3 @@ def test_boosting_is_xgboost_bit_for_bit():
         for _ in range(2):
             found = fold.predict({**shape, "random_state": 42, "n_jobs": 1})
             np.testing.assert_array_equal(found, plain.predict(unseen))
-
-
-def test_the_first_step_can_be_a_straight_line():
-    choices = settings(time_model="linear").training.choices
-    assert [plan.regressor for plan in plan_steps("xgb", "two_step", choices)] == ["linear", "xgb"]

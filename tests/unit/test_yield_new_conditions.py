@@ -81,27 +81,6 @@ def test_the_command_predicts_the_example(models, tmp_path, capsys, monkeypatch)
     assert table.loc["shorter", "lower_percent"] < table.loc["shorter", "predicted_percent"]
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda t: t.assign(time_h="long"), "column time_h, case 17 = 'long': must be a finite number"),
-        (lambda t: t.drop(columns="bpr"), "column bpr is missing"),
-        (lambda t: t.assign(case="same"), "column case = same appears twice"),
-        (lambda t: t.assign(bpr=-1), "column bpr, case 17 = -1: must be above 0"),
-        (lambda t: t.head(0), "no rows"),
-    ],
-)
-def test_bad_conditions_are_refused_in_one_line(models, tmp_path, capsys, change, message):
-    rows, _ = parts()
-    table = tmp_path / "conditions.tsv"
-    write_table(change(rows[["case", *CONDITIONS]].astype({"case": object})), table)
-    typed = ["yields", models["mixture"], str(table), str(tmp_path / "out.tsv")]
-    assert millprint([*typed, "--config", str(ROOT / "config/config.yaml")]) == 1
-    error = capsys.readouterr().err.strip()
-    assert message in error and "\n" not in error and error.startswith("error: ")
-    assert not (tmp_path / "out.tsv").exists()
-
-
 def test_a_conditions_table_may_hold_other_columns(models, tmp_path):
     rows, _ = parts()
     table = tmp_path / "conditions.tsv"

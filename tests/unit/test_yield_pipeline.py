@@ -13,7 +13,6 @@ import evaluate_yield_models
 import hold_out_yields
 import leave_groups_out
 import permute_yields
-import plot_yields
 import predict_yields
 import search_retrospectively
 import split_screening
@@ -25,7 +24,7 @@ from millprint.run.files import read_table
 from millprint.thesis.claims.tabulate import collect_findings
 from millprint.thesis.claims.tolerances import verdict
 from millprint.thesis.curves.regimes import read_regimes
-from millprint.thesis.yields.metrics import LOCKED_AGAIN, SPREAD
+from millprint.thesis.yields.metrics import LOCKED_AGAIN
 from millprint.thesis.yields.new_conditions import write_predictions
 from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY, REGRESSORS, models_of, other_seed
 from tests.conftest import ROOT
@@ -245,24 +244,6 @@ def test_what_follows_the_evaluation_is_the_same_to_the_last_bit_in_a_second_run
         assert first == second, name
 
 
-def test_another_split_and_another_seed_work(tmp_path):
-    split = pd.read_csv(SPLIT, sep="\t", comment="#", dtype=str)
-    split["role"] = ["test" if number % 4 == 0 else "train" for number in range(len(split))]
-    path, config = tmp_path / "split.tsv", settings()
-    split.to_csv(path, sep="\t", index=False)
-    train, test = str(tmp_path / "train.tsv"), str(tmp_path / "test.tsv")
-    split_screening.main(str(SCREENING), str(path), train, test, doe_settings().factors, config.other_sources)
-    other = config.training.model_copy(update={"seed": 7})
-    for seed, training in (("first", config.training), ("other", other)):
-        train_yield_model.main(train, str(tmp_path / f"{seed}.json"), "xgb", "primary", training, config.search)
-    assert (tmp_path / "first.json").read_bytes() != (tmp_path / "other.json").read_bytes()
-    outputs = tmp_path / "held.tsv", tmp_path / "intervals.tsv"
-    shifted = config.evaluation.model_copy(update={"seed": 7})
-    hold_out_yields.main(train, test, *outputs, "linear", "primary", config.training, shifted, config.averaging)
-    held = read_table(outputs[0], text=["scheme", "case"])
-    assert (held["scheme"] == LOCKED_AGAIN).sum() == 7
-
-
 def test_every_claim_has_a_finding_and_linear_is_reproduced(chapter):
     claims = read_table(CLAIMS, text=["id", "value", "tolerance"])
     own = claims[claims["id"].str.startswith("5.")].set_index("id")
@@ -279,34 +260,6 @@ def test_every_claim_has_a_finding_and_linear_is_reproduced(chapter):
     ratio = f_oneway(*levels).statistic * (len(levels) - 1) / (len(runs) - len(levels))
     assert found["5.time_variance"].value == pytest.approx(100 * ratio / (1 + ratio), rel=1e-6)
     assert found["5.time_variance"].value < 40
-
-
-def test_tables_have_the_columns_that_are_read_later(chapter):
-    locked = read_table(chapter / "locked.tsv")
-    assert list(locked)[:7] == ["model", "strategy", "rmse", "mae", "mape", "r2", "wmse"]
-    assert list(zip(locked["model"], locked["strategy"], strict=True)) == list(EVERY_MODEL)
-    scores = read_table(chapter / "scores_by_scheme.tsv")
-    assert list(scores) == ["model", "strategy", "scheme", "metric", "value", "error", "lower", "upper", *SPREAD]
-    schemes = {"locked", "locked_reduced_budget", "leave_one_out", "nested_cv", "random_split"}
-    # Climatology is not a trained model, so it has no row for the locked split at the full budget.
-    assert set(scores["scheme"]) == schemes and len(scores) == (len(schemes) * 13 - 1) * 5
-    assert (scores["lower"] <= scores["upper"]).all()
-    repeated = scores["scheme"].isin(["nested_cv", "random_split"])
-    assert ((scores["repeats"] > 1) == repeated).all()
-    assert (scores["lowest"] <= scores["value"])[repeated].all()
-    assert (scores["value"] <= scores["highest"])[repeated].all()
-    merged = scores[(scores["scheme"] == "locked") & (scores["metric"] == "rmse")].merge(locked)
-    np.testing.assert_allclose(merged["value"], merged["rmse"], rtol=1e-6)
-    coverage = read_table(chapter / "coverage.tsv")
-    assert set(coverage["method"]) == {"cv_plus", "mixture", "errors"} and set(coverage["nominal"]) == {0.5, 0.8, 0.95}
-    assert coverage["covered"].between(coverage["lower"], coverage["upper"]).all()
-    choices = read_table(chapter / "seeds.tsv")
-    taken = choices[choices["choice"] == "as taken"].reset_index(drop=True)
-    np.testing.assert_allclose(taken["rmse"], locked["rmse"].iloc[:-1], rtol=1e-6)
-    outside = read_table(chapter / "out_of_domain.tsv", text=["case"]).query("case == '27'").iloc[:-1]
-    np.testing.assert_allclose(taken["case_27_percent"], outside["predicted_percent"], rtol=1e-6)
-    assert set(choices["choice"]) == {"as taken", "seed", "search_seed"}
-    assert len(choices) == len(choices.drop_duplicates(["model", "strategy", "choice", "value"]))
 
 
 def test_tables_of_trust_agree_with_each_other(chapter):
@@ -329,22 +282,3 @@ def test_tables_of_trust_agree_with_each_other(chapter):
     assert len(permuted) == 20 and test["p"] == pytest.approx(
         (1 + (permuted["r2"][1:] >= permuted["r2"][0]).sum()) / 20
     )
-
-
-def drawn(names: list[str], folder: Path) -> SimpleNamespace:
-    return SimpleNamespace(**{f"{name}_{kind}": folder / f"{name}.{kind}" for name in names for kind in ("svg", "png")})
-
-
-def test_figures_are_drawn(chapter, tmp_path):
-    plotted = drawn(["predictions", "intervals", "shap"], tmp_path)
-    tables = {name: chapter / f"{name}.tsv" for name in ("predictions", "shap")}
-    plot_yields.draw_models(SimpleNamespace(**tables), plotted)
-    trusted = drawn(["evaluation", "coverage", "retrospective", "proposals", "regimes"], tmp_path)
-    tables = {name: chapter / f"{name}.tsv" for name in ("scores_by_scheme", "coverage", "retrospective")}
-    more = {"proposals": chapter / "next_experiments.tsv", "regimes": chapter / "regimes_summary.tsv"}
-    plot_yields.draw_trust(SimpleNamespace(**tables, **more, claims=CLAIMS), trusted)
-    scored = drawn(["scores", "pit", "permutations"], tmp_path)
-    tables = {name: chapter / f"{name}.tsv" for name in ("scores", "pit", "permutations")}
-    plot_yields.draw_scores(SimpleNamespace(**tables), scored)
-    for path in (*vars(plotted).values(), *vars(trusted).values(), *vars(scored).values()):
-        assert path.stat().st_size > 5000

@@ -28,7 +28,6 @@ from millprint.thesis.yields.proposals import (
     choose_for_yield,
     expected_improvement,
     joint_draws,
-    shortlist,
 )
 from millprint.thesis.yields.retrospective import (
     STRATEGIES,
@@ -38,7 +37,6 @@ from millprint.thesis.yields.retrospective import (
     search_table,
     smaller_library,
     summarise_search,
-    without_best,
 )
 from tests.conftest import ROOT
 from tests.unit.yield_settings import all_runs, settings
@@ -182,13 +180,6 @@ def test_learning_picks_the_row_that_reduces_the_variance_most():
     assert second != position
 
 
-def test_shortlist_is_half_merit_and_half_chance():
-    merit = np.arange(50.0)
-    chosen, random_half = shortlist(merit, 10, np.random.default_rng(0))
-    assert chosen[:5].tolist() == [49, 48, 47, 46, 45] and len(set(chosen)) == 10
-    assert random_half.tolist() == [5, 6, 7, 8, 9] and max(chosen[random_half]) < 45
-
-
 def test_chance_is_drawing_without_replacement():
     found = chance(27, 8, 1)
     np.testing.assert_allclose(found, np.arange(20) / 19)
@@ -234,34 +225,12 @@ def test_search_ends_with_the_best_run_and_uses_the_yields_of_known_runs_only():
     assert (table["lower"] <= table["found"]).all() and (table["found"] <= table["upper"]).all()
 
 
-def test_the_rule_takes_the_most_balls_and_then_the_longest_time():
-    rows, config = all_runs(), settings()
-    merit = STRATEGIES["most_balls_longest_time"](rows, np.zeros(27), rows, config.averaging, np.random.default_rng(0))
-    ranked = rows.iloc[np.argsort(-merit)]
-    assert (np.diff(ranked["bpr"]) <= 0).all() and ranked["bpr"].iloc[8] == 50
-    assert (np.diff(ranked["time_h"].iloc[:9]) <= 0).all()
-    assert sorted(merit) == list(range(27))
-    # Ties fall differently for other seeds.
-    firsts = {
-        int(STRATEGIES["most_balls_longest_time"](rows, None, rows, None, np.random.default_rng(seed)).argmax())
-        for seed in range(20)
-    }
-    assert len(firsts) == 3
-
-
 def test_a_linear_yield_is_ranked_right_by_least_squares_and_by_ridge():
     rows, config = all_runs(), settings()
     yields = describe(rows)["bpr"].to_numpy() + 2 * describe(rows)["time_h"].to_numpy()
     for name in ("least_squares", "ridge"):
         merit = STRATEGIES[name](rows.iloc[:12], yields[:12], rows, config.averaging, np.random.default_rng(0))
         assert np.corrcoef(merit, yields)[0, 1] > 0.999
-
-
-def test_without_the_best_runs_the_next_is_the_target():
-    rows = all_runs()
-    left = without_best(rows, 2)
-    assert len(left) == 25 and left["yield_percent"].max() == sorted(rows["yield_percent"])[-3]
-    assert without_best(rows, 0)["case"].tolist() == rows["case"].tolist()
 
 
 def test_regime_rows_are_those_of_table_5_7():
@@ -271,23 +240,6 @@ def test_regime_rows_are_those_of_table_5_7():
     np.testing.assert_allclose(rows.loc["speed.tangential", names].astype(float), [73, 238, 700], rtol=0.01)
     np.testing.assert_allclose(rows.loc["power.tangential", names].astype(float), [126, 411, 920], rtol=0.01)
     assert rows.loc["power.normal", "regime"] == "fill 0.17"
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("\t94", "\t140", "column yield_percent, case power.tangential = 140: must be above 0 and at most 100"),
-        ("\t94", "\tmuch", "column yield_percent, case power.tangential = 'much'"),
-        ("speed.normal", "power.normal", "column case = power.normal appears twice"),
-        ("molar_ratio", "ratio", "column molar_ratio is missing"),
-    ],
-)
-def test_bad_regimes_are_refused_in_one_line(tmp_path, old, new, message):
-    table = tmp_path / "regimes.tsv"
-    table.write_text(REGIMES.read_text().replace(old, new))
-    with pytest.raises(ConfigError) as caught:
-        read_regimes(str(table))
-    assert message in str(caught.value) and "\n" not in str(caught.value)
 
 
 def test_without_regime_keeps_the_energy_and_hides_the_share():

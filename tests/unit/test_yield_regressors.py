@@ -3,26 +3,18 @@
 import numpy as np
 import pytest
 
-from millprint.config.errors import ConfigError
-from millprint.config.load import check_model
-from millprint.config.search_spaces import COMPARED, SPACES, TABLE_5_6, TUNED, UNTUNED
-from millprint.config.yields import HELD_OUT, SEARCHED, YieldConfig
+from millprint.config.search_spaces import SPACES
 from millprint.run.files import read_json
 from millprint.thesis.yields.estimators import GaussianProcess, gaussian_process
 from millprint.thesis.yields.evaluation import compare_seeds, shap_values
-from millprint.thesis.yields.held_out import procedure_of
 from millprint.thesis.yields.model_files import load_model, save_model
 from millprint.thesis.yields.regressors import (
-    AVERAGED,
-    CLIMATOLOGY,
-    MODELS,
     REGRESSORS,
-    TITLES,
     models_of,
     regressor,
 )
-from millprint.thesis.yields.yield_model import Trainer, fit_model, plan_steps
-from tests.unit.yield_settings import parts, settings, thesis_yields
+from millprint.thesis.yields.yield_model import Trainer
+from tests.unit.yield_settings import parts, settings
 
 # Whether SHAP values can be calculated, by regressor.
 EXPLAINED = {name: record.explain is not None for name, record in REGRESSORS.items()}
@@ -33,14 +25,6 @@ def trained(name: str, strategy: str):
     rows, _ = parts()
     config = settings()
     return Trainer(config.training, config.search).train(name, strategy, rows, rows["yield_percent"].to_numpy())
-
-
-def test_registry_and_configuration_hold_the_same_regressors():
-    assert set(REGRESSORS) == {"linear", *TUNED, *UNTUNED}
-    assert {name: record.space for name, record in REGRESSORS.items() if record.space} == SPACES
-    assert TUNED == tuple(SEARCHED) == tuple(HELD_OUT)
-    assert len(MODELS) == 9 and MODELS[:2] == [("linear", "primary"), ("gpr", "primary")]
-    assert set(TITLES) == {*REGRESSORS, AVERAGED, CLIMATOLOGY} and len(set(TITLES.values())) == len(TITLES)
 
 
 @pytest.mark.parametrize(("name", "strategy"), EVERY_MODEL)
@@ -86,13 +70,6 @@ def test_shap_values_add_up_to_the_prediction(name):
     np.testing.assert_array_equal(time.loc[test["case"], "feature_value"], test["time_h"])
 
 
-@pytest.mark.parametrize("name", [name for name in REGRESSORS if not EXPLAINED[name]])
-def test_a_regressor_without_shap_values_says_so(name):
-    _, test = parts()
-    with pytest.raises(ValueError, match=f"{name}: a regressor without SHAP values"):
-        shap_values(trained(name, "primary")[0], test)
-
-
 @pytest.mark.parametrize("name", REGRESSORS)
 @pytest.mark.slow
 def test_other_seeds_of_a_regressor_that_has_one_are_compared(name):
@@ -120,55 +97,3 @@ def test_several_starts_reach_the_largest_marginal_likelihood_of_any_of_them():
     low, high = (np.array([bounds[end] for bounds in training.spaces["gpr"].values()]) for end in (0, 1))
     for start in np.exp(many.starts):
         assert (low <= start[[0, 1, -1]]).all() and (start[[0, 1, -1]] <= high).all()
-
-
-def test_an_unknown_regressor_raises_wherever_one_is_named(tmp_path):
-    rows, _ = parts()
-    config, yields = settings(), rows["yield_percent"].to_numpy()
-    message = f"'boosted': no such regressor; known: {', '.join(REGRESSORS)}"
-    with pytest.raises(ValueError, match=message):
-        regressor("boosted")
-    with pytest.raises(ValueError, match=message):
-        models_of(["rf", "boosted"])
-    with pytest.raises(ValueError, match=message):
-        plan_steps("boosted", "primary", config.training.choices)
-    with pytest.raises(ValueError, match=message):
-        fit_model("boosted", "primary", [{}], rows, yields, config.training)
-    with pytest.raises(ValueError, match=message):
-        procedure_of("boosted", "primary", config.training, config.evaluation, config.averaging)
-    model, results = trained("linear", "primary")
-    path = tmp_path / "model.json"
-    save_model(model, results, rows, config.training, str(path))
-    path.write_text(path.read_text().replace('"algorithm": "linear"', '"algorithm": "boosted"'))
-    with pytest.raises(ValueError, match=message):
-        load_model(str(path))
-
-
-def test_a_strategy_that_does_not_exist_raises():
-    choices = settings().training.choices
-    with pytest.raises(ValueError, match="linear: strategy = 'two_step': it has primary"):
-        plan_steps("linear", "two_step", choices)
-    with pytest.raises(ValueError, match="rf: strategy = 'three_step': it has primary, two_step"):
-        plan_steps("rf", "three_step", choices)
-
-
-@pytest.mark.parametrize(
-    ("models", "reason"),
-    [
-        ([*COMPARED, "boosted"], f"'boosted': no such regressor; known: {', '.join(REGRESSORS)}"),
-        ([*COMPARED, "rf"], "'rf' is listed twice"),
-        ([*TABLE_5_6], "'gpr_starts' is missing: the statements of chapter 5 compare linear, gpr, gpr_starts"),
-    ],
-)
-def test_a_bad_list_of_models_is_refused_in_one_line(models, reason):
-    with pytest.raises(ConfigError) as caught:
-        check_model(thesis_yields() | {"models": models}, YieldConfig, "config.yaml")
-    assert reason in str(caught.value) and "\n" not in str(caught.value)
-
-
-def test_models_beyond_table_5_6_are_added_after_it():
-    assert check_model(thesis_yields(), YieldConfig, "config.yaml").models == [*COMPARED]
-    fewer = ["linear", "gpr", "gpr_starts"]
-    assert check_model(thesis_yields() | {"models": fewer}, YieldConfig, "config.yaml").models == fewer
-    extended = check_model(thesis_yields() | {"models": list(REGRESSORS)}, YieldConfig, "config.yaml")
-    assert models_of(extended.models)[: len(MODELS)] == MODELS

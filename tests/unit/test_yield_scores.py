@@ -21,7 +21,7 @@ from millprint.thesis.yields.distributions import MixtureYields, NormalYields
 from millprint.thesis.yields.estimators import LeastSquares, MarginalLikelihood, gaussian_process
 from millprint.thesis.yields.evaluation import paired_test
 from millprint.thesis.yields.features import Standardisation, engineer
-from millprint.thesis.yields.held_out import climatology, smaller_forests
+from millprint.thesis.yields.held_out import climatology
 from millprint.thesis.yields.metrics import (
     LEFT_OUT,
     NESTED,
@@ -108,14 +108,6 @@ def test_the_process_is_that_of_scikit_learn():
         known, known_slope = plain.log_marginal_likelihood(own.logs + 0.2, True)
         assert value == pytest.approx(-known, rel=1e-9)
         np.testing.assert_allclose(slope, -known_slope, rtol=1e-9, atol=1e-9)
-
-
-def test_forests_of_the_folds_are_smaller_and_nothing_else_changes():
-    training = settings().training
-    section = training.spaces | {"rf": training.spaces["rf"] | {"n_estimators": [50, 300]}}
-    changed = smaller_forests(training.model_copy(update={"spaces": section}), 100)
-    assert changed.spaces["rf"]["n_estimators"] == [50, 100] and changed.spaces["xgb"] == training.spaces["xgb"]
-    assert smaller_forests(training, 100) == training
 
 
 def test_the_line_has_the_error_of_the_closed_form():

@@ -9,10 +9,8 @@ import yaml
 from scripts import split_screening
 
 from millprint.config.errors import ConfigError
-from millprint.config.load import check_model
-from millprint.config.yields import OtherSourcesConfig, YieldConfig
+from millprint.config.yields import OtherSourcesConfig
 from millprint.thesis.doe.runs import YIELD
-from millprint.thesis.figures.chapter5_figures import plot_sources
 from millprint.thesis.yields import groups as sources
 from millprint.thesis.yields import run_tables as tables
 from millprint.thesis.yields.features import CONDITIONS
@@ -121,32 +119,6 @@ def test_a_source_without_runs_is_refused(example):
     more = OtherSourcesConfig(**{**example.model_dump(), "sources": [*example.sources, {"name": "east"}]})
     with pytest.raises(ConfigError, match=r"my.yaml: yields.other_sources.sources: 'east': .* has no run of it"):
         tables.read_other_runs(more, {}, FILE)
-
-
-@pytest.mark.parametrize(
-    ("keys", "message"),
-    [
-        ({"runs": "config/data/others.tsv"}, "sources is missing"),
-        ({"sources": [{"name": "north"}]}, "runs is missing"),
-        ({"in_training": True}, "there is no table of others"),
-        ({"runs": "a.tsv", "sources": [{"name": "a"}, {"name": "a"}]}, "two have the name 'a'"),
-        ({"runs": "a.tsv", "sources": [{"name": "screening"}]}, "two have the name 'screening'"),
-    ],
-)
-def test_keys_that_do_not_go_together_are_refused(keys, message):
-    section = settings().model_dump(mode="json") | {"other_sources": keys}
-    with pytest.raises(ConfigError, match=message):
-        check_model(section, YieldConfig, FILE)
-
-
-def test_with_one_source_nothing_can_be_said(close_figures):
-    rows = tables.with_other_runs(all_runs(), tables.read_other_runs(OtherSourcesConfig(), {}, FILE), "thesis")
-    predictions = sources.leave_sources_out(rows, {}, settings().prediction, 0.8)
-    table = sources.score_sources(predictions, rows, settings().evaluation, 0.8)
-    assert table[["source", "runs", "verdict"]].values.tolist() == [
-        ["thesis", 27, "one source: nothing can be said on transfer"]
-    ]
-    assert "nothing can be said" in plot_sources(table, predictions).axes[0].texts[0].get_text()
 
 
 def two_sources(shift: float) -> pd.DataFrame:
