@@ -117,7 +117,7 @@ SPOILED = {
     "nothing": lambda errors, codes: errors,
     "an outlier": lambda errors, codes: errors + 15 * (np.arange(27) == 13),
     "a drift": lambda errors, codes: errors + 0.4 * codes["run_order"].to_numpy(),
-    "a spread by C": lambda errors, codes: errors * np.array([0.2, 1.0, 6.0])[codes["C"]],
+    "a spread by C": lambda errors, codes: errors * np.array([0.02, 1.0, 50.0])[codes["C"]],
     "a curve": lambda errors, codes: 0.1 * errors + 2 * np.exp(0.4 * codes[list("ABCD")].sum(axis=1)),
 }
 

@@ -4,11 +4,8 @@ from itertools import combinations
 
 import numpy as np
 import pandas as pd
-import pytest
 
-from millprint.config.doe import DoeConfig
 from millprint.thesis.doe.factorial_designs import (
-    Fraction,
     alias_table,
     audit_table,
     describe,
@@ -20,17 +17,6 @@ from millprint.thesis.doe.factorial_designs import (
 )
 from millprint.thesis.doe.runs import read_runs
 from tests.unit.doe_settings import SCREENING, settings
-
-
-def factors(number: int, levels: int) -> list[dict]:
-    return [
-        {"symbol": symbol, "column": symbol.lower(), "label": symbol, "levels": list(range(levels))}
-        for symbol in "ABCDEFGH"[:number]
-    ]
-
-
-def two_level(number: int, generators: list[str]) -> DoeConfig:
-    return settings(factors=factors(number, 2), generators=generators, model=["A", "B"], interactions=[])
 
 
 def test_the_thesis_fraction_is_27_of_81_runs_of_resolution_4():
@@ -69,19 +55,6 @@ def test_an_ideal_fraction_is_orthogonal():
         assert treatments(codes[list(three)]).nunique() == 27
 
 
-@pytest.mark.parametrize(
-    ("number", "generators", "expected"),
-    [
-        (3, ["C = A + B"], 3),
-        (5, ["E = A + B + C + D"], 5),
-        (7, ["D = A + B", "E = A + C", "F = B + C", "G = A + B + C"], 3),
-        (8, ["E = B + C + D", "F = A + C + D", "G = A + B + C", "H = A + B + D"], 4),
-    ],
-)
-def test_two_level_fractions_have_their_textbook_resolution(number, generators, expected):
-    config = two_level(number, generators)
-    assert Fraction(config).resolution() == expected
-    assert len(level_codes(config)) == 2 ** (number - len(generators))
 
 
 def test_the_alias_table_pairs_the_interactions_as_table_2_5_does():

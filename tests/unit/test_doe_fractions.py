@@ -93,16 +93,6 @@ def test_a_mixed_full_factorial_has_every_treatment_and_no_aliases():
     assert aliases["degrees_of_freedom"][["A", "D", "E", "AD", "DE"]].tolist() == [1, 2, 3, 2, 6]
 
 
-def test_each_number_of_levels_can_have_its_own_fraction():
-    factors = [factor(symbol, [0, 1]) for symbol in "ABC"] + [factor(symbol, [0, 1, 2]) for symbol in "DEF"]
-    content = {"factors": factors, "generators": ["C = A + B", "F = D + E"], "order_seed": 1}
-    config = check_model(content, DesignConfig, "design.yaml")
-    assert len(level_codes(config)) == 4 * 9
-    assert describe(config)["defining_words_of_length"] == {"3": 2, "6": 1}
-    table = alias_table(config).set_index("effect")
-    assert table.loc["A", "aliases_up_to_two_letters"] == "BC"
-    assert table.loc["D", "aliases_up_to_two_letters"] == "EF2"
-    assert table.loc["AD", ["degrees_of_freedom", "clear"]].tolist() == [2, "yes"]
 
 
 @pytest.mark.parametrize(

@@ -3,10 +3,9 @@
 import numpy as np
 import pandas as pd
 import pytest
-import yaml
 
 from millprint.cli.commands import main as millprint
-from millprint.config.doe import ChemistryConfig, WetLabConfig
+from millprint.config.doe import ChemistryConfig
 from millprint.config.errors import ConfigError
 from millprint.run.files import read_table
 from millprint.thesis.doe.chemistry import (
@@ -81,13 +80,6 @@ def test_errors_of_the_readings_propagate_as_a_simulation_of_them_does():
     assert only == pytest.approx(gas_yield(*arguments({**readings, "volume": 3e-6})))
 
 
-def test_an_error_without_gas_is_that_of_the_volume(tmp_path):
-    path = write(
-        tmp_path / "g.tsv", {**READING, "gas_volume_ml": 0, "gas_volume_error_ml": 5, "temperature_error_k": 1}
-    )
-    table = yield_table(path, CHEMISTRY, GAS)
-    assert table["yield_percent"][0] == 0
-    assert table["yield_error_percent"][0] == pytest.approx(5 / 578.6 * 71.0, rel=1e-3)
 
 
 def test_another_reaction_and_impure_powders_are_counted(tmp_path):
@@ -173,13 +165,6 @@ def test_the_command_calculates_each_table(tmp_path, calculation, reading, colum
     assert read_table(out, numeric=[column])[column][0] == pytest.approx(value, rel=1e-3)
 
 
-def test_the_command_takes_a_file_of_its_own_and_dry_gas(tmp_path):
-    own = {"doe": {"chemistry": CHEMISTRY.model_dump(), "gas": GAS.model_dump()}}
-    (tmp_path / "lab.yaml").write_text(yaml.safe_dump(own))
-    path, out = write(tmp_path / "in.tsv", READING), tmp_path / "out.tsv"
-    millprint(["wet-lab", "yield", path, str(out), "--config", str(tmp_path / "lab.yaml"), "--dry-gas"])
-    assert read_table(out, numeric=["yield_percent"])["yield_percent"][0] == pytest.approx(73.29, abs=0.01)
-    assert set(WetLabConfig.model_fields) == {"chemistry", "gas"}
 
 
 @pytest.mark.parametrize(

@@ -32,8 +32,6 @@ def test_half_life_is_10_2_hours_at_298_kelvin_and_10_1_at_25_degrees():
     assert table["half_life_h"][0] == pytest.approx(half_life(11, 298) / 3600)
 
 
-def test_a_unit_of_ph_is_a_factor_of_ten_in_half_life():
-    assert half_life(12, 300) == pytest.approx(10 * half_life(11, 300))
 
 
 @pytest.mark.parametrize(

@@ -229,11 +229,3 @@ def test_what_slides_and_what_heats_is_the_power_of_the_ledger(real_run):
     assert source.power_W.sum(axis=0) == pytest.approx(powers, rel=1e-9)
 
 
-def test_real_rules_differ_in_collisions_and_not_in_power(real_run):
-    path, summary = real_run
-    _, table = tabulate_spectra([(str(path), summary)], ["lifetimes", "gap_0_04", "over_1N"])
-    both = rows(table, pair="both", channel="normal").set_index("counting_rule")
-    assert both.at["gap_0_04", "collisions_hz"] < both.at["lifetimes", "collisions_hz"]
-    assert both.at["gap_0_04", "half_power_J"] >= both.at["lifetimes", "half_power_J"]
-    assert both.at["gap_0_04", "power_W"] == pytest.approx(both.at["lifetimes", "power_W"], rel=1e-6)
-    assert both.at["over_1N", "collisions_hz"] < both.at["lifetimes", "collisions_hz"]

@@ -164,30 +164,8 @@ def test_a_short_roll_out_equals_torch(world):
     assert found.mean_edges == known.mean_edges and np.isfinite(found.crossed_s).any()
 
 
-def test_order_of_balls_does_not_matter(world):
-    compiled, _ = both(world, network(world, 2, 4, 16)[0])
-    state, order = compiled.first_state(STARTS), np.random.default_rng(0).permutation(BALLS)
-    other = replace(
-        state,
-        position_m=state.position_m[:, order],
-        velocity_m_s=state.velocity_m_s[:, order],
-        ball=state.ball[:, order],
-    )
-    (one, sums), (two, other_sums) = (compiled.advance_many(start, 1) for start in (state, other))
-    np.testing.assert_allclose(two.velocity_m_s, one.velocity_m_s[:, order], rtol=1e-5)
-    np.testing.assert_allclose(other_sums.dissipated_J, sums.dissipated_J, rtol=1e-5)
 
 
-def test_trajectories_of_a_batch_do_not_meet_and_the_first_state_stays(world):
-    compiled, _ = both(world, network(world, 2, 4, 16)[0])
-    state = compiled.first_state(STARTS)
-    before = state.position_m.copy(), state.ball.copy()
-    together = compiled.run(state, 10, 5)
-    np.testing.assert_array_equal(state.position_m, before[0])
-    np.testing.assert_array_equal(state.ball, before[1])
-    for number, start in enumerate(STARTS):
-        alone = compiled.run(compiled.first_state([start]), 10, 5)
-        np.testing.assert_allclose(together.position_m[:, number], alone.position_m[:, 0], atol=1e-8)
 
 
 def test_a_lost_ball_loses_no_other(world):

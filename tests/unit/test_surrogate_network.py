@@ -8,9 +8,8 @@ import torch
 
 from millprint.config.errors import TrainingError
 from millprint.config.surrogate import NetworkConfig
-from millprint.thesis.surrogate.dataset import Edges, Graphs, TrainingRun, featurise, graphs_at
+from millprint.thesis.surrogate.dataset import Graphs, TrainingRun, featurise, graphs_at
 from millprint.thesis.surrogate.network import (
-    InteractionLayer,
     SignedDistanceNetwork,
     read_weights,
     weights_content,
@@ -60,16 +59,6 @@ def test_number_of_weights_of_the_published_network():
     assert sum(value.numel() for value in network.parameters()) == expected
 
 
-def test_mean_aggregation():
-    torch.manual_seed(0)
-    layer = InteractionLayer(4, 2)
-    node, edge = torch.randn(3, 4), torch.randn(2, 4)
-    into_first = torch.tensor([[1, 2], [0, 0]])
-    message = [layer.message_mlp(torch.cat([node[0], node[j], edge[k]])) for k, j in ((0, 1), (1, 2))]
-    expected = layer.node_mlp(torch.cat([node[0], (message[0] + message[1]) / 2]))
-    out = layer(node, into_first, edge)
-    torch.testing.assert_close(out[0], expected)
-    torch.testing.assert_close(out[1], layer.node_mlp(torch.cat([node[1], torch.zeros(4)])))
 
 
 def as_printed(network: SignedDistanceNetwork, graphs: Graphs) -> tuple[torch.Tensor, torch.Tensor]:
@@ -114,58 +103,10 @@ def test_values_and_gradients_are_those_of_the_printed_equations(rounds, layers)
         torch.testing.assert_close(new, printed, rtol=1e-9, atol=1e-9 * printed.detach().abs().max().item())
 
 
-@pytest.mark.parametrize("layers", [1, 2])
-def test_order_of_balls_does_not_matter(layers):
-    torch.manual_seed(1)
-    network = SignedDistanceNetwork(4, NetworkConfig(width=16, mlp_layers=3, interaction_layers=layers)).double()
-    graphs = graphs_at(SNAPSHOTS, torch.tensor([150, 230]), 4, None)
-    order = torch.cat([torch.randperm(6), 6 + torch.randperm(6)])
-    place = torch.argsort(order)
-    edges = graphs.edges
-    moved = Graphs(
-        graphs.ball[order].double(),
-        graphs.wall.double(),
-        Edges(place[edges.pair], edges.pair_vector.double(), place[edges.wall], edges.wall_vector.double()),
-        graphs.balls,
-    )
-    straight = Graphs(
-        graphs.ball.double(),
-        graphs.wall.double(),
-        Edges(edges.pair, edges.pair_vector.double(), edges.wall, edges.wall_vector.double()),
-        graphs.balls,
-    )
-    acceleration, dissipation = network(straight)
-    permuted, same = network(moved)
-    torch.testing.assert_close(permuted, acceleration[order])
-    torch.testing.assert_close(same, dissipation)
 
 
-def test_a_ball_feels_its_contacts_and_no_others():
-    """With one round, a ball's acceleration depends on its own state and on those it touches."""
-    network = SignedDistanceNetwork(4, NetworkConfig(width=16, mlp_layers=3, interaction_layers=1))
-    graphs = graphs_at(SNAPSHOTS, torch.tensor([230]), 4, None)
-    assert graphs.edges.pair.shape[1] > 0
-    source, target = graphs.edges.pair[:, 0].tolist()
-    changed = graphs.ball.clone()
-    changed[source] += 1
-    touched = {source, *graphs.edges.pair[1][graphs.edges.pair[0] == source].tolist()}
-    before, after = network(graphs)[0], network(Graphs(changed, graphs.wall, graphs.edges, graphs.balls))[0]
-    differs = set(torch.nonzero((before != after).any(1)).squeeze(1).tolist())
-    assert target in differs and differs == touched
 
 
-def test_readout_pools_balls_with_an_edge_only():
-    network = SignedDistanceNetwork(4, NetworkConfig(width=16, mlp_layers=3, interaction_layers=1))
-    graphs = graphs_at(SNAPSHOTS, torch.tensor([3, 230]), 4, None)
-    touched = set(graphs.edges.pair[1].tolist()) | set(graphs.edges.wall.tolist())
-    free = [ball for ball in range(6, 12) if ball not in touched]
-    assert free and not touched & set(range(6))
-    changed = graphs.ball.clone()
-    changed[free[0]] += 5
-    before, after = network(graphs)[1], network(Graphs(changed, graphs.wall, graphs.edges, graphs.balls))[1]
-    assert torch.equal(before, after)
-    # A graph without edges pools to zero.
-    torch.testing.assert_close(before[0], network.readout(torch.zeros(1, 16))[0, 0])
 
 
 def test_every_snapshot_is_drawn_once():

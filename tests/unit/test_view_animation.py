@@ -9,14 +9,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from millprint.checks.before_running import check_movie
 from millprint.cli.commands import main as millprint
-from millprint.config.checks import load_workflow
-from millprint.config.errors import ConfigError
 from millprint.config.view import ViewConfig
 from millprint.figures.animation import SPEEDS, Animation, save_animation
 from millprint.view.frames import Movie, read_movie
-from tests.conftest import configuration
 from tests.unit.run_samples import OUTLINE, RADII, turn, write_sample
 
 ROOT = Path(__file__).parents[2]
@@ -44,20 +40,8 @@ def test_frames_are_spread_over_the_requested_revolutions(run):
     assert "600 rpm" in movie.heading and "5 balls of 10 mm" in movie.heading
 
 
-def test_a_late_start_and_coarse_snapshots_give_the_existing_frames(run):
-    movie = read_movie(run, ViewConfig(revolutions=5, frames_per_revolution=200), 0.6)
-    assert [frame.time_s for frame in movie.frames] == pytest.approx(0.6 + 2e-3 * np.arange(10))
-    with pytest.raises(ConfigError, match=r"no snapshots from 0.7 s on; there are some from 0.5 to 0.618 s"):
-        read_movie(run, SETTINGS, 0.7)
 
 
-@pytest.mark.slow
-def test_a_mill_at_rest_has_no_revolutions(tmp_path):
-    write_sample(tmp_path / "run.h5", kind="rest")
-    movie = read_movie(tmp_path / "run.h5", ViewConfig(revolutions=0.2, frames_per_revolution=30))
-    assert len(movie.frames) == 6
-    assert all(frame.revolution is None for frame in movie.frames)
-    save_animation(movie, tmp_path / "rest.gif")
 
 
 def test_balls_are_drawn_from_the_back_to_the_front_at_their_place(run):
@@ -176,15 +160,6 @@ def test_the_file_plays_every_frame_for_ever(run, tmp_path, suffix):
     assert np.abs(seen[-1] - plain).mean() < 1
 
 
-def test_a_movie_without_snapshots_is_refused_before_a_run(monkeypatch):
-    monkeypatch.chdir(ROOT)
-    content = configuration()
-    check_movie(load_workflow(content, ["config/config.yaml"])[0], "config/config.yaml")
-    (sweep,) = (sweep for sweep in content["sweeps"] if sweep["name"] == "movie")
-    del sweep["snapshot_interval_s"]
-    config, *_ = load_workflow(content, ["config/config.yaml"])
-    with pytest.raises(ConfigError, match=r"config/config.yaml: sweeps.movie.snapshot_interval_s: this key is missing"):
-        check_movie(config, "config/config.yaml")
 
 
 @pytest.mark.slow

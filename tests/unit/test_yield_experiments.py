@@ -82,18 +82,6 @@ def test_a_batch_has_repeats_and_a_centre_point_within_the_region_and_its_limits
     assert centre[["bpr", "molar_ratio", "time_h", "fill_ratio"]].tolist() == [30, 10, 12.5, 0.10]
 
 
-@pytest.mark.slow
-def test_no_slot_is_spent_on_a_gain_below_the_threshold(first, tmp_path):
-    config = first.config.proposals
-    gains = first.next.groupby("purpose")["gain"].min()
-    assert gains.get("yield", np.inf) >= config.smallest_gain_pp and gains["learning"] >= config.smallest_share
-    greedy = batch(tmp_path / "none", smallest_gain_pp=50.0, smallest_share=0.9).next
-    assert set(greedy["purpose"]) == {"repeat", "centre"}
-    shared = batch(tmp_path / "learning", smallest_gain_pp=50.0, smallest_share=0.0).next
-    # Slots that are not needed for a higher yield go to learning.
-    assert (shared["purpose"] == "learning").sum() == 2 * config.runs
-    bare = batch(tmp_path / "bare", replicates=0, centre_points=0).next
-    assert not {"repeat", "centre"} & set(bare["purpose"])
 
 
 @pytest.mark.slow

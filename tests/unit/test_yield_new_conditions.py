@@ -1,15 +1,13 @@
 """Predictions for new conditions: intervals, refusals, and the command."""
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from millprint.cli.commands import main as millprint
-from millprint.run.files import read_table, write_table
+from millprint.run.files import read_table
 from millprint.thesis.yields.averaging import fit_averaged
-from millprint.thesis.yields.features import CONDITIONS
 from millprint.thesis.yields.model_files import save_averaged, save_model
-from millprint.thesis.yields.new_conditions import predict_conditions, write_predictions
+from millprint.thesis.yields.new_conditions import predict_conditions
 from millprint.thesis.yields.yield_model import Trainer
 from tests.conftest import ROOT
 from tests.unit.yield_settings import parts, settings
@@ -81,9 +79,3 @@ def test_the_command_predicts_the_example(models, tmp_path, capsys, monkeypatch)
     assert table.loc["shorter", "lower_percent"] < table.loc["shorter", "predicted_percent"]
 
 
-def test_a_conditions_table_may_hold_other_columns(models, tmp_path):
-    rows, _ = parts()
-    table = tmp_path / "conditions.tsv"
-    write_table(rows.assign(note="x"), table)
-    assert write_predictions(models["mixture"], str(table), str(tmp_path / "out.tsv"), *arguments(0.9), False) == 0
-    assert list(pd.read_csv(tmp_path / "out.tsv", sep="\t"))[:7] == ["case", *CONDITIONS]

@@ -225,12 +225,6 @@ def test_search_ends_with_the_best_run_and_uses_the_yields_of_known_runs_only():
     assert (table["lower"] <= table["found"]).all() and (table["found"] <= table["upper"]).all()
 
 
-def test_a_linear_yield_is_ranked_right_by_least_squares_and_by_ridge():
-    rows, config = all_runs(), settings()
-    yields = describe(rows)["bpr"].to_numpy() + 2 * describe(rows)["time_h"].to_numpy()
-    for name in ("least_squares", "ridge"):
-        merit = STRATEGIES[name](rows.iloc[:12], yields[:12], rows, config.averaging, np.random.default_rng(0))
-        assert np.corrcoef(merit, yields)[0, 1] > 0.999
 
 
 def test_regime_rows_are_those_of_table_5_7():

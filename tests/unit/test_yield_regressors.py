@@ -6,7 +6,7 @@ import pytest
 from millprint.config.search_spaces import SPACES
 from millprint.run.files import read_json
 from millprint.thesis.yields.estimators import GaussianProcess, gaussian_process
-from millprint.thesis.yields.evaluation import compare_seeds, shap_values
+from millprint.thesis.yields.evaluation import shap_values
 from millprint.thesis.yields.model_files import load_model, save_model
 from millprint.thesis.yields.regressors import (
     REGRESSORS,
@@ -70,15 +70,6 @@ def test_shap_values_add_up_to_the_prediction(name):
     np.testing.assert_array_equal(time.loc[test["case"], "feature_value"], test["time_h"])
 
 
-@pytest.mark.parametrize("name", REGRESSORS)
-@pytest.mark.slow
-def test_other_seeds_of_a_regressor_that_has_one_are_compared(name):
-    train, test = parts()
-    model = trained(name, "primary")[0]
-    table = compare_seeds(model, model, train, test, test, settings().training)
-    seeds = ["seed"] * 3 if regressor(name).seeded else []
-    assert table["choice"].tolist() == ["as taken", *seeds, "search_seed"]
-    assert not seeds or table["rmse"].nunique() > 1
 
 
 def test_several_starts_reach_the_largest_marginal_likelihood_of_any_of_them():
