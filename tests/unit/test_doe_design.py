@@ -55,8 +55,6 @@ def test_an_ideal_fraction_is_orthogonal():
         assert treatments(codes[list(three)]).nunique() == 27
 
 
-
-
 def test_the_alias_table_pairs_the_interactions_as_table_2_5_does():
     config = settings()
     table = alias_table(config).set_index("effect")

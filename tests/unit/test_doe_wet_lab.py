@@ -32,8 +32,6 @@ def test_half_life_is_10_2_hours_at_298_kelvin_and_10_1_at_25_degrees():
     assert table["half_life_h"][0] == pytest.approx(half_life(11, 298) / 3600)
 
 
-
-
 @pytest.mark.parametrize(
     ("celsius", "pascal"), [(0.01, 611.657), (25, 3169.9), (50, 12352), (80, 47414), (100, 101418)]
 )

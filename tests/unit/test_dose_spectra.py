@@ -227,5 +227,3 @@ def test_what_slides_and_what_heats_is_the_power_of_the_ledger(real_run):
     (source,) = read_sources([(str(path.with_name("summary.json")), str(path))])
     powers = [max(summary["power_W"][channel], 0.0) for channel in ("normal", "tangential", "rolling")]
     assert source.power_W.sum(axis=0) == pytest.approx(powers, rel=1e-9)
-
-

@@ -17,7 +17,6 @@ from millprint.dose.heat_sources import HeatSource, read_sources, split_of_summa
 from millprint.dose.heat_table import (
     RESTING,
     RUNNING,
-    TIMES,
     balance_of,
     band,
     heat_by_body,
@@ -37,42 +36,19 @@ def write_run(folder: Path, seed: int = 0, histogram: bool = False) -> tuple[str
     place = folder / f"d10_f0.10_n600_s{seed}"
     place.mkdir(parents=True)
     case = {"contact": "steel", "ball_diameter_mm": 10.0, "fill_ratio": 0.1, "speed_rpm": 600.0, "seed": seed}
-    shares = {
-        "ball_ball": {"normal": 0.25, "tangential": 0.6},
-        "ball_wall": {"normal": 0.75, "tangential": 0.4},
-    }
+    shares = {"ball_ball": {"normal": 0.25, "tangential": 0.6}, "ball_wall": {"normal": 0.75, "tangential": 0.4}}
     rule = {"dropped": {"count": 0.0, "normal": 0.0, "tangential": 0.0}, "shares": shares}
-    summary = {
-        "mill": "box",
-        "case": case,
-        "power_W": {"normal": 4.0, "tangential": 2.0 + seed, "rolling": 1.0, "wall": 7.0},
-        "collisions": [rule],
-        "ball_sizes_m": [0.01],
-        "ball_counts": [5],
-        "balls": 5,
-        "ball_mass_kg": 0.004,
-        "jar_volume_m3": 8e-6,
-        "density_kg_m3": 7800.0,
-        "young_modulus_pa": 2.05e9,
-        "static_friction": 0.3,
-        "wall_static_friction": 0.3,
-    }
+    power = {"normal": 4.0, "tangential": 2.0 + seed, "rolling": 1.0, "wall": 7.0}
+    summary = {"mill": "box", "case": case, "power_W": power, "collisions": [rule], "ball_sizes_m": [0.01]}
+    summary |= {"ball_counts": [5], "balls": 5, "ball_mass_kg": 0.004, "jar_volume_m3": 8e-6, "density_kg_m3": 7800.0}
+    summary |= {"young_modulus_pa": 2.05e9, "static_friction": 0.3, "wall_static_friction": 0.3}
     (place / "summary.json").write_text(json.dumps(summary))
     columns = {
-        "first": [0, 1, 2, 3],
-        "second": [1, 2, -1, -4],
-        "start_s": [1.0, 1.0, 1.1, 0.2],
-        "duration_s": [1e-4, 1e-4, 1e-4, 1e-4],
-        "approach_speed_m_s": [1.0, 1.0, 1.0, 1.0],
-        "peak_force_N": [100.0, 100.0, 200.0, 200.0],
-        "normal_J": [1.0, 0.0, 2.0, 1.0],
-        "damping_J": [0.1, 0.1, 0.0, 0.0],
-        "sliding_J": [0.1, 0.1, 0.3, 0.3],
-        "rolling_J": [1.0, 0.0, 0.0, 3.0],
-        "facet": [-1, -1, 0, 3],
-        "contact": [0, 1, 2, 3],
-        "ended": [1, 1, 1, 1],
-    }
+        "first": [0, 1, 2, 3], "second": [1, 2, -1, -4], "start_s": [1.0, 1.0, 1.1, 0.2], "duration_s": 4 * [1e-4],
+        "approach_speed_m_s": 4 * [1.0], "peak_force_N": [100.0, 100.0, 200.0, 200.0], "normal_J": [1.0, 0.0, 2.0, 1.0],
+        "damping_J": [0.1, 0.1, 0.0, 0.0], "sliding_J": [0.1, 0.1, 0.3, 0.3], "rolling_J": [1.0, 0.0, 0.0, 3.0],
+        "facet": [-1, -1, 0, 3], "contact": [0, 1, 2, 3], "ended": 4 * [1],
+    }  # fmt: skip
     corners = 0.02 * np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
     sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     with h5py.File(place / "run.h5", "w") as file:
@@ -94,14 +70,11 @@ def test_dissipation_is_divided_as_the_contacts_are_and_adds_up_to_the_ledger(tm
     assert source.balls_m2 == pytest.approx(5 * np.pi * 0.01**2)
 
 
-def test_seeds_of_a_condition_are_averaged(tmp_path):
+def test_seeds_are_averaged_and_histograms_are_divided_by_their_summary(tmp_path):
     (source,) = read_sources([write_run(tmp_path, seed) for seed in (0, 1)])
     assert source.condition == "d10_f0.10_n600" and source.about["seeds"] == 2
     np.testing.assert_allclose(source.power_W.sum(axis=0), [4.0, 2.5, 1.0])
-
-
-def test_a_run_with_histograms_is_divided_by_its_summary(tmp_path):
-    (source,) = read_sources([write_run(tmp_path, histogram=True)])
+    (source,) = read_sources([write_run(tmp_path / "histogram", histogram=True)])
     np.testing.assert_allclose(source.power_W, [[1.0, 1.2, 0.6], [3.0, 0.8, 0.4]])
 
 
@@ -193,17 +166,12 @@ def test_the_job_writes_every_table_and_the_figure(tmp_path):
     names = ("sources", "parameters", "temperatures", "limits", "flash")
     output = SimpleNamespace(**{name: tmp_path / f"{name}.tsv" for name in names})
     output.svg, output.png = tmp_path / "t.svg", tmp_path / "t.png"
-    files = [write_run(tmp_path / "dem")]
-    main(files, output, mill="spex", title="a box", settings=SETTINGS)
+    main([write_run(tmp_path / "dem")], output, mill="spex", title="a box", settings=SETTINGS)
     tables = {name: pd.read_csv(getattr(output, name), sep="\t") for name in names}
-    assert len(tables["limits"]) == 1
-    assert len(tables["temperatures"]) == 3 * TIMES
     # At the start everything has the temperature of the room.
     begin = tables["temperatures"].query("time_h == 0")
-    assert begin["lower_degC"].nunique() == 1 and begin["upper_degC"].nunique() == 1
-    assert (tables["parameters"]["source"].str.len() > 0).all()
+    assert begin["lower_degC"].nunique() == begin["upper_degC"].nunique() == len(tables["limits"]) == 1
     assert tables["sources"]["total_W"][0] == pytest.approx(7.0)
-    assert "temperature [degC]" in output.svg.read_text()
     # Of four contacts, one began before the window.
     assert tables["flash"].groupby("place")["impacts"].first().to_dict() == {"ball_ball": 2, "ball_wall": 1}
 

@@ -164,10 +164,6 @@ def test_a_short_roll_out_equals_torch(world):
     assert found.mean_edges == known.mean_edges and np.isfinite(found.crossed_s).any()
 
 
-
-
-
-
 def test_a_lost_ball_loses_no_other(world):
     """A place that is not a number has no distance and no edges, and the ball counts as outside."""
     compiled, torch_ = both(world, network(world, 1, 4, 16)[0])

@@ -59,8 +59,6 @@ def test_number_of_weights_of_the_published_network():
     assert sum(value.numel() for value in network.parameters()) == expected
 
 
-
-
 def as_printed(network: SignedDistanceNetwork, graphs: Graphs) -> tuple[torch.Tensor, torch.Tensor]:
     """Eqs 6.22 to 6.27 word by word: every perceptron on what is joined for each edge and node."""
     edges, balls = graphs.edges, len(graphs.ball)
@@ -101,12 +99,6 @@ def test_values_and_gradients_are_those_of_the_printed_equations(rounds, layers)
     assert any(gradient.abs().max() > 1e-3 for gradient in found[1][2:])
     for new, printed in zip(*found, strict=True):
         torch.testing.assert_close(new, printed, rtol=1e-9, atol=1e-9 * printed.detach().abs().max().item())
-
-
-
-
-
-
 
 
 def test_every_snapshot_is_drawn_once():

@@ -40,10 +40,6 @@ def test_frames_are_spread_over_the_requested_revolutions(run):
     assert "600 rpm" in movie.heading and "5 balls of 10 mm" in movie.heading
 
 
-
-
-
-
 def test_balls_are_drawn_from_the_back_to_the_front_at_their_place(run):
     movie = read_movie(run, SETTINGS)
     with h5py.File(run) as file:
@@ -158,8 +154,6 @@ def test_the_file_plays_every_frame_for_ever(run, tmp_path, suffix):
     # Paper stays white, and what is drawn keeps its colours.
     assert (seen[-1][plain.min(axis=2) == 255] >= 252).all()
     assert np.abs(seen[-1] - plain).mean() < 1
-
-
 
 
 @pytest.mark.slow

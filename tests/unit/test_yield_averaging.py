@@ -117,8 +117,6 @@ def test_avrami_link_makes_kinetics_a_straight_line_in_log_time():
     assert to_conversion(np.array([0.0, 50.0, 100.0]), 0.005).tolist() == [0.005, 0.5, 0.995]
 
 
-
-
 def test_an_input_that_hardly_varies_is_not_scaled_up():
     raw = np.array([[1.0, 0.69], [2.0, 0.70], [3.0, 0.69]])
     standard = Standardisation.of(raw, np.array([False, False]), np.array([0.0, 0.05]))
@@ -173,8 +171,6 @@ def test_quantiles_of_one_identity_member_are_those_of_a_normal():
     normal = 100 * np.clip(mean[:, None] + deviation[:, None] * norm.ppf(levels), 0, 1)
     np.testing.assert_allclose(model.quantiles(test, levels), normal, atol=1e-6)
     np.testing.assert_allclose(model.predict(test), 100 * mean, rtol=1e-10)
-
-
 
 
 def test_evidence_finds_the_link_and_the_time_scale_of_avrami_kinetics():

@@ -82,8 +82,6 @@ def test_a_batch_has_repeats_and_a_centre_point_within_the_region_and_its_limits
     assert centre[["bpr", "molar_ratio", "time_h", "fill_ratio"]].tolist() == [30, 10, 12.5, 0.10]
 
 
-
-
 @pytest.mark.slow
 def test_running_experiments_are_taken_into_account(first, tmp_path):
     """A batch that is running is as good as done: the next one is another, and the model is the same."""

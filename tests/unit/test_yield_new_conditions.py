@@ -77,5 +77,3 @@ def test_the_command_predicts_the_example(models, tmp_path, capsys, monkeypatch)
     assert np.isnan(table.loc["low_fill", "predicted_percent"])
     assert "tangential_share = 0.7653" in table.loc["low_fill", "warning"]
     assert table.loc["shorter", "lower_percent"] < table.loc["shorter", "predicted_percent"]
-
-

@@ -225,8 +225,6 @@ def test_search_ends_with_the_best_run_and_uses_the_yields_of_known_runs_only():
     assert (table["lower"] <= table["found"]).all() and (table["found"] <= table["upper"]).all()
 
 
-
-
 def test_regime_rows_are_those_of_table_5_7():
     rows = regime_rows(read_regimes(str(REGIMES)), REFERENCE).set_index("case")
     assert "reference" not in rows.index and len(rows) == 4

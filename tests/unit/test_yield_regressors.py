@@ -70,8 +70,6 @@ def test_shap_values_add_up_to_the_prediction(name):
     np.testing.assert_array_equal(time.loc[test["case"], "feature_value"], test["time_h"])
 
 
-
-
 def test_several_starts_reach_the_largest_marginal_likelihood_of_any_of_them():
     rows, _ = parts()
     training = settings().training.model_copy(update={"kernel_starts": 8})
