@@ -27,26 +27,13 @@ def materials() -> pd.DataFrame:
     return wear.read_materials(str(MATERIALS), STEEL)
 
 
-def conditions(speeds=(600.0, 1200.0), fill=0.10, mill="emax") -> pd.DataFrame:
+def conditions(speeds=(600.0, 1200.0), fill=0.10) -> pd.DataFrame:
     """A mill whose sliding powers follow the cube of the speed."""
     cube = np.array(speeds) ** 3 / 1200.0**3
-    return pd.DataFrame(
-        {
-            "mill": mill,
-            "contact": "calibrated",
-            "ball_diameter_mm": 10.0,
-            "fill_ratio": fill,
-            "speed_rpm": speeds,
-            "balls": 24,
-            "balls_mass_kg": fill * JAR * DENSITY,
-            "density_kg_m3": DENSITY,
-            "volume_m3": JAR,
-            "seeds": 2,
-            "load_ball_ball_N_m_s": 70 * cube,
-            "load_ball_wall_N_m_s": 55 * cube,
-            "relative_error": 0.02,
-        }
-    )
+    table = pd.DataFrame({"mill": "emax", "contact": "calibrated", "ball_diameter_mm": 10.0, "speed_rpm": speeds})
+    table = table.assign(fill_ratio=fill, balls=24, balls_mass_kg=fill * JAR * DENSITY, density_kg_m3=DENSITY)
+    loads = {"load_ball_ball_N_m_s": 70 * cube, "load_ball_wall_N_m_s": 55 * cube}
+    return table.assign(volume_m3=JAR, seeds=2, relative_error=0.02, **loads)
 
 
 def weighings(factors, speeds=(1200.0, 1000.0, 800.0, 600.0)) -> pd.DataFrame:
@@ -161,31 +148,22 @@ def test_sliding_work_is_split_by_the_contacts_and_each_kind_has_its_own_frictio
     assert row["split"] == wear.CONTACTS and row["relative_error"] == pytest.approx(0.05)
     assert (row["sliding_ball_ball_W"], row["sliding_ball_wall_W"]) == pytest.approx((0.5, 1.0))
     assert (row["load_ball_ball_N_m_s"], row["load_ball_wall_N_m_s"]) == pytest.approx((2.0, 2.0))
-
-
-def test_a_run_without_its_contacts_is_split_by_the_shares(tmp_path):
-    row = wear.sliding_of_run(*write_run(tmp_path, histogram=True))
-    assert row["split"] == wear.SHARES
+    # A run without its contacts is split by the shares.
+    row = wear.sliding_of_run(*write_run(tmp_path / "histogram", histogram=True))
     assert (row["sliding_ball_ball_W"], row["sliding_ball_wall_W"]) == pytest.approx((0.6, 0.9))
-
-
-def test_a_summary_of_another_run_is_refused(tmp_path):
     with pytest.raises(ConfigError, match=r"run.h5: sliding work of all contacts 0.75 J, of the ledger 0.8 J"):
-        wear.sliding_of_run(*write_run(tmp_path, total=0.8))
+        wear.sliding_of_run(*write_run(tmp_path / "other", total=0.8))
 
 
 def test_the_command_predicts_a_run_and_names_what_is_wrong(tmp_path, materials, capsys):
     write_run(tmp_path / "run")
     coefficient = tmp_path / "wear_coefficient.json"
-    common = [str(tmp_path / "run"), "--bpr", "30", "--hours", "10", "--materials", str(MATERIALS)]
+    common = ["wear", str(tmp_path / "run"), "--bpr", "30", "--hours", "10", "--materials", str(MATERIALS)]
     common += ["--coefficient", str(coefficient)]
-    assert millprint(["wear", *common]) == 1
-    assert "no such file; `snakemake --cores 2 dose` fits" in capsys.readouterr().err
+    assert millprint(common) == 1 and "no such file" in capsys.readouterr().err
     _, result = wet_lab.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
     write_json(result, coefficient)
-    millprint(["wear", *common, "--material", STEEL, "--out", str(tmp_path / "out.tsv")])
-    assert "stainless_steel" in capsys.readouterr().out
+    millprint([*common, "--material", STEEL, "--out", str(tmp_path / "out.tsv")])
     row = pd.read_csv(tmp_path / "out.tsv", sep="\t").iloc[0]
     assert row["wear_g"] == pytest.approx(1e3 * 7700 * TRUE * 6.0 * 36000 / (550 * 9.80665e6), rel=1e-6)
-    assert millprint(["wear", *common, "--material", "chocolate"]) == 1
-    assert "--material chocolate: not in" in capsys.readouterr().err
+    assert millprint([*common, "--material", "chocolate"]) == 1 and "chocolate" in capsys.readouterr().err

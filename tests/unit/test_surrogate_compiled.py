@@ -8,7 +8,6 @@ largest acceleration by more than a millionth, and no step in single precision c
 
 from copy import deepcopy
 from dataclasses import replace
-from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -129,7 +128,7 @@ def test_the_thesis_size_is_nearer_to_double_precision_than_torch(world):
     assert apart["kernel"] < apart["torch"], apart
 
 
-@pytest.mark.parametrize(("rounds", "layers", "width"), [*product((1, 2, 3), (2, 4), (16,)), (1, 3, 18), (2, 5, 6)])
+@pytest.mark.parametrize(("rounds", "layers", "width"), [(1, 4, 16), (2, 2, 16), (3, 4, 16), (1, 3, 18), (2, 5, 6)])
 @pytest.mark.slow
 def test_every_depth_and_width_equals_torch(world, rounds, layers, width):
     compiled, torch_ = both(world, network(world, rounds, layers, width)[0])
