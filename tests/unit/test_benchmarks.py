@@ -1,4 +1,4 @@
-"""The benchmark: input of LAMMPS from the configuration, and its log."""
+"""The benchmark: input of LAMMPS from the configuration, its log, and the tables of both codes."""
 
 import itertools
 import math
@@ -9,18 +9,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
 
 from benchmarks import drums, physics
-from benchmarks.cases import (
-    Setup,
-    box_jar,
-    count_steps,
-    cylinder_jar,
-    make_setup,
-    settle,
-    start_from,
-    time_millprint,
-)
+from benchmarks.cases import Setup, box_jar, count_steps, cylinder_jar, make_setup, settle, start_from, time_millprint
+from benchmarks.compare import spread, summarise
 from benchmarks.config import BenchConfig
 from benchmarks.lammps import MEANS, data_text, input_text, timing
 from millprint.config.contact_set import ContactConfig
@@ -31,6 +24,7 @@ from millprint.dem.lammps.output import read_log
 from millprint.dem.simulation import Simulation
 
 ROOT = Path(__file__).parents[2]
+
 LOG = (ROOT / "tests/data/lammps.log").read_text()
 
 
@@ -209,3 +203,33 @@ def test_the_drum_of_lammps_turns_with_all_its_lifters(config):
     assert words(text, "fix shell all wall/gran/region granular")[8] == "0.39"
     settle, discard, window = drums.steps_of(simulation, config.drums[0])
     assert window * simulation.step == pytest.approx(2 * 60 / 40.81) and discard % drums.ROW == settle % drums.ROW == 0
+
+
+def repetitions() -> pd.DataFrame:
+    def rows(case, code, times):
+        own = {"ns_per_ball_step": times, "processor_ns_per_ball_step": np.array(times) / 2, "repetition": range(3)}
+        # Half a core: something else ran.
+        return pd.DataFrame({"case": case, "balls": 24, "code": code, "wall": "w", **own})
+
+    cylinder = [rows("cylinder", "millprint", [40, 50, 45]), rows("cylinder", "LAMMPS", [900, 200, 360])]
+    return pd.concat([rows("emax", "millprint", [10, 90, 20]), *cylinder])
+
+
+def test_ratio_is_theirs_over_ours_on_the_same_case():
+    table = summarise(repetitions())
+    assert list(table["ns_per_ball_step"]) == [20, 45, 360]
+    # Of each repetition: 900 / 40, 200 / 50, 360 / 45. Three are too few for an interval.
+    assert list(table["ratio_to_us"]) == [1, 1, pytest.approx(11.5)] and table["ratio_95"].isna().all()
+    assert table["steps_per_s"].to_numpy() == pytest.approx(1e9 / (24 * np.array([20, 45, 360])))
+    assert list(spread(repetitions())["processor_ns"]) == [10, 22.5, 180]
+    more = pd.concat([repetitions(), repetitions().assign(repetition=lambda rows: rows["repetition"] + 3)])
+    half = 2.5706 * np.std([22.5, 4, 8] * 2, ddof=1) / 6**0.5
+    assert summarise(more)["ratio_95"].iloc[-1] == pytest.approx(half, 1e-4)
+
+
+def test_the_interval_of_a_difference_is_welchs():
+    """Against scipy's own test of samples with unequal spreads."""
+    a, b = [1.0, 2.0, 3.0, 4.5, 2.5], [5.0, 9.0, 6.0, 20.0, 7.0]
+    own = physics.half_width([np.std(x, ddof=1) / math.sqrt(5) for x in (a, b)], 5)
+    interval = stats.ttest_ind(b, a, equal_var=False).confidence_interval(0.95)
+    assert own == pytest.approx((interval.high - interval.low) / 2)

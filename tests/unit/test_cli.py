@@ -50,10 +50,7 @@ def ran(monkeypatch) -> list[list[str]]:
         (["new", "drum", "--set", "volume_ml=900"], ["volume_ml = 900", "235.6 mL"]),
         (["new", "drum", "--yes", "--contact", "stel"], ["--contact stel", "did you mean steel"]),
         (["new", "drum", "--yes", "--name", "emax"], ["--name emax", "included mill"]),
-        (
-            ["match", "emax_post", "--like", "emax", "800", "10", "0.1"],
-            ["emax_post: this mill was not run"],
-        ),
+        (["match", "emax_post", "--like", "emax", "800", "10", "0.1"], ["emax_post: this mill was not run"]),
     ],
 )
 def test_what_is_wrong_is_one_line(tmp_path, monkeypatch, capsys, ran, words, parts):

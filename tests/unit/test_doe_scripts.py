@@ -3,7 +3,6 @@
 import shutil
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 import pytest
 
@@ -13,7 +12,6 @@ from millprint.config.doe import DoeConfig
 from millprint.run.files import read_table, write_table
 from millprint.thesis.claims.tabulate import collect_findings
 from millprint.thesis.claims.tolerances import verdict
-from millprint.thesis.doe.factorial_designs import design_table
 from millprint.thesis.doe.written import analysis_paths, design_paths, write_analysis, write_design
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING, settings
@@ -86,45 +84,6 @@ def test_no_erratum_outlives_a_changed_input(thesis, tmp_path, wear_g, used_g, e
     shutil.copytree(thesis, tmp_path / "results")
     run_wet_lab(tmp_path / "results", settings(), tmp_path / "wear.tsv")
     assert verdicts(tmp_path / "results")["2.wear.1200.loss"] == expected
-
-
-def test_with_another_yield_in_one_run_the_sums_deviate(thesis, tmp_path, monkeypatch):
-    # No claim reads a figure.
-    monkeypatch.setattr(analyse_variance, "save", lambda *arguments: None)
-    frame = pd.read_csv(SCREENING, sep="\t", comment="#", dtype=str)
-    frame.loc[10, "yield_percent"] = "60"
-    frame.to_csv(tmp_path / "runs.tsv", sep="\t", index=False)
-    run_chapter(tmp_path, tmp_path / "runs.tsv", settings())
-    run_wet_lab(tmp_path, settings())
-    found = verdicts(tmp_path)
-    assert found["2.anova.A.ss"] == "deviates"
-    assert found["2.anova.AB.p"] == "deviates"
-    # Its degrees of freedom rest on the printed p, which is not that of these yields.
-    assert found["2.anova.AB.df"] == "deviates"
-    assert found["2.screening_runs"] == "reproduced"
-
-
-def test_another_design_of_two_levels_runs_through_the_same_scripts(tmp_path):
-    names = ["speed_rpm", "time_h", "fill", "diameter_mm"]
-    config = settings(
-        factors=[
-            {"symbol": symbol, "column": name, "label": name, "levels": [1, 2]}
-            for symbol, name in zip("KLMN", names, strict=True)
-        ],
-        generators=["N = K + L + M"],
-        model=["K", "L", "M", "N", "K:L"],
-        interactions=[{"name": "pair", "title": "pair", "panels": [["K", "L"]]}],
-    )
-    design = design_table(config)
-    noise = np.random.default_rng(3).normal(size=8)
-    runs = design[["case", *names]].assign(yield_percent=40 + 20 * design["L"] + noise)
-    runs.to_csv(tmp_path / "runs.tsv", sep="\t", index=False)
-    assert run_chapter(tmp_path, tmp_path / "runs.tsv", config) == []
-    table = read_table(tmp_path / "doe/anova_printed.tsv", text=["source", "term"]).set_index("term")
-    assert table["F"].idxmax() == "L"
-    assert table.loc["K:L", "source"] == "KL, MN"
-    assert table.loc["L", "sum_of_squares"] == pytest.approx(table.loc["LL", "sum_of_squares"])
-    assert not any("inf" in path.read_text().split() for path in (tmp_path / "doe").glob("*.tsv"))
 
 
 def test_the_share_of_time_is_an_erratum_only_beside_the_printed_sums(thesis, tmp_path):

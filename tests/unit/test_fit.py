@@ -27,7 +27,7 @@ from millprint.thesis.fit.jar_search import (
     volume_ml,
 )
 from millprint.thesis.fit.published import computed_values, misfit, published_values, with_roles
-from tests.conftest import PRINTED, configuration
+from tests.conftest import configuration
 from tests.unit.synthetic_mill import summary, true_curves
 
 ROOT = Path(__file__).parents[2]
@@ -54,14 +54,6 @@ def test_mills_on_other_motions_have_the_fitted_jar():
     for name in ("emax_motion1", "emax_motion2", "emax_post", "emax_rest"):
         other = load_named(ROOT / "config/mills", name, MillConfig, "mill")
         assert other.geometry.model_copy(update={"post": None}) == EMAX.geometry
-
-
-def test_published_values_are_those_of_the_thesis():
-    value = VALUES.set_index("name")["published"]
-    assert len(VALUES) == 9 + 16
-    assert value["Pn_f0.06"] == float(PRINTED["3.curve.0.06.Pn"])
-    assert value["normal_d10_n600"] == pytest.approx(float(PRINTED["3.cycle.10mm.600.n"]), abs=5e-4)
-    assert value["tangential_d5_n1200"] == pytest.approx(float(PRINTED["3.cycle.5mm.1200.t"]), abs=5e-4)
 
 
 def test_at_most_half_of_each_kind_is_fitted():

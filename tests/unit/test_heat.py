@@ -15,7 +15,6 @@ from millprint.config.errors import ConfigError
 from millprint.dose import flash
 from millprint.dose.heat_sources import HeatSource, read_sources, split_of_summary
 from millprint.dose.heat_table import (
-    RESTING,
     RUNNING,
     balance_of,
     band,
@@ -103,12 +102,6 @@ def test_samples_fill_every_range_evenly_and_are_the_same_again():
         assert sorted(np.floor(share * 16)) == list(range(16)), name
 
 
-def test_water_cools_in_a_pause_as_it_does_while_the_mill_runs():
-    emax, spex = sample(SETTINGS, "emax"), sample(SETTINGS, "spex")
-    assert (emax[RESTING] == emax[RUNNING]).all()
-    assert (spex[RESTING] < spex[RUNNING]).all()
-
-
 def test_all_heat_goes_somewhere_and_nothing_else_does():
     drawn = sample(SETTINGS, "emax")
     heat = heat_by_body(SOURCE, drawn)
@@ -192,12 +185,6 @@ def test_a_fast_slider_is_as_warm_as_a_half_space_heated_while_it_passes():
     sliding = flash.sliding_circle_K(np.array([1e6]), np.array([radius]), np.array([speed]), 30.0, diffusivity)
     passing = flash.half_space_K(np.array([1e6]), np.array([2 * radius / speed]), 30.0, diffusivity)
     assert sliding[0] == pytest.approx(passing[0], rel=1e-3)
-
-
-def test_a_short_contact_is_colder_than_a_lasting_one_of_the_same_power():
-    short = flash.flash_K(impacts_of(0.0, 1e-6, 1e-6), np.array([1e-6]), FlashSection(), 30.0)
-    long = flash.flash_K(impacts_of(0.0, 1.0, 1.0), np.array([1.0]), FlashSection(), 30.0)
-    assert short[0] < 0.5 * long[0]
 
 
 def test_a_contact_is_hertzian_until_it_yields():

@@ -1,27 +1,16 @@
 """Tables as pages, the summary of the claims, and the table of runtimes."""
 
 import re
-from types import SimpleNamespace
 
 import pandas as pd
 import pytest
-from docutils.core import publish_parts
-from jinja2 import Environment
 
 from millprint.run.files import write_table
 from millprint.run.html_pages import embed_json
 from millprint.run.machine import commit, provenance
 from millprint.thesis.claims.evidence import Finding, source_in
 from millprint.thesis.claims.tabulate import INTERVAL_PARTS, read_claims, tabulate_claims
-from millprint.thesis.report.claims_page import (
-    claims_page,
-    front_text,
-    largest_deviations,
-    sum_stages,
-    summary_page,
-    tabulate_runtimes,
-    what_falls,
-)
+from millprint.thesis.report.claims_page import claims_page, largest_deviations, sum_stages, tabulate_runtimes
 from millprint.thesis.report.table_pages import Section, tables_page
 from tests.browser import DESKTOP, PHONE, needs_browser
 from tests.conftest import ROOT
@@ -84,53 +73,6 @@ def test_deviations_are_ranked_by_size_with_words_first():
     table = claims(("a", "12", "deviates"), ("b", "-40", "deviates"), ("c", "", "deviates"), ("d", "90", "reproduced"))
     assert largest_deviations(table)["id"].tolist() == ["c", "b", "a"]
     assert largest_deviations(table, 1)["id"].tolist() == ["c"]
-
-
-def test_the_summary_shows_the_counts(tmp_path):
-    table = claims(("2.a", "0", "reproduced"), ("2.b", "50", "deviates"), ("A.c", "", "not run"))
-    errata = pd.DataFrame(
-        [["chapter 2", "Table 2.5", "6", "Table 2.3", "4", "the rank is 4.", "doe/audit.tsv"]],
-        columns=["chapter", "locus", "printed", "against", "computed", "calculation", "source"],
-    )
-    rows = [("Speed decides.", "does not stand", 1, "2.b"), ("Time decides.", "stands in part", 2, "2.b, 2.c")]
-    conclusions = pd.DataFrame(rows, columns=["conclusion", "stands", "claims", "against"]).assign(chapter="chapter 2")
-    stored = pd.DataFrame({"run": ["test"], "id": ["2.b"], "verdict": ["deviates"], "processor": ["znver4"]})
-    told = what_falls(table, conclusions, stored, "test")
-    assert told == [
-        "Chapter 2: Speed decides. Nothing of it is reproduced anywhere: q: 2 for 1 (2.b).",
-        "Chapter 2: Time decides. Of its 2 claims, these are reproduced nowhere: q: 2 for 1 (2.b).",
-    ]
-    text = summary_page("test", table, conclusions, errata, tmp_path, told)
-    # The conclusions are the first thing on the page, and what falls is said in prose.
-    assert text.index("Speed decides.") < text.index("q: 2 for 1 (2.b)") < text.index("What the claims are")
-    assert "3 claims, 0 of them derived from two printed numbers: 3 simulated" in text
-    assert 'aria-label="chapter 2: 1 reproduced, 1 deviates"' in text
-    assert 'aria-label="appendix A: 1 not run"' in text
-    assert "the rank is 4 (doe/audit.tsv)." in text and "1 contradictions inside" in text
-    without = summary_page("test", table.iloc[:1], conclusions, errata.iloc[:0], tmp_path, [])
-    assert "Errata" not in without and "Largest deviations" not in without
-
-
-def test_the_first_page_of_the_report_says_which_conclusions_stand(tmp_path):
-    """As Snakemake renders it, and without the claims of a run that has none."""
-    rows = [("chapter 2", "Speed |decides|.", "does not stand"), ("chapter 2", "Time does.", "stands")]
-    rows += [("appendix A", "All is needed.", "not run")]
-    conclusions = pd.DataFrame(rows, columns=["chapter", "conclusion", "stands"])
-    (tmp_path / "report").mkdir()
-    (tmp_path / "report/conclusions.rst").write_text(front_text(conclusions, ["Chapter 2: not so: 5_x is 2 for 1_."]))
-    text = (ROOT / "workflow/report/workflow.rst").read_text()
-    config = SimpleNamespace(config={"name": "test", "mill": "emax", "results": str(tmp_path)})
-
-    def page(*categories: str) -> str:
-        named = [SimpleNamespace(name=name) for name in categories]
-        template = Environment(trim_blocks=True, lstrip_blocks=True).from_string(text)
-        return publish_parts(template.render(snakemake=config, categories=named, files={}), writer="html")["body"]
-
-    shown = re.sub("<.*?>", "", page("Claims", "Explorer"))
-    assert "Chapter 2: 1 of 2 conclusions stand." in shown and "Appendix A: not run." in shown
-    assert "Stands: Time does." in shown and "Does not stand: Speed |decides|." in shown
-    assert "5_x is 2 for 1_." in shown and "problem" not in shown.lower()
-    assert "conclusions stand" not in re.sub("<.*?>", "", page("Explorer"))
 
 
 def test_a_claim_links_to_its_source_and_text_stays_text(tmp_path):

@@ -27,30 +27,21 @@ pytestmark = pytest.mark.usefixtures("close_figures")
 def test_a_sheet_states_what_a_condition_was_given_and_the_intervals_of_its_own_sweep():
     table = tabulate_mill_collapse(descriptors(), 0.95)
 
-    def said(fitted: Fingerprint, own: pd.DataFrame) -> pd.DataFrame:
+    def said(own: pd.DataFrame) -> pd.DataFrame:
+        fitted = Fingerprint.fit(own, 65e-6, 0.95)
         sheet = tabulate_sheet(mill("spex"), fitted, table, find_zones(fingerprint()), own)
         return sheet[sheet["section"] == "precision"].set_index("quantity")
 
-    plain, scattered = descriptors(), descriptors().assign(window_s=0.4)
-    rng = np.random.default_rng(0)
+    scattered, random = descriptors().assign(window_s=0.4), np.random.default_rng(0)
     for name in CURVES:
-        scattered[name] *= np.exp(0.1 * rng.normal(size=len(scattered)))
-    wide = Fingerprint.fit(scattered, 65e-6, 0.95)
-    exact, rough = said(Fingerprint.fit(plain, 65e-6, 0.95), plain), said(wide, scattered)
+        scattered[name] *= np.exp(0.1 * random.normal(size=len(scattered)))
+    exact, rough = said(descriptors()), said(scattered)
     assert tuple(rough.loc["recorded time of a simulation", ["lower", "upper"]]) == (0.4, 0.4)
-    assert (exact.loc["simulations of a condition", ["lower", "upper"]] == 1).all()
     # A scatter of 10 % is in the interval, where a sweep without scatter has a narrow one.
-    for title in ("normal power", "tangential power", "collisions"):
-        for place in WHERE:
-            assert rough.at[f"{title}, {place}", "value"] > 10
-            assert rough.at[f"{title}, {place}", "value"] > 2 * exact.at[f"{title}, {place}", "value"]
-    assert "millprint fingerprint spex --config 'mills={precision" in rough.at["for more", "text"]
-    # The condition of the sheet is one of those that were simulated.
-    condition, _ = sheet_condition(wide, scattered)
-    (row,) = wide.scaled(condition).to_dict("records")
-    half = 100 * (np.sqrt(row["P_upper"] / row["P_lower"]) - 1)
-    told = rough.loc["power, where simulated"]
-    assert told["lower"] - 1e-6 <= half <= told["upper"] + 1e-6
+    for title in (
+        f"{title}, {place}" for title in ("normal power", "tangential power", "collisions") for place in WHERE
+    ):
+        assert rough.at[title, "value"] > max(10, 2 * exact.at[title, "value"])
 
 
 def test_a_condition_of_few_turns_has_no_number_without_that_word():
@@ -79,12 +70,9 @@ def test_a_sheet_tells_intervals_apart_and_is_else_as_before(analysed):
     described = sheet[sheet["section"] == "descriptors"]
     condition, _ = sheet_condition(analysed, descriptors())
     factor = analysed.further["contact"].at(np.array([condition.fill_ratio]))["En_star"]
-    lower, upper = described[by_columns("contact")].iloc[0]
-    assert (lower, upper) == pytest.approx(tuple(described["value"].iloc[0] * factor[:, 0]), rel=1e-12)
+    ends = described[by_columns("contact")].iloc[0]
+    assert tuple(ends) == pytest.approx(tuple(described["value"].iloc[0] * factor[:, 0]), rel=1e-12)
     assert described[by_columns("shape")].isna().all(axis=None)
-    said = sheet[sheet["section"] == "intervals"].set_index("quantity")["text"]
-    assert list(said.index) == ["a new simulation", "the mean", "contact parameters", "shape of the jar"]
-    assert said["shape of the jar"] == "not analysed" and "frictions" in said["contact parameters"]
 
 
 def test_the_page_in_the_readme_is_of_the_present_code():

@@ -1,10 +1,4 @@
-"""The compiled roll-out of the graph network against its steps in torch, and a step against double precision.
-
-Torch takes its steps in single precision, and so does the kernel. Each differs from the exact result of its weights,
-so that the two can differ by twice that. A step is compared with the same network in double precision. A few
-networks of random weights end in a small difference of large numbers: rounding only their weights moves the
-largest acceleration by more than a millionth, and no step in single precision can be nearer than that.
-"""
+"""The compiled roll-out of the graph network against its steps in torch, and a step against double precision."""
 
 from copy import deepcopy
 from dataclasses import replace
@@ -16,19 +10,25 @@ import torch
 import yaml
 
 from millprint.config.surrogate import NetworkConfig
-from millprint.thesis.surrogate.compiled import STEPPED_BY, CompiledSurrogate, open_graph_surrogate
+from millprint.run.kernel import array_maker
+from millprint.thesis.surrogate.compiled import STEPPED_BY, CompiledSurrogate, open_graph_surrogate, packed
 from millprint.thesis.surrogate.dataset import Graphs, featurise, threshold_edges
 from millprint.thesis.surrogate.graph_surrogate import GraphSurrogate
 from millprint.thesis.surrogate.kernels import PIECE
 from millprint.thesis.surrogate.network import NormalisedNetwork, feature_statistics, weights_content, write_tensors
+from millprint.thesis.surrogate.products import PANEL, WORD, add_product
 from millprint.thesis.surrogate.rollout import Setting
 from millprint.thesis.surrogate.scene import read_scene
 from tests.unit.surrogate_samples import CONTACTS, circle, simulate, small_recipe, sphere_scene, write_run
 
 ROOT = Path(__file__).parents[2]
+
 CPU = torch.device("cpu")
+
 BALLS, WINDOW, SNAP_BACK_M = 8, 3, -0.0049
+
 STARTS = [0.004, 0.012, 0.018]
+
 # All balls of a graph joined: more edges in a batch than one piece holds.
 CROWD = CONTACTS.model_copy(update={"ball_threshold_m": 0.06, "wall_threshold_m": -0.02})
 
@@ -195,3 +195,35 @@ def test_a_processor_takes_compiled_steps(world, tmp_path):
     np.testing.assert_allclose(
         surrogate.begin([0.004])(4, 2).position_m, compiled.begin([0.004])(4, 2).position_m, atol=1e-6
     )
+
+
+@array_maker()
+def product(out, weight, x, rows):
+    """`add_product`, which only kernels may call."""
+    add_product(out, weight, x, rows)
+
+
+@pytest.mark.parametrize("rows", [1, 7, 64])
+@pytest.mark.parametrize(("inputs", "outputs"), [(1, 1), (3, 16), (49, PANEL), (256, 256), (70, 100)])
+@pytest.mark.parametrize("zeros", [0.0, 0.6, 1.0])
+def test_a_product_equals_numpy(rows, inputs, outputs, zeros):
+    random = np.random.default_rng(rows + inputs)
+    width = outputs + -outputs % PANEL
+    # Inputs stand in rows that are wider than what the layer takes, and in more rows than count.
+    x = random.normal(size=(rows + 2, inputs + 5)).astype(np.float32)
+    x[random.random(x.shape) < zeros] = 0.0
+    weight, start = random.normal(size=(inputs, outputs)), random.normal(size=(rows + 2, width)).astype(np.float32)
+    out = start.copy()
+    product(out, packed("weight", weight), x, rows)
+    expected = start[:rows, :outputs] + x[:rows, :inputs].astype(float) @ weight.astype(np.float32).astype(float)
+    scale = np.abs(x[:rows, :inputs]) @ np.abs(weight)
+    assert (np.abs(out[:rows, :outputs] - expected) < 3e-7 * (scale + np.abs(expected))).all()
+    np.testing.assert_array_equal(out[:rows, outputs:], start[:rows, outputs:])
+    np.testing.assert_array_equal(out[rows:], start[rows:])
+
+
+def test_what_is_not_a_number_reaches_its_row_and_no_other():
+    x, out = np.zeros((3, WORD), dtype=np.float32), np.zeros((3, PANEL), dtype=np.float32)
+    x[1, 5] = np.nan
+    product(out, packed("weight", np.ones((WORD, PANEL))), x, 3)
+    assert np.isnan(out[1]).all() and not out[[0, 2]].any()

@@ -1,4 +1,4 @@
-"""Measures of a roll-out: closed forms, and roll-outs that are known to be right or wrong."""
+"""Measures of a roll-out: closed forms, roll-outs that are known to be right or wrong, and their figures."""
 
 from dataclasses import replace
 
@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from millprint.config.errors import ConfigError
+from millprint.thesis.figures.chapter6_figures import plot_ablations, plot_dissipation, plot_error_growth, plot_loss
 from millprint.thesis.surrogate import measures
 from millprint.thesis.surrogate.measure_tables import (
     AT_LEAST,
@@ -17,7 +18,7 @@ from millprint.thesis.surrogate.measure_tables import (
     tabulate,
 )
 from millprint.thesis.surrogate.rollout import RollOut, blurred, riding, simulated, simulated_rollout, slowed
-from millprint.thesis.surrogate.rollout_evaluation import distribution_table, error_table, evaluate, evaluate_at_rest
+from millprint.thesis.surrogate.rollout_evaluation import evaluate, evaluate_at_rest
 from millprint.thesis.surrogate.scene import Trajectory, mean_power_W
 from tests.conftest import PRINTED
 from tests.unit.surrogate_samples import (
@@ -33,8 +34,11 @@ from tests.unit.surrogate_samples import (
 )
 
 SCENE = sphere_scene()
+
 START, LENGTH, FRAME = 0.02, 0.2, 1e-3
+
 TRUTH, SEED = simulate(2300), simulate(2300, seed=1)
+
 RUNS = {"dem": TRUTH, "other_seed": SEED}
 
 
@@ -192,13 +196,6 @@ def test_frames_that_the_simulation_lacks_are_refused():
         simulated(coarse, SCENE, np.arange(10) * FRAME, np.array([0.03]))
 
 
-def test_roll_out_and_simulation_stand_in_the_same_place():
-    rollout = known()
-    recorded, placed = simulated(TRUTH, SCENE, rollout.time_s, rollout.start_s), rollout.in_scene(SCENE)
-    np.testing.assert_allclose(placed.known("wall_distance_m"), recorded.known("wall_distance_m"), atol=1e-12)
-    np.testing.assert_allclose(placed.cumulative_J, recorded.cumulative_J, rtol=1e-12)
-
-
 def at_rest(lift_m: float, dissipated_J: float) -> RollOut:
     """Balls of which one rises and sinks again, in a jar that stands still."""
     time_s = np.arange(201) * FRAME
@@ -228,16 +225,6 @@ def test_energy_from_nothing_is_a_share_of_the_driven_case():
     taken.dissipated_J[1::2], taken.dissipated_J[2::2] = 1e-4, -1e-4
     share = evaluate_at_rest(taken, runs, scene).values["rest_dissipation_share_percent"]
     assert share == pytest.approx(100 * 200 * 1e-4 / (0.2 * driven_W))
-
-
-def test_densities_integrate_to_one_and_errors_have_a_twin():
-    found = evaluate(known(), RUNS | {"twin": TRUTH}, SCENE)
-    table = distribution_table(found.rollouts, RADIUS, "trained")
-    for _, part in table.groupby("quantity"):
-        area = part["dem"] * (part["high"] - part["low"])
-        assert area.sum() == pytest.approx(1, abs=0.02)
-    errors = error_table(found.rollouts, "trained")
-    assert errors["twin_m2"].max() == 0 and errors["other_seed_m2"].min() > 0
 
 
 def ablations(parts: dict[str, tuple], again: dict[str, list[tuple]] | None = None) -> pd.DataFrame:
@@ -289,3 +276,29 @@ def test_an_ablation_within_the_scatter_of_the_baseline_says_nothing():
     for other, word in ((61.0, "nothing"), (6.0, "something")):
         table = ablations({"baseline": (1, 5.0, 0.7), "window3": (1, 60.0, 0.9)}, {"baseline": [(1, other, 0.8)]})
         assert table["says"]["window3"] == word
+
+
+pytestmark = pytest.mark.usefixtures("close_figures")
+
+
+def test_every_term_of_a_loss_is_drawn_even_if_there_are_more_than_colours():
+    terms = {f"{part}_term{number}": [1.0, 0.5] for number in range(9) for part in ("training", "validation")}
+    history = pd.DataFrame({"epoch": [1, 2], "training_total": [1.0, 0.5], "validation_total": [1.1, 0.6]} | terms)
+    assert len(plot_loss(history).axes[1].lines) == 2 * 9
+
+
+def test_roll_outs_that_run_away_leave_the_picture():
+    time_s = np.array([0.0, 0.1, 0.2])
+    errors = pd.DataFrame({"test": "motion1", "time_s": time_s, "surrogate_m2": [0, 1e-3, 1e40]})
+    errors = errors.assign(other_seed_m2=7e-4, centroid_m2=4e-4)
+    assert plot_error_growth(errors).axes[0].get_ylim()[1] < 1
+    curves = pd.DataFrame({"test": "motion1", "time_s": time_s, "surrogate_J": [0, 1, 1e30], "dem_J": [0, 1, 2.0]})
+    metrics = pd.DataFrame({"test": ["motion1"], "measure": ["dissipation_error_percent"], "value": [5.0]})
+    metrics = metrics.assign(thesis=np.nan, length_s=0.2)
+    panel = plot_dissipation(curves.assign(other_seed_J=[0, 1, 2.1]), metrics).axes[0]
+    assert panel.get_ylim() == (0, pytest.approx(3.6))
+    ablations = pd.DataFrame({"variant": ["baseline", "window9"], "stable": [1, 0], "thesis_percent": [2.78, np.nan]})
+    ablations = ablations.assign(dissipation_error_percent=[4.0, np.inf], position_mse_plateau_m2=[3e-4, 1e41])
+    first, second = plot_ablations(ablations.assign(rollout_s=1.0)).axes
+    assert [text.get_text() for text in first.texts] == ["not finite"]
+    assert second.get_xlim()[1] == pytest.approx(0.1)

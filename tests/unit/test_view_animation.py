@@ -1,4 +1,4 @@
-"""Frames of an animation: visible parts, their order, and the written file."""
+"""Frames of an animation: visible parts, their order, the written file; and two runs side by side."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -10,14 +10,20 @@ import pytest
 from PIL import Image
 
 from millprint.cli.commands import main as millprint
+from millprint.config.errors import ConfigError
 from millprint.config.view import ViewConfig
 from millprint.figures.animation import SPEEDS, Animation, save_animation
+from millprint.thesis.figures.chapter6_figures import plot_motion
+from millprint.thesis.surrogate.side_by_side import movie_side_by_side
 from millprint.view.frames import Movie, read_movie
 from tests.unit.run_samples import OUTLINE, RADII, turn, write_sample
 
 ROOT = Path(__file__).parents[2]
+
 pytestmark = pytest.mark.usefixtures("close_figures")
+
 SETTINGS = ViewConfig(revolutions=1, frames_per_revolution=25)
+
 FEW = ViewConfig(revolutions=0.32, frames_per_revolution=25)
 
 
@@ -117,15 +123,6 @@ def test_a_ball_has_its_size_and_the_colour_of_its_speed(run):
             assert np.ptp(outside) < 0.02, "must be grey wall or paper"
 
 
-def test_both_panels_have_one_scale(run):
-    animation = Animation(read_movie(run, SETTINGS))
-    scales = []
-    for axes in animation.figure.axes[:2]:
-        (x0, y0), (x1, y1) = axes.transData.transform([(0, 0), (10, 10)])
-        scales += [x1 - x0, y1 - y0]
-    assert scales == pytest.approx([scales[0]] * 4, rel=1e-3)
-
-
 def test_nothing_of_a_frame_remains_in_the_next(run):
     movie = movie_of_one_ball(run, 1.3, (17.0, 12.0))
     other = movie_of_one_ball(run, 0.2, (-5.0, 20.0)).frames[0]
@@ -166,3 +163,40 @@ def test_the_command_line(run, capsys):
     with pytest.raises(SystemExit):
         millprint([*command, "--frames-per-revolution", "0"])
     assert "--frames-per-revolution: '0': must be greater than or equal to 1" in capsys.readouterr().err
+
+
+def recorded(run: Path) -> dict[str, np.ndarray]:
+    with h5py.File(run) as file:
+        return {name: file[f"snapshots/{name}"][:] for name in ("time_s", "position_m", "velocity_m_s")}
+
+
+def test_simulation_on_the_left_and_prediction_on_the_right_at_the_same_moments(run):
+    truth = recorded(run)
+    rows = slice(10, 31)
+    predicted = truth["position_m"][rows] + [0.001, 0, 0]
+    movie = movie_side_by_side(run, truth["time_s"][rows], predicted, truth["velocity_m_s"][rows], 5, 20)
+    assert len(movie.frames) == 5 and movie.columns == 2
+    assert [panel.title.split(",")[0] for panel in movie.panels] == ["DEM", "surrogate"] * 2
+    assert [frame.time_s for frame in movie.frames] == pytest.approx(truth["time_s"][rows][::5])
+    for frame in movie.frames:
+        left, right = frame.pictures[:2]
+        np.testing.assert_allclose(right.centre_mm - left.centre_mm, np.tile([1.0, 0.0], (len(left.centre_mm), 1)))
+        np.testing.assert_allclose(right.speed_m_s, left.speed_m_s, rtol=1e-6)
+    above = truth["position_m"][15][np.argsort(truth["position_m"][15][:, 2])]
+    np.testing.assert_allclose(movie.frames[1].pictures[0].centre_mm, 1e3 * above[:, :2])
+
+
+def test_balls_that_ran_away_are_drawn_outside(run):
+    truth = recorded(run)
+    position = truth["position_m"][:4].copy()
+    position[2:], position[1, 0] = np.nan, 1e30
+    movie = movie_side_by_side(run, truth["time_s"][:4], position, truth["velocity_m_s"][:4], 1, 10)
+    assert (movie.frames[3].pictures[1].centre_mm > movie.panels[1].limits_mm[1]).all()
+    assert np.isfinite(movie.speed_max_m_s)
+    assert len(plot_motion(movie, [0, 3]).axes) == 9  # four panels at two moments, and the colour bar
+
+
+def test_moments_that_were_not_recorded_are_refused(run):
+    truth = recorded(run)
+    with pytest.raises(ConfigError, match="no snapshots at the frames of the roll-out"):
+        movie_side_by_side(run, truth["time_s"][:4] + 1e-3, truth["position_m"][:4], truth["velocity_m_s"][:4], 1, 10)

@@ -1,21 +1,75 @@
-"""The models: printed rows, identities, and stored files."""
+"""The split, the regressors: printed rows, identities, stored files; and predictions of new conditions."""
 
 import numpy as np
 import pytest
 from sklearn.ensemble import RandomForestRegressor
+from sklearn.model_selection import train_test_split
 from xgboost import XGBRegressor
 
+from millprint.cli.commands import main as millprint
+from millprint.config.errors import ConfigError
+from millprint.config.search_spaces import SPACES
+from millprint.config.yields import YieldConfig
+from millprint.run.files import read_json, read_table
 from millprint.thesis.claims.tolerances import agrees
-from millprint.thesis.yields.estimators import BoostingFold, Forest, ForestFold, ProcessFold, Trees, gaussian_process
+from millprint.thesis.yields.averaging import fit_averaged
+from millprint.thesis.yields.estimators import (
+    BoostingFold,
+    Forest,
+    ForestFold,
+    GaussianProcess,
+    ProcessFold,
+    Trees,
+    gaussian_process,
+)
+from millprint.thesis.yields.evaluation import shap_values
 from millprint.thesis.yields.features import FEATURES, Standardisation, engineer
 from millprint.thesis.yields.metrics import METRICS, YieldWeights, metrics
-from millprint.thesis.yields.regressors import REGRESSORS
-from millprint.thesis.yields.run_tables import read_rows
+from millprint.thesis.yields.model_files import load_model, save_averaged, save_model
+from millprint.thesis.yields.new_conditions import predict_conditions
+from millprint.thesis.yields.regressors import REGRESSORS, models_of, regressor
+from millprint.thesis.yields.run_tables import check_yield_tables, read_rows, read_split
 from millprint.thesis.yields.yield_model import Trainer, fit_model, plan_steps
-from tests.conftest import PRINTED
-from tests.unit.yield_settings import parts, settings
+from tests.conftest import PRINTED, ROOT
+from tests.unit.doe_settings import SCREENING
+from tests.unit.doe_settings import settings as doe_settings
+from tests.unit.yield_settings import SPLIT, parts, settings, thesis_yields
+
+
+def test_split_is_the_locked_one():
+    split = read_split(str(SPLIT))
+    known, drawn = train_test_split(np.arange(27), test_size=0.2, random_state=42)
+    assert split["case"].astype(int).tolist() == [*(drawn + 1), *(known + 1)]
+    assert split["role"].tolist() == ["test"] * 6 + ["train"] * 21
+    train, test = parts()
+    assert test["case"].tolist() == ["9", "14", "10", "22", "1", "12"]
+    assert test["yield_percent"].tolist() == [73, 71, 26, 31, 12, 42]
+    assert len(train) == 21 and not set(train["case"]) & set(test["case"])
+
+
+def test_features_are_those_of_the_thesis():
+    rows, _ = parts()
+    features = engineer(rows)
+    assert list(features) == list(FEATURES) and len(FEATURES) == 10
+    np.testing.assert_array_equal(features["molar_ratio_squared"], rows["molar_ratio"] ** 2)
+    np.testing.assert_array_equal(features["bpr_molar_ratio"], rows["bpr"] * rows["molar_ratio"])
+    for name, column in (("time_sigmoid", "time_h"), ("bpr_sigmoid", "bpr")):
+        np.testing.assert_allclose(features[name], 1 / (1 + np.exp(-rows[column].to_numpy(float))), rtol=1e-14)
+
+
+def test_settings_are_checked_against_the_tables():
+    section = thesis_yields()
+    section["training"]["choices"]["linear_features"] = ["bpr", "temperature"]
+    with pytest.raises(ConfigError, match="linear_features = 'temperature': no feature; known: bpr"):
+        check_yield_tables(YieldConfig(**section), str(SCREENING), str(SPLIT), doe_settings(), "config.yaml")
+    section = thesis_yields()
+    section["search"]["folds"] = 22
+    with pytest.raises(ConfigError, match=r"yields\.search\.folds = 22: at most 21"):
+        check_yield_tables(YieldConfig(**section), str(SCREENING), str(SPLIT), doe_settings(), "config.yaml")
+
 
 WEIGH = YieldWeights(70, 2.0)
+
 START = {"constant": 100.0, "length_scale": 2.0, "noise": 0.5}
 
 
@@ -148,3 +202,131 @@ def test_boosting_is_xgboost_bit_for_bit():
         for _ in range(2):
             found = fold.predict({**shape, "random_state": 42, "n_jobs": 1})
             np.testing.assert_array_equal(found, plain.predict(unseen))
+
+
+# Whether SHAP values can be calculated, by regressor.
+EXPLAINED = {name: record.explain is not None for name, record in REGRESSORS.items()}
+
+EVERY_MODEL = models_of(list(REGRESSORS))
+
+
+@pytest.mark.parametrize(("name", "strategy"), EVERY_MODEL)
+@pytest.mark.slow
+def test_a_second_training_and_the_stored_model_predict_the_same(tmp_path, name, strategy):
+    rows, test = parts()
+    (model, results), (again, results_again) = trained(name, strategy), trained(name, strategy)
+    assert [best.parameters for best in results] == [best.parameters for best in results_again]
+    assert np.array_equal(model.predict(test), again.predict(test))
+    config = settings()
+    for number, each in enumerate((model, again)):
+        save_model(each, results, rows, config.training, str(tmp_path / f"{number}.json"))
+    assert (tmp_path / "0.json").read_bytes() == (tmp_path / "1.json").read_bytes()
+    loaded = load_model(str(tmp_path / "0.json"))
+    np.testing.assert_allclose(loaded.predict(test), model.predict(test), rtol=1e-9)
+    np.testing.assert_allclose(loaded.deviation(test), model.deviation(test), rtol=1e-6)
+    assert np.isfinite(model.deviation(test)).all() == (model.distribution is not None)
+    assert (model.distribution is not None) == (regressor(name).deviation is not None)
+    tuned = sum(step["search"]["evaluations"] for step in read_json(tmp_path / "0.json")["steps"] if step["search"])
+    assert tuned == Trainer(config.training, config.search).evaluations(name, strategy)
+
+
+@pytest.mark.parametrize("name", REGRESSORS)
+def test_found_hyperparameters_lie_between_their_bounds(name):
+    _, (best,) = trained(name, "primary")
+    bounds, space = settings().training.spaces.get(name, {}), SPACES.get(name, {})
+    assert set(best.parameters) == set(space) == set(bounds)
+    for key, value in best.parameters.items():
+        low, high = bounds[key]
+        assert low <= value <= high and isinstance(value, int) == (space[key].how == "whole")
+
+
+@pytest.mark.parametrize("name", [name for name in REGRESSORS if EXPLAINED[name]])
+@pytest.mark.slow
+def test_shap_values_add_up_to_the_prediction(name):
+    _, test = parts()
+    model, _ = trained(name, "two_step")
+    table = shap_values(model, test)
+    by_case = table.groupby("case", sort=False)
+    sums = by_case["shap_pp"].sum() + by_case["base_percent"].first()
+    np.testing.assert_allclose(sums.loc[test["case"]], model.predict(test), atol=1e-3)
+    time = table[table["feature"] == "time_h"].set_index("case")
+    np.testing.assert_array_equal(time.loc[test["case"], "feature_value"], test["time_h"])
+
+
+def test_several_starts_reach_the_largest_marginal_likelihood_of_any_of_them():
+    rows, _ = parts()
+    training = settings().training.model_copy(update={"kernel_starts": 8})
+    inputs, target = rows[["bpr", "molar_ratio", "time_h"]].to_numpy(float), rows["yield_percent"].to_numpy(float)
+    inputs = (inputs - inputs.mean(axis=0)) / inputs.std(axis=0)
+    many = gaussian_process({}, 3, training)
+    assert len(many.starts) == training.kernel_starts
+    alone = [GaussianProcess(many.kernel, [start]).fit(inputs, target) for start in many.starts]
+    single = [each.process.log_marginal_likelihood_value_ for each in alone]
+    many.fit(inputs, target)
+    assert many.process.log_marginal_likelihood_value_ == pytest.approx(max(single), rel=1e-9)
+    # The starts matter here: they end at different maxima.
+    assert max(single) - min(single) > 0.5
+    low, high = (np.array([bounds[end] for bounds in training.spaces["gpr"].values()]) for end in (0, 1))
+    for start in np.exp(many.starts):
+        assert (low <= start[[0, 1, -1]]).all() and (start[[0, 1, -1]] <= high).all()
+
+
+CONDITIONS_TABLE = ROOT / "config/data/conditions.tsv"
+
+
+@pytest.fixture(scope="module")
+def models(tmp_path_factory) -> dict[str, str]:
+    """One stored model for each kind of interval."""
+    folder, config = tmp_path_factory.mktemp("models"), settings()
+    rows, _ = parts()
+    yields = rows["yield_percent"].to_numpy(float)
+    paths = {name: str(folder / f"{name}.json") for name in ("mixture", "gaussian", "cv_plus")}
+    averaged = fit_averaged(rows, yields, config.averaging)
+    save_averaged(averaged, rows, config.averaging.margin, paths["mixture"])
+    for name, kind in (("gaussian", ("gpr", "two_step")), ("cv_plus", ("svr", "primary"))):
+        model, results = Trainer(config.training, config.search).train(*kind, rows, yields)
+        save_model(model, results, rows, config.training, paths[name])
+    return paths
+
+
+def arguments(level: float) -> tuple:
+    """The arguments of predict_conditions after model and conditions: limits, training, folds, level."""
+    config = settings()
+    return config.prediction, config.training, config.evaluation.conformal_folds, level
+
+
+@pytest.mark.parametrize("kind", ["mixture", "gaussian", "cv_plus"])
+def test_every_kind_of_model_predicts_with_its_interval(models, kind):
+    rows, _ = parts()
+    table = predict_conditions(models[kind], rows, *arguments(0.8))
+    assert (table["interval"] == kind).all() and (table["warning"] == "").all()
+    assert (table["lower_percent"] <= table["upper_percent"]).all()
+    wider = predict_conditions(models[kind], rows, *arguments(0.95))
+    assert (wider["upper_percent"] - wider["lower_percent"] >= table["upper_percent"] - table["lower_percent"]).all()
+
+
+def test_conditions_outside_the_trained_ranges_are_refused_with_the_reason(models):
+    rows, _ = parts()
+    requested = rows.head(4).reset_index(drop=True)
+    requested.loc[1, "bpr"] = 80.0
+    requested.loc[2, "time_h"] = 20.1  # within one per cent of the trained 15 h
+    # Another fill ratio: both energies are within their ranges, but their share is not.
+    requested.loc[3, ["normal_energy_uJ", "tangential_energy_uJ"]] = [500.0, 600.0]
+    table = predict_conditions(models["mixture"], requested, *arguments(0.95))
+    assert table["predicted_percent"].isna().tolist() == [False, True, False, True]
+    assert "bpr = 80" in table["warning"][1] and "tangential_share = 0.5455" in table["warning"][3]
+    extrapolated = predict_conditions(models["mixture"], requested, *arguments(0.95), extrapolate=True)
+    assert extrapolated["predicted_percent"].notna().all() and extrapolated["warning"].equals(table["warning"])
+
+
+@pytest.mark.slow
+def test_the_command_predicts_the_example(models, tmp_path, capsys, monkeypatch):
+    out = tmp_path / "out.tsv"
+    monkeypatch.chdir(ROOT)
+    assert millprint(["yields", models["mixture"], str(CONDITIONS_TABLE), str(out)]) == 0
+    assert "1 rows are outside the domain" in capsys.readouterr().err
+    table = read_table(out, text=["case", "warning"]).set_index("case")
+    assert (
+        np.isnan(table.loc["low_fill", "predicted_percent"]) and "tangential_share" in table.loc["low_fill", "warning"]
+    )
+    assert table.loc["shorter", "lower_percent"] < table.loc["shorter", "predicted_percent"]
