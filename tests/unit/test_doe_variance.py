@@ -27,7 +27,6 @@ from millprint.thesis.doe.variance import (
     pareto_table,
     printed_table,
     sums_of_squares,
-    truncated,
 )
 from tests.unit.doe_settings import settings, thesis_config, thesis_runs  # noqa: F401 (fixtures)
 
@@ -151,14 +150,6 @@ def test_an_effect_of_the_smallest_size_is_found_as_often_as_the_power_says(conf
     assert found.mean() == pytest.approx(0.8, abs=0.02)
 
 
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [(0.153266, "0.153"), (0.2939, "0.293"), (0.000948, "0.0009"), (0.27, "0.270"), (0.0, "0.000"), (float("nan"), "")],
-)
-def test_truncation_cuts_and_does_not_round(value, text):
-    assert truncated(value) == text
-
-
 def test_the_pareto_plot_ranks_by_f_and_milling_time_comes_first(printed, corrected):
     table = pareto_table(printed.reset_index(), corrected.reset_index(), {"C": 0.000947559, "D": 0.5})
     assert table.set_index("term").loc["D", "F_type_two"] == pytest.approx(corrected.loc[("II", "D"), "F"])
@@ -249,13 +240,6 @@ def test_the_residual_is_the_interactions_of_speed_and_nothing_else(config, runs
     assert table["degrees_of_freedom_as_designed"].tolist() == [2, 2, 2, 6]
     assert table["degrees_of_freedom"].tolist() == [3, 3, 3, 6]
     assert table.loc["together", "sum_of_squares"] == pytest.approx(fit_factors(config, runs).ssr)
-
-
-def test_a_planted_interaction_of_speed_is_the_residual(config):
-    codes = design_table(config)
-    signal = np.array([-8.0, 1.0, 7.0])[(codes["C"] + codes["D"]) % 3]
-    table = residual_parts_table(config, planted(config, signal, scatter=0.01)).set_index("effect")
-    assert table.loc["C:D", "share"] > 0.999 > 0.001 > table.loc["A:D", "share"]
 
 
 def test_without_repeated_runs_there_is_no_pure_error_and_the_residual_is_held_to_the_repeatability(config, runs):
