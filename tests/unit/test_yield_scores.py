@@ -17,11 +17,7 @@ from millprint.thesis.yields.averaging import (
     permutation_p,
     permute,
 )
-from millprint.thesis.yields.distributions import (
-    MixtureYields,
-    NormalYields,
-    cross_intervals,
-)
+from millprint.thesis.yields.distributions import MixtureYields, NormalYields, cross_intervals, cross_validate
 from millprint.thesis.yields.estimators import LeastSquares, MarginalLikelihood, gaussian_process
 from millprint.thesis.yields.evaluation import coverage_table, paired_test, score_table, time_variance
 from millprint.thesis.yields.features import Standardisation, engineer
