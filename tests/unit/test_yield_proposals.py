@@ -41,7 +41,6 @@ from millprint.thesis.yields.model_files import load_averaged, training_rows
 from millprint.thesis.yields.new_conditions import MillCurves, predict_conditions
 from millprint.thesis.yields.posterior_process import Process
 from millprint.thesis.yields.proposals import (
-    choose_centre,
     choose_for_learning,
     choose_for_yield,
     choose_repeats,
@@ -398,12 +397,6 @@ def test_repeats_start_with_the_best_run_and_spread_over_the_yields():
     assert "24" not in [case for _, case in choose_repeats(twice, region, none, 3, 0.03)]
     running = region.iloc[same_setting(rows[rows["case"] == "24"], region, 0.03)]
     assert "24" not in [case for _, case in choose_repeats(rows, region, running, 3, 0.03)]
-
-
-def test_the_centre_is_the_middle_of_the_screening():
-    region = region_rows()
-    centre = region.iloc[choose_centre(all_runs(), region)]
-    assert centre[["bpr", "molar_ratio", "time_h", "speed_rpm"]].tolist() == [30, 10, 12.5, 800]
 
 
 @pytest.mark.parametrize(
