@@ -1,5 +1,7 @@
 """The sheet and the page of a fingerprint: what they state, and the intervals that they show."""
 
+from functools import cache
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -23,9 +25,14 @@ from tests.unit.test_mills import mill
 pytestmark = pytest.mark.usefixtures("close_figures")
 
 
+@cache
+def collapse() -> pd.DataFrame:
+    return tabulate_mill_collapse(descriptors(), 0.95)
+
+
 @pytest.mark.slow
 def test_a_sheet_states_what_a_condition_was_given_and_the_intervals_of_its_own_sweep():
-    table = tabulate_mill_collapse(descriptors(), 0.95)
+    table = collapse()
 
     def said(own: pd.DataFrame) -> pd.DataFrame:
         fitted = Fingerprint.fit(own, 65e-6, 0.95)
@@ -45,7 +52,7 @@ def test_a_sheet_states_what_a_condition_was_given_and_the_intervals_of_its_own_
 
 
 def test_a_condition_of_few_turns_has_no_number_without_that_word():
-    table, few = tabulate_mill_collapse(descriptors(), 0.95), descriptors().assign(motion="few turns, repeats")
+    table, few = collapse(), descriptors().assign(motion="few turns, repeats")
     sheet = tabulate_sheet(mill("spex"), fingerprint(), table, find_zones(fingerprint()), few)
     numbers = sheet[sheet["section"].isin(["descriptors", "dose"]) & sheet["value"].notna()]
     assert len(numbers) == 13 and numbers["text"].str.contains("few turns").all()
@@ -59,7 +66,7 @@ def analysed() -> Fingerprint:
 
 
 def sheet_of(own: Fingerprint) -> pd.DataFrame:
-    table = tabulate_mill_collapse(descriptors(), 0.95)
+    table = collapse()
     return tabulate_sheet(mill("spex"), own, table, find_zones(own), descriptors())
 
 
