@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from millprint.cases.of_mill import mill_cases
 from millprint.config.contact_set import ContactConfig
 from millprint.config.counting import DEFAULT_RULES, CountingRule
 from millprint.config.errors import MillprintError
@@ -18,7 +19,6 @@ from millprint.dem.run import run_case
 from millprint.dose.heat_sources import read_sources
 from millprint.dose.spectra import PAIRS, TABLE_ONLY, tabulate_spectra, weighted_median
 from millprint.dose.wear import sliding_of_run
-from millprint.fingerprint.cases import mill_cases
 
 CONFIG = Path(__file__).parents[2] / "config"
 EDGES = np.geomspace(1e-8, 1e-1, 7 * 2 + 1)
@@ -53,7 +53,7 @@ def write(path: Path, *groups: pd.DataFrame, stored: float = 0.0, fill: float = 
             group[name] = table[name].to_numpy()
         file["ledger/elastic_tangential_J"] = np.array([0.25, 0.25 + stored])
     tangential = (table["damping_J"] + table["sliding_J"]).sum() - stored
-    case = {"ball_diameter_mm": 10.0, "fill_ratio": fill, "speed_rpm": 600.0, "seed": seed}
+    case = {"ball_diameter_m": 0.01, "fill_ratio": fill, "speed_hz": 10.0, "seed": seed}
     return str(path), {
         "mill": "emax", "contact": "steel", "case": case, "frequency_hz": 10.0, "density_kg_m3": 7700.0,
         "amplitude_m": 0.017,

@@ -12,7 +12,7 @@ from millprint.run.files import write_table
 from millprint.thesis.calibration.drop import read_heights, summarise_drops
 from millprint.thesis.claims.evidence import Finding
 from millprint.thesis.claims.tabulate import collect_findings
-from millprint.thesis.claims.tolerances import TOO_WIDE, agrees, interval_verdict, verdict
+from millprint.thesis.claims.tolerances import agrees, judge_repeats
 from millprint.thesis.curves.collapse import tabulate_collapse
 from millprint.thesis.curves.energy import Chemistry, compare_with_prior, energy_leverage, fit_slopes, specific_yields
 from millprint.thesis.curves.regimes import (
@@ -25,6 +25,7 @@ from millprint.thesis.curves.regimes import (
     with_published,
 )
 from tests.conftest import PRINTED
+from tests.unit.claim_words import word_of
 from tests.unit.synthetic_mill import descriptors, fingerprint
 
 CONFIG = Path(__file__).parents[2] / "config/config.yaml"
@@ -53,18 +54,18 @@ def friction_claim(results: Path) -> Finding:
     return collect_findings(results, CONFIG.parent / "data/claims.tsv", "3.friction")["3.friction_fit"]
 
 
-@pytest.mark.parametrize(("pair", "expected"), [((0.298, 0.0455), "reproduced"), ((0.33, 0.045), "deviates")])
+@pytest.mark.parametrize(("pair", "expected"), [((0.298, 0.0455), "agrees"), ((0.33, 0.045), "differs")])
 def test_the_friction_claim_uses_the_track_of_the_same_mill(tmp_path, pair, expected):
     write_table(friction_table(*pair), tmp_path / "calibration/calibrated/friction_fit.tsv")
     other = friction_table(0.45, 0.04, experiment="another", track_mill="emax_smooth")
     write_table(other, tmp_path / "calibration/another/friction_fit.tsv")
-    assert verdict("0.30/0.045", "recover", friction_claim(tmp_path)) == expected
+    assert word_of("0.30/0.045", "recover", friction_claim(tmp_path)) == expected
 
 
 def test_a_wide_fit_decides_nothing_and_a_measured_track_is_none_on_the_friction_claim(tmp_path):
     path = tmp_path / "calibration/calibrated/friction_fit.tsv"
     write_table(friction_table(0.3, 0.045, lower=0.0, upper=1.0), path)
-    assert interval_verdict("0.30/0.045", "recover", friction_claim(tmp_path)) == TOO_WIDE
+    assert judge_repeats("0.30/0.045", "recover", friction_claim(tmp_path)) == ("open", "wider than the tolerance")
     write_table(friction_table(0.3, 0.045, source="measured"), path)
     assert friction_claim(tmp_path).value is None
 

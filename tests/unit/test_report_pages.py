@@ -64,13 +64,14 @@ def claims(*rows) -> pd.DataFrame:
         basis="stated",
         tolerance="15%",
         interval_verdict="",
+        reason="",
         source="",
         **dict.fromkeys(INTERVAL_PARTS, ""),
     )
 
 
 def test_deviations_are_ranked_by_size_with_words_first():
-    table = claims(("a", "12", "deviates"), ("b", "-40", "deviates"), ("c", "", "deviates"), ("d", "90", "reproduced"))
+    table = claims(("a", "12", "differs"), ("b", "-40", "differs"), ("c", "", "differs"), ("d", "90", "agrees"))
     assert largest_deviations(table)["id"].tolist() == ["c", "b", "a"]
     assert largest_deviations(table, 1)["id"].tolist() == ["c"]
 
@@ -79,7 +80,7 @@ def test_a_claim_links_to_its_source_and_text_stays_text(tmp_path):
     """To the page that shows the table, to the file if no page does, and to nothing that the run did not write."""
     write_table(pd.DataFrame({"term": ["A"]}), tmp_path / "doe/anova_printed.tsv")
     write_table(pd.DataFrame({"F": [1.0]}), tmp_path / "doe/pareto.tsv")
-    table = claims(("2.a", "0", "reproduced"), ("2.b", "50", "deviates")).assign(quantity="<i>q</i>")
+    table = claims(("2.a", "0", "agrees"), ("2.b", "50", "differs")).assign(quantity="<i>q</i>")
     table = table.assign(
         reproduced="1.5", lower=["1.4", ""], upper=["1.6", ""], interval_from=["trainings", ""], repeats=["5", ""]
     )
@@ -104,7 +105,7 @@ def test_no_claim_is_wider_than_the_page_and_a_fold_has_its_source(tmp_path, bro
     source = source_in("fingerprint/descriptors.tsv", "normal_energy_J", "mill == 'emax' and fill_ratio == 0.08")
     path = ROOT / "config/data/claims.tsv"
     findings = dict.fromkeys(read_claims(path)["id"], Finding(None, "of 24 revolutions", sources=(source,)))
-    table = tabulate_claims(path, findings).assign(reproduced="0.00012345", deviation="-87.1", verdict="reproduced")
+    table = tabulate_claims(path, findings).assign(reproduced="0.00012345", deviation="-87.1", verdict="agrees")
     table = table.assign(lower="0.000112345", upper="0.000134567", interval_from="simulations", repeats="200")
     table = table.assign(interval_verdict="wider than the tolerance")
     (tmp_path / "claims.html").write_text(claims_page("test", table, findings, tmp_path))

@@ -149,7 +149,7 @@ FILES = ("mills/emax.yaml", "contacts/calibrated.yaml")
 def scene(tmp_path_factory):
     path = tmp_path_factory.mktemp("scene") / "run.h5"
     mill, contact = (yaml.safe_load((ROOT / "config" / name).read_text()) for name in FILES)
-    write_run(simulate(3), path, {"mill": mill, "contact": contact, "case": {"ball_diameter_mm": 10, "speed_rpm": 300}})
+    write_run(simulate(3), path, {"mill": mill, "contact": contact, "case": {"ball_diameter_m": 0.01, "speed_hz": 5.0}})
     return read_scene(path)
 
 
@@ -205,7 +205,7 @@ def test_thresholds_of_smaller_balls_are_at_the_same_gaps():
 @pytest.mark.slow
 def test_the_simulation_is_timed_again(tmp_path):
     mill, contact = (yaml.safe_load((ROOT / "config" / name).read_text()) for name in FILES)
-    case = {"mill": "emax", "contact": "calibrated", "ball_diameter_mm": 10, "fill_ratio": 0.1, "speed_rpm": 300}
+    case = {"mill": "emax", "contact": "calibrated", "ball_diameter_m": 0.01, "fill_ratio": 0.1, "speed_hz": 5.0}
     case |= {"seed": 0, "settle_s": 0.01, "discard_s": 5.0, "window_s": 1.0, "snapshot_interval_s": 1e-4}
     config = {"mill": mill, "contact": contact, "case": case, "dem": configuration()["dem"]}
     write_run(simulate(3), tmp_path / "run.h5", config)

@@ -7,8 +7,8 @@ from pathlib import Path
 import yaml
 
 from millprint.card.card_model import MillingCard, Software
-from millprint.card.card_quantity import Ends, Quantity
 from millprint.card.methods import between, charge_in_words, programme_in_words
+from millprint.estimate.estimates import Estimate, Interval
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.run.machine import commit, package_versions
 from millprint.run.numbers import plain, prefix_of, three
@@ -41,10 +41,10 @@ def _unit(unit: str) -> str:
     return escape(unit)
 
 
-def _row(title: str, quantity: Quantity) -> str:
+def _row(title: str, quantity: Estimate) -> str:
     factor, unit = prefix_of(quantity.value, quantity.unit)
 
-    def cell(ends: Ends | None) -> str:
+    def cell(ends: Interval | None) -> str:
         return "--" if ends is None else between(ends, factor)
 
     cells = (cell(quantity.scatter), cell(quantity.mean), cell(quantity.contact))
