@@ -24,6 +24,7 @@ from millprint.thesis.surrogate.dataset import (
 )
 from millprint.thesis.surrogate.measure_tables import covered_share, wall_contact_table
 from millprint.thesis.surrogate.network import (
+    InteractionLayer,
     NormalisedNetwork,
     SignedDistanceNetwork,
     feature_statistics,
@@ -209,6 +210,18 @@ def test_total_loss_is_weighted():
     assert terms["acceleration"].item() == pytest.approx(0.25)
     assert terms["dissipation"].item() == pytest.approx(1.0)  # (|3| - 1 + 0) / 2
     assert terms["total"].item() == pytest.approx(3 * 0.25 + 1.0)
+
+
+def test_mean_aggregation():
+    torch.manual_seed(0)
+    layer = InteractionLayer(4, 2)
+    node, edge = torch.randn(3, 4), torch.randn(2, 4)
+    into_first = torch.tensor([[1, 2], [0, 0]])
+    message = [layer.message_mlp(torch.cat([node[0], node[j], edge[k]])) for k, j in ((0, 1), (1, 2))]
+    expected = layer.node_mlp(torch.cat([node[0], (message[0] + message[1]) / 2]))
+    out = layer(node, into_first, edge)
+    torch.testing.assert_close(out[0], expected)
+    torch.testing.assert_close(out[1], layer.node_mlp(torch.cat([node[1], torch.zeros(4)])))
 
 
 def as_printed(network: SignedDistanceNetwork, graphs: Graphs) -> tuple[torch.Tensor, torch.Tensor]:
