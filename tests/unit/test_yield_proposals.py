@@ -48,6 +48,7 @@ from millprint.thesis.yields.proposals import (
     expected_improvement,
     joint_draws,
     same_setting,
+    shortlist,
     split_region,
 )
 from millprint.thesis.yields.retrospective import (
@@ -58,6 +59,7 @@ from millprint.thesis.yields.retrospective import (
     search_table,
     smaller_library,
     summarise_search,
+    without_best,
 )
 from millprint.thesis.yields.run_tables import read_rows
 from tests.conftest import ROOT
@@ -477,3 +479,36 @@ def test_what_breaks_a_limit_is_not_proposed_and_the_table_says_why():
     assert split(hydrogen_max_mmol=65)[0]["hydrogen_mmol"].max() <= 65
     with pytest.raises(ConfigError, match="none of its 16 conditions may be proposed"):
         split(hydrogen_max_mmol=1)
+
+
+def test_shortlist_is_half_merit_and_half_chance():
+    merit = np.arange(50.0)
+    chosen, random_half = shortlist(merit, 10, np.random.default_rng(0))
+    assert chosen[:5].tolist() == [49, 48, 47, 46, 45] and len(set(chosen)) == 10
+    assert random_half.tolist() == [5, 6, 7, 8, 9] and max(chosen[random_half]) < 45
+
+
+def test_a_linear_yield_is_ranked_right_by_least_squares_and_by_ridge():
+    rows, config = all_runs(), settings()
+    yields = describe(rows)["bpr"].to_numpy() + 2 * describe(rows)["time_h"].to_numpy()
+    for name in ("least_squares", "ridge"):
+        merit = STRATEGIES[name](rows.iloc[:12], yields[:12], rows, config.averaging, np.random.default_rng(0))
+        assert np.corrcoef(merit, yields)[0, 1] > 0.999
+
+
+def test_without_the_best_runs_the_next_is_the_target():
+    rows = all_runs()
+    left = without_best(rows, 2)
+    assert len(left) == 25 and left["yield_percent"].max() == sorted(rows["yield_percent"])[-3]
+    assert without_best(rows, 0)["case"].tolist() == rows["case"].tolist()
+
+
+def test_the_rule_takes_the_most_balls_and_then_the_longest_time():
+    rows = all_runs()
+    merits = [
+        STRATEGIES["most_balls_longest_time"](rows, None, rows, None, np.random.default_rng(k)) for k in range(20)
+    ]
+    ranked = rows.iloc[np.argsort(-merits[0])]
+    assert (np.diff(ranked["bpr"]) <= 0).all() and (np.diff(ranked["time_h"].iloc[:9]) <= 0).all()
+    # Ties fall differently for other seeds.
+    assert len({int(merit.argmax()) for merit in merits}) == 3
