@@ -1,4 +1,4 @@
-"""What each chapter concludes and whether it holds, and the verdicts of other machines.
+"""What each chapter concludes, whether our numbers agree and whether it holds, and the verdicts of other machines.
 
 Every conclusion rests on claims, and is only as sure as they are. The processor decides how sums are rounded, and
 chaotic simulations and trainings magnify that. So a claim whose interval decides nothing may have another verdict
@@ -11,14 +11,18 @@ from pathlib import Path
 
 import pandas as pd
 
-from millprint.estimate.judge import AGREES, DIFFERS, OPEN, VERDICTS, Verdict, judge_all
+from millprint.estimate.judge import AGREES, DIFFERS, NOT_RUN, OPEN, VERDICTS
 from millprint.run.files import write_table
 from millprint.run.tables import Text, read_measured, refuse_rows
-from millprint.thesis.claims.tolerances import CERTAIN, ERRATUM, TIMED
+from millprint.thesis.claims.tolerances import ASSUMED, CERTAIN, ERRATUM, TIMED
 
 CONCLUSION_COLUMNS = ["chapter", "locus", "conclusion", "claims"]
-VERBS = {AGREES: ("agrees", "agree"), DIFFERS: ("differs", "differ"), OPEN: ("is open", "are open")}
-TABLE_COLUMNS = ["chapter", "locus", "conclusion", "verdict", "reason", "claims", *VERDICTS, "against"]
+# Some of its claims agree, and others differ.
+IN_PART = "in part"
+# The verdicts on a conclusion, as a sentence goes on with them.
+HOLDINGS = {AGREES: "hold", IN_PART: "hold in part", DIFFERS: "do not hold", OPEN: "open"}
+OURS, HOLDS = "our_number", "it_holds"
+TABLE_COLUMNS = ["chapter", "locus", "conclusion", OURS, HOLDS, "reason", "claims", *VERDICTS, "against"]
 
 
 def chapter_name(chapter: str) -> str:
@@ -47,24 +51,37 @@ def read_conclusions(path: str | Path, ids: pd.Series) -> pd.DataFrame:
 def judge_conclusions(conclusions: pd.DataFrame, claims: pd.DataFrame) -> pd.DataFrame:
     """A row for each conclusion, with TABLE_COLUMNS.
 
-    claims: as `tabulate_claims`. A claim counts by its interval, which says whether it holds, or else by its value.
-    verdict: that of the least sure claim that was run; claims: how many were run; VERDICTS: how many have each verdict;
-    against: the ids of those that differ.
+    claims: as `tabulate_claims`. our_number: the verdict of `verdict_on_all` by the values; it_holds: that by the
+    intervals, or the value of what has none. There a value that was fitted or put in shows nothing by agreeing, so that
+    it does not count. A claim that was not run is open. claims: how many there are; VERDICTS: how many have each verdict
+    that counts for it_holds; against: the ids of those that differ.
     """
     own = claims.set_index("id")
     rows = []
     for row in conclusions.itertuples():
-        run = own.loc[row.claims]
-        run = run[run["verdict"] != OPEN]
-        words = run["interval_verdict"].where(run["interval_verdict"] != "", run["verdict"])
-        found = judge_all(Verdict(word, "") for word in words)
-        counts = [int((words == word).sum()) for word in VERDICTS]
-        count = counts[VERDICTS.index(found.word)]
-        reason = f"{count} of {len(run)} claims {VERBS[found.word][count > 1]}" if len(run) else found.reason
-        against = ", ".join(run.index[words == DIFFERS])
+        all_of_it = own.loc[row.claims]
+        words = all_of_it["interval_verdict"].where(all_of_it["interval_verdict"] != "", all_of_it["verdict"])
+        assumed = all_of_it["nature"].isin(ASSUMED) & (words == AGREES)
+        counts = {word: int((words[~assumed] == word).sum()) for word in VERDICTS}
+        parts = [f"{number} of {len(words)} claims {word}" for word, number in counts.items() if number]
+        parts += [f"{assumed.sum()} fitted or put in"] if assumed.any() else []
+        reason = NOT_RUN if (all_of_it["verdict"] == OPEN).all() else ", ".join(parts)
+        verdicts = verdict_on_all(all_of_it["verdict"]), verdict_on_all(words[~assumed])
         place = chapter_name(row.chapter), row.locus, row.conclusion
-        rows.append((*place, found.word, reason, len(run), *counts, against))
+        rows.append((*place, *verdicts, reason, len(words), *counts.values(), ", ".join(words.index[words == DIFFERS])))
     return pd.DataFrame(rows, columns=TABLE_COLUMNS)
+
+
+def verdict_on_all(words: pd.Series) -> str:
+    """The verdict on a conclusion by those on its claims.
+
+    It differs if one does and none agrees, and holds in part if one does and another agrees; else it is open if one is,
+    or if there is none.
+    """
+    found = set(words)
+    if DIFFERS in found:
+        return IN_PART if AGREES in found else DIFFERS
+    return AGREES if found == {AGREES} else OPEN
 
 
 def _deviates(claims: pd.DataFrame) -> pd.Series:
