@@ -95,7 +95,7 @@ def test_the_summary_shows_the_counts(tmp_path):
     )
     rows = [("Speed decides.", 1, 0, "2.b"), ("Time decides.", 2, 1, "2.b, 2.c")]
     conclusions = pd.DataFrame(rows, columns=["conclusion", "claims", "agrees", "against"])
-    conclusions = conclusions.assign(chapter="chapter 2", verdict="differs", open=0)
+    conclusions = conclusions.assign(chapter="chapter 2", our_number="differs", it_holds="differs", open=0)
     stored = pd.DataFrame(
         {"run": ["test"], "id": ["2.b"], "verdict": ["differs"], "reason": [""], "processor": ["znver4"]}
     )
@@ -118,9 +118,9 @@ def test_the_summary_shows_the_counts(tmp_path):
 def test_the_first_page_of_the_report_says_which_conclusions_stand(tmp_path):
     """As Snakemake renders it, and without the claims of a run that has none."""
     rows = [("chapter 2", "Speed |decides|.", "differs", "2 of 3 claims differ", 3)]
-    rows += [("chapter 2", "Time does.", "agrees", "2 of 2 claims agree", 2)]
+    rows += [("chapter 2", "Time does.", "agrees", "of 2 claims 2 agree", 2)]
     rows += [("appendix A", "All is needed.", "open", "not run", 0)]
-    conclusions = pd.DataFrame(rows, columns=["chapter", "conclusion", "verdict", "reason", "claims"])
+    conclusions = pd.DataFrame(rows, columns=["chapter", "conclusion", "it_holds", "reason", "claims"])
     (tmp_path / "report").mkdir()
     (tmp_path / "report/conclusions.rst").write_text(front_text(conclusions, ["Chapter 2: not so: 5_x is 2 for 1_."]))
     text = (ROOT / "workflow/report/workflow.rst").read_text()
@@ -132,8 +132,8 @@ def test_the_first_page_of_the_report_says_which_conclusions_stand(tmp_path):
         return publish_parts(template.render(snakemake=config, categories=named, files={}), writer="html")["body"]
 
     shown = re.sub("<.*?>", "", page("Claims", "Explorer"))
-    assert "Chapter 2: of 2 conclusions 1 agrees, 1 differs." in shown and "Appendix A: not run." in shown
-    assert "Agrees: Time does (2 of 2 claims agree)." in shown and "Differs: Speed |decides| (2 of 3" in shown
+    assert "Chapter 2: of 2 conclusions 1 hold, 1 do not hold." in shown and "conclusions 1 open" in shown
+    assert "Hold: Time does (of 2 claims 2 agree)." in shown and "Do not hold: Speed |decides| (2 of 3" in shown
     assert "5_x is 2 for 1_." in shown and "problem" not in shown.lower()
     assert "2 conclusions" not in re.sub("<.*?>", "", page("Explorer"))
 

@@ -230,8 +230,8 @@ def energy_at_the_lower_speed(evidence: Evidence) -> Finding:
     ratio = (_case(evidence, BEST_CASE, "speed_rpm") / _prior_speed(evidence)) ** 3
     ratio *= _case(evidence, BEST_CASE, "time_h") / datum(evidence, LITERATURE, "reference", PRIOR_REFERENCE, "time_h")
     raise NotRun(
-        "no table has the power of the mill of the earlier work, which is another one; in one mill with the power as the "
-        f"cube of the speed, the slower and longer run would take {ratio:.2f} times the energy"
+        "no table has the power of the mill of the earlier work, which is another one; in one mill, with the power as "
+        f"the cube of the speed, the slower and longer run would take {ratio:.2f} times the energy"
     )
 
 

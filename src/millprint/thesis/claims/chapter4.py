@@ -225,7 +225,10 @@ def _our_curves(evidence: Evidence, columns: str, fill: float) -> pd.Series:
 def gain_with_our_curves(evidence: Evidence, case: str) -> Finding:
     """Table 4.4 with our own curves: yield over the power that the experiment had, at the speed that it was run at."""
     cases, powers = _our_powers(evidence, ("reference", case))
-    gained, ratio = cases.at[case, "yield_percent"] / cases.at["reference", "yield_percent"], powers[case] / powers.iloc[0]
+    gained, ratio = (
+        cases.at[case, "yield_percent"] / cases.at["reference", "yield_percent"],
+        powers[case] / powers.iloc[0],
+    )
     told = f"{ratio:.2f} times the power of the reference, by Eq. 3.28 with our Pn + Pt"
     return Finding(100 * (gained / ratio - 1), told)
 
@@ -241,7 +244,9 @@ def gain_at_our_equal_power(evidence: Evidence) -> Finding:
     speeds = [float(evidence.printed[f"4.case.{name}.speed"]) for name in (LOW_POWER, EQUAL_POWER)]
     speed = speeds[0] * (powers["reference"] / powers[LOW_POWER]) ** (1 / 3)
     if not speeds[0] <= speed <= speeds[1]:
-        raise NotRun(f"with our curves the power is that of the reference at {60 * speed:.0f} rpm, where nothing was measured")
+        raise NotRun(
+            f"with our curves the power is that of the reference at {60 * speed:.0f} rpm, where nothing was measured"
+        )
     yields = cases["yield_percent"] / cases.at["reference", "yield_percent"]
     ends = [100 * (float(yields[name]) - 1) for name in (LOW_POWER, EQUAL_POWER)]
     value = ends[0] + (ends[1] - ends[0]) * (speed - speeds[0]) / (speeds[1] - speeds[0])

@@ -165,7 +165,8 @@ def _resampled(evidence: Evidence, say: Callable[[pd.DataFrame], float | str]) -
         return None
     weights = YieldWeights.of(TrainingConfig())(rows["yield_percent"].to_numpy())
     errors = rows.assign(error=weights * rows["error_pp"] ** 2)
-    errors = errors.pivot(index="case", columns=["model", "strategy"], values="error")[_ranked(_errors(evidence)).index]
+    known = _ranked(_errors(evidence)).dropna().index
+    errors = errors.pivot(index="case", columns=["model", "strategy"], values="error")[known]
     draws = np.random.default_rng(0).integers(len(errors), size=(DRAWS, len(errors)))
     values = [say(errors.iloc[own].mean().unstack()) for own in draws]
     if not isinstance(values[0], str):
@@ -210,6 +211,7 @@ def gain_of_two_steps(evidence: Evidence, model: str) -> Finding:
 @claim("5.primary.improvement")
 def improvement_of_the_primary_models(evidence: Evidence) -> Finding:
     """Sec. 5.3.2: by how much the primary models reduce the weighted error of the linear one, on average [%]."""
+
     def reduced(errors: pd.DataFrame) -> pd.Series:
         return 100 * (1 - errors.loc[list(MODELS), "primary"] / errors.at[BASELINE, "primary"])
 
@@ -229,7 +231,9 @@ def errors_at_high_yields(evidence: Evidence) -> Finding:
     ratio = float(error[high].mean() / error[~high].mean())
     draws = np.random.default_rng(0).integers(len(rows), size=(DRAWS, len(rows)))
     drawn = [error.to_numpy()[own] for own in draws], [high.to_numpy()[own] for own in draws]
-    found = [one[above].mean() / one[~above].mean() for one, above in zip(*drawn, strict=True) if 0 < above.sum() < len(one)]
+    found = [
+        one[above].mean() / one[~above].mean() for one, above in zip(*drawn, strict=True) if 0 < above.sum() < len(one)
+    ]
     told = f"{error[high].mean():.1f} points in {high.sum()} runs, and {error[~high].mean():.1f} in the others"
     return Finding(ratio, told, repeats=Repeats(*np.quantile(found, ENDS), RESAMPLED, len(found)))
 

@@ -13,12 +13,14 @@ import pandas as pd
 
 from millprint.estimate.judge import AGREES, DIFFERS, NOT_RUN, OPEN, VERDICTS
 from millprint.run.files import write_table
+from millprint.run.machine import commit
 from millprint.run.tables import Text, read_measured, refuse_rows
-from millprint.thesis.claims.tolerances import ASSUMED, CERTAIN, ERRATUM, TIMED
+from millprint.thesis.claims.tolerances import ASSUMED, ERRATUM, TIMED
 
 CONCLUSION_COLUMNS = ["chapter", "locus", "conclusion", "claims"]
 # Some of its claims agree, and others differ.
 IN_PART = "in part"
+VERBS = {AGREES: ("agrees", "agree"), DIFFERS: ("differs", "differ"), OPEN: ("is open", "are open")}
 # The verdicts on a conclusion, as a sentence goes on with them.
 HOLDINGS = {AGREES: "hold", IN_PART: "hold in part", DIFFERS: "do not hold", OPEN: "open"}
 OURS, HOLDS = "our_number", "it_holds"
@@ -52,8 +54,8 @@ def judge_conclusions(conclusions: pd.DataFrame, claims: pd.DataFrame) -> pd.Dat
     """A row for each conclusion, with TABLE_COLUMNS.
 
     claims: as `tabulate_claims`. our_number: the verdict of `verdict_on_all` by the values; it_holds: that by the
-    intervals, or the value of what has none. There a value that was fitted or put in shows nothing by agreeing, so that
-    it does not count. A claim that was not run is open. claims: how many there are; VERDICTS: how many have each verdict
+    intervals, or the value of what has none. There a value that was fitted or put in shows nothing by agreeing and
+    does not count. A claim that was not run is open. claims: how many there are; VERDICTS: how many have each verdict
     that counts for it_holds; against: the ids of those that differ.
     """
     own = claims.set_index("id")
@@ -63,9 +65,10 @@ def judge_conclusions(conclusions: pd.DataFrame, claims: pd.DataFrame) -> pd.Dat
         words = all_of_it["interval_verdict"].where(all_of_it["interval_verdict"] != "", all_of_it["verdict"])
         assumed = all_of_it["nature"].isin(ASSUMED) & (words == AGREES)
         counts = {word: int((words[~assumed] == word).sum()) for word in VERDICTS}
-        parts = [f"{number} of {len(words)} claims {word}" for word, number in counts.items() if number]
+        parts = [f"{number} {VERBS[word][number > 1]}" for word, number in counts.items() if number]
         parts += [f"{assumed.sum()} fitted or put in"] if assumed.any() else []
-        reason = NOT_RUN if (all_of_it["verdict"] == OPEN).all() else ", ".join(parts)
+        told = f"of {len(words)} claims {', '.join(parts)}"
+        reason = NOT_RUN if (all_of_it["verdict"] == OPEN).all() else told
         verdicts = verdict_on_all(all_of_it["verdict"]), verdict_on_all(words[~assumed])
         place = chapter_name(row.chapter), row.locus, row.conclusion
         rows.append((*place, *verdicts, reason, len(words), *counts.values(), ", ".join(words.index[words == DIFFERS])))
@@ -116,7 +119,7 @@ def _short(value: str) -> str:
         return value
 
 
-MACHINE = ["processor", "instructions", "date"]
+MACHINE = ["processor", "instructions", "commit", "date"]
 STORED = ["run", "id", "verdict", "interval_verdict", "reason", "reproduced", "lower", "upper"]
 WORDS = dict.fromkeys(("verdict", "interval_verdict"), VERDICTS)
 STORED_COLUMNS = [*STORED, *MACHINE]
@@ -127,13 +130,13 @@ DIFFERENCES = ["id", "verdict", "verdict_elsewhere", "reason", *MACHINE]
 
 
 def this_machine(date: str) -> dict[str, str]:
-    """The processor of this machine, its vector instructions, and a date, by MACHINE."""
+    """The processor of this machine, its vector instructions, the commit of the code, and a date, by MACHINE."""
     # Slow to import.
     from llvmlite import binding
 
     features = binding.get_host_cpu_features()
     widest = next((title for name, title in INSTRUCTIONS.items() if features.get(name)), platform.machine())
-    return dict(zip(MACHINE, (binding.get_host_cpu_name(), widest, date), strict=True))
+    return dict(zip(MACHINE, (binding.get_host_cpu_name(), widest, commit(), date), strict=True))
 
 
 def read_stored(path: str | Path) -> pd.DataFrame:
@@ -151,14 +154,13 @@ def read_stored(path: str | Path) -> pd.DataFrame:
 
 
 def with_run(stored: pd.DataFrame, claims: pd.DataFrame, run: str, machine: dict[str, str]) -> pd.DataFrame:
-    """The stored verdicts with those of a run in place of any that the same machine gave to the same run before.
+    """The stored verdicts with those of a run in place of all that the same machine gave to the same run before.
 
-    claims: as `millprint.thesis.claims.tabulate.tabulate_claims`; only what is simulated, trained or timed is stored,
-    since the rest is the same everywhere.
+    claims: as `millprint.thesis.claims.tabulate.tabulate_claims`; what was not run is not stored.
     """
-    own = claims[~claims["nature"].isin(CERTAIN) & (claims["verdict"] != OPEN)]
+    own = claims[claims["verdict"] != OPEN]
     rows = own.assign(run=run, **machine)[STORED_COLUMNS]
-    same = (stored["run"] == run) & (stored["processor"] == machine["processor"]) & stored["id"].isin(rows["id"])
+    same = (stored["run"] == run) & (stored["processor"] == machine["processor"])
     return pd.concat([stored[~same], rows], ignore_index=True).fillna("")
 
 

@@ -23,7 +23,7 @@ NATURES = {
     "fitted": "fitted to the printed value, or with settings that were read off it",
     "simulated": "simulated",
     "trained": "trained",
-    "timed": "a run time",
+    "timed": "run times",
 }
 # The same on every machine, because they do not depend on chance.
 CERTAIN = ("arithmetic",)
