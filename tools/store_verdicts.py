@@ -1,4 +1,4 @@
-"""Stores the verdicts of a run, and writes what README, paper and pages say of them: python tools/store_verdicts.py.
+"""Stores the verdicts of a run, and writes them into README, paper and pages: python tools/store_verdicts.py.
 
 The verdicts and the surrogate with its baselines get this machine's processor, the commit and the date; a run on the
 same processor takes the place of the earlier one. Whoever runs the thesis on another machine is then told which
