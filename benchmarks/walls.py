@@ -90,8 +90,9 @@ def measured(
     runs = [
         simulate(
             Case(
-                mill=mill.name, contact=contact.name, ball_diameter_mm=diameter_mm, fill_ratio=fill,
-                speed_rpm=speed_rpm, seed=seed, settle_s=0.15, discard_s=0.3, window_s=window_s, rayleigh_fraction=0.08,
+                mill=mill.name, contact=contact.name, ball_diameter_m=diameter_mm / 1e3, fill_ratio=fill,
+                speed_hz=speed_rpm / 60, seed=seed, settle_s=0.15, discard_s=0.3, window_s=window_s,
+                rayleigh_fraction=0.08,
             ),
             mill, contact, DemConfig(),
         )

@@ -84,7 +84,7 @@ def draw_charge(
     """Draw the charge of a tumbling mill, and write the table of its intervals."""
     table = intervals(read_table(runs_path), settings)
     write_table(table, output)
-    vessel = build_bodies(mill, settings.speed_rpm(settings.speeds[0]))[0].vessel
+    vessel = build_bodies(mill)[0].vessel
     unit = "rpm" if settings.critical_speed_rpm is None else "% of the critical speed"
     save(plot_charge(read_table(charge_path), table, vessel, mill.geometry.axis, unit), svg, png)
 

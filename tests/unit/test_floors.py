@@ -16,7 +16,8 @@ BELOW = {
     "run": {"config"},
     "mill": {"config", "run"},
     "dem": {"config", "run", "estimate", "mill"},
-    "fingerprint": {"config", "run", "estimate", "mill", "dem"},
+    "cases": {"config", "run", "mill", "dem"},
+    "fingerprint": {"config", "run", "estimate", "mill", "dem", "cases"},
 }
 
 

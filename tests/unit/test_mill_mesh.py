@@ -314,13 +314,13 @@ def test_a_shape_in_which_nothing_can_be_milled_is_refused_with_its_cause(shape,
     content = load_named(MILLS, "planetary", MillConfig, "mill").model_dump(exclude={"geometry"}, exclude_none=True)
     mill = check_model(content | {"geometry": shape}, MillConfig, "mill.yaml")
     case = Case(
-        mill="planetary", contact="calibrated", ball_diameter_mm=ball_mm, fill_ratio=0.1, speed_rpm=60, seed=0,
+        mill="planetary", contact="calibrated", ball_diameter_m=ball_mm / 1e3, fill_ratio=0.1, speed_hz=1.0, seed=0,
         settle_s=0.1, discard_s=0.1, window_s=0.1, rayleigh_fraction=0.1,
     )  # fmt: skip
     try:
         mill = mill.model_copy(update={"volume_ml": build_vessel(mill).volume_m3 * 1e6})
         bodies = checked_bodies({"planetary": mill})
-        check_ball_size(bodies["planetary"][0].vessel, "planetary", ball_mm, "my.yaml: sweep")
+        check_ball_size(bodies["planetary"][0].vessel, "planetary", ball_mm / 1e3, "my.yaml: sweep")
         check_room([case], {"planetary": mill}, bodies, "my.yaml: sweep")
         told = ""
     except ConfigError as error:

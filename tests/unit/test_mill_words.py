@@ -7,7 +7,7 @@ import pytest
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.motion_kinds import MOTIONS, MotionSection
-from millprint.mill.bodies import CHECK_RPM, build_bodies
+from millprint.mill.bodies import build_bodies
 from millprint.mill.speed_limits import mill_in_words, wall_acceleration
 from millprint.mill.wall_words import walls_in_words
 from tests.conftest import ROOT
@@ -45,7 +45,7 @@ def test_words_hold_the_numbers_of_the_mill():
     ],
 )
 def test_the_walls_are_told_in_words(name, words):
-    assert walls_in_words(build_bodies(mill(name), CHECK_RPM)) == words
+    assert walls_in_words(build_bodies(mill(name))) == words
 
 
 def test_the_acceleration_of_a_wall_is_that_of_the_closed_form():

@@ -81,9 +81,9 @@ def main(arguments: list[str], name: str = "plan") -> int:
     # The jobs of a target make no file.
     print(plan_text([job for job in plan.jobs if job.outputs], cores_of(words)))
     # Imported here: they take a second, which the other ways out of this command do not need.
-    from millprint.mill.bodies import CHECK_RPM, build_bodies
+    from millprint.mill.bodies import build_bodies
     from millprint.mill.wall_words import walls_in_words
 
     for mill in sorted(plan.mills & {*mills}):
-        print(f"wall         {mill}: {walls_in_words(build_bodies(load_mill(mill), CHECK_RPM))}")
+        print(f"wall         {mill}: {walls_in_words(build_bodies(load_mill(mill)))}")
     return 0

@@ -85,7 +85,7 @@ class TumblingConfig(SetupConfig):
         turn_s = 60 / speed_rpm
         return Case(
             mill=mill.name, contact=self.contact, **balls_of(self.ball_diameter_mm),
-            fill_ratio=self.fill_ratio(number, mill.volume_ml), speed_rpm=speed_rpm, seed=seed,
+            fill_ratio=self.fill_ratio(number, mill.volume_ml), speed_hz=speed_rpm / 60, seed=seed,
             rayleigh_fraction=self.rayleigh_fraction, closure_max=self.closure_max, settle_s=self.settle_s,
             discard_s=max(self.discard_turns * turn_s, self.discard_s),
             window_s=max(self.window_turns * turn_s, self.window_s),

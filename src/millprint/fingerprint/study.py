@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 import pandas as pd
 
+from millprint.cases.of_mill import FACTORS
 from millprint.config.fingerprint import DESCRIPTOR_SETS, StudyConfig
 from millprint.dem.convergence import column_of, deviations, pooled_variance
 from millprint.estimate.quantiles import (
@@ -19,7 +20,6 @@ from millprint.estimate.quantiles import (
 )
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.readers import counted
-from millprint.fingerprint.study_cases import FACTORS
 
 GOOD, BAD, UNKNOWN, UNTESTED = "good enough", "not good enough", "undecided", "not tested"
 POWERS = ("normal", "tangential")

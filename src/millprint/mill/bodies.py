@@ -30,8 +30,6 @@ POSES_MAX = 2000
 # mean of at least this length [-].
 CUP_SHARE, CUP_WALLED, CUP_OPEN = 0.2, 0.6, 0.5
 CUP_RAYS, CUP_ALIKE = 100, 0.05
-# One revolution per second [rpm]: the check does not depend on the speed.
-CHECK_RPM = 60.0
 
 
 @dataclass(frozen=True)
@@ -51,18 +49,18 @@ class Body:
         return (points - self.motion.position(time_s)) @ self.motion.rotation(time_s)
 
 
-def build_bodies(mill: MillConfig, speed_rpm: float) -> list[Body]:
-    """The vessel of a mill and its inserts, moving at a speed [rpm]. Raises ConfigError for a refused shape.
+def build_bodies(mill: MillConfig, speed_hz: float = 1.0) -> list[Body]:
+    """The vessel of a mill and its inserts, moving at a speed [Hz]. Raises ConfigError for a refused shape.
 
     An insert without a motion of its own moves with the vessel, and has the same object as its motion.
     """
-    motion = motion_from_law(mill.motion, speed_rpm)
+    motion = motion_from_law(mill.motion, speed_hz)
     bodies = [Body("vessel", build_vessel(mill), motion)]
     for index, insert in enumerate(mill.inserts):
         place = f"{_place(mill)}: inserts.{index}.geometry"
         solid = shape_vessel(insert.geometry, place, solid=True)
         law = insert.motion or mill.motion
-        own = motion if law == mill.motion else motion_from_law(law, speed_rpm)
+        own = motion if law == mill.motion else motion_from_law(law, speed_hz)
         bodies.append(Body(insert.name, solid, own))
     return bodies
 
@@ -151,12 +149,13 @@ def volume_within(vessel: Vessel, solid: Vessel) -> float:
     return float(np.clip(0.5 - outside / width, 0, 1).sum() * cell.prod())
 
 
-def travel_m(bodies: Sequence[Body], speed_rpm: float) -> float:
+def travel_m(bodies: Sequence[Body]) -> float:
     """Half of the longest distance along one axis that a point of a wall covers in a turn of the mill [m].
 
     It is the amplitude A of a translation on a circle, the radius of a drum, and the reach of a stirrer's blades.
     """
-    times = np.linspace(0, 60 / speed_rpm, 361) if speed_rpm else np.zeros(1)
+    speed_hz = max(body.motion.frequency_hz for body in bodies)
+    times = np.linspace(0, 1 / speed_hz, 361) if speed_hz else np.zeros(1)
     largest = 0.0
     for body in bodies:
         if body is not bodies[0] and body.motion is bodies[0].motion:
@@ -184,7 +183,7 @@ def inserts_in_vessel(bodies: Sequence[Body], time_s: float = 0.0) -> list[Vesse
 
 
 def _check_times(mill: MillConfig) -> np.ndarray:
-    """Times [s] at CHECK_RPM within which every body passes through all its positions."""
+    """Times [s] at one turn a second within which every body passes through all its positions."""
     laws = [mill.motion, *(insert.motion for insert in mill.inserts if insert.motion is not None)]
     own_turns = [law.drive().own_turns for law in laws]
     turns = max(1.0, *(1 / ratio for ratio in own_turns))
@@ -202,8 +201,8 @@ def _samples(vessel: Vessel) -> np.ndarray:
 def check_inserts(mill: MillConfig, bodies: Sequence[Body]) -> None:
     """Raise ConfigError where an insert leaves the vessel or meets a wall at any time of a turn of the mill.
 
-    bodies: those of the mill at CHECK_RPM. Points on the edges of each body are checked against every other body.
-    Inserts that move together may touch, and one that moves with the vessel may stand in its wall.
+    bodies: those of the mill at one turn a second. Points on the edges of each body are checked against every other
+    body. Inserts that move together may touch, and one that moves with the vessel may stand in its wall.
     """
     laws = {"vessel": mill.motion, **{insert.name: insert.motion or mill.motion for insert in mill.inserts}}
     times = _check_times(mill)
