@@ -1,16 +1,25 @@
 """Tables as pages, the summary of the claims, and the table of runtimes."""
 
 import re
+from types import SimpleNamespace
 
 import pandas as pd
 import pytest
+from docutils.core import publish_parts
+from jinja2 import Environment
 
 from millprint.run.files import write_table
 from millprint.run.html_pages import embed_json
 from millprint.run.machine import commit, provenance
 from millprint.thesis.claims.evidence import Finding, source_in
 from millprint.thesis.claims.tabulate import INTERVAL_PARTS, read_claims, tabulate_claims
-from millprint.thesis.report.claims_page import claims_page, largest_deviations, sum_stages, tabulate_runtimes
+from millprint.thesis.report.claims_page import (
+    claims_page,
+    front_text,
+    largest_deviations,
+    sum_stages,
+    tabulate_runtimes,
+)
 from millprint.thesis.report.table_pages import Section, tables_page
 from tests.browser import DESKTOP, PHONE, needs_browser
 from tests.conftest import ROOT
@@ -74,6 +83,29 @@ def test_deviations_are_ranked_by_size_with_words_first():
     table = claims(("a", "12", "differs"), ("b", "-40", "differs"), ("c", "", "differs"), ("d", "90", "agrees"))
     assert largest_deviations(table)["id"].tolist() == ["c", "b", "a"]
     assert largest_deviations(table, 1)["id"].tolist() == ["c"]
+
+
+def test_the_first_page_of_the_report_says_which_conclusions_stand(tmp_path):
+    """As Snakemake renders it, and without the claims of a run that has none."""
+    rows = [("chapter 2", "Speed |decides|.", "differs", "2 of 3 claims differ", 3)]
+    rows += [("chapter 2", "Time does.", "agrees", "of 2 claims 2 agree", 2)]
+    rows += [("appendix A", "All is needed.", "open", "not run", 0)]
+    conclusions = pd.DataFrame(rows, columns=["chapter", "conclusion", "it_holds", "reason", "claims"])
+    (tmp_path / "report").mkdir()
+    (tmp_path / "report/conclusions.rst").write_text(front_text(conclusions, ["Chapter 2: not so: 5_x is 2 for 1_."]))
+    text = (ROOT / "workflow/report/workflow.rst").read_text()
+    config = SimpleNamespace(config={"name": "test", "mill": "emax", "results": str(tmp_path)})
+
+    def page(*categories: str) -> str:
+        named = [SimpleNamespace(name=name) for name in categories]
+        template = Environment(trim_blocks=True, lstrip_blocks=True).from_string(text)
+        return publish_parts(template.render(snakemake=config, categories=named, files={}), writer="html")["body"]
+
+    shown = re.sub("<.*?>", "", page("Claims", "Explorer"))
+    assert "Chapter 2: of 2 conclusions 1 hold, 1 do not hold." in shown and "conclusions 1 open" in shown
+    assert "Hold: Time does (of 2 claims 2 agree)." in shown and "Do not hold: Speed |decides| (2 of 3" in shown
+    assert "5_x is 2 for 1_." in shown and "problem" not in shown.lower()
+    assert "2 conclusions" not in re.sub("<.*?>", "", page("Explorer"))
 
 
 def test_a_claim_links_to_its_source_and_text_stays_text(tmp_path):
