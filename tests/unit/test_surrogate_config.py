@@ -160,9 +160,17 @@ def test_claims_read_the_tables(tmp_path):
         write_json({"median_contact_duration_s": duration}, summary)
     found = {name: finding.value for name, finding in surrogate_findings(tmp_path).items()}
     expected = {"6.mse": 3e-4, "6.energy": 1, "6.energy.motion1": 2, "6.geometry": "yes", "6.runtime.ratio": 0.03}
-    expected |= {"6.runtime.sgn": 200, "6.runtime.dem": 6, "6.duration": 5.2e-4, "6.contacts": None}
+    expected |= {"6.duration": 5.2e-4}
     expected |= {"A.window3": "yes", "A.window9": "yes", "A.width64": "no", "A.layers2": None, "A.phi.deep": 7.5}
     assert {name: found[name] for name in expected} == expected and found["6.pearson"] == pytest.approx(0.9997)
+
+
+def test_a_roll_out_that_is_shorter_than_the_stated_one_decides_only_that_it_runs_away(tmp_path):
+    claim_tables(tmp_path / "surrogate", 1.5)
+    found = surrogate_findings(tmp_path)
+    own = [name for name in found if name.startswith(("6.mse", "6.energy", "6.geometry", "6.pearson"))]
+    own.remove("6.geometry.dissipation")
+    assert all(found[name].value is None and "ends after 1.5 s" in found[name].explanation for name in own)
 
 
 def test_every_training_has_its_own_seed(content):
