@@ -354,7 +354,7 @@ def test_a_published_value_that_no_table_has_is_refused(tmp_path, text, said):
         read_published(tmp_path / "published.tsv", CLAIMS_TSV)
 
 
-def test_a_difference_of_ball_sizes_that_deviates_is_told_with_both_contact_sets_and_directions(tmp_path):
+def test_a_difference_of_ball_sizes_that_deviates_has_a_note(tmp_path):
     rows = [
         {"contact": contact, "speed_rpm": speed, "ball_diameter_mm": size, "normal_mean_J": 1.0}
         | {"tangential_mean_J": 1.0 if size == 5 else {"calibrated": 1.2, "steel": 1.3}[contact]}
@@ -366,9 +366,7 @@ def test_a_difference_of_ball_sizes_that_deviates_is_told_with_both_contact_sets
     write_table(table, tmp_path / "fingerprint/cycles.tsv")
     found = collect_findings(tmp_path, CLAIMS_TSV, "3.size")
     assert found["3.size.steel.t"].value == pytest.approx(30) and found["3.size.calibrated.n"].value == 0
-    told = "calibrated normal +0 %, tangential +20 %; with steel normal +0 %, tangential +30 %"
-    for finding in found.values():
-        assert told in finding.explanation and "Table 3.5 implies: normal +1 %, tangential +14 %" in finding.explanation
+    assert all("no counting rule enters" in finding.explanation for finding in found.values())
     # One that is reproduced needs no cause, and a sweep without a speed has no value.
     write_table(table.replace({"tangential_mean_J": {1.3: 1.13}}), tmp_path / "fingerprint/cycles.tsv")
     (reproduced,) = collect_findings(tmp_path, CLAIMS_TSV, "3.size.steel").values()

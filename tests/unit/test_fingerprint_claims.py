@@ -11,6 +11,7 @@ from scipy.stats import spearmanr
 
 import fit_master_curves
 import partition_dissipation
+from millprint.config.counting import CountingRule
 from millprint.config.fingerprint import FingerprintConfig
 from millprint.config.workflow import PartitionConfig
 from millprint.run.files import read_table
@@ -48,8 +49,9 @@ def results(tmp_path_factory) -> Path:
     stage = root / "fingerprint"
     names = ("descriptors", "counting_rules", "cycles", "densities", "table_3_5")
     described = outputs(stage, **{name: f"{name}.tsv" for name in names})
+    rules = [CountingRule.of_count(count).model_dump() for count in runs[0]["collisions"]]
     fit_master_curves.tabulate_conditions(
-        paths, PUBLISHED, described, "emax", settings.counting_rule, settings.cycle_fill_ratio
+        paths, rules, PUBLISHED, described, "emax", settings.counting_rule, settings.cycle_fill_ratio
     )
     fingerprints = {}
     for contact in CONTACTS:

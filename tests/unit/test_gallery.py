@@ -11,7 +11,9 @@ from matplotlib import pyplot as plt
 from matplotlib.collections import EllipseCollection, LineCollection
 from PIL import Image
 
+from millprint.config.calibration import SwingConfig
 from millprint.config.errors import ConfigError
+from millprint.config.fingerprint import ConvergenceConfig, StudyConfig
 from millprint.config.load import check_model
 from millprint.config.strict_yaml import read_yaml
 from millprint.config.workflow import WorkflowConfig
@@ -176,6 +178,18 @@ def test_each_caption_finds_its_words_in_the_configuration(name):
     words = {word: "word" for path in paths for word in re.findall(r"{(\w+)}", path)}
     text = (ROOT / f"workflow/report/{name}.rst").read_text()
     assert render_caption(text, config.model_dump(mode="json"), words)
+
+
+@pytest.mark.parametrize(
+    ("caption", "shown"),
+    [
+        ("timestep", f"{ConvergenceConfig.tolerance_percent:g} %"),
+        ("study", f"{StudyConfig.tolerance_percent:g} %"),
+        ("friction_fit", f"{SwingConfig.noise_mm:g} mm"),
+    ],
+)
+def test_a_caption_states_the_value_that_is_fixed(caption, shown):
+    assert f" of {shown}" in (ROOT / f"workflow/report/{caption}.rst").read_text()
 
 
 def test_a_word_that_the_configuration_does_not_have_is_an_error():

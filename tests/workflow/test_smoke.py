@@ -7,6 +7,8 @@ import pytest
 from PIL import Image
 
 from millprint.estimate.judge import VERDICTS
+from millprint.config.counting import CountingRule
+from millprint.fingerprint.readers import with_counts
 from millprint.run.files import read_json, read_table
 from millprint.thesis.claims.tabulate import CLAIM_COLUMNS
 from millprint.thesis.claims.tolerances import CERTAIN, TIMED
@@ -98,6 +100,17 @@ def test_every_job_left_a_log(smoke_project):
     assert len(logs) > 20
     empty = [path.name for path in logs if not path.read_text().strip()]
     assert not empty
+
+
+def test_collisions_are_counted_again_from_a_run_as_they_were_in_it(smoke_project):
+    for path in sorted(smoke_project.glob("results/dem/emax/calibrated/*/summary.json"))[:2]:
+        summary = read_json(path)
+        rules = [CountingRule.of_count(count) for count in summary["collisions"]]
+        again = with_counts({**summary, "collisions": []}, path.with_name("run.h5"), rules)["collisions"]
+        assert len(rules) > 10
+        for own, recorded in zip(again, summary["collisions"], strict=True):
+            numbers = {name: value for name, value in recorded.items() if not isinstance(value, dict)}
+            assert {name: own[name] for name in numbers} == pytest.approx(numbers, rel=1e-6)
 
 
 def test_the_quick_validation_judges_impacts_and_a_tumbling_mill(smoke_project):

@@ -40,11 +40,13 @@ rule run_dem_case:
         mem_mb=lambda wildcards, attempt: attempt * resources_at(wildcards).memory_mb,
         processor_s=lambda wildcards: likely_s([case_at(wildcards)]),
         disk_mb=lambda wildcards: likely_mb([case_at(wildcards)]),
+    # Only `identity` is compared: Snakemake leaves functions of the output out.
     params:
-        case=lambda wildcards: case_at(wildcards).model_dump(mode="json"),
-        mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
-        contact=lambda wildcards: CONTACTS[wildcards.contact].model_dump(mode="json"),
-        settings=settings("dem"),
+        identity=identity_at,
+        case=lambda wildcards, output: case_at(wildcards).model_dump(mode="json"),
+        mill=lambda wildcards, output: dumped(mill_named(wildcards.mill)),
+        contact=lambda wildcards, output: CONTACTS[wildcards.contact].model_dump(mode="json"),
+        settings=lambda wildcards, output: settings("dem"),
     message:
         "Simulating {wildcards.mill}/{wildcards.contact}/{wildcards.case}"
     script:

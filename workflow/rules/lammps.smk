@@ -33,10 +33,12 @@ rule run_lammps_case:
         processor_s=lambda wildcards: math.ceil(lammps_at(wildcards).processor_s),
         disk_mb=lambda wildcards: likely_mb([case_at(wildcards)]),
     params:
-        case=lambda wildcards: case_at(wildcards).model_dump(mode="json"),
-        mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
-        contact=lambda wildcards: CONTACTS[wildcards.contact].model_dump(mode="json"),
-        settings=CONFIG.dem.model_dump(mode="json", exclude={"lammps"}),
+        # Without a record of what it kept: its tolerances are compared.
+        identity=lambda wildcards: [identity_at(wildcards), CONFIG.dem.overlap_max, CONFIG.dem.closure_max],
+        case=lambda wildcards, output: case_at(wildcards).model_dump(mode="json"),
+        mill=lambda wildcards, output: dumped(mill_named(wildcards.mill)),
+        contact=lambda wildcards, output: CONTACTS[wildcards.contact].model_dump(mode="json"),
+        settings=lambda wildcards, output: CONFIG.dem.model_dump(mode="json", exclude={"lammps"}),
     message:
         "Simulating {wildcards.mill}/{wildcards.contact}/{wildcards.case} by LAMMPS"
     script:

@@ -65,6 +65,7 @@ rule describe_mill:
         interval=CONFIG.fingerprint.interval,
         smooth_points=CONFIG.fingerprint.smooth_points,
         spectra_rules=spectra_rules(CONFIG.mills.rule),
+        rules=rules_named(*spectra_rules(CONFIG.mills.rule)),
     message:
         "Calculating fingerprint and energy spectra of mill {wildcards.mill}"
     script:
@@ -74,6 +75,7 @@ rule describe_mill:
 rule measure_coverage:
     input:
         summaries=lambda wildcards: summary_files(new_cases(wildcards.mill)),
+        runs=lambda wildcards: records_of(summary_files(new_cases(wildcards.mill))),
         fingerprint=rules.describe_mill.output.fingerprint,
     output:
         coverage=f"{MILL}/coverage.tsv",
@@ -82,6 +84,8 @@ rule measure_coverage:
         f"{LOGS}/mills/{{mill}}_coverage.log",
     benchmark:
         f"{BENCHMARKS}/measure_coverage/{{mill}}.tsv"
+    params:
+        rules=rules_named(CONFIG.mills.rule),
     message:
         "Counting how often the bands of mill {wildcards.mill} hold new simulations"
     script:
@@ -310,6 +314,7 @@ rule explorer:
 rule study_settings:
     input:
         summaries=lambda wildcards: study_summaries(wildcards.mill),
+        runs=lambda wildcards: records_of(study_summaries(wildcards.mill)),
     output:
         table=f"{STUDY}/study.tsv",
         window=f"{STUDY}/window.tsv",
@@ -325,6 +330,7 @@ rule study_settings:
         variants=lambda wildcards: study_plan(wildcards.mill),
         sweep_seeds=lambda wildcards: len(sweep_of_mill(wildcards.mill).sweep.seeds),
         counting_rule=CONFIG.mills.rule,
+        rules=rules_named(CONFIG.mills.rule),
         study=CONFIG.convergence.study.model_dump(mode="json"),
     message:
         "Comparing time step, stiffness, facets, window and seeds of mill {wildcards.mill}"

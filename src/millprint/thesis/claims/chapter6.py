@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from millprint.thesis.claims.chapter3_causes import CONTACT, MILL
+from millprint.thesis.claims.chapter3 import CONTACT, MILL
 from millprint.thesis.claims.evidence import Evidence, Finding, NotRun, Repeats, claim, in_words, yes_no
 from millprint.thesis.surrogate.measure_tables import (
     BASELINE,

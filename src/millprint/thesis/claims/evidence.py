@@ -235,13 +235,12 @@ class Evidence:
 class Form:
     """A form of ids, and the code for every claim whose id has it.
 
-    template: an id, or one with the names of its parts, as in 3.cycle.{diameter}mm.{speed}.{letter}; find, explain:
-    called with the evidence and the parts; the latter says in words why such a value deviates.
+    template: an id, or one with the names of its parts, as in 3.cycle.{diameter}mm.{speed}.{letter}; find: called with
+    the evidence and the parts.
     """
 
     template: str
     find: Callable[..., Finding]
-    explain: Callable[..., str] | None = None
 
     def parts(self, name: str) -> dict[str, str] | None:
         """What an id says, such as {"speed": "600"}; None for an id of another form."""
@@ -261,7 +260,7 @@ class Form:
 FORMS: dict[str, Form] = {}
 
 
-def claim(template: str, explain: Callable[..., str] | None = None) -> Callable:
+def claim(template: str) -> Callable:
     """Register the decorated function as the code of the claims whose ids in claims.tsv have this form; see `Form`.
 
     Raises ValueError for a form that is registered already.
@@ -270,7 +269,7 @@ def claim(template: str, explain: Callable[..., str] | None = None) -> Callable:
     def register(find: Callable[..., Finding]) -> Callable[..., Finding]:
         if template in FORMS:
             raise ValueError(f"claim {template}: it is registered twice")
-        FORMS[template] = Form(template, find, explain)
+        FORMS[template] = Form(template, find)
         return find
 
     return register
@@ -294,12 +293,6 @@ def find_claim(evidence: Evidence) -> Finding:
     except NotRun as lacking:
         found = Finding(None, f"not run: {lacking}")
     return replace(found, sources=tuple(evidence.sources))
-
-
-def explain_deviation(evidence: Evidence) -> str:
-    """Why the value of the claim `evidence.id` deviates, in words; empty where no code says anything of it."""
-    form = form_of(evidence.id)
-    return form.explain(evidence, **form.parts(evidence.id) or {}) if form and form.explain else ""
 
 
 def datum(evidence: Evidence, path: str, key: str, value: int, column: str) -> float:
