@@ -161,7 +161,7 @@ def test_own_runs_have_the_dose_of_their_power(known, tmp_path):
     mill = next(iter(known))
     table = own_doses(own_table(tmp_path, mill=mill), known)
     assert table[TOTAL].to_numpy() * OWN["powder_mass_g"].to_numpy() * 1e3 == pytest.approx(
-        (table["power_W"] * OWN["time_h"] * 3600).to_numpy(), rel=1e-6
+        (table["wall_power_W"] * OWN["time_h"] * 3600).to_numpy(), rel=1e-6
     )
     assert table[HITS][0] == pytest.approx(table[HITS][1])
 

@@ -12,7 +12,6 @@ from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
 from millprint.fingerprint.cases import held_out_cases, mill_cases
-from millprint.fingerprint.condition import CURVES
 from millprint.fingerprint.coverage import HELD_OUT_COLUMNS, NEW, count_held_out, predict_held_out, sum_coverage
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.processes import (
@@ -25,6 +24,7 @@ from millprint.fingerprint.processes import (
     varied_components,
 )
 from millprint.mill.vessel import build_vessel, check_volume
+from millprint.observables.records import CURVES
 from tests.conftest import ROOT
 from tests.new_jars import DRAWN, JARS, write_folder
 from tests.unit.synthetic_mill import VOLUME, descriptors

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from millprint.config.errors import ConfigError
-from millprint.fingerprint.condition import Condition
+from millprint.observables.condition import Condition
 from millprint.thesis.claims.tolerances import agrees
 from millprint.thesis.curves.energy import Chemistry, compare_with_prior, energy_leverage, fit_slopes, specific_yields
 from millprint.thesis.curves.regimes import (

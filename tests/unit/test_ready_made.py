@@ -77,7 +77,9 @@ def test_a_condition_simulated_again_lies_within_its_band(name, made):
         )
     )
     # A shorter recorded time than that of the band has a wider scatter, by the root of their ratio.
-    room = np.sqrt(as_made.window_s / case.window_s) * np.log(predicted.power_W.upper / predicted.power_W.value)
+    room = np.sqrt(as_made.window_s / case.window_s) * np.log(
+        predicted.wall_power_W.upper / predicted.wall_power_W.value
+    )
     (row,) = tabulate_descriptors([found], fingerprint.about["counting_rule"]).to_dict("records")
-    power = row["normal_power_W"] + row["tangential_power_W"]
-    assert abs(np.log(power / predicted.power_W.value)) < room
+    power = row["wall_power_W"]
+    assert abs(np.log(power / predicted.wall_power_W.value)) < room

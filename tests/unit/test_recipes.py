@@ -56,7 +56,7 @@ ASK_STATISTIC = """
 import json
 from pathlib import Path
 
-from millprint.fingerprint.columns import explain_columns
+from millprint.observables.records import explain_columns
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.readers import read_summaries
 from millprint.run.digest import simulation_digest
@@ -211,7 +211,7 @@ RECIPES = {
         {},
         ASK_MOTION,
     ),
-    "statistic": ([("fingerprint/columns.py", '\n    Measured("closure",', STATISTIC)], {}, ASK_STATISTIC),
+    "statistic": ([("observables/records.py", '\n    Measured("closure",', STATISTIC)], {}, ASK_STATISTIC),
     "regressor": (
         [
             ("thesis/yields/regressors.py", "REGRESSORS = {\n", REGRESSOR.lstrip()),

@@ -10,11 +10,11 @@ from millprint.dose.spectra_shown import of_sheet, sheet_rows, temperature_rows,
 from millprint.figures import mill_pictures as figures
 from millprint.figures import mill_sheet_figure, style
 from millprint.fingerprint.bands import checked_factors
-from millprint.fingerprint.condition import CURVES
 from millprint.fingerprint.mill_collapse import UNKNOWN, VERDICTS, one_row_a_mill, tabulate_mill_collapse
 from millprint.fingerprint.mill_sheet import SHEET, WHERE, by_columns, sheet_condition, tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.zones import find_zones
+from millprint.observables.records import CURVES
 from millprint.view.mill_picture import picture_mill
 from tests.unit.factor_samples import factors_of
 from tests.unit.made_spectra import made_spectra
@@ -49,7 +49,7 @@ def test_a_sheet_states_what_a_condition_was_given_and_the_intervals_of_its_own_
     # The condition of the sheet is one of those that were simulated.
     condition, _ = sheet_condition(wide, scattered)
     (row,) = wide.scaled(condition).to_dict("records")
-    half = 100 * (np.sqrt(row["P_upper"] / row["P_lower"]) - 1)
+    half = 100 * (np.sqrt(row["Pw_upper"] / row["Pw_lower"]) - 1)
     told = rough.loc["power, where simulated"]
     assert told["lower"] - 1e-6 <= half <= told["upper"] + 1e-6
 
@@ -77,7 +77,7 @@ def test_a_condition_of_few_turns_has_no_number_without_that_word():
     table, few = tabulate_mill_collapse(descriptors(), 0.95), descriptors().assign(motion="few turns, repeats")
     sheet = tabulate_sheet(mill("spex"), fingerprint(), table, find_zones(fingerprint()), few)
     numbers = sheet[sheet["section"].isin(["descriptors", "dose"]) & sheet["value"].notna()]
-    assert len(numbers) == 13 and numbers["text"].str.contains("few turns").all()
+    assert len(numbers) == 14 and numbers["text"].str.contains("few turns").all()
 
 
 @pytest.fixture(scope="module")
@@ -162,8 +162,7 @@ def temperatures(sheet: pd.DataFrame, speed_rpm: float | None = None) -> pd.Data
 def test_a_sheet_has_the_dose_and_the_temperatures_of_its_condition():
     sheet = sheet_of(fingerprint())
     told = sheet.drop_duplicates("quantity").set_index("quantity")["value"]
-    power = told["normal and tangential power"]
-    assert power == pytest.approx(told["normal power"] + told["tangential power"])
+    assert told["power"] == pytest.approx(told[["normal power", "tangential power", "rolling power"]].sum())
     # 10 g of powder in 100 g of balls get in an hour what the balls dissipate.
     dose = told["dose of an hour at a ball-to-powder ratio of 10"]
     assert dose == pytest.approx(3.6e-3 * 10 * told["power of a kilogram of balls"])

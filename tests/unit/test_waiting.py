@@ -58,7 +58,7 @@ def test_the_table_holds_what_the_included_fingerprints_predict():
         condition = fingerprint.condition(
             ball_diameter_m=row.ball_diameter_mm / 1e3, fill_ratio=row.fill_ratio, speed_rpm=row.speed_rpm
         )
-        power = fingerprint.predict(condition).power_W
+        power = fingerprint.predict(condition).wall_power_W
         assert power.value == pytest.approx(row.value, rel=1e-3)
         assert power.mean.upper == pytest.approx(row.upper, rel=1e-3)
     assert len(own) == len(by_contact) == 9

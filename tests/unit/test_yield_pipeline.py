@@ -20,7 +20,7 @@ import split_screening
 import train_averaged_models
 import train_yield_model
 from millprint.config.search_spaces import COMPARED
-from millprint.fingerprint.condition import Condition
+from millprint.observables.condition import Condition
 from millprint.run.files import read_table
 from millprint.thesis.claims.tabulate import collect_findings
 from millprint.thesis.curves.regimes import read_regimes

@@ -9,7 +9,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.yields import RegionConfig
-from millprint.fingerprint.condition import Condition
+from millprint.observables.condition import Condition
 from millprint.thesis.curves.regimes import read_regimes
 from millprint.thesis.yields.averaging import AveragedModel, Candidate, fit_member
 from millprint.thesis.yields.experiments import Mill, check_region, region_conditions

@@ -48,18 +48,18 @@ def test_the_smoke_run_has_a_card_with_the_numbers_of_its_simulation(smoke_proje
     summary = read_json(smoke_project / "results/dem/emax/calibrated/d10_f0.10_n600_s0/summary.json")
     found, power = card.fingerprint.descriptors, summary["power_W"]
     assert found.normal_power_W.value == pytest.approx(power["normal"])
-    assert found.power_W.value == pytest.approx(power["normal"] + power["tangential"])
+    assert found.wall_power_W.value == pytest.approx(power["normal"] + power["tangential"])
     assert card.balls.number == summary["balls"]
     # Power by time over mass; a kJ/g is a thousand J/g.
     assert card.powder.mass_g == pytest.approx(card.balls.mass_g / 30)
-    expected = found.power_W.value * 12.5 * 3600 / card.powder.mass_g / 1e3
+    expected = found.wall_power_W.value * 12.5 * 3600 / card.powder.mass_g / 1e3
     assert card.dose.total_kJ_g.value == pytest.approx(expected)
     # The spectra hold the powers of the ledger.
     for channel in ("normal", "tangential"):
         total = sum(spectrum.power_W for spectrum in card.spectra if spectrum.channel == channel)
         assert total == pytest.approx(power[channel], rel=5e-3)
     # Intervals by contact parameters of the same run, wear by the coefficient of the same run.
-    assert found.power_W.contact.lower < found.power_W.contact.upper
+    assert found.wall_power_W.contact.lower < found.wall_power_W.contact.upper
     coefficient = read_json(smoke_project / "results/dose/wear_coefficient.json")["coefficient"]
     assert card.wear.coefficient == pytest.approx(coefficient)
     assert card.heat.powder.peak_degC.lower <= card.heat.powder.peak_degC.median <= card.heat.powder.peak_degC.upper
@@ -89,7 +89,7 @@ def test_the_script_writes_the_card_of_one_condition_without_a_sweep(written):
     # A fixed wall power: what the walls do is what the balls dissipate, within the scatter of so short a window.
     powers = [read_json(path)["power_W"] for path in (folder / "out/runs").glob("seed_*/summary.json")]
     mean = sum(each["normal"] + each["tangential"] for each in powers) / len(powers)
-    assert card.fingerprint.descriptors.power_W.value == pytest.approx(mean)
+    assert card.fingerprint.descriptors.wall_power_W.value == pytest.approx(mean)
 
 
 def test_a_second_call_simulates_nothing_again(written, smoke_project):

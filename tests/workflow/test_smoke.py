@@ -6,8 +6,8 @@ import pandas as pd
 import pytest
 from PIL import Image
 
-from millprint.estimate.judge import VERDICTS
 from millprint.config.counting import CountingRule
+from millprint.estimate.judge import VERDICTS
 from millprint.fingerprint.readers import with_counts
 from millprint.run.files import read_json, read_table
 from millprint.thesis.claims.tabulate import CLAIM_COLUMNS

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 import pandas as pd
 
-from millprint.config.fingerprint import DESCRIPTOR_SETS, StudyConfig
+from millprint.config.fingerprint import StudyConfig
 from millprint.dem.convergence import column_of, deviations, pooled_variance
 from millprint.estimate.quantiles import (
     chi_squared_exceeded,
@@ -17,9 +17,9 @@ from millprint.estimate.quantiles import (
     normal_exceeded,
     student_exceeded,
 )
-from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.readers import counted
 from millprint.fingerprint.study_cases import FACTORS
+from millprint.observables.records import DESCRIPTOR_SETS, DESCRIPTORS
 
 GOOD, BAD, UNKNOWN, UNTESTED = "good enough", "not good enough", "undecided", "not tested"
 POWERS = ("normal", "tangential")
