@@ -17,7 +17,8 @@ BELOW = {
     "run": {"config"},
     "mill": {"config", "run"},
     "dem": {"config", "run", "estimate", "mill"},
-    "fingerprint": {"observables", "config", "run", "estimate", "mill", "dem"},
+    "cases": {"config", "run", "mill", "dem"},
+    "fingerprint": {"observables", "config", "run", "estimate", "mill", "dem", "cases"},
 }
 
 

@@ -13,7 +13,7 @@ from millprint.config.sweep import Case, DemConfig
 
 MILL, CONTACT, DEM = load_mill("planetary"), load_contact("calibrated"), DemConfig()
 CASE = Case(
-    mill="planetary", contact="calibrated", ball_diameter_mm=10, fill_ratio=0.1, speed_rpm=300, seed=0, settle_s=0.1,
+    mill="planetary", contact="calibrated", ball_diameter_m=0.01, fill_ratio=0.1, speed_hz=5, seed=0, settle_s=0.1,
     discard_s=0.1, window_s=1.0,
 )  # fmt: skip
 RULES = [*DEFAULT_RULES, CountingRule(name="long", duration_min_s=1e-4)]
@@ -61,7 +61,7 @@ OF_CONTACT = {
     "wall_rolling_friction": 0.02,
 }  # fmt: skip
 OF_CASE = {
-    "ball_diameter_mm": 9, "fill_ratio": 0.2, "speed_rpm": 301, "seed": 1, "window_s": 3.0, "rayleigh_fraction": 0.1,
+    "ball_diameter_m": 0.009, "fill_ratio": 0.2, "speed_hz": 5.1, "seed": 1, "window_s": 3.0, "rayleigh_fraction": 0.1,
     "snapshot_interval_s": 0.1, "settle_s": 0.2, "discard_s": 0.2, "amplitude_mm": 70.0,
     "density_kg_m3": 5000.0, "power_error_max": 0.1,
 }  # fmt: skip

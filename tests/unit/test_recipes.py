@@ -40,7 +40,7 @@ from millprint.mill.speed_limits import mill_in_words, wall_acceleration
 
 DWELL = {"kind": "dwell", "stroke_mm": 20}
 mill = check_model({**read_yaml("config/mills/emax.yaml"), "motion": DWELL}, MillConfig, "mine")
-motion = build_bodies(mill, 60.0)[0].motion
+motion = build_bodies(mill)[0].motion
 found = [motion.position(turn)[0] for turn in (0.25, 0.55, 0.75, 0.95, 1.25)]
 assert all(abs(x - known) < 1e-6 for x, known in zip(found, (0.02, 0, 0, 0, 0.02))), found
 assert mill_in_words(mill) == "the jar strikes by 20 mm and dwells"

@@ -26,7 +26,7 @@ rule simulate_tumbling:
     wildcard_constraints:
         setup=any_of(CONFIG.validation.tumbling),
     resources:
-        processor_s=lambda wildcards: likely_s(simulated_inside(wildcards.setup)),
+        processor_s=lambda wildcards: TABLE.processor_s(rows_of("IN_SET_UP", wildcards.setup)),
     params:
         identity=lambda wildcards: identity_of_setup(wildcards.setup),
         settings=lambda wildcards: setup_inputs(wildcards.setup)["settings"],
@@ -64,7 +64,7 @@ rule predict_setup:
         processor_s=lambda wildcards: (
             0
             if wildcards.setup in CONFIG.validation.tumbling
-            else likely_s(simulated_inside(wildcards.setup))
+            else TABLE.processor_s(rows_of("IN_SET_UP", wildcards.setup))
             + round(CONFIG.validation.chosen[wildcards.setup].further_s)
         ),
     params:
@@ -87,7 +87,7 @@ rule judge_setups:
         predictions=expand(rules.predict_setup.output.predictions, setup=CONFIG.validation.chosen),
         runs=expand(rules.simulate_tumbling.output.runs, setup=CONFIG.validation.tumbling),
         charges=expand(rules.simulate_tumbling.output.charge, setup=CONFIG.validation.tumbling),
-        beds=[simulated(bed_case(name).path) for name in BEDS],
+        beds=[files_of(rows_of("SET_UP", name)[:1], "run.h5") for name in BEDS],
         measured=local(CONFIG.validation.measured),
     output:
         verdicts=f"{VALIDATION}/verdicts.tsv",

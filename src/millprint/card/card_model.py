@@ -40,6 +40,8 @@ class Jar(Record):
     """nominal inner volume, to which the fill ratio refers [mL]"""
     shape: str = ""
     """kind of shape"""
+    wall: str = ""
+    """what the walls of jar and inserts are: exact surfaces, and flat walls, which may be facets of round ones"""
     material: str = ""
     """material"""
     cooling: str = ""

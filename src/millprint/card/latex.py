@@ -66,6 +66,7 @@ def settings_of(card: MillingCard) -> list[tuple[str, str]]:
         ("mill", card.machine.title),
         ("speed", f"{card.machine.speed_rpm:g} rpm"),
         ("jar", ", ".join(filter(None, jar))),
+        *([("wall", card.jar.wall)] if card.jar.wall else []),
         ("balls", f"{charge_in_words(card.balls)}, {plain(card.balls.mass_g)} g{material}"),
         ("fill ratio", plain(card.balls.fill_ratio)),
     ]

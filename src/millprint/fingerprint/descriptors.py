@@ -10,6 +10,7 @@ import pandas as pd
 from millprint.config.counting import CountingRule
 from millprint.config.mill_sweep import FEWEST_FILLS
 from millprint.config.mixture import ONE_SIZE
+from millprint.config.sweep import as_tabulated
 from millprint.dem.turns import ROUNDING, has_impacts, mean_of_turns, motion_repeats
 from millprint.fingerprint.readers import collisions_by, counted, read_contacts
 from millprint.observables.collisions import Collisions
@@ -44,7 +45,7 @@ def condition_of(summary: dict) -> dict:
         "contact": summary["contact"],
         "varied": " and ".join(changed) or NOTHING,
         CHARGE: (case.get("mixture") or {}).get("name", ONE_SIZE),
-        **{name: case[name] for name in ("ball_diameter_mm", "fill_ratio", "speed_rpm")},
+        **as_tabulated(case),
         **{name: summary[name] for name in ("density_kg_m3", "amplitude_m")},
     }
 

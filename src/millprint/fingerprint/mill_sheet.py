@@ -114,6 +114,10 @@ def tabulate_sheet(
     collapse: as of tabulate_mill_collapse; zones: as of find_zones; descriptors: of the mill's sweep. A fingerprint
     with further origins of intervals also has their columns, and a line that explains each.
     """
+    # Imported here: they take long, and what only reads sheets does not need them.
+    from millprint.mill.bodies import build_bodies
+    from millprint.mill.wall_words import walls_in_words
+
     about, built = fingerprint.about, as_built(descriptors)
     condition, charge = sheet_condition(fingerprint, with_impacts(built))
     simulated = _row_of(condition, charge, built)
@@ -124,6 +128,7 @@ def tabulate_sheet(
         Row("mill", "name", text=f"{mill.name}: {mill.title}"),
         Row("mill", "nominal volume", mill.volume_ml, unit="mL"),
         Row("mill", "amplitude A, half of the longest way of a wall", 1e3 * about["amplitude_m"], unit="mm"),
+        Row("mill", "wall", text=walls_in_words(build_bodies(mill))),
         Row("mill", "contact set", text=f"{about['contact']}, {about['density_kg_m3']:g} kg/m3; {ASSUMED}"),
         *([Row("mill", "at the wall", text=", ".join(at_wall))] if at_wall else []),
         Row("mill", "collisions counted by", text=about["counting_rule"]),

@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 import pandas as pd
 
+from millprint.cases.of_mill import FACTORS
 from millprint.config.fingerprint import StudyConfig
 from millprint.dem.convergence import column_of, deviations, pooled_variance
 from millprint.estimate.quantiles import (
@@ -18,7 +19,6 @@ from millprint.estimate.quantiles import (
     student_exceeded,
 )
 from millprint.fingerprint.readers import counted
-from millprint.fingerprint.study_cases import FACTORS
 from millprint.observables.records import DESCRIPTOR_SETS, DESCRIPTORS
 
 GOOD, BAD, UNKNOWN, UNTESTED = "good enough", "not good enough", "undecided", "not tested"

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from millprint.cases.simulate import Values
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.geometry import CylinderGeometry
@@ -311,19 +312,18 @@ def sample_contacts(contact: ContactConfig, settings: ReposeDrumConfig) -> list[
     return changed
 
 
-def _slice_angle(inputs: Inputs, case: Case, contact: ContactConfig, title: str) -> float:
+def _slice_angle(inputs: Inputs, case: Case, contact: ContactConfig) -> Values:
     """Angle of the surface in a slice with smooth ends [deg], simulated here."""
     settings: ReposeDrumConfig = inputs.settings
     whole, shape = _drum(inputs)
     geometry = shape.model_copy(update={"height_mm": settings.slice_mm, "smooth_ends": True})
     volume_ml = whole.volume_ml * settings.slice_mm / shape.height_mm
     mill = whole.model_copy(update={"geometry": geometry, "volume_ml": volume_ml})
-    recording = Simulation(case, mill, contact, inputs.dem).run(title)
-    balls = np.concatenate(recording.snapshots)
+    balls = np.concatenate(Simulation(case, mill, contact, inputs.dem).run("slice").snapshots)
     places, velocities = (
         balls[..., span_of(columns)][..., ACROSS] for columns in (SNAPSHOT.position_m, SNAPSHOT.velocity_m_s)
     )
-    return Motion(places, velocities, _radius(inputs)).surface(settings).angle_deg
+    return {"angle_deg": float(Motion(places, velocities, _radius(inputs)).surface(settings).angle_deg)}
 
 
 def predict_repose_drum(inputs: Inputs) -> pd.DataFrame:
@@ -338,15 +338,11 @@ def predict_repose_drum(inputs: Inputs) -> pd.DataFrame:
     # Two seeds give little information on the scatter, so the blocks of time of all seeds are used.
     scatter = float(half_width(np.concatenate(blocks)))
     case = next(iter(expand_sweep(settings.sweeps[0], inputs.dem, settings.mill)))
-    base = _slice_angle(inputs, case, inputs.contact, "slice")
-    changes = [0.0]
-    for number, contact in enumerate(sample_contacts(inputs.contact, settings), start=1):
-        angle = _slice_angle(inputs, case, contact, f"slice {number} of {settings.samples}")
-        changes.append(angle - base)
-        logger.info(
-            "slice with restitution %.2f, friction %.2f, rolling friction %.3f: %.2f deg",
-            *(getattr(contact, name) for name in VARIED), angle,
-        )  # fmt: skip
+    contacts = [inputs.contact, *sample_contacts(inputs.contact, settings)]
+    runs = {f"slice {number}": contact.model_dump(mode="json") for number, contact in enumerate(contacts)}
+    slices = inputs.simulated(runs, lambda own: _slice_angle(inputs, case, ContactConfig(**own)), "slices")
+    base, *others = (each["angle_deg"] for each in slices)
+    changes = [0.0, *(angle - base for angle in others)]
     found, id = float(angles.mean()), _single(inputs, REPOSE)
     logger.info("whole drum: %s deg; slice with smooth ends: %.2f deg", np.round(angles, 2).tolist(), base)
     return pd.DataFrame(

@@ -1,19 +1,18 @@
 """Predictions for shaken boxes: energy lost a period, the fall of a swing, and the power of a plate under gravity."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping
-from pathlib import Path
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from millprint.cases.simulate import Values
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.quantities import LOSS_EXPONENT, LOST, PLATE_MEAN, PLATE_POWER, SWING
 from millprint.config.shaken_models import LeafSpringConfig, ShakenBoxConfig, ShakenPlateConfig
 from millprint.dem.ledger import closure
-from millprint.dem.short_runs import Values, simulate_each
 from millprint.estimate.estimates import mean_of
 from millprint.mill.gravity import GRAVITY
 from millprint.validation.measured import COUNT, DEM, SCATTER, Inputs, prediction
@@ -34,8 +33,6 @@ FITTED = f"{LAW}, thickness fitted"
 POURED = "poured"
 THICKNESS = "thickness of the pile over that packed by shaking"
 SAME = "energy lost over that of the prediction at the same A / G"
-# The file of the simulations that are done; the caller removes it once the predictions are written.
-KEPT = "runs.partial"
 # Places on the line of the law.
 LINE = 60
 
@@ -46,12 +43,6 @@ def _places(inputs: Inputs, quantity: str, given: Iterable[float], what: str) ->
     if (measured <= 0).any():
         raise ConfigError(f"validation.measured: quantity {quantity}: x = {measured.min():g}: {what} must be above 0")
     return sorted({*map(float, given), *measured})
-
-
-def _simulate(inputs: Inputs, runs: Mapping[str, Values], simulate: Callable[[Values], Values], title: str) -> list:
-    """What each run gives, in order; a killed call continues with those that are done, in the set-up's folder."""
-    done = inputs.folder / KEPT if inputs.folder != Path() else None
-    return list(simulate_each(runs, simulate, (inputs.settings, inputs.contact), title, done).values())
 
 
 def _mean_rows(table: pd.DataFrame, quantity: str, ids: dict[float, str]) -> list[dict]:
@@ -148,7 +139,7 @@ def predict_shaken_box(inputs: Inputs) -> pd.DataFrame:
     places = _places(inputs, LOST, settings.amplitudes, "the amplitude over the free gap")
     table = design_of_box(settings, inputs.contact, places)
     runs = {f"{row['model']}, A/G {row['x']:g}, seed {row['seed']}": row for row in table.to_dict("records")}
-    found = _simulate(inputs, runs, lambda run: lost_share(run, settings, inputs.contact), "shaken box")
+    found = inputs.simulated(runs, lambda run: lost_share(run, settings, inputs.contact), "shaken box")
     table = table.join(pd.DataFrame(found))
     own = table[table["model"] == DEM]
     rows = _mean_rows(own, LOST, inputs.ids_of(LOST))
@@ -205,7 +196,7 @@ def predict_leaf_spring(inputs: Inputs) -> pd.DataFrame:
         for balls, seed in zip(numbers, seeds, strict=True)
     }
     seconds = max(times) + 1 / settings.frequency_hz
-    found = _simulate(inputs, runs, lambda run: swing_down(run, settings, inputs.contact, seconds), "leaf spring")
+    found = inputs.simulated(runs, lambda run: swing_down(run, settings, inputs.contact, seconds), "leaf spring")
     courses = np.array([np.interp(times, each["time_s"], each["amplitude"]) for each in found])
     own, ids, rows = courses[: len(settings.seeds)], inputs.ids_of(SWING), []
     for x, values, every in zip(times, own.T, courses.T, strict=True):
@@ -245,7 +236,7 @@ def predict_shaken_plate(inputs: Inputs) -> pd.DataFrame:
     places = _places(inputs, PLATE_POWER, settings.accelerations, "the acceleration")
     table = pd.DataFrame([{"x": x, "seed": seed} for seed in settings.seeds for x in places])
     runs = {f"{row['x']:g} g, seed {row['seed']}": row for row in table.to_dict("records")}
-    found = _simulate(inputs, runs, lambda run: plate_power(run, settings, inputs.contact), "shaken plate")
+    found = inputs.simulated(runs, lambda run: plate_power(run, settings, inputs.contact), "shaken plate")
     table = table.join(pd.DataFrame(found))
     own = table[table["x"].isin(settings.accelerations)]
     means, exponents = zip(

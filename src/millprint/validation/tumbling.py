@@ -278,7 +278,7 @@ def _dem_rows(inputs: Inputs, curve: pd.DataFrame, runs: pd.DataFrame, settings:
 
 def charge_of(settings: TumblingConfig, mill: MillConfig, density: float, number: int) -> Mill:
     """The charge for the power formulas, for a number of balls."""
-    low, high = build_bodies(mill, settings.speed_rpm(settings.speeds[0]))[0].vessel.bounds
+    low, high = build_bodies(mill)[0].vessel.bounds
     across = "xyz".index(getattr(mill.geometry, "axis", "y"))
     mass = number * density * math.pi / 6 * (settings.diameter_mm / 1e3) ** 3
     filling = settings.fillings[settings.numbers.index(number)]

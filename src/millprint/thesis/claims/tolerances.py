@@ -130,7 +130,7 @@ def _unit(published: str) -> Decimal:
 
 
 def judge_value(published: str, tolerance: str, finding: Finding) -> Verdict:
-    """The verdict on a claim by the value alone: it says whether our number agrees, not whether it holds.
+    """The verdict on a claim by only its value: it says whether our number agrees, not whether it holds.
 
     A value within the tolerance agrees, whatever else the thesis prints. One that differs is an erratum where two
     printed places cannot both hold.

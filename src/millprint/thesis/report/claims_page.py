@@ -197,7 +197,7 @@ def front_text(conclusions: pd.DataFrame, falls: list[str]) -> str:
     for chapter, own in conclusions.groupby("chapter", sort=False):
         known = own[own["claims"] > 0]
         counts = known["verdict"].value_counts()
-        told = ", ".join(f"{counts[word]} {VERBS[word][counts[word] > 1]}" for word in VERDICTS if word in counts)
+        told = ", ".join(f"{counts[word]} {VERBS[word][int(counts[word] > 1)]}" for word in VERDICTS if word in counts)
         lines += [f"- **{_capital(str(chapter))}**: {f'of {len(known)} conclusions {told}' if told else NOT_RUN}.", ""]
         for word, group in known.groupby("verdict"):
             told = " ".join(f"{row.conclusion.rstrip('.')} ({row.reason})." for row in group.itertuples())
