@@ -31,7 +31,10 @@ VALUE_NAMES = [SLIDING if name == "tangential_J" else name for name in names_of(
 ROW_NAMES = ["first", "second", "facet", "contact", *VALUE_NAMES, "ended"]
 COLLISION_NAMES = ["first", "second", *VALUE_NAMES, "complete"]
 # How the values of rows combine to the value of their contact; all others add up.
-JOINED = {"start_s": "first", "approach_speed_m_s": "first", "peak_force_N": "max", "peak_overlap_m": "max"}
+JOINED = {
+    **dict.fromkeys(("start_s", "approach_speed_m_s", "slip_speed_m_s"), "first"),
+    **dict.fromkeys(("peak_force_N", "peak_overlap_m"), "max"),
+}
 
 # The two parts of the tangential work.
 WORKS = ("damping_J", SLIDING)
