@@ -33,7 +33,7 @@ from millprint.validation.measured import DEM
 TABLE = "config/data/waiting_predictions.tsv"
 CONDITION = ("ball_diameter_mm", "fill_ratio", "speed_rpm")
 COLUMNS = ("mill", *CONDITION, "quantity", "value", "lower", "upper", "unit", "interval", "release", "date", "digest")
-POWER, IMPACTS, WARMING = "power", "impacts a second", "warming of the jar in two minutes"
+POWER, IMPACTS, WARMING = "power of the walls", "impacts a second", "warming of the jar in two minutes"
 WARMING_S = 120.0
 BY_MEAN, BY_HEAT = "the mean of very many simulations", "what is not known of the jar and its cooling"
 BY_CONTACT = "contact parameters that nobody has measured"
