@@ -16,7 +16,7 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import charges_of, read_summaries
 from millprint.fingerprint.zones import find_zones
 from millprint.observables.condition import fill_grid
-from millprint.observables.records import CURVE_COLUMNS
+from millprint.observables.definitions import CURVE_COLUMNS
 from millprint.run.files import write_table
 from millprint.run.job import job
 

@@ -23,7 +23,7 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import read_summaries
 from millprint.fingerprint.zones import find_zones
 from millprint.observables.condition import fill_grid
-from millprint.observables.records import BASIC, CURVE_COLUMNS, DESCRIPTOR_SETS, WEIGHTED_BASIC
+from millprint.observables.definitions import BASIC, CURVE_COLUMNS, DESCRIPTOR_SETS, WEIGHTED_BASIC
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.thesis.curves.collapse import tabulate_collapse

@@ -36,7 +36,7 @@ from millprint.explorer.page import explorer_page
 from millprint.fingerprint.condition_search import simulated_request
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import find_ready_made, ready_made
-from millprint.observables.records import explain_columns
+from millprint.observables.definitions import explain_columns
 from millprint.run.files import whole_file
 
 HEAD = """# Every key

@@ -42,7 +42,7 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.predicted_values import Prediction
 from millprint.fingerprint.readers import charges_of, read_summaries
 from millprint.observables.condition import Condition
-from millprint.observables.records import DESCRIPTORS
+from millprint.observables.definitions import DESCRIPTORS
 from millprint.run.files import write_table
 
 if TYPE_CHECKING:

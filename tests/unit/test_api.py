@@ -7,7 +7,7 @@ import pytest
 
 import millprint
 from millprint.fingerprint.comparison import COMPARED
-from millprint.observables.records import DESCRIPTOR_SETS
+from millprint.observables.definitions import DESCRIPTOR_SETS
 from tests.conftest import ROOT
 from tests.unit.synthetic_mill import VOLUME, descriptors, fingerprint
 

@@ -18,7 +18,7 @@ from millprint.fingerprint.bands import checked_factors
 from millprint.fingerprint.condition_search import rank_conditions
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
-from millprint.observables.records import TARGET_DESCRIPTORS
+from millprint.observables.definitions import TARGET_DESCRIPTORS
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import fit_averaged
 from millprint.thesis.yields.model_files import load_averaged, save_averaged, training_rows

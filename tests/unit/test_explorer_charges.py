@@ -10,7 +10,7 @@ from millprint.fingerprint.condition_search import rank_conditions, simulated_re
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import charges_of
-from millprint.observables.records import DESCRIPTOR_SETS, TARGET_DESCRIPTORS
+from millprint.observables.definitions import DESCRIPTOR_SETS, TARGET_DESCRIPTORS
 from tests.browser import needs_browser
 from tests.unit.synthetic_mill import FILLS, VOLUME, summaries, summary
 

@@ -23,7 +23,7 @@ from millprint.fingerprint.predicted_values import banded
 from millprint.fingerprint.processes import Told
 from millprint.fingerprint.readers import find_ready_made, ready_made
 from millprint.fingerprint.zones import find_zones
-from millprint.observables.records import COUNTED, CURVES
+from millprint.observables.definitions import COUNTED, CURVES
 from millprint.run.files import read_table, write_json, write_table
 from tests.conftest import ROOT
 from tests.unit.factor_samples import FACTOR_FILLS, factors_of

@@ -27,7 +27,7 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import charges_of
 from millprint.fingerprint.scale_up import tabulate_scale_up
 from millprint.fingerprint.zones import find_zones
-from millprint.observables.records import DESCRIPTOR_SETS, TARGET_DESCRIPTORS
+from millprint.observables.definitions import DESCRIPTOR_SETS, TARGET_DESCRIPTORS
 from millprint.run.files import write_table
 from millprint.thesis.curves.scaling import fit_exponents, tabulate_counting_rules
 from millprint.view.mill_picture import picture_mill

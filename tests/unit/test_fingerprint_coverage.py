@@ -25,7 +25,7 @@ from millprint.fingerprint.processes import (
 )
 from millprint.mill.bodies import check_volume
 from millprint.mill.vessel import build_vessel
-from millprint.observables.records import CURVES
+from millprint.observables.definitions import CURVES
 from tests.conftest import ROOT
 from tests.new_jars import DRAWN, JARS, write_folder
 from tests.unit.synthetic_mill import VOLUME, descriptors

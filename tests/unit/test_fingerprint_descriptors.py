@@ -11,7 +11,7 @@ from millprint.config.errors import ConfigError
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.readers import check_summary, read_summaries
 from millprint.observables.condition import VARIABLES, Condition, energy_scale, power_scale
-from millprint.observables.records import COMPUTED, DESCRIPTORS, MEASURED, descriptors_of
+from millprint.observables.definitions import COMPUTED, DESCRIPTORS, MEASURED, descriptors_of
 from millprint.thesis.curves.cycles import tabulate_cycles, tabulate_densities
 from millprint.thesis.curves.scaling import tabulate_counting_rules
 from tests.unit.synthetic_mill import DENSITY, counted, descriptors, summaries, summary, true_curves, weighted

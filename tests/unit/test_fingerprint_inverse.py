@@ -18,7 +18,7 @@ from millprint.fingerprint.condition_search import match_targets, rank_condition
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
 from millprint.observables.condition import Condition
-from millprint.observables.records import descriptors_of, scaled_quantities
+from millprint.observables.definitions import descriptors_of, scaled_quantities
 from millprint.run.files import read_table
 from millprint.thesis.curves.scaling import invert_speed, nearest_speed
 from tests.conftest import PRINTED

@@ -17,7 +17,7 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.processes import varied_components
 from millprint.fingerprint.zones import find_zones
 from millprint.observables.condition import Condition
-from millprint.observables.records import CURVES, DESCRIPTOR_SETS, POWER_PARTS
+from millprint.observables.definitions import CURVES, DESCRIPTOR_SETS, POWER_PARTS
 from tests.unit.synthetic_mill import (
     AMPLITUDE,
     DENSITY,

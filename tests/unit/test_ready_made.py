@@ -15,7 +15,7 @@ from millprint.dem.run import simulate
 from millprint.fingerprint import readers
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
-from millprint.observables.records import POWER_PARTS
+from millprint.observables.definitions import POWER_PARTS
 from millprint.run.files import read_table
 
 NAMES = readers.ready_made()
@@ -85,7 +85,7 @@ def test_a_condition_simulated_again_lies_within_its_band(name, made):
     assert abs(np.log(power / known.value)) < room
     # What a meter sees is what the balls dissipate, and rolling is a part of it.
     parts = {name: row[name] for name in POWER_PARTS}
-    assert sum(parts.values()) == pytest.approx(power, rel=found["closure"] + 1e-9)
+    assert sum(parts.values()) == pytest.approx(power, rel=1.1 * found["closure"])
     predicted_parts = [predicted.known[name] for name in POWER_PARTS]
     assert sum(part.value for part in predicted_parts) == pytest.approx(known.value, rel=1e-9)
     for name in known.intervals:

@@ -50,7 +50,7 @@ assert 1 < wall_acceleration(mill) / (0.01 * (4 * 3.14159) ** 2) < 1.2, wall_acc
 
 OBSERVABLE = """
     Measured("median_impact_speed_m_s", "m/s", "median impact speed", "of the speeds along the line of centres",
-             symbol="v50", curve="v50", scale="speed", matched=ALONE, panel="Impact speed", line="median",
+             symbol="v50", curve="v50", scale="speed", matched=BY_NAME, panel="Impact speed", line="median",
              optional=True, of_collisions=lambda found: float(np.median(found["approach_speed_m_s"][found.begins]))),
     Measured("closure","""
 ASK_OBSERVABLE = """
@@ -70,7 +70,7 @@ from millprint.fingerprint.mill_sheet import tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import read_summaries
 from millprint.fingerprint.zones import find_zones
-from millprint.observables.records import explain_columns
+from millprint.observables.definitions import explain_columns
 from millprint.run.digest import simulation_digest
 from tests.unit.synthetic_mill import AMPLITUDE, FILLS, VOLUME, summary
 from tests.unit.test_dose_spectra import contacts, write
@@ -250,7 +250,7 @@ RECIPES = {
         {},
         ASK_MOTION,
     ),
-    "observable": ([("observables/records.py", '\n    Measured("closure",', OBSERVABLE)], {}, ASK_OBSERVABLE),
+    "observable": ([("observables/definitions.py", '\n    Measured("closure",', OBSERVABLE)], {}, ASK_OBSERVABLE),
     "regressor": (
         [
             ("thesis/yields/regressors.py", "REGRESSORS = {\n", REGRESSOR.lstrip()),

@@ -14,7 +14,7 @@ from millprint.fingerprint.mill_collapse import UNKNOWN, VERDICTS, one_row_a_mil
 from millprint.fingerprint.mill_sheet import SHEET, WHERE, by_columns, sheet_condition, tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.zones import find_zones
-from millprint.observables.records import CURVES
+from millprint.observables.definitions import CURVES
 from millprint.view.mill_picture import picture_mill
 from tests.unit.factor_samples import factors_of
 from tests.unit.made_spectra import made_spectra

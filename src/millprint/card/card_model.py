@@ -10,7 +10,7 @@ from pydantic import Field, create_model
 from millprint.card.outcome_model import Amount, Dose, Heat, Positive, Record, Share, Spectrum, Wear
 from millprint.config.over_speed import value_at
 from millprint.estimate.estimates import Estimate
-from millprint.observables.records import DESCRIPTOR_SETS, ON_CARD, SHARE, Observable
+from millprint.observables.definitions import DESCRIPTOR_SETS, ON_CARD, SHARE, Observable
 
 FORMAT = "millprint milling card"
 SCHEMA_VERSION = 3

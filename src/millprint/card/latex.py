@@ -9,7 +9,7 @@ import yaml
 from millprint.card.card_model import MillingCard, Software
 from millprint.card.methods import between, charge_in_words, programme_in_words
 from millprint.estimate.estimates import Estimate, Interval
-from millprint.observables.records import ON_CARD
+from millprint.observables.definitions import ON_CARD
 from millprint.run.machine import commit, package_versions
 from millprint.run.numbers import plain, prefix_of, three
 

@@ -23,7 +23,7 @@ from millprint.fingerprint.comparison import (
 from millprint.fingerprint.condition_search import SHARED_CONTACT, check_same_count, simulated_ranges
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import find_ready_made
-from millprint.observables.records import DESCRIPTOR_SETS, POWER
+from millprint.observables.definitions import DESCRIPTOR_SETS, POWER
 
 # Settings are near a card if its descriptors are met to this on average (root mean square of logarithms).
 NEAR = 0.25

@@ -33,7 +33,7 @@ from millprint.estimate.estimates import Estimate, Interval, factor_of, parts_of
 from millprint.fingerprint.bands import FURTHER
 from millprint.fingerprint.descriptors import MOTIONS, tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
-from millprint.observables.records import ON_CARD, POWER, POWER_PARTS, SHARE, STATISTICS, with_power
+from millprint.observables.definitions import ON_CARD, POWER, POWER_PARTS, SHARE, STATISTICS, with_power
 
 COURSE = ["lower_degC", "median_degC", "upper_degC"]
 TIMES_OF_CYCLE, MOST_TIMES = 10, 400

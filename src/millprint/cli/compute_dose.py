@@ -14,7 +14,7 @@ from millprint.config.arguments import check_written
 from millprint.dose.energy_doses import DOSE_OF, HITS, TIME, YIELD, own_doses
 from millprint.dose.kinetics import FEWEST_RUNS, fit_kinetics, said_of_shear, verdict
 from millprint.fingerprint.model import Fingerprint
-from millprint.observables.records import POWER
+from millprint.observables.definitions import POWER
 from millprint.run.files import write_table
 
 

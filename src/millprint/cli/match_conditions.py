@@ -53,7 +53,7 @@ from millprint.fingerprint.condition_search import (
 from millprint.fingerprint.descriptors import CHARGE, FEWEST_TURNS
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import find_ready_made
-from millprint.observables.records import DESCRIPTOR_SETS
+from millprint.observables.definitions import DESCRIPTOR_SETS
 from millprint.run.files import write_table
 
 SHORT = {

@@ -19,7 +19,7 @@ from millprint.config.section import (
     Section,
     first_repeated,
 )
-from millprint.observables.records import DESCRIPTOR_SETS, PREDICTED, TARGET_DESCRIPTORS, Observable
+from millprint.observables.definitions import DESCRIPTOR_SETS, PREDICTED, TARGET_DESCRIPTORS, Observable
 
 DescriptorSet = Literal["weighted", "per_collision"]
 if TYPE_CHECKING:

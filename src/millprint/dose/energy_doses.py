@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from millprint.estimate.estimates import Estimate
-from millprint.observables.records import POWER
+from millprint.observables.definitions import POWER
 from millprint.run.tables import CASE, Number, Text, read_measured, refuse_copies, refuse_rows
 
 if TYPE_CHECKING:

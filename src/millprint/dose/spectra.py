@@ -24,7 +24,7 @@ from millprint.dem.collisions import CHANNELS
 from millprint.dem.turns import ROUNDING
 from millprint.fingerprint.descriptors import CHARGE, CONDITION, CONDITION_TEXT, ONE_SIZE, condition_of
 from millprint.fingerprint.readers import Contacts, collisions_by, read_contacts
-from millprint.observables.collisions import BOTH, PAIRS
+from millprint.observables.counted_collisions import BOTH, PAIRS
 from millprint.run.files import read_table
 from millprint.run.progress import progress
 

@@ -27,7 +27,7 @@ from millprint.fingerprint.readers import read_content
 from millprint.mill.gravity import GRAVITY
 from millprint.mill.speed_limits import mill_in_words, wall_acceleration
 from millprint.observables.condition import SCALES, VARIABLES
-from millprint.observables.records import DESCRIPTOR_SETS, OWN_CURVES, PREDICTED
+from millprint.observables.definitions import DESCRIPTOR_SETS, OWN_CURVES, PREDICTED
 from millprint.run.files import read_table
 
 # What the page needs of the record of an observable.

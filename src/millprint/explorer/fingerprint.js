@@ -2,7 +2,7 @@
 
 // The scaled quantities from which `complete` calculates all others: of collisions only, and with those of the power.
 const { of_collisions: OF_COLLISIONS, known: BASIC, own_curves: OWN_CURVES } = CONTENT.curves;
-// Records of millprint.observables.records, in the order of the page, and their scales.
+// Records of millprint.observables.definitions, in the order of the page, and their scales.
 const OBSERVABLES = CONTENT.observables;
 const BY_COLLISION = OBSERVABLES.filter(({ adds_up, curve }) => !adds_up && curve !== "share");
 // The charge of balls of one size.

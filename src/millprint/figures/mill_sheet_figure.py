@@ -32,7 +32,7 @@ from millprint.figures.style import (
 from millprint.fingerprint.bands import FURTHER, NOT_KNOWN, ORIGINS
 from millprint.fingerprint.descriptors import CHARGE, MOTIONS
 from millprint.fingerprint.mill_sheet import RECORDED, SIMULATED, STATED, WHERE, by_columns, shown_speed
-from millprint.observables.records import DESCRIPTORS, SHEET_PANELS
+from millprint.observables.definitions import DESCRIPTORS, SHEET_PANELS
 from millprint.run.numbers import plain, prefix_of, three
 from millprint.view.mill_picture import MillPicture
 

@@ -21,7 +21,7 @@ from millprint.figures.style import (
     plt,
 )
 from millprint.fingerprint.study import DESCRIBED, POWERS
-from millprint.observables.records import CURVES, DESCRIPTORS
+from millprint.observables.definitions import CURVES, DESCRIPTORS
 
 COLUMNS = 4
 

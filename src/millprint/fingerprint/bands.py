@@ -11,7 +11,7 @@ from millprint.config.load import check_model
 from millprint.config.mixture import ONE_SIZE
 from millprint.config.section import Positive
 from millprint.estimate.estimates import ENDS
-from millprint.observables.records import COUNTED, CURVES
+from millprint.observables.definitions import COUNTED, CURVES
 from millprint.run.files import read_json
 
 

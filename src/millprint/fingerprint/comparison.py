@@ -21,7 +21,7 @@ from millprint.fingerprint.condition_search import (
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.model import Fingerprint
 from millprint.observables.condition import Condition
-from millprint.observables.records import (
+from millprint.observables.definitions import (
     DESCRIPTOR_SETS,
     DESCRIPTORS,
     POWER,

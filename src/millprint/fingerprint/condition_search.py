@@ -19,7 +19,7 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.plausible import check_near
 from millprint.fingerprint.predicted_values import Prediction
 from millprint.observables.condition import Condition
-from millprint.observables.records import DESCRIPTOR_SETS, POWER, PREDICTED, TARGET_DESCRIPTORS
+from millprint.observables.definitions import DESCRIPTOR_SETS, POWER, PREDICTED, TARGET_DESCRIPTORS
 
 # Fill ratios and speeds of the grid before the refinement; the curves have few turns, all far wider than a step.
 GRID = (81, 61)

@@ -13,9 +13,9 @@ from millprint.config.mixture import ONE_SIZE
 from millprint.config.sweep import as_tabulated
 from millprint.dem.turns import ROUNDING, has_impacts, mean_of_turns, motion_repeats
 from millprint.fingerprint.readers import collisions_by, counted, read_contacts
-from millprint.observables.collisions import Collisions
 from millprint.observables.condition import Condition, energy_scale
-from millprint.observables.records import COMPUTED, DESCRIPTORS, MEASURED, STATISTICS, Measured
+from millprint.observables.counted_collisions import Collisions
+from millprint.observables.definitions import COMPUTED, DESCRIPTORS, MEASURED, STATISTICS, Measured
 from millprint.run.files import read_table
 
 # The columns that define a condition. `varied` names what a sweep changed of mill or balls; NOTHING if as built.

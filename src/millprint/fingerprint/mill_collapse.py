@@ -5,7 +5,7 @@ import pandas as pd
 
 from millprint.fingerprint.descriptors import CHANNELS, CHARGE, as_built
 from millprint.observables.condition import SCALES
-from millprint.observables.records import PREDICTED, SCALED_BY
+from millprint.observables.definitions import PREDICTED, SCALED_BY
 
 # Exponents in the equations, for quantities of one ball or one collision.
 SUPPOSED = {

@@ -16,7 +16,7 @@ from millprint.fingerprint.descriptors import CHARGE, MOTIONS, as_built, said_of
 from millprint.fingerprint.predicted_values import banded
 from millprint.fingerprint.readers import TABLE, WALL
 from millprint.observables.condition import Condition
-from millprint.observables.records import DESCRIPTORS, POWER, PREDICTED
+from millprint.observables.definitions import DESCRIPTORS, POWER, PREDICTED
 from millprint.run.files import read_table
 from millprint.run.numbers import three
 

@@ -31,7 +31,7 @@ from millprint.fingerprint.processes import (
 )
 from millprint.fingerprint.readers import FORMAT, read_content
 from millprint.observables.condition import VARIABLES, Condition
-from millprint.observables.records import CURVES, LATER_CURVES, PREDICTED, SCALED_BY, SHARE, descriptors_of
+from millprint.observables.definitions import CURVES, LATER_CURVES, PREDICTED, SCALED_BY, SHARE, descriptors_of
 from millprint.run.files import write_json
 
 LATER = "not measured when the fingerprint was made: run the command again that made it"

@@ -8,7 +8,7 @@ import pandas as pd
 
 from millprint.estimate.estimates import Estimate, Interval, columns_of, known_ends, parts_of
 from millprint.fingerprint.processes import Told
-from millprint.observables.records import CURVES, OWN_CURVES, WEIGHTED_BASIC, scaled_quantities
+from millprint.observables.definitions import CURVES, OWN_CURVES, WEIGHTED_BASIC, scaled_quantities
 
 # The quantities that are read from curves, from which all others are calculated. The power of the thesis and its parts
 # are that power and the ratio of these parts, so that the parts add up to the whole, and their bands do not exceed it;

@@ -34,8 +34,8 @@ from millprint.dem.collisions import (
     read_rows,
     sort_by_pair,
 )
-from millprint.observables.collisions import Collisions
-from millprint.observables.records import MEASURED
+from millprint.observables.counted_collisions import Collisions
+from millprint.observables.definitions import MEASURED
 from millprint.run.files import read_format, read_json, read_table
 from millprint.run.hdf5 import open_hdf5
 

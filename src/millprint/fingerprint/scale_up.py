@@ -14,7 +14,7 @@ from millprint.cases.large_mill import RUN_WAY, WAYS
 from millprint.config.mill_sweep import ScaleUpConfig
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.predicted_values import Prediction
-from millprint.observables.records import POWER, SCALED_BY
+from millprint.observables.definitions import POWER, SCALED_BY
 
 SECONDS_PER_HOUR = 3600.0
 

@@ -19,7 +19,7 @@ from millprint.estimate.quantiles import (
     student_exceeded,
 )
 from millprint.fingerprint.readers import counted
-from millprint.observables.records import DESCRIPTOR_SETS, DESCRIPTORS
+from millprint.observables.definitions import DESCRIPTOR_SETS, DESCRIPTORS
 
 GOOD, BAD, UNKNOWN, UNTESTED = "good enough", "not good enough", "undecided", "not tested"
 POWERS = ("normal", "tangential")

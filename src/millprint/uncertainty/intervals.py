@@ -20,7 +20,7 @@ from millprint.config.uncertainty import PARAMETERS, UncertaintyConfig
 from millprint.fingerprint.bands import ContactFactors, Ends, Sampled
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.observables.condition import VARIABLES, Condition
-from millprint.observables.records import CURVES, LATER_CURVES, PREDICTED
+from millprint.observables.definitions import CURVES, LATER_CURVES, PREDICTED
 from millprint.run.progress import progress
 from millprint.uncertainty.emulator import Emulator, draw, quality, saltelli_shares, sobol_indices
 from millprint.uncertainty.samples import FILL, FILLED, Space, contact_values

@@ -25,7 +25,7 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.predicted_values import Prediction
 from millprint.fingerprint.readers import find_ready_made, ready_made
 from millprint.mill.vessel import build_vessel
-from millprint.observables.records import POWER_PARTS
+from millprint.observables.definitions import POWER_PARTS
 from millprint.run.files import write_table
 from millprint.run.tables import Number, Text, read_measured
 from millprint.validation.measured import DEM

@@ -12,7 +12,7 @@ from millprint.fingerprint.condition_search import descriptors_shown, residuals
 from millprint.fingerprint.descriptors import CHARGE, CONDITION, as_built, condition_of
 from millprint.fingerprint.mill_collapse import SUPPOSED, with_power_per_ball
 from millprint.observables.condition import Condition, Quantity, specific_frequency
-from millprint.observables.records import (
+from millprint.observables.definitions import (
     CURVES,
     DESCRIPTOR_SETS,
     SCALED_BY,

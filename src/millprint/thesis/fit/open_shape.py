@@ -17,7 +17,7 @@ from scipy.stats import qmc
 from millprint.config.errors import ConfigError
 from millprint.config.fit import JarSearch
 from millprint.fingerprint.bands import Ends, ShapeFactors
-from millprint.observables.records import BASIC, THESIS_CURVES, scaled_quantities
+from millprint.observables.definitions import BASIC, THESIS_CURVES, scaled_quantities
 from millprint.thesis.fit import FEWEST_JARS
 from millprint.thesis.fit.jar_search import JAR_PARAMETERS, SHAPE
 from millprint.thesis.fit.published import FREQUENCY

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from millprint.observables.collisions import Collisions
 from millprint.observables.condition import (
     SCALES,
     Condition,
@@ -24,6 +23,7 @@ from millprint.observables.condition import (
     specific_frequency,
     specific_power,
 )
+from millprint.observables.counted_collisions import Collisions
 
 Column = Callable[[pd.DataFrame], pd.Series]
 
@@ -37,7 +37,7 @@ class Observable:
 
     Of one that is predicted, curve: the scaled quantity that it is predicted from, itself over its `scale` of SCALES;
     adds_up: whether it is of all balls, and its curve of one; matched: the set of descriptors that compares mills by
-    it, or ALONE for one that only a target by its name asks for; panel, line: chart of the explorer, and its line.
+    it, or BY_NAME for one that only a target by its name asks for; panel, line: chart of the explorer, and its line.
     counted: whether it depends on the counting rule; on_card: whether a card has it without a curve.
     """
 
@@ -109,8 +109,8 @@ class Computed(Observable):
     standard_error: Column | None = None
 
 
-# The sets of descriptors that mills are compared by; ALONE: in none, asked for by its name.
-WEIGHTED_SET, COLLISION_SET, ALONE = "weighted", "per_collision", "alone"
+# The sets of descriptors that mills are compared by; BY_NAME: in none, asked for by its name.
+WEIGHTED_SET, COLLISION_SET, BY_NAME = "weighted", "per_collision", "by_name"
 # fmt: off
 MEASURED = (
     Measured("balls", "-", "balls", "number n of balls", key="balls"),
@@ -320,7 +320,7 @@ SHARE = Observable(
 
 def _place(own: Observable) -> int:
     """Where a predicted observable is shown: by energies and frequencies, then powers."""
-    return 4 if own.adds_up else (WEIGHTED_SET, "", COLLISION_SET, ALONE).index(own.matched)
+    return 4 if own.adds_up else (WEIGHTED_SET, "", COLLISION_SET, BY_NAME).index(own.matched)
 
 
 # What fingerprints predict, in the order of pages and cards.
