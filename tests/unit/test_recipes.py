@@ -61,7 +61,7 @@ import numpy as np
 
 from millprint.card.card_model import Descriptors
 from millprint.card.latex import TITLES
-from millprint.config.fingerprint import MatchConfig
+from millprint.config.fingerprint import (MatchConfig)
 from millprint.explorer.content import Machine, explorer_content, mill_content
 from millprint.fingerprint.condition_search import rank_conditions, simulated_ranges, simulated_request
 from millprint.fingerprint.descriptors import tabulate_descriptors
