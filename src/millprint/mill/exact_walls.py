@@ -1,6 +1,7 @@
 """Exact walls of surfaces that were found in a drawing: curves between their borders, and vertices where they meet."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -97,7 +98,11 @@ def _sphere_arc(
 def _moved_vertices(
     vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, planes: dict[int, np.ndarray]
 ) -> np.ndarray:
-    """The vertices (v, 3) where the surfaces meet on which they lie: by steps of least length (Newton)."""
+    """The vertices (v, 3) where the surfaces meet on which they lie: by steps of least length (Newton).
+
+    Of whole surfaces: beyond its borders, a curve goes on along its tangents, and meets a tangent wall anywhere.
+    """
+    whole = [replace(curve, part=None, arc=None) for curve in curves]
     beside: list[set[int]] = [set() for _ in vessel.vertices]
     # The outline of a flat wall that was put level moves with it.
     moving = {-1 - facet for facet in planes}
@@ -119,7 +124,7 @@ def _moved_vertices(
             off, slopes = [], []
             for number in surfaces:
                 if number >= 0:
-                    distance, direction, _ = curves[number].touch(points)
+                    distance, direction, _ = whole[number].touch(points)
                 else:
                     plane = planes[-1 - number]
                     distance = points @ plane[:3] - plane[3]
