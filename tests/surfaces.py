@@ -92,15 +92,17 @@ def places(hollow: Hollow, radius: float, gaps: np.ndarray, rng: np.random.Gener
     Over pieces and in joints alike, however short they are.
     """
     count, pieces = len(gaps), hollow.pieces
+    corners = [(pieces[after].start, pieces[before].along(1.0), turn) for before, after, turn in hollow.joints]
+    corners += hollow.tips
     local = np.empty((count, 3))
     for k in range(count):
-        if rng.random() < 0.65 or not hollow.joints:
+        if rng.random() < 0.65 or not corners:
             piece = pieces[rng.integers(len(pieces))]
             share = rng.random()
             (foot,), along = piece.at(np.array([share])), piece.along(share)
         else:
-            before, after, turn = hollow.joints[rng.integers(len(hollow.joints))]
-            foot, along = pieces[after].start, turned_by(pieces[before].along(1.0), turn * rng.random())
+            foot, before, turn = corners[rng.integers(len(corners))]
+            along = turned_by(before, turn * rng.random())
         at = foot + (radius + gaps[k]) * np.array([-along[1], along[0]])
         if hollow.is_turned:
             angle = rng.uniform(0, 2 * np.pi)
@@ -143,6 +145,8 @@ def bounds_of_count(hollow: Hollow, found: Feet, ball: int, reach: float) -> tup
     ends = int(np.isnan(place[near]).sum())
     along = sorted(near[~np.isnan(place[near])], key=lambda k: place[k])
     turns = {before: turn for before, _, turn in hollow.joints}
+    # Beyond a tip on the axis.
+    turns.setdefault(pieces - 1, -1.0)
     fewest = most = len(along)
     pairs = [(a, b, place[b]) for a, b in pairwise(along)]
     if not hollow.is_turned and len(along) > 1:

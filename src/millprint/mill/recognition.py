@@ -312,8 +312,12 @@ def _same_axis(axis: Axis, known: list[Axis], near: float, size: float) -> bool:
 def _refined(drawing: Drawing, axis: Axis, swept: list[Swept], known: list[np.ndarray]) -> Axis:
     """The axis about which surfaces are nearest to their vertices.
 
-    One along a side of the frame, or along one of some known directions (3,), if the vertices allow it.
+    One along a side of the frame, or along one of some known directions (3,), if the vertices allow it. Spheres about
+    one middle allow any direction, and keep it.
     """
+    middles = [each.shape.z for each in swept if isinstance(each.shape, Circle) and each.shape.r == 0.0]
+    if len(middles) == len(swept) and np.ptp(middles) < LOOSE * drawing.tolerance:
+        return axis
     from scipy.optimize import least_squares  # takes long to import, and few mills need it
 
     rows = [drawing.points(each.facets)[:2000] for each in swept]
