@@ -206,9 +206,26 @@ def whole_patches(
 ) -> Vessel:
     """The vessel with those curves whose patches are exact everywhere."""
     report: list[str] = []
+
+    def without(spoilt: np.ndarray, at: np.ndarray) -> np.ndarray:
+        """on_curve without the facets (f,) of patches that are spoilt near a place (3,)."""
+        report.append(
+            f"{spoilt.sum()} facets stay flat, since a round wall ends at drawn ones near "
+            f"({at[0] * 1e3:.4g}, {at[1] * 1e3:.4g}, {at[2] * 1e3:.4g}) mm"
+        )
+        return np.where(spoilt, -1, on_curve)
+
+    drawn_patch = facet_patches(vessel, np.array([edge.turn for edge in vessel.edges]))
     while (on_curve >= 0).any():
         planes = _level_planes(vessel, curves, on_curve, tolerance) | set_planes
         moved = _moved_vertices(vessel, curves, on_curve, planes)
+        # Walls that are off by the tolerance, and tangent, meet within this; others are not those of the drawing.
+        away = np.linalg.norm(moved - vessel.vertices, axis=1)
+        if not away.max() <= math.sqrt(tolerance * vessel.size):
+            worst = np.nanargmax(np.where(np.isfinite(away), away, np.inf))
+            own = [worst in np.concatenate(loops) for loops in vessel.loops]
+            on_curve = without(np.isin(drawn_patch, drawn_patch[own]) & (on_curve >= 0), vessel.vertices[worst])
+            continue
         trimmed = [
             _trimmed(curve, moved[np.unique(np.concatenate([np.concatenate(vessel.loops[f]) for f in own]))])
             if len(own := np.flatnonzero(on_curve == number))
@@ -221,15 +238,9 @@ def whole_patches(
         rough = rough_facets(exact, borders)
         if not rough:
             return exact
-        patch = facet_patches(exact, borders)
-        spoilt = np.isin(patch, patch[list(rough)])
-        at = np.concatenate(exact.facets[next(iter(rough))].loops).mean(axis=0) * 1e3
-        report.append(
-            f"{spoilt.sum()} facets stay flat, since a round wall ends at drawn ones near "
-            f"({at[0]:.4g}, {at[1]:.4g}, {at[2]:.4g}) mm"
-        )
+        patch = facet_patches(exact, borders.turn)
         # The facets of the exact vessel are in an order of their own.
-        lost = exact.placed_from[spoilt]
-        on_curve = on_curve.copy()
-        on_curve[lost] = -1
+        spoilt = np.zeros(len(on_curve), dtype=bool)
+        spoilt[exact.placed_from] = np.isin(patch, patch[list(rough)])
+        on_curve = without(spoilt, np.concatenate(exact.facets[next(iter(rough))].loops).mean(axis=0))
     return Vessel(vessel.facets, vessel.name, vessel.solid, vessel.smooth_axis, report=tuple(report))

@@ -63,9 +63,9 @@ class Joints(NamedTuple):
 JOINT = Joints(0, 1, 2)
 
 
-def facet_patches(vessel: Vessel, borders: Borders) -> np.ndarray:
-    """The patch of each facet (f,), numbered in the order of their first facets."""
-    joined = borders.turn > -SMOOTH_TURN
+def facet_patches(vessel: Vessel, turn: np.ndarray) -> np.ndarray:
+    """The patch of each facet (f,), numbered in the order of their first facets; turn: of the walls at each edge."""
+    joined = turn > -SMOOTH_TURN
     first, second = np.array([edge.facets for edge in vessel.edges])[joined].T
     count = len(vessel.facets)
     _, patch = connected_components(coo_array((np.ones(len(first)), (first, second)), (count, count)), directed=False)
@@ -120,7 +120,7 @@ def _neighbours(vertices: list[np.ndarray], patch: np.ndarray, is_drawing: np.nd
 def find_features(vessel: Vessel) -> Features:
     """The features of a body."""
     borders = borders_of(vessel)
-    of_facet = facet_patches(vessel, borders)
+    of_facet = facet_patches(vessel, borders.turn)
     numbers = [n for n in np.flatnonzero(borders.turn > CONVEX).tolist() if not borders.is_drawn[n]]
     lines = tuple(_exact(vessel.edges[number], number, borders) for number in numbers)
     ends = _directions(vessel, borders)
