@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from millprint.mill.borders import borders_of, rough_facets
-from millprint.mill.curved_surfaces import Curve
+from millprint.mill.curved_surfaces import CLOSEST, Curve
 from millprint.mill.turned_shapes import LARGEST_TURN, LOOSE, Drawing, Line, Swept
 from millprint.mill.vessel import Facet, Vessel
 from millprint.mill.wall_features import facet_patches
@@ -107,7 +107,11 @@ def _moved_vertices(
 
     Of whole surfaces: beyond its borders, a curve goes on along its tangents, and meets a tangent wall anywhere.
     """
-    whole = [replace(curve, part=None, arc=None) for curve in curves]
+    # CLOSEST is added to lengths: a wall that is tangent to within it would be missed.
+    whole = [
+        replace(curve, part=None, arc=None, major=curve.major + CLOSEST, minor=curve.minor and curve.minor + CLOSEST)
+        for curve in curves
+    ]
     beside: list[set[int]] = [set() for _ in vessel.vertices]
     # The outline of a flat wall that was put level moves with it.
     moving = {-1 - facet for facet in planes}

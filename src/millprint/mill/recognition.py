@@ -130,7 +130,7 @@ def _fitted(drawing: Drawing, axis: Axis, seed: tuple[int, int], kind: type[Line
     facing, is_ring = _facing(drawing, axis, middles), drawing.spread(flat) < LOOSE * drawing.tolerance
 
     def grown(slacks: tuple[float, ...]) -> tuple[Line | Circle, np.ndarray] | None:
-        """The shape and which facets (f,) hold, found in rounds of some slacks [tolerances]; None if the seed is lost."""
+        """The shape and which facets (f,) hold, in rounds of some slacks [tolerances]; None if the seed is lost."""
         facets = np.array(seed)
         for slack in slacks:
             vertices = np.unique(np.concatenate([drawing.vertices_of[facet] for facet in facets]))
