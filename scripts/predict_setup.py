@@ -15,9 +15,8 @@ from millprint.config.setup_models import read_settings, setup_cases
 from millprint.config.sweep import DemConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.validation.measured import measured_points, read_measurements, read_other_codes
+from millprint.validation.measured import KEPT, measured_points, read_measurements, read_other_codes
 from millprint.validation.setups import SETUPS, predict
-from millprint.validation.shaken_predictions import KEPT
 from millprint.validation.tumbling_runs import design, measured_speeds, run_all
 
 if "snakemake" in globals():

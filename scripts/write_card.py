@@ -9,10 +9,9 @@ Outputs: `card`, `svg`, `png`, `pdf`, `tsv`, `methods`, `table`, `references`, a
 from pathlib import Path
 
 from millprint.card.build import build_card
-from millprint.card.card_files import animate, remove_left_overs, write_card
-from millprint.card.experiment_cases import animated_case
+from millprint.card.card_files import GIF, animate, remove_left_overs, write_card
 from millprint.card.read import CardSettings, Runs, known_of
-from millprint.card.simulate import GIF
+from millprint.cases.table import animated_case
 from millprint.config.card import Experiment
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig

@@ -8,11 +8,13 @@ import sys
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 import yaml
 
-from tests.browser import Browser, open_browser
+if TYPE_CHECKING:
+    from tests.browser import Browser
 
 ROOT = Path(__file__).parent.parent
 sys.path[:0] = [str(ROOT / "src"), str(ROOT / "scripts")]
@@ -65,7 +67,10 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 @pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
+def browser() -> "Iterator[Browser]":
     """A browser for the tests of a file, whose pages share nothing."""
+    # Not every environment has the driver: that of the lowest versions has the core only.
+    from tests.browser import open_browser
+
     with open_browser() as browser:
         yield browser

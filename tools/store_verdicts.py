@@ -29,7 +29,7 @@ def main(results: str, table: str, date: str) -> str:
     """Store the verdicts of the run in the folder `results`; returns what was done, in words."""
     report = Path(results) / "report"
     run = read_yaml(str(report / "run.yaml"))["name"]
-    text = ["id", "verdict", "interval_verdict", "nature", "reproduced", "lower", "upper"]
+    text = ["id", "verdict", "interval_verdict", "reason", "nature", "reproduced", "lower", "upper"]
     if Path(results, "surrogate/baselines.tsv").exists():
         store_baselines(results, BASELINES)
     number = store(table, read_table(report / "claims.tsv", text=text), run, date)

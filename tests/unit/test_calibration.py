@@ -15,7 +15,8 @@ from millprint.thesis.calibration.drop import read_heights, summarise_drops
 from millprint.thesis.calibration.oscillation import read_track
 from millprint.thesis.claims.evidence import Finding
 from millprint.thesis.claims.tabulate import collect_findings
-from millprint.thesis.claims.tolerances import TOO_WIDE, interval_verdict, verdict
+from millprint.thesis.claims.tolerances import judge_repeats
+from tests.unit.claim_words import word_of
 
 CONFIG = Path(__file__).parents[2] / "config/config.yaml"
 
@@ -104,20 +105,20 @@ def friction_claim(results: Path) -> Finding:
     return collect_findings(results, CONFIG.parent / "data/claims.tsv", "3.friction")["3.friction_fit"]
 
 
-@pytest.mark.parametrize(("pair", "expected"), [((0.298, 0.0455), "reproduced"), ((0.33, 0.045), "deviates")])
+@pytest.mark.parametrize(("pair", "expected"), [((0.298, 0.0455), "agrees"), ((0.33, 0.045), "differs")])
 def test_the_friction_claim_uses_the_track_of_the_same_mill(tmp_path, pair, expected):
     write_table(friction_table(*pair), tmp_path / "calibration/calibrated/friction_fit.tsv")
     other = friction_table(0.45, 0.04, experiment="another", track_mill="emax_smooth")
     write_table(other, tmp_path / "calibration/another/friction_fit.tsv")
     finding = friction_claim(tmp_path)
-    assert verdict("0.30/0.045", "recover", finding) == expected
+    assert word_of("0.30/0.045", "recover", finding) == expected
     assert "emax_smooth gives 0.45/0.04" in finding.explanation
 
 
 def test_a_wide_fit_decides_nothing_on_the_friction_claim(tmp_path):
     table = friction_table(0.3, 0.045, lower=0.0, upper=1.0)
     write_table(table, tmp_path / "calibration/calibrated/friction_fit.tsv")
-    assert interval_verdict("0.30/0.045", "recover", friction_claim(tmp_path)) == TOO_WIDE
+    assert judge_repeats("0.30/0.045", "recover", friction_claim(tmp_path)) == ("open", "wider than the tolerance")
 
 
 def test_without_a_simulated_track_the_friction_claim_is_not_run(tmp_path):

@@ -14,10 +14,6 @@ from millprint.fingerprint.descriptors import NOTHING
 from millprint.run.digest import PACKAGE, _imports
 from millprint.run.files import read_table, write_json, write_table
 from millprint.thesis.claims.conclusions import (
-    FALLS,
-    PARTLY,
-    STANDS,
-    UNKNOWN,
     deviating_everywhere,
     judge_conclusions,
     read_conclusions,
@@ -40,7 +36,7 @@ from millprint.thesis.claims.tabulate import (
     read_claims,
     tabulate_claims,
 )
-from millprint.thesis.claims.tolerances import BASES, NATURES, agrees, allowed_width, deviation, verdict
+from millprint.thesis.claims.tolerances import BASES, NATURES, agrees, allowed, deviation, judge_value
 from millprint.thesis.curves.regimes import read_published
 from tests.conftest import PRINTED, ROOT
 
@@ -90,14 +86,14 @@ def test_agrees(published, tolerance, value, expected):
 
 
 def test_a_claim_without_a_value_was_not_run():
-    assert verdict("23", "15%", Finding(None, "not run: left out")) == "not run"
+    assert judge_value("23", "15%", Finding(None, "not run: left out")) == ("open", "not run")
 
 
 def test_a_contradiction_makes_a_miss_an_erratum_and_a_hit_stays_one():
     contradiction = Contradiction("Table 2.3", "27 runs leave no residual")
-    assert verdict("6", "printed", Finding(4, contradiction=contradiction)) == "erratum"
-    assert verdict("6", "printed", Finding(6, contradiction=contradiction)) == "reproduced"
-    assert verdict("6", "printed", Finding(4)) == "deviates"
+    assert judge_value("6", "printed", Finding(4, contradiction=contradiction)) == ("differs", "erratum")
+    assert judge_value("6", "printed", Finding(6, contradiction=contradiction)).agrees
+    assert judge_value("6", "printed", Finding(4)) == ("differs", "beyond the tolerance")
 
 
 @pytest.mark.parametrize(
@@ -105,8 +101,9 @@ def test_a_contradiction_makes_a_miss_an_erratum_and_a_hit_stays_one():
     [("20", "15%", 6), ("0.3", "0.01", 0.02), ("0.270", "printed", 0.0015), ("20-35", "20..35", 15)],
 )
 def test_a_tolerance_has_a_width(published, tolerance, width):
-    assert allowed_width(published, tolerance) == pytest.approx(width)
-    assert allowed_width("2.78", "<=2.78") == allowed_width("yes", "yes") == float("inf")
+    found = allowed(published, tolerance)
+    assert found.upper - found.lower == pytest.approx(width)
+    assert allowed("2.78", "<=2.78").lower == -float("inf")
 
 
 def test_every_printed_digit_is_kept():
@@ -162,27 +159,32 @@ def test_a_conclusion_on_no_claim_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("verdicts", "expected"),
+    ("values", "intervals", "expected"),
     [
-        (("reproduced", "reproduced"), STANDS),
-        (("reproduced", "not run"), STANDS),
-        (("reproduced", "deviates"), PARTLY),
-        (("erratum", "deviates"), FALLS),
-        (("not run", "not run"), UNKNOWN),
+        (("agrees", "agrees"), ("agrees", ""), ("agrees", "2 of 2 claims agree", "")),
+        (("agrees", "open"), ("agrees", ""), ("agrees", "1 of 1 claims agrees", "")),
+        # Our number agrees, and nothing shows that it holds.
+        (("agrees", "agrees"), ("open", ""), ("open", "1 of 2 claims is open", "")),
+        (("agrees", "agrees"), ("differs", ""), ("differs", "1 of 2 claims differs", "3.a")),
+        (("differs", "agrees"), ("open", ""), ("open", "1 of 2 claims is open", "")),
+        (("agrees", "differs"), ("open", ""), ("differs", "1 of 2 claims differs", "3.b")),
+        (("open", "open"), ("", ""), ("open", "not run", "")),
     ],
 )
-def test_a_conclusion_stands_with_its_claims(verdicts, expected):
+def test_a_conclusion_is_only_as_sure_as_its_claims(values, intervals, expected):
     conclusion = pd.DataFrame(
         [{"chapter": "3", "locus": "Sec. 3", "conclusion": "It is so.", "claims": ["3.a", "3.b"]}]
     )
-    claims = pd.DataFrame({"id": ["3.a", "3.b"], "verdict": verdicts, "interval_verdict": ["too few repeats", ""]})
+    claims = pd.DataFrame({"id": ["3.a", "3.b"], "verdict": values, "interval_verdict": intervals})
     row = judge_conclusions(conclusion, claims).iloc[0]
-    assert row["stands"] == expected and row["reproduced"] + row["missed"] == row["claims"]
+    assert tuple(row[["verdict", "reason", "against"]]) == expected
+    assert row[["agrees", "differs", "open"]].sum() == row["claims"]
 
 
-def test_what_is_reproduced_on_one_machine_does_not_deviate_everywhere():
-    claims = pd.DataFrame({"id": ["3.a", "3.b", "3.c"], "verdict": ["deviates", "deviates", "reproduced"]})
-    stored = pd.DataFrame({"run": "thesis", "id": ["3.a", "3.b"], "verdict": ["deviates", "reproduced"]})
+def test_what_agrees_on_one_machine_does_not_deviate_everywhere():
+    claims = pd.DataFrame({"id": ["3.a", "3.b", "3.c", "3.d"], "verdict": ["differs", "differs", "agrees", "differs"]})
+    claims["reason"] = ["", "", "", "erratum"]
+    stored = pd.DataFrame({"run": "thesis", "id": ["3.a", "3.b"], "verdict": ["differs", "agrees"], "reason": ""})
     assert deviating_everywhere(claims, stored, "thesis") == ["3.a"]
     assert deviating_everywhere(claims, stored, "other") == ["3.a", "3.b"]
 
@@ -313,7 +315,7 @@ def test_a_claim_names_its_source_before_anything_has_run(tmp_path):
             assert (ROOT / path).is_file()
         else:
             assert any(fnmatch(path, pattern) for pattern in ORIGINS)
-    values = table[table["verdict"] != "not run"]["id"]
+    values = table[table["verdict"] != "open"]["id"]
     # What is read from tables of the project, or follows from printed numbers.
     natures = table.set_index("id")["nature"]
     assert set(natures[values]) <= {"read", "arithmetic", "put_in"}

@@ -12,10 +12,10 @@ import tabulate_experiments
 from millprint.config.doe import DoeConfig
 from millprint.run.files import read_table, write_table
 from millprint.thesis.claims.tabulate import collect_findings
-from millprint.thesis.claims.tolerances import verdict
 from millprint.thesis.doe.factorial_designs import design_table
 from millprint.thesis.doe.written import analysis_paths, design_paths, write_analysis, write_design
 from tests.conftest import ROOT
+from tests.unit.claim_words import word_of
 from tests.unit.doe_settings import SCREENING, settings
 
 pytestmark = pytest.mark.slow
@@ -49,7 +49,7 @@ def verdicts(results: Path) -> dict[str, str]:
     own = claims[claims["id"].str.startswith("2.")]
     found = collect_findings(results, CLAIMS, "2.")
     assert set(found) == set(own["id"])
-    return {row.id: verdict(row.value, row.tolerance, found[row.id]) for row in own.itertuples()}
+    return {row.id: word_of(row.value, row.tolerance, found[row.id]) for row in own.itertuples()}
 
 
 @pytest.fixture(scope="module")
@@ -66,8 +66,8 @@ def test_every_claim_of_chapter_2_is_reproduced_but_for_errata_and_one_order(the
     errata = {name for name, word in found.items() if word == "erratum"}
     assert errata == {"2.anova.AB.df", "2.wear.1200.loss", "2.slower", "2.shorter.yield", "2.wear.below"}
     # The thesis ranks by F and names the order by p.
-    assert {name for name, word in found.items() if word == "deviates"} == {"2.pareto.order"}
-    assert "not run" not in found.values()
+    assert {name for name, word in found.items() if word == "differs"} == {"2.pareto.order"}
+    assert "open" not in found.values()
 
 
 def test_the_errata_carry_the_numbers_that_show_them(thesis):
@@ -86,9 +86,9 @@ def test_the_errata_carry_the_numbers_that_show_them(thesis):
     ("wear_g", "used_g", "expected"),
     [
         # It is 0.349 % of 97.06 g, which is printed as 0.34 where digits are cut off.
-        ("0.339", "96.73", "reproduced"),
-        ("0.331", "96.73", "reproduced"),
-        ("0.325", "96.73", "deviates"),
+        ("0.339", "96.73", "agrees"),
+        ("0.331", "96.73", "agrees"),
+        ("0.325", "96.73", "differs"),
         ("0.323", "96.73", "erratum"),
     ],
 )
@@ -120,11 +120,11 @@ def test_with_another_yield_in_one_run_the_sums_deviate(thesis, tmp_path, monkey
     run_chapter(tmp_path, tmp_path / "runs.tsv", settings())
     run_wet_lab(tmp_path, settings())
     found = verdicts(tmp_path)
-    assert found["2.anova.A.ss"] == "deviates"
-    assert found["2.anova.AB.p"] == "deviates"
+    assert found["2.anova.A.ss"] == "differs"
+    assert found["2.anova.AB.p"] == "differs"
     # Its degrees of freedom rest on the printed p, which is not that of these yields.
-    assert found["2.anova.AB.df"] == "deviates"
-    assert found["2.screening_runs"] == "reproduced"
+    assert found["2.anova.AB.df"] == "differs"
+    assert found["2.screening_runs"] == "agrees"
 
 
 def test_the_interaction_figures_and_the_literature_are_drawn_as_svg_and_png(thesis, tmp_path):
@@ -189,12 +189,12 @@ def test_the_share_of_time_is_an_erratum_only_beside_the_printed_sums(thesis, tm
 
     def judged() -> str:
         finding = collect_findings(results, CLAIMS, "5.time")["5.time_variance"]
-        return verdict(claim["value"], claim["tolerance"], finding)
+        return word_of(claim["value"], claim["tolerance"], finding)
 
     assert judged() == "erratum"
     anova = read_table(results / "doe/anova_printed.tsv")
     anova.loc[anova["term"] == "C", "sum_of_squares"] = 0.5
     write_table(anova, results / "doe/anova_printed.tsv")
-    assert judged() == "deviates"
+    assert judged() == "differs"
     write_table(table.assign(share=0.51), results / "yield/time_variance.tsv")
-    assert judged() == "reproduced"
+    assert judged() == "agrees"

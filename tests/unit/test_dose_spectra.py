@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from millprint.cases.of_mill import mill_cases
 from millprint.config.contact_set import ContactConfig
 from millprint.config.counting import DEFAULT_RULES, CountingRule
 from millprint.config.errors import ConfigError, MillprintError
@@ -20,7 +21,6 @@ from millprint.dose.spectra import BIN_EDGES, PAIRS, TABLE_ONLY, read_spectra, t
 from millprint.dose.spectra_shown import NOTE, of_sheet, over_pairs, rules_apart, sheet_rows, shown, with_rows
 from millprint.dose.wear import sliding_of_run
 from millprint.figures.dose_figures import plot_rules, plot_spectra
-from millprint.fingerprint.cases import mill_cases
 from millprint.fingerprint.mill_sheet import SHEET, Row, sheet_condition
 from millprint.run.files import write_table
 from tests.unit.made_spectra import made_spectra, without_contacts
@@ -59,7 +59,7 @@ def write(path: Path, *groups: pd.DataFrame, stored: float = 0.0, fill: float = 
             group[name] = table[name].to_numpy()
         file["ledger/elastic_tangential_J"] = np.array([0.25, 0.25 + stored])
     tangential = (table["damping_J"] + table["sliding_J"]).sum() - stored
-    case = {"ball_diameter_mm": 10.0, "fill_ratio": fill, "speed_rpm": 600.0, "seed": seed}
+    case = {"ball_diameter_m": 0.01, "fill_ratio": fill, "speed_hz": 10.0, "seed": seed}
     return str(path), {
         "mill": "emax", "contact": "steel", "case": case, "frequency_hz": 10.0, "density_kg_m3": 7700.0,
         "amplitude_m": 0.017,

@@ -142,7 +142,7 @@ def test_seeds_are_averaged_with_their_scatter():
 def write_run(folder, total=0.75, histogram=False) -> tuple[str, str]:
     """A run of three contacts: 0.25 J between balls, 0.5 J at the wall."""
     folder.mkdir(exist_ok=True)
-    case = {"mill": "emax", "contact": "calibrated", "ball_diameter_mm": 10, "fill_ratio": 0.1, "speed_rpm": 600}
+    case = {"mill": "emax", "contact": "calibrated", "ball_diameter_m": 0.01, "fill_ratio": 0.1, "speed_hz": 10}
     with h5py.File(folder / "run.h5", "w") as file:
         file.attrs["config"] = json.dumps({"case": {**case, "seed": 0}})
         group = file.create_group("collisions")

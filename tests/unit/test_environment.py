@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
-from tools.write_conda_file import TORCH_INDEX, conda_text
+from tools.write_locks import TORCH_INDEX, conda_text, locked_lines
 
 from millprint.run.extras import EXTRAS
 
@@ -21,8 +21,7 @@ ENVIRONMENTS = Path(__file__).parents[2] / "envs"
 
 
 def locked() -> list[Requirement]:
-    lines = (ENVIRONMENTS / "requirements.lock").read_text().splitlines()
-    return [Requirement(line) for line in lines if not line.startswith("#")]
+    return [Requirement(line) for line in locked_lines()]
 
 
 def version_of(requirement: Requirement) -> str:

@@ -247,7 +247,7 @@ def test_a_process_of_a_pool_ends_when_its_parent_is_killed():
 import os, time
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
-from millprint.card.simulate import end_with_parent
+from millprint.cases.simulate import end_with_parent
 with ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=end_with_parent) as pool:
     print(pool.submit(os.getpid).result(), flush=True)
     time.sleep(600)

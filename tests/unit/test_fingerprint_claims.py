@@ -16,8 +16,8 @@ from millprint.config.workflow import PartitionConfig
 from millprint.run.files import read_table
 from millprint.thesis.claims.chapter3_curves import rank_correlation
 from millprint.thesis.claims.tabulate import collect_findings
-from millprint.thesis.claims.tolerances import verdict
 from tests.conftest import PRINTED, configuration
+from tests.unit.claim_words import word_of
 from tests.unit.synthetic_mill import VOLUME, overrides, summaries, summary, true_curves
 
 pytestmark = pytest.mark.slow
@@ -94,12 +94,12 @@ def test_every_claim_of_both_chapters_is_answered_once(results, claims):
 
 def test_every_number_of_chapter_4_on_its_own_values_is_reproduced_but_for_one_erratum(results, claims):
     verdicts = {
-        name: verdict(claims.loc[name, "value"], claims.loc[name, "tolerance"], finding)
+        name: word_of(claims.loc[name, "value"], claims.loc[name, "tolerance"], finding)
         for name, finding in findings(results, "4.").items()
         if claims.loc[name, "nature"] != "simulated"
     }
     assert verdicts.pop("4.text.diminishing") == "erratum"
-    assert set(verdicts.values()) == {"reproduced"}
+    assert set(verdicts.values()) == {"agrees"}
 
 
 def test_the_gains_with_our_own_curves_are_claims_of_their_own(results, claims):
@@ -123,7 +123,7 @@ def test_energies_between_zones_and_their_optimum_follow_from_the_simulations(re
     assert found["3.zone.calibrated.10.n"].value == pytest.approx(expected, rel=1e-6)
     # A fall by 150 % contradicts what a mean of energies is, whatever is simulated.
     row = claims.loc["3.zone.steel.10.t"]
-    assert verdict(row["value"], row["tolerance"], found["3.zone.steel.10.t"]) == "erratum"
+    assert word_of(row["value"], row["tolerance"], found["3.zone.steel.10.t"]) == "erratum"
     assert found["3.zone.steel.5.n"].contradiction is None
     best = own.groupby("fill_ratio")["normal_energy_J"].mean().idxmax()
     assert found["3.optimum.calibrated"].value == pytest.approx(100 * best)
@@ -134,14 +134,14 @@ def test_what_follows_from_printed_numbers_of_chapter_3_is_reproduced_but_for_a_
 ):
     computed = claims[claims["nature"].isin(["read", "arithmetic"])]
     verdicts = {
-        name: verdict(computed.loc[name, "value"], computed.loc[name, "tolerance"], finding)
+        name: word_of(computed.loc[name, "value"], computed.loc[name, "tolerance"], finding)
         for name, finding in findings(results, "3.").items()
         if name in computed.index
     }
     # Any jar of 125.01 to 125.09 mL gives this number too: nothing printed contradicts it.
-    assert verdicts.pop("3.balls.10mm.0.40") == "deviates"
+    assert verdicts.pop("3.balls.10mm.0.40") == "differs"
     assert verdicts.pop("3.experiment.difference") == "erratum"
-    assert set(verdicts.values()) == {"reproduced"}
+    assert set(verdicts.values()) == {"agrees"}
 
 
 def test_the_inverse_claim_says_that_the_frequency_is_lost(results):

@@ -5,6 +5,7 @@ import copy
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.integrate import trapezoid
 
 from millprint.config.errors import ConfigError
 from millprint.fingerprint.columns import COMPUTED, DESCRIPTORS, MEASURED
@@ -218,4 +219,4 @@ def test_densities_integrate_to_one_at_the_chosen_fill_only():
     table = tabulate_densities(summaries(fills=(0.08, 0.10), diameters=(10.0,), speeds=(600.0,)), 0.08)
     assert set(table["fill_ratio"]) == {0.08}
     for _, line in table.groupby("channel"):
-        assert np.trapezoid(line["density_per_J"], line["energy_J"]) == pytest.approx(1.0, abs=0.02)
+        assert trapezoid(line["density_per_J"], line["energy_J"]) == pytest.approx(1.0, abs=0.02)

@@ -116,7 +116,7 @@ def test_the_misfit_is_that_of_logarithms():
 def test_only_conditions_of_fitted_values_are_simulated():
     values = with_roles(VALUES, ["Pn_f0.06", "normal_d10_n1200"])
     cases = trial_cases("emax", values, SETTINGS, SETTINGS.screening)
-    places = {(case.ball_diameter_mm, case.fill_ratio, case.speed_rpm) for case in cases}
+    places = {(round(1e3 * case.ball_diameter_m, 9), case.fill_ratio, round(60 * case.speed_hz, 9)) for case in cases}
     assert places == {(10, 0.06, 1200), (5, 0.06, 1200), (10, 0.08, 1200)}
     assert {case.seed for case in cases} == set(range(SETTINGS.screening.seeds))
 

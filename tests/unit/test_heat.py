@@ -38,7 +38,7 @@ def write_run(folder: Path, seed: int = 0, histogram: bool = False) -> tuple[str
     """A run of four contacts in a box of 20 mm: two between balls, two at the wall."""
     place = folder / f"d10_f0.10_n600_s{seed}"
     place.mkdir(parents=True)
-    case = {"contact": "steel", "ball_diameter_mm": 10.0, "fill_ratio": 0.1, "speed_rpm": 600.0, "seed": seed}
+    case = {"contact": "steel", "ball_diameter_m": 0.01, "fill_ratio": 0.1, "speed_hz": 10.0, "seed": seed}
     shares = {
         "ball_ball": {"normal": 0.25, "tangential": 0.6},
         "ball_wall": {"normal": 0.75, "tangential": 0.4},

@@ -83,5 +83,5 @@ def test_a_tumbling_mill_without_intervals_is_compared_too(tmp_path):
     )  # fmt: skip
     (own,) = predicted[predicted["id"] == "mine"].to_dict("records")
     assert own["predicted"] == 18.0 and own["lower"] != own["lower"] and own["interval"] == ""
-    verdicts = give_verdicts(points, {"slice_mill": predicted}, {}, {})
-    assert verdicts["verdict"].tolist() == ["within 10 %"]
+    verdicts = give_verdicts(points, {"slice_mill": predicted}, {})
+    assert verdicts["reason"].tolist() == ["within 10 %"]

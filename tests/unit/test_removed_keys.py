@@ -30,9 +30,9 @@ FIXED = {
     "dose.wear.fill_tolerance": "dose.wear.FILL_TOLERANCE",
     "dose.wear.probability": "dose.wear.PROBABILITY",
     "mills.collapse_max": "fingerprint.mill_collapse.COLLAPSE_MAX",
-    "mills.scale_up.run_settle_s": "fingerprint.cases.LARGE_SETTLE_S",
-    "mills.scale_up.run_turns": "fingerprint.cases.LARGE_TURNS",
-    "uncertainty.closure_max": "uncertainty.varied.CLOSURE_MAX",
+    "mills.scale_up.run_settle_s": "cases.large_mill.LARGE_SETTLE_S",
+    "mills.scale_up.run_turns": "cases.large_mill.LARGE_TURNS",
+    "uncertainty.closure_max": "cases.of_mill.SAMPLE_CLOSURE_MAX",
     "view.frames_per_second": "view.frames.FRAMES_PER_SECOND",
 }
 
@@ -77,8 +77,8 @@ def test_a_caption_states_the_value_that_is_fixed(caption, shown):
 
 
 def test_the_table_has_the_other_values_that_are_fixed():
+    from millprint.cases.of_mill import FACTORS
     from millprint.dose.spectra import BIN_EDGES
-    from millprint.fingerprint.study_cases import FACTORS
 
     for name, factors in FACTORS.items():
         assert REMOVED[f"convergence.study.{name}"] == f"fixed at [{', '.join(f'{each:g}' for each in factors)}]"

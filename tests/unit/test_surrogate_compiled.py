@@ -40,7 +40,7 @@ def world(request, tmp_path_factory):
     path = tmp_path_factory.mktemp(request.param) / "run.h5"
     files = f"mills/{request.param}.yaml", "contacts/calibrated.yaml"
     mill, contact = (yaml.safe_load((ROOT / "config" / name).read_text()) for name in files)
-    config = {"mill": mill, "contact": contact, "case": {"ball_diameter_mm": 10, "speed_rpm": 300}}
+    config = {"mill": mill, "contact": contact, "case": {"ball_diameter_m": 0.01, "speed_hz": 5.0}}
     run = simulate(200, BALLS)
     write_run(run, path, config)
     scene = read_scene(path)

@@ -18,7 +18,7 @@ def scene(tmp_path_factory):
     mill, contact = (
         yaml.safe_load((ROOT / "config" / name).read_text()) for name in ("mills/emax.yaml", "contacts/calibrated.yaml")
     )
-    write_run(simulate(3), path, {"mill": mill, "contact": contact, "case": {"ball_diameter_mm": 10, "speed_rpm": 300}})
+    write_run(simulate(3), path, {"mill": mill, "contact": contact, "case": {"ball_diameter_m": 0.01, "speed_hz": 5.0}})
     return read_scene(path)
 
 

@@ -43,7 +43,7 @@ def test_the_simulation_is_timed_again(tmp_path):
         yaml.safe_load((ROOT / "config" / name).read_text()) for name in ("mills/emax.yaml", "contacts/calibrated.yaml")
     )
     dem = configuration()["dem"]
-    case = {"mill": "emax", "contact": "calibrated", "ball_diameter_mm": 10, "fill_ratio": 0.1, "speed_rpm": 300}
+    case = {"mill": "emax", "contact": "calibrated", "ball_diameter_m": 0.01, "fill_ratio": 0.1, "speed_hz": 5.0}
     case |= {"seed": 0, "settle_s": 0.01, "discard_s": 5.0, "window_s": 1.0, "snapshot_interval_s": 1e-4}
     write_run(simulate(3), path, {"mill": mill, "contact": contact, "case": case, "dem": dem})
     simulation_seconds(path, 1e-3)  # compiles the kernels where no test did

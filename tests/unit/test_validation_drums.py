@@ -85,7 +85,7 @@ def test_without_further_contact_sets_the_interval_is_scatter_alone(tmp_path):
 
 def test_the_angle_of_repose_spans_what_contact_parameters_change_in_slices(tmp_path, monkeypatch):
     changes = iter([30.0, 24.0, 33.0])
-    monkeypatch.setattr(drums, "_slice_angle", lambda *_: next(changes))
+    monkeypatch.setattr(drums, "_slice_angle", lambda *_: {"angle_deg": next(changes)})
     settings = ReposeDrumConfig(samples=2, surface_share=0.8)
     places = [("7", drums.REPOSE, "deg", math.nan)]
     table = check_predictions(drums.predict_repose_drum(inputs_of(settings, tmp_path, places)), "repose_drum")

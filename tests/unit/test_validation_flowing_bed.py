@@ -7,10 +7,10 @@ import pytest
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.setup_models import BeadDrumConfig, ReposeDrumConfig
+from millprint.estimate.estimates import half_width
 from millprint.validation.drums import (
     Motion,
     Surface,
-    block_uncertainty,
     fit_surface,
     measure,
     sample_contacts,
@@ -88,9 +88,9 @@ def test_the_lowest_change_of_sign_counts():
 def test_blocks_of_known_scatter():
     values = np.random.default_rng(0).normal(5.0, 2.0, (10_000, 4))
     covered = np.abs(values.reshape(2500, 4, 4).mean(axis=1) - 5.0)
-    widths = np.array([block_uncertainty(block) for block in values.reshape(2500, 4, 4)])
+    widths = np.array([half_width(block) for block in values.reshape(2500, 4, 4)])
     assert np.mean(covered < widths) == pytest.approx(0.95, abs=0.01)
-    assert np.isnan(block_uncertainty(values[:1])).all()
+    assert np.isnan(half_width(values[:1])).all()
 
 
 def test_a_motion_is_measured_in_its_own_frame_or_in_a_given_one():

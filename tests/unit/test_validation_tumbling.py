@@ -18,12 +18,10 @@ from millprint.validation.tumbling import (
     ANGLES,
     POWER_W,
     Mill,
-    combined,
     contact_changes,
     half_angle,
     hogg_fuerstenau,
     intervals,
-    mean_interval,
     morrell,
     morrell_shape,
     powers_of_other_codes,
@@ -179,30 +177,6 @@ def test_hogg_and_fuerstenau_agrees_with_its_form_in_feet(filling):
 
 def test_half_of_the_drum_is_a_half_circle():
     assert half_angle(0.5) == pytest.approx(math.pi / 2)
-
-
-def test_intervals_by_scatter_and_by_contact_parameters():
-    assert mean_interval(np.array([1.0, 2.0, 3.0])) == pytest.approx((2.0, 2 - 2.484, 2 + 2.484), abs=1e-3)
-    assert math.isnan(mean_interval(np.array([1.0]))[1])
-    assert combined(10.0, (7.0, 13.0), (6.0, 10.0)) == pytest.approx((5.0, 13.0))
-
-
-@pytest.mark.parametrize(
-    ("values", "least", "lower"),
-    [
-        ([1.0, 10.0], 0.0, 0.0),  # the interval would begin at -52
-        ([1.0, 10.0], -math.inf, 5.5 - 12.706 * 4.5),
-        ([9.0, 10.0], 0.0, 9.5 - 12.706 * 0.5),
-        ([-2.0, 1.0], 0.0, -0.5),  # noise about 0: the mean stays in its own interval
-    ],
-)
-def test_an_interval_ends_at_the_smallest_value_that_can_be(values, least, lower):
-    mean, low, high = mean_interval(np.array(values), least)
-    assert low == pytest.approx(lower, abs=1e-3)
-    assert low <= mean < high
-    # Two such intervals together, too.
-    both = combined(mean, (low, high), (low, high), least)
-    assert both[0] == pytest.approx(max(mean - math.sqrt(2) * (mean - low), min(mean, least)))
 
 
 def runs_of(powers: dict[tuple[str, int, float, int], float], **angles: list[float]) -> pd.DataFrame:

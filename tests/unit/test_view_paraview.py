@@ -178,7 +178,7 @@ THREE = BallMixture(name="three", sizes_mm=(12, 10, 6), numbers=(1, 1, 2))
 def test_every_contact_of_a_simulation_overlaps(tmp_path, mixture):
     """The features of run.h5's geometry are numbered as the simulation numbers them, post and its edges included."""
     case = Case(
-        mill="emax_post", contact="calibrated", fill_ratio=0.1, speed_rpm=300, seed=0, **balls_of(mixture or 10.0),
+        mill="emax_post", contact="calibrated", fill_ratio=0.1, speed_hz=5.0, seed=0, **balls_of(mixture or 10.0),
         settle_s=0.05, discard_s=0.0, window_s=0.2, snapshot_interval_s=1e-3,
     )  # fmt: skip
     dem = DemConfig(time_step_s=4e-6, settle_s=0.1, discard_s=0.1, window_s=0.1)

@@ -23,12 +23,12 @@ from millprint.config.search_spaces import COMPARED
 from millprint.fingerprint.condition import Condition
 from millprint.run.files import read_table
 from millprint.thesis.claims.tabulate import collect_findings
-from millprint.thesis.claims.tolerances import verdict
 from millprint.thesis.curves.regimes import read_regimes
 from millprint.thesis.yields.metrics import LOCKED_AGAIN, SPREAD
 from millprint.thesis.yields.new_conditions import write_predictions
 from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY, REGRESSORS, models_of, other_seed
 from tests.conftest import ROOT
+from tests.unit.claim_words import word_of
 from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings
 from tests.unit.yield_settings import SPLIT, parts, settings
@@ -269,8 +269,8 @@ def test_every_claim_has_a_finding_and_linear_is_reproduced(chapter):
     found = collect_findings(chapter.parent, CLAIMS, "5.")
     assert set(found) == set(own.index)
     assert all(finding.value is not None for finding in found.values())
-    verdicts = {name: verdict(own.loc[name, "value"], own.loc[name, "tolerance"], found[name]) for name in found}
-    assert {verdicts[name] for name in verdicts if name.startswith("5.linear")} == {"reproduced"}
+    verdicts = {name: word_of(own.loc[name, "value"], own.loc[name, "tolerance"], found[name]) for name in found}
+    assert {verdicts[name] for name in verdicts if name.startswith("5.linear")} == {"agrees"}
     assert "decide nothing" in found["5.linear.r2"].explanation
     # The share is below the half that the thesis states; it follows from the F of a one-way analysis of variance.
     train, test = parts()

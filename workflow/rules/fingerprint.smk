@@ -18,7 +18,7 @@ wildcard_constraints:
 
 rule fit_master_curves:
     input:
-        summaries=summary_files(DESCRIBED_CASES),
+        summaries=[f"{RESULTS}/dem/{path}/summary.json" for path in DESCRIBED_CASES],
         runs=[f"{RESULTS}/dem/{path}/run.h5" for path in DESCRIBED_CASES],
         published=PUBLISHED,
         # A target may be a condition of the curves that are fitted here.

@@ -43,7 +43,7 @@ from millprint.run.ending import OneLineAJob, failure_lines, given_run, stop_tim
 from millprint.config.errors import ConfigError
 from millprint.checks.check_once import check_once
 from millprint.config.dem_engine import check_jobs
-from millprint.run.plan import Job, check_disk
+from millprint.run.plan import OTHER_S, Job, check_disk
 from millprint.run.machine import prepare_environment
 from millprint.run.output_digests import report_damaged
 

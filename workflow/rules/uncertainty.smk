@@ -24,7 +24,7 @@ rule sample_contacts:
         number=r"\d+",
     resources:
         # A mill without a sweep gets one during the run, and is not counted before.
-        processor_s=lambda wildcards: likely_s(samples_of(wildcards.mill)),
+        processor_s=lambda wildcards: TABLE.processor_s(rows_of("SAMPLE", wildcards.mill)),
     params:
         mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
         sweep=own_sweep,

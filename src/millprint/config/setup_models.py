@@ -1,6 +1,4 @@
-"""Set-ups that others measured: the settings of each prediction, fixed before it is compared with the measured values.
-
-`python tools/fix_predictions.py` records their digest and the date. They are constants and not keys: nobody tunes a
+"""Set-ups that others measured: the settings of each prediction. They are constants and not keys: nobody tunes a
 prediction. To add a set-up, write a class here, name it in `SETTINGS`, and add a record to validation/setups.py.
 """
 
@@ -20,7 +18,6 @@ class TumblingConfig(SetupConfig):
     Speeds are in the unit of the measured values: rpm, or per cent of `critical_speed_rpm` where that is given.
     """
 
-    places: ClassVar[tuple[str, ...]] = ("speeds", "drawn_speeds")
     own_tables: ClassVar[tuple[str, ...]] = ("runs.tsv",)
 
     mill: str
@@ -81,7 +78,7 @@ class TumblingConfig(SetupConfig):
         turn_s = 60 / speed_rpm
         return Case(
             mill=mill.name, contact=self.contact, **balls_of(self.ball_diameter_mm),
-            fill_ratio=self.fill_ratio(number, mill.volume_ml), speed_rpm=speed_rpm, seed=seed,
+            fill_ratio=self.fill_ratio(number, mill.volume_ml), speed_hz=speed_rpm / 60, seed=seed,
             rayleigh_fraction=self.rayleigh_fraction, closure_max=self.closure_max, settle_s=self.settle_s,
             discard_s=max(self.discard_turns * turn_s, self.discard_s),
             window_s=max(self.window_turns * turn_s, self.window_s),
@@ -291,8 +288,6 @@ class ImpactConfig(SetupConfig):
 class AluminaImpactConfig(ImpactConfig):
     """Set-up 3: a sphere of aluminium oxide on glass, at one speed and many angles (Kharaz, Gorham and Salman 2001)."""
 
-    places = ("angles_deg",)
-
     contact: str = "alumina_on_glass"
     radius_mm: float = 2.5
     restitution: Interval | None = (0.97, 0.99)
@@ -305,8 +300,6 @@ class AluminaImpactConfig(ImpactConfig):
 
 class ElasticImpactConfig(ImpactConfig):
     """Set-up 9: an elastic sphere on a plate of its own material, at one normal speed (Chung and Ooi 2011, test 5)."""
-
-    places = ("slopes",)
 
     contact: str = "steel_elastic"
     radius_mm: float = 0.01

@@ -1,7 +1,5 @@
 """Set-ups of shaken boxes: a box on a drive without gravity, a box on a leaf spring, and a plate under gravity."""
 
-from typing import ClassVar
-
 from millprint.config.setup_section import SetupConfig
 
 # What a run takes of a processor [s], and for which number of balls.
@@ -48,8 +46,6 @@ class ShakenConfig(SetupConfig):
 
 class ShakenBoxConfig(ShakenConfig):
     """Set-up 21: a box without gravity, half full of many layers, and what must not change the energy lost in it."""
-
-    places: ClassVar[tuple[str, ...]] = ("amplitudes",)
 
     contact: str = "generic_spheres"
     side_diameters: float = 6.0
@@ -98,8 +94,6 @@ class ShakenBoxConfig(ShakenConfig):
 
 class LeafSpringConfig(ShakenConfig):
     """Set-up 22: a box on a leaf spring without gravity, which swings freely and is stopped by the balls in it."""
-
-    places: ClassVar[tuple[str, ...]] = ("times_s",)
 
     contact: str = "smooth_spheres"
     side_diameters: float = 5.2

@@ -44,7 +44,7 @@ WHERE = "one is written as fingerprint_CONTACT.json"
 ERRORS = ("power_standard_error_W.normal", "power_standard_error_W.tangential")
 SUMMARY_NUMBERS = (
     *(column.key for column in MEASURED if column.key and not column.key.startswith("rule.")),
-    *("density_kg_m3", "amplitude_m", "case.ball_diameter_mm", "case.fill_ratio", "case.speed_rpm", "case.seed"),
+    *("density_kg_m3", "amplitude_m", "case.ball_diameter_m", "case.fill_ratio", "case.speed_hz", "case.seed"),
     *ERRORS,
 )
 # A run without a finished contact has no median duration, a window of less than two revolutions no standard error.
@@ -101,10 +101,10 @@ def counted(summary: dict, rule_name: str) -> dict:
     count = recorded_count(summary, rule_name)
     if count["count"] == 0:
         case, name = summary["case"], (summary["case"].get("mixture") or {}).get("name", ONE_SIZE)
-        balls = balls_in_words(case["ball_diameter_mm"], name)
+        balls = balls_in_words(1e3 * case["ball_diameter_m"], name)
         raise ConfigError(
             f"fingerprint.counting_rule = {rule_name}: it counts no collision of balls of {balls} at fill "
-            f"{case['fill_ratio']:g} and {case['speed_rpm']:g} rpm; choose a rule with a lower threshold"
+            f"{case['fill_ratio']:g} and {60 * case['speed_hz']:g} rpm; choose a rule with a lower threshold"
         )
     return count
 

@@ -227,8 +227,8 @@ def whole_patches(
         away = np.linalg.norm(moved - vessel.vertices, axis=1)
         if not away.max() <= math.sqrt(tolerance * vessel.size):
             worst = np.nanargmax(np.where(np.isfinite(away), away, np.inf))
-            own = [worst in np.concatenate(loops) for loops in vessel.loops]
-            on_curve = without(np.isin(drawn_patch, drawn_patch[own]) & (on_curve >= 0), vessel.vertices[worst])
+            beside = [worst in np.concatenate(loops) for loops in vessel.loops]
+            on_curve = without(np.isin(drawn_patch, drawn_patch[beside]) & (on_curve >= 0), vessel.vertices[worst])
             continue
         trimmed = [
             _trimmed(curve, moved[np.unique(np.concatenate([np.concatenate(vessel.loops[f]) for f in own]))])

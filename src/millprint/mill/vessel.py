@@ -381,18 +381,3 @@ def shape_vessel(geometry: GeometrySection, place: str, solid: bool) -> Vessel:
 def build_vessel(mill: MillConfig) -> Vessel:
     """The vessel of a mill, in its body frame, z up. Raises ConfigError."""
     return shape_vessel(mill.geometry, f"config/mills/{mill.name}.yaml: geometry", solid=False)
-
-
-def check_volume(mill: MillConfig, vessel: Vessel) -> None:
-    """Raise ConfigError where `volume_ml` is not the volume of the mill's vessel within `volume_tolerance`.
-
-    Inserts are not taken off, as fill ratios refer to the vessel without them.
-    """
-    volume = vessel.volume_m3 * 1e6
-    if abs(volume - mill.volume_ml) <= mill.volume_tolerance * volume:
-        return
-    shape, sizes = mill.geometry.origin()
-    raise ConfigError(
-        f"config/mills/{mill.name}.yaml: volume_ml = {mill.volume_ml:g}: {shape} holds {volume:.4g} mL; correct it, or "
-        f"{sizes}, or allow the difference by volume_tolerance"
-    )

@@ -16,10 +16,8 @@ How a set-up becomes a verdict:
 5. `validation.verdicts` compares the rows of the model `DEM` with the measured ones, at the measured x.
    A prediction must have a row at each measured x. `explanations` tests whether a variant of the prediction explains a
    miss, and `coverage` counts the numbers within their predicted interval.
-6. `python tools/fix_predictions.py` records in config/data/fixed_predictions.tsv the date and the digest of the
-   settings of each set-up, and the reason if they were fixed again. A verdict says if the settings have changed since.
 
 To add a set-up: its settings in millprint/config/setup_models.py; `predict` in a file of this folder
-and a record in `setups.py`; its name in the column `setup` of config/data/measured.tsv; `make reference`;
-`fix_predictions.py`. Figure, tables, verdicts and the page of the report follow from these.
+and a record in `setups.py`; its name in the column `setup` of config/data/measured.tsv; `make reference`.
+Figure, tables, verdicts and the page of the report follow from these.
 """

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from millprint.statistics.quantiles import f_above
+from millprint.estimate.quantiles import f_above
 from millprint.thesis.claims.evidence import (
     Contradiction,
     Evidence,

@@ -27,12 +27,12 @@ from millprint.thesis.claims.evidence import (
     Contradiction,
     Evidence,
     Finding,
-    Interval,
     NotRun,
+    Repeats,
     claim,
     contradicted,
     datum,
-    interval_of,
+    repeats_of,
     yes_no,
 )
 
@@ -50,7 +50,7 @@ def restitution(evidence: Evidence) -> Finding:
     return Finding(
         float(found.mean()),
         f"mean of {len(drops)} simulated drops with {given:g} put in; from {found.min():.4f} to {found.max():.4f}",
-        interval=interval_of(found.tolist(), "drops from several heights"),
+        repeats=repeats_of(found.tolist(), "drops from several heights"),
     )
 
 
@@ -76,7 +76,7 @@ def friction_fit(evidence: Evidence) -> Finding:
         "/".join(f"{value:.4g}" for value in pair["estimate"]),
         f"fitted to a simulated track of {pair['frames'].iloc[0]:.0f} frames that misses it by "
         f"{pair['rms_mm'].iloc[0]:.2g} mm; intervals {intervals}; the thesis prints no track{''.join(told)}",
-        interval=Interval(lower, upper, FIT, int(pair["frames"].iloc[0])),
+        repeats=Repeats(lower, upper, FIT, int(pair["frames"].iloc[0])),
     )
 
 

@@ -6,8 +6,8 @@ Each text is computed from the results, and says what moves a value by how much.
 import numpy as np
 import pandas as pd
 
+from millprint.estimate.quantiles import chi_squared_quantile
 from millprint.fingerprint.descriptors import NOTHING
-from millprint.statistics.quantiles import chi_squared_quantile
 from millprint.thesis.claims.evidence import Evidence, in_words
 
 MILL, CONTACT = "emax", "calibrated"

@@ -6,12 +6,12 @@ from millprint.thesis.claims.evidence import (
     Contradiction,
     Evidence,
     Finding,
-    Interval,
     NotRun,
+    Repeats,
     as_printed,
     claim,
     in_words,
-    interval_of,
+    repeats_of,
     yes_no,
 )
 from millprint.thesis.yields.features import FREQUENCY, NORMAL, TANGENTIAL
@@ -50,14 +50,14 @@ def error_on_the_locked_split(
     gain = value - printed if metric in GAINS else printed - value
     better = f"; better than printed by {abs(gain):.3g}" if gain > 0.1 * abs(printed) else ""
     told = f"{'; '.join(filter(None, parts))}{better}. {regressor(model).settled}"
-    return Finding(value, told, interval=_over_seeds(evidence, model, strategy, metric, value))
+    return Finding(value, told, repeats=_over_seeds(evidence, model, strategy, metric, value))
 
 
-def _over_seeds(evidence: Evidence, model: str, strategy: str, column: str, value: float) -> Interval | None:
+def _over_seeds(evidence: Evidence, model: str, strategy: str, column: str, value: float) -> Repeats | None:
     """The interval of a value with those of other seeds of search and trees; None of a model without any."""
     own = f"model == '{model}' and strategy == '{strategy}' and choice in {SEEDED}"
     others = evidence.table("yield/seeds.tsv", own)
-    return interval_of([value, *others[column]], "seeds") if len(others) else None
+    return repeats_of([value, *others[column]], "seeds") if len(others) else None
 
 
 @claim("5.ood.{case}.{model}")
@@ -72,7 +72,7 @@ def prediction_outside_the_domain(evidence: Evidence, case: str, model: str) -> 
     return Finding(
         float(row["predicted_percent"]),
         f"measured {row['yield_percent']:g} %, error {row['error_pp']:+.1f} points{interval}; not fitted again",
-        interval=_over_seeds(evidence, model, "two_step", f"case_{case}_percent", float(row["predicted_percent"])),
+        repeats=_over_seeds(evidence, model, "two_step", f"case_{case}_percent", float(row["predicted_percent"])),
     )
 
 

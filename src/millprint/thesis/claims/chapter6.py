@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.thesis.claims.chapter3_causes import CONTACT, MILL
-from millprint.thesis.claims.evidence import Evidence, Finding, Interval, NotRun, claim, in_words, yes_no
+from millprint.thesis.claims.evidence import Evidence, Finding, NotRun, Repeats, claim, in_words, yes_no
 from millprint.thesis.surrogate.measure_tables import (
     BASELINE,
     DISSIPATION,
@@ -249,7 +249,7 @@ def _ablation(evidence: Evidence, variant: str, column: str) -> Finding:
         f"{row['training_s']:.0f} s (the thesis: 2000), roll-out of {row['rollout_s']:g} s"
     )
     interval = _interval(row, column, int(baseline["trainings"].iloc[0])) if _says(row) else None
-    return Finding(row[column], nothing + told + _scatter(row), interval=interval)
+    return Finding(row[column], nothing + told + _scatter(row), repeats=interval)
 
 
 def _says(row: pd.Series) -> bool:
@@ -268,15 +268,15 @@ def _scatter(row: pd.Series) -> str:
     return f"; {told}{', so this row says nothing' if row['says'] == NOTHING else ''}"
 
 
-def _interval(row: pd.Series, column: str, of_baseline: int) -> Interval:
+def _interval(row: pd.Series, column: str, of_baseline: int) -> Repeats:
     """The interval of a column of an ablation, by its own trainings or by how those of the baseline scatter."""
     own = int(row["trainings"])
     if column == DISSIPATION:
         origin, repeats = (TRAININGS, own) if own > 1 else (f"{TRAININGS} of the baseline", of_baseline)
-        return Interval(float(row["lower_percent"]), float(row["upper_percent"]), origin, repeats)
+        return Repeats(float(row["lower_percent"]), float(row["upper_percent"]), origin, repeats)
     open_to_chance = row["says"] == NOTHING or row["holds"] == OPEN
     lower, upper = ("no", "yes") if open_to_chance else (row[column], row[column])
-    return Interval(lower, upper, f"{TRAININGS} of the baseline", of_baseline)
+    return Repeats(lower, upper, f"{TRAININGS} of the baseline", of_baseline)
 
 
 @claim("A.{variant}")

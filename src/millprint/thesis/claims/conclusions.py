@@ -1,8 +1,8 @@
-"""What each chapter concludes and whether it stands, and the verdicts of other machines.
+"""What each chapter concludes and whether it holds, and the verdicts of other machines.
 
-Every conclusion rests on claims. The processor decides how sums are rounded, and chaotic simulations and trainings
-magnify that. So a claim whose interval decides nothing may have another verdict elsewhere; a claim that its interval
-decides should have the same verdict everywhere.
+Every conclusion rests on claims, and is only as sure as they are. The processor decides how sums are rounded, and
+chaotic simulations and trainings magnify that. So a claim whose interval decides nothing may have another verdict
+elsewhere; a claim that its interval decides should have the same verdict everywhere.
 """
 
 import platform
@@ -11,24 +11,14 @@ from pathlib import Path
 
 import pandas as pd
 
+from millprint.estimate.judge import AGREES, DIFFERS, OPEN, VERDICTS, Verdict, judge_all
 from millprint.run.files import write_table
 from millprint.run.tables import Text, read_measured, refuse_rows
-from millprint.thesis.claims.tolerances import (
-    CERTAIN,
-    DEVIATES,
-    ERRATUM,
-    INTERVAL_VERDICTS,
-    NOT_RUN,
-    OPEN_VERDICTS,
-    REPRODUCED,
-    TIMED,
-    VERDICTS,
-)
+from millprint.thesis.claims.tolerances import CERTAIN, ERRATUM, TIMED
 
 CONCLUSION_COLUMNS = ["chapter", "locus", "conclusion", "claims"]
-STANDS, PARTLY, FALLS, UNKNOWN = "stands", "stands in part", "does not stand", "not run"
-STATUSES = (STANDS, PARTLY, FALLS, UNKNOWN)
-TABLE_COLUMNS = ["chapter", "locus", "conclusion", "stands", "claims", "reproduced", "missed", "open", "against"]
+VERBS = {AGREES: ("agrees", "agree"), DIFFERS: ("differs", "differ"), OPEN: ("is open", "are open")}
+TABLE_COLUMNS = ["chapter", "locus", "conclusion", "verdict", "reason", "claims", *VERDICTS, "against"]
 
 
 def chapter_name(chapter: str) -> str:
@@ -57,38 +47,43 @@ def read_conclusions(path: str | Path, ids: pd.Series) -> pd.DataFrame:
 def judge_conclusions(conclusions: pd.DataFrame, claims: pd.DataFrame) -> pd.DataFrame:
     """A row for each conclusion, with TABLE_COLUMNS.
 
-    claims: as `tabulate_claims`. stands: one of STATUSES, by the claims that were run: all, some or none reproduced;
-    claims, reproduced, missed: how many were run, are reproduced, and are not; open: how many have an interval that
-    decides nothing; against: the ids of those that are not reproduced.
+    claims: as `tabulate_claims`. A claim counts by its interval, which says whether it holds, or else by its value.
+    verdict: that of the least sure claim that was run; claims: how many were run; VERDICTS: how many have each verdict;
+    against: the ids of those that differ.
     """
     own = claims.set_index("id")
     rows = []
     for row in conclusions.itertuples():
         run = own.loc[row.claims]
-        run = run[run["verdict"] != NOT_RUN]
-        missed = run.index[run["verdict"].isin([DEVIATES, ERRATUM])]
-        hits = int((run["verdict"] == REPRODUCED).sum())
-        status = UNKNOWN if run.empty else FALLS if not hits else PARTLY if len(missed) else STANDS
-        undecided = int(run["interval_verdict"].isin(OPEN_VERDICTS).sum())
-        told = chapter_name(row.chapter), row.locus, row.conclusion, status
-        rows.append((*told, len(run), hits, len(missed), undecided, ", ".join(missed)))
+        run = run[run["verdict"] != OPEN]
+        words = run["interval_verdict"].where(run["interval_verdict"] != "", run["verdict"])
+        found = judge_all(Verdict(word, "") for word in words)
+        counts = [int((words == word).sum()) for word in VERDICTS]
+        count = counts[VERDICTS.index(found.word)]
+        reason = f"{count} of {len(run)} claims {VERBS[found.word][count > 1]}" if len(run) else found.reason
+        against = ", ".join(run.index[words == DIFFERS])
+        place = chapter_name(row.chapter), row.locus, row.conclusion
+        rows.append((*place, found.word, reason, len(run), *counts, against))
     return pd.DataFrame(rows, columns=TABLE_COLUMNS)
 
 
+def _deviates(claims: pd.DataFrame) -> pd.Series:
+    """Which values differ from a printed one that nothing else in the thesis contradicts."""
+    return (claims["verdict"] == DIFFERS) & ~claims["reason"].str.startswith(ERRATUM)
+
+
 def deviating_everywhere(claims: pd.DataFrame, stored: pd.DataFrame, run: str) -> list[str]:
-    """The claims that deviate in this run and in the stored ones of this name on every other machine.
+    """The claims whose value differs in this run and in the stored ones of this name on every other machine.
 
     claims: as `tabulate_claims`; stored: as `read_stored`. Of a claim that is the same on every machine, this run says
     all. Errata are none of these: there the thesis contradicts itself.
     """
-    here = claims.loc[claims["verdict"] == DEVIATES, "id"]
-    others = stored[stored["run"] == run].groupby("id")["verdict"]
-    held = {name for name, verdicts in others if (verdicts != DEVIATES).any()}
-    return [name for name in here if name not in held]
+    held = set(stored.loc[(stored["run"] == run) & ~_deviates(stored), "id"])
+    return [name for name in claims.loc[_deviates(claims), "id"] if name not in held]
 
 
 def in_prose(name: str, claims: pd.DataFrame) -> str:
-    """A claim that deviates, as a sentence: what is printed and what was found."""
+    """A claim that differs, as a sentence: what is printed and what was found."""
     claim = claims.set_index("id").loc[name]
     unit = "" if claim["unit"] == "-" else f" {claim['unit']}"
     bound = any(sign in claim["tolerance"] for sign in "<>")
@@ -105,8 +100,8 @@ def _short(value: str) -> str:
 
 
 MACHINE = ["processor", "instructions", "date"]
-STORED = ["run", "id", "verdict", "interval_verdict", "reproduced", "lower", "upper"]
-WORDS = {"verdict": VERDICTS, "interval_verdict": INTERVAL_VERDICTS}
+STORED = ["run", "id", "verdict", "interval_verdict", "reason", "reproduced", "lower", "upper"]
+WORDS = dict.fromkeys(("verdict", "interval_verdict"), VERDICTS)
 STORED_COLUMNS = [*STORED, *MACHINE]
 # The widest vector instructions of a processor, which decide in which order sums are taken; widest first.
 INSTRUCTIONS = {"avx512f": "AVX-512", "avx2": "AVX2", "avx": "AVX", "sve": "SVE", "neon": "NEON"}
@@ -144,7 +139,7 @@ def with_run(stored: pd.DataFrame, claims: pd.DataFrame, run: str, machine: dict
     claims: as `millprint.thesis.claims.tabulate.tabulate_claims`; only what is simulated, trained or timed is stored,
     since the rest is the same everywhere.
     """
-    own = claims[~claims["nature"].isin(CERTAIN) & (claims["verdict"] != NOT_RUN)]
+    own = claims[~claims["nature"].isin(CERTAIN) & (claims["verdict"] != OPEN)]
     rows = own.assign(run=run, **machine)[STORED_COLUMNS]
     same = (stored["run"] == run) & (stored["processor"] == machine["processor"]) & stored["id"].isin(rows["id"])
     return pd.concat([stored[~same], rows], ignore_index=True).fillna("")
@@ -164,9 +159,9 @@ def compare_verdicts(claims: pd.DataFrame, stored: pd.DataFrame, run: str) -> pd
     rows = []
     for row in stored[(stored["run"] == run) & stored["id"].isin(own.index)].to_dict("records"):
         here = own.loc[row["id"]]
-        if here["verdict"] in (row["verdict"], NOT_RUN):
+        if here["verdict"] in (row["verdict"], OPEN):
             continue
-        is_open = here["interval_verdict"] in OPEN_VERDICTS or row["interval_verdict"] in OPEN_VERDICTS
+        is_open = OPEN in (here["interval_verdict"], row["interval_verdict"])
         reason = OF_MACHINE if here["nature"] == TIMED else EXPECTED if is_open else UNEXPECTED
         rows.append(row | {"verdict": here["verdict"], "verdict_elsewhere": row["verdict"], "reason": reason})
     return pd.DataFrame(rows, columns=DIFFERENCES)

@@ -11,9 +11,9 @@ from pathlib import Path
 import pandas as pd
 
 from millprint.config.errors import ConfigError
+from millprint.estimate.estimates import spread_of
 from millprint.run.files import read_json, read_table
 from millprint.run.tables import Number, Text, read_measured
-from millprint.statistics.quantiles import spread_of
 from millprint.thesis.claims.tolerances import agrees
 
 # By path from the results folder: the rule that writes the file, and the function that computes its content. Where one
@@ -97,21 +97,21 @@ def source_in(path: str, columns: str, rows: str = "") -> Source:
 
 
 @dataclass(frozen=True)
-class Interval:
+class Repeats:
     """Between which values a claim's value would lie if chance were drawn again, and what was drawn.
 
     lower, upper: two numbers, or two words (the same one twice if it is certain), or pairs such as 0.29/0.044;
-    repeats: how many draws, trainings or seeds it is of; failed: how many of these failed; they do not enter lower and
-    upper.
+    how: what was drawn; of: how many draws, trainings or seeds; failed: how many of these failed; they do not enter
+    lower and upper.
     """
 
     lower: float | str
     upper: float | str
-    origin: str
-    repeats: int
+    how: str
+    of: int
     failed: int = 0
 
-    def within(self, limits: tuple[float, float]) -> "Interval":
+    def within(self, limits: tuple[float, float]) -> "Repeats":
         """The part of an interval of numbers that the quantity can take at all; words stay as they are."""
         if isinstance(self.lower, str) or isinstance(self.upper, str):
             return self
@@ -137,10 +137,10 @@ class Finding:
     """The computed value for one claim.
 
     value: the computed number or word, in the unit of the claim; None if it was not run.
-    interval: of a value that is simulated or trained; None of one that is computed from data.
+    repeats: of a value that is simulated or trained; None of one that is computed from data.
     explanation: how it was computed, from how many runs, or why it was not run.
-    contradiction: what else the thesis prints that cannot hold together with the claim; a value that is not reproduced
-    is then an erratum.
+    contradiction: what else the thesis prints that cannot hold together with the claim; a value that differs is then
+    an erratum.
     sources: the rows of the results that decide the value.
     limits: what a number of this kind can be at all, such as -1 to 1 of a correlation; its interval ends there.
     failed: whether what was to be measured failed, such as a roll-out that ran away: a miss, whatever its number.
@@ -150,7 +150,7 @@ class Finding:
     explanation: str = ""
     contradiction: Contradiction | None = None
     sources: tuple[Source, ...] = ()
-    interval: Interval | None = None
+    repeats: Repeats | None = None
     limits: tuple[float, float] = (-math.inf, math.inf)
     failed: bool = False
 
@@ -325,9 +325,9 @@ def yes_no(holds: bool, explanation: str) -> Finding:
     return Finding("yes" if holds else "no", explanation)
 
 
-def interval_of(values: list[float], origin: str) -> Interval | None:
+def repeats_of(values: list[float], how: str) -> Repeats | None:
     """The interval of the mean of a few repeats, such as seeds; None of one."""
-    return Interval(*spread_of(values), origin, len(values)) if len(values) > 1 else None
+    return Repeats(*spread_of(values), how, len(values)) if len(values) > 1 else None
 
 
 def as_printed(evidence: Evidence, ids: str) -> bool:

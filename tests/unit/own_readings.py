@@ -1,17 +1,13 @@
-"""Recordings, thermometers and wattmeters that are made up: what is measured of them is known."""
+"""Thermometers and wattmeters that are made up: what is measured of them is known."""
 
 import json
 from pathlib import Path
 
 import h5py
 import numpy as np
-from scipy.io import wavfile
-from scipy.signal import fftconvolve
 
 from tests.unit.test_card import card_content
 from tests.unit.test_heat import write_run
-
-RATE_HZ = 32_000
 
 
 def events(rng: np.random.Generator, duration_s: float, rate_hz: float, turn_s: float = 0.2) -> tuple:
@@ -19,37 +15,6 @@ def events(rng: np.random.Generator, duration_s: float, rate_hz: float, turn_s: 
     time_s = np.sort(rng.uniform(0, duration_s, rng.poisson(2 * rate_hz * duration_s)))
     time_s = time_s[rng.random(len(time_s)) < 0.5 + 0.4 * np.sin(2 * np.pi * time_s / turn_s)]
     return time_s, 1e-3 * rng.lognormal(0.0, 1.2, len(time_s))
-
-
-def sound_of(
-    time_s: np.ndarray, energy_J: np.ndarray, duration_s: float, rng: np.random.Generator,
-    exponent: float = 0.5, gain: float = 1.0, noise: float = 2e-3, hum: float = 0.05,
-) -> np.ndarray:  # fmt: skip
-    """What a microphone hears: a ringing burst for each collision, two echoes, noise, a motor with its harmonics."""
-    train = np.zeros(int(duration_s * RATE_HZ) + 1)
-    place = (time_s * RATE_HZ).astype(int)
-    np.add.at(train, place, gain * energy_J**exponent * rng.choice([-1.0, 1.0], len(time_s)))
-    ring = np.arange(int(0.012 * RATE_HZ)) / RATE_HZ
-    burst = np.exp(-ring / 1.5e-3) * (np.sin(2 * np.pi * 4300 * ring) + 0.7 * np.sin(2 * np.pi * 6900 * ring))
-    echo = np.zeros(int(0.02 * RATE_HZ))
-    echo[[0, int(0.008 * RATE_HZ), int(0.015 * RATE_HZ)]] = 1.0, 0.25, 0.12
-    sound = fftconvolve(train, fftconvolve(burst, echo))[: len(train)]
-    clock = np.arange(len(train)) / RATE_HZ
-    motor = sum(np.sin(2 * np.pi * tone * clock + tone) / (1 + tone / 500) for tone in (50, 100, 1190, 2380, 4760))
-    return sound + hum * motor + noise * rng.standard_normal(len(train))
-
-
-def write_wav(path: Path, sound: np.ndarray, kind: type = np.int16, rate_hz: int = RATE_HZ) -> Path:
-    """A WAV of a sound, full scale 1."""
-    if kind is np.uint8:
-        samples = np.clip(np.round(128 * sound) + 128, 0, 255).astype(kind)
-    elif kind is np.float32:
-        samples = sound.astype(kind)
-    else:
-        full = np.iinfo(kind).max
-        samples = np.clip(np.round(full * sound), -full, full).astype(kind)
-    wavfile.write(path, rate_hz, samples)
-    return path
 
 
 def correlated(rng: np.random.Generator, n: int, memory: float = 0.8) -> np.ndarray:
