@@ -16,7 +16,7 @@ import pandas as pd
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.quantities import LOST, quantities_of
-from millprint.config.setup_models import SETTINGS, SetupConfig, TumblingConfig, read_settings
+from millprint.config.setup_models import FILES, SETTINGS, SetupConfig, TumblingConfig, read_settings
 from millprint.figures.shaken_figure import plot_shaken
 from millprint.figures.style import save
 from millprint.figures.validation_figures import plot_bed, plot_charge, plot_setup
@@ -26,7 +26,7 @@ from millprint.run.job import job
 from millprint.thesis.report.table_pages import write_chapter
 from millprint.validation.drums import slab_of_bed
 from millprint.validation.measured import measured_points, read_measurements
-from millprint.validation.setups import SETUPS, assumption_table, setup_named
+from millprint.validation.setups import PREDICTED, assumption_table, setup_named
 from millprint.validation.shaken_predictions import SAME
 from millprint.validation.tumbling import intervals
 from millprint.validation.verdicts import count_verdicts, give_verdicts, tabulate_coverage
@@ -54,9 +54,8 @@ def tabulate(setups: dict[str, dict], predicted: dict[str, pd.DataFrame], points
     predicted of each.
     """
     assumed = [row for name, given in setups.items() for row in assumption_table(name, *read_setup(name, given))]
-    variants = {name: setup.variants for name, setup in SETUPS.items()}
-    unknown = [name for name, setup in SETUPS.items() if not setup.known]
-    verdicts = give_verdicts(points, predicted, variants, unknown)
+    variants = {name: PREDICTED[file.kind].variants for name, file in FILES.items()}
+    verdicts = give_verdicts(points, predicted, variants)
     write_table(verdicts, output.verdicts)
     write_table(count_verdicts(verdicts), output.counts)
     write_table(tabulate_coverage(verdicts), output.coverage)
@@ -100,7 +99,7 @@ def draw_bed(name: str, run: str, sizes_m: tuple[float, float], svg: str, png: s
 if "snakemake" in globals():
     given, made, own = snakemake.input, snakemake.output, snakemake.params
     with job(snakemake.log[0], "judge set-ups") as log:
-        points = measured_points(read_measurements(given.measured, SETUPS))
+        points = measured_points(read_measurements(given.measured, FILES))
         predicted = {name: read_predictions(path) for name, path in zip(own.setups, given.predictions, strict=True)}
         tabulate(own.setups, predicted, points, made)
         tables = (made.verdicts, made.counts, made.coverage, made.assumptions)

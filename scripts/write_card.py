@@ -16,7 +16,7 @@ from millprint.config.card import Experiment
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, overridden
-from millprint.run.files import read_json
+from millprint.fingerprint.readers import read_counted
 from millprint.run.job import job
 
 if "snakemake" in globals():
@@ -26,7 +26,7 @@ if "snakemake" in globals():
         first = Case(**given.cases[0])
         contact = overridden(first, mill, ContactConfig(**given.contact))[1]
         paths = list(snakemake.input.runs)
-        summaries = [read_json(path) for path in snakemake.input.summaries]
+        summaries = [read_counted(path, given.rules) for path in snakemake.input.summaries]
         known = known_of(
             next(iter(snakemake.input.get("uncertainty", [])), None),
             next(iter(snakemake.input.get("wear", [])), None), snakemake.input.materials, contact.name,

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 import describe_mill
 from millprint.cases.large_mill import RUN_WAY, enlarged, large_case
 from millprint.cases.of_mill import conditions_of, durations_of, mill_cases, sweep_of, varied_case
+from millprint.config.counting import CountingRule
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import FingerprintConfig
 from millprint.config.load import check_model, load_named, read_yaml
@@ -29,7 +30,7 @@ from millprint.fingerprint.scale_up import compare_run, tabulate_scale_up
 from millprint.mill.bodies import build_bodies, check_inserts, check_volume, travel_m
 from millprint.mill.default_sweep import default_sweep
 from millprint.mill.vessel import build_vessel
-from millprint.run.files import read_table, write_json
+from millprint.run.files import read_json, read_table, write_json
 from millprint.view.mill_picture import FRAMES, picture_mill
 from millprint.view.snapshots import Geometry, body_of_feature
 from tests.unit.made_spectra import made_spectra
@@ -176,6 +177,7 @@ def test_a_fingerprint_of_several_seeds_is_that_of_their_mean(tmp_path, monkeypa
             interval=settings.interval,
             smooth_points=settings.smooth_points,
             spectra_rules=["gap_0_03"],
+            rules=[CountingRule.of_count(count).model_dump() for count in read_json(files[0])["collisions"]],
         )
         return read_table(output.descriptors), Fingerprint.read(output.fingerprint)
 

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 import study_settings
 from millprint.cases.of_mill import mill_cases, study_variants
 from millprint.config.contact_set import ContactConfig
+from millprint.config.counting import CountingRule
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import StudyConfig
 from millprint.config.load import load_named
@@ -220,8 +221,9 @@ def test_the_script_writes_tables_figure_and_one_line(tmp_path):
     names = {"table": "study.tsv", "window": "window.tsv", "verdict": "verdict.json", "line": "verdict.txt"}
     output = type("Output", (), {key: tmp_path / name for key, name in names.items()})
     output.svg, output.png = tmp_path / "study.svg", tmp_path / "study.png"
+    rules = [CountingRule.of_count(count).model_dump() for count in run["collisions"]]
     found = study_settings.main(
-        variants, str(tmp_path), output, mill="mine", sweep_seeds=1, counting_rule="gap_0_03", study=STUDY
+        variants, str(tmp_path), output, mill="mine", sweep_seeds=1, counting_rule="gap_0_03", rules=rules, study=STUDY
     )
     assert (tmp_path / "verdict.txt").read_text() == found["line"] + "\n"
     written = yaml.safe_load((tmp_path / "verdict.json").read_text())

@@ -6,7 +6,7 @@ import pytest
 
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
-from millprint.config.setup_models import QUICK, SETTINGS, SetupConfig
+from millprint.config.setup_models import FILES, KINDS, QUICK, SETTINGS, SetupConfig
 from millprint.config.sweep import DemConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.figures.validation_figures import plot_setup
@@ -17,20 +17,19 @@ from millprint.validation.measured import (
     check_predictions,
     read_measurements,
 )
-from millprint.validation.setups import SETUPS, assumption_table, predict, setup_named
+from millprint.validation.setups import PREDICTED, assumption_table, predict, setup_named
 from tests.physics.test_impacts import ALUMINA
 from tests.unit.test_validation import MEASURED, points_of, predictions_of
 
 
 def test_every_setup_has_settings_and_a_record():
-    assert set(SETTINGS) == set(SETUPS)
-    assert all(name == setup.name for name, setup in SETUPS.items())
+    assert {file.kind for file in FILES.values()} == set(KINDS) == set(PREDICTED)
     assert all(type(quick) is type(SETTINGS[name]) for name, quick in QUICK.items())
 
 
 def test_every_setup_answers_a_measured_row():
     # That of the box on a leaf spring waits for its curve.
-    assert set(read_measurements(MEASURED, SETUPS)["setup"]) - {UNKNOWN} == set(SETUPS) - {"leaf_spring"}
+    assert set(read_measurements(MEASURED, SETTINGS)["setup"]) - {UNKNOWN} == set(SETTINGS) - {"leaf_spring"}
 
 
 def test_what_is_not_in_the_registry_raises():

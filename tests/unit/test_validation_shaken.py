@@ -13,7 +13,7 @@ from millprint.config.sweep import DemConfig
 from millprint.dem.layout import TOTAL
 from millprint.figures.shaken_figure import plot_shaken
 from millprint.validation.measured import DEM, Inputs, measured_points, read_measurements
-from millprint.validation.setups import SETUPS, predict
+from millprint.validation.setups import predict
 from millprint.validation.shaken import LAW_END, ShakenBox, law_of_loss, law_of_swing, meeting_phase, pour, spread
 from millprint.validation.shaken_predictions import (
     FITTED,
@@ -34,7 +34,7 @@ RADIUS, SIDE, FRACTION = 5e-3, 0.04, 0.2
 
 
 def points_of(id: str) -> pd.DataFrame:
-    points = measured_points(read_measurements(MEASURED, SETUPS))
+    points = measured_points(read_measurements(MEASURED, SETTINGS))
     return points[points["id"] == id].reset_index(drop=True)
 
 

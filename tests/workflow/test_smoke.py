@@ -6,7 +6,9 @@ import pandas as pd
 import pytest
 from PIL import Image
 
+from millprint.config.counting import CountingRule
 from millprint.estimate.judge import VERDICTS
+from millprint.fingerprint.readers import with_counts
 from millprint.run.files import read_json, read_table
 from millprint.thesis.claims.tabulate import CLAIM_COLUMNS
 from millprint.thesis.claims.tolerances import CERTAIN, TIMED
@@ -67,9 +69,13 @@ def test_computed_claims_of_chapters_2_and_4_hold(claims):
     assert missed.empty, missed[["id", "published", "reproduced"]].to_string()
 
 
-def test_linear_regression_has_the_printed_digits(claims):
-    rows = claims[claims["id"].str.startswith("5.linear.")]
-    assert rows["verdict"].tolist() == ["agrees"] * 5
+def test_the_numbers_of_each_stage_are_the_stored_ones(smoke_project):
+    missed = []
+    for row in pd.read_csv(ROOT / "tests/data/smoke_numbers.tsv", sep="\t", comment="#").itertuples():
+        (found,) = pd.read_csv(smoke_project / "results" / row.table, sep="\t").query(row.rows)[row.column]
+        if found != pytest.approx(row.value, rel=row.tolerance):
+            missed.append(f"{row.table}, {row.rows}: {row.column} = {found}, stored {row.value}")
+    assert not missed, "\n".join(missed)
 
 
 def test_energy_balance_closes_in_every_run(smoke_project):
@@ -98,6 +104,17 @@ def test_every_job_left_a_log(smoke_project):
     assert len(logs) > 20
     empty = [path.name for path in logs if not path.read_text().strip()]
     assert not empty
+
+
+def test_collisions_are_counted_again_from_a_run_as_they_were_in_it(smoke_project):
+    for path in sorted(smoke_project.glob("results/dem/emax/calibrated/*/summary.json"))[:2]:
+        summary = read_json(path)
+        rules = [CountingRule.of_count(count) for count in summary["collisions"]]
+        again = with_counts({**summary, "collisions": []}, path.with_name("run.h5"), rules)["collisions"]
+        assert len(rules) > 10
+        for own, recorded in zip(again, summary["collisions"], strict=True):
+            numbers = {name: value for name, value in recorded.items() if not isinstance(value, dict)}
+            assert {name: own[name] for name in numbers} == pytest.approx(numbers, rel=1e-6)
 
 
 def test_the_quick_validation_judges_impacts_and_a_tumbling_mill(smoke_project):

@@ -41,6 +41,7 @@ rule tabulate_convergence:
     params:
         counting_rule=CONFIG.fingerprint.counting_rule,
         further_rules=CONFIG.convergence.counting_rules,
+        rules=rules_named(CONFIG.fingerprint.counting_rule, *CONFIG.convergence.counting_rules),
         settings=CONFIG.convergence.model_dump(mode="json", exclude={"study"}),
         taken_s={
             ball: longest_step(ball / 1e3, described_cases(CONFIG, CASES).values(), CONTACTS, CONFIG.dem)
@@ -87,10 +88,14 @@ rule fit_friction:
         f"{BENCHMARKS}/fit_friction/{{experiment}}.tsv"
     params:
         experiment=lambda wildcards: EXPERIMENTS[wildcards.experiment].model_dump(mode="json"),
-        mills=lambda wildcards: {
+        identity=lambda wildcards: [
+            *(mill_identity(MILLS[name]) for name in EXPERIMENTS[wildcards.experiment].mills(CONFIG.mill).values()),
+            contact_identity(CONTACTS[EXPERIMENTS[wildcards.experiment].contact]),
+        ],
+        mills=lambda wildcards, output: {
             key: dumped(MILLS[name]) for key, name in EXPERIMENTS[wildcards.experiment].mills(CONFIG.mill).items()
         },
-        contact=lambda wildcards: CONTACTS[EXPERIMENTS[wildcards.experiment].contact].model_dump(mode="json"),
+        contact=lambda wildcards, output: CONTACTS[EXPERIMENTS[wildcards.experiment].contact].model_dump(mode="json"),
         rayleigh_fraction_max=CONFIG.dem.rayleigh_fraction_max,
         settings=CONFIG.calibration.oscillation.part(SwingConfig),
         interval=CONFIG.calibration.interval,

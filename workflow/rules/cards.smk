@@ -44,6 +44,7 @@ rule write_card:
             "interval": CONFIG.fingerprint.interval,
             "dose": CONFIG.dose.model_dump(mode="json"),
         },
+        rules=rules_named(*spectra_rules(CONFIG.mills.rule)),
         dem=settings("dem"),
         animation=CONFIG.cards.animation,
     message:

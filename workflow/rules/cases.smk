@@ -89,7 +89,12 @@ def study_plan(name: str) -> list[dict]:
     """The variants of the study of a mill's settings as plain values, with the paths of their cases."""
     with stop_on_bad_input():
         return [
-            {"setting": each.setting, "factor": each.factor, "value": each.value, "paths": [own.path for own in each.cases]}
+            {
+                "setting": each.setting,
+                "factor": each.factor,
+                "value": each.value,
+                "paths": [own.path for own in each.cases],
+            }
             for each in TABLE.variants(name)
         ]
 

@@ -45,7 +45,12 @@ rule run_dem_case:
     # ranks, such as srun. Neither it nor `command` nor `tasks` is a parameter: another number of ranks reruns nothing.
     resources:
         **(
-            {"mpi": "mpirun", "command": CONFIG.dem.lammps.command, "tasks": CONFIG.dem.lammps.ranks, "cpus_per_task": 1}
+            {
+                "mpi": "mpirun",
+                "command": CONFIG.dem.lammps.command,
+                "tasks": CONFIG.dem.lammps.ranks,
+                "cpus_per_task": 1,
+            }
             if LAMMPS
             else {}
         ),
@@ -53,11 +58,15 @@ rule run_dem_case:
         mem_mb=lambda wildcards, attempt: attempt * resources_at(wildcards).memory_mb,
         processor_s=lambda wildcards: math.ceil(resources_at(wildcards).processor_s),
         disk_mb=lambda wildcards: math.ceil(resources_at(wildcards).disk_mb),
+    # Only `identity` is compared: Snakemake leaves functions of the output out. A run of LAMMPS records nothing of what it
+    # kept, so that its tolerances are compared.
     params:
-        case=lambda wildcards: case_at(wildcards).model_dump(mode="json"),
-        mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
-        contact=lambda wildcards: CONTACTS[wildcards.contact].model_dump(mode="json"),
-        settings=CONFIG.dem.model_dump(mode="json", exclude={"lammps"}),
+        identity=identity_at,
+        tolerances=CONFIG.dem.model_dump(mode="json", include={"overlap_max", "closure_max"}) if LAMMPS else None,
+        case=lambda wildcards, output: case_at(wildcards).model_dump(mode="json"),
+        mill=lambda wildcards, output: dumped(mill_named(wildcards.mill)),
+        contact=lambda wildcards, output: CONTACTS[wildcards.contact].model_dump(mode="json"),
+        settings=lambda wildcards, output: CONFIG.dem.model_dump(mode="json", exclude={"lammps"}),
     message:
         "Simulating {wildcards.mill}/{wildcards.contact}/{wildcards.case}"
     script:

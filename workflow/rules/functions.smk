@@ -1,6 +1,27 @@
 """Functions of the rules: the files and values that a rule asks for, by wildcards. Names are looked up when a job asks."""
 
 
+def identity_at(wildcards) -> dict:
+    """What decides the numbers of the simulation of a case."""
+    case = case_at(wildcards)
+    folder = CASE.format(**wildcards)
+    return identity(case, mill_named(wildcards.mill), CONTACTS[wildcards.contact], CONFIG.dem, folder)
+
+
+def identity_inside(mills, contacts, rules=()) -> dict:
+    """What decides the numbers of simulations that have no case in results/dem.
+
+    rules: names of the counting rules that count in them. They have a closure_max of their own; whether they keep
+    overlap_max is recorded nowhere, so that it counts.
+    """
+    return {
+        "mills": [mill_identity(mill, CONFIG.dem.counts_by_facet) for mill in mills],
+        "contacts": [contact_identity(contact) for contact in contacts],
+        "dem": dem_identity(CONFIG.dem) | {"overlap_max": CONFIG.dem.overlap_max},
+        "counting_rules": [rule for rule in rules_named() if rule["name"] in rules],
+    }
+
+
 def shape_of(mill: str) -> list[str]:
     """The file of a fitted jar's shape, if the search of the fit is a part of the whole run."""
     fitted = fitted_mill(CONFIG, MILLS) if CHAPTERS and CONFIG.fit.in_all else None
@@ -27,6 +48,12 @@ def uncertainty_of(mills) -> list[str]:
 def spectra_rules(own: str) -> list[str]:
     """The counting rules of spectra; the first is the rule of the descriptors, which the figures show."""
     return list(dict.fromkeys([own, *CONFIG.dose.spectra.counting_rules]))
+
+
+def rules_named(*names: str) -> list[dict]:
+    """The counting rules of these names, in this order, as plain values; all rules without names."""
+    known = {rule.name: rule.model_dump(mode="json") for rule in CONFIG.dem.counting_rules}
+    return [known[name] for name in dict.fromkeys(names or known)]
 
 
 def records_of(summaries) -> list[str]:
@@ -64,6 +91,13 @@ def setup_inputs(name: str) -> dict:
         "mill": dumped(MILLS[setup.mill_name]) if setup.mill_name else None,
         "contacts": [CONTACTS[each].model_dump(mode="json") for each in setup.contact_names],
     }
+
+
+def identity_of_setup(name: str) -> dict:
+    """What decides the numbers of a set-up's own simulations, apart from its settings."""
+    setup = CONFIG.validation.chosen[name]
+    mills = [MILLS[setup.mill_name]] if setup.mill_name else []
+    return identity_inside(mills, [CONTACTS[each] for each in setup.contact_names])
 
 
 def setup_runs(name: str) -> list[str]:

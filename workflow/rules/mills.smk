@@ -66,6 +66,7 @@ rule describe_mill:
         interval=CONFIG.fingerprint.interval,
         smooth_points=CONFIG.fingerprint.smooth_points,
         spectra_rules=spectra_rules(CONFIG.mills.rule),
+        rules=rules_named(*spectra_rules(CONFIG.mills.rule)),
     message:
         "Calculating fingerprint and energy spectra of mill {wildcards.mill}"
     script:
@@ -75,6 +76,7 @@ rule describe_mill:
 rule measure_coverage:
     input:
         summaries=lambda wildcards: files_of(rows_of("NEW", wildcards.mill)),
+        runs=lambda wildcards: files_of(rows_of("NEW", wildcards.mill), "run.h5"),
         fingerprint=rules.describe_mill.output.fingerprint,
     output:
         coverage=f"{MILL}/coverage.tsv",
@@ -83,6 +85,8 @@ rule measure_coverage:
         f"{LOGS}/mills/{{mill}}_coverage.log",
     benchmark:
         f"{BENCHMARKS}/measure_coverage/{{mill}}.tsv"
+    params:
+        rules=rules_named(CONFIG.mills.rule),
     message:
         "Counting how often the bands of mill {wildcards.mill} hold new simulations"
     script:
@@ -311,6 +315,7 @@ rule explorer:
 rule study_settings:
     input:
         summaries=lambda wildcards: files_of(rows_of("STUDY", wildcards.mill)),
+        runs=lambda wildcards: files_of(rows_of("STUDY", wildcards.mill), "run.h5"),
     output:
         table=f"{STUDY}/study.tsv",
         window=f"{STUDY}/window.tsv",
@@ -326,6 +331,7 @@ rule study_settings:
         variants=lambda wildcards: study_plan(wildcards.mill),
         sweep_seeds=lambda wildcards: len(TABLE.swept(wildcards.mill).sweep.seeds),
         counting_rule=CONFIG.mills.rule,
+        rules=rules_named(CONFIG.mills.rule),
         study=CONFIG.convergence.study.model_dump(mode="json"),
     message:
         "Comparing time step, stiffness, facets, window and seeds of mill {wildcards.mill}"

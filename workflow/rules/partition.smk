@@ -53,7 +53,7 @@ rule tabulate_spectra:
         f"{BENCHMARKS}/tabulate_spectra/tabulate_spectra.tsv"
     params:
         runs={contact: records_of(swept_summaries(contact)) for contact in CONFIG.contacts},
-        rules=spectra_rules(CONFIG.fingerprint.counting_rule),
+        rules=rules_named(*spectra_rules(CONFIG.fingerprint.counting_rule)),
     message:
         "Tabulating the energy spectra of {CONFIG.contacts}"
     script:

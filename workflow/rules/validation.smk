@@ -28,10 +28,11 @@ rule simulate_tumbling:
     resources:
         processor_s=lambda wildcards: TABLE.processor_s(rows_of("IN_SET_UP", wildcards.setup)),
     params:
+        identity=lambda wildcards: identity_of_setup(wildcards.setup),
         settings=lambda wildcards: setup_inputs(wildcards.setup)["settings"],
-        mill=lambda wildcards: setup_inputs(wildcards.setup)["mill"],
-        contacts=lambda wildcards: setup_inputs(wildcards.setup)["contacts"],
-        dem=settings("dem"),
+        mill=lambda wildcards, output: setup_inputs(wildcards.setup)["mill"],
+        contacts=lambda wildcards, output: setup_inputs(wildcards.setup)["contacts"],
+        dem=lambda wildcards, output: settings("dem"),
     message:
         "Simulating tumbling mill {wildcards.setup} at every speed"
     script:
@@ -67,10 +68,11 @@ rule predict_setup:
             + round(CONFIG.validation.chosen[wildcards.setup].further_s)
         ),
     params:
+        identity=lambda wildcards: identity_of_setup(wildcards.setup),
         settings=lambda wildcards: setup_inputs(wildcards.setup)["settings"],
-        mill=lambda wildcards: setup_inputs(wildcards.setup)["mill"],
-        contacts=lambda wildcards: setup_inputs(wildcards.setup)["contacts"],
-        dem=settings("dem"),
+        mill=lambda wildcards, output: setup_inputs(wildcards.setup)["mill"],
+        contacts=lambda wildcards, output: setup_inputs(wildcards.setup)["contacts"],
+        dem=lambda wildcards, output: settings("dem"),
         runs=lambda wildcards, output: str(Path(output.predictions).parents[2] / "dem"),
         folder=lambda wildcards, output: str(Path(output.predictions).parent),
     message:

@@ -241,8 +241,8 @@ def _circle_of(chords: _Chords) -> Arc:
 def _rims_of(chords: _Chords, vessel: Vessel) -> list[tuple[Rim, np.ndarray, np.ndarray, int]]:
     """The arcs of a circle; the vertices that draw each, those at its ends, and a facet next to it."""
     arc, other = _circle_of(chords), np.cross(chords.axis, chords.first)
-    vertices = np.unique([vessel.edges[number].ends for number in chords.edges])
-    facet = vessel.edges[chords.edges[0]].facets[0]
+    vertices = np.unique(vessel.edge_arrays.ends[chords.edges])
+    facet = int(vessel.edge_arrays.facets[chords.edges[0], 0])
     away = vessel.vertices[vertices] - arc.centre
     angles = np.arctan2(away @ other, away @ chords.first)
 
@@ -278,9 +278,10 @@ def _tips(vessel: Vessel, number: int) -> list[tuple[Rim, np.ndarray, np.ndarray
         if abs(r) < near and abs(inward[1]) > TANGENT:
             point = curve.origin + z * curve.axis
             nearest = np.linalg.norm(vessel.vertices - point, axis=1).argmin()
-            facet = next(f for f in np.flatnonzero(vessel.facet_curves == number) if nearest in vessel.loops[f][0])
+            beside = vessel.outlines.corners.owner[vessel.corners == nearest]
+            facet = beside[vessel.facet_curves[beside] == number][0]
             # It juts in where the balls are on the far side of it from the wall.
-            leans = -inward[1] * float(vessel.facets[facet].normal @ curve.axis)
+            leans = -inward[1] * float(vessel.normals[facet] @ curve.axis)
             turn = math.copysign(2 * math.asin(min(1.0, abs(inward[1]))), leans)
             rim = Rim(point, curve.axis, 0.0, None, (np.array(inward), np.array(inward)), turn)
             found.append((rim, np.array([nearest]), np.empty(0, dtype=np.int64), int(facet)))
@@ -289,9 +290,8 @@ def _tips(vessel: Vessel, number: int) -> list[tuple[Rim, np.ndarray, np.ndarray
 
 def find_borders(vessel: Vessel) -> Borders:
     """What the edges of a body's drawing are, see Borders."""
-    edges, of_curve = vessel.edges, vessel.facet_curves
-    turn = np.array([edge.turn for edge in edges])
-    curves = of_curve[np.array([edge.facets for edge in edges])]
+    turn = vessel.edge_arrays.turn.copy()
+    curves = vessel.facet_curves[vessel.edge_arrays.facets]
     on_curve = (curves >= 0).any(axis=1)
     whole = list(range(len(vessel.curves)))
     for second, curve in enumerate(vessel.curves):
@@ -301,13 +301,13 @@ def find_borders(vessel: Vessel) -> Borders:
     is_drawn = on_curve & (surface[:, 0] == surface[:, 1])
     turn[is_drawn] = 0.0
     borders = Borders(
-        turn, is_drawn, np.zeros(len(edges), dtype=bool), {},
-        np.zeros(len(vessel.facets)), np.zeros(len(vessel.curves)),
+        turn, is_drawn, np.zeros(len(turn), dtype=bool), {},
+        np.zeros(len(vessel.normals)), np.zeros(len(vessel.curves)),
     )  # fmt: skip
     walls = _Walls(vessel)
     circles = _Circles(walls.near)
-    for number in np.flatnonzero(on_curve & ~is_drawn).tolist():
-        edge = edges[number]
+    borders_at = np.flatnonzero(on_curve & ~is_drawn)
+    for number, edge in zip(borders_at.tolist(), vessel.edges_of(borders_at), strict=True):
         circle = walls.circle(edge)
         if circle is not None:
             turn[number] = circles.add(number, edge, circle, walls)
@@ -322,7 +322,7 @@ def find_borders(vessel: Vessel) -> Borders:
             )
             borders.is_rough[number] = not is_line and abs(turn[number]) > TANGENT
             is_drawn[number] = borders.is_rough[number] or abs(turn[number]) <= TANGENT
-        _add_slack(borders, vessel, number)
+        _add_slack(borders, vessel, number, edge)
     # A wall that reaches beyond a convex border would be felt where nothing is.
     for number in np.flatnonzero(turn > TANGENT).tolist():
         borders.curve_slack[[piece for piece in curves[number].tolist() if piece >= 0]] = 0.0
@@ -339,9 +339,9 @@ def find_borders(vessel: Vessel) -> Borders:
     return borders
 
 
-def _add_slack(borders: Borders, vessel: Vessel, number: int) -> None:
+def _add_slack(borders: Borders, vessel: Vessel, number: int, edge: Edge) -> None:
     """Let both walls at an edge reach beyond it: by what a tangent border may be off, or by the sag of a rough one."""
-    edge, turn = vessel.edges[number], float(borders.turn[number])
+    turn = float(borders.turn[number])
     if abs(turn) <= TANGENT:
         slack = vessel.size * abs(turn)
     elif borders.is_rough[number]:
@@ -360,7 +360,7 @@ def _add_slack(borders: Borders, vessel: Vessel, number: int) -> None:
 def rough_facets(vessel: Vessel, borders: Borders) -> set[int]:
     """Facets next to a border on which two walls do not agree, where a ball passes from one to the other."""
     is_open = borders.is_rough & (borders.turn > -SMOOTH_TURN)
-    return {facet for number in np.flatnonzero(is_open) for facet in vessel.edges[number].facets}
+    return set(vessel.edge_arrays.facets[is_open].ravel().tolist())
 
 
 class Side(NamedTuple):

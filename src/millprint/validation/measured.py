@@ -27,11 +27,10 @@ KEPT = "runs.partial"
 SCATTER = "scatter of seeds"
 BLOCKS = "scatter of blocks of time"
 CONTACT = "contact parameters"
-BALLS = "spread of the balls"
 COUNT = "number of balls"
 # Origins of an interval; both where they are added.
 INTERVALS = (
-    *("", SCATTER, BLOCKS, CONTACT, f"{SCATTER} and {CONTACT}", f"{BLOCKS} and {CONTACT}", BALLS),
+    *("", SCATTER, BLOCKS, CONTACT, f"{SCATTER} and {CONTACT}", f"{BLOCKS} and {CONTACT}"),
     f"{SCATTER} and {COUNT}",
 )
 # Units of quantities that are not negative, so that their intervals do not go below 0.

@@ -90,12 +90,12 @@ def tolerance_of(series: pd.DataFrame) -> tuple[pd.Series, str]:
     return SHARE * sizes, TENTH
 
 
-def judge_number(point: dict, tolerance: float, close: str, unknown: Collection[str] = ()) -> Verdict:
+def judge_number(point: dict, tolerance: float, close: str) -> Verdict:
     """The verdict on one measured number by its prediction; keys as in the columns of both tables.
 
-    close: the reason to accept a deviation within the tolerance; unknown: set-ups of which too little is known.
+    close: the reason to accept a deviation within the tolerance.
     """
-    if point["setup"] in (UNKNOWN, *unknown):
+    if point["setup"] == UNKNOWN:
         return Verdict(OPEN, NO_SETUP)
     measured, ends = point["measured"], Interval(point["measured_lower"], point["measured_upper"])
     value = Estimate(point["predicted"], point["unit"])
@@ -128,13 +128,11 @@ def give_verdicts(
     points: pd.DataFrame,
     predictions: Mapping[str, pd.DataFrame],
     variants: Mapping[str, Collection[str]],
-    unknown: Collection[str] = (),
 ) -> pd.DataFrame:
     """A row (VERDICT_COLUMNS) for each measured number.
 
-    points: of `measured_points`. By set-up: predictions, if it was run;
-    variants: beginnings of the names of models that may explain a miss. unknown: set-ups with too little information
-    for a verdict. Where a set-up was not run, the verdict is open.
+    points: of `measured_points`. By set-up: predictions, if it was run; variants: beginnings of names of models that
+    may explain a miss. Where a set-up was not run, the verdict is open.
     Raises ValueError for a prediction in another unit than the measured value.
     """
     together = pd.concat(predictions.values())
@@ -146,7 +144,7 @@ def give_verdicts(
             if found["unit"] not in (None, point["unit"]):
                 raise ValueError(f"{id}: predicted in {found['unit']}, measured in {point['unit']}")
             both = {**point.to_dict(), **{name: value for name, value in found.items() if name != "unit"}}
-            verdict = judge_number(both, tolerances[place], close, unknown)
+            verdict = judge_number(both, tolerances[place], close)
             half = (point["measured_upper"] - point["measured_lower"]) / 2
             rows.append(
                 {

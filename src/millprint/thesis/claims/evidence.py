@@ -26,6 +26,7 @@ ORIGINS: dict[str, tuple[str, str]] = {
     "doe/interactions.tsv": ("analyse_variance", "millprint.thesis.doe.variance.interaction_table"),
     "doe/residuals.tsv": ("analyse_variance", "millprint.thesis.doe.residuals.residual_table"),
     "doe/pareto.tsv": ("analyse_variance", "millprint.thesis.doe.variance.pareto_table"),
+    "doe/anova_corrected.tsv": ("analyse_variance", "millprint.thesis.doe.variance.corrected_table"),
     "doe/half_life.tsv": ("tabulate_experiments", "millprint.thesis.doe.wet_lab.half_life_table"),
     "doe/wear.tsv": ("tabulate_experiments", "millprint.thesis.doe.wet_lab.wear_table"),
     "calibration/drop_test.tsv": ("calibrate_restitution", "millprint.thesis.calibration.drop.simulate_drops"),
@@ -43,6 +44,7 @@ ORIGINS: dict[str, tuple[str, str]] = {
     "partition/table_4_4.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.specific_yields"),
     "partition/table_4_5.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.energy_leverage"),
     "partition/slopes.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.fit_slopes"),
+    "yield/held_out/*.tsv": ("hold_out_yields", "millprint.thesis.yields.held_out.predict_held_out"),
     "yield/scores_by_scheme.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.score_table"),
     "yield/out_of_domain.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.predictions"),
     "yield/time_variance.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.time_variance"),
@@ -53,10 +55,6 @@ ORIGINS: dict[str, tuple[str, str]] = {
         "millprint.thesis.surrogate.timing.simulation_seconds",
     ),
     "surrogate/runtime.tsv": ("time_surrogates", "millprint.thesis.surrogate.timing.time_rollouts"),
-    "surrogate/wall_contacts.tsv": (
-        "build_surrogate_dataset",
-        "millprint.thesis.surrogate.measure_tables.wall_contact_table",
-    ),
     "surrogate/ablations.tsv": ("tabulate_ablations", "millprint.thesis.surrogate.measure_tables.ablation_table"),
 }
 
@@ -235,13 +233,12 @@ class Evidence:
 class Form:
     """A form of ids, and the code for every claim whose id has it.
 
-    template: an id, or one with the names of its parts, as in 3.cycle.{diameter}mm.{speed}.{letter}; find, explain:
-    called with the evidence and the parts; the latter says in words why such a value deviates.
+    template: an id, or one with the names of its parts, as in 3.cycle.{diameter}mm.{speed}.{letter}; find: called with
+    the evidence and the parts.
     """
 
     template: str
     find: Callable[..., Finding]
-    explain: Callable[..., str] | None = None
 
     def parts(self, name: str) -> dict[str, str] | None:
         """What an id says, such as {"speed": "600"}; None for an id of another form."""
@@ -261,7 +258,7 @@ class Form:
 FORMS: dict[str, Form] = {}
 
 
-def claim(template: str, explain: Callable[..., str] | None = None) -> Callable:
+def claim(template: str) -> Callable:
     """Register the decorated function as the code of the claims whose ids in claims.tsv have this form; see `Form`.
 
     Raises ValueError for a form that is registered already.
@@ -270,7 +267,7 @@ def claim(template: str, explain: Callable[..., str] | None = None) -> Callable:
     def register(find: Callable[..., Finding]) -> Callable[..., Finding]:
         if template in FORMS:
             raise ValueError(f"claim {template}: it is registered twice")
-        FORMS[template] = Form(template, find, explain)
+        FORMS[template] = Form(template, find)
         return find
 
     return register
@@ -294,12 +291,6 @@ def find_claim(evidence: Evidence) -> Finding:
     except NotRun as lacking:
         found = Finding(None, f"not run: {lacking}")
     return replace(found, sources=tuple(evidence.sources))
-
-
-def explain_deviation(evidence: Evidence) -> str:
-    """Why the value of the claim `evidence.id` deviates, in words; empty where no code says anything of it."""
-    form = form_of(evidence.id)
-    return form.explain(evidence, **form.parts(evidence.id) or {}) if form and form.explain else ""
 
 
 def datum(evidence: Evidence, path: str, key: str, value: int, column: str) -> float:
