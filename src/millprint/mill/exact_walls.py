@@ -1,11 +1,12 @@
 """Exact walls of surfaces that were found in a drawing: curves between their borders, and vertices where they meet."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from millprint.mill.borders import borders_of, rough_facets
-from millprint.mill.curved_surfaces import Curve
+from millprint.mill.curved_surfaces import CLOSEST, Curve
 from millprint.mill.turned_shapes import LARGEST_TURN, LOOSE, Drawing, Line, Swept
 from millprint.mill.vessel import Outlines, Ragged, Vessel
 from millprint.mill.wall_features import facet_patches
@@ -49,6 +50,11 @@ def curves_of(drawing: Drawing, swept: Swept) -> list[tuple[Curve, np.ndarray]]:
         ends = (float(along.min() - middle), float(along.max() - middle))
         if abs(math.sin(slope)) * max(abs(ends[0]), abs(ends[1])) < drawing.tolerance / 8:
             slope = 0.0
+        else:
+            # An end that is nearly on the axis is a tip.
+            tip = -float(start[0]) / math.sin(slope)
+            is_near = [abs((end - tip) * math.sin(slope)) < LOOSE * drawing.tolerance for end in ends]
+            ends = (tip if is_near[0] else ends[0], tip if is_near[1] else ends[1])
         outwards = normal[0] * out + normal[1] * axis.along
         curve = Curve(axis.origin + start[1] * axis.along, axis.along, float(start[0]), ends=ends, slope=slope)
     else:
@@ -97,7 +103,15 @@ def _sphere_arc(
 def _moved_vertices(
     vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, planes: dict[int, np.ndarray]
 ) -> np.ndarray:
-    """The vertices (v, 3) where the surfaces meet on which they lie: by steps of least length (Newton)."""
+    """The vertices (v, 3) where the surfaces meet on which they lie: by steps of least length (Newton).
+
+    Of whole surfaces: beyond its borders, a curve goes on along its tangents, and meets a tangent wall anywhere.
+    """
+    # CLOSEST is added to lengths: a wall that is tangent to within it would be missed.
+    whole = [
+        replace(curve, part=None, arc=None, major=curve.major + CLOSEST, minor=curve.minor and curve.minor + CLOSEST)
+        for curve in curves
+    ]
     owner = vessel.outlines.corners.owner
     # The outline of a flat wall that was put level moves with it.
     is_moving = on_curve >= 0
@@ -120,7 +134,7 @@ def _moved_vertices(
             off, slopes = [], []
             for number in surfaces:
                 if number >= 0:
-                    distance, direction, _ = curves[number].touch(points)
+                    distance, direction, _ = whole[number].touch(points)
                 else:
                     normal, offset = vessel.normals[-1 - number], vessel.offsets[-1 - number]
                     if -1 - number in planes:
@@ -177,7 +191,9 @@ def _trimmed(curve: Curve, points: np.ndarray) -> Curve:
         )
     if curve.minor is None:
         along = (out - curve.major) * math.sin(curve.slope) + up * math.cos(curve.slope)
-        changes["ends"] = float(along.min()), float(along.max())
+        tip = -curve.major / math.sin(curve.slope) if curve.slope else math.nan
+        found = float(along.min()), float(along.max())
+        changes["ends"] = tuple(old if old == tip else end for old, end in zip(curve.ends, found, strict=True))
     elif curve.arc:
         around = np.arctan2(up, out - curve.major)
         middle = math.atan2(curve.arc[0][1] + curve.arc[1][1], curve.arc[0][0] + curve.arc[1][0])
@@ -198,9 +214,26 @@ def whole_patches(
 ) -> Vessel:
     """The vessel with those curves whose patches are exact everywhere."""
     report: list[str] = []
+
+    def without(spoilt: np.ndarray, at: np.ndarray) -> np.ndarray:
+        """on_curve without the facets (f,) of patches that are spoilt near a place (3,)."""
+        report.append(
+            f"{spoilt.sum()} facets stay flat, since a round wall ends at drawn ones near "
+            f"({at[0] * 1e3:.4g}, {at[1] * 1e3:.4g}, {at[2] * 1e3:.4g}) mm"
+        )
+        return np.where(spoilt, -1, on_curve)
+
+    drawn_patch = facet_patches(vessel, vessel.edge_arrays.turn)
     while (on_curve >= 0).any():
         planes = _level_planes(vessel, curves, on_curve, tolerance) | set_planes
         moved = _moved_vertices(vessel, curves, on_curve, planes)
+        # Walls that are off by the tolerance, and tangent, meet within this; others are not those of the drawing.
+        away = np.linalg.norm(moved - vessel.vertices, axis=1)
+        if not away.max() <= math.sqrt(tolerance * vessel.size):
+            worst = np.nanargmax(np.where(np.isfinite(away), away, np.inf))
+            beside = vessel.outlines.corners.owner[vessel.corners == worst]
+            on_curve = without(np.isin(drawn_patch, drawn_patch[beside]) & (on_curve >= 0), vessel.vertices[worst])
+            continue
         trimmed = [
             _trimmed(curve, moved[np.unique(vessel.corners[vessel.outlines.corners.rows(own)])])
             if len(own := np.flatnonzero(on_curve == number))
@@ -213,15 +246,9 @@ def whole_patches(
         rough = rough_facets(exact, borders)
         if not rough:
             return exact
-        patch = facet_patches(exact, borders)
-        spoilt = np.isin(patch, patch[list(rough)])
-        at = exact.outlines.middles[next(iter(rough))] * 1e3
-        report.append(
-            f"{spoilt.sum()} facets stay flat, since a round wall ends at drawn ones near "
-            f"({at[0]:.4g}, {at[1]:.4g}, {at[2]:.4g}) mm"
-        )
+        patch = facet_patches(exact, borders.turn)
         # The facets of the exact vessel are in an order of their own.
-        lost = exact.placed_from[spoilt]
-        on_curve = on_curve.copy()
-        on_curve[lost] = -1
+        spoilt = np.zeros(len(on_curve), dtype=bool)
+        spoilt[exact.placed_from] = np.isin(patch, patch[list(rough)])
+        on_curve = without(spoilt, exact.outlines.middles[next(iter(rough))])
     return Vessel(vessel.outlines, vessel.name, vessel.solid, vessel.smooth_axis, report=tuple(report))

@@ -181,22 +181,28 @@ class _HalfPlane:
         self, drawing: Drawing, seed: Sequence[int], kind: type[Line] | type[Circle]
     ) -> tuple[Line | Circle, np.ndarray] | None:
         """The line or arc through the vertices of two rows of `facets`, and all rows on it; None if these are not."""
-        rows, free = np.asarray(seed), ~drawing.taken[self.facets] & ~self.is_ring
-        for slack in (LOOSE, 2.0, 1.0, 1.0):
-            shape = kind.through(self.flat[np.unique(self.corners[self.of_facet.rows(rows)])])
-            if isinstance(shape, Circle) and abs(shape.r) < self.near:
-                shape.r = 0.0
-                shape.z, shape.radius = _on_axis_circle(self.flat[np.unique(self.corners[self.of_facet.rows(rows)])])
-            # A floor has its outline, a ring, on the fillet that it joins.
-            sag = self.middles[:, 0] + (shape.radius if isinstance(shape, Circle) else 0.0)
-            holds = free & (self.largest(np.abs(shape.off(self.flat))) <= slack * drawing.tolerance)
-            holds &= np.abs(shape.off(self.middles)) <= SAG * sag + drawing.tolerance
-            facing = np.vecdot(self.facing, _slopes(shape, self.middles))
-            holds &= facing * facing[seed[0]] > 0.5
-            if not holds[list(seed)].any():
-                return None
-            rows = np.flatnonzero(holds)
-        return shape, rows
+        free = ~drawing.taken[self.facets] & ~self.is_ring
+        # The first slack may take a wall that turns by little against this one, and spoil the fit.
+        for slacks in ((LOOSE, 2.0, 1.0, 1.0), (1.0, 1.0, 1.0)):
+            rows = np.asarray(seed)
+            for slack in slacks:
+                own = self.flat[np.unique(self.corners[self.of_facet.rows(rows)])]
+                shape = kind.through(own)
+                if isinstance(shape, Circle) and abs(shape.r) < self.near:
+                    shape.r = 0.0
+                    shape.z, shape.radius = _on_axis_circle(own)
+                # A floor has its outline, a ring, on the fillet that it joins.
+                sag = self.middles[:, 0] + (shape.radius if isinstance(shape, Circle) else 0.0)
+                holds = free & (self.largest(np.abs(shape.off(self.flat))) <= slack * drawing.tolerance)
+                holds &= np.abs(shape.off(self.middles)) <= SAG * sag + drawing.tolerance
+                facing = np.vecdot(self.facing, _slopes(shape, self.middles))
+                holds &= facing * facing[seed[0]] > 0.5
+                if not holds[list(seed)].any():
+                    break
+                rows = np.flatnonzero(holds)
+            else:
+                return shape, rows
+        return None
 
     def rings(self, drawing: Drawing) -> tuple[np.ndarray, np.ndarray]:
         """How many different places the vertices at each seam (s,) have; and a number for these.
@@ -293,8 +299,9 @@ def _is_enough(drawing: Drawing, swept: Swept) -> bool:
     if isinstance(swept.shape, Line):
         # A plane across the axis is flat by itself.
         return around > FEWEST_STEPS and abs(math.cos(swept.shape.angle)) > 1e-4
-    # Three columns of a wall that is bent both ways seem to turn about an axis across it too.
-    return across > FEWEST_STEPS and around > FEWEST_STEPS
+    # Three columns of a wall that is bent both ways seem to turn about an axis across it too, and one row of facets
+    # about any axis that is slanted.
+    return across > FEWEST_STEPS and around > FEWEST_STEPS and len(swept.facets) >= FEWEST_STEPS**2
 
 
 def _about(drawing: Drawing, plane: _HalfPlane) -> list[Swept]:
@@ -390,8 +397,12 @@ def _same_axis(axis: Axis, known: list[Axis], near: float, size: float) -> bool:
 def _refined(drawing: Drawing, axis: Axis, swept: list[Swept], known: list[np.ndarray]) -> Axis:
     """The axis about which surfaces are nearest to their vertices.
 
-    One along a side of the frame, or along one of some known directions (3,), if the vertices allow it.
+    One along a side of the frame, or along one of some known directions (3,), if the vertices allow it. Spheres about
+    one middle allow any direction, and keep it.
     """
+    middles = [each.shape.z for each in swept if isinstance(each.shape, Circle) and each.shape.r == 0.0]
+    if len(middles) == len(swept) and np.ptp(middles) < LOOSE * drawing.tolerance:
+        return Axis(_sphere(drawing.points(max(swept, key=lambda each: len(each.facets)).facets))[0], axis.along)
     from scipy.optimize import least_squares  # takes long to import, and few mills need it
 
     rows = [drawing.points(each.facets)[:2000] for each in swept]

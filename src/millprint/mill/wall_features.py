@@ -64,9 +64,9 @@ class Joints(NamedTuple):
 JOINT = Joints(0, 1, 2)
 
 
-def facet_patches(vessel: Vessel, borders: Borders) -> np.ndarray:
-    """The patch of each facet (f,), numbered in the order of their first facets."""
-    joined = borders.turn > -SMOOTH_TURN
+def facet_patches(vessel: Vessel, turn: np.ndarray) -> np.ndarray:
+    """The patch of each facet (f,), numbered in the order of their first facets; turn: of the walls at each edge."""
+    joined = turn > -SMOOTH_TURN
     first, second = vessel.edge_arrays.facets[joined].T
     count = len(vessel.normals)
     _, patch = connected_components(coo_array((np.ones(len(first)), (first, second)), (count, count)), directed=False)
@@ -122,7 +122,7 @@ def _neighbours(touch: csr_array, patch: np.ndarray) -> tuple[np.ndarray, np.nda
 def find_features(vessel: Vessel) -> Features:
     """The features of a body."""
     borders = borders_of(vessel)
-    of_facet, facet = facet_patches(vessel, borders), vessel.outlines.corners.owner
+    of_facet, facet = facet_patches(vessel, borders.turn), vessel.outlines.corners.owner
     lines = _lines(vessel, borders)
     ends, corners = _corners(vessel, borders, lines)
     convex = [k for k, rim in enumerate(borders.rims) if rim.turn > CONVEX]
