@@ -10,7 +10,7 @@ from millprint.mill.borders import SAME, borders_of
 from millprint.mill.curved_surfaces import CURVE, curve_rows, curve_touch
 from millprint.mill.rims import Rim, rim_distance, rim_rows
 from millprint.mill.vectors import add_scaled, dot, row, scale, subtract
-from millprint.mill.vessel import Vessel, ahead, cross
+from millprint.mill.vessel import Vessel, cross
 from millprint.mill.wall_arrays import facet_sides
 from millprint.mill.walls import beyond_side
 from millprint.run.kernel import array_maker, inlined
@@ -48,44 +48,37 @@ class Surface(NamedTuple):
 
 def _surface(vessel: Vessel) -> Surface:
     borders = borders_of(vessel)
-    first, rows = [0], []
-    corner_sum: dict[int, np.ndarray] = {}
-    all_drawn: dict[int, bool] = {}
-    for facet, numbers in zip(vessel.facets, vessel.loops, strict=True):
-        for loop, own in zip(facet.loops, numbers, strict=True):
-            forth, back = ahead(loop) - loop, np.concatenate((loop[-1:], loop[:-1])) - loop
-            length = np.linalg.norm(forth, axis=1)
-            along = forth / length[:, None]
-            back = back / np.linalg.norm(back, axis=1)[:, None]
-            inward = cross(facet.normal, along)
-            angle = np.arctan2((inward * back).sum(axis=1), (along * back).sum(axis=1)) % (2 * np.pi)
-            for k, (key, following) in enumerate(zip(own.tolist(), ahead(own).tolist(), strict=True)):
-                number = vessel.edge_at[frozenset((key, following))]
-                side_normal = sum(vessel.facets[index].normal for index in vessel.edges[number].facets)
-                corner_sum[key] = corner_sum.get(key, 0) + angle[k] * facet.normal
-                drawn = bool(borders.is_drawn[number])
-                all_drawn[key] = all_drawn.get(key, True) and drawn
-                rows.append((loop[k], along[k], length[k], side_normal, drawn, key))
-        first.append(len(rows))
-    *sides, keys = zip(*rows, strict=True)
-    start, along, length, side_normal, side_is_drawn = map(np.array, sides)
-    corner_is_drawn = np.array([all_drawn[key] for key in keys])
+    loops, owner, corner = vessel.outlines.loops, vessel.outlines.corners.owner, vessel.corners
+    points, edge = vessel.outlines.points, vessel.edge_of_side
+    behind = np.empty(len(points), dtype=np.int64)
+    behind[loops.ahead] = np.arange(len(points))
+    forth, back = points[loops.ahead] - points, points[behind] - points
+    length = np.linalg.norm(forth, axis=1)
+    along = forth / length[:, None]
+    back /= np.linalg.norm(back, axis=1)[:, None]
+    inward = cross(vessel.normals[owner], along)
+    angle = np.arctan2((inward * back).sum(axis=1), (along * back).sum(axis=1)) % (2 * np.pi)
+    corner_normal = np.zeros_like(vessel.vertices)
+    np.add.at(corner_normal, corner, angle[:, None] * vessel.normals[owner])
+    first, second = vessel.edge_arrays.facets[edge].T
+    side_is_drawn = borders.is_drawn[edge]
+    corner_is_drawn = (np.bincount(corner, ~side_is_drawn) == 0)[corner]
     counts, outline = facet_sides(vessel)
-    curve, owner = vessel.facet_curves, np.repeat(np.arange(len(vessel.facets)), np.diff(first))
-    has_edge = np.bincount(owner, ~(side_is_drawn & corner_is_drawn), len(vessel.facets)) > 0
+    curve = vessel.facet_curves
+    has_edge = np.bincount(owner, ~(side_is_drawn & corner_is_drawn)) > 0
     pieces = [np.flatnonzero((curve == k) & is_open(vessel, k)) for k in range(len(vessel.curves))]
     return Surface(
         listed=np.flatnonzero((curve < 0) | has_edge),
-        normal=np.array([facet.normal for facet in vessel.facets]),
-        offset=np.array([facet.offset for facet in vessel.facets]),
-        axes=np.array([facet.axes for facet in vessel.facets]),
-        first_side=np.array(first),
-        start=start,
+        normal=vessel.normals,
+        offset=vessel.offsets,
+        axes=vessel.axes,
+        first_side=np.append(vessel.outlines.corners.first, len(points)),
+        start=points,
         along=along,
         length=length,
-        side_normal=side_normal,
+        side_normal=vessel.normals[first] + vessel.normals[second],
         side_is_drawn=side_is_drawn,
-        corner_normal=np.array([corner_sum[key] for key in keys]),
+        corner_normal=corner_normal[corner],
         corner_is_drawn=corner_is_drawn,
         first_outline=np.concatenate([[0], np.cumsum(counts)]),
         outline=outline,
@@ -110,8 +103,7 @@ def is_open(vessel: Vessel, number: int) -> bool:
     """Whether a curve is not there everywhere between its borders: its facets cover less than that."""
     curve = vessel.curves[number]
     part = math.acos(np.clip(curve.part[0] @ curve.part[1], -1, 1)) if curve.part else 2 * math.pi
-    facets = [vessel.facets[facet] for facet in np.flatnonzero(vessel.facet_curves == number)]
-    area = sum(facet.area for facet in facets)
+    area = vessel.areas[vessel.facet_curves == number].sum()
     if curve.minor is None:
         low, high = curve.ends
         whole = part * (curve.major * (high - low) + math.sin(curve.slope) * (high**2 - low**2) / 2)
@@ -122,7 +114,7 @@ def is_open(vessel: Vessel, number: int) -> bool:
         end += 2 * math.pi * (end < begin)
         whole = part * curve.minor * (curve.major * (end - begin) + curve.minor * (math.sin(end) - math.sin(begin)))
     # Of a surface drawn in steps of up to 20 degrees along both ways.
-    return area < 0.93 * whole
+    return bool(area < 0.93 * whole)
 
 
 @inlined()

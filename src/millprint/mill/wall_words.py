@@ -5,7 +5,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from millprint.mill.borders import borders_of
-from millprint.mill.vessel import Vessel, triangulate_facet
+from millprint.mill.vessel import Vessel
 
 # Flat facets look round where more than this number follow each other with turns of less than 20 degrees [rad].
 FEW_FACETS = 8
@@ -18,12 +18,12 @@ def _many(number: int, word: str) -> str:
     return f"{number} {word if number == 1 else plural}"
 
 
-def _is_disc(vessel: Vessel, facet: int) -> bool:
-    """Whether a flat wall ends at circles only."""
-    arcs = borders_of(vessel).arcs
-    numbers = np.concatenate(vessel.loops[facet]).tolist()
-    sides = [number for number, edge in enumerate(vessel.edges) if facet in edge.facets] if len(numbers) > 4 else []
-    return bool(sides) and all(number in arcs for number in sides)
+def _are_discs(vessel: Vessel) -> np.ndarray:
+    """Which facets (f,) are flat walls that end at circles only."""
+    facets, flat = vessel.edge_arrays.facets, vessel.facet_curves < 0
+    sides = np.bincount(facets.ravel(), minlength=len(flat))
+    arcs = np.bincount(facets[sorted(borders_of(vessel).arcs)].ravel(), minlength=len(flat))
+    return flat & (sides > 4) & (arcs == sides)
 
 
 def wall_in_words(vessel: Vessel) -> str:
@@ -33,21 +33,20 @@ def wall_in_words(vessel: Vessel) -> str:
         for number, curve in enumerate(vessel.curves)
         if not any(curve.is_part_of(other) for other in vessel.curves[:number])
     ]
-    flat = np.flatnonzero(vessel.facet_curves < 0)
-    discs = sum(_is_disc(vessel, facet) for facet in flat.tolist()) if surfaces else 0
+    flat = int((vessel.facet_curves < 0).sum())
+    discs = int(_are_discs(vessel).sum()) if surfaces else 0
     counts = [(surfaces.count(kind), kind) for kind in ("cylinder", "cone", "sphere", "torus")]
     exact = ", ".join(_many(number, word) for number, word in [*counts, (discs, "disc")] if number)
-    rest = _many(len(flat) - discs, "flat wall") if len(flat) > discs else ""
+    rest = _many(flat - discs, "flat wall") if flat > discs else ""
     return "; ".join(filter(None, (exact, rest)))
 
 
 def round_facets(vessel: Vessel) -> np.ndarray:
     """For each facet (f,) how many make a wall with it that looks round and is flat, 0 where it is part of none."""
     flat = vessel.facet_curves < 0
-    turns = np.array([abs(edge.turn) for edge in vessel.edges])
-    pairs = np.array([edge.facets for edge in vessel.edges])
+    turns, pairs = np.abs(vessel.edge_arrays.turn), vessel.edge_arrays.facets
     joined = pairs[(turns > LEAST_TURN) & (turns < ROUND_TURN) & flat[pairs].all(axis=1)]
-    count = len(vessel.facets)
+    count = len(flat)
     _, part = connected_components(coo_array((np.ones(len(joined)), joined.T), (count, count)), directed=False)
     size = np.bincount(part)[part]
     return np.where(size > FEW_FACETS, size, 0)
@@ -55,8 +54,8 @@ def round_facets(vessel: Vessel) -> np.ndarray:
 
 def round_triangles(vessel: Vessel) -> np.ndarray:
     """Which of the triangles (t,) of a vessel are part of a wall that looks round and is flat."""
-    counts = [len(triangulate_facet(facet)) for facet in vessel.facets]
-    return np.repeat(round_facets(vessel) > 0, counts)
+    corners, loops = vessel.outlines.corners.counts, vessel.outlines.facets.counts
+    return np.repeat(round_facets(vessel) > 0, corners + 2 * loops - 4)
 
 
 def drawn_in_words(vessel: Vessel) -> str | None:
