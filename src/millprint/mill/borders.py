@@ -260,6 +260,33 @@ def _rims_of(chords: _Chords, vessel: Vessel) -> list[tuple[Rim, np.ndarray, np.
     return found
 
 
+def _tips(vessel: Vessel, number: int) -> list[tuple[Rim, np.ndarray, np.ndarray, int]]:
+    """The same as `_rims_of` of the points in which a curve all round its axis ends there: circles of no radius."""
+    curve, near = vessel.curves[number], SAME * vessel.size
+    if curve.part or curve.kind in ("cylinder", "sphere"):
+        return []
+    places = [(math.inf, 0.0, 0.0, 0.0)]
+    if curve.minor is None:
+        line = math.sin(curve.slope), math.cos(curve.slope)
+        places = [(curve.major + end * line[0], end * line[1], sense * line[0], sense * line[1])
+                  for end, sense in zip(curve.ends, (1, -1), strict=True)]  # fmt: skip
+    elif curve.arc:
+        places = [(curve.major + curve.minor * out, curve.minor * up, -sense * up, sense * out)
+                  for (out, up), sense in zip(curve.arc, (1, -1), strict=True)]  # fmt: skip
+    found = []
+    for r, z, *inward in places:
+        if abs(r) < near and abs(inward[1]) > TANGENT:
+            point = curve.origin + z * curve.axis
+            nearest = np.linalg.norm(vessel.vertices - point, axis=1).argmin()
+            facet = next(f for f in np.flatnonzero(vessel.facet_curves == number) if nearest in vessel.loops[f][0])
+            # It juts in where the balls are on the far side of it from the wall.
+            leans = -inward[1] * float(vessel.facets[facet].normal @ curve.axis)
+            turn = math.copysign(2 * math.asin(min(1.0, abs(inward[1]))), leans)
+            rim = Rim(point, curve.axis, 0.0, None, (np.array(inward), np.array(inward)), turn)
+            found.append((rim, np.array([nearest]), np.empty(0, dtype=np.int64), int(facet)))
+    return found
+
+
 def find_borders(vessel: Vessel) -> Borders:
     """What the edges of a body's drawing are, see Borders."""
     edges, of_curve = vessel.edges, vessel.facet_curves
@@ -305,6 +332,7 @@ def find_borders(vessel: Vessel) -> Borders:
     rims = [
         found for chords in circles.of_key.values() if abs(chords.turn) > TANGENT for found in _rims_of(chords, vessel)
     ]
+    rims += [tip for number in range(len(vessel.curves)) for tip in _tips(vessel, number)]
     rims.sort(key=lambda found: found[0].turn <= CONVEX)
     if rims:
         borders.rims, borders.rim_vertices, borders.rim_ends, borders.rim_facets = zip(*rims, strict=True)

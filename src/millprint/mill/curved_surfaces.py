@@ -97,8 +97,8 @@ def curve_touch(curves, k, point):
     """Of a point and the wall of curve k: (signed distance, direction, how far past the borders, bend).
 
     The distance is positive where balls are [m], and the direction is that to the ball. bend: the sum of the wall's
-    curvatures as seen from the point [1/m], by which the distance falls short of that to the tangent plane: a move by
-    d along the wall takes d^2 bend / 2. It is negative or 0 for a wall that bends away.
+    curvatures towards the point as seen from there [1/m], by which the distance falls short of that to the tangent
+    plane: a move by d along the wall takes at most d^2 bend / 2. It is not positive where all of the wall bends away.
     """
     axis, side = vector(curves, k, CURVE.axis), curves[k, CURVE.side]
     away = subtract(point, vector(curves, k, CURVE.origin))
@@ -112,7 +112,8 @@ def curve_touch(curves, k, point):
         direction = scale(-side, add_scaled(scale(rise, outwards), -spread, axis))
         return side * (inset * rise + up * spread), direction, past, bend * rise
     reach, (out, along), past_tube = out_of_tube(curves, k, reach - curves[k, CURVE.major], up)
-    bend += side / max(abs(reach), CLOSEST)
+    # A neck bends towards its axis, and away along it.
+    bend = max(bend * out, 0.0) + max(side / max(abs(reach), CLOSEST), 0.0)
     direction = scale(-side, add_scaled(scale(out, outwards), along, axis))
     return side * (curves[k, CURVE.minor] - reach), direction, max(past, past_tube), bend
 

@@ -1,6 +1,7 @@
 """Exact walls of surfaces that were found in a drawing: curves between their borders, and vertices where they meet."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -49,6 +50,11 @@ def curves_of(drawing: Drawing, swept: Swept) -> list[tuple[Curve, np.ndarray]]:
         ends = (float(along.min() - middle), float(along.max() - middle))
         if abs(math.sin(slope)) * max(abs(ends[0]), abs(ends[1])) < drawing.tolerance / 8:
             slope = 0.0
+        else:
+            # An end that is nearly on the axis is a tip.
+            tip = -float(start[0]) / math.sin(slope)
+            is_near = [abs((end - tip) * math.sin(slope)) < LOOSE * drawing.tolerance for end in ends]
+            ends = (tip if is_near[0] else ends[0], tip if is_near[1] else ends[1])
         outwards = normal[0] * out + normal[1] * axis.along
         curve = Curve(axis.origin + start[1] * axis.along, axis.along, float(start[0]), ends=ends, slope=slope)
     else:
@@ -97,7 +103,11 @@ def _sphere_arc(
 def _moved_vertices(
     vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, planes: dict[int, np.ndarray]
 ) -> np.ndarray:
-    """The vertices (v, 3) where the surfaces meet on which they lie: by steps of least length (Newton)."""
+    """The vertices (v, 3) where the surfaces meet on which they lie: by steps of least length (Newton).
+
+    Of whole surfaces: beyond its borders, a curve goes on along its tangents, and meets a tangent wall anywhere.
+    """
+    whole = [replace(curve, part=None, arc=None) for curve in curves]
     beside: list[set[int]] = [set() for _ in vessel.vertices]
     # The outline of a flat wall that was put level moves with it.
     moving = {-1 - facet for facet in planes}
@@ -119,7 +129,7 @@ def _moved_vertices(
             off, slopes = [], []
             for number in surfaces:
                 if number >= 0:
-                    distance, direction, _ = curves[number].touch(points)
+                    distance, direction, _ = whole[number].touch(points)
                 else:
                     plane = planes[-1 - number]
                     distance = points @ plane[:3] - plane[3]
@@ -173,7 +183,9 @@ def _trimmed(curve: Curve, points: np.ndarray) -> Curve:
         )
     if curve.minor is None:
         along = (out - curve.major) * math.sin(curve.slope) + up * math.cos(curve.slope)
-        changes["ends"] = float(along.min()), float(along.max())
+        tip = -curve.major / math.sin(curve.slope) if curve.slope else math.nan
+        found = float(along.min()), float(along.max())
+        changes["ends"] = tuple(old if old == tip else end for old, end in zip(curve.ends, found, strict=True))
     elif curve.arc:
         around = np.arctan2(up, out - curve.major)
         middle = math.atan2(curve.arc[0][1] + curve.arc[1][1], curve.arc[0][0] + curve.arc[1][0])

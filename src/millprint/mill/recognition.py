@@ -128,22 +128,33 @@ def _fitted(drawing: Drawing, axis: Axis, seed: tuple[int, int], kind: type[Line
     """
     flat, middles = axis.meridian(drawing.vessel.vertices), axis.meridian(drawing.middles)
     facing, is_ring = _facing(drawing, axis, middles), drawing.spread(flat) < LOOSE * drawing.tolerance
-    facets = np.array(seed)
-    for slack in (LOOSE, 2.0, 1.0, 1.0):
-        vertices = np.unique(np.concatenate([drawing.vertices_of[facet] for facet in facets]))
-        shape = kind.through(flat[vertices])
-        if isinstance(shape, Circle) and abs(shape.r) < LOOSE * drawing.tolerance:
-            shape.r = 0.0
-            shape.z, shape.radius = _on_axis_circle(flat[vertices])
-        # A floor has its outline, a ring, on the fillet that it joins.
-        sag = SAG * (middles[:, 0] + (shape.radius if isinstance(shape, Circle) else 0.0)) + drawing.tolerance
-        holds = (drawing.worst(shape.off(flat)) <= slack * drawing.tolerance) & (np.abs(shape.off(middles)) <= sag)
-        slopes = _slopes(shape, middles)
-        side = (facing[seed[0]] * slopes[seed[0]]).sum()
-        holds &= ~drawing.taken & ~is_ring & ((facing * slopes).sum(axis=1) * side > 0.5)
-        if not holds[list(seed)].any():
-            return []
-        facets = np.flatnonzero(holds)
+
+    def grown(slacks: tuple[float, ...]) -> tuple[Line | Circle, np.ndarray] | None:
+        """The shape and which facets (f,) hold, found in rounds of some slacks [tolerances]; None if the seed is lost."""
+        facets = np.array(seed)
+        for slack in slacks:
+            vertices = np.unique(np.concatenate([drawing.vertices_of[facet] for facet in facets]))
+            shape = kind.through(flat[vertices])
+            if isinstance(shape, Circle) and abs(shape.r) < LOOSE * drawing.tolerance:
+                shape.r = 0.0
+                shape.z, shape.radius = _on_axis_circle(flat[vertices])
+            # A floor has its outline, a ring, on the fillet that it joins.
+            sag = SAG * (middles[:, 0] + (shape.radius if isinstance(shape, Circle) else 0.0)) + drawing.tolerance
+            holds = (drawing.worst(shape.off(flat)) <= slack * drawing.tolerance) & (np.abs(shape.off(middles)) <= sag)
+            slopes = _slopes(shape, middles)
+            side = (facing[seed[0]] * slopes[seed[0]]).sum()
+            holds &= ~drawing.taken & ~is_ring & ((facing * slopes).sum(axis=1) * side > 0.5)
+            if not holds[list(seed)].any():
+                return None
+            facets = np.flatnonzero(holds)
+        return shape, holds
+
+    # The first slack may take a wall that turns by little against this one, and spoil the fit.
+    found = grown((LOOSE, 2.0, 1.0, 1.0)) or grown((1.0, 1.0, 1.0))
+    if found is None:
+        return []
+    shape, holds = found
+    facets = np.flatnonzero(holds)
     whole = Swept(axis, shape, facets)
     if not _is_enough(drawing, whole):
         return []
@@ -201,8 +212,9 @@ def _is_enough(drawing: Drawing, swept: Swept) -> bool:
     if isinstance(swept.shape, Line):
         # A plane across the axis is flat by itself.
         return around > FEWEST_STEPS and abs(math.cos(swept.shape.angle)) > 1e-4
-    # Three columns of a wall that is bent both ways seem to turn about an axis across it too.
-    return across > FEWEST_STEPS and around > FEWEST_STEPS
+    # Three columns of a wall that is bent both ways seem to turn about an axis across it too, and one row of facets
+    # about any axis that is slanted.
+    return across > FEWEST_STEPS and around > FEWEST_STEPS and len(swept.facets) >= FEWEST_STEPS**2
 
 
 def _about(drawing: Drawing, axis: Axis) -> list[Swept]:
@@ -300,8 +312,12 @@ def _same_axis(axis: Axis, known: list[Axis], near: float, size: float) -> bool:
 def _refined(drawing: Drawing, axis: Axis, swept: list[Swept], known: list[np.ndarray]) -> Axis:
     """The axis about which surfaces are nearest to their vertices.
 
-    One along a side of the frame, or along one of some known directions (3,), if the vertices allow it.
+    One along a side of the frame, or along one of some known directions (3,), if the vertices allow it. Spheres about
+    one middle allow any direction, and keep it.
     """
+    middles = [each.shape.z for each in swept if isinstance(each.shape, Circle) and each.shape.r == 0.0]
+    if len(middles) == len(swept) and np.ptp(middles) < LOOSE * drawing.tolerance:
+        return axis
     from scipy.optimize import least_squares  # takes long to import, and few mills need it
 
     rows = [drawing.points(each.facets)[:2000] for each in swept]
