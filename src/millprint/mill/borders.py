@@ -444,11 +444,12 @@ def must_be_trimmed(vessel: Vessel, borders: Borders) -> list[int]:
 
 
 class Side(NamedTuple):
-    """A side of an outline: rows of the outline's vertices where it begins and ends, and its circle if it is an arc."""
+    """A side of an outline: rows of the outline's vertices where it begins and ends, its circle or crease if it has one."""
 
     begin: int
     end: int
     arc: Arc | None
+    crease: Crease | None
 
 
 def outline_sides(vessel: Vessel, facet: int, loop: int) -> list[Side]:
@@ -460,7 +461,8 @@ def outline_sides(vessel: Vessel, facet: int, loop: int) -> list[Side]:
     borders, is_flat = borders_of(vessel), vessel.facet_curves[facet] < 0
     numbers, points = vessel.loops[facet][loop], vessel.facets[facet].loops[loop]
     pairs = zip(numbers.tolist(), ahead(numbers).tolist(), strict=True)
-    arcs = [borders.arcs.get(vessel.edge_at[frozenset(pair)]) if is_flat else None for pair in pairs]
+    edges = [vessel.edge_at[frozenset(pair)] for pair in pairs]
+    arcs = [borders.arcs.get(edge) if is_flat else None for edge in edges]
     count = len(arcs)
     # Begin where one circle ends.
     first = next((k for k in range(count) if arcs[k] is not arcs[k - 1]), 0)
@@ -474,7 +476,7 @@ def outline_sides(vessel: Vessel, facet: int, loop: int) -> list[Side]:
             sides[-1], turned = sides[-1]._replace(end=end), turned + angle
         else:
             turned = angle
-            sides.append(Side(k, end, arc))
+            sides.append(Side(k, end, arc, borders.creases.get(edges[k])))
     return sides
 
 

@@ -19,7 +19,7 @@ from numpy.polynomial import chebyshev
 from millprint.mill.curved_surfaces import CURVE, Curve
 from millprint.mill.kernel_columns import Vector, number_columns, width_of
 from millprint.mill.vectors import add_scaled, cross, dot, row, scale, subtract, vector
-from millprint.run.kernel import inlined, inner
+from millprint.run.kernel import array_maker, inlined, inner
 
 DEGREE = 11
 # What a polynomial may be off the surfaces, and a trim off its border, as shares of the body's size.
@@ -297,6 +297,12 @@ class Crease(NamedTuple):
     turn: float
     points: np.ndarray
 
+    def slope(self, x: float) -> np.ndarray:
+        """Direction (3,) of the piece at x, from its first to its second end."""
+        slopes = np.polynomial.polynomial.polyder(self.rows[[CREASE.across, CREASE.beside]].T)
+        ways = np.polynomial.polynomial.polyval(x, slopes) * 2 / self.rows[CREASE.sizes, 0]
+        return self.rows[CREASE.along, :3] + ways @ self.rows[[CREASE.first, CREASE.second], :3]
+
 
 def crease_of(
     walls: tuple[Curve | np.ndarray, Curve | np.ndarray], start: np.ndarray, end: np.ndarray, size: float
@@ -331,6 +337,11 @@ def crease_of(
     rows[[CREASE.start, CREASE.along, CREASE.first, CREASE.second], :3] = start, along, first, second
     rows[CREASE.sizes, :2] = length, 1.01 * np.linalg.norm(shifts, axis=1).max() + TRIMMED * size
     return Crease(rows, float(turns[len(NODES) + len(BETWEEN) // 2]), np.vstack([start, points[: len(NODES)], end]))
+
+
+def crease_rows(creases: tuple[Crease, ...]) -> np.ndarray:
+    """The rows (n, rows, DEGREE + 1) of some pieces."""
+    return np.array([crease.rows for crease in creases]).reshape(-1, CREASE.sizes + 1, DEGREE + 1)
 
 
 def bowed_side(flat: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray | None] | None:

@@ -4,8 +4,11 @@ import math
 from dataclasses import replace
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
-from millprint.mill.borders import borders_of, rough_facets
+from millprint.mill.borders import borders_of, must_be_trimmed, rough_facets
+from millprint.mill.creases import endless
 from millprint.mill.curved_surfaces import Curve
 from millprint.mill.turned_shapes import LARGEST_TURN, LOOSE, Drawing, Line, Swept
 from millprint.mill.vessel import Facet, Vessel
@@ -168,6 +171,8 @@ def _level_planes(vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, tol
 
 def _trimmed(curve: Curve, points: np.ndarray) -> Curve:
     """A curve between borders that vertices (n, 3) on it draw."""
+    if curve.is_trimmed:
+        return curve
     away = points - curve.origin
     up = away @ curve.axis
     out = np.linalg.norm(away - np.outer(up, curve.axis), axis=1)
@@ -201,14 +206,48 @@ def _trimmed(curve: Curve, points: np.ndarray) -> Curve:
     return Curve(**{**curve.__dict__, **changes})
 
 
+def _made_whole(vessel: Vessel, free: list[int], curves: list[Curve], on_curve: np.ndarray) -> np.ndarray:
+    """Let curves of a vessel be whole surfaces that end at their facets; returns on_curve with their parts joined."""
+    given = np.empty(len(on_curve), dtype=np.int64)
+    given[vessel.placed_from] = vessel.facet_curves
+    pairs = vessel.facet_curves[vessel.edge_arrays.facets]
+    joined = [a != b and min(a, b) >= 0 and vessel.curves[a].is_part_of(vessel.curves[b]) for a, b in pairs.tolist()]
+    count = len(vessel.curves)
+    _, group = connected_components(coo_array((np.ones(sum(joined)), pairs[joined].T), (count, count)), directed=False)
+    on_curve = on_curve.copy()
+    for each in np.unique(group[free]).tolist():
+        own = np.isin(given, np.flatnonzero(group == each))
+        number = int(on_curve[own].min())
+        curves[number] = replace(endless(curves[number]), is_trimmed=True)
+        on_curve[own] = number
+    return on_curve
+
+
 def whole_patches(
     vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, set_planes: dict[int, np.ndarray], tolerance: float
 ) -> Vessel:
     """The vessel with those curves whose patches are exact everywhere."""
     report: list[str] = []
+
+    def without(spoilt: np.ndarray, at: np.ndarray) -> np.ndarray:
+        """on_curve without the facets (f,) of patches that are spoilt near a place (3,)."""
+        report.append(
+            f"{spoilt.sum()} facets stay flat, since a round wall ends at drawn ones near "
+            f"({at[0] * 1e3:.4g}, {at[1] * 1e3:.4g}, {at[2] * 1e3:.4g}) mm"
+        )
+        return np.where(spoilt, -1, on_curve)
+
+    drawn_patch = facet_patches(vessel, np.array([edge.turn for edge in vessel.edges]))
     while (on_curve >= 0).any():
         planes = _level_planes(vessel, curves, on_curve, tolerance) | set_planes
         moved = _moved_vertices(vessel, curves, on_curve, planes)
+        # Walls that are off by the tolerance, and tangent, meet within this; others are not those of the drawing.
+        away = np.linalg.norm(moved - vessel.vertices, axis=1)
+        if not away.max() <= math.sqrt(tolerance * vessel.size):
+            worst = np.nanargmax(np.where(np.isfinite(away), away, np.inf))
+            own = [worst in np.concatenate(loops) for loops in vessel.loops]
+            on_curve = without(np.isin(drawn_patch, drawn_patch[own]) & (on_curve >= 0), vessel.vertices[worst])
+            continue
         trimmed = [
             _trimmed(curve, moved[np.unique(np.concatenate([np.concatenate(vessel.loops[f]) for f in own]))])
             if len(own := np.flatnonzero(on_curve == number))
@@ -218,18 +257,15 @@ def whole_patches(
         facets = [Facet.from_loops([moved[loop] for loop in loops]) for loops in vessel.loops]
         exact = Vessel(facets, vessel.name, vessel.solid, vessel.smooth_axis, trimmed, on_curve, tuple(report))
         borders = borders_of(exact)
+        if free := must_be_trimmed(exact, borders):
+            on_curve = _made_whole(exact, free, curves, on_curve)
+            continue
         rough = rough_facets(exact, borders)
         if not rough:
             return exact
-        patch = facet_patches(exact, borders)
-        spoilt = np.isin(patch, patch[list(rough)])
-        at = np.concatenate(exact.facets[next(iter(rough))].loops).mean(axis=0) * 1e3
-        report.append(
-            f"{spoilt.sum()} facets stay flat, since a round wall ends at drawn ones near "
-            f"({at[0]:.4g}, {at[1]:.4g}, {at[2]:.4g}) mm"
-        )
+        patch = facet_patches(exact, borders.turn)
         # The facets of the exact vessel are in an order of their own.
-        lost = exact.placed_from[spoilt]
-        on_curve = on_curve.copy()
-        on_curve[lost] = -1
+        spoilt = np.zeros(len(on_curve), dtype=bool)
+        spoilt[exact.placed_from] = np.isin(patch, patch[list(rough)])
+        on_curve = without(spoilt, np.concatenate(exact.facets[next(iter(rough))].loops).mean(axis=0))
     return Vessel(vessel.facets, vessel.name, vessel.solid, vessel.smooth_axis, report=tuple(report))

@@ -317,7 +317,7 @@ def _refined(drawing: Drawing, axis: Axis, swept: list[Swept], known: list[np.nd
     """
     middles = [each.shape.z for each in swept if isinstance(each.shape, Circle) and each.shape.r == 0.0]
     if len(middles) == len(swept) and np.ptp(middles) < LOOSE * drawing.tolerance:
-        return axis
+        return Axis(_sphere(drawing.points(max(swept, key=lambda each: len(each.facets)).facets))[0], axis.along)
     from scipy.optimize import least_squares  # takes long to import, and few mills need it
 
     rows = [drawing.points(each.facets)[:2000] for each in swept]
