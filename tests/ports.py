@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 from scipy.optimize import brentq
+from scipy.spatial import cKDTree
 
 
 class Ported(NamedTuple):
@@ -51,25 +52,90 @@ class Ported(NamedTuple):
         return self.outline(share) @ self.frame[:2] + np.outer(np.broadcast_to(way, len(share)), self.frame[2]) + self.at
 
     def edge(self, share: np.ndarray) -> np.ndarray:
-        """Points (n, 3) where the port's wall meets the mantle."""
+        """Points (n, 3) where the port's wall meets the mantle: x^2 + y^2 = (radius + slope z)^2, the farther one."""
+        start, way = self.lifted(share, 0.0), self.frame[2]
+        r = self.radius + self.slope * start[:, 2]
+        a = way[0] ** 2 + way[1] ** 2 - (self.slope * way[2]) ** 2
+        b = start[:, :2] @ way[:2] - r * self.slope * way[2]
+        c = (start[:, :2] ** 2).sum(axis=1) - r**2
+        return self.lifted(share, (np.sqrt(b**2 - a * c) - b) / a)
 
-        def beyond(way: float, one: float) -> float:
-            x, y, z = self.lifted(np.array([one]), way)[0]
-            return float(np.hypot(x, y) - self.radius - self.slope * z)
+    @property
+    def is_boss(self) -> bool:
+        """Whether the port's wall leads inwards."""
+        return self.reach < ((self.edge(np.linspace(0, 1, 9)) - self.at) @ self.frame[2]).min()
 
-        return np.array([self.lifted(np.array([s]), brentq(beyond, 0, 5 * self.radius, args=(s,), xtol=1e-15))[0] for s in share])
+    def _is_under(self, flat: np.ndarray) -> np.ndarray:
+        """Which points (n, 2) across the port are within its cross section."""
+        if self.section == "round":
+            return np.hypot(*flat.T) < self.size
+        return (np.abs(flat @ self._sides) < self.size).all(axis=1)
+
+    @property
+    def _sides(self) -> np.ndarray:
+        """Normals (2, 2), as columns, of two sides of a square."""
+        return np.array([[np.cos(self.turn), -np.sin(self.turn)], [np.sin(self.turn), np.cos(self.turn)]])
+
+    def is_inside(self, points: np.ndarray) -> np.ndarray:
+        """Which points (n, 3) are in the hollow."""
+        local = (points - self.at) @ self.frame.T
+        r = np.hypot(points[:, 0], points[:, 1])
+        main = (r < self.radius + self.slope * points[:, 2]) & (points[:, 2] > 0) & (points[:, 2] < self.height)
+        port = self._is_under(local[:, :2]) & (local[:, 2] > 0)
+        return main & ~(port & (local[:, 2] > self.reach)) if self.is_boss else main | (port & (local[:, 2] < self.reach))
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Distances (n,) of points (n, 3) in the hollow from its wall: the nearest foot on a piece, or place of an edge.
+
+        Edges are taken as 40,000 chords each.
+        """
+        local = (points - self.at) @ self.frame.T
+        r = np.hypot(points[:, 0], points[:, 1])
+        lean = np.hypot(1, self.slope)
+        gap = (self.radius + self.slope * points[:, 2] - r) / lean
+        out = np.column_stack([points[:, :2] / r[:, None], np.full(len(r), -self.slope)]) / lean
+        feet = [(points + gap[:, None] * out, np.abs(gap), "mantle")]
+        if self.section == "round":
+            rho = np.hypot(local[:, 0], local[:, 1])
+            at = np.column_stack([local[:, :2] * (self.size / rho)[:, None], local[:, 2]])
+            feet.append((at @ self.frame + self.at, np.abs(rho - self.size), "wall"))
+        else:
+            for normal, sense in ((n, s) for n in self._sides.T for s in (-1, 1)):
+                off = local[:, :2] @ normal - sense * self.size
+                at = local - np.column_stack([np.outer(off, normal), np.zeros(len(off))])
+                feet.append((at @ self.frame + self.at, np.abs(off), "wall"))
+        at = np.column_stack([local[:, :2], np.full(len(local), self.reach)])
+        feet.append((at @ self.frame + self.at, np.abs(local[:, 2] - self.reach), "lid"))
+        best = np.minimum(points[:, 2], self.height - points[:, 2])
+        best = np.where((best > 0) & (r < self.radius + self.slope * points[:, 2]), best, np.inf)
+        sign = -1 if self.is_boss else 1
+        for at, distance, piece in feet:
+            own = (at - self.at) @ self.frame.T
+            under = self._is_under(own[:, :2] * (1 - 1e-9)) & (own[:, 2] > 0)
+            past = sign * (np.hypot(at[:, 0], at[:, 1]) - self.radius - self.slope * at[:, 2]) > 0
+            there = {"mantle": ~under, "wall": under & past & (sign * (self.reach - own[:, 2]) > 0), "lid": under}[piece]
+            best = np.where(there, np.minimum(best, distance), best)
+        share = np.linspace(0, 1, 40001)
+        lines = [self.edge(share), self.lifted(share, self.reach)]
+        if self.section == "square":
+            quarter = np.arange(4) / 4
+            lines += [np.linspace(*ends, 4001) for ends in zip(self.edge(quarter), self.lifted(quarter, self.reach), strict=True)]
+        for line in lines:
+            _, nearest = cKDTree(line).query(points)
+            for first in (np.maximum(nearest - 1, 0), np.minimum(nearest, len(line) - 2)):
+                side, away = line[first + 1] - line[first], points - line[first]
+                along = np.clip((away * side).sum(axis=1) / (side**2).sum(axis=1), 0, 1)
+                best = np.minimum(best, np.linalg.norm(away - along[:, None] * side, axis=1))
+        return best
 
 
 def _angle(points: np.ndarray) -> np.ndarray:
     return np.arctan2(points[:, 1], points[:, 0])
 
 
-def triangles(part: Ported, around: int, along: int, window: tuple[float, float] | None = None) -> np.ndarray:
-    """Corners (t, 3, 3) of the mesh, normals out of the hollow: `around` columns of the mantle, `along` steps of the port.
-
-    window: only the mantle between two angles, without its ends [rad].
-    """
-    columns = np.linspace(*(window or (-np.pi, np.pi)), around + 1)
+def triangles(part: Ported, around: int, along: int) -> np.ndarray:
+    """Corners (t, 3, 3) of the mesh, normals out of the hollow: `around` columns of the mantle, `along` steps of the port."""
+    columns = np.linspace(-np.pi, np.pi, around + 1)
     share = np.arange(along) / along
     angles = _angle(part.edge(share))
     found = [share]
@@ -93,17 +159,14 @@ def triangles(part: Ported, around: int, along: int, window: tuple[float, float]
     flats[away < 0] = flats[away < 0][:, ::-1]
     r = part.radius + part.slope * flats[..., 1]
     mantle = np.stack([r * np.cos(flats[..., 0]), r * np.sin(flats[..., 0]), flats[..., 1]], axis=-1)
-    # The same points to the last bit.
-    at = np.abs(mantle[..., None, :] - edge).max(axis=-1) if len(edge) * len(mantle) < 3e6 else None
-    if at is not None:
-        mantle = np.where((at.min(axis=-1) < 1e-6)[..., None], edge[at.argmin(axis=-1)], mantle)
+    _, nearest = cKDTree(edge).query(mantle)
+    off = np.abs(edge[nearest] - mantle).max(axis=-1, keepdims=True)
+    mantle = np.where(off < 1e-6, edge[nearest], mantle)  # the same points to the last bit
     lid = part.lifted(share, part.reach)
     after = np.roll(np.arange(len(share)), -1)
     wall = np.concatenate([np.stack([edge, edge[after], lid], 1), np.stack([edge[after], lid[after], lid], 1)])
     middle = np.array(part.at) + part.reach * part.frame[2]
     top = np.stack([np.broadcast_to(middle, lid.shape), lid, lid[after]], axis=1)
-    if window:
-        return np.concatenate([mantle, wall, top])
     ends = []
     for z, sense in ((0.0, -1), (part.height, 1)):
         r = part.radius + part.slope * z

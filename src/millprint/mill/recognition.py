@@ -212,6 +212,10 @@ def _is_enough(drawing: Drawing, swept: Swept) -> bool:
     if isinstance(swept.shape, Line):
         # A plane across the axis is flat by itself.
         return around > FEWEST_STEPS and abs(math.cos(swept.shape.angle)) > 1e-4
+    # A mantle with a port has vertices at many heights, which are also on an arc of a huge radius.
+    flat = swept.axis.meridian(drawing.points(swept.facets))
+    if np.abs(Line.through(flat).off(flat)).max() <= drawing.tolerance:
+        return False
     # Three columns of a wall that is bent both ways seem to turn about an axis across it too, and one row of facets
     # about any axis that is slanted.
     return across > FEWEST_STEPS and around > FEWEST_STEPS and len(swept.facets) >= FEWEST_STEPS**2
@@ -230,7 +234,7 @@ def _about(drawing: Drawing, axis: Axis) -> list[Swept]:
                 continue
             own = flat[np.concatenate([drawing.vertices_of[facet] for facet in pair])]
             rings = _different(own, drawing.tolerance)
-            if (len(rings) < 3) == (kind is Circle) or np.ptp(own, axis=0).max() < LOOSE * drawing.tolerance:
+            if (len(rings) < 3 and kind is Circle) or np.ptp(own, axis=0).max() < LOOSE * drawing.tolerance:
                 continue
             key = tuple(sorted(np.round(rings / (4 * drawing.tolerance)).astype(int).ravel().tolist()))
             if key in failed:

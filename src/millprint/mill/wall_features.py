@@ -180,13 +180,19 @@ def _joints(vessel: Vessel, touch: csr_array, first: np.ndarray, neighbour: np.n
             return vessel.curves[feature - curves_from].touch(points)[1]
         return np.broadcast_to(vessel.normals[feature], points.shape)
 
+    vertices_of_creases = set(vessel.edge_arrays.ends[list(borders_of(vessel).creases)].ravel().tolist())
     pairs = np.column_stack([np.repeat(np.arange(len(first) - 1), np.diff(first)), neighbour])
     is_curve = (pairs >= curves_from) & (pairs < curves_from + len(vessel.curves))
     for at in np.flatnonzero((is_curve | (pairs < len(vessel.normals))).all(axis=1) & is_curve.any(axis=1)).tolist():
         own, other = pairs[at].tolist()
-        points = vessel.vertices[np.intersect1d(touch[[own]].indices, touch[[other]].indices)]
-        cosine = (normals(own, points) * normals(other, points)).sum(axis=1).min()
-        joint[at] = JOINT.smooth if cosine >= math.cos(SMOOTH_TURN) else JOINT.sharp
+        shared = np.intersect1d(touch[[own]].indices, touch[[other]].indices)
+        points = vessel.vertices[shared]
+        cosine = (normals(own, points) * normals(other, points)).sum(axis=1)
+        if cosine.min() >= math.cos(SMOOTH_TURN):
+            joint[at] = JOINT.smooth
+        # Along a crease the turn changes.
+        elif cosine.max() < math.cos(SMOOTH_TURN) or not vertices_of_creases.issuperset(shared.tolist()):
+            joint[at] = JOINT.sharp
     return joint
 
 
