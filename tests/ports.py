@@ -1,4 +1,4 @@
-"""Round mantles with a port or a boss, as meshes: their edges are polygons with vertices on the exact surfaces. Lengths in mm.
+"""Round mantles with a port or a boss, drawn as meshes whose vertices lie on the exact surfaces. Lengths in mm.
 
 A mantle, a cylinder or cone about z, has a hole where a prism along a direction meets it, and the prism's wall leads
 from there to a flat lid: outwards to that of a port, or inwards to the top of a boss.
@@ -16,7 +16,7 @@ class Ported(NamedTuple):
     """A mantle of `radius` at z = 0, whose radius grows by `slope` a mm, up to `height`, and its port.
 
     The port's axis goes through `at` along `way` (from the mantle's axis outwards), and ends at a lid `reach` from
-    there; `outline`: points (n, 2) of its cross section by a share (n,) of its circumference, from 0 to 1.
+    there. Points of its cross section are given by their share of its circumference.
     """
 
     radius: float
@@ -155,7 +155,8 @@ def triangles(part: Ported, around: int, along: int) -> np.ndarray:
         strip = shapely.box(low, 0, high, part.height).difference(hole)
         corners.append(shapely.get_coordinates(shapely.constrained_delaunay_triangles(strip)).reshape(-1, 4, 2)[:, :3])
     flats = np.concatenate(corners)
-    away = np.cross(flats[:, 1] - flats[:, 0], flats[:, 2] - flats[:, 0])
+    sides = flats[:, 1:] - flats[:, :1]
+    away = sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0]
     flats[away < 0] = flats[away < 0][:, ::-1]
     r = part.radius + part.slope * flats[..., 1]
     mantle = np.stack([r * np.cos(flats[..., 0]), r * np.sin(flats[..., 0]), flats[..., 1]], axis=-1)
@@ -173,3 +174,16 @@ def triangles(part: Ported, around: int, along: int) -> np.ndarray:
         ring = np.column_stack([r * np.cos(columns[:-1]), r * np.sin(columns[:-1]), np.full(around, z)])
         ends.append(np.stack([np.broadcast_to([0, 0, z], ring.shape), ring, np.roll(ring, -1, axis=0)], 1)[:, ::sense])
     return np.concatenate([mantle, wall, top, *ends])
+
+
+def places(part: Ported, radius: float, count: int, rng: np.random.Generator, gaps: tuple[float, float]) -> np.ndarray:
+    """Centres (n, 3) of balls near the edge of a port, with gaps to the wall within shares of the radius."""
+    found = np.empty((0, 3))
+    while len(found) < count:
+        towards = rng.normal(size=(4000, 3))
+        towards *= (radius * rng.choice([1.0, 1.2, 1.45, 2.0], 4000) / np.linalg.norm(towards, axis=1))[:, None]
+        points = part.edge(rng.random(4000)) + towards * rng.uniform(1 + gaps[0], 1 + gaps[1], (4000, 1))
+        points = points[part.is_inside(points)]
+        gap = part.distance(points) / radius - 1
+        found = np.concatenate([found, points[(gap > gaps[0]) & (gap < gaps[1])]])
+    return found[:count]
