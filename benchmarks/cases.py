@@ -81,9 +81,9 @@ class Setup:
         return Case(
             mill=self.mill.name,
             contact=self.contact.name,
-            ball_diameter_mm=self.diameter_m * 1e3,
+            ball_diameter_m=self.diameter_m,
             fill_ratio=volume / (self.mill.volume_ml * 1e-6),
-            speed_rpm=self.speed_rpm,
+            speed_hz=self.speed_rpm / 60,
             seed=seed,
             **times,
         )

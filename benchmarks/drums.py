@@ -71,10 +71,10 @@ def case_of(mill: MillConfig, contact: ContactConfig, settings: TumblingConfig, 
     """The case of millprint at one speed, from one start."""
     turn_s = 60 / speed_rpm
     return Case(
-        mill=mill.name, contact=contact.name, ball_diameter_mm=settings.ball_diameter_mm,
-        fill_ratio=settings.fill_ratio, speed_rpm=speed_rpm, seed=seed, rayleigh_fraction=settings.rayleigh_fraction,
-        settle_s=settings.settle_s, discard_s=settings.discard_turns * turn_s,
-        window_s=settings.window_turns * turn_s,
+        mill=mill.name, contact=contact.name, ball_diameter_m=settings.ball_diameter_mm / 1e3,
+        fill_ratio=settings.fill_ratio, speed_hz=speed_rpm / 60, seed=seed,
+        rayleigh_fraction=settings.rayleigh_fraction, settle_s=settings.settle_s,
+        discard_s=settings.discard_turns * turn_s, window_s=settings.window_turns * turn_s,
     )  # fmt: skip
 
 
@@ -170,7 +170,9 @@ def compare_power(
             folder = place / case.name
             ours = run_case(case, mill, contact, dem, folder / "run.h5", folder / "summary.json")
             power, version = future.result()
-            rows.append((case.speed_rpm, simulation.count, ours["power_W"]["wall"], power, simulation.step, version))
+            rows.append(
+                (60 * case.speed_hz, simulation.count, ours["power_W"]["wall"], power, simulation.step, version)
+            )
             bar.update(1)
     return tabulate_power(rows, mill.name, contact.name)
 

@@ -27,12 +27,13 @@ def main(
     mill: MillConfig,
     *,
     counting_rule: str,
+    rules: list[dict],
     interval: float,
     smooth_points: int,
     spectra_rules: list[str],
 ) -> None:
     """Read the summaries of the mill's sweep and their run.h5, `records` in the same order, and write its tables."""
-    runs = read_summaries(summaries)
+    runs = read_summaries(summaries, rules)
     descriptors = tabulate_descriptors(runs, counting_rule)
     write_table(descriptors, output.descriptors)
     fitted = with_impacts(descriptors)
@@ -59,6 +60,7 @@ if "snakemake" in globals():
             snakemake.output,
             MillConfig(**snakemake.params.mill),
             counting_rule=snakemake.params.counting_rule,
+            rules=snakemake.params.rules,
             interval=snakemake.params.interval,
             smooth_points=snakemake.params.smooth_points,
             spectra_rules=snakemake.params.spectra_rules,

@@ -14,10 +14,11 @@ Outputs: `intervals`; or `fingerprint`, and the table of printed values as `thes
 import pandas as pd
 
 from millprint.config.workflow import ClaimsConfig
+from millprint.estimate.judge import AGREES, OPEN
 from millprint.fingerprint.bands import FURTHER
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.readers import read_summaries
-from millprint.run.files import read_json, write_table
+from millprint.fingerprint.readers import read_counted, read_summaries
+from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.thesis.claims.claim_intervals import (
     Repeated,
@@ -30,12 +31,16 @@ from millprint.thesis.curves.collapse import draw_tables
 
 
 def main(
-    results: str, claims: str, summaries: list[str], of_modulus: list[str], settings: ClaimsConfig,
+    results: str, claims: str, summaries: list[str], of_modulus: list[str], rules: list[dict], settings: ClaimsConfig,
     trainings: dict[str, list[str]], tables: dict, output: str,
 ) -> pd.DataFrame:  # fmt: skip
     """Write the interval of every claim that has one; tables: settings of `redrawn_tables`."""
     drawn = draw_tables(
-        read_summaries(summaries), [read_json(path) for path in of_modulus], settings.draws, settings.seed, **tables
+        read_summaries(summaries, rules),
+        [read_counted(path, rules) for path in of_modulus],
+        settings.draws,
+        settings.seed,
+        **tables,
     )
     repeated = [Repeated(drawn, over_draws), *repeated_trainings(results, trainings)]
     table = tabulate_intervals(results, claims, repeated, settings.level)
@@ -58,10 +63,11 @@ if "snakemake" in globals():
     with job(snakemake.log[0], "draw claims again") as logger:
         if made.get("thesis"):
             table = add_contact_intervals(inputs, made, own.results, own.cycle_fill_ratio)
-            known = table[table["inside"] != ""]
-            logger.info("%d of %d printed values lie inside", (known["inside"] == "yes").sum(), len(known))
+            known = table[table["verdict"] != OPEN]
+            logger.info("%d of %d printed values lie inside", (known["verdict"] == AGREES).sum(), len(known))
         else:
-            simulations, settings = (list(inputs.summaries), list(inputs.of_modulus)), ClaimsConfig(**own.settings)
+            simulations = list(inputs.summaries), list(inputs.of_modulus), own.rules
+            settings = ClaimsConfig(**own.settings)
             written = (settings, own.trainings, own.tables, made.intervals)
             table = main(own.results, inputs.claims, *simulations, *written)
             logger.info("intervals: %s", table["interval_from"].value_counts().to_dict())

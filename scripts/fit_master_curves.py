@@ -43,10 +43,16 @@ FILES = ("means", "curves", "coverage", "fingerprint")
 
 
 def tabulate_conditions(
-    summary_paths: list[str], published_paths: list[str], output, mill: str, counting_rule: str, fill_ratio: float
+    summary_paths: list[str],
+    rules: list[dict],
+    published_paths: list[str],
+    output,
+    mill: str,
+    counting_rule: str,
+    fill_ratio: float,
 ) -> None:
     """Read all summaries and write the five tables; revolutions are compared at one fill ratio."""
-    summaries = read_summaries(summary_paths)
+    summaries = read_summaries(summary_paths, rules)
     cycles, published = tabulate_cycles(summaries), published_cycles(read_published(*published_paths))
     write_table(tabulate_descriptors(summaries, counting_rule), output.descriptors)
     # The chapters are of balls of one size.
@@ -129,7 +135,8 @@ if "snakemake" in globals():
     given, made, own = snakemake.input, snakemake.output, snakemake.params
     with job(snakemake.log[0], "fit master curves") as log:
         log.info("%d simulations", len(given.summaries))
-        tabulate_conditions(given.summaries, given.published, made, own.mill, own.counting_rule, own.cycle_fill_ratio)
+        named = own.mill, own.counting_rule, own.cycle_fill_ratio
+        tabulate_conditions(given.summaries, own.rules, given.published, made, *named)
         for number, contact in enumerate(own.contacts):
             output = SimpleNamespace(**{name: made[name][number] for name in FILES})
             fit_contact(made.descriptors, output, own.mill, contact, own.volume_m3, own.interval, own.smooth_points)

@@ -1,11 +1,11 @@
-"""What was measured in each set-up and its prediction: verdicts, coverage, what is assumed, when it was fixed, figures.
+"""What was measured in each set-up and its prediction: verdicts, coverage, what is assumed, figures.
 
 Of a tumbling mill also its charge at several speeds, and a table of power with both intervals, toe, shoulder and rings;
 of some drums the flowing bed, each ball coloured by its speed.
 
-Settings: validation (every chosen set-up with its mill and contact sets), dem, name.
-Inputs: `measured`, `predictions`, `fixed`; of tumbling mills `runs` and `charges`; `beds` (run.h5 of a drum).
-Outputs: `verdicts`, `counts`, `coverage`, `assumptions`, `fixed`, their `page`; figures `svgs`, `pngs`, of the first
+Settings: validation (every chosen set-up with its mill and contact sets), name.
+Inputs: `measured`, `predictions`; of tumbling mills `runs` and `charges`; `beds` (run.h5 of a drum).
+Outputs: `verdicts`, `counts`, `coverage`, `assumptions`, their `page`; figures `svgs`, `pngs`, of the first
 quantity `first_svgs`, `first_pngs`; `charge_svgs`, `charge_pngs`, `intervals`; `bed_svgs`, `bed_pngs`, `bed_tsvs`.
 """
 
@@ -16,8 +16,7 @@ import pandas as pd
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.quantities import LOST, quantities_of
-from millprint.config.setup_models import SETTINGS, SetupConfig, TumblingConfig, read_settings
-from millprint.config.sweep import DemConfig
+from millprint.config.setup_models import FILES, SETTINGS, SetupConfig, TumblingConfig, read_settings
 from millprint.figures.shaken_figure import plot_shaken
 from millprint.figures.style import save
 from millprint.figures.validation_figures import plot_bed, plot_charge, plot_setup
@@ -26,9 +25,8 @@ from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.thesis.report.table_pages import write_chapter
 from millprint.validation.drums import slab_of_bed
-from millprint.validation.fixed import fixed_table, read_fixed, settings_digest, status_of
 from millprint.validation.measured import measured_points, read_measurements
-from millprint.validation.setups import SETUPS, assumption_table, setup_named
+from millprint.validation.setups import PREDICTED, assumption_table, setup_named
 from millprint.validation.shaken_predictions import SAME
 from millprint.validation.tumbling import intervals
 from millprint.validation.verdicts import count_verdicts, give_verdicts, tabulate_coverage
@@ -51,31 +49,17 @@ def read_predictions(path: str) -> pd.DataFrame:
     )
 
 
-def tabulate(
-    setups: dict[str, dict],
-    dem: DemConfig,
-    predicted: dict[str, pd.DataFrame],
-    points: pd.DataFrame,
-    fixed_path: str,
-    output,
-) -> None:
-    """Write the verdicts, counts, coverage, assumptions and dates. By name: setups, as `read_setup` takes them, and
-    what is predicted of each.
+def tabulate(setups: dict[str, dict], predicted: dict[str, pd.DataFrame], points: pd.DataFrame, output) -> None:
+    """Write the verdicts, counts, coverage and assumptions. By name: setups, as `read_setup` takes them, and what is
+    predicted of each.
     """
-    fixed, digests, statuses, assumed = read_fixed(fixed_path), {}, {}, []
-    for name, given in setups.items():
-        settings, mill, contacts = read_setup(name, given)
-        digests[name] = settings_digest(settings, mill, contacts, dem)
-        statuses[name] = status_of(name, digests[name], fixed)
-        assumed += assumption_table(name, settings, mill, contacts)
-    variants = {name: setup.variants for name, setup in SETUPS.items()}
-    unknown = [name for name, setup in SETUPS.items() if not setup.known]
-    verdicts = give_verdicts(points, predicted, statuses, variants, unknown)
+    assumed = [row for name, given in setups.items() for row in assumption_table(name, *read_setup(name, given))]
+    variants = {name: PREDICTED[file.kind].variants for name, file in FILES.items()}
+    verdicts = give_verdicts(points, predicted, variants)
     write_table(verdicts, output.verdicts)
     write_table(count_verdicts(verdicts), output.counts)
     write_table(tabulate_coverage(verdicts), output.coverage)
     write_table(pd.DataFrame(assumed), output.assumptions)
-    write_table(fixed_table(fixed, digests), output.fixed)
 
 
 def draw(
@@ -100,7 +84,7 @@ def draw_charge(
     """Draw the charge of a tumbling mill, and write the table of its intervals."""
     table = intervals(read_table(runs_path), settings)
     write_table(table, output)
-    vessel = build_bodies(mill, settings.speed_rpm(settings.speeds[0]))[0].vessel
+    vessel = build_bodies(mill)[0].vessel
     unit = "rpm" if settings.critical_speed_rpm is None else "% of the critical speed"
     save(plot_charge(read_table(charge_path), table, vessel, mill.geometry.axis, unit), svg, png)
 
@@ -115,10 +99,10 @@ def draw_bed(name: str, run: str, sizes_m: tuple[float, float], svg: str, png: s
 if "snakemake" in globals():
     given, made, own = snakemake.input, snakemake.output, snakemake.params
     with job(snakemake.log[0], "judge set-ups") as log:
-        points = measured_points(read_measurements(given.measured, SETUPS))
+        points = measured_points(read_measurements(given.measured, FILES))
         predicted = {name: read_predictions(path) for name, path in zip(own.setups, given.predictions, strict=True)}
-        tabulate(own.setups, DemConfig(**own.dem), predicted, points, given.fixed, made)
-        tables = (made.verdicts, made.counts, made.coverage, made.assumptions, made.fixed)
+        tabulate(own.setups, predicted, points, made)
+        tables = (made.verdicts, made.counts, made.coverage, made.assumptions)
         write_chapter(own.chapter, own.name, tables, own.results, made.page)
         figures = zip(predicted.values(), made.svgs, made.pngs, made.first_svgs, made.first_pngs, strict=True)
         for name, (predictions, *paths) in zip(own.setups, figures, strict=True):

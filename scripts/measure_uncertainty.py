@@ -8,6 +8,7 @@ Outputs: `samples`, `emulator`, `indices`, `intervals`, `sets`, `contact`.
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
+from millprint.cases.of_mill import fill_ratios_of
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.uncertainty import UncertaintyConfig
@@ -16,7 +17,6 @@ from millprint.run.files import read_table, write_json, write_table
 from millprint.run.job import job
 from millprint.uncertainty.intervals import Measured, measure
 from millprint.uncertainty.samples import space_of, with_sweep
-from millprint.uncertainty.varied import fill_ratios_of
 
 
 def main(

@@ -5,13 +5,13 @@ Inputs: `fingerprint`, and `summary` of a simulated large mill.
 Outputs: `sheet`, `run`, and the figure.
 """
 
+from millprint.cases.large_mill import enlarged
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import ScaleUpConfig
 from millprint.dem.laws.registry import step_scale
 from millprint.figures.mill_pictures import plot_scale_up
 from millprint.figures.style import save
-from millprint.fingerprint.cases import enlarged
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import counted
 from millprint.fingerprint.scale_up import compare_run, tabulate_scale_up
@@ -25,7 +25,7 @@ if "snakemake" in globals():
         _, factor = enlarged(MillConfig(**snakemake.params.mill), settings.volume_l, "large")
         contact = ContactConfig(**snakemake.params.contact)
         # The smallest ball has the shortest step.
-        smallest = min((run["case"].get("mixture") or {}).get("sizes_mm", [run["case"]["ball_diameter_mm"]]))
+        smallest = min((run["case"].get("mixture") or {}).get("sizes_mm", [1e3 * run["case"]["ball_diameter_m"]]))
         step = fraction * step_scale(contact, smallest / 2e3)
         sheet = tabulate_scale_up(fingerprint, factor, settings, step, run["ns_per_ball_step"])
         write_table(sheet, snakemake.output.sheet)

@@ -11,13 +11,12 @@ from pathlib import Path
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.config.setup_models import read_settings, setup_cases
+from millprint.config.setup_models import SETTINGS, read_settings, setup_cases
 from millprint.config.sweep import DemConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.validation.measured import measured_points, read_measurements, read_other_codes
-from millprint.validation.setups import SETUPS, predict
-from millprint.validation.shaken_predictions import KEPT
+from millprint.validation.measured import KEPT, measured_points, read_measurements, read_other_codes
+from millprint.validation.setups import predict
 from millprint.validation.tumbling_runs import design, measured_speeds, run_all
 
 if "snakemake" in globals():
@@ -26,7 +25,7 @@ if "snakemake" in globals():
         settings, dem = read_settings(name, given.settings), DemConfig(**given.dem)
         mill = MillConfig(**given.mill) if given.mill else None
         contacts = {contact["name"]: ContactConfig(**contact) for contact in given.contacts}
-        points = measured_points(read_measurements(snakemake.input.measured, SETUPS))
+        points = measured_points(read_measurements(snakemake.input.measured, SETTINGS))
         if made.get("charge"):
             done = Path(made.runs).with_name("runs.partial")
             wanted = design(settings, contacts, measured_speeds(settings, points[points["setup"] == name]))

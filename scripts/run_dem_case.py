@@ -1,16 +1,20 @@
 """Simulates a case.
 
-Settings: dem; the case, its mill and its contact set.
+Settings: dem; the case, its mill and its contact set, and their `identity`.
 Inputs: `sources`: the files of the mill's geometry and motion.
-Outputs: `run` (run.h5) and `summary` (summary.json). A stopped case continues from restart.h5 in their folder.
+Outputs: `run` (run.h5) and `summary` (summary.json). A stopped case continues from restart.h5 in their folder. The
+tolerances that the run kept are in tolerances.json there.
 """
 
 import sys
+from pathlib import Path
 
 from millprint.config.contact_set import ContactConfig
+from millprint.config.identity import TOLERANCES, tolerances_of
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, threads_of
 from millprint.dem.run import run_case
+from millprint.run.files import write_json
 from millprint.run.job import job
 
 if "snakemake" in globals():
@@ -25,4 +29,6 @@ if "snakemake" in globals():
             file=sys.stderr,
         )
     with job(snakemake.log[0], f"DEM {case.path}"):
-        run_case(case, mill, contact, dem, output.run, output.summary, cores=snakemake.threads)
+        summary = run_case(case, mill, contact, dem, output.run, output.summary, cores=snakemake.threads)
+        kept = tolerances_of(case, dem, summary, given.identity["tolerances"])
+        write_json(kept, Path(output.run).with_name(TOLERANCES))

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from millprint.cases.of_mill import varied_case
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
@@ -17,7 +18,6 @@ from millprint.config.uncertainty import UncertaintyConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.uncertainty.samples import check_contact, design_of, run_samples, space_of, with_sweep
-from millprint.uncertainty.varied import varied_case
 
 
 def main(

@@ -17,7 +17,7 @@ from millprint.dem.convergence import DESCRIPTORS, SERIES, column_of, convergenc
 from millprint.dem.step_choice import choose_step, in_words
 from millprint.figures.style import save
 from millprint.figures.uncertainty_figures import plot_study
-from millprint.fingerprint.readers import read_summaries
+from millprint.fingerprint.readers import read_counted, read_summaries
 from millprint.fingerprint.study import (
     GOOD,
     changes_of_halves,
@@ -35,13 +35,22 @@ DEVIATIONS = [column_of(name, "deviation_percent") for name in DESCRIPTORS]
 
 
 def main(
-    variants: list[dict], folder: str, output, *, mill: str, sweep_seeds: int, counting_rule: str, study: StudyConfig
+    variants: list[dict],
+    folder: str,
+    output,
+    *,
+    mill: str,
+    sweep_seeds: int,
+    counting_rule: str,
+    rules: list[dict],
+    study: StudyConfig,
 ) -> dict:
     """Read the runs of every variant (setting, factor, value, paths of its cases), and write what they say.
 
     folder: that of all simulations. Returns the verdict.
     """
-    groups = [read_summaries(f"{folder}/{path}/summary.json" for path in variant["paths"]) for variant in variants]
+    groups = [[f"{folder}/{path}/summary.json" for path in variant["paths"]] for variant in variants]
+    groups = [read_summaries(paths, rules) for paths in groups]
     rows = [
         study_row(variant["setting"], variant["factor"], variant["value"], runs, counting_rule)
         for variant, runs in zip(variants, groups, strict=True)
@@ -58,9 +67,12 @@ def main(
     return verdict
 
 
-def tabulate(summary_paths: list[str], varied: str, rules: tuple[str, list[str]], output: str) -> None:
-    """Write the table of simulations that differ in one setting. rules: the counting rule, and further ones."""
-    write_table(convergence_table([read_json(path) for path in summary_paths], varied, *rules), output)
+def tabulate(
+    summary_paths: list[str], varied: str, rules: list[dict], names: tuple[str, list[str]], output: str
+) -> None:
+    """Write the table of simulations that differ in one setting. names: of the counting rule, and of further ones."""
+    summaries = [read_counted(path, rules) for path in summary_paths]
+    write_table(convergence_table(summaries, varied, *names), output)
 
 
 def choose(table_path: str, settings: ConvergenceConfig, taken_s: dict[float, float], output: str) -> dict:
@@ -85,17 +97,17 @@ def draw_moduli(table_path: str, svg: str, png: str) -> None:
 
 def tabulate_sweeps(given, made, own, logger) -> None:
     """Write the tables of the sweeps of chapter 3 and draw them; a configuration may have only one of the two."""
-    rules = own.counting_rule, own.further_rules
+    rules = own.rules, (own.counting_rule, own.further_rules)
     if given.of_step:
         logger.info("%d simulations of the time step", len(given.of_step))
-        tabulate(given.of_step, "time_step_s", rules, made.step_table)
+        tabulate(given.of_step, "time_step_s", *rules, made.step_table)
         choice = choose(made.step_table, ConvergenceConfig(**own.settings), own.taken_s, made.choice)
         say = logger.info if choice["taken_steps_hold"] else logger.warning
         say("%s", in_words(choice))
         draw_steps(made.step_table, made.choice, made.step_svg, made.step_png)
     if given.of_modulus:
         logger.info("%d simulations of the modulus", len(given.of_modulus))
-        tabulate(given.of_modulus, "young_modulus_gpa", rules, made.modulus_table)
+        tabulate(given.of_modulus, "young_modulus_gpa", *rules, made.modulus_table)
         draw_moduli(made.modulus_table, made.modulus_svg, made.modulus_png)
 
 
@@ -103,7 +115,7 @@ if "snakemake" in globals():
     made, own, mill = snakemake.output, snakemake.params, snakemake.wildcards.get("mill")
     with job(snakemake.log[0], f"study the settings of {mill or 'chapter 3'}") as logger:
         if mill:
-            asked = {"counting_rule": own.counting_rule, "study": StudyConfig(**own.study)}
+            asked = {"counting_rule": own.counting_rule, "rules": own.rules, "study": StudyConfig(**own.study)}
             found = main(own.variants, own.folder, made, mill=mill, sweep_seeds=own.sweep_seeds, **asked)
             say = logger.info if found["verdict"] == GOOD else logger.warning
             say("%s", found["line"])

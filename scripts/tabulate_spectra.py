@@ -8,14 +8,15 @@ Outputs: `spectra` and `summary` of each contact set.
 from pathlib import Path
 
 from millprint.dose.spectra import tabulate_spectra
-from millprint.run.files import read_json, write_table
+from millprint.fingerprint.readers import read_counted
+from millprint.run.files import write_table
 from millprint.run.job import job
 
 
-def main(run_paths: list[str], spectra_path: str, summary_path: str, rule_names: list[str]) -> None:
+def main(run_paths: list[str], spectra_path: str, summary_path: str, rules: list[dict]) -> None:
     """Read the runs, each with the summary in its folder, and write both tables."""
-    runs = [(path, read_json(Path(path).with_name("summary.json"))) for path in run_paths]
-    spectra, summary = tabulate_spectra(runs, rule_names)
+    runs = [(path, read_counted(Path(path).with_name("summary.json"), rules)) for path in run_paths]
+    spectra, summary = tabulate_spectra(runs, [rule["name"] for rule in rules])
     write_table(spectra, spectra_path)
     write_table(summary, summary_path)
 

@@ -9,15 +9,14 @@ Outputs: `card`, `svg`, `png`, `pdf`, `tsv`, `methods`, `table`, `references`, a
 from pathlib import Path
 
 from millprint.card.build import build_card
-from millprint.card.card_files import animate, remove_left_overs, write_card
-from millprint.card.experiment_cases import animated_case
+from millprint.card.card_files import GIF, animate, remove_left_overs, write_card
 from millprint.card.read import CardSettings, Runs, known_of
-from millprint.card.simulate import GIF
+from millprint.cases.table import animated_case
 from millprint.config.card import Experiment
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, overridden
-from millprint.run.files import read_json
+from millprint.fingerprint.readers import read_counted
 from millprint.run.job import job
 
 if "snakemake" in globals():
@@ -27,7 +26,7 @@ if "snakemake" in globals():
         first = Case(**given.cases[0])
         contact = overridden(first, mill, ContactConfig(**given.contact))[1]
         paths = list(snakemake.input.runs)
-        summaries = [read_json(path) for path in snakemake.input.summaries]
+        summaries = [read_counted(path, given.rules) for path in snakemake.input.summaries]
         known = known_of(
             next(iter(snakemake.input.get("uncertainty", [])), None),
             next(iter(snakemake.input.get("wear", [])), None), snakemake.input.materials, contact.name,

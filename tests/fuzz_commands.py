@@ -28,7 +28,7 @@ from millprint.config.included import included_mills
 from millprint.thesis.doe.factorial_designs import design_table
 from tests.conftest import ROOT
 from tests.mutations import mutate_table, mutate_yaml
-from tests.unit.own_recordings import events, write_condition
+from tests.unit.own_readings import events, write_condition
 
 DESIGN = {
     "factors": [
@@ -69,7 +69,6 @@ COMMANDS = [
     "analyse design.yaml runs.tsv analysed",
     "warm my_card warm.tsv --jar-kg 0.5 --start-s 10 --stop-s 200 --table mine.tsv",
     "watt my_card watt.tsv watt.tsv --efficiency 0.6 0.8 --jars 2 --table mine.tsv",
-    "listen my_card sound.wav --low-hz 2000 --high-hz 12000 --pair both --drop-mm 100",
     "wear run --bpr 30 --hours 5 --coefficient c.json",
     "new planetary --name own --no-picture --set radius_mm=30 speeds_rpm=300",
     "new drum --yes --name own --contact steel --no-picture",
@@ -91,7 +90,7 @@ ONLY_REFUSED = ("card",)
 WORDS = ["", "0", "-1", "1", "nan", "inf", "1e400", "1e-400", "1,5", "1,041", "10 mm", "0.5", "30", "9" * 400,
          "no.yaml", "mine.yaml", ".", "..", "/proc", "planetary", "mixer", "plantary", "--help", "--", "-x", "--like",
          "--balls", "ä💥", "a" * 300, "x=1", "=", "number=3", "number=", "mass_g=1e9", "radius_mm=", "gas.tsv",
-         "design.yaml", "my_card", "run.h5", "sound.wav", "planetary.json", "%s", "{}", "\\", "'", "[1, 2", "None",
+         "design.yaml", "my_card", "run.h5", "planetary.json", "%s", "{}", "\\", "'", "[1, 2", "None",
          ]  # fmt: skip
 
 
@@ -114,9 +113,6 @@ def make_folder(folder: Path) -> dict[Path, bytes]:
     (folder / "conditions.tsv").write_bytes((ROOT / "config/data/conditions.tsv").read_bytes())
     write_condition(folder / "my_card", *events(np.random.default_rng(7), 1.0, 25.0), 1.0, 5.0)
     (folder / "run.h5").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(64))
-    (folder / "sound.wav").write_bytes(
-        b"RIFF\x24\0\0\0WAVEfmt \x10\0\0\0\1\0\1\0\x44\xac\0\0\x88\x58\1\0\2\0\x10\0data\0\0\0\0"
-    )
     return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 

@@ -49,7 +49,9 @@ class Ported(NamedTuple):
 
     def lifted(self, share: np.ndarray, way: np.ndarray | float) -> np.ndarray:
         """Points (n, 3) of the port's wall."""
-        return self.outline(share) @ self.frame[:2] + np.outer(np.broadcast_to(way, len(share)), self.frame[2]) + self.at
+        return (
+            self.outline(share) @ self.frame[:2] + np.outer(np.broadcast_to(way, len(share)), self.frame[2]) + self.at
+        )
 
     def edge(self, share: np.ndarray) -> np.ndarray:
         """Points (n, 3) where the port's wall meets the mantle: x^2 + y^2 = (radius + slope z)^2, the farther one."""
@@ -82,10 +84,12 @@ class Ported(NamedTuple):
         r = np.hypot(points[:, 0], points[:, 1])
         main = (r < self.radius + self.slope * points[:, 2]) & (points[:, 2] > 0) & (points[:, 2] < self.height)
         port = self._is_under(local[:, :2]) & (local[:, 2] > 0)
-        return main & ~(port & (local[:, 2] > self.reach)) if self.is_boss else main | (port & (local[:, 2] < self.reach))
+        return (
+            main & ~(port & (local[:, 2] > self.reach)) if self.is_boss else main | (port & (local[:, 2] < self.reach))
+        )
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Distances (n,) of points (n, 3) in the hollow from its wall: the nearest foot on a piece, or place of an edge.
+        """Distances (n,) of points (n, 3) in the hollow from its wall: the nearest foot on a piece, or place on an edge.
 
         Edges are taken as 40,000 chords each.
         """
@@ -113,13 +117,18 @@ class Ported(NamedTuple):
             own = (at - self.at) @ self.frame.T
             under = self._is_under(own[:, :2] * (1 - 1e-9)) & (own[:, 2] > 0)
             past = sign * (np.hypot(at[:, 0], at[:, 1]) - self.radius - self.slope * at[:, 2]) > 0
-            there = {"mantle": ~under, "wall": under & past & (sign * (self.reach - own[:, 2]) > 0), "lid": under}[piece]
+            there = {"mantle": ~under, "wall": under & past & (sign * (self.reach - own[:, 2]) > 0), "lid": under}[
+                piece
+            ]
             best = np.where(there, np.minimum(best, distance), best)
         share = np.linspace(0, 1, 40001)
         lines = [self.edge(share), self.lifted(share, self.reach)]
         if self.section == "square":
             quarter = np.arange(4) / 4
-            lines += [np.linspace(*ends, 4001) for ends in zip(self.edge(quarter), self.lifted(quarter, self.reach), strict=True)]
+            lines += [
+                np.linspace(*ends, 4001)
+                for ends in zip(self.edge(quarter), self.lifted(quarter, self.reach), strict=True)
+            ]
         for line in lines:
             _, nearest = cKDTree(line).query(points)
             for first in (np.maximum(nearest - 1, 0), np.minimum(nearest, len(line) - 2)):
@@ -134,7 +143,7 @@ def _angle(points: np.ndarray) -> np.ndarray:
 
 
 def triangles(part: Ported, around: int, along: int) -> np.ndarray:
-    """Corners (t, 3, 3) of the mesh, normals out of the hollow: `around` columns of the mantle, `along` steps of the port."""
+    """Corners (t, 3, 3) of a mesh, normals out of the hollow: `around` columns of the mantle, `along` steps of the port."""
     columns = np.linspace(-np.pi, np.pi, around + 1)
     share = np.arange(along) / along
     angles = _angle(part.edge(share))
@@ -142,7 +151,9 @@ def triangles(part: Ported, around: int, along: int) -> np.ndarray:
     for k in range(along):
         low, high = sorted((angles[k], angles[(k + 1) % along]))
         for column in columns[(columns > low + 1e-9) & (columns < high - 1e-9)]:
-            cut = brentq(lambda s, to=column: _angle(part.edge([s]))[0] - to, share[k], share[k] + 1 / along, xtol=1e-15)
+            cut = brentq(
+                lambda s, to=column: _angle(part.edge([s]))[0] - to, share[k], share[k] + 1 / along, xtol=1e-15
+            )
             found.append(np.array([cut]))
     share = np.sort(np.concatenate(found))
     edge = part.edge(share)

@@ -12,13 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
+from millprint.cases.of_mill import reference_case
 from millprint.config.contact_set import ContactConfig
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import DemConfig
 from millprint.dem.run import simulate
-from millprint.fingerprint.study_cases import reference_case
 
 CONFIG = Path(__file__).parents[1] / "config"
 POWERS = ("wall", "normal", "tangential")

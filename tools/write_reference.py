@@ -290,32 +290,43 @@ def card_schema_text() -> str:
 
 
 def explain_card() -> str:
-    """The page workflow/card.md: a table of fields for each part of a card, as Markdown.
+    """The page workflow/card.md: a table of fields for each part of a card, from its JSON schema, as Markdown.
 
-    A part that appears in several places is named after its model.
+    A part that appears in several places is named after its class.
     """
-    found = sections(MillingCard)
-    places = Counter(model for _, model in found)
-    shared = {model for model, count in places.items() if count > 1}
-    lines = [CARD_HEAD]
-    for place, model in _first_places(found):
-        title = f"a `{model.__name__}`" if model in shared else f"`{place}`" if place else "top level"
-        lines += [f"## {title}", "", on_a_line(model.__doc__), "", "| field | meaning | |", "|---|---|---|"]
-        for name, own in model.model_fields.items():
-            part = next(iter(nested_models(own.annotation)), None)
-            kind = "" if part is None else f"a `{part.__name__}`" if part in shared else "see below"
-            meaning = "; ".join(filter(None, [on_a_line(own.description), kind]))
-            lines.append(f"| `{name}` | {meaning} | {'required' if own.is_required() else ''} |")
+    schema = descriptions_on_a_line(MillingCard.model_json_schema())
+    places: list[tuple[str, str]] = []
+    _add_places("", MillingCard.__name__, schema, places)
+    counts = Counter(part for _, part in places)
+    lines, parts = [CARD_HEAD], {MillingCard.__name__: schema, **schema["$defs"]}
+    for part in counts:
+        place = next(place for place, each in places if each == part)
+        title = _named(part) if counts[part] > 1 else f"`{place}`" if place else "top level"
+        lines += [f"## {title}", "", parts[part]["description"], "", "| field | meaning | |", "|---|---|---|"]
+        for name, own in parts[part]["properties"].items():
+            kinds = [_named(inner) if counts[inner] > 1 else "see below" for inner in _parts_in(own)]
+            meaning = "; ".join(filter(None, [own.get("description"), *kinds]))
+            lines.append(f"| `{name}` | {meaning} | {'required' * (name in parts[part]['required'])} |")
         lines.append("")
     return "\n".join(lines)
 
 
-def _first_places(found: list[tuple[str, type[BaseModel]]]) -> list[tuple[str, type[BaseModel]]]:
-    """Each model once, at the first place where it appears."""
-    firsts: dict[type[BaseModel], str] = {}
-    for place, model in found:
-        firsts.setdefault(model, place)
-    return [(place, model) for model, place in firsts.items()]
+def _named(part: str) -> str:
+    return f"{'an' if part[0] in 'AEIOU' else 'a'} `{part}`"
+
+
+def _parts_in(own: dict) -> list[str]:
+    """The names of the parts that a field of a JSON schema holds."""
+    return re.findall(r'"#/\$defs/(\w+)"', json.dumps(own))
+
+
+def _add_places(place: str, part: str, schema: dict, places: list[tuple[str, str]]) -> None:
+    """Add every place of a card, with the name of the part there, from this one on downwards."""
+    places.append((place, part))
+    properties = schema["$defs"][part]["properties"] if place else schema["properties"]
+    for name, own in properties.items():
+        for inner in _parts_in(own):
+            _add_places(f"{place}.{name}".lstrip("."), inner, schema, places)
 
 
 ROOT = Path(__file__).parent.parent

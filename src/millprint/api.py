@@ -19,10 +19,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from millprint.card.experiment_cases import own_cases
 from millprint.card.experiment_checks import check_cases
 from millprint.card.match import find_fingerprint
-from millprint.card.simulate import simulate_cases
+from millprint.cases.of_mill import mill_cases, sweep_of
+from millprint.cases.simulate import simulate_cases
+from millprint.cases.table import own_cases
 from millprint.config.card import Experiment
 from millprint.config.checks import with_own_fills
 from millprint.config.contact_set import ContactConfig
@@ -35,7 +36,6 @@ from millprint.config.sweep import Case, overridden
 from millprint.config.wording import close_to
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.compilation import compile_kernels
-from millprint.fingerprint.cases import mill_cases, sweep_of
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.condition_tables import COLUMNS, conditions_of
@@ -172,6 +172,6 @@ def _simulated(cases: list[Case], mill: MillConfig, contact: ContactConfig, fold
     for line in warnings:
         print(f"warning: {line}", file=sys.stderr)
     compile_kernels()
-    runs = {folder / "runs" / Path(case.path).name: case for case in cases}
-    simulate_cases(runs, mill, contact, settings.dem, cores)
-    return read_summaries(run / "summary.json" for run in runs)
+    runs = {case.name: case for case in cases}
+    simulate_cases(runs, mill, contact, settings.dem, folder / "runs", cores)
+    return read_summaries(folder / "runs" / name / "summary.json" for name in runs)

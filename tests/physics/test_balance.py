@@ -21,7 +21,13 @@ DEM = DemConfig(time_step_s=2e-6, settle_s=0.1, discard_s=0.05, window_s=0.2)
 def simulate(mills, contacts, mill="emax", contact="calibrated", diameter=10, fill=0.10, seed=0, dem=DEM, **change):
     durations = {"settle_s": dem.settle_s, "discard_s": dem.discard_s, "window_s": dem.window_s} | change
     case = Case(
-        mill=mill, contact=contact, ball_diameter_mm=diameter, fill_ratio=fill, speed_rpm=600, seed=seed, **durations
+        mill=mill,
+        contact=contact,
+        ball_diameter_m=diameter / 1e3,
+        fill_ratio=fill,
+        speed_hz=10.0,
+        seed=seed,
+        **durations,
     )
     simulation = Simulation(case, mills[mill], contacts[contact], dem)
     recording = simulation.run("test")

@@ -18,7 +18,7 @@ DEM = DemConfig(time_step_s=2e-6, settle_s=0.05, discard_s=0.0, window_s=0.2)
 
 def case(**changes) -> Case:
     described = {
-        "mill": "made", "contact": "calibrated", "ball_diameter_mm": 10, "fill_ratio": 0.1, "speed_rpm": 300, "seed": 0,
+        "mill": "made", "contact": "calibrated", "ball_diameter_m": 0.01, "fill_ratio": 0.1, "speed_hz": 5, "seed": 0,
         "settle_s": 0.05, "discard_s": 0.0, "window_s": 0.2,
     }  # fmt: skip
     return Case(**{**described, **changes})
@@ -44,7 +44,7 @@ def test_the_energy_balance_of_turning_and_swinging_vessels_closes(contacts):
         {"kind": "rotation", "axis": [1, 0, 1], "pivot_mm": [0, 10, 20]},
     ]
     for motion in motions:
-        _, series = simulate(mill(geometry, motion, 75), case(speed_rpm=300), contacts["calibrated"])
+        _, series = simulate(mill(geometry, motion, 75), case(speed_hz=5), contacts["calibrated"])
         assert series["wall_work_J"].iloc[-1] > 0.01, motion
         assert closure(series) < 1e-3, motion
 
@@ -58,7 +58,7 @@ def test_a_stirrer_drives_the_balls_of_a_tank_at_rest(contacts):
     }  # fmt: skip
     insert = {"name": "stirrer", "geometry": paddles, "motion": {"kind": "rotation", "axis": [0, 0, 1]}}
     made = mill(tank, {"kind": "rest"}, 290, inserts=[insert])
-    simulation, series = simulate(made, case(ball_diameter_mm=8, fill_ratio=0.2, speed_rpm=300), contacts["calibrated"])
+    simulation, series = simulate(made, case(ball_diameter_m=0.008, fill_ratio=0.2, speed_hz=5), contacts["calibrated"])
     assert len(simulation.bodies) == 2
     assert simulation.frequency_hz == pytest.approx(5.0)
     assert series["wall_work_J"].iloc[-1] > 0.05
@@ -84,7 +84,7 @@ def jar_from_file(made: MillConfig, folder, kind: str) -> MillConfig:
 def test_the_same_jar_from_parameters_and_from_a_file(mills, contacts, tmp_path, monkeypatch, name):
     """A file that keeps all digits gives the same motion, bit for bit: a rounding would grow by chaos."""
     monkeypatch.chdir(tmp_path)
-    described = case(mill=name, speed_rpm=600, window_s=0.1, settle_s=0.02)
+    described = case(mill=name, speed_hz=10, window_s=0.1, settle_s=0.02)
     by_parameters, by_file = (
         simulate(made, described, contacts["calibrated"])
         for made in (mills[name], jar_from_file(mills[name], tmp_path, "obj"))
@@ -100,7 +100,7 @@ def test_a_binary_stl_gives_the_same_powers_within_the_spread_of_seeds(mills, co
     from_file = jar_from_file(mills["emax"], tmp_path, "stl")
     powers = {}
     for key, made, seed in (("stl", from_file, 0), *((seed, mills["emax"], seed) for seed in range(8))):
-        described = case(mill="emax", speed_rpm=600, window_s=0.3, settle_s=0.05, discard_s=0.1, seed=seed)
+        described = case(mill="emax", speed_hz=10, window_s=0.3, settle_s=0.05, discard_s=0.1, seed=seed)
         _, series = simulate(made, described, contacts["calibrated"])
         powers[key] = [series["normal_damping_J"].iloc[-1], series["tangential_work_J"].iloc[-1]]
     seeds = np.array([powers[seed] for seed in range(8)])
@@ -129,16 +129,19 @@ def test_a_baffle_that_stands_in_the_wall_is_the_one_that_is_drawn_with_the_holl
     crate = {"kind": "box", "x_mm": 80, "y_mm": 60, "z_mm": 50}
     inserted = mill(crate, motion, 240, inserts=[{"name": "baffle", "geometry": plate}])
     drawn = mill(notched_crate(tmp_path), motion, 240)
-    assert ball_space_m3(build_bodies(inserted, 60)) == pytest.approx(build_vessel(drawn).volume_m3, rel=1e-6)
-    described, dem = case(speed_rpm=400, fill_ratio=0.15), DEM.model_copy(update={"window_s": 0.03, "settle_s": 0.02})
+    assert ball_space_m3(build_bodies(inserted)) == pytest.approx(build_vessel(drawn).volume_m3, rel=1e-6)
+    described, dem = (
+        case(speed_hz=400 / 60, fill_ratio=0.15),
+        DEM.model_copy(update={"window_s": 0.03, "settle_s": 0.02}),
+    )
     described = described.model_copy(update={"window_s": 0.03, "settle_s": 0.02})
     start = Simulation(described, inserted, contacts["calibrated"], dem).balls.position
-    start = build_bodies(inserted, 400)[0].to_body(start, 0.0)
+    start = build_bodies(inserted, 400 / 60)[0].to_body(start, 0.0)
     runs = [Simulation(described, made, contacts["calibrated"], dem, start) for made in (inserted, drawn)]
     for run in runs:
         run.run("test")
     assert np.abs(runs[0].balls.position - runs[1].balls.position).max() < 1e-6
-    longer = case(speed_rpm=400, fill_ratio=0.15)
+    longer = case(speed_hz=400 / 60, fill_ratio=0.15)
     run, series = simulate(inserted, longer, contacts["calibrated"])
     assert closure(series) < 1e-3
     at = run.bodies[0].to_body(run.balls.position, run.counters[0] * run.step)

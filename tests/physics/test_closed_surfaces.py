@@ -278,7 +278,7 @@ def test_the_energy_balance_of_a_mill_with_a_drawn_jar_closes(name, motion):
     volume_ml = float(np.einsum("tc,tc->", (t := mesh(JARS[name], 24))[:, 0], np.cross(t[:, 1], t[:, 2]))) / 6e3
     mill = MillConfig(name="made", title="x", source="x", volume_ml=volume_ml, volume_tolerance=0.05,
                       geometry=geometry, motion=keys)  # fmt: skip
-    run = RunCase(mill="made", contact="calibrated", ball_diameter_mm=6, fill_ratio=0.15, speed_rpm=speed_rpm, seed=0,
-                  settle_s=0.02, discard_s=0.0, window_s=0.15, rayleigh_fraction=0.04)  # fmt: skip
+    run = RunCase(mill="made", contact="calibrated", ball_diameter_m=0.006, fill_ratio=0.15, speed_hz=speed_rpm / 60,
+                  seed=0, settle_s=0.02, discard_s=0.0, window_s=0.15, rayleigh_fraction=0.04)  # fmt: skip
     simulation = Simulation(run, mill, CALIBRATED, DemConfig())
     assert closure(ledger_series(np.concatenate(simulation.run("test").samples))) < 2e-3

@@ -119,7 +119,7 @@ def test_the_balance_of_balls_that_stick_closes():
 
 
 DRUM = Case(
-    mill="drum", contact="calibrated", ball_diameter_mm=10, fill_ratio=0.04, speed_rpm=60, seed=0,
+    mill="drum", contact="calibrated", ball_diameter_m=0.01, fill_ratio=0.04, speed_hz=1.0, seed=0,
     settle_s=0.05, discard_s=0.5, window_s=0.5,
 )  # fmt: skip
 

@@ -101,7 +101,7 @@ def test_an_oblique_impact_is_near_ours(tmp_path, restitution, tangential, allow
     assert hit(tmp_path, contact, tangential)[1] == pytest.approx(ours(contact, tangential)[1], rel=allowed)
 
 
-DRUM = {"ball_diameter_mm": 10, "fill_ratio": 0.15, "rayleigh_fraction": 0.2, "settle_s": 0.1}
+DRUM = {"ball_diameter_m": 0.01, "fill_ratio": 0.15, "rayleigh_fraction": 0.2, "settle_s": 0.1}
 TURN_S = 60 / 85
 
 

@@ -32,8 +32,8 @@ def state_after(simulation, steps_a_call: int) -> tuple[list[np.ndarray], list[f
 @pytest.mark.parametrize(("mill", "speed_rpm"), [("emax", 1200), ("attritor", 350)])
 def test_a_look_in_every_step_gives_the_same_bits(mills, contacts, mill, speed_rpm):
     """Each call begins with a look, so that calls of one step check every candidate that is near at that moment."""
-    alone, _ = state_after(lively(mills, contacts, 1, mill=mill, speed_rpm=speed_rpm), 1)
-    together, shares = state_after(lively(mills, contacts, 1, mill=mill, speed_rpm=speed_rpm), STEPS // 4)
+    alone, _ = state_after(lively(mills, contacts, 1, mill=mill, speed_hz=speed_rpm / 60), 1)
+    together, shares = state_after(lively(mills, contacts, 1, mill=mill, speed_hz=speed_rpm / 60), STEPS // 4)
     for each, other in zip(alone, together, strict=True):
         assert np.array_equal(each, other)
     assert max(shares) < 0.8

@@ -14,7 +14,7 @@ from tests.physics.test_threads import lively, table
 pytestmark = pytest.mark.slow
 
 MIXTURE = BallMixture(name="two", sizes_mm=(6, 4), numbers=(1, 2))
-CHANGE = {"mixture": MIXTURE, "ball_diameter_mm": MIXTURE.mean_diameter_mm}
+CHANGE = {"mixture": MIXTURE, "ball_diameter_m": MIXTURE.mean_diameter_mm / 1e3}
 
 
 @pytest.fixture

@@ -10,11 +10,11 @@ import re
 import numpy as np
 import pytest
 
+from millprint.cases.of_mill import reference_case
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import DemConfig
 from millprint.dem import run, simulation
 from millprint.dem.ledger import OpenBalanceError
-from millprint.fingerprint.study_cases import reference_case
 from millprint.mill.walls import PLANE
 from tests.physics.setups import CALIBRATED, FewBalls
 
@@ -86,7 +86,7 @@ def test_a_jam_names_what_the_balls_are_pressed_between(mills, contacts, seed):
     """Balls of 12 mm between arms and tank, 11 mm apart, at a step that resolves their hits."""
     error = refused(
         mills["attritor"], contacts["calibrated"], DEM.model_copy(update={"closure_max": 1e-5}),
-        ball_diameter_mm=12, fill_ratio=0.14, seed=seed, rayleigh_fraction=None, time_step_s=7e-6,
+        ball_diameter_m=0.012, fill_ratio=0.14, seed=seed, rayleigh_fraction=None, time_step_s=7e-6,
     )  # fmt: skip
     assert "balls are jammed: " in str(error) and "_arms" in str(error) and "step_s" not in str(error)
 
@@ -94,7 +94,7 @@ def test_a_jam_names_what_the_balls_are_pressed_between(mills, contacts, seed):
 @pytest.mark.slow
 def test_a_jam_is_simulated_again_with_half_the_step(mills, contacts, caplog):
     with caplog.at_level(logging.WARNING, logger="millprint"):
-        found = simulated(mills["attritor"], contacts["calibrated"], ball_diameter_mm=12, fill_ratio=0.14,
+        found = simulated(mills["attritor"], contacts["calibrated"], ball_diameter_m=0.012, fill_ratio=0.14,
                           rayleigh_fraction=0.11)  # fmt: skip
     assert found["rayleigh_fraction"] == pytest.approx(0.055, rel=0.02)
     assert len(caplog.records) == 1 and "jammed" in caplog.text

@@ -5,6 +5,7 @@ The closed form of `tests.ports` shares no code with the walls.
 
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ import pytest
 from millprint.mill.borders import borders_of
 from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import Vessel
-from millprint.mill.wall_words import wall_in_words
+from millprint.mill.wall_words import walls_in_words
 from tests.physics.setups import FewBalls
 from tests.ports import Ported, places, triangles
 from tests.profiles import write_stl
@@ -50,7 +51,7 @@ def test_a_port_is_touched_as_its_closed_form_says(name):
     """Where the wall is, as deep, and nowhere else: also in the port, where the mantle is not."""
     part, words = PORTS[name]
     vessel, rng = drawn(name), np.random.default_rng(0)
-    assert wall_in_words(vessel) == words
+    assert walls_in_words([SimpleNamespace(vessel=vessel)]) == words
     for radius in (0.1, 1.0, 4.0, 7.0):
         points = places(part, radius, 80, rng, (-0.02, 0.01))
         exact = part.distance(points)
@@ -85,7 +86,7 @@ def test_a_hit_at_the_edge_of_a_port_keeps_its_energy(name, radius):
 @pytest.mark.parametrize(("around", "along", "decimals"), [(24, 24, None), (61, 40, None), (48, 30, 4), (90, 96, None)])
 def test_a_port_is_found_however_it_is_drawn(around, along, decimals):
     vessel = drawn("oblique port", around, along, decimals)
-    assert wall_in_words(vessel) == PORTS["oblique port"][1]
+    assert walls_in_words([SimpleNamespace(vessel=vessel)]) == PORTS["oblique port"][1]
     assert len(borders_of(vessel).creases) >= along
     points = np.random.default_rng(0).uniform([-19, -19, 1], [25, 19, 49], (300, 3))
     points = points[PORTS["oblique port"][0].is_inside(points)]

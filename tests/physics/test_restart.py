@@ -14,7 +14,7 @@ from millprint.dem.run import RESTART, run_case
 from millprint.dem.simulation import Simulation
 
 CASE = Case(
-    mill="emax", contact="calibrated", ball_diameter_mm=10, fill_ratio=0.10, speed_rpm=1200, seed=0,
+    mill="emax", contact="calibrated", ball_diameter_m=0.01, fill_ratio=0.10, speed_hz=20.0, seed=0,
     settle_s=0.01, discard_s=0.02, window_s=0.05, snapshot_interval_s=1e-3,
 )  # fmt: skip
 DEM = DemConfig(time_step_s=2e-6, settle_s=0.01, discard_s=0.02, window_s=0.05, restart_interval_s=0, closure_max=0.05)
@@ -138,7 +138,7 @@ def test_a_useless_restart_file_is_ignored(unbroken, mills, contacts, tmp_path, 
     speed = 1100 if damage == "other speed" else 1200
     with monkeypatch.context() as patched, pytest.raises(Killed):
         kill_after(patched, 40)
-        run(tmp_path / "parts", mills, contacts, CASE.model_copy(update={"speed_rpm": speed}))
+        run(tmp_path / "parts", mills, contacts, CASE.model_copy(update={"speed_hz": speed / 60}))
     restart = tmp_path / "parts" / RESTART
     if damage == "truncated":
         restart.write_bytes(restart.read_bytes()[: restart.stat().st_size // 2])

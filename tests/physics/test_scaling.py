@@ -51,9 +51,9 @@ def descriptors(folder, length=1, density=1):
     case = Case(
         mill="emax",
         contact="calibrated",
-        ball_diameter_mm=10.0 * length,
+        ball_diameter_m=10.0 * length / 1e3,
         fill_ratio=0.06,
-        speed_rpm=1200.0 / root,
+        speed_hz=1200.0 / root / 60,
         seed=3,
         settle_s=settings.settle_s,
         discard_s=settings.discard_s,

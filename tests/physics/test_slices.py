@@ -32,7 +32,7 @@ BEADS = ContactConfig(
 def at_rest() -> tuple[Simulation, np.ndarray]:
     """A bed that has settled in a drum at rest, and what the snapshots of its balls hold (t, n, columns)."""
     case = Case(
-        mill="slice", contact="beads", ball_diameter_mm=1e3 * DIAMETER, fill_ratio=FILL, speed_rpm=0, seed=0,
+        mill="slice", contact="beads", ball_diameter_m=DIAMETER, fill_ratio=FILL, speed_hz=0.0, seed=0,
         rayleigh_fraction=0.1, settle_s=0.6, discard_s=0.0, window_s=0.1, snapshot_interval_s=0.01,
     )  # fmt: skip
     simulation = Simulation(case, DRUM, BEADS, DemConfig())

@@ -31,7 +31,7 @@ class FineDem(DemConfig):
 
 DEM = FineDem(time_step_s=2e-6, settle_s=1e-6, discard_s=0.0, window_s=2e-3, closure_max=0.05)
 CASE = Case(
-    mill="emax", contact="calibrated", ball_diameter_mm=5, fill_ratio=0.16, speed_rpm=1200, seed=0,
+    mill="emax", contact="calibrated", ball_diameter_m=0.005, fill_ratio=0.16, speed_hz=20.0, seed=0,
     settle_s=1e-6, discard_s=0.0, window_s=2e-3, snapshot_interval_s=1e-3,
 )  # fmt: skip
 

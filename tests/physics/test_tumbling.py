@@ -28,7 +28,7 @@ def drum(length_mm: float) -> MillConfig:
 def case(speed_rpm: float, fill_ratio: float = 0.15, **values) -> Case:
     turn_s = 60 / speed_rpm
     return Case(
-        mill="drum", contact="test", ball_diameter_mm=10, fill_ratio=fill_ratio, speed_rpm=speed_rpm,
+        mill="drum", contact="test", ball_diameter_m=0.01, fill_ratio=fill_ratio, speed_hz=speed_rpm / 60,
         rayleigh_fraction=0.1, closure_max=0.05, snapshot_interval_s=turn_s / 36,
         **{"seed": 0, "settle_s": 0.2, "discard_s": 2 * turn_s, "window_s": 6 * turn_s} | values,
     )  # fmt: skip

@@ -37,7 +37,7 @@ def spectra_of(folder: Path) -> Spectra:
             table["sliding_J"] = scale * generator.lognormal(0.5, 1.5, len(table))
             table["damping_J"] = 0.0
         path, summary = write(folder / f"{number}.h5", *kinds, fill=fill)
-        summary["case"]["speed_rpm"] = speed
+        summary["case"]["speed_hz"] = speed / 60
         runs.append((path, summary | {"contact": "calibrated"}))
     table, summary = tabulate_spectra(runs, [RULE])
     write_table(table, folder / "spectra.tsv")

@@ -53,7 +53,7 @@ def write_sample(
     second = np.where(random.random(len(first)) < 0.5, first + 1, -1 - random.integers(0, features, len(first)))
     config = {
         "mill": {"title": "box with a ridge", "motion": {"kind": kind}},
-        "case": {"speed_rpm": 600, "ball_diameter_mm": 10, "mixture": {"name": "three"} if mixed else None},
+        "case": {"speed_hz": 10.0, "ball_diameter_m": 0.01, "mixture": {"name": "three"} if mixed else None},
     }
     with h5py.File(path, "w") as file:
         file.attrs["config"], file.attrs["ball_radius_m"] = json.dumps(config), RADIUS

@@ -90,9 +90,9 @@ def summary(
     frequency = frequency_curve * speed * balls * factor
     return {
         "case": {
-            "ball_diameter_mm": diameter_mm,
+            "ball_diameter_m": diameter,
             "fill_ratio": fill_ratio,
-            "speed_rpm": speed_rpm,
+            "speed_hz": speed,
             "seed": seed,
             "amplitude_mm": amplitude_mm,
             "density_kg_m3": density_kg_m3,

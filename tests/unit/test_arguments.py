@@ -28,7 +28,6 @@ from millprint.cli.commands import main
         ("plan fingerprint --configfile=nosuch.yaml", ["--configfile nosuch.yaml: no such file"]),
         ("fingerprint --cores 0", ["--cores", "'0'"]),
         ("warm card a.tsv --jar-kg 720", ["--jar-kg", "is it in g? Write 0.72"]),
-        ("listen card a.wav --drop-mm 0.1", ["--drop-mm", "is it in m? Write 100"]),
         ("watt card a b --efficiency 60 75", ["--efficiency", "write 0.6 for 60 %"]),
         ("wear run --bpr 30 --hours 1e9", ["--hours", "'1e9'"]),
         ("yields a b c --level 95", ["--level", "write 0.95 for 95 %"]),

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from millprint.cases import of_mill
 from millprint.config.charge import ChargeSection, charge_words, fill_of
 from millprint.config.checks import load_workflow
 from millprint.config.conditions import spread, with_fill_ratios
@@ -11,7 +12,6 @@ from millprint.config.errors import ConfigError
 from millprint.config.included import SOURCES
 from millprint.config.load import check_model
 from millprint.config.mill_sweep import MillSweepConfig
-from millprint.fingerprint.cases import conditions_of
 
 LISTS = {"speeds_rpm": [300, 450], "ball_diameters_mm": [10]}
 VOLUME_ML, DENSITY = 200.0, 8000.0
@@ -90,7 +90,16 @@ def test_a_space_filling_design_covers_its_ranges_evenly():
     assert sum(size == 10 for size, _, _ in conditions) == 128
     assert all(200 <= speed <= 400 and 0.1 <= fill <= 0.4 for _, speed, fill in conditions)
     # The conditions that no fit sees are spread alike over a sweep of conditions.
-    assert all(0.1 < fill < 0.4 and size in (10, 5) for size, _, fill in spread(sweep, 8, seed=1))
+    assert all(0.1 < fill < 0.4 and size in (10, 5) for size, _, fill in as_tuples(spread(sweep, 8, seed=1)))
+
+
+def conditions_of(sweep) -> list[tuple]:
+    """Balls, speed [rpm] and fill ratio of each condition."""
+    return as_tuples(of_mill.conditions_of(sweep))
+
+
+def as_tuples(conditions) -> list[tuple]:
+    return [(each.ball_diameter_mm, each.rpm, each.fill_ratio) for each in conditions]
 
 
 def write_table(folder, text: str) -> str:

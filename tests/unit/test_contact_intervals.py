@@ -50,10 +50,10 @@ def test_the_interval_is_ours_times_the_factors(monkeypatch, tmp_path):
     curve = table.loc["3.curve.0.06.Pn"]
     assert (curve["published"], curve["ours"]) == (23.0, 30.0)
     low, high = factors.at(np.array([0.06]))["Pn"][:, 0]
-    assert (curve["lower"], curve["upper"]) == (30 * low, 30 * high) and curve["inside"] == "no"
+    assert (curve["lower"], curve["upper"]) == (30 * low, 30 * high) and curve["verdict"] == "differs"
     cycle = table.loc["3.cycle.10mm.600.t"]
     assert cycle["upper"] == 0.5 * factors.at(np.array([0.08]))["Pt"][1, 0]
     # 2e-4 J in the unit of Table 4.2.
     assert table.loc["4.case.reference.En", "ours"] == pytest.approx(2.0)
     missing = table.loc["3.curve.0.17.Pt"]
-    assert np.isnan(missing["lower"]) and missing["inside"] == ""
+    assert np.isnan(missing["lower"]) and missing["verdict"] == "open"

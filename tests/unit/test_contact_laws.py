@@ -8,6 +8,7 @@ import pytest
 
 from millprint.card.methods import simulation_sentences
 from millprint.card.read import read_card
+from millprint.cases.of_mill import study_variants
 from millprint.config.contact_set import CONTACT_LAWS, ContactConfig
 from millprint.config.dose import FlashSection
 from millprint.config.errors import ConfigError, SimulationError
@@ -17,7 +18,6 @@ from millprint.config.uncertainty import UncertaintyConfig
 from millprint.dem.laws.record import ball_mass
 from millprint.dem.laws.registry import LAWS, law_of, step_scale
 from millprint.dose import flash
-from millprint.fingerprint.study_cases import study_variants
 from millprint.uncertainty.samples import check_contact, space_of
 from tests.unit.test_card import card_content
 from tests.unit.test_dem_faults import DEM, MILL, PRESSED, simulation, stopped_at_a_wall

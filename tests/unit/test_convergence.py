@@ -76,7 +76,7 @@ def test_a_row_each_step_with_means_and_errors_over_seeds():
     assert (table["seeds"] == 3).all() and (table["revolutions"] == 30).all()
     assert (table["counting_rule"] == "gap_0_03").all()
     at = table[(table["ball_diameter_mm"] == 10) & (table["time_step_s"] == 2e-6)].iloc[0]
-    those = [r for r in runs if r["case"]["ball_diameter_mm"] == 10 and r["time_step_s"] == 2e-6]
+    those = [r for r in runs if r["case"]["ball_diameter_m"] == 0.01 and r["time_step_s"] == 2e-6]
     powers = [r["power_W"]["normal"] for r in those]
     assert at["normal_power_W"] == pytest.approx(np.mean(powers))
     assert at["normal_power_se_W"] == pytest.approx(np.std(powers, ddof=1) / np.sqrt(3))
@@ -135,9 +135,9 @@ def test_the_balance_limits_the_step_if_no_descriptor_changes():
 
 
 def test_each_ball_size_has_a_step_of_its_own():
-    runs = [r for r in sweep((10.0, 5.0)) if not (r["case"]["ball_diameter_mm"] == 5 and r["time_step_s"] == 5e-7)]
+    runs = [r for r in sweep((10.0, 5.0)) if not (r["case"]["ball_diameter_m"] == 0.005 and r["time_step_s"] == 5e-7)]
     for made in runs:
-        if made["case"]["ball_diameter_mm"] == 5:
+        if made["case"]["ball_diameter_m"] == 0.005:
             made["closure"] *= 4
     choice = choose_step(table_of(runs), SETTINGS, taken(4e-6))
     assert {s["ball_diameter_mm"]: s["largest_step_s"] for s in choice["series"]} == {5.0: 2e-6, 10.0: 4e-6}

@@ -27,7 +27,7 @@ DEM = DemConfig(time_step_s=4e-6, settle_s=0.02, discard_s=0.0, window_s=0.02)
 
 
 def simulation(dem=DEM, contact=CONTACT, **change) -> Simulation:
-    settings = {"ball_diameter_mm": 10, "fill_ratio": 0.1, "speed_rpm": 600, "seed": 0}
+    settings = {"ball_diameter_m": 0.01, "fill_ratio": 0.1, "speed_hz": 10, "seed": 0}
     times = {name: getattr(dem, name) for name in ("settle_s", "discard_s", "window_s")}
     return Simulation(Case(mill="emax", contact="calibrated", **(settings | times | change)), MILL, contact, dem)
 

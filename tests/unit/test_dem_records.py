@@ -29,7 +29,7 @@ DEM = DemConfig(time_step_s=4e-6, settle_s=0.1, discard_s=0.1, window_s=0.1)
 
 def run(folder, dem=DEM, **change):
     """A short run of the Emax mill with 24 balls, its files in `folder`."""
-    settings = {"ball_diameter_mm": 10, "fill_ratio": 0.1, "speed_rpm": 300, "seed": 0}
+    settings = {"ball_diameter_m": 0.01, "fill_ratio": 0.1, "speed_hz": 5, "seed": 0}
     settings |= {"settle_s": 0.05, "discard_s": 0.0, "window_s": 0.1}
     case = Case(mill="emax", contact="calibrated", **(settings | change))
     mill = load_named(CONFIG / "mills", "emax", MillConfig, "mill")

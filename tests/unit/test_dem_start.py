@@ -19,7 +19,7 @@ from millprint.dem.laws.registry import step_scale
 from millprint.dem.packing import capacity, inside, laid_lattice, pack, thin_direction, widest_ball
 from millprint.dem.simulation import Simulation
 from millprint.dem.timestep import SKIN_SHARE, aligned_step, longest_step, skin_of
-from millprint.mill.bodies import CHECK_RPM, build_bodies, inserts_in_vessel
+from millprint.mill.bodies import build_bodies, inserts_in_vessel
 from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import build_vessel
 from tests.physics.setups import CALIBRATED
@@ -65,7 +65,7 @@ def test_a_ball_without_room_is_told_the_widest_place():
         name="ring", title="ring", source="made for a test", volume_ml=113.1, geometry=jar, motion={"kind": "rest"},
         inserts=[{"name": "core", "geometry": core, "motion": {"kind": "rotation", "axis": [0, 0, 1]}}],
     )  # fmt: skip
-    bodies = build_bodies(mill, CHECK_RPM)
+    bodies = build_bodies(mill)
     solids = inserts_in_vessel(bodies)
     assert widest_ball(bodies[0].vessel, solids) == pytest.approx(8e-3, rel=1e-3)
     with pytest.raises(SimulationError, match=r"nowhere is room for a ball of 10 mm; at most (8|7\.99) mm"):
@@ -111,7 +111,7 @@ def slice_mill(folder, turn=None) -> MillConfig:
 
 def slice_case(fill: float) -> Case:
     return Case(
-        mill="slice", contact="steel", ball_diameter_mm=BALL_MM, fill_ratio=fill, speed_rpm=40, seed=0,
+        mill="slice", contact="steel", ball_diameter_m=BALL_MM / 1e3, fill_ratio=fill, speed_hz=40 / 60, seed=0,
         settle_s=0.002, discard_s=0.0, window_s=0.002, snapshot_interval_s=0.001,
     )  # fmt: skip
 
@@ -176,7 +176,7 @@ def test_planes_are_as_many_as_have_room_and_lie_in_the_middle(room, planes):
     """Two planes of balls take d + sqrt(2/3) d: 1.816 diameters; here GAP adds a thousandth."""
     box = {"kind": "box", "x_mm": 100, "y_mm": 10 * room, "z_mm": 100}
     drawn = {"name": "box", "title": "box", "source": "test", "volume_ml": 100 * room, "motion": {"kind": "rest"}}
-    (body,) = build_bodies(MillConfig(**drawn, geometry=box), CHECK_RPM)
+    (body,) = build_bodies(MillConfig(**drawn, geometry=box))
     sites = laid_lattice(body.vessel, 0.01, 0.01 * 1.001, 0.3, np.array([0.2, 0.7]))
     levels = np.unique(sites[:, 1].round(9))
     assert len(levels) == planes
@@ -207,7 +207,7 @@ def test_a_simulation_begins_from_a_given_start():
     contact = load_named(CONFIG / "contacts", "steel", ContactConfig, "contact set")
     times = {"settle_s": 0.01, "discard_s": 0.0, "window_s": 0.01}
     dem = DemConfig(time_step_s=2e-6, **times)
-    case = Case(mill="planetary", contact="steel", ball_diameter_mm=10, fill_ratio=0.1, speed_rpm=300, seed=3, **times)
+    case = Case(mill="planetary", contact="steel", ball_diameter_m=0.01, fill_ratio=0.1, speed_hz=5.0, seed=3, **times)
     packed = Simulation(case, mill, contact, dem)
     start = pack(packed.vessel, 0.010, packed.count, 3, mill.volume_ml / 1e6)
     given = Simulation(case.model_copy(update={"seed": 4}), mill, contact, dem, start)
@@ -220,7 +220,7 @@ def test_a_simulation_begins_from_a_given_start():
 
 def test_a_step_over_the_rayleigh_fraction_is_refused():
     case = Case(
-        mill="emax", contact="calibrated", ball_diameter_mm=5, fill_ratio=0.1, speed_rpm=600, seed=0,
+        mill="emax", contact="calibrated", ball_diameter_m=0.005, fill_ratio=0.1, speed_hz=10.0, seed=0,
         settle_s=0.1, discard_s=0.1, window_s=0.1,
     )  # fmt: skip
     dem = DemConfig(time_step_s=1e-5, settle_s=0.1, discard_s=0.1, window_s=0.1)
@@ -232,14 +232,14 @@ def test_a_step_over_the_rayleigh_fraction_is_refused():
 def test_the_longest_step_is_that_of_the_cases_of_a_ball_as_it_is():
     """Each ball size by its own sweep; a case of heavier balls, whose steps are longer, does not count."""
     contact = load_named(CONFIG / "contacts", "calibrated", ContactConfig, "contact set")
-    common = {"mill": "emax", "contact": "calibrated", "fill_ratio": 0.1, "speed_rpm": 600, "seed": 0}
+    common = {"mill": "emax", "contact": "calibrated", "fill_ratio": 0.1, "speed_hz": 10, "seed": 0}
     common |= {"settle_s": 0.1, "discard_s": 0.1, "window_s": 0.1}
     cases = [
-        Case(ball_diameter_mm=10, **common),
-        Case(ball_diameter_mm=10, rayleigh_fraction=0.076, density_kg_m3=15000, **common),
-        Case(ball_diameter_mm=5, rayleigh_fraction=0.076, **common),
+        Case(ball_diameter_m=0.01, **common),
+        Case(ball_diameter_m=0.01, rayleigh_fraction=0.076, density_kg_m3=15000, **common),
+        Case(ball_diameter_m=0.005, rayleigh_fraction=0.076, **common),
     ]
-    found = [longest_step(ball, cases, {"calibrated": contact}, DemConfig()) for ball in (10, 5, 3)]
+    found = [longest_step(ball, cases, {"calibrated": contact}, DemConfig()) for ball in (0.01, 0.005, 0.003)]
     assert found == pytest.approx([4e-6, 0.076 * step_scale(CALIBRATED, 0.0025), 4e-6])
 
 

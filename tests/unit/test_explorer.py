@@ -131,7 +131,7 @@ def _library(run: dict, state: dict) -> dict:
     told = range_warnings(rows, trained_ranges(training_rows(str(run["yield"])), run["prediction"]))[0]
     return {
         "bands": [[getattr(getattr(found, name), end) for end in ("value", "lower", "upper")] for name in BANDS],
-        "mean": [list(vars(getattr(found, name).mean).values()) for name in BANDS],
+        "mean": [list(getattr(found, name).ends("mean")) for name in BANDS],
         "contact": [
             [getattr(interval, end) for end in ("lower", "upper")] if interval else [-1.0, -1.0]
             for interval in (getattr(found, name).contact for name in BANDS)

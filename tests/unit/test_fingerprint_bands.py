@@ -11,20 +11,18 @@ import add_uncertainty
 from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
+from millprint.estimate.estimates import columns_of
 from millprint.fingerprint.bands import (
     FURTHER,
-    Band,
-    Interval,
     checked_factors,
-    interval_columns,
     read_factors,
-    share_of,
 )
 from millprint.fingerprint.condition import COUNTED, CURVES
 from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.predicted_values import banded
 from millprint.fingerprint.processes import Told
+from millprint.fingerprint.readers import find_ready_made, ready_made
 from millprint.fingerprint.zones import find_zones
 from millprint.run.files import read_table, write_json, write_table
 from tests.conftest import ROOT
@@ -55,20 +53,6 @@ def own(plain, about) -> Fingerprint:
     contents = {"contact": factors_of(), "shape": shape}
     further = {origin: checked_factors(content, origin, about, "x") for origin, content in contents.items()}
     return plain.with_further(further)
-
-
-def test_a_band_keeps_its_intervals_apart_through_a_factor_and_a_rising_function():
-    band = Band(2.0, 1.5, 3.0, contact=Interval(1.0, 4.0))
-    assert band * 10.0 == Band(20.0, 15.0, 30.0, contact=Interval(10.0, 40.0))
-    assert share_of(band) == Band(2 / 3, 0.6, 0.75, contact=Interval(0.5, 0.8))
-    assert band.scatter == Interval(1.5, 3.0) and band.by("contact") == Interval(1.0, 4.0)
-    assert band.shape is None and (band * 10.0).shape is None
-    with pytest.raises(KeyError):
-        band.by("value")
-
-
-def test_every_origin_is_a_field_of_a_band():
-    assert set(vars(Band(1.0, 1.0, 1.0))) == {"value", "lower", "upper", "mean", *FURTHER}
 
 
 def test_factors_are_read_at_their_fill_ratios_and_interpolated_in_between(about):
@@ -112,7 +96,7 @@ def test_where_an_interval_is_not_known_it_is_none_and_the_reason_is_named(own):
         found = own.predict(own.condition(fill_ratio=fill, **AT))
         assert sorted(found.missing) == unknown and found.outside == ()
         for name in BANDS:
-            assert sorted(origin for origin in FURTHER if getattr(found, name).by(origin) is None) == unknown
+            assert sorted(origin for origin in FURTHER if origin not in getattr(found, name).intervals) == unknown
     assert found.missing == {}
     said = own.predict(own.condition(fill_ratio=0.40, **AT)).missing
     assert said["contact"] == "fill_ratio = 0.4: analysed from 0.06 to 0.3"
@@ -122,7 +106,7 @@ def test_master_curves_have_the_intervals_too(own, plain):
     fills = np.array([0.05, 0.11, 0.30])
     curve = own.further_curve(own.curve(fills))
     assert list(curve)[: len(plain.curve(fills).columns)] == list(plain.curve(fills))
-    lower, upper = (curve[column] for column in interval_columns("Pn", "contact"))
+    lower, upper = (curve[column] for column in columns_of("Pn", "contact"))
     assert np.isnan(lower[0]) and (lower[1:] < curve["Pn"][1:]).all() and (curve["Pn"][1:] < upper[1:]).all()
     band = own.at(0.11)["Pn"]
     assert (lower[1], upper[1]) == pytest.approx((band.contact.lower, band.contact.upper), rel=1e-12)
@@ -268,3 +252,16 @@ def test_the_parts_of_a_power_respect_the_whole_however_little_is_known_of_their
             assert (upper <= table[f"P{kind}_upper"] * (1 + 1e-12))[known].all()
             assert (lower + table[f"{other}{kind}_upper"] >= table[f"P{kind}_lower"] * (1 - 1e-12))[known].all()
             assert (upper / lower <= 10 * (1 + 1e-12))[known].all()
+
+
+@pytest.mark.parametrize("mill", ready_made())
+def test_no_part_of_a_power_is_larger_or_less_sure_than_the_whole_allows(mill):
+    own = Fingerprint.read(find_ready_made(mill))
+    speed_hz, diameter_m, charge = own.settings[0]
+    for fill in np.geomspace(*own.fill_range, 5):
+        condition = own.condition(speed_hz=speed_hz, ball_diameter_m=diameter_m, fill_ratio=fill)
+        known = own.predict(condition, charge=charge)
+        for name in known.power_W.intervals:
+            highest = known.power_W.ends(name)[1] * (1 + 1e-9)
+            for lower, upper in (part.ends(name) for part in (known.normal_power_W, known.tangential_power_W)):
+                assert np.isnan(lower) or (lower > 0 and upper <= highest)

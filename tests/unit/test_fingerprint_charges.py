@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from compare_mills import request_of
+from millprint.cases.large_mill import WAYS, enlarged, large_case
 from millprint.cli.commands import main as millprint
 from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError
@@ -17,7 +18,6 @@ from millprint.config.mixture import BallMixture, mixture_of
 from millprint.config.sweep import ball_count
 from millprint.dose.spectra_shown import of_sheet, sheet_rows, with_rows
 from millprint.figures import mill_sheet_figure as figures
-from millprint.fingerprint.cases import WAYS, enlarged, large_case
 from millprint.fingerprint.condition_search import match_targets, target_descriptors
 from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.descriptors import read_descriptors, tabulate_descriptors

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 import yaml
 
+from millprint.cases.table import described_cases, mapped_cases
 from millprint.config.checks import load_workflow
-from millprint.fingerprint.cases import described_cases, mapped_cases
 from millprint.fingerprint.sweep_checks import fingerprint_faults
 from millprint.thesis.chapter_checks import curve_faults
 

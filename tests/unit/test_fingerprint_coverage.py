@@ -7,11 +7,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from millprint.cases.of_mill import held_out_cases, mill_cases
 from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
-from millprint.fingerprint.cases import held_out_cases, mill_cases
 from millprint.fingerprint.condition import CURVES
 from millprint.fingerprint.coverage import HELD_OUT_COLUMNS, NEW, count_held_out, predict_held_out, sum_coverage
 from millprint.fingerprint.model import Fingerprint
@@ -24,7 +24,8 @@ from millprint.fingerprint.processes import (
     logarithms,
     varied_components,
 )
-from millprint.mill.vessel import build_vessel, check_volume
+from millprint.mill.bodies import check_volume
+from millprint.mill.vessel import build_vessel
 from tests.conftest import ROOT
 from tests.new_jars import DRAWN, JARS, write_folder
 from tests.unit.synthetic_mill import VOLUME, descriptors
@@ -111,12 +112,12 @@ def test_new_conditions_lie_within_the_sweep_and_have_seeds_of_their_own():
     known, new = mill_cases(mill, settings), held_out_cases(mill, settings)
     assert len(new) == 32 and held_out_cases(mill, settings.model_copy(update={"held_out": 0})) == []
     assert not {case.seed for case in known} & {case.seed for case in new}
-    for name in ("fill_ratio", "speed_rpm", "ball_diameter_mm"):
+    for name in ("fill_ratio", "speed_hz", "ball_diameter_m"):
         old, found = ([getattr(case, name) for case in cases] for cases in (known, new))
         assert min(old) <= min(found) and max(found) <= max(old)
-    assert len({case.fill_ratio for case in new}) == 32 and {case.ball_diameter_mm for case in new} == {7, 10}
+    assert len({case.fill_ratio for case in new}) == 32 and {case.ball_diameter_m for case in new} == {0.007, 0.01}
     # Speed and ball size are drawn independently: each size at low and at high speed.
-    fast = {(case.ball_diameter_mm, case.speed_rpm > 60 * 22) for case in new}
+    fast = {(1e3 * case.ball_diameter_m, case.speed_hz > 22) for case in new}
     assert len(fast) == 4
     assert {case.rayleigh_fraction for case in new} == {case.rayleigh_fraction for case in known}
 
@@ -126,7 +127,8 @@ def test_new_simulations_are_counted_against_the_band_of_a_new_simulation():
     own = Fingerprint.fit(descriptors(), VOLUME, 0.95)
     table = descriptors(fills=(0.08, 0.15), speeds=(800.0,)).assign(seed=1000)
     held = predict_held_out(own, table)
-    assert list(held) == HELD_OUT_COLUMNS and len(held) == len(table) * len(CURVES) and held["inside"].all()
+    assert list(held) == HELD_OUT_COLUMNS and len(held) == len(table) * len(CURVES)
+    assert (held["verdict"] == "agrees").all()
     table["Pn"] *= 3.0
     counted = count_held_out(own, predict_held_out(own, table)).set_index("quantity")
     assert (counted["left_out"] == NEW).all()

@@ -1,20 +1,19 @@
 """Inverse mode: the thesis's 1698 rpm, and conditions that are found again from their own descriptors."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 from pandas.testing import assert_frame_equal
-from scipy.stats import norm
 
 from millprint.cli.commands import main as millprint
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import MatchConfig
 from millprint.config.load import check_model
-from millprint.fingerprint.bands import Band, Interval, checked_factors, interval_columns, ratio_of
+from millprint.estimate.estimates import Estimate, Interval, columns_of, ratio_of
+from millprint.fingerprint.bands import checked_factors
 from millprint.fingerprint.condition import Condition, descriptors_of, scaled_quantities
 from millprint.fingerprint.condition_search import match_targets, rank_conditions
 from millprint.fingerprint.descriptors import tabulate_descriptors
@@ -263,26 +262,6 @@ def test_the_command_line_shows_intervals_by_contact_parameters_and_what_two_mil
     assert "by contact" not in printed and "both mills" not in printed
 
 
-def test_the_ratio_of_two_mills_has_the_interval_of_two_independent_ones():
-    """Against a million draws of two log-normal quantities; and in closed form where one of them is known exactly."""
-    one = Band(2.0, 2.0 * np.exp(-0.3), 2.0 * np.exp(0.3), contact=Interval(1.0, 5.0))
-    other = Band(5.0, 5.0 * np.exp(-0.4), 5.0 * np.exp(0.4), contact=Interval(4.0, 10.0), shape=Interval(4.0, 6.0))
-    ratio = ratio_of(one, other)
-    width = norm.ppf(0.975)
-    generator = np.random.default_rng(1)
-    drawn = 0.4 * np.exp((0.3 * generator.standard_normal(10**6) - 0.4 * generator.standard_normal(10**6)) / width)
-    assert (ratio.value, ratio.lower, ratio.upper) == pytest.approx(
-        (0.4, *np.quantile(drawn, [0.025, 0.975])), rel=5e-3
-    )
-    assert ratio.shape is None
-    # Each end of a lopsided interval has its own way: below, ours down and the other's up.
-    assert ratio.contact.lower == pytest.approx(0.4 * np.exp(-np.hypot(np.log(2), np.log(2))))
-    assert ratio.contact.upper == pytest.approx(0.4 * np.exp(np.hypot(np.log(2.5), np.log(1.25))))
-    exact = ratio_of(one, Band(5.0, 5.0, 5.0))
-    assert (exact.lower, exact.upper) == pytest.approx((one.lower / 5, one.upper / 5))
-    assert exact.contact is None
-
-
 @pytest.mark.slow
 def test_a_match_with_another_mill_has_the_intervals_of_the_ratio(curves, file, analysed, tmp_path, capsys):
     like = {"fingerprint": analysed, "speed_rpm": 700, "ball_diameter_mm": 10, "fill_ratio": 0.12}
@@ -291,12 +270,12 @@ def test_a_match_with_another_mill_has_the_intervals_of_the_ratio(curves, file, 
     best = match_targets(request, [own]).iloc[0]
     of_target = own.predict(own.condition(speed_hz=700 / 60, ball_diameter_m=0.01, fill_ratio=0.12)).normal_energy_J
     name = "normal_energy_J"
-    found = Band(best[name], best[f"{name}_lower"], best[f"{name}_upper"])
-    found = replace(found, contact=Interval(*best[interval_columns(name, "contact")]))
+    scatter, contact = (Interval(*best[columns_of(name, own)]) for own in ("scatter", "contact"))
+    found = Estimate(best[name], "J", scatter=scatter, contact=contact)
     expected = ratio_of(found, of_target)
     assert best[f"{name}_ratio"] == pytest.approx(1 + best[f"{name}_residual_percent"] / 100)
     assert [best[f"{name}_ratio_lower"], best[f"{name}_ratio_upper"]] == pytest.approx([expected.lower, expected.upper])
-    assert best[interval_columns(f"{name}_ratio", "contact")].tolist() == pytest.approx(
+    assert best[columns_of(f"{name}_ratio", "contact")].tolist() == pytest.approx(
         [expected.contact.lower, expected.contact.upper]
     )
     # One that was not analysed leaves the ratio's interval by contact parameters open; numbers as a target have none.

@@ -12,11 +12,12 @@ PACKAGE = ROOT / "src/millprint"
 # Rooms that others stand on, and what each may import besides itself.
 BELOW = {
     "config": set(),
-    "statistics": {"config"},
+    "estimate": set(),
     "run": {"config"},
     "mill": {"config", "run"},
-    "dem": {"config", "run", "statistics", "mill"},
-    "fingerprint": {"config", "run", "statistics", "mill", "dem"},
+    "dem": {"config", "run", "estimate", "mill"},
+    "cases": {"config", "run", "mill", "dem"},
+    "fingerprint": {"config", "run", "estimate", "mill", "dem", "cases"},
 }
 
 

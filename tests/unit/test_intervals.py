@@ -6,9 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from millprint.estimate.estimates import largest_difference, range_of_single, spread_of
+from millprint.estimate.judge import AGREES, DIFFERS, OPEN
 from millprint.fingerprint.descriptors import block_length
 from millprint.run.files import write_json, write_table
-from millprint.statistics.quantiles import largest_difference, range_of_single, spread_of
 from millprint.thesis.claims.claim_intervals import (
     WINDOWS,
     Repeated,
@@ -17,18 +18,9 @@ from millprint.thesis.claims.claim_intervals import (
     tabulate_intervals,
     without_sizes,
 )
-from millprint.thesis.claims.evidence import Contradiction, Evidence, Finding, Interval
+from millprint.thesis.claims.evidence import Contradiction, Evidence, Finding, Repeats
 from millprint.thesis.claims.tabulate import collect_findings, tabulate_claims
-from millprint.thesis.claims.tolerances import (
-    DEVIATES,
-    ERRATUM,
-    REPRODUCED,
-    TOO_FEW,
-    TOO_WIDE,
-    UNDECIDED,
-    interval_verdict,
-    verdict,
-)
+from millprint.thesis.claims.tolerances import judge_repeats, judge_value
 from millprint.thesis.curves.collapse import dispersions, draw_blocks, draw_tables, redraw, redrawn_tables
 from millprint.thesis.surrogate.measure_tables import failed_tests, tabulate_trainings, with_spread
 from tests.conftest import ROOT
@@ -38,51 +30,36 @@ CLAIMS_TSV = ROOT / "config/data/claims.tsv"
 
 
 @pytest.mark.parametrize(
-    ("published", "tolerance", "lower", "upper", "expected"),
+    ("published", "tolerance", "lower", "upper", "word"),
     [
-        ("20", "15%", 18, 22, REPRODUCED),
-        ("20", "15%", 22, 24, UNDECIDED),
-        ("20", "15%", 24, 26, DEVIATES),
-        # Both ends are outside, and the printed number is between them: 30 wide, where 6 are allowed.
-        ("20", "15%", 10, 40, TOO_WIDE),
-        ("20", "15%", 22, 29, TOO_WIDE),
-        ("20-35", "20..35", 18, 37, TOO_WIDE),
-        ("2.78", "<=2.78", 1, 2, REPRODUCED),
-        ("2.78", "<=2.78", 1, 23.1, UNDECIDED),
-        ("2.78", "<=2.78", 9.4, 53, DEVIATES),
+        ("20", "15%", 18, 22, AGREES),
+        ("20", "15%", 10, 40, OPEN),
+        ("20-35", "20..35", 18, 37, OPEN),
+        ("2.78", "<=2.78", 1, 23.1, OPEN),
         # A bound on the value does not ask for the printed one.
-        ("small", "<=15%", 16, 30, DEVIATES),
-        ("0.30/0.045", "recover", "0.29/0.044", "0.31/0.046", REPRODUCED),
-        ("0.30/0.045", "recover", "0.30/0.044", "0.32/0.046", UNDECIDED),
-        ("0.30/0.045", "recover", "0.29/0.044", "0.33/0.046", TOO_WIDE),
-        ("0.30/0.045", "recover", "0.33/0.044", "0.35/0.046", DEVIATES),
-        ("yes", "yes", "yes", "yes", REPRODUCED),
-        ("yes", "yes", "no", "yes", UNDECIDED),
-        ("yes", "report", "no", "no", DEVIATES),
+        ("small", "<=15%", 16, 30, DIFFERS),
+        ("0.30/0.045", "recover", "0.29/0.044", "0.31/0.046", AGREES),
+        ("0.30/0.045", "recover", "0.30/0.044", "0.32/0.046", OPEN),
+        ("0.30/0.045", "recover", "0.29/0.044", "0.33/0.046", OPEN),
+        ("0.30/0.045", "recover", "0.33/0.044", "0.35/0.046", DIFFERS),
+        ("yes", "yes", "yes", "yes", AGREES),
+        ("yes", "yes", "no", "yes", OPEN),
+        ("yes", "report", "no", "no", DIFFERS),
     ],
 )
-def test_a_known_interval_gives_its_verdict_and_few_repeats_give_none(published, tolerance, lower, upper, expected):
-    for repeats, said in ((5, expected), (4, TOO_FEW), (2, TOO_FEW)):
-        finding = Finding(upper, interval=Interval(lower, upper, "seeds", repeats))
-        assert interval_verdict(published, tolerance, finding) == said
+def test_repeats_of_numbers_pairs_and_words_are_judged(published, tolerance, lower, upper, word):
+    for of, expected in ((5, word), (4, OPEN)):
+        assert (
+            judge_repeats(published, tolerance, Finding(upper, repeats=Repeats(lower, upper, "seeds", of))).word
+            == expected
+        )
 
 
 def test_the_value_has_a_verdict_of_its_own():
-    found = Finding(22.9, interval=Interval(10, 40, "seeds", 9), contradiction=Contradiction("Table 1", "2 + 2 = 4"))
-    assert (verdict("20", "15%", found), interval_verdict("20", "15%", found)) == (REPRODUCED, TOO_WIDE)
-    assert (
-        verdict("30", "15%", found) == ERRATUM and verdict("30", "15%", replace(found, contradiction=None)) == DEVIATES
-    )
-    assert interval_verdict("20", "15%", Finding(22.9)) == interval_verdict("20", "15%", Finding(None)) == ""
-
-
-def test_a_repeat_that_failed_is_a_miss_and_moves_no_end():
-    def judged(failed: int, lower: float, upper: float) -> str:
-        return interval_verdict("2.78", "<=2.78", Finding(2.0, interval=Interval(lower, upper, "trainings", 5, failed)))
-
-    assert [judged(failed, 1, 2) for failed in (0, 1)] == [REPRODUCED, UNDECIDED]
-    assert [judged(failed, 9, 12) for failed in (0, 1)] == [DEVIATES, DEVIATES]
-    assert judged(1, 1, 12) == UNDECIDED and judged(5, np.inf, np.inf) == DEVIATES
+    found = Finding(22.9, repeats=Repeats(10, 40, "seeds", 9), contradiction=Contradiction("Table 1", "2 + 2 = 4"))
+    assert judge_value("20", "15%", found).agrees
+    assert judge_repeats("20", "15%", found) == (OPEN, "wider than the tolerance")
+    assert judge_repeats("20", "15%", Finding(22.9)) is None and judge_repeats("20", "15%", Finding(None)) is None
 
 
 def test_an_interval_of_few_repeats_is_their_range_and_of_more_holds_student():
@@ -126,16 +103,16 @@ def test_what_an_interval_decides_hardly_ever_flips_between_machines():
     rng, flips, single, pairs = np.random.default_rng(2), 0, 0, 2000
     for _ in range(pairs):
         machines = 2.78 + 0.7 * rng.standard_normal((2, 5))
-        intervals = [Finding(one[0], interval=Interval(*spread_of(one), "trainings", 5)) for one in machines]
-        flips += {REPRODUCED, DEVIATES} <= {interval_verdict("2.78", "<=2.78", one) for one in intervals}
-        single += len({verdict("2.78", "<=2.78", one) for one in intervals}) == 2
+        intervals = [Finding(one[0], repeats=Repeats(*spread_of(one), "trainings", 5)) for one in machines]
+        flips += {AGREES, DIFFERS} <= {judge_repeats("2.78", "<=2.78", one).word for one in intervals}
+        single += len({judge_value("2.78", "<=2.78", one) for one in intervals}) == 2
     assert flips <= 0.004 * pairs and single > 0.4 * pairs
 
 
 def test_draws_of_words_are_certain_or_not():
-    assert over_draws("yes", ["yes"] * 196 + ["no"] * 4, 0.95) == Interval("yes", "yes", WINDOWS, 200)
-    assert over_draws("yes", ["yes"] * 190 + ["no"] * 10, 0.95) == Interval("no", "yes", WINDOWS, 200)
-    assert over_repeats("yes", ["yes", "yes", "no"], 0.95) == Interval("no", "yes", "trainings", 3)
+    assert over_draws("yes", ["yes"] * 196 + ["no"] * 4, 0.95) == Repeats("yes", "yes", WINDOWS, 200)
+    assert over_draws("yes", ["yes"] * 190 + ["no"] * 10, 0.95) == Repeats("no", "yes", WINDOWS, 200)
+    assert over_repeats("yes", ["yes", "yes", "no"], 0.95) == Repeats("no", "yes", "trainings", 3)
     # An interval is about the value of the run itself, and holds it.
     moved = over_draws(9.0, [1.0, 2.0, 3.0], 0.95)
     assert (moved.lower, moved.upper) == pytest.approx((8.05, 9.95))
@@ -245,13 +222,13 @@ def measures(error: float) -> pd.DataFrame:
 @pytest.mark.parametrize(
     ("errors", "expected"),
     [
-        ((2.5, 2.4, 2.45, 2.2, 2.3), (REPRODUCED, REPRODUCED)),
-        ((2.5, 23.1, 9.4, 3.1, 2.2), (REPRODUCED, UNDECIDED)),
-        ((30.0, 33.0, 31.0, 29.0, 30.5), (DEVIATES, DEVIATES)),
+        ((2.5, 2.4, 2.45, 2.2, 2.3), (AGREES, AGREES)),
+        ((2.5, 23.1, 9.4, 3.1, 2.2), (AGREES, OPEN)),
+        ((30.0, 33.0, 31.0, 29.0, 30.5), (DIFFERS, DIFFERS)),
         # One of five ran away: it is a miss, and the interval is that of the others.
-        ((30.0, 33.0, 31.0, 29.0, 3e20), (DEVIATES, DEVIATES)),
-        ((2.5, 2.4, 2.45, 2.2, 3e20), (REPRODUCED, UNDECIDED)),
-        ((30.0, 3.9, 20.1), (DEVIATES, TOO_FEW)),
+        ((30.0, 33.0, 31.0, 29.0, 3e20), (DIFFERS, DIFFERS)),
+        ((2.5, 2.4, 2.45, 2.2, 3e20), (AGREES, OPEN)),
+        ((30.0, 3.9, 20.1), (DIFFERS, OPEN)),
     ],
 )
 def test_a_claim_is_computed_again_by_its_own_code_with_each_training(tmp_path, errors, expected):
@@ -290,13 +267,13 @@ def test_a_correlation_of_a_roll_out_that_failed_widens_nothing(tmp_path):
     row = intervals.set_index("id").loc["6.pearson"]
     assert (row["lower"], row["upper"], row["failed"]) == (0.998, 0.9984, 1)
     table = tabulate_claims(CLAIMS_TSV, collect_findings(tmp_path, CLAIMS_TSV, intervals=intervals)).set_index("id")
-    assert table.loc["6.pearson", ["verdict", "interval_verdict"]].tolist() == [DEVIATES, DEVIATES]
+    assert table.loc["6.pearson", ["verdict", "interval_verdict"]].tolist() == [DIFFERS, DIFFERS]
     assert "over 1.5 s of a motion that was not trained on" in table["explanation"]["6.pearson"]
 
 
 def test_an_interval_ends_where_the_quantity_does():
-    assert Interval(0.9, 1.2, "trainings", 5).within((-1, 1)) == Interval(0.9, 1, "trainings", 5)
-    assert Interval("no", "yes", "trainings", 5).within((-1, 1)) == Interval("no", "yes", "trainings", 5)
+    assert Repeats(0.9, 1.2, "trainings", 5).within((-1, 1)) == Repeats(0.9, 1, "trainings", 5)
+    assert Repeats("no", "yes", "trainings", 5).within((-1, 1)) == Repeats("no", "yes", "trainings", 5)
 
 
 def test_the_spread_stands_beside_the_first_training():

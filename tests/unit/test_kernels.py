@@ -112,8 +112,7 @@ def library(tmp_path, monkeypatch) -> Path:
 
 def forget() -> None:
     """What this process remembers of the files."""
-    for remembered in (digest.content_digest, digest._parsed, digest._origin):
-        remembered.cache_clear()
+    digest.content_digest.cache_clear()
 
 
 def append(file: Path, text: str) -> None:

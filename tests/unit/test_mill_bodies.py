@@ -13,7 +13,6 @@ from millprint.config.mill import MillConfig
 from millprint.dem.case_checks import checked_bodies
 from millprint.dem.packing import capacity, inside, lattice, pack
 from millprint.mill.bodies import (
-    CHECK_RPM,
     ball_space_m3,
     build_bodies,
     check_inserts,
@@ -47,7 +46,7 @@ def attritor(**changes) -> MillConfig:
 
 
 def check(made: MillConfig) -> None:
-    check_inserts(made, build_bodies(made, CHECK_RPM))
+    check_inserts(made, build_bodies(made))
 
 
 def distance_to_walls(bodies, points, time_s):
@@ -64,7 +63,7 @@ def distance_to_walls(bodies, points, time_s):
 
 
 def test_an_attritor_is_a_tank_and_a_stirrer_that_turns():
-    tank, stirrer = bodies = build_bodies(attritor(), 300)
+    tank, stirrer = bodies = build_bodies(attritor(), 5.0)
     assert [body.name for body in bodies] == ["vessel", "stirrer"]
     assert not tank.vessel.solid and stirrer.vessel.solid
     assert not tank.motion.turns
@@ -76,19 +75,19 @@ def test_an_attritor_is_a_tank_and_a_stirrer_that_turns():
 
 def test_an_insert_without_a_motion_moves_with_the_vessel():
     circle = {"kind": "circle", "amplitude_mm": 17}
-    vessel, rod = build_bodies(mill(motion=circle, inserts=[{"name": "rod", "geometry": ROD}]), 600)
+    vessel, rod = build_bodies(mill(motion=circle, inserts=[{"name": "rod", "geometry": ROD}]), 10.0)
     times = np.linspace(-0.1, 0.3, 7)
     assert np.array_equal(vessel.motion.position(times), rod.motion.position(times))
 
 
 def test_an_impeller_from_a_file_is_the_one_by_parameters(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    expected = build_bodies(attritor(), 60)
+    expected = build_bodies(attritor())
     # A solid's walls face out of it, as a file's normals do.
     trimesh.Trimesh(*expected[1].vessel.triangles(), process=False).export("stirrer.stl")
     geometry = {"kind": "stl", "path": "stirrer.stl", "unit": "m"}
     made = mill(inserts=[{"name": "stirrer", "geometry": geometry, "motion": TURNING}])
-    found = build_bodies(made, 60)
+    found = build_bodies(made)
     check(made)
     assert made.source_files == ["stirrer.stl"]
     assert len(found[1].vessel.facets) == len(expected[1].vessel.facets)
@@ -100,15 +99,15 @@ def test_an_impeller_from_a_file_is_the_one_by_parameters(tmp_path, monkeypatch)
 
 
 def test_travel_is_the_amplitude_the_radius_or_the_reach():
-    assert travel_m(build_bodies(mill(motion={"kind": "circle", "amplitude_mm": 17}), 600), 600) == pytest.approx(0.017)
+    assert travel_m(build_bodies(mill(motion={"kind": "circle", "amplitude_mm": 17}), 10.0)) == pytest.approx(0.017)
     drum = mill({**TANK, "axis": "y"}, {"kind": "rotation", "axis": [0, 1, 0]})
-    assert travel_m(build_bodies(drum, 60), 60) == pytest.approx(0.05, rel=1e-3)
+    assert travel_m(build_bodies(drum)) == pytest.approx(0.05, rel=1e-3)
     # The tip of a blade: its corner lies a little farther out than its length.
-    assert travel_m(build_bodies(attritor(), 60), 60) == pytest.approx(math.hypot(0.038, 0.003), rel=1e-3)
+    assert travel_m(build_bodies(attritor())) == pytest.approx(math.hypot(0.038, 0.003), rel=1e-3)
 
 
 def test_distance_to_the_nearest_of_several_bodies_in_the_laboratory():
-    bodies = build_bodies(attritor(), 60)
+    bodies = build_bodies(attritor())
     quarter = 0.125  # an eighth of a turn: the blades lie on the diagonals
     points = np.array([[0.045, 0, 0.05], [0.02, 0.02, 0.05], [0.0, 0.06, 0.05], [0.03, 0.0, 0.05], [0.0, 0.0, 0.01]])
     distance, gradient, nearest = distance_to_walls(bodies, points, quarter)
@@ -121,7 +120,7 @@ def test_distance_to_the_nearest_of_several_bodies_in_the_laboratory():
 
 
 def test_the_gradient_is_that_of_the_distance():
-    bodies = build_bodies(attritor(), 60)
+    bodies = build_bodies(attritor())
     points = np.random.default_rng(0).uniform([-0.04, -0.04, 0.01], [0.04, 0.04, 0.09], (200, 3))
     distance, gradient, _ = distance_to_walls(bodies, points, 0.07)
     h = 1e-7
@@ -192,7 +191,7 @@ def baffle(sunk_mm=3.0, z_mm=70, **changes):
 @pytest.mark.parametrize(("sunk_mm", "z_mm"), [(3.0, 70), (0.01, 70), (0.0, 70), (3.0, 52)])
 def test_an_insert_that_moves_with_the_vessel_may_stand_in_its_wall(sunk_mm, z_mm):
     made = mill(CRATE, {"kind": "circle", "amplitude_mm": 10}, [baffle(sunk_mm, z_mm)])
-    bodies = build_bodies(made, 60)
+    bodies = build_bodies(made)
     check(made)
     height = min(50, 20 + z_mm / 2)
     assert ball_space_m3(bodies) == pytest.approx((80 * 60 * 50 - 4 * 8 * height) * 1e-9, rel=1e-6)
@@ -204,14 +203,14 @@ def test_the_radius_of_a_drum_is_that_of_its_hollow_whatever_stands_in_its_wall(
     lifter = {"kind": "box", "x_mm": 12, "y_mm": 100, "z_mm": 6, "centre_mm": [49, 0, 0]}
     made = mill({**TANK, "axis": "y"}, drum, [{"name": "lifter", "geometry": lifter}])
     check(made)
-    assert travel_m(build_bodies(made, 60), 60) == pytest.approx(0.05, rel=1e-3)
+    assert travel_m(build_bodies(made)) == pytest.approx(0.05, rel=1e-3)
 
 
 @pytest.mark.slow
 def test_the_volume_of_a_part_in_a_round_wall_is_measured():
     """Against random points, half a million in the box of the rod."""
     rod = {"name": "rod", "geometry": {**ROD, "radius_mm": 8, "axis": "x", "height_mm": 60, "centre_mm": [35, 0, 50]}}
-    vessel, solid = (body.vessel for body in build_bodies(mill(inserts=[rod]), 60))
+    vessel, solid = (body.vessel for body in build_bodies(mill(inserts=[rod])))
     points = np.random.default_rng(0).uniform(*solid.bounds, (500_000, 3))
     is_in = (signed_distance(vessel)(points)[0] < 0) & (signed_distance(solid)(points)[0] > 0)
     expected = is_in.mean() * np.prod(np.ptp(solid.bounds, axis=0))
@@ -234,7 +233,7 @@ def test_a_divider_whose_edges_are_all_in_the_wall_is_in_the_hollow():
     plate = {"kind": "box", "x_mm": 2, "y_mm": 70, "z_mm": 60, "centre_mm": [5, 0, 25]}
     made = mill(CRATE, inserts=[{"name": "divider", "geometry": plate}])
     check(made)
-    assert ball_space_m3(build_bodies(made, 60)) == pytest.approx((80 - 2) * 60 * 50e-9, rel=1e-6)
+    assert ball_space_m3(build_bodies(made)) == pytest.approx((80 - 2) * 60 * 50e-9, rel=1e-6)
 
 
 def test_two_inserts_must_not_meet_even_where_only_edges_cross():
@@ -285,7 +284,7 @@ def test_balls_start_around_an_insert_at_its_first_pose(angle):
             }
         ]
     )  # fmt: skip
-    bodies = build_bodies(made, 60)
+    bodies = build_bodies(made)
     vessel, solids = bodies[0].vessel, inserts_in_vessel(bodies)
     start = pack(vessel, 6e-3, 600, 0, 700e-6, solids)
     assert pdist(start).min() >= 6e-3
@@ -298,7 +297,7 @@ def test_balls_start_around_an_insert_at_its_first_pose(angle):
 
 def test_the_insert_lowers_the_largest_fill_in_the_refusal():
     thick = [{"name": "core", "geometry": {**ROD, "radius_mm": 40, "height_mm": 90}}]
-    bodies = build_bodies(mill(inserts=thick), 60)
+    bodies = build_bodies(mill(inserts=thick))
     with pytest.raises(SimulationError, match=r"a fill ratio of 0\.1"):
         pack(bodies[0].vessel, 8e-3, 1000, 0, 700e-6, inserts_in_vessel(bodies))
 

@@ -8,16 +8,17 @@ import trimesh
 import yaml
 from pydantic import TypeAdapter, ValidationError
 
+from millprint.cases.large_mill import enlarged
+from millprint.cases.of_mill import mill_cases
 from millprint.config.geometry import LifterDrumGeometry, VesselGeometry
 from millprint.config.load import check_model
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
 from millprint.dem.case_checks import check_mixtures
-from millprint.fingerprint.cases import enlarged, mill_cases
-from millprint.mill.bodies import build_bodies
+from millprint.mill.bodies import build_bodies, check_volume
 from millprint.mill.default_sweep import default_sweep
 from millprint.mill.distance import signed_distance
-from millprint.mill.vessel import Vessel, build_vessel, check_volume, enclosed_volume, shape_facets
+from millprint.mill.vessel import Vessel, build_vessel, enclosed_volume, shape_facets
 from millprint.mill.wall_features import features_of
 from tests.conftest import ROOT
 
@@ -127,7 +128,7 @@ def test_the_example_of_the_handbook_is_a_mill_that_can_be_run():
     mill = example()
     check_volume(mill, build_vessel(mill))
     cases = mill_cases(mill, MillsConfig(contact="steel"))
-    check_mixtures(cases, {mill.name: mill}, {mill.name: build_bodies(mill, 45)}, "tumbler.yaml: sweep")
+    check_mixtures(cases, {mill.name: mill}, {mill.name: build_bodies(mill, 0.75)}, "tumbler.yaml: sweep")
     assert len(cases) == 18 and all(case.mixture for case in cases)
 
 

@@ -14,13 +14,13 @@ from millprint.config.geometry import StlGeometry
 from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case
-from millprint.dem.case_checks import check_room
-from millprint.mill.bodies import build_bodies
+from millprint.dem.case_checks import check_ball_size, check_room, checked_bodies
+from millprint.mill.bodies import check_volume
 from millprint.mill.intersect import self_intersection
 from millprint.mill.merge import FlatFacets, merge_coplanar, without_overlap
 from millprint.mill.mesh import read_surface
 from millprint.mill.mesh_file import read_triangles
-from millprint.mill.vessel import Vessel, build_vessel, check_volume, shape_facets
+from millprint.mill.vessel import Vessel, build_vessel, shape_facets
 from millprint.mill.wall_features import features_of
 
 MILLS = Path(__file__).parents[2] / "config/mills"
@@ -226,53 +226,115 @@ def test_two_boxes_that_share_an_edge_are_not_manifold():
     assert "not manifold: the edge" in fault(join(block(), other))
 
 
-def test_two_boxes_that_share_a_corner_are_not_manifold():
-    other = block()
-    other.apply_translation([20, 20, 20])
-    message = fault(join(block(), other))
-    assert "not manifold: two parts of the surface touch in the point (10, 10, 10) mm" in message
+def turned(*profile: tuple[float, float]) -> trimesh.Trimesh:
+    """A body of a profile (radius, height) [mm], drawn with 48 facets a turn."""
+    return trimesh.creation.revolve(profile, sections=48)
 
 
-def test_separate_pieces_are_refused():
-    other = block()
-    other.apply_translation([50, 0, 0])
-    assert "2 separate pieces of 8, 8 mL; give one closed surface: only the hollow" in fault(join(block(), other))
+def hollow(radius: float = 20, height: float = 40, bottom: float = 0) -> trimesh.Trimesh:
+    return turned((0, bottom), (radius, bottom), (radius, bottom + height), (0, bottom + height))
 
 
-def test_a_baffle_in_the_file_of_the_hollow_is_told_to_be_an_insert():
-    message = fault(join(block(40, 40, 40), block(4, 8, 20)))
-    assert "one in the other" in message
-    assert "each lifter, baffle or other body in it to a file of its own, one of `inserts`" in message
-    assert "may stand in its wall" in message and "not the wall around it" not in message
+def cup(wall: float) -> trimesh.Trimesh:
+    return turned((0, 0), (20, 0), (20, 40), (20 - wall, 40), (20 - wall, wall), (0, wall))
 
 
-@pytest.mark.parametrize("turned", [0, 1])
-def test_a_jar_drawn_with_its_wall_is_explained(turned):
-    both = block(), block(16, 16, 16)
-    both[turned].invert()
-    message = fault(join(*both))
-    assert "a vessel that is drawn as its own wall" in message and "only the hollow (4.096 mL" in message
+def moved(mesh: trimesh.Trimesh, x: float = 0, y: float = 0, z: float = 0) -> trimesh.Trimesh:
+    return mesh.apply_translation([x, y, z])
 
 
-def test_a_lid_that_touches_its_jar_is_explained():
-    lid = block(20, 20, 3)
-    lid.apply_translation([0, 0, 11.5])
-    message = fault(join(block(), lid))
-    assert "not manifold" in message and "there bodies touch" in message and "without its lid" in message
+def tilted(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    return mesh.apply_transform(trimesh.transformations.rotation_matrix(0.9, [1, 1, 0]))
 
 
-def test_a_cup_drawn_as_its_own_wall_is_explained_where_no_ball_fits():
-    """Its wall is one closed surface, as a hollow is; the balls do not fit into it."""
-    cup = trimesh.creation.revolve([[0, 0], [20, 0], [20, 40], [16, 40], [16, 4], [0, 4]], sections=24)
-    cup.export("cup.stl")
-    content = load_named(MILLS, "emax", MillConfig, "mill").model_dump() | {"volume_ml": cup.volume / 1e3}
-    mill = MillConfig(**content | {"geometry": {"kind": "stl", "path": "cup.stl", "unit": "mm"}})
+def inside_out(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    mesh.invert()
+    return mesh
+
+
+ROUNDED = [(20 - 3 * (1 - np.sin(a)), 3 * (1 - np.cos(a))) for a in np.linspace(0, np.pi / 2, 9)]
+SPHERE, LESS = ([(r * np.sin(a), 20 - r * np.cos(a)) for a in np.linspace(0, np.pi / 2, 13)] for r in (20, 16))
+ROUND = {"kind": "cylinder", "radius_mm": 20, "height_mm": 40}
+STADIUM = {"kind": "stadium", "end_radius_mm": 20, "straight_mm": 1, "height_mm": 40, "facets_per_half_circle": 24}
+OWN_WALL, NO_ROOM = "drawn as its own wall", "nowhere is room for a ball of 10 mm; at most 7.99 mm"
+TWO, LID, BODIES = "two hollows are two mills", "a lid or another body", "there bodies touch"
+CUP, CROSSES = "is the wall of a cup", "crosses itself"
+
+
+@pytest.mark.parametrize(
+    ("shape", "ball_mm", "cause"),
+    [
+        # A ball that is larger than a rounding touches both walls, and a tip or a neck is out of its reach.
+        pytest.param(ROUND | {"fillet_radius_mm": 3}, 10, "", id="fillet"),
+        pytest.param(turned((0, 0), *ROUNDED, (20, 40), (0, 40)), 10, "", id="fillet, file"),
+        pytest.param(turned((0, 0), (20, 40), (0, 40)), 10, "", id="cone with its tip down"),
+        pytest.param(turned((0, 0), (20, 20), (0, 40)), 10, "", id="two cones"),
+        pytest.param(turned((0, 15), (20, 0), (20, 40), (0, 40)), 10, "", id="cone that juts in"),
+        pytest.param(turned((0, 0), (20, 0), (20, 40), (4, 40), (4, 60), (0, 60)), 10, "", id="neck"),
+        # Hollows that are not convex, and are no cups.
+        pytest.param(turned((15, 0), (27, 0), (27, 40), (15, 40), (15, 0)), 10, "", id="ring"),
+        pytest.param(turned((0, 20), (8, 20), (8, 0), (20, 0), (20, 40), (0, 40)), 10, "", id="post on the floor"),
+        pytest.param(turned((0, 0), (20, 0), (20, 15), (6, 20), (20, 25), (20, 40), (0, 40)), 10, "", id="waist"),
+        # Too narrow.
+        pytest.param(ROUND | {"radius_mm": 4}, 10, "not fit", id="bore"),
+        pytest.param({"kind": "box", "x_mm": 8, "y_mm": 60, "z_mm": 60}, 10, "not fit", id="slit"),
+        pytest.param(hollow(4, 60), 10, "not fit in mill planetary; at most 7.9", id="bore, file"),
+        pytest.param(tilted(hollow(4, 60)), 10, "nowhere is room for a ball of 10 mm; at most 7.9", id="bore, tilted"),
+        pytest.param(turned((0, 0), (4, 40), (0, 40)), 10, "at most 7.23 mm", id="narrow cone"),
+        pytest.param(turned((15, 0), (23, 0), (23, 40), (15, 40), (15, 0)), 10, NO_ROOM, id="narrow ring"),
+        pytest.param(STADIUM | {"fillet_radius_mm": 0, "post": {"radius_mm": 16}}, 10, "nowhere is room", id="post"),
+        # Profiles that cross themselves.
+        pytest.param(turned((0, 0), (20, 0), (10, 30), (10, 20), (20, 50), (0, 50)), 5, CROSSES, id="crossing"),
+        pytest.param(turned((0, 0), (20, 0), (-5, 40), (0, 40)), 5, CROSSES, id="crossing of the axis"),
+        # More than one body.
+        pytest.param(join(hollow(), moved(hollow(), 50)), 5, TWO, id="hollows apart"),
+        pytest.param(join(hollow(), moved(hollow(), 30)), 5, TWO, id="hollows in each other"),
+        pytest.param(join(block(), moved(block(), 20, 20, 20)), 5, TWO, id="hollows that share a corner"),
+        pytest.param(join(hollow(), hollow(20, 4, 45)), 5, LID, id="lid apart"),
+        pytest.param(join(hollow(), hollow(21, 4, 39)), 5, LID, id="lid in the jar"),
+        pytest.param(join(hollow(), hollow(24, 4, 40)), 5, LID, id="lid that touches in a point"),
+        pytest.param(join(hollow(), hollow(20, 4, 40)), 5, BODIES, id="lid that touches"),
+        pytest.param(join(hollow(), moved(block(4, 8, 20), 0, 0, 20)), 5, "one of `inserts`", id="baffle"),
+        # A vessel that is drawn as its own wall.
+        pytest.param(join(hollow(), hollow(17, 34, 3)), 5, OWN_WALL + ", with an", id="two surfaces"),
+        pytest.param(join(hollow(), inside_out(hollow(17, 34, 3))), 5, "the hollow (30.78 mL", id="two senses"),
+        pytest.param(join(inside_out(hollow()), hollow(17, 34, 3)), 5, OWN_WALL, id="two senses, outside in"),
+        pytest.param(cup(1), 0.6, CUP, id="thin cup"),
+        pytest.param(tilted(cup(4)), 2, "give its hollow, about 28.87 mL", id="cup, tilted"),
+        pytest.param(cup(8), 5, CUP, id="thick cup"),
+        pytest.param(turned(*SPHERE, *LESS[::-1]), 2, CUP, id="bowl"),
+        pytest.param(turned((0, 0), (20, 0), (20, 9), (28, 9), (28, 40), (16, 40), (16, 4), (0, 4)), 2, CUP, id="rim"),
+        pytest.param(inside_out(cup(4)), 2, "inside out", id="cup, inside out"),
+    ],
+)  # fmt: skip
+def test_a_shape_in_which_nothing_can_be_milled_is_refused_with_its_cause(shape, ball_mm, cause):
+    if isinstance(shape, trimesh.Trimesh):
+        shape.export("jar.stl")
+        shape = {"kind": "stl", "path": "jar.stl", "unit": "mm"}
+    content = load_named(MILLS, "planetary", MillConfig, "mill").model_dump(exclude={"geometry"}, exclude_none=True)
+    mill = check_model(content | {"geometry": shape}, MillConfig, "mill.yaml")
     case = Case(
-        mill="emax", contact="calibrated", ball_diameter_mm=10, fill_ratio=0.1, speed_rpm=60, seed=0, settle_s=0.1,
-        discard_s=0.1, window_s=0.1, rayleigh_fraction=0.1,
+        mill="planetary", contact="calibrated", ball_diameter_m=ball_mm / 1e3, fill_ratio=0.1, speed_hz=1.0, seed=0,
+        settle_s=0.1, discard_s=0.1, window_s=0.1, rayleigh_fraction=0.1,
     )  # fmt: skip
-    with pytest.raises(ConfigError, match="the shape of a vessel is its hollow, not its wall"):
-        check_room([case], {"emax": mill}, {"emax": build_bodies(mill, 60)}, "my.yaml: sweep")
+    try:
+        mill = mill.model_copy(update={"volume_ml": build_vessel(mill).volume_m3 * 1e6})
+        bodies = checked_bodies({"planetary": mill})
+        check_ball_size(bodies["planetary"][0].vessel, "planetary", ball_mm / 1e3, "my.yaml: sweep")
+        check_room([case], {"planetary": mill}, bodies, "my.yaml: sweep")
+        told = ""
+    except ConfigError as error:
+        told = str(error)
+    assert (cause in told if cause else told == "") and "\n" not in told, told
+
+
+def test_a_cup_is_named_where_the_volume_of_its_hollow_is_given():
+    """A cup whose wall is so thick that it could be a hollow with a post."""
+    cup(11).export("cup.stl")
+    content = load_named(MILLS, "emax", MillConfig, "mill").model_dump() | {"volume_ml": np.pi * 9**2 * 29 / 1e3}
+    mill = MillConfig(**content | {"geometry": {"kind": "stl", "path": "cup.stl", "unit": "mm"}})
+    with pytest.raises(ConfigError, match=CUP):
+        check_volume(mill, build_vessel(mill))
 
 
 def with_point(mesh: trimesh.Trimesh, face: int, point: np.ndarray) -> trimesh.Trimesh:

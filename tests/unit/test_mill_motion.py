@@ -17,7 +17,7 @@ TIME = np.linspace(0, 0.4, 201)
 
 
 def motion(name: str, speed: float = 300):
-    return motion_from_law(load_named(MILLS, name, MillConfig, "mill").motion, speed)
+    return motion_from_law(load_named(MILLS, name, MillConfig, "mill").motion, speed / 60)
 
 
 def test_circle():

@@ -30,7 +30,7 @@ def planetary_table() -> pd.DataFrame:
 
 def read(table: pd.DataFrame, folder, rpm: float = RPM / 2):
     table.to_csv(folder / "motion.tsv", sep="\t", index=False)
-    return motion_from_law(TypeAdapter(Law).validate_python({"kind": "points", "path": "motion.tsv"}), rpm)
+    return motion_from_law(TypeAdapter(Law).validate_python({"kind": "points", "path": "motion.tsv"}), rpm / 60)
 
 
 @pytest.fixture(autouse=True)
@@ -42,7 +42,7 @@ def _in_a_folder(tmp_path, monkeypatch):
 def test_a_table_of_a_planetary_motion_is_that_motion(tmp_path):
     made = read(planetary_table(), tmp_path)
     law = {"kind": "planetary", "sun_radius_mm": 70, "ratio": -2.5}
-    exact = motion_from_law(TypeAdapter(Law).validate_python(law), RPM)
+    exact = motion_from_law(TypeAdapter(Law).validate_python(law), RPM / 60)
     time = np.linspace(0, 1.7, 301)
     assert made.position(time) == pytest.approx(exact.position(time), abs=1e-6)
     assert velocity(made, time) == pytest.approx(velocity(exact, time), abs=1e-4)

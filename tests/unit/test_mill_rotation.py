@@ -36,7 +36,7 @@ LAWS = {
 
 
 def motion(name: str, **changes):
-    return motion_from_law(TypeAdapter(Law).validate_python({**LAWS[name], **changes}), SPEED_RPM)
+    return motion_from_law(TypeAdapter(Law).validate_python({**LAWS[name], **changes}), SPEED_RPM / 60)
 
 
 def rate(function, time_s: np.ndarray) -> np.ndarray:
@@ -158,7 +158,7 @@ class TeleportMotion(MotionSection):
 
 def test_a_motion_that_is_not_in_the_registry_is_refused():
     with pytest.raises(ValueError, match="kind = 'teleport': no such motion is in the registry; known: circle, "):
-        motion_from_law(TeleportMotion(), SPEED_RPM)
+        motion_from_law(TeleportMotion(), SPEED_RPM / 60)
     with pytest.raises(ValidationError, match="'teleport' found using 'kind' does not match any of the expected tags"):
         motion("rest", kind="teleport")
 
@@ -166,7 +166,7 @@ def test_a_motion_that_is_not_in_the_registry_is_refused():
 def test_a_motion_without_a_drive_is_refused(monkeypatch):
     monkeypatch.setitem(MOTIONS, "teleport", MotionKind(TeleportMotion))
     with pytest.raises(NotImplementedError, match="a motion of kind 'teleport' has no drive"):
-        motion_from_law(TeleportMotion(), SPEED_RPM)
+        motion_from_law(TeleportMotion(), SPEED_RPM / 60)
 
 
 def test_every_motion_of_the_registry_is_tested_here():

@@ -126,7 +126,7 @@ def windings(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
 @pytest.mark.slow
 def test_every_body_of_every_mill_is_hollow_or_solid_where_its_mesh_is(name):
     """The sign of the exact distance by another rule, but near round walls, which the mesh cuts short."""
-    for body in build_bodies(load_named(MILLS, name, MillConfig, "mill"), 60):
+    for body in build_bodies(load_named(MILLS, name, MillConfig, "mill")):
         vessel = body.vessel
         vertices, triangles = vessel.triangles()
         low, high = vessel.bounds

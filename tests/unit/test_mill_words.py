@@ -1,4 +1,4 @@
-"""What the walls of a mill do, in words, and the largest acceleration of a wall."""
+"""What the walls of a mill do, in words, what its walls are, and their largest acceleration."""
 
 import math
 
@@ -7,7 +7,9 @@ import pytest
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.motion_kinds import MOTIONS, MotionSection
+from millprint.mill.bodies import build_bodies
 from millprint.mill.speed_limits import mill_in_words, wall_acceleration
+from millprint.mill.wall_words import walls_in_words
 from tests.conftest import ROOT
 
 
@@ -31,6 +33,19 @@ def test_words_hold_the_numbers_of_the_mill():
     assert said.startswith("the jar stands still; inside it, each of 5 bodies (") and said.endswith(
         "turns about a fixed axis"
     )
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("planetary", "1 cylinder, 1 torus, 2 discs"),
+        ("drum_90cm", "1 cylinder; 26 flat walls"),
+        ("emax", "1 flat wall, 385 flat facets of round walls"),
+        ("attritor", "1 cylinder, 2 discs; inserts: 5 cylinders, 4 discs; 42 flat walls"),
+    ],
+)
+def test_the_walls_are_told_in_words(name, words):
+    assert walls_in_words(build_bodies(mill(name))) == words
 
 
 def test_the_acceleration_of_a_wall_is_that_of_the_closed_form():

@@ -11,6 +11,9 @@ import pytest
 from pydantic import ValidationError
 
 import describe_mill
+from millprint.cases.large_mill import RUN_WAY, enlarged, large_case
+from millprint.cases.of_mill import conditions_of, durations_of, mill_cases, sweep_of, varied_case
+from millprint.config.counting import CountingRule
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import FingerprintConfig
 from millprint.config.load import check_model, load_named, read_yaml
@@ -20,24 +23,14 @@ from millprint.config.uncertainty import UncertaintyConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.figures import mill_pictures
 from millprint.figures import mill_pictures as figures
-from millprint.fingerprint.cases import (
-    RUN_WAY,
-    conditions_of,
-    durations_of,
-    enlarged,
-    large_case,
-    mill_cases,
-    sweep_of,
-)
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.mill_collapse import VERDICTS, one_row_a_mill, tabulate_mill_collapse
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.scale_up import compare_run, tabulate_scale_up
-from millprint.mill.bodies import CHECK_RPM, build_bodies, check_inserts, travel_m
+from millprint.mill.bodies import build_bodies, check_inserts, check_volume, travel_m
 from millprint.mill.default_sweep import default_sweep
-from millprint.mill.vessel import build_vessel, check_volume
-from millprint.run.files import read_table, write_json
-from millprint.uncertainty.varied import varied_case
+from millprint.mill.vessel import build_vessel
+from millprint.run.files import read_json, read_table, write_json
 from millprint.view.mill_picture import FRAMES, picture_mill
 from millprint.view.snapshots import Geometry, body_of_feature
 from tests.unit.made_spectra import made_spectra
@@ -82,18 +75,18 @@ def test_a_run_neither_gets_nor_records_the_tolerance():
 @pytest.mark.slow
 def test_a_mill_of_the_box_clears_its_inserts(name):
     made = mill(name)
-    check_inserts(made, build_bodies(made, CHECK_RPM))
+    check_inserts(made, build_bodies(made))
     assert len(made.source) > 80
 
 
 def test_the_cases_of_a_sweep_are_a_cross_of_speeds_and_sizes_at_every_fill(settings):
     cases = mill_cases(mill("mixer"), settings.model_copy(update={"precision": "standard"}))
-    conditions = {(case.ball_diameter_mm, case.speed_rpm) for case in cases}
+    conditions = {(1e3 * case.ball_diameter_m, 60 * case.speed_hz) for case in cases}
     assert conditions == {(10, 18 * 60), (10, 27 * 60), (7, 18 * 60)}
     assert len(cases) == 3 * 4 * 3 and {case.seed for case in cases} == {0, 1, 2}
     # Whole turns, and long enough.
     for case in cases:
-        turns = case.window_s * case.speed_rpm / 60
+        turns = case.window_s * case.speed_hz
         assert turns == pytest.approx(round(turns))
         assert case.window_s >= 0.8
 
@@ -113,15 +106,15 @@ def test_the_precision_decides_about_steps_recorded_time_and_seeds_and_about_no_
     assert seeds == {"draft": [1], "quick": [0, 1, 2], "standard": [0, 1, 2], "fine": [0, 1, 2, 3, 4, 5]}
     quick, *others = ([case.path for case in found if case.seed == 1] for found in cases.values())
     assert all(other == quick for other in others)
-    assert all(case.discard_s == 60 / case.speed_rpm for found in cases.values() for case in found)
+    assert all(case.discard_s == 1 / case.speed_hz for found in cases.values() for case in found)
 
 
 def test_a_quick_window_has_turns_for_a_standard_error_and_eight_where_the_sweep_does_not_say():
-    assert durations_of(60, None, 1, 0.5)["window_s"] == 1.0
-    assert durations_of(60, None, 3, 0.5)["window_s"] == 2.0
-    assert durations_of(60, None, 1, 2)["window_s"] == 2.0
-    assert durations_of(300, None, None, 0.5, PRECISIONS["quick"].turns)["window_s"] == pytest.approx(8 * 0.2)
-    assert durations_of(1200, None, None, 0.5)["window_s"] == pytest.approx(0.4)
+    assert durations_of(1, None, 1, 0.5)["window_s"] == 1.0
+    assert durations_of(1, None, 3, 0.5)["window_s"] == 2.0
+    assert durations_of(1, None, 1, 2)["window_s"] == 2.0
+    assert durations_of(5, None, None, 0.5, PRECISIONS["quick"].turns)["window_s"] == pytest.approx(8 * 0.2)
+    assert durations_of(20, None, None, 0.5)["window_s"] == pytest.approx(0.4)
 
 
 def test_the_intervals_by_contact_parameters_do_not_depend_on_the_precision(settings):
@@ -133,7 +126,8 @@ def test_the_intervals_by_contact_parameters_do_not_depend_on_the_precision(sett
 def test_a_sweep_may_say_its_turns():
     given = {"speeds_rpm": [60, 90], "ball_diameters_mm": [10], "fill_ratios": [0.1, 0.2, 0.3], "window_turns": 5}
     sweep = MillSweepConfig(**given)
-    assert conditions_of(sweep) == [(10, speed, fill) for speed in (60, 90) for fill in (0.1, 0.2, 0.3)]
+    found = [(each.ball_diameter_mm, each.rpm, each.fill_ratio) for each in conditions_of(sweep)]
+    assert found == [(10, speed, fill) for speed in (60, 90) for fill in (0.1, 0.2, 0.3)]
     assert sweep_of(mill("drum", sweep=sweep)) is sweep
 
 
@@ -165,7 +159,7 @@ def test_a_fingerprint_of_several_seeds_is_that_of_their_mean(tmp_path, monkeypa
             one for seed in seeds for one in summaries(fills=(0.06, 0.1, 0.2, 0.3), seed=seed, noise=0.1 * (-1) ** seed)
         ):
             case = run["case"]
-            name = "_".join(f"{case[key]:g}" for key in ("ball_diameter_mm", "fill_ratio", "speed_rpm", "seed"))
+            name = "_".join(f"{case[key]:g}" for key in ("ball_diameter_m", "fill_ratio", "speed_hz", "seed"))
             files.append(str(folder / name / "summary.json"))
             write_json(run, files[-1])
         names = ("descriptors", "curves", "collapse", "zones", "sheet", "spectra")
@@ -183,6 +177,7 @@ def test_a_fingerprint_of_several_seeds_is_that_of_their_mean(tmp_path, monkeypa
             interval=settings.interval,
             smooth_points=settings.smooth_points,
             spectra_rules=["gap_0_03"],
+            rules=[CountingRule.of_count(count).model_dump() for count in read_json(files[0])["collisions"]],
         )
         return read_table(output.descriptors), Fingerprint.read(output.fingerprint)
 
@@ -221,12 +216,12 @@ def test_the_sweep_of_a_mill_that_has_none_follows_from_the_mill():
     w = 2 * math.pi * emax.speeds[0] / 60
     assert 0.017 * w**2 == pytest.approx(6 * 9.81, rel=0.1)
     attritor = mill("attritor", sweep=None)
-    tip = 2 * math.pi * default_sweep(attritor).speeds[0] / 60 * travel_m(build_bodies(attritor, 60), 60)
+    tip = 2 * math.pi * default_sweep(attritor).speeds[0] / 60 * travel_m(build_bodies(attritor))
     assert tip == pytest.approx(0.5, rel=0.05)
     for name in BOX:
         swept = default_sweep(mill(name, sweep=None))
         assert len(set(swept.ball_diameters_mm)) == 2
-        narrowest = 1e3 * np.ptp(build_bodies(mill(name), 60)[0].vessel.bounds, axis=0).min()
+        narrowest = 1e3 * np.ptp(build_bodies(mill(name))[0].vessel.bounds, axis=0).min()
         assert max(swept.ball_diameters_mm) <= narrowest / 5
 
 
@@ -283,9 +278,9 @@ def test_an_enlarged_mill_is_similar_in_shape_and_motion():
         small = mill(name)
         large, factor = enlarged(small, 10, "large")
         assert factor == pytest.approx((1e4 / small.volume_ml) ** (1 / 3))
-        few, many = build_bodies(small, 60), build_bodies(large, 60)
+        few, many = build_bodies(small), build_bodies(large)
         assert many[0].vessel.volume_m3 == pytest.approx(few[0].vessel.volume_m3 * factor**3, rel=1e-9)
-        assert travel_m(many, 60) == pytest.approx(travel_m(few, 60) * factor, rel=1e-9)
+        assert travel_m(many) == pytest.approx(travel_m(few) * factor, rel=1e-9)
         assert [len(body.vessel.facets) for body in many] == [len(body.vessel.facets) for body in few]
 
 
@@ -314,7 +309,7 @@ def test_the_large_run_is_held_against_the_sheet(settings):
     plan = settings.scale_up
     large, factor = enlarged(mill(plan.mill), plan.volume_l, "large")
     case = large_case(mill(plan.mill), large, factor, settings)
-    assert case.speed_rpm == pytest.approx(plan.speed_rpm / factor)
+    assert case.speed_hz == pytest.approx(plan.speed_rpm / factor / 60)
     sheet = tabulate_scale_up(fingerprint(), factor, plan, 2e-6, 40.0)
     foreseen = sheet.set_index("way").loc[RUN_WAY.name]
     assert foreseen["balls"] >= 10_000

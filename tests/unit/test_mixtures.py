@@ -77,8 +77,8 @@ def test_a_sweep_has_numbers_and_mixtures_side_by_side():
     )
     single, mixed = expand_sweep(sweep, DemConfig(), "drum")
     assert (single.name, mixed.name) == ("d10_f0.20_n70_s0", "bond_f0.20_n70_s0")
-    assert single.sizes_mm == (10,) and mixed.sizes_mm == BOND.sizes_mm
-    assert mixed.ball_diameter_mm == BOND.mean_diameter_mm
+    assert single.sizes_m == (0.01,) and mixed.sizes_m == tuple(size / 1e3 for size in BOND.sizes_mm)
+    assert mixed.ball_diameter_m == BOND.mean_diameter_mm / 1e3
 
 
 @pytest.mark.parametrize("counts", [[30, 60, 300], [60, 20, 900]])
@@ -113,8 +113,8 @@ def test_an_overlap_counts_by_the_smaller_ball():
 
 
 def test_a_log_names_every_size():
-    assert balls_in_words([3, 5], [36.83, 15.49]) == "8 balls: 3 of 36.83 mm, 5 of 15.49 mm"
-    assert balls_in_words([8], [10]) == "8 balls of 10 mm"
+    assert balls_in_words([3, 5], [0.03683, 0.01549]) == "8 balls: 3 of 36.83 mm, 5 of 15.49 mm"
+    assert balls_in_words([8], [0.01]) == "8 balls of 10 mm"
 
 
 GOOD = {"name": "bond", "sizes_mm": [10, 5], "numbers": [1, 2]}
@@ -184,7 +184,7 @@ def test_the_chapters_refuse_a_charge(monkeypatch):
 
 
 def test_a_charge_has_one_composition_in_a_run():
-    keys = {"mill": "drum", "contact": "steel", "fill_ratio": 0.2, "speed_rpm": 70, "seed": 0}
+    keys = {"mill": "drum", "contact": "steel", "fill_ratio": 0.2, "speed_hz": 1.2, "seed": 0}
     keys |= {"settle_s": 0.1, "discard_s": 0.1, "window_s": 0.1}
     one, other = (Case(**keys, **balls_of(BallMixture(**{**GOOD, "numbers": n}))) for n in ([1, 2], [2, 1]))
     check_same_charges({one.path: one}, {"drum": [one]}, "config.yaml")

@@ -9,12 +9,13 @@ import sys
 import pytest
 import yaml
 
+from millprint.cases.of_mill import mill_cases
+from millprint.cases.table import has_chapters
 from millprint.checks.before_running import check_before_running
 from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.workflow import WorkflowConfig
-from millprint.fingerprint.cases import has_chapters, mill_cases
 from millprint.fingerprint.sweep_checks import fingerprint_faults
 from millprint.thesis.chapter_checks import chapter_faults, curve_faults
 from tests.conftest import ROOT, configuration

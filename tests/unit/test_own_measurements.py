@@ -15,7 +15,7 @@ from millprint.validation.measured import (
     measured_points,
     read_measurements,
 )
-from millprint.validation.setups import SETUPS, predict
+from millprint.validation.setups import predict
 from millprint.validation.tumbling_runs import design, measured_speeds
 from millprint.validation.verdicts import give_verdicts
 from tests.physics.test_impacts import contact_set
@@ -31,7 +31,7 @@ def own_table(tmp_path, value: str = "55:.5;65:21.6", old: str = "", new: str = 
 
 
 def test_a_table_of_own_rows_is_enough(tmp_path):
-    rows = read_measurements(own_table(tmp_path), SETUPS)
+    rows = read_measurements(own_table(tmp_path), SETTINGS)
     assert measured_points(rows)["measured"].tolist() == [0.5, 21.6]
     assert rows.loc[0, "class"] == "measured"
     check_measured(own_table(tmp_path), SETTINGS)
@@ -57,7 +57,7 @@ def test_the_included_rows_can_all_be_asked():
 
 def test_own_points_cost_one_simulation_each_unless_intervals_are_asked_for(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    points = measured_points(read_measurements(own_table(tmp_path, "20:1;30:2;40:3"), SETUPS))
+    points = measured_points(read_measurements(own_table(tmp_path, "20:1;30:2;40:3"), SETTINGS))
 
     def simulated(**keys) -> int:
         content = {"mill": "slice_mill", "validation": {"measured": "mine.tsv", **keys}}
@@ -72,7 +72,7 @@ def test_own_points_cost_one_simulation_each_unless_intervals_are_asked_for(tmp_
 def test_a_tumbling_mill_without_intervals_is_compared_too(tmp_path):
     """One seed and one contact set: numbers without intervals, at the measured speeds."""
     settings = SETTINGS["slice_mill"].without_intervals()
-    points = measured_points(read_measurements(own_table(tmp_path, "55:17"), SETUPS))
+    points = measured_points(read_measurements(own_table(tmp_path, "55:17"), SETTINGS))
     slice_contact = contact_set("slice_mill", restitution=0.5)
     runs = design(settings, {settings.contact: slice_contact}, measured_speeds(settings, points))
     results = {"power_W": 18.0, "toe_deg": 130.0, "shoulder_deg": 300.0, "rings": 0.0, "carried": 0}
@@ -83,5 +83,5 @@ def test_a_tumbling_mill_without_intervals_is_compared_too(tmp_path):
     )  # fmt: skip
     (own,) = predicted[predicted["id"] == "mine"].to_dict("records")
     assert own["predicted"] == 18.0 and own["lower"] != own["lower"] and own["interval"] == ""
-    verdicts = give_verdicts(points, {"slice_mill": predicted}, {}, {})
-    assert verdicts["verdict"].tolist() == ["within 10 %"]
+    verdicts = give_verdicts(points, {"slice_mill": predicted}, {})
+    assert verdicts["reason"].tolist() == ["within 10 %"]

@@ -5,6 +5,10 @@ from types import SimpleNamespace
 import pytest
 from pydantic import ValidationError
 
+from millprint.cases.of_mill import mean_samples
+from millprint.cases.simulate import simulate_each
+from millprint.cases.table import CaseTable, Why
+from millprint.config.checks import load_workflow
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
@@ -16,13 +20,12 @@ from millprint.config.uncertainty import UncertaintyConfig
 from millprint.dem.resources import LIKELY_BALL_STEP_S, LIKELY_START_S, resources_of
 from millprint.run import plan
 from millprint.run.plan import JOB_START_S, LONG_S, OTHER_S, Job, check_disk, plan_text, run_time
-from millprint.uncertainty.varied import samples_of_job
 from millprint.validation.tumbling_runs import design
 from tests.conftest import ROOT
 
 DEM = DemConfig(time_step_s=1e-6, settle_s=0.25, discard_s=0.25, window_s=0.5)
 CASE = Case(
-    mill="emax", contact="calibrated", ball_diameter_mm=10, fill_ratio=0.1, speed_rpm=600, seed=0, settle_s=0.25,
+    mill="emax", contact="calibrated", ball_diameter_m=0.01, fill_ratio=0.1, speed_hz=10.0, seed=0, settle_s=0.25,
     discard_s=0.25, window_s=0.5,
 )  # fmt: skip
 
@@ -103,13 +106,13 @@ def test_every_simulation_of_a_tumbling_mill_is_counted(name):
     contacts = {each: contact(each) for each in setup.contact_names}
     rows = design(setup, contacts, {})
     cases = setup.simulated_inside(mill(setup.mill))
-    assert sorted(case.speed_rpm for case in cases) == sorted(rows["speed_rpm"])
+    assert sorted(case.speed_hz for case in cases) == sorted(rows["speed_rpm"] / 60)
     assert sorted(case.seed for case in cases) == sorted(rows["seed"])
 
 
 def test_the_samples_of_a_job_and_the_slices_of_a_drum_are_counted():
     uncertainty = UncertaintyConfig(samples=10, jobs=4)
-    samples = samples_of_job(mill("emax"), MillsConfig(contact="calibrated"), uncertainty)
+    samples = mean_samples(mill("emax"), MillsConfig(contact="calibrated"), uncertainty)
     fills = mill("emax").sweep.fill_ratios
     assert len(samples) == 3
     assert samples[0].fill_ratio == pytest.approx((min(fills) + max(fills)) / 2)
@@ -131,3 +134,39 @@ def test_a_place_where_nothing_can_be_written_is_named():
     # Not even the administrator writes there.
     with pytest.raises(ConfigError, match=r"^/proc/results: nothing can be written there"):
         check_disk([job()], "/proc/results")
+
+
+def test_a_run_continues_with_what_is_done_and_whole_and_repeats_what_changed(tmp_path):
+    made, lost = [], set()
+
+    def simulate(values: dict) -> dict:
+        made.append(values["seed"])
+        return {"power_W": 2.0 * values["seed"]}
+
+    def call(**seeds: int) -> dict:
+        runs = {name: {"seed": seed} for name, seed in seeds.items()}
+        return simulate_each(runs, simulate, [DEM], "runs", tmp_path / "done", is_whole=lambda name: name not in lost)
+
+    assert call(a=1, b=2) == {"a": {"power_W": 2.0}, "b": {"power_W": 4.0}}
+    assert call(a=1, b=3, c=4)["b"] == {"power_W": 6.0} and made == [1, 2, 3, 4]
+    lost.add("a")
+    assert call(a=1, c=4)["c"] == {"power_W": 8.0} and made == [1, 2, 3, 4, 1]
+
+
+def test_a_case_of_several_rows_is_simulated_as_the_first_of_them_says(monkeypatch):
+    """A sweep of the configuration that has a case of the mill's own sweep, with another window."""
+    monkeypatch.chdir(ROOT)
+    sweep = {
+        "name": "mine", "contacts": ["calibrated"], "ball_diameters_mm": [10], "fill_ratios": [0.2], "window_s": 9.0,
+        "speeds_rpm": [300], "seeds": [0],
+    }  # fmt: skip
+    config, mills, contacts, _ = load_workflow({"mill": "planetary", "sweeps": [sweep]}, [])
+    table = CaseTable(config, mills, contacts)
+    (own,) = table.rows(Why.SWEEP, "mine")
+    others = table.cases(Why.MILL, "planetary")
+    assert own.case.path in others and others[own.case.path] != own.case
+    assert table.at(own.case.path) == own and own.folder == f"dem/{own.case.path}"
+    other = next(path for path in others if path != own.case.path)
+    assert table.at(other).why is Why.MILL and table.processor_s([table.at(other)]) > 0
+    with pytest.raises(ConfigError, match="no such case"):
+        table.at("planetary/calibrated/d1_f0.10_n1_s0")

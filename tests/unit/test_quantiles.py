@@ -1,11 +1,11 @@
-"""The distributions of millprint.statistics.quantiles are those of scipy.stats, to the last bit."""
+"""The distributions of millprint.estimate.quantiles are those of scipy.stats, to the last bit."""
 
 import numpy as np
 import pandas as pd
 import pytest
 from scipy import stats
 
-from millprint.statistics import quantiles
+from millprint.estimate import quantiles
 
 SHARES = np.array([
     0.0, 1e-300, 1e-30, 1e-12, 1e-6, 0.001, 0.025, 0.05, 0.1, 1 / 3, 0.5, 0.683, 0.9, 0.95, 0.975, 0.99, 0.995,

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from millprint.card.match import find_fingerprint
+from millprint.cases.of_mill import mill_cases
 from millprint.config.included import included_mills, load_contact, load_mill, shipped
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem import PHYSICS
 from millprint.dem.run import simulate
 from millprint.fingerprint import readers
-from millprint.fingerprint.cases import mill_cases
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
 from millprint.run.files import read_table
@@ -65,14 +65,14 @@ def test_a_condition_simulated_again_lies_within_its_band(name, made):
     mill = load_mill(name)
     # The same conditions in the same order.
     pairs = zip(first_seeds(name, "quick"), first_seeds(name, made["precision"][name]), strict=True)
-    case, as_made = min(pairs, key=lambda each: each[0].fill_ratio * each[0].window_s / each[0].ball_diameter_mm ** 3)
+    case, as_made = min(pairs, key=lambda each: each[0].fill_ratio * each[0].window_s / each[0].ball_diameter_m ** 3)
     assert case.name == as_made.name
     case = case.model_copy(update={"seed": 1_000_000})
     found = simulate(case, mill, load_contact("calibrated"), DemConfig())
     predicted = fingerprint.predict(
         fingerprint.condition(
-            speed_hz=case.speed_rpm / 60,
-            ball_diameter_m=case.ball_diameter_mm / 1e3,
+            speed_hz=case.speed_hz,
+            ball_diameter_m=case.ball_diameter_m,
             fill_ratio=case.fill_ratio,
         )
     )

@@ -40,7 +40,7 @@ from millprint.mill.speed_limits import mill_in_words, wall_acceleration
 
 DWELL = {"kind": "dwell", "stroke_mm": 20}
 mill = check_model({**read_yaml("config/mills/emax.yaml"), "motion": DWELL}, MillConfig, "mine")
-motion = build_bodies(mill, 60.0)[0].motion
+motion = build_bodies(mill)[0].motion
 found = [motion.position(turn)[0] for turn in (0.25, 0.55, 0.75, 0.95, 1.25)]
 assert all(abs(x - known) < 1e-6 for x, known in zip(found, (0.02, 0, 0, 0, 0.02))), found
 assert mill_in_words(mill) == "the jar strikes by 20 mm and dwells"
@@ -189,7 +189,7 @@ def fewest_runs(evidence: Evidence) -> Finding:
 ASK_CLAIM = """
 from pathlib import Path
 
-from millprint.thesis.claims.tolerances import REPRODUCED, verdict
+from millprint.thesis.claims.tolerances import judge_value
 from millprint.thesis.claims.tabulate import collect_findings
 
 folder = Path(FOLDER)
@@ -198,7 +198,7 @@ row = ["2.fewest_runs", "Table 2.3", "runs of a fraction", "27", "runs", "arithm
 (folder / "doe").mkdir()
 (folder / "doe/fraction.json").write_text('{"runs": 27}')
 found = collect_findings(folder, folder / "claims.tsv", "2.fewest_runs")["2.fewest_runs"]
-assert verdict("27", "printed", found) == REPRODUCED and "doe/fraction.json" in str(found.sources), found
+assert judge_value("27", "printed", found).agrees and "doe/fraction.json" in str(found.sources), found
 """
 
 # Of each recipe: (file, text, what stands in its place) of every edit, new files, and the program that asks for it.

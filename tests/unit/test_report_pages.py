@@ -18,9 +18,7 @@ from millprint.thesis.report.claims_page import (
     front_text,
     largest_deviations,
     sum_stages,
-    summary_page,
     tabulate_runtimes,
-    what_falls,
 )
 from millprint.thesis.report.table_pages import Section, tables_page
 from tests.browser import DESKTOP, PHONE, needs_browser
@@ -75,47 +73,24 @@ def claims(*rows) -> pd.DataFrame:
         basis="stated",
         tolerance="15%",
         interval_verdict="",
+        reason="",
         source="",
         **dict.fromkeys(INTERVAL_PARTS, ""),
     )
 
 
 def test_deviations_are_ranked_by_size_with_words_first():
-    table = claims(("a", "12", "deviates"), ("b", "-40", "deviates"), ("c", "", "deviates"), ("d", "90", "reproduced"))
+    table = claims(("a", "12", "differs"), ("b", "-40", "differs"), ("c", "", "differs"), ("d", "90", "agrees"))
     assert largest_deviations(table)["id"].tolist() == ["c", "b", "a"]
     assert largest_deviations(table, 1)["id"].tolist() == ["c"]
 
 
-def test_the_summary_shows_the_counts(tmp_path):
-    table = claims(("2.a", "0", "reproduced"), ("2.b", "50", "deviates"), ("A.c", "", "not run"))
-    errata = pd.DataFrame(
-        [["chapter 2", "Table 2.5", "6", "Table 2.3", "4", "the rank is 4.", "doe/audit.tsv"]],
-        columns=["chapter", "locus", "printed", "against", "computed", "calculation", "source"],
-    )
-    rows = [("Speed decides.", "does not stand", 1, "2.b"), ("Time decides.", "stands in part", 2, "2.b, 2.c")]
-    conclusions = pd.DataFrame(rows, columns=["conclusion", "stands", "claims", "against"]).assign(chapter="chapter 2")
-    stored = pd.DataFrame({"run": ["test"], "id": ["2.b"], "verdict": ["deviates"], "processor": ["znver4"]})
-    told = what_falls(table, conclusions, stored, "test")
-    assert told == [
-        "Chapter 2: Speed decides. Nothing of it is reproduced anywhere: q: 2 for 1 (2.b).",
-        "Chapter 2: Time decides. Of its 2 claims, these are reproduced nowhere: q: 2 for 1 (2.b).",
-    ]
-    text = summary_page("test", table, conclusions, errata, tmp_path, told)
-    # The conclusions are the first thing on the page, and what falls is said in prose.
-    assert text.index("Speed decides.") < text.index("q: 2 for 1 (2.b)") < text.index("What the claims are")
-    assert "3 claims, 0 of them derived from two printed numbers: 3 simulated" in text
-    assert 'aria-label="chapter 2: 1 reproduced, 1 deviates"' in text
-    assert 'aria-label="appendix A: 1 not run"' in text
-    assert "the rank is 4 (doe/audit.tsv)." in text and "1 contradictions inside" in text
-    without = summary_page("test", table.iloc[:1], conclusions, errata.iloc[:0], tmp_path, [])
-    assert "Errata" not in without and "Largest deviations" not in without
-
-
 def test_the_first_page_of_the_report_says_which_conclusions_stand(tmp_path):
     """As Snakemake renders it, and without the claims of a run that has none."""
-    rows = [("chapter 2", "Speed |decides|.", "does not stand"), ("chapter 2", "Time does.", "stands")]
-    rows += [("appendix A", "All is needed.", "not run")]
-    conclusions = pd.DataFrame(rows, columns=["chapter", "conclusion", "stands"])
+    rows = [("chapter 2", "Speed |decides|.", "differs", "2 of 3 claims differ", 3)]
+    rows += [("chapter 2", "Time does.", "agrees", "of 2 claims 2 agree", 2)]
+    rows += [("appendix A", "All is needed.", "open", "not run", 0)]
+    conclusions = pd.DataFrame(rows, columns=["chapter", "conclusion", "it_holds", "reason", "claims"])
     (tmp_path / "report").mkdir()
     (tmp_path / "report/conclusions.rst").write_text(front_text(conclusions, ["Chapter 2: not so: 5_x is 2 for 1_."]))
     text = (ROOT / "workflow/report/workflow.rst").read_text()
@@ -127,17 +102,17 @@ def test_the_first_page_of_the_report_says_which_conclusions_stand(tmp_path):
         return publish_parts(template.render(snakemake=config, categories=named, files={}), writer="html")["body"]
 
     shown = re.sub("<.*?>", "", page("Claims", "Explorer"))
-    assert "Chapter 2: 1 of 2 conclusions stand." in shown and "Appendix A: not run." in shown
-    assert "Stands: Time does." in shown and "Does not stand: Speed |decides|." in shown
+    assert "Chapter 2: of 2 conclusions 1 hold, 1 do not hold." in shown and "conclusions 1 open" in shown
+    assert "Hold: Time does (of 2 claims 2 agree)." in shown and "Do not hold: Speed |decides| (2 of 3" in shown
     assert "5_x is 2 for 1_." in shown and "problem" not in shown.lower()
-    assert "conclusions stand" not in re.sub("<.*?>", "", page("Explorer"))
+    assert "2 conclusions" not in re.sub("<.*?>", "", page("Explorer"))
 
 
 def test_a_claim_links_to_its_source_and_text_stays_text(tmp_path):
     """To the page that shows the table, to the file if no page does, and to nothing that the run did not write."""
     write_table(pd.DataFrame({"term": ["A"]}), tmp_path / "doe/anova_printed.tsv")
     write_table(pd.DataFrame({"F": [1.0]}), tmp_path / "doe/pareto.tsv")
-    table = claims(("2.a", "0", "reproduced"), ("2.b", "50", "deviates")).assign(quantity="<i>q</i>")
+    table = claims(("2.a", "0", "agrees"), ("2.b", "50", "differs")).assign(quantity="<i>q</i>")
     table = table.assign(
         reproduced="1.5", lower=["1.4", ""], upper=["1.6", ""], interval_from=["trainings", ""], repeats=["5", ""]
     )
@@ -162,7 +137,7 @@ def test_no_claim_is_wider_than_the_page_and_a_fold_has_its_source(tmp_path, bro
     source = source_in("fingerprint/descriptors.tsv", "normal_energy_J", "mill == 'emax' and fill_ratio == 0.08")
     path = ROOT / "config/data/claims.tsv"
     findings = dict.fromkeys(read_claims(path)["id"], Finding(None, "of 24 revolutions", sources=(source,)))
-    table = tabulate_claims(path, findings).assign(reproduced="0.00012345", deviation="-87.1", verdict="reproduced")
+    table = tabulate_claims(path, findings).assign(reproduced="0.00012345", deviation="-87.1", verdict="agrees")
     table = table.assign(lower="0.000112345", upper="0.000134567", interval_from="simulations", repeats="200")
     table = table.assign(interval_verdict="wider than the tolerance")
     (tmp_path / "claims.html").write_text(claims_page("test", table, findings, tmp_path))

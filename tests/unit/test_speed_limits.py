@@ -8,14 +8,14 @@ import pandas as pd
 import pytest
 import yaml
 
-from millprint.checks.before_running import own_sweeps
+from millprint.cases.of_mill import mill_cases
 from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.motion_kinds import MOTIONS, Agitation
 from millprint.fingerprint.sweep_checks import check_speeds, speed_settings, speed_warnings, with_paces
-from millprint.mill.bodies import CHECK_RPM, build_bodies
+from millprint.mill.bodies import build_bodies
 from millprint.mill.default_sweep import SWEEP_RULES
 from millprint.mill.speed_limits import BOUNDS, paces
 from tests.conftest import configuration
@@ -30,7 +30,7 @@ def paces_of(geometry: dict, motion: dict, inserts=()) -> list:
     mill = MillConfig(
         name="made", title="made", source="made", volume_ml=1, geometry=geometry, motion=motion, inserts=list(inserts)
     )
-    return paces(mill, build_bodies(mill, CHECK_RPM))
+    return paces(mill, build_bodies(mill))
 
 
 @pytest.mark.parametrize(
@@ -86,19 +86,20 @@ def test_the_bounds_of_a_stirrer_are_on_the_speed_of_its_tip():
     assert tank.speed_at(BOUNDS[Agitation.SHAKEN].most) == math.inf
     tip = math.hypot(0.02, 0.002)
     assert stirrer.bounds is BOUNDS[Agitation.STIRRED]
-    assert stirrer.speed_at(BOUNDS[Agitation.STIRRED].most) == pytest.approx(60 * 250 / (W * tip))
+    assert stirrer.speed_at(BOUNDS[Agitation.STIRRED].most) == pytest.approx(250 / (W * tip))
     # A baffle that turns with its drum is part of the drum.
     drum, baffle = paces_of(JAR, turning, [{"name": "rod", "geometry": rod}])
     assert drum.bounds is baffle.bounds is BOUNDS[Agitation.TUMBLED]
-    assert drum.speed_at(BOUNDS[Agitation.TUMBLED].most) == pytest.approx(30 / math.pi * math.sqrt(1e5 * 9.81 / 0.03))
+    assert drum.speed_at(BOUNDS[Agitation.TUMBLED].most) == pytest.approx(0.5 / math.pi * math.sqrt(1e5 * 9.81 / 0.03))
 
 
 def warnings_of(changes=None) -> list[str]:
     """Warnings of the thesis's configuration with changed sections; raises ConfigError for what is refused."""
     content = configuration() | (changes or {})
     config, mills, _, cases = load_workflow(content, ["config/config.yaml"])
-    settings = speed_settings(config, mills, own_sweeps(config, mills), cases, "config/config.yaml")
-    bodies = {setting.mill.name: build_bodies(mills[setting.mill.name], CHECK_RPM) for setting in settings}
+    swept = {name: mill_cases(mills[name], config.mills) for name in {config.mill, *config.mills.named}}
+    settings = speed_settings(config, mills, swept, cases, "config/config.yaml")
+    bodies = {setting.mill.name: build_bodies(mills[setting.mill.name]) for setting in settings}
     pairs = with_paces(settings, bodies)
     check_speeds(pairs)
     return speed_warnings(pairs)
@@ -143,9 +144,10 @@ def test_a_speed_in_the_wrong_unit_is_warned_of(monkeypatch):
 def test_a_drum_far_above_its_critical_speed_is_warned_of(monkeypatch):
     monkeypatch.chdir(ROOT)
     drum = load_named(ROOT / "config/mills", "drum", MillConfig, "mill")
-    fast = paces(drum, build_bodies(drum, CHECK_RPM))[0].speed_at(BOUNDS[Agitation.TUMBLED].usual)
+    fast = paces(drum, build_bodies(drum))[0].speed_at(BOUNDS[Agitation.TUMBLED].usual)
     # Twice the speed at which the wall has 1 g.
-    assert fast == pytest.approx(2 * 30 / math.pi * math.sqrt(9.81 / 0.05))
-    (line,) = warnings_of({"sweeps": [{**SWEEP, "mills": ["drum"], "speeds_rpm": [1.01 * fast, 0.99 * fast]}]})
-    assert f"mill drum: speeds_rpm = {1.01 * fast:g}: " in line
+    assert fast == pytest.approx(1 / math.pi * math.sqrt(9.81 / 0.05))
+    above, below = (60 * factor * fast for factor in (1.01, 0.99))
+    (line,) = warnings_of({"sweeps": [{**SWEEP, "mills": ["drum"], "speeds_rpm": [above, below]}]})
+    assert f"mill drum: speeds_rpm = {above:g}: " in line
     assert "critical speed" in line

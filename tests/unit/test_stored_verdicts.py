@@ -5,6 +5,7 @@ import pytest
 from tools.store_verdicts import main
 
 from millprint.config.errors import ConfigError
+from millprint.estimate.judge import AGREES, DIFFERS, OPEN
 from millprint.run.files import write_table
 from millprint.thesis.claims.conclusions import (
     EXPECTED,
@@ -15,11 +16,6 @@ from millprint.thesis.claims.conclusions import (
     read_stored,
     with_run,
 )
-from millprint.thesis.claims.tolerances import (
-    DEVIATES,
-    REPRODUCED,
-    UNDECIDED,
-)
 from tests.conftest import ROOT
 
 
@@ -28,54 +24,54 @@ def judged(**verdicts) -> pd.DataFrame:
     about = {"reproduced": "2", "lower": "1", "upper": "3"}
     rows = []
     for name, said in verdicts.items():
-        value, interval = said if isinstance(said, tuple) else (said, said if said != "not run" else "")
+        value, interval = said if isinstance(said, tuple) else (said, said if said != OPEN else "")
         rows.append(
             {
                 "id": name,
                 "nature": natures.get(name, "trained"),
                 "verdict": value,
                 "interval_verdict": interval,
+                "reason": "",
                 **about,
             }
         )
     return pd.DataFrame(rows)
 
 
-MACHINE = {"processor": "znver4", "instructions": "AVX-512", "date": "2026-11-20"}
+MACHINE = {"processor": "znver4", "instructions": "AVX-512", "commit": "0f1e2d3c", "date": "2026-11-20"}
 
 
 def test_a_run_says_which_verdicts_are_others_on_another_machine(tmp_path):
-    there = judged(a=REPRODUCED, b=REPRODUCED, c=DEVIATES, runtime=REPRODUCED, point=REPRODUCED, missing="not run")
+    there = judged(a=AGREES, b=AGREES, c=DIFFERS, runtime=AGREES, point=AGREES, missing=OPEN)
     nothing = read_stored(ROOT / "config/data/verdicts_elsewhere.tsv").iloc[:0]
     stored = with_run(nothing, there, "thesis", MACHINE)
-    # What is computed from data is the same everywhere.
-    assert stored["id"].tolist() == ["a", "b", "c", "runtime"]
+    assert stored["id"].tolist() == ["a", "b", "c", "runtime", "point"]
     write_table(stored, tmp_path / "stored.tsv")
     stored = read_stored(tmp_path / "stored.tsv")
-    here = judged(a=(DEVIATES, UNDECIDED), b=DEVIATES, c=DEVIATES, runtime=DEVIATES, point=REPRODUCED)
+    here = judged(a=(DIFFERS, OPEN), b=DIFFERS, c=DIFFERS, runtime=DIFFERS, point=AGREES)
     table = compare_verdicts(here, stored, "thesis").set_index("id")
     assert table["reason"].to_dict() == {"a": EXPECTED, "b": UNEXPECTED, "runtime": OF_MACHINE}
     assert table.loc["a", ["verdict", "verdict_elsewhere", "processor"]].tolist() == [
-        "deviates",
-        "reproduced",
+        "differs",
+        "agrees",
         "znver4",
     ]
     said = in_a_line(table.reset_index(), stored, "thesis")
     assert said.startswith(
-        "verdicts of other machines (4 of znver4, AVX-512, 2026-11-20): 3 differ here, 1 of them not"
+        "verdicts of other machines (5 of znver4, AVX-512, 0f1e2d3c, 2026-11-20): 3 differ here, 1 of them not"
     )
-    assert "a (deviates here, reproduced there: an interval decides nothing)" in said
+    assert "a (differs here, agrees there: an interval decides nothing)" in said
     assert in_a_line(compare_verdicts(there, stored, "thesis"), stored, "thesis").endswith("none differs here")
     assert in_a_line(table, stored, "smoke") == "verdicts of other machines: none is stored of the run smoke"
     # The same machine again takes the place of its earlier verdicts; another one is added.
-    assert with_run(stored, here, "thesis", MACHINE).set_index("id")["verdict"]["a"] == DEVIATES
-    assert len(with_run(stored, here, "thesis", MACHINE | {"processor": "other"})) == 8
+    assert with_run(stored, here, "thesis", MACHINE).set_index("id")["verdict"]["a"] == DIFFERS
+    assert len(with_run(stored, here, "thesis", MACHINE | {"processor": "other"})) == 10
 
 
 def test_stored_verdicts_are_refused_with_another_word(tmp_path):
     write_table(
         with_run(
-            read_stored(ROOT / "config/data/verdicts_elsewhere.tsv").iloc[:0], judged(a=REPRODUCED), "thesis", MACHINE
+            read_stored(ROOT / "config/data/verdicts_elsewhere.tsv").iloc[:0], judged(a=AGREES), "thesis", MACHINE
         ).assign(verdict="perhaps"),
         tmp_path / "stored.tsv",
     )
@@ -84,7 +80,7 @@ def test_stored_verdicts_are_refused_with_another_word(tmp_path):
 
 
 def test_this_machine_and_a_run_of_it_are_stored(tmp_path):
-    write_table(judged(a=REPRODUCED), tmp_path / "report/claims.tsv")
+    write_table(judged(a=AGREES), tmp_path / "report/claims.tsv")
     (tmp_path / "report/run.yaml").write_text("# Python\nname: thesis\n")
     table = tmp_path / "verdicts.tsv"
     table.write_text((ROOT / "config/data/verdicts_elsewhere.tsv").read_text().splitlines()[0] + "\n")

@@ -10,7 +10,9 @@ import yaml
 from pydantic import ValidationError
 
 import study_settings
+from millprint.cases.of_mill import mill_cases, study_variants
 from millprint.config.contact_set import ContactConfig
+from millprint.config.counting import CountingRule
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import StudyConfig
 from millprint.config.load import load_named
@@ -18,7 +20,6 @@ from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import DemConfig, mill_of
 from millprint.dem.laws.registry import step_scale
-from millprint.fingerprint.cases import mill_cases
 from millprint.fingerprint.study import (
     BAD,
     GOOD,
@@ -32,7 +33,6 @@ from millprint.fingerprint.study import (
     tabulate_study,
     tabulate_window,
 )
-from millprint.fingerprint.study_cases import study_variants
 from millprint.mill.vessel import build_vessel
 from tests.unit.synthetic_mill import summary
 
@@ -160,7 +160,7 @@ def test_variants_change_one_setting_of_one_condition():
     ]  # fmt: skip
     reference = variants[0].cases
     assert [case.seed for case in reference] == [0, 1, 2, 3, 4, 5]
-    assert (reference[0].speed_rpm, reference[0].ball_diameter_mm, reference[0].fill_ratio) == (300, 10, 0.2)
+    assert (reference[0].speed_hz, reference[0].ball_diameter_m, reference[0].fill_ratio) == (5, 0.01, 0.2)
     # The sweep has the same case, so that it is simulated once.
     assert reference[0] in mill_cases(mill, MILLS)
     rayleigh = step_scale(CALIBRATED, 0.005)
@@ -221,8 +221,9 @@ def test_the_script_writes_tables_figure_and_one_line(tmp_path):
     names = {"table": "study.tsv", "window": "window.tsv", "verdict": "verdict.json", "line": "verdict.txt"}
     output = type("Output", (), {key: tmp_path / name for key, name in names.items()})
     output.svg, output.png = tmp_path / "study.svg", tmp_path / "study.png"
+    rules = [CountingRule.of_count(count).model_dump() for count in run["collisions"]]
     found = study_settings.main(
-        variants, str(tmp_path), output, mill="mine", sweep_seeds=1, counting_rule="gap_0_03", study=STUDY
+        variants, str(tmp_path), output, mill="mine", sweep_seeds=1, counting_rule="gap_0_03", rules=rules, study=STUDY
     )
     assert (tmp_path / "verdict.txt").read_text() == found["line"] + "\n"
     written = yaml.safe_load((tmp_path / "verdict.json").read_text())

@@ -8,6 +8,7 @@ import pytest
 from pydantic import ValidationError
 
 import measure_uncertainty
+from millprint.cases.of_mill import uncertainty_cases, varied_case
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.load import load_named
@@ -37,9 +38,9 @@ from millprint.uncertainty.samples import (
     design_of,
     run_samples,
     space_of,
+    uncertainty_faults,
     variable_of,
 )
-from millprint.uncertainty.varied import uncertainty_cases, uncertainty_faults, varied_case
 from tests.conftest import ROOT
 
 EMAX = load_named("config/mills", "emax", MillConfig, "mill")

@@ -10,7 +10,7 @@ import pytest
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
-from millprint.config.setup_models import BeadDrumConfig, ReposeDrumConfig, setup_cases
+from millprint.config.setup_models import FILES, setup_cases
 from millprint.config.strict_yaml import read_yaml
 from millprint.config.sweep import DemConfig
 from millprint.run.hdf5 import whole_hdf5
@@ -57,7 +57,7 @@ BEAD_PLACES = [
 
 @pytest.mark.slow
 def test_the_drum_of_beads_is_predicted_at_every_measured_place_that_holds_beads(tmp_path):
-    settings = BeadDrumConfig(further_contacts=["glass_beads_clean", "glass_beads_worn"])
+    settings = FILES["bead_drum"].read(further_contacts=["glass_beads_clean", "glass_beads_worn"])
     inputs = inputs_of(settings, tmp_path, BEAD_PLACES)
     table = check_predictions(drums.predict_bead_drum(inputs), "bead_drum")
     dem = table[table["model"] == DEM]
@@ -77,7 +77,7 @@ def test_the_drum_of_beads_is_predicted_at_every_measured_place_that_holds_beads
 
 @pytest.mark.slow
 def test_without_further_contact_sets_the_interval_is_scatter_alone(tmp_path):
-    table = drums.predict_bead_drum(inputs_of(BeadDrumConfig(further_contacts=[]), tmp_path, BEAD_PLACES))
+    table = drums.predict_bead_drum(inputs_of(FILES["bead_drum"].read(further_contacts=[]), tmp_path, BEAD_PLACES))
     angle = table[(table["id"] == "4b") & (table["model"] == DEM)].iloc[0]
     assert angle["interval"] == "scatter of blocks of time"
     assert 0 < angle["upper"] - angle["lower"] < 2
@@ -85,8 +85,8 @@ def test_without_further_contact_sets_the_interval_is_scatter_alone(tmp_path):
 
 def test_the_angle_of_repose_spans_what_contact_parameters_change_in_slices(tmp_path, monkeypatch):
     changes = iter([30.0, 24.0, 33.0])
-    monkeypatch.setattr(drums, "_slice_angle", lambda *_: next(changes))
-    settings = ReposeDrumConfig(samples=2, surface_share=0.8)
+    monkeypatch.setattr(drums, "_slice_angle", lambda *_: {"angle_deg": next(changes)})
+    settings = FILES["repose_drum"].read(samples=2, surface_share=0.8)
     places = [("7", drums.REPOSE, "deg", math.nan)]
     table = check_predictions(drums.predict_repose_drum(inputs_of(settings, tmp_path, places)), "repose_drum")
     row = table[table["model"] == DEM].iloc[0]
@@ -100,7 +100,9 @@ def test_the_angle_of_repose_spans_what_contact_parameters_change_in_slices(tmp_
 def test_a_mill_that_is_no_cylinder_is_refused(tmp_path):
     box = MillConfig(**read_yaml("config/mills/mixer.yaml")).model_copy(update={"name": "bead_drum"})
     geometry = MillConfig(**read_yaml("config/mills/slice_mill.yaml")).geometry
-    inputs = inputs_of(BeadDrumConfig(), tmp_path, BEAD_PLACES, mill=box.model_copy(update={"geometry": geometry}))
+    inputs = inputs_of(
+        FILES["bead_drum"].read(), tmp_path, BEAD_PLACES, mill=box.model_copy(update={"geometry": geometry})
+    )
     with pytest.raises(ConfigError, match="bead_drum: must be a cylinder about the axis y"):
         drums.predict_bead_drum(inputs)
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from millprint.config.contact_set import ContactConfig
-from millprint.config.setup_models import BeadDrumConfig, ReposeDrumConfig
+from millprint.config.setup_models import FILES
+from millprint.estimate.estimates import half_width
 from millprint.validation.drums import (
     Motion,
     Surface,
-    block_uncertainty,
     fit_surface,
     measure,
     sample_contacts,
@@ -88,15 +88,15 @@ def test_the_lowest_change_of_sign_counts():
 def test_blocks_of_known_scatter():
     values = np.random.default_rng(0).normal(5.0, 2.0, (10_000, 4))
     covered = np.abs(values.reshape(2500, 4, 4).mean(axis=1) - 5.0)
-    widths = np.array([block_uncertainty(block) for block in values.reshape(2500, 4, 4)])
+    widths = np.array([half_width(block) for block in values.reshape(2500, 4, 4)])
     assert np.mean(covered < widths) == pytest.approx(0.95, abs=0.01)
-    assert np.isnan(block_uncertainty(values[:1])).all()
+    assert np.isnan(half_width(values[:1])).all()
 
 
 def test_a_motion_is_measured_in_its_own_frame_or_in_a_given_one():
     places, velocities = bed(27.0, 40_000)
     motion = Motion(places.reshape(4, 10_000, 2), velocities.reshape(4, 10_000, 2), RADIUS)
-    depths, settings = np.linspace(-0.11, HEIGHT - CELL, 30), BeadDrumConfig()
+    depths, settings = np.linspace(-0.11, HEIGHT - CELL, 30), FILES["bead_drum"].read()
     found = measure(motion, depths, settings)
     assert found.angle_deg == pytest.approx(27.0, abs=0.3)
     assert found.zero == pytest.approx(ZERO, abs=6e-4)
@@ -112,7 +112,7 @@ def test_contact_parameters_are_spread_over_their_intervals():
         name="a", source="b", restitution=0.5, static_friction=0.5, rolling_friction=0.01, density_kg_m3=1768,
         young_modulus_gpa=0.01, poisson_ratio=0.37,
     )  # fmt: skip
-    settings = ReposeDrumConfig()
+    settings = FILES["repose_drum"].read()
     drawn = sample_contacts(contact, settings)
     assert drawn == sample_contacts(contact, settings)
     for name in ("restitution", "static_friction", "rolling_friction"):

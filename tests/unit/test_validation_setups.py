@@ -1,19 +1,15 @@
-"""The set-ups of the validation: their registry, what they predict and assume, and when their settings were fixed."""
-
-import shutil
+"""The set-ups of the validation: their registry, and what they predict and assume."""
 
 import numpy as np
 import pandas as pd
 import pytest
-from tools import fix_predictions
 
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
-from millprint.config.setup_models import QUICK, SETTINGS, SetupConfig
+from millprint.config.setup_models import FILES, KINDS, QUICK, SETTINGS, SetupConfig
 from millprint.config.sweep import DemConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.figures.validation_figures import plot_setup
-from millprint.validation.fixed import Fixed, fix, fixed_table, read_fixed, settings_digest, status_of
 from millprint.validation.measured import (
     CONTACT,
     PREDICTION_COLUMNS,
@@ -21,23 +17,19 @@ from millprint.validation.measured import (
     check_predictions,
     read_measurements,
 )
-from millprint.validation.setups import SETUPS, assumption_table, predict, setup_named
-from tests.physics.test_impacts import ALUMINA, contact_set
+from millprint.validation.setups import PREDICTED, assumption_table, predict, setup_named
+from tests.physics.test_impacts import ALUMINA
 from tests.unit.test_validation import MEASURED, points_of, predictions_of
-from tests.workflow.conftest import ROOT
 
 
 def test_every_setup_has_settings_and_a_record():
-    assert set(SETTINGS) == set(SETUPS)
-    assert all(name == setup.name for name, setup in SETUPS.items())
+    assert {file.kind for file in FILES.values()} == set(KINDS) == set(PREDICTED)
     assert all(type(quick) is type(SETTINGS[name]) for name, quick in QUICK.items())
-    for section in SETTINGS.values():
-        assert set(section.places) <= set(type(section).model_fields)
 
 
 def test_every_setup_answers_a_measured_row():
     # That of the box on a leaf spring waits for its curve.
-    assert set(read_measurements(MEASURED, SETUPS)["setup"]) - {UNKNOWN} == set(SETUPS) - {"leaf_spring"}
+    assert set(read_measurements(MEASURED, SETTINGS)["setup"]) - {UNKNOWN} == set(SETTINGS) - {"leaf_spring"}
 
 
 def test_what_is_not_in_the_registry_raises():
@@ -114,58 +106,3 @@ def test_the_figure_shows_every_quantity_and_the_measured_points(tmp_path):
     assert "tangential restitution [-]" in labels and "rebound angle of the centre [deg]" in labels
     drawn = [each.get_label() for each in figure.axes[0].containers]
     assert "measured" in drawn
-
-
-def test_a_digest_changes_with_every_setting_and_with_nothing_else():
-    def digest(setup=None, contact=ALUMINA, dem=None) -> str:
-        return settings_digest(setup or small_impact(), None, {contact.name: contact}, dem or DemConfig())
-
-    first = digest()
-    assert digest(small_impact(angles_deg=[10.0])) == first
-    assert digest(contact=contact_set("alumina_on_glass", source="another text")) == first
-    # A set-up that simulates on its own does not use the settings of the sweeps.
-    assert digest(dem=DemConfig(time_step_s=1e-6)) == first
-    assert digest(small_impact(speed_m_s=4.0)) != first
-    assert digest(small_impact(static_friction=None)) != first
-    assert digest(contact=contact_set("alumina_on_glass", static_friction=0.1)) != first
-
-
-def test_every_date_is_kept_with_its_reason_and_the_last_one_is_shown(tmp_path):
-    path = tmp_path / "fixed.tsv"
-    assert fix(path, {"a": "1", "b": "2"}, "2026-01-02 10:00") == ["a", "b"]
-    with pytest.raises(ConfigError, match="b had been fixed with other settings: say why"):
-        fix(path, {"a": "1", "b": "3"}, "2026-03-04 11:00")
-    assert fix(path, {"a": "1", "b": "3"}, "2026-03-04 11:00", "a ball was lost") == ["b"]
-    fixed = read_fixed(path)
-    again = Fixed("2026-03-04 11:00", "3", "a ball was lost")
-    assert fixed == {"a": [Fixed("2026-01-02 10:00", "1")], "b": [Fixed("2026-01-02 10:00", "2"), again]}
-    assert status_of("a", "1", fixed) == "settings fixed on 2026-01-02 10:00"
-    once = "settings fixed on 2026-01-02 10:00; fixed again once, on 2026-03-04 11:00: a ball was lost"
-    assert status_of("b", "3", fixed) == once
-    assert status_of("a", "9", fixed) == "settings changed since they were fixed on 2026-01-02 10:00"
-    # Settings that were fixed once, and replaced, are not those that were fixed last.
-    assert status_of("b", "2", fixed) == "settings changed since they were fixed on 2026-03-04 11:00"
-    assert status_of("c", "1", fixed) == "settings not fixed"
-    fix(path, {"b": "4"}, "2026-03-05 09:00", "a key has another name")
-    assert "again 2 times, the last time on 2026-03-05 09:00: a key" in status_of("b", "4", read_fixed(path))
-    table = fixed_table(read_fixed(path), {"b": "4", "c": "1"})
-    assert table["today"].tolist() == ["no", "no", "yes"]
-    assert table["why"].tolist() == ["fixed for the first time", "a ball was lost", "a key has another name"]
-
-
-def test_the_settings_in_the_repository_are_those_that_were_fixed(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    shutil.copytree(ROOT / "config", tmp_path / "config")
-    lines = fix_predictions.main([], "config/config.yaml")
-    assert [line for line in lines if not line.endswith("unchanged")] == []
-    fixed = read_fixed("config/data/fixed_predictions.tsv")
-    assert list(fixed) == sorted(SETUPS)
-    for times in fixed.values():
-        assert [each.date for each in times] == sorted(each.date for each in times)
-        assert [each.why == "fixed for the first time" for each in times] == [True] + [False] * (len(times) - 1)
-
-
-def test_an_unknown_setup_cannot_be_fixed(monkeypatch):
-    monkeypatch.chdir(ROOT)
-    with pytest.raises(ConfigError, match="unknown set-up 'cannon'"):
-        fix_predictions.main(["cannon"], "config/config.yaml")

@@ -12,9 +12,8 @@ from millprint.config.setup_models import QUICK, SETTINGS, SetupConfig
 from millprint.config.sweep import DemConfig
 from millprint.dem.layout import TOTAL
 from millprint.figures.shaken_figure import plot_shaken
-from millprint.validation import shaken_predictions
-from millprint.validation.measured import DEM, measured_points, read_measurements
-from millprint.validation.setups import SETUPS, predict
+from millprint.validation.measured import DEM, Inputs, measured_points, read_measurements
+from millprint.validation.setups import predict
 from millprint.validation.shaken import LAW_END, ShakenBox, law_of_loss, law_of_swing, meeting_phase, pour, spread
 from millprint.validation.shaken_predictions import (
     FITTED,
@@ -35,7 +34,7 @@ RADIUS, SIDE, FRACTION = 5e-3, 0.04, 0.2
 
 
 def points_of(id: str) -> pd.DataFrame:
-    points = measured_points(read_measurements(MEASURED, SETUPS))
+    points = measured_points(read_measurements(MEASURED, SETTINGS))
     return points[points["id"] == id].reset_index(drop=True)
 
 
@@ -184,7 +183,7 @@ def test_every_run_is_in_the_plan():
     ],
 )
 def test_a_place_that_is_not_above_zero_is_refused_in_one_line(monkeypatch, name, quantity, words):
-    monkeypatch.setattr(shaken_predictions, "simulate_each", None)
+    monkeypatch.setattr(Inputs, "simulated", None)
     row = {"id": "t1", "setup": name, "quantity": quantity, "unit": "-", "x": -1.0}
     with pytest.raises(ConfigError, match=words) as refused:
         predicted(name, SETTINGS[name], pd.DataFrame([row]))

@@ -9,7 +9,7 @@ import pytest
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.mill import MillConfig
-from millprint.config.setup_models import BondMillConfig, SliceMillConfig
+from millprint.config.setup_models import FILES
 from millprint.config.sweep import DemConfig
 from millprint.config.workflow import ValidationConfig
 from millprint.validation import tumbling_runs
@@ -18,12 +18,10 @@ from millprint.validation.tumbling import (
     ANGLES,
     POWER_W,
     Mill,
-    combined,
     contact_changes,
     half_angle,
     hogg_fuerstenau,
     intervals,
-    mean_interval,
     morrell,
     morrell_shape,
     powers_of_other_codes,
@@ -181,30 +179,6 @@ def test_half_of_the_drum_is_a_half_circle():
     assert half_angle(0.5) == pytest.approx(math.pi / 2)
 
 
-def test_intervals_by_scatter_and_by_contact_parameters():
-    assert mean_interval(np.array([1.0, 2.0, 3.0])) == pytest.approx((2.0, 2 - 2.484, 2 + 2.484), abs=1e-3)
-    assert math.isnan(mean_interval(np.array([1.0]))[1])
-    assert combined(10.0, (7.0, 13.0), (6.0, 10.0)) == pytest.approx((5.0, 13.0))
-
-
-@pytest.mark.parametrize(
-    ("values", "least", "lower"),
-    [
-        ([1.0, 10.0], 0.0, 0.0),  # the interval would begin at -52
-        ([1.0, 10.0], -math.inf, 5.5 - 12.706 * 4.5),
-        ([9.0, 10.0], 0.0, 9.5 - 12.706 * 0.5),
-        ([-2.0, 1.0], 0.0, -0.5),  # noise about 0: the mean stays in its own interval
-    ],
-)
-def test_an_interval_ends_at_the_smallest_value_that_can_be(values, least, lower):
-    mean, low, high = mean_interval(np.array(values), least)
-    assert low == pytest.approx(lower, abs=1e-3)
-    assert low <= mean < high
-    # Two such intervals together, too.
-    both = combined(mean, (low, high), (low, high), least)
-    assert both[0] == pytest.approx(max(mean - math.sqrt(2) * (mean - low), min(mean, least)))
-
-
 def runs_of(powers: dict[tuple[str, int, float, int], float], **angles: list[float]) -> pd.DataFrame:
     """A table of runs; angles: toe_deg or shoulder_deg of each run."""
     columns = {"speed_rpm": 30.0, "toe_deg": 150.0, "shoulder_deg": 300.0, "rings": 0, "carried": 12, "contact": "set"}
@@ -227,7 +201,7 @@ def test_the_effect_of_contact_parameters_is_relative_to_the_same_seed_and_inter
     )  # fmt: skip
     factors = contact_changes(runs, POWER_W)
     assert factors.to_numpy() == pytest.approx(np.array([[0.8, 1.0], [1.0, 1.2]]))
-    table = intervals(runs, SliceMillConfig(numbers=[169, 120])).set_index(["number", "speed"])
+    table = intervals(runs, FILES["slice_mill"].read(numbers=[169, 120])).set_index(["number", "speed"])
     assert list(table.index) == [(169, 20.0), (120, 20.0), (120, 30.0), (120, 40.0)]
     ends = ["power_contact_lower_W", "power_contact_upper_W"]
     assert table.loc[(120, 30.0), ends].tolist() == pytest.approx([8.1 * 0.9, 8.1 * 1.1])
@@ -248,7 +222,7 @@ def test_the_effect_of_contact_parameters_on_an_angle_is_a_difference_the_short_
     changes = contact_changes(runs, ANGLES["shoulder_deg"])
     # 355 to 3 is 8 degrees on; 10 to 4 is 6 degrees back.
     assert changes.to_numpy() == pytest.approx(np.array([[0.0, 8.0], [-6.0, 0.0]]))
-    row = intervals(runs, SliceMillConfig(numbers=[120], fillings=[0.25])).iloc[0]
+    row = intervals(runs, FILES["slice_mill"].read(numbers=[120], fillings=[0.25])).iloc[0]
     assert row["shoulder_deg"] == pytest.approx(357.0)
     ends = [f"shoulder_{by}_{end}_deg" for by in ("scatter", "contact") for end in ("lower", "upper")]
     assert row[ends].tolist() == pytest.approx([357 - 12.706 * 2, 357 + 12.706 * 2, 357.0, 365.0], abs=1e-2)
@@ -259,11 +233,11 @@ def test_a_charge_without_an_angle_has_no_effect_on_it():
     assert contact_changes(runs, ANGLES["toe_deg"]).index.tolist() == [20.0]
     nowhere = runs_of(POWERS, toe_deg=[np.nan] * 6)
     assert contact_changes(nowhere, ANGLES["toe_deg"]).empty
-    assert intervals(nowhere, SliceMillConfig(numbers=[120], fillings=[0.25]))["toe_deg"].isna().all()
+    assert intervals(nowhere, FILES["slice_mill"].read(numbers=[120], fillings=[0.25]))["toe_deg"].isna().all()
 
 
 def test_toe_and_shoulder_are_predicted_with_an_interval_by_contact_parameters_too(tmp_path):
-    settings = SliceMillConfig(numbers=[120], fillings=[0.25])
+    settings = FILES["slice_mill"].read(numbers=[120], fillings=[0.25])
     runs = runs_of(POWERS, toe_deg=[150.0, 150.2, 140.0, 140.2, 145.0, 141.0])
     runs.to_csv(tmp_path / "runs.tsv", sep="\t", index=False)
     places = pd.DataFrame(columns=["id", "quantity", "unit", "x"])
@@ -281,7 +255,9 @@ def test_toe_and_shoulder_are_predicted_with_an_interval_by_contact_parameters_t
 
 
 def test_the_design_has_every_measured_speed_and_every_contact_set_once():
-    settings = SliceMillConfig(speeds=[20.0], seeds=[3, 5], samples=4, sample_speeds=[20.0], numbers=[120, 169])
+    settings = FILES["slice_mill"].read(
+        speeds=[20.0], seeds=[3, 5], samples=4, sample_speeds=[20.0], numbers=[120, 169]
+    )
     contacts = {name: contact_set(name, restitution=0.5) for name in settings.contact_names}
     table = design(settings, contacts, {120: [70.0], 169: []})
     assert table["run"].is_unique
@@ -295,7 +271,7 @@ def test_the_design_has_every_measured_speed_and_every_contact_set_once():
 
 
 def test_a_charge_has_the_number_of_balls_that_is_asked_for():
-    slice_mill, bond = SliceMillConfig(), BondMillConfig()
+    slice_mill, bond = FILES["slice_mill"].read(), FILES["bond_mill"].read()
     assert slice_mill.fill_ratio(120, 5440.0) * 5440e3 / (math.pi / 6 * 22**3) == pytest.approx(120)
     counts = bond.ball_diameter_mm.counts(285)
     assert counts == [43, 67, 10, 71, 94]
@@ -313,7 +289,7 @@ MILL = MillConfig(
 
 
 def test_a_stopped_series_goes_on_where_it_was(tmp_path, monkeypatch):
-    settings = SliceMillConfig(
+    settings = FILES["slice_mill"].read(
         speeds=[20.0], seeds=[0, 1], samples=2, sample_speeds=[20.0], numbers=[12], fillings=[0.2]
     )
     table = design(settings, {name: contact_set(name) for name in settings.contact_names}, {})
@@ -342,7 +318,7 @@ def test_a_stopped_series_goes_on_where_it_was(tmp_path, monkeypatch):
 
 
 def test_windows_are_whole_turns_or_longer():
-    settings = SliceMillConfig()
+    settings = FILES["slice_mill"].read()
     table = design(settings, {name: contact_set(name) for name in settings.contact_names}, {})
     slow, fast = (case_of(table[table["speed"] == speed].iloc[0].to_dict(), settings, MILL) for speed in (20.0, 140.0))
     assert slow.window_s == pytest.approx(settings.window_turns * 60 / (0.2 * 58.3))
@@ -367,7 +343,14 @@ def test_the_power_by_another_code_stands_beside_ours_where_mill_contacts_and_ba
         "bond_mill\tslice_mill\tLAMMPS\t29.15\t120\t14\n"
     )
     inputs = Inputs(
-        SliceMillConfig(), None, {}, DemConfig(), {}, tmp_path, pd.DataFrame(), other_codes=read_other_codes(table)
+        FILES["slice_mill"].read(),
+        None,
+        {},
+        DemConfig(),
+        {},
+        tmp_path,
+        pd.DataFrame(),
+        other_codes=read_other_codes(table),
     )
     rows = powers_of_other_codes(inputs, single=False)
     assert [(row["quantity"], row["predicted"], row["model"]) for row in rows] == [

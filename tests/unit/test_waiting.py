@@ -1,15 +1,13 @@
-"""Predictions that wait: the table is what the included fingerprints say, is only added to, and the page shows it."""
+"""Predictions that wait: the table is what the included fingerprints say, one generation a release, and on the page."""
 
 import pandas as pd
 import pytest
 
-from millprint.config.errors import ConfigError
 from millprint.config.quantities import SWING
 from millprint.config.setup_models import SETTINGS
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import find_ready_made, ready_made
 from millprint.validation import waiting
-from millprint.validation.fixed import read_fixed
 from millprint.validation.measured import prediction
 from millprint.validation.waiting import (
     IMPACTS,
@@ -18,7 +16,6 @@ from millprint.validation.waiting import (
     TABLE,
     WARMING,
     digest_of_file,
-    fix_swing,
     fix_waiting,
     read_waiting,
     swing_rows,
@@ -69,10 +66,20 @@ def test_the_table_holds_what_the_included_fingerprints_predict():
     assert ((by_contact["upper"] / by_contact["lower"]).to_numpy() > (own["upper"] / own["lower"]).to_numpy()).all()
 
 
-def test_a_condition_finds_what_was_fixed_for_it():
-    row = waiting.fixed_before("planetary", 10.0, 0.15, 300.0, POWER)
-    assert row["unit"] == "W" and row["lower"] < row["value"] < row["upper"] and row["digest"]
-    assert waiting.fixed_before("planetary", 10.0, 0.16, 300.0, POWER) is None
+def test_a_condition_finds_the_newest_generation_that_is_older_than_the_measurement():
+    table = read_waiting(ROOT / TABLE)
+    generations = table[table["mill"] == "planetary"].drop_duplicates("release").set_index("release")["date"]
+    assert generations.is_monotonic_increasing and table.groupby(["mill", "release"])["date"].nunique().max() == 1
+    condition = ("planetary", 10.0, 0.15, 300.0, POWER)
+    assert waiting.fixed_before("2026-11-26", *condition) is None
+    for date, release in (
+        ("2026-11-26 20:00", "0.3.0"),
+        ("2026-11-27", "0.3.1"),
+        ("2999-01-01", generations.index[-1]),
+    ):
+        row = waiting.fixed_before(date, *condition)
+        assert row["release"] == release and row["lower"] < row["value"] < row["upper"]
+    assert waiting.fixed_before("2999-01-01", "planetary", 10.0, 0.16, 300.0, POWER) is None
 
 
 def test_the_page_shows_the_latest_rows():
@@ -82,27 +89,23 @@ def test_the_page_shows_the_latest_rows():
     assert [line for line in shown(latest) if line not in text] == []
 
 
-def test_a_changed_fingerprint_adds_rows_and_keeps_the_old(tmp_path, monkeypatch):
+def test_a_changed_fingerprint_replaces_the_rows_of_its_release_and_keeps_earlier_ones(tmp_path, monkeypatch):
     path = tmp_path / "waiting.tsv"
     rows = read_waiting(ROOT / TABLE).query("mill == 'planetary'").reset_index(drop=True)
     monkeypatch.setattr(waiting, "ready_made", lambda: ["planetary"])
-    monkeypatch.setattr(waiting, "predictions_of", lambda mill, own: rows.drop(columns=["date", "digest", "why"]))
-    assert fix_waiting(path, "2026-01-01 00:00") == ["planetary"] and fix_waiting(path, "2026-01-02 00:00") == []
-    monkeypatch.setattr(waiting, "digest_of_file", lambda place: "another")
-    with pytest.raises(ConfigError, match="say why it changed, by --why"):
-        fix_waiting(path, "2026-01-03 00:00")
-    assert fix_waiting(path, "2026-01-03 00:00", "the walls are exact") == ["planetary"]
+    monkeypatch.setattr(waiting, "predictions_of", lambda mill, own: rows.drop(columns=["release", "date", "digest"]))
+    assert fix_waiting(path, "1.0", "2026-01-01 00:00") == ["planetary"]
+    assert fix_waiting(path, "1.1", "2026-01-02 00:00") == []
+    for digest, release, now in (("a", "1.1", "2026-01-03 00:00"), ("b", "1.1", "2026-01-04 00:00")):
+        monkeypatch.setattr(waiting, "digest_of_file", lambda place, digest=digest: digest)
+        assert fix_waiting(path, release, now) == ["planetary"]
     table = read_waiting(path)
-    assert len(table) == 2 * len(rows) and list(table["date"].unique()) == ["2026-01-01 00:00", "2026-01-03 00:00"]
-    assert table["why"].iloc[-1] == "the walls are exact"
+    assert len(table) == 2 * len(rows) and list(table["date"].unique()) == ["2026-01-01 00:00", "2026-01-04 00:00"]
 
 
-def test_the_swing_of_the_leaf_spring_is_fixed_with_its_settings():
+def test_the_swing_of_the_leaf_spring_is_on_the_page():
     table = read_waiting(ROOT / TABLE)
     own = table[table["mill"] == LEAF_SPRING]
-    assert set(own["digest"]) == {
-        each.digest for each in read_fixed(ROOT / "config/data/fixed_predictions.tsv")[LEAF_SPRING]
-    }
     assert own["quantity"].str.startswith(f"{SWING} after ").all()
     assert (own["lower"] <= own["value"]).all() and (own["value"] <= own["upper"]).all()
     text = PAGE.read_text()
@@ -110,13 +113,7 @@ def test_the_swing_of_the_leaf_spring_is_fixed_with_its_settings():
         assert f"| {row.quantity.split()[-2]} | {row.value:.3g} ({row.lower:.3g} to {row.upper:.3g}) |" in text
 
 
-def test_a_swing_is_added_once_and_again_only_with_a_reason(tmp_path):
-    path = tmp_path / "waiting.tsv"
+def test_a_swing_has_a_row_for_each_second():
     predicted = pd.DataFrame([prediction(SWING, "-", 9.0, x=2.0, lower=8.5, upper=9.5, interval="scatter of seeds")])
     rows = swing_rows(predicted, SETTINGS[LEAF_SPRING])
     assert rows["quantity"].tolist() == [f"{SWING} after 2 s"] and rows["fill_ratio"].tolist() == [0.179]
-    assert fix_swing(path, "2026-01-01 00:00", rows, "first") and not fix_swing(path, "2026-01-02 00:00", rows, "first")
-    with pytest.raises(ConfigError, match="leaf_spring had been fixed with other settings: say why"):
-        fix_swing(path, "2026-01-03 00:00", rows, "second")
-    assert fix_swing(path, "2026-01-03 00:00", rows, "second", "another number of balls")
-    assert read_waiting(path)["why"].tolist() == [waiting.FIRST, "another number of balls"]

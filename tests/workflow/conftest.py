@@ -18,7 +18,7 @@ from millprint.checks.check_once import PASSED
 from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError
 from millprint.config.strict_yaml import read_yaml
-from millprint.run import digest, kernel
+from millprint.run import kernel
 from millprint.thesis.chapter_checks import chapter_faults
 from tests.conftest import ROOT
 from tests.mutations import DUMPER
@@ -80,15 +80,12 @@ def copy_compiled(source: Path, target: Path) -> None:
 def share_kernels(project: Path) -> None:
     """Let a clone take its machine code from this checkout, and leave there what it compiles itself.
 
-    The digests of the source come with it.
-
     Numba names its folders after the path of the source, and checks by its date and size that the code is that of the
     source. A clone whose kernels are edited has a folder of another name, and compiles.
     """
     own_cache = kernel.cache_folder()
     its_cache = project / ".numba_cache" / own_cache.name
     its_cache.mkdir(parents=True)
-    shutil.copy2(remembered_digests(), its_cache.parent)
     name_of = UserProvidedCacheLocator.get_suitable_cache_subpath
     for folder in {file.parent for file in kernel.kernel_files()}:
         own, its = (name_of(str(place / "any.py")) for place in (folder, project / folder.relative_to(ROOT)))
@@ -104,15 +101,6 @@ def share_checks(project: Path) -> None:
     (ROOT / PASSED).mkdir(parents=True, exist_ok=True)
     (project / PASSED).parent.mkdir(parents=True)
     (project / PASSED).symlink_to(ROOT / PASSED)
-
-
-@cache
-def remembered_digests() -> Path:
-    """The file that remembers what every source file computes, so that no clone parses them all."""
-    for script in (ROOT / "scripts").glob("*.py"):
-        digest.program_digest(script)
-    digest.remember()
-    return digest.MEMORY
 
 
 def _whole_plan(arguments: tuple[str, ...]) -> list[str]:

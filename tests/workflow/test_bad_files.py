@@ -50,17 +50,17 @@ def test_a_bad_run_of_the_screening(settings, refusal, row, changed, parts):
     assert all(part in line for part in ["screening.tsv", *parts])
 
 
-VERDICT = "thesis\t2.1\treproduced\ttoo few repeats\t1\t\t\tznver4\tAVX-512\t2026-11-20\n"
+VERDICT = "thesis\t2.1\tagrees\topen\ttoo few repeats\t1\t\t\tznver4\tAVX-512\t2026-11-20\n"
 
 
 @pytest.mark.parametrize(
     ("damage", "parts"),
     [
         (lambda text: text.replace("verdict", "word"), ["column verdict is missing"]),
-        (lambda text: text + VERDICT.replace("reproduced", "perhaps"), ["column verdict", "'perhaps'", "must be"]),
+        (lambda text: text + VERDICT.replace("agrees", "perhaps"), ["column verdict", "'perhaps'", "must be"]),
         (
-            lambda text: text + VERDICT.replace("too few", "many"),
-            ["column interval_verdict", "'many repeats'", "must be"],
+            lambda text: text + VERDICT.replace("open", "maybe"),
+            ["column interval_verdict", "'maybe'", "must be"],
         ),
         (lambda text: text + VERDICT + VERDICT, ["column id, row 2 = '2.1'", "in a row above"]),
         (lambda text: text + VERDICT.strip() + "\tmore\n", ["cells", "header"]),

@@ -152,7 +152,6 @@ def test_valid_input_is_checked_only_once(settings, monkeypatch):
         (CONFIG, ("sweeps", 0, "fill_ratios"), [1e-9], ["fill_ratios = 1e-09", "one ball needs at least"]),
         (CONFIG, ("sweeps", 0, "seeds"), [10**30], ["sweeps.0.seeds.0", "less than"]),
         (CONFIG, ("yields", "evaluation", "resamples"), 10**12, ["yields.evaluation.resamples", "less than"]),
-        (CONFIG, ("yields", "honest"), {"folds": 3}, ["yields.honest", "it is now called yields.evaluation"]),
         # Files outside the project, and folders that must not hold results.
         (CONFIG, ("data", "wear"), "../wear.tsv", ["data.wear = '../wear.tsv'", "inside the project"]),
         (CONFIG, ("data", "wear"), "/etc/passwd", ["data.wear = '/etc/passwd'", "inside the project"]),
@@ -231,7 +230,7 @@ def test_valid_input_is_checked_only_once(settings, monkeypatch):
         (CONFIG, ("dose", "heat", "mills"), ["spx"], ["spx.yaml: unknown mill 'spx'", "did you mean spex?"]),
         (CONFIG, ("dose", "heat", "jars"), {"spx": {}}, ["dose.heat.jars.spx: unknown mill", "did you mean spex?"]),
         (CONFIG, ("dose", "spectra", "counting_rules"), ["gap_0_09"], ["dose.spectra.counting_rules", "gap_0_09"]),
-        (CONFIG, ("dem", "skin_share"), 2, ["config.yaml: dem.skin_share = 2: this key was removed (fixed at 1.5)"]),
+        (CONFIG, ("dem", "overlap_mx"), 2, ["dem.overlap_mx = 2: unknown key; did you mean overlap_max?"]),
         # Volumes that disagree with the geometry.
         (
             PLANETARY,

@@ -75,7 +75,13 @@ def test_a_plan_says_what_a_run_would_do_and_changes_nothing(project):
     assert done.returncode == 0, done.stderr[-2000:]
     # Snakemake's own table of the jobs, once, and the estimate.
     assert done.stdout.count("Job stats:") + done.stderr.count("Job stats:") == 1
-    for words in ("\nsimulations  ", "\ntime         about ", "\nmemory       up to ", "\ndisk         about "):
+    for words in (
+        "\nsimulations  ",
+        "\ntime         about ",
+        "\nmemory       up to ",
+        "\ndisk         about ",
+        "\nwall         emax: ",
+    ):
         assert words in f"\n{done.stdout}"
     unknown = plan("--", "chapter9")
     assert unknown.returncode == 1

@@ -130,13 +130,13 @@ def test_one_case_that_is_asked_for_is_simulated_and_nothing_else(project):
 def test_lammps_simulates_the_sweeps_and_compiles_nothing(project):
     content = smoke_content(project)
     content["dem"] |= {"engine": "lammps", "lammps": {"ranks": 3}}
-    rules = project / "workflow/rules/lammps.smk"
+    rules = project / "workflow/rules/dem.smk"
     text = rules.read_text()
     rules.write_text(text.replace('"Simulating {wildcards', '"{resources.mpi} -n {resources.tasks}: {wildcards'))
     assert rules.read_text() != text
     plan = planned(project, content, "simulations", "--cores", "4")
     simulated = plan.count("mpirun -n 3: ")
-    assert jobs_of(plan) == {"run_lammps_case": simulated, "tabulate_simulations": 1, "simulations": 1}
+    assert jobs_of(plan) == {"run_dem_case": simulated, "tabulate_simulations": 1, "simulations": 1}
     assert simulated > 10
 
 

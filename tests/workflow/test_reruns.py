@@ -3,6 +3,7 @@
 import os
 
 import pytest
+import yaml
 
 from tests.unit.test_recipes import RECIPES
 from tests.workflow.conftest import LINED_RUN, jobs_of, run_snakemake
@@ -66,6 +67,29 @@ def test_a_new_statistic_of_collisions_simulates_nothing(plan):
     jobs = plan({f"src/millprint/{file}": replaced(old, new)})
     assert "run_dem_case" not in jobs
     assert "describe_mill" in jobs
+
+
+def of_dem(**values):
+    """An edit of a configuration that gives these values to keys of `dem`."""
+    return lambda text: yaml.safe_dump(yaml.safe_load(text) | {"dem": yaml.safe_load(text)["dem"] | values})
+
+
+def test_words_pictures_counting_and_kept_tolerances_leave_every_simulation_done(plan):
+    rules = [
+        {"name": name, "gap_turns": gap} for name, gap in (("gap_0_02", 0.02), ("lifetimes", 0), ("gap_0_05", 0.05))
+    ]
+    jobs = plan(
+        {
+            "config/mills/lined.yaml": replaced("title: Drum with", "title: Mill with"),
+            "config/contacts/lined.yaml": replaced("thesis Table", "Table"),
+            "lined.yaml": of_dem(restart_interval_s=7.0, overlap_max=0.2, closure_max=0.1, counting_rules=rules),
+        }
+    )
+    assert "run_dem_case" not in jobs and "describe_mill" in jobs
+
+
+def test_a_tolerance_that_the_runs_do_not_keep_simulates_again(plan):
+    assert plan({"lined.yaml": of_dem(closure_max=1e-9)})["run_dem_case"] == 7
 
 
 def test_another_law_simulates_everything_again(plan):

@@ -4,7 +4,7 @@ from millprint.config.calibration import SwingConfig
 from millprint.dem.timestep import longest_step
 
 CONVERGENCE = f"{RESULTS}/convergence"
-STEP_STUDY = summaries_of([sweep for sweep in CONFIG.sweeps if sweep.compares_steps])
+STEP_STUDY = files_of(rows_of("SWEEP", *(sweep.name for sweep in CONFIG.sweeps if sweep.compares_steps)))
 # A sweep with a single step is not tabulated. No other stage needs its cases, so they are requested here.
 ONE_STEP = [path for path in summaries_over("time_steps_s") if path not in STEP_STUDY]
 MODULUS_STUDY = summaries_over("young_moduli_gpa")
@@ -41,9 +41,10 @@ rule tabulate_convergence:
     params:
         counting_rule=CONFIG.fingerprint.counting_rule,
         further_rules=CONFIG.convergence.counting_rules,
+        rules=rules_named(CONFIG.fingerprint.counting_rule, *CONFIG.convergence.counting_rules),
         settings=CONFIG.convergence.model_dump(mode="json", exclude={"study"}),
         taken_s={
-            ball: longest_step(ball, described_cases(CONFIG, CASES).values(), CONTACTS, CONFIG.dem)
+            ball: longest_step(ball / 1e3, described_cases(CONFIG, CASES).values(), CONTACTS, CONFIG.dem)
             for sweep in CONFIG.sweeps
             if sweep.compares_steps
             for ball in sweep.ball_diameters_mm
@@ -87,10 +88,14 @@ rule fit_friction:
         f"{BENCHMARKS}/fit_friction/{{experiment}}.tsv"
     params:
         experiment=lambda wildcards: EXPERIMENTS[wildcards.experiment].model_dump(mode="json"),
-        mills=lambda wildcards: {
+        identity=lambda wildcards: [
+            *(mill_identity(MILLS[name]) for name in EXPERIMENTS[wildcards.experiment].mills(CONFIG.mill).values()),
+            contact_identity(CONTACTS[EXPERIMENTS[wildcards.experiment].contact]),
+        ],
+        mills=lambda wildcards, output: {
             key: dumped(MILLS[name]) for key, name in EXPERIMENTS[wildcards.experiment].mills(CONFIG.mill).items()
         },
-        contact=lambda wildcards: CONTACTS[EXPERIMENTS[wildcards.experiment].contact].model_dump(mode="json"),
+        contact=lambda wildcards, output: CONTACTS[EXPERIMENTS[wildcards.experiment].contact].model_dump(mode="json"),
         rayleigh_fraction_max=CONFIG.dem.rayleigh_fraction_max,
         settings=CONFIG.calibration.oscillation.part(SwingConfig),
         interval=CONFIG.calibration.interval,

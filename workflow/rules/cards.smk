@@ -3,10 +3,16 @@
 CARD = f"{RESULTS}/cards/{{card}}"
 
 
+def animated(name: str) -> list:
+    """The simulation of a card's animation, which runs inside the card's job, if there is one."""
+    return rows_of("ANIMATION", name) if CONFIG.cards.animation else []
+
+
 rule write_card:
     input:
-        summaries=lambda wildcards: carded(wildcards.card, "summary.json"),
-        runs=lambda wildcards: carded(wildcards.card, "run.h5"),
+        sources=lambda wildcards: shape_files(CARD_EXPERIMENTS[wildcards.card].mill),
+        summaries=lambda wildcards: files_of(rows_of("CARD", wildcards.card)),
+        runs=lambda wildcards: files_of(rows_of("CARD", wildcards.card), "run.h5"),
         uncertainty=lambda wildcards: card_intervals(wildcards.card),
         wear=[f"{RESULTS}/dose/wear_coefficient.json"] if CHAPTERS else [],
         materials=local(CONFIG.dose.wear.materials),
@@ -26,16 +32,19 @@ rule write_card:
         f"{BENCHMARKS}/write_card/{{card}}.tsv"
     wildcard_constraints:
         card=any_of(CARD_EXPERIMENTS),
+    resources:
+        processor_s=lambda wildcards: round(OTHER_S) + TABLE.processor_s(animated(wildcards.card)),
     params:
         experiment=lambda wildcards: CARD_EXPERIMENTS[wildcards.card].model_dump(mode="json"),
-        cases=lambda wildcards: [case.model_dump(mode="json") for case in cases_of_card(wildcards.card)],
+        cases=lambda wildcards: [row.case.model_dump(mode="json") for row in rows_of("CARD", wildcards.card)],
         mill=lambda wildcards: dumped(MILLS[CARD_EXPERIMENTS[wildcards.card].mill]),
-        contact=lambda wildcards: contact_of_card(wildcards.card).model_dump(mode="json"),
+        contact=lambda wildcards: TABLE.contact_of(wildcards.card).model_dump(mode="json"),
         settings={
             "counting_rule": CONFIG.mills.rule,
             "interval": CONFIG.fingerprint.interval,
             "dose": CONFIG.dose.model_dump(mode="json"),
         },
+        rules=rules_named(*spectra_rules(CONFIG.mills.rule)),
         dem=settings("dem"),
         animation=CONFIG.cards.animation,
     message:

@@ -99,6 +99,7 @@ rule draw_claims:
         claims=CONFIG.data.claims,
         summaries=rules.fit_master_curves.input.summaries,
         of_modulus=summaries_over("young_moduli_gpa"),
+        runs=records_of([*rules.fit_master_curves.input.summaries, *summaries_over("young_moduli_gpa")]),
     output:
         intervals=f"{RESULTS}/report/intervals.tsv",
     log:
@@ -108,6 +109,7 @@ rule draw_claims:
     params:
         results=lambda wildcards, output: str(Path(output.intervals).parents[1]),
         settings=settings("claims"),
+        rules=rules_named(),
         trainings=TRAININGS,
         tables={
             "mill": CONFIG.mill,

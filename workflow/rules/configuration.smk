@@ -1,8 +1,7 @@
 """Shared by all rules: the validated configuration, the results folder, and digests of the code."""
 
 from millprint.config.checks import CONFIGURATION, check_given_once
-from millprint.config.sweep import expand_sweep
-from millprint.fingerprint.cases import has_chapters
+from millprint.cases.table import has_chapters
 from millprint.run.outputs import captioned
 from millprint.run.digest import program_digest, simulation_digest
 
@@ -44,28 +43,6 @@ def program(script: str):
         return lambda wildcards: simulation_digest()
     path = shipped(f"scripts/{script}")
     return lambda wildcards: program_digest(path)
-
-
-def summaries_over(key: str) -> list[str]:
-    """The summary files of all cases of the sweeps that set the list `key`; empty if no sweep does."""
-    return summaries_of([block for block in CONFIG.sweeps if getattr(block, key)])
-
-
-def summary_files(paths) -> list[str]:
-    """The summary files of cases."""
-    return [f"{RESULTS}/dem/{path}/summary.json" for path in paths]
-
-
-def summaries_of(sweeps) -> list[str]:
-    """The summary files of all cases of these sweeps."""
-    cases = [case for sweep in sweeps for case in expand_sweep(sweep, CONFIG.dem, CONFIG.mill)]
-    return summary_files(case.path for case in cases)
-
-
-def cases_of_sweep(name: str) -> list[str]:
-    """The paths of all cases of a sweep; empty if the configuration has no such sweep."""
-    blocks = [block for block in CONFIG.sweeps if block.name == name]
-    return [case.path for block in blocks for case in expand_sweep(block, CONFIG.dem, CONFIG.mill)]
 
 
 def yield_settings(section: str) -> dict:

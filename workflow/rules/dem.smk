@@ -1,5 +1,7 @@
 """Simulations: compile the kernels once, then each case in a job; files for ParaView, animations."""
 
+import math
+
 
 # It runs first, since half of the other jobs wait for it, and only once. After an edit of the library, each simulation
 # that runs again compiles what has changed. If this rule ran again, Snakemake 9 would skip those simulations: it plans
@@ -18,9 +20,13 @@ rule compile_kernels:
         "../../scripts/compile_kernels.py"
 
 
+LAMMPS = CONFIG.dem.engine == "lammps"
+
+
+# Every row of the table with a folder in results/dem. With `dem.engine: lammps`, a job has several ranks.
 rule run_dem_case:
     input:
-        kernels=ancient(f"{RESULTS}/dem/kernels.json"),
+        **({} if LAMMPS else {"kernels": ancient(f"{RESULTS}/dem/kernels.json")}),
         sources=lambda wildcards: shape_files(wildcards.mill),
     output:
         run=f"{CASE}/run.h5",
@@ -29,32 +35,51 @@ rule run_dem_case:
         f"{LOGS}/dem/{{mill}}/{{contact}}/{{case}}.log",
     benchmark:
         f"{BENCHMARKS}/run_dem_case/{{mill}}/{{contact}}/{{case}}.tsv"
-    priority: lambda wildcards: urgency(case_at(wildcards))
+    priority: lambda wildcards: int(case_at(wildcards).path in SURROGATE_CASES)
     # On a cluster, short cases share a job; `group-components` of the profile sets their number.
     group:
-        lambda wildcards: None if resources_at(wildcards).needs_own_job else "simulations"
+        lambda wildcards: None if LAMMPS or resources_at(wildcards).needs_own_job else "simulations"
+    # A rank takes a core of this machine; a cluster starts `tasks` of one core each.
     threads: lambda wildcards: resources_at(wildcards).threads
-    # Each attempt continues where the last one ended, and gets more time and memory.
+    # Each attempt continues where the last one ended, and gets more time and memory. `mpi` is the program that starts the
+    # ranks, such as srun. Neither it nor `command` nor `tasks` is a parameter: another number of ranks reruns nothing.
     resources:
+        **(
+            {
+                "mpi": "mpirun",
+                "command": CONFIG.dem.lammps.command,
+                "tasks": CONFIG.dem.lammps.ranks,
+                "cpus_per_task": 1,
+            }
+            if LAMMPS
+            else {}
+        ),
         runtime=lambda wildcards, attempt: resources_at(wildcards).requested_min(attempt),
         mem_mb=lambda wildcards, attempt: attempt * resources_at(wildcards).memory_mb,
-        processor_s=lambda wildcards: likely_s([case_at(wildcards)]),
-        disk_mb=lambda wildcards: likely_mb([case_at(wildcards)]),
+        processor_s=lambda wildcards: math.ceil(resources_at(wildcards).processor_s),
+        disk_mb=lambda wildcards: math.ceil(resources_at(wildcards).disk_mb),
+    # Only `identity` is compared: Snakemake leaves functions of the output out. A run of LAMMPS records nothing of what it
+    # kept, so that its tolerances are compared.
     params:
-        case=lambda wildcards: case_at(wildcards).model_dump(mode="json"),
-        mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
-        contact=lambda wildcards: CONTACTS[wildcards.contact].model_dump(mode="json"),
-        settings=settings("dem"),
+        identity=identity_at,
+        tolerances=CONFIG.dem.model_dump(mode="json", include={"overlap_max", "closure_max"}) if LAMMPS else None,
+        case=lambda wildcards, output: case_at(wildcards).model_dump(mode="json"),
+        mill=lambda wildcards, output: dumped(mill_named(wildcards.mill)),
+        contact=lambda wildcards, output: CONTACTS[wildcards.contact].model_dump(mode="json"),
+        settings=lambda wildcards, output: CONFIG.dem.model_dump(mode="json", exclude={"lammps"}),
     message:
         "Simulating {wildcards.mill}/{wildcards.contact}/{wildcards.case}"
     script:
-        "../../scripts/run_dem_case.py"
+        "../../scripts/run_lammps_case.py" if LAMMPS else "../../scripts/run_dem_case.py"
+
+
+SWEPT = rows_of("SWEEP", *(sweep.name for sweep in CONFIG.sweeps))
 
 
 rule tabulate_simulations:
     input:
-        summaries=summaries_of(CONFIG.sweeps),
-        runs=records_of(summaries_of(CONFIG.sweeps)),
+        summaries=files_of(SWEPT),
+        runs=files_of(SWEPT, "run.h5"),
     output:
         table=f"{RESULTS}/dem/simulations.tsv",
     log:
@@ -112,4 +137,6 @@ rule animate_run:
         "../../scripts/view_run.py"
 
 
-VIEW_OUTPUTS = [f"{RESULTS}/dem/{path}/mill.{kind}" for path in cases_of_sweep("movie") for kind in ("gif", "png")]
+VIEW_OUTPUTS = [
+    path for row in SWEPT if row.owner == "movie" for file in ("mill.gif", "mill.png") for path in files_of([row], file)
+]

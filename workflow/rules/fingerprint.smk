@@ -18,7 +18,7 @@ wildcard_constraints:
 
 rule fit_master_curves:
     input:
-        summaries=summary_files(DESCRIBED_CASES),
+        summaries=[f"{RESULTS}/dem/{path}/summary.json" for path in DESCRIBED_CASES],
         runs=[f"{RESULTS}/dem/{path}/run.h5" for path in DESCRIBED_CASES],
         published=PUBLISHED,
         # A target may be a condition of the curves that are fitted here.
@@ -48,6 +48,7 @@ rule fit_master_curves:
         contacts=CONFIG.contacts,
         volume_m3=MILLS[CONFIG.mill].volume_ml * 1e-6,
         counting_rule=CONFIG.fingerprint.counting_rule,
+        rules=rules_named(),
         cycle_fill_ratio=CONFIG.fingerprint.cycle_fill_ratio,
         interval=CONFIG.fingerprint.interval,
         smooth_points=CONFIG.fingerprint.smooth_points,
@@ -114,9 +115,12 @@ FIT_OUTPUTS = []
 
 if FIT_MILL:
     SIMULATED_JAR = {
-        "mill": dumped(FIT_MILL),
-        "contact": CONTACTS[CONFIG.fit.search.contact].model_dump(mode="json"),
-        "dem": settings("dem"),
+        "identity": identity_inside(
+            [FIT_MILL], [CONTACTS[CONFIG.fit.search.contact]], CONFIG.fit.search.counting_rules
+        ),
+        "mill": lambda wildcards, output: dumped(FIT_MILL),
+        "contact": lambda wildcards, output: CONTACTS[CONFIG.fit.search.contact].model_dump(mode="json"),
+        "dem": lambda wildcards, output: settings("dem"),
         "settings": CONFIG.fit.search.model_dump(mode="json"),
     }
 
@@ -167,7 +171,7 @@ if FIT_MILL:
             f"{LOGS}/fingerprint/tabulate_fit.log",
         localrule: True
         params:
-            mill=SIMULATED_JAR["mill"],
+            mill=dumped(FIT_MILL),
             settings=SIMULATED_JAR["settings"],
             counting_rule=CONFIG.fingerprint.counting_rule,
         message:
@@ -185,7 +189,7 @@ if FIT_MILL:
             f"{LOGS}/uncertainty/{FIT_MILL.name}_shape.log",
         localrule: True
         params:
-            mill=SIMULATED_JAR["mill"],
+            mill=dumped(FIT_MILL),
             settings=SIMULATED_JAR["settings"],
             counting_rule=CONFIG.fingerprint.counting_rule,
             probability=CONFIG.fingerprint.interval,

@@ -1,6 +1,27 @@
 """Functions of the rules: the files and values that a rule asks for, by wildcards. Names are looked up when a job asks."""
 
 
+def identity_at(wildcards) -> dict:
+    """What decides the numbers of the simulation of a case."""
+    case = case_at(wildcards)
+    folder = CASE.format(**wildcards)
+    return identity(case, mill_named(wildcards.mill), CONTACTS[wildcards.contact], CONFIG.dem, folder)
+
+
+def identity_inside(mills, contacts, rules=()) -> dict:
+    """What decides the numbers of simulations that have no case in results/dem.
+
+    rules: names of the counting rules that count in them. They have a closure_max of their own; whether they keep
+    overlap_max is recorded nowhere, so that it counts.
+    """
+    return {
+        "mills": [mill_identity(mill, CONFIG.dem.counts_by_facet) for mill in mills],
+        "contacts": [contact_identity(contact) for contact in contacts],
+        "dem": dem_identity(CONFIG.dem) | {"overlap_max": CONFIG.dem.overlap_max},
+        "counting_rules": [rule for rule in rules_named() if rule["name"] in rules],
+    }
+
+
 def shape_of(mill: str) -> list[str]:
     """The file of a fitted jar's shape, if the search of the fit is a part of the whole run."""
     fitted = fitted_mill(CONFIG, MILLS) if CHAPTERS and CONFIG.fit.in_all else None
@@ -29,6 +50,12 @@ def spectra_rules(own: str) -> list[str]:
     return list(dict.fromkeys([own, *CONFIG.dose.spectra.counting_rules]))
 
 
+def rules_named(*names: str) -> list[dict]:
+    """The counting rules of these names, in this order, as plain values; all rules without names."""
+    known = {rule.name: rule.model_dump(mode="json") for rule in CONFIG.dem.counting_rules}
+    return [known[name] for name in dict.fromkeys(names or known)]
+
+
 def records_of(summaries) -> list[str]:
     """The records, run.h5, next to these summaries."""
     return [str(Path(path).with_name("run.h5")) for path in summaries]
@@ -36,23 +63,18 @@ def records_of(summaries) -> list[str]:
 
 def swept_summaries(contact: str) -> list[str]:
     """The summaries of the sweeps' conditions with a contact set, as for the descriptors."""
-    return summary_files(path for path, case in DESCRIBED_CASES.items() if case.contact == contact)
+    return [f"{RESULTS}/dem/{path}/summary.json" for path, case in DESCRIBED_CASES.items() if case.contact == contact]
 
 
 def sliding_summaries() -> list[str]:
     """The summaries of the runs whose sliding work is measured: of the weighings, and of the mills of the section."""
-    return WEAR_SUMMARIES + [path for name in WEAR.mills for path in mill_summaries(name)]
+    return WEAR_SUMMARIES + files_of(rows_of("MILL", *WEAR.mills))
 
 
 def explored(names) -> dict[str, list[str]]:
     """The files that the page of some mills is made from, in the order of the mills."""
     files = {key: [path.format(mill=name) for name in names] for key, path in OF_MILL.items()}
     return {"fingerprint": [predicting(name) for name in names], **files}
-
-
-def carded(name: str, file: str) -> list[str]:
-    """A file of every simulation of an experiment."""
-    return [f"{RESULTS}/dem/{case.path}/{file}" for case in cases_of_card(name)]
 
 
 def card_intervals(name: str) -> list[str]:
@@ -71,16 +93,17 @@ def setup_inputs(name: str) -> dict:
     }
 
 
-def simulated_inside(name: str) -> list:
-    """The simulations of a set-up that run inside a rule, without a file in results/dem."""
+def identity_of_setup(name: str) -> dict:
+    """What decides the numbers of a set-up's own simulations, apart from its settings."""
     setup = CONFIG.validation.chosen[name]
-    return setup.simulated_inside(MILLS[setup.mill_name]) if setup.mill_name else []
+    mills = [MILLS[setup.mill_name]] if setup.mill_name else []
+    return identity_inside(mills, [CONTACTS[each] for each in setup.contact_names])
 
 
 def setup_runs(name: str) -> list[str]:
     """The files that a set-up reads of its simulations."""
-    files = CONFIG.validation.chosen[name].run_files
-    return [f"{RESULTS}/dem/{path}/{file}" for path in SETUP_CASES[name] for file in files]
+    rows, files = rows_of("SET_UP", name), CONFIG.validation.chosen[name].run_files
+    return [path for row in rows for file in files for path in files_of([row], file)]
 
 
 def own_tables(name: str) -> list[str]:
@@ -88,15 +111,10 @@ def own_tables(name: str) -> list[str]:
     return [f"{VALIDATION}/{name}/{table}" for table in CONFIG.validation.chosen[name].own_tables]
 
 
-def bed_case(name: str):
-    """The first simulation of a set-up, the one that is drawn."""
-    return next(iter(SETUP_CASES[name].values()))
-
-
 def bed_sizes(name: str) -> tuple[float, float]:
     """The radius of the drum of a set-up and the diameter of its balls [m]."""
-    case = bed_case(name)
-    return MILLS[case.mill].geometry.radius_mm / 1e3, case.ball_diameter_mm / 1e3
+    case = rows_of("SET_UP", name)[0].case
+    return MILLS[case.mill].geometry.radius_mm / 1e3, case.ball_diameter_m
 
 
 def simulated(case: str) -> str:
@@ -182,7 +200,7 @@ def reported_figures(paths, results) -> list[dict]:
 
 def declared(job) -> dict[str, float]:
     """The time and disk that a job's rule declares. On a cluster, every job has a `disk_mb`, which may be unknown."""
-    names = ["processor_s"] + ["disk_mb"] * job.rule.name.endswith(("run_dem_case", "run_lammps_case"))
+    names = ["processor_s"] + ["disk_mb"] * job.rule.name.endswith("run_dem_case")
     known = {name: job.resources[name] for name in names if name in job.resources.keys()}
     return {name: value for name, value in known.items() if isinstance(value, (int, float))}
 

@@ -44,8 +44,9 @@ rule draw_mill:
 
 rule describe_mill:
     input:
-        summaries=lambda wildcards: mill_summaries(wildcards.mill),
-        runs=lambda wildcards: records_of(mill_summaries(wildcards.mill)),
+        sources=lambda wildcards: shape_files(wildcards.mill),
+        summaries=lambda wildcards: files_of(rows_of("MILL", wildcards.mill)),
+        runs=lambda wildcards: files_of(rows_of("MILL", wildcards.mill), "run.h5"),
     output:
         descriptors=f"{MILL}/descriptors.tsv",
         curves=f"{MILL}/curves.tsv",
@@ -65,6 +66,7 @@ rule describe_mill:
         interval=CONFIG.fingerprint.interval,
         smooth_points=CONFIG.fingerprint.smooth_points,
         spectra_rules=spectra_rules(CONFIG.mills.rule),
+        rules=rules_named(*spectra_rules(CONFIG.mills.rule)),
     message:
         "Calculating fingerprint and energy spectra of mill {wildcards.mill}"
     script:
@@ -73,7 +75,8 @@ rule describe_mill:
 
 rule measure_coverage:
     input:
-        summaries=lambda wildcards: summary_files(new_cases(wildcards.mill)),
+        summaries=lambda wildcards: files_of(rows_of("NEW", wildcards.mill)),
+        runs=lambda wildcards: files_of(rows_of("NEW", wildcards.mill), "run.h5"),
         fingerprint=rules.describe_mill.output.fingerprint,
     output:
         coverage=f"{MILL}/coverage.tsv",
@@ -82,6 +85,8 @@ rule measure_coverage:
         f"{LOGS}/mills/{{mill}}_coverage.log",
     benchmark:
         f"{BENCHMARKS}/measure_coverage/{{mill}}.tsv"
+    params:
+        rules=rules_named(CONFIG.mills.rule),
     message:
         "Counting how often the bands of mill {wildcards.mill} hold new simulations"
     script:
@@ -149,7 +154,7 @@ rule coverage:
 MILL_PICTURES = expand([*rules.draw_mill.output], mill=BOX)
 # A smoke test runs one case of each mill, and draws all mills.
 BOX_OUTPUTS = (
-    [*MILL_PICTURES, *(mill_summaries(name)[0] for name in BOX if MILLS[name].sweep)]
+    [*MILL_PICTURES, *(files_of(rows_of("MILL", name))[0] for name in BOX if MILLS[name].sweep)]
     if CONFIG.mills.first_case_only
     else [
         *MILL_PICTURES,
@@ -221,7 +226,7 @@ if CONFIG.mills.scale_up is not None:
     rule plan_scale_up:
         input:
             fingerprint=described(CONFIG.mills.scale_up.mill),
-            summary=f"{RESULTS}/dem/{LARGE_CASE.path}/summary.json",
+            summary=files_of(rows_of("SCALE_UP", CONFIG.mills.scale_up.mill)),
         output:
             sheet=f"{SCALE_UP}/sheet.tsv",
             run=f"{SCALE_UP}/run.tsv",
@@ -309,7 +314,8 @@ rule explorer:
 
 rule study_settings:
     input:
-        summaries=lambda wildcards: study_summaries(wildcards.mill),
+        summaries=lambda wildcards: files_of(rows_of("STUDY", wildcards.mill)),
+        runs=lambda wildcards: files_of(rows_of("STUDY", wildcards.mill), "run.h5"),
     output:
         table=f"{STUDY}/study.tsv",
         window=f"{STUDY}/window.tsv",
@@ -323,8 +329,9 @@ rule study_settings:
     params:
         folder=lambda wildcards, output: str(Path(output.table).parents[2] / "dem"),
         variants=lambda wildcards: study_plan(wildcards.mill),
-        sweep_seeds=lambda wildcards: len(sweep_of_mill(wildcards.mill).sweep.seeds),
+        sweep_seeds=lambda wildcards: len(TABLE.swept(wildcards.mill).sweep.seeds),
         counting_rule=CONFIG.mills.rule,
+        rules=rules_named(CONFIG.mills.rule),
         study=CONFIG.convergence.study.model_dump(mode="json"),
     message:
         "Comparing time step, stiffness, facets, window and seeds of mill {wildcards.mill}"

@@ -1,7 +1,5 @@
 """Chapter 4: shear against compression; energy spectra of the sweeps, and wear of the balls."""
 
-from millprint.fingerprint.cases import is_as_built
-
 PARTITION = f"{RESULTS}/partition"
 PARTITION_FIGURES = f"{PARTITION}/figures"
 
@@ -55,7 +53,7 @@ rule tabulate_spectra:
         f"{BENCHMARKS}/tabulate_spectra/tabulate_spectra.tsv"
     params:
         runs={contact: records_of(swept_summaries(contact)) for contact in CONFIG.contacts},
-        rules=spectra_rules(CONFIG.fingerprint.counting_rule),
+        rules=rules_named(*spectra_rules(CONFIG.fingerprint.counting_rule)),
     message:
         "Tabulating the energy spectra of {CONFIG.contacts}"
     script:
@@ -70,7 +68,7 @@ WEAR_CASES = [
     for path, case in described_cases(CONFIG, CASES).items()
     if (case.mill, case.contact) == (CONFIG.mill, WEAR_CONTACT) and case.mixture is None and is_as_built(case)
 ]
-WEAR_SUMMARIES = summary_files(WEAR_CASES)
+WEAR_SUMMARIES = [f"{RESULTS}/dem/{path}/summary.json" for path in WEAR_CASES]
 # Contact parameters widen the intervals where the whole run has their analysis.
 WEAR_IS_ANALYSED = CONFIG.mill in CONFIG.uncertainty.mills and CONFIG.mills.contact_set == WEAR_CONTACT
 

@@ -24,13 +24,16 @@ rule sample_contacts:
         number=r"\d+",
     resources:
         # A mill without a sweep gets one during the run, and is not counted before.
-        processor_s=lambda wildcards: likely_s(samples_of(wildcards.mill)),
+        processor_s=lambda wildcards: TABLE.processor_s(rows_of("SAMPLE", wildcards.mill)),
     params:
-        mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
+        identity=lambda wildcards: identity_inside(
+            [mill_named(wildcards.mill)], [CONTACTS[CONFIG.mills.contact_set]], [CONFIG.fingerprint.counting_rule]
+        ),
+        mill=lambda wildcards, output: dumped(mill_named(wildcards.mill)),
         sweep=own_sweep,
-        contact=CONTACTS[CONFIG.mills.contact_set].model_dump(mode="json"),
+        contact=lambda wildcards, output: CONTACTS[CONFIG.mills.contact_set].model_dump(mode="json"),
         mills=CONFIG.mills.model_dump(mode="json", include={"contact", "settle_s"}),
-        dem=settings("dem"),
+        dem=lambda wildcards, output: settings("dem"),
         counting_rule=CONFIG.fingerprint.counting_rule,
         # The other keys do not change a simulation.
         settings=CONFIG.uncertainty.model_dump(mode="json", exclude={"mills", "probability", "base_samples", "draws"}),

@@ -26,12 +26,13 @@ rule simulate_tumbling:
     wildcard_constraints:
         setup=any_of(CONFIG.validation.tumbling),
     resources:
-        processor_s=lambda wildcards: likely_s(simulated_inside(wildcards.setup)),
+        processor_s=lambda wildcards: TABLE.processor_s(rows_of("IN_SET_UP", wildcards.setup)),
     params:
+        identity=lambda wildcards: identity_of_setup(wildcards.setup),
         settings=lambda wildcards: setup_inputs(wildcards.setup)["settings"],
-        mill=lambda wildcards: setup_inputs(wildcards.setup)["mill"],
-        contacts=lambda wildcards: setup_inputs(wildcards.setup)["contacts"],
-        dem=settings("dem"),
+        mill=lambda wildcards, output: setup_inputs(wildcards.setup)["mill"],
+        contacts=lambda wildcards, output: setup_inputs(wildcards.setup)["contacts"],
+        dem=lambda wildcards, output: settings("dem"),
     message:
         "Simulating tumbling mill {wildcards.setup} at every speed"
     script:
@@ -63,14 +64,15 @@ rule predict_setup:
         processor_s=lambda wildcards: (
             0
             if wildcards.setup in CONFIG.validation.tumbling
-            else likely_s(simulated_inside(wildcards.setup))
+            else TABLE.processor_s(rows_of("IN_SET_UP", wildcards.setup))
             + round(CONFIG.validation.chosen[wildcards.setup].further_s)
         ),
     params:
+        identity=lambda wildcards: identity_of_setup(wildcards.setup),
         settings=lambda wildcards: setup_inputs(wildcards.setup)["settings"],
-        mill=lambda wildcards: setup_inputs(wildcards.setup)["mill"],
-        contacts=lambda wildcards: setup_inputs(wildcards.setup)["contacts"],
-        dem=settings("dem"),
+        mill=lambda wildcards, output: setup_inputs(wildcards.setup)["mill"],
+        contacts=lambda wildcards, output: setup_inputs(wildcards.setup)["contacts"],
+        dem=lambda wildcards, output: settings("dem"),
         runs=lambda wildcards, output: str(Path(output.predictions).parents[2] / "dem"),
         folder=lambda wildcards, output: str(Path(output.predictions).parent),
     message:
@@ -85,15 +87,13 @@ rule judge_setups:
         predictions=expand(rules.predict_setup.output.predictions, setup=CONFIG.validation.chosen),
         runs=expand(rules.simulate_tumbling.output.runs, setup=CONFIG.validation.tumbling),
         charges=expand(rules.simulate_tumbling.output.charge, setup=CONFIG.validation.tumbling),
-        beds=[simulated(bed_case(name).path) for name in BEDS],
+        beds=[files_of(rows_of("SET_UP", name)[:1], "run.h5") for name in BEDS],
         measured=local(CONFIG.validation.measured),
-        fixed=SOURCES.find(CONFIG.validation.fixed),
     output:
         verdicts=f"{VALIDATION}/verdicts.tsv",
         counts=f"{VALIDATION}/counts.tsv",
         coverage=f"{VALIDATION}/coverage.tsv",
         assumptions=f"{VALIDATION}/assumptions.tsv",
-        fixed=f"{VALIDATION}/fixed.tsv",
         page=shown(f"{VALIDATION}/tables.html"),
         svgs=[shown(f"{VALIDATION}/{name}/predictions.svg") for name in CONFIG.validation.chosen],
         pngs=expand(f"{VALIDATION}/{{setup}}/predictions.png", setup=CONFIG.validation.chosen),
@@ -113,7 +113,6 @@ rule judge_setups:
         setups={name: setup_inputs(name) for name in CONFIG.validation.chosen},
         tumbling=CONFIG.validation.tumbling,
         beds={name: bed_sizes(name) for name in BEDS},
-        dem=settings("dem"),
         chapter="Validation",
         name=CONFIG.name,
         results=lambda wildcards, output: str(Path(output.page).parents[1]),

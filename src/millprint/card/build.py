@@ -31,6 +31,8 @@ from millprint.config.dose import JarSection
 from millprint.config.mill import MillConfig
 from millprint.config.over_speed import NOMINAL_SPEED_M_S
 from millprint.fingerprint.readers import check_summary
+from millprint.mill.bodies import build_bodies
+from millprint.mill.wall_words import walls_in_words
 from millprint.run.kernel import kernel_digest
 
 
@@ -72,6 +74,7 @@ def build_card(
         ),
         jar=Jar(
             volume_ml=mill.volume_ml, shape=mill.geometry.kind, cooling=jar.cooling,
+            wall=walls_in_words(build_bodies(mill)),
             material=experiment.jar.material if experiment.jar else "",
         ),
         balls=balls,

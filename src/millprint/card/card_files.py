@@ -7,12 +7,13 @@ from typing import NamedTuple
 
 from millprint.card.card_model import MillingCard
 from millprint.card.latex import bibtex, latex_table
-from millprint.card.simulate import draw_run
+from millprint.cases.table import ANIMATION
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.run import run_case
 from millprint.run.files import whole_file, write_json
+from millprint.view.frames import read_movie
 from millprint.view.mill_picture import picture_mill
 
 
@@ -30,6 +31,7 @@ class CardFiles(NamedTuple):
 
 
 FILES = CardFiles()
+GIF = "mill.gif"
 
 
 def write_card(card: MillingCard, mill: MillConfig, folder: str | Path) -> None:
@@ -60,6 +62,14 @@ def animate(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig
         run = Path(folder) / "run.h5"
         run_case(case, mill, contact, dem, run, run.with_name("summary.json"))
         draw_run(run, path)
+
+
+def draw_run(run: Path, gif: Path) -> None:
+    """Draw the animation of a run with snapshots."""
+    # Imported here: slow to import, and only one process needs it.
+    from millprint.figures.animation import save_animation
+
+    save_animation(read_movie(run, ANIMATION), gif)
 
 
 def remove_left_overs(folder: str | Path) -> None:

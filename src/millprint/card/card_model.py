@@ -7,9 +7,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from millprint.card.card_quantity import Amount, Positive, Quantity, Record, Share
-from millprint.card.outcome_model import Dose, Heat, Spectrum, Wear
+from millprint.card.outcome_model import Amount, Dose, Heat, Positive, Record, Share, Spectrum, Wear
 from millprint.config.over_speed import value_at
+from millprint.estimate.estimates import Estimate
 
 FORMAT = "millprint milling card"
 SCHEMA_VERSION = 2
@@ -39,6 +39,8 @@ class Jar(Record):
     """nominal inner volume, to which the fill ratio refers [mL]"""
     shape: str = ""
     """kind of shape"""
+    wall: str = ""
+    """what the walls of jar and inserts are: exact surfaces, and flat walls, which may be facets of round ones"""
     material: str = ""
     """material"""
     cooling: str = ""
@@ -157,35 +159,35 @@ class ContactSet(Record):
 class Descriptors(Record):
     """Energies and frequencies of collisions, and power of all balls. The weighted ones need no counting rule."""
 
-    weighted_normal_energy_J: Quantity
+    weighted_normal_energy_J: Estimate
     """energy-weighted mean normal energy E*n = sum e^2 / sum e of all contacts [J]"""
-    weighted_tangential_energy_J: Quantity
+    weighted_tangential_energy_J: Estimate
     """energy-weighted mean tangential energy E*t, likewise [J]"""
-    weighted_normal_frequency_hz: Quantity
+    weighted_normal_frequency_hz: Estimate
     """normal power of a ball over E*n [1/s]"""
-    weighted_tangential_frequency_hz: Quantity
+    weighted_tangential_frequency_hz: Estimate
     """tangential power of a ball over E*t [1/s]"""
-    strong_frequency_hz: Quantity | None = None
+    strong_frequency_hz: Estimate | None = None
     """the strongest contacts that hold 90 % of the normal energy, per ball [1/s]"""
-    collisions_of_a_ball_hz: Quantity | None = None
+    collisions_of_a_ball_hz: Estimate | None = None
     """collisions that a ball takes part in [1/s]"""
-    normal_energy_J: Quantity
+    normal_energy_J: Estimate
     """mean normal energy of a collision [J]"""
-    tangential_energy_J: Quantity
+    tangential_energy_J: Estimate
     """mean tangential energy of a collision [J]"""
-    specific_frequency_hz: Quantity
+    specific_frequency_hz: Estimate
     """specific collision frequency: all collisions over the balls [1/s]"""
-    normal_power_W: Quantity
+    normal_power_W: Estimate
     """normal dissipation of all balls [W]"""
-    tangential_power_W: Quantity
+    tangential_power_W: Estimate
     """tangential dissipation of all balls [W]"""
-    power_W: Quantity
+    power_W: Estimate
     """normal and tangential dissipation of all balls [W]"""
-    tangential_share: Quantity
+    tangential_share: Estimate
     """tangential over all dissipation [-]"""
 
     @property
-    def known(self) -> dict[str, Quantity]:
+    def known(self) -> dict[str, Estimate]:
         """The descriptors that are given, by name."""
         return {name: own for name, own in vars(self).items() if own is not None}
 

@@ -1,7 +1,7 @@
 """Checks of one experiment before its simulations: shape, balls that fit, speed, time step and cost."""
 
-from millprint.card.experiment_cases import own_cases
 from millprint.card.read import check_material
+from millprint.cases.table import own_cases
 from millprint.config.card import Experiment
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
@@ -13,7 +13,6 @@ from millprint.dem.laws.registry import step_scale
 from millprint.dem.timestep import requested_step
 from millprint.dose.wear import read_materials
 from millprint.fingerprint.sweep_checks import SpeedSetting, check_speeds, speed_warnings, with_paces
-from millprint.mill.bodies import CHECK_RPM
 
 
 def check_experiment(
@@ -46,10 +45,12 @@ def check_cases(
     """
     mills, (key, unit) = {mill.name: mill}, speed
     bodies = checked_bodies(mills)
-    settings = [SpeedSetting(f"{place}: {key}", unit, mill, rpm) for rpm in sorted({case.speed_rpm for case in cases})]
+    settings = [
+        SpeedSetting(f"{place}: {key}", unit, mill, speed_hz) for speed_hz in sorted({case.speed_hz for case in cases})
+    ]
     speeds = with_paces(settings, bodies)
     check_speeds(speeds)
-    for diameter in sorted({size for case in cases for size in case.sizes_mm}):
+    for diameter in sorted({size for case in cases for size in case.sizes_m}):
         check_ball_size(bodies[mill.name][0].vessel, mill.name, diameter, place)
     for case in cases:
         told = (place, place, f"{place}: rayleigh_fraction")
@@ -63,6 +64,6 @@ def check_cases(
 def seconds_of(case: Case, mill: MillConfig, contact: ContactConfig, config: WorkflowConfig) -> float:
     """Time of a case on one core [s], to an order of magnitude."""
     body = checked_bodies({mill.name: mill})[mill.name]
-    step = requested_step(case, config.dem, step_scale(contact, min(case.sizes_mm) / 2000))
-    turns = max(own.motion.frequency_hz for own in body) * case.speed_rpm / CHECK_RPM
+    step = requested_step(case, config.dem, step_scale(contact, min(case.sizes_m) / 2))
+    turns = max(own.motion.frequency_hz for own in body) * case.speed_hz
     return 86_400 * cost(case, config.dem, body[0].vessel, mill.volume_ml * 1e-6, step, turns)[0]

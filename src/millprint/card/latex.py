@@ -7,8 +7,8 @@ from pathlib import Path
 import yaml
 
 from millprint.card.card_model import MillingCard, Software
-from millprint.card.card_quantity import Ends, Quantity
 from millprint.card.methods import between, charge_in_words, programme_in_words
+from millprint.estimate.estimates import Estimate, Interval
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.run.machine import commit, package_versions
 from millprint.run.numbers import plain, prefix_of, three
@@ -41,10 +41,10 @@ def _unit(unit: str) -> str:
     return escape(unit)
 
 
-def _row(title: str, quantity: Quantity) -> str:
+def _row(title: str, quantity: Estimate) -> str:
     factor, unit = prefix_of(quantity.value, quantity.unit)
 
-    def cell(ends: Ends | None) -> str:
+    def cell(ends: Interval | None) -> str:
         return "--" if ends is None else between(ends, factor)
 
     cells = (cell(quantity.scatter), cell(quantity.mean), cell(quantity.contact))
@@ -66,6 +66,7 @@ def settings_of(card: MillingCard) -> list[tuple[str, str]]:
         ("mill", card.machine.title),
         ("speed", f"{card.machine.speed_rpm:g} rpm"),
         ("jar", ", ".join(filter(None, jar))),
+        *([("wall", card.jar.wall)] if card.jar.wall else []),
         ("balls", f"{charge_in_words(card.balls)}, {plain(card.balls.mass_g)} g{material}"),
         ("fill ratio", plain(card.balls.fill_ratio)),
     ]

@@ -1,18 +1,18 @@
 """Reads a card back: which settings of another mill come nearest to it, what is lost, and how long they take."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from millprint.card.card_model import MillingCard
-from millprint.card.card_quantity import Quantity
 from millprint.config.checks import MILL_FOLDER
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import DESCRIPTOR_SETS
 from millprint.config.sources import WORKING_FOLDER, Sources
 from millprint.config.wording import close_to
-from millprint.fingerprint.bands import FURTHER, Band, Interval
+from millprint.estimate.estimates import Estimate, Interval
 from millprint.fingerprint.comparison import (
     ALL_SIMULATED,
     Wanted,
@@ -54,12 +54,9 @@ def find_fingerprint(mill: str, results: str | Path = "results", sources: Source
     )
 
 
-def band_of(quantity: Quantity) -> Band:
-    """A quantity of a card as a band, which has no width if the band of a new simulation is missing."""
-    scatter = quantity.scatter
-    further = {origin: Interval(given.lower, given.upper) for origin in FURTHER if (given := getattr(quantity, origin))}
-    lower, upper = (scatter.lower, scatter.upper) if scatter else (quantity.value, quantity.value)
-    return Band(quantity.value, lower, upper, **further)
+def with_band(quantity: Estimate) -> Estimate:
+    """A quantity of a card, with a band of no width if the band of a new simulation is missing."""
+    return replace(quantity, scatter=quantity.scatter or Interval(quantity.value, quantity.value))
 
 
 def match_card(card: MillingCard, fingerprint: Fingerprint, wanted: Wanted = ALL_SIMULATED) -> pd.DataFrame:
@@ -71,7 +68,7 @@ def match_card(card: MillingCard, fingerprint: Fingerprint, wanted: Wanted = ALL
     """
     check_same_count(f"card {card.name}", vars(card.fingerprint), fingerprint, wanted.descriptors)
     names = DESCRIPTOR_SETS[wanted.descriptors]
-    bands = {name: band_of(getattr(card.fingerprint.descriptors, name)) for name in names}
+    bands = {name: with_band(getattr(card.fingerprint.descriptors, name)) for name in names}
     table = nearest(bands, card.fingerprint.probability, fingerprint, wanted)
     table.insert(0, "target", card.name)
     return _with_dose(table, card)

@@ -1,21 +1,21 @@
 """The methods paragraph of a card, ready for a paper; every number is from the card."""
 
 from millprint.card.card_model import Balls, ContactSet, MillingCard, Programme
-from millprint.card.card_quantity import Ends, Quantity
-from millprint.card.outcome_model import Estimate, Temperature
+from millprint.card.outcome_model import Temperature, WearLoss
 from millprint.config.contact_set import CONTACT_LAWS
 from millprint.config.over_speed import NOMINAL_SPEED_M_S
+from millprint.estimate.estimates import Estimate, Interval
 from millprint.run.numbers import plain, prefix_of, three
 
 
-def in_words(quantity: Quantity, ends: Ends | None = None) -> str:
+def in_words(quantity: Estimate, ends: Interval | None = None) -> str:
     """A quantity with its unit and an interval: "221 µJ (203 to 240)"."""
     factor, unit = prefix_of(quantity.value, quantity.unit)
     text = three(factor * quantity.value) + ("" if unit == "-" else f" {unit}")
     return text if ends is None else f"{text} ({between(ends, factor)})"
 
 
-def between(ends: Ends | Temperature | Estimate, factor: float = 1.0) -> str:
+def between(ends: Interval | Temperature | WearLoss, factor: float = 1.0) -> str:
     """The ends of an interval: "203 to 240"."""
     return f"{three(factor * ends.lower)} to {three(factor * ends.upper)}"
 

@@ -2,9 +2,19 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from millprint.card.card_quantity import Amount, Positive, Quantity, Record
+from millprint.estimate.estimates import Estimate
+
+Share = Annotated[float, Field(ge=0, le=1)]
+Amount = Annotated[float, Field(ge=0)]
+Positive = Annotated[float, Field(gt=0)]
+
+
+class Record(BaseModel):
+    """A part of a card; unknown keys and numbers that are not finite are refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
 
 
 class Bins(Record):
@@ -51,15 +61,15 @@ class Spectrum(Record):
 class Dose(Record):
     """What a gram of powder has been through, as if every collision caught powder."""
 
-    normal_kJ_g: Quantity
+    normal_kJ_g: Estimate
     """normal energy [kJ/g]"""
-    tangential_kJ_g: Quantity
+    tangential_kJ_g: Estimate
     """tangential energy [kJ/g]"""
-    total_kJ_g: Quantity
+    total_kJ_g: Estimate
     """both [kJ/g]"""
-    hits_per_g: Quantity
+    hits_per_g: Estimate
     """collisions [1/g]"""
-    rate_W_g: Quantity
+    rate_W_g: Estimate
     """power over the mass of powder while the mill runs [W/g]"""
 
 
@@ -126,7 +136,7 @@ class Heat(Record):
     course: Course | None = None
 
 
-class Estimate(Record):
+class WearLoss(Record):
     """A number with one interval."""
 
     value: Amount
@@ -146,9 +156,9 @@ class Wear(Record):
     """of the intervals [-]; none where too few weighings were held back, so that the ends are those between the
     coefficients of single weighings
     """
-    wear_g: Estimate
+    wear_g: WearLoss
     """mass that all balls lose [g]"""
-    iron_percent: Estimate
+    iron_percent: WearLoss
     """iron from the balls over the mass of powder [%]"""
     coefficient: Positive
     """Archard's wear coefficient [-]"""

@@ -1,23 +1,23 @@
 """Parts of a card: the descriptors of its condition with their intervals, energy spectra, dose, heat and wear."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 
 from millprint.card.card_model import Balls, Descriptors, Powder, Programme
-from millprint.card.card_quantity import Ends, Quantity
 from millprint.card.outcome_model import (
     Bins,
     BodyHeat,
     Course,
     Dose,
-    Estimate,
     Heat,
     Hours,
     Spectrum,
     Temperature,
     Wear,
+    WearLoss,
 )
 from millprint.card.read import CardSettings, Known, Runs
 from millprint.card.scatter import read_window, spread
@@ -29,8 +29,9 @@ from millprint.dose.heat_sources import mean_of, read_source
 from millprint.dose.heat_table import TIMES, heat_tables
 from millprint.dose.spectra import BOTH, tabulate_spectra
 from millprint.dose.wear import FEWEST_HELD, PROBABILITY, mean_conditions, predict_wear, tabulate_sliding
-from millprint.fingerprint.bands import FURTHER, factor_of
-from millprint.fingerprint.condition import SCALED_BY
+from millprint.estimate.estimates import Estimate, Interval, factor_of, parts_of
+from millprint.fingerprint.bands import FURTHER
+from millprint.fingerprint.condition import SCALED_BY, UNITS
 from millprint.fingerprint.descriptors import MOTIONS, tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
 
@@ -66,15 +67,9 @@ def spectra_part(summaries: list[dict], paths: list[str], settings: CardSettings
     return found, ""
 
 
-def _scaled(quantity: Quantity, value: float, unit: str) -> Quantity:
+def _scaled(quantity: Estimate, value: float, unit: str) -> Estimate:
     """A quantity proportional to another, with the same relative intervals."""
-    factor = value / quantity.value
-    ends = {
-        origin: given and Ends(lower=factor * given.lower, upper=factor * given.upper)
-        for origin in ("scatter", "mean", "contact", "shape")
-        for given in [getattr(quantity, origin)]
-    }
-    return Quantity(value=value, unit=unit, **ends)
+    return replace(quantity * (value / quantity.value), value=value, unit=unit)
 
 
 def dose_part(descriptors: Descriptors, balls: Balls, powder: Powder, programme: Programme) -> Dose:
@@ -161,8 +156,8 @@ def wear_part(
     tested = known.wear["weighings_held_back"] >= FEWEST_HELD
     ends = "" if tested else "seen_"
 
-    def estimate(name: str) -> Estimate:
-        return Estimate(value=row[name], lower=row[f"{ends}lower_{name}"], upper=row[f"{ends}upper_{name}"])
+    def estimate(name: str) -> WearLoss:
+        return WearLoss(value=row[name], lower=row[f"{ends}lower_{name}"], upper=row[f"{ends}upper_{name}"])
 
     return Wear(
         material=balls.material,
@@ -183,8 +178,7 @@ SHARE = "tangential_share"
 BALL_COLLISIONS = "collisions_of_a_ball_hz"
 # The curve of a fingerprint whose factors apply to a descriptor; the share rises with the ratio Pt / Pn.
 CURVE_OF = {**SCALED_BY, "normal_power_W": "Pn", "tangential_power_W": "Pt", "power_W": "P"}
-COLUMN_UNITS = {"J": "J", "W": "W", "hz": "1/s"}
-UNITS = {name: COLUMN_UNITS[name.rpartition("_")[2]] for name in (*CURVE_OF, BALL_COLLISIONS)} | {SHARE: "-"}
+DESCRIBED = (*CURVE_OF, BALL_COLLISIONS, SHARE)
 
 
 def describe_runs(
@@ -209,7 +203,7 @@ def describe_runs(
             factors[origin] = fingerprint.further[origin].at(table["fill_ratio"].to_numpy())
     found = {}
     for name, own in value.items():
-        further = {}
+        known = {}
         for origin, ends in factors.items():
             if name == BALL_COLLISIONS:
                 continue
@@ -218,21 +212,24 @@ def describe_runs(
             else:
                 low, high = (1 / (1 + (1 / own - 1) / end) for end in ends["ratio"][:, 0])
             if math.isfinite(low):
-                further[origin] = Ends(lower=float(low), upper=float(high))
-        halves = widths.get(name)
-        scatter, mean = [_around(own, half, name) for half in halves] if halves else (None, None)
-        found[name] = Quantity(value=own, unit=UNITS[name], scatter=scatter, mean=mean, **further)
+                known[origin] = Interval(float(low), float(high))
+        for origin, half in zip(("scatter", "mean"), widths.get(name, ()), strict=False):
+            if interval := _around(own, half, name):
+                known[origin] = interval
+        found[name] = Estimate(own, UNITS[name.rpartition("_")[2]]).having(known)
+    parts = {name: found[name] for name in ("normal_power_W", "tangential_power_W")}
+    found |= parts_of(found["power_W"], parts)
     words = table["motion"].iloc[0].split(", ")
     against = [f"{motion.word}: {motion.meaning}" for motion in MOTIONS.values() if motion.word in words]
     return Descriptors(**found), missing, against
 
 
-def _around(value: float, half: float, name: str) -> Ends | None:
-    """Ends from half the width of the interval of the logarithm; a share is at most 1. None if they are not known."""
+def _around(value: float, half: float, name: str) -> Interval | None:
+    """The interval from half its width in logarithms; a share is at most 1. None if it is not known."""
     factor = float(factor_of(half))
     if math.isnan(factor):
         return None
-    return Ends(lower=value / factor, upper=min(value * factor, 1.0) if name == SHARE else value * factor)
+    return Interval(lower=value / factor, upper=min(value * factor, 1.0) if name == SHARE else value * factor)
 
 
 def _values(table: pd.DataFrame) -> dict[str, float]:
@@ -240,4 +237,4 @@ def _values(table: pd.DataFrame) -> dict[str, float]:
     row = table.iloc[0]
     power = row["normal_power_W"] + row["tangential_power_W"]
     own = {"power_W": power, SHARE: row["tangential_power_W"] / power}
-    return {name: float(own.get(name, row.get(name))) for name in UNITS}
+    return {name: float(own.get(name, row.get(name))) for name in DESCRIBED}

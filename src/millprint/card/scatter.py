@@ -16,8 +16,8 @@ import pandas as pd
 from millprint.config.counting import CountingRule, recorded_count
 from millprint.dem.collisions import kept_by, strongest, turns_of
 from millprint.dose.spectra import read_contacts
+from millprint.estimate.quantiles import student_quantile
 from millprint.fingerprint.descriptors import block_length, variance_of_run
-from millprint.statistics.quantiles import student_quantile
 
 # Columns for each revolution: energies [J] and sums of squared contact energies [J2] by channel, and the numbers of
 # collisions, of collisions summed over the balls in them, and of strong contacts.

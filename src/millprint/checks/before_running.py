@@ -9,20 +9,19 @@ import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
 
-from millprint.card.experiment_cases import own_cases
 from millprint.card.read import check_material
-from millprint.config.checks import MILL_FOLDER, card_experiments, collect_cases, stop_on_bad_input
+from millprint.cases.of_mill import place_of_sweep, uncertainty_cases
+from millprint.cases.table import CaseTable, Why, own_cases
+from millprint.config.checks import MILL_FOLDER, collect_cases, stop_on_bad_input
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.config.motion_kinds import PlanetaryMotion
-from millprint.config.setup_models import TumblingConfig, setup_cases
 from millprint.config.sweep import Case, overridden
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.case_checks import check_ball_size, check_mixtures, check_room, check_step_and_cost, checked_bodies
 from millprint.dem.lammps.support import check_engine
 from millprint.dose.wear import read_materials
-from millprint.fingerprint.cases import mill_cases, place_of_sweep
 from millprint.fingerprint.sweep_checks import (
     SpeedSetting,
     check_speeds,
@@ -31,9 +30,8 @@ from millprint.fingerprint.sweep_checks import (
     speed_warnings,
     with_paces,
 )
-from millprint.mill.vessel import build_vessel
+from millprint.mill.bodies import build_bodies
 from millprint.mill.wall_words import drawn_in_words
-from millprint.uncertainty.varied import uncertainty_cases, uncertainty_faults
 from millprint.validation.measured import check_validation
 
 
@@ -52,25 +50,25 @@ def check_before_running(
     """
     check_validation(config)
     bodies = checked_bodies(mills)
-    swept = own_sweeps(config, mills)
-    carded = card_cases(config, mills, contacts)
+    table = CaseTable(config, mills, contacts)
+    # What the section of uncertainty names is checked by its own largest and smallest charges.
+    named = [config.mill, *config.mills.named, *config.dose.wear.mills, *config.dose.heat.mills]
+    swept = {name: list(table.cases(Why.MILL, name).values()) for name in dict.fromkeys(named)}
+    carded = card_cases(table)
     settings = [*speed_settings(config, mills, swept, cases, source), *(speed for speed, _ in carded.values())]
     speeds = with_paces(settings, bodies)
     check_speeds(speeds)
     groups = [(place_of_sweep(config, name, source), own) for name, own in swept.items()]
     groups.append((f"{source}: sweeps", list(cases.values())))
     groups.append((f"{source}: uncertainty", uncertainty_cases(config, mills)))
-    measured = {name: list(setup_cases(setup, config.dem).values()) for name, setup in config.validation.chosen.items()}
-    for name, setup in config.validation.chosen.items():
-        if isinstance(setup, TumblingConfig):
-            # Size, step and cost of every number of balls at every speed; seeds have the same.
-            speeds_rpm, seed = [setup.speed_rpm(speed) for speed in setup.speeds], setup.seeds[0]
-            charges = [(number, rpm, seed) for number in setup.numbers for rpm in speeds_rpm]
-            measured[name] = [setup.case(*each, mills[setup.mill]) for each in charges]
-    groups += [(f"{source}: validation.{name}", own) for name, own in measured.items()]
+    for name in config.validation.chosen:
+        rows = [*table.rows(Why.SET_UP, name), *table.rows(Why.IN_SET_UP, name)]
+        # Size, step and cost of every charge at every speed; seeds have the same.
+        charges = {row.case.model_copy(update={"seed": 0}).path: row.case for row in rows}
+        groups.append((f"{source}: validation.{name}", list(charges.values())))
     groups += [(place, own) for place, (_, own) in carded.items()]
     for place, group in groups:
-        for name, diameter in sorted({(case.mill, size) for case in group for size in case.sizes_mm}):
+        for name, diameter in sorted({(case.mill, size) for case in group for size in case.sizes_m}):
             check_ball_size(bodies[name][0].vessel, name, diameter, place)
     # The key of the step: the sweeps of the configuration are a list; for mills' own sweeps it is set for all mills.
     steps = {place: f"{place}.rayleigh_fraction" for place, _ in groups}
@@ -95,7 +93,12 @@ def check_before_running(
     check_movie(config, source)
     if config.dem.engine == "lammps":
         check_engine(cases.values(), mills, contacts, config.dem.lammps, source)
-    faults = [*fingerprint_faults(config, source), *uncertainty_faults(config, mills, contacts, source)]
+    faults = list(fingerprint_faults(config, source))
+    if config.uncertainty.mills:
+        # Imported here: slow to import, and few configurations name such a mill.
+        from millprint.uncertainty.samples import uncertainty_faults
+
+        faults += uncertainty_faults(config, mills, contacts, source)
     for more in further:
         faults += more(config, mills, contacts, cases, source)
     if faults:
@@ -110,8 +113,10 @@ def mill_warnings(mills: dict[str, MillConfig]) -> list[str]:
     """
     found = []
     for name, mill in mills.items():
-        if mill.geometry.kind == "stl" and not mill.geometry.faceted and (words := drawn_in_words(build_vessel(mill))):
-            found.append(f"{MILL_FOLDER}/{name}.yaml: geometry: {words}")
+        shapes = [mill.geometry, *(insert.geometry for insert in mill.inserts)]
+        for body, shape in zip(build_bodies(mill), shapes, strict=True):
+            if not shape.faceted and (words := drawn_in_words(body.vessel)):
+                found.append(f"{body.vessel.name}: {words}")
         place, motion = f"{MILL_FOLDER}/{name}.yaml: motion", mill.motion
         if not isinstance(motion, PlanetaryMotion):
             continue
@@ -129,27 +134,19 @@ def mill_warnings(mills: dict[str, MillConfig]) -> list[str]:
     return found
 
 
-def card_cases(
-    config: WorkflowConfig, mills: dict[str, MillConfig], contacts: dict[str, ContactConfig]
-) -> dict[str, tuple[SpeedSetting, list[Case]]]:
+def card_cases(table: CaseTable) -> dict[str, tuple[SpeedSetting, list[Case]]]:
     """The cases of every experiment of the milling cards with its speed, by file and name; checks the material."""
-    found = {}
-    for experiment in card_experiments(config):
-        place, mill = f"{config.cards.experiments}: {experiment.name}", mills[experiment.mill]
-        balls = contacts[experiment.contact or config.mills.contact_set]
+    found, config = {}, table.config
+    for name, experiment in table.experiments.items():
+        place = f"{config.cards.experiments}: {name}"
+        mill, balls = table.mills[experiment.mill], table.contact_of(name)
         own = own_cases(experiment, mill, balls, config.mills, place)
         key, unit = ("speed_hz", "Hz") if experiment.speed_hz is not None else ("speed_rpm", "rpm")
-        found[place] = SpeedSetting(f"{place}: {key}", unit, mill, experiment.rpm), own
+        found[place] = SpeedSetting(f"{place}: {key}", unit, mill, experiment.hz), own
         contact = overridden(own[0], mill, balls)[1]
         materials = config.dose.wear.materials
         check_material(experiment, contact.density_kg_m3, read_materials(materials), place, materials)
     return found
-
-
-def own_sweeps(config: WorkflowConfig, mills: dict[str, MillConfig]) -> dict[str, list[Case]]:
-    """The cases of the own sweep of every mill that a target of results/mills may need."""
-    named = [config.mill, *config.mills.named, *config.dose.wear.mills, *config.dose.heat.mills]
-    return {name: mill_cases(mills[name], config.mills) for name in dict.fromkeys(named)}
 
 
 def check_same_charges(cases: dict[str, Case], swept: dict[str, list[Case]], source: str) -> None:

@@ -33,7 +33,6 @@ COMMANDS = {
         "millprint.cli.compute_dose", "energy and hits that a gram of powder has seen, for a table of runs"
     ),
     "wear": Command("millprint.cli.predict_wear", "wear of the balls and iron in the powder"),
-    "listen": Command("millprint.cli.listen", "impacts a second of your own mill, from a recording"),
     "warm": Command("millprint.cli.warm", "power of your own mill, from the warming of its jar"),
     "watt": Command("millprint.cli.watt", "power of your own mill, from a wattmeter with loose and fixed balls"),
     "quantities": Command("millprint.cli.list_quantities", "list what own measurements can be compared with"),

@@ -41,7 +41,8 @@ from millprint.config.included import SOURCES
 from millprint.config.load import check_model, read_yaml
 from millprint.config.mixture import BallChoice
 from millprint.config.section import Count, Density, Fraction, PositiveSpeed
-from millprint.fingerprint.bands import FURTHER, NOT_KNOWN, interval_columns
+from millprint.estimate.estimates import columns_of
+from millprint.fingerprint.bands import FURTHER, NOT_KNOWN
 from millprint.fingerprint.comparison import Wanted, match_in_words
 from millprint.fingerprint.condition_search import (
     extrapolated_targets,
@@ -103,11 +104,11 @@ def shown(rows: pd.DataFrame) -> pd.DataFrame:
             add(f"{short} ratio", rows[f"{name}_ratio_lower"], rows[f"{name}_ratio_upper"], ".2f")
     for origin in FURTHER:
         for name, short in SHORT.items():
-            lower, upper = interval_columns(name, origin)
+            lower, upper = columns_of(name, origin)
             if lower in rows:
                 low, high = (100 * (rows[end] / rows[name] - 1) for end in (lower, upper))
                 add(f"{short} by {origin} %", low, high, "+.0f")
-            lower, upper = interval_columns(f"{name}_ratio", origin)
+            lower, upper = columns_of(f"{name}_ratio", origin)
             if lower in rows:
                 add(f"{short} ratio by {origin}", rows[lower], rows[upper], ".2f")
     return found

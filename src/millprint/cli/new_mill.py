@@ -31,7 +31,9 @@ from millprint.config.strict_yaml import parse_yaml
 from millprint.config.sweep import overridden
 from millprint.config.wording import close_to
 from millprint.config.workflow import WorkflowConfig
-from millprint.mill.vessel import build_vessel, check_volume
+from millprint.mill.bodies import build_bodies, check_volume
+from millprint.mill.vessel import build_vessel
+from millprint.mill.wall_words import walls_in_words
 from millprint.run.files import whole_file
 
 KINDS = Path(__file__).with_name("mills")
@@ -166,8 +168,8 @@ def warnings_of(mill: MillConfig, contact: ContactConfig) -> list[str]:
     """A line for each value that is unusual or that a run would refuse, and how long long simulations take."""
     # Imported here: slow to import, and `--list` and a wrong answer do not need it.
     from millprint.card.experiment_checks import check_cases
+    from millprint.cases.of_mill import mill_cases, sweep_of
     from millprint.checks.before_running import mill_warnings
-    from millprint.fingerprint.cases import mill_cases, sweep_of
 
     settings = WorkflowConfig(mill=mill.name)
     about = mill_warnings({mill.name: mill})
@@ -296,6 +298,7 @@ def main(arguments: list[str], name: str = "new") -> int:
             partial.write_text(text)
     load_named(MILL_FOLDER, own, MillConfig, "mill")
     print(f"made:  {mill_file} (the mill), {run_file} (the run)", file=sys.stderr)
+    print(f"wall:  {walls_in_words(build_bodies(mill))}", file=sys.stderr)
     if options.no_picture:
         return 0
     folder = f"results/{own}/mills/{own}"

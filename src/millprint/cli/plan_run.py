@@ -1,4 +1,4 @@
-"""Says what a run would do, before anything runs: Snakemake's table of its jobs, and time, memory and disk.
+"""Says what a run would do, before anything runs: Snakemake's table of its jobs, time, memory, disk, and the walls.
 
     millprint plan fingerprint planetary
     millprint plan fingerprint mine.yaml --cores 4
@@ -22,7 +22,7 @@ from snakemake_interface_logger_plugins.common import LogEvent
 from millprint.cli.commands import parser_of
 from millprint.cli.engine import YAML, settings_of, snakefile_words
 from millprint.config.arguments import check_configfiles
-from millprint.config.included import included_mills
+from millprint.config.included import included_mills, load_mill
 from millprint.run.ending import job_of
 from millprint.run.plan import Job, plan_text
 
@@ -36,6 +36,7 @@ class Plan(logging.Filter):
     def __init__(self) -> None:
         super().__init__()
         self.jobs: list[Job] = []
+        self.mills: set[str] = set()
         self.shown = False
 
     def filter(self, record: logging.LogRecord) -> bool:
@@ -43,6 +44,7 @@ class Plan(logging.Filter):
         event, first = getattr(record, "event", None), not self.shown
         if event == LogEvent.JOB_INFO:
             self.jobs.append(job_of(record))
+            self.mills |= {vars(record)["wildcards"].get("mill", "")}
         self.shown |= event == LogEvent.RUN_INFO
         return record.levelno >= logging.WARNING or (event == LogEvent.RUN_INFO and first)
 
@@ -78,4 +80,10 @@ def main(arguments: list[str], name: str = "plan") -> int:
             return int(ended.code)
     # The jobs of a target make no file.
     print(plan_text([job for job in plan.jobs if job.outputs], cores_of(words)))
+    # Imported here: they take a second, which the other ways out of this command do not need.
+    from millprint.mill.bodies import build_bodies
+    from millprint.mill.wall_words import walls_in_words
+
+    for mill in sorted(plan.mills & {*mills}):
+        print(f"wall         {mill}: {walls_in_words(build_bodies(load_mill(mill)))}")
     return 0

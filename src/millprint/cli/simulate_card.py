@@ -18,20 +18,19 @@ by contact parameters the target `uncertainty`; both are found in --results.
 """
 
 import argparse
-import shutil
 import sys
 import time
 from pathlib import Path
 
 from millprint.card.build import build_card
-from millprint.card.card_files import FILES, write_card
+from millprint.card.card_files import FILES, GIF, draw_run, write_card
 from millprint.card.card_model import MillingCard
-from millprint.card.experiment_cases import animated_case, own_cases
 from millprint.card.experiment_checks import check_experiment
 from millprint.card.latex import TITLES
 from millprint.card.methods import in_words
 from millprint.card.read import CardSettings, Runs, known_of
-from millprint.card.simulate import GIF, simulate_cases
+from millprint.cases.simulate import simulate_cases
+from millprint.cases.table import animated_case, own_cases
 from millprint.cli.commands import parser_of
 from millprint.config.arguments import Cores, value_of
 from millprint.config.card import Experiment
@@ -44,7 +43,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import overridden
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.compilation import compile_kernels
-from millprint.run.files import read_json, whole_file
+from millprint.run.files import read_json
 
 
 def say(card: MillingCard) -> None:
@@ -83,16 +82,14 @@ def main(arguments: list[str], name: str = "card") -> None:
         print(f"warning: {line}", file=sys.stderr)
     out = options.out or options.results / "cards" / experiment.name
     cases = own_cases(experiment, mill, contact, config.mills, place)
-    runs = {out / "runs" / f"seed_{case.seed}": case for case in cases}
-    wanted = dict(runs)
-    if not options.no_animation:
-        wanted[out / "runs" / "animation"] = animated_case(cases[0])
+    runs = {f"seed_{case.seed}": case for case in cases}
+    wanted = runs if options.no_animation else {**runs, "animation": animated_case(cases[0])}
     print(
         f"{len(wanted)} simulations of about {seconds / len(cases):.2g} s of one core each, in {out}", file=sys.stderr
     )
     compile_kernels()
     try:
-        done = simulate_cases(wanted, mill, contact, config.dem, options.cores)
+        done = simulate_cases(wanted, mill, contact, config.dem, out / "runs", options.cores)
     except MillprintError as error:
         raise ConfigError(f"{place}: {error}") from None
     if done:
@@ -103,15 +100,17 @@ def main(arguments: list[str], name: str = "card") -> None:
     )  # fmt: skip
     settings = CardSettings(counting_rule=config.mills.rule, interval=config.fingerprint.interval, dose=config.dose)
     simulated = overridden(cases[0], mill, contact)[1]
-    paths = [str(folder / "run.h5") for folder in runs]
+    folders = [out / "runs" / name for name in runs]
+    paths = [str(folder / "run.h5") for folder in folders]
     card = build_card(
-        experiment, mill, simulated, Runs([read_json(folder / "summary.json") for folder in runs], paths),
+        experiment, mill, simulated, Runs([read_json(folder / "summary.json") for folder in folders], paths),
         settings, known,
     )  # fmt: skip
     write_card(card, mill, out)
     if not options.no_animation:
-        with whole_file(out / GIF) as partial:
-            shutil.copyfile(out / "runs" / "animation" / GIF, partial)
+        run, gif = out / "runs" / "animation" / "run.h5", out / GIF
+        if not gif.is_file() or gif.stat().st_mtime < run.stat().st_mtime:
+            draw_run(run, gif)
     say(card)
     made = [*FILES, *([] if options.no_animation else [GIF])]
     print(f"\n{out}: {', '.join(made)}, written in {time.perf_counter() - begin:.0f} s")

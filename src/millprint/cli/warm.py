@@ -18,10 +18,16 @@ from millprint.config.load import check_model
 from millprint.dose.heat_balance import BODIES, Balance
 from millprint.dose.heat_sources import mean_of, read_source
 from millprint.dose.heat_table import ROOM, balance_of, sample
-from millprint.own_machine.prediction import Condition, read_condition
+from millprint.own_machine.prediction import (
+    Condition,
+    add_options,
+    given,
+    keep,
+    read_condition,
+    say_power,
+)
 from millprint.own_machine.readings import TEMPERATURE, read_series
 from millprint.own_machine.settings import WarmSettings
-from millprint.own_machine.verdict_text import add_options, given, keep, say_power
 from millprint.own_machine.warming import fit_power, unit_response
 
 SAMPLES, FEWEST_READINGS, SHORTEST_S = 4000, 10, 30.0
@@ -78,7 +84,7 @@ def main(arguments: list[str], name: str = "warm") -> None:
     )
     if not found.described:
         print("warning: the balance does not describe these readings: was all at the temperature of the room?")
-    note = say_power(condition, found.power_W)
+    note = say_power(condition, found.power_W, options.date)
     figure = None
     if options.figure:
         from millprint.figures.own_machine_figures import plot_warming

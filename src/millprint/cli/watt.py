@@ -15,12 +15,17 @@ from millprint.cli.commands import parser_of
 from millprint.config.arguments import value_of_key
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
-from millprint.own_machine.electric import power_of_charge
-from millprint.own_machine.estimates import BLOCKS, block_means
-from millprint.own_machine.prediction import hull_of, read_condition
+from millprint.own_machine.electric import BLOCKS, block_means, power_of_charge
+from millprint.own_machine.prediction import (
+    add_options,
+    given,
+    keep,
+    predicted_power,
+    read_condition,
+    say_power,
+)
 from millprint.own_machine.readings import POWER, read_series
 from millprint.own_machine.settings import WattSettings
-from millprint.own_machine.verdict_text import add_options, given, keep, say_power
 
 
 def blocks_of(path: Path) -> np.ndarray:
@@ -55,12 +60,13 @@ def main(arguments: list[str], name: str = "watt") -> None:
     condition = read_condition(options.card)
     electric, charge = power_of_charge(blocks_of(options.loose), blocks_of(options.fixed), settings)
     print(f"{condition.card.name}: {condition.words}")
-    print(f"electric power, loose less fixed balls: {electric} W, of {settings.jars} jars")
-    note = say_power(condition, charge)
+    print(f"electric power, loose less fixed balls: {electric}, of {settings.jars} jars")
+    note = say_power(condition, charge, options.date)
     figure = None
     if options.figure:
         from millprint.figures.own_machine_figures import plot_powers
 
-        predicted, _ = hull_of(condition.card.fingerprint.descriptors.power_W)
-        figure = plot_powers({"loose less fixed": electric, "in the balls of a jar": charge, "predicted": predicted})
+        figure = plot_powers(
+            {"loose less fixed": electric, "in the balls of a jar": charge, "predicted": predicted_power(condition)}
+        )
     keep(options, condition.row("power by wattmeter", "W", charge, note), figure)

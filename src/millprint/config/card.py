@@ -126,11 +126,11 @@ class Experiment(SpeedSection, TurnsSection):
     def is_case(self, case: Case, contact: str, fill_ratio: float) -> bool:
         """Whether a case simulates this experiment: same mill, contact set, speed, fill ratio and balls, as built."""
         own = balls_of(self.balls.diameter_mm)
-        numbers = ((case.fill_ratio, fill_ratio), (case.speed_rpm, self.rpm))
+        numbers = ((case.fill_ratio, fill_ratio), (case.speed_hz, self.hz))
         plain = (case.young_modulus_gpa, case.amplitude_mm, case.facets, case.time_step_s, case.disturbance_m)
         return (
             (case.mill, case.contact, case.density_kg_m3) == (self.mill, contact, self.balls.density_kg_m3)
-            and (case.ball_diameter_mm, case.mixture) == (own["ball_diameter_mm"], own["mixture"])
+            and (case.ball_diameter_m, case.mixture) == (own["ball_diameter_m"], own["mixture"])
             and all(math.isclose(one, other, rel_tol=1e-6) for one, other in numbers)
             and all(value is None for value in plain)
             and case.snapshot_interval_s is None

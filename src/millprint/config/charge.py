@@ -91,8 +91,13 @@ class SpeedSection(Section):
 
     @property
     def rpm(self) -> float:
-        """The speed [rpm]."""
+        """The speed as people read it [rpm]."""
         return self.speed_rpm if self.speed_rpm is not None else 60 * (self.speed_hz or 0.0)
+
+    @property
+    def hz(self) -> float:
+        """The speed [Hz]."""
+        return self.speed_hz or (self.speed_rpm or 0.0) / 60
 
 
 def fill_of(charge: dict[str, float], volume_ml: float, diameter_mm: float, density_kg_m3: float, place: str) -> float:

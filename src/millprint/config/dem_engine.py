@@ -37,7 +37,7 @@ OWN_KEYS = set(DemConfig.model_fields)
 
 # Jobs that read a simulation of LAMMPS, or none.
 JOBS_OF_LAMMPS = {
-    *("run_lammps_case", "tabulate_simulations", "simulations", "draw_mill", "derive_sweep"),
+    *("run_dem_case", "tabulate_simulations", "simulations", "draw_mill", "derive_sweep"),
     *("compile_kernels", "build_gallery", "write_crate", "gallery", "crate"),
 }
 

@@ -7,21 +7,7 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.load import Named, check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
-from millprint.config.sources import Sources
-
-PACKAGE = Path(__file__).parents[1]
-# setup.py copies folders of the project there; a checkout has them once, at its root.
-COPY = PACKAGE / "included"
-
-
-def shipped(path: str) -> str | None:
-    """The location of a file or folder of this project, by its path from the project's root; None if it is not there.
-
-    An installed library has the folders that setup.py copies.
-    """
-    place = (COPY if COPY.is_dir() else PACKAGE.parents[1]) / path
-    return str(place) if place.exists() else None
-
+from millprint.config.sources import Sources, shipped
 
 # A file of the working folder takes the place of an included one of the same name.
 SOURCES = Sources(shipped)

@@ -10,7 +10,6 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from millprint.config.errors import ConfigError
-from millprint.config.removed import what_became_of
 from millprint.config.section import PLAIN_VALUE, TRUTH, NamedSection, kind_of, nested_models
 from millprint.config.sources import WORKING_FOLDER, Sources
 from millprint.config.strict_yaml import read_yaml
@@ -20,8 +19,6 @@ from millprint.config.wording import close_to, in_words, unit_of
 MOST_FAULTS = 20
 # The value of a key that is missing.
 NOT_THERE = object()
-# Keys of earlier versions, and their present names.
-RENAMED = {"yields.honest": "yields.evaluation"}
 
 Model = TypeVar("Model", bound=BaseModel)
 Named = TypeVar("Named", bound=NamedSection)
@@ -110,11 +107,8 @@ def _line(source: str | Sequence[str], model: type[BaseModel], error: ErrorDetai
         known = error["ctx"]["expected_tags"].replace("'", "").split(", ")
         return f"{begin} = {error['input']!r}: unknown{close_to(str(error['input']), known)}"
     if error["type"] == "extra_forbidden":
-        if fixed := what_became_of(".".join(str(step) for step in place if not isinstance(step, int)), section):
-            return f"{begin} = {error['input']!r}: this key was removed ({fixed}); delete it"
         beside = [str(other[-1]) for other in missing if other[:-1] == place[:-1]]
         hint = _nearest(last, beside, _known_keys(section)) or _where_it_belongs(model, error["loc"])
-        hint = f"; it is now called {RENAMED[key]}" if key in RENAMED else hint
         return f"{begin} = {error['input']!r}: unknown key{hint}"
     if absent:
         return f"{begin}: this key is missing"

@@ -8,7 +8,6 @@ from millprint.config.setup_models import (
     ElasticImpactConfig,
     ReposeDrumConfig,
     SetupConfig,
-    ShakerConfig,
     TumblingConfig,
 )
 from millprint.config.shaken_models import LeafSpringConfig, ShakenBoxConfig, ShakenPlateConfig
@@ -18,7 +17,6 @@ TURN_ENERGY = "energy a revolution"
 FLOW_SPEED, SURFACE_ANGLE = "speed down the slope", "angle of the surface"
 STILL_PLACE = "place at which the speed is zero"
 REPOSE = "angle of repose"
-BALL_SPEEDS = "ball speeds"
 IMPACT = {
     "tangential restitution": "-",
     "spin after the impact": "rad/s",
@@ -56,7 +54,6 @@ def quantities_of(setup: SetupConfig) -> dict[str, Asked]:
         return {FLOW_SPEED: Asked("m/s", place), SURFACE_ANGLE: Asked("deg"), STILL_PLACE: Asked("m")}
     known: dict[type[SetupConfig], dict[str, Asked]] = {
         ReposeDrumConfig: {REPOSE: Asked("deg")},
-        ShakerConfig: {BALL_SPEEDS: Asked("m/s")},
         ShakenBoxConfig: {LOST: Asked("-", "amplitude over free gap, A / G [-]")},
         LeafSpringConfig: {SWING: Asked("-", "time [s]")},
         ShakenPlateConfig: {

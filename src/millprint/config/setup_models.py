@@ -1,16 +1,21 @@
-"""Set-ups that others measured: the settings of each prediction, fixed before it is compared with the measured values.
+"""Set-ups that others measured: the kinds of their predictions, and the files of config/validation.
 
-`python tools/fix_predictions.py` records their digest and the date. They are constants and not keys: nobody tunes a
-prediction. To add a set-up, write a class here, name it in `SETTINGS`, and add a record to validation/setups.py.
+They are constants and not keys: nobody tunes a prediction. To add a set-up of a kind, write a file.
 """
 
 import math
-from typing import ClassVar
+from pathlib import Path
+from typing import Any, ClassVar
+
+from pydantic import TypeAdapter
 
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import BallMixture, BallSize
+from millprint.config.section import Section
 from millprint.config.setup_section import Interval, SetupConfig
 from millprint.config.shaken_models import LeafSpringConfig, ShakenBoxConfig, ShakenPlateConfig
+from millprint.config.sources import shipped
+from millprint.config.strict_yaml import read_yaml
 from millprint.config.sweep import Case, DemConfig, SweepConfig, balls_of, expand_sweep
 
 
@@ -20,7 +25,6 @@ class TumblingConfig(SetupConfig):
     Speeds are in the unit of the measured values: rpm, or per cent of `critical_speed_rpm` where that is given.
     """
 
-    places: ClassVar[tuple[str, ...]] = ("speeds", "drawn_speeds")
     own_tables: ClassVar[tuple[str, ...]] = ("runs.tsv",)
 
     mill: str
@@ -81,7 +85,7 @@ class TumblingConfig(SetupConfig):
         turn_s = 60 / speed_rpm
         return Case(
             mill=mill.name, contact=self.contact, **balls_of(self.ball_diameter_mm),
-            fill_ratio=self.fill_ratio(number, mill.volume_ml), speed_rpm=speed_rpm, seed=seed,
+            fill_ratio=self.fill_ratio(number, mill.volume_ml), speed_hz=speed_rpm / 60, seed=seed,
             rayleigh_fraction=self.rayleigh_fraction, closure_max=self.closure_max, settle_s=self.settle_s,
             discard_s=max(self.discard_turns * turn_s, self.discard_s),
             window_s=max(self.window_turns * turn_s, self.window_s),
@@ -113,57 +117,6 @@ class TumblingConfig(SetupConfig):
     def fill_ratio(self, number: int, volume_ml: float) -> float:
         """Fill ratio of a number of balls in a mill of that nominal volume [-]."""
         return number * math.pi / 6 * self.diameter_mm**3 / (1e3 * volume_ml)
-
-
-SLICE_SPEEDS = [20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 100.0, 110.0, 120.0, 140.0, 160.0]
-
-
-class SliceMillConfig(TumblingConfig):
-    """Set-up 1: the slice mill of Hlungwani, Rikhotso, Dong and Moys (2003), as Govender and others (2015) print it."""
-
-    contact: str = "slice_mill"
-    further_contacts: list[str] = ["slice_mill_elastic", "steel"]
-    mill: str = "slice_mill"
-    ball_diameter_mm: BallSize = 22.0
-    numbers: list[int] = [120, 169]
-    fillings: list[float] = [0.25, 0.35]
-    speeds: list[float] = SLICE_SPEEDS
-    critical_speed_rpm: float | None = 58.3
-    drawn_speeds: list[float] = [30.0, 70.0, 100.0, 140.0]
-    sample_speeds: list[float] = [30.0, 70.0, 110.0, 140.0]
-
-
-class DrumConfig(TumblingConfig):
-    """Set-up 2: the drum of 90 cm of Venugopal and Rajamani (2001), as Govender and others (2015) print it."""
-
-    contact: str = "drum_90cm"
-    further_contacts: list[str] = ["steel"]
-    mill: str = "drum_90cm"
-    ball_diameter_mm: BallSize = 50.8
-    numbers: list[int] = [168]
-    fillings: list[float] = [0.20]
-    speeds: list[float] = [9.0, 14.0, 18.0, 22.0, 27.0, 32.0, 37.0, 42.0]
-    drawn_speeds: list[float] = [14.0, 22.0, 32.0, 42.0]
-    sample_speeds: list[float] = [14.0, 22.0, 32.0]
-
-
-BOND_CHARGE = BallMixture(name="bond", sizes_mm=(36.83, 29.72, 25.40, 19.05, 15.49), numbers=(43, 67, 10, 71, 94))
-
-
-class BondMillConfig(TumblingConfig):
-    """Set-up 5: the laboratory mill of the Bond work index."""
-
-    contact: str = "balls_in_ore"
-    further_contacts: list[str] = ["steel"]
-    mill: str = "bond_mill"
-    ball_diameter_mm: BallSize = BOND_CHARGE
-    numbers: list[int] = [285]
-    fillings: list[float] = [0.19]
-    speeds: list[float] = [70.0]
-    drawn_speeds: list[float] = [70.0]
-    discard_s: float = 2.0
-    window_s: float = 3.0
-    sample_speeds: list[float] = [70.0]
 
 
 class DrumOfBallsConfig(SetupConfig):
@@ -210,20 +163,11 @@ class DrumOfBallsConfig(SetupConfig):
 class BeadDrumConfig(DrumOfBallsConfig):
     """Set-up 4: speed over depth in a long drum of glass beads, from two slices of it (Alizadeh et al. 2013)."""
 
-    contact: str = "glass_beads"
-    further_contacts: list[str] = ["glass_beads_clean"]
-    """contact sets that bound it; the interval by contact parameters spans them"""
-    mill: str = "bead_drum"
-    short_mill: str = "bead_drum_short"
+    short_mill: str
     """a shorter slice: it shows that the length is enough, and runs with every contact set"""
-    ball_diameter_mm: float = 3.0
-    fill_ratio: float = 0.1962
-    speed_rpm: float = 11.6
-    discard_s: float = 1.55
-    window_s: float = 2.08
-    half_width_diameters: float = 1.5
+    half_width_diameters: float
     """half the width, along the surface, of the part about the axis in which speeds are averaged [ball diameters]"""
-    half_height_diameters: float = 0.5
+    half_height_diameters: float
     """half its height [ball diameters]"""
 
     @property
@@ -238,24 +182,17 @@ class BeadDrumConfig(DrumOfBallsConfig):
 class ReposeDrumConfig(DrumOfBallsConfig):
     """Set-up 7: angle of repose in a short drum, its ends included, of spheres without known friction."""
 
-    contact: str = "generic_spheres"
-    mill: str = "repose_drum"
-    ball_diameter_mm: float = 5.95
-    fill_ratio: float = 0.23916
-    speed_rpm: float = 20.99
-    discard_s: float = 1.43
-    window_s: float = 1.43
-    seeds: list[int] = [0, 1]
+    seeds: list[int]
     """seeds of the starting positions; their scatter is a part of the interval"""
-    slice_mm: float = 30.0
+    slice_mm: float
     """length of the slices in which contact parameters are varied, with smooth ends [mm]"""
-    samples: int = 8
+    samples: int
     """slices, each with different contact parameters, drawn evenly at random from these intervals"""
-    restitution: Interval = (0.2, 0.95)
+    restitution: Interval
     """restitution [-]"""
-    static_friction: Interval = (0.08, 0.8)
+    static_friction: Interval
     """static friction, of balls and of ball and wall [-]"""
-    rolling_friction: Interval = (0.005, 0.09)
+    rolling_friction: Interval
     """rolling friction, in its logarithm [-]"""
 
     def without_intervals(self) -> "ReposeDrumConfig":
@@ -291,98 +228,78 @@ class ImpactConfig(SetupConfig):
 class AluminaImpactConfig(ImpactConfig):
     """Set-up 3: a sphere of aluminium oxide on glass, at one speed and many angles (Kharaz, Gorham and Salman 2001)."""
 
-    places = ("angles_deg",)
-
-    contact: str = "alumina_on_glass"
-    radius_mm: float = 2.5
-    restitution: Interval | None = (0.97, 0.99)
-    static_friction: Interval | None = (0.087, 0.097)
-    speed_m_s: float = 3.9
+    speed_m_s: float
     """speed of the sphere before the impact [m/s]"""
-    angles_deg: list[float] = [float(a) for a in (*range(1, 15), *range(15, 90, 5), 88)]
+    angles_deg: list[float]
     """angles of incidence from the normal, in addition to the measured ones [deg]"""
 
 
 class ElasticImpactConfig(ImpactConfig):
     """Set-up 9: an elastic sphere on a plate of its own material, at one normal speed (Chung and Ooi 2011, test 5)."""
 
-    places = ("slopes",)
-
-    contact: str = "steel_elastic"
-    radius_mm: float = 0.01
-    normal_speed_m_s: float = 5.0
+    normal_speed_m_s: float
     """normal speed of the sphere before the impact [m/s]"""
-    slopes: list[float] = [0.1, 0.5, 1.0, 1.5, 2.0, 2.5, *map(float, range(3, 15))]
+    slopes: list[float]
     """tangential over mu times normal speed at the contact point, in addition to the measured ones [-]"""
 
 
-class ShakerConfig(SetupConfig):
-    """Row 8a: a shaker mill of the class of SPEX 8000, of which neither balls nor vial are known."""
-
-    run_files: ClassVar[tuple[str, ...]] = ("run.h5",)
-
-    contact: str = "steel"
-    mill: str = "spex"
-    """mill: a file in config/mills"""
-    ball_diameters_mm: list[float] = [12.7, 6.35]
-    """ball diameters, each a charge of its own [mm]"""
-    fill_ratio: float = 0.06
-    """ball volume over the mill's nominal volume [-]"""
-    speed_rpm: float = 1050.0
-    """cycles of the arm [1/min]"""
-    seeds: list[int] = [0, 1]
-    """seeds of the starting positions"""
-    discard_s: float = 0.5
-    """time before the record begins [s]"""
-    window_s: float = 2.0
-    """recorded time [s]"""
-    interval_s: float = 2e-3
-    """time between two records of the balls [s]"""
-    share: float = 0.8
-    """share of all speeds that the range holds [-]"""
-
-    @property
-    def sweeps(self) -> list[SweepConfig]:
-        """A charge of each size with each seed."""
-        return [
-            SweepConfig(
-                name="spex_shaker", mills=[self.mill], contacts=self.contact_names,
-                ball_diameters_mm=self.ball_diameters_mm, fill_ratios=[self.fill_ratio], speeds_rpm=[self.speed_rpm],
-                seeds=self.seeds, rayleigh_fraction=0.024, discard_s=self.discard_s, window_s=self.window_s,
-                snapshot_interval_s=self.interval_s,
-            )
-        ]  # fmt: skip
-
-
-SETTINGS: dict[str, SetupConfig] = {
-    "alumina_impact": AluminaImpactConfig(),
-    "elastic_impact": ElasticImpactConfig(),
-    "slice_mill": SliceMillConfig(),
-    "drum_90cm": DrumConfig(),
-    "bond_mill": BondMillConfig(),
-    "spex_shaker": ShakerConfig(),
-    "bead_drum": BeadDrumConfig(),
-    "repose_drum": ReposeDrumConfig(),
-    "shaken_box": ShakenBoxConfig(),
-    "leaf_spring": LeafSpringConfig(),
-    "shaken_plate": ShakenPlateConfig(),
+KINDS: dict[str, type[SetupConfig]] = {
+    "tumbling": TumblingConfig,
+    "oblique_impact": AluminaImpactConfig,
+    "elastic_impact": ElasticImpactConfig,
+    "bead_drum": BeadDrumConfig,
+    "repose_drum": ReposeDrumConfig,
+    "shaken_box": ShakenBoxConfig,
+    "leaf_spring": LeafSpringConfig,
+    "shaken_plate": ShakenPlateConfig,
 }
-# In place of these, a coarse version that takes seconds, for a test of the workflow.
-QUICK: dict[str, SetupConfig] = {
-    "alumina_impact": AluminaImpactConfig(angles_deg=[60.0], steps_per_impact=1000),
-    "bond_mill": BondMillConfig(
-        seeds=[0, 1], samples=2, discard_turns=0.3, discard_s=0.3, window_turns=0.5, window_s=0.5,
-        rayleigh_fraction=0.2, closure_max=0.05,
-    ),
-    "shaken_box": ShakenBoxConfig(
-        balls=60, side_diameters=4.0, amplitudes=[], seeds=[0], varied_amplitudes=[], packing_periods=2,
-        discard_periods=1, window_periods=2,
-    ),
-    "leaf_spring": LeafSpringConfig(seeds=[0], further_balls=[], times_s=[0.5, 1.0]),
-    "shaken_plate": ShakenPlateConfig(
-        balls=60, side_diameters=4.0, accelerations=[10.0, 20.0], seeds=[0], discard_periods=5, window_periods=10,
-    ),
-}  # fmt: skip
+
+
+class Assumption(Section):
+    """Something that the source does not state, or that we took from another source."""
+
+    what: str
+    value: str
+    source: str
+
+
+class SetupFile(Section):
+    """A file of config/validation: what was measured, the settings of its prediction, and what is assumed."""
+
+    kind: str
+    """name in KINDS"""
+    number: int
+    """in the literature list of measured machines"""
+    title: str
+    """in figures and tables"""
+    settings: dict[str, Any]
+    """keys of its kind"""
+    quick: dict[str, Any] = {}
+    """in place of some of them, a coarse version that takes seconds, for a test of the workflow"""
+    shared: str | None = None
+    """a file of config/validation/shared with further assumptions"""
+    assumptions: list[Assumption] = []
+
+    def read(self, **changes: Any) -> SetupConfig:
+        """The settings, with some in place of its own."""
+        return KINDS[self.kind](**{**self.settings, **changes})
+
+
+def _read_files() -> dict[str, SetupFile]:
+    """The set-ups by the names of their files, in the order of their numbers."""
+    folder = Path(str(shipped(FOLDER)))
+    files = {path.stem: SetupFile.model_validate(read_yaml(path)) for path in sorted(folder.glob("*.yaml"))}
+    for file in files.values():
+        if file.shared:
+            shared = read_yaml(folder / "shared" / f"{file.shared}.yaml")
+            file.assumptions[:0] = TypeAdapter(list[Assumption]).validate_python(shared)
+    return dict(sorted(files.items(), key=lambda item: item[1].number))
+
+
+FOLDER = "config/validation"
+FILES = _read_files()
+SETTINGS = {name: file.read() for name, file in FILES.items()}
+QUICK = {name: file.read(**file.quick) for name, file in FILES.items() if file.quick}
 
 
 def read_settings(name: str, content: dict) -> SetupConfig:

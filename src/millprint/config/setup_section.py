@@ -12,8 +12,6 @@ Interval = tuple[float, float]
 class SetupConfig(Section):
     """Settings of a set-up: its contact sets, its mill if it has one, and its simulations."""
 
-    # Keys that choose where to predict, such as speeds: they change no number, and so no digest.
-    places: ClassVar[tuple[str, ...]] = ()
     # The files that the prediction reads of each simulation.
     run_files: ClassVar[tuple[str, ...]] = ("summary.json",)
     # Tables of its own simulations in its own folder, which another rule writes before the prediction.

@@ -1,7 +1,5 @@
 """Set-ups of shaken boxes: a box on a drive without gravity, a box on a leaf spring, and a plate under gravity."""
 
-from typing import ClassVar
-
 from millprint.config.setup_section import SetupConfig
 
 # What a run takes of a processor [s], and for which number of balls.
@@ -49,34 +47,29 @@ class ShakenConfig(SetupConfig):
 class ShakenBoxConfig(ShakenConfig):
     """Set-up 21: a box without gravity, half full of many layers, and what must not change the energy lost in it."""
 
-    places: ClassVar[tuple[str, ...]] = ("amplitudes",)
-
-    contact: str = "generic_spheres"
-    side_diameters: float = 6.0
-    balls: int = 300
-    speed_m_s: float = 0.3
+    speed_m_s: float
     """peak speed of the box, A w, at every amplitude [m/s]"""
-    fill_share: float = 0.5
+    fill_share: float
     """thickness of the packed pile over the inner length [-]"""
-    amplitudes: list[float] = [0.2, 0.25, 0.28]
+    amplitudes: list[float]
     """amplitudes over the free gap, in addition to the measured ones [-]"""
-    packing_amplitude: float = 1.0
+    packing_amplitude: float
     """least amplitude over the free gap at which shaking packs the poured pile; a larger one packs it more [-]"""
-    packing_periods: int = 4
+    packing_periods: int
     """periods in which shaking packs the poured pile [-]"""
-    discard_periods: int = 2
+    discard_periods: int
     """further periods before the averages begin [-]"""
-    window_periods: int = 6
+    window_periods: int
     """periods that are averaged [-]"""
-    varied_amplitudes: list[float] = [0.5, 1.0]
+    varied_amplitudes: list[float]
     """amplitudes over the free gap at which one thing is changed, with the first seed [-]"""
-    further_speeds_m_s: list[float] = [0.15, 0.6]
+    further_speeds_m_s: list[float]
     """other speeds, and so frequencies [m/s]"""
-    further_restitutions: list[float] = [0.3, 0.8]
+    further_restitutions: list[float]
     """other coefficients of restitution [-]"""
-    further_frictions: list[float] = [0.0, 0.8]
+    further_frictions: list[float]
     """other coefficients of friction [-]"""
-    further_balls: list[int] = [75, 150]
+    further_balls: list[int]
     """other numbers of balls, and so of layers [-]"""
 
     @property
@@ -99,24 +92,17 @@ class ShakenBoxConfig(ShakenConfig):
 class LeafSpringConfig(ShakenConfig):
     """Set-up 22: a box on a leaf spring without gravity, which swings freely and is stopped by the balls in it."""
 
-    places: ClassVar[tuple[str, ...]] = ("times_s",)
-
-    contact: str = "smooth_spheres"
-    side_diameters: float = 5.2
-    length_diameters: float = 4.0
+    length_diameters: float
     """inner length [ball diameters]"""
-    balls: int = 37
-    frequency_hz: float = 1.23
+    frequency_hz: float
     """frequency of the box without balls [Hz]"""
-    amplitude_diameters: float = 10.7
+    amplitude_diameters: float
     """amplitude at the start [ball diameters]"""
-    mass_ratio: float = 2.93
+    mass_ratio: float
     """mass of the box over that of all balls [-]"""
-    seeds: list[int] = [0, 1, 2, 3, 4]
-    rayleigh_fraction: float = 0.1
-    further_balls: list[int] = [33, 41]
+    further_balls: list[int]
     """other numbers of balls, in a box of the same ratio of masses; the interval spans them"""
-    times_s: list[float] = [float(second) for second in range(1, 16)]
+    times_s: list[float]
     """times, in addition to the measured ones [s]"""
 
     @property
@@ -128,17 +114,13 @@ class LeafSpringConfig(ShakenConfig):
 class ShakenPlateConfig(ShakenConfig):
     """Set-up 23: layers of balls on a shaken plate under gravity."""
 
-    contact: str = "calibrated"
-    side_diameters: float = 6.0
-    balls: int = 150
-    rayleigh_fraction: float = 0.1
-    frequency_hz: float = 20.0
+    frequency_hz: float
     """frequency of the plate [Hz]"""
-    accelerations: list[float] = [6.0, 9.0, 12.0, 15.0, 18.0, 21.0, 24.0, 27.0, 30.0]
+    accelerations: list[float]
     """peak accelerations of the plate over gravity [-]"""
-    discard_periods: int = 10
+    discard_periods: int
     """periods before the averages begin [-]"""
-    window_periods: int = 60
+    window_periods: int
     """periods that are averaged [-]"""
 
     @property

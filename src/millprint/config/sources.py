@@ -13,6 +13,20 @@ from millprint.config.section import InProject, Section
 Kept = TypeVar("Kept", bound=Section)
 
 
+PACKAGE = Path(__file__).parents[1]
+# setup.py copies folders of the project there; a checkout has them once, at its root.
+COPY = PACKAGE / "included"
+
+
+def shipped(path: str) -> str | None:
+    """The location of a file or folder of this project, by its path from the project's root; None if it is not there.
+
+    An installed library has the folders that setup.py copies.
+    """
+    place = (COPY if COPY.is_dir() else PACKAGE.parents[1]) / path
+    return str(place) if place.exists() else None
+
+
 def _nothing(path: str) -> str | None:
     return None
 

@@ -1,7 +1,8 @@
 """DEM settings and sweeps: the simulated cases, their names, and what each changes."""
 
 import itertools
-from typing import Annotated, ClassVar
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
 
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
@@ -139,14 +140,17 @@ class SweepConfig(Section):
 
 
 class Case(Section):
-    """One simulation. Its path is `MILL/CONTACT/NAME`, such as emax/calibrated/d10_f0.10_n600_s0."""
+    """One simulation. Its path is `MILL/CONTACT/NAME`, such as emax/calibrated/d10_f0.10_n600_s0.
+
+    Its condition is in SI; what it changes of mill and contact set has the keys and units of these.
+    """
 
     mill: Name
     contact: Name
-    ball_diameter_mm: float
+    ball_diameter_m: float
     mixture: BallMixture | None = None
     fill_ratio: float
-    speed_rpm: float
+    speed_hz: float
     seed: int
     young_modulus_gpa: float | None = None
     amplitude_mm: float | None = None
@@ -178,13 +182,13 @@ class Case(Section):
         }
         changes = "".join(f"_{letters}{value:g}" for letters, value in changed.items() if value is not None)
         fill = f"{self.fill_ratio:.4f}".rstrip("0").ljust(4, "0")
-        balls = self.mixture.name if self.mixture else f"d{self.ball_diameter_mm:g}"
-        return f"{balls}_f{fill}_n{self.speed_rpm:g}{changes}_s{self.seed}"
+        balls = self.mixture.name if self.mixture else f"d{1e3 * self.ball_diameter_m:g}"
+        return f"{balls}_f{fill}_n{60 * self.speed_hz:g}{changes}_s{self.seed}"
 
     @property
-    def sizes_mm(self) -> tuple[float, ...]:
-        """The diameters of the balls [mm]: one, or those of the mixture."""
-        return self.mixture.sizes_mm if self.mixture else (self.ball_diameter_mm,)
+    def sizes_m(self) -> tuple[float, ...]:
+        """The diameters of the balls [m]: one, or those of the mixture."""
+        return tuple(size / 1e3 for size in self.mixture.sizes_mm) if self.mixture else (self.ball_diameter_m,)
 
     @property
     def path(self) -> str:
@@ -196,7 +200,7 @@ class Case(Section):
 _VARIED = {
     "mill": "mills",
     "contact": "contacts",
-    "ball_diameter_mm": "ball_diameters_mm",
+    "balls": "ball_diameters_mm",
     "fill_ratio": "fill_ratios",
     "speed_rpm": "speeds_rpm",
     "young_modulus_gpa": "young_moduli_gpa",
@@ -214,12 +218,24 @@ def expand_sweep(sweep: SweepConfig, dem: DemConfig, mill: str) -> list[Case]:
     given |= {key: getattr(dem, key) for key in ("settle_s", "discard_s", "window_s") if given[key] is None}
     lists = [getattr(sweep, key) or [mill if key == "mills" else None] for key in _VARIED.values()]
     combined = (dict(zip(_VARIED, values, strict=True)) for values in itertools.product(*lists))
-    return [Case(**{**values, **balls_of(values["ball_diameter_mm"])}, **given) for values in combined]
+    return [
+        Case(**own, **balls_of(balls), speed_hz=speed_rpm / 60, **given)
+        for balls, speed_rpm, own in ((values.pop("balls"), values.pop("speed_rpm"), values) for values in combined)
+    ]
 
 
 def balls_of(size: float | BallMixture) -> dict[str, float | BallMixture | None]:
     """The keys of a case that an element of `ball_diameters_mm` gives."""
-    return {"ball_diameter_mm": diameter_of(size), "mixture": mixture_of(size)}
+    return {"ball_diameter_m": diameter_of(size) / 1e3, "mixture": mixture_of(size)}
+
+
+def as_tabulated(case: Mapping[str, Any]) -> dict[str, float]:
+    """Ball diameter [mm], fill ratio and speed [rpm] of a stored case, as tables and pages have them."""
+    # Without the last digits, which the factors change: a speed of 500 rpm is 500.
+    diameter_mm, speed_rpm = (
+        float(f"{value:.13g}") for value in (1e3 * case["ball_diameter_m"], 60 * case["speed_hz"])
+    )
+    return {"ball_diameter_mm": diameter_mm, "fill_ratio": case["fill_ratio"], "speed_rpm": speed_rpm}
 
 
 def threads_of(case: Case, dem: DemConfig) -> int:

@@ -91,8 +91,6 @@ class ValidationConfig(Section):
     """what others measured, with sources; or a table of your own"""
     # Power of the same mills by other DEM codes, which the figures show with ours.
     other_codes: ClassVar[str] = "config/data/other_codes.tsv"
-    # When the settings of each set-up were fixed, why again, and their digest.
-    fixed: ClassVar[str] = "config/data/fixed_predictions.tsv"
 
     @model_validator(mode="after")
     def _setups_are_known(self) -> "ValidationConfig":

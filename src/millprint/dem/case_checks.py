@@ -15,19 +15,19 @@ from millprint.config.workflow import WorkflowConfig
 from millprint.dem.case_cost import MOST_BYTES, MOST_DAYS, MOST_SITES, cost, sites_of
 from millprint.dem.cohesion_check import check_cohesion
 from millprint.dem.laws.registry import law_of, step_scale
-from millprint.dem.packing import capacity, pack_mixture, room_in_words
+from millprint.dem.packing import capacity, pack_mixture, room_in_words, widest_in_mm
 from millprint.dem.timestep import largest_fraction, requested_step
-from millprint.mill.bodies import CHECK_RPM, Body, build_bodies, check_inserts, inserts_in_vessel
-from millprint.mill.vessel import Vessel, check_volume
+from millprint.mill.bodies import Body, build_bodies, check_inserts, check_volume, inserts_in_vessel
+from millprint.mill.vessel import Vessel
 
 
 def fills_of_media(cases: Iterable[Case]) -> dict[tuple[str, float], set[float]]:
-    """Fill ratios of each mill and ball diameter [mm], of charges of one size."""
+    """Fill ratios of each mill and ball diameter [m], of charges of one size."""
     fills: dict[tuple[str, float], set[float]] = {}
     for case in cases:
         if case.mixture:
             continue
-        fills.setdefault((case.mill, case.ball_diameter_mm), set()).add(case.fill_ratio)
+        fills.setdefault((case.mill, case.ball_diameter_m), set()).add(case.fill_ratio)
     return dict(sorted(fills.items()))
 
 
@@ -38,17 +38,15 @@ def check_room(cases: Iterable[Case], mills: dict[str, MillConfig], bodies: dict
     """
     for (name, diameter), fills in fills_of_media(cases).items():
         vessel, volume = bodies[name][0].vessel, mills[name].volume_ml * 1e-6
-        share = math.pi / 6 * (diameter / 1000) ** 3 / volume
-        enough = ball_count(max(fills), volume, diameter / 1000)
+        share = math.pi / 6 * diameter**3 / volume
+        enough = ball_count(max(fills), volume, diameter)
         inserts = inserts_in_vessel(bodies[name])
-        most = capacity(vessel, diameter / 1000, inserts=inserts, enough=enough)
+        most = capacity(vessel, diameter, inserts=inserts, enough=enough)
         for fill in sorted(fills):
-            balls = ball_count(fill, volume, diameter / 1000)
-            what = f"{place}: fill_ratios = {fill:g}: {balls} balls of {diameter:g} mm"
+            balls = ball_count(fill, volume, diameter)
+            what = f"{place}: fill_ratios = {fill:g}: {balls} balls of {1e3 * diameter:g} mm"
             if balls > most:
-                room = room_in_words(vessel, diameter / 1000, volume, inserts, most)
-                if not most and mills[name].geometry.kind == "stl":
-                    room += "; the shape of a vessel is its hollow, not its wall"
+                room = room_in_words(vessel, diameter, volume, inserts, most)
                 raise ConfigError(f"{what} do not fit in mill {name}: {room}")
             if balls < 1:
                 raise ConfigError(f"{what} in mill {name}; one ball needs at least {share:.2g}")
@@ -64,7 +62,7 @@ def check_mixtures(
     for case in {(case.mill, case.mixture, case.fill_ratio): case for case in cases if case.mixture}.values():
         mixture = cast(BallMixture, case.mixture)
         volume = mills[case.mill].volume_ml * 1e-6
-        counts = mixture.counts(ball_count(case.fill_ratio, volume, case.ball_diameter_mm / 1000))
+        counts = mixture.counts(ball_count(case.fill_ratio, volume, case.ball_diameter_m))
         what = f"{place}: fill_ratios = {case.fill_ratio:g}: of charge {mixture.name}"
         if min(counts) < 1:
             rarest = mixture.sizes_mm[counts.index(min(counts))]
@@ -81,7 +79,7 @@ def checked_bodies(mills: dict[str, MillConfig]) -> dict[str, list[Body]]:
     bodies, faults = {}, []
     for name, mill in mills.items():
         try:
-            bodies[name] = build_bodies(mill, CHECK_RPM)
+            bodies[name] = build_bodies(mill)
             check_volume(mill, bodies[name][0].vessel)
             check_inserts(mill, bodies[name])
         except ConfigError as error:
@@ -91,20 +89,18 @@ def checked_bodies(mills: dict[str, MillConfig]) -> dict[str, list[Body]]:
     return bodies
 
 
-def check_ball_size(vessel: Vessel, mill: str, diameter_mm: float, place: str) -> None:
+def check_ball_size(vessel: Vessel, mill: str, diameter_m: float, place: str) -> None:
     """Check that a ball fits between the walls, and that not too many of them are needed."""
-    low, high = vessel.bounds
-    widest = 1000 * float((high - low).min())
-    if diameter_mm > widest:
+    if diameter_m > float(np.ptp(vessel.bounds, axis=0).min()):
         raise ConfigError(
-            f"{place}: ball_diameters_mm = {diameter_mm:g}: a ball of that size does not fit in mill {mill}; "
-            f"at most {widest:.3g} mm"
+            f"{place}: ball_diameters_mm = {1e3 * diameter_m:g}: a ball of that size does not fit in mill {mill}; "
+            f"at most {widest_in_mm(vessel)}"
         )
-    sites = sites_of(vessel, diameter_mm / 1000)
+    sites = sites_of(vessel, diameter_m)
     if sites > MOST_SITES:
-        smallest = diameter_mm * (sites / MOST_SITES) ** (1 / 3)
+        smallest = 1e3 * diameter_m * (sites / MOST_SITES) ** (1 / 3)
         raise ConfigError(
-            f"{place}: ball_diameters_mm = {diameter_mm:g}: too small to simulate, {sites:.2g} of them "
+            f"{place}: ball_diameters_mm = {1e3 * diameter_m:g}: too small to simulate, {sites:.2g} of them "
             f"have room in mill {mill}; at least {smallest:.3g} mm"
         )
 
@@ -123,7 +119,7 @@ def check_step_and_cost(
     and key of its step as a fraction of the law's scale, for messages. The largest step is a fraction of this time.
     """
     source, place, fraction = told
-    scale = step_scale(contact, min(case.sizes_mm) / 2000)
+    scale = step_scale(contact, min(case.sizes_m) / 2)
     largest = largest_fraction(case, config.dem)
     step = requested_step(case, config.dem, scale)
     # With a tolerance, so that the largest fraction itself passes.
@@ -138,10 +134,10 @@ def check_step_and_cost(
             f"at most {largest * scale:.2g} s"
         )
     try:
-        check_cohesion(contact, [size / 2000 for size in case.sizes_mm], config.dem.overlap_max)
+        check_cohesion(contact, [size / 2 for size in case.sizes_m], config.dem.overlap_max)
     except SimulationError as error:
         raise ConfigError(str(error)) from None
-    frequency = max(body.motion.frequency_hz for body in bodies) * case.speed_rpm / CHECK_RPM
+    frequency = max(body.motion.frequency_hz for body in bodies) * case.speed_hz
     days, size = cost(case, config.dem, bodies[0].vessel, mill.volume_ml * 1e-6, step, frequency)
     if days > MOST_DAYS:
         raise ConfigError(

@@ -33,7 +33,7 @@ def cost(
 
     step_s: the requested step [s]; frequency_hz: turns of the mill in a second.
     """
-    balls = ball_count(case.fill_ratio, volume_m3, case.ball_diameter_mm / 1000)
+    balls = ball_count(case.fill_ratio, volume_m3, case.ball_diameter_m)
     window = max(case.window_s, case.window_max_s or 0.0)
     sample = (1 / frequency_hz if frequency_hz else case.window_s) / dem.ledger_samples_per_revolution
     # A window holds at least one sample, even in a slow mill.

@@ -84,9 +84,9 @@ def compile_kernels() -> dict:
     case = Case(
         mill="tiny",
         contact="tiny",
-        ball_diameter_mm=3,
+        ball_diameter_m=0.003,
         fill_ratio=0.01,
-        speed_rpm=1200,
+        speed_hz=20.0,
         seed=0,
         settle_s=1e-3,
         discard_s=0,

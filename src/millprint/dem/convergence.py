@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.counting import recorded_count
+from millprint.config.sweep import as_tabulated
 
 # Columns that a series of runs has in common.
 SERIES = ["mill", "contact", "ball_diameter_mm", "fill_ratio", "speed_rpm"]
@@ -37,7 +38,7 @@ def run_row(summary: dict, varied: str, rule: str, further: list[str]) -> dict:
     return {
         "mill": summary["mill"],
         "contact": summary["contact"],
-        **{name: case[name] for name in SERIES[2:]},
+        **as_tabulated(case),
         "varied": case[varied],
         "balls": summary["balls"],
         "young_modulus_gpa": (summary["young_modulus_pa"] or np.nan) / 1e9,

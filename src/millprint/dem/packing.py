@@ -178,6 +178,11 @@ def widest_ball(vessel: Vessel, inserts: Sequence[Vessel] = ()) -> float:
         points = (points[best][:, None] + around * pitch).reshape(-1, 3)
 
 
+def widest_in_mm(vessel: Vessel, inserts: Sequence[Vessel] = ()) -> str:
+    """The diameter of `widest_ball` for a message, rounded down: "7.99 mm"."""
+    return f"{math.floor(1e5 * widest_ball(vessel, inserts)) / 100:g} mm"
+
+
 def room_in_words(
     vessel: Vessel, diameter_m: float, volume_m3: float, inserts: Sequence[Vessel] = (), most: int | None = None
 ) -> str:
@@ -186,9 +191,8 @@ def room_in_words(
     volume_m3: nominal, of the fill ratio; most: how many can be placed, `capacity` if left out.
     """
     most = capacity(vessel, diameter_m, inserts=inserts) if most is None else most
-    widest = diameter_m if most else widest_ball(vessel, inserts)
-    if diameter_m > widest:
-        return f"nowhere is room for a ball of {1e3 * diameter_m:g} mm; at most {math.floor(1e5 * widest) / 100:g} mm"
+    if not most and diameter_m > widest_ball(vessel, inserts):
+        return f"nowhere is room for a ball of {1e3 * diameter_m:g} mm; at most {widest_in_mm(vessel, inserts)}"
     if not most:
         return "the packing method, which starts with a lattice of balls, places none of them; take smaller balls"
     fill = math.floor(100 * most * math.pi / 6 * diameter_m**3 / volume_m3) / 100

@@ -70,8 +70,8 @@ class Resources:
 def resources_of(case: Case, dem: DemConfig, mill: MillConfig, contact: ContactConfig) -> Resources:
     """Estimate a case by its balls, its steps and what it records. Raises ConfigError as `overridden`."""
     _, contact = overridden(case, mill, contact)
-    scale = step_scale(contact, min(case.sizes_mm) / 2000)
-    balls = ball_count(case.fill_ratio, mill.volume_ml * 1e-6, case.ball_diameter_mm / 1000)
+    scale = step_scale(contact, min(case.sizes_m) / 2)
+    balls = ball_count(case.fill_ratio, mill.volume_ml * 1e-6, case.ball_diameter_m)
     window = max(case.window_s, case.window_max_s or 0.0)
     before, step = case.settle_s + case.discard_s, requested_step(case, dem, scale)
     snapshots = window / case.snapshot_interval_s if case.snapshot_interval_s else 0

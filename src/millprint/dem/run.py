@@ -37,11 +37,11 @@ def _enough(case: Case, dem: DemConfig) -> Callable[[Recording], bool] | None:
     return lambda recording: is_certain(ledger_series(np.concatenate(recording.samples)), samples, largest)
 
 
-def balls_in_words(counts: Sequence[int], sizes_mm: Sequence[float]) -> str:
+def balls_in_words(counts: Sequence[int], sizes_m: Sequence[float]) -> str:
     """The charge for a log: "285 balls: 43 of 36.83 mm, ...", or "80 balls of 10 mm"."""
-    if len(sizes_mm) == 1:
-        return f"{counts[0]} balls of {sizes_mm[0]:g} mm"
-    parts = (f"{count} of {size:g} mm" for count, size in zip(counts, sizes_mm, strict=True))
+    if len(sizes_m) == 1:
+        return f"{counts[0]} balls of {1e3 * sizes_m[0]:g} mm"
+    parts = (f"{count} of {1e3 * size:g} mm" for count, size in zip(counts, sizes_m, strict=True))
     return f"{sum(counts)} balls: {', '.join(parts)}"
 
 
@@ -69,7 +69,7 @@ def run_case(
     def recorded(simulation: Simulation) -> Recording:
         logger.info(
             "%s, step %.4g s (%.3g of %s), %d facets",
-            balls_in_words(simulation.ball_counts, case.sizes_mm),
+            balls_in_words(simulation.ball_counts, case.sizes_m),
             simulation.step,
             simulation.step / simulation.step_scale_s,
             law_of(simulation.contact).scale_title,

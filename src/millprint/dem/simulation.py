@@ -67,18 +67,18 @@ class Simulation:
         mill, contact = overridden(case, mill, contact)
         self.case, self.mill, self.contact, self.dem = case, mill, contact, dem
         # With several sizes, those of the ball of mean volume.
-        self.diameter = case.ball_diameter_mm / 1e3
+        self.diameter = case.ball_diameter_m
         self.radius = self.diameter / 2
-        self.radii = np.array(case.sizes_mm) / 1e3 / 2
+        self.radii = np.array(case.sizes_m) / 2
         largest = float(self.radii.max())
         volume = mill.volume_ml / 1e6
         self.count = ball_count(case.fill_ratio, volume, self.diameter)
         if self.count < 1:
             raise SimulationError(
-                f"fill ratio {case.fill_ratio:g} is less than one ball of {case.ball_diameter_mm:g} mm"
+                f"fill ratio {case.fill_ratio:g} is less than one ball of {1e3 * case.ball_diameter_m:g} mm"
             )
         check_cohesion(contact, self.radii.tolist(), dem.overlap_max)
-        self.bodies: list[Body] = build_bodies(mill, case.speed_rpm)
+        self.bodies: list[Body] = build_bodies(mill, case.speed_hz)
         self._choose_steps()
         start, species = self._start(volume) if start is None else self._given(start)
         self.balls = state.make_balls(

@@ -7,7 +7,7 @@ import pandas as pd
 
 from millprint.config.fingerprint import ConvergenceConfig
 from millprint.dem.convergence import DESCRIPTORS, SERIES, column_of
-from millprint.statistics.quantiles import student_exceeded
+from millprint.estimate.quantiles import student_exceeded
 
 # Probability that no comparison of a sweep is significant by chance, and the largest energy balance error over the wall
 # work at a step that passes [-].

@@ -83,7 +83,7 @@ def described(simulation: Simulation) -> dict:
         **{f"wall_{name}": getattr(contact.at_wall, name) for name in PAIR_COEFFICIENTS},
         "young_modulus_pa": contact.young_modulus_gpa and contact.young_modulus_gpa * 1e9,
         "frequency_hz": frequency,
-        "amplitude_m": travel_m(simulation.bodies, case.speed_rpm),
+        "amplitude_m": travel_m(simulation.bodies),
         "jar_volume_m3": ball_space_m3(simulation.bodies),
         "nominal_volume_m3": simulation.mill.volume_ml / 1e6,
         "time_step_s": simulation.step,

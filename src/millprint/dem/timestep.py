@@ -27,16 +27,16 @@ def requested_step(case: Case, dem: DemConfig, scale_s: float) -> float:
 
 
 def longest_step(
-    ball_diameter_mm: float, cases: Iterable[Case], contacts: Mapping[str, ContactConfig], dem: DemConfig
+    ball_diameter_m: float, cases: Iterable[Case], contacts: Mapping[str, ContactConfig], dem: DemConfig
 ) -> float:
-    """The longest requested step [s] of the cases with balls of a diameter [mm] and the density of their contact set.
+    """The longest requested step [s] of the cases with balls of a diameter [m] and the density of their contact set.
 
     That of `dem` if there are none.
     """
     steps = []
     for case in cases:
-        if (case.ball_diameter_mm, case.mixture, case.density_kg_m3) == (ball_diameter_mm, None, None):
-            scale_s = step_scale(contacts[case.contact], ball_diameter_mm / 2000)
+        if (case.ball_diameter_m, case.mixture, case.density_kg_m3) == (ball_diameter_m, None, None):
+            scale_s = step_scale(contacts[case.contact], ball_diameter_m / 2)
             steps.append(requested_step(case, dem, scale_s))
     return max(steps, default=dem.time_step_s)
 

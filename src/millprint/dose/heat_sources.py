@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.errors import ConfigError
+from millprint.config.sweep import as_tabulated
 from millprint.run.files import read_json
 from millprint.run.hdf5 import open_hdf5
 
@@ -92,7 +93,7 @@ def read_source(summary_path: str | Path, run_path: str | Path) -> HeatSource:
     sizes = np.repeat(summary["ball_sizes_m"], summary["ball_counts"])
     return HeatSource(
         condition=Path(summary_path).parent.name.removesuffix(f"_s{case['seed']}"),
-        about={"contact": case["contact"], **{name: case[name] for name in CONDITION[1:]}, "seeds": 1},
+        about={"contact": case["contact"], **as_tabulated(case), "seeds": 1},
         power_W=split * power,
         balls_kg=summary["ball_mass_kg"] * summary["balls"],
         balls_m2=float(np.pi * (sizes**2).sum()),

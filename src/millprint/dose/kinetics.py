@@ -23,7 +23,7 @@ from scipy.optimize import brentq, least_squares, minimize_scalar
 
 from millprint.config.errors import ConfigError
 from millprint.dose.energy_doses import AXES, NORMAL, TANGENTIAL, TIME, TOTAL, YIELD
-from millprint.statistics.quantiles import f_quantile
+from millprint.estimate.quantiles import f_quantile
 
 NO_EFFECT = "no effect"
 FEWEST_RUNS = 5

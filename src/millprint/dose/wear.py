@@ -30,11 +30,12 @@ from scipy.constants import hour as HOUR
 
 from millprint.config.dose import ChargeConfig
 from millprint.config.errors import ConfigError
+from millprint.config.sweep import as_tabulated
+from millprint.estimate.quantiles import normal_quantile, student_quantile
 from millprint.fingerprint.bands import Factors
 from millprint.run.files import read_json
 from millprint.run.hdf5 import open_hdf5
 from millprint.run.tables import Number, Text, read_measured, refuse_rows
-from millprint.statistics.quantiles import normal_quantile, student_quantile
 
 BALL_BALL, BALL_WALL = "ball_ball", "ball_wall"
 KINDS = (BALL_BALL, BALL_WALL)
@@ -87,7 +88,11 @@ def sliding_of_run(run_path: str | Path, summary_path: str | Path) -> dict:
         )
     window, case = summary["window_s"], config["case"]
     error, power = summary["power_standard_error_W"]["tangential"], summary["power_W"]["tangential"]
-    row = {name: case[name] for name in CONDITION} | {"seed": case["seed"], "balls": summary["balls"]}
+    row = (
+        {name: case[name] for name in CONDITION[:2]}
+        | as_tabulated(case)
+        | {"seed": case["seed"], "balls": summary["balls"]}
+    )
     row |= {
         "balls_mass_kg": summary["balls"] * summary["ball_mass_kg"],
         "density_kg_m3": summary["density_kg_m3"],

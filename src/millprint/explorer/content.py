@@ -18,7 +18,7 @@ from millprint.dose.heat_balance import BODIES
 from millprint.dose.heat_table import BAND
 from millprint.dose.spectra import BIN_EDGES, BOTH, CHANNELS, PAIRS
 from millprint.fingerprint import processes
-from millprint.fingerprint.bands import FURTHER, MEAN, SCATTER, checked_factors
+from millprint.fingerprint.bands import FURTHER, ORIGINS, checked_factors
 from millprint.fingerprint.condition import VARIABLES
 from millprint.fingerprint.condition_search import GRID
 from millprint.fingerprint.descriptors import CHARGE, CONDITION, CONDITION_TEXT, NOTHING
@@ -225,8 +225,8 @@ def mill_content(
         | _further(content, str(path))
         for content, path in zip(contents, fingerprints, strict=True)
     ]
-    origins = {"scatter": SCATTER, "mean": MEAN} | {
-        name: about for name, about in FURTHER.items() if any(name in own for own in kept)
+    origins = {
+        name: about for name, about in ORIGINS.items() if name not in FURTHER or any(name in own for own in kept)
     }
     return {
         **machine._asdict(),

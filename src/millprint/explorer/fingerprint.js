@@ -255,13 +255,14 @@ class Fingerprint {
       Object.entries(this.processes).map(([name, process]) => [name, process.predict(point)]),
     );
     const values = this.read((name) => logs[name].log);
-    return Object.fromEntries(
+    const found = Object.fromEntries(
       Object.entries(values).map(([name, value]) => {
         const ends = (kind) => this.ends(name, value, (of) => this.width * logs[of][kind], logs);
         const further = { ...this.intervals(name, value, condition.fill_ratio), mean: ends("ofMean") };
         return [name, { value, ...ends("ofNew"), further }];
       }),
     );
+    return Number.isNaN(found.Pt.value) ? found : { ...found, ...partsOf(found.P, { Pn: found.Pn, Pt: found.Pt }) };
   }
 
   /** The ends of a band, NaN where it says nothing; half: half the width of a quantity's band in logarithms. */
@@ -348,6 +349,26 @@ function through({ value, lower, upper, further = {} }, rising) {
     interval && { lower: rising(interval.lower), upper: rising(interval.upper) },
   ]);
   return { value: rising(value), lower: rising(lower), upper: rising(upper), further: Object.fromEntries(others) };
+}
+
+/** Parts with further intervals that say no more than the whole allows, as millprint.estimate.estimates.parts_of. */
+function partsOf(whole, parts) {
+  const limited = (name, origin) => {
+    const [own, all] = [parts[name], whole].map((each) => each.further[origin]);
+    if (origin === "mean" || !own || !all) return own;
+    const others = Object.values(parts).filter((part) => part !== parts[name]);
+    const rest = (end, unknown) => others.reduce((sum, part) => sum + (part.further[origin]?.[end] ?? unknown), 0);
+    return {
+      lower: Math.min(Math.max(own.lower, all.lower - rest("upper", Infinity)), parts[name].value),
+      upper: Math.max(Math.min(own.upper, all.upper - rest("lower", 0)), parts[name].value),
+    };
+  };
+  return Object.fromEntries(
+    Object.entries(parts).map(([name, part]) => {
+      const further = Object.keys(part.further).map((origin) => [origin, limited(name, origin)]);
+      return [name, { ...part, further: Object.fromEntries(further) }];
+    }),
+  );
 }
 
 function times(band, factor) {

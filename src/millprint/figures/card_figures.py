@@ -7,16 +7,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from millprint.card.card_model import MillingCard
-from millprint.card.card_quantity import Ends, Quantity
 from millprint.card.latex import TITLES, settings_of
 from millprint.card.methods import between, in_words
 from millprint.card.outcome_model import Spectrum
 from millprint.config.contact_set import ASSUMED
+from millprint.estimate.estimates import Estimate, Interval
 from millprint.figures.dose_figures import BODY_COLOURS, BODY_NAMES, CHANNEL_COLOURS, PAIRS
 from millprint.figures.mill_pictures import draw_views
 from millprint.figures.mill_sheet_figure import SHEET_IN
 from millprint.figures.style import draw_table, no_formula, plt, write_rows
-from millprint.fingerprint.bands import FURTHER, MEAN, SCATTER
+from millprint.fingerprint.bands import ORIGINS
 from millprint.run.numbers import prefix_of, three
 from millprint.view.mill_picture import MillPicture
 
@@ -28,7 +28,7 @@ ROOM = (19, 26)
 DECADES = 6
 
 
-def _cell(quantity: Quantity, ends: Ends | None) -> str:
+def _cell(quantity: Estimate, ends: Interval | None) -> str:
     return "" if ends is None else between(ends, prefix_of(quantity.value, quantity.unit)[0])
 
 
@@ -44,8 +44,7 @@ def _draw_table(axis: Axes, card: MillingCard) -> None:
     """Descriptors and doses with a column for each origin of intervals."""
     rows = list(card.fingerprint.descriptors.known.items()) + (list(vars(card.dose).items()) if card.dose else [])
     # A column for each origin that is known of at least one row.
-    titles = {"scatter": SCATTER.title, "mean": MEAN.title} | {name: title for name, (title, _) in FURTHER.items()}
-    titles = {origin: title for origin, title in titles.items() if any(getattr(own, origin) for _, own in rows)}
+    titles = {name: own.title for name, own in ORIGINS.items() if any(name in each.intervals for _, each in rows)}
     cells = [
         [TITLES[name], in_words(own), *(_cell(own, getattr(own, origin)) for origin in titles)] for name, own in rows
     ]
@@ -123,8 +122,9 @@ def _consequences(card: MillingCard) -> list[tuple[str, str | None]]:
         )
         rows.append(("wear", f"{text}; {wear.note}" if wear.note else text))
     found = card.fingerprint
-    titles = {"scatter": SCATTER.title, "mean": MEAN.title} | {name: title for name, (title, _) in FURTHER.items()}
-    lacking = card.not_known | {f"interval by {titles.get(name, name)}": why for name, why in found.missing.items()}
+    lacking = card.not_known | {
+        f"interval by {ORIGINS[name].title if name in ORIGINS else name}": why for name, why in found.missing.items()
+    }
     rows += [("not known", "; ".join(f"{name}: {why}" for name, why in lacking.items()))] if lacking else []
     rows += [("motion", "; ".join(found.motion))] if found.motion else []
     simulated = (

@@ -15,6 +15,7 @@ from millprint.dose.spectra_shown import FILL as SPECTRA_FILL
 from millprint.dose.spectra_shown import NOTE as NO_SPECTRA
 from millprint.dose.spectra_shown import SECTION as SPECTRA
 from millprint.dose.spectra_shown import TEMPERATURE
+from millprint.estimate.estimates import columns_of
 from millprint.figures.dose_figures import draw_sheet_spectra
 from millprint.figures.mill_pictures import draw_strip, draw_views
 from millprint.figures.style import (
@@ -28,7 +29,7 @@ from millprint.figures.style import (
     plt,
     write_rows,
 )
-from millprint.fingerprint.bands import FURTHER, MEAN, NOT_KNOWN, SCATTER, interval_columns
+from millprint.fingerprint.bands import FURTHER, NOT_KNOWN, ORIGINS
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import SHEET_PANELS
 from millprint.fingerprint.descriptors import CHARGE, MOTIONS
@@ -49,6 +50,8 @@ MOST_SETTINGS = 12
 WIDTHS, AT, LETTERS, ROOM = (34, 62), 0.39, 5.8, 38
 # What a row of text says about what; None in its place makes a heading.
 Said = tuple[str, str | None]
+# Columns of a sheet for the two bands.
+SHEET_ENDS = {"scatter": ["lower", "upper"], "mean": ["mean_lower", "mean_upper"]}
 # Line styles of the ends of intervals, one for each origin of FURTHER.
 FURTHER_LINES = ("--", ":")
 
@@ -59,7 +62,7 @@ def _draw_conditions(
     """One master curve with its intervals and the simulated conditions, a marker per speed and ball size."""
     draw_curve(axis, curves, quantity, "master curve")
     for (origin, (title, _)), style in zip(FURTHER.items(), FURTHER_LINES, strict=True):
-        ends = [name for name in interval_columns(quantity, origin) if name in curves]
+        ends = [name for name in columns_of(quantity, origin) if name in curves]
         for end, label in zip(ends, (f"by {title}", None), strict=False):
             axis.plot(curves["fill_ratio"], curves[end], style, color=COLOURS[0], linewidth=0.8, label=label)
     settings = descriptors.groupby([CHARGE, "ball_diameter_mm", "speed_rpm"])
@@ -104,7 +107,7 @@ def _columns_of(sheet: pd.DataFrame) -> tuple[list[Said], list[Said]]:
                 left.append((row.quantity, given))
     # With several intervals the descriptors are in a separate table.
     sections = ["dose"] if _has_intervals(sheet) else ["descriptors", "dose"]
-    left.append((f"Value (band of {SCATTER.title}; of {MEAN.title})", None))
+    left.append((f"Value (band of {ORIGINS['scatter'].title}; of {ORIGINS['mean'].title})", None))
     for row in sheet[sheet["section"].isin(sections)].itertuples():
         said = [row.text] if isinstance(row.text, str) and row.text else []
         if row.value is not None and not np.isnan(row.value):
@@ -207,7 +210,7 @@ def _draw_intervals(axis: Axes, sheet: pd.DataFrame) -> None:
         return _between(factor * row[lower], factor * row[upper])
 
     rows = sheet[sheet["section"] == "descriptors"]
-    columns = {SCATTER.title: ["lower", "upper"], MEAN.title: ["mean_lower", "mean_upper"]}
+    columns = {ORIGINS[name].title: ends for name, ends in SHEET_ENDS.items()}
     # A column for each origin that is known of at least one descriptor.
     further = {title: by_columns(origin) for origin, (title, _) in FURTHER.items()}
     columns |= {title: ends for title, ends in further.items() if rows[ends].notna().any(axis=None)}

@@ -1,7 +1,6 @@
-"""A predicted value with its intervals, each named by its origin."""
+"""What the intervals of a prediction come from, and the files of factors by contact parameters and by shape."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
 import numpy as np
@@ -11,6 +10,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.mixture import ONE_SIZE
 from millprint.config.section import Positive
+from millprint.estimate.estimates import ENDS
 from millprint.fingerprint.condition import COUNTED, CURVES, WEIGHTED
 from millprint.run.files import read_json
 
@@ -22,127 +22,22 @@ class Origin(NamedTuple):
     meaning: str
 
 
-# The two bands by the scatter of the simulation; `millprint.fingerprint.processes` defines them.
-SCATTER = Origin(
-    "a new simulation",
-    "one more simulation of the condition, of the recorded time, falls in here; nothing else included",
-)
-MEAN = Origin("the mean", "the mean of very many simulations of the condition is in here; nothing else included")
-# Each is a field of Band, a part of a fingerprint's file, and columns `NAME_by_ORIGIN_lower` and `_upper` of tables.
-FURTHER = {
+# What the intervals of a prediction are by; `millprint.fingerprint.processes` defines the first two.
+ORIGINS = {
+    "scatter": Origin(
+        "a new simulation",
+        "one more simulation of the condition, of the recorded time, falls in here; nothing else included",
+    ),
+    "mean": Origin("the mean", "the mean of very many simulations of the condition is in here; nothing else included"),
     "contact": Origin(
         "contact parameters",
         "restitution, frictions and stiffness anywhere in their distributions, mill and balls as they are",
     ),
     "shape": Origin("shape of the jar", "jars that agree about as well with the values that the jar was fitted to"),
 }
-ENDS = ("lower", "upper")
-# An interval whose ends are farther apart than this factor says nothing: they count as not known.
-WIDEST = 10.0
+# Those that are analysed afterwards: each is a part of a fingerprint's file.
+FURTHER = {name: ORIGINS[name] for name in ("contact", "shape")}
 NOT_KNOWN = "not known"
-
-
-def known_ends(logs: np.ndarray) -> np.ndarray:
-    """Logarithms (2, ...) of the lower and the upper end over the value, NaN where the interval says nothing."""
-    return np.where(logs[1] - logs[0] <= np.log(WIDEST), logs, np.nan)
-
-
-def factor_of(half: np.ndarray | float) -> np.ndarray:
-    """The factor from a value to the ends of its interval, from half the width in logarithms; NaN if not known."""
-    half = np.asarray(half, dtype=float)
-    return np.exp(known_ends(np.stack([-half, half]))[1])
-
-
-@dataclass(frozen=True)
-class Interval:
-    """The two ends of an interval."""
-
-    lower: float
-    upper: float
-
-
-@dataclass(frozen=True)
-class Band:
-    """A value and its intervals, which are given separately and not added up.
-
-    lower, upper: of a new simulation; mean: of the mean of very many simulations. The others are None if not known.
-    """
-
-    value: float
-    lower: float
-    upper: float
-    mean: Interval | None = None
-    contact: Interval | None = None
-    shape: Interval | None = None
-
-    @property
-    def scatter(self) -> Interval:
-        """The band of a new simulation: lower and upper."""
-        return Interval(self.lower, self.upper)
-
-    def by(self, origin: str) -> Interval | None:
-        """The interval of an origin of FURTHER; None where it is not known. Raises KeyError for another name."""
-        FURTHER[origin]
-        return getattr(self, origin)
-
-    def through(self, rising: Callable[[float], float]) -> "Band":
-        """The band of a rising function of the value, from the function at the ends."""
-
-        def mapped(interval: Interval | None) -> Interval | None:
-            return interval and Interval(rising(interval.lower), rising(interval.upper))
-
-        further = {origin: mapped(self.by(origin)) for origin in FURTHER}
-        return Band(rising(self.value), rising(self.lower), rising(self.upper), mapped(self.mean), **further)
-
-    def __mul__(self, factor: float) -> "Band":
-        """The band of the value times a positive number."""
-        return self.through(lambda end: end * factor)
-
-    def columns(self, name: str) -> dict[str, float]:
-        """The columns of a table for the value, as NAME, and for the band of a new simulation."""
-        return {name: self.value, **dict(zip(new_columns(name), (self.lower, self.upper), strict=True))}
-
-
-def share_of(ratio: Band) -> Band:
-    """Tangential over all dissipation, Et / (En + Et) [-]; it rises with Et / En, from which it is computed."""
-    return ratio.through(lambda end: end / (1.0 + end))
-
-
-def ratio_of(one: Band, other: Band) -> Band:
-    """one / other [-] of two independent quantities with normal logarithms and intervals of the same probability.
-
-    Variances of logarithms add up, and so do the squares of the distances from the value to an end:
-    log(r_upper / r)^2 = log(one_upper / one)^2 + log(other / other_lower)^2, and the other way round for the lower end.
-    The interval of the mean, or of a further origin, is None where one of the two quantities lacks it.
-    """
-    value = one.value / other.value
-
-    def ends(own: Interval, others: Interval) -> Interval:
-        below = np.hypot(np.log(one.value / own.lower), np.log(others.upper / other.value))
-        above = np.hypot(np.log(own.upper / one.value), np.log(other.value / others.lower))
-        return Interval(float(value * np.exp(-below)), float(value * np.exp(above)))
-
-    known = {origin: (one.by(origin), other.by(origin)) for origin in FURTHER}
-    further = {origin: ends(own, others) for origin, (own, others) in known.items() if own and others}
-    scatter = ends(one.scatter, other.scatter)
-    mean = ends(one.mean, other.mean) if one.mean and other.mean else None
-    return Band(value, scatter.lower, scatter.upper, mean, **further)
-
-
-def new_columns(name: str) -> list[str]:
-    """The columns of a table for the band of a new simulation of a quantity."""
-    return [f"{name}_{end}" for end in ENDS]
-
-
-def mean_columns(name: str) -> list[str]:
-    """The columns of a table for the band of the mean of a quantity."""
-    return [f"{name}_mean_{end}" for end in ENDS]
-
-
-def interval_columns(name: str, origin: str) -> list[str]:
-    """The columns of a table for the interval of a quantity by an origin of FURTHER."""
-    return [f"{name}_by_{origin}_{end}" for end in ENDS]
-
 
 # The quantities of CURVES that every file of factors must have.
 POWERS = tuple(name for name in CURVES if name not in (*COUNTED, *WEIGHTED))

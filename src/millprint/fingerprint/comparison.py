@@ -10,7 +10,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import DESCRIPTOR_SETS, TARGET_DESCRIPTORS, DescriptorSet, MatchConfig
 from millprint.config.load import check_model
 from millprint.config.mixture import ONE_SIZE, balls_in_words
-from millprint.fingerprint.bands import Band, ratio_of
+from millprint.estimate.estimates import Estimate, ratio_of
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.condition_search import (
@@ -59,7 +59,9 @@ class Wanted:
 ALL_SIMULATED = Wanted()
 
 
-def nearest(bands: Mapping[str, Band], probability: float, fingerprint: Fingerprint, wanted: Wanted) -> pd.DataFrame:
+def nearest(
+    bands: Mapping[str, Estimate], probability: float, fingerprint: Fingerprint, wanted: Wanted
+) -> pd.DataFrame:
     """The conditions of a mill nearest to descriptors with their bands, as `rank_conditions`.
 
     With the ratios of `with_ratios`, if all intervals have the same probability.

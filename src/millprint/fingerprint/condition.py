@@ -112,11 +112,15 @@ SCALED_BY = {
 }
 
 
+# The unit of a descriptor by the end of its name.
+UNITS = {"J": "J", "hz": "1/s", "W": "W", "share": "-"}
+
+
 def descriptors_of(condition: Condition, scaled: Mapping[str, Any]) -> dict[str, Any]:
     """Energies [J] and frequencies per ball [1/s] of a condition, by Eqs 3.22, 3.28 and 3.29: each descriptor of
     SCALED_BY whose scaled quantity is known.
 
-    scaled: quantities of the condition [-]: numbers, arrays or `Band`s.
+    scaled: quantities of the condition [-]: numbers, arrays or `Estimate`s.
     """
     scales = {"J": energy_scale(condition), "hz": condition.speed_hz}
     return {

@@ -11,8 +11,10 @@ import pandas as pd
 
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import DESCRIPTOR_SETS, DescriptorSet, LikeConfig, MatchConfig, TargetConfig
-from millprint.fingerprint.bands import ENDS, FURTHER, Band, Interval, interval_columns, ratio_of
-from millprint.fingerprint.condition import Condition
+from millprint.estimate.estimates import Estimate, Interval, columns_of, ratio_of
+from millprint.estimate.judge import judge
+from millprint.fingerprint.bands import FURTHER
+from millprint.fingerprint.condition import UNITS, Condition
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.plausible import check_near
@@ -23,8 +25,6 @@ GRID = (81, 61)
 # What distinguishes two results of the search, and to how many decimals.
 PLACE = ["mill", "contact", CHARGE, "ball_diameter_mm", "density_kg_m3"]
 DECIMALS = {"fill_ratio": 3, "speed_rpm": 0}
-# Value for the interval of a further origin at a fill ratio where it was not analysed.
-UNKNOWN = Interval(np.nan, np.nan)
 # What the intervals by contact parameters do not include in a match.
 SHARED_CONTACT = (
     "both mills have the contact set {contact}, whose unknown parameters act in both: a part of what they change "
@@ -83,6 +83,11 @@ def _local_minima(
         yield replace(balls, fill_ratio=fill_ratio, speed_hz=speed_hz)
 
 
+def meets(found: Estimate, wanted: float) -> bool:
+    """Whether a wanted value lies within the band of a new simulation."""
+    return judge(found, Estimate(wanted, found.unit), by=("scatter",)).agrees
+
+
 def _row(fingerprint: Fingerprint, condition: Condition[float], charge: str, target: dict, weights: dict) -> dict:
     """One condition with its descriptors, their intervals and residuals, and whether it was simulated."""
     prediction = fingerprint.predict(condition, charge=charge)
@@ -102,9 +107,8 @@ def _row(fingerprint: Fingerprint, condition: Condition[float], charge: str, tar
     for name, band in bands.items():
         row |= band.columns(name)
         for origin in fingerprint.further:
-            interval = band.by(origin) or UNKNOWN
-            row |= dict(zip(interval_columns(name, origin), vars(interval).values(), strict=True))
-    held = [name for name in target if bands[name].lower <= target[name] <= bands[name].upper]
+            row |= band.columns(name, origin)
+    held = [name for name in target if meets(bands[name], target[name])]
     return row | {
         **residuals(found, target),
         "power_W": prediction.power_W.value,
@@ -130,7 +134,7 @@ def ranked_columns(target: Iterable[str], fingerprints: list[Fingerprint]) -> li
     charged = any(each.charges for each in fingerprints)
     return [
         *(name for name in columns if charged or name != CHARGE),
-        *(column for origin in origins for name in shown for column in interval_columns(name, origin)),
+        *(column for origin in origins for name in shown for column in columns_of(name, origin)),
     ]
 
 
@@ -213,7 +217,7 @@ def counts_alike(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
 
 def _of_another_mill(
     like: LikeConfig, fingerprints: list[Fingerprint], names: DescriptorSet
-) -> tuple[dict[str, Band], float]:
+) -> tuple[dict[str, Estimate], float]:
     """The descriptors of a condition of another mill with their intervals, and the probability of the intervals.
 
     Raises ConfigError as `check_same_count`, and for balls that the fingerprint cannot predict.
@@ -259,32 +263,27 @@ def target_descriptors(target: TargetConfig, fingerprints: list[Fingerprint], na
     return {name: band.value for name, band in _of_another_mill(target.like, fingerprints, names)[0].items()}
 
 
-def with_ratios(table: pd.DataFrame, target: dict[str, Band]) -> pd.DataFrame:
+def with_ratios(table: pd.DataFrame, target: dict[str, Estimate]) -> pd.DataFrame:
     """A ranking with columns NAME_ratio of the found descriptors over the target's, and their intervals.
 
     Intervals by the scatter, and by each further origin that both have (`ratio_of`); empty where one lacks it.
     """
     columns: dict[str, list[float]] = {}
     for name, of_target in target.items():
-        ratios = [ratio_of(_stored_band(row, name), of_target) for row in table.to_dict("records")]
-        for end in ("value", *ENDS):
-            columns[f"{name}_ratio{'' if end == 'value' else f'_{end}'}"] = [getattr(each, end) for each in ratios]
-        for origin in FURTHER:
-            known = [each.by(origin) for each in ratios]
-            if any(known):
-                for column, end in zip(interval_columns(f"{name}_ratio", origin), ENDS, strict=True):
-                    columns[column] = [getattr(interval or UNKNOWN, end) for interval in known]
+        ratios = [ratio_of(_stored(row, name), of_target) for row in table.to_dict("records")]
+        columns[f"{name}_ratio"] = [each.value for each in ratios]
+        for origin in ("scatter", *FURTHER):
+            if origin == "scatter" or any(origin in each.intervals for each in ratios):
+                for place, column in enumerate(columns_of(f"{name}_ratio", origin)):
+                    columns[column] = [each.ends(origin)[place] for each in ratios]
     return table.assign(**columns)
 
 
-def _stored_band(row: dict, name: str) -> Band:
-    """The band of a descriptor in a row of a ranking."""
-    further: dict[str, Any] = {}
-    for origin in FURTHER:
-        ends = [row.get(column, np.nan) for column in interval_columns(name, origin)]
-        if np.isfinite(ends).all():
-            further[origin] = Interval(*ends)
-    return Band(row[name], *(row[f"{name}_{end}"] for end in ENDS), **further)
+def _stored(row: dict, name: str) -> Estimate:
+    """A descriptor with its intervals in a row of a ranking."""
+    ends = {own: [row.get(column, np.nan) for column in columns_of(name, own)] for own in ("scatter", *FURTHER)}
+    known = {own: Interval(*each) for own, each in ends.items() if np.isfinite(each).all()}
+    return Estimate(row[name], UNITS[name.rpartition("_")[2]]).having(known)
 
 
 def match_targets(request: MatchConfig, fingerprints: list[Fingerprint]) -> pd.DataFrame:

@@ -5,7 +5,8 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 import pandas as pd
 
-from millprint.fingerprint.bands import new_columns
+from millprint.estimate.estimates import Estimate, Interval, columns_of
+from millprint.estimate.judge import judge
 from millprint.fingerprint.descriptors import CONDITION, tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.predicted_values import banded
@@ -68,7 +69,7 @@ def tabulate_coverage(fingerprint: Fingerprint) -> pd.DataFrame:
 # The powers of a new simulation together, as the claim on its band is stated.
 POWERS = ("Pn", "Pt")
 NEW = "nothing: new simulations"
-HELD_OUT_COLUMNS = [*CONDITION, "seed", "quantity", "value", "predicted", "lower", "upper", "inside"]
+HELD_OUT_COLUMNS = [*CONDITION, "seed", "quantity", "value", "predicted", "lower", "upper", "verdict"]
 
 
 def describe_each(summaries: Iterable[dict], rule: str) -> pd.DataFrame:
@@ -77,18 +78,26 @@ def describe_each(summaries: Iterable[dict], rule: str) -> pd.DataFrame:
     return pd.concat(tables, ignore_index=True)
 
 
+def judge_held_out(value: float, predicted: float, lower: float, upper: float) -> str:
+    """The verdict on a predicted value with its band, by a value that was simulated; open where no band is known."""
+    known = {} if np.isnan(lower) else {"scatter": Interval(lower, upper)}
+    return judge(Estimate(predicted, "").having(known), Estimate(value, "")).word
+
+
 def predict_held_out(fingerprint: Fingerprint, descriptors: pd.DataFrame) -> pd.DataFrame:
     """HELD_OUT_COLUMNS: a row for each new simulation and quantity, with the band of a new simulation, if it is known.
 
-    The row has its condition and seed, the simulated and the predicted value, and whether the first is `inside`.
+    The row has its condition and seed, the simulated and the predicted value, and the verdict on
+    the second by the first.
     """
     inputs = logarithms(descriptors, fingerprint.kinds)
     told = {name: predictor.predict(inputs) for name, predictor in fingerprint.predictors.items()}
     bands, tables = banded(told, fingerprint.width), []
     for name in told:
         own = descriptors[[*CONDITION, "seed"]].assign(quantity=name, value=descriptors[name], predicted=bands[name])
-        own["lower"], own["upper"] = (bands[column] for column in new_columns(name))
-        tables.append(own.assign(inside=own["value"].between(own["lower"], own["upper"])))
+        own["lower"], own["upper"] = (bands[column] for column in columns_of(name, "scatter"))
+        each = own[["value", "predicted", "lower", "upper"]].itertuples(index=False)
+        tables.append(own.assign(verdict=[judge_held_out(*numbers) for numbers in each]))
     return pd.concat(tables, ignore_index=True)[HELD_OUT_COLUMNS]
 
 

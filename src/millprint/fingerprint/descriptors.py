@@ -10,6 +10,7 @@ import pandas as pd
 from millprint.config.counting import CountingRule
 from millprint.config.mill_sweep import FEWEST_FILLS
 from millprint.config.mixture import ONE_SIZE
+from millprint.config.sweep import as_tabulated
 from millprint.dem.turns import ROUNDING, has_impacts, mean_of_turns, motion_repeats
 from millprint.fingerprint.columns import COMPUTED, DESCRIPTORS, MEASURED
 from millprint.fingerprint.condition import Condition, energy_scale
@@ -41,7 +42,7 @@ def condition_of(summary: dict) -> dict:
         "contact": summary["contact"],
         "varied": " and ".join(changed) or NOTHING,
         CHARGE: (case.get("mixture") or {}).get("name", ONE_SIZE),
-        **{name: case[name] for name in ("ball_diameter_mm", "fill_ratio", "speed_rpm")},
+        **as_tabulated(case),
         **{name: summary[name] for name in ("density_kg_m3", "amplitude_m")},
     }
 
@@ -277,7 +278,7 @@ def variance_of_run(values: Sequence[float], within: Sequence[tuple[float, int]]
     # Seeds that agree to the last digits of a number do not differ.
     if seeds > 1 and inside and np.ptp(values) > 1e-9 * np.max(np.abs(values)):
         # Imported here: slow to import, and most conditions have one seed.
-        from millprint.statistics.quantiles import f_exceeded
+        from millprint.estimate.quantiles import f_exceeded
 
         differ = between > float(f_exceeded(CHANCE, seeds - 1, inside)) * squares / inside
     if differ:

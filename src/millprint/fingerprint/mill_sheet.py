@@ -10,7 +10,8 @@ from millprint.config.contact_set import ASSUMED
 from millprint.config.included import shipped
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import balls_in_words
-from millprint.fingerprint.bands import ENDS, FURTHER, MEAN, SCATTER, new_columns
+from millprint.estimate.estimates import ENDS, columns_of
+from millprint.fingerprint.bands import FURTHER, ORIGINS
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import SCALED_BY, Condition
 from millprint.fingerprint.descriptors import CHARGE, MOTIONS, as_built, said_of, with_impacts
@@ -114,6 +115,10 @@ def tabulate_sheet(
     collapse: as of tabulate_mill_collapse; zones: as of find_zones; descriptors: of the mill's sweep. A fingerprint
     with further origins of intervals also has their columns, and a line that explains each.
     """
+    # Imported here: they take long, and what only reads sheets does not need them.
+    from millprint.mill.bodies import build_bodies
+    from millprint.mill.wall_words import walls_in_words
+
     about, built = fingerprint.about, as_built(descriptors)
     condition, charge = sheet_condition(fingerprint, with_impacts(built))
     simulated = _row_of(condition, charge, built)
@@ -124,6 +129,7 @@ def tabulate_sheet(
         Row("mill", "name", text=f"{mill.name}: {mill.title}"),
         Row("mill", "nominal volume", mill.volume_ml, unit="mL"),
         Row("mill", "amplitude A, half of the longest way of a wall", 1e3 * about["amplitude_m"], unit="mm"),
+        Row("mill", "wall", text=walls_in_words(build_bodies(mill))),
         Row("mill", "contact set", text=f"{about['contact']}, {about['density_kg_m3']:g} kg/m3; {ASSUMED}"),
         *([Row("mill", "at the wall", text=", ".join(at_wall))] if at_wall else []),
         Row("mill", "collisions counted by", text=about["counting_rule"]),
@@ -139,7 +145,7 @@ def tabulate_sheet(
         reason = about.get("no_curve", {}).get(SCALED_BY.get(name) or {v: k for k, v in POWER_OF.items()}[name])
         value = float(simulated[name]) if reason else band.value
         said = ", ".join([*words, *([f"no curve: {reason}"] if reason else [])])
-        ends = (band.lower, band.upper, column.unit, said, *vars(band.mean).values())
+        ends = (band.lower, band.upper, column.unit, said, *band.ends("mean"))
         rows.append(Row("descriptors", column.title, value, *ends))
     rows += _dose_rows(prediction, condition, ", ".join(words))
     for own in collapse.itertuples():
@@ -178,7 +184,7 @@ def _dose_rows(prediction: "Prediction", condition: Condition[float], said: str)
         (f"dose of an hour at a ball-to-powder ratio of {RATIO}", 3.6e-3 * RATIO / mass_kg, "kJ/g"),
     ):
         band = power * factor
-        rows.append(Row("dose", title, band.value, band.lower, band.upper, unit, said, *vars(band.mean).values()))
+        rows.append(Row("dose", title, band.value, band.lower, band.upper, unit, said, *band.ends("mean")))
     return [*rows, *_box_rows()]
 
 
@@ -230,7 +236,7 @@ def _half_widths(fingerprint: "Fingerprint", inputs: np.ndarray) -> dict[str, np
     told = {name: predictor.predict(inputs) for name, predictor in fingerprint.predictors.items()}
     table, found = banded(told, fingerprint.width), {}
     for name in STATED:
-        lower, upper = (table[column] for column in new_columns(name))
+        lower, upper = (table[column] for column in columns_of(name, "scatter"))
         widths = np.sort(np.sqrt(upper / lower).fillna(np.inf)) - 1
         three = np.array([widths[(len(widths) - 1) // 2], widths[0], widths[-1]])
         found[name] = np.where(np.isfinite(three), three, np.nan)
@@ -254,11 +260,12 @@ def _with_intervals(sheet: pd.DataFrame, fingerprint: "Fingerprint", prediction:
     bands = [getattr(prediction, name) for name in DESCRIBED]
     places = sheet.index[sheet["section"] == "descriptors"]
     probability = 100 * fingerprint.about["probability"]
-    lines = [Row("intervals", own.title, text=f"{own.meaning} ({probability:g} %)") for own in (SCATTER, MEAN)]
-    for origin, (title, meaning) in FURTHER.items():
-        for column, end in zip(by_columns(origin), ENDS, strict=True):
-            ends = [getattr(band.by(origin), end, None) for band in bands]
-            sheet.loc[places, column] = pd.Series(ends, index=places, dtype=float)
+    lines = []
+    for origin, (title, meaning) in ORIGINS.items():
+        if origin not in FURTHER:
+            lines.append(Row("intervals", title, text=f"{meaning} ({probability:g} %)"))
+            continue
+        sheet.loc[places, by_columns(origin)] = [band.ends(origin) for band in bands]
         factors = fingerprint.further.get(origin)
         said = f"{meaning} ({100 * factors.probability:g} %)" if factors else ""
         lines.append(Row("intervals", title, text=prediction.missing.get(origin, said)))

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, overload
+from typing import overload
 
 import numpy as np
 import pandas as pd
@@ -14,21 +14,13 @@ from millprint.config.errors import ConfigError, DamagedFile
 from millprint.config.mill_sweep import FEWEST_FILLS
 from millprint.config.mixture import ONE_SIZE, BallMixture, balls_in_words
 from millprint.config.sweep import ball_count
+from millprint.estimate.estimates import ENDS, Estimate, Interval, columns_of, parts_of, share_of
 from millprint.fingerprint.about import NO_CHARGES, SETTING, describe
-from millprint.fingerprint.bands import (
-    ENDS,
-    FURTHER,
-    Band,
-    Factors,
-    Interval,
-    checked_factors,
-    interval_columns,
-    read_factors,
-    share_of,
-)
+from millprint.fingerprint.bands import FURTHER, Factors, checked_factors, read_factors
 from millprint.fingerprint.condition import (
     CURVES,
     SCALED_BY,
+    UNITS,
     VARIABLES,
     Condition,
     descriptors_of,
@@ -36,7 +28,7 @@ from millprint.fingerprint.condition import (
 )
 from millprint.fingerprint.condition_tables import conditions_of
 from millprint.fingerprint.descriptors import CHARGE, as_built, said_of, with_impacts
-from millprint.fingerprint.predicted_values import KNOWN, Prediction, banded, bands, from_curves
+from millprint.fingerprint.predicted_values import KNOWN, PARTS, Prediction, banded, bands, from_curves
 from millprint.fingerprint.processes import (
     Predictor,
     Process,
@@ -317,7 +309,7 @@ class Fingerprint:
         table.insert(0, "fill_ratio", fill_ratios)
         return table
 
-    def at(self, fill_ratio: float) -> dict[str, Band]:
+    def at(self, fill_ratio: float) -> dict[str, Estimate]:
         """The master curves at one fill ratio; raises ConfigError outside the simulated fill ratios."""
         return self._with_intervals(bands(self.curve(np.array([fill_ratio]))), fill_ratio)
 
@@ -326,26 +318,35 @@ class Fingerprint:
 
         NaN at a fill ratio where the factors of an origin are not known.
         """
-        columns: dict[str, np.ndarray] = {}
-        for origin, factors in self.further.items():
-            for name, ends in factors.at(curve["fill_ratio"].to_numpy()).items():
-                columns |= dict(zip(interval_columns(name, origin), curve[name].to_numpy() * ends, strict=True))
+        rows = [
+            self._with_intervals(bands(curve.iloc[[place]]), fill) for place, fill in enumerate(curve["fill_ratio"])
+        ]
+        columns = {
+            column: [row[name].ends(origin)[place] for row in rows]
+            for origin in self.further
+            for name in CURVES
+            for place, column in enumerate(columns_of(name, origin))
+        }
         return curve.assign(**columns)
 
-    def _with_intervals(self, scaled: dict[str, Band], fill_ratio: float) -> dict[str, Band]:
-        """Scaled quantities with the intervals of the further origins that are known at a fill ratio."""
+    def _with_intervals(self, scaled: dict[str, Estimate], fill_ratio: float) -> dict[str, Estimate]:
+        """Scaled quantities with the intervals of the further origins that are known at a fill ratio.
+
+        The parts of the power have intervals within what that of the power allows.
+        """
         known = self.further.keys() - self.missing(fill_ratio).keys()
         factors = {origin: self.further[origin].at(np.array([fill_ratio])) for origin in known}
         found = {}
-        for name, band in scaled.items():
+        for name, own in scaled.items():
             # A quantity with another counting rule is not known.
-            intervals: dict[str, Any] = {
-                origin: Interval(*(band.value * ends[name][:, 0]).tolist())
+            intervals = {
+                origin: Interval(*(own.value * ends[name][:, 0]).tolist())
                 for origin, ends in factors.items()
                 if np.isfinite(ends[name]).all()
             }
-            found[name] = replace(band, **intervals)
-        return found
+            found[name] = own.having(intervals)
+        parts = {name: found[name] for name in PARTS}
+        return found | parts_of(found["P"], parts) if np.isfinite(found["Pt"].value) else found
 
     def missing(self, fill_ratio: float) -> dict[str, str]:
         """Why the interval of an origin is not known at a fill ratio, for each that is not."""
@@ -431,10 +432,10 @@ class Fingerprint:
         scaled = self._with_intervals(bands(self.scaled(condition, charge)), condition.fill_ratio)
         balls = ball_count(condition.fill_ratio, volume, condition.ball_diameter_m)
         power = balls * power_scale(condition)
+        known = {**descriptors_of(condition, scaled), **{name: scaled[own] * power for name, own in POWERS.items()}}
         return Prediction(
             balls=balls,
-            **descriptors_of(condition, scaled),
-            **{name: scaled[own] * power for name, own in POWERS.items()},
+            **{name: replace(own, unit=UNITS[name.rpartition("_")[2]]) for name, own in known.items()},
             tangential_share=share_of(scaled["ratio"]),
             outside=self.outside(condition, volume, charge),
             missing=self.missing(condition.fill_ratio),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from millprint.fingerprint.bands import Band, Interval, known_ends, mean_columns, new_columns
+from millprint.estimate.estimates import Estimate, Interval, columns_of, known_ends
 from millprint.fingerprint.condition import CURVES, WEIGHTED_BASIC, scaled_quantities
 from millprint.fingerprint.processes import Told
 
@@ -23,29 +23,30 @@ class Prediction:
     """
 
     balls: int
-    weighted_normal_energy_J: Band
-    weighted_tangential_energy_J: Band
-    weighted_normal_frequency_hz: Band
-    weighted_tangential_frequency_hz: Band
-    strong_frequency_hz: Band
-    normal_energy_J: Band
-    tangential_energy_J: Band
-    specific_frequency_hz: Band
-    normal_power_W: Band
-    tangential_power_W: Band
-    power_W: Band
-    tangential_share: Band
+    weighted_normal_energy_J: Estimate
+    weighted_tangential_energy_J: Estimate
+    weighted_normal_frequency_hz: Estimate
+    weighted_tangential_frequency_hz: Estimate
+    strong_frequency_hz: Estimate
+    normal_energy_J: Estimate
+    tangential_energy_J: Estimate
+    specific_frequency_hz: Estimate
+    normal_power_W: Estimate
+    tangential_power_W: Estimate
+    power_W: Estimate
+    tangential_share: Estimate
     outside: tuple[str, ...]
     missing: Mapping[str, str]
 
 
-def bands(table: pd.DataFrame) -> dict[str, Band]:
+def bands(table: pd.DataFrame) -> dict[str, Estimate]:
     """The quantities of the first row of a table of `banded`, each with its two bands."""
     row = {name: float(value) for name, value in table.iloc[0].items()}
     found = {}
     for name in CURVES:
-        lower, upper = (row[column] for column in new_columns(name))
-        found[name] = Band(row[name], lower, upper, mean=Interval(*(row[column] for column in mean_columns(name))))
+        ends = {own: Interval(*(row[column] for column in columns_of(name, own))) for own in ("scatter", "mean")}
+        known = {own: each for own, each in ends.items() if not np.isnan(each.lower + each.upper)}
+        found[name] = Estimate(row[name], "-").having(known)
     return found
 
 
@@ -80,7 +81,7 @@ def banded(told: Mapping[str, Told], width: float) -> pd.DataFrame:
     table: dict[str, np.ndarray] = {}
     for name in CURVES:
         table[name] = values[name]
-        for columns, part in ((new_columns(name), "of_new"), (mean_columns(name), "of_mean")):
+        for columns, part in ((columns_of(name, "scatter"), "of_new"), (columns_of(name, "mean"), "of_mean")):
             halves = {own: width * getattr(told[own], part) for own in ("P", "ratio", name) if own in told}
             if name in PARTS and "ratio" in told:
                 ratios = values["ratio"] * np.exp(np.outer([1, -1] if name == "Pn" else [-1, 1], halves["ratio"]))

@@ -17,6 +17,7 @@ import pandas as pd
 from millprint.config.contact_set import ContactConfig
 from millprint.config.counting import CountingRule, recorded_count
 from millprint.config.errors import ConfigError
+from millprint.config.identity import WORDS
 from millprint.config.included import load_contact, load_mill, shipped
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import ONE_SIZE, BallMixture, balls_in_words
@@ -25,6 +26,7 @@ from millprint.dem.collisions import (
     CONTACTS_BY,
     SLIDING,
     by_surface,
+    collision_statistics,
     energies_of,
     kept_by,
     merge_contacts,
@@ -44,7 +46,7 @@ WHERE = "one is written as fingerprint_CONTACT.json"
 ERRORS = ("power_standard_error_W.normal", "power_standard_error_W.tangential")
 SUMMARY_NUMBERS = (
     *(column.key for column in MEASURED if column.key and not column.key.startswith("rule.")),
-    *("density_kg_m3", "amplitude_m", "case.ball_diameter_mm", "case.fill_ratio", "case.speed_rpm", "case.seed"),
+    *("density_kg_m3", "amplitude_m", "case.ball_diameter_m", "case.fill_ratio", "case.speed_hz", "case.seed"),
     *ERRORS,
 )
 # A run without a finished contact has no median duration, a window of less than two revolutions no standard error.
@@ -71,15 +73,46 @@ def check_summary(summary: dict, source: str) -> dict:
     return summary
 
 
-def read_summaries(paths: Iterable[str | Path]) -> list[dict]:
+def with_counts(summary: dict, run_path: str | Path, rules: Iterable[CountingRule]) -> dict:
+    """A summary whose collisions are counted by these rules: from its run.h5 where the run did not count by them.
+
+    Raises ConfigError for a run that has only histograms of its collisions.
+    """
+    recorded = [(CountingRule.of_count(count), count) for count in summary["collisions"]]
+    rules = list(rules)
+    further = [rule for rule in rules if not any(own == rule for own, _ in recorded)]
+    if further:
+        with open_hdf5(run_path) as file:
+            group = file["collisions"]
+            rows = read_rows(group, ("start_s", "duration_s", "peak_force_N", "normal_J", "damping_J", SLIDING))
+            begin_s, window_s = float(group.attrs["begin_s"]), float(group.attrs["window_s"])
+        if rows is None:
+            raise ConfigError(
+                f"{run_path}: holds histograms of collisions, which {further[0].name} cannot count; delete it, and it "
+                "is simulated again"
+            )
+        balls, frequency_hz = summary["balls"], summary["frequency_hz"]
+        counts = collision_statistics(rows, further, begin_s, window_s, balls, frequency_hz)
+        recorded += zip(further, counts, strict=True)
+    return summary | {"collisions": [next(count for own, count in recorded if own == rule) for rule in rules]}
+
+
+def read_counted(path: str | Path, rules: Iterable[dict]) -> dict:
+    """A summary with its collisions by counting rules, which are plain values of the configuration."""
+    run_path = Path(path).with_name("run.h5")
+    return with_counts(read_json(path), run_path, [CountingRule(**rule) for rule in rules])
+
+
+def read_summaries(paths: Iterable[str | Path], rules: Iterable[dict] | None = None) -> list[dict]:
     """Read and check every summary; raises ConfigError for a file that is absent, is not JSON or lacks a key.
 
-    run_path: the run.h5 next to it.
+    rules: by which collisions are counted, as for `read_counted`; those of the run if left out. run_path: the run.h5
+    next to it.
     """
     found = []
     for path in paths:
         try:
-            summary = read_json(path)
+            summary = read_json(path) if rules is None else read_counted(path, rules)
         except FileNotFoundError:
             raise ConfigError(f"{path}: no such summary") from None
         except json.JSONDecodeError as error:
@@ -101,10 +134,10 @@ def counted(summary: dict, rule_name: str) -> dict:
     count = recorded_count(summary, rule_name)
     if count["count"] == 0:
         case, name = summary["case"], (summary["case"].get("mixture") or {}).get("name", ONE_SIZE)
-        balls = balls_in_words(case["ball_diameter_mm"], name)
+        balls = balls_in_words(1e3 * case["ball_diameter_m"], name)
         raise ConfigError(
             f"fingerprint.counting_rule = {rule_name}: it counts no collision of balls of {balls} at fill "
-            f"{case['fill_ratio']:g} and {case['speed_rpm']:g} rpm; choose a rule with a lower threshold"
+            f"{case['fill_ratio']:g} and {60 * case['speed_hz']:g} rpm; choose a rule with a lower threshold"
         )
     return count
 
@@ -117,8 +150,6 @@ def read_content(path: str | Path) -> dict:
 FOLDER = "config/fingerprints"
 # A row for each: mill, contact, digest (of `digest_of`), sha256 of its file, and what it was made with.
 TABLE = f"{FOLDER}/made.tsv"
-# What changes no simulation of a mill.
-WORDS = {"title", "source", "speed_unit", "sweep"}
 
 
 def digest_of(mill: MillConfig, contact: ContactConfig) -> str:

@@ -9,12 +9,17 @@ from dataclasses import asdict, dataclass
 import numpy as np
 import pandas as pd
 
+from millprint.cases.of_mill import FACTORS
 from millprint.config.fingerprint import DESCRIPTOR_SETS, StudyConfig
 from millprint.dem.convergence import column_of, deviations, pooled_variance
+from millprint.estimate.quantiles import (
+    chi_squared_exceeded,
+    chi_squared_quantile,
+    normal_exceeded,
+    student_exceeded,
+)
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.readers import counted
-from millprint.fingerprint.study_cases import FACTORS
-from millprint.statistics.quantiles import chi_squared_exceeded, chi_squared_quantile, normal_exceeded, student_exceeded
 
 GOOD, BAD, UNKNOWN, UNTESTED = "good enough", "not good enough", "undecided", "not tested"
 POWERS = ("normal", "tangential")

@@ -5,35 +5,35 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from millprint.cases.of_mill import place_of_sweep
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, mill_of
 from millprint.config.workflow import WorkflowConfig
-from millprint.fingerprint.cases import place_of_sweep
 from millprint.mill.bodies import Body
 from millprint.mill.speed_limits import Bound, Pace, paces
 
 # Units in which a mill's speed is given.
-PER_RPM = {"rpm": 1.0, "Hz": 1 / 60}
+PER_HZ = {"rpm": 60.0, "Hz": 1.0}
 
 
 @dataclass(frozen=True)
 class SpeedSetting:
-    """A speed [rpm] of a mill, with the YAML file and key that set it, and the unit of that key, rpm or Hz."""
+    """A speed [Hz] of a mill, with the YAML file and key that set it, and the unit of that key, rpm or Hz."""
 
     place: str
     unit: str
     mill: MillConfig
-    speed_rpm: float
+    speed_hz: float
 
     @property
     def line(self) -> str:
         """File, key and value: the beginning of a message."""
-        return f"{self.place} = {self.speed_rpm * PER_RPM[self.unit]:g}"
+        return f"{self.place} = {self.speed_hz * PER_HZ[self.unit]:g}"
 
-    def up_to(self, speed_rpm: float) -> str:
-        """A bound [rpm] in the unit of the key, rounded down to three digits so that the rounded value is accepted."""
-        bound = speed_rpm * PER_RPM[self.unit]
+    def up_to(self, speed_hz: float) -> str:
+        """A bound [Hz] in the unit of the key, rounded down to three digits so that the rounded value is accepted."""
+        bound = speed_hz * PER_HZ[self.unit]
         digit = 10.0 ** (math.floor(math.log10(bound)) - 2)
         return f"{math.floor(bound / digit) * digit:g} {self.unit}"
 
@@ -57,13 +57,13 @@ def speed_settings(
         # Of conditions one by one, which may be thousands, the fastest says it.
         one_by_one = bool(sweep and sweep.conditions)
         place = f"{place_of_sweep(config, name, source)}: {'conditions: speed_rpm' if one_by_one else key}"
-        speeds = list(dict.fromkeys(case.speed_rpm for case in own))
+        speeds = list(dict.fromkeys(case.speed_hz for case in own))
         told = [max(speeds)] if one_by_one else speeds
         settings += [SpeedSetting(place, unit, mills[name], speed) for speed in told]
     plan = config.mills.scale_up
     if plan is not None:
         place = f"{source}: mills.scale_up.speed_rpm"
-        settings.append(SpeedSetting(place, "rpm", mills[plan.mill], plan.speed_rpm))
+        settings.append(SpeedSetting(place, "rpm", mills[plan.mill], plan.speed_rpm / 60))
     return list({setting.line: setting for setting in settings}.values())
 
 
@@ -73,7 +73,7 @@ def _of_sweeps(case: Case, mill: MillConfig, source: str) -> SpeedSetting:
     except ConfigError as error:
         raise ConfigError(f"{source}: {error}") from None
     amplitude = "" if case.amplitude_mm is None else f" with amplitudes_mm = {case.amplitude_mm:g}"
-    return SpeedSetting(f"{source}: sweeps: mill {case.mill}{amplitude}: speeds_rpm", "rpm", mill, case.speed_rpm)
+    return SpeedSetting(f"{source}: sweeps: mill {case.mill}{amplitude}: speeds_rpm", "rpm", mill, case.speed_hz)
 
 
 def with_paces(
@@ -100,9 +100,9 @@ def check_speeds(speeds: Sequence[tuple[SpeedSetting, Pace]]) -> None:
 def speed_warnings(speeds: Sequence[tuple[SpeedSetting, Pace]]) -> list[str]:
     """A line for each speed that is unusually high for a mill of its kind, or too low to mill."""
     slow = {
-        setting.line: f"{setting.line}: {pace.at_speed(setting.speed_rpm)}; {pace.bounds.least.reason}"
+        setting.line: f"{setting.line}: {pace.at_speed(setting.speed_hz)}; {pace.bounds.least.reason}"
         for setting, pace in speeds
-        if pace.bounds.least and pace.acceleration > 0 and setting.speed_rpm < pace.speed_at(pace.bounds.least)
+        if pace.bounds.least and pace.acceleration > 0 and setting.speed_hz < pace.speed_at(pace.bounds.least)
     }
     return [*_lines(speeds, "usual", "; usual speeds go up to"), *slow.values()]
 
@@ -113,8 +113,8 @@ def _lines(speeds: Sequence[tuple[SpeedSetting, Pace]], which: Literal["usual", 
     for setting, pace in speeds:
         bound: Bound = getattr(pace.bounds, which)
         largest = pace.speed_at(bound)
-        if setting.speed_rpm > largest:
-            fault = f"{pace.at_speed(setting.speed_rpm)}; {bound.reason}{advice} {setting.up_to(largest)}"
+        if setting.speed_hz > largest:
+            fault = f"{pace.at_speed(setting.speed_hz)}; {bound.reason}{advice} {setting.up_to(largest)}"
             lines.setdefault(setting.line, f"{setting.line}: {fault}")
     return list(lines.values())
 

@@ -1,6 +1,7 @@
 """The bodies of a mill: its vessel first, then solid inserts, each with a shape and a motion."""
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -11,7 +12,8 @@ from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.mill.distance import signed_distance
 from millprint.mill.motion import Motion, motion_from_law
-from millprint.mill.vessel import Outlines, Vessel, build_vessel, facets_of, shape_vessel
+from millprint.mill.shapes import shape_kind
+from millprint.mill.vessel import Outlines, Vessel, build_vessel, shape_vessel
 
 # Poses at which the inserts are checked for a turn of the fastest body.
 ANGLES = 72
@@ -23,8 +25,11 @@ TOUCH = 1e-6
 CELLS = 64
 # Most poses that the check tries, for bodies whose speeds differ much.
 POSES_MAX = 2000
-# One revolution per second [rpm]: the check does not depend on the speed.
-CHECK_RPM = 60.0
+# A file is the wall of a cup if what its convex hull has in addition is at least this share of the hull, or the volume
+# that is wanted, has walls around it in most directions, and is open to one side: the directions without a wall have a
+# mean of at least this length [-].
+CUP_SHARE, CUP_WALLED, CUP_OPEN = 0.2, 0.6, 0.5
+CUP_RAYS, CUP_ALIKE = 100, 0.05
 
 
 @dataclass(frozen=True)
@@ -44,20 +49,68 @@ class Body:
         return (points - self.motion.position(time_s)) @ self.motion.rotation(time_s)
 
 
-def build_bodies(mill: MillConfig, speed_rpm: float) -> list[Body]:
-    """The vessel of a mill and its inserts, moving at a speed [rpm]. Raises ConfigError for a refused shape.
+def build_bodies(mill: MillConfig, speed_hz: float = 1.0) -> list[Body]:
+    """The vessel of a mill and its inserts, moving at a speed [Hz]. Raises ConfigError for a refused shape.
 
     An insert without a motion of its own moves with the vessel, and has the same object as its motion.
     """
-    motion = motion_from_law(mill.motion, speed_rpm)
+    motion = motion_from_law(mill.motion, speed_hz)
     bodies = [Body("vessel", build_vessel(mill), motion)]
     for index, insert in enumerate(mill.inserts):
         place = f"{_place(mill)}: inserts.{index}.geometry"
         solid = shape_vessel(insert.geometry, place, solid=True)
         law = insert.motion or mill.motion
-        own = motion if law == mill.motion else motion_from_law(law, speed_rpm)
+        own = motion if law == mill.motion else motion_from_law(law, speed_hz)
         bodies.append(Body(insert.name, solid, own))
     return bodies
+
+
+def check_volume(mill: MillConfig, vessel: Vessel) -> None:
+    """Raise ConfigError where `volume_ml` is not the volume of the mill's vessel within `volume_tolerance`.
+
+    Inserts are not taken off, as fill ratios refer to the vessel without them. A file with the wall of a cup in place
+    of its hollow is named as that, also where the volume is that of the wall.
+    """
+    volume, shape, sizes = vessel.volume_m3 * 1e6, *mill.geometry.origin()
+    if shape_kind(mill.geometry.kind).is_mesh and (hollow := cup_volume(vessel, mill.volume_ml * 1e-6)):
+        raise ConfigError(
+            f"{vessel.name}: {shape} is the wall of a cup, {volume:.4g} mL, open at one side; give its hollow, about "
+            f"{hollow * 1e6:.4g} mL, closed by the lid (what stands in a hollow is one of `inserts`)"
+        )
+    if abs(volume - mill.volume_ml) > mill.volume_tolerance * volume:
+        raise ConfigError(
+            f"{_place(mill)}: volume_ml = {mill.volume_ml:g}: {shape} holds {volume:.4g} mL; correct it, or {sizes}, "
+            "or allow the difference by volume_tolerance"
+        )
+
+
+def cup_volume(vessel: Vessel, wanted_m3: float) -> float:
+    """The volume [m3] in the cup whose wall a surface encloses, by its convex hull; 0 for any other surface."""
+    # Takes long to import, and few mills need it.
+    import trimesh
+
+    points, triangles = vessel.triangles()
+    mesh = trimesh.Trimesh(points, triangles[:, ::-1], process=False)
+    hull = mesh.convex_hull
+    volume = hull.volume - mesh.volume
+    if volume < CUP_SHARE * hull.volume and not math.isclose(volume, wanted_m3, rel_tol=CUP_ALIKE):
+        return 0.0
+    middle = (hull.volume * hull.center_mass - mesh.volume * mesh.center_mass) / volume
+    # Directions evenly over the sphere, on a spiral.
+    height = 1 - (2 * np.arange(CUP_RAYS) + 1) / CUP_RAYS
+    angle = np.pi * (1 + 5**0.5) * np.arange(CUP_RAYS)
+    level = np.sqrt(1 - height**2)
+    rays = np.column_stack([level * np.cos(angle), level * np.sin(angle), height])
+    # A ray passes through a triangle if it is on the inner side of the planes through the middle and each side.
+    corners = mesh.triangles - middle
+    sides = np.cross(corners, np.roll(corners, -1, axis=1))
+    sides *= np.sign((sides[:, 0] * corners[:, 2]).sum(axis=1))[:, None, None]
+    crossings = np.array([(sides @ ray > 0).all(axis=1).sum() for ray in rays])
+    free = rays[crossings == 0]
+    is_outside = (crossings % 2 == 0).mean() > 0.5
+    is_walled = len(free) < (1 - CUP_WALLED) * CUP_RAYS
+    is_open = len(free) > 0 and np.linalg.norm(free.mean(axis=0)) > CUP_OPEN
+    return volume if is_outside and is_walled and is_open else 0.0
 
 
 def _place(mill: MillConfig) -> str:
@@ -96,12 +149,13 @@ def volume_within(vessel: Vessel, solid: Vessel) -> float:
     return float(np.clip(0.5 - outside / width, 0, 1).sum() * cell.prod())
 
 
-def travel_m(bodies: Sequence[Body], speed_rpm: float) -> float:
+def travel_m(bodies: Sequence[Body]) -> float:
     """Half of the longest distance along one axis that a point of a wall covers in a turn of the mill [m].
 
     It is the amplitude A of a translation on a circle, the radius of a drum, and the reach of a stirrer's blades.
     """
-    times = np.linspace(0, 60 / speed_rpm, 361) if speed_rpm else np.zeros(1)
+    speed_hz = max(body.motion.frequency_hz for body in bodies)
+    times = np.linspace(0, 1 / speed_hz, 361) if speed_hz else np.zeros(1)
     largest = 0.0
     for body in bodies:
         if body is not bodies[0] and body.motion is bodies[0].motion:
@@ -120,7 +174,7 @@ def inserts_in_vessel(bodies: Sequence[Body], time_s: float = 0.0) -> list[Vesse
     for body in bodies[1:]:
         outlines = body.vessel.outlines
         points = vessel.to_body(body.to_laboratory(outlines.points, time_s), time_s)
-        facets = facets_of(Outlines(points, outlines.loops, outlines.facets))
+        facets = Outlines(points, outlines.loops, outlines.facets)
         rotation, shift = (vessel.to_body(body.to_laboratory(points, time_s), time_s) for points in (np.eye(3), zero))
         curves = [curve.moved((rotation - shift).T, shift[0]) for curve in body.vessel.curves]
         placed.append(Vessel(facets, body.vessel.name, solid=True, curves=curves))
@@ -128,7 +182,7 @@ def inserts_in_vessel(bodies: Sequence[Body], time_s: float = 0.0) -> list[Vesse
 
 
 def _check_times(mill: MillConfig) -> np.ndarray:
-    """Times [s] at CHECK_RPM within which every body passes through all its positions."""
+    """Times [s] at one turn a second within which every body passes through all its positions."""
     laws = [mill.motion, *(insert.motion for insert in mill.inserts if insert.motion is not None)]
     own_turns = [law.drive().own_turns for law in laws]
     turns = max(1.0, *(1 / ratio for ratio in own_turns))
@@ -146,8 +200,8 @@ def _samples(vessel: Vessel) -> np.ndarray:
 def check_inserts(mill: MillConfig, bodies: Sequence[Body]) -> None:
     """Raise ConfigError where an insert leaves the vessel or meets a wall at any time of a turn of the mill.
 
-    bodies: those of the mill at CHECK_RPM. Points on the edges of each body are checked against every other body.
-    Inserts that move together may touch, and one that moves with the vessel may stand in its wall.
+    bodies: those of the mill at one turn a second. Points on the edges of each body are checked against every other
+    body. Inserts that move together may touch, and one that moves with the vessel may stand in its wall.
     """
     laws = {"vessel": mill.motion, **{insert.name: insert.motion or mill.motion for insert in mill.inserts}}
     times = _check_times(mill)

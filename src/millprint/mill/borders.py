@@ -254,8 +254,8 @@ def _circle_of(chords: _Chords) -> Arc:
 def _rims_of(chords: _Chords, vessel: Vessel) -> list[tuple[Rim, np.ndarray, np.ndarray, int]]:
     """The arcs of a circle; the vertices that draw each, those at its ends, and a facet next to it."""
     arc, other = _circle_of(chords), np.cross(chords.axis, chords.first)
-    vertices = np.unique([vessel.edges[number].ends for number in chords.edges])
-    facet = vessel.edges[chords.edges[0]].facets[0]
+    vertices = np.unique(vessel.edge_arrays.ends[chords.edges])
+    facet = int(vessel.edge_arrays.facets[chords.edges[0], 0])
     away = vessel.vertices[vertices] - arc.centre
     angles = np.arctan2(away @ other, away @ chords.first)
 
@@ -302,9 +302,8 @@ def _tips(vessel: Vessel, number: int) -> list[tuple[Rim, np.ndarray, np.ndarray
 
 def find_borders(vessel: Vessel) -> Borders:
     """What the edges of a body's drawing are, see Borders."""
-    edges, of_curve = vessel.edges, vessel.facet_curves
-    turn = np.array([edge.turn for edge in edges])
-    curves = of_curve[np.array([edge.facets for edge in edges])]
+    turn = vessel.edge_arrays.turn.copy()
+    curves = vessel.facet_curves[vessel.edge_arrays.facets]
     on_curve = (curves >= 0).any(axis=1)
     whole = list(range(len(vessel.curves)))
     for second, curve in enumerate(vessel.curves):
@@ -314,13 +313,13 @@ def find_borders(vessel: Vessel) -> Borders:
     is_drawn = on_curve & (surface[:, 0] == surface[:, 1])
     turn[is_drawn] = 0.0
     borders = Borders(
-        turn, is_drawn, np.zeros(len(edges), dtype=bool), {},
-        np.zeros(len(vessel.facets)), np.zeros(len(vessel.curves)),
+        turn, is_drawn, np.zeros(len(turn), dtype=bool), {},
+        np.zeros(len(vessel.normals)), np.zeros(len(vessel.curves)),
     )  # fmt: skip
     walls = _Walls(vessel)
     circles = _Circles(walls.near)
-    for number in np.flatnonzero(on_curve & ~is_drawn).tolist():
-        edge = edges[number]
+    borders_at = np.flatnonzero(on_curve & ~is_drawn)
+    for number, edge in zip(borders_at.tolist(), vessel.edges_of(borders_at), strict=True):
         circle = walls.circle(edge)
         if circle is not None:
             turn[number] = circles.add(number, edge, circle, walls)
@@ -339,7 +338,7 @@ def find_borders(vessel: Vessel) -> Borders:
                 if crease:
                     borders.creases[number], turn[number] = crease, crease.turn
             is_drawn[number] = not is_line or abs(turn[number]) <= TANGENT
-        _add_slack(borders, vessel, number)
+        _add_slack(borders, vessel, number, edge)
     # A wall that reaches beyond a convex border would be felt where nothing is.
     for number in np.flatnonzero(turn > TANGENT).tolist():
         borders.curve_slack[[piece for piece in curves[number].tolist() if piece >= 0]] = 0.0
@@ -357,9 +356,9 @@ def find_borders(vessel: Vessel) -> Borders:
     return borders
 
 
-def _add_slack(borders: Borders, vessel: Vessel, number: int) -> None:
+def _add_slack(borders: Borders, vessel: Vessel, number: int, edge: Edge) -> None:
     """Let both walls at an edge reach beyond it: by what a tangent border may be off, or by the sag of a rough one."""
-    edge, turn = vessel.edges[number], float(borders.turn[number])
+    turn = float(borders.turn[number])
     if abs(turn) <= TANGENT:
         slack = vessel.size * abs(turn)
     elif borders.is_rough[number]:
@@ -418,7 +417,7 @@ def _find_trims(vessel: Vessel, borders: Borders) -> None:
 
 
 def must_be_trimmed(vessel: Vessel, borders: Borders) -> list[int]:
-    """The curves that end inside of their parts, arcs and ends at an edge that a ball can reach, and are not trimmed."""
+    """The curves that are not trimmed, but end within their parts, arcs and ends at an edge that a ball can reach."""
     near, found = 1e2 * SAME * vessel.size, []
     of_edge = vessel.facet_curves[vessel.edge_arrays.facets]
     for number, curve in enumerate(vessel.curves):
@@ -444,7 +443,7 @@ def must_be_trimmed(vessel: Vessel, borders: Borders) -> list[int]:
 
 
 class Side(NamedTuple):
-    """A side of an outline: rows of the outline's vertices where it begins and ends, its circle or crease if it has one."""
+    """A side of an outline: rows of the outline's vertices where it begins and ends, its circle or crease if any."""
 
     begin: int
     end: int

@@ -273,7 +273,7 @@ def _touch(wall: Curve | np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np
 
 
 def _meeting(walls: tuple[Curve | np.ndarray, Curve | np.ndarray], places: np.ndarray, along: np.ndarray) -> np.ndarray:
-    """The points (n, 3) of two surfaces in the planes across `along` (n, 3) through places (n, 3), by Newton's method."""
+    """The points (n, 3) of two surfaces in the planes across `along` (n, 3) through places (n, 3): Newton's method."""
     points = places.copy()
     for _ in range(30):
         (off, normals), (other_off, other_normals) = (_touch(wall, points) for wall in walls)
@@ -323,7 +323,7 @@ def crease_of(
     if not (np.abs(shifts[[-len(BETWEEN), -1]]).max() < TRIMMED * size and np.abs(shifts).max() < STEEPEST * length):
         return None
     normals = [_touch(wall, points)[1] for wall in walls]
-    tangents = np.cross(*normals)
+    tangents = np.cross(normals[0], normals[1])
     tangents *= np.sign(tangents @ along)[:, None] / np.linalg.norm(tangents, axis=1, keepdims=True)
     inward = np.cross(normals[0], tangents), np.cross(normals[1], -tangents)
     turns = np.arctan2(-(inward[0] * normals[1]).sum(axis=1), (normals[0] * normals[1]).sum(axis=1))
@@ -370,7 +370,7 @@ def bowed_side(flat: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray | 
 
 
 @array_maker()
-def _places_on(curves, frame, points):
+def _places_on(curves: np.ndarray, frame: np.ndarray, points: np.ndarray) -> np.ndarray:
     places = np.empty((len(points), 2))
     for p in range(len(points)):
         places[p, 0], places[p, 1] = place_on(curves, frame, 0, row(points, p))
@@ -378,7 +378,7 @@ def _places_on(curves, frame, points):
 
 
 @array_maker()
-def _beyond_trim(curves, trims, points):
+def _beyond_trim(curves: np.ndarray, trims: Trims, points: np.ndarray) -> np.ndarray:
     beyond = np.empty(len(points))
     for p in range(len(points)):
         beyond[p] = beyond_trim(curves, trims, 0, row(points, p))
@@ -407,7 +407,8 @@ def trim_of(curve: Curve, border: list[np.ndarray], inside: np.ndarray, size: fl
     frame[0, TRIM.radius] = out.mean()
     frame[0, TRIM.tube] = _angle_between(np.arctan2(up, out - curve.major)) if curve.minor is not None else 0.0
     period = 2 * math.pi * frame[0, TRIM.radius]
-    sides, bows = [], []
+    sides: list[np.ndarray] = []
+    bows: list[np.ndarray] = []
     for points in border:
         flat = _places_on(rows, frame, np.ascontiguousarray(points))
         end = flat[-1, 0]

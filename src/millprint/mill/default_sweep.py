@@ -10,7 +10,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.motion_kinds import Agitation, motion_kind
-from millprint.mill.bodies import CHECK_RPM, Body, build_bodies, travel_m
+from millprint.mill.bodies import Body, build_bodies, travel_m
 from millprint.mill.gravity import GRAVITY
 
 # Commercial ball sizes [mm], and the largest share of the vessel's narrowest inside that a ball may take.
@@ -40,14 +40,14 @@ def _sizes_mm(vessel_bounds: np.ndarray, volume_m3: float, largest_fill: float) 
 
 def _tumbled(mill: MillConfig, bodies: list[Body], diameter_m: float) -> list[float]:
     """Speeds of a drum [rpm], by its critical speed."""
-    reach = travel_m(bodies, CHECK_RPM)
+    reach = travel_m(bodies)
     critical = math.sqrt(GRAVITY / max(reach - diameter_m / 2, diameter_m / 2)) / mill.motion.drive().own_turns
     return [_rounded(share * critical * 30 / math.pi) for share in CRITICAL]
 
 
 def _stirred(mill: MillConfig, bodies: list[Body], diameter_m: float) -> list[float]:
     """Speeds of a mill whose vessel stands still [rpm], by the tip of its stirrer."""
-    reach = travel_m(bodies, CHECK_RPM)
+    reach = travel_m(bodies)
     if reach == 0:
         raise ConfigError(f"config/mills/{mill.name}.yaml: motion: nothing in this mill moves, so no speeds suit it")
     own_turns = [insert.motion.drive().own_turns for insert in mill.inserts if insert.motion]
@@ -88,7 +88,7 @@ def default_sweep(mill: MillConfig) -> MillSweepConfig:
     any other vessel is accelerated by 6 and 12 g. Balls fit five times into the narrowest direction. Raises ConfigError
     for a mill whose shape is refused or that does not move.
     """
-    bodies, rule = build_bodies(mill, CHECK_RPM), SWEEP_RULES[motion_kind(mill.motion.kind).vessel]
+    bodies, rule = build_bodies(mill), SWEEP_RULES[motion_kind(mill.motion.kind).vessel]
     sizes = _sizes_mm(bodies[0].vessel.bounds, mill.volume_ml * 1e-6, SWEEP_RULES[Agitation.SHAKEN].fill_ratios[-1])
     speeds = rule.speeds_rpm(mill, bodies, sizes[0] / 1e3)
     return MillSweepConfig(speeds_rpm=speeds, ball_diameters_mm=sizes, fill_ratios=list(rule.fill_ratios))

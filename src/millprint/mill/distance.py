@@ -9,7 +9,6 @@ import numpy as np
 from millprint.mill.borders import SAME, borders_of
 from millprint.mill.creases import (
     CREASE,
-    Crease,
     Trims,
     beyond_trim,
     crease_nearest,
@@ -23,7 +22,10 @@ from millprint.mill.vectors import add_scaled, dot, row, scale, subtract
 from millprint.mill.vessel import Vessel, cross
 from millprint.mill.wall_arrays import all_sides
 from millprint.mill.walls import beyond_side
-from millprint.run.kernel import array_maker, inlined
+from millprint.run.kernel import array_maker, inlined, inner
+
+# Facets whose box is looked at first.
+BLOCK = 32
 
 
 class Surface(NamedTuple):
@@ -32,7 +34,8 @@ class Surface(NamedTuple):
     facets without a part in the distance are left out: those that only draw a curve, and have no edge on their outline.
     """
 
-    listed: np.ndarray  # numbers of the facets that are looked at
+    listed: np.ndarray  # numbers of the facets that are looked at, in blocks of BLOCK next to each other
+    box: np.ndarray  # (blocks, 2, 3) lower and upper corner of each [m]
     normal: np.ndarray  # (f, 3) inward
     offset: np.ndarray  # (f,)
     axes: np.ndarray  # (f, 2, 3) unit vectors in the plane
@@ -82,8 +85,19 @@ def _surface(vessel: Vessel) -> Surface:
     pieces = [
         np.flatnonzero((curve == k) & (k not in borders.trims) & is_open(vessel, k)) for k in range(len(vessel.curves))
     ]
+    listed = np.flatnonzero((curve < 0) | has_edge)
+    slack = borders.slack + SAME * vessel.size
+    listed = listed[np.argsort(_places(vessel.outlines.middles[listed]), kind="stable")]
+    blocks = np.arange(0, len(listed), BLOCK)
+    low, high = (f.reduceat(points, vessel.outlines.corners.first)[listed] for f in (np.minimum, np.maximum))
+    box = (
+        np.stack([np.minimum.reduceat(low, blocks), np.maximum.reduceat(high, blocks)], axis=1)
+        if len(listed)
+        else np.empty((0, 2, 3))
+    )
     return Surface(
-        listed=np.flatnonzero((curve < 0) | has_edge),
+        listed=listed,
+        box=box + (slack.max() + vessel.sagitta) * np.array([[-1], [1]]),
         normal=vessel.normals,
         offset=vessel.offsets,
         axes=vessel.axes,
@@ -97,7 +111,7 @@ def _surface(vessel: Vessel) -> Surface:
         corner_is_drawn=corner_is_drawn,
         first_outline=first_outline,
         outline=outline,
-        slack=borders.slack + SAME * vessel.size,
+        slack=slack,
         near=SAME * vessel.size,
         curve=curve,
         curves=curve_rows(vessel.curves),
@@ -109,6 +123,14 @@ def _surface(vessel: Vessel) -> Surface:
         creases=crease_rows(tuple(borders.creases.values())),
         crease_side=np.array([-np.sign(crease.turn) for crease in borders.creases.values()]),
     )
+
+
+def _places(points: np.ndarray) -> np.ndarray:
+    """Numbers (n,) of points (n, 3) that are close for close points: the bits of their coordinates in turn (Morton)."""
+    low, size = points.min(axis=0, initial=np.inf), np.ptp(points) if points.size else 1.0
+    cells = ((points - low) / size * 1023).astype(np.int64)
+    bits = np.arange(10)
+    return ((cells[:, :, None] >> bits & 1) << (3 * bits + np.arange(3)[:, None])).sum(axis=(1, 2))
 
 
 def _normals(rim: Rim) -> np.ndarray:
@@ -187,34 +209,61 @@ def _is_there(surface, curve, foot, direction):
 
 
 @inlined()
-def distance_at(surface, point):
-    """Signed distance of a point and its gradient; the nearest facet, side, curve or rim decides the sign."""
-    best = 1e300
-    away = (0.0, 0.0, 0.0)
-    sign = 1.0
-    for at in range(surface.listed.size):
+def _from_box(surface, block, point):
+    """Squared distance of a point from the box of a block of facets."""
+    squared = 0.0
+    for c in range(3):
+        out = max(surface.box[block, 0, c] - point[c], point[c] - surface.box[block, 1, c], 0.0)
+        squared += out * out
+    return squared
+
+
+@inner()
+def _nearest_in_block(surface, block, point, best, away, sign, nearest):
+    """The nearest facet or side to a point, of a block or as found before: the one of the lowest number, of equal ones.
+
+    Squared distance, vector from the wall to the point, its sign, and the number of the facet.
+    """
+    for at in range(block * BLOCK, min((block + 1) * BLOCK, surface.listed.size)):
         facet = surface.listed[at]
         normal = row(surface.normal, facet)
         height = dot(normal, point) - surface.offset[facet]
         is_drawing = surface.curve[facet] >= 0
-        if height * height >= best and not is_drawing:
+        if height * height > best and not is_drawing:
             continue
         if (
             not is_drawing
             and beyond_side(surface.axes, surface.first_outline, surface.outline, surface.trims.bow, facet, point)
             <= surface.slack[facet]
         ):
-            best = height * height
+            squared = height * height
             # On the wall itself, the direction is that of its normal.
-            away = scale(height, normal) if height != 0.0 else normal
-            sign = -1.0 if height >= 0 else 1.0
+            offset = scale(height, normal) if height != 0.0 else normal
+            side = height
         else:
             # A sharp edge on the outline of a piece of a curve is a wall itself.
             squared, offset, outward = _nearest_on_outline(surface, facet, point)
-            if squared < best:
-                best = squared
-                away = offset
-                sign = -1.0 if dot(offset, outward) > 0 else 1.0
+            side = dot(offset, outward)
+            side = side if side > 0 else -1.0
+        if squared < best or (squared == best and facet < nearest):
+            best, away, nearest = squared, offset, facet
+            sign = -1.0 if side >= 0 else 1.0
+    return best, away, sign, nearest
+
+
+@inlined()
+def distance_at(surface, point):
+    """Signed distance of a point and its gradient; the nearest facet, side, curve or rim decides the sign."""
+    nearest, least = 0, 1e300
+    for block in range(surface.box.shape[0]):
+        squared = _from_box(surface, block, point)
+        if squared < least:
+            nearest, least = block, squared
+    found = _nearest_in_block(surface, nearest, point, 1e300, (0.0, 0.0, 0.0), 1.0, -1)
+    for block in range(surface.box.shape[0]):
+        if block != nearest and _from_box(surface, block, point) <= found[0] * (1 + 1e-9):
+            found = _nearest_in_block(surface, block, point, *found)
+    best, away, sign, _ = found
     for curve in range(surface.curves.shape[0]):
         height, normal, past, _ = curve_touch(surface.curves, curve, point)
         foot = add_scaled(point, -height, normal)

@@ -11,7 +11,7 @@ from millprint.mill.borders import borders_of, must_be_trimmed, rough_facets
 from millprint.mill.creases import endless
 from millprint.mill.curved_surfaces import Curve
 from millprint.mill.turned_shapes import LARGEST_TURN, LOOSE, Drawing, Line, Swept
-from millprint.mill.vessel import Facet, Vessel
+from millprint.mill.vessel import Outlines, Ragged, Vessel
 from millprint.mill.wall_features import facet_patches
 
 # What angles of half and whole turns may be off [rad].
@@ -32,7 +32,7 @@ def curves_of(drawing: Drawing, swept: Swept) -> list[tuple[Curve, np.ndarray]]:
     axis, shape = swept.axis, swept.shape
     points = drawing.points(swept.facets)
     flat, angles = axis.meridian(points), axis.angles(points)
-    middles = np.array([drawing.vessel.vertices[drawing.vertices_of[facet]].mean(axis=0) for facet in swept.facets])
+    middles = drawing.middles[swept.facets]
     of_facet = axis.angles(middles)
     off_axis = flat[:, 0] > LOOSE * drawing.tolerance
     begin, end = _span(angles[off_axis])
@@ -111,19 +111,20 @@ def _moved_vertices(
     Of whole surfaces: beyond its borders, a curve goes on along its tangents, and meets a tangent wall anywhere.
     """
     whole = [replace(curve, part=None, arc=None) for curve in curves]
-    beside: list[set[int]] = [set() for _ in vessel.vertices]
+    owner = vessel.outlines.corners.owner
     # The outline of a flat wall that was put level moves with it.
-    moving = {-1 - facet for facet in planes}
-    for facet, loops in enumerate(vessel.loops):
-        number = int(on_curve[facet]) if on_curve[facet] >= 0 else -1 - facet
-        if number < 0 and facet not in planes:
-            planes.setdefault(facet, np.array([*vessel.facets[facet].normal, vessel.facets[facet].offset]))
-        for vertex in np.concatenate(loops).tolist():
-            beside[vertex].add(number)
-    groups: dict[frozenset[int], list[int]] = {}
-    for vertex, own in enumerate(beside):
-        if any(number >= 0 or number in moving for number in own):
-            groups.setdefault(frozenset(own), []).append(vertex)
+    is_moving = on_curve >= 0
+    is_moving[list(planes)] = True
+    is_wanted = np.zeros(len(vessel.vertices), dtype=bool)
+    is_wanted[vessel.corners[is_moving[owner]]] = True
+    surface_of = np.where(on_curve >= 0, on_curve, -1 - np.arange(len(on_curve)))
+    own = is_wanted[vessel.corners]
+    vertex, surface = vessel.corners[own], surface_of[owner[own]]
+    order = np.lexsort((surface, vertex))
+    groups: dict[tuple[int, ...], list[int]] = {}
+    surfaces_of = Ragged(np.bincount(vertex)[is_wanted[: vertex.max(initial=-1) + 1]]).split(surface[order])
+    for at, beside in zip(np.flatnonzero(is_wanted).tolist(), surfaces_of, strict=True):
+        groups.setdefault(tuple(dict.fromkeys(beside.tolist())), []).append(at)
     moved = vessel.vertices.copy()
     for surfaces, vertices in groups.items():
         points = moved[vertices]
@@ -134,9 +135,11 @@ def _moved_vertices(
                 if number >= 0:
                     distance, direction, _ = whole[number].touch(points)
                 else:
-                    plane = planes[-1 - number]
-                    distance = points @ plane[:3] - plane[3]
-                    direction = np.broadcast_to(plane[:3], points.shape)
+                    normal, offset = vessel.normals[-1 - number], vessel.offsets[-1 - number]
+                    if -1 - number in planes:
+                        normal, offset = planes[-1 - number][:3], planes[-1 - number][3]
+                    distance = points @ normal - offset
+                    direction = np.broadcast_to(normal, points.shape)
                 off.append(distance)
                 slopes.append(direction)
             away = np.stack(off, axis=1)
@@ -150,14 +153,15 @@ def _moved_vertices(
 def _level_planes(vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, tolerance: float) -> dict[int, np.ndarray]:
     """Planes (normal, offset) of the flat facets that meet curves, across or along their axes where they nearly are."""
     planes: dict[int, np.ndarray] = {}
-    for edge in vessel.edges:
-        for flat, other in (edge.facets, edge.facets[::-1]):
+    sides = vessel.edge_arrays.facets
+    for facets in sides[(on_curve[sides] >= 0).any(axis=1) & (on_curve[sides] < 0).any(axis=1)].tolist():
+        for flat, other in (facets, facets[::-1]):
             if on_curve[flat] >= 0 or on_curve[other] < 0 or flat in planes:
                 continue
-            facet, axis = vessel.facets[flat], curves[on_curve[other]].axis
-            points = np.concatenate(facet.loops)
-            cosine = float(facet.normal @ axis)
-            across = facet.normal - cosine * axis
+            own, axis = vessel.normals[flat], curves[on_curve[other]].axis
+            points = vessel.vertices[np.concatenate(vessel.loops[flat])]
+            cosine = float(own @ axis)
+            across = own - cosine * axis
             if abs(cosine) > 0.99:
                 normal = math.copysign(1.0, cosine) * axis
             elif abs(cosine) < 0.01:
@@ -237,7 +241,7 @@ def whole_patches(
         )
         return np.where(spoilt, -1, on_curve)
 
-    drawn_patch = facet_patches(vessel, np.array([edge.turn for edge in vessel.edges]))
+    drawn_patch = facet_patches(vessel, vessel.edge_arrays.turn)
     while (on_curve >= 0).any():
         planes = _level_planes(vessel, curves, on_curve, tolerance) | set_planes
         moved = _moved_vertices(vessel, curves, on_curve, planes)
@@ -245,16 +249,16 @@ def whole_patches(
         away = np.linalg.norm(moved - vessel.vertices, axis=1)
         if not away.max() <= math.sqrt(tolerance * vessel.size):
             worst = np.nanargmax(np.where(np.isfinite(away), away, np.inf))
-            own = [worst in np.concatenate(loops) for loops in vessel.loops]
+            own = vessel.outlines.corners.owner[vessel.corners == worst]
             on_curve = without(np.isin(drawn_patch, drawn_patch[own]) & (on_curve >= 0), vessel.vertices[worst])
             continue
         trimmed = [
-            _trimmed(curve, moved[np.unique(np.concatenate([np.concatenate(vessel.loops[f]) for f in own]))])
+            _trimmed(curve, moved[np.unique(vessel.corners[vessel.outlines.corners.rows(own)])])
             if len(own := np.flatnonzero(on_curve == number))
             else curve
             for number, curve in enumerate(curves)
         ]
-        facets = [Facet.from_loops([moved[loop] for loop in loops]) for loops in vessel.loops]
+        facets = Outlines(moved[vessel.corners], vessel.outlines.loops, vessel.outlines.facets)
         exact = Vessel(facets, vessel.name, vessel.solid, vessel.smooth_axis, trimmed, on_curve, tuple(report))
         borders = borders_of(exact)
         if free := must_be_trimmed(exact, borders):
@@ -267,5 +271,5 @@ def whole_patches(
         # The facets of the exact vessel are in an order of their own.
         spoilt = np.zeros(len(on_curve), dtype=bool)
         spoilt[exact.placed_from] = np.isin(patch, patch[list(rough)])
-        on_curve = without(spoilt, np.concatenate(exact.facets[next(iter(rough))].loops).mean(axis=0))
-    return Vessel(vessel.facets, vessel.name, vessel.solid, vessel.smooth_axis, report=tuple(report))
+        on_curve = without(spoilt, exact.outlines.middles[next(iter(rough))])
+    return Vessel(vessel.outlines, vessel.name, vessel.solid, vessel.smooth_axis, report=tuple(report))

@@ -81,11 +81,8 @@ def _check_widths(points: np.ndarray, triangles: np.ndarray, facet: np.ndarray, 
 
 
 ONE_BODY = "give one closed surface: only the hollow, without its lid"
-INSERTS = (
-    "each lifter, baffle or other body in it to a file of its own, one of `inserts`; without a `motion` it moves with "
-    "the vessel, and may stand in its wall"
-)
-# A body in a hollow with a larger share of it may be the hollow of a vessel [-].
+INSERTS = "a body in the hollow gets a file of its own, one of `inserts` (without `motion` it moves with the vessel)"
+# A piece in or next to another with a larger share of its volume is a hollow, and not a baffle or a lid [-].
 LARGE = 0.25
 
 
@@ -118,6 +115,7 @@ def _check_closed(points: np.ndarray, triangles: np.ndarray) -> None:
     sense = np.bincount(of_side, np.where(start < end, 1, -1))
     if sense.any():
         raise ConfigError(f"the triangles at {edge(sense != 0)} are not oriented alike")
+    _check_pieces(points, triangles)
     twin = half_edges(triangles).twin
     # Corners of triangles that are side by side around a vertex; a vertex with two such fans is where two parts touch.
     fan = _components(np.column_stack([np.arange(len(twin)), twin - twin % 3 + (twin + 1) % 3]), len(twin))
@@ -147,16 +145,17 @@ def _check_pieces(points: np.ndarray, triangles: np.ndarray) -> None:
     is_inner = (low > low[outer]).all(axis=1) & (high < high[outer]).all(axis=1)
     sizes = ", ".join(f"{volume * 1e6:.4g}" for volume in np.abs(volumes[:5])) + ", ..." * (len(volumes) > 5)
     pieces = f"{len(volumes)} separate pieces of {sizes} mL"
-    inner = volumes[is_inner]
-    if (inner * volumes[outer] < 0).any():
+    inner, (second, first) = volumes[is_inner], np.sort(np.abs(volumes))[-2:]
+    if len(inner) and ((inner * volumes[outer] < 0).any() or second > LARGE * first):
         raise ConfigError(
             f"{pieces}: a vessel that is drawn as its own wall, with an outer and an inner surface; give only the "
             f"hollow ({np.abs(inner).sum() * 1e6:.4g} mL, its normals into the wall), not the wall around it"
         )
-    if not len(inner):
-        raise ConfigError(f"{pieces}; {ONE_BODY} (two hollows are two mills), and {INSERTS}")
-    wall = " and not the wall around it," if np.abs(inner).max() > LARGE * abs(volumes[outer]) else ""
-    raise ConfigError(f"{pieces}, one in the other; {ONE_BODY},{wall} and {INSERTS}")
+    if len(inner):
+        raise ConfigError(f"{pieces}, one in the other: {INSERTS}")
+    if second > LARGE * first:
+        raise ConfigError(f"{pieces}: two hollows are two mills; give one of them")
+    raise ConfigError(f"{pieces}: a lid or another body next to the hollow; {ONE_BODY}; {INSERTS}")
 
 
 def _checked(points: np.ndarray, triangles: np.ndarray, tolerances: tuple[float, float]) -> FlatFacets:
@@ -166,7 +165,6 @@ def _checked(points: np.ndarray, triangles: np.ndarray, tolerances: tuple[float,
     points, triangles = close_gaps(points, triangles, flat)
     points, triangles = without_slivers(points, triangles, flat)
     _check_closed(points, triangles)
-    _check_pieces(points, triangles)
     if _volumes(points, triangles).sum() <= 0:
         raise ConfigError(
             "inside out: the normals point into the body that the surface encloses; they must point out of it (for a "
@@ -180,8 +178,8 @@ def _checked(points: np.ndarray, triangles: np.ndarray, tolerances: tuple[float,
     if meeting:
         first, second = points[wide[list(meeting)]].mean(axis=1)
         raise ConfigError(
-            f"cuts through itself: the triangles at {_mm(first)} and {_mm(second)} intersect; export "
-            "faces of more than three corners as triangles"
+            f"cuts through itself: the triangles at {_mm(first)} and {_mm(second)} intersect; a profile or an outline "
+            "crosses itself, bodies overlap, or a face of more than three corners is bent"
         )
     return facets
 

@@ -107,15 +107,15 @@ class Motion:
 AT_REST = Motion(np.zeros((1, 7)), 0.0, moves=False)
 
 
-def motion_from_law(law: MotionSection, speed_rpm: float) -> Motion:
-    """The motion of a body by the keys of its law, at the mill's speed [rpm].
+def motion_from_law(law: MotionSection, speed_hz: float) -> Motion:
+    """The motion of a body by the keys of its law, at the mill's speed [Hz].
 
     Raises ValueError for a kind that is not in the registry of `config.motion_kinds`, and ConfigError for a table of
     points that is not one turn of the mill.
     """
     if not motion_kind(law.kind).moves:
         return AT_REST
-    drive, frequency = law.drive(), speed_rpm / 60
+    drive, frequency = law.drive(), speed_hz
     if drive.table is not None or drive.points:
         # Takes long to import, and few mills need it.
         from millprint.mill.points import curve_through, read_path

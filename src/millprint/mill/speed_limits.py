@@ -14,7 +14,7 @@ import numpy as np
 
 from millprint.config.mill import MillConfig
 from millprint.config.motion_kinds import Agitation, MotionSection, motion_kind
-from millprint.mill.bodies import CHECK_RPM, Body, build_bodies
+from millprint.mill.bodies import Body, build_bodies
 from millprint.mill.gravity import GRAVITY
 from millprint.mill.motion import Motion, motion_from_law
 
@@ -84,18 +84,18 @@ class Pace:
     acceleration: float
 
     def speed_at(self, bound: Bound) -> float:
-        """The mill's speed [rpm] at which the body reaches a bound of its kind; infinite for one that stands still."""
+        """The mill's speed [Hz] at which the body reaches a bound of its kind; infinite for one that stands still."""
         reached = self.speed if self.bounds.by_speed else self.acceleration / GRAVITY
         if reached == 0:
             return math.inf
-        return 60 * (bound.value / reached if self.bounds.by_speed else math.sqrt(bound.value / reached))
+        return bound.value / reached if self.bounds.by_speed else math.sqrt(bound.value / reached)
 
-    def at_speed(self, speed_rpm: float) -> str:
-        """What the body's wall does at a speed of the mill [rpm]."""
-        turns = speed_rpm / 60
+    def at_speed(self, speed_hz: float) -> str:
+        """What the body's wall does at a speed of the mill [Hz]."""
+        gravities = self.acceleration * speed_hz**2 / GRAVITY
         return (
-            f"the wall of {self.body} would have an acceleration of {_plain(self.acceleration * turns**2 / GRAVITY)} g "
-            f"and move at {_plain(self.speed * turns)} m/s"
+            f"the wall of {self.body} would have an acceleration of {_plain(gravities)} g "
+            f"and move at {_plain(self.speed * speed_hz)} m/s"
         )
 
 
@@ -117,7 +117,7 @@ def paces(mill: MillConfig, bodies: Sequence[Body]) -> list[Pace]:
 
 
 def _pace(body: Body, law: MotionSection, bounds: Bounds) -> Pace:
-    motion = motion_from_law(law, CHECK_RPM)
+    motion = motion_from_law(law, 1.0)
     fastest = _harmonic(motion)
     samples, step = min(SAMPLES_MAX, SAMPLES * fastest), DIFFERENCE / fastest
     # A turn after the start, because the mill is at rest before it.
@@ -146,7 +146,7 @@ def _largest(points: np.ndarray, turning: np.ndarray, moving: np.ndarray) -> flo
 def _harmonic(motion: Motion) -> int:
     """The fastest turn or oscillation of a body over a turn of the mill, 1 at least; a curve has one for 8 pieces."""
     angular = [abs(motion.rate), *motion.harmonics[:, 0], *motion.swing[:, 0]]
-    turns = max(angular) / (2 * math.pi) / (CHECK_RPM / 60)
+    turns = max(angular) / (2 * math.pi)
     return max(1, math.ceil(turns - 1e-9), len(motion.pieces) // 8)
 
 
@@ -170,4 +170,4 @@ def wall_acceleration(mill: MillConfig) -> float:
     It grows with the square of the speed. Of a jar on a circle of radius A it is A (2 pi / s)^2; of a planetary mill it
     has a part of the sun wheel and one of the jar's own turning.
     """
-    return max(pace.acceleration for pace in paces(mill, build_bodies(mill, CHECK_RPM)))
+    return max(pace.acceleration for pace in paces(mill, build_bodies(mill)))

@@ -27,7 +27,7 @@ ON_CURVE = 5e-6
 CURVE_ANGLE = 0.6
 # An edge that turns by more juts into the vessel [rad].
 CONVEX = 1e-9
-# With more facets, the walls take days of a simulation.
+# More facets take minutes and gigabytes before the first step.
 MOST_FACETS = 200_000
 
 
@@ -80,8 +80,8 @@ def plane_axes(normals: np.ndarray) -> np.ndarray:
 
 
 def lengths(vectors: np.ndarray) -> np.ndarray:
-    """The lengths (n, 1) of vectors (n, 3), each as numpy's norm of it alone to the last bit."""
-    return np.sqrt(np.vecdot(vectors, vectors))[:, None]
+    """The lengths (..., 1) of vectors (..., 3), each as numpy's norm of it alone to the last bit."""
+    return np.sqrt(np.vecdot(vectors, vectors))[..., None]
 
 
 class Ragged:
@@ -238,16 +238,16 @@ class Vessel:
     flat walls, whose borders may be arcs (mill.borders). A solid body inside a vessel is the same with `solid`: its
     normals point out of it, and its volume is negative.
 
-    smooth_axis: "x", "y" or "z", the axis whose end facets have no friction, or None. on_curves: for each of `facets`
-    the one of `curves` that it draws, -1 for a flat wall; left out, that is found. report: what was nearly recognised,
-    in words. facet_curves (f,): the same for the vessel's own facets, which are sorted; placed_from (f,): the numbers
-    of these among the given ones. Raises ConfigError where the facets do not close: every edge must belong to two
-    facets, in opposite senses.
+    facets: or their outlines. smooth_axis: "x", "y" or "z", the axis whose end facets have no friction, or None.
+    on_curves: for each of `facets` the one of `curves` that it draws, -1 for a flat wall; left out, that is found.
+    report: what was nearly recognised, in words. facet_curves (f,): the same for the vessel's own facets, which are
+    sorted; placed_from (f,): the numbers of these among the given ones. Raises ConfigError where the facets do not
+    close: every edge must belong to two facets, in opposite senses.
     """
 
     def __init__(
         self,
-        facets: Sequence[Facet],
+        facets: Sequence[Facet] | Outlines,
         name: str = "vessel",
         solid: bool = False,
         smooth_axis: str | None = None,
@@ -259,7 +259,7 @@ class Vessel:
         self.solid = solid
         self.smooth_axis = smooth_axis
         self.report = report
-        given = Outlines.of(facet.loops for facet in facets)
+        given = facets if isinstance(facets, Outlines) else Outlines.of(facet.loops for facet in facets)
         self.size = float(np.ptp(given.points, axis=0).max())
         # A power of two, so that a shape and its double are the same on their lattices.
         pitch = LATTICE * 2.0 ** math.floor(math.log2(self.size))
@@ -466,11 +466,11 @@ def shape_curves(geometry: GeometrySection, solid: bool) -> list[Curve]:
 
 def shape_facets(geometry: GeometrySection, place: str, solid: bool) -> list[Facet]:
     """The facets of a shape, see `drawn_shape`."""
-    return drawn_shape(geometry, place, solid)[0]
+    return facets_of(drawn_shape(geometry, place, solid)[0])
 
 
-def drawn_shape(geometry: GeometrySection, place: str, solid: bool) -> tuple[list[Facet], float]:
-    """The facets of a shape, their normals towards the balls: into a hollow, or out of a solid.
+def drawn_shape(geometry: GeometrySection, place: str, solid: bool) -> tuple[Outlines, float]:
+    """The outlines of the facets of a shape, their normals towards the balls: into a hollow, or out of a solid.
 
     Further: the rounding of their vertices in a file [m].
 
@@ -484,12 +484,12 @@ def drawn_shape(geometry: GeometrySection, place: str, solid: bool) -> tuple[lis
         raise ConfigError(f"{place}.{error}") from None
     if len(outlines) > MOST_FACETS:
         raise ConfigError(
-            f"{place}: {len(outlines)} flat facets; a simulation takes at most {MOST_FACETS}: give it fewer, or "
+            f"{place}: {len(outlines):,} flat facets; a simulation takes at most {MOST_FACETS:,}: give it fewer, or "
             "export the surface with a coarser tessellation"
         )
     if shape.from_inside == solid:
         outlines = [[loop[::-1] for loop in loops] for loops in outlines]
-    return facets_of(outlines), rounding
+    return Outlines.of(outlines), rounding
 
 
 @dataclass(frozen=True)
@@ -527,18 +527,3 @@ def shape_vessel(geometry: GeometrySection, place: str, solid: bool) -> Vessel:
 def build_vessel(mill: MillConfig) -> Vessel:
     """The vessel of a mill, in its body frame, z up. Raises ConfigError."""
     return shape_vessel(mill.geometry, f"config/mills/{mill.name}.yaml: geometry", solid=False)
-
-
-def check_volume(mill: MillConfig, vessel: Vessel) -> None:
-    """Raise ConfigError where `volume_ml` is not the volume of the mill's vessel within `volume_tolerance`.
-
-    Inserts are not taken off, as fill ratios refer to the vessel without them.
-    """
-    volume = vessel.volume_m3 * 1e6
-    if abs(volume - mill.volume_ml) <= mill.volume_tolerance * volume:
-        return
-    shape, sizes = mill.geometry.origin()
-    raise ConfigError(
-        f"config/mills/{mill.name}.yaml: volume_ml = {mill.volume_ml:g}: {shape} holds {volume:.4g} mL; correct it, or "
-        f"{sizes}, or allow the difference by volume_tolerance"
-    )

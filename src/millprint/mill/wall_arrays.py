@@ -36,11 +36,12 @@ def facet_sides(vessel: Vessel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     has_arc[[*borders_of(vessel).arcs, *borders_of(vessel).creases]] = True
     is_round = np.logical_or.reduceat(has_arc[vessel.edge_of_side], loops.first)
     is_round &= vessel.facet_curves[facets.owner] < 0
-    counts, arcs, bows = loops.counts.copy(), {}, []
+    counts, arcs = loops.counts.copy(), {}
+    bows: list[np.ndarray] = []
     for loop in np.flatnonzero(is_round).tolist():
         facet = int(facets.owner[loop])
-        own = slice(loops.first[loop], loops.first[loop] + loops.counts[loop])
-        arcs[loop] = _round_sides(vessel, facet, loop - int(facets.first[facet]), flat[own], bows)
+        along = slice(loops.first[loop], loops.first[loop] + loops.counts[loop])
+        arcs[loop] = _round_sides(vessel, facet, loop - int(facets.first[facet]), flat[along], bows)
         counts[loop] = len(arcs[loop])
     found = Ragged(counts)
     sides = np.zeros((len(found.owner), width_of(SIDE)))

@@ -115,9 +115,9 @@ def _corners(vessel: Vessel, borders: Borders, lines: tuple[Edge, ...]) -> tuple
     kept = is_border.repeat(2)[entries]
     order = np.argsort(rank[kept], kind="stable")
     directions = along.reshape(-1, 3)[entries[kept][order]]
-    own = Ragged(np.bincount(rank[kept], minlength=len(vertices))).split(directions / lengths(directions))
+    of_corner = Ragged(np.bincount(rank[kept], minlength=len(vertices))).split(directions / lengths(directions))
     numbers = vertices[np.argsort(first)]
-    return numbers, tuple(map(Corner, vessel.vertices[numbers], own))
+    return numbers, tuple(map(Corner, vessel.vertices[numbers], of_corner))
 
 
 def _neighbours(touch: csr_array, patch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,9 +1,12 @@
-"""What the walls of a body are, in words: exact surfaces, and what stays as it is drawn."""
+"""What the walls of a mill are, in words: exact surfaces, and what stays as it is drawn."""
+
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from millprint.mill.bodies import Body
 from millprint.mill.borders import borders_of
 from millprint.mill.vessel import Vessel
 
@@ -18,27 +21,37 @@ def _many(number: int, word: str) -> str:
     return f"{number} {word if number == 1 else plural}"
 
 
-def _are_discs(vessel: Vessel) -> np.ndarray:
+def _discs(vessel: Vessel) -> np.ndarray:
     """Which facets (f,) are flat walls that end at circles only."""
-    facets, flat = vessel.edge_arrays.facets, vessel.facet_curves < 0
-    sides = np.bincount(facets.ravel(), minlength=len(flat))
-    arcs = np.bincount(facets[sorted(borders_of(vessel).arcs)].ravel(), minlength=len(flat))
-    return flat & (sides > 4) & (arcs == sides)
+    found, is_line = vessel.facet_curves < 0, np.ones(len(vessel.edge_arrays.turn), dtype=bool)
+    is_line[list(borders_of(vessel).arcs)] = False
+    found[vessel.edge_arrays.facets[is_line]] = False
+    return found
 
 
-def wall_in_words(vessel: Vessel) -> str:
-    """The walls of a body: "2 cylinders, 1 torus, 2 discs; 12 flat walls"."""
-    surfaces = [
-        curve.kind
-        for number, curve in enumerate(vessel.curves)
-        if not any(curve.is_part_of(other) for other in vessel.curves[:number])
-    ]
-    flat = int((vessel.facet_curves < 0).sum())
-    discs = int(_are_discs(vessel).sum()) if surfaces else 0
+def _counted(vessels: Iterable[Vessel]) -> str:
+    """The walls of some bodies together: "2 cylinders, 1 torus, 2 discs; 12 flat walls"."""
+    surfaces, discs, flat, drawn = [], 0, 0, 0
+    for vessel in vessels:
+        surfaces += [
+            curve.kind
+            for number, curve in enumerate(vessel.curves)
+            if not any(curve.is_part_of(other) for other in vessel.curves[:number])
+        ]
+        discs += int(_discs(vessel).sum())
+        flat += int((vessel.facet_curves < 0).sum())
+        drawn += int((round_facets(vessel) > 0).sum())
     counts = [(surfaces.count(kind), kind) for kind in ("cylinder", "cone", "sphere", "torus")]
     exact = ", ".join(_many(number, word) for number, word in [*counts, (discs, "disc")] if number)
-    rest = _many(flat - discs, "flat wall") if flat > discs else ""
-    return "; ".join(filter(None, (exact, rest)))
+    rest = [(flat - discs - drawn, "flat wall"), (drawn, "flat facet")]
+    told = ", ".join(_many(number, word) for number, word in rest if number) + " of round walls" * (drawn > 0)
+    return "; ".join(filter(None, (exact, told)))
+
+
+def walls_in_words(bodies: Sequence[Body]) -> str:
+    """The walls of a mill: "1 cylinder, 2 discs", and those of its inserts after "; inserts: "."""
+    vessel, *inserts = (body.vessel for body in bodies)
+    return _counted([vessel]) + (f"; inserts: {_counted(inserts)}" if inserts else "")
 
 
 def round_facets(vessel: Vessel) -> np.ndarray:
@@ -65,6 +78,7 @@ def drawn_in_words(vessel: Vessel) -> str | None:
         return None
     why = f" ({vessel.report[-1]})" if vessel.report else ""
     return (
-        f"a wall that looks round stays {facets} flat facets{why}: collision frequency, E, E*t at low fill and the "
-        "normal power depend on how finely it is drawn; export it with more decimals, or as 96 facets a turn or more"
+        f"a wall that looks round stays {facets} flat facets{why}: where balls roll, collision frequency and E*n need "
+        "192 facets a turn, the normal power more, and E*t is too small with any number (docs/why/jar_and_motion.md); "
+        "export it with more decimals, or as 192 facets a turn"
     )

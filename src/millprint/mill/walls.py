@@ -295,8 +295,8 @@ def closeness_of(walls, feature, point, radius, margin):
 def bounding_plane(walls, feature, point, margin):
     """A plane (normal, offset) to which a ball near `point` (body frame) is at most as far as to the feature.
 
-    It holds until the ball has moved by `margin` [m]. For lines, corners, rims, creases and the inside of tight curves it is
-    nowhere far: normal and offset are 0.
+    It holds until the ball has moved by `margin` [m]. For lines, corners, rims, creases and the inside of tight curves
+    it is nowhere far: normal and offset are 0.
     """
     facets = walls.plane.shape[0]
     if feature < facets:

@@ -1,1 +1,1 @@
-"""A prediction compared with the mill of one's own laboratory: by its sound, its warmth, its electric power."""
+"""A prediction compared with the mill of one's own laboratory: by its warmth and its electric power."""

@@ -1,7 +1,5 @@
-"""Files of the user: a recording, tables of a thermometer or a wattmeter, and the table of own measurements."""
+"""Files of the user: tables of a thermometer or a wattmeter, and the table of own measurements."""
 
-import struct
-import warnings
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -15,10 +13,6 @@ from millprint.run.files import whole_file
 from millprint.run.tables import Number, read_measured, refuse_rows
 from millprint.validation.measured import COLUMNS, UNKNOWN, read_measurements
 
-SHORTEST_S, LOWEST_RATE_HZ = 5.0, 8000
-SILENT = 1e-4
-# Equal samples at full scale that follow each other are a clipped peak; a few do no harm.
-CLIPPED_RUN, MOST_CLIPPED = 4, 5
 # Names of a column, with the factor and the offset to SI.
 TIME = {"time_s": (1.0, 0.0), "time_min": (60.0, 0.0), "time_h": (3600.0, 0.0)}
 TEMPERATURE = {"temperature_degC": (1.0, 0.0), "temperature_K": (1.0, -273.15)}
@@ -26,53 +20,6 @@ POWER = {"power_W": (1.0, 0.0), "power_kW": (1e3, 0.0)}
 # Columns that tell more of a measurement, but change nothing in its comparison.
 LEFT_OUT = ("class", "mill", "description", "note")
 POSSIBLE = {"time": (-1e6, 1e7), "temperature": (-50.0, 400.0), "power": (0.0, 1e5)}
-
-
-def read_recording(path: str | Path) -> tuple[np.ndarray, float]:
-    """The louder channel of a WAV of 8 to 32 bit (n,), full scale 1, and its sampling rate [Hz].
-
-    Raises ConfigError, in one line, for a file that is missing, not a WAV, too short, silent or clipped.
-    """
-    # Imported here: slow to import, and a table does not need it.
-    from scipy.io import wavfile
-
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", wavfile.WavFileWarning)
-            rate, samples = wavfile.read(path)
-    except FileNotFoundError:
-        raise ConfigError(f"{path}: no such recording") from None
-    except (ValueError, EOFError, OSError, UnboundLocalError, struct.error) as error:
-        raise ConfigError(f"{path}: not a WAV ({error}); export it as WAV with 16 bit, PCM") from None
-    sound = _full_scale(samples)
-    if rate < LOWEST_RATE_HZ or len(sound) < SHORTEST_S * rate:
-        raise ConfigError(
-            f"{path}: {len(sound) / rate:.1f} s at {rate} Hz: record {SHORTEST_S:g} s or more, at {LOWEST_RATE_HZ} Hz "
-            "or more"
-        )
-    peak = np.abs(sound).max()
-    if not np.isfinite(peak) or peak < SILENT:
-        raise ConfigError(f"{path}: silent; hold the microphone nearer to the mill")
-    at_peak = np.abs(sound) >= 0.999 * peak
-    runs = np.convolve(at_peak, np.ones(CLIPPED_RUN), "valid") >= CLIPPED_RUN
-    clipped = int((np.diff(runs.astype(int)) > 0).sum())
-    if peak > 0.95 and clipped > MOST_CLIPPED:
-        raise ConfigError(f"{path}: {clipped} peaks are clipped; record at a lower level, or farther away")
-    return sound, float(rate)
-
-
-def _full_scale(samples: np.ndarray) -> np.ndarray:
-    """The louder channel, -1 to 1."""
-    if samples.dtype.kind == "u":
-        samples = samples.astype(float) - 128
-        sound = samples / 128
-    elif samples.dtype.kind == "i":
-        sound = samples / -float(np.iinfo(samples.dtype).min)
-    else:
-        sound = samples.astype(float)
-    if sound.ndim == 1:
-        return sound
-    return sound[:, int((sound**2).sum(axis=0).argmax())] if sound.size else sound[:, 0]
 
 
 def read_series(path: str | Path, quantity: Mapping[str, tuple[float, float]], fewest: int) -> pd.DataFrame:

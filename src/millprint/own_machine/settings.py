@@ -1,36 +1,11 @@
-"""What the user gives for each measurement: the options of `listen`, `warm` and `watt`."""
+"""What the user gives for each measurement: the options of `warm` and `watt`."""
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field, model_validator
 
 from millprint.config.dose import BodyName, Cooling
 from millprint.config.section import Section
-
-
-class ListenSettings(Section):
-    """How a recording is heard; the predicted collisions are heard through the same dead time and echo."""
-
-    low_hz: Annotated[float, Field(ge=100, le=20_000)] = 2000.0
-    """lower end of the band that is heard, above most of a motor's hum [Hz]"""
-    high_hz: Annotated[float, Field(ge=200, le=90_000)] = 12_000.0
-    """upper end [Hz]"""
-    dead_ms: Annotated[float, Field(ge=0.5, le=100)] = 4.0
-    """of two impacts that follow each other within this time the louder one counts [ms]"""
-    echo_ms: Annotated[float, Field(ge=0, le=1000)] = 30.0
-    """within this time of an impact, a weaker sound may be its echo [ms]"""
-    echo_share: Annotated[float, Field(ge=0, lt=1)] = 0.4
-    """loudest echo over its impact; what is weaker within echo_ms is not an impact [-]"""
-    pair: Literal["ball_wall", "both"] = "ball_wall"
-    """collisions that are heard: those with the wall, or all"""
-    drop_mm: Annotated[float, Field(ge=1, le=10_000)] | None = None
-    """height of the drop of one ball onto the wall, whose recording gives the loudness of a known energy [mm]"""
-
-    @model_validator(mode="after")
-    def _band(self) -> "ListenSettings":
-        if self.high_hz < 1.5 * self.low_hz:
-            raise ValueError(f"high_hz = {self.high_hz:g}: must be at least 1.5 times low_hz = {self.low_hz:g}")
-        return self
 
 
 class WarmSettings(Section):

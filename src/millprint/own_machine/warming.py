@@ -6,13 +6,13 @@ ranges of `dose.heat`. Each sample has its own best P, and weighs exp(-S / 2 s^2
 variance of the best sample's; k, how many neighbouring residuals tell the same. The interval is that of the weighted P.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from millprint.dose.heat_balance import Balance, solve
-from millprint.own_machine.estimates import Estimate, weighted_quantiles
-from millprint.statistics.quantiles import LEVEL
+from millprint.estimate.estimates import LEVEL, Estimate, Interval
 
 # Samples that must count, so that their quantiles mean something.
 FEWEST_SAMPLES = 50
@@ -73,9 +73,8 @@ def fit_power(
     model = temperature_degC.mean() + power[best] * centred[:, best]
     warms = np.flatnonzero(response_K[:, best] > 0)[:2]
     begin = np.diff(model[warms])[0] / np.diff(time_s[warms])[0] * 60
-    return Warming(
-        Estimate(float(median), float(lower), float(upper)), model, float(begin), float(np.sqrt(variance)), resolution_K
-    )
+    power_W = Estimate(float(median), "W", repeats=Interval(float(lower), float(upper)), how="measured")
+    return Warming(power_W, model, float(begin), float(np.sqrt(variance)), resolution_K)
 
 
 def _alike(residual: np.ndarray) -> float:
@@ -92,3 +91,10 @@ def _weights(exponent: np.ndarray) -> np.ndarray:
         if weights.sum() ** 2 >= min(FEWEST_SAMPLES, len(weights)) * (weights**2).sum():
             return weights
         exponent = exponent / 1.5
+
+
+def weighted_quantiles(values: np.ndarray, weights: np.ndarray, shares: Sequence[float]) -> np.ndarray:
+    """Quantiles of weighted values (n,): the smallest value below which at least the share of the weight lies."""
+    order = np.argsort(values)
+    below = np.cumsum(weights[order]) / weights.sum()
+    return values[order][np.searchsorted(below, np.asarray(shares) * (1 - 1e-12)).clip(0, len(values) - 1)]

@@ -1,24 +1,16 @@
 """A digest of what a script computes: a change of the code reruns the jobs of the script, a comment does not.
 
-The digest covers the syntax tree (`ast`) of the script and of every millprint module that it imports, directly or
-indirectly, without comments, docstrings, lines for the log, progress bars and texts of errors. A module may be renamed
-or moved. Other files in the folders of these modules, such as parts of pages, count with their content.
-
-Parsing all files takes half of a dry run. So what a file computes is remembered on disk by the digest of its bytes.
+The digest covers the source of the script and of every millprint module that it imports, directly or indirectly,
+without comments, docstrings, the layout of statements, and texts of errors, of the log and of progress bars. It is a
+digest of text, so that every version of Python has the same. Other files in the folders of these modules, such as parts
+of pages, count with their content.
 """
 
-import ast
-import atexit
 import hashlib
-import json
 import os
 import re
-import sys
-from contextlib import suppress
 from functools import cache
 from pathlib import Path
-
-from millprint.run.machine import CACHE_ROOT
 
 PACKAGE = Path(__file__).parents[1]
 TEMPLATES = (".html", ".css", ".js", ".yaml")
@@ -74,110 +66,39 @@ def _imports(file: Path) -> frozenset[str]:
     return frozenset(name for name in found if (PACKAGE / name).is_file())
 
 
+# A string, a comment, a bracket, the end of a line, blanks, a word, or an operator, in Python 3.11.
+STRING = r"""[rRbBuUfF]{0,2}(?P<quote>"{3}|'{3}|["'])(?:\\.|[^\\])*?(?P=quote)"""
+PIECE = re.compile(rf"""{STRING}|\#[^\n]*|[()\[\]{{}}]|\n|[^\S\n]+|\w+|[^\w\s"'\#()\[\]{{}}]+""", re.DOTALL)
+# Statements whose strings are for people.
+SAYING = ("raise ", "logger .", "with progress (")
+
+
+def computed(source: str) -> str:
+    """A Python source, a statement a line, without what its digest does not cover."""
+    statements: list[list[str]] = []
+    pieces: list[str] = []
+    depth = 0
+    for piece in (match[0] for match in PIECE.finditer(source + "\n")):
+        depth += (piece in "([{") - (piece in ")]}")
+        if piece == "\n" and not depth:
+            statements.append(pieces)
+            pieces = []
+        elif piece[0] != "#":
+            pieces.append(piece)
+    kept = []
+    for pieces in statements:
+        indent = pieces.pop(0) if pieces and pieces[0].isspace() else ""
+        pieces = [piece for piece in pieces if not piece.isspace()]
+        text = " ".join(pieces)
+        if text.startswith(SAYING):
+            text = " ".join(piece for piece in pieces if piece[-1] not in "\"'")
+        if pieces and not (len(pieces) == 1 and text[-1] in "\"'"):
+            kept.append(indent + text)
+    return "\n".join(kept)
+
+
 @cache
-def content_digest(file: Path, without: str = "/") -> bytes:
-    """The digest of a file; for a Python file, of what it computes, wherever it is and whatever its modules are called.
-
-    An import counts with its names and with the content of their module, unless that lies in the folder `without`.
-    """
-    if file.suffix != ".py":
-        return hashlib.sha256(file.read_bytes()).digest()
-    computed, imports = _parsed(file)
-    origins = sorted(dump + _origin(module, name, without) for module, name, dump in imports)
-    return hashlib.sha256("".join([computed, *origins]).encode()).digest()
-
-
-# What a file computes, as a digest, and its imports from millprint: module, name, and the syntax tree of the name.
-Parsed = tuple[str, list[tuple[str, str, str]]]
-
-
-@cache
-def _parsed(file: Path) -> Parsed:
-    """The digest of the syntax tree of a file without texts and without imports from millprint, and these imports."""
+def content_digest(file: Path) -> bytes:
+    """The digest of a file; for a Python file, of what it computes."""
     content = file.read_bytes()
-    key = hashlib.sha256(content).hexdigest()
-    if key not in _remembered():
-        tree = ast.parse(content)
-        found = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and _is_own_import(node)]
-        imports = [(node.module or "", alias.name, ast.dump(alias)) for node in found for alias in node.names]
-        _drop_texts(tree)
-        if not _new:
-            atexit.register(remember)
-        _new[key] = hashlib.sha256(ast.dump(tree).encode()).hexdigest(), imports
-        _remembered()[key] = _new[key]
-    return _remembered()[key]
-
-
-# Another Python writes another tree, and another version of this file another digest of it.
-MEMORY = (
-    CACHE_ROOT / f"parsed-{hashlib.sha256(sys.version.encode() + Path(__file__).read_bytes()).hexdigest()[:16]}.json"
-)
-# Files in all their versions that are kept, of which the library has 350.
-KEPT = 3000
-_new: dict[str, Parsed] = {}
-
-
-@cache
-def _remembered() -> dict[str, Parsed]:
-    """What earlier processes have parsed, by the digest of a file's bytes."""
-    try:
-        return json.loads(MEMORY.read_text())
-    except (OSError, ValueError):
-        return {}
-
-
-def remember() -> None:
-    """Write what this process has parsed, for the next ones; where nothing can be written, they parse again."""
-    with suppress(OSError):
-        MEMORY.parent.mkdir(parents=True, exist_ok=True)
-        draft = MEMORY.with_suffix(f".{os.getpid()}")
-        draft.write_text(json.dumps(dict([*_remembered().items()][-KEPT:])))
-        draft.replace(MEMORY)
-
-
-@cache
-def _origin(module: str, name: str, without: str) -> str:
-    """What the module computes that an import takes a name from; nothing for one that no number comes from."""
-    module = "/".join(module.split(".")[1:])
-    for path in (f"{module}/{name}.py".lstrip("/"), f"{module}.py", f"{module}/__init__.py".lstrip("/")):
-        if (PACKAGE / path).is_file():
-            return "" if path in OUTSIDE or path.startswith(without) else _parsed(PACKAGE / path)[0]
-    return ""
-
-
-def _is_own_import(node: ast.AST) -> bool:
-    return isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "millprint"
-
-
-def _drop_texts(node: ast.AST) -> None:
-    """Remove statements that do not change results from a block of code and the blocks in it."""
-    for name in ("body", "orelse", "finalbody", "handlers", "cases"):
-        block = [each for each in getattr(node, name, []) if not _is_text(each)]
-        for each in block:
-            _drop_texts(each)
-        if block or hasattr(node, name):
-            setattr(node, name, block)
-    if isinstance(node, ast.With):
-        node.items = [each for each in node.items if not _calls(each.context_expr, "progress")]
-    if isinstance(node, ast.Raise):
-        for part in ast.walk(node):
-            if isinstance(part, ast.Call):
-                part.args = [each for each in part.args if not _is_string(each)]
-
-
-def _is_text(statement: ast.AST) -> bool:
-    """Whether a statement is a docstring, writes to the log or imports from millprint."""
-    value = statement.value if isinstance(statement, ast.Expr) else None
-    return isinstance(value, ast.Constant) or _calls(value, "logger") or _is_own_import(statement)
-
-
-def _is_string(value: ast.expr) -> bool:
-    return isinstance(value, ast.JoinedStr) or (isinstance(value, ast.Constant) and isinstance(value.value, str))
-
-
-def _calls(value: ast.AST | None, name: str) -> bool:
-    """Whether an expression is a call of `name` or of a method of it."""
-    if not isinstance(value, ast.Call):
-        return False
-    called = value.func.value if isinstance(value.func, ast.Attribute) else value.func
-    return isinstance(called, ast.Name) and called.id == name
+    return hashlib.sha256(computed(content.decode()).encode() if file.suffix == ".py" else content).digest()

@@ -17,7 +17,7 @@ from snakemake_interface_logger_plugins.common import LogEvent
 
 from millprint.config.wording import close_to
 from millprint.run.outputs import listed_targets
-from millprint.run.plan import Job, duration
+from millprint.run.plan import Job, duration, run_time
 
 # With more targets than this, the lines would not be a summary.
 SHOWN_TARGETS = 4
@@ -101,31 +101,32 @@ def _unknown(target: str) -> str:
 class OneLineAJob(logging.Filter):
     """Makes a line of what Snakemake reports about a job, and leaves out its lists of files.
 
-    waiting: the jobs that are to run, as `millprint plan` counts them. The time to go is that of their plan, as much
-    faster or slower as the jobs were that have ended, with PLANNED_SHARE of the plan. A dry run says what one job of
-    each rule does; the table at its end has their number.
+    waiting: the jobs that are to run, as `millprint plan` counts them. The time to go is the plan's `run_time` of the
+    jobs that are left, as much faster or slower as the jobs were that have ended, with PLANNED_SHARE of all. A dry
+    run says what one job of each rule does; the table at its end has their number.
     """
 
     def __init__(self, waiting: Callable[[], Iterable[Job]], dry_run: Callable[[], bool]) -> None:
         super().__init__()
         self.waiting, self.dry_run = waiting, dry_run
-        self.planned_s: float | None = None
+        self.planned: list[Job] = []
         self.cores = 1
-        self.done_s, self.begin = 0.0, time.monotonic()
-        self.running: dict[int, float] = {}
+        self.begin = time.monotonic()
+        self.running: dict[int, tuple[str, ...]] = {}
+        self.made: set[tuple[str, ...]] = set()
         self.rules: set[str] = set()
 
     def filter(self, record: logging.LogRecord) -> bool:
         """Whether a record is printed."""
         given, event = vars(record), getattr(record, "event", None)
         if event == LogEvent.JOB_INFO:
-            self.running[given["jobid"]] = job_of(record).processor_s
+            self.running[given["jobid"]] = job_of(record).outputs
             again = self.dry_run() and given["rule_name"] in self.rules
             self.rules.add(given["rule_name"])
             self._say(record, given["rule_msg"] or given["rule_name"])
             return not again
         if event == LogEvent.JOB_FINISHED:
-            self.done_s += self.running.pop(given["job_id"], 0.0)
+            self.made.add(self.running.pop(given["job_id"], ()))
         elif event == LogEvent.RESOURCES_INFO:
             self.cores = given.get("cores") or given.get("nodes") or self.cores
         elif event == LogEvent.PROGRESS:
@@ -136,11 +137,14 @@ class OneLineAJob(logging.Filter):
 
     def _to_go(self) -> str:
         """The time to go, in words; empty where nothing is left."""
-        if self.planned_s is None:
-            self.planned_s = sum(job.processor_s for job in self.waiting())
-        assumed_s, left_s = PLANNED_SHARE * self.planned_s, self.planned_s - self.done_s
-        wall_s = time.monotonic() - self.begin + assumed_s / self.cores
-        return f"; about {duration(left_s * wall_s / (self.done_s + assumed_s))} to go" if left_s > 0 else ""
+        self.planned = self.planned or list(self.waiting())
+        left = [job for job in self.planned if job.outputs not in self.made]
+        if not left:
+            return ""
+        planned_s, left_s = (sum(job.processor_s for job in jobs) for jobs in (self.planned, left))
+        assumed_s = PLANNED_SHARE * planned_s
+        pace = (self.cores * (time.monotonic() - self.begin) + assumed_s) / (planned_s - left_s + assumed_s)
+        return f"; about {duration(pace * run_time(left, self.cores))} to go"
 
     @staticmethod
     def _say(record: logging.LogRecord, text: str) -> None:

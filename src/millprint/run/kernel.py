@@ -53,7 +53,7 @@ def kernel_digest() -> str:
     total = hashlib.sha256(numba.__version__.encode())
     for file in kernel_files():
         total.update(file.name.encode())
-        total.update(digest.content_digest(file, without="config/"))
+        total.update(digest.content_digest(file))
     return total.hexdigest()[:16]
 
 

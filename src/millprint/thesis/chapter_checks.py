@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import pandas as pd
 
+from millprint.cases.table import described_cases, has_chapters, is_as_built, mapped_cases
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.included import SOURCES
@@ -12,7 +13,6 @@ from millprint.config.surrogate import SurrogateConfig
 from millprint.config.sweep import Case
 from millprint.config.workflow import ChapterSections, WorkflowConfig
 from millprint.dose.wear import read_materials
-from millprint.fingerprint.cases import described_cases, has_chapters, is_as_built, mapped_cases
 from millprint.fingerprint.descriptors import FEWEST_FILLS
 from millprint.fingerprint.sweep_checks import unknown_faults
 from millprint.run.tables import Text, read_measured

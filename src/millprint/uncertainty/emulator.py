@@ -20,7 +20,7 @@ from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
 
-from millprint.statistics.quantiles import normal_quantile
+from millprint.estimate.quantiles import normal_quantile
 
 # Bounds of lengths in places between 0 and 1, and of variances of the logarithm over the variance of the design.
 LENGTHS, VARIANCES, LEAST_NOISE, MOST_NOISE = (0.1, 30.0), (1e-2, 1e2), 1e-6, 1.0

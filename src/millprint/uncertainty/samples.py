@@ -2,7 +2,7 @@
 
 import json
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -12,6 +12,8 @@ import pandas as pd
 from scipy import stats
 from scipy.stats import qmc
 
+from millprint.cases.of_mill import fill_ratios_of
+from millprint.cases.simulate import simulate_each
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
@@ -25,11 +27,10 @@ from millprint.config.uncertainty import (
     ParametersSection,
     UncertaintyConfig,
 )
+from millprint.config.workflow import WorkflowConfig
 from millprint.dem.run import simulate
-from millprint.dem.short_runs import simulate_each
+from millprint.estimate.quantiles import normal_quantile
 from millprint.fingerprint.descriptors import tabulate_descriptors
-from millprint.statistics.quantiles import normal_quantile
-from millprint.uncertainty.varied import fill_ratios_of
 
 # Normal distributions are cut off here, so that a design covers only the values that matter.
 MOST_DEVIATIONS = 3.0
@@ -200,6 +201,25 @@ def check_contact(space: Space, contact: ContactConfig) -> None:
             )
 
 
+def uncertainty_faults(
+    config: WorkflowConfig, mills: dict[str, MillConfig], contacts: dict[str, ContactConfig], source: str
+) -> Iterator[str]:
+    """A line for each fault, with file, key, value and what to write; none if everything is valid."""
+    settings = config.uncertainty
+    if not settings.mills:
+        return
+    if settings.rayleigh_fraction > config.dem.rayleigh_fraction_max:
+        yield (
+            f"{source}: uncertainty.rayleigh_fraction = {settings.rayleigh_fraction:g}: at most "
+            f"{config.dem.rayleigh_fraction_max:g} (dem.rayleigh_fraction_max)"
+        )
+    for name in settings.mills:
+        try:
+            check_contact(space_of(mills[name], settings), contacts[config.mills.contact_set])
+        except ConfigError as error:
+            yield f"{source}: {error}"
+
+
 def design_of(mill: MillConfig, uncertainty: UncertaintyConfig) -> pd.DataFrame:
     """The samples of a mill: contact parameters, fill ratio, and a seed of the starting positions for each."""
     design = space_of(mill, uncertainty).design(uncertainty.samples, uncertainty.seed)
@@ -227,7 +247,7 @@ def run_samples(
     """Simulate a case once for each row of `samples`, in this process, and return the descriptors.
 
     samples: its index names the samples; each column is a key of a contact set (restitution, static_friction,
-    wall_static_friction, rolling_friction, young_modulus_gpa, ...) or of a case (fill_ratio, speed_rpm, seed, ...), and
+    wall_static_friction, rolling_friction, young_modulus_gpa, ...) or of a case (fill_ratio, speed_hz, seed, ...), and
     replaces the value of `contact` or `case`. counting_rule: a name in dem.counting_rules, defines one collision.
     done: a file that collects simulated rows and from which a killed call with the same arguments continues
     (`simulate_each`); the caller removes it once the table is written.

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from millprint.cases.simulate import Values
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.geometry import CylinderGeometry
@@ -17,9 +18,9 @@ from millprint.config.setup_models import BeadDrumConfig, DrumOfBallsConfig, Rep
 from millprint.config.sweep import Case, expand_sweep
 from millprint.dem.layout import SNAPSHOT
 from millprint.dem.simulation import Simulation
+from millprint.estimate.estimates import half_width
 from millprint.mill.kernel_columns import span_of
 from millprint.run.hdf5 import open_hdf5
-from millprint.statistics.quantiles import student_quantile
 from millprint.validation.measured import BLOCKS, CONTACT, SCATTER, Inputs, prediction
 
 # At the surface, the number density falls to this share of its value in the bed.
@@ -134,18 +135,6 @@ def zero_place(depths: np.ndarray, speeds: np.ndarray) -> float:
     return float(depth[at] - speed[at] * (depth[at + 1] - depth[at]) / (speed[at + 1] - speed[at]))
 
 
-def block_uncertainty(values: np.ndarray, probability: float = 0.95) -> np.ndarray:
-    """Half the interval of the means of blocks, from Student's t and the scatter of the blocks.
-
-    values: (b, ...) of b blocks of one run, or of b runs; NaN where a block has no value, or for one block.
-    """
-    blocks = len(values)
-    if blocks < 2:
-        return np.full(np.shape(values)[1:], math.nan)
-    factor = student_quantile((1 + probability) / 2, blocks - 1)
-    return factor * np.std(values, axis=0, ddof=1) / math.sqrt(blocks)
-
-
 logger = logging.getLogger("millprint")
 
 # Both drums turn about y.
@@ -229,7 +218,7 @@ def measure(motion: Motion, depths: np.ndarray, settings: BeadDrumConfig, surfac
 def _block_scatter(motion: Motion, depths: np.ndarray, settings: BeadDrumConfig, surface: Surface) -> np.ndarray:
     """Half the interval of each of `Profile.values` by the scatter of blocks of time, all in the same frame."""
     blocks = motion.blocks(settings.blocks)
-    return block_uncertainty(np.array([measure(block, depths, settings, surface).values for block in blocks]))
+    return half_width(np.array([measure(block, depths, settings, surface).values for block in blocks]))
 
 
 def predict_bead_drum(inputs: Inputs) -> pd.DataFrame:
@@ -323,19 +312,18 @@ def sample_contacts(contact: ContactConfig, settings: ReposeDrumConfig) -> list[
     return changed
 
 
-def _slice_angle(inputs: Inputs, case: Case, contact: ContactConfig, title: str) -> float:
+def _slice_angle(inputs: Inputs, case: Case, contact: ContactConfig) -> Values:
     """Angle of the surface in a slice with smooth ends [deg], simulated here."""
     settings: ReposeDrumConfig = inputs.settings
     whole, shape = _drum(inputs)
     geometry = shape.model_copy(update={"height_mm": settings.slice_mm, "smooth_ends": True})
     volume_ml = whole.volume_ml * settings.slice_mm / shape.height_mm
     mill = whole.model_copy(update={"geometry": geometry, "volume_ml": volume_ml})
-    recording = Simulation(case, mill, contact, inputs.dem).run(title)
-    balls = np.concatenate(recording.snapshots)
+    balls = np.concatenate(Simulation(case, mill, contact, inputs.dem).run("slice").snapshots)
     places, velocities = (
         balls[..., span_of(columns)][..., ACROSS] for columns in (SNAPSHOT.position_m, SNAPSHOT.velocity_m_s)
     )
-    return Motion(places, velocities, _radius(inputs)).surface(settings).angle_deg
+    return {"angle_deg": float(Motion(places, velocities, _radius(inputs)).surface(settings).angle_deg)}
 
 
 def predict_repose_drum(inputs: Inputs) -> pd.DataFrame:
@@ -348,17 +336,13 @@ def predict_repose_drum(inputs: Inputs) -> pd.DataFrame:
     angles = np.array([motion.surface(settings).angle_deg for motion in motions])
     blocks = [[part.surface(settings).angle_deg for part in motion.blocks(settings.blocks)] for motion in motions]
     # Two seeds give little information on the scatter, so the blocks of time of all seeds are used.
-    scatter = float(block_uncertainty(np.concatenate(blocks)))
+    scatter = float(half_width(np.concatenate(blocks)))
     case = next(iter(expand_sweep(settings.sweeps[0], inputs.dem, settings.mill)))
-    base = _slice_angle(inputs, case, inputs.contact, "slice")
-    changes = [0.0]
-    for number, contact in enumerate(sample_contacts(inputs.contact, settings), start=1):
-        angle = _slice_angle(inputs, case, contact, f"slice {number} of {settings.samples}")
-        changes.append(angle - base)
-        logger.info(
-            "slice with restitution %.2f, friction %.2f, rolling friction %.3f: %.2f deg",
-            *(getattr(contact, name) for name in VARIED), angle,
-        )  # fmt: skip
+    contacts = [inputs.contact, *sample_contacts(inputs.contact, settings)]
+    runs = {f"slice {number}": contact.model_dump(mode="json") for number, contact in enumerate(contacts)}
+    slices = inputs.simulated(runs, lambda own: _slice_angle(inputs, case, ContactConfig(**own)), "slices")
+    base, *others = (each["angle_deg"] for each in slices)
+    changes = [0.0, *(angle - base for angle in others)]
     found, id = float(angles.mean()), _single(inputs, REPOSE)
     logger.info("whole drum: %s deg; slice with smooth ends: %.2f deg", np.round(angles, 2).tolist(), base)
     return pd.DataFrame(

@@ -1,7 +1,7 @@
 """Measurements by others (config/data/measured.tsv), what a prediction reads, and the numbers that it makes."""
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from math import inf, nan
 from pathlib import Path
@@ -22,14 +22,15 @@ from millprint.run.files import read_json, read_table
 from millprint.run.tables import Number, Text, read_measured, refuse_rows
 
 DEM = "DEM"
+# The file of the simulations that are done; it is removed once the predictions are written.
+KEPT = "runs.partial"
 SCATTER = "scatter of seeds"
 BLOCKS = "scatter of blocks of time"
 CONTACT = "contact parameters"
-BALLS = "spread of the balls"
 COUNT = "number of balls"
 # Origins of an interval; both where they are added.
 INTERVALS = (
-    *("", SCATTER, BLOCKS, CONTACT, f"{SCATTER} and {CONTACT}", f"{BLOCKS} and {CONTACT}", BALLS),
+    *("", SCATTER, BLOCKS, CONTACT, f"{SCATTER} and {CONTACT}", f"{BLOCKS} and {CONTACT}"),
     f"{SCATTER} and {COUNT}",
 )
 # Units of quantities that are not negative, so that their intervals do not go below 0.
@@ -123,6 +124,15 @@ class Inputs:
     def table(self, name: str) -> pd.DataFrame:
         """A table in the set-up's folder. Raises ConfigError as `read_table`."""
         return read_table(self.folder / name)
+
+    def simulated(self, runs: Mapping[str, dict], simulate: Callable[[dict], dict], title: str) -> list[dict]:
+        """What each run gives, in order; a stopped job continues with those that are done, in the set-up's folder."""
+        # Imported here: slow to import, and checks of the input import this module.
+        from millprint.cases.simulate import simulate_each
+
+        shared = [part for part in (self.settings, self.contact, self.mill, self.dem) if part is not None]
+        done = self.folder / KEPT if self.folder != Path() else None
+        return list(simulate_each(runs, simulate, shared, title, done).values())
 
     def places_of(self, quantity: str) -> pd.Series:
         """The measured places of a quantity."""

@@ -1,19 +1,19 @@
 """Predictions for shaken boxes: energy lost a period, the fall of a swing, and the power of a plate under gravity."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping
-from pathlib import Path
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from millprint.cases.simulate import Values
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.quantities import LOSS_EXPONENT, LOST, PLATE_MEAN, PLATE_POWER, SWING
 from millprint.config.shaken_models import LeafSpringConfig, ShakenBoxConfig, ShakenPlateConfig
 from millprint.dem.ledger import closure
-from millprint.dem.short_runs import Values, simulate_each
+from millprint.estimate.estimates import mean_of
 from millprint.mill.gravity import GRAVITY
 from millprint.validation.measured import COUNT, DEM, SCATTER, Inputs, prediction
 from millprint.validation.shaken import (
@@ -27,15 +27,12 @@ from millprint.validation.shaken import (
     pour,
     spread,
 )
-from millprint.validation.tumbling import mean_interval
 
 LAW = "collect and collide, one particle"
 FITTED = f"{LAW}, thickness fitted"
 POURED = "poured"
 THICKNESS = "thickness of the pile over that packed by shaking"
 SAME = "energy lost over that of the prediction at the same A / G"
-# The file of the simulations that are done; the caller removes it once the predictions are written.
-KEPT = "runs.partial"
 # Places on the line of the law.
 LINE = 60
 
@@ -48,19 +45,15 @@ def _places(inputs: Inputs, quantity: str, given: Iterable[float], what: str) ->
     return sorted({*map(float, given), *measured})
 
 
-def _simulate(inputs: Inputs, runs: Mapping[str, Values], simulate: Callable[[Values], Values], title: str) -> list:
-    """What each run gives, in order; a killed call continues with those that are done, in the set-up's folder."""
-    done = inputs.folder / KEPT if inputs.folder != Path() else None
-    return list(simulate_each(runs, simulate, (inputs.settings, inputs.contact), title, done).values())
-
-
 def _mean_rows(table: pd.DataFrame, quantity: str, ids: dict[float, str]) -> list[dict]:
     """A row for each x of a table of runs (x, value), with the mean over the seeds and its interval."""
     rows = []
     for x, group in table.groupby("x"):
-        mean, low, high = mean_interval(group["value"].to_numpy(), 0.0)
-        interval = SCATTER if len(group) > 1 else ""
-        rows.append(prediction(quantity, "-", mean, id=ids.get(x, ""), x=x, lower=low, upper=high, interval=interval))
+        mean, interval = mean_of(group["value"].to_numpy(), "-", least=0.0), SCATTER if len(group) > 1 else ""
+        low, high = mean.ends("repeats")
+        rows.append(
+            prediction(quantity, "-", mean.value, id=ids.get(x, ""), x=x, lower=low, upper=high, interval=interval)
+        )
     return rows
 
 
@@ -146,7 +139,7 @@ def predict_shaken_box(inputs: Inputs) -> pd.DataFrame:
     places = _places(inputs, LOST, settings.amplitudes, "the amplitude over the free gap")
     table = design_of_box(settings, inputs.contact, places)
     runs = {f"{row['model']}, A/G {row['x']:g}, seed {row['seed']}": row for row in table.to_dict("records")}
-    found = _simulate(inputs, runs, lambda run: lost_share(run, settings, inputs.contact), "shaken box")
+    found = inputs.simulated(runs, lambda run: lost_share(run, settings, inputs.contact), "shaken box")
     table = table.join(pd.DataFrame(found))
     own = table[table["model"] == DEM]
     rows = _mean_rows(own, LOST, inputs.ids_of(LOST))
@@ -203,15 +196,16 @@ def predict_leaf_spring(inputs: Inputs) -> pd.DataFrame:
         for balls, seed in zip(numbers, seeds, strict=True)
     }
     seconds = max(times) + 1 / settings.frequency_hz
-    found = _simulate(inputs, runs, lambda run: swing_down(run, settings, inputs.contact, seconds), "leaf spring")
+    found = inputs.simulated(runs, lambda run: swing_down(run, settings, inputs.contact, seconds), "leaf spring")
     courses = np.array([np.interp(times, each["time_s"], each["amplitude"]) for each in found])
     own, ids, rows = courses[: len(settings.seeds)], inputs.ids_of(SWING), []
     for x, values, every in zip(times, own.T, courses.T, strict=True):
-        mean, low, high = mean_interval(values, 0.0)
+        mean = mean_of(values, "-", least=0.0)
+        low, high = mean.ends("repeats")
         ends = (float(np.nanmin([low, *every])), float(np.nanmax([high, *every]))) if len(every) > 1 else (low, high)
         interval = f"{SCATTER} and {COUNT}" if len(every) > 1 else ""
         rows.append(
-            prediction(SWING, "-", mean, id=ids.get(x, ""), x=x, lower=ends[0], upper=ends[1], interval=interval)
+            prediction(SWING, "-", mean.value, id=ids.get(x, ""), x=x, lower=ends[0], upper=ends[1], interval=interval)
         )
     line = swing_by_law(settings, inputs.contact)
     rows += [prediction(SWING, "-", row.amplitude, x=row.time_s, model=LAW) for row in line.itertuples()]
@@ -242,7 +236,7 @@ def predict_shaken_plate(inputs: Inputs) -> pd.DataFrame:
     places = _places(inputs, PLATE_POWER, settings.accelerations, "the acceleration")
     table = pd.DataFrame([{"x": x, "seed": seed} for seed in settings.seeds for x in places])
     runs = {f"{row['x']:g} g, seed {row['seed']}": row for row in table.to_dict("records")}
-    found = _simulate(inputs, runs, lambda run: plate_power(run, settings, inputs.contact), "shaken plate")
+    found = inputs.simulated(runs, lambda run: plate_power(run, settings, inputs.contact), "shaken plate")
     table = table.join(pd.DataFrame(found))
     own = table[table["x"].isin(settings.accelerations)]
     means, exponents = zip(
@@ -255,7 +249,7 @@ def predict_shaken_plate(inputs: Inputs) -> pd.DataFrame:
     )
     rows = _mean_rows(table, PLATE_POWER, inputs.ids_of(PLATE_POWER))
     for quantity, values in ((PLATE_MEAN, means), (LOSS_EXPONENT, exponents)):
-        mean, low, high = mean_interval(np.array(values))
-        bounds: dict[str, Any] = {"lower": low, "upper": high, "interval": SCATTER} if len(values) > 1 else {}
-        rows.append(prediction(quantity, "-", mean, id=inputs.ids_of_single(quantity), **bounds))
+        mean = mean_of(values, "-")
+        bounds: dict[str, Any] = {**vars(mean.repeats), "interval": SCATTER} if mean.repeats else {}
+        rows.append(prediction(quantity, "-", mean.value, id=inputs.ids_of_single(quantity), **bounds))
     return pd.DataFrame(rows)

@@ -12,6 +12,7 @@ import pandas as pd
 from millprint.config.geometry import CylinderGeometry, LifterDrumGeometry
 from millprint.config.mill import MillConfig
 from millprint.config.motion_kinds import RotationMotion
+from millprint.config.sweep import as_tabulated
 from millprint.dem.turns import mean_of_turns
 from millprint.run.files import read_json
 from millprint.run.hdf5 import open_hdf5
@@ -34,9 +35,9 @@ def simulation_row(summary_path: str | Path) -> dict[str, object]:
         contacts = _ball_contacts(file)
         toe, shoulder = _toe_and_shoulder(file, summary["ball_diameter_m"])
     values = (
-        summary["mill"], summary["contact"], engine, summary["balls"], case["ball_diameter_mm"], case["fill_ratio"],
-        case["speed_rpm"], case["seed"], summary["window_s"], summary["power_W"]["wall"], _wall_error(summary),
-        math.sqrt(2 * energy / mass), contacts / summary["window_s"], toe, shoulder, summary["ns_per_ball_step"],
+        summary["mill"], summary["contact"], engine, summary["balls"], *as_tabulated(case).values(), case["seed"],
+        summary["window_s"], summary["power_W"]["wall"], _wall_error(summary), math.sqrt(2 * energy / mass),
+        contacts / summary["window_s"], toe, shoulder, summary["ns_per_ball_step"],
     )  # fmt: skip
     return dict(zip(COLUMNS, values, strict=True))
 

@@ -10,9 +10,9 @@ import pandas as pd
 from millprint.config.mill import MillConfig
 from millprint.config.quantities import POWER, RINGS, SHOULDER, TOE, TURN_ENERGY, with_number
 from millprint.config.setup_models import TumblingConfig
+from millprint.estimate.estimates import ENDS, Estimate, Interval, mean_of
 from millprint.mill.bodies import build_bodies
 from millprint.mill.gravity import GRAVITY
-from millprint.statistics.quantiles import student_quantile
 from millprint.validation.measured import CONTACT, DEM, SCATTER, Inputs, prediction
 from millprint.validation.tumbling_runs import FURTHER, PREDICTS, SAMPLE
 
@@ -116,27 +116,6 @@ PROBABILITY = 0.95
 BOTH = f"{SCATTER} and {CONTACT}"
 
 
-def mean_interval(
-    values: np.ndarray, least: float = -math.inf, probability: float = PROBABILITY
-) -> tuple[float, float, float]:
-    """Mean of values over the seeds, and its interval by Student's t; without an interval (nan) for a single value.
-
-    least: the smallest possible value of the quantity, where the interval is cut off. This does not change its
-    probability.
-    """
-    values = np.asarray(values, dtype=float)
-    mean = float(values.mean())
-    if len(values) < 2:
-        return mean, math.nan, math.nan
-    half = float(student_quantile(0.5 + probability / 2, len(values) - 1) * values.std(ddof=1) / math.sqrt(len(values)))
-    return mean, _not_below(mean - half, mean, least), mean + half
-
-
-def _not_below(lower: float, value: float, least: float) -> float:
-    """The lower end of an interval about a value, or `least` if that is higher; the value itself stays inside."""
-    return max(lower, min(value, least))
-
-
 def without_jump(angles_deg: np.ndarray) -> np.ndarray:
     """The same angles [deg] within half a turn of their circular mean, so that 359 and 1 are two degrees apart."""
     angles = np.asarray(angles_deg, dtype=float)
@@ -179,12 +158,12 @@ class Quantity:
         """The base after a change."""
         return base * change if self.relative else base + change
 
-    def mean_interval(self, values: pd.Series) -> tuple[float, float, float]:
-        """`mean_interval` of the known values; nan if there are none."""
+    def mean(self, values: pd.Series) -> Estimate:
+        """The mean over seeds of the values that are known, with its interval; NaN if there are none."""
         known = values.dropna().to_numpy()
         if not known.size:
-            return math.nan, math.nan, math.nan
-        return mean_interval(known if self.relative else without_jump(known), self.least)
+            return Estimate(math.nan, self.unit)
+        return mean_of(known if self.relative else without_jump(known), self.unit, PROBABILITY, self.least)
 
     def name(self, what: str) -> str:
         """The column of a table for one end of an interval, such as power_scatter_lower_W."""
@@ -194,7 +173,6 @@ class Quantity:
 POWER_W = Quantity("power_W", "W", least=0.0, relative=True)
 ANGLES = {name: Quantity(name, "deg", least=-math.inf, relative=False) for name in ("toe_deg", "shoulder_deg")}
 QUANTITIES = (POWER_W, *ANGLES.values())
-ENDS = ("lower", "upper")
 
 
 def contact_changes(runs: pd.DataFrame, quantity: Quantity, probability: float = PROBABILITY) -> pd.DataFrame:
@@ -218,26 +196,14 @@ def contact_changes(runs: pd.DataFrame, quantity: Quantity, probability: float =
     return pd.DataFrame.from_dict(rows, orient="index", columns=list(ENDS)).sort_index()
 
 
-def combined(
-    value: float, scatter: tuple[float, float], contact: tuple[float, float], least: float = -math.inf
-) -> tuple[float, float]:
-    """Ends of two independent intervals about a value together: their distances from it, added in squares.
-
-    least: as for `mean_interval`.
-    """
-    low = math.hypot(value - scatter[0], value - contact[0])
-    high = math.hypot(scatter[1] - value, contact[1] - value)
-    return _not_below(value - low, value, least), value + high
-
-
 def _interval_columns(group: pd.DataFrame, speed: float, quantity: Quantity, changes: pd.DataFrame) -> dict[str, float]:
     """The mean over the seeds, and the ends of both of its intervals; nan where they are not known."""
-    mean, *scatter = quantity.mean_interval(group[quantity.column])
+    found = quantity.mean(group[quantity.column])
     change = [float(np.interp(speed, changes.index, changes[end])) if len(changes) else math.nan for end in ENDS]
-    contact = [quantity.changed(mean, each) for each in change]
+    contact = [quantity.changed(found.value, each) for each in change]
     return {
-        quantity.column: mean,
-        **{quantity.name(f"scatter_{end}"): value for end, value in zip(ENDS, scatter, strict=True)},
+        quantity.column: found.value,
+        **{quantity.name(f"scatter_{end}"): value for end, value in zip(ENDS, found.ends("repeats"), strict=True)},
         **{quantity.name(f"contact_{end}"): value for end, value in zip(ENDS, contact, strict=True)},
     }
 
@@ -270,7 +236,9 @@ def whole_interval(row: dict[str, Any], quantity: Quantity) -> tuple[float, floa
     )
     if math.isnan(contact[0]):
         return *scatter, SCATTER
-    return *combined(value, scatter, contact, quantity.least), BOTH
+    estimate = Estimate(value, quantity.unit, repeats=Interval(*scatter), contact=Interval(*contact))
+    both = estimate.together(quantity.least)
+    return both.lower, both.upper, BOTH
 
 
 OTHER_CONTACT = f"{DEM}, contact set"
@@ -310,7 +278,7 @@ def _dem_rows(inputs: Inputs, curve: pd.DataFrame, runs: pd.DataFrame, settings:
 
 def charge_of(settings: TumblingConfig, mill: MillConfig, density: float, number: int) -> Mill:
     """The charge for the power formulas, for a number of balls."""
-    low, high = build_bodies(mill, settings.speed_rpm(settings.speeds[0]))[0].vessel.bounds
+    low, high = build_bodies(mill)[0].vessel.bounds
     across = "xyz".index(getattr(mill.geometry, "axis", "y"))
     mass = number * density * math.pi / 6 * (settings.diameter_mm / 1e3) ** 3
     filling = settings.fillings[settings.numbers.index(number)]

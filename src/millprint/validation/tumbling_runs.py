@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from millprint.cases.simulate import simulate_each
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.quantities import POWER, RINGS, SHOULDER, TOE, with_number
@@ -18,7 +19,6 @@ from millprint.dem.collisions import collision_table
 from millprint.dem.layout import SNAPSHOT, SNAPSHOT_TOTAL
 from millprint.dem.ledger import ledger_series, ledger_summary
 from millprint.dem.open_balance import check_balance
-from millprint.dem.short_runs import simulate_each
 from millprint.dem.simulation import Simulation
 from millprint.mill.gravity import GRAVITY
 from millprint.mill.kernel_columns import span_of

@@ -1,12 +1,14 @@
 """Verdicts on the predictions, what explains a miss, and how often intervals hold."""
 
 from collections.abc import Collection, Mapping
-from math import inf, isclose, nan
+from math import inf, isclose, isnan, nan
 
 import numpy as np
 import pandas as pd
 from statsmodels.stats.proportion import proportion_confint
 
+from millprint.estimate.estimates import LEVEL, Estimate, Interval
+from millprint.estimate.judge import BOTH, DIFFERS, NOT_RUN, OPEN, Allowed, Verdict, judge
 from millprint.validation.measured import DEM, UNITS, UNKNOWN
 
 NOT_EXPLAINED = "not explained"
@@ -67,19 +69,18 @@ def _explanation(place: int, judged: Mapping[str, pd.DataFrame]) -> str:
     return "; ".join([NOT_EXPLAINED, *refused])
 
 
-BOTH, TENTH, NEAR, OFF, NO_SETUP = "within both intervals", "within 10 %", "near", "off", "set-up unknown"
-NOT_RUN = "not run"
-VERDICTS = (BOTH, TENTH, NEAR, OFF, NO_SETUP, NOT_RUN)
+TENTH, NEAR, OFF, NO_SETUP = "within 10 %", "near", "off", "set-up unknown"
+REASONS = (BOTH, TENTH, NEAR, OFF, NO_SETUP, NOT_RUN)
 SHARE = 0.10
 VERDICT_COLUMNS = (
     *("id", "setup", "quantity", "x", "measured", "measured_uncertainty", "unit", "class"),
-    *("predicted", "predicted_lower", "predicted_upper", "interval", "ratio", "tolerance", "verdict"),
-    *("settings", "note", "explanation"),
+    *("predicted", "predicted_lower", "predicted_upper", "interval", "ratio", "tolerance", "verdict", "reason"),
+    *("note", "explanation"),
 )
 
 
 def tolerance_of(series: pd.DataFrame) -> tuple[pd.Series, str]:
-    """The tolerated deviation of each point of one measured row, and the verdict on a smaller one."""
+    """The tolerated deviation of each point of one measured row, and the reason to accept a smaller one."""
     absolute = UNITS[series["unit"].iloc[0]]
     sizes = series["measured"].abs()
     if absolute is not None:
@@ -89,20 +90,24 @@ def tolerance_of(series: pd.DataFrame) -> tuple[pd.Series, str]:
     return SHARE * sizes, TENTH
 
 
-def verdict_of(point: dict, tolerance: float, close: str, unknown: Collection[str] = ()) -> str:
-    """The verdict on one measured number with its prediction; keys as in the columns of both tables.
+def judge_number(point: dict, tolerance: float, close: str) -> Verdict:
+    """The verdict on one measured number by its prediction; keys as in the columns of both tables.
 
-    close: the verdict on a deviation within the tolerance; unknown: set-ups of which too little is known.
+    close: the reason to accept a deviation within the tolerance.
     """
-    if point["setup"] in (UNKNOWN, *unknown):
-        return NO_SETUP
-    predicted, measured = point["predicted"], point["measured"]
-    if predicted != predicted:
-        return NOT_RUN
-    # Comparisons with a NaN bound are false.
-    if point["measured_lower"] <= predicted <= point["measured_upper"] and point["lower"] <= measured <= point["upper"]:
-        return BOTH
-    return close if abs(predicted - measured) <= tolerance * (1 + 1e-9) else OFF
+    if point["setup"] == UNKNOWN:
+        return Verdict(OPEN, NO_SETUP)
+    measured, ends = point["measured"], Interval(point["measured_lower"], point["measured_upper"])
+    value = Estimate(point["predicted"], point["unit"])
+    if isnan(value.value):
+        return judge(None, value)
+    predicted = value.having({} if isnan(point["lower"]) else {"repeats": Interval(point["lower"], point["upper"])})
+    both = judge(predicted, Estimate(measured, point["unit"], repeats=ends))
+    if both.reason == BOTH:
+        return both
+    reach = tolerance * (1 + 1e-9)
+    near = judge(value, Allowed(measured - reach, measured + reach))
+    return Verdict(near.word, close if near.agrees else OFF)
 
 
 def _predicted_at(predictions: pd.DataFrame, id: str, x: float) -> dict:
@@ -122,15 +127,12 @@ def _predicted_at(predictions: pd.DataFrame, id: str, x: float) -> dict:
 def give_verdicts(
     points: pd.DataFrame,
     predictions: Mapping[str, pd.DataFrame],
-    settings: Mapping[str, str],
     variants: Mapping[str, Collection[str]],
-    unknown: Collection[str] = (),
 ) -> pd.DataFrame:
     """A row (VERDICT_COLUMNS) for each measured number.
 
-    points: of `measured_points`. By set-up: predictions, if it was run; settings: whether they are as fixed, in words;
-    variants: beginnings of the names of models that may explain a miss. unknown: set-ups with too little information
-    for a verdict. A set-up that was not run has the verdict `not run`.
+    points: of `measured_points`. By set-up: predictions, if it was run; variants: beginnings of names of models that
+    may explain a miss. Where a set-up was not run, the verdict is open.
     Raises ValueError for a prediction in another unit than the measured value.
     """
     together = pd.concat(predictions.values())
@@ -142,6 +144,7 @@ def give_verdicts(
             if found["unit"] not in (None, point["unit"]):
                 raise ValueError(f"{id}: predicted in {found['unit']}, measured in {point['unit']}")
             both = {**point.to_dict(), **{name: value for name, value in found.items() if name != "unit"}}
+            verdict = judge_number(both, tolerances[place], close)
             half = (point["measured_upper"] - point["measured_lower"]) / 2
             rows.append(
                 {
@@ -151,26 +154,25 @@ def give_verdicts(
                     "predicted_upper": found["upper"],
                     "ratio": found["predicted"] / point["measured"] if point["measured"] else nan,
                     "tolerance": tolerances[place],
-                    "verdict": verdict_of(both, tolerances[place], close, unknown),
-                    "settings": settings.get(point["setup"], ""),
+                    "verdict": verdict.word,
+                    "reason": verdict.reason,
                     "explanation": "",
                 }
             )
     verdicts = pd.DataFrame(rows, columns=list(VERDICT_COLUMNS))
     other = {name: own[own["model"].str.startswith(tuple(variants.get(name, ())))] for name, own in predictions.items()}
     for _, numbers in verdicts.groupby("class"):
-        texts = explain(numbers, numbers["verdict"] == OFF, other)
+        texts = explain(numbers, numbers["verdict"] == DIFFERS, other)
         verdicts.loc[texts.index, "explanation"] = texts
     return verdicts
 
 
 def count_verdicts(verdicts: pd.DataFrame) -> pd.DataFrame:
-    """How many numbers of each set-up have each verdict: a row for each set-up, a column for each verdict."""
-    counts = pd.crosstab(verdicts["setup"], verdicts["verdict"]).reindex(columns=list(VERDICTS), fill_value=0)
+    """How many numbers of each set-up have each reason of a verdict: a row for a set-up, a column for a reason."""
+    counts = pd.crosstab(verdicts["setup"], verdicts["reason"]).reindex(columns=list(REASONS), fill_value=0)
     return counts.reset_index().rename_axis(None, axis=1)
 
 
-LEVEL = 0.95
 EVERY = "all"
 
 
@@ -182,7 +184,7 @@ def tabulate_coverage(verdicts: pd.DataFrame) -> pd.DataFrame:
     share; lower, upper: Clopper and Pearson's interval of the share, as if the numbers were independent; overlapping:
     numbers whose stated uncertainty reaches the predicted interval.
     """
-    measured = verdicts["class"].str.startswith("measured") & (verdicts["verdict"] != NO_SETUP)
+    measured = verdicts["class"].str.startswith("measured") & (verdicts["reason"] != NO_SETUP)
     known = verdicts[measured & verdicts["predicted_lower"].notna()]
     value, half = known["measured"], known["measured_uncertainty"].fillna(0.0)
     low, high = known["predicted_lower"], known["predicted_upper"]

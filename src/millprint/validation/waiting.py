@@ -1,17 +1,19 @@
 """Predictions for the included mills that wait for a measurement: fixed, with their date and a digest.
 
-They are those of the included fingerprints, which need no simulation, and of the box on a leaf spring. The table is
-only added to: a fingerprint that has changed gets new rows with a new date, and the old ones stay.
+They are those of the included fingerprints, which need no simulation, and of the box on a leaf spring. The table has
+one generation of rows a release: those of earlier releases stay, and a measurement is judged by the newest generation
+that is older than it.
 """
 
 import hashlib
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from millprint.config.dose import HeatConfig
-from millprint.config.errors import ConfigError
 from millprint.config.included import load_mill, shipped
 from millprint.config.mixture import ONE_SIZE
 from millprint.config.quantities import SWING
@@ -29,12 +31,11 @@ from millprint.validation.measured import DEM
 
 TABLE = "config/data/waiting_predictions.tsv"
 CONDITION = ("ball_diameter_mm", "fill_ratio", "speed_rpm")
-COLUMNS = ("mill", *CONDITION, "quantity", "value", "lower", "upper", "unit", "interval", "date", "digest", "why")
+COLUMNS = ("mill", *CONDITION, "quantity", "value", "lower", "upper", "unit", "interval", "release", "date", "digest")
 POWER, IMPACTS, WARMING = "power", "impacts a second", "warming of the jar in two minutes"
 WARMING_S = 120.0
 BY_MEAN, BY_HEAT = "the mean of very many simulations", "what is not known of the jar and its cooling"
 BY_CONTACT = "contact parameters that nobody has measured"
-FIRST = "fixed for the first time"
 # A set-up of the validation whose measured curve we could not read.
 LEAF_SPRING = "leaf_spring"
 
@@ -88,7 +89,7 @@ def predictions_of(mill: str, fingerprint: Fingerprint) -> pd.DataFrame:
                         rows.append((*place, quantity, own.value, interval.lower, interval.upper, unit, kind))
             warmed = warming_K(mill, known, diameter, fingerprint.about["density_kg_m3"])
             rows.append((*place, WARMING, *warmed, "K", BY_HEAT))
-    return pd.DataFrame(rows, columns=list(COLUMNS[: COLUMNS.index("date")]))
+    return pd.DataFrame(rows, columns=list(COLUMNS[: COLUMNS.index("release")]))
 
 
 def read_waiting(path: str | Path = TABLE) -> pd.DataFrame:
@@ -99,40 +100,54 @@ def read_waiting(path: str | Path = TABLE) -> pd.DataFrame:
     return read_measured(path, [*numbers, *texts])
 
 
-def fixed_before(mill: str, diameter_mm: float, fill_ratio: float, speed_rpm: float, quantity: str) -> dict | None:
-    """The latest fixed row of a quantity at a condition, with the interval of its mean; None if there is none, or the
-    mill is another one here.
+def fixed_before(
+    date: str, mill: str, diameter_mm: float, fill_ratio: float, speed_rpm: float, quantity: str
+) -> dict | None:
+    """The newest row of a quantity at a condition that is older than a date, with the interval of its mean.
+
+    date: of the measurement, as 2026-11-27, or with the time (UTC). None if there is none, or the mill is another one
+    here.
     """
     path = shipped(TABLE)
     if path is None or find_ready_made(mill) is None:
         return None
     table = read_waiting(path)
     same = (table["mill"] == mill) & (table["quantity"] == quantity) & (table["interval"] != BY_CONTACT)
+    same &= table["date"] < date
     for name, value in zip(CONDITION, (diameter_mm, fill_ratio, speed_rpm), strict=True):
         same &= np.isclose(table[name], value, rtol=1e-3)
-    return table[same].iloc[-1].to_dict() if same.any() else None
+    return table[same].sort_values("date").iloc[-1].to_dict() if same.any() else None
 
 
-def fix_waiting(path: str | Path, now: str, why: str = "") -> list[str]:
-    """Add the predictions of each included mill whose fingerprint is not in the table; returns their names.
+def fix_waiting(path: str | Path, release: str, now: str) -> list[str]:
+    """Add the predictions of each included mill whose fingerprint is not that of the newest generation; its names.
 
-    why: the reason for fixing again. Raises ConfigError if a mill was fixed with another fingerprint and no reason is
-    given.
+    release: the version that is to be released; rows of the same mill and release are replaced.
     """
-    known = _known(path)
-    tables, fixed = [known], []
+    fixed = []
     for mill in ready_made():
         place = find_ready_made(mill)
-        if place is None or digest_of_file(place) in set(known["digest"]):
-            continue
-        again = mill in set(known["mill"])
-        if again and not why:
-            raise ConfigError(f"{path}: {mill} had been fixed with another fingerprint: say why it changed, by --why")
-        own = predictions_of(mill, Fingerprint.read(place))
-        tables.append(own.assign(date=now, digest=digest_of_file(place), why=why if again else FIRST))
-        fixed.append(mill)
-    _write(tables, path)
+        if place and fix_rows(path, release, now, partial(_included, mill, place), mill, digest_of_file(place)):
+            fixed.append(mill)
     return fixed
+
+
+def _included(mill: str, place: Path) -> pd.DataFrame:
+    return predictions_of(mill, Fingerprint.read(place))
+
+
+def fix_rows(
+    path: str | Path, release: str, now: str, rows: Callable[[], pd.DataFrame], mill: str, digest: str
+) -> bool:
+    """Add rows of a mill to its generation of a release, unless its newest ones have this digest; whether it did."""
+    known = read_waiting(path) if Path(path).exists() else pd.DataFrame(columns=list(COLUMNS))
+    own = known[known["mill"] == mill]
+    if len(own) and own.sort_values("date")["digest"].iloc[-1] == digest:
+        return False
+    kept = known.drop(own.index[own["release"] == release])
+    tables = [table for table in (kept, rows().assign(release=release, date=now, digest=digest)) if len(table)]
+    write_table(pd.concat(tables, ignore_index=True)[list(COLUMNS)], path, digits=4)
+    return True
 
 
 def swing_rows(predictions: pd.DataFrame, settings: LeafSpringConfig) -> pd.DataFrame:
@@ -145,27 +160,4 @@ def swing_rows(predictions: pd.DataFrame, settings: LeafSpringConfig) -> pd.Data
         (*place, f"{SWING} after {row.x:g} s", row.predicted, row.lower, row.upper, "-", row.interval)
         for row in own.itertuples()
     ]
-    return pd.DataFrame(rows, columns=list(COLUMNS[: COLUMNS.index("date")]))
-
-
-def fix_swing(path: str | Path, now: str, rows: pd.DataFrame, digest: str, why: str = "") -> bool:
-    """Add the rows of `swing_rows`, unless they are there; whether they were new. Raises ConfigError as `fix_waiting`.
-
-    digest: of the settings of the set-up.
-    """
-    known = _known(path)
-    if digest in set(known["digest"]):
-        return False
-    again = LEAF_SPRING in set(known["mill"])
-    if again and not why:
-        raise ConfigError(f"{path}: {LEAF_SPRING} had been fixed with other settings: say why they changed, by --why")
-    _write([known, rows.assign(date=now, digest=digest, why=why if again else FIRST)], path)
-    return True
-
-
-def _known(path: str | Path) -> pd.DataFrame:
-    return read_waiting(path) if Path(path).exists() else pd.DataFrame(columns=list(COLUMNS))
-
-
-def _write(tables: list[pd.DataFrame], path: str | Path) -> None:
-    write_table(pd.concat([table for table in tables if len(table)], ignore_index=True)[list(COLUMNS)], path, digits=4)
+    return pd.DataFrame(rows, columns=list(COLUMNS[: COLUMNS.index("release")]))

@@ -185,7 +185,7 @@ class Stage:
         # GIF delays are multiples of 0.01 s.
         delay_ms = 10 * round(100 / frames_per_second)
         return Movie(
-            heading=f"{mill['title']}\n{balls}, {case['speed_rpm']:g} rpm",
+            heading=f"{mill['title']}\n{balls}, {60 * case['speed_hz']:g} rpm",
             speed_max_m_s=max(float(frame.pictures[0].speed_m_s.max()) for frame in frames),
             delay_ms=delay_ms,
             slow_motion=delay_ms / 1e3 / interval_s if interval_s else 1.0,
@@ -224,7 +224,7 @@ def frequency_of(config: dict) -> float:
     """Revolutions of the mill per second; 0 for a mill at rest."""
     motions = [config["mill"]["motion"], *(insert["motion"] for insert in config["mill"].get("inserts", []))]
     moves = any(motion_kind(motion["kind"]).moves for motion in motions if motion)
-    return config["case"]["speed_rpm"] / 60 if moves else 0.0
+    return config["case"]["speed_hz"] if moves else 0.0
 
 
 def _chosen(file: h5py.File, settings: ViewConfig, start_s: float | None) -> Snapshots:

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from millprint.config.mill import MillConfig
-from millprint.mill.bodies import CHECK_RPM, Body, build_bodies
-from millprint.mill.wall_words import round_triangles, wall_in_words
+from millprint.mill.bodies import Body, build_bodies
+from millprint.mill.wall_words import round_triangles, walls_in_words
 from millprint.view.frames import VIEWS, Drawing, Shape, View, draw_bodies
 
 FRAMES = 8
@@ -57,7 +57,7 @@ def _limits(view: View, points: np.ndarray) -> np.ndarray:
 
 def picture_mill(mill: MillConfig) -> MillPicture:
     """The picture of a mill; raises ConfigError for a shape or a motion that is refused."""
-    bodies = build_bodies(mill, CHECK_RPM)
+    bodies = build_bodies(mill)
     shapes = [Shape(*body.vessel.triangles(), round_triangles(body.vessel)) for body in bodies]
     # One turn per second, so that times are turns.
     turns = np.arange(FRAMES) / FRAMES
@@ -75,7 +75,7 @@ def picture_mill(mill: MillConfig) -> MillPicture:
     start = [body.to_laboratory(shape.vertices_m, 0.0) for body, shape in zip(bodies, shapes, strict=True)]
     return MillPicture(
         title=mill.title,
-        walls=f"wall: {wall_in_words(bodies[0].vessel)}",
+        walls=f"wall: {walls_in_words(bodies)}",
         speed_unit=mill.speed_unit,
         views=VIEWS,
         looks=tuple(_picture_of(view, bodies, shapes, mark, 0.0) for view in VIEWS),

@@ -14,8 +14,8 @@ from scipy.optimize import differential_evolution, least_squares, minimize_scala
 from millprint.config.calibration import FRICTION_PAIR, MEASURED, SIMULATED, ExperimentConfig, SwingConfig
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
+from millprint.estimate.quantiles import f_quantile
 from millprint.run.progress import progress
-from millprint.statistics.quantiles import f_quantile
 from millprint.thesis.calibration.oscillation import (
     PLACES,
     Swing,

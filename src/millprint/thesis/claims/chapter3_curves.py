@@ -3,8 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from millprint.thesis.claims import chapter3_causes as causes
-from millprint.thesis.claims.chapter3_causes import AS_BUILT, CONTACT, MILL
+from millprint.thesis.claims.chapter2 import change_percent
+from millprint.thesis.claims.chapter3 import AS_BUILT, CONTACT, MILL
 from millprint.thesis.claims.evidence import Evidence, Finding, NotRun, claim, in_words, yes_no
 from millprint.thesis.curves.collapse import MACHINE
 from millprint.thesis.curves.scaling import FACTOR
@@ -18,7 +18,7 @@ def curves_of(evidence: Evidence, columns: str, where: str, absent: str, contact
     return found
 
 
-@claim("3.curve.{fill}.{quantity}", causes.curve_cause)
+@claim("3.curve.{fill}.{quantity}")
 def curve_value(evidence: Evidence, fill: str, quantity: str) -> Finding:
     """Fig. 3.12 and Table 4.2: a value of the calibrated master curves at one fill ratio."""
     absent = f"the sweep has no calibrated case at fill {fill}"
@@ -33,17 +33,7 @@ def curve_value(evidence: Evidence, fill: str, quantity: str) -> Finding:
     return Finding(float(row[quantity]), f"mean of {int(row['conditions'])} condition(s), spread {spread:.1f} %{rules}")
 
 
-@claim("3.curve.0.08.{quantity}", causes.large_ball_cause)
-def power_of_large_balls(evidence: Evidence, quantity: str) -> Finding:
-    """Table 3.5 gives the powers of 10 mm balls at fill 0.08, over four speeds."""
-    where = f"{AS_BUILT} and ball_diameter_mm == 10 and fill_ratio == 0.08"
-    absent = "the sweep has no calibrated case of 10 mm at fill 0.08"
-    found = evidence.rows("fingerprint/descriptors.tsv", quantity, where, absent)
-    speeds = ", ".join(f"{speed:g}" for speed in sorted(found["speed_rpm"]))
-    return Finding(float(found[quantity].mean()), f"mean over {speeds} rpm")
-
-
-@claim("3.curve.ratio.low", causes.low_ratio_cause)
+@claim("3.curve.ratio.low")
 def largest_ratio(evidence: Evidence) -> Finding:
     """Fig. 3.12 d: the largest ratio up to the elbow, at fill 0.10."""
     absent = "the sweep has no calibrated case up to fill 0.10"
@@ -52,7 +42,7 @@ def largest_ratio(evidence: Evidence) -> Finding:
     return Finding(float(top["ratio"]), f"at fill {top['fill_ratio']:g}")
 
 
-@claim("3.curve.ratio.elbow", causes.elbow_cause)
+@claim("3.curve.ratio.elbow")
 def ratio_at_the_elbow(evidence: Evidence) -> Finding:
     """Fig. 3.12 d."""
     absent = "the sweep has no calibrated case at fill 0.10"
@@ -60,7 +50,7 @@ def ratio_at_the_elbow(evidence: Evidence) -> Finding:
     return Finding(float(row["ratio"]), f"mean of {int(row['conditions'])} condition(s) at fill 0.10")
 
 
-@claim("3.curve.ratio.high", causes.high_ratio_cause)
+@claim("3.curve.ratio.high")
 def ratio_at_high_fill(evidence: Evidence) -> Finding:
     """Fig. 3.12 d: the mean over zone 3."""
     absent = "the sweep has no calibrated case at fill 0.20 or more"
@@ -78,7 +68,7 @@ def _whole_curves(evidence: Evidence, columns: str) -> pd.DataFrame:
     return curves
 
 
-@claim("3.curve.normal_max", causes.normal_power_cause)
+@claim("3.curve.normal_max")
 def fill_of_largest_normal_power(evidence: Evidence) -> Finding:
     """Fig. 3.12 a."""
     curves = _whole_curves(evidence, "Pn")
@@ -86,7 +76,7 @@ def fill_of_largest_normal_power(evidence: Evidence) -> Finding:
     return yes_no(0.10 <= top <= 0.20, f"the mean curve is largest at fill {top:g}")
 
 
-@claim("3.curve.zone3", causes.power_cause)
+@claim("3.curve.zone3")
 def gain_beyond_zone_2(evidence: Evidence) -> Finding:
     """Fig. 3.12 a and b."""
     curves = _whole_curves(evidence, "Pn, Pt")
@@ -99,6 +89,25 @@ def gain_beyond_zone_2(evidence: Evidence) -> Finding:
     )
 
 
+@claim("3.curve.tangential")
+def larger_channel(evidence: Evidence) -> Finding:
+    """Sec. 3.4: that the tangential dissipation is larger than the normal one, at every fill ratio."""
+    curves = _whole_curves(evidence, "ratio")
+    told = in_words(curves, "{ratio:.2f} at {fill_ratio:g}")
+    return yes_no(bool((curves["ratio"] > 1).all()), f"tangential over normal power by fill: {told}")
+
+
+@claim("3.level.{contact}")
+def frequency_in_zone_3(evidence: Evidence, contact: str) -> Finding:
+    """Sec. 3.3.2: the change of the specific collision frequency from fill 0.20 to the last of zone 3 [%]."""
+    absent = f"the sweep has no fills of 0.20 and more with contact set {contact}"
+    curves = curves_of(evidence, "f", "fill_ratio >= 0.20", absent, contact)
+    if len(curves) < 2:
+        raise NotRun(absent)
+    told = in_words(curves, "{f:.1f} at {fill_ratio:g}")
+    return Finding(change_percent(curves["f"].iloc[0], curves["f"].iloc[-1]), f"by fill: {told}")
+
+
 def rank_correlation(first: pd.Series, second: pd.Series) -> float:
     """Spearman's rank correlation: that of the ranks, the mean rank where values are equal.
 
@@ -107,7 +116,7 @@ def rank_correlation(first: pd.Series, second: pd.Series) -> float:
     return float(np.corrcoef(first.rank(), second.rank())[1, 0])
 
 
-@claim("3.frequency.{contact}", causes.trend_cause)
+@claim("3.frequency.{contact}")
 def trend_of_the_frequency(evidence: Evidence, contact: str) -> Finding:
     """Figs 3.7 d and 3.8 d: falling with fill for calibrated contacts, rising for steel, by rank and by its ends."""
     absent = f"the sweep has fewer than three fill ratios with contact set {contact}"
@@ -124,7 +133,7 @@ def trend_of_the_frequency(evidence: Evidence, contact: str) -> Finding:
     )
 
 
-@claim("3.collapse", causes.collapse_cause)
+@claim("3.collapse")
 def collapse(evidence: Evidence) -> Finding:
     """Fig. 3.12: the spread over the mean at each fill ratio, before and after the normalisation."""
     absent = "no fill ratio of the sweep has two calibrated conditions"

@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from millprint.estimate.estimates import LEVEL, Estimate, Interval, spread_of
+from millprint.estimate.judge import judge
 from millprint.fingerprint.bands import Factors
 from millprint.run.files import read_table
 from millprint.run.progress import progress
-from millprint.statistics.quantiles import LEVEL, spread_of
 from millprint.thesis.claims.chapter6 import TRAININGS
-from millprint.thesis.claims.evidence import Evidence, Finding, Interval, find_claim
+from millprint.thesis.claims.evidence import Evidence, Finding, Repeats, find_claim
 from millprint.thesis.claims.tabulate import collect_findings, read_claims
 from millprint.thesis.claims.tolerances import CERTAIN, TIMED, is_number
 from millprint.thesis.surrogate.measure_tables import failed_tests
@@ -37,7 +38,7 @@ class Repeated:
     """
 
     tables: Sequence[Tables]
-    between: Callable[[Value, list[Value], float], Interval]
+    between: Callable[[Value, list[Value], float], Repeats]
 
     def decides(self, finding: Finding) -> bool:
         """Whether the value of a claim follows from one of these tables."""
@@ -50,16 +51,16 @@ def quantiles(values: Sequence[float], level: float = LEVEL) -> tuple[float, flo
     return float(low), float(high)
 
 
-def over_repeats(value: Value, values: list[Value], level: float, origin: str = TRAININGS) -> Interval:
+def over_repeats(value: Value, values: list[Value], level: float, origin: str = TRAININGS) -> Repeats:
     """The interval over a few repeats, such as trainings: `spread_of`. Of statements, another one is the lower end."""
     if not all(map(is_number, values)):
-        return Interval(next((one for one in values if one != value), value), value, origin, len(values))
+        return Repeats(next((one for one in values if one != value), value), value, origin, len(values))
     found = [float(one) for one in values]
     lower, upper = spread_of(found, level) if len(found) > 1 else (found[0], found[0])
-    return Interval(lower, upper, origin, len(found))
+    return Repeats(lower, upper, origin, len(found))
 
 
-def over_draws(value: Value, values: list[Value], level: float, origin: str = WINDOWS) -> Interval:
+def over_draws(value: Value, values: list[Value], level: float, origin: str = WINDOWS) -> Repeats:
     """The interval over many draws: `quantiles`, moved so that their median is the value, which removes a bias.
 
     A draw has fewer different revolutions than its run, so that its spread is too small; a largest value is too large.
@@ -69,11 +70,11 @@ def over_draws(value: Value, values: list[Value], level: float, origin: str = WI
     if not all(is_number(one) for one in [value, *values]):
         others = pd.Series([one for one in values if one != value], dtype=object).value_counts()
         often = len(others) and others.sum() > (1 - level) / 2 * len(values)
-        return Interval(str(others.index[0]) if often else value, value, origin, len(values))
+        return Repeats(str(others.index[0]) if often else value, value, origin, len(values))
     found = [float(one) for one in values]
     low, high = quantiles(found, level)
     bias = float(np.median(found)) - float(value)
-    return Interval(min(low - bias, float(value)), max(high - bias, float(value)), origin, len(values))
+    return Repeats(min(low - bias, float(value)), max(high - bias, float(value)), origin, len(values))
 
 
 def findings_of(name: str, evidence: Evidence, tables: Sequence[Tables]) -> list[Finding]:
@@ -82,7 +83,7 @@ def findings_of(name: str, evidence: Evidence, tables: Sequence[Tables]) -> list
     return [one for one in found if one.value is not None]
 
 
-def interval_from(found: Sequence[Finding], finding: Finding, repeated: Repeated, level: float) -> Interval:
+def interval_from(found: Sequence[Finding], finding: Finding, repeated: Repeated, level: float) -> Repeats:
     """The interval of a claim over its repeats. One that failed is counted, and is in neither end.
 
     A repeat with a value that is not finite counts as failed.
@@ -90,10 +91,10 @@ def interval_from(found: Sequence[Finding], finding: Finding, repeated: Repeated
     values = [one.value for one in found if not one.failed and one.value is not None and _is_known(one.value)]
     failed = len(found) - len(values)
     if not values or finding.value is None:
-        return Interval(math.inf, math.inf, TRAININGS, len(found), failed)
+        return Repeats(math.inf, math.inf, TRAININGS, len(found), failed)
     value = values[0] if finding.failed or not _is_known(finding.value) else finding.value
     interval = repeated.between(value, values, level)
-    return replace(interval, repeats=len(found), failed=failed).within(finding.limits)
+    return replace(interval, of=len(found), failed=failed).within(finding.limits)
 
 
 def _is_known(value: Value) -> bool:
@@ -105,7 +106,7 @@ def tabulate_intervals(
 ) -> pd.DataFrame:
     """A row for each claim that chance has a part in and that has an interval, with INTERVAL_COLUMNS.
 
-    A claim that no repeated table decides keeps the interval that its own code states. Raises ConfigError as
+    A claim whose own code states an interval keeps it. Raises ConfigError as
     `millprint.thesis.claims.tabulate.read_claims`.
     """
     claims, findings = read_claims(claims_path), collect_findings(results, claims_path)
@@ -124,10 +125,10 @@ def tabulate_intervals(
 
 def _interval_of(
     name: str, finding: Finding, evidence: Evidence, repeated: Sequence[Repeated], level: float
-) -> Interval | None:
-    own = next((one for one in repeated if one.decides(finding)), None)
+) -> Repeats | None:
+    own = next((one for one in repeated if one.decides(finding)), None) if finding.repeats is None else None
     found = findings_of(name, evidence, own.tables) if own else []
-    return interval_from(found, finding, own, level) if own and len(found) > 1 else finding.interval
+    return interval_from(found, finding, own, level) if own and len(found) > 1 else finding.repeats
 
 
 def repeated_trainings(results: str | Path, trainings: dict[str, list[str]]) -> list[Repeated]:
@@ -168,7 +169,7 @@ COLUMNS = {
 REFERENCE_FILL = 0.10
 COLUMNS_OF_TABLE = [
     "id", "locus", "quantity", "unit", "fill_ratio", "factor_of", "published", "ours", "deviation_percent",
-    "lower", "upper", "inside",
+    "lower", "upper", "verdict",
 ]  # fmt: skip
 
 
@@ -199,7 +200,7 @@ def tabulate_contact_intervals(
     """A row for each printed value that comes from the DEM, with COLUMNS_OF_TABLE.
 
     published: as printed; ours: what the run in the folder `results` computed, of chapter 4 with our own curves; lower,
-    upper: ours times the factors of the contact parameters; inside: whether the printed value lies between them. The
+    upper: ours times the factors of the contact parameters; verdict: whether the printed value lies between them. The
     factors are those of one ball size and speed, which the scaling carries to the others. Values that the run has not
     computed, and fill ratios beyond those of the factors, have no interval.
     """
@@ -221,6 +222,7 @@ def tabulate_contact_intervals(
             ours = np.nan if value is None else float(value)
         published = float(claim.value)
         lower, upper = ours * factors.at(np.array([place.fill_ratio]))[place.quantity][:, 0]
+        estimate = Estimate(ours, claim.unit).having({} if np.isnan(lower) else {"contact": Interval(lower, upper)})
         rows.append(
             {
                 **{name: getattr(claim, name) for name in ("id", "locus", "quantity", "unit")},
@@ -231,7 +233,7 @@ def tabulate_contact_intervals(
                 "deviation_percent": 100 * (ours / published - 1),
                 "lower": lower,
                 "upper": upper,
-                "inside": "" if np.isnan(lower) else "yes" if lower <= published <= upper else "no",
+                "verdict": judge(estimate, Estimate(published, claim.unit)).word,
             }
         )
     return pd.DataFrame(rows, columns=COLUMNS_OF_TABLE)

@@ -1,8 +1,8 @@
-"""What each chapter concludes and whether it stands, and the verdicts of other machines.
+"""What each chapter concludes, whether our numbers agree and whether it holds, and the verdicts of other machines.
 
-Every conclusion rests on claims. The processor decides how sums are rounded, and chaotic simulations and trainings
-magnify that. So a claim whose interval decides nothing may have another verdict elsewhere; a claim that its interval
-decides should have the same verdict everywhere.
+Every conclusion rests on claims, and is only as sure as they are. The processor decides how sums are rounded, and
+chaotic simulations and trainings magnify that. So a claim whose interval decides nothing may have another verdict
+elsewhere; a claim that its interval decides should have the same verdict everywhere.
 """
 
 import platform
@@ -11,24 +11,20 @@ from pathlib import Path
 
 import pandas as pd
 
+from millprint.estimate.judge import AGREES, DIFFERS, NOT_RUN, OPEN, VERDICTS
 from millprint.run.files import write_table
+from millprint.run.machine import commit
 from millprint.run.tables import Text, read_measured, refuse_rows
-from millprint.thesis.claims.tolerances import (
-    CERTAIN,
-    DEVIATES,
-    ERRATUM,
-    INTERVAL_VERDICTS,
-    NOT_RUN,
-    OPEN_VERDICTS,
-    REPRODUCED,
-    TIMED,
-    VERDICTS,
-)
+from millprint.thesis.claims.tolerances import ASSUMED, ERRATUM, TIMED
 
 CONCLUSION_COLUMNS = ["chapter", "locus", "conclusion", "claims"]
-STANDS, PARTLY, FALLS, UNKNOWN = "stands", "stands in part", "does not stand", "not run"
-STATUSES = (STANDS, PARTLY, FALLS, UNKNOWN)
-TABLE_COLUMNS = ["chapter", "locus", "conclusion", "stands", "claims", "reproduced", "missed", "open", "against"]
+# Some of its claims agree, and others differ.
+IN_PART = "in part"
+VERBS = {AGREES: ("agrees", "agree"), DIFFERS: ("differs", "differ"), OPEN: ("is open", "are open")}
+# The verdicts on a conclusion, as a sentence goes on with them.
+HOLDINGS = {AGREES: "hold", IN_PART: "hold in part", DIFFERS: "do not hold", OPEN: "open"}
+OURS, HOLDS = "our_number", "it_holds"
+TABLE_COLUMNS = ["chapter", "locus", "conclusion", OURS, HOLDS, "reason", "claims", *VERDICTS, "against"]
 
 
 def chapter_name(chapter: str) -> str:
@@ -57,38 +53,57 @@ def read_conclusions(path: str | Path, ids: pd.Series) -> pd.DataFrame:
 def judge_conclusions(conclusions: pd.DataFrame, claims: pd.DataFrame) -> pd.DataFrame:
     """A row for each conclusion, with TABLE_COLUMNS.
 
-    claims: as `tabulate_claims`. stands: one of STATUSES, by the claims that were run: all, some or none reproduced;
-    claims, reproduced, missed: how many were run, are reproduced, and are not; open: how many have an interval that
-    decides nothing; against: the ids of those that are not reproduced.
+    claims: as `tabulate_claims`. our_number: the verdict of `verdict_on_all` by the values; it_holds: that by the
+    intervals, or the value of what has none. There a value that was fitted or put in shows nothing by agreeing and
+    does not count. A claim that was not run is open. claims: how many there are; VERDICTS: how many have each verdict
+    that counts for it_holds; against: the ids of those that differ.
     """
     own = claims.set_index("id")
     rows = []
     for row in conclusions.itertuples():
-        run = own.loc[row.claims]
-        run = run[run["verdict"] != NOT_RUN]
-        missed = run.index[run["verdict"].isin([DEVIATES, ERRATUM])]
-        hits = int((run["verdict"] == REPRODUCED).sum())
-        status = UNKNOWN if run.empty else FALLS if not hits else PARTLY if len(missed) else STANDS
-        undecided = int(run["interval_verdict"].isin(OPEN_VERDICTS).sum())
-        told = chapter_name(row.chapter), row.locus, row.conclusion, status
-        rows.append((*told, len(run), hits, len(missed), undecided, ", ".join(missed)))
+        all_of_it = own.loc[row.claims]
+        words = all_of_it["interval_verdict"].where(all_of_it["interval_verdict"] != "", all_of_it["verdict"])
+        assumed = all_of_it["nature"].isin(ASSUMED) & (words == AGREES)
+        counts = {word: int((words[~assumed] == word).sum()) for word in VERDICTS}
+        parts = [f"{number} {VERBS[word][number > 1]}" for word, number in counts.items() if number]
+        parts += [f"{assumed.sum()} fitted or put in"] if assumed.any() else []
+        told = f"of {len(words)} claims {', '.join(parts)}"
+        reason = NOT_RUN if (all_of_it["verdict"] == OPEN).all() else told
+        verdicts = verdict_on_all(all_of_it["verdict"]), verdict_on_all(words[~assumed])
+        place = chapter_name(row.chapter), row.locus, row.conclusion
+        rows.append((*place, *verdicts, reason, len(words), *counts.values(), ", ".join(words.index[words == DIFFERS])))
     return pd.DataFrame(rows, columns=TABLE_COLUMNS)
 
 
+def verdict_on_all(words: pd.Series) -> str:
+    """The verdict on a conclusion by those on its claims.
+
+    It differs if one does and none agrees, and holds in part if one does and another agrees; else it is open if one is,
+    or if there is none.
+    """
+    found = set(words)
+    if DIFFERS in found:
+        return IN_PART if AGREES in found else DIFFERS
+    return AGREES if found == {AGREES} else OPEN
+
+
+def _deviates(claims: pd.DataFrame) -> pd.Series:
+    """Which values differ from a printed one that nothing else in the thesis contradicts."""
+    return (claims["verdict"] == DIFFERS) & ~claims["reason"].str.startswith(ERRATUM)
+
+
 def deviating_everywhere(claims: pd.DataFrame, stored: pd.DataFrame, run: str) -> list[str]:
-    """The claims that deviate in this run and in the stored ones of this name on every other machine.
+    """The claims whose value differs in this run and in the stored ones of this name on every other machine.
 
     claims: as `tabulate_claims`; stored: as `read_stored`. Of a claim that is the same on every machine, this run says
     all. Errata are none of these: there the thesis contradicts itself.
     """
-    here = claims.loc[claims["verdict"] == DEVIATES, "id"]
-    others = stored[stored["run"] == run].groupby("id")["verdict"]
-    held = {name for name, verdicts in others if (verdicts != DEVIATES).any()}
-    return [name for name in here if name not in held]
+    held = set(stored.loc[(stored["run"] == run) & ~_deviates(stored), "id"])
+    return [name for name in claims.loc[_deviates(claims), "id"] if name not in held]
 
 
 def in_prose(name: str, claims: pd.DataFrame) -> str:
-    """A claim that deviates, as a sentence: what is printed and what was found."""
+    """A claim that differs, as a sentence: what is printed and what was found."""
     claim = claims.set_index("id").loc[name]
     unit = "" if claim["unit"] == "-" else f" {claim['unit']}"
     bound = any(sign in claim["tolerance"] for sign in "<>")
@@ -104,9 +119,9 @@ def _short(value: str) -> str:
         return value
 
 
-MACHINE = ["processor", "instructions", "date"]
-STORED = ["run", "id", "verdict", "interval_verdict", "reproduced", "lower", "upper"]
-WORDS = {"verdict": VERDICTS, "interval_verdict": INTERVAL_VERDICTS}
+MACHINE = ["processor", "instructions", "commit", "date"]
+STORED = ["run", "id", "verdict", "interval_verdict", "reason", "reproduced", "lower", "upper"]
+WORDS = dict.fromkeys(("verdict", "interval_verdict"), VERDICTS)
 STORED_COLUMNS = [*STORED, *MACHINE]
 # The widest vector instructions of a processor, which decide in which order sums are taken; widest first.
 INSTRUCTIONS = {"avx512f": "AVX-512", "avx2": "AVX2", "avx": "AVX", "sve": "SVE", "neon": "NEON"}
@@ -115,13 +130,13 @@ DIFFERENCES = ["id", "verdict", "verdict_elsewhere", "reason", *MACHINE]
 
 
 def this_machine(date: str) -> dict[str, str]:
-    """The processor of this machine, its vector instructions, and a date, by MACHINE."""
+    """The processor of this machine, its vector instructions, the commit of the code, and a date, by MACHINE."""
     # Slow to import.
     from llvmlite import binding
 
     features = binding.get_host_cpu_features()
     widest = next((title for name, title in INSTRUCTIONS.items() if features.get(name)), platform.machine())
-    return dict(zip(MACHINE, (binding.get_host_cpu_name(), widest, date), strict=True))
+    return dict(zip(MACHINE, (binding.get_host_cpu_name(), widest, commit(), date), strict=True))
 
 
 def read_stored(path: str | Path) -> pd.DataFrame:
@@ -139,14 +154,13 @@ def read_stored(path: str | Path) -> pd.DataFrame:
 
 
 def with_run(stored: pd.DataFrame, claims: pd.DataFrame, run: str, machine: dict[str, str]) -> pd.DataFrame:
-    """The stored verdicts with those of a run in place of any that the same machine gave to the same run before.
+    """The stored verdicts with those of a run in place of all that the same machine gave to the same run before.
 
-    claims: as `millprint.thesis.claims.tabulate.tabulate_claims`; only what is simulated, trained or timed is stored,
-    since the rest is the same everywhere.
+    claims: as `millprint.thesis.claims.tabulate.tabulate_claims`; what was not run is not stored.
     """
-    own = claims[~claims["nature"].isin(CERTAIN) & (claims["verdict"] != NOT_RUN)]
+    own = claims[claims["verdict"] != OPEN]
     rows = own.assign(run=run, **machine)[STORED_COLUMNS]
-    same = (stored["run"] == run) & (stored["processor"] == machine["processor"]) & stored["id"].isin(rows["id"])
+    same = (stored["run"] == run) & (stored["processor"] == machine["processor"])
     return pd.concat([stored[~same], rows], ignore_index=True).fillna("")
 
 
@@ -164,9 +178,9 @@ def compare_verdicts(claims: pd.DataFrame, stored: pd.DataFrame, run: str) -> pd
     rows = []
     for row in stored[(stored["run"] == run) & stored["id"].isin(own.index)].to_dict("records"):
         here = own.loc[row["id"]]
-        if here["verdict"] in (row["verdict"], NOT_RUN):
+        if here["verdict"] in (row["verdict"], OPEN):
             continue
-        is_open = here["interval_verdict"] in OPEN_VERDICTS or row["interval_verdict"] in OPEN_VERDICTS
+        is_open = OPEN in (here["interval_verdict"], row["interval_verdict"])
         reason = OF_MACHINE if here["nature"] == TIMED else EXPECTED if is_open else UNEXPECTED
         rows.append(row | {"verdict": here["verdict"], "verdict_elsewhere": row["verdict"], "reason": reason})
     return pd.DataFrame(rows, columns=DIFFERENCES)

@@ -42,7 +42,7 @@ def erratum(chapter: str, locus: str, source: str) -> Callable:
 def errata_of_claims(claims: pd.DataFrame, findings: Mapping[str, Finding]) -> list[tuple[str, ...]]:
     """The claims with the verdict `erratum`, in the order of the table, as rows of ERRATA_COLUMNS."""
     found: list[tuple[str, ...]] = []
-    for claim in claims[claims["verdict"] == ERRATUM].itertuples():
+    for claim in claims[claims["reason"].str.startswith(ERRATUM)].itertuples():
         contradiction = findings[claim.id].contradiction
         assert contradiction is not None, "the verdict is of claims that have one"
         printed, computed = (

@@ -11,9 +11,9 @@ from pathlib import Path
 import pandas as pd
 
 from millprint.config.errors import ConfigError
+from millprint.estimate.estimates import spread_of
 from millprint.run.files import read_json, read_table
 from millprint.run.tables import Number, Text, read_measured
-from millprint.statistics.quantiles import spread_of
 from millprint.thesis.claims.tolerances import agrees
 
 # By path from the results folder: the rule that writes the file, and the function that computes its content. Where one
@@ -26,6 +26,7 @@ ORIGINS: dict[str, tuple[str, str]] = {
     "doe/interactions.tsv": ("analyse_variance", "millprint.thesis.doe.variance.interaction_table"),
     "doe/residuals.tsv": ("analyse_variance", "millprint.thesis.doe.residuals.residual_table"),
     "doe/pareto.tsv": ("analyse_variance", "millprint.thesis.doe.variance.pareto_table"),
+    "doe/anova_corrected.tsv": ("analyse_variance", "millprint.thesis.doe.variance.corrected_table"),
     "doe/half_life.tsv": ("tabulate_experiments", "millprint.thesis.doe.wet_lab.half_life_table"),
     "doe/wear.tsv": ("tabulate_experiments", "millprint.thesis.doe.wet_lab.wear_table"),
     "calibration/drop_test.tsv": ("calibrate_restitution", "millprint.thesis.calibration.drop.simulate_drops"),
@@ -43,6 +44,7 @@ ORIGINS: dict[str, tuple[str, str]] = {
     "partition/table_4_4.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.specific_yields"),
     "partition/table_4_5.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.energy_leverage"),
     "partition/slopes.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.fit_slopes"),
+    "yield/held_out/*.tsv": ("hold_out_yields", "millprint.thesis.yields.held_out.predict_held_out"),
     "yield/scores_by_scheme.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.score_table"),
     "yield/out_of_domain.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.predictions"),
     "yield/time_variance.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.time_variance"),
@@ -53,10 +55,6 @@ ORIGINS: dict[str, tuple[str, str]] = {
         "millprint.thesis.surrogate.timing.simulation_seconds",
     ),
     "surrogate/runtime.tsv": ("time_surrogates", "millprint.thesis.surrogate.timing.time_rollouts"),
-    "surrogate/wall_contacts.tsv": (
-        "build_surrogate_dataset",
-        "millprint.thesis.surrogate.measure_tables.wall_contact_table",
-    ),
     "surrogate/ablations.tsv": ("tabulate_ablations", "millprint.thesis.surrogate.measure_tables.ablation_table"),
 }
 
@@ -97,21 +95,21 @@ def source_in(path: str, columns: str, rows: str = "") -> Source:
 
 
 @dataclass(frozen=True)
-class Interval:
+class Repeats:
     """Between which values a claim's value would lie if chance were drawn again, and what was drawn.
 
     lower, upper: two numbers, or two words (the same one twice if it is certain), or pairs such as 0.29/0.044;
-    repeats: how many draws, trainings or seeds it is of; failed: how many of these failed; they do not enter lower and
-    upper.
+    how: what was drawn; of: how many draws, trainings or seeds; failed: how many of these failed; they do not enter
+    lower and upper.
     """
 
     lower: float | str
     upper: float | str
-    origin: str
-    repeats: int
+    how: str
+    of: int
     failed: int = 0
 
-    def within(self, limits: tuple[float, float]) -> "Interval":
+    def within(self, limits: tuple[float, float]) -> "Repeats":
         """The part of an interval of numbers that the quantity can take at all; words stay as they are."""
         if isinstance(self.lower, str) or isinstance(self.upper, str):
             return self
@@ -137,10 +135,10 @@ class Finding:
     """The computed value for one claim.
 
     value: the computed number or word, in the unit of the claim; None if it was not run.
-    interval: of a value that is simulated or trained; None of one that is computed from data.
+    repeats: of a value that is simulated or trained; None of one that is computed from data.
     explanation: how it was computed, from how many runs, or why it was not run.
-    contradiction: what else the thesis prints that cannot hold together with the claim; a value that is not reproduced
-    is then an erratum.
+    contradiction: what else the thesis prints that cannot hold together with the claim; a value that differs is then
+    an erratum.
     sources: the rows of the results that decide the value.
     limits: what a number of this kind can be at all, such as -1 to 1 of a correlation; its interval ends there.
     failed: whether what was to be measured failed, such as a roll-out that ran away: a miss, whatever its number.
@@ -150,7 +148,7 @@ class Finding:
     explanation: str = ""
     contradiction: Contradiction | None = None
     sources: tuple[Source, ...] = ()
-    interval: Interval | None = None
+    repeats: Repeats | None = None
     limits: tuple[float, float] = (-math.inf, math.inf)
     failed: bool = False
 
@@ -235,13 +233,12 @@ class Evidence:
 class Form:
     """A form of ids, and the code for every claim whose id has it.
 
-    template: an id, or one with the names of its parts, as in 3.cycle.{diameter}mm.{speed}.{letter}; find, explain:
-    called with the evidence and the parts; the latter says in words why such a value deviates.
+    template: an id, or one with the names of its parts, as in 3.cycle.{diameter}mm.{speed}.{letter}; find: called with
+    the evidence and the parts.
     """
 
     template: str
     find: Callable[..., Finding]
-    explain: Callable[..., str] | None = None
 
     def parts(self, name: str) -> dict[str, str] | None:
         """What an id says, such as {"speed": "600"}; None for an id of another form."""
@@ -261,7 +258,7 @@ class Form:
 FORMS: dict[str, Form] = {}
 
 
-def claim(template: str, explain: Callable[..., str] | None = None) -> Callable:
+def claim(template: str) -> Callable:
     """Register the decorated function as the code of the claims whose ids in claims.tsv have this form; see `Form`.
 
     Raises ValueError for a form that is registered already.
@@ -270,7 +267,7 @@ def claim(template: str, explain: Callable[..., str] | None = None) -> Callable:
     def register(find: Callable[..., Finding]) -> Callable[..., Finding]:
         if template in FORMS:
             raise ValueError(f"claim {template}: it is registered twice")
-        FORMS[template] = Form(template, find, explain)
+        FORMS[template] = Form(template, find)
         return find
 
     return register
@@ -296,12 +293,6 @@ def find_claim(evidence: Evidence) -> Finding:
     return replace(found, sources=tuple(evidence.sources))
 
 
-def explain_deviation(evidence: Evidence) -> str:
-    """Why the value of the claim `evidence.id` deviates, in words; empty where no code says anything of it."""
-    form = form_of(evidence.id)
-    return form.explain(evidence, **form.parts(evidence.id) or {}) if form and form.explain else ""
-
-
 def datum(evidence: Evidence, path: str, key: str, value: int, column: str) -> float:
     """A number in the only row of a table of the project with this key; it becomes the source.
 
@@ -325,9 +316,9 @@ def yes_no(holds: bool, explanation: str) -> Finding:
     return Finding("yes" if holds else "no", explanation)
 
 
-def interval_of(values: list[float], origin: str) -> Interval | None:
+def repeats_of(values: list[float], how: str) -> Repeats | None:
     """The interval of the mean of a few repeats, such as seeds; None of one."""
-    return Interval(*spread_of(values), origin, len(values)) if len(values) > 1 else None
+    return Repeats(*spread_of(values), how, len(values)) if len(values) > 1 else None
 
 
 def as_printed(evidence: Evidence, ids: str) -> bool:

@@ -1,40 +1,34 @@
-"""What a tolerance allows, the verdicts that follow from it, and the words for these and for what a claim is."""
+"""What a tolerance allows, the verdicts on a claim by its value and by its repeats, and words for what a claim is."""
 
 from __future__ import annotations
 
 import math
 import re
-from decimal import ROUND_DOWN, ROUND_HALF_UP, Decimal, InvalidOperation
+from decimal import Decimal, InvalidOperation
 from typing import TYPE_CHECKING
 
-from millprint.statistics.quantiles import FEWEST_REPEATS
+from millprint.estimate.estimates import Estimate, Interval
+from millprint.estimate.judge import DIFFERS, Allowed, Verdict, judge, judge_all
 
 if TYPE_CHECKING:
     from millprint.thesis.claims.evidence import Finding
 
-# By the value itself.
-REPRODUCED, DEVIATES, ERRATUM, NOT_RUN = "reproduced", "deviates", "erratum", "not run"
-VERDICTS = (REPRODUCED, ERRATUM, DEVIATES, NOT_RUN)
-
-# By the interval, of claims that have one; these two besides REPRODUCED and DEVIATES.
-UNDECIDED, TOO_WIDE, TOO_FEW = "undecided", "wider than the tolerance", "too few repeats"
-INTERVAL_VERDICTS = (REPRODUCED, DEVIATES, UNDECIDED, TOO_WIDE, TOO_FEW)
-# Another run may fall on either side of the tolerance.
-OPEN_VERDICTS = (UNDECIDED, TOO_WIDE, TOO_FEW)
-
+# The reason of a value that differs where two printed places cannot both hold.
+ERRATUM = "erratum"
 
 # Values of the column `nature` of claims.tsv, ordered by how much a match proves, least first.
 NATURES = {
-    "read": "read from a table of the thesis and printed back",
-    "arithmetic": "arithmetic on printed numbers",
+    "arithmetic": "arithmetic on printed numbers, or read from a table of the thesis and printed back",
     "put_in": "put in and read back",
-    "fitted": "fitted to the printed value",
+    "fitted": "fitted to the printed value, or with settings that were read off it",
     "simulated": "simulated",
     "trained": "trained",
-    "timed": "a run time",
+    "timed": "run times",
 }
 # The same on every machine, because they do not depend on chance.
-CERTAIN = ("read", "arithmetic")
+CERTAIN = ("arithmetic",)
+# A match of these shows nothing of the thesis.
+ASSUMED = ("put_in", "fitted")
 TIMED = "timed"
 
 # Values of the column `basis`.
@@ -52,33 +46,48 @@ REPORT_BOUND = 0.10
 # A bound on the value itself, and a range that it must lie in.
 BOUND = re.compile(r"(<=|>=|<|>)\s*([-+.\deE]+)%?")
 RANGE = re.compile(r"([-+.\deE]+)\.\.([-+.\deE]+)")
-_ORDERS = {"<=": lambda a, b: a <= b, ">=": lambda a, b: a >= b, "<": lambda a, b: a < b, ">": lambda a, b: a > b}
 
 
 def agrees(published: str, tolerance: str, value: float | str) -> bool:
-    """Whether `value` meets `published` within `tolerance`.
+    """Whether `value` meets `published` within `tolerance` (`allowed`); of a pair, such as 0.30/0.045, each number.
 
-    Tolerances: `printed` (the published digits, rounded or truncated), `15%` (relative), `0.01` (absolute),
-    `<=15%` and `>=3` (a bound on the value itself, for a percentage in per cent), `20..35` (a range), `recover` (5 %),
-    `report` (10 %, or the same word), and any word, which must be equal. Of a pair, such as 0.30/0.045, each number.
     Raises ValueError for a number instead of a word, or the reverse.
     """
     parts = pairs(published, str(value))
-    if len(parts) > 1:
-        return all(agrees(theirs, tolerance, ours) for theirs, ours in parts)
-    bound, within = BOUND.fullmatch(tolerance), RANGE.fullmatch(tolerance)
-    if bound:
-        return _ORDERS[bound[1]](float(value), float(bound[2]))
-    if within:
-        return float(within[1]) <= float(value) <= float(within[2])
+    return all(allowed(one, tolerance).holds(reading(one, tolerance, ours)) for one, ours in parts)
+
+
+def allowed(published: str, tolerance: str) -> Allowed:
+    """The values that meet a printed number or word, as `reading` gives them, within a tolerance.
+
+    Tolerances: `printed` (the published digits, rounded or truncated), `15%` (relative), `0.01` (absolute),
+    `<=15%` and `>=3` (a bound on the value itself, for a percentage in per cent), `20..35` (a range), `recover` (5 %),
+    `report` (10 %, or the same word), and any word, which must be equal.
+    """
+    if bound := BOUND.fullmatch(tolerance):
+        end, is_open = float(bound[2]), len(bound[1]) == 1
+        return Allowed(upper=end, open_upper=is_open) if bound[1][0] == "<" else Allowed(end, open_lower=is_open)
+    if within := RANGE.fullmatch(tolerance):
+        return Allowed(float(within[1]), float(within[2]))
     if not is_number(published):
-        return str(value) == published
-    value = float(value)
-    if not math.isfinite(value):
-        return False
-    if tolerance == "printed":
-        return _has_digits(published, value)
-    return abs(value - float(published)) <= _reach(published, tolerance) * (1 + 1e-12)
+        return Allowed(lower=1.0)
+    if tolerance != "printed":
+        reach = _reach(published, tolerance) * (1 + 1e-12)
+        return Allowed(float(published) - reach, float(published) + reach)
+    # Rounded: half a unit to either side; truncated: a whole one, away from 0.
+    number, unit = Decimal(published), _unit(published)
+    if not number:
+        return Allowed(-float(unit), float(unit), open_lower=True, open_upper=True)
+    near, far = float(abs(number) - unit / 2), float(abs(number) + unit)
+    return Allowed(near, far, open_upper=True) if number > 0 else Allowed(-far, -near, open_lower=True)
+
+
+def reading(published: str, tolerance: str, value: float | str) -> float:
+    """A value as a number: of a word 1 if it is the published one, else 0."""
+    if not (BOUND.fullmatch(tolerance) or RANGE.fullmatch(tolerance) or is_number(published)):
+        return float(str(value) == published)
+    # So 0.145 is not read as 0.14499999.
+    return round(float(value), 12) if tolerance == "printed" and math.isfinite(float(value)) else float(value)
 
 
 def pairs(published: str, *others: str) -> list[tuple[str, ...]]:
@@ -87,16 +96,6 @@ def pairs(published: str, *others: str) -> list[tuple[str, ...]]:
     if len(split) == 1 or not all(map(is_number, split)):
         return [(published, *others)]
     return list(zip(split, *(other.split("/") for other in others), strict=True))
-
-
-def allowed_width(published: str, tolerance: str) -> float:
-    """The width of what a tolerance allows about a printed number; infinite for a bound and for a word."""
-    if within := RANGE.fullmatch(tolerance):
-        return float(within[2]) - float(within[1])
-    if BOUND.fullmatch(tolerance) or not is_number(published):
-        return math.inf
-    # Rounded: half a unit to either side; truncated: a whole one to one side.
-    return 1.5 * float(_unit(published)) if tolerance == "printed" else 2 * _reach(published, tolerance)
 
 
 def deviation(published: str, value: float | str | None) -> float | None:
@@ -131,61 +130,36 @@ def _unit(published: str) -> Decimal:
     return Decimal(1).scaleb(exponent)
 
 
-def _has_digits(published: str, value: float) -> bool:
-    step = _unit(published)
-    # repr carries the shortest digits that give the number back, so 0.145 is not read as 0.14499999.
-    exact = Decimal(repr(round(value, 12)))
-    return Decimal(published) in (exact.quantize(step, ROUND_HALF_UP), exact.quantize(step, ROUND_DOWN))
+def judge_value(published: str, tolerance: str, finding: Finding) -> Verdict:
+    """The verdict on a claim by only its value: it says whether our number agrees, not whether it holds.
 
-
-def verdict(published: str, tolerance: str, finding: Finding) -> str:
-    """One of VERDICTS, by the value.
-
-    A value within the tolerance is reproduced, whatever else the thesis prints. Else it is an erratum where two printed
-    places cannot both hold, and deviates where they can.
+    A value within the tolerance agrees, whatever else the thesis prints. One that differs is an erratum where two
+    printed places cannot both hold.
     """
     if finding.value is None:
-        return NOT_RUN
-    if agrees(published, tolerance, finding.value):
-        return REPRODUCED
-    return ERRATUM if finding.contradiction else DEVIATES
+        return judge(None, Allowed())
+    found = judge_all(
+        judge(Estimate(reading(one, tolerance, ours), ""), allowed(one, tolerance))
+        for one, ours in pairs(published, str(finding.value))
+    )
+    return Verdict(DIFFERS, ERRATUM) if found.word == DIFFERS and finding.contradiction else found
 
 
-def interval_verdict(published: str, tolerance: str, finding: Finding) -> str:
-    """One of INTERVAL_VERDICTS; empty for a claim without an interval.
-
-    Fewer than FEWEST_REPEATS decide nothing. `reproduced` if the interval lies inside the tolerance and no repeat
-    failed, `deviates` if it lies outside, and else undecided, or too wide where it is wider than what is allowed.
-    """
-    interval = finding.interval
-    if finding.value is None or interval is None:
-        return ""
-    if interval.repeats < FEWEST_REPEATS:
-        return TOO_FEW
-    if interval.failed == interval.repeats:
-        return DEVIATES
-    parts = pairs(published, str(interval.lower), str(interval.upper))
-    found = [_of_ends(theirs, lower, upper, tolerance) for theirs, lower, upper in parts]
-    worst = next((one for one in (DEVIATES, TOO_WIDE, UNDECIDED) if one in found), REPRODUCED)
-    # A repeat that failed is a miss, so that the others cannot all be hits.
-    return UNDECIDED if worst == REPRODUCED and interval.failed else worst
+def judge_repeats(published: str, tolerance: str, finding: Finding) -> Verdict | None:
+    """The verdict on a claim by its interval, which says whether the claim holds; None without an interval."""
+    own = finding.repeats
+    if finding.value is None or own is None:
+        return None
+    if own.failed == own.of:
+        return judge(Estimate(math.inf, "", of=own.of, failed=own.failed), Allowed())
+    found = []
+    for one, *ends in pairs(published, str(own.lower), str(own.upper)):
+        low, high = sorted(reading(one, tolerance, end) for end in ends)
+        estimate = Estimate(low, "", repeats=Interval(low, high), of=own.of, failed=own.failed)
+        found.append(judge(estimate, allowed(one, tolerance)))
+    return judge_all(found)
 
 
-def _of_ends(published: str, lower: str, upper: str, tolerance: str) -> str:
-    inside = [agrees(published, tolerance, end) for end in (lower, upper)]
-    if all(inside):
-        return REPRODUCED
-    numbers = is_number(lower) and is_number(upper)
-    # A tolerance allows one connected range. If it is about a printed number, the range contains that number.
-    about = numbers and is_number(published) and not BOUND.fullmatch(tolerance) and not RANGE.fullmatch(tolerance)
-    around = about and float(lower) <= float(published) <= float(upper)
-    if not any(inside) and not around and not _holds_range(tolerance, lower, upper):
-        return DEVIATES
-    wide = numbers and float(upper) - float(lower) > allowed_width(published, tolerance)
-    return TOO_WIDE if wide else UNDECIDED
-
-
-def _holds_range(tolerance: str, lower: str, upper: str) -> bool:
-    """Whether an interval holds the range that a tolerance names."""
-    within = RANGE.fullmatch(tolerance)
-    return within is not None and float(lower) <= float(within[1]) and float(within[2]) <= float(upper)
+def reason_of(value: Verdict, repeats: Verdict | None) -> str:
+    """The reason of both verdicts, once where the interval says the same as the value."""
+    return "; ".join(dict.fromkeys(each.reason for each in (value, repeats) if each))

@@ -12,8 +12,8 @@ from statsmodels.regression.linear_model import RegressionResultsWrapper
 from statsmodels.stats.diagnostic import normal_ad
 
 from millprint.config.doe import AnalysisConfig, DesignConfig
+from millprint.estimate.quantiles import chi_squared_above, f_above, normal_quantile
 from millprint.run.progress import progress
-from millprint.statistics.quantiles import chi_squared_above, f_above, normal_quantile
 from millprint.thesis.doe.factorial_designs import as_designed, treatments
 from millprint.thesis.doe.runs import RUN_ORDER, YIELD, term_columns
 from millprint.thesis.doe.variance import sums_of_squares

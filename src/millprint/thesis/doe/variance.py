@@ -14,7 +14,7 @@ from statsmodels.stats.multitest import multipletests
 
 from millprint.config.doe import AnalysisConfig
 from millprint.config.errors import ConfigError
-from millprint.statistics.quantiles import chi_squared_exceeded, f_exceeded
+from millprint.estimate.quantiles import chi_squared_exceeded, f_exceeded
 from millprint.thesis.doe.factorial_designs import as_designed, interaction_partners, level_codes
 from millprint.thesis.doe.runs import YIELD, level_contrasts, term_columns
 

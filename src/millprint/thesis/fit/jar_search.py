@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from millprint.cases.simulate import simulate_each
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.fit import JarSearch, Stage
@@ -111,7 +112,7 @@ def trial_cases(mill: str, values: pd.DataFrame, settings: JarSearch, stage: Sta
     common |= {name: getattr(settings, name) for name in ("time_step_s", "closure_max", "settle_s")}
     cases = []
     for (diameter, fill, speed), seed in itertools.product(sorted(places), range(stage.seeds)):
-        place = {"ball_diameter_mm": diameter, "fill_ratio": fill, "speed_rpm": speed, "seed": seed}
+        place = {"ball_diameter_m": diameter / 1e3, "fill_ratio": fill, "speed_hz": speed / 60, "seed": seed}
         turns = {"discard_s": settings.discard_revolutions, "window_s": stage.revolutions}
         times = {name: count * 60.0 / speed for name, count in turns.items()}
         cases.append(Case(**common, **place, **times))
@@ -131,8 +132,9 @@ def trial_of(
     def trial(parameters: dict[str, float], stage: Stage) -> pd.DataFrame:
         jar = shaped(mill, parameters)
         cases = trial_cases(mill.name, values, settings, stage)
-        summaries = [simulate(case, jar, contact, dem, title=case.path) for case in cases]
-        return choose_rule(summaries, values, settings.counting_rules, mill.name, settings.contact)
+        runs = {case.path: case.model_dump() for case in cases}
+        summaries = simulate_each(runs, lambda own: simulate(Case(**own), jar, contact, dem), (), "jar")
+        return choose_rule(list(summaries.values()), values, settings.counting_rules, mill.name, settings.contact)
 
     return trial
 

@@ -9,14 +9,15 @@ from markupsafe import Markup
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
+from millprint.estimate.judge import AGREES, DIFFERS, OPEN
 from millprint.figures.style import COLUMN_WIDTH_IN
 from millprint.run.files import read_table
 from millprint.run.html_pages import embed_files, render_page
 from millprint.run.outputs import listed_tables
-from millprint.thesis.claims.conclusions import FALLS, PARTLY, STANDS, UNKNOWN, deviating_everywhere, in_prose
+from millprint.thesis.claims.conclusions import HOLDINGS, HOLDS, deviating_everywhere, in_prose
 from millprint.thesis.claims.evidence import Finding
 from millprint.thesis.claims.tabulate import INTERVAL_PARTS, count_natures, count_verdicts
-from millprint.thesis.claims.tolerances import DEVIATES, ERRATUM, NATURES, NOT_RUN, REPRODUCED
+from millprint.thesis.claims.tolerances import ERRATUM, NATURES
 from millprint.thesis.report.table_pages import FOLDER, Section, section_id, tables_page
 
 RUNTIME_COLUMNS = ["stage", "job", "wall_s", "processor_s", "memory_MB"]
@@ -83,10 +84,9 @@ class ShownVerdict:
 
 
 SHOWN_VERDICTS = {
-    REPRODUCED: ShownVerdict("#009E73", "the value is within the tolerance of the claim"),
-    ERRATUM: ShownVerdict("#56B4E9", "outside the tolerance, and two printed places of the thesis cannot both hold"),
-    DEVIATES: ShownVerdict("#D55E00", "outside the tolerance; the table says by how much and what is known of why"),
-    NOT_RUN: ShownVerdict("#BBBBBB", "this configuration leaves out what the claim needs"),
+    AGREES: ShownVerdict("#009E73", "the value is within the tolerance of the claim"),
+    DIFFERS: ShownVerdict("#D55E00", "outside the tolerance; the table says by how much and what is known of why"),
+    OPEN: ShownVerdict("#BBBBBB", "not run: this configuration leaves out what the claim needs"),
 }
 LARGEST_COUNT = 15
 DEVIATION_COLUMNS = ["id", "locus", "quantity", "published", "unit", "reproduced", "deviation", "explanation"]
@@ -127,8 +127,8 @@ def _bars(counts: pd.DataFrame) -> list[dict]:
 
 
 def largest_deviations(claims: pd.DataFrame, count: int = LARGEST_COUNT) -> pd.DataFrame:
-    """The claims that deviate, words first, then numbers by the size of their deviation [%], largest first."""
-    found = claims[claims["verdict"] == DEVIATES]
+    """The claims whose value differs, without errata: words, then numbers by their deviation [%], largest first."""
+    found = claims[(claims["verdict"] == DIFFERS) & ~claims["reason"].str.startswith(ERRATUM)]
     size = pd.to_numeric(found["deviation"]).abs()
     return found.loc[size.sort_values(ascending=False, na_position="first").index, DEVIATION_COLUMNS].head(count)
 
@@ -182,7 +182,7 @@ def what_falls(claims: pd.DataFrame, conclusions: pd.DataFrame, stored: pd.DataF
         own = [name for name in row.against.split(", ") if name in names]
         if own:
             some = f"Of its {row.claims} claims, these are reproduced nowhere"
-            how = "Nothing of it is reproduced anywhere" if row.stands == FALLS else some
+            how = some if len(own) < row.claims else "Nothing of it is reproduced anywhere"
             told = "; ".join(in_prose(name, claims) for name in own)
             sentences.append(f"{_capital(row.chapter)}: {row.conclusion} {how}: {told}.")
     return sentences
@@ -193,14 +193,14 @@ def front_text(conclusions: pd.DataFrame, falls: list[str]) -> str:
 
     conclusions as judge_conclusions, falls as what_falls.
     """
-    lines = ["**Which conclusions of the thesis stand**", ""]
+    lines = ["**Which conclusions of the thesis hold**", ""]
     for chapter, own in conclusions.groupby("chapter", sort=False):
-        known = own[own["stands"] != UNKNOWN]
-        count = f"{(own['stands'] == STANDS).sum()} of {len(known)} conclusions stand" if len(known) else UNKNOWN
-        lines += [f"- **{_capital(str(chapter))}**: {count}.", ""]
-        for status in (STANDS, PARTLY, FALLS):
-            told = " ".join(own.loc[own["stands"] == status, "conclusion"])
-            lines += [f"  - *{status.capitalize()}*: {_plain(told)}", ""] if told else []
+        groups = {words: own[own[HOLDS] == word] for word, words in HOLDINGS.items() if (own[HOLDS] == word).any()}
+        told = ", ".join(f"{len(group)} {words}" for words, group in groups.items())
+        lines += [f"- **{_capital(str(chapter))}**: of {len(own)} conclusions {told}.", ""]
+        for words, group in groups.items():
+            told = " ".join(f"{row.conclusion.rstrip('.')} ({row.reason})." for row in group.itertuples())
+            lines += [f"  - *{words.capitalize()}*: {_plain(told)}", ""]
     lines += ["**What stands on no machine**", "", *(f"- {_plain(sentence)}\n" for sentence in falls)]
     return "\n".join(lines if falls else lines[:-2]) + "\n"
 
@@ -224,7 +224,7 @@ def summary_page(
     counts = count_verdicts(claims)
     natures = count_verdicts(claims, "nature")
     natures["nature"] = natures["nature"].map(NATURES)
-    deviating = int(counts[DEVIATES].sum())
+    largest = largest_deviations(claims, len(claims))
     linked = [
         Markup("{} ({}).").format(row.calculation.rstrip("."), link_to(row.source, results))
         for row in errata.itertuples()
@@ -232,8 +232,9 @@ def summary_page(
     first = Section(
         "What stands",
         conclusions,
-        "The conclusions of each chapter. One stands if all claims that it rests on are reproduced; open: claims whose "
-        "interval decides nothing; against: those that are not reproduced.",
+        "The conclusions of each chapter. our_number: whether our values agree with what is printed. it_holds: whether "
+        "the conclusion holds, by the intervals: in part if a claim differs and another agrees, and open if a claim is "
+        "open, or was not run. What was fitted or put in does not count there; against: claims that differ.",
         cards=True,
     )
     sections = [
@@ -252,9 +253,9 @@ def summary_page(
         ),
         Section(
             "Largest deviations",
-            largest_deviations(claims),
-            f"{min(deviating, LARGEST_COUNT)} of {deviating} claims that deviate, statements first; deviation in per "
-            "cent of the printed value. The table of all claims has the rest, and the source of each.",
+            largest.head(LARGEST_COUNT),
+            f"{min(len(largest), LARGEST_COUNT)} of {len(largest)} claims that differ, statements first; deviation in "
+            "per cent of the printed value. The table of all claims has the rest, and the source of each.",
             cards=True,
         ),
     ]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from millprint.statistics.quantiles import largest_difference, range_of_single, spread_of
+from millprint.estimate.estimates import largest_difference, range_of_single, spread_of
 from millprint.thesis.surrogate.measures import RUNAWAY
 
 MEASURE = ["test", "measure"]

@@ -184,17 +184,17 @@ def read_scene(run: str | Path) -> Scene:
     attributes = read_attributes(run)
     mill, case, contact = attributes["mill"], attributes["case"], attributes["contact"]
     config = MillConfig(**mill)
-    motion = motion_from_law(config.motion, case["speed_rpm"])
+    motion = motion_from_law(config.motion, case["speed_hz"])
     if motion.turns:
         raise ConfigError(f"{run}: mill {config.name} turns; the surrogate knows vessels that only translate")
     if config.inserts:
         raise ConfigError(f"{run}: mill {config.name} has inserts; the surrogate knows the walls of one vessel")
     vessel = build_vessel(config)
-    radius = case["ball_diameter_mm"] / 2e3
+    radius = case["ball_diameter_m"] / 2
     return Scene(
         ball_radius_m=radius,
         ball_mass_kg=contact["density_kg_m3"] * 4 / 3 * np.pi * radius**3,
-        speed_rpm=case["speed_rpm"],
+        speed_rpm=60 * case["speed_hz"],
         bounds_m=vessel.bounds,
         distance=SignedDistance(vessel),
         wall_position=motion.position,

@@ -13,7 +13,7 @@ import pandas as pd
 from sklearn.model_selection import KFold
 
 from millprint.config.yields import TrainingConfig
-from millprint.statistics.quantiles import normal_below, normal_density, normal_log_density
+from millprint.estimate.quantiles import normal_below, normal_density, normal_log_density
 from millprint.thesis.yields.averaging import LINKS, AveragedModel, Member, to_conversion
 from millprint.thesis.yields.features import describe
 from millprint.thesis.yields.yield_model import YieldModel, fit_model

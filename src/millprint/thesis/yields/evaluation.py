@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.yields import EvaluationConfig, TrainingConfig
-from millprint.statistics.quantiles import student_above
+from millprint.estimate.quantiles import student_above
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import AveragedModel
 from millprint.thesis.yields.distributions import SCORE_COLUMNS

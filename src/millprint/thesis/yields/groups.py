@@ -15,7 +15,7 @@ from sklearn.model_selection import LeaveOneGroupOut
 from millprint.config.mill import MillConfig
 from millprint.config.yields import EvaluationConfig, PredictionConfig
 from millprint.fingerprint.condition import Condition
-from millprint.mill.bodies import CHECK_RPM, build_bodies, travel_m
+from millprint.mill.bodies import build_bodies, travel_m
 from millprint.run.tables import CASE
 from millprint.thesis.curves.regimes import design_cases, reference_condition
 from millprint.thesis.doe.runs import YIELD
@@ -193,7 +193,7 @@ def reference_of_mill(
         speed_hz=reference_speed,
         ball_diameter_m=diameter,
         density_kg_m3=density,
-        amplitude_m=travel_m(build_bodies(mill, CHECK_RPM), CHECK_RPM),
+        amplitude_m=travel_m(build_bodies(mill)),
     )
 
 

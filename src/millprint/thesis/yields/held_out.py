@@ -9,7 +9,7 @@ from sklearn.model_selection import RepeatedKFold, ShuffleSplit
 
 from millprint.config.averaged_process import AveragingConfig
 from millprint.config.yields import HeldOutConfig, TrainingConfig
-from millprint.statistics.quantiles import normal_quantile
+from millprint.estimate.quantiles import normal_quantile
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import fit_averaged
 from millprint.thesis.yields.distributions import (

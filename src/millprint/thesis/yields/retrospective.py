@@ -1,6 +1,6 @@
 """A test of the proposals on the runs that were done: how soon the best of them is found."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pandas as pd
@@ -11,7 +11,7 @@ from sklearn.preprocessing import StandardScaler
 
 from millprint.config.averaged_process import AveragingConfig
 from millprint.config.yields import RetrospectiveConfig
-from millprint.statistics.quantiles import student_quantile
+from millprint.estimate.estimates import mean_of
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import AveragedModel, fit_averaged
 from millprint.thesis.yields.features import TIME, describe
@@ -133,11 +133,13 @@ def search_table(
     return pd.concat(tables, ignore_index=True)
 
 
-def mean_interval(values: np.ndarray, level: float) -> tuple[float, float, float]:
-    """Mean, and the ends of Student's interval; the ends are NaN for one value."""
-    mean, count = float(values.mean()), len(values)
-    half = student_quantile(0.5 + level / 2, count - 1) * values.std(ddof=1) / np.sqrt(count) if count > 1 else np.nan
-    return mean, mean - half, mean + half
+def _columns(values: np.ndarray, level: float, names: Sequence[str]) -> dict[str, float]:
+    """The mean and the ends of Student's interval by column; the ends are NaN for one value."""
+    found = mean_of(values, "-", level)
+    return dict(zip(names, (found.value, *found.ends("repeats")), strict=True))
+
+
+MEAN_RUNS, FEWER = ("mean_runs", "lower", "upper"), ("fewer_than_search", "fewer_lower", "fewer_upper")
 
 
 def summarise_search(
@@ -164,7 +166,7 @@ def summarise_search(
             part = table[table["strategy"] == strategy]
             rows.append(
                 {"target": target, "strategy": strategy}
-                | dict(zip(("mean_runs", "lower", "upper"), mean_interval(found, level), strict=True))
+                | _columns(found, level, MEAN_RUNS)
                 | {"median_runs": part.loc[part["found"] >= 0.5, "runs"].iloc[0], "starts": len(found)}
                 | _against_search(counts[-1][IMPROVEMENT] - found, level, "starts")
             )
@@ -173,23 +175,24 @@ def summarise_search(
         search = np.array([own[IMPROVEMENT].mean() for own in counts])
         rows.append(
             {"target": ALL_TARGETS, "strategy": strategy}
-            | dict(zip(("mean_runs", "lower", "upper"), mean_interval(means, level), strict=True))
+            | _columns(means, level, MEAN_RUNS)
             | {"starts": len(means) * len(counts[0][strategy])}
             | _against_search(search - means, level, "targets")
         )
     summary = pd.DataFrame(rows)
-    summary.loc[summary["strategy"] == IMPROVEMENT, ["fewer_than_search", "fewer_lower", "fewer_upper"]] = np.nan
+    summary.loc[summary["strategy"] == IMPROVEMENT, list(FEWER)] = np.nan
     summary.loc[summary["strategy"] == IMPROVEMENT, "conclusion"] = ""
     return summary
 
 
 def _against_search(fewer: np.ndarray, level: float, over: str) -> dict[str, float | str]:
     """The paired differences, their mean and interval, and what follows in words."""
-    mean, lower, upper = mean_interval(fewer, level)
+    found = _columns(fewer, level, FEWER)
+    _, lower, upper = found.values()
     if lower > 0:
         words = f"needs fewer runs than the search over these {over}"
     elif upper < 0:
         words = f"needs more runs than the search over these {over}"
     else:
         words = f"cannot be told from the search by these {over}"
-    return {"fewer_than_search": mean, "fewer_lower": lower, "fewer_upper": upper, "conclusion": words}
+    return {**found, "conclusion": words}

@@ -10,7 +10,7 @@ from sklearn.model_selection import RepeatedKFold
 
 from millprint.config.search_spaces import Drawn
 from millprint.config.yields import Choices, SearchConfig, TrainingConfig
-from millprint.statistics.quantiles import normal_quantile
+from millprint.estimate.quantiles import normal_quantile
 from millprint.thesis.yields.features import FEATURES, TIME, Standardisation, engineer
 from millprint.thesis.yields.metrics import YieldWeights, weighted_mse
 from millprint.thesis.yields.regressors import PRIMARY, Parameters, regressor

@@ -1,0 +1,1 @@
+"""The simulations of a run: one table of them, what each is made for, and several in one job."""

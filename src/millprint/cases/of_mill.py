@@ -1,0 +1,250 @@
+"""The simulations that are made for one mill: of its sweep, new ones, of a study of its settings, and samples.
+
+The Snakefile asks for them, so nothing that takes long is imported here.
+"""
+
+import math
+from collections.abc import Mapping
+from itertools import chain, count, islice
+from typing import NamedTuple
+
+from millprint.config.conditions import condition, spread
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
+from millprint.config.fingerprint import StudyConfig
+from millprint.config.mill import MillConfig
+from millprint.config.mill_sweep import ConditionSection, MillsConfig, MillSweepConfig
+from millprint.config.sweep import Case, DemConfig, balls_of, mill_of
+from millprint.config.uncertainty import UncertaintyConfig
+from millprint.config.workflow import WorkflowConfig
+from millprint.dem.laws.registry import step_scale
+
+# Defaults of a sweep: at least this time [s].
+DISCARD_S, WINDOW_S = 0.25, 0.8
+# The first seed of the simulations that no fit sees; the seeds of a sweep begin at 0.
+HELD_OUT_SEED = 1000
+# Turns from which a standard error of the powers can be estimated.
+TURNS_WITH_ERROR = 2
+# Factors on the time step (the largest under 1 decides), on Young's modulus, and on the number of facets around the
+# vessel (the smallest over 1 decides) [-].
+FACTORS = {"step_factors": (0.5, 2.0), "modulus_factors": (0.3, 3.0), "facet_factors": (0.5, 2.0)}
+# The largest balance error of a variant: large, so that a coarse variant is compared and not refused.
+CLOSURE_MAX = 0.5
+# As many seeds as a study could need to find some that no other simulation has.
+MOST_SEEDS = 1000
+# A sample fails at this energy balance error over the wall work [-]; the most fill ratios of intervals.
+SAMPLE_CLOSURE_MAX, MOST_FILLS = 0.02, 24
+
+
+def sweep_of(mill: MillConfig) -> MillSweepConfig:
+    """The sweep of a mill, or the one derived from it. Raises ConfigError for a mill with an invalid shape."""
+    if mill.sweep:
+        return mill.sweep
+    # Imported here: slow to import, and few mills need it.
+    from millprint.mill.default_sweep import default_sweep
+
+    return default_sweep(mill)
+
+
+def place_of_sweep(config: WorkflowConfig, name: str, source: str) -> str:
+    """File and section of a mill's sweep, for the beginning of a message about it.
+
+    The sweep of the run's mill may be in the configuration, whose last file is `source`.
+    """
+    return f"{source}: sweep" if config.sweep and name == config.mill else f"config/mills/{name}.yaml: sweep"
+
+
+def conditions_of(sweep: MillSweepConfig) -> list[ConditionSection]:
+    """The conditions of a sweep that has fill ratios only; of lists, the star.
+
+    That is the first speed with every size, and the first size with every speed, each at every fill ratio.
+    """
+    if sweep.conditions:
+        return sweep.conditions
+    speeds, sizes = sweep.speeds, sweep.balls
+    settings = [*((sizes[0], speed) for speed in speeds), *((size, speeds[0]) for size in sizes[1:])]
+    return [condition(*setting, fill) for setting in settings for fill in sweep.fills]
+
+
+def durations_of(
+    speed_hz: float, discard_turns: float | None, window_turns: float | None, recorded: float = 1.0, turns: int = 3
+) -> dict[str, float]:
+    """Time before the averages begin and recorded time of a case [s], in whole turns where they are not given.
+
+    recorded: factor on the recorded time, which is never shortened below TURNS_WITH_ERROR, and is at least `turns`
+    turns where it is not given.
+    """
+    turn_s = 1 / speed_hz
+    discard = discard_turns or math.ceil(DISCARD_S / turn_s)
+    if window_turns:
+        window = max(min(TURNS_WITH_ERROR, window_turns), recorded * window_turns)
+    else:
+        window = max(turns, math.ceil(recorded * WINDOW_S / turn_s))
+    return {"discard_s": discard * turn_s, "window_s": window * turn_s}
+
+
+def seeds_of(sweep: MillSweepConfig, fewest: int) -> list[int]:
+    """The seeds of a sweep, then the smallest others up to `fewest`."""
+    further = (seed for seed in count() if seed not in sweep.seeds)
+    return list(islice(chain(sweep.seeds, further), max(fewest, len(sweep.seeds))))
+
+
+def _case(mill: MillConfig, settings: MillsConfig, sweep: MillSweepConfig, given: ConditionSection, seed: int) -> Case:
+    """A condition of a mill at the precision of `settings`, with step and recorded time of its sweep."""
+    level = settings.level
+    return Case(
+        mill=mill.name, contact=settings.contact_set, **balls_of(given.ball_diameter_mm), fill_ratio=given.fill_ratio,
+        speed_hz=given.hz, seed=seed,
+        rayleigh_fraction=level.step * settings.rayleigh_fraction, settle_s=settings.settle_s,
+        **durations_of(given.hz, sweep.discard_turns, sweep.window_turns, level.recorded, level.turns),
+    )  # fmt: skip
+
+
+def mill_cases(mill: MillConfig, settings: MillsConfig) -> list[Case]:
+    """The cases of a mill's sweep at the precision of `settings`, ball size and speed by fill ratio and seed.
+
+    Raises ConfigError as `sweep_of`.
+    """
+    sweep = sweep_of(mill)
+    seeds = seeds_of(sweep, settings.level.seeds)
+    return [_case(mill, settings, sweep, condition, seed) for condition in conditions_of(sweep) for seed in seeds]
+
+
+def held_out_cases(mill: MillConfig, settings: MillsConfig) -> list[Case]:
+    """Cases of a mill that its fingerprint does not see: `settings.held_out` new conditions, each with a new seed.
+
+    Fill ratio and speed are spread evenly in logarithm over the ranges of the sweep, with any of its balls (the first
+    points of a Sobol sequence); step and recorded time are the sweep's. Raises ConfigError as `sweep_of`.
+    """
+    sweep = sweep_of(mill)
+    places = enumerate(spread(sweep, settings.held_out, HELD_OUT_SEED), start=HELD_OUT_SEED)
+    return [_case(mill, settings, sweep, condition, seed) for seed, condition in places]
+
+
+class Variant(NamedTuple):
+    """Runs that differ from the sweep in one setting: `reference`, `time_step`, `stiffness` or `facets`.
+
+    factor: of the setting, over the sweep's [-]; value: the setting itself, in the unit of its key.
+    """
+
+    setting: str
+    factor: float
+    value: float
+    cases: list[Case]
+
+
+def study_variants(
+    mill: MillConfig,
+    contact: ContactConfig,
+    mills: MillsConfig,
+    dem: DemConfig,
+    study: StudyConfig,
+    taken: Mapping[str, Case],
+) -> list[Variant]:
+    """The reference and its variants at the first speed, the first balls and the middle fill ratio of the sweep.
+
+    taken: cases of other sweeps by path, which run with their own settings; their seeds are not used again. A step
+    over dem.rayleigh_fraction_max and a number of facets that the shape cannot have are left out as well.
+    Raises ConfigError as `sweep_of`.
+    """
+    first = reference_case(mill, mills)
+    changes = [("reference", 1.0, 0.0, {}), *_changes(first, mill, contact, dem, study)]
+    wanted = [first.model_copy(update=changed) for *_, changed in changes]
+
+    def is_free(seed: int) -> bool:
+        cases = [case.model_copy(update={"seed": seed}) for case in wanted]
+        return all(taken.get(case.path, case) == case for case in cases)
+
+    seeds = list(islice(filter(is_free, seeds_of(sweep_of(mill), MOST_SEEDS)), study.seeds))
+    return [
+        Variant(setting, factor, value, [case.model_copy(update={"seed": seed}) for seed in seeds])
+        for (setting, factor, value, _), case in zip(changes, wanted, strict=True)
+    ]
+
+
+def reference_case(mill: MillConfig, mills: MillsConfig) -> Case:
+    """The first case of a mill's sweep, at the middle fill ratio; of an even number of them the lower one."""
+    sweep = sweep_of(mill)
+    fills = sorted(sweep.fills)
+    middle = fills[(len(fills) - 1) // 2]
+    return next(case for case in mill_cases(mill, mills) if case.fill_ratio == middle)
+
+
+def _changes(
+    case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig, study: StudyConfig
+) -> list[tuple[str, float, float, dict[str, float]]]:
+    """Setting, factor and value of each variant, and the keys of the case that it changes."""
+    stiffness = contact.young_modulus_gpa or 0.0
+    scale = step_scale(contact, min(case.sizes_m) / 2)
+    fraction = case.rayleigh_fraction or 0.0
+    loose = {"closure_max": CLOSURE_MAX}
+    changes: list[tuple[str, float, float, dict[str, float]]] = []
+    for factor in FACTORS["step_factors"]:
+        if factor * fraction <= dem.rayleigh_fraction_max:
+            # Few digits, for the name of the case.
+            step = float(f"{factor * fraction * scale:.4g}")
+            changes.append(("time_step", factor, step, loose | {"time_step_s": step}))
+    # A law without this modulus has no such variant.
+    for factor in FACTORS["modulus_factors"] if stiffness else []:
+        # Each modulus has its own stable step, the same fraction of its scale.
+        modulus = float(f"{factor * stiffness:.6g}")
+        changes.append(("stiffness", factor, modulus, loose | {"young_modulus_gpa": modulus}))
+    own = facets_of(mill)
+    for factor in FACTORS["facet_factors"] if own else []:
+        facets = round(factor * own)
+        try:
+            mill_of(case.model_copy(update={"facets": facets}), mill)
+        except ConfigError:
+            continue
+        if facets != own:
+            changes.append(("facets", factor, facets, {"facets": facets}))
+    return changes
+
+
+def facets_of(mill: MillConfig) -> int:
+    """The number of flat facets around a vessel; 0 for one that is not round, or comes from a file."""
+    key = mill.geometry.facets_key
+    return getattr(mill.geometry, key) if key else 0
+
+
+def varied_case(mill: MillConfig, settings: MillsConfig, uncertainty: UncertaintyConfig) -> Case:
+    """The case that is varied: the first ball size and the first speed of the mill's sweep.
+
+    It has a separate time step and, because only its samples are compared, a recorded time without the turns that the
+    precision of a sweep asks for.
+    """
+    first, sweep = mill_cases(mill, settings)[0], sweep_of(mill)
+    own = {"rayleigh_fraction": uncertainty.rayleigh_fraction, "closure_max": SAMPLE_CLOSURE_MAX}
+    return first.model_copy(update={**own, **durations_of(first.speed_hz, sweep.discard_turns, sweep.window_turns)})
+
+
+def fill_ratios_of(mill: MillConfig, uncertainty: UncertaintyConfig) -> list[float]:
+    """The fill ratios at which intervals are given, from the section or from the mill's sweep, MOST_FILLS at most."""
+    fills = sorted(sweep_of(mill).fills)
+    return uncertainty.fill_ratios or [*fills[:: -(-len(fills) // MOST_FILLS)][:-1], fills[-1]]
+
+
+def mean_samples(mill: MillConfig, settings: MillsConfig, uncertainty: UncertaintyConfig) -> list[Case]:
+    """A case of mean size and stiffness for each sample of a job; the samples spread evenly between the ends."""
+    fills, (softest, stiffest) = fill_ratios_of(mill, uncertainty), uncertainty.parameters.young_modulus_gpa.given_range
+    change = {"fill_ratio": (min(fills) + max(fills)) / 2}
+    if softest is not None and stiffest is not None:
+        change["young_modulus_gpa"] = (softest + stiffest) / 2
+    mean = varied_case(mill, settings, uncertainty).model_copy(update=change)
+    return [mean] * -(-uncertainty.samples // uncertainty.jobs)
+
+
+def uncertainty_cases(config: WorkflowConfig, mills: dict[str, MillConfig]) -> list[Case]:
+    """The smallest and the largest charge of each mill in the section, with the stiffest balls, which take longest."""
+    settings = config.uncertainty
+    if not settings.mills:
+        return []
+
+    _, stiffest = settings.parameters.young_modulus_gpa.given_range
+    found = []
+    for name in settings.mills:
+        case = varied_case(mills[name], config.mills, settings)
+        fills = fill_ratios_of(mills[name], settings)
+        change = {"young_modulus_gpa": stiffest}
+        found += [case.model_copy(update={"fill_ratio": fill, **change}) for fill in (fills[0], fills[-1])]
+    return found

@@ -1,0 +1,1 @@
+"""Numbers with their intervals, and verdicts on them; it knows nothing of mills."""

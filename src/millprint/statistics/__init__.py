@@ -1,1 +1,0 @@
-"""Quantiles and intervals."""

@@ -1,0 +1,10 @@
+"""How tests name the verdict on a claim by its value."""
+
+from millprint.thesis.claims.evidence import Finding
+from millprint.thesis.claims.tolerances import ERRATUM, judge_value
+
+
+def word_of(published: str, tolerance: str, finding: Finding) -> str:
+    """The verdict, or `erratum` for one of these."""
+    found = judge_value(published, tolerance, finding)
+    return ERRATUM if found.reason == ERRATUM else found.word
