@@ -4,6 +4,7 @@ A mantle, a cylinder or cone about z, has a hole where a prism along a direction
 from there to a flat lid: outwards to that of a port, or inwards to the top of a boss.
 """
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -89,9 +90,9 @@ class Ported(NamedTuple):
         )
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Distances (n,) of points (n, 3) in the hollow from its wall: the nearest foot on a piece, or place on an edge.
+        """Distances (n,) of points (n, 3) in the hollow from its wall.
 
-        Edges are taken as 40,000 chords each.
+        That is the nearest foot on a piece, or place on an edge. Edges are taken as 40,000 chords each.
         """
         local = (points - self.at) @ self.frame.T
         r = np.hypot(points[:, 0], points[:, 1])
@@ -143,7 +144,7 @@ def _angle(points: np.ndarray) -> np.ndarray:
 
 
 def triangles(part: Ported, around: int, along: int) -> np.ndarray:
-    """Corners (t, 3, 3) of a mesh, normals out of the hollow: `around` columns of the mantle, `along` steps of the port."""
+    """Corners (t, 3, 3) of a mesh, normals out: `around` columns of the mantle, `along` steps of the port."""
     columns = np.linspace(-np.pi, np.pi, around + 1)
     share = np.arange(along) / along
     angles = _angle(part.edge(share))
@@ -162,7 +163,7 @@ def triangles(part: Ported, around: int, along: int) -> np.ndarray:
     flat[:, 0] = np.where(near.min(axis=1) < 1e-9, columns[near.argmin(axis=1)], flat[:, 0])
     hole = shapely.Polygon(flat)
     corners = []
-    for low, high in zip(columns[:-1], columns[1:], strict=True):
+    for low, high in pairwise(columns):
         strip = shapely.box(low, 0, high, part.height).difference(hole)
         corners.append(shapely.get_coordinates(shapely.constrained_delaunay_triangles(strip)).reshape(-1, 4, 2)[:, :3])
     flats = np.concatenate(corners)

@@ -370,6 +370,17 @@ def bowed_side(flat: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray | 
 
 
 @array_maker()
+def crease_feet(creases: np.ndarray, k: int, points: np.ndarray) -> np.ndarray:
+    """The places (n, 3) of piece k that are nearest to points (n, 3), its middle where none is."""
+    feet = np.empty((len(points), 3))
+    for p in range(len(points)):
+        foot, _ = crease_place(creases[k], crease_nearest(creases, k, row(points, p))[1])
+        for c in range(3):
+            feet[p, c] = foot[c]
+    return feet
+
+
+@array_maker()
 def _places_on(curves: np.ndarray, frame: np.ndarray, points: np.ndarray) -> np.ndarray:
     places = np.empty((len(points), 2))
     for p in range(len(points)):
