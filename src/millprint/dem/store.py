@@ -15,6 +15,7 @@ from millprint.dem.layout import OCCUPANCY, SNAPSHOT, SNAPSHOT_TOTAL
 from millprint.dem.recording import Recording
 from millprint.dem.resources import COLLISION_ROWS_MAX
 from millprint.dem.simulation import Simulation
+from millprint.mill.creases import crease_rows
 from millprint.mill.curved_surfaces import curve_rows
 from millprint.mill.kernel_columns import span_of
 from millprint.mill.pose import POSE
@@ -109,6 +110,8 @@ def put_geometry(group: h5py.Group, vessel: Vessel) -> None:
     put(group, "edge_m", np.reshape([(edge.start, edge.end) for edge in features.lines], (-1, 2, 3)))
     put(group, "curves", curve_rows(vessel.curves))
     put(group, "rims", rim_rows(features.rims))
+    if features.creases:
+        put(group, "creases", crease_rows(features.creases))
     put(group, "corner_m", np.reshape([corner.point for corner in features.corners], (-1, 3)))
 
 

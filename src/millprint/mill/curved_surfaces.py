@@ -140,7 +140,8 @@ class Curve:
     are on the side of the axis, or of the tube's middle; part: unit vectors (3,) across the axis between which the
     surface lies, less than a turn from the first to the second; arc: unit vectors (out, up) likewise for the tube;
     ends: of a cone along its line, from the circle at the origin [m]; slope: angle between that line and the axis
-    [rad], positive where the radius grows along the axis; 0 for a cylinder; slack [m], see borders.Borders.
+    [rad], positive where the radius grows along the axis; 0 for a cylinder; slack [m], see borders.Borders; is_trimmed:
+    whether it is a whole surface that ends at the border of its facets (mill.creases), not at parts, arcs and ends.
     """
 
     origin: np.ndarray
@@ -153,6 +154,7 @@ class Curve:
     ends: tuple[float, float] = (-math.inf, math.inf)
     slope: float = 0.0
     slack: float = 0.0
+    is_trimmed: bool = False
 
     @property
     def kind(self) -> str:

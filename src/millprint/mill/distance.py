@@ -7,11 +7,20 @@ from typing import NamedTuple
 import numpy as np
 
 from millprint.mill.borders import SAME, borders_of
+from millprint.mill.creases import (
+    CREASE,
+    Trims,
+    beyond_trim,
+    crease_nearest,
+    crease_place,
+    crease_rows,
+    crease_vector,
+)
 from millprint.mill.curved_surfaces import CURVE, curve_rows, curve_touch
 from millprint.mill.rims import Rim, rim_distance, rim_rows
 from millprint.mill.vectors import add_scaled, dot, row, scale, subtract
 from millprint.mill.vessel import Vessel, cross
-from millprint.mill.wall_arrays import facet_sides
+from millprint.mill.wall_arrays import all_sides
 from millprint.mill.walls import beyond_side
 from millprint.run.kernel import array_maker, inlined, inner
 
@@ -46,8 +55,11 @@ class Surface(NamedTuple):
     curves: np.ndarray  # (curves, width) curved_surfaces.CurveColumns
     first_piece: np.ndarray  # (curves + 1,) facets of each curve, where it does not cover all between its borders
     piece: np.ndarray
+    trims: Trims
     rims: np.ndarray  # (rims, width) rims.RimColumns, all in which walls meet at an angle
     rim_normal: np.ndarray  # (rims, 2) sum of both walls' normals, (out, up)
+    creases: np.ndarray  # (creases, rows, degree + 1) creases.CreaseRows, all of them
+    crease_side: np.ndarray  # (creases,) -1 where the wall juts out, 1 in a seam
 
 
 def _surface(vessel: Vessel) -> Surface:
@@ -67,10 +79,12 @@ def _surface(vessel: Vessel) -> Surface:
     first, second = vessel.edge_arrays.facets[edge].T
     side_is_drawn = borders.is_drawn[edge]
     corner_is_drawn = (np.bincount(corner, ~side_is_drawn) == 0)[corner]
-    counts, outline = facet_sides(vessel)
+    first_outline, outline, trims = all_sides([vessel])
     curve = vessel.facet_curves
     has_edge = np.bincount(owner, ~(side_is_drawn & corner_is_drawn)) > 0
-    pieces = [np.flatnonzero((curve == k) & is_open(vessel, k)) for k in range(len(vessel.curves))]
+    pieces = [
+        np.flatnonzero((curve == k) & (k not in borders.trims) & is_open(vessel, k)) for k in range(len(vessel.curves))
+    ]
     listed = np.flatnonzero((curve < 0) | has_edge)
     slack = borders.slack + SAME * vessel.size
     listed = listed[np.argsort(_places(vessel.outlines.middles[listed]), kind="stable")]
@@ -83,7 +97,7 @@ def _surface(vessel: Vessel) -> Surface:
     )
     return Surface(
         listed=listed,
-        box=box + slack.max() * np.array([[-1], [1]]),
+        box=box + (slack.max() + vessel.sagitta) * np.array([[-1], [1]]),
         normal=vessel.normals,
         offset=vessel.offsets,
         axes=vessel.axes,
@@ -95,7 +109,7 @@ def _surface(vessel: Vessel) -> Surface:
         side_is_drawn=side_is_drawn,
         corner_normal=corner_normal[corner],
         corner_is_drawn=corner_is_drawn,
-        first_outline=np.concatenate([[0], np.cumsum(counts)]),
+        first_outline=first_outline,
         outline=outline,
         slack=slack,
         near=SAME * vessel.size,
@@ -103,8 +117,11 @@ def _surface(vessel: Vessel) -> Surface:
         curves=curve_rows(vessel.curves),
         first_piece=np.cumsum([0, *map(len, pieces)]),
         piece=np.concatenate([np.empty(0), *pieces]).astype(np.int64),
+        trims=trims,
         rims=rim_rows(borders.rims),
         rim_normal=np.array([_normals(rim) for rim in borders.rims]).reshape(-1, 2),
+        creases=crease_rows(tuple(borders.creases.values())),
+        crease_side=np.array([-np.sign(crease.turn) for crease in borders.creases.values()]),
     )
 
 
@@ -174,6 +191,8 @@ def _is_there(surface, curve, foot, direction):
     One of the facets that the curve is drawn by is there. Over the joint of two the foot may be beyond both, by less
     than it is above them.
     """
+    if surface.trims.first[curve] < surface.trims.first[curve + 1]:
+        return beyond_trim(surface.curves, surface.trims, curve, foot) <= surface.near
     if surface.first_piece[curve] == surface.first_piece[curve + 1]:
         return True
     for at in range(surface.first_piece[curve], surface.first_piece[curve + 1]):
@@ -181,7 +200,10 @@ def _is_there(surface, curve, foot, direction):
         if dot(row(surface.normal, facet), direction) < 0.5:
             continue
         above = abs(dot(row(surface.normal, facet), foot) - surface.offset[facet])
-        if beyond_side(surface.axes, surface.first_outline, surface.outline, facet, foot) <= above + 1e-12:
+        if (
+            beyond_side(surface.axes, surface.first_outline, surface.outline, surface.trims.bow, facet, foot)
+            <= above + 1e-12
+        ):
             return True
     return False
 
@@ -211,7 +233,8 @@ def _nearest_in_block(surface, block, point, best, away, sign, nearest):
             continue
         if (
             not is_drawing
-            and beyond_side(surface.axes, surface.first_outline, surface.outline, facet, point) <= surface.slack[facet]
+            and beyond_side(surface.axes, surface.first_outline, surface.outline, surface.trims.bow, facet, point)
+            <= surface.slack[facet]
         ):
             squared = height * height
             # On the wall itself, the direction is that of its normal.
@@ -255,6 +278,16 @@ def distance_at(surface, point):
             best = distance * distance
             away = scale(distance, direction)
             sign = -1.0 if out * surface.rim_normal[rim, 0] + up * surface.rim_normal[rim, 1] > 0.0 else 1.0
+    for crease in range(surface.creases.shape[0]):
+        is_on, x = crease_nearest(surface.creases, crease, point)
+        if is_on:
+            offset = subtract(point, crease_place(surface.creases[crease], x)[0])
+            squared = dot(offset, offset)
+            if squared < best:
+                best, away = squared, offset
+                one = crease_vector(surface.creases[crease], CREASE.inward, x)
+                outward = dot(offset, one) + dot(offset, crease_vector(surface.creases[crease], CREASE.other, x))
+                sign = -1.0 if surface.crease_side[crease] * outward > 0.0 else 1.0
     size = np.sqrt(dot(away, away))
     return sign * np.sqrt(best), (sign * away[0] / size, sign * away[1] / size, sign * away[2] / size)
 

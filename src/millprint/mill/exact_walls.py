@@ -4,8 +4,11 @@ import math
 from dataclasses import replace
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
-from millprint.mill.borders import borders_of, rough_facets
+from millprint.mill.borders import borders_of, must_be_trimmed, rough_facets
+from millprint.mill.creases import endless
 from millprint.mill.curved_surfaces import CLOSEST, Curve
 from millprint.mill.turned_shapes import LARGEST_TURN, LOOSE, Drawing, Line, Swept
 from millprint.mill.vessel import Outlines, Ragged, Vessel
@@ -176,6 +179,8 @@ def _level_planes(vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, tol
 
 def _trimmed(curve: Curve, points: np.ndarray) -> Curve:
     """A curve between borders that vertices (n, 3) on it draw."""
+    if curve.is_trimmed:
+        return curve
     away = points - curve.origin
     up = away @ curve.axis
     out = np.linalg.norm(away - np.outer(up, curve.axis), axis=1)
@@ -207,6 +212,23 @@ def _trimmed(curve: Curve, points: np.ndarray) -> Curve:
             high = pole[1] if abs(curve.arc[1][0]) < 1e-9 else high
         changes["arc"] = (math.cos(low), math.sin(low)), (math.cos(high), math.sin(high))
     return Curve(**{**curve.__dict__, **changes})
+
+
+def _made_whole(vessel: Vessel, free: list[int], curves: list[Curve], on_curve: np.ndarray) -> np.ndarray:
+    """Let curves of a vessel be whole surfaces that end at their facets; returns on_curve with their parts joined."""
+    given = np.empty(len(on_curve), dtype=np.int64)
+    given[vessel.placed_from] = vessel.facet_curves
+    pairs = vessel.facet_curves[vessel.edge_arrays.facets]
+    joined = [a != b and min(a, b) >= 0 and vessel.curves[a].is_part_of(vessel.curves[b]) for a, b in pairs.tolist()]
+    count = len(vessel.curves)
+    _, group = connected_components(coo_array((np.ones(sum(joined)), pairs[joined].T), (count, count)), directed=False)
+    on_curve = on_curve.copy()
+    for each in np.unique(group[free]).tolist():
+        own = np.isin(given, np.flatnonzero(group == each))
+        number = int(on_curve[own].min())
+        curves[number] = replace(endless(curves[number]), is_trimmed=True)
+        on_curve[own] = number
+    return on_curve
 
 
 def whole_patches(
@@ -243,6 +265,9 @@ def whole_patches(
         facets = Outlines(moved[vessel.corners], vessel.outlines.loops, vessel.outlines.facets)
         exact = Vessel(facets, vessel.name, vessel.solid, vessel.smooth_axis, trimmed, on_curve, tuple(report))
         borders = borders_of(exact)
+        if free := must_be_trimmed(exact, borders):
+            on_curve = _made_whole(exact, free, curves, on_curve)
+            continue
         rough = rough_facets(exact, borders)
         if not rough:
             return exact

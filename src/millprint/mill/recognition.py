@@ -11,7 +11,7 @@ facets, and not in a line or circle, a ball would meet a step there, so that the
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from millprint.mill.turned_shapes import (
     circles_through,
 )
 from millprint.mill.vessel import Ragged, Vessel, cross, lengths, plane_axes
+from millprint.mill.wall_words import round_facets
 
 # Four points may lie on one circle by chance of symmetry; this number of steps around or across does not.
 FEWEST_STEPS = 5
@@ -208,7 +209,8 @@ class _HalfPlane:
         """How many different places the vertices at each seam (s,) have; and a number for these.
 
         None where a facet is taken or does not face the axis, where all places are one, or where more than two are on
-        no circle. Seams between the same rings have one number.
+        no circle. Two where they are on a line that is longer than an arc may be that looks straight: a mantle with a
+        port has vertices at many heights. Seams between the same rings have one number.
         """
         counts, names = np.zeros(len(drawing.seams), dtype=np.int64), np.zeros(len(drawing.seams), dtype=np.int64)
         apart = 4 * drawing.tolerance
@@ -233,6 +235,12 @@ class _HalfPlane:
             off = np.abs(np.hypot(r - middle_r, z - middle_z) - radius).max(axis=0)
             number = is_new.sum(axis=0)
             is_one = np.maximum(np.ptp(r, axis=0), np.ptp(z, axis=0)) < self.near
+            extent = np.hypot(np.ptp(r, axis=0), np.ptp(z, axis=0))
+            along = np.array([r - r.mean(axis=0), z - z.mean(axis=0)])
+            a, b, c = (along[0] ** 2).sum(axis=0), (along[0] * along[1]).sum(axis=0), (along[1] ** 2).sum(axis=0)
+            is_line = np.sqrt(np.maximum(a + c - np.hypot(a - c, 2 * b), 0) / 2) <= drawing.tolerance
+            is_line &= extent > math.sqrt(8 * drawing.vessel.size * drawing.tolerance)
+            number = np.where(is_line, np.minimum(number, 2), number)
             counts[seams] = np.where(~is_one & ((number < 3) | (off <= 2 * drawing.tolerance)), number, 0)
             row, column = (np.round(each / apart).astype(np.int64) for each in (r, z))
             names[seams] = (((row * PRIMES[0]) ^ (column * PRIMES[1])) * is_new).sum(axis=0)
@@ -299,6 +307,10 @@ def _is_enough(drawing: Drawing, swept: Swept) -> bool:
     if isinstance(swept.shape, Line):
         # A plane across the axis is flat by itself.
         return around > FEWEST_STEPS and abs(math.cos(swept.shape.angle)) > 1e-4
+    # A mantle with a port has vertices at many heights, which are also on an arc of a huge radius.
+    flat = swept.axis.meridian(drawing.points(swept.facets))
+    if np.abs(Line.through(flat).off(flat)).max() <= drawing.tolerance:
+        return False
     # Three columns of a wall that is bent both ways seem to turn about an axis across it too, and one row of facets
     # about any axis that is slanted.
     return across > FEWEST_STEPS and around > FEWEST_STEPS and len(swept.facets) >= FEWEST_STEPS**2
@@ -604,6 +616,57 @@ def _on_band(drawing: Drawing, first: np.ndarray, second: np.ndarray, third: np.
     return holds
 
 
+def _fits(points: np.ndarray, normals: np.ndarray) -> Iterator[tuple[str, Callable[[np.ndarray], np.ndarray]]]:
+    """Words for a sphere and a cylinder or cone near points (n, 3) and normals (f, 3), and what points are off them.
+
+    A cone's axis is across the differences of its normals. About it |p - c|^2 is a square of the height h, so that the
+    middle c follows from |p|^2 = 2 c . p + q0 + q1 h + q2 h^2 by linear least squares.
+    """
+    middle, radius = _sphere(points)
+    yield f"a sphere of {radius * 1e3:.4g} mm", lambda p: np.linalg.norm(p - middle, axis=1) - radius
+    _, _, across = np.linalg.svd(normals - normals.mean(axis=0), full_matrices=False)
+    axis = Axis(points.mean(axis=0), across[-1])
+    flat = (points - axis.origin) @ np.array([axis.u, axis.v, axis.along]).T
+    columns = np.column_stack([2 * flat[:, :2], np.ones(len(flat)), flat[:, 2], flat[:, 2] ** 2])
+    c, *_ = np.linalg.lstsq(columns, (flat[:, :2] ** 2).sum(axis=1), rcond=None)
+    axis = Axis(axis.origin + c[0] * axis.u + c[1] * axis.v, axis.along)
+    line = Line.through(axis.meridian(points))
+    r = axis.meridian(points)[:, 0]
+    words = f"a cylinder of {r.mean() * 1e3:.4g} mm"
+    if abs(line.angle) * np.ptp(flat[:, 2]) > NEARLY * r.mean():
+        words = f"a cone of {r.min() * 1e3:.4g} to {r.max() * 1e3:.4g} mm"
+    yield words, lambda p: line.off(axis.meridian(p))
+
+
+def nearly_found(drawing: Drawing, facets: np.ndarray) -> str | None:
+    """What some facets nearly draw, and how far off it they are; None where that is not near.
+
+    The small ones may be of a rounding beside it, and those that are far off may be what is wrong with it.
+    """
+    areas = drawing.vessel.areas[facets]
+    best = None
+    for number in range(2):
+        own = facets[areas > 0.25 * areas.max()]
+        for _ in range(4):
+            words, off = list(_fits(drawing.points(own), drawing.normals[own]))[number]
+            far = np.abs(off(drawing.vessel.vertices))[drawing.flat]
+            worst = np.maximum.reduceat(far, drawing.corners.first)[facets]
+            limit = max(drawing.tolerance, 3 * float(np.median(worst[np.isin(facets, own)])))
+            own = facets[worst <= limit]
+        near = worst[areas > 0.25 * areas.max()]
+        # Two rings are on a sphere too.
+        if best is None or np.median(near) < 2 * np.median(best[1]):
+            best = words, near
+    assert best is not None
+    words, near = best
+    if near.max() > NEARLY * drawing.vessel.size:
+        return None
+    return (
+        f"{words} would fit {(near <= drawing.tolerance).sum()} of {len(near)} facets; vertices are up to "
+        f"{near.max() * 1e3:.2g} mm off, the file's rounding allows {drawing.tolerance * 1e3:.2g} mm"
+    )
+
+
 def recognise(vessel: Vessel, rounding: float) -> Vessel:
     """A vessel of flat facets with the exact surfaces that they draw; rounding: of the file's coordinates [m]."""
     drawing = Drawing(vessel, rounding)
@@ -615,4 +678,8 @@ def recognise(vessel: Vessel, rounding: float) -> Vessel:
         for curve, facets in curves_of(drawing, swept):
             on_curve[facets] = len(curves)
             curves.append(curve)
-    return whole_patches(vessel, curves, on_curve, planes, drawing.tolerance)
+    exact = whole_patches(vessel, curves, on_curve, planes, drawing.tolerance)
+    size = round_facets(exact)
+    if not exact.report and size.any():
+        exact.report = tuple(filter(None, [nearly_found(drawing, exact.placed_from[size == size.max()])]))
+    return exact

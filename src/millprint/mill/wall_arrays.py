@@ -7,13 +7,14 @@ from functools import lru_cache
 import numpy as np
 
 from millprint.mill.borders import borders_of, outline_sides
+from millprint.mill.creases import DEGREE, SIDE, TRIM, Trims, bowed_side, crease_rows, joined_trims
 from millprint.mill.curved_surfaces import CURVE, curve_rows
 from millprint.mill.kernel_columns import width_of
 from millprint.mill.rims import rim_rows
 from millprint.mill.vectors import add_scaled, row
 from millprint.mill.vessel import Ragged, Vessel, lengths
 from millprint.mill.wall_features import features_of
-from millprint.mill.walls import SIDE, SURFACE, Walls, closeness_of
+from millprint.mill.walls import SURFACE, Walls, closeness_of
 from millprint.run.kernel import array_maker, inlined, inner
 
 # The most cells of the grids, of 8 bytes each: where they would be more, as in a vessel of 20 L with balls of 5 mm,
@@ -22,21 +23,25 @@ CELLS_MAX = 1 << 24
 
 
 @lru_cache(maxsize=64)
-def facet_sides(vessel: Vessel) -> tuple[np.ndarray, np.ndarray]:
-    """Number of sides of each facet (f,), and the sides (s, width) in the facets' own axes (walls.SideColumns)."""
+def facet_sides(vessel: Vessel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Number of sides of each facet (f,), the sides (s, width) in the facets' own axes (creases.SideColumns), and bows.
+
+    Further: the polynomials (n, DEGREE + 1) of sides that bow, of which these have the rows.
+    """
     loops, facets = vessel.outlines.loops, vessel.outlines.facets
     flat = np.empty((len(vessel.corners), 2))
     for own, rows in loops.stacks():
         flat[rows] = vessel.outlines.points[rows] @ vessel.axes[facets.owner[own]].transpose(0, 2, 1)
     has_arc = np.zeros(len(vessel.edge_arrays.turn), dtype=bool)
-    has_arc[list(borders_of(vessel).arcs)] = True
+    has_arc[[*borders_of(vessel).arcs, *borders_of(vessel).creases]] = True
     is_round = np.logical_or.reduceat(has_arc[vessel.edge_of_side], loops.first)
     is_round &= vessel.facet_curves[facets.owner] < 0
     counts, arcs = loops.counts.copy(), {}
+    bows: list[np.ndarray] = []
     for loop in np.flatnonzero(is_round).tolist():
         facet = int(facets.owner[loop])
         along = slice(loops.first[loop], loops.first[loop] + loops.counts[loop])
-        arcs[loop] = _round_sides(vessel, facet, loop - int(facets.first[facet]), flat[along])
+        arcs[loop] = _round_sides(vessel, facet, loop - int(facets.first[facet]), flat[along], bows)
         counts[loop] = len(arcs[loop])
     found = Ragged(counts)
     sides = np.zeros((len(found.owner), width_of(SIDE)))
@@ -45,7 +50,22 @@ def facet_sides(vessel: Vessel) -> tuple[np.ndarray, np.ndarray]:
     sides[found.rows(straight), : SIDE.centre_u] = _straight_sides(starts, ends)
     for loop, own in arcs.items():
         sides[found.first[loop] : found.first[loop] + len(own)] = own
-    return np.add.reduceat(counts, facets.first), sides
+    return np.add.reduceat(counts, facets.first), sides, np.array(bows).reshape(-1, DEGREE + 1)
+
+
+def all_sides(bodies: Sequence[Vessel]) -> tuple[np.ndarray, np.ndarray, Trims]:
+    """Walls.first_side, side and trims."""
+    counts, parts = [], []
+    for body in bodies:
+        count, sides, bows = facet_sides(body)
+        counts.append(count)
+        parts.append(Trims(np.array([0, len(sides)]), sides, bows, np.empty((0, width_of(TRIM)))))
+    nothing = Trims(np.zeros(2, dtype=np.int64), parts[0].side[:0], parts[0].bow[:0], np.zeros((1, width_of(TRIM))))
+    parts += [borders_of(body).trims.get(number, nothing) for body in bodies for number in range(len(body.curves))]
+    joined, flat = joined_trims(parts), len(bodies)
+    of_facets = joined.first[flat]
+    trims = joined._replace(first=joined.first[flat:] - of_facets, side=joined.side[of_facets:])
+    return np.cumsum([0, *np.concatenate(counts)]), joined.side[:of_facets], trims
 
 
 def _straight_sides(starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
@@ -54,8 +74,11 @@ def _straight_sides(starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
     return np.hstack([starts, (ends - starts) / length, length, ends])
 
 
-def _round_sides(vessel: Vessel, facet: int, loop: int, flat: np.ndarray) -> np.ndarray:
-    """The sides (n, width) of an outline with arcs, whose vertices are at (k, 2) in the facet's own axes [m]."""
+def _round_sides(vessel: Vessel, facet: int, loop: int, flat: np.ndarray, bows: list[np.ndarray]) -> np.ndarray:
+    """The sides (n, width) of an outline with arcs, whose vertices are at (k, 2) in the facet's own axes [m].
+
+    bows: takes the polynomials of those sides that bow.
+    """
     outline, axes = outline_sides(vessel, facet, loop), vessel.axes[facet].T
     rows = np.zeros((len(outline), width_of(SIDE)))
     rows[:, : SIDE.centre_u] = _straight_sides(flat[[side.begin for side in outline]], flat[[s.end for s in outline]])
@@ -66,6 +89,13 @@ def _round_sides(vessel: Vessel, facet: int, loop: int, flat: np.ndarray) -> np.
             # The chord of an arc of less than half a turn has its middle on the left where that turns left.
             begin, end = row_of[[SIDE.start_u, SIDE.start_v]] - middle, row_of[[SIDE.end_u, SIDE.end_v]] - middle
             row_of[SIDE.sense] = np.sign(begin[0] * end[1] - begin[1] * end[0])
+        elif side.crease:
+            points = side.crease.points @ axes
+            near = np.abs(points[[0, -1]] - flat[side.begin]).sum(axis=1)
+            made = bowed_side(points if near[0] < near[1] else points[::-1], vessel.size)
+            if made and made[1] is not None:
+                row_of[SIDE.radius], row_of[SIDE.centre_u] = -1.0, len(bows)
+                bows.append(made[1])
     return rows
 
 
@@ -95,16 +125,16 @@ def _grids(bodies: Sequence[Vessel], reach_out: float, pitch: float) -> tuple[np
 
 
 def _counts(body: Vessel) -> list[int]:
-    """Numbers of facets, lines, corners, curves and rims."""
-    features = features_of(body)
-    return [len(each) for each in (body.normals, features.lines, features.corners, body.curves, features.rims)]
+    """Numbers of facets, lines, corners, curves, rims and creases."""
+    own = features_of(body)
+    return [len(each) for each in (body.normals, own.lines, own.corners, body.curves, own.rims, own.creases)]
 
 
 def _joined(bodies: Sequence[Vessel], of_bodies: Sequence[np.ndarray]) -> np.ndarray:
     """What belongs to the features of each body, in the order of the walls' features: those of one kind together."""
     cuts = [np.cumsum([0, *_counts(body)]).tolist() for body in bodies]
     own = list(zip(of_bodies, cuts, strict=True))
-    return np.concatenate([values[cut[kind] : cut[kind + 1]] for kind in range(5) for values, cut in own])
+    return np.concatenate([values[cut[kind] : cut[kind + 1]] for kind in range(6) for values, cut in own])
 
 
 def _surfaces(bodies: Sequence[Vessel], features: int) -> np.ndarray:
@@ -154,7 +184,9 @@ def _boxes(body: Vessel) -> np.ndarray:
         axis=1,
     )
     rims = np.array([(rim.centre - rim.radius, rim.centre + rim.radius) for rim in found.rims]).reshape(-1, 2, 3)
-    return np.concatenate([boxes, rims])
+    chords = np.array([crease.points for crease in found.creases]).reshape(-1, DEGREE + 3, 3)
+    creases = np.stack([chords.min(axis=1), chords.max(axis=1)], axis=1)
+    return np.concatenate([boxes, rims, creases])
 
 
 def build_walls(bodies: Sequence[Vessel], radius: float, margin: float, pitch: float) -> Walls:
@@ -171,8 +203,7 @@ def build_walls(bodies: Sequence[Vessel], radius: float, margin: float, pitch: f
 
 @lru_cache(maxsize=2)
 def _build_walls(bodies: tuple[Vessel, ...], radius: float, margin: float, pitch: float) -> Walls:
-    counts, sides = zip(*(facet_sides(body) for body in bodies), strict=True)
-    side, first_side = np.concatenate(sides), np.cumsum([0, *np.concatenate(counts)])
+    first_side, side, trims = all_sides(bodies)
     corners = [corner for body in bodies for corner in features_of(body).corners]
     origin, shape, grid_first = _grids(bodies, radius + margin, pitch)
     body_numbers = _joined(bodies, [np.full(sum(_counts(body)), number) for number, body in enumerate(bodies)])
@@ -193,6 +224,8 @@ def _build_walls(bodies: tuple[Vessel, ...], radius: float, margin: float, pitch
         surface=_surfaces(bodies, len(body_numbers)),
         curves=curves,
         rims=np.concatenate([rim_rows(features_of(body).rims) for body in bodies]),
+        creases=np.concatenate([crease_rows(features_of(body).creases) for body in bodies]),
+        trims=trims,
         is_drawing=_joined(bodies, [features_of(body).is_drawing for body in bodies]).astype(np.uint8),
         patch=_patches(bodies),
         first_neighbour=first_neighbour,

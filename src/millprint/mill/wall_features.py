@@ -23,6 +23,7 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
 from millprint.mill.borders import SMOOTH_TURN, Borders, borders_of
+from millprint.mill.creases import Crease
 from millprint.mill.rims import Rim
 from millprint.mill.vessel import CONVEX, Edge, Ragged, Vessel, lengths
 
@@ -35,7 +36,7 @@ class Corner(NamedTuple):
 
 
 class Features(NamedTuple):
-    """The features of a body are its facets, `lines`, `corners`, curves and `rims`, numbered in this order.
+    """The features of a body are its facets, `lines`, `corners`, curves, `rims` and `creases`, numbered in this order.
 
     lines: convex edges, with the exact directions along their walls. patches: number of patches; patch (n,): that of
     each feature; is_drawing (n,): whether it only shows a curve and is not a wall itself; first_neighbour (n + 1,) and
@@ -45,6 +46,7 @@ class Features(NamedTuple):
     lines: tuple[Edge, ...]
     corners: tuple[Corner, ...]
     rims: tuple[Rim, ...]
+    creases: tuple[Crease, ...]
     patches: int
     patch: np.ndarray
     is_drawing: np.ndarray
@@ -91,12 +93,20 @@ def _corners(vessel: Vessel, borders: Borders, lines: tuple[Edge, ...]) -> tuple
     is_wanted[[end for edge in lines for end in edge.ends]] = True
     for rim, own in zip(borders.rims, borders.rim_ends, strict=True):
         is_wanted[own] |= rim.turn > CONVEX
+    # A crease goes on smoothly where two pieces of it meet, and nothing else does.
+    count = np.zeros(len(vessel.vertices), dtype=np.int64)
+    for number, crease in borders.creases.items():
+        count[vessel.edge_arrays.ends[number]] += 1 if crease.turn > CONVEX else 3
+    is_wanted |= count % 2 == 1
     edges = vessel.edge_arrays
     along = np.stack([edges.end - edges.start, edges.start - edges.end], axis=1)
     is_border = ~borders.is_drawn
     for number, arc in borders.arcs.items():
         tangents = np.cross(arc.axis, np.array([edges.start[number], edges.end[number]]) - arc.centre)
         along[number] = tangents * np.sign((tangents * along[number]).sum(axis=1))[:, None]
+        is_border[number] = True
+    for number, crease in borders.creases.items():
+        along[number] = [crease.slope(-1.0), -crease.slope(1.0)]
         is_border[number] = True
     entries = np.flatnonzero(is_wanted[edges.ends.ravel()])
     vertices, first, corner = np.unique(edges.ends.ravel()[entries], return_index=True, return_inverse=True)
@@ -134,10 +144,14 @@ def find_features(vessel: Vessel) -> Features:
     # A border belongs to the patch of both its walls, and a corner to that of any convex border that ends in it.
     of_vertex[line_ends] = of_line[:, None]
     of_rim = of_facet[[borders.rim_facets[k] for k in convex]]
+    creases = [number for number, crease in borders.creases.items() if crease.turn > CONVEX]
+    crease_ends = vessel.edge_arrays.ends[creases]
+    of_crease = of_facet[vessel.edge_arrays.facets[creases, 0]]
+    of_vertex[crease_ends] = of_crease[:, None]
     for k, own in zip(convex, of_rim, strict=True):
         of_vertex[borders.rim_ends[k]] = own
     of_curve = of_facet[[int(np.argmax(vessel.facet_curves == curve)) for curve in range(len(vessel.curves))]]
-    patch = np.concatenate([of_facet, of_line, of_vertex[ends], of_curve, of_rim])
+    patch = np.concatenate([of_facet, of_line, of_vertex[ends], of_curve, of_rim, of_crease])
     is_drawing = np.zeros(len(patch), dtype=bool)
     is_drawing[: len(of_facet)] = vessel.facet_curves >= 0
     # The vertices of each feature: of curves those of their facets.
@@ -145,13 +159,16 @@ def find_features(vessel: Vessel) -> Features:
     of_side = np.where(vessel.facet_curves < 0, np.arange(len(of_facet)), curves_from + vessel.facet_curves)[facet]
     of_rims = Ragged([len(borders.rim_vertices[k]) for k in convex]).owner
     rows = [of_side, len(of_facet) + np.arange(len(lines)).repeat(2), len(of_facet) + len(lines) + np.arange(len(ends))]
-    columns = [vessel.corners, line_ends.ravel(), ends, *(borders.rim_vertices[k] for k in convex)]
-    places = np.concatenate([*rows, curves_from + len(vessel.curves) + of_rims]), np.concatenate(columns)
+    columns = [vessel.corners, line_ends.ravel(), ends, *(borders.rim_vertices[k] for k in convex), crease_ends.ravel()]
+    rims_from = curves_from + len(vessel.curves)
+    rows += [rims_from + of_rims, rims_from + len(convex) + np.arange(len(creases)).repeat(2)]
+    places = np.concatenate(rows), np.concatenate(columns)
     touch = coo_array((np.ones(len(places[0]), dtype=np.int32), places), (len(patch), len(vessel.vertices))).tocsr()
     rims = tuple(borders.rims[k] for k in convex)
     first, neighbour = _neighbours(touch, patch)
     joint = _joints(vessel, touch, first, neighbour, curves_from)
-    return Features(lines, corners, rims, int(of_facet.max()) + 1, patch, is_drawing, first, neighbour, joint)
+    pieces = tuple(borders.creases[number] for number in creases)
+    return Features(lines, corners, rims, pieces, int(of_facet.max()) + 1, patch, is_drawing, first, neighbour, joint)
 
 
 def _joints(vessel: Vessel, touch: csr_array, first: np.ndarray, neighbour: np.ndarray, curves_from: int) -> np.ndarray:
@@ -163,13 +180,19 @@ def _joints(vessel: Vessel, touch: csr_array, first: np.ndarray, neighbour: np.n
             return vessel.curves[feature - curves_from].touch(points)[1]
         return np.broadcast_to(vessel.normals[feature], points.shape)
 
+    vertices_of_creases = set(vessel.edge_arrays.ends[list(borders_of(vessel).creases)].ravel().tolist())
     pairs = np.column_stack([np.repeat(np.arange(len(first) - 1), np.diff(first)), neighbour])
     is_curve = (pairs >= curves_from) & (pairs < curves_from + len(vessel.curves))
     for at in np.flatnonzero((is_curve | (pairs < len(vessel.normals))).all(axis=1) & is_curve.any(axis=1)).tolist():
         own, other = pairs[at].tolist()
-        points = vessel.vertices[np.intersect1d(touch[[own]].indices, touch[[other]].indices)]
-        cosine = (normals(own, points) * normals(other, points)).sum(axis=1).min()
-        joint[at] = JOINT.smooth if cosine >= math.cos(SMOOTH_TURN) else JOINT.sharp
+        shared = np.intersect1d(touch[[own]].indices, touch[[other]].indices)
+        points = vessel.vertices[shared]
+        cosine = (normals(own, points) * normals(other, points)).sum(axis=1)
+        if cosine.min() >= math.cos(SMOOTH_TURN):
+            joint[at] = JOINT.smooth
+        # Along a crease the turn changes.
+        elif cosine.max() < math.cos(SMOOTH_TURN) or not vertices_of_creases.issuperset(shared.tolist()):
+            joint[at] = JOINT.sharp
     return joint
 
 
