@@ -268,7 +268,8 @@ def test_every_claim_has_a_finding_and_linear_is_reproduced(chapter):
     own = claims[claims["id"].str.startswith("5.")].set_index("id")
     found = collect_findings(chapter.parent, CLAIMS, "5.")
     assert set(found) == set(own.index)
-    assert all(finding.value is not None for finding in found.values())
+    # The two-step GPR is not held out here.
+    assert [name for name, finding in found.items() if finding.value is None] == ["5.high_yields"]
     verdicts = {name: word_of(own.loc[name, "value"], own.loc[name, "tolerance"], found[name]) for name in found}
     assert {verdicts[name] for name in verdicts if name.startswith("5.linear")} == {"agrees"}
     assert "decide nothing" in found["5.linear.r2"].explanation
