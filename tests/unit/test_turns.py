@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from millprint.dem.turns import has_impacts, mean_of_turns, motion_repeats, relative_error
-from millprint.fingerprint.bands import factor_of
+from millprint.estimate.estimates import factor_of
 from millprint.fingerprint.descriptors import MOTIONS, said_of, tabulate_descriptors, variance_of_run
 from millprint.fingerprint.model import Fingerprint
 from tests.unit.synthetic_mill import VOLUME, summary
