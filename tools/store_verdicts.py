@@ -76,10 +76,10 @@ def blocks_of(root: Path) -> dict[str, str]:
     run = claims[(claims["verdict"] != OPEN) & ~claims["nature"].isin(CERTAIN)]
     decided = run["interval_verdict"].value_counts().reindex(list(VERDICTS), fill_value=0)
     held = conclusions[HOLDS].value_counts()
-    told = ", ".join(f"{held[word]} {words}" for word, words in HOLDINGS.items() if word in held)
+    told = ", ".join(f"{words} ({held[word]})" for word, words in HOLDINGS.items() if word in held)
     numbers = (
         f"It judges {count_natures(claims)}. {len(conclusions)} conclusions rest on them. By the newest whole run that "
-        f"is stored ({place}), {told}. Of {len(run)} claims of that run that are not arithmetic, "
+        f"is stored ({place}), they {told}. Of {len(run)} claims of that run that are not arithmetic, "
         f"{(run['verdict'] == AGREES).sum()} agree by their value; of {decided.sum()} with an interval, "
         f"{decided[AGREES]} agree by it, {decided[DIFFERS]} differ, and {decided[OPEN]} are open."
     )
