@@ -11,7 +11,9 @@ import argparse
 import datetime
 import re
 import textwrap
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -99,7 +101,7 @@ def blocks_of(root: Path) -> dict[str, str]:
     }
 
 
-def _table(head: list[str], rows) -> str:
+def _table(head: list[str], rows: Iterable[Iterable[object]]) -> str:
     lines, bar = [head, ["---"] * len(head), *rows], "\\|"
     return "\n".join(f"| {' | '.join(str(cell).replace('|', bar) for cell in line)} |" for line in lines)
 
@@ -118,7 +120,7 @@ def written(root: Path, document: str) -> str:
     return text
 
 
-def number_of(root: Path, row) -> float:
+def number_of(root: Path, row: Any) -> float:
     """The number that a row of stated_numbers.tsv names: the first of a column, or `count` of the rows."""
     lines = [line for line in (root / row.source).read_text().splitlines() if not line.startswith("#")]
     table = pd.DataFrame([line.split("\t") for line in lines[1:]], columns=lines[0].split("\t"))
