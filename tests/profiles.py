@@ -116,6 +116,16 @@ class Hollow:
         return [(a, b, turn_between(self.pieces[a].along(1.0), self.pieces[b].along(0.0))) for a, b in pairs]
 
     @cached_property
+    def tips(self) -> list[tuple[np.ndarray, np.ndarray, float]]:
+        """Points in which a turned hollow juts in on its axis: place, tangent before, and how far its image turns."""
+        if not self.is_turned:
+            return []
+        begin, end = self.pieces[0].along(0.0), self.pieces[-1].along(1.0)
+        ends = [(self.pieces[0].start, begin * [1, -1], begin), (self.pieces[-1].end, end, end * [1, -1])]
+        found = [(place, before, turn_between(before, after)) for place, before, after in ends]
+        return [(place, before, turn) for place, before, turn in found if turn < -1e-7]
+
+    @cached_property
     def inscribed(self) -> float:
         """Radius of the largest ball that fits in."""
         outline = shapely.Polygon(self.outline(0.05))

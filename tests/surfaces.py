@@ -26,9 +26,10 @@ from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.mill import MillConfig
 from millprint.dem.few_balls import walls_for
 from millprint.dem.layout import LANE, LANES
+from millprint.mill.bodies import build_bodies
 from millprint.mill.distance import signed_distance
-from millprint.mill.vessel import Vessel, build_vessel
-from tests.closed_distances import SMOOTH, Feet, feet
+from millprint.mill.vessel import Facet, Vessel, build_vessel
+from tests.closed_distances import SMOOTH, Feet, feet, nearest_on_triangles
 from tests.physics.setups import CALIBRATED, FewBalls
 from tests.profiles import Hollow, hollow_of, mesh, turned_by, write_stl
 
@@ -36,6 +37,8 @@ ELASTIC = CALIBRATED.model_copy(update={"restitution": 1.0, "static_friction": 0
 # In a concave seam that turns by more, a ball has a contact with each side; in one that turns by less, a single one.
 SHARP, UNSURE = math.acos(0.8), math.radians(2)
 MM = 1e-3
+# Facets a turn of the meshes that solids are compared with.
+FINE = 120
 
 
 class Case(NamedTuple):
@@ -56,17 +59,32 @@ class Contacts(NamedTuple):
     push: np.ndarray  # (balls, 3) unit vectors of the force on each ball; nan where there is none
 
 
-def vessel_of(geometry: dict) -> Vessel:
-    """The vessel of a geometry section, by the public way."""
-    return build_vessel(
-        MillConfig(name="made", title="x", source="x", volume_ml=1, geometry=geometry, motion={"kind": "rest"})
-    )
+def vessel_of(geometry: dict, solid: bool = False) -> Vessel:
+    """The vessel of a geometry section, by the public way; or the solid of it, an insert of a box, with the box."""
+    inserts = [{"name": "solid", "geometry": geometry}] if solid else []
+    box = {"kind": "box", "x_mm": 600, "y_mm": 600, "z_mm": 600}
+    mill = MillConfig(
+        name="made", title="x", source="x", volume_ml=1, geometry=box if solid else geometry, inserts=inserts,
+        motion={"kind": "rest"},
+    )  # fmt: skip
+    if not solid:
+        return build_vessel(mill)
+    outer, inner = (body.vessel for body in build_bodies(mill, 60.0))
+    # Its floor is at z = 0.
+    walls = [Facet.from_loops([loop - [0, 0, 0.3] for loop in facet.loops]) for facet in outer.facets]
+    return Vessel([*walls, *inner.facets], "made", curves=inner.curves,
+                  on_curves=np.append(np.full(len(walls), -1), inner.facet_curves), report=inner.report)  # fmt: skip
 
 
-def from_file(hollow: Hollow, facets: int, decimals: int | None, phase: float = 0.0, name: str = "made.stl") -> Case:
-    """A hollow by way of an STL file in the working directory, see profiles.write_stl. Raises ConfigError."""
+def from_file(
+    hollow: Hollow, facets: int, decimals: int | None, phase: float = 0.0, name: str = "made.stl", solid: bool = False
+) -> Case:
+    """A hollow by way of an STL file in the working directory, see profiles.write_stl. Raises ConfigError.
+
+    solid: the body that fills it, for balls outside.
+    """
     rounding = write_stl(Path(name), mesh(hollow, facets, phase), decimals)
-    vessel = vessel_of({"kind": "stl", "path": name, "unit": "mm"})
+    vessel = vessel_of({"kind": "stl", "path": name, "unit": "mm"}, solid)
     words = f"{facets} facets a turn, {'binary' if decimals is None else f'{decimals} decimals'}"
     return Case(hollow, vessel, 3 * rounding + 1e-7, words)
 
@@ -92,15 +110,17 @@ def places(hollow: Hollow, radius: float, gaps: np.ndarray, rng: np.random.Gener
     Over pieces and in joints alike, however short they are.
     """
     count, pieces = len(gaps), hollow.pieces
+    corners = [(pieces[after].start, pieces[before].along(1.0), turn) for before, after, turn in hollow.joints]
+    corners += hollow.tips
     local = np.empty((count, 3))
     for k in range(count):
-        if rng.random() < 0.65 or not hollow.joints:
+        if rng.random() < 0.65 or not corners:
             piece = pieces[rng.integers(len(pieces))]
             share = rng.random()
             (foot,), along = piece.at(np.array([share])), piece.along(share)
         else:
-            before, after, turn = hollow.joints[rng.integers(len(hollow.joints))]
-            foot, along = pieces[after].start, turned_by(pieces[before].along(1.0), turn * rng.random())
+            foot, before, turn = corners[rng.integers(len(corners))]
+            along = turned_by(before, turn * rng.random())
         at = foot + (radius + gaps[k]) * np.array([-along[1], along[0]])
         if hollow.is_turned:
             angle = rng.uniform(0, 2 * np.pi)
@@ -143,6 +163,8 @@ def bounds_of_count(hollow: Hollow, found: Feet, ball: int, reach: float) -> tup
     ends = int(np.isnan(place[near]).sum())
     along = sorted(near[~np.isnan(place[near])], key=lambda k: place[k])
     turns = {before: turn for before, _, turn in hollow.joints}
+    # Beyond a tip on the axis.
+    turns.setdefault(pieces - 1, -1.0)
     fewest = most = len(along)
     pairs = [(a, b, place[b]) for a, b in pairwise(along)]
     if not hollow.is_turned and len(along) > 1:
@@ -174,7 +196,8 @@ def check_contacts(case: Case, radius: float, count: int, rng: np.random.Generat
         depth = radius - exact.nearest[k]
         feet_here = [radius - each.distance[k] for each in (exact, *moved)]
         possible = np.concatenate(feet_here)
-        bounds = [bounds_of_count(hollow, each, k, radius) for each in (exact, *moved)]
+        # Two feet may come at once.
+        bounds = [bounds_of_count(hollow, each, k, radius + reach) for each in (exact, *moved) for reach in (-off, off)]
         fewest, most = min(low for low, _ in bounds), max(high for _, high in bounds)
         said = ""
         if depth > off and not len(overlaps):
@@ -248,7 +271,9 @@ def check_hits(case: Case, radius: float, count: int, rng: np.random.Generator, 
 def check_slides(case: Case, radius: float, count: int, rng: np.random.Generator) -> list[str]:
     """Whether balls of one radius [mm] that are pressed along the wall by a weight make energy, in words.
 
-    Without losses and friction they go twenty radii, over joints and hollows, as hops or in contact.
+    Without losses and friction they go twenty radii, over joints and hollows, as hops or in contact. Where a contact
+    goes on to another wall, the force turns at once, and each time the step makes an error that falls with it: what
+    such a slide gains at a tenth of the step is made by the walls.
     """
     if not keeps_energy_in(case.hollow, radius):
         return []
@@ -258,17 +283,55 @@ def check_slides(case: Case, radius: float, count: int, rng: np.random.Generator
     normal = feet(case.hollow, points).towards
     velocity = np.cross(normal, rng.normal(size=normal.shape))
     velocity /= np.linalg.norm(velocity, axis=1)[:, None]
-    unit = radius * MM
-    world = FewBalls(
-        points * MM, velocity, radius=unit, vessel=case.vessel, contact=ELASTIC, step=unit / 4000, skin=0.1 * unit,
-        walls=walls_for(case.vessel, unit), friction=np.zeros((len(points), 2)), gravity=-normal[0] * 0.2 / unit,
-    )  # fmt: skip
-    series = world.run(20 * unit, sample_every=4000)
-    gain = np.abs(series["imbalance_J"]).max() / series["kinetic_J"].iloc[0] * len(points)
-    # Over joints many times, and by the error of the step.
-    if gain < 5e-4 + 50 * case.tolerance / (0.02 * radius):
-        return []
+    unit, gain = radius * MM, 0.0
+    for fine in (4000, 40000):
+        world = FewBalls(
+            points * MM, velocity, radius=unit, vessel=case.vessel, contact=ELASTIC, step=unit / fine, skin=0.1 * unit,
+            walls=walls_for(case.vessel, unit), friction=np.zeros((len(points), 2)), gravity=-normal[0] * 0.2 / unit,
+        )  # fmt: skip
+        series = world.run(20 * unit, sample_every=fine)
+        gain = np.abs(series["imbalance_J"]).max() / series["kinetic_J"].iloc[0] * len(points)
+        # Over joints many times, and by the error of the step.
+        if gain < 5e-4 + 50 * case.tolerance / (0.02 * radius):
+            return []
     return [f"of {len(points)} balls of {radius:.4g} mm that slide, one gains or loses {gain:.3g} of its energy"]
+
+
+def check_solid(case: Case, radius: float, count: int, rng: np.random.Generator) -> list[str]:
+    """What is wrong with contacts of balls of one radius [mm] outside of a solid of the hollow's shape, in words.
+
+    Compared with the nearest of the triangles of a fine mesh, whose chords are off the arcs.
+    """
+    triangles = mesh(case.hollow, FINE)
+    radii = [np.ptp(triangles, axis=(0, 1)).max(), *(piece.radius for piece in case.hollow.pieces if piece.sweep)]
+    off = case.tolerance + 1.5 * float(max(radii)) * (1 - math.cos(math.pi / FINE))
+    chosen = triangles[rng.integers(len(triangles), size=count)]
+    normal = np.cross(chosen[:, 1] - chosen[:, 0], chosen[:, 2] - chosen[:, 0])
+    tilt = 0.5 * rng.normal(size=(count, 3)) * rng.integers(2, size=(count, 1))
+    lean = normal / np.linalg.norm(normal, axis=1)[:, None] + tilt
+    foot = (rng.dirichlet([1, 1, 1], count)[..., None] * chosen).sum(axis=1)
+    reach = radius * (1 + rng.uniform(-0.05, 0.03, count))
+    points = foot + reach[:, None] * lean / np.linalg.norm(lean, axis=1)[:, None]
+    # Away from walls that are nearer than the one it was put at.
+    for _ in range(3):
+        nearest, winding = nearest_on_triangles(triangles, points)
+        away = (points - nearest) * np.where(winding < 0.5, 1, -1)[:, None]
+        distance = np.linalg.norm(away, axis=1)
+        step = np.where(winding < 0.5, np.maximum(reach - distance, 0.0), reach + distance)
+        points = points + (step / distance)[:, None] * away
+    nearest, winding = nearest_on_triangles(triangles, points)
+    depth = radius - np.linalg.norm(points - nearest, axis=1)
+    # In a tight corner a ball may still be pressed in.
+    kept = (winding < 0.5) & (depth < 0.1 * radius)
+    points, depth = points[kept], depth[kept]
+    contacts = put(case.vessel, points, radius)
+    wrong = []
+    for k in range(len(points)):
+        overlap = contacts.overlap[contacts.ball == k].max(initial=-math.inf)
+        if (depth[k] > off or overlap > off) and abs(overlap - depth[k]) > off:
+            said = f"overlaps by {depth[k]:.4g} mm, not by {overlap:.4g} mm"
+            wrong.append(f"ball of {radius:.4g} mm at {np.round(points[k], 5).tolist()} mm {said}")
+    return wrong
 
 
 def check_distance(case: Case, count: int, rng: np.random.Generator) -> list[str]:

@@ -1,28 +1,138 @@
-"""Stores the verdicts of a run, and the surrogate with its baselines: python tools/store_verdicts.py.
+"""Stores the verdicts of a run, and writes them into README, paper and pages: python tools/store_verdicts.py.
 
-Both with this machine's processor; a run on the same one takes the place of the earlier one. Whoever runs the thesis on
-another machine is then told which verdicts differ from those in config/data/verdicts_elsewhere.tsv. The tables of
-docs/why/surrogate.md are those of docs/why/surrogate_baselines.tsv.
+The verdicts and the surrogate with its baselines get this machine's processor, the commit and the date; a run on the
+same processor takes the place of the earlier one. Whoever runs the thesis on another machine is then told which
+verdicts differ from those in config/data/verdicts_elsewhere.tsv. The tables of docs/why/surrogate.md are those of
+docs/why/surrogate_baselines.tsv. Of the newest stored run, the blocks of TEXTS between two comments are written, and
+the numbers of config/data/stated_numbers.tsv.
 """
 
 import argparse
 import datetime
+import re
+import textwrap
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
+
+import pandas as pd
 
 from millprint.config.checks import stop_on_bad_input
 from millprint.config.strict_yaml import read_yaml
+from millprint.estimate.judge import AGREES, DIFFERS, OPEN, VERDICTS
 from millprint.run.files import read_table, write_table
-from millprint.thesis.claims.conclusions import store, this_machine
+from millprint.run.tables import Text, read_measured
+from millprint.thesis.claims.conclusions import (
+    HOLDINGS,
+    HOLDS,
+    MACHINE,
+    OURS,
+    in_prose,
+    judge_conclusions,
+    read_conclusions,
+    read_stored,
+    store,
+    this_machine,
+)
+from millprint.thesis.claims.tabulate import count_natures, read_claims
+from millprint.thesis.claims.tolerances import CERTAIN, NATURES
 from millprint.thesis.surrogate.measure_tables import with_machine
 
-TABLE = "config/data/verdicts_elsewhere.tsv"
+DATA = Path("config/data")
+TABLE = str(DATA / "verdicts_elsewhere.tsv")
 BASELINES = "docs/why/surrogate_baselines.tsv"
+# A block of a text, between comments with its name.
+BLOCK = re.compile(r"(<!-- (?P<name>\w+): python tools/store_verdicts.py -->\n).*?(<!-- end -->)", re.S)
+TEXTS = ("README.md", "paper.md", "docs/why/claims.md")
+STATED = ("document", "text", "source", "rows", "column")
 
 
 def store_baselines(results: str, stored: str) -> None:
     """Put the surrogate's table of the run in the place of what this machine stored before."""
     own, machine = read_table(f"{results}/surrogate/baselines.tsv"), this_machine("")["processor"]
     write_table(with_machine(read_table(stored), own, machine), stored)
+
+
+def newest_run(root: Path) -> tuple[pd.DataFrame, pd.DataFrame, str]:
+    """The claims with the verdicts of the newest stored run of the thesis, its conclusions, and where it ran."""
+    claims, stored = read_claims(root / DATA / "claims.tsv").reset_index(drop=True), read_stored(root / TABLE)
+    own = stored[stored["run"] == "thesis"].sort_values("date", kind="stable")
+    # Arithmetic is the same on every machine.
+    certain = own["id"].isin(claims.loc[claims["nature"].isin(CERTAIN), "id"])
+    own = own[certain | (own["processor"] == own.loc[~certain, "processor"].iloc[-1])]
+    machine = dict(zip(MACHINE, own.loc[~certain, MACHINE].value_counts().index[0], strict=True))
+    own = own.drop_duplicates("id", keep="last")
+    table = claims.rename(columns={"value": "published"}).merge(own, on="id", how="left")
+    table = table.fillna({"verdict": OPEN} | dict.fromkeys(("interval_verdict", "reason", "reproduced"), ""))
+    conclusions = judge_conclusions(read_conclusions(root / DATA / "conclusions.tsv", table["id"]), table)
+    place = f"{machine['processor']}, {machine['instructions']}, commit {machine['commit'][:8]}, {machine['date']}"
+    return table, conclusions, place
+
+
+def blocks_of(root: Path) -> dict[str, str]:
+    """What the newest run says, by the name of a block."""
+    claims, conclusions, place = newest_run(root)
+    natures = claims["nature"].value_counts()
+    run = claims[(claims["verdict"] != OPEN) & ~claims["nature"].isin(CERTAIN)]
+    decided = run["interval_verdict"].value_counts().reindex(list(VERDICTS), fill_value=0)
+    held = conclusions[HOLDS].value_counts()
+    told = ", ".join(f"{words} ({held[word]})" for word, words in HOLDINGS.items() if word in held)
+    numbers = (
+        f"It judges {count_natures(claims)}. {len(conclusions)} conclusions rest on them. By the newest whole run that "
+        f"is stored ({place}), they {told}. Of {len(run)} claims of that run that are not arithmetic, "
+        f"{(run['verdict'] == AGREES).sum()} agree by their value; of {decided.sum()} with an interval, "
+        f"{decided[AGREES]} agree by it, {decided[DIFFERS]} differ, and {decided[OPEN]} are open."
+    )
+    meanings = [(f"`{name}`", words, natures[name]) for name, words in NATURES.items()]
+    judged = [
+        (
+            f"{row.chapter.removeprefix('chapter ')}: {row.conclusion}",
+            getattr(row, OURS),
+            getattr(row, HOLDS),
+            "; ".join(in_prose(name, claims) for name in filter(None, row.against.split(", "))),
+        )
+        for row in conclusions.itertuples()
+    ]
+    table = _table(["conclusion", "our number", "it holds", "ours for theirs, where it differs"], judged)
+    return {
+        "numbers": textwrap.fill(numbers, 120),
+        "natures": _table(["nature", "how its value comes about", "claims"], meanings),
+        "conclusions": f"Of the run {place}:\n\n{table}",
+    }
+
+
+def _table(head: list[str], rows: Iterable[Iterable[object]]) -> str:
+    lines, bar = [head, ["---"] * len(head), *rows], "\\|"
+    return "\n".join(f"| {' | '.join(str(cell).replace('|', bar) for cell in line)} |" for line in lines)
+
+
+def written(root: Path, document: str) -> str:
+    """The text of a document with its blocks, and its numbers of stated_numbers.tsv, as the stored tables have them."""
+    text, blocks = (root / document).read_text(), blocks_of(root)
+    text = BLOCK.sub(lambda found: f"{found[1]}{blocks[found['name']]}\n{found[3]}", text)
+    stated = read_measured(root / DATA / "stated_numbers.tsv", [Text(name, may_be_blank=True) for name in STATED])
+    for row in stated[stated["document"] == document].fillna("").itertuples():
+        before, after = (r"\s+".join(map(re.escape, part.split(" "))) for part in row.text.split("{}"))
+        place = re.compile(f"({before})(-?[\\d.,]*\\d)({after})")
+        if not place.search(text):
+            raise ValueError(f"{document}: no number between {row.text!r}")
+        text = place.sub(lambda found: f"{found[1]}{_like(found[2], number_of(root, row))}{found[3]}", text)  # noqa: B023
+    return text
+
+
+def number_of(root: Path, row: Any) -> float:
+    """The number that a row of stated_numbers.tsv names: the first of a column, or `count` of the rows."""
+    lines = [line for line in (root / row.source).read_text().splitlines() if not line.startswith("#")]
+    table = pd.DataFrame([line.split("\t") for line in lines[1:]], columns=lines[0].split("\t"))
+    table = table.query(row.rows, engine="python") if row.rows else table
+    found = re.search(r"-?\d+(?:\.\d+)?(?:e-?\d+)?", table[row.column].iloc[0])
+    assert found is not None, f"{row.source}: {row.column} has no number"
+    return float(found[0])
+
+
+def _like(old: str, value: float) -> str:
+    """A number with as many decimals as the old one."""
+    return f"{value:.{len(old.partition('.')[2])}f}"
 
 
 def main(results: str, table: str, date: str) -> str:
@@ -40,6 +150,10 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--results", default="results", help="folder of the run (default: %(default)s)")
     parser.add_argument("--table", default=TABLE, help="where verdicts are stored (default: %(default)s)")
+    parser.add_argument("--texts", action="store_true", help="store nothing, and only write the texts again")
     given = parser.parse_args()
     with stop_on_bad_input():
-        print(main(given.results, given.table, datetime.date.today().isoformat()))
+        if not given.texts:
+            print(main(given.results, given.table, datetime.date.today().isoformat()))
+        for document in TEXTS:
+            Path(document).write_text(written(Path(), document))

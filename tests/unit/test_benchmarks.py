@@ -1,44 +1,30 @@
-"""The benchmark: input of LAMMPS from the configuration, and its log."""
+"""The benchmark: input of LAMMPS from the configuration, its log, and the tables of both codes."""
 
+import itertools
 import math
 import re
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
 
-from benchmarks import compare, drums, physics
-from benchmarks.cases import (
-    Setup,
-    Timing,
-    at_rest,
-    box_jar,
-    count_steps,
-    cylinder_jar,
-    make_setup,
-    settle,
-    start_from,
-    time_millprint,
-)
-from benchmarks.compare import (
-    Entry,
-    time_case,
-)
+from benchmarks import drums, physics
+from benchmarks.cases import Setup, box_jar, count_steps, cylinder_jar, make_setup, settle, start_from, time_millprint
+from benchmarks.compare import spread, summarise
 from benchmarks.config import BenchConfig
-from benchmarks.lammps import MEANS, Lammps, data_text, input_text, timing
+from benchmarks.lammps import MEANS, data_text, input_text, timing
 from millprint.config.contact_set import ContactConfig
-from millprint.config.errors import ConfigError, SimulationError
+from millprint.config.errors import SimulationError
 from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
 from millprint.dem.lammps.output import read_log
 from millprint.dem.simulation import Simulation
 
 ROOT = Path(__file__).parents[2]
+
 LOG = (ROOT / "tests/data/lammps.log").read_text()
 
 
@@ -72,29 +58,7 @@ def words(text: str, command: str) -> list[str]:
 def after(line: list[str], *keys: str) -> list[float]:
     """The numbers that follow some words in a line, up to the next word that is not a number."""
     k = next(k for k in range(len(line)) if line[k : k + len(keys)] == list(keys)) + len(keys)
-    numbers = []
-    for word in line[k:]:
-        try:
-            numbers.append(float(word))
-        except ValueError:
-            break
-    return numbers
-
-
-def test_timed_input_is_the_one_that_users_write(config, setup):
-    """The commands of LAMMPS's own examples of a mill, between balls and at the wall."""
-    text = input_text(setup, config.lammps, 9.4e-7, [1000], with_means=False)
-    law = (
-        "hertz/material 2050000000 0.3 0.235 tangential mindlin NULL 1.0 0.3 rolling sds 10000.0 0.5 0.045 "
-        "damping tsuji"
-    )
-    pair, wall = words(text, "pair_coeff"), words(text, "fix wall")
-    for line in (pair, wall):
-        # Gigapascals in pascals, to rounding.
-        modulus = line.index("hertz/material") + 1
-        line[modulus] = f"{float(line[modulus]):.12g}"
-    assert " ".join(pair) == f"* * {law}"
-    assert f"granular {law} region" in " ".join(wall)
+    return [float(word) for word in itertools.takewhile(lambda word: re.fullmatch(r"[-+.\de]+", word), line[k:])]
 
 
 def test_compared_input_holds_our_law_in_si(config, contact, setup):
@@ -118,14 +82,10 @@ def test_compared_input_holds_our_law_in_si(config, contact, setup):
 
 def test_input_holds_the_case_in_si(config, setup):
     text = input_text(setup, config.lammps, 9.4e-7, [1000], with_means=False)
-    assert text.splitlines()[0] == "units si"
-    assert words(text, "timestep") == ["9.4e-07"]
+    assert text.splitlines()[0] == "units si" and words(text, "timestep") == ["9.4e-07"]
     assert float(words(text, "variable A equal")[0]) == pytest.approx(0.017)
     assert float(words(text, "variable w equal")[0]) == pytest.approx(20 * math.pi)
-    assert float(words(text, "neighbor")[0]) == 5e-4
     assert words(text, "region jar")[:7] == ["cylinder", "z", "0", "0", "0.027", "0", "0.0546"]
-    assert words(text, "run") == ["1000"]
-    assert "ave/time" not in text
 
 
 def test_tangential_damping_is_ours(config, contact, setup):
@@ -137,32 +97,19 @@ def test_tangential_damping_is_ours(config, contact, setup):
     assert ratio == pytest.approx(math.sqrt(8 * shear / (2 * effective)))
 
 
-def test_a_law_without_rolling_friction_has_no_rolling_model(config, setup, contact):
-    smooth = replace(setup, contact=contact.model_copy(update={"rolling_friction": 0.0}))
-    text = input_text(smooth, config.lammps, 1e-6, [1], True)
-    assert "rolling" not in text
-    assert "twisting" not in text
-
-
 def test_means_are_averaged_over_whole_revolutions_of_the_box(config, mill, contact):
     setup = make_setup(config, contact, box_jar(config, mill), 24, 10.0)
     shape = config.physics.box
     length, width, height = shape.x_mm / 1e3, shape.y_mm / 1e3, shape.z_mm / 1e3
     text = input_text(setup, config.lammps, 1e-6, [300_000, 500_000], with_means=True)
-    assert after(words(text, "region jar"), "block") == pytest.approx(
-        [-length / 2, length / 2, -width / 2, width / 2, 0, height]
-    )
+    ends = [-length / 2, length / 2, -width / 2, width / 2, 0, height]
+    assert after(words(text, "region jar"), "block") == pytest.approx(ends)
     every, number, revolution = (int(word) for word in words(text, "fix means")[2:5])
     assert every * number == revolution == 100_000
-    assert words(text, "fix means")[5 : 5 + len(MEANS)] == list(MEANS.values())
     # Centres nearer to a wall than a radius touch it.
-    walls = words(text, "variable walls atom")[0]
-    bounds = dict(re.findall(r"\(([^()<>]+[<>])([^()]+)\)", walls))
-    assert len(bounds) == 6
-    assert float(bounds["x-v_dx<"]) == pytest.approx(-length / 2 + 0.005)
+    bounds = dict(re.findall(r"\(([^()<>]+[<>])([^()]+)\)", words(text, "variable walls atom")[0]))
+    assert len(bounds) == 6 and float(bounds["x-v_dx<"]) == pytest.approx(-length / 2 + 0.005)
     assert float(bounds["z>"]) == pytest.approx(height - 0.005)
-    runs = [line for line in text.splitlines() if line.startswith("run ")]
-    assert runs == ["run 300000", "run 500000"]
     assert text.index("run 300000") < text.index("fix means") < text.index("run 500000")
     with pytest.raises(SimulationError, match="must be a multiple of 20"):
         input_text(setup, config.lammps, 0.1 / 1001, [1], with_means=True)
@@ -184,10 +131,7 @@ def test_data_file_holds_every_ball_inside_the_domain(setup):
 
 
 def test_log_of_the_last_loop_is_read():
-    log = read_log(LOG)
-    assert log.version == "22 Jul 2025 - Update 4"
-    assert (log.loop_s, log.steps, log.balls) == (1.2512, 100_000, 52)
-    measured = timing(log)
+    measured = timing(read_log(LOG))
     assert measured.ns_per_ball_step == pytest.approx(1.2512 / 100_000 / 52 * 1e9)
     assert measured.processor_s == pytest.approx(0.988 * 1.2512)
 
@@ -197,25 +141,6 @@ def test_a_log_without_an_end_is_an_error():
         read_log(LOG[: LOG.index("Loop time")])
     with pytest.raises(SimulationError, match="ERROR: Lost atoms"):
         read_log(LOG + "ERROR: Lost atoms: original 24 current 23 (src/thermo.cpp:494)\n")
-
-
-def test_an_environment_without_lammps_is_refused(tmp_path, config):
-    with pytest.raises(SimulationError, match="no LAMMPS in this environment"):
-        Lammps(tmp_path, config.lammps)
-
-
-def test_a_program_that_fails_is_reported_in_its_own_words(tmp_path, config, setup):
-    program = tmp_path / "bin" / "lmp"
-    program.parent.mkdir()
-    program.write_text("#!/bin/sh\necho 'libmpi.so.12: cannot open shared object file' >&2\nexit 127\n")
-    program.chmod(0o755)
-    with pytest.raises(SimulationError, match="does not start: libmpi"):
-        Lammps(tmp_path, config.lammps).time(tmp_path / "run", setup, np.zeros((1, 3)), 10, 1e-6)
-
-
-def test_a_mill_that_does_not_move_on_a_circle_is_refused(config, mill, contact):
-    with pytest.raises(ConfigError, match=r"motion\.kind = 'rest'"):
-        make_setup(config, contact, cylinder_jar(config, at_rest(mill)), 24, 10.0)
 
 
 @pytest.mark.slow
@@ -237,69 +162,15 @@ def test_both_codes_run_the_same_start_and_number_of_steps(config, mill, contact
     assert simulation.step <= config.time_step_s
 
 
-class FakeLammps:
-    """Takes three times our time, whatever that is said to be."""
-
-    def time(self, place, setup, start, steps, step_s):
-        return replace(read_log(LOG), steps=steps, balls=setup.balls, loop_s=3e-7 * steps * setup.balls)
-
-
-def test_repetitions_are_interleaved(monkeypatch, setup):
-    monkeypatch.setattr(compare, "time_millprint", lambda setup, start, driven: Timing(10, 24, 1e-7 * 240, 0.0))
-    entries = [Entry(setup, code, np.zeros((24, 3)), 0.1, 10, 1e-6) for code in ("millprint", "LAMMPS")]
-    bar = SimpleNamespace(update=lambda cost: None)
-    frame = time_case(entries, 3, FakeLammps(), Path("unused"), bar)
-    assert list(frame["code"]) == ["millprint", "LAMMPS"] * 3
-    assert list(frame["wall"][:2]) == ["facets (50)", "moving region"]
-    assert frame["ns_per_ball_step"].to_numpy() == pytest.approx([100, 300] * 3)
-
-
-def test_quick_bench_runs_the_same_cases_shorter(config):
-    quick = config.quickened()
-    assert [case.name for case in quick.cases] == [case.name for case in config.cases]
-    assert quick.cases[0].driven_s == config.quick.time_share * config.cases[0].driven_s
-    assert quick.physics.window_s == config.quick.time_share * config.physics.window_s
-    assert (quick.repetitions, quick.physics.seeds) == (config.quick.repetitions, config.quick.seeds)
-
-
-@pytest.mark.parametrize(
-    ("section", "key", "value", "message"),
-    [
-        ("cylinder", "axis", "x", "must have axis = z"),
-        ("cylinder", "fillet_radius_mm", 2.0, "must have axis = z and fillet_radius_mm = 0"),
-        ("cylinder", "centre_mm", [0, 0, 1], r"cylinder\.centre_mm: must be left out"),
-    ],
-)
-def test_a_bench_that_cannot_be_compared_is_refused(section, key, value, message):
-    values = read_yaml(ROOT / "benchmarks/bench.yaml")
-    values[section][key] = value
-    with pytest.raises(ConfigError, match=message):
-        check_model(values, BenchConfig, "benchmarks/bench.yaml")
-
-
 def test_physics_table_has_students_intervals(config):
-    law = config.physics.laws[0]
     ours = pd.DataFrame({name: [1.0, 2.0, 3.0, 4.0] for name in MEANS})
     theirs = pd.DataFrame({name: [5.0, 6.0, 7.0, 10.0] for name in MEANS})
-    table = physics.compare_law(law, ours, theirs)
-    assert tuple(table.columns) == physics.PHYSICS_COLUMNS
-    assert list(table["quantity"]) == list(MEANS)
+    table = physics.compare_law(config.physics.laws[0], ours, theirs)
     # With 3 degrees of freedom, 95 % are within 3.182 standard errors.
-    error = math.sqrt(5 / 3 / 4)
-    assert table["millprint_95"].to_numpy() == pytest.approx(3.18245 * error, rel=1e-5)
+    assert table["millprint_95"].to_numpy() == pytest.approx(3.18245 * math.sqrt(5 / 3 / 4), rel=1e-5)
     assert table["difference_pct"].to_numpy() == pytest.approx(180)
-    text = physics.physics_text(table)
-    assert law.differs in text and "4 runs, 95 % intervals" in text and "2.5 +- 2.1" in text
-
-
-@pytest.mark.parametrize("runs", [2, 3])
-def test_few_runs_have_no_interval(config, runs):
-    """Two runs of a quick bench differed by five standard errors where a longer bench found no difference."""
-    frame = pd.DataFrame({name: np.arange(1.0, 1.0 + runs) for name in MEANS})
-    table = physics.compare_law(config.physics.laws[0], frame, frame + 1)
-    assert table[["millprint_95", "lammps_95", "difference_pct_95"]].isna().all(axis=None)
-    text = physics.physics_text(table)
-    assert "+-" not in text and f"{runs} runs, too few for an interval" in text
+    few = physics.compare_law(config.physics.laws[0], ours.head(3), theirs.head(3))
+    assert few[["millprint_95", "lammps_95", "difference_pct_95"]].isna().all(axis=None)
 
 
 def test_our_means_agree_with_the_ledger(tmp_path, config, mill, contact):
@@ -315,54 +186,50 @@ def test_our_means_agree_with_the_ledger(tmp_path, config, mill, contact):
     assert means["wall_contacts"] > 0
 
 
-@pytest.fixture(scope="module")
-def drum() -> tuple[MillConfig, ContactConfig]:
-    return (
-        load_named(ROOT / "config/mills", "slice_mill", MillConfig, "mill"),
-        load_named(ROOT / "config/contacts", "slice_mill", ContactConfig, "contact set"),
-    )
-
-
-def test_the_drum_of_lammps_turns_with_all_its_lifters(config, drum):
-    mill, contact = drum
-    case = drums.case_of(mill, contact, config.drums[0], 40.81, 0)
-    simulation = Simulation(case, mill, contact, drums.DrumDem())
+def test_the_drum_of_lammps_turns_with_all_its_lifters(config):
+    mill = load_named(ROOT / "config/mills", "slice_mill", MillConfig, "mill")
+    contact = load_named(ROOT / "config/contacts", "slice_mill", ContactConfig, "contact set")
+    simulation = Simulation(drums.case_of(mill, contact, config.drums[0], 40.81, 0), mill, contact, drums.DrumDem())
     text = drums.input_text(simulation, mill.geometry, config, config.drums[0])
     shell, *lifters = re.findall(r"^region .*", text, re.MULTILINE)
-    assert "cylinder y 0 0 0.275 -0.01175 0.01175 side in rotate v_turned" in shell
-    assert len(lifters) == 12 and len(re.findall("^fix lifter", text, re.MULTILINE)) == 12
+    assert "cylinder y 0 0 0.275 -0.01175 0.01175 side in rotate v_turned" in shell and len(lifters) == 12
     # A block of 22 mm, its inner face 22 mm from the shell.
     low, high, *_, bottom = (float(word) for word in words(text, "region lifter0 block")[:5])
     assert high - low == pytest.approx(0.022) and bottom == pytest.approx(0.275 - 0.022)
     angles = [float(value) for value in re.findall(r"equal v_turned\+(\S+)", text)]
     assert np.diff(angles) == pytest.approx(np.full(11, math.pi / 6))
     # Friction of two balls, and of ball and wall.
-    assert (
-        words(text, "pair_coeff * *")[8] == "0.14"
-        and words(text, "fix shell all wall/gran/region granular")[8] == "0.39"
-    )
+    assert words(text, "pair_coeff * *")[8] == "0.14"
+    assert words(text, "fix shell all wall/gran/region granular")[8] == "0.39"
     settle, discard, window = drums.steps_of(simulation, config.drums[0])
     assert window * simulation.step == pytest.approx(2 * 60 / 40.81) and discard % drums.ROW == settle % drums.ROW == 0
-    data = drums.data_text(simulation, mill.geometry)
-    assert "120 atoms" in data and len(data.splitlines()) == 11 + 120
 
 
-def test_a_drum_that_lammps_lacks_is_refused(drum, mill):
-    slice_mill, _ = drum
-    lifters = slice_mill.geometry.lifters.model_copy(update={"face_angle_deg": 60})
-    slanted = slice_mill.model_copy(update={"geometry": slice_mill.geometry.model_copy(update={"lifters": lifters})})
-    for other in (mill, slanted):
-        with pytest.raises(ConfigError, match="needs a lifter_drum with square lifters"):
-            drums.check_drum(other)
+def repetitions() -> pd.DataFrame:
+    def rows(case, code, times):
+        own = {"ns_per_ball_step": times, "processor_ns_per_ball_step": np.array(times) / 2, "repetition": range(3)}
+        # Half a core: something else ran.
+        return pd.DataFrame({"case": case, "balls": 24, "code": code, "wall": "w", **own})
+
+    cylinder = [rows("cylinder", "millprint", [40, 50, 45]), rows("cylinder", "LAMMPS", [900, 200, 360])]
+    return pd.concat([rows("emax", "millprint", [10, 90, 20]), *cylinder])
 
 
-@pytest.mark.slow
-def test_without_lammps_the_benchmark_ends_in_one_line(tmp_path):
-    """Also the way in which `make bench` calls it."""
-    done = subprocess.run(
-        [sys.executable, "-m", "benchmarks", "--lammps", str(tmp_path), "--results", str(tmp_path), "--quick"],
-        cwd=ROOT, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert done.returncode == 1
-    assert "there is no LAMMPS in this environment" in done.stderr.strip().splitlines()[-1]
-    assert "Traceback" not in done.stderr
+def test_ratio_is_theirs_over_ours_on_the_same_case():
+    table = summarise(repetitions())
+    assert list(table["ns_per_ball_step"]) == [20, 45, 360]
+    # Of each repetition: 900 / 40, 200 / 50, 360 / 45. Three are too few for an interval.
+    assert list(table["ratio_to_us"]) == [1, 1, pytest.approx(11.5)] and table["ratio_95"].isna().all()
+    assert table["steps_per_s"].to_numpy() == pytest.approx(1e9 / (24 * np.array([20, 45, 360])))
+    assert list(spread(repetitions())["processor_ns"]) == [10, 22.5, 180]
+    more = pd.concat([repetitions(), repetitions().assign(repetition=lambda rows: rows["repetition"] + 3)])
+    half = 2.5706 * np.std([22.5, 4, 8] * 2, ddof=1) / 6**0.5
+    assert summarise(more)["ratio_95"].iloc[-1] == pytest.approx(half, 1e-4)
+
+
+def test_the_interval_of_a_difference_is_welchs():
+    """Against scipy's own test of samples with unequal spreads."""
+    a, b = [1.0, 2.0, 3.0, 4.5, 2.5], [5.0, 9.0, 6.0, 20.0, 7.0]
+    own = physics.half_width([np.std(x, ddof=1) / math.sqrt(5) for x in (a, b)], 5)
+    interval = stats.ttest_ind(b, a, equal_var=False).confidence_interval(0.95)
+    assert own == pytest.approx((interval.high - interval.low) / 2)

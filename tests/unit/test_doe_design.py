@@ -1,38 +1,32 @@
-"""Factors, fractions, aliases and the audit of the runs."""
+"""Designs: the thesis's fraction, other levels and replicates, aliases, generators, and the audit of the runs."""
 
+import json
 from itertools import combinations
 
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 
-from millprint.config.doe import DoeConfig
+from millprint.cli.commands import main as millprint
+from millprint.config.doe import AnalysisConfig, DesignConfig
 from millprint.config.errors import ConfigError
+from millprint.config.load import check_model
+from millprint.run.files import read_table
 from millprint.thesis.doe.factorial_designs import (
     Fraction,
     alias_table,
     audit_table,
+    best_generators,
     describe,
     design_table,
     full_factorial_runs,
-    interaction_partners,
-    length,
     level_codes,
+    shared_degrees_of_freedom,
     treatments,
 )
-from millprint.thesis.doe.runs import read_runs
-from tests.unit.doe_settings import SCREENING, settings, thesis_settings
-
-
-def factors(number: int, levels: int) -> list[dict]:
-    return [
-        {"symbol": symbol, "column": symbol.lower(), "label": symbol, "levels": list(range(levels))}
-        for symbol in "ABCDEFGH"[:number]
-    ]
-
-
-def two_level(number: int, generators: list[str]) -> DoeConfig:
-    return settings(factors=factors(number, 2), generators=generators, model=["A", "B"], interactions=[])
+from millprint.thesis.doe.runs import contrasts, level_contrasts, read_runs, term_columns
+from tests.unit.doe_settings import SCREENING, settings
 
 
 def test_the_thesis_fraction_is_27_of_81_runs_of_resolution_4():
@@ -41,17 +35,6 @@ def test_the_thesis_fraction_is_27_of_81_runs_of_resolution_4():
     description = describe(config)
     assert (description["runs"], description["resolution"]) == (27, 4)
     assert description["defining_words"] == ["ABCD2"]
-
-
-def test_the_fraction_agrees_with_table_2_3_but_for_case_4():
-    config = settings()
-    design = design_table(config)
-    printed = pd.read_csv(SCREENING, sep="\t", comment="#", dtype={"treatment": str})
-    different = design["case"][design["treatment"] != printed["treatment"]]
-    assert different.tolist() == [4]
-    columns = [factor.column for factor in config.factors]
-    same = np.isclose(design[columns], printed[columns]).all(axis=1)
-    assert design["case"][~same].tolist() == [4]
 
 
 def test_the_order_of_the_runs_is_a_permutation_that_the_seed_decides():
@@ -71,91 +54,6 @@ def test_an_ideal_fraction_is_orthogonal():
         assert treatments(codes[list(three)]).nunique() == 27
 
 
-@pytest.mark.parametrize(
-    ("number", "generators", "expected"),
-    [
-        (3, ["C = A + B"], 3),
-        (5, ["E = A + B + C + D"], 5),
-        (7, ["D = A + B", "E = A + C", "F = B + C", "G = A + B + C"], 3),
-        (8, ["E = B + C + D", "F = A + C + D", "G = A + B + C", "H = A + B + D"], 4),
-    ],
-)
-def test_two_level_fractions_have_their_textbook_resolution(number, generators, expected):
-    config = two_level(number, generators)
-    assert Fraction(config).resolution() == expected
-    assert len(level_codes(config)) == 2 ** (number - len(generators))
-
-
-def test_defining_words_are_constant_over_the_fraction():
-    config = settings(generators=["C = A + 2B", "D = A + B"], model=["A", "B"], interactions=[])
-    codes = level_codes(config).to_numpy()
-    subgroup = Fraction(config).subgroup
-    assert len(subgroup) == 9
-    for word in subgroup:
-        assert len(set((codes @ np.array(word)) % 3)) == 1
-
-
-def test_aliasing_is_an_equivalence_whose_classes_have_the_size_of_the_subgroup():
-    config = settings()
-    fraction = Fraction(config)
-    classes = {}
-    for word in fraction.low_order_words():
-        members = {fraction.normalised(word), *fraction.aliases(word)}
-        # Three cosets of a word and three of its square, two by two the same effect.
-        assert len(members) == 3
-        for other in members:
-            assert {other, *fraction.aliases(other)} == members
-        classes[frozenset(members)] = members
-    # 26 degrees of freedom are 13 effects of two, no effect being in two classes.
-    assert len(classes) == 13
-    assert sum(map(len, classes.values())) == 39
-
-
-def test_aliased_components_split_the_runs_into_the_same_groups():
-    config = settings()
-    codes = level_codes(config).to_numpy()
-    fraction = Fraction(config)
-    for word in fraction.low_order_words():
-        groups = (codes @ np.array(word)) % 3
-        for other in fraction.aliases(word):
-            counts = pd.crosstab(groups, (codes @ np.array(other)) % 3).to_numpy()
-            assert sorted(counts.ravel()) == [0] * 6 + [9] * 3
-
-
-def test_words_multiply_and_spell():
-    fraction = Fraction(settings())
-    assert fraction.spell(fraction.normalised((0, 2, 1, 0))) == "BC2"
-    assert fraction.times((1, 1, 0, 0), (1, 2, 1, 0)) == (2, 0, 1, 0)
-    assert fraction.spell((0, 0, 0, 0)) == "I"
-    assert length((0, 2, 1, 0)) == 2
-
-
-def test_the_alias_table_pairs_the_interactions_as_table_2_5_does():
-    config = settings()
-    table = alias_table(config).set_index("effect")
-    assert table.loc["I", "aliases"] == "ABCD2"
-    assert (table.loc[list("ABCD"), "clear"] == "yes").all()
-    assert table.loc["AB", "aliases_up_to_two_letters"] == "CD2"
-    assert table.loc["AC", "aliases_up_to_two_letters"] == "BD2"
-    assert table.loc["BC", "aliases_up_to_two_letters"] == "AD2"
-    assert table.loc[["AB2", "AC2", "BC2", "AD", "BD", "CD"], "clear"].eq("yes").all()
-    assert [interaction_partners(config, term) for term in ("A:B", "A:C", "B:C")] == [
-        ["AB", "CD"],
-        ["AC", "BD"],
-        ["AD", "BC"],
-    ]
-
-
-def test_a_full_factorial_of_any_levels_has_no_aliases():
-    mixed = [*factors(2, 3), {"symbol": "C", "column": "c", "label": "C", "levels": [1, 10]}]
-    config = settings(factors=mixed, generators=[], model=["A"], interactions=[])
-    table = alias_table(config)
-    assert len(level_codes(config)) == 18
-    assert (table["aliases"] == "").all()
-    assert table.set_index("effect")["degrees_of_freedom"][["A", "C", "AB", "AC"]].tolist() == [2, 1, 4, 2]
-    assert describe(config)["resolution"] is None
-
-
 def test_the_audit_finds_case_4_and_the_treatment_that_was_meant():
     config = settings()
     audit = audit_table(config, read_runs(SCREENING, config.factors))
@@ -168,89 +66,197 @@ def test_the_audit_finds_case_4_and_the_treatment_that_was_meant():
     assert counts.tolist() == ["9/9/9", "9/9/9", "9/9/9", "10/8/9"]
 
 
-def test_the_audit_of_the_planned_design_finds_nothing():
-    config = settings()
-    design = design_table(config).assign(yield_percent=50.0)
-    audit = audit_table(config, design)
-    assert set(audit["departs"]) == {"no"}
+STEELS = ["steel", "zirconia", "tungsten carbide"]
 
 
-def edited(tmp_path, change) -> str:
-    frame = pd.read_csv(SCREENING, sep="\t", comment="#", dtype=str)
-    path = tmp_path / "runs.tsv"
-    change(frame).to_csv(path, sep="\t", index=False)
-    return str(path)
+def factor(symbol: str, levels: list) -> dict:
+    return {"symbol": symbol, "column": symbol.lower(), "label": f"factor {symbol} (-)", "levels": levels}
 
 
-def with_cell(row: int, column: str, value: str):
-    def change(frame: pd.DataFrame) -> pd.DataFrame:
-        frame.loc[row, column] = value
-        return frame
+def design(symbols: str, levels: int | list, generators: list[str] = (), **others) -> DesignConfig:
+    levels = list(range(levels)) if isinstance(levels, int) else levels
+    content = {"factors": [factor(symbol, levels) for symbol in symbols], "generators": list(generators)}
+    return check_model({**content, "order_seed": 1, **others}, DesignConfig, "design.yaml")
 
-    return change
+
+def mixed(generators: list[str] = ()) -> DesignConfig:
+    """Three factors of two levels, one of three names, one of four numbers."""
+    factors = [factor(symbol, [-1, 1]) for symbol in "ABC"] + [factor("D", STEELS), factor("E", [1, 2, 5, 10])]
+    content = {"factors": factors, "generators": list(generators), "order_seed": 1}
+    return check_model(content, DesignConfig, "design.yaml")
+
+
+def test_the_quarter_of_2_to_the_5_has_the_aliases_of_the_textbook():
+    # Montgomery, Design and Analysis of Experiments, the 2^(5-2) design of resolution III with D = AB, E = AC.
+    config = design("ABCDE", [-1, 1], ["D = AB", "E = AC"])
+    table = alias_table(config).set_index("effect")["aliases"]
+    known = {"I": "ABD = ACE = BCDE", "A": "BD = CE = ABCDE", "B": "AD = CDE = ABCE", "D": "AB = BCE = ACDE"}
+    assert table[[*known, "BC"]].to_dict() == known | {"BC": "DE = ABE = ACD"}
+    signs = design_table(config)[list("abcde")]
+    assert len(signs) == 8 and (signs["d"] == signs["a"] * signs["b"]).all()
+    assert (signs["e"] == signs["a"] * signs["c"]).all()
+
+
+def test_a_word_is_a_product_of_signs_and_a_sum_may_choose_the_other_half():
+    assert describe(design("ABC", 2, ["C = AB"]))["defining_words"] == ["ABC"]
+    assert describe(design("ABC", 2, ["C = A + B"]))["defining_words"] == ["-ABC"]
+    assert describe(design("ABC", 2, ["C = A + B + 1"]))["defining_words"] == ["ABC"]
+    halves = [set(treatments(level_codes(design("ABC", 2, [text])))) for text in ("C = A + B", "C = A + B + 1")]
+    assert not halves[0] & halves[1]
+    assert len(halves[0] | halves[1]) == 8
+    assert describe(design("ABC", 3, ["C = A + B + 1"]))["defining_words"] == ["ABC2(2)"]
+    pairs = level_codes(design("ABC", 3, ["C = AB2"]))
+    assert (pairs["C"] == (pairs["A"] + 2 * pairs["B"]) % 3).all()
+
+
+def test_nine_runs_carry_four_factors_of_three_levels():
+    config = design("ABCD", 3, ["C = A + B", "D = A + 2B"])
+    codes = level_codes(config)
+    assert len(codes) == 9
+    assert all((pd.crosstab(codes[one], codes[two]).to_numpy() == 1).all() for one, two in combinations("ABCD", 2))
+    assert describe(config)["defining_words_of_length"] == {"3": 4}
+
+
+def test_a_mixed_full_factorial_has_every_treatment_and_no_aliases():
+    table, aliases = design_table(mixed()), alias_table(mixed()).set_index("effect")
+    assert len(table) == 2 * 2 * 2 * 3 * 4 == table["treatment"].nunique() and set(table["d"]) == set(STEELS)
+    assert (aliases["aliases"] == "").all()
+    assert aliases["degrees_of_freedom"][["A", "D", "E", "AD", "DE"]].tolist() == [1, 2, 3, 2, 6]
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    "config",
     [
-        (lambda frame: frame.drop(columns="time_h"), ["time_h", "missing"]),
-        (lambda frame: frame.drop(columns="yield_percent"), ["yield_percent", "missing"]),
-        (lambda frame: frame.drop(columns="case"), ["case", "missing"]),
-        (with_cell(4, "bpr", "ten"), ["bpr", "ten", "number"]),
-        (with_cell(4, "bpr", "12,5"), ["bpr", "12.5", "must be one of the levels"]),
-        (with_cell(4, "yield_percent", ""), ["yield_percent", "number"]),
-        (with_cell(4, "yield_percent", "NaN"), ["yield_percent", "case 5", "finite number"]),
-        (with_cell(4, "yield_percent", "inf"), ["yield_percent", "inf", "finite number"]),
-        (with_cell(4, "case", " 4"), ["case", "4", "twice"]),
-        (with_cell(4, "case", ""), ["case", "row 5", "must not be empty"]),
-        (lambda frame: frame.assign(run_order=1), ["run_order", "case 2", "a whole number that no other run has"]),
-        (lambda frame: frame.assign(run_order="first"), ["run_order", "first", "number"]),
-        (with_cell(4, "case", "4"), ["case", "4", "twice"]),
-        (with_cell(4, "yield_percent", "140"), ["yield_percent", "case 5", "140", "between 0 and 100"]),
-        (with_cell(4, "yield_percent", "-3"), ["yield_percent", "-3", "between 0 and 100"]),
-        (with_cell(4, "speed_rpm", "700"), ["speed_rpm", "case 5", "700", "600, 800, 1000"]),
-        (lambda frame: frame.head(0), ["no rows"]),
+        design("ABCDE", 2, ["D = AB", "E = AC"]),
+        design("ABCD", 3, ["D = A + B + C"]),
+        design("ABC", 5, ["C = A + 2B"]),
+        mixed(["C = AB"]),
+        mixed(),
     ],
 )
-def test_bad_tables_are_refused_in_one_line(tmp_path, change, words):
-    path = edited(tmp_path, change)
-    with pytest.raises(ConfigError) as caught:
-        read_runs(path, settings().factors)
-    text = str(caught.value)
-    assert "\n" not in text
-    assert all(word in text for word in [path, *words])
-
-
-def test_runs_may_lack_the_treatment_code(tmp_path):
-    runs = read_runs(edited(tmp_path, lambda frame: frame.drop(columns="treatment")), settings().factors)
-    assert "treatment" not in runs
-    assert len(runs) == 27
+def test_two_effects_share_degrees_of_freedom_exactly_if_they_are_aliases(config):
+    codes, table = level_codes(config), alias_table(config)
+    names = list(config.symbols) + [":".join(pair) for pair in combinations(config.symbols, 2)]
+    linked = set()
+    for row in table[table["letters"] > 0].itertuples():
+        own = [symbol for symbol in config.symbols if symbol in row.effect]
+        for other in filter(None, row.aliases_up_to_two_letters.split(" = ")):
+            linked.add(frozenset([":".join(own), ":".join(symbol for symbol in config.symbols if symbol in other)]))
+    for one, two in combinations(names, 2):
+        shared = shared_degrees_of_freedom(term_columns(config, codes, one), term_columns(config, codes, two))
+        assert (shared > 1e-9) == (frozenset([one, two]) in linked), (one, two)
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    ("symbols", "levels", "made", "lengths"),
     [
-        ({"generators": ["D = A + X"]}, "X is not a base factor"),
-        ({"generators": ["D = A - B"]}, "a sum such as"),
-        ({"generators": ["D = D + A"]}, "appear once"),
-        ({"generators": ["D = A + 3B"]}, "zero modulo 3"),
-        ({"generators": ["E = A + B"]}, "E is not a factor"),
-        ({"model": ["A", "A:E"]}, "A:E"),
-        ({"model": ["A:B", "B:A"]}, "appears twice"),
-        ({"simulations": 5}, "greater than or equal to 100"),
-        ({"fraction": 3}, "unknown key"),
-        ({"factors": [*thesis_settings()["factors"], thesis_settings()["factors"][0]]}, "appears twice"),
+        # Fractions of minimum aberration: Box, Hunter and Hunter's table of two levels.
+        ("ABCDE", 2, "E", {5: 1}),
+        ("ABCDE", 2, "DE", {3: 2, 4: 1}),
+        ("ABCDEF", 2, "EF", {4: 3}),
+        ("ABCDEFG", 2, "FG", {4: 1, 5: 2}),
+        ("ABCDEFG", 2, "EFG", {4: 7}),
+        ("ABCDEFG", 2, "DEFG", {3: 7, 4: 7, 7: 1}),
+        ("ABCD", 3, "D", {4: 1}),
+        ("ABCD", 3, "CD", {3: 4}),
     ],
 )
-def test_bad_settings_are_refused_in_one_line(changes, words):
-    with pytest.raises(ConfigError) as caught:
-        settings(**changes)
-    assert words in str(caught.value)
+def test_the_best_generators_are_those_of_minimum_aberration(symbols, levels, made, lengths):
+    config = design(symbols, levels)
+    generators = best_generators(config, list(made))
+    assert Fraction(design(symbols, levels, generators)).word_lengths() == lengths
+
+
+@pytest.mark.parametrize(
+    ("made", "words"),
+    [(["X"], "factor X"), (["A", "D"], "same number of levels"), (["E"], "2, 3, 5 or 7"), (["D"], "make 0")],
+)
+def test_factors_that_cannot_be_generated_are_refused_in_one_line(made, words):
+    with pytest.raises(ConfigError, match=words) as caught:
+        best_generators(mixed(), made)
     assert "\n" not in str(caught.value)
 
 
-def test_levels_must_increase():
-    changed = thesis_settings()["factors"]
-    changed[0]["levels"] = [30, 10, 50]
-    with pytest.raises(ConfigError, match="values must rise"):
-        settings(factors=changed)
+def test_replicates_are_spread_over_the_order_and_the_audit_counts_them(tmp_path):
+    config = design("AB", 3, replicates=2)
+    table = design_table(config)
+    assert (len(table), table["treatment"].nunique()) == (18, 9)
+    assert table["replicate"].tolist() == [1] * 9 + [2] * 9
+    assert sorted(table["run_order"]) == list(range(1, 19))
+    assert not table.sort_values("run_order")["replicate"].is_monotonic_increasing
+    assert set(audit_table(config, table)["departs"]) == {"no"}
+    fewer = audit_table(config, table.drop(index=17).reset_index(drop=True))
+    lost = fewer[fewer["check"] == "treatment repeated"]
+    assert lost[["subject", "found", "wanted"]].to_numpy().tolist() == [["22", "1", "2"]]
+
+
+def test_contrasts_follow_the_distances_of_the_levels_and_only_span_the_names():
+    levels = np.array([1.0, 2.0, 5.0, 10.0])
+    linear = contrasts(levels)[:, 0]
+    np.testing.assert_allclose(linear, (levels - 4.5) / np.linalg.norm(levels - 4.5), atol=1e-12)
+    names = level_contrasts(mixed().factor("D"))
+    np.testing.assert_allclose(names.T @ names, np.eye(2), atol=1e-12)
+    np.testing.assert_allclose(names.sum(axis=0), 0, atol=1e-12)
+
+
+def test_the_command_writes_the_design_of_a_file(tmp_path, capsys):
+    path = tmp_path / "design.yaml"
+    path.write_text(yaml.safe_dump(design("ABCDEFG", [-1, 1]).model_dump()))
+    millprint(["design", str(path), str(tmp_path / "out"), "--generate", "E", "F", "G"])
+    assert "16 runs of 128" in capsys.readouterr().out
+    table = read_table(tmp_path / "out/design.tsv", text=["treatment"])
+    assert (len(table), table["treatment"].nunique()) == (16, 16)
+    assert json.loads((tmp_path / "out/fraction.json").read_text())["resolution"] == 4
+    path.write_text("factors: []\norder_seed: 1\n")
+    assert millprint(["design", str(path), str(tmp_path / "none")]) == 1
+    assert "factors" in capsys.readouterr().err and not (tmp_path / "none").exists()
+
+
+def screened(tmp_path, **changes) -> tuple:
+    """A design with a factor of names in a file of its own, and its runs with a planted effect of that factor."""
+    factors = [factor("A", STEELS), factor("B", [1, 10]), factor("C", [300, 600, 900])]
+    content = {
+        "factors": factors,
+        "replicates": 2,
+        "order_seed": 3,
+        "model": ["A", "B", "C", "A:B"],
+        "simulations": 100,
+    }
+    content["interactions"] = [{"name": "pair", "title": "pair", "panels": [["A", "B"], ["C", "A"]]}]
+    (tmp_path / "design.yaml").write_text(yaml.safe_dump({**content, **changes}))
+    table = design_table(check_model(content, AnalysisConfig, "design.yaml"))
+    noise = np.random.default_rng(4).normal(size=len(table))
+    runs = table[["case", "run_order", "a", "b", "c"]].assign(yield_percent=50 + 10 * table["A"] + noise)
+    runs.to_csv(tmp_path / "runs.tsv", sep="\t", index=False)
+    return str(tmp_path / "design.yaml"), str(tmp_path / "runs.tsv"), str(tmp_path / "out")
+
+
+@pytest.mark.slow
+def test_a_design_with_names_is_analysed_by_one_command(tmp_path):
+    out = tmp_path / "out"
+    millprint(["analyse", *screened(tmp_path)])
+    # The same file makes the design.
+    millprint(["design", str(tmp_path / "design.yaml"), str(tmp_path / "again")])
+    assert (tmp_path / "again/design.tsv").read_bytes() == (out / "design.tsv").read_bytes()
+    anova = read_table(out / "anova_printed.tsv", text=["term"]).set_index("term")
+    # Names have no linear trend; with two levels there is no quadratic one.
+    assert list(anova.index) == ["A", "B", "BL", "C", "CL", "CQ", "A:B", "Residual"] and anova["F"].idxmax() == "A"
+    assert read_table(out / "lack_of_fit.tsv", text=["against"])["p_value"].between(0.001, 1).all()
+    assert all(name in (out / "interaction_pair.svg").read_text() for name in STEELS)
+
+
+@pytest.mark.parametrize(
+    ("changes", "row", "words"),
+    [
+        ({}, ("steel", "glass"), "column a, case 1 = 'glass'"),
+        ({}, ("\t300.0\t", "\t\t"), "column c, case 1"),
+        ({"model": ["A", "D"]}, ("", ""), "model: 'D'"),
+        ({"modle": ["A"]}, ("", ""), "modle"),
+    ],
+)
+def test_the_analysis_refuses_in_one_line(tmp_path, capsys, changes, row, words):
+    paths, runs = screened(tmp_path, **changes), tmp_path / "runs.tsv"
+    runs.write_text(runs.read_text().replace(*row, 1))
+    assert millprint(["analyse", *paths]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("error: ") and words in line

@@ -1,11 +1,16 @@
-"""Half-life, gas over water, powder masses and wear."""
+"""Half-life, gas over water, powder masses, wear, and what the literature reports."""
 
+import numpy as np
 import pandas as pd
 import pytest
 
+from millprint.cli.commands import main as millprint
+from millprint.config.doe import ChemistryConfig
 from millprint.config.errors import ConfigError
+from millprint.run.files import read_table
 from millprint.thesis.doe.chemistry import (
     GasConditions,
+    check_formulas,
     excess,
     gas_amount,
     gas_volume,
@@ -14,27 +19,22 @@ from millprint.thesis.doe.chemistry import (
     molar_mass,
     powder_mass,
     reactant_masses,
+    share_lost,
     vapour_pressure,
+    yield_error,
 )
-from millprint.thesis.doe.wet_lab import half_life_table, read_wear, wear_table
+from millprint.thesis.doe.literature import literature_checks, missingness_table, read_literature, read_reported_yields
+from millprint.thesis.doe.wet_lab import charge_table, read_wear, solution_table, wear_table, yield_table
 from tests.conftest import ROOT
 from tests.unit.doe_settings import settings
 
 WEAR = ROOT / "config/data/wear.tsv"
+
 CHEMISTRY = settings().chemistry
+
 ROOM = GasConditions(298.15, 101325)
+
 BORATE, HYDRIDE = CHEMISTRY.limiting, CHEMISTRY.reductant
-
-
-def test_half_life_is_10_2_hours_at_298_kelvin_and_10_1_at_25_degrees():
-    assert f"{half_life(11, 298) / 3600:.1f}" == "10.2"
-    assert f"{half_life(11, 298.15) / 3600:.1f}" == "10.1"
-    table = half_life_table()
-    assert table["half_life_h"][0] == pytest.approx(half_life(11, 298) / 3600)
-
-
-def test_a_unit_of_ph_is_a_factor_of_ten_in_half_life():
-    assert half_life(12, 300) == pytest.approx(10 * half_life(11, 300))
 
 
 @pytest.mark.parametrize(
@@ -52,28 +52,6 @@ def test_a_mole_of_dry_gas_fills_its_molar_volume():
     assert gas_amount(volume, conditions) == pytest.approx(1, rel=1e-6)
 
 
-def test_gas_yield_has_its_closed_form():
-    # 1 g of borate: 4 / 137.86 mol of hydrogen. At 25 degC and 1 atm the dry pressure is 98155 Pa.
-    amount = 4 * 1e-3 / molar_mass(BORATE)
-    volume = amount * 8.314462618 * 298.15 / (101325 - 3169.9)
-    assert gas_yield(volume, ROOM, 1e-3, CHEMISTRY) == pytest.approx(1, rel=1e-4)
-    assert gas_yield(volume / 2, ROOM, 1e-3, CHEMISTRY) == pytest.approx(0.5, rel=1e-4)
-    assert volume == pytest.approx(732.8e-6, rel=1e-3)
-
-
-def test_gas_volume_inverts_gas_yield():
-    conditions = GasConditions(300, 99000)
-    volume = gas_volume(0.71, conditions, 1.1e-3, CHEMISTRY)
-    assert gas_yield(volume, conditions, 1.1e-3, CHEMISTRY) == pytest.approx(0.71, rel=1e-12)
-
-
-def test_vapour_above_the_pressure_is_refused():
-    with pytest.raises(ValueError, match="vapour"):
-        gas_amount(1e-3, GasConditions(360, 5e4))
-    with pytest.raises(ValueError, match="positive volume"):
-        gas_amount(-1e-3, GasConditions(300, 1e5))
-
-
 def test_molar_masses():
     assert 1e3 * molar_mass(BORATE) == pytest.approx(137.86, abs=0.005)
     assert 1e3 * molar_mass(HYDRIDE) == pytest.approx(26.32, abs=0.005)
@@ -85,12 +63,6 @@ def test_reactant_masses_have_the_powder_mass_and_the_molar_ratio():
     assert borate + hydride == pytest.approx(3.2e-3)
     assert (hydride / molar_mass(HYDRIDE)) / (borate / molar_mass(BORATE)) == pytest.approx(10)
     assert [round(100 * excess(ratio, CHEMISTRY)) for ratio in (8, 10, 12)] == [33, 67, 100]
-
-
-def test_the_reference_case_of_chapter_4_is_charged_with_1_1_grams_of_borate():
-    # Table 4.4 prints 1.10 g for ball-to-powder ratio 30 and molar ratio 10.
-    borate, _ = reactant_masses(powder_mass(97.06, 30), 10, CHEMISTRY)
-    assert borate == pytest.approx(1.10, rel=0.015)
 
 
 def test_the_powder_at_a_ratio_of_50_gives_17_and_6_per_cent_of_iron():
@@ -110,21 +82,176 @@ def test_wear_without_a_weighing_of_its_own_is_the_difference_of_the_masses(tmp_
     assert wear_table(read_wear(path))["wear_g"].tolist() == pytest.approx([0.33, 0.12])
 
 
+GAS = settings().gas
+
+READING = {"case": "14", "gas_volume_ml": 578.6, "temperature_k": 298.15, "pressure_pa": 101325} | {
+    "limiting_mass_g": 1.1120722
+}
+
+
+def write(path, *rows: dict) -> str:
+    pd.DataFrame(rows).to_csv(path, sep="\t", index=False)
+    return str(path)
+
+
+def test_a_gas_volume_gives_the_yield_it_was_made_from(tmp_path):
+    row = yield_table(write(tmp_path / "g.tsv", READING), CHEMISTRY, GAS).iloc[0]
+    assert row["yield_percent"] == pytest.approx(71.0, abs=0.01)
+    # 1.112 g of 137.86 g/mol give 4 mol of gas each.
+    assert row["full_mmol"] == pytest.approx(4 * 1112.0722 / 137.8607, rel=1e-5)
+    dry = 101325 - 3169.9
+    assert row["hydrogen_mmol"] == pytest.approx(dry * 578.6e-6 / (8.314463 * 298.15) * 1e3, rel=1e-4)
+    assert row["yield_if_vapour_ignored_percent"] / row["yield_percent"] == pytest.approx(101325 / dry, rel=1e-4)
+
+
+def test_dry_gas_and_a_head_of_water_change_the_pressure_of_the_hydrogen(tmp_path):
+    path = write(tmp_path / "g.tsv", READING, {**READING, "case": "15"})
+    dry = yield_table(path, CHEMISTRY, GAS.model_copy(update={"saturated": False}))
+    assert (dry["yield_percent"] == dry["yield_if_vapour_ignored_percent"]).all()
+    headed = write(tmp_path / "h.tsv", {**READING, "water_head_mm": 0}, {**READING, "case": "15", "water_head_mm": 100})
+    low, high = yield_table(headed, CHEMISTRY, GAS)["yield_percent"][::-1]
+    # 100 mm of water are 978.7 Pa less on the gas.
+    assert low / high == pytest.approx(1 - 978.7 / (101325 - 3169.9), rel=1e-5)
+
+
+def arguments(readings: dict) -> tuple:
+    """The arguments of `gas_yield`."""
+    conditions = GasConditions(readings["temperature"], readings["pressure"])
+    return readings["volume"], conditions, readings["limiting_mass"], CHEMISTRY
+
+
+def test_errors_of_the_readings_propagate_as_a_simulation_of_them_does():
+    readings = {"volume": 200e-6, "temperature": 310.0, "pressure": 99e3, "limiting_mass": 0.8e-3}
+    errors = {"volume": 3e-6, "temperature": 2.0, "pressure": 600.0, "limiting_mass": 8e-6}
+    rng = np.random.default_rng(2)
+    drawn = {name: value + errors[name] * rng.normal(size=40_000) for name, value in readings.items()}
+    simulated = np.std(gas_yield(*arguments(drawn)))
+    assert yield_error(errors, *arguments(readings)) == pytest.approx(simulated, rel=0.02)
+    only = yield_error({"volume": 3e-6}, *arguments(readings))
+    assert only == pytest.approx(gas_yield(*arguments({**readings, "volume": 3e-6})))
+
+
+def test_another_reaction_and_impure_powders_are_counted():
+    reaction = {"limiting": "NaBO2.2H2O", "reductant": "Mg", "stoichiometric_ratio": 4, "gas_per_mole": 4}
+    other = ChemistryConfig(**reaction, limiting_purity=0.9, reductant_purity=0.5)
+    limiting, reductant = reactant_masses(1e-3, 5.5, other)
+    assert limiting + reductant == pytest.approx(1e-3)
+    moles = reductant * 0.5 / molar_mass("Mg"), limiting * 0.9 / molar_mass("NaBO2.2H2O")
+    assert moles[0] / moles[1] == pytest.approx(5.5)
+    pure, args = ChemistryConfig(**reaction), (100e-6, GasConditions(298.15, 101325), 1e-3)
+    assert gas_yield(*args, other) * 0.9 == pytest.approx(gas_yield(*args, pure))
+    # Table 2.2, reference 15: 0.43 g and 0.57 g at a molar ratio of 5.5.
+    assert reactant_masses(1.0, 5.55, pure) == pytest.approx((0.43, 0.57), abs=0.005)
+
+
+@pytest.mark.parametrize("formula", ["nabo2", "", "Xx2", "NaBO2 and water"])
+def test_a_formula_that_is_none_is_refused_in_one_line(formula):
+    chemistry = CHEMISTRY.model_copy(update={"limiting": formula})
+    with pytest.raises(ConfigError, match=r"config.yaml: doe.chemistry.limiting: formula .* NaBO2.4H2O") as caught:
+        check_formulas(chemistry, "config.yaml: doe.chemistry")
+    assert "\n" not in str(caught.value)
+
+
+def test_half_lives_and_what_is_lost_while_waiting(tmp_path):
+    path = write(tmp_path / "s.tsv", {"case": "a", "ph": 11, "temperature_k": 298, "wait_h": 10.229367})
+    table = solution_table(path)
+    assert table["half_life_h"][0] == pytest.approx(10.229, abs=1e-3)
+    assert table["lost_percent"][0] == pytest.approx(50, abs=1e-4)
+    assert share_lost(2.0, 1.0) == pytest.approx(0.75)
+    assert share_lost(0.0, half_life(11, 298)) == 0
+
+
+def test_a_charge_from_counted_balls_is_that_of_their_mass(tmp_path):
+    same = {"case": "a", "bpr": 30, "molar_ratio": 10}
+    counted = same | {"balls": 24, "ball_diameter_mm": 10, "ball_density_kg_m3": 7700}
+    row = charge_table(write(tmp_path / "c.tsv", counted), CHEMISTRY).iloc[0]
+    assert row["ball_mass_g"] == pytest.approx(24 * 7.7 * np.pi / 6, rel=1e-9)
+    weighed = same | {"ball_mass_g": row["ball_mass_g"]}
+    assert charge_table(write(tmp_path / "w.tsv", weighed), CHEMISTRY)["limiting_mass_g"][0] == row["limiting_mass_g"]
+    assert row["powder_mass_g"] == pytest.approx(row["limiting_mass_g"] + row["reductant_mass_g"])
+    # The powder charged gives back its own gas at a full yield.
+    volume = gas_volume(1.0, GasConditions(298.15, 101325), 1e-3 * row["limiting_mass_g"], CHEMISTRY)
+    dry = 101325 - vapour_pressure(298.15)
+    assert volume * dry / (8.314462618 * 298.15) * 1e3 == pytest.approx(row["full_gas_mmol"])
+
+
+WORN = {"ball_diameter_mm": 10, "speed_rpm": 1000, "time_h": 20, "bpr": 50, "unused_mass_g": 97.06}
+
+
 @pytest.mark.parametrize(
-    ("column", "value", "words"),
+    ("calculation", "reading", "column", "value"),
     [
-        ("used_mass_g", 98.0, "at most the unused mass"),
-        ("wear_g", 0.5, "within 0.01 g"),
-        ("bpr", 0, "above 0"),
-        ("time_h", "long", "finite number"),
+        ("yield", READING, "yield_percent", 71.0),
+        ("yield --dry-gas", READING, "yield_percent", 73.29),
+        ("half-life", {"case": "a", "ph": 11, "temperature_k": 298}, "half_life_h", 10.229),
+        ("charge", {"case": "a", "bpr": 30, "molar_ratio": 10, "ball_mass_g": 97.06}, "limiting_mass_g", 1.11207),
+        ("wear", WORN | {"used_mass_g": 96.94}, "iron_percent", 6.18),
     ],
 )
-def test_bad_weighings_are_refused_in_one_line(tmp_path, column, value, words):
-    path = tmp_path / "wear.tsv"
-    frame = pd.read_csv(WEAR, sep="\t", comment="#").astype(object)
-    frame.loc[0, column] = value
-    frame.to_csv(path, sep="\t", index=False)
-    with pytest.raises(ConfigError, match=words) as caught:
-        read_wear(path)
-    assert "\n" not in str(caught.value)
-    assert column in str(caught.value)
+def test_the_command_calculates_each_table(tmp_path, calculation, reading, column, value):
+    (name, *option), out = calculation.split(), tmp_path / "out.tsv"
+    paths = [write(tmp_path / "in.tsv", reading), str(out), "--config", str(ROOT / "config/config.yaml")]
+    millprint(["wet-lab", name, *paths, *option])
+    assert read_table(out, numeric=[column])[column][0] == pytest.approx(value, rel=1e-3)
+
+
+REACTION = "{limiting: nabo2, reductant: MgH2, stoichiometric_ratio: 6, gas_per_mole: 4}"
+
+
+@pytest.mark.parametrize(
+    ("config", "words"),
+    [
+        ("doe: 3", "doe: "),
+        ("doe: {gas: {temperature_k: 298, pressure_pa: 1e5}}", "chemistry"),
+        (f"chemistry: {REACTION}", "chemistry.limiting: formula 'nabo2'"),
+    ],
+)
+def test_the_command_refuses_in_one_line_and_writes_nothing(tmp_path, capsys, config, words):
+    (tmp_path / "lab.yaml").write_text(config)
+    out, path = tmp_path / "out.tsv", write(tmp_path / "in.tsv", READING)
+    assert millprint(["wet-lab", "yield", path, str(out), "--config", str(tmp_path / "lab.yaml")]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("error: ") and "lab.yaml" in line and words in line and not out.exists()
+
+
+LITERATURE = ROOT / "config/data/literature.tsv"
+
+YIELDS = ROOT / "config/data/literature_yields.tsv"
+
+
+@pytest.fixture(scope="module")
+def studies() -> pd.DataFrame:
+    return read_literature(LITERATURE)
+
+
+@pytest.fixture(scope="module")
+def checks(studies) -> pd.DataFrame:
+    return literature_checks(studies, read_reported_yields(YIELDS)).set_index(["reference", "check"])
+
+
+def test_the_table_of_missingness_counts_the_dashes_of_both_directions(studies):
+    table = missingness_table(studies).set_index("parameter")
+    columns = [name for name in table if name.startswith("reference_")]
+    assert len(columns) == 7
+    # What Table 2.2 shows as a dash, by study.
+    assert (table[columns] == "no").sum().tolist() == [0, 9, 1, 9, 2, 2, 5]
+    assert table.loc["ball_diameter_mm", "unreported"] == 5
+    assert table.loc["speed_rpm", ["reference_12", "reference_14"]].tolist() == ["no", "no"]
+    assert table["unreported"].is_monotonic_decreasing
+
+
+def test_reference_16_was_charged_with_the_dihydrate(checks):
+    ratio = checks.loc[("16", "molar ratio [-]")]
+    # 0.44 g of the tetrahydrate would be a ratio of 6.67; 5.0 and the 90 % are those of the dihydrate.
+    assert (ratio["agrees"], ratio["follows"]) == ("no", pytest.approx(6.67, abs=0.01))
+    assert "NaBO2.2H2O" in ratio["note"]
+    assert "NaBO2.2H2O" in checks.loc[("16", "yield in Tables 2.2 and 2.1 [%]"), "note"]
+
+
+def test_what_cannot_follow_from_a_study_s_other_numbers_is_found(checks):
+    assert checks.loc[("11", "molar ratio [-]"), "follows"] == pytest.approx(0.985, abs=0.001)
+    balls = checks.loc[("13", "ball-to-powder ratio with steel balls [-]")]
+    assert balls["follows"] == pytest.approx(5.1, abs=0.05)
+    assert "15.2 g/cm3" in balls["note"]
+    wrong = checks[checks["agrees"] == "no"].index.tolist()
+    assert [reference for reference, _ in wrong] == ["11", "13", "13", "16", "16"]

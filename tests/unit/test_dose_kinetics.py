@@ -10,7 +10,7 @@ import pytest
 from millprint.cli.commands import main as millprint
 from millprint.config.errors import ConfigError
 from millprint.dose.energy_doses import AXES, HITS, NORMAL, TANGENTIAL, TOTAL, doses, own_doses
-from millprint.dose.kinetics import MODELS, NO_EFFECT, aicc, best_of, fit_kinetics, said_of_shear, shear_worth, verdict
+from millprint.dose.kinetics import MODELS, NO_EFFECT, aicc, fit_kinetics, shear_worth
 from millprint.thesis.curves.energy import curve_of, powder_of_ball, screening_doses
 from tests.unit.synthetic_mill import fingerprint
 
@@ -83,23 +83,6 @@ def test_aicc_by_hand_and_without_enough_runs():
     assert np.isinf(aicc(1.0, 4, 3))
 
 
-@pytest.mark.slow
-def test_an_axis_that_does_not_vary_is_left_out():
-    runs = made_up("first order", TOTAL, 0.1).assign(time_h=12.5)
-    table = fit_kinetics(runs)
-    assert best_of(table, "time_h") is None
-    assert "time" not in verdict(runs, table, "Runs").split("explain:")[1].split(".")[0]
-
-
-@pytest.mark.slow
-def test_the_verdict_names_runs_that_dose_cannot_tell_apart():
-    runs = made_up("first order", TOTAL, 0.05)
-    runs.loc[0, [TOTAL, TANGENTIAL, "yield_percent"]] = [10.0, 8.0, 95.0]
-    runs.loc[1, [TOTAL, TANGENTIAL, "yield_percent"]] = [10.1, 5.05, 5.0]
-    text = verdict(runs, fit_kinetics(runs), "Runs")
-    assert "does not explain runs 0 and 1: 10 and 10.1 kJ/g, but 95 and 5 %, with 80 and 50 %" in text
-
-
 @pytest.mark.parametrize(("yields", "why"), [([50.0] * 4, "at least 5"), ([50.0] * 6, "all are 50")])
 def test_too_few_or_equal_yields_are_refused(yields, why):
     runs = made_up("first order", TOTAL, 0.1).head(len(yields)).assign(yield_percent=yields)
@@ -108,40 +91,22 @@ def test_too_few_or_equal_yields_are_refused(yields, why):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("worth", "apart"), [(5.0, "are told apart"), (1.0, "are not told apart")])
-def test_the_worth_of_shear_is_found_within_its_interval(monkeypatch, worth, apart):
+@pytest.mark.parametrize("worth", [5.0, 1.0])
+def test_the_worth_of_shear_is_found_within_its_interval(monkeypatch, worth):
     # A hundred fits: two starts in place of nine are enough here.
     monkeypatch.setitem(MODELS, "Avrami", replace(MODELS["Avrami"], starts=((0.5, 1.0), (0.5, 3.0))))
-    runs = made_up("first order", TOTAL, 0.1)
-    random = np.random.default_rng(4)
+    runs, random = made_up("first order", TOTAL, 0.1), np.random.default_rng(4)
     normal, tangential = random.uniform(1, 20, (2, len(runs)))
     dose = normal + worth * tangential
     yields = MODELS["Avrami"].law(dose / dose.mean(), 0.6, 1.2) + random.standard_normal(len(runs))
     runs = runs.assign(**{NORMAL: normal, TANGENTIAL: tangential, TOTAL: normal + tangential, "yield_percent": yields})
     found = shear_worth(runs)
     assert found.lower < worth < found.upper and found.lower < found.worth < found.upper
-    assert found.upper / found.lower < 2
-    assert (found.gain_aicc > 0) == (worth != 1)
-    # The sentence is about this fit, which takes seconds and is not made again for it.
-    monkeypatch.setattr("millprint.dose.kinetics.shear_worth", lambda asked: {id(runs): found}[id(asked)])
-    assert apart in said_of_shear(runs)
+    assert found.upper / found.lower < 2 and (found.gain_aicc > 0) == (worth != 1)
 
 
-def test_runs_of_one_tangential_share_cannot_tell_shear_from_compression():
-    """The screening runs are all at one fill ratio: 69 to 70 % of their dose is tangential."""
-    screening = screening_doses(ROOT / "config/data/screening.tsv", *BALL)
-    assert said_of_shear(screening).startswith(
-        "Shear against compression: 69 to 70 % of the dose is tangential in every"
-    )
-    assert "too few" in said_of_shear(screening.head(4))
-
-
-OWN = pd.DataFrame(
-    {
-        "case": ["a", "b"], "mill": "emax", "powder_mass_g": [2.0, 4.0], "time_h": [1.0, 2.0], "fill_ratio": 0.1,
-        "speed_rpm": 600.0, "ball_diameter_mm": 10.0,
-    }
-)  # fmt: skip
+OWN = pd.DataFrame({"case": ["a", "b"], "mill": "emax", "powder_mass_g": [2.0, 4.0], "time_h": [1.0, 2.0]})
+OWN = OWN.assign(fill_ratio=0.1, speed_rpm=600.0, ball_diameter_mm=10.0)
 
 
 @pytest.fixture(scope="module")
@@ -150,50 +115,22 @@ def known():
     return {own.about["mill"]: own}
 
 
-def own_table(folder: Path, **change) -> Path:
-    path = folder / "runs.tsv"
-    OWN.assign(**change).to_csv(path, sep="\t", index=False)
-    return path
-
-
 def test_own_runs_have_the_dose_of_their_power(known, tmp_path):
     """Dose times powder is power times time; twice the powder for twice the time has seen the same."""
-    mill = next(iter(known))
-    table = own_doses(own_table(tmp_path, mill=mill), known)
-    assert table[TOTAL].to_numpy() * OWN["powder_mass_g"].to_numpy() * 1e3 == pytest.approx(
-        (table["power_W"] * OWN["time_h"] * 3600).to_numpy(), rel=1e-6
-    )
+    OWN.assign(mill=next(iter(known))).to_csv(tmp_path / "runs.tsv", sep="\t", index=False)
+    table = own_doses(tmp_path / "runs.tsv", known)
+    energy = (table["wall_power_W"] * OWN["time_h"] * 3600).to_numpy()
+    assert (table[TOTAL] * OWN["powder_mass_g"] * 1e3).to_numpy() == pytest.approx(energy, rel=1e-6)
     assert table[HITS][0] == pytest.approx(table[HITS][1])
-
-
-@pytest.mark.parametrize(
-    ("change", "why"),
-    [
-        ({"powder_mass_g": 0.0}, r"column powder_mass_g, case a = 0.*must be above 0"),
-        ({"time_h": -1.0}, r"column time_h, case a = -1.*must be above 0"),
-        ({"mill": "emaks"}, r"column mill, case a = .*emaks.*unknown mill; fingerprints given: "),
-        ({"fill_ratio": 1.5}, r"column fill_ratio, case a = 1\.5.*under 1"),
-        ({"case": "a"}, "column case = a appears twice"),
-    ],
-)
-def test_a_bad_cell_is_one_line(known, tmp_path, change, why):
-    with pytest.raises(ConfigError, match=why) as info:
-        own_doses(own_table(tmp_path, **{"mill": next(iter(known)), **change}), known)
-    assert "\n" not in str(info.value)
 
 
 @pytest.mark.slow
 def test_one_command_prints_doses_kinetics_and_a_verdict(known, tmp_path, capsys):
-    mill, own = next(iter(known.items()))
+    ((mill, own),) = known.items()
     own.write(tmp_path / "fingerprint.json")
-    runs = pd.concat([OWN.head(1)] * 6, ignore_index=True)
-    runs = runs.assign(
-        case=list("abcdef"), mill=mill, time_h=[1, 2, 4, 6, 8, 10], yield_percent=[9, 18, 33, 45, 55, 63]
-    )
+    runs = pd.concat([OWN.head(1)] * 6, ignore_index=True).assign(case=list("abcdef"), mill=mill)
+    runs = runs.assign(time_h=[1, 2, 4, 6, 8, 10], yield_percent=[9, 18, 33, 45, 55, 63])
     runs.to_csv(tmp_path / "runs.tsv", sep="\t", index=False)
-    millprint(
-        ["dose", str(tmp_path / "runs.tsv"), str(tmp_path / "fingerprint.json"), "--out", str(tmp_path / "d.tsv")]
-    )
-    said = capsys.readouterr().out
-    assert "first order" in said and "The smallest AICc" in said
-    assert len(pd.read_csv(tmp_path / "d.tsv", sep="\t")) == 6
+    paths = [str(tmp_path / name) for name in ("runs.tsv", "fingerprint.json")]
+    millprint(["dose", *paths, "--out", str(tmp_path / "d.tsv")])
+    assert "first order" in capsys.readouterr().out and len(pd.read_csv(tmp_path / "d.tsv", sep="\t")) == 6

@@ -53,21 +53,16 @@ def test_a_sealed_hdf5_file_opens_as_it_is(tmp_path):
     assert (tmp_path / "a.h5").stat().st_size == BLOCK + len(read_checksummed(tmp_path / "a.h5"))
 
 
-def test_a_truncated_hdf5_file_is_named(tmp_path):
+def test_a_truncated_file_is_named(tmp_path):
     path = tmp_path / "a.h5"
     with whole_hdf5(path) as file:
         file["x"] = np.random.default_rng(0).random(50_000)
     for length in (path.stat().st_size - 1000, 100, 0):
         os.truncate(path, length)
-        message = r"a.h5: truncated or damaged .* delete it"
-        with pytest.raises(ConfigError, match=message) as caught, open_hdf5(path) as file:
+        with pytest.raises(ConfigError, match=r"a\.h5: .* delete it"), open_hdf5(path) as file:
             file["x"][:]
-        assert "\n" not in str(caught.value)
-
-
-def test_truncated_json_is_named(tmp_path):
     (tmp_path / "a.json").write_text('{"a": 1, ')
-    with pytest.raises(MillprintError, match=r"a.json: not valid JSON .* delete it"):
+    with pytest.raises(MillprintError, match=r"a\.json: .* delete it"):
         read_json(tmp_path / "a.json")
 
 
@@ -98,28 +93,21 @@ def recorded(tmp_path):
 
 def test_damage_is_reported_in_a_line_a_file_with_what_to_do_and_changes_none(recorded, capsys):
     logs, (one, two) = recorded
+    assert millprint(["verify", str(logs.parent)]) == 0
+    capsys.readouterr()
     one.write_text("edited")
     os.utime(two, ns=(1, 1))
-    assert report_damaged(logs) == 1
-    (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith(f"changed: {one}: truncated, 6 bytes of 7 (dated ")
-    assert line.endswith(f"delete it, and a run makes it again; to keep it, delete {logs / 'a.json'}")
-    assert one.read_text() == "edited"
+    for _ in range(2):
+        assert report_damaged(logs) == 1
+        (line,) = capsys.readouterr().err.splitlines()
+        assert str(one) in line and f"delete {logs / 'a.json'}" in line and one.read_text() == "edited"
     # The damaged file is reported each time; of the other one only the date is new.
     entries = read_record(logs / "a.json")
-    assert entries[str(two)]["date_ns"] == 1
-    assert entries[str(one)]["bytes"] == 7
-    report_damaged(logs)
-    assert capsys.readouterr().err.splitlines() == [line]
+    assert entries[str(two)]["date_ns"] == 1 and entries[str(one)]["bytes"] == 7
     one.unlink()
-    assert report_damaged(logs) == 0
-
-
-def test_one_other_bit_is_damage(recorded, capsys):
-    logs, (_, two) = recorded
     two.write_text("Two.txt")
-    assert report_damaged(logs) == 1
-    assert f"changed: {two}: not as its job wrote it (dated 20" in capsys.readouterr().err
+    assert report_damaged(logs) == 1 and str(two) in capsys.readouterr().err
+    assert millprint(["verify", str(logs.parent)]) == 1
 
 
 def test_a_file_that_is_as_dated_is_not_read(recorded, monkeypatch):
@@ -129,32 +117,6 @@ def test_a_file_that_is_as_dated_is_not_read(recorded, monkeypatch):
     os.utime(one)
     with pytest.raises(pytest.fail.Exception, match=r"one\.txt was read"):
         report_damaged(logs)
-
-
-def test_the_check_lists_damage_in_its_status(recorded, capsys):
-    logs, (one, _) = recorded
-    assert millprint(["verify", str(logs.parent)]) == 0
-    assert "as its job wrote it" in capsys.readouterr().out
-    one.write_text("other")
-    assert millprint(["verify", str(logs.parent)]) == 1
-
-
-def test_each_fault_of_a_job_is_a_line(tmp_path, capsys):
-    with pytest.raises(SystemExit), job(str(tmp_path / "a.log"), "a job"):
-        raise ConfigError("a.yaml: x = 1: too small\na.yaml: y = 2: too large")
-    assert capsys.readouterr().err.splitlines() == [
-        "error: a job: a.yaml: x = 1: too small",
-        "error: a job: a.yaml: y = 2: too large",
-    ]
-
-
-def test_what_the_snakefile_imports_of_this_needs_no_scientific_libraries():
-    code = """
-import millprint.run.digest, millprint.run.output_digests
-heavy = {"numpy", "pandas", "scipy", "numba", "h5py", "matplotlib", "torch"}
-print(sorted(heavy & set(sys.modules)))
-"""
-    assert python(code, stdout=subprocess.PIPE).communicate(timeout=60)[0] == "[]\n"
 
 
 def test_a_failed_job_leaves_no_record(tmp_path):
@@ -200,22 +162,6 @@ with job(sys.argv[1] + "/logs/a.log", "a job"):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["logs", "out"]
     assert (tmp_path / "out").read_text() == "before"
     assert [path.name for path in (tmp_path / "logs").iterdir()] == ["a.log"]
-
-
-def test_the_collector_rests_while_a_job_is_imported_and_nowhere_else(tmp_path):
-    code = """
-import gc
-from millprint.run.machine import prepare_environment
-print(gc.isenabled(), flush=True)
-prepare_environment()
-inner = "import gc, sys; sys.path.insert(0, sys.argv[1])\\n" \\
-    "from millprint.run.job import job\\nprint(gc.isenabled(), flush=True)\\n" \\
-    "with job(sys.argv[2], 'a job'):\\n    print(gc.isenabled(), gc.get_freeze_count() > 10000, flush=True)"
-import subprocess
-subprocess.run([sys.executable, "-c", inner, sys.argv[1], sys.argv[2]])
-"""
-    run = python(code, str(ROOT / "src"), str(tmp_path / "a.log"), stdout=subprocess.PIPE)
-    assert run.communicate(timeout=60)[0].split() == ["True", "False", "True", "True"]
 
 
 def test_two_attempts_at_a_job_leave_a_whole_file(tmp_path):

@@ -17,23 +17,17 @@ from millprint.thesis.curves.cycles import tabulate_cycles
 from millprint.thesis.curves.regimes import read_published
 from millprint.thesis.fit import fitted_mill
 from millprint.thesis.fit.jar_search import (
-    FIT_COLUMNS,
     JAR_PARAMETERS,
     SHAPE,
     Search,
-    candidates,
-    fit_table,
-    neighbours,
     on_grid,
-    parameter_rows,
     parameters_of,
-    sensitivity_rows,
     shaped,
     trial_cases,
     volume_ml,
 )
 from millprint.thesis.fit.published import computed_values, misfit, published_values, with_roles
-from tests.conftest import PRINTED, configuration
+from tests.conftest import configuration
 from tests.unit.synthetic_mill import summary, true_curves
 
 ROOT = Path(__file__).parents[2]
@@ -51,12 +45,6 @@ def test_every_jar_holds_the_volume(change):
     assert parameters_of(jar) == pytest.approx(parameters, rel=1e-3)
 
 
-def test_the_present_jar_is_what_its_parameters_give():
-    assert shaped(EMAX, parameters_of(EMAX.geometry)).geometry.end_radius_mm == pytest.approx(
-        EMAX.geometry.end_radius_mm, abs=0.01
-    )
-
-
 def test_a_jar_that_cannot_hold_the_volume_is_refused():
     with pytest.raises(ConfigError, match=r"fit: no jar of 125 mL"):
         shaped(EMAX, parameters_of(EMAX.geometry) | {"height_mm": 4000.0, "fillet_radius_mm": 0.0})
@@ -66,14 +54,6 @@ def test_mills_on_other_motions_have_the_fitted_jar():
     for name in ("emax_motion1", "emax_motion2", "emax_post", "emax_rest"):
         other = load_named(ROOT / "config/mills", name, MillConfig, "mill")
         assert other.geometry.model_copy(update={"post": None}) == EMAX.geometry
-
-
-def test_published_values_are_those_of_the_thesis():
-    value = VALUES.set_index("name")["published"]
-    assert len(VALUES) == 9 + 16
-    assert value["Pn_f0.06"] == float(PRINTED["3.curve.0.06.Pn"])
-    assert value["normal_d10_n600"] == pytest.approx(float(PRINTED["3.cycle.10mm.600.n"]), abs=5e-4)
-    assert value["tangential_d5_n1200"] == pytest.approx(float(PRINTED["3.cycle.5mm.1200.t"]), abs=5e-4)
 
 
 def test_at_most_half_of_each_kind_is_fitted():
@@ -163,33 +143,6 @@ def test_the_search_leaves_out_jars_that_cannot_be_built():
     assert Search(SETTINGS, trial).run(grid_point(height_mm=31))["height_mm"] >= 36
 
 
-def test_candidates_are_on_the_grid_and_hold_the_present_jar():
-    present = grid_point(height_mm=33)
-    jars = candidates(SETTINGS, present)
-    assert jars[0] == tuple(present.values())
-    assert len(jars) == SETTINGS.screening.jars
-    for jar in jars:
-        assert jar == tuple(on_grid(value, SHAPE[n]) for n, value in zip(JAR_PARAMETERS, jar, strict=True))
-
-
-def test_neighbours_stay_in_the_ranges():
-    corner = tuple(SHAPE[name].low for name in JAR_PARAMETERS)
-    assert len(neighbours(corner)) == len(JAR_PARAMETERS)
-    assert len(neighbours(tuple(grid_point().values()))) == 2 * len(JAR_PARAMETERS)
-
-
-def test_the_table_says_what_a_step_does():
-    jar = grid_point()
-    sensitivity = sensitivity_rows(jar, SETTINGS, quadratic(jar))
-    assert len(sensitivity) == 2 * 2 * len(JAR_PARAMETERS)
-    assert sensitivity["change_percent"].to_numpy() == pytest.approx(100 * np.expm1(0.01))
-    table = fit_table(parameter_rows(jar, 26.0, "gap_0_03"), quadratic(jar)(jar, None), sensitivity)
-    assert list(table.columns) == FIT_COLUMNS
-    assert table["record"].value_counts().to_dict() == {
-        "sensitivity": len(sensitivity), "parameter": len(JAR_PARAMETERS) + 2, "value": 2
-    }  # fmt: skip
-
-
 def test_a_mill_of_another_name_or_shape_has_nothing_to_fit():
     content = configuration()
     config = check_model(content, WorkflowConfig, "config.yaml")
@@ -199,11 +152,3 @@ def test_a_mill_of_another_name_or_shape_has_nothing_to_fit():
     other = check_model(EMAX.model_dump() | {"geometry": cylinder}, MillConfig, "emax.yaml")
     assert fitted_mill(config, {"emax": other}) is None
     assert fitted_mill(config.model_copy(update={"mill": "drum"}), {"drum": other}) is None
-
-
-def test_faults_of_the_section_name_the_key():
-    content = configuration()
-    content["dem"]["counting_rules"] = [r for r in content["dem"]["counting_rules"] if r["name"] != "gap_0_04_by_facet"]
-    content["contacts"] = ["steel"]
-    faults = fit_faults(check_model(content, WorkflowConfig, "config.yaml"), {"emax": EMAX}, "config.yaml")
-    assert [fault.split(":")[1].split(" =")[0].strip() for fault in faults] == ["contacts", "dem.counting_rules"]

@@ -12,14 +12,10 @@ import pytest
 from balance_heat import main
 from millprint.config.dose import FlashSection, HeatConfig
 from millprint.config.errors import ConfigError
-from millprint.config.load import check_model
-from millprint.config.workflow import WorkflowConfig
 from millprint.dose import flash
 from millprint.dose.heat_sources import HeatSource, read_sources, split_of_summary
 from millprint.dose.heat_table import (
-    RESTING,
     RUNNING,
-    TIMES,
     balance_of,
     band,
     heat_by_body,
@@ -39,42 +35,19 @@ def write_run(folder: Path, seed: int = 0, histogram: bool = False) -> tuple[str
     place = folder / f"d10_f0.10_n600_s{seed}"
     place.mkdir(parents=True)
     case = {"contact": "steel", "ball_diameter_m": 0.01, "fill_ratio": 0.1, "speed_hz": 10.0, "seed": seed}
-    shares = {
-        "ball_ball": {"normal": 0.25, "tangential": 0.6},
-        "ball_wall": {"normal": 0.75, "tangential": 0.4},
-    }
+    shares = {"ball_ball": {"normal": 0.25, "tangential": 0.6}, "ball_wall": {"normal": 0.75, "tangential": 0.4}}
     rule = {"dropped": {"count": 0.0, "normal": 0.0, "tangential": 0.0}, "shares": shares}
-    summary = {
-        "mill": "box",
-        "case": case,
-        "power_W": {"normal": 4.0, "tangential": 2.0 + seed, "rolling": 1.0, "wall": 7.0},
-        "collisions": [rule],
-        "ball_sizes_m": [0.01],
-        "ball_counts": [5],
-        "balls": 5,
-        "ball_mass_kg": 0.004,
-        "jar_volume_m3": 8e-6,
-        "density_kg_m3": 7800.0,
-        "young_modulus_pa": 2.05e9,
-        "static_friction": 0.3,
-        "wall_static_friction": 0.3,
-    }
+    power = {"normal": 4.0, "tangential": 2.0 + seed, "rolling": 1.0, "wall": 7.0}
+    summary = {"mill": "box", "case": case, "power_W": power, "collisions": [rule], "ball_sizes_m": [0.01]}
+    summary |= {"ball_counts": [5], "balls": 5, "ball_mass_kg": 0.004, "jar_volume_m3": 8e-6, "density_kg_m3": 7800.0}
+    summary |= {"young_modulus_pa": 2.05e9, "static_friction": 0.3, "wall_static_friction": 0.3}
     (place / "summary.json").write_text(json.dumps(summary))
     columns = {
-        "first": [0, 1, 2, 3],
-        "second": [1, 2, -1, -4],
-        "start_s": [1.0, 1.0, 1.1, 0.2],
-        "duration_s": [1e-4, 1e-4, 1e-4, 1e-4],
-        "approach_speed_m_s": [1.0, 1.0, 1.0, 1.0],
-        "peak_force_N": [100.0, 100.0, 200.0, 200.0],
-        "normal_J": [1.0, 0.0, 2.0, 1.0],
-        "damping_J": [0.1, 0.1, 0.0, 0.0],
-        "sliding_J": [0.1, 0.1, 0.3, 0.3],
-        "rolling_J": [1.0, 0.0, 0.0, 3.0],
-        "facet": [-1, -1, 0, 3],
-        "contact": [0, 1, 2, 3],
-        "ended": [1, 1, 1, 1],
-    }
+        "first": [0, 1, 2, 3], "second": [1, 2, -1, -4], "start_s": [1.0, 1.0, 1.1, 0.2], "duration_s": 4 * [1e-4],
+        "approach_speed_m_s": 4 * [1.0], "peak_force_N": [100.0, 100.0, 200.0, 200.0], "normal_J": [1.0, 0.0, 2.0, 1.0],
+        "damping_J": [0.1, 0.1, 0.0, 0.0], "sliding_J": [0.1, 0.1, 0.3, 0.3], "rolling_J": [1.0, 0.0, 0.0, 3.0],
+        "facet": [-1, -1, 0, 3], "contact": [0, 1, 2, 3], "ended": 4 * [1],
+    }  # fmt: skip
     corners = 0.02 * np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
     sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     with h5py.File(place / "run.h5", "w") as file:
@@ -96,14 +69,11 @@ def test_dissipation_is_divided_as_the_contacts_are_and_adds_up_to_the_ledger(tm
     assert source.balls_m2 == pytest.approx(5 * np.pi * 0.01**2)
 
 
-def test_seeds_of_a_condition_are_averaged(tmp_path):
+def test_seeds_are_averaged_and_histograms_are_divided_by_their_summary(tmp_path):
     (source,) = read_sources([write_run(tmp_path, seed) for seed in (0, 1)])
     assert source.condition == "d10_f0.10_n600" and source.about["seeds"] == 2
     np.testing.assert_allclose(source.power_W.sum(axis=0), [4.0, 2.5, 1.0])
-
-
-def test_a_run_with_histograms_is_divided_by_its_summary(tmp_path):
-    (source,) = read_sources([write_run(tmp_path, histogram=True)])
+    (source,) = read_sources([write_run(tmp_path / "histogram", histogram=True)])
     np.testing.assert_allclose(source.power_W, [[1.0, 1.2, 0.6], [3.0, 0.8, 0.4]])
 
 
@@ -130,12 +100,6 @@ def test_samples_fill_every_range_evenly_and_are_the_same_again():
         share = np.log(values / low) / np.log(high / low) if given.logarithmic else (values - low) / (high - low)
         # A Latin hypercube has one sample in each sixteenth.
         assert sorted(np.floor(share * 16)) == list(range(16)), name
-
-
-def test_water_cools_in_a_pause_as_it_does_while_the_mill_runs():
-    emax, spex = sample(SETTINGS, "emax"), sample(SETTINGS, "spex")
-    assert (emax[RESTING] == emax[RUNNING]).all()
-    assert (spex[RESTING] < spex[RUNNING]).all()
 
 
 def test_all_heat_goes_somewhere_and_nothing_else_does():
@@ -195,17 +159,12 @@ def test_the_job_writes_every_table_and_the_figure(tmp_path):
     names = ("sources", "parameters", "temperatures", "limits", "flash")
     output = SimpleNamespace(**{name: tmp_path / f"{name}.tsv" for name in names})
     output.svg, output.png = tmp_path / "t.svg", tmp_path / "t.png"
-    files = [write_run(tmp_path / "dem")]
-    main(files, output, mill="spex", title="a box", settings=SETTINGS)
+    main([write_run(tmp_path / "dem")], output, mill="spex", title="a box", settings=SETTINGS)
     tables = {name: pd.read_csv(getattr(output, name), sep="\t") for name in names}
-    assert len(tables["limits"]) == 1
-    assert len(tables["temperatures"]) == 3 * TIMES
     # At the start everything has the temperature of the room.
     begin = tables["temperatures"].query("time_h == 0")
-    assert begin["lower_degC"].nunique() == 1 and begin["upper_degC"].nunique() == 1
-    assert (tables["parameters"]["source"].str.len() > 0).all()
+    assert begin["lower_degC"].nunique() == begin["upper_degC"].nunique() == len(tables["limits"]) == 1
     assert tables["sources"]["total_W"][0] == pytest.approx(7.0)
-    assert "temperature [degC]" in output.svg.read_text()
     # Of four contacts, one began before the window.
     assert tables["flash"].groupby("place")["impacts"].first().to_dict() == {"ball_ball": 2, "ball_wall": 1}
 
@@ -228,17 +187,19 @@ def test_a_fast_slider_is_as_warm_as_a_half_space_heated_while_it_passes():
     assert sliding[0] == pytest.approx(passing[0], rel=1e-3)
 
 
-def test_a_short_contact_is_colder_than_a_lasting_one_of_the_same_power():
-    short = flash.flash_K(impacts_of(0.0, 1e-6, 1e-6), np.array([1e-6]), FlashSection(), 30.0)
-    long = flash.flash_K(impacts_of(0.0, 1.0, 1.0), np.array([1.0]), FlashSection(), 30.0)
-    assert short[0] < 0.5 * long[0]
-
-
 def test_a_contact_is_hertzian_until_it_yields():
     force, curvature = np.array([1.0, 1e5]), np.array([0.0025, 0.0025])
     found = flash.contact_radius(force, curvature, 1.1e11, 7e9)
     assert found[0] == pytest.approx(np.cbrt(0.75 * 0.0025 / 1.1e11))
     assert found[1] == pytest.approx(np.sqrt(1e5 / np.pi / 7e9))
+
+
+def test_slip_follows_from_the_impulse_of_a_half_sine(tmp_path):
+    """Work = mu v times the integral of F sin(pi t / d), which is 2 F d / pi; softness changes neither F d nor work."""
+    summary, run = write_run(tmp_path)
+    impacts = flash.read_impacts(run, json.loads(Path(summary).read_text()), FlashSection())
+    work, force = np.array([0.2, 0.2, 0.3]), np.array([100.0, 100.0, 200.0])
+    np.testing.assert_allclose(impacts.slip_speed_m_s, work / (0.3 * 2 * force * 1e-4 / np.pi))
 
 
 def test_impacts_do_not_depend_on_how_soft_the_simulation_was(tmp_path):
@@ -258,33 +219,3 @@ def test_impacts_do_not_depend_on_how_soft_the_simulation_was(tmp_path):
     assert soft is not None and hard is not None and len(soft) == len(hard) == 3
     np.testing.assert_allclose(soft.radius_m, hard.radius_m, rtol=1e-6)
     np.testing.assert_allclose(soft.duration_s, hard.duration_s, rtol=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        ({"programme": {"cycle_min": 30, "pause_min": 40}}, "pause_min = 40: must be shorter than cycle_min = 30"),
-        ({"programme": {"cycle_min": 0.001}}, "more than 2000 cycles"),
-        ({"programme": {"duration_h": 0}}, "duration_h = 0"),
-        ({"powder_mass_g": 0}, "powder_mass_g = 0"),
-        ({"limit": {"temperature_degC": 15}}, "limit.temperature_degC = 15: must be above the surroundings"),
-        ({"limit": {"body": "lid"}}, "body = 'lid'"),
-        ({"jars": {"spex": {"cooling": "ice"}}}, "cooling = 'ice'"),
-        ({"jars": {"spex": {"mass_kg": -1}}}, "mass_kg = -1"),
-        (
-            {"parameters": {"wall_thickness_mm": {"low": 5, "high": 1500, "source": "a test"}}},
-            "wall_thickness_mm.high = 1500: must be above 0 and at most 1000",
-        ),
-        (
-            {"parameters": {"wall_thickness_mm": {"low": 9, "high": 6, "source": "a test"}}},
-            "low = 9: must not be above high = 6",
-        ),
-        ({"parameters": {"jar_density_kg_m3": {"low": 7000, "high": 8000}}}, "source"),
-        ({"mills": ["Emax!"]}, "mills"),
-    ],
-)
-def test_bad_input_is_one_line(content, words):
-    with pytest.raises(ConfigError) as caught:
-        check_model({"mill": "emax", "dose": {"heat": content}}, WorkflowConfig, "mine.yaml")
-    lines = str(caught.value).splitlines()
-    assert len(lines) == 1 and words in lines[0] and lines[0].startswith("mine.yaml: dose.heat"), lines

@@ -18,9 +18,7 @@ from millprint.thesis.report.claims_page import (
     front_text,
     largest_deviations,
     sum_stages,
-    summary_page,
     tabulate_runtimes,
-    what_falls,
 )
 from millprint.thesis.report.table_pages import Section, tables_page
 from tests.browser import DESKTOP, PHONE, needs_browser
@@ -87,40 +85,12 @@ def test_deviations_are_ranked_by_size_with_words_first():
     assert largest_deviations(table, 1)["id"].tolist() == ["c"]
 
 
-def test_the_summary_shows_the_counts(tmp_path):
-    table = claims(("2.a", "0", "agrees"), ("2.b", "50", "differs"), ("A.c", "", "open"))
-    errata = pd.DataFrame(
-        [["chapter 2", "Table 2.5", "6", "Table 2.3", "4", "the rank is 4.", "doe/audit.tsv"]],
-        columns=["chapter", "locus", "printed", "against", "computed", "calculation", "source"],
-    )
-    rows = [("Speed decides.", 1, 0, "2.b"), ("Time decides.", 2, 1, "2.b, 2.c")]
-    conclusions = pd.DataFrame(rows, columns=["conclusion", "claims", "agrees", "against"])
-    conclusions = conclusions.assign(chapter="chapter 2", verdict="differs", open=0)
-    stored = pd.DataFrame(
-        {"run": ["test"], "id": ["2.b"], "verdict": ["differs"], "reason": [""], "processor": ["znver4"]}
-    )
-    told = what_falls(table, conclusions, stored, "test")
-    assert told == [
-        "Chapter 2: Speed decides. Nothing of it is reproduced anywhere: q: 2 for 1 (2.b).",
-        "Chapter 2: Time decides. Of its 2 claims, these are reproduced nowhere: q: 2 for 1 (2.b).",
-    ]
-    text = summary_page("test", table, conclusions, errata, tmp_path, told)
-    # The conclusions are the first thing on the page, and what falls is said in prose.
-    assert text.index("Speed decides.") < text.index("q: 2 for 1 (2.b)") < text.index("What the claims are")
-    assert "3 claims, 0 of them derived from two printed numbers: 3 simulated" in text
-    assert 'aria-label="chapter 2: 1 agrees, 1 differs"' in text
-    assert 'aria-label="appendix A: 1 open"' in text
-    assert "the rank is 4 (doe/audit.tsv)." in text and "1 contradictions inside" in text
-    without = summary_page("test", table.iloc[:1], conclusions, errata.iloc[:0], tmp_path, [])
-    assert "Errata" not in without and "Largest deviations" not in without
-
-
 def test_the_first_page_of_the_report_says_which_conclusions_stand(tmp_path):
     """As Snakemake renders it, and without the claims of a run that has none."""
     rows = [("chapter 2", "Speed |decides|.", "differs", "2 of 3 claims differ", 3)]
-    rows += [("chapter 2", "Time does.", "agrees", "2 of 2 claims agree", 2)]
+    rows += [("chapter 2", "Time does.", "agrees", "of 2 claims 2 agree", 2)]
     rows += [("appendix A", "All is needed.", "open", "not run", 0)]
-    conclusions = pd.DataFrame(rows, columns=["chapter", "conclusion", "verdict", "reason", "claims"])
+    conclusions = pd.DataFrame(rows, columns=["chapter", "conclusion", "it_holds", "reason", "claims"])
     (tmp_path / "report").mkdir()
     (tmp_path / "report/conclusions.rst").write_text(front_text(conclusions, ["Chapter 2: not so: 5_x is 2 for 1_."]))
     text = (ROOT / "workflow/report/workflow.rst").read_text()
@@ -132,8 +102,8 @@ def test_the_first_page_of_the_report_says_which_conclusions_stand(tmp_path):
         return publish_parts(template.render(snakemake=config, categories=named, files={}), writer="html")["body"]
 
     shown = re.sub("<.*?>", "", page("Claims", "Explorer"))
-    assert "Chapter 2: of 2 conclusions 1 agrees, 1 differs." in shown and "Appendix A: not run." in shown
-    assert "Agrees: Time does (2 of 2 claims agree)." in shown and "Differs: Speed |decides| (2 of 3" in shown
+    assert "Chapter 2, 2 conclusions; hold: 1, do not hold: 1." in shown and "conclusions; are open: 1." in shown
+    assert "Hold: Time does (of 2 claims 2 agree)." in shown and "Do not hold: Speed |decides| (2 of 3" in shown
     assert "5_x is 2 for 1_." in shown and "problem" not in shown.lower()
     assert "2 conclusions" not in re.sub("<.*?>", "", page("Explorer"))
 

@@ -38,15 +38,14 @@ def judged(**verdicts) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-MACHINE = {"processor": "znver4", "instructions": "AVX-512", "date": "2026-11-20"}
+MACHINE = {"processor": "znver4", "instructions": "AVX-512", "commit": "0f1e2d3c", "date": "2026-11-20"}
 
 
 def test_a_run_says_which_verdicts_are_others_on_another_machine(tmp_path):
     there = judged(a=AGREES, b=AGREES, c=DIFFERS, runtime=AGREES, point=AGREES, missing=OPEN)
     nothing = read_stored(ROOT / "config/data/verdicts_elsewhere.tsv").iloc[:0]
     stored = with_run(nothing, there, "thesis", MACHINE)
-    # What is computed from data is the same everywhere.
-    assert stored["id"].tolist() == ["a", "b", "c", "runtime"]
+    assert stored["id"].tolist() == ["a", "b", "c", "runtime", "point"]
     write_table(stored, tmp_path / "stored.tsv")
     stored = read_stored(tmp_path / "stored.tsv")
     here = judged(a=(DIFFERS, OPEN), b=DIFFERS, c=DIFFERS, runtime=DIFFERS, point=AGREES)
@@ -59,14 +58,14 @@ def test_a_run_says_which_verdicts_are_others_on_another_machine(tmp_path):
     ]
     said = in_a_line(table.reset_index(), stored, "thesis")
     assert said.startswith(
-        "verdicts of other machines (4 of znver4, AVX-512, 2026-11-20): 3 differ here, 1 of them not"
+        "verdicts of other machines (5 of znver4, AVX-512, 0f1e2d3c, 2026-11-20): 3 differ here, 1 of them not"
     )
     assert "a (differs here, agrees there: an interval decides nothing)" in said
     assert in_a_line(compare_verdicts(there, stored, "thesis"), stored, "thesis").endswith("none differs here")
     assert in_a_line(table, stored, "smoke") == "verdicts of other machines: none is stored of the run smoke"
     # The same machine again takes the place of its earlier verdicts; another one is added.
     assert with_run(stored, here, "thesis", MACHINE).set_index("id")["verdict"]["a"] == DIFFERS
-    assert len(with_run(stored, here, "thesis", MACHINE | {"processor": "other"})) == 8
+    assert len(with_run(stored, here, "thesis", MACHINE | {"processor": "other"})) == 10
 
 
 def test_stored_verdicts_are_refused_with_another_word(tmp_path):

@@ -1,14 +1,7 @@
-"""The compiled roll-out of the graph network against its steps in torch, and a step against double precision.
-
-Torch takes its steps in single precision, and so does the kernel. Each differs from the exact result of its weights,
-so that the two can differ by twice that. A step is compared with the same network in double precision. A few
-networks of random weights end in a small difference of large numbers: rounding only their weights moves the
-largest acceleration by more than a millionth, and no step in single precision can be nearer than that.
-"""
+"""The compiled roll-out of the graph network against its steps in torch, and a step against double precision."""
 
 from copy import deepcopy
 from dataclasses import replace
-from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -17,19 +10,25 @@ import torch
 import yaml
 
 from millprint.config.surrogate import NetworkConfig
-from millprint.thesis.surrogate.compiled import STEPPED_BY, CompiledSurrogate, open_graph_surrogate
+from millprint.run.kernel import array_maker
+from millprint.thesis.surrogate.compiled import STEPPED_BY, CompiledSurrogate, open_graph_surrogate, packed
 from millprint.thesis.surrogate.dataset import Graphs, featurise, threshold_edges
 from millprint.thesis.surrogate.graph_surrogate import GraphSurrogate
 from millprint.thesis.surrogate.kernels import PIECE
 from millprint.thesis.surrogate.network import NormalisedNetwork, feature_statistics, weights_content, write_tensors
+from millprint.thesis.surrogate.products import PANEL, WORD, add_product
 from millprint.thesis.surrogate.rollout import Setting
 from millprint.thesis.surrogate.scene import read_scene
 from tests.unit.surrogate_samples import CONTACTS, circle, simulate, small_recipe, sphere_scene, write_run
 
 ROOT = Path(__file__).parents[2]
+
 CPU = torch.device("cpu")
+
 BALLS, WINDOW, SNAP_BACK_M = 8, 3, -0.0049
+
 STARTS = [0.004, 0.012, 0.018]
+
 # All balls of a graph joined: more edges in a batch than one piece holds.
 CROWD = CONTACTS.model_copy(update={"ball_threshold_m": 0.06, "wall_threshold_m": -0.02})
 
@@ -129,7 +128,7 @@ def test_the_thesis_size_is_nearer_to_double_precision_than_torch(world):
     assert apart["kernel"] < apart["torch"], apart
 
 
-@pytest.mark.parametrize(("rounds", "layers", "width"), [*product((1, 2, 3), (2, 4), (16,)), (1, 3, 18), (2, 5, 6)])
+@pytest.mark.parametrize(("rounds", "layers", "width"), [(1, 4, 16), (2, 2, 16), (3, 4, 16), (1, 3, 18), (2, 5, 6)])
 @pytest.mark.slow
 def test_every_depth_and_width_equals_torch(world, rounds, layers, width):
     compiled, torch_ = both(world, network(world, rounds, layers, width)[0])
@@ -164,32 +163,6 @@ def test_a_short_roll_out_equals_torch(world):
     assert found.mean_edges == known.mean_edges and np.isfinite(found.crossed_s).any()
 
 
-def test_order_of_balls_does_not_matter(world):
-    compiled, _ = both(world, network(world, 2, 4, 16)[0])
-    state, order = compiled.first_state(STARTS), np.random.default_rng(0).permutation(BALLS)
-    other = replace(
-        state,
-        position_m=state.position_m[:, order],
-        velocity_m_s=state.velocity_m_s[:, order],
-        ball=state.ball[:, order],
-    )
-    (one, sums), (two, other_sums) = (compiled.advance_many(start, 1) for start in (state, other))
-    np.testing.assert_allclose(two.velocity_m_s, one.velocity_m_s[:, order], rtol=1e-5)
-    np.testing.assert_allclose(other_sums.dissipated_J, sums.dissipated_J, rtol=1e-5)
-
-
-def test_trajectories_of_a_batch_do_not_meet_and_the_first_state_stays(world):
-    compiled, _ = both(world, network(world, 2, 4, 16)[0])
-    state = compiled.first_state(STARTS)
-    before = state.position_m.copy(), state.ball.copy()
-    together = compiled.run(state, 10, 5)
-    np.testing.assert_array_equal(state.position_m, before[0])
-    np.testing.assert_array_equal(state.ball, before[1])
-    for number, start in enumerate(STARTS):
-        alone = compiled.run(compiled.first_state([start]), 10, 5)
-        np.testing.assert_allclose(together.position_m[:, number], alone.position_m[:, 0], atol=1e-8)
-
-
 def test_a_lost_ball_loses_no_other(world):
     """A place that is not a number has no distance and no edges, and the ball counts as outside."""
     compiled, torch_ = both(world, network(world, 1, 4, 16)[0])
@@ -222,3 +195,35 @@ def test_a_processor_takes_compiled_steps(world, tmp_path):
     np.testing.assert_allclose(
         surrogate.begin([0.004])(4, 2).position_m, compiled.begin([0.004])(4, 2).position_m, atol=1e-6
     )
+
+
+@array_maker()
+def product(out, weight, x, rows):
+    """`add_product`, which only kernels may call."""
+    add_product(out, weight, x, rows)
+
+
+@pytest.mark.parametrize("rows", [1, 7, 64])
+@pytest.mark.parametrize(("inputs", "outputs"), [(1, 1), (3, 16), (49, PANEL), (256, 256), (70, 100)])
+@pytest.mark.parametrize("zeros", [0.0, 0.6, 1.0])
+def test_a_product_equals_numpy(rows, inputs, outputs, zeros):
+    random = np.random.default_rng(rows + inputs)
+    width = outputs + -outputs % PANEL
+    # Inputs stand in rows that are wider than what the layer takes, and in more rows than count.
+    x = random.normal(size=(rows + 2, inputs + 5)).astype(np.float32)
+    x[random.random(x.shape) < zeros] = 0.0
+    weight, start = random.normal(size=(inputs, outputs)), random.normal(size=(rows + 2, width)).astype(np.float32)
+    out = start.copy()
+    product(out, packed("weight", weight), x, rows)
+    expected = start[:rows, :outputs] + x[:rows, :inputs].astype(float) @ weight.astype(np.float32).astype(float)
+    scale = np.abs(x[:rows, :inputs]) @ np.abs(weight)
+    assert (np.abs(out[:rows, :outputs] - expected) < 3e-7 * (scale + np.abs(expected))).all()
+    np.testing.assert_array_equal(out[:rows, outputs:], start[:rows, outputs:])
+    np.testing.assert_array_equal(out[rows:], start[rows:])
+
+
+def test_what_is_not_a_number_reaches_its_row_and_no_other():
+    x, out = np.zeros((3, WORD), dtype=np.float32), np.zeros((3, PANEL), dtype=np.float32)
+    x[1, 5] = np.nan
+    product(out, packed("weight", np.ones((WORD, PANEL))), x, 3)
+    assert np.isnan(out[1]).all() and not out[[0, 2]].any()

@@ -1,33 +1,26 @@
-"""Measures of a roll-out: closed forms, and roll-outs that are known to be right or wrong."""
+"""Measures of a roll-out: closed forms, roll-outs that are known to be right or wrong, and their figures."""
 
 from dataclasses import replace
 
-import h5py
 import numpy as np
 import pandas as pd
 import pytest
 
 from millprint.config.errors import ConfigError
-from millprint.run.files import write_table
-from millprint.thesis.claims.tabulate import collect_findings, tabulate_claims
+from millprint.thesis.figures.chapter6_figures import plot_ablations, plot_dissipation, plot_error_growth, plot_loss
 from millprint.thesis.surrogate import measures
 from millprint.thesis.surrogate.measure_tables import (
     AT_LEAST,
     OF_REFERENCE,
-    STATEMENTS,
     ablation_table,
-    baseline_rows,
-    baseline_table,
     is_met,
     join_tables,
-    scatter_in_words,
     tabulate,
-    with_machine,
 )
 from millprint.thesis.surrogate.rollout import RollOut, blurred, riding, simulated, simulated_rollout, slowed
-from millprint.thesis.surrogate.rollout_evaluation import distribution_table, error_table, evaluate, evaluate_at_rest
+from millprint.thesis.surrogate.rollout_evaluation import evaluate, evaluate_at_rest
 from millprint.thesis.surrogate.scene import Trajectory, mean_power_W
-from tests.conftest import PRINTED, ROOT
+from tests.conftest import PRINTED
 from tests.unit.surrogate_samples import (
     AMPLITUDE,
     OMEGA,
@@ -41,8 +34,11 @@ from tests.unit.surrogate_samples import (
 )
 
 SCENE = sphere_scene()
+
 START, LENGTH, FRAME = 0.02, 0.2, 1e-3
+
 TRUTH, SEED = simulate(2300), simulate(2300, seed=1)
+
 RUNS = {"dem": TRUTH, "other_seed": SEED}
 
 
@@ -64,10 +60,12 @@ def test_position_error_sums_axes():
 
 def test_centroid_scores_half_of_two_unrelated_runs():
     """Balls drawn from one distribution: 2 sigma^2 an axis apart, and sigma^2 from the centre of mass."""
-    generator = np.random.default_rng(0)
-    first, second = generator.normal(size=(2, 200, 1, 500, 3))
+    first, second = np.random.default_rng(0).normal(size=(2, 200, 1, 500, 3))
     assert measures.position_error(first, second).mean() == pytest.approx(6, rel=0.01)
     assert measures.centroid_error(first).mean() == pytest.approx(3, rel=0.01)
+    # Each frame has its own centre: balls that move together are no nearer to it.
+    moved = first + 100 * np.arange(200)[:, None, None, None]
+    np.testing.assert_allclose(measures.centroid_error(moved), measures.centroid_error(first))
 
 
 def test_pearson_of_cumulative_curves_is_empty_and_that_of_increments_is_not():
@@ -192,17 +190,10 @@ def test_a_roll_out_that_is_not_finite_fails_without_an_error():
 
 
 def test_frames_that_the_simulation_lacks_are_refused():
-    coarse = replace(TRUTH, **{name: getattr(TRUTH, name)[::15] for name in ("time_s", "position_m", "velocity_m_s")})
-    coarse = replace(coarse, wall_position_m=TRUTH.wall_position_m[::15], dissipated_J=TRUTH.dissipated_J[::15])
+    names = ("time_s", "position_m", "velocity_m_s", "wall_position_m", "dissipated_J")
+    coarse = replace(TRUTH, **{name: getattr(TRUTH, name)[::15] for name in names})
     with pytest.raises(ConfigError, match="snapshot_interval_s must divide"):
         simulated(coarse, SCENE, np.arange(10) * FRAME, np.array([0.03]))
-
-
-def test_roll_out_and_simulation_stand_in_the_same_place():
-    rollout = known()
-    recorded, placed = simulated(TRUTH, SCENE, rollout.time_s, rollout.start_s), rollout.in_scene(SCENE)
-    np.testing.assert_allclose(placed.known("wall_distance_m"), recorded.known("wall_distance_m"), atol=1e-12)
-    np.testing.assert_allclose(placed.cumulative_J, recorded.cumulative_J, rtol=1e-12)
 
 
 def at_rest(lift_m: float, dissipated_J: float) -> RollOut:
@@ -236,70 +227,17 @@ def test_energy_from_nothing_is_a_share_of_the_driven_case():
     assert share == pytest.approx(100 * 200 * 1e-4 / (0.2 * driven_W))
 
 
-def test_densities_integrate_to_one_and_errors_have_a_twin():
-    found = evaluate(known(), RUNS | {"twin": TRUTH}, SCENE)
-    table = distribution_table(found.rollouts, RADIUS, "trained")
-    for _, part in table.groupby("quantity"):
-        area = part["dem"] * (part["high"] - part["low"])
-        assert area.sum() == pytest.approx(1, abs=0.02)
-    errors = error_table(found.rollouts, "trained")
-    assert errors["twin_m2"].max() == 0 and errors["other_seed_m2"].min() > 0
-
-
-def test_a_file_without_the_starts_is_not_a_roll_out(tmp_path):
-    rollout, path = known(), tmp_path / "rollout.h5"
-    with h5py.File(path, "w") as file:
-        for name in ("time_s", "position_m", "velocity_m_s", "dissipated_J", "crossed_s"):
-            file[name] = getattr(rollout, name)
-    with pytest.raises(ConfigError, match="start_s is missing"):
-        RollOut.read(path)
-
-
-def control(rollout: str, test: str, error: float, out: int = 0) -> pd.DataFrame:
-    values = {"dissipation_error_percent": error, "mean_square_speed_ratio": 9.0 if out else 0.5, "balls_left": out}
-    values |= {"increments_5ms_r": -0.1, "horizon_s": 1.0}
-    table = tabulate(values, {"dissipation_error_percent": 0.7}, test, rollout, length_s=1.5)
-    return table.drop(columns="thesis").rename(columns={"variant": "rollout"}).assign(met="")
-
-
-def test_every_training_stands_beside_what_needs_no_network():
-    known_rollouts = ("dem", "other_seed", "long_step", "no_network", "blurred")
-    controls = pd.concat([control(name, test, 1.0) for test in ("trained", "post") for name in known_rollouts])
-    draws = ((1, "trained", 5.0, 0), (2, "trained", 1e20, 3), (1, "post", 8.0, 0))
-    trainings = pd.concat(
-        [
-            control("thesis", test, error, out).rename(columns={"rollout": "variant"}).assign(training=number)
-            for number, test, error, out in draws
-        ]
-    )
-    table = baseline_table(trainings, controls, {"trained": 2.78}, "trained")
-    assert set(baseline_rows(controls)["variant"]) == {"no_network", "long_step"}
-    trained = table[table["test"] == "trained"]
-    assert trained["model"].tolist() == ["thesis", "thesis", "long_step", "no_network", "other_seed"]
-    assert trained["dissipation_error_percent"].tolist()[2:] == [1.0, 1.0, 0.7]
-    assert (table["length_s"] == 1.5).all() and (trained["thesis_percent"] == 2.78).all()
-    assert trained["ran_away"].tolist() == ["no", "yes", "no", "no", "no"]
-    assert np.isnan(trained["dissipation_error_percent"].iloc[1]) and trained["balls_left"].iloc[1] == 3
-    assert table[table["test"] == "post"]["thesis_percent"].isna().all()
-    assert set(trained["motion"]) == {"of the training"} and set(table["motion"][table["test"] == "post"]) == {"unseen"}
-    stored = with_machine(with_machine(table.assign(measured_on="a"), trained, "b"), table, "b")
-    assert stored["measured_on"].tolist() == ["a"] * 9 + ["b"] * 9
-
-
 def ablations(parts: dict[str, tuple], again: dict[str, list[tuple]] | None = None) -> pd.DataFrame:
     """again: further trainings of some."""
-    trainings = {name: [name] for name in parts}
-    own = list(parts.items())
+    own, trainings = dict(parts), {name: [name] for name in parts}
     for name, others in (again or {}).items():
-        for number, values in enumerate(others, start=2):
-            trainings[name].append(f"{name}_training{number}")
-            own.append((trainings[name][-1], values))
-    metrics = join_tables([ablation(name, *values) for name, values in own])
-    history = pd.DataFrame({"epoch": [1, 2], "elapsed_s": [10.0, 20.0]})
-    changes = {name: f"what of {name}" for name in parts}
-    table = ablation_table(
-        metrics, dict.fromkeys(parts, history), changes, dict.fromkeys(parts, 1.0), pd.Series(PRINTED), trainings
-    )
+        further = {f"{name}_training{number}": values for number, values in enumerate(others, start=2)}
+        own |= further
+        trainings[name] += further
+    metrics = join_tables([ablation(name, *values) for name, values in own.items()])
+    history = dict.fromkeys(parts, pd.DataFrame({"epoch": [1, 2], "elapsed_s": [10.0, 20.0]}))
+    lengths = dict.fromkeys(parts, 1.0)
+    table = ablation_table(metrics, history, dict.fromkeys(parts, "a change"), lengths, pd.Series(PRINTED), trainings)
     return table.set_index("variant")
 
 
@@ -311,73 +249,56 @@ def ablation(variant: str, stable: int, error: float, power_W: float):
 
 
 def test_ablations_are_tabulated_with_the_statements_of_the_thesis():
-    parts = {
-        "baseline": (1, 5.0, 0.735),
-        "window3": (1, 9.0, 0.76),
-        "window9": (1, 2.0, 0.7),
-        "layers2": (1, 120.0, 1.5),
-        "phi_shallow": (1, 8.0, 0.64),
-        "net_force": (1, 8.0, 0.64),
-    }
+    parts = {"baseline": (1, 5.0, 0.735), "window3": (1, 9.0, 0.76), "window9": (1, 2.0, 0.7)}
+    parts |= {"layers2": (1, 120.0, 1.5), "phi_shallow": (1, 8.0, 0.64), "net_force": (1, 8.0, 0.64)}
     table = ablations(parts)
     words = {"baseline": "", "window3": "yes", "window9": "no", "layers2": "yes", "phi_shallow": "no", "net_force": ""}
     assert table["holds"].to_dict() == words
     assert table["thesis_percent"]["phi_shallow"] == float(PRINTED["A.phi.shallow"])
-    assert table["thesis_percent"]["baseline"] == float(PRINTED["6.energy"])
     assert table["epochs"].eq(2).all() and table["training_s"].eq(20).all()
-    assert set(STATEMENTS) >= set(parts) - {"net_force"}
+    runaway = ablations({"baseline": (0, 1e9, 1e9), "window9": (0, 2e9, 2e9)})
+    assert runaway["holds"].to_dict() == {"baseline": "", "window9": "open"}
 
 
 def test_an_ablation_within_the_scatter_of_the_baseline_says_nothing():
-    parts = {
-        "baseline": (1, 5.0, 0.735),
-        "window3": (1, 9.0, 0.76),
-        "layers2": (1, 120.0, 1.5),
-        "window9": (0, 6.0, 0.7),
-        "no_global_loss": (1, 9.0, 0.76),
-        "phi_deep": (1, 60.0, 0.3),
-    }
+    parts = {"baseline": (1, 5.0, 0.735), "window3": (1, 9.0, 0.76), "layers2": (1, 120.0, 1.5)}
+    parts |= {"window9": (0, 6.0, 0.7), "no_global_loss": (1, 9.0, 0.76), "phi_deep": (1, 60.0, 0.3)}
     again = {"baseline": [(1, 23.0, 0.9), (1, 12.0, 0.8)], "phi_deep": [(1, 50.0, 0.3), (1, 55.0, 0.3)]}
     table = ablations(parts, again)
     # 18 points between two trainings of the baseline; window9 is within them, but no baseline runs away as it does.
     says = {"baseline": "", "window3": "nothing", "layers2": "something", "window9": "something"}
     assert table["says"].to_dict() == says | {"no_global_loss": "nothing", "phi_deep": "something"}
     assert table["baseline_apart_percent"].unique() == pytest.approx([18.0])
-    assert table["trainings"].tolist() == [3, 1, 1, 1, 1, 3]
-    low, high = table.loc["phi_deep", ["lower_percent", "upper_percent"]]
     # Of three trainings only the range is known.
-    assert (low, high) == (50.0, 60.0) and high < table["upper_percent"]["layers2"]
-    assert scatter_in_words(table.reset_index()) == (
-        "2 of 5 ablations say nothing (window3, no_global_loss): two trainings of the baseline are up to 18 "
-        "points of the dissipation error apart."
-    )
-    once = ablations(parts)
-    assert set(once["says"]) == {""} and scatter_in_words(once.reset_index()) == ""
+    assert tuple(table.loc["phi_deep", ["lower_percent", "upper_percent"]]) == (50.0, 60.0)
+    assert set(ablations(parts)["says"]) == {""}
+    # With an error of 60 %, it is worse than a baseline of 5 %, and not than one of 61 %.
+    for other, word in ((61.0, "nothing"), (6.0, "something")):
+        table = ablations({"baseline": (1, 5.0, 0.7), "window3": (1, 60.0, 0.9)}, {"baseline": [(1, other, 0.8)]})
+        assert table["says"]["window3"] == word
 
 
-def test_a_statement_on_which_trainings_of_the_baseline_disagree_says_nothing():
-    """With an error of 60 %, it is worse than a baseline of 5 %, and not than one of 61 %."""
-    table = ablations({"baseline": (1, 5.0, 0.7), "window3": (1, 60.0, 0.9)}, {"baseline": [(1, 61.0, 0.8)]})
-    assert table["says"]["window3"] == "nothing"
-    table = ablations({"baseline": (1, 5.0, 0.7), "window3": (1, 60.0, 0.9)}, {"baseline": [(1, 6.0, 0.8)]})
-    assert table["says"]["window3"] == "something"
+pytestmark = pytest.mark.usefixtures("close_figures")
 
 
-def test_the_claims_of_appendix_a_say_where_a_row_says_nothing(tmp_path):
-    parts = {"baseline": (1, 5.0, 0.735), "window3": (1, 9.0, 0.76), "layers2": (1, 120.0, 1.5)}
-    table = ablations(parts, {"baseline": [(1, 23.0, 0.9)]}).reset_index()
-    write_table(table, tmp_path / "surrogate/ablations.tsv")
-    claims = ROOT / "config/data/claims.tsv"
-    found = tabulate_claims(claims, collect_findings(tmp_path, claims)).set_index("id")
-    assert found["verdict"]["A.window3"] == found["verdict"]["A.layers2"] == "agrees"
-    # Two trainings of the baseline are too few for an interval to decide anything.
-    assert found["interval_verdict"]["A.window3"] == found["interval_verdict"]["A.layers2"] == "open"
-    assert "so this row says nothing" in found["explanation"]["A.window3"]
-    assert found.loc["A.window3", ["lower", "upper", "interval_from"]].tolist() == [
-        "no", "yes", "trainings of the baseline"
-    ]  # fmt: skip
+def test_every_term_of_a_loss_is_drawn_even_if_there_are_more_than_colours():
+    terms = {f"{part}_term{number}": [1.0, 0.5] for number in range(9) for part in ("training", "validation")}
+    history = pd.DataFrame({"epoch": [1, 2], "training_total": [1.0, 0.5], "validation_total": [1.1, 0.6]} | terms)
+    assert len(plot_loss(history).axes[1].lines) == 2 * 9
 
 
-def test_nothing_follows_from_an_ablation_whose_baseline_runs_away_too():
-    table = ablations({"baseline": (0, 1e9, 1e9), "window9": (0, 2e9, 2e9), "net_force": (1, 8.0, 0.6)})
-    assert table["holds"].to_dict() == {"baseline": "", "window9": "open", "net_force": ""}
+def test_roll_outs_that_run_away_leave_the_picture():
+    time_s = np.array([0.0, 0.1, 0.2])
+    errors = pd.DataFrame({"test": "motion1", "time_s": time_s, "surrogate_m2": [0, 1e-3, 1e40]})
+    errors = errors.assign(other_seed_m2=7e-4, centroid_m2=4e-4)
+    assert plot_error_growth(errors).axes[0].get_ylim()[1] < 1
+    curves = pd.DataFrame({"test": "motion1", "time_s": time_s, "surrogate_J": [0, 1, 1e30], "dem_J": [0, 1, 2.0]})
+    metrics = pd.DataFrame({"test": ["motion1"], "measure": ["dissipation_error_percent"], "value": [5.0]})
+    metrics = metrics.assign(thesis=np.nan, length_s=0.2)
+    panel = plot_dissipation(curves.assign(other_seed_J=[0, 1, 2.1]), metrics).axes[0]
+    assert panel.get_ylim() == (0, pytest.approx(3.6))
+    ablations = pd.DataFrame({"variant": ["baseline", "window9"], "stable": [1, 0], "thesis_percent": [2.78, np.nan]})
+    ablations = ablations.assign(dissipation_error_percent=[4.0, np.inf], position_mse_plateau_m2=[3e-4, 1e41])
+    first, second = plot_ablations(ablations.assign(rollout_s=1.0)).axes
+    assert [text.get_text() for text in first.texts] == ["not finite"]
+    assert second.get_xlim()[1] == pytest.approx(0.1)

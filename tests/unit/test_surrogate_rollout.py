@@ -1,20 +1,27 @@
-"""The recursive stage."""
+"""The recursive stage, the scene that it moves in, and its timing."""
 
+import time
 from dataclasses import fields
+from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 import torch
+import yaml
 
 from millprint.thesis.surrogate.dataset import DISTANCE, featurise, graphs_at
 from millprint.thesis.surrogate.graph_surrogate import GraphSurrogate, euler_step, snap_back
 from millprint.thesis.surrogate.network import NormalisedNetwork, feature_statistics
 from millprint.thesis.surrogate.rollout import RollOut
-from tests.unit.surrogate_samples import CONTACTS, STEP, VESSEL, circle, simulate, small_recipe, sphere_scene
+from millprint.thesis.surrogate.scene import read_scene
+from millprint.thesis.surrogate.timing import PHYSICAL_S, scaled_thresholds, simulation_seconds, time_rollouts
+from tests.conftest import configuration
+from tests.unit.surrogate_samples import CONTACTS, STEP, VESSEL, circle, simulate, small_recipe, sphere_scene, write_run
 
 RUN, SCENE = simulate(), sphere_scene()
+
 SNAPSHOTS = featurise(RUN, SCENE)
+
 CPU = torch.device("cpu")
 
 
@@ -105,13 +112,6 @@ def test_dissipation_of_every_step_is_counted():
     np.testing.assert_array_equal(coarse.position_m[1:], fine.position_m[20::20])
 
 
-def test_every_run_begins_at_the_same_first_states():
-    run = surrogate(untrained()).begin([0.01])
-    first, second = run(20, 5), run(20, 5)
-    np.testing.assert_array_equal(first.position_m, second.position_m)
-    np.testing.assert_array_equal(first.dissipated_J, second.dissipated_J)
-
-
 def test_trajectories_of_a_batch_do_not_meet():
     model = untrained()
     alone = [surrogate(model).run(surrogate(Free()).first_state([start]), 30, 10) for start in (0.005, 0.02)]
@@ -139,9 +139,75 @@ def test_a_roll_out_on_disk_has_every_array(tmp_path):
         if isinstance(getattr(rollout, field.name), np.ndarray):
             np.testing.assert_array_equal(getattr(again, field.name), getattr(rollout, field.name), field.name)
     assert again.mean_edges == rollout.mean_edges
-    with h5py.File(tmp_path / "rollout.h5") as file:
-        assert file.attrs["case"] == "a/b/c"
-        assert {name: values.attrs["units"] for name, values in file.items()} == {
-            "time_s": "s", "position_m": "m", "velocity_m_s": "m/s", "dissipated_J": "J", "crossed_s": "s",
-            "start_s": "s",
-        }  # fmt: skip
+
+
+ROOT = Path(__file__).parents[2]
+FILES = ("mills/emax.yaml", "contacts/calibrated.yaml")
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    path = tmp_path_factory.mktemp("scene") / "run.h5"
+    mill, contact = (yaml.safe_load((ROOT / "config" / name).read_text()) for name in FILES)
+    write_run(simulate(3), path, {"mill": mill, "contact": contact, "case": {"ball_diameter_m": 0.01, "speed_hz": 5.0}})
+    return read_scene(path)
+
+
+def test_balls_and_motion(scene):
+    assert scene.ball_radius_m == 0.005 and scene.speed_rpm == 300
+    assert scene.ball_mass_kg == pytest.approx(7700 * np.pi / 6 * 0.01**3)
+    quarter = scene.wall_position(np.array([0.0, 0.05, 0.1]))
+    np.testing.assert_allclose(quarter, 0.017 * np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0]]), atol=1e-9)
+
+
+def test_distance_moves_with_the_wall(scene):
+    """5 mm over the floor, and 10 mm under the lid of the 35 mm high jar, wherever the jar is."""
+    wall = np.array([[0.017, 0.0, 0.0], [-0.3, 0.2, 0.1]])
+    heights = np.array([[0, 0, 0.005], [0, 0, 0.025]])
+    distance, gradient = scene.signed_distance(wall + heights, wall)
+    np.testing.assert_allclose(distance, [-0.005, -0.010], rtol=1e-9)
+    np.testing.assert_allclose(gradient, [[0, 0, -1], [0, 0, 1]], atol=1e-9)
+
+
+def test_what_is_not_finite_has_no_distance(scene):
+    position = np.array([[np.nan, 0, 0], [0, 0, 0.01], [np.inf, 0, 0]])
+    distance, gradient = scene.signed_distance(position, np.zeros(3))
+    assert np.isnan(distance[[0, 2]]).all() and distance[1] == pytest.approx(-0.01)
+    assert np.isfinite(gradient[1]).all()
+
+
+class Sleeper:
+    """A surrogate that takes a millisecond a step and a trajectory."""
+
+    step_s, balls = 1e-4, 7
+
+    def begin(self, starts_s: list[float]):
+        return lambda steps, steps_per_frame: time.sleep(1e-3 * steps * len(starts_s))
+
+
+def test_seconds_are_those_of_a_batch_and_of_its_share():
+    table = time_rollouts(Sleeper(), 0.1, [1, 4], 20, "one thread")
+    assert table["batch"].tolist() == [1, 4] and table["balls"].tolist() == [7, 7]
+    expected = 1e-3 * PHYSICAL_S / 1e-4
+    # A sleep is never shorter than asked for, and a busy machine makes it longer.
+    assert expected <= table["seconds_per_trajectory"].min() < 3 * expected
+    assert table["seconds_for_15_s"][1] == pytest.approx(4 * table["seconds_per_trajectory"][1])
+    assert table["basis"][0] == "extrapolated from 20 steps of 0.0001 s, one thread"
+
+
+def test_thresholds_of_smaller_balls_are_at_the_same_gaps():
+    rule, snap_back_m = scaled_thresholds(CONTACTS, -0.0049, 0.0025, 0.005)
+    assert rule.wall_threshold_m == pytest.approx(-0.0027) and snap_back_m == pytest.approx(-0.0024)
+    assert rule.ball_threshold_m == CONTACTS.ball_threshold_m
+    assert scaled_thresholds(CONTACTS, None, 0.0025, 0.005)[1] is None
+
+
+@pytest.mark.slow
+def test_the_simulation_is_timed_again(tmp_path):
+    mill, contact = (yaml.safe_load((ROOT / "config" / name).read_text()) for name in FILES)
+    case = {"mill": "emax", "contact": "calibrated", "ball_diameter_m": 0.01, "fill_ratio": 0.1, "speed_hz": 5.0}
+    case |= {"seed": 0, "settle_s": 0.01, "discard_s": 5.0, "window_s": 1.0, "snapshot_interval_s": 1e-4}
+    config = {"mill": mill, "contact": contact, "case": case, "dem": configuration()["dem"]}
+    write_run(simulate(3), tmp_path / "run.h5", config)
+    # Neither the five seconds left out nor the window of the recorded case are simulated.
+    assert 0.5 < simulation_seconds(tmp_path / "run.h5", 1e-3) < 1e4

@@ -1,4 +1,4 @@
-"""Frames of an animation: visible parts, their order, and the written file."""
+"""Frames of an animation: visible parts, their order, the written file; and two runs side by side."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -9,19 +9,21 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from millprint.checks.before_running import check_movie
 from millprint.cli.commands import main as millprint
-from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError
 from millprint.config.view import ViewConfig
 from millprint.figures.animation import SPEEDS, Animation, save_animation
+from millprint.thesis.figures.chapter6_figures import plot_motion
+from millprint.thesis.surrogate.side_by_side import movie_side_by_side
 from millprint.view.frames import Movie, read_movie
-from tests.conftest import configuration
 from tests.unit.run_samples import OUTLINE, RADII, turn, write_sample
 
 ROOT = Path(__file__).parents[2]
+
 pytestmark = pytest.mark.usefixtures("close_figures")
+
 SETTINGS = ViewConfig(revolutions=1, frames_per_revolution=25)
+
 FEW = ViewConfig(revolutions=0.32, frames_per_revolution=25)
 
 
@@ -42,22 +44,6 @@ def test_frames_are_spread_over_the_requested_revolutions(run):
     assert [frame.revolution for frame in movie.frames] == pytest.approx(5 + 0.04 * np.arange(25))
     assert (movie.delay_ms, movie.slow_motion) == (40, pytest.approx(10))
     assert "600 rpm" in movie.heading and "5 balls of 10 mm" in movie.heading
-
-
-def test_a_late_start_and_coarse_snapshots_give_the_existing_frames(run):
-    movie = read_movie(run, ViewConfig(revolutions=5, frames_per_revolution=200), 0.6)
-    assert [frame.time_s for frame in movie.frames] == pytest.approx(0.6 + 2e-3 * np.arange(10))
-    with pytest.raises(ConfigError, match=r"no snapshots from 0.7 s on; there are some from 0.5 to 0.618 s"):
-        read_movie(run, SETTINGS, 0.7)
-
-
-@pytest.mark.slow
-def test_a_mill_at_rest_has_no_revolutions(tmp_path):
-    write_sample(tmp_path / "run.h5", kind="rest")
-    movie = read_movie(tmp_path / "run.h5", ViewConfig(revolutions=0.2, frames_per_revolution=30))
-    assert len(movie.frames) == 6
-    assert all(frame.revolution is None for frame in movie.frames)
-    save_animation(movie, tmp_path / "rest.gif")
 
 
 def test_balls_are_drawn_from_the_back_to_the_front_at_their_place(run):
@@ -93,12 +79,6 @@ def test_balls_of_several_sizes_have_their_own_sizes(tmp_path):
     inside = pixel(animation, drawn, 0, centre - np.array([0, 0.85 * radius]))
     colour = np.array(SPEEDS(above.speed_m_s[-1] / movie.speed_max_m_s)[:3])
     assert inside == pytest.approx(colour, abs=0.02)
-
-
-def test_a_run_of_an_earlier_version_has_balls_of_one_size(run):
-    with h5py.File(run, "a") as file:
-        del file["balls"]
-    assert read_movie(run, SETTINGS).frames[0].pictures[0].radius_mm.tolist() == [5.0] * 5
 
 
 @pytest.mark.parametrize("turning", [0.0, 7.0])
@@ -143,15 +123,6 @@ def test_a_ball_has_its_size_and_the_colour_of_its_speed(run):
             assert np.ptp(outside) < 0.02, "must be grey wall or paper"
 
 
-def test_both_panels_have_one_scale(run):
-    animation = Animation(read_movie(run, SETTINGS))
-    scales = []
-    for axes in animation.figure.axes[:2]:
-        (x0, y0), (x1, y1) = axes.transData.transform([(0, 0), (10, 10)])
-        scales += [x1 - x0, y1 - y0]
-    assert scales == pytest.approx([scales[0]] * 4, rel=1e-3)
-
-
 def test_nothing_of_a_frame_remains_in_the_next(run):
     movie = movie_of_one_ball(run, 1.3, (17.0, 12.0))
     other = movie_of_one_ball(run, 0.2, (-5.0, 20.0)).frames[0]
@@ -182,22 +153,6 @@ def test_the_file_plays_every_frame_for_ever(run, tmp_path, suffix):
     assert np.abs(seen[-1] - plain).mean() < 1
 
 
-def test_another_file_type_is_refused(run, tmp_path):
-    with pytest.raises(ConfigError, match=r"mill.avi: an animation is a .gif or a .png"):
-        save_animation(read_movie(run, SETTINGS), tmp_path / "mill.avi")
-
-
-def test_a_movie_without_snapshots_is_refused_before_a_run(monkeypatch):
-    monkeypatch.chdir(ROOT)
-    content = configuration()
-    check_movie(load_workflow(content, ["config/config.yaml"])[0], "config/config.yaml")
-    (sweep,) = (sweep for sweep in content["sweeps"] if sweep["name"] == "movie")
-    del sweep["snapshot_interval_s"]
-    config, *_ = load_workflow(content, ["config/config.yaml"])
-    with pytest.raises(ConfigError, match=r"config/config.yaml: sweeps.movie.snapshot_interval_s: this key is missing"):
-        check_movie(config, "config/config.yaml")
-
-
 @pytest.mark.slow
 def test_the_command_line(run, capsys):
     command = ["animate", str(run)]
@@ -208,3 +163,40 @@ def test_the_command_line(run, capsys):
     with pytest.raises(SystemExit):
         millprint([*command, "--frames-per-revolution", "0"])
     assert "--frames-per-revolution: '0': must be greater than or equal to 1" in capsys.readouterr().err
+
+
+def recorded(run: Path) -> dict[str, np.ndarray]:
+    with h5py.File(run) as file:
+        return {name: file[f"snapshots/{name}"][:] for name in ("time_s", "position_m", "velocity_m_s")}
+
+
+def test_simulation_on_the_left_and_prediction_on_the_right_at_the_same_moments(run):
+    truth = recorded(run)
+    rows = slice(10, 31)
+    predicted = truth["position_m"][rows] + [0.001, 0, 0]
+    movie = movie_side_by_side(run, truth["time_s"][rows], predicted, truth["velocity_m_s"][rows], 5, 20)
+    assert len(movie.frames) == 5 and movie.columns == 2
+    assert [panel.title.split(",")[0] for panel in movie.panels] == ["DEM", "surrogate"] * 2
+    assert [frame.time_s for frame in movie.frames] == pytest.approx(truth["time_s"][rows][::5])
+    for frame in movie.frames:
+        left, right = frame.pictures[:2]
+        np.testing.assert_allclose(right.centre_mm - left.centre_mm, np.tile([1.0, 0.0], (len(left.centre_mm), 1)))
+        np.testing.assert_allclose(right.speed_m_s, left.speed_m_s, rtol=1e-6)
+    above = truth["position_m"][15][np.argsort(truth["position_m"][15][:, 2])]
+    np.testing.assert_allclose(movie.frames[1].pictures[0].centre_mm, 1e3 * above[:, :2])
+
+
+def test_balls_that_ran_away_are_drawn_outside(run):
+    truth = recorded(run)
+    position = truth["position_m"][:4].copy()
+    position[2:], position[1, 0] = np.nan, 1e30
+    movie = movie_side_by_side(run, truth["time_s"][:4], position, truth["velocity_m_s"][:4], 1, 10)
+    assert (movie.frames[3].pictures[1].centre_mm > movie.panels[1].limits_mm[1]).all()
+    assert np.isfinite(movie.speed_max_m_s)
+    assert len(plot_motion(movie, [0, 3]).axes) == 9  # four panels at two moments, and the colour bar
+
+
+def test_moments_that_were_not_recorded_are_refused(run):
+    truth = recorded(run)
+    with pytest.raises(ConfigError, match="no snapshots at the frames of the roll-out"):
+        movie_side_by_side(run, truth["time_s"][:4] + 1e-3, truth["position_m"][:4], truth["velocity_m_s"][:4], 1, 10)

@@ -11,7 +11,6 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 
 from millprint.cli.commands import main as millprint
 from millprint.config.contact_set import ContactConfig
-from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import BallMixture
@@ -200,17 +199,6 @@ def test_every_contact_of_a_simulation_overlaps(tmp_path, mixture):
 
 
 @pytest.mark.slow
-def test_the_refusal_of_a_run_without_snapshots_names_the_key(tmp_path, capsys):
-    write_sample(tmp_path / "run.h5")
-    with h5py.File(tmp_path / "run.h5", "a") as file:
-        del file["snapshots"]
-    assert millprint(["export", str(tmp_path / "run.h5")]) == 1
-    (line,) = capsys.readouterr().err.splitlines()
-    assert "no snapshots" in line and "snapshot_interval_s" in line
-    assert not list(tmp_path.glob("*vtkhdf*"))
-
-
-@pytest.mark.slow
 def test_the_command_line_writes_to_the_folder_of_the_run_or_to_another(tmp_path):
     write_sample(tmp_path / "run.h5")
     command = ["export", str(tmp_path / "run.h5"), "--every", "20"]
@@ -218,28 +206,3 @@ def test_the_command_line_writes_to_the_folder_of_the_run_or_to_another(tmp_path
     names = sorted(path.name for path in (tmp_path / "there").iterdir())
     assert names == ["run.vtkhdf", "run_contacts.vtkhdf", "run_walls.vtkhdf"]
     assert steps_of(tmp_path / "there/run_walls.vtkhdf") == 3
-
-
-@pytest.mark.parametrize(
-    ("spoil", "message"),
-    [
-        (lambda file: file.pop("geometry"), "the geometry is missing"),
-        (lambda file: file["snapshots"].pop("spin_rad_s"), "snapshots/spin_rad_s is missing"),
-    ],
-)
-def test_a_run_of_another_version_is_refused(tmp_path, spoil, message):
-    write_sample(tmp_path / "run.h5")
-    with h5py.File(tmp_path / "run.h5", "a") as file:
-        spoil(file)
-    with pytest.raises(ConfigError, match=message):
-        export(tmp_path / "run.h5")
-
-
-def test_what_is_no_run_is_refused(tmp_path):
-    (tmp_path / "notes.txt").write_text("no run")
-    for name, message in (("absent.h5", "no such file"), ("notes.txt", "not an HDF5 file")):
-        with pytest.raises(ConfigError, match=message):
-            export(tmp_path / name)
-    write_sample(tmp_path / "run.h5")
-    with pytest.raises(ConfigError, match="every = 0"):
-        export(tmp_path / "run.h5", 0)

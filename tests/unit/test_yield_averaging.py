@@ -1,4 +1,6 @@
-"""The averaged Gaussian process: gradients, closed forms, and stored models."""
+"""The averaged Gaussian process: gradients, closed forms, stored models; and where it may be asked."""
+
+from typing import ClassVar
 
 import numpy as np
 import pandas as pd
@@ -8,7 +10,8 @@ from scipy.stats import multivariate_normal, norm
 
 from millprint.config.averaged_process import INPUTS, Priors
 from millprint.config.errors import ConfigError
-from millprint.run.files import read_json, write_json
+from millprint.config.yields import PredictionConfig
+from millprint.run.files import read_json
 from millprint.thesis.yields.averaging import (
     LINKS,
     AveragedModel,
@@ -16,11 +19,19 @@ from millprint.thesis.yields.averaging import (
     evidence_weights,
     fit_averaged,
     fit_member,
-    library,
     to_conversion,
 )
+from millprint.thesis.yields.experiments import Mill, described_settings
 from millprint.thesis.yields.features import Standardisation, describe
-from millprint.thesis.yields.model_files import load_any, load_averaged, save_averaged, training_rows
+from millprint.thesis.yields.groups import regime_rows
+from millprint.thesis.yields.model_files import load_any, save_averaged, training_rows
+from millprint.thesis.yields.new_conditions import (
+    DESCRIPTORS,
+    MillCurves,
+    correlation_warnings,
+    domain_warnings,
+    nearest_correlation,
+)
 from millprint.thesis.yields.posterior_process import (
     JITTER,
     MEAN_VARIANCE,
@@ -32,9 +43,8 @@ from millprint.thesis.yields.posterior_process import (
     prior_of,
     terms_of,
 )
-from tests.unit.yield_settings import all_runs, parts, settings, thesis_yields
+from tests.unit.yield_settings import CASES, CURVES, MILL, REFERENCE, SCALES, all_runs, parts, settings, thesis_yields
 
-SCALES = ("linear", "linear", "log", "log", "linear")
 STRUCTURES = thesis_yields()["averaging"]["structures"]
 
 
@@ -92,6 +102,17 @@ def test_evidence_is_the_integral_over_the_noise_where_nothing_else_is_free():
     assert evidence == pytest.approx(exact, abs=0.05)
 
 
+@pytest.mark.parametrize("link", ["identity", "logit", "avrami"])
+def test_the_evidence_is_that_of_the_yields_by_the_slope_of_the_whole_transformation(link):
+    rows, _ = parts()
+    config, yields = settings().averaging, rows["yield_percent"].to_numpy(float)
+    member = fit_member(Candidate(link, SCALES, "product"), rows, yields, config)
+    process, conversion = member.process, to_conversion(yields, config.margin)
+    _, of_target = fit_process(process.inputs, process.target, process.terms, config.priors)
+    low, high = ((LINKS[link].forward(conversion + step) - member.mean) / member.spread for step in (-1e-6, 1e-6))
+    assert member.log_evidence == pytest.approx(of_target + np.log((high - low) / 2e-6).sum(), rel=1e-6)
+
+
 @pytest.mark.parametrize("name", ["identity", "logit", "avrami"])
 def test_links_have_their_inverse_and_their_slope(name):
     link, conversion = LINKS[name], np.array([0.02, 0.3, 0.63, 0.95])
@@ -106,12 +127,6 @@ def test_avrami_link_makes_kinetics_a_straight_line_in_log_time():
     slope = np.diff(LINKS["avrami"].forward(conversion)) / np.diff(np.log(time))
     np.testing.assert_allclose(slope, 0.7)
     assert to_conversion(np.array([0.0, 50.0, 100.0]), 0.005).tolist() == [0.005, 0.5, 0.995]
-
-
-def test_derived_inputs_are_power_and_share():
-    inputs = describe(all_runs().set_index("case").loc[["1"]])
-    assert inputs["power_per_ball_mW"].iloc[0] == pytest.approx((221 + 500) * 400 * 1e-3)
-    assert inputs["tangential_share"].iloc[0] == pytest.approx(500 / 721)
 
 
 def test_an_input_that_hardly_varies_is_not_scaled_up():
@@ -170,37 +185,6 @@ def test_quantiles_of_one_identity_member_are_those_of_a_normal():
     np.testing.assert_allclose(model.predict(test), 100 * mean, rtol=1e-10)
 
 
-def test_bounded_members_stay_within_their_bounds_far_outside():
-    model, rows = fitted()
-    far = rows.assign(time_h=rows["time_h"] * 100)
-    lower, upper = model.intervals(far, [0.95])[:, 0].T
-    assert (lower >= 0).all() and (upper <= 100).all() and (lower <= upper).all()
-
-
-def test_evidence_finds_the_link_and_the_time_scale_of_avrami_kinetics():
-    """Yields from Avrami's law are a straight line with the avrami link and log time."""
-    rows, config = all_runs(), settings().averaging
-    rate = 0.05 * (rows["bpr"] / 30) ** 0.8 * (rows["specific_frequency_hz"] / 500) ** 0.5
-    latent = 1.2 * np.log(rate * rows["time_h"]) + np.random.default_rng(1).normal(0, 0.05, len(rows))
-    yields = (100 * LINKS["avrami"].inverse(latent)).to_numpy()
-    evidence = {
-        (link, time): fit_member(
-            Candidate(link, ("log", "linear", time, "log", "linear"), "trend_product"), rows, yields, config
-        ).log_evidence
-        for link in ("avrami", "identity")
-        for time in ("log", "linear")
-    }
-    best = evidence.pop(("avrami", "log"))
-    assert best > max(evidence.values()) + 3
-
-
-def test_library_has_every_combination_once():
-    from millprint.config.yields import YieldConfig
-
-    found = library(YieldConfig(**thesis_yields()).averaging)
-    assert len(found) == 2 * 2 * 1 * len(STRUCTURES) == len(set(found))
-
-
 def test_a_second_fit_and_the_stored_model_are_the_same(tmp_path):
     (model, rows), (again, _) = fitted(), fitted()
     _, test = parts()
@@ -216,21 +200,106 @@ def test_a_second_fit_and_the_stored_model_are_the_same(tmp_path):
     assert set(read_json(tmp_path / "0.json")["versions"]) == {"numpy", "scipy"}
 
 
-def test_a_changed_file_is_refused(tmp_path):
-    model, rows = fitted()
-    path = tmp_path / "model.json"
-    save_averaged(model, rows, settings().averaging.margin, str(path))
-    content = read_json(path)
-    content["members"][0]["log_parameters"][0] += 0.5
-    write_json(content, path)
-    with pytest.raises(ConfigError, match="the file was changed, or it was written by libraries") as caught:
-        load_averaged(str(path))
-    assert "\n" not in str(caught.value)
-    path.write_text("not a model")
-    with pytest.raises(ConfigError, match="not a stored model"):
-        load_any(str(path))
-    with pytest.raises(ConfigError, match="no such stored model"):
-        load_any(str(tmp_path / "nothing.json"))
-    write_json({"format": "other"}, path)
-    with pytest.raises(ConfigError, match="format = 'other'"):
-        load_any(str(path))
+TOLERANCE = settings().prediction.curve_tolerance
+
+# The energies of 600 rpm at a fill ratio of 10 %, with the frequency of 1000 rpm.
+MIXED = {"normal_energy_uJ": 221.0, "tangential_energy_uJ": 500.0, "specific_frequency_hz": 667.0}
+
+
+def described(curves: pd.DataFrame = CASES, mill: Mill = MILL, **changes) -> pd.DataFrame:
+    """One condition with the descriptors that the curves give."""
+    setting = {"bpr": 30, "molar_ratio": 10, "time_h": 12.5, "speed_rpm": 700, "fill_ratio": 0.08}
+    return described_settings(pd.DataFrame([setting | {"ball_diameter_mm": 10} | changes]), curves, mill)
+
+
+def test_every_run_is_a_setting_of_the_mill():
+    rows = pd.concat([all_runs(), regime_rows(CASES, REFERENCE)])
+    assert CURVES.warnings(rows, TOLERANCE) == [""] * 31
+
+
+@pytest.mark.parametrize("speed", [560, 700, 990])
+@pytest.mark.parametrize("fill", [0.06, 0.075, 0.13, 0.17])
+def test_what_the_curves_give_is_possible_and_what_they_do_not_is_not(speed, fill):
+    row = described(speed_rpm=speed, fill_ratio=fill)
+    assert CURVES.warnings(row, TOLERANCE) == [""]
+    for name in DESCRIPTORS:
+        assert CURVES.warnings(row.assign(**{name: 1.6 * row[name]}), TOLERANCE) != [""]
+
+
+def test_energies_of_one_speed_with_the_frequency_of_another_are_refused():
+    row = described(bpr=50, time_h=20).assign(**MIXED)
+    (told,) = CURVES.warnings(row, TOLERANCE)
+    assert told.startswith("descriptors that emax does not have at once") and "specific_frequency_hz" in told
+    assert ";" not in told and "\n" not in told
+
+
+def test_a_ball_size_or_a_speed_that_the_mill_does_not_have_is_refused():
+    assert CURVES.warnings(described(ball_diameter_mm=7), TOLERANCE) != [""]
+    assert CURVES.warnings(described(speed_rpm=1400), TOLERANCE) != [""]
+    other = MillCurves("emax", CASES, MILL.density, MILL.amplitude, (7.0, 10.0), (540.0, 1500.0))
+    assert other.warnings(described(ball_diameter_mm=7), TOLERANCE) == [""]
+    assert other.warnings(described(speed_rpm=1400), TOLERANCE) == [""]
+    # Smaller balls at a higher speed have these energies with this frequency.
+    assert other.warnings(described().assign(**MIXED), TOLERANCE) == [""]
+
+
+def test_a_descriptor_within_the_band_of_its_curve_is_possible():
+    row = described()
+    off = row.assign(specific_frequency_hz=1.25 * row["specific_frequency_hz"])
+    assert CURVES.warnings(off, TOLERANCE) != [""]
+    band = {f"{name}{end}": CASES[name] * (1 + step) for name in ("Pn", "Pt", "f") for end, step in BAND.items()}
+    wide = MillCurves("emax", CASES.assign(**band), MILL.density, MILL.amplitude, (10.0,), (540.0, 1000.0))
+    assert wide.warnings(off, TOLERANCE) == [""]
+
+
+BAND = {"_lower": -0.2, "_upper": 0.25}
+
+
+def test_the_curves_are_read_as_they_were_written_and_others_are_refused_in_one_line(tmp_path):
+    path = tmp_path / "mill.json"
+    CURVES.write(path)
+    again = MillCurves.read(path)
+    rows = pd.concat([described(), described().assign(**MIXED)])
+    assert again.warnings(rows, TOLERANCE) == CURVES.warnings(rows, TOLERANCE)
+    for text in ("[]", "{", '{"format": "else"}', '{"format": "millprint curves of a mill 1"}'):
+        path.write_text(text)
+        with pytest.raises(ConfigError, match=r"mill\.json") as caught:
+            MillCurves.read(path)
+        assert "\n" not in str(caught.value)
+
+
+def one_member() -> tuple[AveragedModel, pd.DataFrame]:
+    rows = all_runs()
+    yields = rows["yield_percent"].to_numpy(float)
+    member = fit_member(Candidate("avrami", SCALES, "product"), rows, yields, settings().averaging)
+    return AveragedModel([member], np.array([1.0])), rows
+
+
+def test_the_correlation_is_one_at_a_run_and_that_of_the_kernel_elsewhere():
+    model, rows = one_member()
+    np.testing.assert_allclose(nearest_correlation(model, rows, rows), 1)
+    member = model.members[0]
+    only, lengths = rows.iloc[[0]], np.exp(member.process.logs[:5])
+    # One length scale further in the molar ratio, which is on a linear scale.
+    step = lengths[1] * member.standard.deviation[1]
+    moved = only.assign(molar_ratio=only["molar_ratio"] + step)
+    assert nearest_correlation(model, only, moved)[0] == pytest.approx(np.exp(-0.5))
+    far = only.assign(molar_ratio=only["molar_ratio"] + 20 * step)
+    assert nearest_correlation(model, only, far)[0] < 1e-6
+    (told,) = correlation_warnings(model, only, far, 0.5)
+    assert told == "correlation = 0.00 with the yield of the nearest run is below 0.5"
+
+
+def test_a_gap_inside_every_range_is_refused_by_the_correlation():
+    """Each condition is within its trained range, and no run is near."""
+    model, rows = one_member()
+    corner = rows[(rows["bpr"] < 50) | (rows["time_h"] < 20)]
+    limits = settings().prediction
+    left_out = rows[(rows["bpr"] == 50) & (rows["time_h"] == 20)]
+    assert domain_warnings(model, rows, left_out, limits, CURVES) == ["", "", ""]
+
+    class Strict(PredictionConfig):
+        correlation_min: ClassVar[float] = 0.99
+
+    told = domain_warnings(model, corner, left_out, Strict(**limits.model_dump()), CURVES)
+    assert all(text.startswith("correlation = ") for text in told)

@@ -1,24 +1,75 @@
-"""The models: printed rows, identities, and stored files."""
+"""The split, the regressors: printed rows, identities, stored files; and predictions of new conditions."""
 
 import numpy as np
 import pytest
 from sklearn.ensemble import RandomForestRegressor
+from sklearn.model_selection import train_test_split
 from xgboost import XGBRegressor
 
+from millprint.cli.commands import main as millprint
 from millprint.config.errors import ConfigError
-from millprint.run.files import read_json, write_json
+from millprint.config.search_spaces import SPACES
+from millprint.config.yields import YieldConfig
+from millprint.run.files import read_json, read_table
 from millprint.thesis.claims.tolerances import agrees
-from millprint.thesis.yields.estimators import BoostingFold, Forest, ForestFold, ProcessFold, Trees, gaussian_process
+from millprint.thesis.yields.averaging import fit_averaged
+from millprint.thesis.yields.estimators import (
+    BoostingFold,
+    Forest,
+    ForestFold,
+    GaussianProcess,
+    ProcessFold,
+    Trees,
+    gaussian_process,
+)
+from millprint.thesis.yields.evaluation import shap_values
 from millprint.thesis.yields.features import FEATURES, Standardisation, engineer
 from millprint.thesis.yields.metrics import METRICS, YieldWeights, metrics
-from millprint.thesis.yields.model_files import load_model, save_model
-from millprint.thesis.yields.regressors import REGRESSORS
-from millprint.thesis.yields.run_tables import read_rows
+from millprint.thesis.yields.model_files import load_model, save_averaged, save_model
+from millprint.thesis.yields.new_conditions import predict_conditions
+from millprint.thesis.yields.regressors import REGRESSORS, models_of, regressor
+from millprint.thesis.yields.run_tables import check_yield_tables, read_rows, read_split
 from millprint.thesis.yields.yield_model import Trainer, fit_model, plan_steps
-from tests.conftest import PRINTED
-from tests.unit.yield_settings import parts, settings
+from tests.conftest import PRINTED, ROOT
+from tests.unit.doe_settings import SCREENING
+from tests.unit.doe_settings import settings as doe_settings
+from tests.unit.yield_settings import SPLIT, parts, settings, thesis_yields
+
+
+def test_split_is_the_locked_one():
+    split = read_split(str(SPLIT))
+    known, drawn = train_test_split(np.arange(27), test_size=0.2, random_state=42)
+    assert split["case"].astype(int).tolist() == [*(drawn + 1), *(known + 1)]
+    assert split["role"].tolist() == ["test"] * 6 + ["train"] * 21
+    train, test = parts()
+    assert test["case"].tolist() == ["9", "14", "10", "22", "1", "12"]
+    assert test["yield_percent"].tolist() == [73, 71, 26, 31, 12, 42]
+    assert len(train) == 21 and not set(train["case"]) & set(test["case"])
+
+
+def test_features_are_those_of_the_thesis():
+    rows, _ = parts()
+    features = engineer(rows)
+    assert list(features) == list(FEATURES) and len(FEATURES) == 10
+    np.testing.assert_array_equal(features["molar_ratio_squared"], rows["molar_ratio"] ** 2)
+    np.testing.assert_array_equal(features["bpr_molar_ratio"], rows["bpr"] * rows["molar_ratio"])
+    for name, column in (("time_sigmoid", "time_h"), ("bpr_sigmoid", "bpr")):
+        np.testing.assert_allclose(features[name], 1 / (1 + np.exp(-rows[column].to_numpy(float))), rtol=1e-14)
+
+
+def test_settings_are_checked_against_the_tables():
+    section = thesis_yields()
+    section["training"]["choices"]["linear_features"] = ["bpr", "temperature"]
+    with pytest.raises(ConfigError, match="linear_features = 'temperature': no feature; known: bpr"):
+        check_yield_tables(YieldConfig(**section), str(SCREENING), str(SPLIT), doe_settings(), "config.yaml")
+    section = thesis_yields()
+    section["search"]["folds"] = 22
+    with pytest.raises(ConfigError, match=r"yields\.search\.folds = 22: at most 21"):
+        check_yield_tables(YieldConfig(**section), str(SCREENING), str(SPLIT), doe_settings(), "config.yaml")
+
 
 WEIGH = YieldWeights(70, 2.0)
+
 START = {"constant": 100.0, "length_scale": 2.0, "noise": 0.5}
 
 
@@ -45,10 +96,6 @@ def test_linear_has_every_printed_digit():
     assert results[0].evaluations == 0
 
 
-def test_linear_on_all_features_does_not_have_the_printed_digits():
-    assert not has_printed_row(refitted("linear", "primary", [{}], linear_features=list(FEATURES)), "linear")
-
-
 def test_two_step_gpr_has_every_printed_digit_from_a_plain_start():
     model = refitted("gpr", "two_step", [START, START])
     assert has_printed_row(model, "gpr.two_step")
@@ -66,12 +113,6 @@ def test_interval_of_gpr_is_that_of_a_normal_and_others_have_none():
     assert np.isnan(refitted("linear", "primary", [{}]).intervals(test, [0.95])[:, 0].T).all()
 
 
-def test_two_step_gpr_with_one_length_scale_is_far_off():
-    _, test = parts()
-    model = refitted("gpr", "two_step", [START, START], length_scales="shared")
-    assert metrics(test["yield_percent"].to_numpy(float), model.predict(test), WEIGH)["r2"] < 0.6
-
-
 @pytest.mark.parametrize("name", [name for name, record in REGRESSORS.items() if record.two_step])
 def test_yields_that_are_a_line_in_time_leave_nothing_to_the_second_step(name):
     """The first step is the line itself, so the second is fitted on zeros and not on the yields."""
@@ -82,30 +123,6 @@ def test_yields_that_are_a_line_in_time_leave_nothing_to_the_second_step(name):
     assert first.plan.features == ("time_h",) and set(second.plan.features) == set(FEATURES) - {"time_h"}
     np.testing.assert_allclose(second.predict(engineer(test)), 0, atol=1e-6)
     np.testing.assert_allclose(model.predict(test), 10 + 2 * test["time_h"], atol=1e-6)
-
-
-def test_a_changed_file_is_refused(tmp_path):
-    rows, _ = parts()
-    model, results = trained("svr", "primary")
-    path = tmp_path / "model.json"
-    save_model(model, results, rows, settings().training, str(path))
-    content = read_json(path)
-    content["steps"][0]["parameters"]["gamma"] *= 1.5
-    write_json(content, path)
-    with pytest.raises(ConfigError, match="the file was changed, or it was written by libraries") as caught:
-        load_model(str(path))
-    assert "\n" not in str(caught.value)
-    write_json({"format": "something else"}, path)
-    with pytest.raises(ConfigError, match="format = 'something else'"):
-        load_model(str(path))
-
-
-def test_another_seed_finds_other_hyperparameters():
-    rows, _ = parts()
-    config = settings()
-    other = config.training.model_copy(update={"seed": 5})
-    _, results = Trainer(other, config.search).train("svr", "primary", rows, rows["yield_percent"].to_numpy())
-    assert results[0].parameters != trained("svr", "primary")[1][0].parameters
 
 
 def test_standardisation_uses_the_training_rows_alone():
@@ -122,26 +139,22 @@ def test_standardisation_uses_the_training_rows_alone():
     np.testing.assert_array_equal(trees.steps[0].inputs(engineer(test)), engineer(test).to_numpy())
 
 
-@pytest.mark.parametrize(
-    ("count", "depth", "split", "leaf"), [(7, 4, 2, 1), (3, 30, 2, 1), (12, 9, 3, 4), (7, 2, 20, 1)]
-)
+@pytest.mark.parametrize(("depth", "split", "leaf"), [(4, 2, 1), (30, 2, 1), (9, 3, 4), (2, 20, 1)])
 @pytest.mark.parametrize("share", [1.0, 0.4])
-def test_shared_trees_are_scikit_learns_forest(count, depth, split, leaf, share):
+def test_shared_trees_are_scikit_learns_forest(depth, split, leaf, share):
     rows, test = parts()
     inputs, target = engineer(rows).to_numpy(), rows["yield_percent"].to_numpy(float)
     unseen = engineer(test).to_numpy()
-    fold = ForestFold(Trees(inputs, target, share, seed=42, count=12), unseen)
-    fold.predict(5, depth, split, leaf)
-    plain = RandomForestRegressor(
-        n_estimators=count,
-        max_depth=depth,
-        min_samples_split=split,
-        min_samples_leaf=leaf,
-        max_features=share,
-        random_state=42,
-    ).fit(inputs, target)
-    own = Forest(count, depth, split, leaf, share, seed=42).fit(inputs, target)
-    for predicted in (fold.predict(count, depth, split, leaf), own.predict(unseen)):
+    trees = Trees(inputs, target, share, seed=42, count=12)
+    asked, fresh = ForestFold(trees, unseen), ForestFold(trees, unseen)
+    # What it was asked for before does not matter.
+    for other in (1, 30, 3, 8):
+        asked.predict(5, other, split, leaf)
+    limits = {"min_samples_split": split, "min_samples_leaf": leaf, "max_features": share}
+    plain = RandomForestRegressor(7, max_depth=depth, random_state=42, **limits).fit(inputs, target)
+    own = Forest(7, depth, split, leaf, share, seed=42).fit(inputs, target)
+    folds = (fold.predict(7, depth, split, leaf) for fold in (asked, fresh))
+    for predicted in (*folds, own.predict(unseen)):
         np.testing.assert_allclose(predicted, plain.predict(unseen), rtol=1e-13)
 
 
@@ -158,35 +171,140 @@ def test_a_fold_predicts_as_the_process_that_is_fitted_from_the_same_start(lengt
         np.testing.assert_allclose(fold.predict(start), plain.predict(unseen), rtol=1e-8)
 
 
-@pytest.mark.parametrize(("split", "leaf"), [(2, 1), (2, 2), (9, 1)])
-def test_a_fold_gives_the_same_forest_whatever_depth_it_was_asked_for_before(split, leaf):
-    rows, test = parts()
-    inputs, target, unseen = engineer(rows).to_numpy(), rows["yield_percent"].to_numpy(float), engineer(test).to_numpy()
-    trees = Trees(inputs, target, 1.0, seed=42, count=9)
-    asked = ForestFold(trees, unseen)
-    for depth in (1, 30, 3, 2, 5, 4, 8, 3):
-        fresh = ForestFold(trees, unseen)
-        np.testing.assert_array_equal(asked.predict(9, depth, split, leaf), fresh.predict(9, depth, split, leaf))
-
-
 def test_boosting_is_xgboost_bit_for_bit():
     rows, test = parts()
     inputs, target, unseen = engineer(rows).to_numpy(), rows["yield_percent"].to_numpy(float), engineer(test).to_numpy()
     for share, trees in ((0.7, 30), (1.0, 5)):
-        shape = {
-            "n_estimators": trees,
-            "subsample": share,
-            "colsample_bytree": share,
-            "learning_rate": 0.1,
-            "gamma": 1.0,
-        }
-        plain = XGBRegressor(**shape, random_state=42, n_jobs=1).fit(inputs, target)
-        fold = BoostingFold(inputs, target, unseen)
+        shape = {"n_estimators": trees, "subsample": share, "colsample_bytree": share}
+        shape |= {"learning_rate": 0.1, "gamma": 1.0, "random_state": 42, "n_jobs": 1}
+        plain, fold = XGBRegressor(**shape).fit(inputs, target), BoostingFold(inputs, target, unseen)
         for _ in range(2):
-            found = fold.predict({**shape, "random_state": 42, "n_jobs": 1})
-            np.testing.assert_array_equal(found, plain.predict(unseen))
+            np.testing.assert_array_equal(fold.predict(shape), plain.predict(unseen))
 
 
-def test_the_first_step_can_be_a_straight_line():
-    choices = settings(time_model="linear").training.choices
-    assert [plan.regressor for plan in plan_steps("xgb", "two_step", choices)] == ["linear", "xgb"]
+# Whether SHAP values can be calculated, by regressor.
+EXPLAINED = {name: record.explain is not None for name, record in REGRESSORS.items()}
+
+EVERY_MODEL = models_of(list(REGRESSORS))
+
+
+@pytest.mark.parametrize(("name", "strategy"), EVERY_MODEL)
+@pytest.mark.slow
+def test_a_second_training_and_the_stored_model_predict_the_same(tmp_path, name, strategy):
+    rows, test = parts()
+    (model, results), (again, results_again) = trained(name, strategy), trained(name, strategy)
+    assert [best.parameters for best in results] == [best.parameters for best in results_again]
+    assert np.array_equal(model.predict(test), again.predict(test))
+    config = settings()
+    for number, each in enumerate((model, again)):
+        save_model(each, results, rows, config.training, str(tmp_path / f"{number}.json"))
+    assert (tmp_path / "0.json").read_bytes() == (tmp_path / "1.json").read_bytes()
+    loaded = load_model(str(tmp_path / "0.json"))
+    np.testing.assert_allclose(loaded.predict(test), model.predict(test), rtol=1e-9)
+    np.testing.assert_allclose(loaded.deviation(test), model.deviation(test), rtol=1e-6)
+    assert np.isfinite(model.deviation(test)).all() == (model.distribution is not None)
+    assert (model.distribution is not None) == (regressor(name).deviation is not None)
+    tuned = sum(step["search"]["evaluations"] for step in read_json(tmp_path / "0.json")["steps"] if step["search"])
+    assert tuned == Trainer(config.training, config.search).evaluations(name, strategy)
+
+
+@pytest.mark.parametrize("name", REGRESSORS)
+def test_found_hyperparameters_lie_between_their_bounds(name):
+    _, (best,) = trained(name, "primary")
+    bounds, space = settings().training.spaces.get(name, {}), SPACES.get(name, {})
+    assert set(best.parameters) == set(space) == set(bounds)
+    for key, value in best.parameters.items():
+        low, high = bounds[key]
+        assert low <= value <= high and isinstance(value, int) == (space[key].how == "whole")
+
+
+@pytest.mark.parametrize("name", [name for name in REGRESSORS if EXPLAINED[name]])
+@pytest.mark.slow
+def test_shap_values_add_up_to_the_prediction(name):
+    _, test = parts()
+    model, _ = trained(name, "two_step")
+    table = shap_values(model, test)
+    by_case = table.groupby("case", sort=False)
+    sums = by_case["shap_pp"].sum() + by_case["base_percent"].first()
+    np.testing.assert_allclose(sums.loc[test["case"]], model.predict(test), atol=1e-3)
+    time = table[table["feature"] == "time_h"].set_index("case")
+    np.testing.assert_array_equal(time.loc[test["case"], "feature_value"], test["time_h"])
+
+
+def test_several_starts_reach_the_largest_marginal_likelihood_of_any_of_them():
+    rows, _ = parts()
+    training = settings().training.model_copy(update={"kernel_starts": 8})
+    inputs, target = rows[["bpr", "molar_ratio", "time_h"]].to_numpy(float), rows["yield_percent"].to_numpy(float)
+    inputs = (inputs - inputs.mean(axis=0)) / inputs.std(axis=0)
+    many = gaussian_process({}, 3, training)
+    assert len(many.starts) == training.kernel_starts
+    alone = [GaussianProcess(many.kernel, [start]).fit(inputs, target) for start in many.starts]
+    single = [each.process.log_marginal_likelihood_value_ for each in alone]
+    many.fit(inputs, target)
+    assert many.process.log_marginal_likelihood_value_ == pytest.approx(max(single), rel=1e-9)
+    # The starts matter here: they end at different maxima.
+    assert max(single) - min(single) > 0.5
+    low, high = (np.array([bounds[end] for bounds in training.spaces["gpr"].values()]) for end in (0, 1))
+    for start in np.exp(many.starts):
+        assert (low <= start[[0, 1, -1]]).all() and (start[[0, 1, -1]] <= high).all()
+
+
+CONDITIONS_TABLE = ROOT / "config/data/conditions.tsv"
+
+
+@pytest.fixture(scope="module")
+def models(tmp_path_factory) -> dict[str, str]:
+    """One stored model for each kind of interval."""
+    folder, config = tmp_path_factory.mktemp("models"), settings()
+    rows, _ = parts()
+    yields = rows["yield_percent"].to_numpy(float)
+    paths = {name: str(folder / f"{name}.json") for name in ("mixture", "gaussian", "cv_plus")}
+    averaged = fit_averaged(rows, yields, config.averaging)
+    save_averaged(averaged, rows, config.averaging.margin, paths["mixture"])
+    for name, kind in (("gaussian", ("gpr", "two_step")), ("cv_plus", ("svr", "primary"))):
+        model, results = Trainer(config.training, config.search).train(*kind, rows, yields)
+        save_model(model, results, rows, config.training, paths[name])
+    return paths
+
+
+def arguments(level: float) -> tuple:
+    """The arguments of predict_conditions after model and conditions: limits, training, folds, level."""
+    config = settings()
+    return config.prediction, config.training, config.evaluation.conformal_folds, level
+
+
+@pytest.mark.parametrize("kind", ["mixture", "gaussian", "cv_plus"])
+def test_every_kind_of_model_predicts_with_its_interval(models, kind):
+    rows, _ = parts()
+    table = predict_conditions(models[kind], rows, *arguments(0.8))
+    assert (table["interval"] == kind).all() and (table["warning"] == "").all()
+    assert (table["lower_percent"] <= table["upper_percent"]).all()
+    wider = predict_conditions(models[kind], rows, *arguments(0.95))
+    assert (wider["upper_percent"] - wider["lower_percent"] >= table["upper_percent"] - table["lower_percent"]).all()
+
+
+def test_conditions_outside_the_trained_ranges_are_refused_with_the_reason(models):
+    rows, _ = parts()
+    requested = rows.head(4).reset_index(drop=True)
+    requested.loc[1, "bpr"] = 80.0
+    requested.loc[2, "time_h"] = 20.1  # within one per cent of the trained 15 h
+    # Another fill ratio: both energies are within their ranges, but their share is not.
+    requested.loc[3, ["normal_energy_uJ", "tangential_energy_uJ"]] = [500.0, 600.0]
+    table = predict_conditions(models["mixture"], requested, *arguments(0.95))
+    assert table["predicted_percent"].isna().tolist() == [False, True, False, True]
+    assert "bpr = 80" in table["warning"][1] and "tangential_share = 0.5455" in table["warning"][3]
+    extrapolated = predict_conditions(models["mixture"], requested, *arguments(0.95), extrapolate=True)
+    assert extrapolated["predicted_percent"].notna().all() and extrapolated["warning"].equals(table["warning"])
+
+
+@pytest.mark.slow
+def test_the_command_predicts_the_example(models, tmp_path, capsys, monkeypatch):
+    out = tmp_path / "out.tsv"
+    monkeypatch.chdir(ROOT)
+    assert millprint(["yields", models["mixture"], str(CONDITIONS_TABLE), str(out)]) == 0
+    assert "1 rows are outside the domain" in capsys.readouterr().err
+    table = read_table(out, text=["case", "warning"]).set_index("case")
+    assert (
+        np.isnan(table.loc["low_fill", "predicted_percent"]) and "tangential_share" in table.loc["low_fill", "warning"]
+    )
+    assert table.loc["shorter", "lower_percent"] < table.loc["shorter", "predicted_percent"]

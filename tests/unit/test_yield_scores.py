@@ -1,4 +1,4 @@
-"""Proper scores, paired tests and permutations of the yield models, against closed forms and simulation."""
+"""Metrics, held-out predictions, proper scores, paired tests and permutations, against closed forms."""
 
 import warnings
 
@@ -17,23 +17,175 @@ from millprint.thesis.yields.averaging import (
     permutation_p,
     permute,
 )
-from millprint.thesis.yields.distributions import MixtureYields, NormalYields
+from millprint.thesis.yields.distributions import MixtureYields, NormalYields, cross_intervals, cross_validate
 from millprint.thesis.yields.estimators import LeastSquares, MarginalLikelihood, gaussian_process
-from millprint.thesis.yields.evaluation import paired_test
+from millprint.thesis.yields.evaluation import coverage_table, paired_test, score_table, time_variance
 from millprint.thesis.yields.features import Standardisation, engineer
-from millprint.thesis.yields.held_out import climatology, smaller_forests
+from millprint.thesis.yields.held_out import climatology, outer_folds, predict_held_out, procedure_of
 from millprint.thesis.yields.metrics import (
     LEFT_OUT,
+    LOCKED_AGAIN,
     NESTED,
+    RANDOM,
+    SPREAD,
     YieldWeights,
     bootstrap_metrics,
     jackknife_error,
+    metrics,
+    weighted_mse,
     without_each,
 )
 from millprint.thesis.yields.yield_model import fit_model
-from tests.unit.yield_settings import all_runs, parts, settings
+from tests.unit.yield_settings import SCALES, all_runs, parts, settings
 
-SCALES = ("linear", "linear", "log", "log", "linear")
+WEIGH = YieldWeights(70, 2.0)
+
+
+def test_weights_count_double_only_above_the_threshold():
+    assert WEIGH(np.array([0, 69.9, 70.0, 70.1, 100])).tolist() == [1, 1, 1, 2, 2]
+
+
+def test_metrics_are_the_thesis_equations():
+    truth, predicted = np.array([80.0, 50.0, 20.0]), np.array([70.0, 55.0, 22.0])
+    found = metrics(truth, predicted, WEIGH)
+    assert found["rmse"] == pytest.approx(np.sqrt((100 + 25 + 4) / 3))
+    assert found["mae"] == pytest.approx(17 / 3)
+    assert found["mape"] == pytest.approx(100 * (10 / 80 + 5 / 50 + 2 / 20) / 3)
+    assert found["r2"] == pytest.approx(1 - 129 / 1800)
+    # Divided by the number of rows, not by the sum of the weights.
+    assert found["wmse"] == pytest.approx((2 * 100 + 25 + 4) / 3)
+    assert found["wmse"] == pytest.approx(weighted_mse(truth, predicted, WEIGH(truth)))
+
+
+def test_metrics_that_are_not_defined_are_nan():
+    found = metrics(np.array([0.0, 0.0]), np.array([1.0, 2.0]), WEIGH)
+    assert np.isnan(found["r2"]) and np.isnan(found["mape"]) and found["mae"] == pytest.approx(1.5)
+
+
+def test_bootstrap_interval_of_the_mae_is_that_of_a_mean():
+    generator = np.random.default_rng(1)
+    truth = generator.uniform(20, 90, 400)
+    error = generator.exponential(5.0, 400)
+    table = bootstrap_metrics(truth, truth + error, WEIGH, 4000, 0.95, seed=3).set_index("metric")
+    row = table.loc["mae"]
+    half = 1.96 * error.std() / np.sqrt(400)
+    assert row["value"] == pytest.approx(error.mean())
+    assert row["upper"] - row["value"] == pytest.approx(half, rel=0.1)
+    assert row["value"] - row["lower"] == pytest.approx(half, rel=0.1)
+
+
+def test_bootstrap_leaves_out_resamples_without_spread():
+    table = bootstrap_metrics(np.array([10.0, 90.0]), np.array([12.0, 80.0]), WEIGH, 100, 0.95, seed=0)
+    assert np.isfinite(table[["value", "lower", "upper"]].to_numpy()).all()
+
+
+def test_time_explains_what_its_levels_explain():
+    time = np.repeat([5.0, 12.5, 20.0], 2)
+    yields = np.array([10.0, 20.0, 50.0, 60.0, 10.0, 20.0])
+    share = time_variance(time, yields).set_index("measure")["share"]
+    between = 2 * (15 - 85 / 3) ** 2 * 2 + 2 * (55 - 85 / 3) ** 2
+    assert share["levels"] == pytest.approx(between / (between + 6 * 25))
+    assert share["line"] == pytest.approx(0, abs=1e-12)
+
+
+def runs() -> pd.DataFrame:
+    train, test = parts()
+    return pd.concat([train.assign(role="train"), test.assign(role="test")], ignore_index=True)
+
+
+def procedure(model: str, strategy: str):
+    config = settings()
+    return procedure_of(model, strategy, config.training, config.evaluation, config.averaging)
+
+
+def test_outer_folds_hold_out_the_rows_of_their_scheme():
+    rows, budget = runs(), settings().evaluation
+    folds = outer_folds(rows, budget)
+    for fold in folds:
+        assert sorted([*fold.kept, *fold.held]) == list(range(27))
+    by_scheme = {
+        scheme: [fold for fold in folds if fold.scheme == scheme] for scheme in {fold.scheme for fold in folds}
+    }
+    assert [fold.held.tolist() for fold in by_scheme[LEFT_OUT]] == [[index] for index in range(27)]
+    assert rows["case"].iloc[by_scheme[LOCKED_AGAIN][0].held].tolist() == ["9", "14", "10", "22", "1", "12"]
+    for repeat in range(budget.outer_repeats):
+        parts = [fold for fold in by_scheme[NESTED] if fold.repeat == repeat]
+        assert sorted(np.concatenate([fold.held for fold in parts])) == list(range(27))
+        assert [fold.number for fold in parts] == list(range(budget.outer_folds))
+    assert all(len(fold.held) == 6 for fold in by_scheme[RANDOM])
+    yields = rows["yield_percent"].to_numpy()
+    assert all(np.array_equal(fold.yields, yields) for fold in folds)
+
+
+@pytest.mark.parametrize(("model", "strategy"), [("averaged_gpr", "primary"), ("gpr", "two_step"), ("xgb", "primary")])
+@pytest.mark.slow
+def test_a_held_out_prediction_does_not_depend_on_the_yield_of_its_run(model, strategy):
+    rows, budget = runs().head(9).assign(role=["train"] * 7 + ["test"] * 2), settings().evaluation
+    wrong = rows.copy()
+    wrong.loc[3, "yield_percent"] = 99.0
+    tables = []
+    for table in (rows, wrong):
+        folds = [fold for fold in outer_folds(table, budget) if fold.scheme == LEFT_OUT][2:4]
+        tables.append(predict_held_out(procedure(model, strategy), table, folds, [0.8]))
+    (clean, ends), (other, other_ends) = tables
+    assert clean["predicted_percent"][1] == other["predicted_percent"][1]
+    assert clean["predicted_percent"][0] != other["predicted_percent"][0]
+    own = ends["case"] == rows["case"][3]
+    bounds = ["lower_percent", "upper_percent"]
+    assert own.any() and ends.loc[own, bounds].equals(other_ends.loc[own, bounds])
+
+
+def test_cross_intervals_are_the_order_statistics_of_the_paper():
+    residuals = np.array([1.0, 2.0, 3.0, 4.0])
+    centres = np.full((4, 1), 50.0)
+    # a (n + 1) = 0.4 * 5 = 2 and 0.6 * 5 = 3: the second smallest lower, the third smallest upper candidate.
+    assert cross_intervals(centres, residuals, [0.6])[0, 0].tolist() == [47.0, 53.0]
+    # Four rows are too few for 95 %: the interval is all possible yields.
+    assert cross_intervals(centres, residuals, [0.95])[0, 0].tolist() == [0.0, 100.0]
+
+
+def test_cross_validation_predicts_each_row_by_models_without_it():
+    rows, yields = pd.DataFrame({"x": range(6)}), np.arange(6.0) ** 2
+
+    def fit(kept, known):
+        return lambda unseen: np.full(len(unseen), known.mean())
+
+    centres, residuals = cross_validate(fit, rows, yields, rows.head(1), 6, seed=0)
+    others = (yields.sum() - yields) / 5
+    np.testing.assert_allclose(centres[:, 0], others)
+    np.testing.assert_allclose(residuals, np.abs(yields - others))
+
+
+def held_out(scheme: str, repeats: int, error: float) -> pd.DataFrame:
+    truth, signs = np.array([20.0, 40.0, 60.0, 80.0]), np.array([1, -1, 1, -1])
+    own = pd.DataFrame({"case": list("abcd"), "yield_percent": truth, "model": "m", "strategy": "primary"})
+    tables = [own.assign(repeat=k, predicted_percent=truth + error * (1 + k) * signs) for k in range(repeats)]
+    return pd.concat(tables).assign(scheme=scheme)
+
+
+def test_nested_metrics_are_averaged_over_repeats_and_random_ones_are_a_population():
+    budget = settings().evaluation
+    table = pd.concat([held_out(NESTED, 3, 2.0), held_out(RANDOM, 3, 2.0)])
+    found = score_table(table, WEIGH, budget).set_index(["scheme", "metric"])
+    assert found.loc[(NESTED, "mae"), "value"] == pytest.approx((2 + 4 + 6) / 3)
+    # Every case has the same error, so resampling cases changes nothing.
+    assert found.loc[(NESTED, "mae"), "lower"] == pytest.approx(4) == found.loc[(NESTED, "mae"), "upper"]
+    for scheme in (NESTED, RANDOM):
+        assert found.loc[(scheme, "mae"), [*SPREAD]].tolist() == pytest.approx([3, 2, 4, 6])
+    assert found.loc[(RANDOM, "mae"), "value"] == pytest.approx(4)
+    assert found.loc[(RANDOM, "mae"), "lower"] < 2.2 and found.loc[(RANDOM, "mae"), "upper"] > 5.8
+
+
+def test_coverage_counts_cases_and_not_repeats():
+    table = held_out(NESTED, 5, 1.0).assign(method="cv_plus", nominal=0.8)
+    table["lower_percent"], table["upper_percent"] = table["yield_percent"] - 1, table["yield_percent"] + 1
+    table.loc[table["case"] == "a", "upper_percent"] = 10.0
+    row = coverage_table(table, 0.95).iloc[0]
+    assert row["covered"] == 0.75 and row["cases"] == 4
+    assert row[[*SPREAD]].tolist() == [5, 0.75, 0.75, 0.75]
+    assert row["lower"] == pytest.approx(0.194, abs=1e-3) and row["upper"] == pytest.approx(0.994, abs=1e-3)
+
+
 GPR = {"constant": 100.0, "length_scale": 1.0, "noise": 0.5}
 
 
@@ -57,15 +209,6 @@ def test_scores_of_a_normal_distribution_are_those_of_its_draws():
     np.testing.assert_allclose(below, norm.cdf(truth, 50, 8))
 
 
-def test_a_mixture_of_one_identity_member_has_the_scores_of_a_normal():
-    found, _, truth = mixture("identity")
-    (mean, deviation), *_ = found.latent
-    for own, normal in zip(
-        found.scores(truth), NormalYields("gaussian", 100 * mean, 100 * deviation).scores(truth), strict=True
-    ):
-        np.testing.assert_allclose(own, normal, rtol=1e-6, atol=1e-9)
-
-
 def test_scores_of_a_mixture_are_those_of_its_draws():
     found, model, truth = mixture("logit", "avrami")
     generator = np.random.default_rng(1)
@@ -84,12 +227,10 @@ def test_scores_of_a_mixture_are_those_of_its_draws():
 def test_climatology_is_the_distribution_of_the_training_yields():
     rows, test = parts()
     yields = rows["yield_percent"].to_numpy(float)
-    answer = climatology(rows, yields, test, [0.8])
-    assert answer.predicted == pytest.approx(yields.mean())
+    answer, mean = climatology(rows, yields, test, [0.8]), yields.mean()
+    assert answer.predicted == pytest.approx(mean)
     half = norm.ppf(0.9) * yields.std(ddof=1) * np.sqrt(1 + 1 / len(yields))
-    assert answer.intervals["errors"][0, 0].tolist() == pytest.approx(
-        [max(yields.mean() - half, 0), min(yields.mean() + half, 100)]
-    )
+    assert answer.intervals["errors"][0, 0].tolist() == pytest.approx([max(mean - half, 0), min(mean + half, 100)])
 
 
 def test_the_process_is_that_of_scikit_learn():
@@ -108,14 +249,6 @@ def test_the_process_is_that_of_scikit_learn():
         known, known_slope = plain.log_marginal_likelihood(own.logs + 0.2, True)
         assert value == pytest.approx(-known, rel=1e-9)
         np.testing.assert_allclose(slope, -known_slope, rtol=1e-9, atol=1e-9)
-
-
-def test_forests_of_the_folds_are_smaller_and_nothing_else_changes():
-    training = settings().training
-    section = training.spaces | {"rf": training.spaces["rf"] | {"n_estimators": [50, 300]}}
-    changed = smaller_forests(training.model_copy(update={"spaces": section}), 100)
-    assert changed.spaces["rf"]["n_estimators"] == [50, 100] and changed.spaces["xgb"] == training.spaces["xgb"]
-    assert smaller_forests(training, 100) == training
 
 
 def test_the_line_has_the_error_of_the_closed_form():
@@ -155,35 +288,12 @@ def test_jackknife_error_of_a_mean_is_its_standard_error():
 
 
 def pair(seed: int, shift: float, repeats: int, folds: int) -> list[pd.DataFrame]:
-    """Two models whose errors differ by chance, or by `shift`, on 25 runs."""
+    """Two models whose errors differ by chance, and by `shift`, on 25 runs."""
     generator = np.random.default_rng(seed)
-    truth = generator.uniform(0, 100, 25)
-    errors = generator.normal(0, 10, (2, 25)) + np.array([[0.0], [shift]])
-    tables = []
-    for error in errors:
-        parts = []
-        for repeat in range(repeats):
-            order = np.random.default_rng(repeat).permutation(25)
-            about = {"repeat": repeat, "fold": np.argsort(order) % folds, "case": np.arange(25)}
-            parts.append(
-                pd.DataFrame({**about, "yield_percent": truth, "predicted_percent": truth + error, "crps_pp": 1})
-            )
-        tables.append(pd.concat(parts))
-    return tables
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("scheme", "repeats", "folds"), [(LEFT_OUT, 1, 25), (NESTED, 4, 5)])
-def test_paired_tests_reject_equal_models_rarely_and_different_ones_often(scheme, repeats, folds):
-    # That models differ is seen nearly always, and so by fewer pairs.
-    tests = {
-        shift: [paired_test(*pair(seed, shift, repeats, folds), scheme, "r2") for seed in range(pairs)]
-        for shift, pairs in {0.0: 150, 20.0: 40}.items()
-    }
-    rejected = {shift: np.mean([each["p"] < 0.05 for each in found]) for shift, found in tests.items()}
-    assert rejected[0.0] < 0.1 and rejected[20.0] > 0.8
-    # The second model is worse, so the first minus the second is above zero.
-    assert np.mean([each["difference"] for each in tests[20.0]]) > 0
+    truth, errors = generator.uniform(0, 100, 25), generator.normal(0, 10, (2, 25)) + np.array([[0.0], [shift]])
+    places = [np.argsort(np.random.default_rng(repeat).permutation(25)) % folds for repeat in range(repeats)]
+    own = [pd.DataFrame({"case": range(25), "yield_percent": truth, "predicted_percent": truth + e}) for e in errors]
+    return [pd.concat([one.assign(repeat=k, fold=place, crps_pp=1) for k, place in enumerate(places)]) for one in own]
 
 
 def test_paired_test_of_left_out_crps_is_the_paired_t_test():

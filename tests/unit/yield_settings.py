@@ -5,12 +5,22 @@ import pandas as pd
 from millprint.config.load import check_model
 from millprint.config.search_spaces import SPACES, TUNED
 from millprint.config.yields import YieldConfig
+from millprint.observables.condition import Condition
+from millprint.thesis.curves.regimes import read_regimes
+from millprint.thesis.yields.experiments import Mill
+from millprint.thesis.yields.new_conditions import MillCurves
 from millprint.thesis.yields.run_tables import read_parts
 from tests.conftest import ROOT, configuration
 from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings
 
 SPLIT = ROOT / "config/data/split.tsv"
+REGIMES = ROOT / "config/data/regimes.tsv"
+REFERENCE = Condition(0.10, speed_hz=10.0, ball_diameter_m=0.01, density_kg_m3=7700.0, amplitude_m=17 * 1e-3)
+MILL = Mill(density=7700.0, amplitude=0.017, volume=125e-6)
+CASES = read_regimes(str(REGIMES))
+CURVES = MillCurves("emax", CASES, MILL.density, MILL.amplitude, (10.0,), (540.0, 1000.0))
+SCALES = ("linear", "linear", "log", "log", "linear")
 # A few members, so that a fit takes milliseconds.
 SMALL_LIBRARY = {
     "links": ["identity", "avrami"],

@@ -2,7 +2,7 @@
 
 import nbformat
 import pytest
-from tools.run_notebooks import NOTEBOOKS, PLACE, made_of, run
+from tools.run_notebooks import NOTEBOOKS, made_of, run
 
 from tests.conftest import ROOT
 
@@ -45,31 +45,11 @@ def test_a_notebook_is_kept_with_the_output_of_its_present_cells(path):
     assert path.stat().st_size < 100_000
 
 
-def test_every_notebook_is_run():
-    assert sorted(PLACE.glob("*.ipynb")) == sorted(NOTEBOOKS)
-
-
-def test_the_first_takes_a_fingerprint_in_twenty_lines():
-    code = [cell.source for cell in read(PLACE / "fingerprint.ipynb").cells if cell.cell_type == "code"]
-    # The figure, the last cell, does not matter here.
-    assert len([line for cell in code[:-1] for line in cell.splitlines() if line.strip()]) <= 20
-    assert not any("sys.path" in cell or "snakemake" in cell for cell in code)
-
-
-def test_the_first_ends_with_a_prediction_and_a_figure(executed):
+def test_the_notebooks_end_with_a_prediction_a_comparison_and_figures(executed):
     folder, found = executed
-    shown = texts(found["fingerprint"])
-    assert "outside the simulated range: nothing" in shown and "power_W" in shown
-    assert pictures(found["fingerprint"]) == 1
-    assert (folder / "fingerprint_planetary/fingerprint.json").is_file()
+    assert "wall_power_W" in texts(found["fingerprint"]) and "ratio_lower" in texts(found["two_mills"])
+    assert all(pictures(notebook) == 1 for notebook in found.values())
+    for mill in ("planetary", "spex"):
+        assert (folder / f"fingerprint_{mill}/fingerprint.json").is_file()
     # Three fill ratios at two speeds.
     assert len(list((folder / "fingerprint_planetary/runs").glob("*/run.h5"))) == 18
-
-
-def test_the_second_compares_and_says_what_to_set(executed):
-    folder, found = executed
-    shown = texts(found["two_mills"])
-    assert "ratio_lower" in shown and "power of all balls" in shown
-    assert "Hz with" in shown and "weighted_normal_frequency_hz:" in shown
-    assert pictures(found["two_mills"]) == 1
-    assert (folder / "fingerprint_spex/fingerprint.json").is_file()

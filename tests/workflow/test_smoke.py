@@ -59,19 +59,23 @@ def test_errata_and_claims_not_run_are_explained(claims):
 
 def test_computed_claims_of_chapters_2_and_4_hold(claims):
     computed = claims[claims["id"].str.match(r"[24]\.") & claims["nature"].isin(CERTAIN)]
-    # The thesis ranks the effects by F, and names their order by p.
+    # Two effects stand when the tests are corrected for their number; no table has the energy of the earlier work.
     missed = computed[
         (computed["verdict"] != "agrees")
         & ~computed["reason"].str.startswith("erratum")
-        & (computed["id"] != "2.pareto.order")
+        & ~computed["id"].isin(["2.anova.decide", "2.slower.energy"])
     ]
     assert len(computed) > 80
     assert missed.empty, missed[["id", "published", "reproduced"]].to_string()
 
 
-def test_linear_regression_has_the_printed_digits(claims):
-    rows = claims[claims["id"].str.startswith("5.linear.")]
-    assert rows["verdict"].tolist() == ["agrees"] * 5
+def test_the_numbers_of_each_stage_are_the_stored_ones(smoke_project):
+    missed = []
+    for row in pd.read_csv(ROOT / "tests/data/smoke_numbers.tsv", sep="\t", comment="#").itertuples():
+        (found,) = pd.read_csv(smoke_project / "results" / row.table, sep="\t").query(row.rows)[row.column]
+        if found != pytest.approx(row.value, rel=row.tolerance):
+            missed.append(f"{row.table}, {row.rows}: {row.column} = {found}, stored {row.value}")
+    assert not missed, "\n".join(missed)
 
 
 def test_energy_balance_closes_in_every_run(smoke_project):

@@ -11,6 +11,7 @@ from millprint.dem.laws.registry import law_of
 from millprint.dem.layout import COUNTER, HISTORY, LANE, LANES, LAW
 from millprint.mill.bodies import Body
 from millprint.mill.borders import borders_of
+from millprint.mill.creases import crease_feet
 from millprint.mill.distance import signed_distance
 from millprint.mill.kernel_columns import span_of, width_of
 from millprint.mill.rims import nearest_on_circle
@@ -155,6 +156,11 @@ def feature_at(vessel: Vessel, point: np.ndarray) -> str:
     for rim in borders_of(vessel).rims:
         if np.linalg.norm(nearest_on_circle(rim.row, point[None])[0] - point) < near:
             return "a convex rim" if rim.turn > 0 else "a seam"
+    creases = borders_of(vessel).creases.values()
+    feet = [crease_feet(crease.rows[None], 0, point[None])[0] for crease in creases]
+    for crease, foot in zip(creases, feet, strict=True):
+        if np.linalg.norm(foot - point) < near:
+            return "a convex crease" if crease.turn > 0 else "a seam"
     for edge in vessel.edges:
         along = edge.end - edge.start
         share = np.clip((point - edge.start) @ along / (along @ along), 0, 1)

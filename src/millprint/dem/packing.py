@@ -42,12 +42,10 @@ def inside(vessel: Vessel, points: np.ndarray, clearance: float, inserts: Sequen
 
 def _inside_convex(vessel: Vessel, points: np.ndarray, clearance: float) -> np.ndarray:
     """Which points (n, 3) are on the inner side of every facet's plane, which is enough in a convex vessel."""
-    normals = np.array([facet.normal for facet in vessel.facets])
-    offsets = np.array([facet.offset for facet in vessel.facets])
-    rows = max(1, CHUNK // len(offsets))
+    rows = max(1, CHUNK // len(vessel.offsets))
     fits = np.empty(len(points), dtype=bool)
     for k in range(0, len(points), rows):
-        fits[k : k + rows] = (points[k : k + rows] @ normals.T - offsets).min(axis=1) >= clearance
+        fits[k : k + rows] = (points[k : k + rows] @ vessel.normals.T - vessel.offsets).min(axis=1) >= clearance
     return fits
 
 
@@ -91,8 +89,7 @@ def lattice(vessel: Vessel, spacing: float, angle: float, shift: np.ndarray) -> 
 
 def thin_direction(vessel: Vessel) -> np.ndarray:
     """The unit vector (3,) along which the vessel is thinnest: an axis of its frame, or across its largest facet."""
-    largest = max(vessel.facets, key=lambda facet: facet.area)
-    directions = np.vstack([np.eye(3), largest.normal])
+    directions = np.vstack([np.eye(3), vessel.normals[np.argmax(vessel.areas)]])
     # The facet counts only if it is perpendicular to no axis, and the vessel is thinner there by more than rounding.
     widths = np.ptp(vessel.vertices @ directions.T, axis=0) * [1, 1, 1, 1 + 1e-9]
     return directions[np.argmin(widths)]

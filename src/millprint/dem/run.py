@@ -73,7 +73,7 @@ def run_case(
             simulation.step,
             simulation.step / simulation.step_scale_s,
             law_of(simulation.contact).scale_title,
-            sum(len(body.vessel.facets) for body in simulation.bodies),
+            sum(len(body.vessel.normals) for body in simulation.bodies),
         )
         with use_threads(cores) if simulation.threads > 1 else nullcontext():
             return simulation.run(case.path, restart, _enough(case, dem))

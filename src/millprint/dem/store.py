@@ -15,6 +15,7 @@ from millprint.dem.layout import OCCUPANCY, SNAPSHOT, SNAPSHOT_TOTAL
 from millprint.dem.recording import Recording
 from millprint.dem.resources import COLLISION_ROWS_MAX
 from millprint.dem.simulation import Simulation
+from millprint.mill.creases import crease_rows
 from millprint.mill.curved_surfaces import curve_rows
 from millprint.mill.kernel_columns import span_of
 from millprint.mill.pose import POSE
@@ -103,12 +104,14 @@ def put_geometry(group: h5py.Group, vessel: Vessel) -> None:
     vertices, triangles = vessel.triangles()
     put(group, "vertices_m", vertices)
     put(group, "triangles", triangles)
-    put(group, "facet_normal", [facet.normal for facet in vessel.facets])
-    put(group, "facet_offset_m", [facet.offset for facet in vessel.facets])
+    put(group, "facet_normal", vessel.normals)
+    put(group, "facet_offset_m", vessel.offsets)
     features = features_of(vessel)
     put(group, "edge_m", np.reshape([(edge.start, edge.end) for edge in features.lines], (-1, 2, 3)))
     put(group, "curves", curve_rows(vessel.curves))
     put(group, "rims", rim_rows(features.rims))
+    if features.creases:
+        put(group, "creases", crease_rows(features.creases))
     put(group, "corner_m", np.reshape([corner.point for corner in features.corners], (-1, 3)))
 
 
@@ -127,7 +130,7 @@ def write_run(
         file.attrs["config"] = json.dumps(config, sort_keys=True)
         file.attrs["seed"] = simulation.case.seed
         file.attrs["versions"] = json.dumps(versions)
-        file.attrs["facets"] = sum(len(body.vessel.facets) for body in simulation.bodies)
+        file.attrs["facets"] = sum(len(body.vessel.normals) for body in simulation.bodies)
         file.attrs["ball_radius_m"] = simulation.radius
         put(file.create_group("balls"), "radius_m", simulation.balls.radius[simulation.balls.species])
         put_geometry(file.create_group("geometry"), simulation.vessel)

@@ -13,7 +13,7 @@ from millprint.config.mill import MillConfig
 from millprint.mill.distance import signed_distance
 from millprint.mill.motion import Motion, motion_from_law
 from millprint.mill.shapes import shape_kind
-from millprint.mill.vessel import Facet, Vessel, build_vessel, shape_vessel
+from millprint.mill.vessel import Outlines, Vessel, build_vessel, shape_vessel
 
 # Poses at which the inserts are checked for a turn of the fastest body.
 ANGLES = 72
@@ -172,10 +172,9 @@ def inserts_in_vessel(bodies: Sequence[Body], time_s: float = 0.0) -> list[Vesse
     vessel, zero = bodies[0], np.zeros((1, 3))
     placed = []
     for body in bodies[1:]:
-        facets = [
-            Facet.from_loops([vessel.to_body(body.to_laboratory(loop, time_s), time_s) for loop in facet.loops])
-            for facet in body.vessel.facets
-        ]
+        outlines = body.vessel.outlines
+        points = vessel.to_body(body.to_laboratory(outlines.points, time_s), time_s)
+        facets = Outlines(points, outlines.loops, outlines.facets)
         rotation, shift = (vessel.to_body(body.to_laboratory(points, time_s), time_s) for points in (np.eye(3), zero))
         curves = [curve.moved((rotation - shift).T, shift[0]) for curve in body.vessel.curves]
         placed.append(Vessel(facets, body.vessel.name, solid=True, curves=curves))
@@ -194,7 +193,7 @@ def _check_times(mill: MillConfig) -> np.ndarray:
 def _samples(vessel: Vessel) -> np.ndarray:
     """Points (n, 3) [m] on the edges of a body, its vertices among them."""
     along = np.linspace(0, 1, EDGE_SAMPLES)[:, None, None]
-    start, end = (np.array([getattr(edge, name) for edge in vessel.edges]) for name in ("start", "end"))
+    start, end = vessel.edge_arrays.start, vessel.edge_arrays.end
     return np.unique((start + along * (end - start)).reshape(-1, 3), axis=0)
 
 

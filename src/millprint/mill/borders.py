@@ -6,8 +6,9 @@ An edge of the drawing is one of these:
 - a line, of two flat walls or along the rulings of cylinders and cones;
 - a piece of a circle about the axis that both surfaces share, drawn as a chord: a rim (mill.rims). A flat wall ends at
   the circle and not at the chord;
-- rough: the two surfaces meet in another curve, of which only the drawing is known. In a sharp seam that does no harm,
-  since a ball parts from such a border by its own radius; elsewhere the wall would have a step there.
+- a piece of another curve in which both surfaces meet, drawn as a chord too: a crease (mill.creases);
+- rough: it is none of these, so that only the drawing is known. In a sharp seam that does no harm, since a ball parts
+  from such a border by its own radius; elsewhere the wall would have a step there.
 """
 
 import math
@@ -18,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from millprint.mill.creases import NODES, Crease, Trims, crease_of, trim_of
 from millprint.mill.curved_surfaces import Curve
 from millprint.mill.rims import Rim
 from millprint.mill.vessel import CONVEX, Edge, Vessel, ahead
@@ -52,7 +54,8 @@ class Borders:
     borders [m], where these are rough, or tangent within rounding: both walls are listed there, and the nearer one is
     touched; rims: all arcs in which two walls meet at an angle, convex ones first; rim_vertices: numbers of the
     vertices that draw each; rim_ends: those where it ends; rim_facets: a facet next to each; inward: the exact
-    directions along both walls at straight edges, see vessel.Edge.
+    directions along both walls at straight edges, see vessel.Edge; creases: the pieces of creases of which edges are
+    chords; trims: the borders of trimmed curves, by their numbers.
     """
 
     turn: np.ndarray
@@ -66,6 +69,8 @@ class Borders:
     rim_ends: tuple[np.ndarray, ...] = ()
     rim_facets: tuple[int, ...] = ()
     inward: dict[int, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
+    creases: dict[int, Crease] = field(default_factory=dict)
+    trims: dict[int, Trims] = field(default_factory=dict)
 
 
 def _unit(vector: np.ndarray) -> np.ndarray:
@@ -125,6 +130,14 @@ class _Walls:
         """The surface that a facet draws, or its normal where it is flat."""
         number = self.vessel.facet_curves[facet]
         return self.vessel.curves[number] if number >= 0 else self.vessel.facets[facet].normal
+
+    def pair(self, edge: Edge) -> tuple[Curve | np.ndarray, Curve | np.ndarray]:
+        """The surfaces next to an edge, or planes (normal, offset)."""
+        first, second = (
+            piece if isinstance(piece, Curve) else np.array([*piece, self.vessel.offsets[facet]])
+            for facet, piece in zip(edge.facets, map(self.piece, edge.facets), strict=True)
+        )
+        return first, second
 
     def normal(self, facet: int, point: np.ndarray) -> np.ndarray:
         """The exact normal at a point."""
@@ -241,8 +254,8 @@ def _circle_of(chords: _Chords) -> Arc:
 def _rims_of(chords: _Chords, vessel: Vessel) -> list[tuple[Rim, np.ndarray, np.ndarray, int]]:
     """The arcs of a circle; the vertices that draw each, those at its ends, and a facet next to it."""
     arc, other = _circle_of(chords), np.cross(chords.axis, chords.first)
-    vertices = np.unique([vessel.edges[number].ends for number in chords.edges])
-    facet = vessel.edges[chords.edges[0]].facets[0]
+    vertices = np.unique(vessel.edge_arrays.ends[chords.edges])
+    facet = int(vessel.edge_arrays.facets[chords.edges[0], 0])
     away = vessel.vertices[vertices] - arc.centre
     angles = np.arctan2(away @ other, away @ chords.first)
 
@@ -260,11 +273,38 @@ def _rims_of(chords: _Chords, vessel: Vessel) -> list[tuple[Rim, np.ndarray, np.
     return found
 
 
+def _tips(vessel: Vessel, number: int) -> list[tuple[Rim, np.ndarray, np.ndarray, int]]:
+    """The same as `_rims_of` of the points in which a curve all round its axis ends there: circles of no radius."""
+    curve, near = vessel.curves[number], SAME * vessel.size
+    if curve.part or curve.is_trimmed or curve.kind in ("cylinder", "sphere"):
+        return []
+    places = [(math.inf, 0.0, 0.0, 0.0)]
+    if curve.minor is None:
+        line = math.sin(curve.slope), math.cos(curve.slope)
+        places = [(curve.major + end * line[0], end * line[1], sense * line[0], sense * line[1])
+                  for end, sense in zip(curve.ends, (1, -1), strict=True)]  # fmt: skip
+    elif curve.arc:
+        places = [(curve.major + curve.minor * out, curve.minor * up, -sense * up, sense * out)
+                  for (out, up), sense in zip(curve.arc, (1, -1), strict=True)]  # fmt: skip
+    found = []
+    for r, z, *inward in places:
+        if abs(r) < near and abs(inward[1]) > TANGENT:
+            point = curve.origin + z * curve.axis
+            nearest = np.linalg.norm(vessel.vertices - point, axis=1).argmin()
+            beside = vessel.outlines.corners.owner[vessel.corners == nearest]
+            facet = beside[vessel.facet_curves[beside] == number][0]
+            # It juts in where the balls are on the far side of it from the wall.
+            leans = -inward[1] * float(vessel.normals[facet] @ curve.axis)
+            turn = math.copysign(2 * math.asin(min(1.0, abs(inward[1]))), leans)
+            rim = Rim(point, curve.axis, 0.0, None, (np.array(inward), np.array(inward)), turn)
+            found.append((rim, np.array([nearest]), np.empty(0, dtype=np.int64), int(facet)))
+    return found
+
+
 def find_borders(vessel: Vessel) -> Borders:
     """What the edges of a body's drawing are, see Borders."""
-    edges, of_curve = vessel.edges, vessel.facet_curves
-    turn = np.array([edge.turn for edge in edges])
-    curves = of_curve[np.array([edge.facets for edge in edges])]
+    turn = vessel.edge_arrays.turn.copy()
+    curves = vessel.facet_curves[vessel.edge_arrays.facets]
     on_curve = (curves >= 0).any(axis=1)
     whole = list(range(len(vessel.curves)))
     for second, curve in enumerate(vessel.curves):
@@ -274,13 +314,13 @@ def find_borders(vessel: Vessel) -> Borders:
     is_drawn = on_curve & (surface[:, 0] == surface[:, 1])
     turn[is_drawn] = 0.0
     borders = Borders(
-        turn, is_drawn, np.zeros(len(edges), dtype=bool), {},
-        np.zeros(len(vessel.facets)), np.zeros(len(vessel.curves)),
+        turn, is_drawn, np.zeros(len(turn), dtype=bool), {},
+        np.zeros(len(vessel.normals)), np.zeros(len(vessel.curves)),
     )  # fmt: skip
     walls = _Walls(vessel)
     circles = _Circles(walls.near)
-    for number in np.flatnonzero(on_curve & ~is_drawn).tolist():
-        edge = edges[number]
+    borders_at = np.flatnonzero(on_curve & ~is_drawn)
+    for number, edge in zip(borders_at.tolist(), vessel.edges_of(borders_at), strict=True):
         circle = walls.circle(edge)
         if circle is not None:
             turn[number] = circles.add(number, edge, circle, walls)
@@ -293,9 +333,13 @@ def find_borders(vessel: Vessel) -> Borders:
             is_line = _are_along(*pieces) or all(
                 isinstance(piece, np.ndarray) or _is_ruling(piece, middle, along) for piece in pieces
             )
-            borders.is_rough[number] = not is_line and abs(turn[number]) > TANGENT
-            is_drawn[number] = borders.is_rough[number] or abs(turn[number]) <= TANGENT
-        _add_slack(borders, vessel, number)
+            if not is_line and abs(turn[number]) > TANGENT:
+                crease = crease_of(walls.pair(edge), edge.start, edge.end, vessel.size)
+                borders.is_rough[number] = crease is None
+                if crease:
+                    borders.creases[number], turn[number] = crease, crease.turn
+            is_drawn[number] = not is_line or abs(turn[number]) <= TANGENT
+        _add_slack(borders, vessel, number, edge)
     # A wall that reaches beyond a convex border would be felt where nothing is.
     for number in np.flatnonzero(turn > TANGENT).tolist():
         borders.curve_slack[[piece for piece in curves[number].tolist() if piece >= 0]] = 0.0
@@ -305,15 +349,17 @@ def find_borders(vessel: Vessel) -> Borders:
     rims = [
         found for chords in circles.of_key.values() if abs(chords.turn) > TANGENT for found in _rims_of(chords, vessel)
     ]
+    _find_trims(vessel, borders)
+    rims += [tip for number in range(len(vessel.curves)) for tip in _tips(vessel, number)]
     rims.sort(key=lambda found: found[0].turn <= CONVEX)
     if rims:
         borders.rims, borders.rim_vertices, borders.rim_ends, borders.rim_facets = zip(*rims, strict=True)
     return borders
 
 
-def _add_slack(borders: Borders, vessel: Vessel, number: int) -> None:
+def _add_slack(borders: Borders, vessel: Vessel, number: int, edge: Edge) -> None:
     """Let both walls at an edge reach beyond it: by what a tangent border may be off, or by the sag of a rough one."""
-    edge, turn = vessel.edges[number], float(borders.turn[number])
+    turn = float(borders.turn[number])
     if abs(turn) <= TANGENT:
         slack = vessel.size * abs(turn)
     elif borders.is_rough[number]:
@@ -330,17 +376,80 @@ def _add_slack(borders: Borders, vessel: Vessel, number: int) -> None:
 
 
 def rough_facets(vessel: Vessel, borders: Borders) -> set[int]:
-    """Facets next to a border on which two walls do not agree, where a ball passes from one to the other."""
+    """Facets next to a border on which two walls do not agree, where a ball passes from one to the other.
+
+    Further: those of a curve that ought to be trimmed and cannot be.
+    """
     is_open = borders.is_rough & (borders.turn > -SMOOTH_TURN)
-    return {facet for number in np.flatnonzero(is_open) for facet in vessel.edges[number].facets}
+    untrimmed = [k for k, curve in enumerate(vessel.curves) if curve.is_trimmed and k not in borders.trims]
+    return {
+        *vessel.edge_arrays.facets[is_open].ravel().tolist(),
+        *np.flatnonzero(np.isin(vessel.facet_curves, untrimmed)).tolist(),
+    }
+
+
+def _points_along(borders: Borders, edge: Edge, number: int) -> np.ndarray:
+    """Points (n, 3) along an edge as it is exactly, its ends first and last."""
+    if number in borders.creases:
+        return borders.creases[number].points
+    ends = np.array([edge.start, edge.end])
+    arc = borders.arcs.get(number)
+    if arc is None:
+        return ends
+    away = edge.start - arc.centre + (NODES[:, None] + 1) / 2 * (edge.end - edge.start)
+    return np.vstack([ends[:1], arc.centre + arc.radius * away / np.linalg.norm(away, axis=1)[:, None], ends[1:]])
+
+
+def _edges_around(vessel: Vessel, number: int) -> np.ndarray:
+    """The edges at which a curve ends."""
+    return np.flatnonzero((vessel.facet_curves[vessel.edge_arrays.facets] == number).sum(axis=1) == 1)
+
+
+def _find_trims(vessel: Vessel, borders: Borders) -> None:
+    for number, curve in enumerate(vessel.curves):
+        if not curve.is_trimmed:
+            continue
+        around = _edges_around(vessel, number)
+        sides = [_points_along(borders, edge, k) for edge, k in zip(vessel.edges_of(around), around, strict=True)]
+        middles = vessel.outlines.middles[vessel.facet_curves == number]
+        trims = trim_of(curve, sides, middles, vessel.size)
+        if trims:
+            borders.trims[number] = trims
+
+
+def must_be_trimmed(vessel: Vessel, borders: Borders) -> list[int]:
+    """The curves that are not trimmed, but end within their parts, arcs and ends at an edge that a ball can reach."""
+    near, found = 1e2 * SAME * vessel.size, []
+    of_edge = vessel.facet_curves[vessel.edge_arrays.facets]
+    for number, curve in enumerate(vessel.curves):
+        parts = [k for k, other in enumerate(vessel.curves) if other.is_part_of(curve)]
+        around = _edges_around(vessel, number)
+        around = around[(borders.turn[around] > -SMOOTH_TURN) & ~np.isin(of_edge[around], parts).all(axis=1)]
+        if curve.is_trimmed or not len(around):
+            continue
+        ends = np.stack([vessel.edge_arrays.start[around], vessel.edge_arrays.end[around]], axis=1) - curve.origin
+        up = ends @ curve.axis
+        across = ends - up[..., None] * curve.axis
+        out = np.linalg.norm(across, axis=-1) - curve.major
+        off = [np.abs(np.cross(across, each) @ curve.axis) for each in curve.part or ()]
+        if curve.minor is None:
+            along = up * math.cos(curve.slope) + out * math.sin(curve.slope)
+            off += [np.abs(along - end) for end in curve.ends]
+        else:
+            off += [np.abs(out * each[1] - up * each[0]) for each in curve.arc or ()]
+        is_crease = np.isin(around, list(borders.creases))
+        if is_crease.any() or not off or not (np.array(off).max(axis=-1) < near).any(axis=0).all():
+            found.append(number)
+    return found
 
 
 class Side(NamedTuple):
-    """A side of an outline: rows of the outline's vertices where it begins and ends, and its circle if it is an arc."""
+    """A side of an outline: rows of the outline's vertices where it begins and ends, its circle or crease if any."""
 
     begin: int
     end: int
     arc: Arc | None
+    crease: Crease | None
 
 
 def outline_sides(vessel: Vessel, facet: int, loop: int) -> list[Side]:
@@ -352,7 +461,8 @@ def outline_sides(vessel: Vessel, facet: int, loop: int) -> list[Side]:
     borders, is_flat = borders_of(vessel), vessel.facet_curves[facet] < 0
     numbers, points = vessel.loops[facet][loop], vessel.facets[facet].loops[loop]
     pairs = zip(numbers.tolist(), ahead(numbers).tolist(), strict=True)
-    arcs = [borders.arcs.get(vessel.edge_at[frozenset(pair)]) if is_flat else None for pair in pairs]
+    edges = [vessel.edge_at[frozenset(pair)] for pair in pairs]
+    arcs = [borders.arcs.get(edge) if is_flat else None for edge in edges]
     count = len(arcs)
     # Begin where one circle ends.
     first = next((k for k in range(count) if arcs[k] is not arcs[k - 1]), 0)
@@ -366,7 +476,7 @@ def outline_sides(vessel: Vessel, facet: int, loop: int) -> list[Side]:
             sides[-1], turned = sides[-1]._replace(end=end), turned + angle
         else:
             turned = angle
-            sides.append(Side(k, end, arc))
+            sides.append(Side(k, end, arc, borders.creases.get(edges[k])))
     return sides
 
 

@@ -7,13 +7,25 @@ from typing import NamedTuple
 import numpy as np
 
 from millprint.mill.borders import SAME, borders_of
+from millprint.mill.creases import (
+    CREASE,
+    Trims,
+    beyond_trim,
+    crease_nearest,
+    crease_place,
+    crease_rows,
+    crease_vector,
+)
 from millprint.mill.curved_surfaces import CURVE, curve_rows, curve_touch
 from millprint.mill.rims import Rim, rim_distance, rim_rows
 from millprint.mill.vectors import add_scaled, dot, row, scale, subtract
-from millprint.mill.vessel import Vessel, ahead, cross
-from millprint.mill.wall_arrays import facet_sides
+from millprint.mill.vessel import Vessel, cross
+from millprint.mill.wall_arrays import all_sides
 from millprint.mill.walls import beyond_side
-from millprint.run.kernel import array_maker, inlined
+from millprint.run.kernel import array_maker, inlined, inner
+
+# Facets whose box is looked at first.
+BLOCK = 32
 
 
 class Surface(NamedTuple):
@@ -22,7 +34,8 @@ class Surface(NamedTuple):
     facets without a part in the distance are left out: those that only draw a curve, and have no edge on their outline.
     """
 
-    listed: np.ndarray  # numbers of the facets that are looked at
+    listed: np.ndarray  # numbers of the facets that are looked at, in blocks of BLOCK next to each other
+    box: np.ndarray  # (blocks, 2, 3) lower and upper corner of each [m]
     normal: np.ndarray  # (f, 3) inward
     offset: np.ndarray  # (f,)
     axes: np.ndarray  # (f, 2, 3) unit vectors in the plane
@@ -42,62 +55,82 @@ class Surface(NamedTuple):
     curves: np.ndarray  # (curves, width) curved_surfaces.CurveColumns
     first_piece: np.ndarray  # (curves + 1,) facets of each curve, where it does not cover all between its borders
     piece: np.ndarray
+    trims: Trims
     rims: np.ndarray  # (rims, width) rims.RimColumns, all in which walls meet at an angle
     rim_normal: np.ndarray  # (rims, 2) sum of both walls' normals, (out, up)
+    creases: np.ndarray  # (creases, rows, degree + 1) creases.CreaseRows, all of them
+    crease_side: np.ndarray  # (creases,) -1 where the wall juts out, 1 in a seam
 
 
 def _surface(vessel: Vessel) -> Surface:
     borders = borders_of(vessel)
-    first, rows = [0], []
-    corner_sum: dict[int, np.ndarray] = {}
-    all_drawn: dict[int, bool] = {}
-    for facet, numbers in zip(vessel.facets, vessel.loops, strict=True):
-        for loop, own in zip(facet.loops, numbers, strict=True):
-            forth, back = ahead(loop) - loop, np.concatenate((loop[-1:], loop[:-1])) - loop
-            length = np.linalg.norm(forth, axis=1)
-            along = forth / length[:, None]
-            back = back / np.linalg.norm(back, axis=1)[:, None]
-            inward = cross(facet.normal, along)
-            angle = np.arctan2((inward * back).sum(axis=1), (along * back).sum(axis=1)) % (2 * np.pi)
-            for k, (key, following) in enumerate(zip(own.tolist(), ahead(own).tolist(), strict=True)):
-                number = vessel.edge_at[frozenset((key, following))]
-                side_normal = sum(vessel.facets[index].normal for index in vessel.edges[number].facets)
-                corner_sum[key] = corner_sum.get(key, 0) + angle[k] * facet.normal
-                drawn = bool(borders.is_drawn[number])
-                all_drawn[key] = all_drawn.get(key, True) and drawn
-                rows.append((loop[k], along[k], length[k], side_normal, drawn, key))
-        first.append(len(rows))
-    *sides, keys = zip(*rows, strict=True)
-    start, along, length, side_normal, side_is_drawn = map(np.array, sides)
-    corner_is_drawn = np.array([all_drawn[key] for key in keys])
-    counts, outline = facet_sides(vessel)
-    curve, owner = vessel.facet_curves, np.repeat(np.arange(len(vessel.facets)), np.diff(first))
-    has_edge = np.bincount(owner, ~(side_is_drawn & corner_is_drawn), len(vessel.facets)) > 0
-    pieces = [np.flatnonzero((curve == k) & is_open(vessel, k)) for k in range(len(vessel.curves))]
+    loops, owner, corner = vessel.outlines.loops, vessel.outlines.corners.owner, vessel.corners
+    points, edge = vessel.outlines.points, vessel.edge_of_side
+    behind = np.empty(len(points), dtype=np.int64)
+    behind[loops.ahead] = np.arange(len(points))
+    forth, back = points[loops.ahead] - points, points[behind] - points
+    length = np.linalg.norm(forth, axis=1)
+    along = forth / length[:, None]
+    back /= np.linalg.norm(back, axis=1)[:, None]
+    inward = cross(vessel.normals[owner], along)
+    angle = np.arctan2((inward * back).sum(axis=1), (along * back).sum(axis=1)) % (2 * np.pi)
+    corner_normal = np.zeros_like(vessel.vertices)
+    np.add.at(corner_normal, corner, angle[:, None] * vessel.normals[owner])
+    first, second = vessel.edge_arrays.facets[edge].T
+    side_is_drawn = borders.is_drawn[edge]
+    corner_is_drawn = (np.bincount(corner, ~side_is_drawn) == 0)[corner]
+    first_outline, outline, trims = all_sides([vessel])
+    curve = vessel.facet_curves
+    has_edge = np.bincount(owner, ~(side_is_drawn & corner_is_drawn)) > 0
+    pieces = [
+        np.flatnonzero((curve == k) & (k not in borders.trims) & is_open(vessel, k)) for k in range(len(vessel.curves))
+    ]
+    listed = np.flatnonzero((curve < 0) | has_edge)
+    slack = borders.slack + SAME * vessel.size
+    listed = listed[np.argsort(_places(vessel.outlines.middles[listed]), kind="stable")]
+    blocks = np.arange(0, len(listed), BLOCK)
+    low, high = (f.reduceat(points, vessel.outlines.corners.first)[listed] for f in (np.minimum, np.maximum))
+    box = (
+        np.stack([np.minimum.reduceat(low, blocks), np.maximum.reduceat(high, blocks)], axis=1)
+        if len(listed)
+        else np.empty((0, 2, 3))
+    )
     return Surface(
-        listed=np.flatnonzero((curve < 0) | has_edge),
-        normal=np.array([facet.normal for facet in vessel.facets]),
-        offset=np.array([facet.offset for facet in vessel.facets]),
-        axes=np.array([facet.axes for facet in vessel.facets]),
-        first_side=np.array(first),
-        start=start,
+        listed=listed,
+        box=box + (slack.max() + vessel.sagitta) * np.array([[-1], [1]]),
+        normal=vessel.normals,
+        offset=vessel.offsets,
+        axes=vessel.axes,
+        first_side=np.append(vessel.outlines.corners.first, len(points)),
+        start=points,
         along=along,
         length=length,
-        side_normal=side_normal,
+        side_normal=vessel.normals[first] + vessel.normals[second],
         side_is_drawn=side_is_drawn,
-        corner_normal=np.array([corner_sum[key] for key in keys]),
+        corner_normal=corner_normal[corner],
         corner_is_drawn=corner_is_drawn,
-        first_outline=np.concatenate([[0], np.cumsum(counts)]),
+        first_outline=first_outline,
         outline=outline,
-        slack=borders.slack + SAME * vessel.size,
+        slack=slack,
         near=SAME * vessel.size,
         curve=curve,
         curves=curve_rows(vessel.curves),
         first_piece=np.cumsum([0, *map(len, pieces)]),
         piece=np.concatenate([np.empty(0), *pieces]).astype(np.int64),
+        trims=trims,
         rims=rim_rows(borders.rims),
         rim_normal=np.array([_normals(rim) for rim in borders.rims]).reshape(-1, 2),
+        creases=crease_rows(tuple(borders.creases.values())),
+        crease_side=np.array([-np.sign(crease.turn) for crease in borders.creases.values()]),
     )
+
+
+def _places(points: np.ndarray) -> np.ndarray:
+    """Numbers (n,) of points (n, 3) that are close for close points: the bits of their coordinates in turn (Morton)."""
+    low, size = points.min(axis=0, initial=np.inf), np.ptp(points) if points.size else 1.0
+    cells = ((points - low) / size * 1023).astype(np.int64)
+    bits = np.arange(10)
+    return ((cells[:, :, None] >> bits & 1) << (3 * bits + np.arange(3)[:, None])).sum(axis=(1, 2))
 
 
 def _normals(rim: Rim) -> np.ndarray:
@@ -110,8 +143,7 @@ def is_open(vessel: Vessel, number: int) -> bool:
     """Whether a curve is not there everywhere between its borders: its facets cover less than that."""
     curve = vessel.curves[number]
     part = math.acos(np.clip(curve.part[0] @ curve.part[1], -1, 1)) if curve.part else 2 * math.pi
-    facets = [vessel.facets[facet] for facet in np.flatnonzero(vessel.facet_curves == number)]
-    area = sum(facet.area for facet in facets)
+    area = vessel.areas[vessel.facet_curves == number].sum()
     if curve.minor is None:
         low, high = curve.ends
         whole = part * (curve.major * (high - low) + math.sin(curve.slope) * (high**2 - low**2) / 2)
@@ -122,7 +154,7 @@ def is_open(vessel: Vessel, number: int) -> bool:
         end += 2 * math.pi * (end < begin)
         whole = part * curve.minor * (curve.major * (end - begin) + curve.minor * (math.sin(end) - math.sin(begin)))
     # Of a surface drawn in steps of up to 20 degrees along both ways.
-    return area < 0.93 * whole
+    return bool(area < 0.93 * whole)
 
 
 @inlined()
@@ -159,6 +191,8 @@ def _is_there(surface, curve, foot, direction):
     One of the facets that the curve is drawn by is there. Over the joint of two the foot may be beyond both, by less
     than it is above them.
     """
+    if surface.trims.first[curve] < surface.trims.first[curve + 1]:
+        return beyond_trim(surface.curves, surface.trims, curve, foot) <= surface.near
     if surface.first_piece[curve] == surface.first_piece[curve + 1]:
         return True
     for at in range(surface.first_piece[curve], surface.first_piece[curve + 1]):
@@ -166,39 +200,70 @@ def _is_there(surface, curve, foot, direction):
         if dot(row(surface.normal, facet), direction) < 0.5:
             continue
         above = abs(dot(row(surface.normal, facet), foot) - surface.offset[facet])
-        if beyond_side(surface.axes, surface.first_outline, surface.outline, facet, foot) <= above + 1e-12:
+        if (
+            beyond_side(surface.axes, surface.first_outline, surface.outline, surface.trims.bow, facet, foot)
+            <= above + 1e-12
+        ):
             return True
     return False
 
 
 @inlined()
-def distance_at(surface, point):
-    """Signed distance of a point and its gradient; the nearest facet, side, curve or rim decides the sign."""
-    best = 1e300
-    away = (0.0, 0.0, 0.0)
-    sign = 1.0
-    for at in range(surface.listed.size):
+def _from_box(surface, block, point):
+    """Squared distance of a point from the box of a block of facets."""
+    squared = 0.0
+    for c in range(3):
+        out = max(surface.box[block, 0, c] - point[c], point[c] - surface.box[block, 1, c], 0.0)
+        squared += out * out
+    return squared
+
+
+@inner()
+def _nearest_in_block(surface, block, point, best, away, sign, nearest):
+    """The nearest facet or side to a point, of a block or as found before: the one of the lowest number, of equal ones.
+
+    Squared distance, vector from the wall to the point, its sign, and the number of the facet.
+    """
+    for at in range(block * BLOCK, min((block + 1) * BLOCK, surface.listed.size)):
         facet = surface.listed[at]
         normal = row(surface.normal, facet)
         height = dot(normal, point) - surface.offset[facet]
         is_drawing = surface.curve[facet] >= 0
-        if height * height >= best and not is_drawing:
+        if height * height > best and not is_drawing:
             continue
         if (
             not is_drawing
-            and beyond_side(surface.axes, surface.first_outline, surface.outline, facet, point) <= surface.slack[facet]
+            and beyond_side(surface.axes, surface.first_outline, surface.outline, surface.trims.bow, facet, point)
+            <= surface.slack[facet]
         ):
-            best = height * height
+            squared = height * height
             # On the wall itself, the direction is that of its normal.
-            away = scale(height, normal) if height != 0.0 else normal
-            sign = -1.0 if height >= 0 else 1.0
+            offset = scale(height, normal) if height != 0.0 else normal
+            side = height
         else:
             # A sharp edge on the outline of a piece of a curve is a wall itself.
             squared, offset, outward = _nearest_on_outline(surface, facet, point)
-            if squared < best:
-                best = squared
-                away = offset
-                sign = -1.0 if dot(offset, outward) > 0 else 1.0
+            side = dot(offset, outward)
+            side = side if side > 0 else -1.0
+        if squared < best or (squared == best and facet < nearest):
+            best, away, nearest = squared, offset, facet
+            sign = -1.0 if side >= 0 else 1.0
+    return best, away, sign, nearest
+
+
+@inlined()
+def distance_at(surface, point):
+    """Signed distance of a point and its gradient; the nearest facet, side, curve or rim decides the sign."""
+    nearest, least = 0, 1e300
+    for block in range(surface.box.shape[0]):
+        squared = _from_box(surface, block, point)
+        if squared < least:
+            nearest, least = block, squared
+    found = _nearest_in_block(surface, nearest, point, 1e300, (0.0, 0.0, 0.0), 1.0, -1)
+    for block in range(surface.box.shape[0]):
+        if block != nearest and _from_box(surface, block, point) <= found[0] * (1 + 1e-9):
+            found = _nearest_in_block(surface, block, point, *found)
+    best, away, sign, _ = found
     for curve in range(surface.curves.shape[0]):
         height, normal, past, _ = curve_touch(surface.curves, curve, point)
         foot = add_scaled(point, -height, normal)
@@ -213,6 +278,16 @@ def distance_at(surface, point):
             best = distance * distance
             away = scale(distance, direction)
             sign = -1.0 if out * surface.rim_normal[rim, 0] + up * surface.rim_normal[rim, 1] > 0.0 else 1.0
+    for crease in range(surface.creases.shape[0]):
+        is_on, x = crease_nearest(surface.creases, crease, point)
+        if is_on:
+            offset = subtract(point, crease_place(surface.creases[crease], x)[0])
+            squared = dot(offset, offset)
+            if squared < best:
+                best, away = squared, offset
+                one = crease_vector(surface.creases[crease], CREASE.inward, x)
+                outward = dot(offset, one) + dot(offset, crease_vector(surface.creases[crease], CREASE.other, x))
+                sign = -1.0 if surface.crease_side[crease] * outward > 0.0 else 1.0
     size = np.sqrt(dot(away, away))
     return sign * np.sqrt(best), (sign * away[0] / size, sign * away[1] / size, sign * away[2] / size)
 

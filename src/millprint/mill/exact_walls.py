@@ -1,13 +1,17 @@
 """Exact walls of surfaces that were found in a drawing: curves between their borders, and vertices where they meet."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
-from millprint.mill.borders import borders_of, rough_facets
-from millprint.mill.curved_surfaces import Curve
+from millprint.mill.borders import borders_of, must_be_trimmed, rough_facets
+from millprint.mill.creases import endless
+from millprint.mill.curved_surfaces import CLOSEST, Curve
 from millprint.mill.turned_shapes import LARGEST_TURN, LOOSE, Drawing, Line, Swept
-from millprint.mill.vessel import Facet, Vessel
+from millprint.mill.vessel import Outlines, Ragged, Vessel
 from millprint.mill.wall_features import facet_patches
 
 # What angles of half and whole turns may be off [rad].
@@ -28,7 +32,7 @@ def curves_of(drawing: Drawing, swept: Swept) -> list[tuple[Curve, np.ndarray]]:
     axis, shape = swept.axis, swept.shape
     points = drawing.points(swept.facets)
     flat, angles = axis.meridian(points), axis.angles(points)
-    middles = np.array([drawing.vessel.vertices[drawing.vertices_of[facet]].mean(axis=0) for facet in swept.facets])
+    middles = drawing.middles[swept.facets]
     of_facet = axis.angles(middles)
     off_axis = flat[:, 0] > LOOSE * drawing.tolerance
     begin, end = _span(angles[off_axis])
@@ -49,6 +53,11 @@ def curves_of(drawing: Drawing, swept: Swept) -> list[tuple[Curve, np.ndarray]]:
         ends = (float(along.min() - middle), float(along.max() - middle))
         if abs(math.sin(slope)) * max(abs(ends[0]), abs(ends[1])) < drawing.tolerance / 8:
             slope = 0.0
+        else:
+            # An end that is nearly on the axis is a tip.
+            tip = -float(start[0]) / math.sin(slope)
+            is_near = [abs((end - tip) * math.sin(slope)) < LOOSE * drawing.tolerance for end in ends]
+            ends = (tip if is_near[0] else ends[0], tip if is_near[1] else ends[1])
         outwards = normal[0] * out + normal[1] * axis.along
         curve = Curve(axis.origin + start[1] * axis.along, axis.along, float(start[0]), ends=ends, slope=slope)
     else:
@@ -97,20 +106,29 @@ def _sphere_arc(
 def _moved_vertices(
     vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, planes: dict[int, np.ndarray]
 ) -> np.ndarray:
-    """The vertices (v, 3) where the surfaces meet on which they lie: by steps of least length (Newton)."""
-    beside: list[set[int]] = [set() for _ in vessel.vertices]
+    """The vertices (v, 3) where the surfaces meet on which they lie: by steps of least length (Newton).
+
+    Of whole surfaces: beyond its borders, a curve goes on along its tangents, and meets a tangent wall anywhere.
+    """
+    # CLOSEST is added to lengths: a wall that is tangent to within it would be missed.
+    whole = [
+        replace(curve, part=None, arc=None, major=curve.major + CLOSEST, minor=curve.minor and curve.minor + CLOSEST)
+        for curve in curves
+    ]
+    owner = vessel.outlines.corners.owner
     # The outline of a flat wall that was put level moves with it.
-    moving = {-1 - facet for facet in planes}
-    for facet, loops in enumerate(vessel.loops):
-        number = int(on_curve[facet]) if on_curve[facet] >= 0 else -1 - facet
-        if number < 0 and facet not in planes:
-            planes.setdefault(facet, np.array([*vessel.facets[facet].normal, vessel.facets[facet].offset]))
-        for vertex in np.concatenate(loops).tolist():
-            beside[vertex].add(number)
-    groups: dict[frozenset[int], list[int]] = {}
-    for vertex, own in enumerate(beside):
-        if any(number >= 0 or number in moving for number in own):
-            groups.setdefault(frozenset(own), []).append(vertex)
+    is_moving = on_curve >= 0
+    is_moving[list(planes)] = True
+    is_wanted = np.zeros(len(vessel.vertices), dtype=bool)
+    is_wanted[vessel.corners[is_moving[owner]]] = True
+    surface_of = np.where(on_curve >= 0, on_curve, -1 - np.arange(len(on_curve)))
+    own = is_wanted[vessel.corners]
+    vertex, surface = vessel.corners[own], surface_of[owner[own]]
+    order = np.lexsort((surface, vertex))
+    groups: dict[tuple[int, ...], list[int]] = {}
+    surfaces_of = Ragged(np.bincount(vertex)[is_wanted[: vertex.max(initial=-1) + 1]]).split(surface[order])
+    for at, beside in zip(np.flatnonzero(is_wanted).tolist(), surfaces_of, strict=True):
+        groups.setdefault(tuple(dict.fromkeys(beside.tolist())), []).append(at)
     moved = vessel.vertices.copy()
     for surfaces, vertices in groups.items():
         points = moved[vertices]
@@ -119,11 +137,13 @@ def _moved_vertices(
             off, slopes = [], []
             for number in surfaces:
                 if number >= 0:
-                    distance, direction, _ = curves[number].touch(points)
+                    distance, direction, _ = whole[number].touch(points)
                 else:
-                    plane = planes[-1 - number]
-                    distance = points @ plane[:3] - plane[3]
-                    direction = np.broadcast_to(plane[:3], points.shape)
+                    normal, offset = vessel.normals[-1 - number], vessel.offsets[-1 - number]
+                    if -1 - number in planes:
+                        normal, offset = planes[-1 - number][:3], planes[-1 - number][3]
+                    distance = points @ normal - offset
+                    direction = np.broadcast_to(normal, points.shape)
                 off.append(distance)
                 slopes.append(direction)
             away = np.stack(off, axis=1)
@@ -137,14 +157,15 @@ def _moved_vertices(
 def _level_planes(vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, tolerance: float) -> dict[int, np.ndarray]:
     """Planes (normal, offset) of the flat facets that meet curves, across or along their axes where they nearly are."""
     planes: dict[int, np.ndarray] = {}
-    for edge in vessel.edges:
-        for flat, other in (edge.facets, edge.facets[::-1]):
+    sides = vessel.edge_arrays.facets
+    for facets in sides[(on_curve[sides] >= 0).any(axis=1) & (on_curve[sides] < 0).any(axis=1)].tolist():
+        for flat, other in (facets, facets[::-1]):
             if on_curve[flat] >= 0 or on_curve[other] < 0 or flat in planes:
                 continue
-            facet, axis = vessel.facets[flat], curves[on_curve[other]].axis
-            points = np.concatenate(facet.loops)
-            cosine = float(facet.normal @ axis)
-            across = facet.normal - cosine * axis
+            own, axis = vessel.normals[flat], curves[on_curve[other]].axis
+            points = vessel.vertices[np.concatenate(vessel.loops[flat])]
+            cosine = float(own @ axis)
+            across = own - cosine * axis
             if abs(cosine) > 0.99:
                 normal = math.copysign(1.0, cosine) * axis
             elif abs(cosine) < 0.01:
@@ -158,6 +179,8 @@ def _level_planes(vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, tol
 
 def _trimmed(curve: Curve, points: np.ndarray) -> Curve:
     """A curve between borders that vertices (n, 3) on it draw."""
+    if curve.is_trimmed:
+        return curve
     away = points - curve.origin
     up = away @ curve.axis
     out = np.linalg.norm(away - np.outer(up, curve.axis), axis=1)
@@ -173,7 +196,9 @@ def _trimmed(curve: Curve, points: np.ndarray) -> Curve:
         )
     if curve.minor is None:
         along = (out - curve.major) * math.sin(curve.slope) + up * math.cos(curve.slope)
-        changes["ends"] = float(along.min()), float(along.max())
+        tip = -curve.major / math.sin(curve.slope) if curve.slope else math.nan
+        found = float(along.min()), float(along.max())
+        changes["ends"] = tuple(old if old == tip else end for old, end in zip(curve.ends, found, strict=True))
     elif curve.arc:
         around = np.arctan2(up, out - curve.major)
         middle = math.atan2(curve.arc[0][1] + curve.arc[1][1], curve.arc[0][0] + curve.arc[1][0])
@@ -189,35 +214,66 @@ def _trimmed(curve: Curve, points: np.ndarray) -> Curve:
     return Curve(**{**curve.__dict__, **changes})
 
 
+def _made_whole(vessel: Vessel, free: list[int], curves: list[Curve], on_curve: np.ndarray) -> np.ndarray:
+    """Let curves of a vessel be whole surfaces that end at their facets; returns on_curve with their parts joined."""
+    given = np.empty(len(on_curve), dtype=np.int64)
+    given[vessel.placed_from] = vessel.facet_curves
+    pairs = vessel.facet_curves[vessel.edge_arrays.facets]
+    joined = [a != b and min(a, b) >= 0 and vessel.curves[a].is_part_of(vessel.curves[b]) for a, b in pairs.tolist()]
+    count = len(vessel.curves)
+    _, group = connected_components(coo_array((np.ones(sum(joined)), pairs[joined].T), (count, count)), directed=False)
+    on_curve = on_curve.copy()
+    for each in np.unique(group[free]).tolist():
+        own = np.isin(given, np.flatnonzero(group == each))
+        number = int(on_curve[own].min())
+        curves[number] = replace(endless(curves[number]), is_trimmed=True)
+        on_curve[own] = number
+    return on_curve
+
+
 def whole_patches(
     vessel: Vessel, curves: list[Curve], on_curve: np.ndarray, set_planes: dict[int, np.ndarray], tolerance: float
 ) -> Vessel:
     """The vessel with those curves whose patches are exact everywhere."""
     report: list[str] = []
+
+    def without(spoilt: np.ndarray, at: np.ndarray) -> np.ndarray:
+        """on_curve without the facets (f,) of patches that are spoilt near a place (3,)."""
+        report.append(
+            f"{spoilt.sum()} facets stay flat, since a round wall ends at drawn ones near "
+            f"({at[0] * 1e3:.4g}, {at[1] * 1e3:.4g}, {at[2] * 1e3:.4g}) mm"
+        )
+        return np.where(spoilt, -1, on_curve)
+
+    drawn_patch = facet_patches(vessel, vessel.edge_arrays.turn)
     while (on_curve >= 0).any():
         planes = _level_planes(vessel, curves, on_curve, tolerance) | set_planes
         moved = _moved_vertices(vessel, curves, on_curve, planes)
+        # Walls that are off by the tolerance, and tangent, meet within this; others are not those of the drawing.
+        away = np.linalg.norm(moved - vessel.vertices, axis=1)
+        if not away.max() <= math.sqrt(tolerance * vessel.size):
+            worst = np.nanargmax(np.where(np.isfinite(away), away, np.inf))
+            beside = vessel.outlines.corners.owner[vessel.corners == worst]
+            on_curve = without(np.isin(drawn_patch, drawn_patch[beside]) & (on_curve >= 0), vessel.vertices[worst])
+            continue
         trimmed = [
-            _trimmed(curve, moved[np.unique(np.concatenate([np.concatenate(vessel.loops[f]) for f in own]))])
+            _trimmed(curve, moved[np.unique(vessel.corners[vessel.outlines.corners.rows(own)])])
             if len(own := np.flatnonzero(on_curve == number))
             else curve
             for number, curve in enumerate(curves)
         ]
-        facets = [Facet.from_loops([moved[loop] for loop in loops]) for loops in vessel.loops]
+        facets = Outlines(moved[vessel.corners], vessel.outlines.loops, vessel.outlines.facets)
         exact = Vessel(facets, vessel.name, vessel.solid, vessel.smooth_axis, trimmed, on_curve, tuple(report))
         borders = borders_of(exact)
+        if free := must_be_trimmed(exact, borders):
+            on_curve = _made_whole(exact, free, curves, on_curve)
+            continue
         rough = rough_facets(exact, borders)
         if not rough:
             return exact
-        patch = facet_patches(exact, borders)
-        spoilt = np.isin(patch, patch[list(rough)])
-        at = np.concatenate(exact.facets[next(iter(rough))].loops).mean(axis=0) * 1e3
-        report.append(
-            f"{spoilt.sum()} facets stay flat, since a round wall ends at drawn ones near "
-            f"({at[0]:.4g}, {at[1]:.4g}, {at[2]:.4g}) mm"
-        )
+        patch = facet_patches(exact, borders.turn)
         # The facets of the exact vessel are in an order of their own.
-        lost = exact.placed_from[spoilt]
-        on_curve = on_curve.copy()
-        on_curve[lost] = -1
-    return Vessel(vessel.facets, vessel.name, vessel.solid, vessel.smooth_axis, report=tuple(report))
+        spoilt = np.zeros(len(on_curve), dtype=bool)
+        spoilt[exact.placed_from] = np.isin(patch, patch[list(rough)])
+        on_curve = without(spoilt, exact.outlines.middles[next(iter(rough))])
+    return Vessel(vessel.outlines, vessel.name, vessel.solid, vessel.smooth_axis, report=tuple(report))

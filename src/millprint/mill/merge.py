@@ -12,6 +12,8 @@ from millprint.run.kernel import array_maker
 NORMAL_ANGLE = 5e-3
 # Facets of more triangles are looked at as a whole, and not pair by pair.
 MANY_TRIANGLES = 16
+# A facet that reaches far from its first triangle is found in steps; more rounds than this do not help.
+ROUNDS = 20
 
 
 class HalfEdges(NamedTuple):
@@ -74,7 +76,7 @@ def _regions(
             continue
         members[0], found, normal = seed, 1, area_vector[seed]
         # The plane of one triangle may be off at the far end of a wide facet: fit it to all found, and search again.
-        for _ in range(3):
+        for _ in range(ROUNDS):
             before = found
             normal = normal / np.sqrt((normal * normal).sum())
             offset = 0.0

@@ -70,8 +70,9 @@ def _check_size(points: np.ndarray, unit: str) -> None:
         )
 
 
-def _check_widths(points: np.ndarray, triangles: np.ndarray, tolerance: float) -> None:
-    narrow = np.flatnonzero(triangle_widths(points[triangles]) <= tolerance)
+def _check_widths(points: np.ndarray, triangles: np.ndarray, facet: np.ndarray, is_narrow: np.ndarray) -> None:
+    """Raise ConfigError for narrow triangles that lie in no facet (t,) of others, and have no plane of their own."""
+    narrow = np.flatnonzero(np.isin(facet, facet[~is_narrow], invert=True))
     if len(narrow):
         raise ConfigError(
             f"{len(narrow)} degenerate triangles without area, the first at {_mm(points[triangles[narrow[0], 0]])}; "
@@ -163,7 +164,6 @@ def _checked(points: np.ndarray, triangles: np.ndarray, tolerances: tuple[float,
     points, triangles = weld(points, triangles, equal)
     points, triangles = close_gaps(points, triangles, flat)
     points, triangles = without_slivers(points, triangles, flat)
-    _check_widths(points, triangles, flat)
     _check_closed(points, triangles)
     if _volumes(points, triangles).sum() <= 0:
         raise ConfigError(
@@ -171,9 +171,12 @@ def _checked(points: np.ndarray, triangles: np.ndarray, tolerances: tuple[float,
             "vessel: from the hollow into the wall); flip all normals"
         )
     facets = merge_coplanar(points, triangles, flat)
-    meeting = self_intersection(points, triangles, flat, without_overlap(facets))
+    is_narrow = triangle_widths(points[triangles]) <= flat
+    _check_widths(points, triangles, facets.of_triangle, is_narrow)
+    wide = triangles[~is_narrow]
+    meeting = self_intersection(points, wide, flat, without_overlap(facets)[~is_narrow])
     if meeting:
-        first, second = points[triangles[list(meeting)]].mean(axis=1)
+        first, second = points[wide[list(meeting)]].mean(axis=1)
         raise ConfigError(
             f"cuts through itself: the triangles at {_mm(first)} and {_mm(second)} intersect; a profile or an outline "
             "crosses itself, bodies overlap, or a face of more than three corners is bent"

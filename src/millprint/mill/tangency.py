@@ -89,7 +89,7 @@ def _close(group: _Group, gaps: list[Callable[[], float]], snap: float) -> set[t
 
 def _touching(drawing: Drawing, of_facet: np.ndarray) -> set[tuple[int, int]]:
     """Pairs of numbers of shapes (f,; -1 for none) that meet in an edge."""
-    pairs = np.array([of_facet[list(edge.facets)] for edge in drawing.vessel.edges])
+    pairs = of_facet[drawing.vessel.edge_arrays.facets]
     pairs = np.sort(pairs[(pairs >= 0).all(axis=1) & (pairs[:, 0] != pairs[:, 1])], axis=1)
     return set(map(tuple, pairs.tolist()))
 
@@ -144,14 +144,10 @@ def _is_across(along: np.ndarray, normal: np.ndarray) -> bool:
 
 def _flat_beside(drawing: Drawing, facets: np.ndarray, holds: Callable[[np.ndarray], bool]) -> list[int]:
     """The flat facets next to some facets whose normals hold."""
-    inside = set(facets.tolist())
-    found = {
-        other
-        for edge in drawing.vessel.edges
-        for one, other in (edge.facets, edge.facets[::-1])
-        if one in inside and not drawing.taken[other] and holds(drawing.normals[other])
-    }
-    return sorted(found)
+    is_inside = np.zeros(len(drawing.taken), dtype=bool)
+    is_inside[facets] = True
+    others = drawing.across(is_inside)
+    return [other for other in others[~drawing.taken[others]].tolist() if holds(drawing.normals[other])]
 
 
 def _close_touching(drawing: Drawing, group: _Group, of_facet: np.ndarray) -> set[tuple[int, str]]:

@@ -11,12 +11,18 @@ def _twice(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
 
 
-def _is_convex(loop: np.ndarray) -> bool:
-    """Whether a counter-clockwise outline (k, 2) turns left at every vertex, and once around in all."""
-    side = np.roll(loop, -1, axis=0) - loop
-    after = np.roll(side, -1, axis=0)
-    turn = np.arctan2(side[:, 0] * after[:, 1] - side[:, 1] * after[:, 0], (side * after).sum(axis=1))
-    return bool((turn > STRAIGHT).all() and abs(turn.sum() - 2 * np.pi) < 1e-6)
+def are_convex(loops: np.ndarray) -> np.ndarray:
+    """Whether counter-clockwise outlines (m, k, 2) turn left at every vertex, and once around in all."""
+    side = np.roll(loops, -1, axis=1) - loops
+    after = np.roll(side, -1, axis=1)
+    turn = np.arctan2(side[..., 0] * after[..., 1] - side[..., 1] * after[..., 0], (side * after).sum(axis=-1))
+    return (turn > STRAIGHT).all(axis=1) & (np.abs(turn.sum(axis=1) - 2 * np.pi) < 1e-6)
+
+
+def convex_fan(count: int) -> np.ndarray:
+    """The triangles (count - 2, 3) of a convex outline of a number of vertices."""
+    last = np.arange(2, count)
+    return np.column_stack([np.zeros_like(last), last - 1, last])
 
 
 def triangulate_polygon(loops: list[np.ndarray], area: float) -> np.ndarray | None:
@@ -26,9 +32,8 @@ def triangulate_polygon(loops: list[np.ndarray], area: float) -> np.ndarray | No
     of a loop is the side of a triangle, so that triangles of neighbours meet: a fan where the outline is convex, as
     that of most walls is; else constrained Delaunay triangles. None for an outline that crosses itself.
     """
-    if len(loops) == 1 and _is_convex(loops[0]):
-        last = np.arange(2, len(loops[0]))
-        return np.column_stack([np.zeros_like(last), last - 1, last])
+    if len(loops) == 1 and are_convex(loops[0][None])[0]:
+        return convex_fan(len(loops[0]))
     # Takes long to import, and few jars need it.
     from shapely import GEOSException, Polygon, constrained_delaunay_triangles, get_coordinates
 

@@ -5,8 +5,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
-from millprint.mill.vessel import Vessel
+from millprint.mill.vessel import Ragged, Vessel, lengths
 
 # Facets that turn by more against each other are not taken for a round wall [rad]: a prism of 18 sides is meant.
 LARGEST_TURN = 0.345
@@ -17,6 +19,8 @@ LEAST = 3e-6
 SNAP = 1e-9
 # A first guess is from a few facets, whose noise it magnifies; what is found is fitted and checked again.
 LOOSE = 8.0
+# Facets with more corners together belong to no bent surface.
+MOST_CORNERS = 24
 
 
 @dataclass(eq=False)
@@ -91,6 +95,24 @@ class Circle:
         return self.radius * np.arctan2(flat[:, 1] - self.z, flat[:, 0] - self.r)
 
 
+def circles_through(u: np.ndarray, v: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Middles (n,), (n,) and radii (n,) of Circle.through for n sets of points (k, n), (k, n) with weights (k, n).
+
+    By the normal equations, which lose digits; not a number where the points are on a line.
+    """
+    total = weights.sum(axis=0)
+    middle_u, middle_v = (u * weights).sum(axis=0) / total, (v * weights).sum(axis=0) / total
+    u, v = u - middle_u, v - middle_v
+    squared = u * u + v * v
+    uu, uv, vv, uw, vw, w = (
+        (each * weights).sum(axis=0) for each in (u * u, u * v, v * v, u * squared, v * squared, squared)
+    )
+    spread = uu * vv - uv**2
+    twice = np.where(spread > 0, 2 * spread, np.nan)
+    out_u, out_v = (uw * vv - vw * uv) / twice, (vw * uu - uw * uv) / twice
+    return out_u + middle_u, out_v + middle_v, np.sqrt(out_u**2 + out_v**2 + w / total)
+
+
 @dataclass(eq=False)
 class Swept:
     """A surface that a line or an arc sweeps about an axis; facets: those that draw it."""
@@ -108,53 +130,62 @@ class Drawing:
         self.tolerance = max(ROUNDINGS * rounding, LEAST * vessel.size)
         # What a surface may move by where it is put level or tangent: not more than the file's own rounding.
         self.snap = max(ROUNDINGS * rounding, SNAP * vessel.size)
-        self.normals = np.array([facet.normal for facet in vessel.facets])
-        own = [np.concatenate(loops) for loops in vessel.loops]
-        self.vertices_of = own
-        self.first = np.cumsum([0, *map(len, own)])[:-1]
-        self.flat = np.concatenate(own)
-        self.middles = np.add.reduceat(vessel.vertices[self.flat], self.first) / np.array([[len(each)] for each in own])
-        self.taken = np.zeros(len(own), dtype=bool)
-        self.neighbours: list[list[int]] = [[] for _ in own]
-        shallow = [edge for edge in vessel.edges if abs(edge.turn) < LARGEST_TURN]
-        for edge in shallow:
-            first, second = edge.facets
-            self.neighbours[first].append(second)
-            self.neighbours[second].append(first)
-        bent = [edge for edge in shallow if abs(edge.turn) > SMALLEST_TURN]
+        self.normals, self.middles = vessel.normals, vessel.outlines.middles
+        self.corners, self.flat = vessel.outlines.corners, vessel.corners
+        self.vertices_of = self.corners.split(self.flat)
+        self.taken = np.zeros(len(self.normals), dtype=bool)
+        edges = vessel.edge_arrays
+        shallow = np.flatnonzero(np.abs(edges.turn) < LARGEST_TURN)
+        pairs = edges.facets[shallow]
+        owner, other = pairs.ravel(), pairs[:, ::-1].ravel()
+        order = np.argsort(owner, kind="stable")
+        self.beside = Ragged(np.bincount(owner, minlength=len(self.normals)))
+        self.beside_facet = other[order]
+        self.neighbours = [own.tolist() for own in self.beside.split(self.beside_facet)]
+        bent = shallow[np.abs(edges.turn[shallow]) > SMALLEST_TURN]
         # Long ones first: those of a mantle, before those across a rounded end.
-        bent.sort(key=lambda edge: -float(np.linalg.norm(edge.end - edge.start)))
-        self.seams = [edge.facets for edge in bent]
+        long = lengths(edges.end[bent] - edges.start[bent])[:, 0]
+        self.seams = edges.facets[bent[np.argsort(-long, kind="stable")]]
+        # The numbers of the vertices (k, n) of both facets at n seams with one number of corners together.
+        corners = self.flat[self.corners.rows(self.seams.ravel())]
+        both = Ragged(self.corners.counts[self.seams].sum(axis=1))
+        self.seam_vertices = [
+            (own, corners[rows].T.copy()) for own, rows in both.stacks() if rows.shape[1] <= MOST_CORNERS
+        ]
 
-    def worst(self, off: np.ndarray) -> np.ndarray:
-        """For each facet (f,) the largest of what its vertices (v,) are off."""
-        return np.maximum.reduceat(np.abs(off)[self.flat], self.first)
-
-    def spread(self, flat: np.ndarray) -> np.ndarray:
-        """For each facet (f,) how far its vertices lie apart along one axis at most, of points (v, 2)."""
-        own = flat[self.flat]
-        return np.ptp([np.maximum.reduceat(own, self.first), np.minimum.reduceat(own, self.first)], axis=0).max(axis=1)
+    def across(self, is_own: np.ndarray) -> np.ndarray:
+        """The facets that are next to some facets (f,) and not among them, ascending."""
+        sides = self.vessel.edge_arrays.facets
+        border = is_own[sides[:, 0]] != is_own[sides[:, 1]]
+        return np.unique(sides[border][~is_own[sides[border]]])
 
     def points(self, facets: Iterable[int]) -> np.ndarray:
         """The vertices (n, 3) of some facets, each once."""
-        return self.vessel.vertices[np.unique(np.concatenate([self.vertices_of[facet] for facet in facets]))]
+        return self.vessel.vertices[np.unique(self.flat[self.corners.rows(np.asarray(facets))])]
 
     def around(self, seed: Iterable[int], count: int) -> list[int]:
         """Up to `count` free facets that are nearest to a seed by shallow edges."""
-        found = list(seed)
-        for facet in found:
-            found += [n for n in self.neighbours[facet] if n not in found and not self.taken[n]]
+        found = dict.fromkeys(seed)
+        for facet in (front := list(seed)):
+            new = [n for n in self.neighbours[facet] if n not in found and not self.taken[n]]
+            found.update(dict.fromkeys(new))
+            front += new
             if len(found) >= count:
                 break
-        return found[:count]
+        return list(found)[:count]
+
+    def pieces(self, facets: np.ndarray) -> list[np.ndarray]:
+        """Some ascending facets in groups that are connected by shallow edges, in the order of their first ones."""
+        number = np.full(len(self.normals), -1)
+        number[facets] = np.arange(len(facets))
+        owner = np.repeat(np.arange(len(facets)), self.beside.counts[facets])
+        other = number[self.beside_facet[self.beside.rows(facets)]]
+        pairs = np.column_stack([owner, other])[other >= 0].T
+        count, piece = connected_components(coo_array((np.ones(len(pairs[0])), pairs), (len(facets),) * 2))
+        return Ragged(np.bincount(piece, minlength=count)).split(facets[np.argsort(piece, kind="stable")])
 
     def grown(self, seed: Iterable[int], holds: np.ndarray) -> np.ndarray:
         """Free facets that are connected with a seed by shallow edges and that hold (f,); ascending."""
-        front = [facet for facet in seed if holds[facet]]
-        found = set(front)
-        while front:
-            for facet in self.neighbours[front.pop()]:
-                if facet not in found and holds[facet] and not self.taken[facet]:
-                    found.add(facet)
-                    front.append(facet)
-        return np.array(sorted(found), dtype=np.int64)
+        pieces = self.pieces(np.flatnonzero(holds & ~self.taken))
+        own = [piece for piece in pieces if np.isin(list(seed), piece).any()]
+        return np.sort(np.concatenate([np.empty(0, dtype=np.int64), *own]))

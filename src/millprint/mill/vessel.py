@@ -1,10 +1,11 @@
 """A vessel: flat facets in the body frame, with the edges and corners that balls can touch."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from millprint.config.geometry import GeometrySection
 from millprint.config.mill import MillConfig
 from millprint.mill.curved_surfaces import Curve
 from millprint.mill.shapes import shape_kind
-from millprint.mill.triangulate import triangulate_polygon
+from millprint.mill.triangulate import are_convex, convex_fan, triangulate_polygon
 
 # Vertices closer than this fraction of the vessel's size are one vertex.
 WELD = 1e-7
@@ -26,8 +27,8 @@ ON_CURVE = 5e-6
 CURVE_ANGLE = 0.6
 # An edge that turns by more juts into the vessel [rad].
 CONVEX = 1e-9
-# With more facets, the walls take days of a simulation.
-MOST_FACETS = 20_000
+# More facets take minutes and gigabytes before the first step.
+MOST_FACETS = 200_000
 
 
 def cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
@@ -58,62 +59,148 @@ class Facet:
     @classmethod
     def from_loops(cls, outlines: Sequence[np.ndarray]) -> "Facet":
         """The facet of given outlines; the normal follows from their sense (Newell's rule)."""
-        loops = tuple(np.asarray(outline, dtype=float) for outline in outlines)
-        area = sum(cross(loop, ahead(loop)).sum(axis=0) for loop in loops) / 2
-        normal = area / np.linalg.norm(area)
-        return cls(normal, float(np.concatenate(loops).mean(axis=0) @ normal), loops)
+        return facets_of([outlines])[0]
 
     @cached_property
     def area(self) -> float:
         """Area [m2], holes left out."""
-        return float(sum(cross(loop, ahead(loop)).sum(axis=0) for loop in self.loops) @ self.normal / 2)
+        return float(Outlines.of([self.loops]).areas[0] @ self.normal)
 
     @cached_property
     def axes(self) -> tuple[np.ndarray, np.ndarray]:
         """Two unit vectors in the plane that make a right-handed triad with the normal."""
-        helper = np.eye(3)[np.argmin(np.abs(self.normal))]
-        first = cross(helper, self.normal)
-        first /= np.linalg.norm(first)
-        return first, cross(self.normal, first)
+        return tuple(plane_axes(self.normal[None])[0])
 
 
-def enclosed_volume(outlines: Iterable[Sequence[np.ndarray]]) -> float:
+def plane_axes(normals: np.ndarray) -> np.ndarray:
+    """Facet.axes (n, 2, 3) of normals (n, 3)."""
+    first = cross(np.eye(3)[np.argmin(np.abs(normals), axis=1)], normals)
+    first /= lengths(first)
+    return np.stack([first, cross(normals, first)], axis=1)
+
+
+def lengths(vectors: np.ndarray) -> np.ndarray:
+    """The lengths (..., 1) of vectors (..., 3), the same to the last bit as numpy gives one by one."""
+    return np.sqrt(np.vecdot(vectors, vectors))[..., None]
+
+
+class Ragged:
+    """Rows of one array in groups of different numbers, one after the other: the vertices of outlines, or of facets."""
+
+    def __init__(self, counts: Iterable[int]) -> None:
+        self.counts = np.fromiter(counts, dtype=np.int64)
+        self.first = np.cumsum(self.counts) - self.counts
+
+    @cached_property
+    def owner(self) -> np.ndarray:
+        """The group (n,) of each row."""
+        return np.repeat(np.arange(len(self.counts)), self.counts)
+
+    @cached_property
+    def ahead(self) -> np.ndarray:
+        """For each row (n,) the one that follows in its group, around its end."""
+        following = np.arange(1, len(self.owner) + 1)
+        following[self.first + self.counts - 1] = self.first
+        return following
+
+    def stacks(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Groups (m,) of one number k of rows, and their rows (m, k)."""
+        for count in np.unique(self.counts).tolist():
+            groups = np.flatnonzero(self.counts == count)
+            yield groups, self.first[groups, None] + np.arange(count)
+
+    def rows(self, groups: np.ndarray) -> np.ndarray:
+        """The rows of some groups, one after the other."""
+        counts = self.counts[groups]
+        return np.arange(counts.sum()) + np.repeat(self.first[groups] - np.cumsum(counts) + counts, counts)
+
+    def sums(self, values: np.ndarray) -> np.ndarray:
+        """Sums (g, ...) of values (n, ...) over each group, the same to the last bit as numpy gives one by one."""
+        total = np.empty((len(self.counts), *values.shape[1:]))
+        for groups, rows in self.stacks():
+            total[groups] = values[rows].sum(axis=1)
+        return total
+
+    def split(self, values: np.ndarray) -> list[np.ndarray]:
+        """The values (n, ...) of each group."""
+        ends = (self.first + self.counts).tolist()
+        return [values[begin:end] for begin, end in zip(self.first.tolist(), ends, strict=True)]
+
+
+class Outlines:
+    """The outlines of many facets as flat arrays.
+
+    points (n, 3) [m]; loops: their rows in outlines; facets: outlines in facets; corners: their rows in facets.
+    """
+
+    def __init__(self, points: np.ndarray, loops: Ragged, facets: Ragged) -> None:
+        self.points, self.loops, self.facets = points, loops, facets
+        self.corners = Ragged(np.add.reduceat(loops.counts, facets.first))
+
+    @classmethod
+    def of(cls, outlines: Iterable[Sequence[np.ndarray]]) -> "Outlines":
+        """The outlines (k, 3) of each facet."""
+        outlines = list(outlines)
+        loops = [loop for facet in outlines for loop in facet]
+        points = np.concatenate(loops, dtype=float)
+        return cls(points, Ragged(map(len, loops)), Ragged(map(len, outlines)))
+
+    @cached_property
+    def areas(self) -> np.ndarray:
+        """The area vectors (f, 3) [m2], along the normals of the outlines' sense."""
+        return self.facets.sums(self.loops.sums(cross(self.points, self.points[self.loops.ahead]))) / 2
+
+    @cached_property
+    def middles(self) -> np.ndarray:
+        """The means (f, 3) of the facets' vertices [m]."""
+        return self.corners.sums(self.points) / self.corners.counts[:, None]
+
+    def lists(self, values: np.ndarray) -> list[list[np.ndarray]]:
+        """Values (n, ...) along each outline of each facet."""
+        loops = self.loops.split(values)
+        return [loops[k : k + n] for k, n in zip(self.facets.first.tolist(), self.facets.counts.tolist(), strict=True)]
+
+    def on_lattice(self, pitch: float) -> "Outlines":
+        """The outlines with vertices on a lattice of a pitch [m], each from its smallest vertex on, holes in order."""
+        # The sum turns a negative zero into a positive one.
+        points = np.round(self.points / pitch) * pitch + 0.0
+        begins = np.lexsort((*points.T[::-1], self.loops.owner))[self.loops.first]
+        within = np.arange(len(points)) - self.loops.first[self.loops.owner]
+        shift = (begins - self.loops.first)[self.loops.owner]
+        points = points[self.loops.first[self.loops.owner] + (within + shift) % self.loops.counts[self.loops.owner]]
+        is_hole = np.arange(len(self.loops.counts)) != self.facets.first[self.facets.owner]
+        starts = points[self.loops.first]
+        return self._taken(points, np.lexsort((*starts.T[::-1] * is_hole, is_hole, self.facets.owner)), self.facets)
+
+    def _taken(self, points: np.ndarray, loops: np.ndarray, facets: Ragged) -> "Outlines":
+        return Outlines(points[self.loops.rows(loops)], Ragged(self.loops.counts[loops]), facets)
+
+    def taken(self, facets: np.ndarray) -> "Outlines":
+        """The outlines of some facets."""
+        return self._taken(self.points, self.facets.rows(facets), Ragged(self.facets.counts[facets]))
+
+    def planes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Unit normals (f, 3) and offsets (f,) [m] of the facets."""
+        normals = self.areas / lengths(self.areas)
+        return normals, np.vecdot(self.middles, normals)
+
+
+def facets_of(outlines: Iterable[Sequence[np.ndarray]] | Outlines) -> list[Facet]:
+    """The facets of given outlines, see Facet.from_loops."""
+    own = outlines if isinstance(outlines, Outlines) else Outlines.of(outlines)
+    normals, offsets = own.planes()
+    return list(map(Facet, normals, offsets.tolist(), map(tuple, own.lists(own.points))))
+
+
+def enclosed_volume(outlines: Iterable[Sequence[np.ndarray]] | Outlines) -> float:
     """Volume [m3] within closed flat facets, each given by its outlines, whose normals point into it.
 
     By the divergence theorem, of x / 3: each side of an outline makes a tetrahedron of itself, the outline's first
     vertex and the origin, of volume first . (start x end) / 6.
     """
-    loops = [loop for facet in outlines for loop in facet]
-    starts = np.concatenate(loops)
-    ends = np.concatenate([ahead(loop) for loop in loops])
-    firsts = np.repeat([loop[0] for loop in loops], [len(loop) for loop in loops], axis=0)
-    return -float(np.sum(firsts * cross(starts, ends))) / 6
-
-
-def _canonical(facet: Facet, pitch: float) -> Facet:
-    """The facet with its vertices on a lattice of a pitch [m], each outline beginning with its smallest vertex."""
-    loops = []
-    for loop in facet.loops:
-        # The sum turns a negative zero into a positive one.
-        loop = np.round(loop / pitch) * pitch + 0.0
-        rows = loop.tolist()
-        first = rows.index(min(rows))
-        loops.append(np.concatenate((loop[first:], loop[:first])))
-    return Facet.from_loops([loops[0], *sorted(loops[1:], key=lambda loop: tuple(loop[0]))])
-
-
-def _parts(facet: Facet) -> tuple[np.ndarray, np.ndarray]:
-    """Middles (n, 3) [m] of the sides of the triangles from a facet's vertices to the first one, and weights [m2].
-
-    A triangle on the other side of the outline has a negative weight.
-    """
-    middles, weights = [], []
-    for loop in facet.loops:
-        first, starts, ends = loop[0], loop[1:-1], loop[2:]
-        area = cross(starts - first, ends - first) @ facet.normal / 2
-        middles += [(first + starts) / 2, (starts + ends) / 2, (ends + first) / 2]
-        weights += [area / 3] * 3
-    return np.concatenate(middles), np.concatenate(weights)
+    own = outlines if isinstance(outlines, Outlines) else Outlines.of(outlines)
+    firsts = own.points[own.loops.first[own.loops.owner]]
+    return -float(np.sum(firsts * cross(own.points, own.points[own.loops.ahead]))) / 6
 
 
 @dataclass(frozen=True)
@@ -133,6 +220,17 @@ class Edge:
     turn: float
 
 
+class Edges(NamedTuple):
+    """All edges of a body as arrays of what each Edge has; inward is of the first and of the second facet (e, 3)."""
+
+    start: np.ndarray
+    end: np.ndarray
+    ends: np.ndarray
+    facets: np.ndarray
+    inward: tuple[np.ndarray, np.ndarray]
+    turn: np.ndarray
+
+
 class Vessel:
     """A closed vessel in the body frame; the normals of its walls point inward, to where the balls are.
 
@@ -140,16 +238,16 @@ class Vessel:
     flat walls, whose borders may be arcs (mill.borders). A solid body inside a vessel is the same with `solid`: its
     normals point out of it, and its volume is negative.
 
-    smooth_axis: "x", "y" or "z", the axis whose end facets have no friction, or None. on_curves: for each of `facets`
-    the one of `curves` that it draws, -1 for a flat wall; left out, that is found. report: what was nearly recognised,
-    in words. facet_curves (f,): the same for the vessel's own facets, which are sorted; placed_from (f,): the numbers
-    of these among the given ones. Raises ConfigError where the facets do not close: every edge must belong to two
-    facets, in opposite senses.
+    facets: or their outlines. smooth_axis: "x", "y" or "z", the axis whose end facets have no friction, or None.
+    on_curves: for each of `facets` the one of `curves` that it draws, -1 for a flat wall; left out, that is found.
+    report: what was nearly recognised, in words. facet_curves (f,): the same for the vessel's own facets, which are
+    sorted; placed_from (f,): the numbers of these among the given ones. Raises ConfigError where the facets do not
+    close: every edge must belong to two facets, in opposite senses.
     """
 
     def __init__(
         self,
-        facets: Sequence[Facet],
+        facets: Sequence[Facet] | Outlines,
         name: str = "vessel",
         solid: bool = False,
         smooth_axis: str | None = None,
@@ -161,15 +259,18 @@ class Vessel:
         self.solid = solid
         self.smooth_axis = smooth_axis
         self.report = report
-        self.size = float(np.ptp(np.concatenate([loop for f in facets for loop in f.loops]), axis=0).max())
+        given = facets if isinstance(facets, Outlines) else Outlines.of(facet.loops for facet in facets)
+        self.size = float(np.ptp(given.points, axis=0).max())
         # A power of two, so that a shape and its double are the same on their lattices.
         pitch = LATTICE * 2.0 ** math.floor(math.log2(self.size))
-        placed = [_canonical(facet, pitch) for facet in facets]
-        order = sorted(range(len(placed)), key=lambda k: (*placed[k].loops[0][0], *placed[k].normal))
-        self.facets = tuple(placed[k] for k in order)
-        self.placed_from = np.array(order)
-        self.vertices, self.loops, rank = self._number_vertices()
-        self.edges = self._find_edges(rank)
+        placed = given.on_lattice(pitch)
+        firsts = placed.points[placed.loops.first[placed.facets.first]]
+        order = np.lexsort((*placed.planes()[0].T[::-1], *firsts.T[::-1]))
+        self.placed_from = order
+        self.outlines = placed.taken(order)
+        self.normals, self.offsets = self.outlines.planes()
+        self.vertices, self.corners, rank = self._number_vertices()
+        self.edge_arrays = self._find_edges(rank)
         on_curve = self._find_pieces(curves) if on_curves is None else np.asarray(on_curves)[order]
         # Only those that have facets: a sphere's ends leave no mantle between them.
         used = sorted(set(on_curve.tolist()) - {-1})
@@ -178,108 +279,137 @@ class Vessel:
         if (self.volume_m3 >= 0) if solid else (self.volume_m3 <= 0):
             raise ConfigError(f"{name}: the facets are inside out (volume {self.volume_m3 * 1e6:.3g} mL)")
 
-    def _number_vertices(self) -> tuple[np.ndarray, list[list[np.ndarray]], list[int]]:
-        """Every vertex (v, 3) [m], once; for each facet the vertices' numbers along its outlines; and each one's rank.
+    @cached_property
+    def facets(self) -> tuple[Facet, ...]:
+        """The flat pieces of wall, ordered by their places."""
+        return tuple(facets_of(self.outlines))
+
+    @cached_property
+    def loops(self) -> list[list[np.ndarray]]:
+        """For each facet the numbers of its vertices along each of its outlines."""
+        return self.outlines.lists(self.corners)
+
+    @cached_property
+    def edges(self) -> tuple[Edge, ...]:
+        """The lines where two facets meet."""
+        return self.edges_of(np.arange(len(self.edge_arrays.turn)))
+
+    def edges_of(self, numbers: np.ndarray) -> tuple[Edge, ...]:
+        """Some edges by their numbers."""
+        start, end, ends, facets, inward, turn = self.edge_arrays
+        pairs = map(tuple, ends[numbers].tolist()), map(tuple, facets[numbers].tolist())
+        inwards = zip(inward[0][numbers], inward[1][numbers], strict=True)
+        return tuple(map(Edge, start[numbers], end[numbers], *pairs, inwards, turn[numbers].tolist()))
+
+    @cached_property
+    def axes(self) -> np.ndarray:
+        """Facet.axes (f, 2, 3) of each facet."""
+        return plane_axes(self.normals)
+
+    @cached_property
+    def areas(self) -> np.ndarray:
+        """Facet.area (f,) of each facet [m2]."""
+        return np.vecdot(self.outlines.areas, self.normals)
+
+    def _number_vertices(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Every vertex (v, 3) [m], once; the vertices' numbers (n,) along all outlines; and each one's rank.
 
         Vertices are ranked by their places, as they would be in any order of the facets.
         """
-        points = np.concatenate([loop for facet in self.facets for loop in facet.loops])
+        points = self.outlines.points
         lattice = np.round(points / (WELD * self.size)).astype(np.int64)
-        _, first, rank = np.unique(lattice, axis=0, return_index=True, return_inverse=True)
+        order = np.lexsort(lattice.T[::-1])
+        is_new = np.append(True, (np.diff(lattice[order], axis=0) != 0).any(axis=1))
+        rank, first = np.empty(len(points), dtype=np.int64), order[is_new]
+        rank[order] = np.cumsum(is_new) - 1
         by_number = np.argsort(first)
         number = np.argsort(by_number)
-        counts = [len(loop) for facet in self.facets for loop in facet.loops]
-        along = iter(np.split(number[rank.reshape(-1)], np.cumsum(counts)[:-1]))
-        numbers = [[next(along) for _ in facet.loops] for facet in self.facets]
-        return points[first[by_number]], numbers, by_number.tolist()
+        return points[first[by_number]], number[rank], by_number
 
-    def _find_edges(self, rank: list[int]) -> tuple[Edge, ...]:
-        sides: dict[tuple[int, int], tuple[int, np.ndarray, np.ndarray]] = {}
-        for index, facet in enumerate(self.facets):
-            for loop, numbers in zip(facet.loops, self.loops[index], strict=True):
-                ends = ahead(loop)
-                pairs = zip(numbers.tolist(), ahead(numbers).tolist(), strict=True)
-                for start, end, side in zip(loop, ends, pairs, strict=True):
-                    if side in sides:
-                        raise ConfigError(
-                            f"{self.name}: two facets run along the edge at {start * 1e3} mm in one sense"
-                        )
-                    sides[side] = (index, start, end)
-        found = []
-        for side, (first, start, end) in sides.items():
-            if side[::-1] not in sides:
-                raise ConfigError(f"{self.name}: the vessel is open at the edge from {start * 1e3} to {end * 1e3} mm")
-            if rank[side[0]] < rank[side[1]]:
-                found.append((side, first, sides[side[::-1]][0], start, end))
-        return self._edges(found)
-
-    def _edges(self, found: list[tuple[tuple[int, int], int, int, np.ndarray, np.ndarray]]) -> tuple[Edge, ...]:
-        """Edges of their vertices, facets and ends."""
-        ends, first, second, start, end = zip(*found, strict=True)
-        starts, stops = np.array(start), np.array(end)
-        normals = np.array([facet.normal for facet in self.facets])
-        of_first, of_second = normals[list(first)], normals[list(second)]
-        along = stops - starts
+    def _find_edges(self, rank: np.ndarray) -> Edges:
+        """The edges between facets, also `edge_of_side`; rank: of each vertex by its place."""
+        begin, follows = self.corners, self.outlines.loops.ahead
+        forth, back = begin * len(rank) + begin[follows], begin[follows] * len(rank) + begin
+        order = np.argsort(forth, kind="stable")
+        points, facet = self.outlines.points * 1e3, self.outlines.corners.owner
+        twice = order[1:][np.diff(forth[order]) == 0]
+        if len(twice):
+            raise ConfigError(f"{self.name}: two facets run along the edge at {points[twice.min()]} mm in one sense")
+        twin = order[np.minimum(np.searchsorted(forth, back, sorter=order), len(order) - 1)]
+        is_open = forth[twin] != back
+        if is_open.any():
+            at = np.argmax(is_open)
+            raise ConfigError(
+                f"{self.name}: the vessel is open at the edge from {points[at]} to {points[follows[at]]} mm"
+            )
+        side = np.flatnonzero(rank[begin] < rank[begin[follows]])
+        self.edge_of_side = np.empty(len(begin), dtype=np.int64)
+        self.edge_of_side[side] = self.edge_of_side[twin[side]] = np.arange(len(side))
+        start, end = self.outlines.points[side], self.outlines.points[follows[side]]
+        facets = np.column_stack([facet[side], facet[twin[side]]])
+        of_first, of_second = self.normals[facets].transpose(1, 0, 2)
+        along = end - start
         along /= np.linalg.norm(along, axis=1)[:, None]
         inward = cross(of_first, along), cross(of_second, -along)
         sine, cosine = -(inward[0] * of_second).sum(axis=1), (of_first * of_second).sum(axis=1)
-        turns = np.arctan2(sine, cosine).tolist()
-        pairs = zip(first, second, strict=True), zip(*inward, strict=True)
-        return tuple(map(Edge, start, end, ends, *pairs, turns))
+        ends = np.column_stack([begin[side], begin[follows[side]]])
+        return Edges(start, end, ends, facets, inward, np.arctan2(sine, cosine))
 
     @cached_property
     def is_smooth(self) -> np.ndarray:
         """Which facets (f,) have no friction: those across `smooth_axis`."""
         if self.smooth_axis is None:
-            return np.zeros(len(self.facets), dtype=bool)
-        along = "xyz".index(self.smooth_axis)
-        return np.array([abs(facet.normal[along]) > 1 - 1e-9 for facet in self.facets])
+            return np.zeros(len(self.normals), dtype=bool)
+        return np.abs(self.normals[:, "xyz".index(self.smooth_axis)]) > 1 - 1e-9
 
     def _find_pieces(self, curves: Sequence[Curve]) -> np.ndarray:
         """For each facet (f,) the curve that it draws, -1 for a flat wall."""
-        found = np.full(len(self.facets), -1)
+        found = np.full(len(self.normals), -1)
         for number, curve in enumerate(curves):
-            for index, facet in enumerate(self.facets):
-                points = np.concatenate(facet.loops)
-                distance, direction, past = curve.touch(np.vstack([points, points.mean(axis=0)]))
-                on_it = max(np.abs(distance[:-1]).max(), past.max()) <= ON_CURVE * self.size
-                # A flat wall that joins a curve smoothly lies on its tangents: it is flat all the same.
-                is_bent = abs(distance[-1]) > 1e-9 * self.size
-                if on_it and is_bent and direction[-1] @ facet.normal > np.cos(CURVE_ANGLE):
-                    found[index] = number
+            distance, _, past = curve.touch(self.outlines.points)
+            off = np.maximum.reduceat(np.maximum(np.abs(distance), past), self.outlines.corners.first)
+            sunk, direction, past = curve.touch(self.outlines.middles)
+            on_it = np.maximum(off, past) <= ON_CURVE * self.size
+            # A flat wall that joins a curve smoothly lies on its tangents: it is flat all the same.
+            is_bent = np.abs(sunk) > 1e-9 * self.size
+            found[on_it & is_bent & (np.vecdot(direction, self.normals) > np.cos(CURVE_ANGLE))] = number
         return found
 
     @cached_property
     def volume_m3(self) -> float:
         """Inner volume [m3]; negative for a solid, which takes it from the balls.
 
-        What lies between a facet and its curve is integrated with the middles of the sides of triangles, which is exact
-        for a parabola.
+        What lies between a facet and its curve is integrated with the middles of the sides of the triangles from an
+        outline's vertices to its first one, which is exact for a parabola. A triangle on the other side of the outline
+        counts less than nothing.
         """
-        volume = enclosed_volume(facet.loops for facet in self.facets)
-        for index in np.flatnonzero(self.facet_curves >= 0):
-            middles, weights = _parts(self.facets[index])
-            volume += float(weights @ self.curves[self.facet_curves[index]].touch(middles)[0])
+        volume = enclosed_volume(self.outlines)
+        points, loops, owner = self.outlines.points, self.outlines.loops, self.outlines.corners.owner
+        first, follows = points[loops.first[loops.owner]], points[loops.ahead]
+        weights = np.vecdot(cross(points - first, follows - first), self.normals[owner]) / 6
+        for number, curve in enumerate(self.curves):
+            own = np.flatnonzero((self.facet_curves == number)[owner])
+            sides = (first[own] + points[own]) / 2, (points[own] + follows[own]) / 2, (follows[own] + first[own]) / 2
+            volume += float(sum(weights[own] @ curve.touch(middles)[0] for middles in sides))
         return volume
 
     @cached_property
     def edge_at(self) -> dict[frozenset[int], int]:
         """The number of the edge between two vertices."""
-        return {frozenset(edge.ends): number for number, edge in enumerate(self.edges)}
+        return {frozenset(ends): number for number, ends in enumerate(self.edge_arrays.ends.tolist())}
 
     @cached_property
     def sagitta(self) -> float:
         """How far the exact walls are from the drawing at most [m]."""
-        found = 0.0
-        for index in np.flatnonzero(self.facet_curves >= 0):
-            middle = np.concatenate(self.facets[index].loops).mean(axis=0)
-            found = max(found, abs(float(self.curves[self.facet_curves[index]].touch(middle[None])[0][0])))
-        return found
+        middles = [self.outlines.middles[self.facet_curves == number] for number in range(len(self.curves))]
+        return max(
+            (float(np.abs(c.touch(own)[0]).max()) for c, own in zip(self.curves, middles, strict=True)), default=0.0
+        )
 
     @cached_property
     def is_convex(self) -> bool:
         """Whether no wall juts into the vessel."""
-        return all(edge.turn <= CONVEX for edge in self.edges)
+        return bool((self.edge_arrays.turn <= CONVEX).all())
 
     @cached_property
     def bounds(self) -> np.ndarray:
@@ -291,11 +421,27 @@ class Vessel:
 
         Raises ConfigError for an outline that crosses itself.
         """
-        triangles = [
-            np.concatenate(numbers)[triangulate_facet(facet)]
-            for facet, numbers in zip(self.facets, self.loops, strict=True)
-        ]
-        return self.vertices, np.concatenate(triangles)
+        return self.vertices, self.corners[triangulate_facets(self)]
+
+
+def triangulate_facets(vessel: Vessel) -> np.ndarray:
+    """Triangles (t, 3) as rows of `Vessel.corners`, counter-clockwise inward, facet after facet.
+
+    Raises ConfigError for an outline that crosses itself.
+    """
+    found, owners = [], []
+    corners = vessel.outlines.corners
+    for facets, rows in corners.stacks():
+        flat = vessel.outlines.points[rows] @ vessel.axes[facets].transpose(0, 2, 1)
+        fan = convex_fan(rows.shape[1])
+        is_fan = (vessel.outlines.facets.counts[facets] == 1) & are_convex(flat)
+        found.append(rows[is_fan][:, fan].reshape(-1, 3))
+        owners.append(np.repeat(facets[is_fan], len(fan)))
+        for facet in facets[~is_fan].tolist():
+            own = corners.first[facet] + triangulate_facet(vessel.facets[facet])
+            found.append(own)
+            owners.append(np.full(len(own), facet))
+    return np.concatenate(found)[np.argsort(np.concatenate(owners), kind="stable")]
 
 
 def triangulate_facet(facet: Facet) -> np.ndarray:
@@ -320,11 +466,11 @@ def shape_curves(geometry: GeometrySection, solid: bool) -> list[Curve]:
 
 def shape_facets(geometry: GeometrySection, place: str, solid: bool) -> list[Facet]:
     """The facets of a shape, see `drawn_shape`."""
-    return drawn_shape(geometry, place, solid)[0]
+    return facets_of(drawn_shape(geometry, place, solid)[0])
 
 
-def drawn_shape(geometry: GeometrySection, place: str, solid: bool) -> tuple[list[Facet], float]:
-    """The facets of a shape, their normals towards the balls: into a hollow, or out of a solid.
+def drawn_shape(geometry: GeometrySection, place: str, solid: bool) -> tuple[Outlines, float]:
+    """The outlines of the facets of a shape, their normals towards the balls: into a hollow, or out of a solid.
 
     Further: the rounding of their vertices in a file [m].
 
@@ -338,12 +484,12 @@ def drawn_shape(geometry: GeometrySection, place: str, solid: bool) -> tuple[lis
         raise ConfigError(f"{place}.{error}") from None
     if len(outlines) > MOST_FACETS:
         raise ConfigError(
-            f"{place}: {len(outlines)} flat facets; a simulation takes at most {MOST_FACETS}: give it fewer, or "
+            f"{place}: {len(outlines):,} flat facets; a simulation takes at most {MOST_FACETS:,}: give it fewer, or "
             "export the surface with a coarser tessellation"
         )
     if shape.from_inside == solid:
         outlines = [[loop[::-1] for loop in loops] for loops in outlines]
-    return [Facet.from_loops(loops) for loops in outlines], rounding
+    return Outlines.of(outlines), rounding
 
 
 @dataclass(frozen=True)

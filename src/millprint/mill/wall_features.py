@@ -14,16 +14,18 @@ potential is that of the exact distance, so that it makes and loses no energy.
 """
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_array
+from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
 from millprint.mill.borders import SMOOTH_TURN, Borders, borders_of
+from millprint.mill.creases import Crease
 from millprint.mill.rims import Rim
-from millprint.mill.vessel import CONVEX, Edge, Vessel
+from millprint.mill.vessel import CONVEX, Edge, Ragged, Vessel, lengths
 
 
 class Corner(NamedTuple):
@@ -34,7 +36,7 @@ class Corner(NamedTuple):
 
 
 class Features(NamedTuple):
-    """The features of a body are its facets, `lines`, `corners`, curves and `rims`, numbered in this order.
+    """The features of a body are its facets, `lines`, `corners`, curves, `rims` and `creases`, numbered in this order.
 
     lines: convex edges, with the exact directions along their walls. patches: number of patches; patch (n,): that of
     each feature; is_drawing (n,): whether it only shows a curve and is not a wall itself; first_neighbour (n + 1,) and
@@ -44,6 +46,7 @@ class Features(NamedTuple):
     lines: tuple[Edge, ...]
     corners: tuple[Corner, ...]
     rims: tuple[Rim, ...]
+    creases: tuple[Crease, ...]
     patches: int
     patch: np.ndarray
     is_drawing: np.ndarray
@@ -63,117 +66,133 @@ class Joints(NamedTuple):
 JOINT = Joints(0, 1, 2)
 
 
-def facet_patches(vessel: Vessel, borders: Borders) -> np.ndarray:
-    """The patch of each facet (f,), numbered in the order of their first facets."""
-    joined = borders.turn > -SMOOTH_TURN
-    first, second = np.array([edge.facets for edge in vessel.edges])[joined].T
-    count = len(vessel.facets)
+def facet_patches(vessel: Vessel, turn: np.ndarray) -> np.ndarray:
+    """The patch of each facet (f,), numbered in the order of their first facets; turn: of the walls at each edge."""
+    joined = turn > -SMOOTH_TURN
+    first, second = vessel.edge_arrays.facets[joined].T
+    count = len(vessel.normals)
     _, patch = connected_components(coo_array((np.ones(len(first)), (first, second)), (count, count)), directed=False)
     _, firsts, inverse = np.unique(patch, return_index=True, return_inverse=True)
     return np.argsort(np.argsort(firsts))[inverse]
 
 
-def _exact(edge: Edge, number: int, borders: Borders) -> Edge:
-    """An edge with the exact turn and directions of its walls."""
-    if number not in borders.inward:
-        return edge
-    return Edge(edge.start, edge.end, edge.ends, edge.facets, borders.inward[number], float(borders.turn[number]))
+def _lines(vessel: Vessel, borders: Borders) -> tuple[Edge, ...]:
+    """The convex edges, with the exact turns and directions of their walls."""
+    numbers = np.flatnonzero((borders.turn > CONVEX) & ~borders.is_drawn)
+    return tuple(
+        replace(edge, inward=borders.inward[number], turn=float(borders.turn[number]))
+        if number in borders.inward
+        else edge
+        for number, edge in zip(numbers.tolist(), vessel.edges_of(numbers), strict=True)
+    )
 
 
-def _directions(vessel: Vessel, borders: Borders) -> dict[int, list[np.ndarray]]:
-    """The unit directions of the borders that leave each vertex where a convex one ends."""
-    lines = [n for n in np.flatnonzero(borders.turn > CONVEX).tolist() if not borders.is_drawn[n]]
-    wanted = {end for number in lines for end in vessel.edges[number].ends}
+def _corners(vessel: Vessel, borders: Borders, lines: tuple[Edge, ...]) -> tuple[np.ndarray, tuple[Corner, ...]]:
+    """The vertices where convex borders end, by their numbers and with the unit directions of all borders there."""
+    is_wanted = np.zeros(len(vessel.vertices), dtype=bool)
+    is_wanted[[end for edge in lines for end in edge.ends]] = True
     for rim, own in zip(borders.rims, borders.rim_ends, strict=True):
-        wanted |= set(own.tolist()) if rim.turn > CONVEX else set()
-    found: dict[int, list[np.ndarray]] = {}
-    for number, edge in enumerate(vessel.edges):
-        arc = borders.arcs.get(number)
-        for end, point, other in ((0, edge.start, edge.end), (1, edge.end, edge.start)):
-            if edge.ends[end] not in wanted:
-                continue
-            directions = found.setdefault(edge.ends[end], [])
-            along = other - point
-            if arc:
-                tangent = np.cross(arc.axis, point - arc.centre)
-                along = tangent if tangent @ along > 0 else -tangent
-            if arc or not borders.is_drawn[number]:
-                directions.append(along / np.linalg.norm(along))
-    return found
+        is_wanted[own] |= rim.turn > CONVEX
+    # A crease goes on smoothly where two pieces of it meet, and nothing else does.
+    count = np.zeros(len(vessel.vertices), dtype=np.int64)
+    for number, crease in borders.creases.items():
+        count[vessel.edge_arrays.ends[number]] += 1 if crease.turn > CONVEX else 3
+    is_wanted |= count % 2 == 1
+    edges = vessel.edge_arrays
+    along = np.stack([edges.end - edges.start, edges.start - edges.end], axis=1)
+    is_border = ~borders.is_drawn
+    for number, arc in borders.arcs.items():
+        tangents = np.cross(arc.axis, np.array([edges.start[number], edges.end[number]]) - arc.centre)
+        along[number] = tangents * np.sign((tangents * along[number]).sum(axis=1))[:, None]
+        is_border[number] = True
+    for number, crease in borders.creases.items():
+        along[number] = [crease.slope(-1.0), -crease.slope(1.0)]
+        is_border[number] = True
+    entries = np.flatnonzero(is_wanted[edges.ends.ravel()])
+    vertices, first, corner = np.unique(edges.ends.ravel()[entries], return_index=True, return_inverse=True)
+    # In the order of the edges.
+    rank = np.argsort(np.argsort(first))[corner]
+    kept = is_border.repeat(2)[entries]
+    order = np.argsort(rank[kept], kind="stable")
+    directions = along.reshape(-1, 3)[entries[kept][order]]
+    of_corner = Ragged(np.bincount(rank[kept], minlength=len(vertices))).split(directions / lengths(directions))
+    numbers = vertices[np.argsort(first)]
+    return numbers, tuple(map(Corner, vessel.vertices[numbers], of_corner))
 
 
-def _neighbours(vertices: list[np.ndarray], patch: np.ndarray, is_drawing: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Features.first_neighbour and neighbour, from the numbers of the vertices of each feature."""
-    count = len(vertices)
-    rows = np.repeat(np.arange(count), [len(own) for own in vertices])
-    columns = np.concatenate(vertices)
-    kept = ~is_drawing[rows]
-    rows, columns = rows[kept], columns[kept]
-    touch = coo_array((np.ones(len(rows), dtype=np.int32), (rows, columns)), (count, int(columns.max()) + 1)).tocsr()
+def _neighbours(touch: csr_array, patch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Features.first_neighbour and neighbour, from the vertices (columns) of each feature (rows)."""
     first, second = (touch @ touch.T).nonzero()
     own = (patch[first] == patch[second]) & (first != second)
     order = np.lexsort((second[own], first[own]))
-    counts = np.bincount(first[own], minlength=count)
+    counts = np.bincount(first[own], minlength=len(patch))
     return np.concatenate([[0], np.cumsum(counts)]), second[own][order].astype(np.int64)
 
 
 def find_features(vessel: Vessel) -> Features:
     """The features of a body."""
     borders = borders_of(vessel)
-    of_facet = facet_patches(vessel, borders)
-    numbers = [n for n in np.flatnonzero(borders.turn > CONVEX).tolist() if not borders.is_drawn[n]]
-    lines = tuple(_exact(vessel.edges[number], number, borders) for number in numbers)
-    ends = _directions(vessel, borders)
-    corners = tuple(Corner(vessel.vertices[end], np.array(directions)) for end, directions in ends.items())
+    of_facet, facet = facet_patches(vessel, borders.turn), vessel.outlines.corners.owner
+    lines = _lines(vessel, borders)
+    ends, corners = _corners(vessel, borders, lines)
     convex = [k for k, rim in enumerate(borders.rims) if rim.turn > CONVEX]
+    line_ends = np.array([edge.ends for edge in lines], dtype=np.int64).reshape(-1, 2)
+    of_line = of_facet[[edge.facets[0] for edge in lines]]
 
-    vertices = [np.unique(np.concatenate(own)) for own in vessel.loops]
     of_vertex = np.empty(len(vessel.vertices), dtype=np.int64)
-    for own, patch in zip(vertices, of_facet, strict=True):
-        of_vertex[own] = patch
+    of_vertex[vessel.corners] = of_facet[facet]
     # A border belongs to the patch of both its walls, and a corner to that of any convex border that ends in it.
-    for edge in lines:
-        of_vertex[list(edge.ends)] = of_facet[edge.facets[0]]
-    of_rim = []
-    for k in convex:
-        patch = of_facet[borders.rim_facets[k]]
-        of_vertex[borders.rim_ends[k]] = patch
-        of_rim.append(patch)
-    of_curve, curve_vertices = [], []
-    for curve in range(len(vessel.curves)):
-        pieces = np.flatnonzero(vessel.facet_curves == curve)
-        of_curve.append(of_facet[pieces[0]])
-        curve_vertices.append(np.unique(np.concatenate([vertices[piece] for piece in pieces])))
-    patch = np.array([*of_facet, *(of_facet[e.facets[0]] for e in lines), *of_vertex[list(ends)], *of_curve, *of_rim])
+    of_vertex[line_ends] = of_line[:, None]
+    of_rim = of_facet[[borders.rim_facets[k] for k in convex]]
+    creases = [number for number, crease in borders.creases.items() if crease.turn > CONVEX]
+    crease_ends = vessel.edge_arrays.ends[creases]
+    of_crease = of_facet[vessel.edge_arrays.facets[creases, 0]]
+    of_vertex[crease_ends] = of_crease[:, None]
+    for k, own in zip(convex, of_rim, strict=True):
+        of_vertex[borders.rim_ends[k]] = own
+    of_curve = of_facet[[int(np.argmax(vessel.facet_curves == curve)) for curve in range(len(vessel.curves))]]
+    patch = np.concatenate([of_facet, of_line, of_vertex[ends], of_curve, of_rim, of_crease])
     is_drawing = np.zeros(len(patch), dtype=bool)
     is_drawing[: len(of_facet)] = vessel.facet_curves >= 0
-    vertices += [np.unique(edge.ends) for edge in lines] + [np.array([end]) for end in ends] + curve_vertices
-    vertices += [borders.rim_vertices[k] for k in convex]
+    # The vertices of each feature: of curves those of their facets.
+    curves_from = len(of_facet) + len(lines) + len(ends)
+    of_side = np.where(vessel.facet_curves < 0, np.arange(len(of_facet)), curves_from + vessel.facet_curves)[facet]
+    of_rims = Ragged([len(borders.rim_vertices[k]) for k in convex]).owner
+    rows = [of_side, len(of_facet) + np.arange(len(lines)).repeat(2), len(of_facet) + len(lines) + np.arange(len(ends))]
+    columns = [vessel.corners, line_ends.ravel(), ends, *(borders.rim_vertices[k] for k in convex), crease_ends.ravel()]
+    rims_from = curves_from + len(vessel.curves)
+    rows += [rims_from + of_rims, rims_from + len(convex) + np.arange(len(creases)).repeat(2)]
+    places = np.concatenate(rows), np.concatenate(columns)
+    touch = coo_array((np.ones(len(places[0]), dtype=np.int32), places), (len(patch), len(vessel.vertices))).tocsr()
     rims = tuple(borders.rims[k] for k in convex)
-    first, neighbour = _neighbours(vertices, patch, is_drawing)
-    joint = _joints(vessel, vertices, first, neighbour, len(of_facet) + len(lines) + len(ends))
-    return Features(lines, corners, rims, int(of_facet.max()) + 1, patch, is_drawing, first, neighbour, joint)
+    first, neighbour = _neighbours(touch, patch)
+    joint = _joints(vessel, touch, first, neighbour, curves_from)
+    pieces = tuple(borders.creases[number] for number in creases)
+    return Features(lines, corners, rims, pieces, int(of_facet.max()) + 1, patch, is_drawing, first, neighbour, joint)
 
 
-def _joints(
-    vessel: Vessel, vertices: list[np.ndarray], first: np.ndarray, neighbour: np.ndarray, curves_from: int
-) -> np.ndarray:
+def _joints(vessel: Vessel, touch: csr_array, first: np.ndarray, neighbour: np.ndarray, curves_from: int) -> np.ndarray:
     """Features.joint: between a curve and another wall, by the largest angle of their normals where they meet."""
-    curves = range(curves_from, curves_from + len(vessel.curves))
     joint = np.full(len(neighbour), JOINT.by_direction)
 
     def normals(feature: int, points: np.ndarray) -> np.ndarray:
-        if feature in curves:
+        if feature >= curves_from:
             return vessel.curves[feature - curves_from].touch(points)[1]
-        return np.broadcast_to(vessel.facets[feature].normal, points.shape)
+        return np.broadcast_to(vessel.normals[feature], points.shape)
 
-    owner = np.repeat(np.arange(len(first) - 1), np.diff(first))
-    for at, (own, other) in enumerate(zip(owner.tolist(), neighbour.tolist(), strict=True)):
-        walls = [feature in curves or feature < len(vessel.facets) for feature in (own, other)]
-        if all(walls) and (own in curves or other in curves):
-            points = vessel.vertices[np.intersect1d(vertices[own], vertices[other])]
-            cosine = (normals(own, points) * normals(other, points)).sum(axis=1).min()
-            joint[at] = JOINT.smooth if cosine >= math.cos(SMOOTH_TURN) else JOINT.sharp
+    vertices_of_creases = set(vessel.edge_arrays.ends[list(borders_of(vessel).creases)].ravel().tolist())
+    pairs = np.column_stack([np.repeat(np.arange(len(first) - 1), np.diff(first)), neighbour])
+    is_curve = (pairs >= curves_from) & (pairs < curves_from + len(vessel.curves))
+    for at in np.flatnonzero((is_curve | (pairs < len(vessel.normals))).all(axis=1) & is_curve.any(axis=1)).tolist():
+        own, other = pairs[at].tolist()
+        shared = np.intersect1d(touch[[own]].indices, touch[[other]].indices)
+        points = vessel.vertices[shared]
+        cosine = (normals(own, points) * normals(other, points)).sum(axis=1)
+        if cosine.min() >= math.cos(SMOOTH_TURN):
+            joint[at] = JOINT.smooth
+        # Along a crease the turn changes.
+        elif cosine.max() < math.cos(SMOOTH_TURN) or not vertices_of_creases.issuperset(shared.tolist()):
+            joint[at] = JOINT.sharp
     return joint
 
 

@@ -8,7 +8,7 @@ from scipy.sparse.csgraph import connected_components
 
 from millprint.mill.bodies import Body
 from millprint.mill.borders import borders_of
-from millprint.mill.vessel import Vessel, triangulate_facet
+from millprint.mill.vessel import Vessel
 
 # Flat facets look round where more than this number follow each other with turns of less than 20 degrees [rad].
 FEW_FACETS = 8
@@ -23,8 +23,9 @@ def _many(number: int, word: str) -> str:
 
 def _discs(vessel: Vessel) -> np.ndarray:
     """Which facets (f,) are flat walls that end at circles only."""
-    arcs, found = borders_of(vessel).arcs, vessel.facet_curves < 0
-    found[[facet for number, edge in enumerate(vessel.edges) if number not in arcs for facet in edge.facets]] = False
+    found, is_line = vessel.facet_curves < 0, np.ones(len(vessel.edge_arrays.turn), dtype=bool)
+    is_line[list(borders_of(vessel).arcs)] = False
+    found[vessel.edge_arrays.facets[is_line]] = False
     return found
 
 
@@ -56,10 +57,9 @@ def walls_in_words(bodies: Sequence[Body]) -> str:
 def round_facets(vessel: Vessel) -> np.ndarray:
     """For each facet (f,) how many make a wall with it that looks round and is flat, 0 where it is part of none."""
     flat = vessel.facet_curves < 0
-    turns = np.array([abs(edge.turn) for edge in vessel.edges])
-    pairs = np.array([edge.facets for edge in vessel.edges])
+    turns, pairs = np.abs(vessel.edge_arrays.turn), vessel.edge_arrays.facets
     joined = pairs[(turns > LEAST_TURN) & (turns < ROUND_TURN) & flat[pairs].all(axis=1)]
-    count = len(vessel.facets)
+    count = len(flat)
     _, part = connected_components(coo_array((np.ones(len(joined)), joined.T), (count, count)), directed=False)
     size = np.bincount(part)[part]
     return np.where(size > FEW_FACETS, size, 0)
@@ -67,8 +67,8 @@ def round_facets(vessel: Vessel) -> np.ndarray:
 
 def round_triangles(vessel: Vessel) -> np.ndarray:
     """Which of the triangles (t,) of a vessel are part of a wall that looks round and is flat."""
-    counts = [len(triangulate_facet(facet)) for facet in vessel.facets]
-    return np.repeat(round_facets(vessel) > 0, counts)
+    corners, loops = vessel.outlines.corners.counts, vessel.outlines.facets.counts
+    return np.repeat(round_facets(vessel) > 0, corners + 2 * loops - 4)
 
 
 def drawn_in_words(vessel: Vessel) -> str | None:

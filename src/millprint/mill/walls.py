@@ -7,7 +7,7 @@ contacts on.
 
 A vessel and the inserts in it are bodies, each in a frame of its own. Features are numbered: the facets of all bodies
 first, then the convex lines, the corners, the curves (mill.curved_surfaces), of which some facets are only a drawing,
-and the convex rims (mill.rims).
+the convex rims (mill.rims), and the convex creases (mill.creases).
 """
 
 import math
@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from millprint.mill.creases import SIDE, Trims, beyond_trim, crease_beyond, crease_touch, past_bow
 from millprint.mill.curved_surfaces import CURVE, curve_touch
 from millprint.mill.kernel_columns import Vector, number_columns
 from millprint.mill.pose import angular_velocity_of, rotation_of, velocity_of
@@ -30,22 +31,6 @@ class PlaneColumns(NamedTuple):
     offset: int  # normal . x on the facet [m]
 
 
-class SideColumns(NamedTuple):
-    """A side of a facet, in the axes u, v of its plane [m]: a line, or an arc of less than half a turn over it."""
-
-    start_u: int
-    start_v: int
-    direction_u: int  # of a unit vector
-    direction_v: int
-    length: int
-    end_u: int
-    end_v: int
-    centre_u: int  # of an arc
-    centre_v: int
-    radius: int  # of an arc; 0 for a line
-    sense: int  # of an arc: 1 where it goes counter-clockwise about its centre, -1 where it goes clockwise
-
-
 class Surfaces(NamedTuple):
     """Kinds of surface, each with a contact law of its own."""
 
@@ -56,19 +41,19 @@ class Surfaces(NamedTuple):
 # A foot so little outside of a facet, over the radius, is still on it: rounding leaves no gap between two facets.
 ON_SIDE = 1e-9
 
-PLANE, SIDE, SURFACE = number_columns(PlaneColumns), number_columns(SideColumns), number_columns(Surfaces)
+PLANE, SURFACE = number_columns(PlaneColumns), number_columns(Surfaces)
 
 
 class Walls(NamedTuple):
-    """Flat arrays of the bodies' facets (f), their sides (s), lines (e), corners (c), curves (k), rims, and cells.
+    """Flat arrays of the bodies' facets (f), their sides (s), lines (e), corners (c), curves (k), rims and so on.
 
-    The features are facets, lines, corners, curves and rims, in this order.
+    The features are facets, lines, corners, curves, rims and creases, in this order.
     """
 
     plane: np.ndarray  # (f, 4) see PlaneColumns
     axes: np.ndarray  # (f, 2, 3) unit vectors in the plane
     first_side: np.ndarray  # (f + 1,) sides of facet i are first_side[i] to first_side[i + 1]
-    side: np.ndarray  # (s, width) see SideColumns
+    side: np.ndarray  # (s, width) creases.SideColumns
     slack: np.ndarray  # (f,) how far a facet reaches beyond its outline [m], see borders.Borders
     edge: np.ndarray  # (e, 5, 3) start, direction, inward of one facet, inward of the other, (length, 0, 0)
     corner: np.ndarray  # (c, 3)
@@ -78,6 +63,8 @@ class Walls(NamedTuple):
     surface: np.ndarray  # (features,) see Surfaces; edges and corners are rough
     curves: np.ndarray  # (k, width) curved_surfaces.CurveColumns
     rims: np.ndarray  # (rims, width) rims.RimColumns
+    creases: np.ndarray  # (creases, rows, creases.DEGREE + 1) creases.CreaseRows
+    trims: Trims  # where curves end that have other borders than circles and rulings, and the bows of sides
     is_drawing: np.ndarray  # (features,) 1 where a feature only shows a curve, see wall_features.Features
     patch: np.ndarray  # (features,) the patch that a feature belongs to, numbered through all bodies
     first_neighbour: np.ndarray  # (features + 1,) those of feature i are first_neighbour[i] to first_neighbour[i + 1]
@@ -157,7 +144,7 @@ def past_arc(side, k, u, v, right):
 
 
 @kernel()
-def beyond_side(axes, first_side, side, facet, point):
+def beyond_side(axes, first_side, side, bow, facet, point):
     """Distance of the foot of `point` on a facet's plane from its outline [m]; negative inside."""
     u, v = dot(row(axes[facet], 0), point), dot(row(axes[facet], 1), point)
     nearest = 1e300
@@ -176,6 +163,11 @@ def beyond_side(axes, first_side, side, facet, point):
             # On the chord itself, the point is on the side that the rule above takes it for.
             right = across > 0.0 or (across == 0.0 and dv > 0.0)
             squared, between = past_arc(side, k, u, v, right)
+            nearest = min(nearest, squared)
+            inside ^= between
+        elif side[k, SIDE.radius] < 0.0:
+            right = across > 0.0 or (across == 0.0 and dv > 0.0)
+            squared, between = past_bow(bow, int(side[k, SIDE.centre_u]), ru * du + rv * dv, -across, length, right)
             nearest = min(nearest, squared)
             inside ^= between
         else:
@@ -201,20 +193,28 @@ def touch(walls, feature, surely_over, point, limit):
         if distance >= limit or distance <= 0.0:
             return nothing
         if not surely_over:
-            beyond = beyond_side(walls.axes, walls.first_side, walls.side, feature, point)
+            beyond = beyond_side(walls.axes, walls.first_side, walls.side, walls.trims.bow, feature, point)
             if beyond > ON_SIDE * limit + walls.slack[feature]:
                 return nothing
         return distance, normal
     if feature >= facets + edges + walls.corner.shape[0]:
         k = curve_of(walls, feature)
         if k >= walls.curves.shape[0]:
-            distance, normal, is_over = rim_touch(walls.rims, k - walls.curves.shape[0], point)
+            k -= walls.curves.shape[0]
+            if k < walls.rims.shape[0]:
+                distance, normal, is_over = rim_touch(walls.rims, k, point)
+            else:
+                distance, normal, is_over = crease_touch(walls.creases, k - walls.rims.shape[0], point)
             if distance >= limit or not is_over:
                 return nothing
             return distance, normal
         distance, normal, past, _ = curve_touch(walls.curves, k, point)
         if distance >= limit or distance <= 0.0 or past > ON_SIDE * limit + walls.curves[k, CURVE.slack]:
             return nothing
+        if walls.trims.first[k] < walls.trims.first[k + 1]:
+            foot = add_scaled(point, -distance, normal)
+            if beyond_trim(walls.curves, walls.trims, k, foot) > ON_SIDE * limit + walls.curves[k, CURVE.slack]:
+                return nothing
         return distance, normal
     if feature < facets + edges:
         edge = walls.edge[feature - facets]
@@ -240,7 +240,7 @@ def touch(walls, feature, surely_over, point, limit):
 
 @inlined()
 def curve_of(walls, feature):
-    """The curve that a feature is, if it is one; a rim has a number after those of all curves."""
+    """The curve that a feature is, if it is one; rims and creases have numbers after those of all curves."""
     return feature - walls.plane.shape[0] - walls.edge.shape[0] - walls.corner.shape[0]
 
 
@@ -267,14 +267,17 @@ def closeness_of(walls, feature, point, radius, margin):
         distance = plane_distance(walls, feature, point)
         if distance > reach_out or distance < -margin:
             return 0
-        beyond = beyond_side(walls.axes, walls.first_side, walls.side, feature, point)
+        beyond = beyond_side(walls.axes, walls.first_side, walls.side, walls.trims.bow, feature, point)
         if beyond > margin + ON_SIDE * radius + walls.slack[feature]:
             return 0
         return 2 if beyond < -margin else 1
     if feature >= facets + edges + walls.corner.shape[0]:
         k = curve_of(walls, feature)
         if k >= walls.curves.shape[0]:
-            return 1 if rim_touch(walls.rims, k - walls.curves.shape[0], point)[0] < reach_out else 0
+            k -= walls.curves.shape[0]
+            if k >= walls.rims.shape[0]:
+                return 1 if crease_beyond(walls.creases, k - walls.rims.shape[0], point) < reach_out else 0
+            return 1 if rim_touch(walls.rims, k, point)[0] < reach_out else 0
         distance, _, past, _ = curve_touch(walls.curves, k, point)
         is_over = past <= margin + ON_SIDE * radius + walls.curves[k, CURVE.slack]
         return 1 if -margin <= distance <= reach_out and is_over else 0
@@ -292,8 +295,8 @@ def closeness_of(walls, feature, point, radius, margin):
 def bounding_plane(walls, feature, point, margin):
     """A plane (normal, offset) to which a ball near `point` (body frame) is at most as far as to the feature.
 
-    It holds until the ball has moved by `margin` [m]. For lines, corners, rims and the inside of tight curves it is
-    nowhere far: normal and offset are 0.
+    It holds until the ball has moved by `margin` [m]. For lines, corners, rims, creases and the inside of tight curves
+    it is nowhere far: normal and offset are 0.
     """
     facets = walls.plane.shape[0]
     if feature < facets:

@@ -3,20 +3,22 @@
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import h5py
 import numpy as np
 
 from millprint.config.errors import ConfigError
+from millprint.mill.creases import crease_feet, crease_rows
 from millprint.mill.curved_surfaces import touch_points
 from millprint.mill.rims import nearest_on_circle
 
 PER_STEP = ("time_s", "body_position_m", "body_velocity_m_s", "normal_J", "tangential_J", "contact_offset")
 PER_BALL = ("position_m", "velocity_m_s", "spin_rad_s", "contact_force_N")
 PER_CONTACT = ("contact_first", "contact_second")
-FEATURES = ("facet_normal", "edge_m", "corner_m", "curves", "rims")
+FEATURES = ("facet_normal", "edge_m", "corner_m", "curves", "rims", "creases")
 GEOMETRY = ("vertices_m", "triangles", "facet_normal", "facet_offset_m", "edge_m", "corner_m", "curves", "rims")
 
 # Numbers of one quantity in a block: tens of megabytes for all quantities together.
@@ -29,7 +31,8 @@ class Geometry:
 
     vertices_m (v, 3) and triangles (t, 3), normals inward; features that a ball can touch, numbered in this order:
     facets (facet_normal . x = facet_offset_m), convex lines edge_m (e, 2, 3) by their ends, corners corner_m (c, 3),
-    curves (k, width) and rims (r, width) in the columns of mill.curved_surfaces.CurveColumns and mill.rims.RimColumns.
+    curves (k, width) and rims (r, width) in the columns of mill.curved_surfaces.CurveColumns and mill.rims.RimColumns,
+    creases (c, rows, degree + 1) in the rows of mill.creases.CreaseRows, which runs have whose walls have some.
     """
 
     vertices_m: np.ndarray
@@ -40,6 +43,7 @@ class Geometry:
     corner_m: np.ndarray
     curves: np.ndarray
     rims: np.ndarray
+    creases: np.ndarray = field(default_factory=partial(crease_rows, ()))
 
     def foot(self, feature: np.ndarray, points: np.ndarray) -> np.ndarray:
         """The point (n, 3) of wall feature (n,) that is nearest to points (n, 3), all in the body frame [m]."""
@@ -61,6 +65,9 @@ class Geometry:
         for number, rim in enumerate(self.rims):
             on = feature == facets + edges + corners + len(self.curves) + number
             feet[on] = nearest_on_circle(rim, points[on])
+        for number in range(len(self.creases)):
+            on = feature == facets + edges + corners + len(self.curves) + len(self.rims) + number
+            feet[on] = crease_feet(self.creases, number, points[on])
         return feet
 
 
@@ -114,15 +121,20 @@ class Block:
 def body_of_feature(bodies: Sequence[Geometry], feature: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The body (n,) that features (n,) belong to, and their numbers (n,) within it.
 
-    Features are numbered as the simulation does: the facets of all bodies first, then convex lines, corners, curves
-    and rims.
+    Features are numbered as the simulation does: the facets of all bodies first, then convex lines, corners, curves,
+    rims and creases.
     """
     counts = np.array([[len(getattr(body, name)) for body in bodies] for name in FEATURES])
     owner = np.concatenate([np.repeat(np.arange(len(bodies)), row) for row in counts])
-    # The order within a body is the same: facets, lines, corners, curves, rims.
+    # The order within a body is the same: facets, lines, corners, curves, rims, creases.
     before = np.cumsum(np.vstack([np.zeros(len(bodies), dtype=int), counts[:-1]]), axis=0)
     local = np.concatenate([first + np.arange(k) for k, first in zip(counts.ravel(), before.ravel(), strict=True)])
     return owner[feature], local[feature]
+
+
+def _geometry(group: h5py.Group) -> Geometry:
+    creases = group["creases"][:] if "creases" in group else crease_rows(())
+    return Geometry(**{name: group[name][:] for name in GEOMETRY}, creases=creases)
 
 
 class Snapshots:
@@ -151,7 +163,7 @@ class Snapshots:
         groups = ["geometry", *(f"geometry/inserts/{name}" for name in self.inserts)]
         if "rims" not in file["geometry"]:
             raise ConfigError(f"{path}: geometry/rims is missing: written by another version; simulate this case again")
-        self.bodies = tuple(Geometry(**{name: file[group][name][:] for name in GEOMETRY}) for group in groups)
+        self.bodies = tuple(_geometry(file[group]) for group in groups)
         self.balls = self._group["position_m"].shape[1]
         # Runs of earlier versions only have balls of one size.
         one_size = np.full(self.balls, float(file.attrs["ball_radius_m"]))

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 
+from millprint.thesis.claims.chapter2 import change_percent
 from millprint.thesis.claims.chapter3 import AS_BUILT, CONTACT, MILL
 from millprint.thesis.claims.evidence import Evidence, Finding, NotRun, claim, in_words, yes_no
 from millprint.thesis.curves.collapse import MACHINE
@@ -30,16 +31,6 @@ def curve_value(evidence: Evidence, fill: str, quantity: str) -> Finding:
         rules = "; by counting rule: " if len(means) else ""
         rules += ", ".join(f"{value:.0f} {name}" for name, value in means.items())
     return Finding(float(row[quantity]), f"mean of {int(row['conditions'])} condition(s), spread {spread:.1f} %{rules}")
-
-
-@claim("3.curve.0.08.{quantity}")
-def power_of_large_balls(evidence: Evidence, quantity: str) -> Finding:
-    """Table 3.5 gives the powers of 10 mm balls at fill 0.08, over four speeds."""
-    where = f"{AS_BUILT} and ball_diameter_mm == 10 and fill_ratio == 0.08"
-    absent = "the sweep has no calibrated case of 10 mm at fill 0.08"
-    found = evidence.rows("fingerprint/descriptors.tsv", quantity, where, absent)
-    speeds = ", ".join(f"{speed:g}" for speed in sorted(found["speed_rpm"]))
-    return Finding(float(found[quantity].mean()), f"mean over {speeds} rpm")
 
 
 @claim("3.curve.ratio.low")
@@ -96,6 +87,25 @@ def gain_beyond_zone_2(evidence: Evidence) -> Finding:
         f"largest power of a ball beyond fill 0.20 against that up to it: normal {gains['Pn']:+.1f} %, "
         f"tangential {gains['Pt']:+.1f} %",
     )
+
+
+@claim("3.curve.tangential")
+def larger_channel(evidence: Evidence) -> Finding:
+    """Sec. 3.4: that the tangential dissipation is larger than the normal one, at every fill ratio."""
+    curves = _whole_curves(evidence, "ratio")
+    told = in_words(curves, "{ratio:.2f} at {fill_ratio:g}")
+    return yes_no(bool((curves["ratio"] > 1).all()), f"tangential over normal power by fill: {told}")
+
+
+@claim("3.level.{contact}")
+def frequency_in_zone_3(evidence: Evidence, contact: str) -> Finding:
+    """Sec. 3.3.2: the change of the specific collision frequency from fill 0.20 to the last of zone 3 [%]."""
+    absent = f"the sweep has no fills of 0.20 and more with contact set {contact}"
+    curves = curves_of(evidence, "f", "fill_ratio >= 0.20", absent, contact)
+    if len(curves) < 2:
+        raise NotRun(absent)
+    told = in_words(curves, "{f:.1f} at {fill_ratio:g}")
+    return Finding(change_percent(curves["f"].iloc[0], curves["f"].iloc[-1]), f"by fill: {told}")
 
 
 def rank_correlation(first: pd.Series, second: pd.Series) -> float:

@@ -4,7 +4,7 @@ import pandas as pd
 
 from millprint.thesis.claims.chapter2 import change_percent
 from millprint.thesis.claims.chapter3_curves import curves_of
-from millprint.thesis.claims.evidence import Evidence, Finding, NotRun, claim, contradicted, in_words
+from millprint.thesis.claims.evidence import Evidence, Finding, NotRun, Repeats, claim, contradicted, in_words, yes_no
 from millprint.thesis.curves.regimes import read_regimes
 
 # Quantity in a claim's id -> column of Table 4.2 and the factor to the claim's unit.
@@ -202,23 +202,73 @@ def range_of_the_leverage(evidence: Evidence, baseline: str) -> Finding:
     return Finding(f"{values.min():.6g}/{values.max():.6g}", "over the five cases of Table 4.5")
 
 
-@claim("4.own.{case}.gain")
-def gain_with_our_curves(evidence: Evidence, case: str) -> Finding:
-    """Table 4.4 with our own curves: yield over the power that the experiment had, at the speed that it was run at."""
+def _our_powers(evidence: Evidence, names: tuple[str, ...]) -> tuple[pd.DataFrame, pd.Series]:
+    """The cases, and the powers of some of them by Eq. 3.28 with our curves, at the speeds that they were run at."""
     evidence.cite(REGIMES, "yield_percent, balls, fill_ratio", read_regimes)
     cases = read_regimes(str(evidence.data / "regimes.tsv")).set_index("case")
     if not set(CASES) <= set(cases.index):
         raise NotRun(f"{REGIMES} has not the cases {', '.join(CASES)}")
     powers = {}
-    for name in ("reference", case):
-        fill = cases.at[name, "fill_ratio"]
-        curves = curves_of(
-            evidence, "Pn, Pt", f"fill_ratio == {fill}", f"the sweep has no calibrated case at fill {fill}"
-        )
+    for name in names:
+        curves = _our_curves(evidence, "Pn, Pt", cases.at[name, "fill_ratio"])
         speed = float(evidence.printed[f"4.case.{name}.speed"])
-        powers[name] = float((curves["Pn"] + curves["Pt"]).iloc[0] * cases.at[name, "balls"] * speed**3)
-    gained = cases.at[case, "yield_percent"] / cases.at["reference", "yield_percent"]
-    return Finding(
-        100 * (gained * powers["reference"] / powers[case] - 1),
-        f"{powers[case] / powers['reference']:.2f} times the power of the reference, by Eq. 3.28 with our Pn + Pt",
+        powers[name] = float((curves["Pn"] + curves["Pt"]) * cases.at[name, "balls"] * speed**3)
+    return cases, pd.Series(powers)
+
+
+def _our_curves(evidence: Evidence, columns: str, fill: float) -> pd.Series:
+    absent = f"the sweep has no calibrated case at fill {fill}"
+    return curves_of(evidence, columns, f"fill_ratio == {fill}", absent).iloc[0]
+
+
+@claim("4.own.{case}.gain")
+def gain_with_our_curves(evidence: Evidence, case: str) -> Finding:
+    """Table 4.4 with our own curves: yield over the power that the experiment had, at the speed that it was run at."""
+    cases, powers = _our_powers(evidence, ("reference", case))
+    gained, ratio = (
+        cases.at[case, "yield_percent"] / cases.at["reference", "yield_percent"],
+        powers[case] / powers.iloc[0],
     )
+    told = f"{ratio:.2f} times the power of the reference, by Eq. 3.28 with our Pn + Pt"
+    return Finding(100 * (gained / ratio - 1), told)
+
+
+@claim("4.own.equal_power.gain")
+def gain_at_our_equal_power(evidence: Evidence) -> Finding:
+    """Sec. 4.3.1 at a power that is constant by our curves: the yield there, between those of the two shear cases.
+
+    The thesis's setting of equal power is one of a larger power with our curves. Yields are interpolated in the speed;
+    both ends are those of the measured yields.
+    """
+    cases, powers = _our_powers(evidence, ("reference", LOW_POWER, EQUAL_POWER))
+    speeds = [float(evidence.printed[f"4.case.{name}.speed"]) for name in (LOW_POWER, EQUAL_POWER)]
+    speed = speeds[0] * (powers["reference"] / powers[LOW_POWER]) ** (1 / 3)
+    if not speeds[0] <= speed <= speeds[1]:
+        raise NotRun(
+            f"with our curves the power is that of the reference at {60 * speed:.0f} rpm, where nothing was measured"
+        )
+    yields = cases["yield_percent"] / cases.at["reference", "yield_percent"]
+    low, high = (100 * (float(yields[name]) - 1) for name in (LOW_POWER, EQUAL_POWER))
+    value = low + (high - low) * (speed - speeds[0]) / (speeds[1] - speeds[0])
+    told = (
+        f"the power is that of the reference at {60 * speed:.0f} rpm; the gain is {low:.0f} % with the yield at "
+        f"{60 * speeds[0]:.0f} rpm and {high:.0f} % with that at {60 * speeds[1]:.0f} rpm"
+    )
+    return Finding(value, told, repeats=Repeats(low, high, "the measured yields on both sides", len(speeds)))
+
+
+@claim("4.text.monotone")
+@claim("4.own.monotone")
+def yield_by_the_share_of_shear(evidence: Evidence) -> Finding:
+    """Sec. 7.1: that the yield rises with tangential over normal power, at constant speed and at constant power."""
+    table = evidence.rows("partition/table_4_2.tsv", "ratio, yield_percent", PUBLISHED).set_index("case")
+    if not set(CASES) <= set(table.index):
+        raise NotRun(f"data.regimes has not the cases {', '.join(CASES)}")
+    if evidence.id.startswith("4.own"):
+        table["ratio"] = [_our_curves(evidence, "ratio", fill)["ratio"] for fill in table["fill_ratio"]]
+    holds, told = True, []
+    for mode in ("speed", "power"):
+        own = table.loc[[f"{mode}.normal", "reference", f"{mode}.tangential"]].sort_values("ratio")
+        holds &= bool((own["yield_percent"].diff().dropna() > 0).all())
+        told.append(f"at constant {mode} {in_words(own, '{yield_percent:g} % at {ratio:.2f}')}")
+    return yes_no(holds, "; ".join(told))

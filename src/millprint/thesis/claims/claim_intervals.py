@@ -106,7 +106,7 @@ def tabulate_intervals(
 ) -> pd.DataFrame:
     """A row for each claim that chance has a part in and that has an interval, with INTERVAL_COLUMNS.
 
-    A claim that no repeated table decides keeps the interval that its own code states. Raises ConfigError as
+    A claim whose own code states an interval keeps it. Raises ConfigError as
     `millprint.thesis.claims.tabulate.read_claims`.
     """
     claims, findings = read_claims(claims_path), collect_findings(results, claims_path)
@@ -126,7 +126,7 @@ def tabulate_intervals(
 def _interval_of(
     name: str, finding: Finding, evidence: Evidence, repeated: Sequence[Repeated], level: float
 ) -> Repeats | None:
-    own = next((one for one in repeated if one.decides(finding)), None)
+    own = next((one for one in repeated if one.decides(finding)), None) if finding.repeats is None else None
     found = findings_of(name, evidence, own.tables) if own else []
     return interval_from(found, finding, own, level) if own and len(found) > 1 else finding.repeats
 

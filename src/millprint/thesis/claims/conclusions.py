@@ -1,4 +1,4 @@
-"""What each chapter concludes and whether it holds, and the verdicts of other machines.
+"""What each chapter concludes, whether our numbers agree and whether it holds, and the verdicts of other machines.
 
 Every conclusion rests on claims, and is only as sure as they are. The processor decides how sums are rounded, and
 chaotic simulations and trainings magnify that. So a claim whose interval decides nothing may have another verdict
@@ -11,14 +11,20 @@ from pathlib import Path
 
 import pandas as pd
 
-from millprint.estimate.judge import AGREES, DIFFERS, OPEN, VERDICTS, Verdict, judge_all
+from millprint.estimate.judge import AGREES, DIFFERS, NOT_RUN, OPEN, VERDICTS
 from millprint.run.files import write_table
+from millprint.run.machine import commit
 from millprint.run.tables import Text, read_measured, refuse_rows
-from millprint.thesis.claims.tolerances import CERTAIN, ERRATUM, TIMED
+from millprint.thesis.claims.tolerances import ASSUMED, ERRATUM, TIMED
 
 CONCLUSION_COLUMNS = ["chapter", "locus", "conclusion", "claims"]
+# Some of its claims agree, and others differ.
+IN_PART = "in part"
 VERBS = {AGREES: ("agrees", "agree"), DIFFERS: ("differs", "differ"), OPEN: ("is open", "are open")}
-TABLE_COLUMNS = ["chapter", "locus", "conclusion", "verdict", "reason", "claims", *VERDICTS, "against"]
+# The verdicts on a conclusion, as a sentence goes on with them.
+HOLDINGS = {AGREES: "hold", IN_PART: "hold in part", DIFFERS: "do not hold", OPEN: "are open"}
+OURS, HOLDS = "our_number", "it_holds"
+TABLE_COLUMNS = ["chapter", "locus", "conclusion", OURS, HOLDS, "reason", "claims", *VERDICTS, "against"]
 
 
 def chapter_name(chapter: str) -> str:
@@ -47,24 +53,37 @@ def read_conclusions(path: str | Path, ids: pd.Series) -> pd.DataFrame:
 def judge_conclusions(conclusions: pd.DataFrame, claims: pd.DataFrame) -> pd.DataFrame:
     """A row for each conclusion, with TABLE_COLUMNS.
 
-    claims: as `tabulate_claims`. A claim counts by its interval, which says whether it holds, or else by its value.
-    verdict: that of the least sure claim that was run; claims: how many were run; VERDICTS: how many have each verdict;
-    against: the ids of those that differ.
+    claims: as `tabulate_claims`. our_number: the verdict of `verdict_on_all` by the values; it_holds: that by the
+    intervals, or the value of what has none. There a value that was fitted or put in shows nothing by agreeing and
+    does not count. A claim that was not run is open. claims: how many there are; VERDICTS: how many have each verdict
+    that counts for it_holds; against: the ids of those that differ.
     """
     own = claims.set_index("id")
     rows = []
     for row in conclusions.itertuples():
-        run = own.loc[row.claims]
-        run = run[run["verdict"] != OPEN]
-        words = run["interval_verdict"].where(run["interval_verdict"] != "", run["verdict"])
-        found = judge_all(Verdict(word, "") for word in words)
-        counts = [int((words == word).sum()) for word in VERDICTS]
-        count = counts[VERDICTS.index(found.word)]
-        reason = f"{count} of {len(run)} claims {VERBS[found.word][count > 1]}" if len(run) else found.reason
-        against = ", ".join(run.index[words == DIFFERS])
+        all_of_it = own.loc[row.claims]
+        words = all_of_it["interval_verdict"].where(all_of_it["interval_verdict"] != "", all_of_it["verdict"])
+        assumed = all_of_it["nature"].isin(ASSUMED) & (words == AGREES)
+        counts = {word: int((words[~assumed] == word).sum()) for word in VERDICTS}
+        parts = [f"{number} {VERBS[word][number > 1]}" for word, number in counts.items() if number]
+        parts += [f"{assumed.sum()} fitted or put in"] if assumed.any() else []
+        reason = NOT_RUN if (all_of_it["verdict"] == OPEN).all() else f"claims: {', '.join(parts)}"
+        verdicts = verdict_on_all(all_of_it["verdict"]), verdict_on_all(words[~assumed])
         place = chapter_name(row.chapter), row.locus, row.conclusion
-        rows.append((*place, found.word, reason, len(run), *counts, against))
+        rows.append((*place, *verdicts, reason, len(words), *counts.values(), ", ".join(words.index[words == DIFFERS])))
     return pd.DataFrame(rows, columns=TABLE_COLUMNS)
+
+
+def verdict_on_all(words: pd.Series) -> str:
+    """The verdict on a conclusion by those on its claims.
+
+    It differs if one does and none agrees, and holds in part if one does and another agrees; else it is open if one is,
+    or if there is none.
+    """
+    found = set(words)
+    if DIFFERS in found:
+        return IN_PART if AGREES in found else DIFFERS
+    return AGREES if found == {AGREES} else OPEN
 
 
 def _deviates(claims: pd.DataFrame) -> pd.Series:
@@ -99,7 +118,7 @@ def _short(value: str) -> str:
         return value
 
 
-MACHINE = ["processor", "instructions", "date"]
+MACHINE = ["processor", "instructions", "commit", "date"]
 STORED = ["run", "id", "verdict", "interval_verdict", "reason", "reproduced", "lower", "upper"]
 WORDS = dict.fromkeys(("verdict", "interval_verdict"), VERDICTS)
 STORED_COLUMNS = [*STORED, *MACHINE]
@@ -110,13 +129,13 @@ DIFFERENCES = ["id", "verdict", "verdict_elsewhere", "reason", *MACHINE]
 
 
 def this_machine(date: str) -> dict[str, str]:
-    """The processor of this machine, its vector instructions, and a date, by MACHINE."""
+    """The processor of this machine, its vector instructions, the commit of the code, and a date, by MACHINE."""
     # Slow to import.
     from llvmlite import binding
 
     features = binding.get_host_cpu_features()
     widest = next((title for name, title in INSTRUCTIONS.items() if features.get(name)), platform.machine())
-    return dict(zip(MACHINE, (binding.get_host_cpu_name(), widest, date), strict=True))
+    return dict(zip(MACHINE, (binding.get_host_cpu_name(), widest, commit(), date), strict=True))
 
 
 def read_stored(path: str | Path) -> pd.DataFrame:
@@ -134,14 +153,13 @@ def read_stored(path: str | Path) -> pd.DataFrame:
 
 
 def with_run(stored: pd.DataFrame, claims: pd.DataFrame, run: str, machine: dict[str, str]) -> pd.DataFrame:
-    """The stored verdicts with those of a run in place of any that the same machine gave to the same run before.
+    """The stored verdicts with those of a run in place of all that the same machine gave to the same run before.
 
-    claims: as `millprint.thesis.claims.tabulate.tabulate_claims`; only what is simulated, trained or timed is stored,
-    since the rest is the same everywhere.
+    claims: as `millprint.thesis.claims.tabulate.tabulate_claims`; what was not run is not stored.
     """
-    own = claims[~claims["nature"].isin(CERTAIN) & (claims["verdict"] != OPEN)]
+    own = claims[claims["verdict"] != OPEN]
     rows = own.assign(run=run, **machine)[STORED_COLUMNS]
-    same = (stored["run"] == run) & (stored["processor"] == machine["processor"]) & stored["id"].isin(rows["id"])
+    same = (stored["run"] == run) & (stored["processor"] == machine["processor"])
     return pd.concat([stored[~same], rows], ignore_index=True).fillna("")
 
 

@@ -26,6 +26,7 @@ ORIGINS: dict[str, tuple[str, str]] = {
     "doe/interactions.tsv": ("analyse_variance", "millprint.thesis.doe.variance.interaction_table"),
     "doe/residuals.tsv": ("analyse_variance", "millprint.thesis.doe.residuals.residual_table"),
     "doe/pareto.tsv": ("analyse_variance", "millprint.thesis.doe.variance.pareto_table"),
+    "doe/anova_corrected.tsv": ("analyse_variance", "millprint.thesis.doe.variance.corrected_table"),
     "doe/half_life.tsv": ("tabulate_experiments", "millprint.thesis.doe.wet_lab.half_life_table"),
     "doe/wear.tsv": ("tabulate_experiments", "millprint.thesis.doe.wet_lab.wear_table"),
     "calibration/drop_test.tsv": ("calibrate_restitution", "millprint.thesis.calibration.drop.simulate_drops"),
@@ -43,6 +44,7 @@ ORIGINS: dict[str, tuple[str, str]] = {
     "partition/table_4_4.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.specific_yields"),
     "partition/table_4_5.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.energy_leverage"),
     "partition/slopes.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.fit_slopes"),
+    "yield/held_out/*.tsv": ("hold_out_yields", "millprint.thesis.yields.held_out.predict_held_out"),
     "yield/scores_by_scheme.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.score_table"),
     "yield/out_of_domain.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.predictions"),
     "yield/time_variance.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.time_variance"),
@@ -53,10 +55,6 @@ ORIGINS: dict[str, tuple[str, str]] = {
         "millprint.thesis.surrogate.timing.simulation_seconds",
     ),
     "surrogate/runtime.tsv": ("time_surrogates", "millprint.thesis.surrogate.timing.time_rollouts"),
-    "surrogate/wall_contacts.tsv": (
-        "build_surrogate_dataset",
-        "millprint.thesis.surrogate.measure_tables.wall_contact_table",
-    ),
     "surrogate/ablations.tsv": ("tabulate_ablations", "millprint.thesis.surrogate.measure_tables.ablation_table"),
 }
 

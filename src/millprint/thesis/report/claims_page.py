@@ -9,12 +9,12 @@ from markupsafe import Markup
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
-from millprint.estimate.judge import AGREES, DIFFERS, NOT_RUN, OPEN, VERDICTS
+from millprint.estimate.judge import AGREES, DIFFERS, OPEN
 from millprint.figures.style import COLUMN_WIDTH_IN
 from millprint.run.files import read_table
 from millprint.run.html_pages import embed_files, render_page
 from millprint.run.outputs import listed_tables
-from millprint.thesis.claims.conclusions import VERBS, deviating_everywhere, in_prose
+from millprint.thesis.claims.conclusions import HOLDINGS, HOLDS, deviating_everywhere, in_prose
 from millprint.thesis.claims.evidence import Finding
 from millprint.thesis.claims.tabulate import INTERVAL_PARTS, count_natures, count_verdicts
 from millprint.thesis.claims.tolerances import ERRATUM, NATURES
@@ -182,7 +182,7 @@ def what_falls(claims: pd.DataFrame, conclusions: pd.DataFrame, stored: pd.DataF
         own = [name for name in row.against.split(", ") if name in names]
         if own:
             some = f"Of its {row.claims} claims, these are reproduced nowhere"
-            how = some if row.agrees or row.open else "Nothing of it is reproduced anywhere"
+            how = some if len(own) < row.claims else "Nothing of it is reproduced anywhere"
             told = "; ".join(in_prose(name, claims) for name in own)
             sentences.append(f"{_capital(row.chapter)}: {row.conclusion} {how}: {told}.")
     return sentences
@@ -193,15 +193,14 @@ def front_text(conclusions: pd.DataFrame, falls: list[str]) -> str:
 
     conclusions as judge_conclusions, falls as what_falls.
     """
-    lines = ["**Which conclusions of the thesis stand**", ""]
+    lines = ["**Which conclusions of the thesis hold**", ""]
     for chapter, own in conclusions.groupby("chapter", sort=False):
-        known = own[own["claims"] > 0]
-        counts = known["verdict"].value_counts()
-        told = ", ".join(f"{counts[word]} {VERBS[word][int(counts[word] > 1)]}" for word in VERDICTS if word in counts)
-        lines += [f"- **{_capital(str(chapter))}**: {f'of {len(known)} conclusions {told}' if told else NOT_RUN}.", ""]
-        for word, group in known.groupby("verdict"):
+        groups = {words: own[own[HOLDS] == word] for word, words in HOLDINGS.items() if (own[HOLDS] == word).any()}
+        told = ", ".join(f"{words}: {len(group)}" for words, group in groups.items())
+        lines += [f"- **{_capital(str(chapter))}**, {len(own)} conclusions; {told}.", ""]
+        for words, group in groups.items():
             told = " ".join(f"{row.conclusion.rstrip('.')} ({row.reason})." for row in group.itertuples())
-            lines += [f"  - *{word.capitalize()}*: {_plain(told)}", ""]
+            lines += [f"  - *{words.capitalize()}*: {_plain(told)}", ""]
     lines += ["**What stands on no machine**", "", *(f"- {_plain(sentence)}\n" for sentence in falls)]
     return "\n".join(lines if falls else lines[:-2]) + "\n"
 
@@ -233,8 +232,9 @@ def summary_page(
     first = Section(
         "What stands",
         conclusions,
-        "The conclusions of each chapter. One is as sure as the least sure claim that it rests on: it differs if one "
-        "of them does, and is open if the interval of one decides nothing; against: those that differ.",
+        "The conclusions of each chapter. our_number: whether our values agree with what is printed. it_holds: whether "
+        "the conclusion holds, by the intervals: in part if a claim differs and another agrees, and open if a claim is "
+        "open, or was not run. What was fitted or put in does not count there; against: claims that differ.",
         cards=True,
     )
     sections = [

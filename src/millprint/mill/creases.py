@@ -1,0 +1,459 @@
+"""Creases: curves in which two exact surfaces of a wall meet and that are neither lines nor circles about both axes.
+
+A drawing has a chord for each piece of such a curve, as around a port in a mantle. The curve itself is known by both
+surfaces. Seen from its chord, a piece is a graph over it: at each of DEGREE + 1 places along the chord (Chebyshev's)
+the point of both surfaces is found by Newton's method, and the polynomial through these points is the piece. It must
+be on both surfaces between them too, to EXACT of the body's size, less than a hundredth of a pressed contact's kick
+that a balance of 1e-6 would show. Both walls end at the crease: a flat one by sides that bow over their chords, a
+curve by such sides in its own coordinates (angle times radius, way along its line or arc), see `Trims`. A ball touches
+a crease that juts in at the places of it that are nearest to the ball, between the normals of both walls.
+"""
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from millprint.mill.curved_surfaces import CURVE, Curve
+from millprint.mill.kernel_columns import Vector, number_columns, width_of
+from millprint.mill.vectors import add_scaled, cross, dot, row, scale, subtract, vector
+from millprint.run.kernel import array_maker, inlined, inner
+
+DEGREE = 11
+# What a polynomial may be off the surfaces, and a trim off its border, as shares of the body's size.
+EXACT, TRIMMED = 2e-12, 1e-9
+# A piece leads away from its chord by no more: cosine and tangent of 37 degrees.
+ALONG, STEEPEST = 0.8, 0.75
+# By so much of its chord a piece is touched beyond its ends and beyond the normals of its walls: the distance is wrong
+# by the square of it only, while rounding leaves no gap.
+BEYOND = 1e-6
+
+
+class CreaseRows(NamedTuple):
+    """A piece of a crease: rows of DEGREE + 1 numbers. Polynomials, of x from -1 to 1 along the chord, and vectors."""
+
+    across: int  # polynomial: way from the chord along the vector `first` [m]
+    beside: int  # and along `second`
+    inward: Vector  # polynomials: unit vector along one wall, away from the crease
+    other: Vector  # and along the other one
+    start: int  # of the chord [m]; a vector, as what follows
+    along: int
+    first: int
+    second: int
+    sizes: int  # length of the chord, the farthest way from it [m]
+
+
+class TrimColumns(NamedTuple):
+    """The coordinates of a trimmed curve: see `place_on`."""
+
+    first: Vector  # unit vector across the axis, of angle 0
+    radius: int  # by which angles are multiplied [m]
+    tube: int  # angle of a tube's arc that is its 0 [rad]
+    is_inside: int  # 1 where a point under no side is in the wall
+
+
+class Trims(NamedTuple):
+    """Borders of curves (k), as sides in the curve's own coordinates.
+
+    first (k + 1,): sides of curve k are first[k] to first[k + 1], none for a curve that ends at circles and rulings;
+    side (t, width) of walls.SideColumns; bow (n, DEGREE + 1): the polynomials of sides that bow, also of flat walls;
+    frame (k, width) of TrimColumns.
+    """
+
+    first: np.ndarray
+    side: np.ndarray
+    bow: np.ndarray
+    frame: np.ndarray
+
+
+CREASE, TRIM = number_columns(CreaseRows), number_columns(TrimColumns)
+
+
+class SideColumns(NamedTuple):
+    """A side of an outline, in its plane's axes u, v [m]: a line, an arc of less than half a turn, or a bow over it."""
+
+    start_u: int
+    start_v: int
+    direction_u: int  # of a unit vector
+    direction_v: int
+    length: int
+    end_u: int
+    end_v: int
+    centre_u: int  # of an arc; of a bow its row in Trims.bow
+    centre_v: int
+    radius: int  # of an arc; 0 for a line, -1 for a bow
+    sense: int  # of an arc: 1 where it goes counter-clockwise about its centre, -1 where it goes clockwise
+
+
+SIDE = number_columns(SideColumns)
+
+
+@inlined()
+def polynomial(coefficients, k, x):
+    """Value at x and slope of a polynomial, row k of its coefficients, from that of degree 0 on."""
+    value, slope = 0.0, 0.0
+    for n in range(DEGREE, -1, -1):
+        slope = slope * x + value
+        value = value * x + coefficients[k, n]
+    return value, slope
+
+
+@inlined()
+def crease_place(crease, x):
+    """Point of a piece (rows, DEGREE + 1) at x, and its slope along the chord."""
+    half = 0.5 * crease[CREASE.sizes, 0]
+    across, across_slope = polynomial(crease, CREASE.across, x)
+    beside, beside_slope = polynomial(crease, CREASE.beside, x)
+    along, first, second = row(crease, CREASE.along), row(crease, CREASE.first), row(crease, CREASE.second)
+    point = add_scaled(row(crease, CREASE.start), (x + 1.0) * half, along)
+    point = add_scaled(add_scaled(point, across, first), beside, second)
+    slope = add_scaled(add_scaled(along, across_slope / half, first), beside_slope / half, second)
+    return point, slope
+
+
+@inlined()
+def crease_pull(crease, point, x):
+    """How far a piece leads on towards a point at x [m]: positive where the nearest place is farther along."""
+    place, slope = crease_place(crease, x)
+    return dot(subtract(point, place), slope)
+
+
+@inner()
+def crease_nearest(creases, k, point):
+    """Where piece k is nearest to a point: (whether it is so on the piece and not at its end, x)."""
+    crease = creases[k]
+    beyond = BEYOND * crease[CREASE.sizes, 0]
+    low, high = -1.0, 1.0
+    at_low, at_high = crease_pull(crease, point, low), crease_pull(crease, point, high)
+    if not (at_low >= -beyond and at_high <= beyond):
+        return False, 0.0
+    if at_low <= 0.0:
+        return True, low
+    if at_high >= 0.0:
+        return True, high
+    # By secants that keep the place between them (Illinois).
+    x, side = 0.0, 0
+    for _ in range(60):
+        x = (low * at_high - high * at_low) / (at_high - at_low)
+        now = crease_pull(crease, point, x)
+        if now > 0.0:
+            low, at_low = x, now
+            at_high *= 0.5 if side > 0 else 1.0
+            side = 1
+        else:
+            high, at_high = x, now
+            at_low *= 0.5 if side < 0 else 1.0
+            side = -1
+        if abs(now) < 1e-15 * crease[CREASE.sizes, 0] or high - low < 1e-15:
+            break
+    return True, x
+
+
+@inlined()
+def crease_vector(crease, rows, x):
+    """The vector of three polynomials at x."""
+    return polynomial(crease, rows.x, x)[0], polynomial(crease, rows.y, x)[0], polynomial(crease, rows.z, x)[0]
+
+
+@inner()
+def crease_touch(creases, k, point):
+    """Distance of a point from piece k [m], the direction from there to the point, whether it is a contact.
+
+    It is one where the nearest place is on the piece, and both walls lead away from the point there.
+    """
+    is_over, x = crease_nearest(creases, k, point)
+    away = subtract(point, crease_place(creases[k], x)[0])
+    distance = math.sqrt(dot(away, away)) + 1e-300
+    beyond = BEYOND * creases[k, CREASE.sizes, 0]
+    is_over &= dot(away, crease_vector(creases[k], CREASE.inward, x)) < beyond
+    is_over &= dot(away, crease_vector(creases[k], CREASE.other, x)) < beyond
+    return distance, scale(1.0 / distance, away), is_over
+
+
+@inlined()
+def crease_beyond(creases, k, point):
+    """No more than the distance of a point from piece k [m]."""
+    away = subtract(point, row(creases[k], CREASE.start))
+    along = row(creases[k], CREASE.along)
+    within = min(max(dot(away, along), 0.0), creases[k, CREASE.sizes, 0])
+    away = add_scaled(away, -within, along)
+    return math.sqrt(dot(away, away)) - creases[k, CREASE.sizes, 1]
+
+
+@inlined()
+def past_bow(bow, k, s, y, length, right):
+    """Of a bow over a chord: no more than the squared distance of a point from it, and whether it is between both.
+
+    s, y: along the chord and to its left [m]; right: whether the point is to the right of it.
+    """
+    if s <= 0.0 or s >= length:
+        end = s if s <= 0.0 else s - length
+        return ALONG * ALONG * (end * end + y * y), False
+    height, _ = polynomial(bow, k, 2.0 * s / length - 1.0)
+    between = (right and y > height) if height < 0.0 else (not right and y < height)
+    return ALONG * ALONG * (y - height) * (y - height), between
+
+
+@inlined()
+def place_on(curves, frame, k, point):
+    """Coordinates of a point near curve k: its angle about the axis, from 0 on, and its way along line or arc [m]."""
+    axis, first = vector(curves, k, CURVE.axis), vector(frame, k, TRIM.first)
+    away = subtract(point, vector(curves, k, CURVE.origin))
+    up = dot(away, axis)
+    across = add_scaled(away, -up, axis)
+    out = math.sqrt(dot(across, across)) - curves[k, CURVE.major]
+    angle = math.atan2(dot(cross(axis, first), across), dot(first, across))
+    u = frame[k, TRIM.radius] * (angle if angle >= 0.0 else angle + 2.0 * math.pi)
+    if curves[k, CURVE.is_torus] == 0.0:
+        return u, up * curves[k, CURVE.rise] + out * curves[k, CURVE.spread]
+    tube = math.atan2(up, out) - frame[k, TRIM.tube]
+    tube -= 2.0 * math.pi * math.floor((tube + math.pi) / (2.0 * math.pi))
+    return u, curves[k, CURVE.minor] * tube
+
+
+@inner()
+def beyond_trim(curves, trims, k, foot):
+    """Distance of a point on a trimmed curve from its border [m], in the curve's coordinates; negative inside."""
+    u, v = place_on(curves, trims.frame, k, foot)
+    period = 2.0 * math.pi * trims.frame[k, TRIM.radius]
+    nearest = 1e300
+    inside = trims.frame[k, TRIM.is_inside] > 0.0
+    for n in range(trims.first[k], trims.first[k + 1]):
+        du, dv, length = trims.side[n, SIDE.direction_u], trims.side[n, SIDE.direction_v], trims.side[n, SIDE.length]
+        start, end = trims.side[n, SIDE.start_u], trims.side[n, SIDE.end_u]
+        ru, rv = u - start, v - trims.side[n, SIDE.start_v]
+        ru -= period * math.floor(ru / period + 0.5)
+        # Even-odd rule with a ray along v, by the vertices' own numbers, see walls.beyond_side.
+        spans = ((u >= start) != (u >= end)) != (abs(end - start) > 0.5 * period)
+        across = ru * dv - rv * du
+        inside ^= spans & (across * du > 0.0)
+        along = ru * du + rv * dv
+        if trims.side[n, SIDE.radius] < 0.0:
+            right = across > 0.0 or (across == 0.0 and du < 0.0)
+            squared, between = past_bow(trims.bow, int(trims.side[n, SIDE.centre_u]), along, -across, length, right)
+            nearest = min(nearest, squared)
+            inside ^= between
+        else:
+            within = min(max(along, 0.0), length)
+            away_u, away_v = ru - within * du, rv - within * dv
+            nearest = min(nearest, away_u * away_u + away_v * away_v)
+    distance = math.sqrt(nearest)
+    return -distance if inside else distance
+
+
+# How creases and trims are made
+
+
+NODES = chebyshev.chebpts1(DEGREE + 1)
+BETWEEN = np.linspace(-1, 1, 25)
+
+
+def _through(x: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Coefficients (n, DEGREE + 1), from that of degree 0 on, of polynomials with values (n, DEGREE + 1) at x."""
+    found = np.linalg.solve(chebyshev.chebvander(x, DEGREE), values.T).T
+    return np.array([np.pad(p := chebyshev.cheb2poly(each), (0, DEGREE + 1 - len(p))) for each in found])
+
+
+def _values(coefficients: np.ndarray, x: np.ndarray) -> np.ndarray:
+    return np.polynomial.polynomial.polyval(x, coefficients.T)
+
+
+def endless(curve: Curve) -> Curve:
+    """The whole surface of which a curve is a part."""
+    return replace(curve, part=None, arc=None, ends=(-math.inf, math.inf))
+
+
+def _touch(wall: Curve | np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Signed distances (n,) [m] and normals (n, 3) of a surface or a plane (normal, offset) at points (n, 3)."""
+    if isinstance(wall, np.ndarray):
+        return points @ wall[:3] - wall[3], np.broadcast_to(wall[:3], points.shape)
+    return endless(wall).touch(points)[:2]
+
+
+def _meeting(walls: tuple[Curve | np.ndarray, Curve | np.ndarray], places: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """The points (n, 3) of two surfaces in the planes across `along` (n, 3) through places (n, 3): Newton's method."""
+    points = places.copy()
+    for _ in range(30):
+        (off, normals), (other_off, other_normals) = (_touch(wall, points) for wall in walls)
+        slopes = np.stack([normals, other_normals, along], axis=1)
+        away = np.stack([off, other_off, ((points - places) * along).sum(axis=1)], axis=1)
+        step = (np.linalg.pinv(slopes, rcond=1e-7) @ away[..., None])[..., 0]
+        points = points - step
+        if np.abs(step).max() < 1e-17:
+            break
+    return points
+
+
+class Crease(NamedTuple):
+    """A piece of a crease over an edge of the drawing.
+
+    rows: see CreaseRows; turn: angle between the walls' normals in its middle [rad], see vessel.Edge; points
+    (DEGREE + 3, 3): its ends, and between them places along it [m].
+    """
+
+    rows: np.ndarray
+    turn: float
+    points: np.ndarray
+
+    def slope(self, x: float) -> np.ndarray:
+        """Direction (3,) of the piece at x, from its first to its second end."""
+        slopes = np.polynomial.polynomial.polyder(self.rows[[CREASE.across, CREASE.beside]].T)
+        ways = np.polynomial.polynomial.polyval(x, slopes) * 2 / self.rows[CREASE.sizes, 0]
+        return self.rows[CREASE.along, :3] + ways @ self.rows[[CREASE.first, CREASE.second], :3]
+
+
+def crease_of(
+    walls: tuple[Curve | np.ndarray, Curve | np.ndarray], start: np.ndarray, end: np.ndarray, size: float
+) -> Crease | None:
+    """The piece over the chord from start to end (3,) [m]; None where there is none, or where it is not smooth enough.
+
+    walls: of the edge's facets, a surface or a plane (normal, offset) each; size: of the body [m].
+    """
+    length = float(np.linalg.norm(end - start))
+    along = (end - start) / length
+    first = np.cross(np.eye(3)[np.argmin(np.abs(along))], along)
+    first /= np.linalg.norm(first)
+    second = np.cross(along, first)
+    x = np.concatenate([NODES, BETWEEN])
+    places = start + (x + 1)[:, None] * (length / 2) * along
+    points = _meeting(walls, places, np.broadcast_to(along, places.shape))
+    shifts = (points - places) @ np.array([first, second]).T
+    if not (np.abs(shifts[[-len(BETWEEN), -1]]).max() < TRIMMED * size and np.abs(shifts).max() < STEEPEST * length):
+        return None
+    normals = [_touch(wall, points)[1] for wall in walls]
+    tangents = np.cross(normals[0], normals[1])
+    tangents *= np.sign(tangents @ along)[:, None] / np.linalg.norm(tangents, axis=1, keepdims=True)
+    inward = np.cross(normals[0], tangents), np.cross(normals[1], -tangents)
+    turns = np.arctan2(-(inward[0] * normals[1]).sum(axis=1), (normals[0] * normals[1]).sum(axis=1))
+    rows = np.zeros((CREASE.sizes + 1, DEGREE + 1))
+    known = np.column_stack([shifts, *inward]).T
+    rows[: CREASE.start] = _through(NODES, known[:, : len(NODES)])
+    off = np.abs(_values(rows[: CREASE.start], BETWEEN) - known[:, len(NODES) :]).max(axis=1)
+    is_one = (tangents @ along).min() > ALONG and np.ptp(np.sign(turns)) == 0
+    if not (is_one and off[:2].max() < EXACT * size and off[2:].max() < BEYOND * length / size):
+        return None
+    rows[[CREASE.start, CREASE.along, CREASE.first, CREASE.second], :3] = start, along, first, second
+    rows[CREASE.sizes, :2] = length, 1.01 * np.linalg.norm(shifts, axis=1).max() + TRIMMED * size
+    return Crease(rows, float(turns[len(NODES) + len(BETWEEN) // 2]), np.vstack([start, points[: len(NODES)], end]))
+
+
+def crease_rows(creases: tuple[Crease, ...]) -> np.ndarray:
+    """The rows (n, rows, DEGREE + 1) of some pieces."""
+    return np.array([crease.rows for crease in creases]).reshape(-1, CREASE.sizes + 1, DEGREE + 1)
+
+
+def bowed_side(flat: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray | None] | None:
+    """A side through points (n, 2) [m], its ends first and last: SideColumns, and its bow, None where it is a line.
+
+    None for a side that does not lie over its chord. size: of the body [m].
+    """
+    side = np.zeros(width_of(SIDE))
+    chord = flat[-1] - flat[0]
+    length = float(np.linalg.norm(chord))
+    du, dv = chord / length
+    side[: SIDE.centre_u] = *flat[0], du, dv, length, *flat[-1]
+    away = flat - flat[0]
+    height = away @ [-dv, du]
+    if np.abs(height).max() < TRIMMED * size / 100:
+        return side, None
+    x = 2 * away[1:-1] @ [du, dv] / length - 1
+    if len(x) != DEGREE + 1 or np.diff(x).min() <= 0 or np.abs(x).max() >= 1:
+        return None
+    (bow,) = _through(x, height[None, 1:-1])
+    slopes = np.polynomial.polynomial.polyval(BETWEEN, np.polynomial.polynomial.polyder(bow)) * 2 / length
+    if np.abs(_values(bow, np.array([-1.0, 1.0]))).max() > TRIMMED * size or np.abs(slopes).max() > STEEPEST:
+        return None
+    side[SIDE.radius] = -1.0
+    return side, bow
+
+
+@array_maker()
+def crease_feet(creases: np.ndarray, k: int, points: np.ndarray) -> np.ndarray:
+    """The places (n, 3) of piece k that are nearest to points (n, 3), its middle where none is."""
+    feet = np.empty((len(points), 3))
+    for p in range(len(points)):
+        foot, _ = crease_place(creases[k], crease_nearest(creases, k, row(points, p))[1])
+        for c in range(3):
+            feet[p, c] = foot[c]
+    return feet
+
+
+@array_maker()
+def _places_on(curves: np.ndarray, frame: np.ndarray, points: np.ndarray) -> np.ndarray:
+    places = np.empty((len(points), 2))
+    for p in range(len(points)):
+        places[p, 0], places[p, 1] = place_on(curves, frame, 0, row(points, p))
+    return places
+
+
+@array_maker()
+def _beyond_trim(curves: np.ndarray, trims: Trims, points: np.ndarray) -> np.ndarray:
+    beyond = np.empty(len(points))
+    for p in range(len(points)):
+        beyond[p] = beyond_trim(curves, trims, 0, row(points, p))
+    return beyond
+
+
+def _angle_between(angles: np.ndarray) -> float:
+    """The angle opposite to the middle of the largest gap between angles (n,) [rad]."""
+    angles = np.sort(angles % (2 * math.pi))
+    gaps = np.diff(np.append(angles, angles[0] + 2 * math.pi))
+    return float(angles[np.argmax(gaps)] + gaps.max() / 2 + math.pi)
+
+
+def trim_of(curve: Curve, border: list[np.ndarray], inside: np.ndarray, size: float) -> Trims | None:
+    """The border of a curve; None where its sides do not lie over their chords.
+
+    border: the points (n, 3) along each side of it, ends first and last; inside: points (m, 3) on the wall; size: of
+    the body [m].
+    """
+    rows, frame = curve.row[None], np.zeros((1, width_of(TRIM)))
+    first = np.cross(np.eye(3)[np.argmin(np.abs(curve.axis))], curve.axis)
+    frame[0, [*TRIM.first]] = first / np.linalg.norm(first)
+    away = np.vstack([*border, inside]) - curve.origin
+    up = away @ curve.axis
+    out = np.linalg.norm(away - np.outer(up, curve.axis), axis=1)
+    frame[0, TRIM.radius] = out.mean()
+    frame[0, TRIM.tube] = _angle_between(np.arctan2(up, out - curve.major)) if curve.minor is not None else 0.0
+    period = 2 * math.pi * frame[0, TRIM.radius]
+    sides: list[np.ndarray] = []
+    bows: list[np.ndarray] = []
+    for points in border:
+        flat = _places_on(rows, frame, np.ascontiguousarray(points))
+        end = flat[-1, 0]
+        flat[:, 0] -= period * np.round((flat[:, 0] - flat[0, 0]) / period)
+        made = bowed_side(flat, size)
+        if made is None or (curve.minor is not None and np.ptp(flat[:, 1]) > 3 * curve.minor):
+            return None
+        side, bow = made
+        side[SIDE.end_u] = end
+        if bow is not None:
+            side[SIDE.centre_u] = len(bows)
+            bows.append(bow)
+        sides.append(side)
+    trims = joined_trims([Trims(np.array([0, len(sides)]), np.array(sides), np.array(bows), frame)])
+    # Of points on the wall, each is under an even number of sides, or each under an odd one.
+    signs = np.sign(_beyond_trim(rows, trims, np.ascontiguousarray(inside)))
+    if np.ptp(signs) > 0:
+        return None
+    trims.frame[0, TRIM.is_inside] = float(signs[0] > 0)
+    return trims
+
+
+def joined_trims(parts: list[Trims]) -> Trims:
+    """The borders of some curves after each other."""
+    bows = np.cumsum([0, *(len(part.bow) for part in parts)])
+    sides = [np.empty((0, width_of(SIDE)))]
+    for part, before in zip(parts, bows, strict=False):
+        side = part.side.copy()
+        side[side[:, SIDE.radius] < 0, SIDE.centre_u] += before
+        sides.append(side)
+    counts = [np.diff(part.first) for part in parts]
+    return Trims(
+        np.concatenate([[0], np.cumsum(np.concatenate([np.empty(0, dtype=np.int64), *counts]))]).astype(np.int64),
+        np.concatenate(sides),
+        np.concatenate([np.empty((0, DEGREE + 1)), *(part.bow.reshape(-1, DEGREE + 1) for part in parts)]),
+        np.concatenate([np.empty((0, width_of(TRIM))), *(part.frame for part in parts)]),
+    )
