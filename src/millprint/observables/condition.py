@@ -1,17 +1,20 @@
 """A condition of a mill, the scales of its dissipation and its descriptors (thesis Eqs 3.20 to 3.32).
 
-The mill speed is in Hz, not in rad/s.
+The mill speed is in Hz, not in rad/s. Reading a configuration needs the names of this package, and no numpy.
 """
+
+from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
-import numpy as np
-import pandas as pd
+if TYPE_CHECKING:
+    import numpy as np
+    import pandas as pd
 
 # A number, or an array of them; a column of a table counts as an array.
-Quantity = TypeVar("Quantity", float, np.ndarray)
+Quantity = TypeVar("Quantity", float, "np.ndarray")
 
 
 @dataclass(frozen=True)
@@ -29,12 +32,14 @@ class Condition(Generic[Quantity]):
     amplitude_m: Quantity | float
 
     @classmethod
-    def of_table(cls, table: pd.DataFrame) -> "Condition":
+    def of_table(cls, table: pd.DataFrame) -> Condition:
         """The conditions of a table that has a column for each field."""
         return cls(**{name: table[name] for name in VARIABLES})
 
     def rows(self) -> np.ndarray:
         """A row for each condition, a column for each field (m, 5)."""
+        import numpy as np
+
         return np.column_stack(np.broadcast_arrays(*np.atleast_1d(*vars(self).values())))
 
 
@@ -68,6 +73,8 @@ def effective_restitution(restitution: Quantity, static_friction: Quantity) -> Q
 
     The thesis has one contact set for balls and walls; Eqs 3.30 to 3.32 do not allow for different values at the wall.
     """
+    import numpy as np
+
     return restitution - 1.5 * static_friction * np.exp(-3.0 * static_friction)
 
 
@@ -93,6 +100,8 @@ SCALES = {
 
 def fill_grid(fill_ratios: np.ndarray, points: int) -> np.ndarray:
     """Points from the smallest to the largest fill ratio, with the simulated ones among them."""
+    import numpy as np
+
     between = np.geomspace(fill_ratios.min(), fill_ratios.max(), points)
     apart = np.abs(between[:, None] / fill_ratios - 1.0).min(axis=1) > 1e-6
     return np.union1d(between[apart], fill_ratios)

@@ -6,14 +6,14 @@ the explorer and workflow/descriptors.md ask these records. A statistic of colli
 `of_collisions`: it is read from run.h5, and nothing is simulated again.
 """
 
+from __future__ import annotations
+
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import reduce
 from operator import getitem
-from typing import Any
-
-import numpy as np
-import pandas as pd
+from typing import TYPE_CHECKING, Any
 
 from millprint.observables.condition import (
     SCALES,
@@ -23,9 +23,14 @@ from millprint.observables.condition import (
     specific_frequency,
     specific_power,
 )
-from millprint.observables.counted_collisions import Collisions
 
-Column = Callable[[pd.DataFrame], pd.Series]
+if TYPE_CHECKING:
+    import numpy as np
+    import pandas as pd
+
+    from millprint.observables.counted_collisions import Collisions
+
+Column = Callable[["pd.DataFrame"], "pd.Series"]
 
 
 @dataclass(frozen=True)
@@ -94,7 +99,7 @@ class Measured(Observable):
     def of_run(self, summary: dict, rule: dict, collisions: Collisions | None) -> Any:
         """The value of one run."""
         if self.of_collisions:
-            return self.of_collisions(collisions) if collisions else np.nan
+            return self.of_collisions(collisions) if collisions else math.nan
         return reduce(getitem, self.key.split("."), summary | {"rule": rule})
 
 
@@ -189,8 +194,17 @@ def _counting_error(table: pd.DataFrame) -> pd.Series:
 
     With one seed it is a lower bound.
     """
+    import numpy as np
+
     seeds = table["collision_frequency_seed_sd_hz"] / table["collision_frequency_hz"] / np.sqrt(table["seeds"])
     return np.fmax(1.0 / np.sqrt(table["collisions"]), seeds)
+
+
+def _together(first: pd.Series, second: pd.Series) -> pd.Series:
+    """The error of a product or a ratio of two independent numbers, from their relative errors."""
+    import numpy as np
+
+    return np.hypot(first, second)
 
 
 def _rate(table: pd.DataFrame, channel: str) -> pd.Series:
@@ -246,7 +260,7 @@ _COMPUTED = (
     Computed("drive_torque_Nm", "N m", "torque of the drive",
              "mean torque of the balls on the mill about the axis of its drive, power of the walls over 2 pi omega "
              "(Eqs 3.24 and 3.25); empty for a mill at rest", optional=True,
-             values=lambda table: table["wall_power_W"] / (2 * np.pi * table["speed_hz"].replace(0, np.nan))),
+             values=lambda table: table["wall_power_W"] / (2 * math.pi * table["speed_hz"].replace(0, math.nan))),
     Computed("efficiency", "-", "share of the drive's power",
              "normal and tangential power over the power of the walls (Sec. 3.2.2); empty for a mill at rest",
              axis="share of power", optional=True,
@@ -279,19 +293,19 @@ _COMPUTED = (
              standard_error=lambda table: table["rolling_ratio"] * table["rolling_ratio_relative_se"]),
     Computed("En", "-", "specific normal energy", "normal energy of a collision over rho omega^2 A^2 d^3, Pn / f",
              values=lambda table: table["normal_energy_J"] / energy_scale(Condition.of_table(table)),
-             standard_error=lambda table: table["En"] * np.hypot(_normal_error(table), _counting_error(table))),
+             standard_error=lambda table: table["En"] * _together(_normal_error(table), _counting_error(table))),
     Computed("Et", "-", "specific tangential energy",
              "tangential energy of a collision over rho omega^2 A^2 d^3, Pt / f",
              values=lambda table: table["tangential_energy_J"] / energy_scale(Condition.of_table(table)),
-             standard_error=lambda table: table["Et"] * np.hypot(_tangential_error(table), _counting_error(table))),
+             standard_error=lambda table: table["Et"] * _together(_tangential_error(table), _counting_error(table))),
     _scaled("En_star", "weighted_normal_energy_J", "scaled E*n", "E*n over rho omega^2 A^2 d^3"),
     _scaled("Et_star", "weighted_tangential_energy_J", "scaled E*t", "E*t over rho omega^2 A^2 d^3"),
     _scaled("fn_star", "weighted_normal_frequency_hz", "scaled f*n", "f*n over omega, Pn / En_star"),
     _scaled("ft_star", "weighted_tangential_frequency_hz", "scaled f*t", "f*t over omega, Pt / Et_star"),
     Computed("f90", "-", "scaled f90", "strong collisions over omega",
              values=lambda table: table["strong_frequency_hz"] / table["speed_hz"],
-             standard_error=lambda table: table["f90"] / np.sqrt(
-                 table["strong_frequency_hz"] * table["balls"] * table["window_s"] * table["seeds"])),
+             standard_error=lambda table: table["f90"] / (
+                 table["strong_frequency_hz"] * table["balls"] * table["window_s"] * table["seeds"]) ** 0.5),
 )
 # fmt: on
 
@@ -376,6 +390,8 @@ def scaled_quantities(basic: Mapping[str, Any]) -> dict[str, np.ndarray]:
 
     With the quantities of WEIGHTED_BASIC also fn_star = Pn / En_star and ft_star = Pt / Et_star.
     """
+    import numpy as np
+
     normal, tangential, frequency = (np.asarray(basic[name]) for name in BASIC)
     weighted = {name: np.asarray(basic[name]) for name in WEIGHTED_BASIC if name in basic}
     if weighted:
