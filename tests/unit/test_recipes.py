@@ -51,7 +51,7 @@ assert 1 < wall_acceleration(mill) / (0.01 * (4 * 3.14159) ** 2) < 1.2, wall_acc
 OBSERVABLE = """
     Measured("median_impact_speed_m_s", "m/s", "median impact speed", "of the speeds along the line of centres",
              symbol="v50", curve="v50", scale="speed", matched=BY_NAME, panel="Impact speed", line="median",
-             optional=True, of_collisions=lambda found: float(np.median(found["approach_speed_m_s"][found.begins]))),
+             optional=True, of_collisions=lambda found: found.quantile("approach_speed_m_s")),
     Measured("closure","""
 ASK_OBSERVABLE = """
 import json

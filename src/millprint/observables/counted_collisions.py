@@ -51,6 +51,10 @@ class Collisions:
         """Which are of two balls (collisions,)."""
         return self["second"] >= 0
 
+    def quantile(self, name: str, share: float = 0.5) -> float:
+        """A quantile of NAME over the collisions that begin in the window; the median by default."""
+        return float(np.quantile(self[name][self.begins], share))
+
     def chosen(self, pair: str) -> np.ndarray:
         """Which collisions belong to this pair: one of PAIRS, or BOTH."""
         return np.ones_like(self.between_balls) if pair == BOTH else self.between_balls == (pair == PAIRS[0])
