@@ -14,15 +14,16 @@ from types import SimpleNamespace
 
 import pandas as pd
 
-from millprint.config.fingerprint import DESCRIPTOR_SETS, InverseConfig
+from millprint.config.fingerprint import InverseConfig
 from millprint.config.mixture import ONE_SIZE
-from millprint.fingerprint.condition import BASIC, CURVE_COLUMNS, WEIGHTED_BASIC, fill_grid
 from millprint.fingerprint.condition_search import match_targets, target_descriptors
 from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.descriptors import CHARGE, as_built, read_descriptors, tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import read_summaries
 from millprint.fingerprint.zones import find_zones
+from millprint.observables.condition import fill_grid
+from millprint.observables.definitions import BASIC, CURVE_COLUMNS, DESCRIPTOR_SETS, WEIGHTED_BASIC
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.thesis.curves.collapse import tabulate_collapse

@@ -19,7 +19,7 @@ from millprint.config.yields import (
     PredictionConfig,
     TrainingConfig,
 )
-from millprint.fingerprint.condition import Condition
+from millprint.observables.condition import Condition
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.run.progress import progress

@@ -11,7 +11,8 @@ from threadpoolctl import threadpool_limits
 from millprint.config.averaged_process import AveragingConfig
 from millprint.config.mill import MillConfig
 from millprint.config.yields import ProposalConfig
-from millprint.fingerprint.condition import BASIC, Condition
+from millprint.observables.condition import Condition
+from millprint.observables.definitions import BASIC
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.thesis.curves.regimes import design_cases, read_regimes

@@ -13,6 +13,7 @@ concave joint both neighbours may have one.
 import math
 from typing import NamedTuple
 
+import numba
 import numpy as np
 
 from tests.profiles import Hollow, Piece
@@ -135,32 +136,53 @@ def feet(hollow: Hollow, points: np.ndarray) -> Feet:
     return Feet(distance, direction @ hollow.rotation.T, inside, np.array(place))
 
 
+@numba.njit
+def _nearest_of(corners, point):
+    """The point of a triangle (3, 3) that is nearest to a point (3,)."""
+    sides = np.empty((3, 3))
+    for k in range(3):
+        sides[k] = corners[(k + 1) % 3] - corners[k]
+    normal = np.cross(sides[0], sides[1])
+    best, nearest, is_over = np.inf, point, True
+    for k in range(3):
+        away = point - corners[k]
+        is_over &= np.dot(np.cross(sides[k], away), normal) >= 0
+        share = min(max(np.dot(away, sides[k]) / np.dot(sides[k], sides[k]), 0.0), 1.0)
+        place = corners[k] + share * sides[k]
+        squared = np.dot(point - place, point - place)
+        if squared < best:
+            best, nearest = squared, place
+    if is_over:
+        nearest = point - np.dot(point - corners[0], normal) / np.dot(normal, normal) * normal
+    return nearest
+
+
+@numba.njit
+def nearest_on_triangles(triangles: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The points (n, 3) of triangles (t, 3, 3) nearest to points (n, 3), each with each, and winding numbers (n,).
+
+    These are the triangles' solid angles over 4 pi: 1 inside, 0 outside (Van Oosterom and Strackee 1983).
+    """
+    nearest, winding = np.empty_like(points), np.zeros(len(points))
+    for p in range(len(points)):
+        best = np.inf
+        for t in range(len(triangles)):
+            a, b, c = triangles[t, 0] - points[p], triangles[t, 1] - points[p], triangles[t, 2] - points[p]
+            la, lb, lc = np.linalg.norm(a), np.linalg.norm(b), np.linalg.norm(c)
+            down = la * lb * lc + np.dot(a, b) * lc + np.dot(b, c) * la + np.dot(c, a) * lb
+            winding[p] += np.arctan2(np.dot(a, np.cross(b, c)), down) / (2 * np.pi)
+            place = _nearest_of(triangles[t], points[p])
+            squared = np.dot(points[p] - place, points[p] - place)
+            if squared < best:
+                best, nearest[p] = squared, place
+    return nearest, winding
+
+
 def distance_to_triangles(triangles: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Distances (n,) of points (n, 3) from the nearest of triangles (t, 3, 3), each with each."""
-    middle = triangles.mean(axis=1)
-    reach = np.linalg.norm(triangles - middle[:, None], axis=2).max(axis=1)
-    best = np.empty(len(points))
-    for k, point in enumerate(points):
-        to_middle = np.linalg.norm(point - middle, axis=1)
-        near = triangles[to_middle - reach <= to_middle.min()]
-        sides, away = np.roll(near, -1, axis=1) - near, point - near
-        normal = np.cross(sides[:, 0], sides[:, 1])
-        normal /= np.linalg.norm(normal, axis=1)[:, None]
-        over = ((np.cross(sides, away) * normal[:, None]).sum(axis=2) >= 0).all(axis=1)
-        height = np.abs((away[:, 0] * normal).sum(axis=1))
-        along = np.clip((away * sides).sum(axis=2) / (sides**2).sum(axis=2), 0, 1)[..., None]
-        to_sides = np.linalg.norm(away - along * sides, axis=2).min(axis=1)
-        best[k] = np.where(over, height, to_sides).min()
-    return best
+    """Distances (n,) of points (n, 3) from the nearest of triangles (t, 3, 3)."""
+    return np.linalg.norm(points - nearest_on_triangles(triangles, points)[0], axis=1)
 
 
 def solid_angle(triangles: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Solid angles (n,) of closed triangles over 4 pi: 1 inside, 0 outside (Van Oosterom and Strackee 1983)."""
-    found = []
-    for point in points:
-        a, b, c = (triangles - point).transpose(1, 0, 2)
-        la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
-        up = (a * np.cross(b, c)).sum(axis=1)
-        down = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
-        found.append(2 * np.arctan2(up, down).sum() / (4 * np.pi))
-    return np.array(found)
+    """The winding numbers of `nearest_on_triangles`."""
+    return nearest_on_triangles(triangles, points)[1]

@@ -26,9 +26,10 @@ from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.mill import MillConfig
 from millprint.dem.few_balls import walls_for
 from millprint.dem.layout import LANE, LANES
+from millprint.mill.bodies import build_bodies
 from millprint.mill.distance import signed_distance
-from millprint.mill.vessel import Vessel, build_vessel
-from tests.closed_distances import SMOOTH, Feet, feet
+from millprint.mill.vessel import Facet, Vessel, build_vessel
+from tests.closed_distances import SMOOTH, Feet, feet, nearest_on_triangles
 from tests.physics.setups import CALIBRATED, FewBalls
 from tests.profiles import Hollow, hollow_of, mesh, turned_by, write_stl
 
@@ -36,6 +37,8 @@ ELASTIC = CALIBRATED.model_copy(update={"restitution": 1.0, "static_friction": 0
 # In a concave seam that turns by more, a ball has a contact with each side; in one that turns by less, a single one.
 SHARP, UNSURE = math.acos(0.8), math.radians(2)
 MM = 1e-3
+# Facets a turn of the meshes that solids are compared with.
+FINE = 120
 
 
 class Case(NamedTuple):
@@ -56,17 +59,32 @@ class Contacts(NamedTuple):
     push: np.ndarray  # (balls, 3) unit vectors of the force on each ball; nan where there is none
 
 
-def vessel_of(geometry: dict) -> Vessel:
-    """The vessel of a geometry section, by the public way."""
-    return build_vessel(
-        MillConfig(name="made", title="x", source="x", volume_ml=1, geometry=geometry, motion={"kind": "rest"})
-    )
+def vessel_of(geometry: dict, solid: bool = False) -> Vessel:
+    """The vessel of a geometry section, by the public way; or the solid of it, an insert of a box, with the box."""
+    inserts = [{"name": "solid", "geometry": geometry}] if solid else []
+    box = {"kind": "box", "x_mm": 600, "y_mm": 600, "z_mm": 600}
+    mill = MillConfig(
+        name="made", title="x", source="x", volume_ml=1, geometry=box if solid else geometry, inserts=inserts,
+        motion={"kind": "rest"},
+    )  # fmt: skip
+    if not solid:
+        return build_vessel(mill)
+    outer, inner = (body.vessel for body in build_bodies(mill, 60.0))
+    # Its floor is at z = 0.
+    walls = [Facet.from_loops([loop - [0, 0, 0.3] for loop in facet.loops]) for facet in outer.facets]
+    return Vessel([*walls, *inner.facets], "made", curves=inner.curves,
+                  on_curves=np.append(np.full(len(walls), -1), inner.facet_curves), report=inner.report)  # fmt: skip
 
 
-def from_file(hollow: Hollow, facets: int, decimals: int | None, phase: float = 0.0, name: str = "made.stl") -> Case:
-    """A hollow by way of an STL file in the working directory, see profiles.write_stl. Raises ConfigError."""
+def from_file(
+    hollow: Hollow, facets: int, decimals: int | None, phase: float = 0.0, name: str = "made.stl", solid: bool = False
+) -> Case:
+    """A hollow by way of an STL file in the working directory, see profiles.write_stl. Raises ConfigError.
+
+    solid: the body that fills it, for balls outside.
+    """
     rounding = write_stl(Path(name), mesh(hollow, facets, phase), decimals)
-    vessel = vessel_of({"kind": "stl", "path": name, "unit": "mm"})
+    vessel = vessel_of({"kind": "stl", "path": name, "unit": "mm"}, solid)
     words = f"{facets} facets a turn, {'binary' if decimals is None else f'{decimals} decimals'}"
     return Case(hollow, vessel, 3 * rounding + 1e-7, words)
 
@@ -277,6 +295,43 @@ def check_slides(case: Case, radius: float, count: int, rng: np.random.Generator
         if gain < 5e-4 + 50 * case.tolerance / (0.02 * radius):
             return []
     return [f"of {len(points)} balls of {radius:.4g} mm that slide, one gains or loses {gain:.3g} of its energy"]
+
+
+def check_solid(case: Case, radius: float, count: int, rng: np.random.Generator) -> list[str]:
+    """What is wrong with contacts of balls of one radius [mm] outside of a solid of the hollow's shape, in words.
+
+    Compared with the nearest of the triangles of a fine mesh, whose chords are off the arcs.
+    """
+    triangles = mesh(case.hollow, FINE)
+    radii = [np.ptp(triangles, axis=(0, 1)).max(), *(piece.radius for piece in case.hollow.pieces if piece.sweep)]
+    off = case.tolerance + 1.5 * float(max(radii)) * (1 - math.cos(math.pi / FINE))
+    chosen = triangles[rng.integers(len(triangles), size=count)]
+    normal = np.cross(chosen[:, 1] - chosen[:, 0], chosen[:, 2] - chosen[:, 0])
+    tilt = 0.5 * rng.normal(size=(count, 3)) * rng.integers(2, size=(count, 1))
+    lean = normal / np.linalg.norm(normal, axis=1)[:, None] + tilt
+    foot = (rng.dirichlet([1, 1, 1], count)[..., None] * chosen).sum(axis=1)
+    reach = radius * (1 + rng.uniform(-0.05, 0.03, count))
+    points = foot + reach[:, None] * lean / np.linalg.norm(lean, axis=1)[:, None]
+    # Away from walls that are nearer than the one it was put at.
+    for _ in range(3):
+        nearest, winding = nearest_on_triangles(triangles, points)
+        away = (points - nearest) * np.where(winding < 0.5, 1, -1)[:, None]
+        distance = np.linalg.norm(away, axis=1)
+        step = np.where(winding < 0.5, np.maximum(reach - distance, 0.0), reach + distance)
+        points = points + (step / distance)[:, None] * away
+    nearest, winding = nearest_on_triangles(triangles, points)
+    depth = radius - np.linalg.norm(points - nearest, axis=1)
+    # In a tight corner a ball may still be pressed in.
+    kept = (winding < 0.5) & (depth < 0.1 * radius)
+    points, depth = points[kept], depth[kept]
+    contacts = put(case.vessel, points, radius)
+    wrong = []
+    for k in range(len(points)):
+        overlap = contacts.overlap[contacts.ball == k].max(initial=-math.inf)
+        if (depth[k] > off or overlap > off) and abs(overlap - depth[k]) > off:
+            said = f"overlaps by {depth[k]:.4g} mm, not by {overlap:.4g} mm"
+            wrong.append(f"ball of {radius:.4g} mm at {np.round(points[k], 5).tolist()} mm {said}")
+    return wrong
 
 
 def check_distance(case: Case, count: int, rng: np.random.Generator) -> list[str]:

@@ -58,7 +58,7 @@ def power_span(fingerprint: Fingerprint) -> tuple[float, float]:
             condition = fingerprint.condition(speed_hz=speed_hz, ball_diameter_m=diameter_m, fill_ratio=fill)
             prediction = fingerprint.predict(condition, charge=charge)
             ball_kg = condition.density_kg_m3 * math.pi / 6 * diameter_m**3
-            found.append(prediction.power_W.value / (prediction.balls * ball_kg))
+            found.append(prediction.wall_power_W.value / (prediction.balls * ball_kg))
     return min(found), max(found)
 
 

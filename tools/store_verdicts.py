@@ -11,7 +11,9 @@ import argparse
 import datetime
 import re
 import textwrap
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -74,10 +76,10 @@ def blocks_of(root: Path) -> dict[str, str]:
     run = claims[(claims["verdict"] != OPEN) & ~claims["nature"].isin(CERTAIN)]
     decided = run["interval_verdict"].value_counts().reindex(list(VERDICTS), fill_value=0)
     held = conclusions[HOLDS].value_counts()
-    told = ", ".join(f"{held[word]} {words}" for word, words in HOLDINGS.items() if word in held)
+    told = ", ".join(f"{words} ({held[word]})" for word, words in HOLDINGS.items() if word in held)
     numbers = (
         f"It judges {count_natures(claims)}. {len(conclusions)} conclusions rest on them. By the newest whole run that "
-        f"is stored ({place}), {told}. Of {len(run)} claims of that run that are not arithmetic, "
+        f"is stored ({place}), they {told}. Of {len(run)} claims of that run that are not arithmetic, "
         f"{(run['verdict'] == AGREES).sum()} agree by their value; of {decided.sum()} with an interval, "
         f"{decided[AGREES]} agree by it, {decided[DIFFERS]} differ, and {decided[OPEN]} are open."
     )
@@ -99,7 +101,7 @@ def blocks_of(root: Path) -> dict[str, str]:
     }
 
 
-def _table(head: list[str], rows) -> str:
+def _table(head: list[str], rows: Iterable[Iterable[object]]) -> str:
     lines, bar = [head, ["---"] * len(head), *rows], "\\|"
     return "\n".join(f"| {' | '.join(str(cell).replace('|', bar) for cell in line)} |" for line in lines)
 
@@ -118,7 +120,7 @@ def written(root: Path, document: str) -> str:
     return text
 
 
-def number_of(root: Path, row) -> float:
+def number_of(root: Path, row: Any) -> float:
     """The number that a row of stated_numbers.tsv names: the first of a column, or `count` of the rows."""
     lines = [line for line in (root / row.source).read_text().splitlines() if not line.startswith("#")]
     table = pd.DataFrame([line.split("\t") for line in lines[1:]], columns=lines[0].split("\t"))

@@ -33,10 +33,10 @@ from millprint.config.section import kind_of, nested_models
 from millprint.config.workflow import ChapterSections, WorkflowConfig
 from millprint.explorer.content import Machine, explorer_content, mill_content
 from millprint.explorer.page import explorer_page
-from millprint.fingerprint.columns import explain_columns
 from millprint.fingerprint.condition_search import simulated_request
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import find_ready_made, ready_made
+from millprint.observables.definitions import explain_columns
 from millprint.run.files import whole_file
 
 HEAD = """# Every key
@@ -93,8 +93,11 @@ def explained_schema(model: type[BaseModel]) -> dict[str, Any]:
 
 @cache
 def _docstrings(model: type[BaseModel]) -> dict[str, str]:
-    """The docstrings under the keys that this class defines itself."""
-    (own,) = ast.parse(textwrap.dedent(inspect.getsource(model))).body
+    """The docstrings under the keys that this class defines itself; one that a registry makes has none."""
+    try:
+        (own,) = ast.parse(textwrap.dedent(inspect.getsource(model))).body
+    except OSError:
+        return {}
     assert isinstance(own, ast.ClassDef)
     found = {}
     for key, text in zip(own.body, own.body[1:], strict=False):

@@ -35,7 +35,7 @@ OFFERED = {
     "plot": "api",
     "Fingerprint": "fingerprint.model",
     "Prediction": "fingerprint.model",
-    "Condition": "fingerprint.condition",
+    "Condition": "observables.condition",
     "compare": "fingerprint.comparison",
     "match": "fingerprint.comparison",
 }

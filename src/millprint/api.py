@@ -5,7 +5,7 @@
     mill = millprint.load_mill("planetary")
     fingerprint = millprint.take_fingerprint(mill, folder="my_planetary")
     condition = fingerprint.condition(speed_hz=400 / 60, ball_diameter_m=0.010, fill_ratio=0.2)
-    fingerprint.predict(condition).power_W
+    fingerprint.predict(condition).wall_power_W
 
 Lengths, energies and powers are in m, J and W; rpm, mm and mL where a name says so. Faults of the input raise
 `ConfigError`, with a line for each.
@@ -36,13 +36,13 @@ from millprint.config.sweep import Case, overridden
 from millprint.config.wording import close_to
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.compilation import compile_kernels
-from millprint.fingerprint.columns import DESCRIPTORS
-from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.condition_tables import COLUMNS, conditions_of
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.predicted_values import Prediction
 from millprint.fingerprint.readers import charges_of, read_summaries
+from millprint.observables.condition import Condition
+from millprint.observables.definitions import DESCRIPTORS
 from millprint.run.files import write_table
 
 if TYPE_CHECKING:

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from millprint.config.contact_set import ContactConfig
@@ -9,6 +10,7 @@ from millprint.config.load import check_model
 from millprint.config.strict_yaml import read_yaml
 from millprint.dem.few_balls import FewBalls
 from millprint.validation.impacts import Plate, Rebound, impact_duration, pair_modulus, partial_slip, sliding
+from tests.physics.setups import FewBalls as InBox
 from tests.workflow.conftest import ROOT
 
 RADIUS, SPEED, STEPS = 2.5e-3, 3.9, 4000
@@ -153,3 +155,25 @@ def test_angles_of_a_rebound_are_from_the_normal():
     hit = Rebound(1.0, 1.0, 0.5, 0.5, 100.0, 1e-2)
     assert hit.angle_deg == pytest.approx(45.0)
     assert hit.surface_angle_deg == pytest.approx(-45.0)
+
+
+def test_the_speeds_at_touch_are_those_of_the_surfaces_along_normal_and_surface():
+    """On the floor, and of two balls of unequal size; no force acts before they touch, so the speeds are as given."""
+    spin = np.array([[0.0, 150.0, 40.0]])
+    ball = InBox([[0, 0, 6e-3]], [[0.6, -0.3, -1.0]], spin, gravity=0.0, skin=2e-3)
+    ball.run(2e-3)
+    (hit,) = ball.contacts.to_dict("records")
+    # The lowest point has v + w x (0, 0, -r).
+    lowest = np.array([0.6, -0.3]) + np.cross(spin[0], [0, 0, -5e-3])[:2]
+    assert (hit["approach_speed_m_s"], hit["slip_speed_m_s"]) == pytest.approx((1.0, np.hypot(*lowest)), rel=1e-6)
+
+    # Side by side along x, 10.1 mm apart: radii of 4 and 6 mm, which touch when they are 10 mm apart.
+    places, speeds = [[-5.05e-3, 0, 0.1], [5.05e-3, 0, 0.1]], [[0.5, 0.2, 0.0], [-0.5, -0.1, 0.0]]
+    spins = np.array([[0.0, 30.0, -20.0], [0.0, 10.0, 50.0]])
+    pair = InBox(places, speeds, spins, radius=[4e-3, 6e-3], gravity=0.0, skin=2e-3)
+    pair.run(1e-3)
+    (hit,) = pair.contacts.to_dict("records")
+    along = np.subtract(*speeds) + np.cross(spins[0], [4e-3, 0, 0]) - np.cross(spins[1], [-6e-3, 0, 0])
+    # They pass by each other a little on the way, which turns the normal by 3e-4 / 10.
+    assert hit["approach_speed_m_s"] == pytest.approx(1.0, rel=1e-2)
+    assert hit["slip_speed_m_s"] == pytest.approx(np.hypot(*along[1:]), rel=2e-2)

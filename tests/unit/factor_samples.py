@@ -1,7 +1,7 @@
 """Synthetic files of factors: what an analysis of contact parameters, or of a jar's shape, writes of a mill."""
 
 from millprint.fingerprint.bands import FILES
-from millprint.fingerprint.condition import CURVES
+from millprint.observables.definitions import CURVES
 
 FACTOR_FILLS = (0.06, 0.12, 0.30)
 

@@ -28,7 +28,7 @@ def correlated(rng: np.random.Generator, n: int, memory: float = 0.8) -> np.ndar
 def write_condition(folder: Path, time_s: np.ndarray, energy_J: np.ndarray, window_s: float, power_W: float) -> Path:
     """A folder as of `millprint card`, with one run at 300 rpm that has these collisions with the wall."""
     content = card_content(speed_rpm=300.0)
-    content["fingerprint"]["descriptors"]["power_W"] = {
+    content["fingerprint"]["descriptors"]["wall_power_W"] = {
         "value": power_W, "unit": "W", "mean": {"lower": 0.98 * power_W, "upper": 1.02 * power_W},
         "contact": {"lower": 0.7 * power_W, "upper": 1.3 * power_W},
     }  # fmt: skip

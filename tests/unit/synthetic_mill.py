@@ -21,6 +21,8 @@ def true_curves(fill_ratio):
     return 40.0 * np.exp(-(np.log(fill_ratio / 0.15) ** 2)), 12.0 * fill_ratio**-0.8, 4.0 / fill_ratio
 
 
+# The rolling power over the normal one.
+ROLLING = 0.3
 # The weighted energies over the mean ones, and the share of the collisions that is strong.
 WEIGHTED_OVER_MEAN, STRONG = {"normal": 4.0, "tangential": 2.0}, 0.4
 
@@ -84,6 +86,8 @@ def summary(
     balls = ball_count(fill_ratio, VOLUME, diameter)
     unit = balls * density * speed**3 * amplitude**2 * diameter**3 * factor * (1.0 + noise)
     normal, tangential = normal_curve * unit, tangential_curve * unit
+    rolling = ROLLING * normal
+    wall = normal + tangential + rolling
     restitution, friction = CONTACT_SETS[contact]
     ripple = 1.0 + 0.1 * np.sin(np.arange(10) + seed)
     ripple /= ripple.mean()
@@ -111,12 +115,18 @@ def summary(
         "amplitude_m": amplitude,
         "window_s": 1.0,
         "closure": 1e-4 * (-1) ** seed,
-        "power_W": {"normal": normal, "tangential": tangential, "rolling": 0.3 * normal, "wall": normal + tangential},
+        "power_W": {
+            "normal": normal,
+            "tangential": tangential,
+            "rolling": rolling,
+            "wall": normal + tangential + rolling,
+        },
         "power_standard_error_W": {"normal": error * normal, "tangential": 0.5 * error * tangential},
         "per_revolution": {
             "normal_J": list(normal / speed * ripple),
             "tangential_J": list(tangential / speed * ripple),
-            "wall_J": list((normal + tangential) / speed * ripple),
+            "rolling_J": list(rolling / speed * ripple),
+            "wall_J": list(wall / speed * ripple),
             "normal_square_J2": list(4.0 * normal**2 / frequency / speed * ripple**2),
             "tangential_square_J2": list(2.0 * tangential**2 / frequency / speed * ripple**2),
         },

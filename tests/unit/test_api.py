@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import millprint
-from millprint.config.fingerprint import DESCRIPTOR_SETS
-from millprint.fingerprint.comparison import TITLES
+from millprint.fingerprint.comparison import COMPARED
+from millprint.observables.definitions import DESCRIPTOR_SETS
 from tests.conftest import ROOT
 from tests.unit.synthetic_mill import VOLUME, descriptors, fingerprint
 
@@ -80,7 +80,7 @@ def test_bad_conditions_are_refused_before_anything_runs(tmp_path):
 @pytest.mark.slow
 def test_a_mill_has_the_ratio_one_to_itself_with_the_errors_of_both():
     table = millprint.compare(fingerprint(), condition(), fingerprint(), condition())
-    assert list(table.index) == list(TITLES)
+    assert list(table.index) == list(COMPARED)
     np.testing.assert_allclose(table["ratio"], 1, rtol=1e-12)
     # Errors of two independent quantities of the same size: their logarithms add up in squares.
     ways = np.log([table["one_upper"] / table["one"], table["one"] / table["one_lower"]])
@@ -91,7 +91,7 @@ def test_a_mill_has_the_ratio_one_to_itself_with_the_errors_of_both():
 def test_the_ratio_of_two_speeds_follows_the_scaling_of_the_mill():
     """Energies with the square of the speed, powers with its cube, collisions with the speed: the mill obeys them."""
     table = millprint.compare(fingerprint(), condition(), fingerprint(), condition(speed_hz=15.0))
-    powers = {"normal_energy_J": 2, "tangential_energy_J": 2, "specific_frequency_hz": 1, "power_W": 3}
+    powers = {"normal_energy_J": 2, "tangential_energy_J": 2, "specific_frequency_hz": 1, "wall_power_W": 3}
     for name, power in powers.items():
         assert table.at[name, "ratio"] == pytest.approx(1.25**power, rel=0.01), name
 
@@ -112,7 +112,7 @@ def test_mills_that_count_differently_are_compared_by_what_needs_no_rule():
     other = millprint.Fingerprint.fit(rows.assign(collisions_by="facet"), VOLUME, 0.95)
     wider = millprint.Fingerprint.fit(rows, VOLUME, 0.5)
     compared = millprint.compare(fingerprint(), condition(), other, condition(other))
-    assert list(compared.index) == [name for name in TITLES if name not in DESCRIPTOR_SETS["per_collision"]]
+    assert list(compared.index) == [name for name in COMPARED if name not in DESCRIPTOR_SETS["per_collision"]]
     assert len(millprint.match(fingerprint(), condition(), other))
     with pytest.raises(millprint.ConfigError, match="use one rule for both"):
         millprint.match(fingerprint(), condition(), other, descriptors="per_collision")

@@ -19,7 +19,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.sweep import ball_count
 from millprint.fingerprint.comparison import Wanted
 from millprint.run.numbers import plain, prefix_of, three
-from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, VOLUME, WEIGHTED_OVER_MEAN, fingerprint, true_curves
+from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, ROLLING, VOLUME, WEIGHTED_OVER_MEAN, fingerprint, true_curves
 
 GAP = 0.03
 
@@ -28,7 +28,7 @@ def values_at(fill_ratio: float, speed_hz: float, diameter: float = 0.01) -> dic
     """The descriptors of the synthetic mill, in closed form."""
     normal, tangential, frequency = true_curves(fill_ratio)
     balls, energy = ball_count(fill_ratio, VOLUME, diameter), DENSITY * speed_hz**2 * AMPLITUDE**2 * diameter**3
-    powers = [balls * energy * speed_hz * own for own in (normal, tangential)]
+    powers = [balls * energy * speed_hz * own for own in (normal, tangential, ROLLING * normal)]
     return {
         "weighted_normal_energy_J": WEIGHTED_OVER_MEAN["normal"] * energy * normal / frequency,
         "weighted_tangential_energy_J": WEIGHTED_OVER_MEAN["tangential"] * energy * tangential / frequency,
@@ -39,8 +39,9 @@ def values_at(fill_ratio: float, speed_hz: float, diameter: float = 0.01) -> dic
         "specific_frequency_hz": speed_hz * frequency,
         "normal_power_W": powers[0],
         "tangential_power_W": powers[1],
-        "power_W": sum(powers),
-        "tangential_share": powers[1] / sum(powers),
+        "rolling_power_W": powers[2],
+        "wall_power_W": sum(powers),
+        "tangential_share": powers[1] / (powers[0] + powers[1]),
     }
 
 
@@ -53,7 +54,7 @@ def card_content(fill_ratio: float = 0.10, speed_rpm: float = 700.0, gap_turns: 
     }
     return {
         "format": "millprint milling card",
-        "schema_version": 2,
+        "schema_version": 3,
         "name": "other",
         "title": "Mill of others: 50 % & more",
         "machine": {"name": "other_mill", "title": "Other_mill #1", "speed_rpm": speed_rpm},
@@ -121,7 +122,7 @@ def test_the_schema_and_the_reader_refuse_a_card_without_a_part(written, part):
 
 @pytest.mark.parametrize("version", [1, 0, "2", None, True])
 def test_a_card_of_another_version_is_refused_in_one_line(written, version):
-    with pytest.raises(ConfigError, match=r"card\.json: schema_version = .*must be 2") as caught:
+    with pytest.raises(ConfigError, match=r"card\.json: schema_version = .*must be 3") as caught:
         read_card(written(card_content() | {"schema_version": version}))
     assert len(str(caught.value).splitlines()) == 1
 
@@ -149,7 +150,7 @@ def windows(rng: np.random.Generator, seeds: int, turns: int) -> list[Window]:
         normal, tangential = rng.gamma(20, 0.05, turns), rng.gamma(15, 0.1, turns)
         squares = [rng.gamma(10, 0.01, turns), rng.gamma(8, 0.02, turns)]
         counts = [rng.poisson(mean, turns) for mean in (80, 130, 40)]
-        found.append(Window(np.column_stack([normal, tangential, *squares, *counts]), 0.1, 24, True))
+        found.append(Window(np.column_stack([normal, tangential, ROLLING * normal, *squares, *counts]), 0.1, 24, True))
     return found
 
 
@@ -169,7 +170,7 @@ def test_the_interval_by_scatter_holds_a_new_simulation(seeds, turns):
     for _ in range(draws):
         known, new = windows(rng, seeds, turns), whole(windows(rng, 1, turns)[0])
         values = [whole(window) for window in known]
-        widths = spread(known, values, 0.95)
+        widths = spread(known, values, [{}] * seeds, 0.95)
         for name, half in widths.items():
             middle = np.mean([np.log(own[name]) for own in values])
             hits[name] += abs(np.log(new[name]) - middle) <= half.new
@@ -181,12 +182,12 @@ def test_the_interval_by_scatter_holds_a_new_simulation(seeds, turns):
 @pytest.mark.parametrize(("seeds", "turns"), [(1, 8), (3, 4)])
 def test_the_band_of_the_mean_holds_the_mean_and_is_narrower(seeds, turns):
     rng, draws = np.random.default_rng(4), 600
-    true = {"normal_power_W": 20 * 0.05 / 0.1, "tangential_power_W": 15 * 0.1 / 0.1, "power_W": 25.0}
+    true = {"normal_power_W": 20 * 0.05 / 0.1, "tangential_power_W": 15 * 0.1 / 0.1, "wall_power_W": 28.0}
     hits = dict.fromkeys(true, 0)
     for _ in range(draws):
         known = windows(rng, seeds, turns)
         values = [whole(window) for window in known]
-        for name, half in spread(known, values, 0.95).items():
+        for name, half in spread(known, values, [{}] * seeds, 0.95).items():
             assert half.mean < half.new
             if name in true:
                 hits[name] += abs(np.log(true[name]) - np.mean([np.log(own[name]) for own in values])) <= half.mean
@@ -203,13 +204,14 @@ def test_both_bands_hold_seeds_that_lock_onto_different_motions(seeds):
 
     def locked() -> Window:
         turns = rng.choice(motions) * (1 + 1e-4 * rng.standard_normal(20))
-        return Window(np.column_stack([*[turns] * 4, *[np.full(20, 80.0)] * 3]), 0.1, 24, True)
+        return Window(np.column_stack([*[turns] * 5, *[np.full(20, 80.0)] * 3]), 0.1, 24, True)
 
     for _ in range(draws):
-        known, new = [locked() for _ in range(seeds)], whole(locked())["power_W"]
+        known, new = [locked() for _ in range(seeds)], whole(locked())["wall_power_W"]
         values = [whole(window) for window in known]
-        middle, half = np.mean([np.log(own["power_W"]) for own in values]), spread(known, values, 0.95)["power_W"]
-        hits += [abs(np.log(new) - middle) <= half.new, abs(np.log(20 * motions).mean() - middle) <= half.mean]
+        middle = np.mean([np.log(own["wall_power_W"]) for own in values])
+        half = spread(known, values, [{}] * seeds, 0.95)["wall_power_W"]
+        hits += [abs(np.log(new) - middle) <= half.new, abs(np.log(30 * motions).mean() - middle) <= half.mean]
     # Three seeds of one and the same motion, one draw in nine, know of no other.
     alike = 3.0 ** (1 - seeds)
     assert (hits / draws >= 0.9 * (1 - alike)).all(), hits / draws
@@ -218,16 +220,18 @@ def test_both_bands_hold_seeds_that_lock_onto_different_motions(seeds):
 def test_seeds_that_differ_more_than_their_windows_widen_the_interval():
     rng = np.random.default_rng(2)
     alike = windows(rng, 2, 8)
-    other = Window(alike[1].totals * [3, 3, 9, 9, 1, 1, 1], 0.1, 24, True)
-    narrow, wide = (spread(both, [whole(window) for window in both], 0.95) for both in (alike, [alike[0], other]))
-    assert wide["power_W"].new > 4 * narrow["power_W"].new
+    other = Window(alike[1].totals * [3, 3, 3, 9, 9, 1, 1, 1], 0.1, 24, True)
+    narrow, wide = (
+        spread(both, [whole(window) for window in both], [{}, {}], 0.95) for both in (alike, [alike[0], other])
+    )
+    assert wide["wall_power_W"].new > 4 * narrow["wall_power_W"].new
     assert wide["specific_frequency_hz"].new == pytest.approx(narrow["specific_frequency_hz"].new)
 
 
 def test_one_turn_of_one_seed_has_no_interval():
     (window,) = windows(np.random.default_rng(3), 1, 1)
     assert jackknife(window) == ({}, 0)
-    assert spread([window], [whole(window)], 0.95) == {}
+    assert spread([window], [whole(window)], [{}], 0.95) == {}
 
 
 @pytest.mark.parametrize(
@@ -250,7 +254,7 @@ def test_the_methods_paragraph_has_the_cards_numbers(written):
     values = card.fingerprint.descriptors
     for expected in (
         "700 rpm", "24 balls of 10 mm", "96.8 g", "3.23 g of NaBO2", "ratio of 30", "10 h in cycles of 20 min",
-        "5 h of milling", "otherprint 2", f"{GAP:g} turns", "restitution 0.3", three(values.power_W.value),
+        "5 h of milling", "otherprint 2", f"{GAP:g} turns", "restitution 0.3", three(values.wall_power_W.value),
         three(values.specific_frequency_hz.value),
     ):  # fmt: skip
         assert expected in text, expected

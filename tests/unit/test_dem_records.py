@@ -71,6 +71,7 @@ def test_the_ledger_is_a_series_finer_than_a_revolution_and_sums_to_it(files):
     assert np.diff(ledger["time_s"]) == pytest.approx(0.2 / samples)
     tangential = ledger["tangential_damping_J"] + ledger["sliding_J"]
     series = {"normal_J": ledger["normal_damping_J"], "tangential_J": tangential, "wall_J": ledger["wall_work_J"]}
+    series["rolling_J"] = ledger["rolling_J"]
     squares = {f"{name}_square_J2" for name in CHANNELS}
     assert set(summary["per_revolution"]) == set(series) | squares
     for name, values in series.items():

@@ -119,7 +119,7 @@ def test_own_runs_have_the_dose_of_their_power(known, tmp_path):
     """Dose times powder is power times time; twice the powder for twice the time has seen the same."""
     OWN.assign(mill=next(iter(known))).to_csv(tmp_path / "runs.tsv", sep="\t", index=False)
     table = own_doses(tmp_path / "runs.tsv", known)
-    energy = (table["power_W"] * OWN["time_h"] * 3600).to_numpy()
+    energy = (table["wall_power_W"] * OWN["time_h"] * 3600).to_numpy()
     assert (table[TOTAL] * OWN["powder_mass_g"] * 1e3).to_numpy() == pytest.approx(energy, rel=1e-6)
     assert table[HITS][0] == pytest.approx(table[HITS][1])
 

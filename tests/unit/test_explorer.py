@@ -9,7 +9,7 @@ import pytest
 
 from millprint.config.averaged_process import AveragingConfig
 from millprint.config.errors import ConfigError
-from millprint.config.fingerprint import TARGET_DESCRIPTORS, InverseConfig
+from millprint.config.fingerprint import InverseConfig
 from millprint.config.yields import PredictionConfig
 from millprint.explorer.content import Machine, explorer_content, mill_content, sliders
 from millprint.explorer.page import explorer_page
@@ -18,6 +18,7 @@ from millprint.fingerprint.bands import checked_factors
 from millprint.fingerprint.condition_search import rank_conditions
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
+from millprint.observables.definitions import TARGET_DESCRIPTORS
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import fit_averaged
 from millprint.thesis.yields.model_files import load_averaged, save_averaged, training_rows
@@ -32,7 +33,7 @@ CONTACTS = ("calibrated", "steel")
 CHEMICAL = ("bpr", "molar_ratio", "time_h")
 BANDS = (
     *(*TARGET_DESCRIPTORS, "strong_frequency_hz", "normal_power_W", "tangential_power_W"),
-    *("power_W", "tangential_share"),
+    *("wall_power_W", "tangential_share"),
 )
 LEVEL = 0.95
 
@@ -184,18 +185,18 @@ def test_the_page_of_many_conditions_computes_from_few_what_the_library_does(run
     monkeypatch.setattr(processes, "WHOLE_MAX", 10)
     paths = [run["folder"] / f"fingerprint_{contact}.json" for contact in CONTACTS]
     mill = mill_content(Machine("emax", "A mill", "the jar moves", 0.07), paths, run["request"])
-    assert not any("values" in own for each in mill["fingerprints"] for own in each["processes"].values())
+    assert all("reduced" in own for each in mill["fingerprints"] for own in each["processes"].values())
     path = tmp_path / "many.html"
     path.write_text(explorer_page(explorer_content("test", [mill])))
     own = Fingerprint.read(paths[0])
     states = [state for state in _states(run["content"], 24) if state["contact"] == 0]
     names = ("speed_hz", "ball_diameter_m", "fill_ratio", "density_kg_m3")
-    theirs = [own.predict(own.condition(**{name: state[name] for name in names})).power_W for state in states]
+    theirs = [own.predict(own.condition(**{name: state[name] for name in names})).wall_power_W for state in states]
     with browser.page() as page:
         page.open(path)
         ours = page.run(
             f"return {states!r}.map((state) => {{ const {{ value, lower, upper }} = explorer.fingerprints[0]"
-            ".predict(state).power_W; return [value, lower, upper]; });"
+            ".predict(state).wall_power_W; return [value, lower, upper]; });"
         )
         assert page.errors == []
     wanted = [[each.value, each.lower, each.upper] for each in theirs]
@@ -224,7 +225,7 @@ def test_intervals_are_shown_apart_and_the_charts_show_the_one_that_is_chosen(pa
     assert said["options"] == ["a new simulation", "the mean", "contact parameters"]
     assert [line.split(":")[0] for line in said["first"]["lines"]] == said["options"]
     assert all(" to " in line for line in said["first"]["lines"])
-    assert said["first"]["bands"] == said["chosen"]["bands"] == [2, 2, 2, 1, 2, 1, 1]
+    assert said["first"]["bands"] == said["chosen"]["bands"] == [2, 2, 2, 1, 4, 1, 1]
     assert said["first"]["shapes"] != said["chosen"]["shapes"] and said["first"]["lines"] == said["chosen"]["lines"]
     # Not analysed there: said in words, and no band is drawn, but that of the yield.
     assert said["beyond"]["lines"][2] == "contact parameters: analysed at fill ratios from 0.06 to 0.3"

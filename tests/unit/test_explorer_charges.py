@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from millprint.config.fingerprint import DESCRIPTOR_SETS, TARGET_DESCRIPTORS
 from millprint.config.mixture import BallMixture
 from millprint.explorer.content import Machine, balls_searched, explorer_content, mill_content
 from millprint.explorer.page import explorer_page
@@ -11,12 +10,13 @@ from millprint.fingerprint.condition_search import rank_conditions, simulated_re
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import charges_of
+from millprint.observables.definitions import DESCRIPTOR_SETS, TARGET_DESCRIPTORS
 from tests.browser import needs_browser
 from tests.unit.synthetic_mill import FILLS, VOLUME, summaries, summary
 
 THREE = BallMixture(name="three", sizes_mm=(12, 10, 6), numbers=(1, 1, 2))
 TWICE = BallMixture(name="twice", sizes_mm=(14, 8), numbers=(1, 3))
-BANDS = (*TARGET_DESCRIPTORS, "normal_power_W", "tangential_power_W", "power_W", "tangential_share")
+BANDS = (*TARGET_DESCRIPTORS, "normal_power_W", "tangential_power_W", "wall_power_W", "tangential_share")
 
 
 def _charged(charges: dict[BallMixture, float]) -> list[dict]:

@@ -1,11 +1,10 @@
 """The explorer's spectra, temperatures, doses and units, against the tables and the library, at two widths."""
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from millprint.config.errors import ConfigError
-from millprint.dose.energy_doses import HITS, NORMAL, TANGENTIAL, TOTAL, doses
+from millprint.dose.energy_doses import DOSE_OF, HITS, doses_of
 from millprint.dose.spectra import CHANNELS, PAIRS
 from millprint.explorer import content as tables_of_page
 from millprint.explorer.content import Spectra, spectra_content
@@ -41,21 +40,20 @@ def test_descriptors_and_doses_are_those_of_the_library(built, pages, width, mil
     own = built["fingerprints"][mill]
     found = own.predict(own.condition(**{name: SETTING[name] for name in list(SETTING)[:3]}))
     mass = found.balls * 7700.0 * np.pi / 6 * 0.01**3 * 1e3 / POWDER["bpr"]
-    columns = [found.normal_energy_J, found.tangential_energy_J, found.specific_frequency_hz]
-    normal, tangential, frequency = (pd.Series([band.value]) for band in columns)
-    times = (pd.Series([POWDER["time_h"]]), pd.Series([mass]))
-    theirs = doses(normal, tangential, found.balls * frequency, *times).iloc[0]
+    told = doses_of(found, found.balls, POWDER["time_h"], mass)
+    theirs = {name: own.value for name, own in told.items()}
     ours = pages[width].run(f"""
       explorer.useMill(explorer.mills.find((mill) => mill.name === {mill!r}));
       Object.assign(explorer.state, {SETTING | POWDER!r});
       const found = explorer.answer(explorer.state);
-      return {{ powder: found.powder_g, power: [found.power_W.value, found.power_W.lower, found.power_W.upper],
-        doses: [found.normal_dose_J_kg, found.tangential_dose_J_kg, found.dose_J_kg].map((band) => band.value * 1e-6),
+      const {{ value, lower, upper }} = found.wall_power_W, names = ["normal_", "tangential_", "rolling_", ""];
+      return {{ powder: found.powder_g, power: [value, lower, upper],
+        doses: names.map((name) => found[`${{name}}dose_J_kg`].value * 1e-6),
         hits: found.hits_per_g.value }};""")
     assert ours["powder"] == pytest.approx(mass, rel=1e-6)
-    np.testing.assert_allclose(ours["doses"], theirs[[NORMAL, TANGENTIAL, TOTAL]], rtol=1e-6)
+    np.testing.assert_allclose(ours["doses"], [theirs[name] for name in DOSE_OF], rtol=1e-6)
     assert ours["hits"] == pytest.approx(theirs[HITS], rel=1e-6)
-    power = found.power_W
+    power = found.wall_power_W
     np.testing.assert_allclose(ours["power"], [power.value, power.lower, power.upper], rtol=1e-6)
 
 
@@ -128,7 +126,7 @@ def test_the_panel_of_temperatures_is_at_the_power_of_the_settings(built, pages,
     said = pages[width].run(f"""
       explorer.useMill(explorer.mills[1]); Object.assign(explorer.state, {{ fill_ratio: 0.11, speed_hz: 18 }});
       explorer.render(); {NEXT_FRAME}
-      const found = explorer.heat.shown(), power = (state) => explorer.answer(state).power_W.value;
+      const found = explorer.heat.shown(), power = (state) => explorer.answer(state).wall_power_W.value;
       const {{ fill_ratio, speed_hz, ball_diameter_m }} = found.near;
       const factor = power(explorer.state) / power({{ ...explorer.state, fill_ratio, speed_hz, ball_diameter_m }});
       return {{ factor, used: found.factor, id: found.id, courses: found.courses,
@@ -211,7 +209,7 @@ def test_the_methods_text_and_the_advice_follow_the_state(pages):
       getSelection().removeAllRanges(); document.getElementById("copy").click();
       await new Promise((done) => setTimeout(done, 300));
       return { inside, outside, copied: document.getElementById("copied").textContent,
-        power: explorer.answer({ ...explorer.state, speed_hz: 15 }).power_W.value,
+        power: explorer.answer({ ...explorer.state, speed_hz: 15 }).wall_power_W.value,
         contact: explorer.fingerprint.about.contact };""")
     text = said["inside"]["text"]
     power = f"{said['power']:#.3g}".rstrip(".")

@@ -17,13 +17,13 @@ from millprint.fingerprint.bands import (
     checked_factors,
     read_factors,
 )
-from millprint.fingerprint.condition import COUNTED, CURVES
 from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.predicted_values import banded
 from millprint.fingerprint.processes import Told
 from millprint.fingerprint.readers import find_ready_made, ready_made
 from millprint.fingerprint.zones import find_zones
+from millprint.observables.definitions import COUNTED, CURVES
 from millprint.run.files import read_table, write_json, write_table
 from tests.conftest import ROOT
 from tests.unit.factor_samples import FACTOR_FILLS, factors_of
@@ -31,7 +31,7 @@ from tests.unit.made_spectra import made_spectra
 from tests.unit.synthetic_mill import descriptors, fingerprint
 
 AT = {"speed_hz": 10.0, "ball_diameter_m": 0.01}
-BANDS = ("normal_energy_J", "tangential_energy_J", "specific_frequency_hz", "power_W", "tangential_share")
+BANDS = ("normal_energy_J", "tangential_energy_J", "specific_frequency_hz", "wall_power_W", "tangential_share")
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +79,7 @@ def test_a_prediction_has_the_intervals_of_the_analysis_and_its_own_as_before(ow
     condition = own.condition(fill_ratio=0.12, **AT)
     found, before = own.predict(condition), plain.predict(condition)
     content = factors_of()["factors"]
-    for name, quantity in (("power_W", "P"), ("normal_energy_J", "En"), ("specific_frequency_hz", "f")):
+    for name, quantity in (("wall_power_W", "Pw"), ("normal_energy_J", "En"), ("specific_frequency_hz", "f")):
         band, old = getattr(found, name), getattr(before, name)
         assert (band.value, band.lower, band.upper) == (old.value, old.lower, old.upper)
         ends = [band.value * content[quantity][end][1] for end in ("lower", "upper")]
@@ -119,9 +119,11 @@ def test_the_file_keeps_the_factors_and_an_old_file_is_read(own, plain, tmp_path
     assert not FURTHER.keys() & json.loads((tmp_path / "old.json").read_text())
     again, old = Fingerprint.read(tmp_path / "new.json"), Fingerprint.read(tmp_path / "old.json")
     condition = own.condition(fill_ratio=0.11, **AT)
-    assert vars(again.predict(condition).power_W.contact) == pytest.approx(vars(own.predict(condition).power_W.contact))
+    assert vars(again.predict(condition).wall_power_W.contact) == pytest.approx(
+        vars(own.predict(condition).wall_power_W.contact)
+    )
     assert again.further["contact"].parameters["restitution"]["source"] == "a handbook"
-    assert old.further == {} and old.predict(condition).power_W.contact is None
+    assert old.further == {} and old.predict(condition).wall_power_W.contact is None
 
 
 def _changed(**changes) -> dict:
@@ -261,7 +263,7 @@ def test_no_part_of_a_power_is_larger_or_less_sure_than_the_whole_allows(mill):
     for fill in np.geomspace(*own.fill_range, 5):
         condition = own.condition(speed_hz=speed_hz, ball_diameter_m=diameter_m, fill_ratio=fill)
         known = own.predict(condition, charge=charge)
-        for name in known.power_W.intervals:
-            highest = known.power_W.ends(name)[1] * (1 + 1e-9)
+        for name in known.wall_power_W.intervals:
+            highest = known.wall_power_W.ends(name)[1] * (1 + 1e-9)
             for lower, upper in (part.ends(name) for part in (known.normal_power_W, known.tangential_power_W)):
                 assert np.isnan(lower) or (lower > 0 and upper <= highest)

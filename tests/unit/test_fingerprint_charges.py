@@ -10,7 +10,7 @@ from millprint.cases.large_mill import WAYS, enlarged, large_case
 from millprint.cli.commands import main as millprint
 from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError
-from millprint.config.fingerprint import DESCRIPTOR_SETS, TARGET_DESCRIPTORS, LikeConfig, MatchConfig, TargetConfig
+from millprint.config.fingerprint import LikeConfig, MatchConfig, TargetConfig
 from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MatchMillsConfig, MillsConfig, ScaleUpConfig
@@ -27,6 +27,7 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import charges_of
 from millprint.fingerprint.scale_up import tabulate_scale_up
 from millprint.fingerprint.zones import find_zones
+from millprint.observables.definitions import DESCRIPTOR_SETS, TARGET_DESCRIPTORS
 from millprint.run.files import write_table
 from millprint.thesis.curves.scaling import fit_exponents, tabulate_counting_rules
 from millprint.view.mill_picture import picture_mill
@@ -182,7 +183,9 @@ def unlike() -> Fingerprint:
 def described(fingerprint: Fingerprint, choice: float | str, **condition: float) -> dict[str, float]:
     diameter, charge = fingerprint.balls(choice)
     found = fingerprint.predict(fingerprint.condition(ball_diameter_m=diameter, **condition), charge=charge)
-    return {name: getattr(found, name).value for name in TARGET_DESCRIPTORS} | {"power_W": found.power_W.value}
+    return {name: getattr(found, name).value for name in TARGET_DESCRIPTORS} | {
+        "wall_power_W": found.wall_power_W.value
+    }
 
 
 @pytest.mark.slow
@@ -192,11 +195,11 @@ def test_each_charge_keeps_what_is_its_own(unlike):
         diameter, _ = unlike.balls(choice)
         known = summary(0.12, 1e3 * diameter, 900.0, factor=factor)["power_W"]
         balls = ball_count(0.12, VOLUME, diameter)
-        power = described(unlike, choice, speed_hz=15.0, fill_ratio=0.12)["power_W"]
-        assert power / balls == pytest.approx((known["normal"] + known["tangential"]) / balls, rel=0.03)
+        power = described(unlike, choice, speed_hz=15.0, fill_ratio=0.12)["wall_power_W"]
+        assert power / balls == pytest.approx(known["wall"] / balls, rel=0.03)
     mean_ball = unlike.condition(speed_hz=15.0, ball_diameter_m=unlike.charge_diameter_m("twice"), fill_ratio=0.12)
-    alike = one_size().predict(mean_ball).power_W.value
-    assert unlike.predict(mean_ball).power_W.value == pytest.approx(alike, rel=0.05)
+    alike = one_size().predict(mean_ball).wall_power_W.value
+    assert unlike.predict(mean_ball).wall_power_W.value == pytest.approx(alike, rel=0.05)
 
 
 def test_a_file_keeps_charges_apart(unlike, tmp_path):
@@ -218,7 +221,7 @@ def test_left_out_conditions_of_charges_are_covered(unlike):
 @pytest.mark.slow
 def test_a_charge_is_found_again_from_its_descriptors(unlike):
     target = described(unlike, "twice", speed_hz=14.0, fill_ratio=0.12)
-    target.pop("power_W")
+    target.pop("wall_power_W")
     request = MatchConfig(**REQUEST, targets=[{"name": "own", **target}], ball_diameters_mm=[5, 10, "three", "twice"])
     best = match_targets(request, [unlike]).iloc[0]
     assert best["charge"] == "twice" and best["distance"] < 1e-3 and best["inside"] == "yes"

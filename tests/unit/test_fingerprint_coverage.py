@@ -12,7 +12,6 @@ from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
-from millprint.fingerprint.condition import CURVES
 from millprint.fingerprint.coverage import HELD_OUT_COLUMNS, NEW, count_held_out, predict_held_out, sum_coverage
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.processes import (
@@ -26,6 +25,7 @@ from millprint.fingerprint.processes import (
 )
 from millprint.mill.bodies import check_volume
 from millprint.mill.vessel import build_vessel
+from millprint.observables.definitions import CURVES
 from tests.conftest import ROOT
 from tests.new_jars import DRAWN, JARS, write_folder
 from tests.unit.synthetic_mill import VOLUME, descriptors

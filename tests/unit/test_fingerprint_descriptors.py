@@ -8,10 +8,10 @@ import pytest
 from scipy.integrate import trapezoid
 
 from millprint.config.errors import ConfigError
-from millprint.fingerprint.columns import COMPUTED, DESCRIPTORS, MEASURED
-from millprint.fingerprint.condition import VARIABLES, Condition, descriptors_of, energy_scale, power_scale
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.readers import check_summary, read_summaries
+from millprint.observables.condition import VARIABLES, Condition, energy_scale, power_scale
+from millprint.observables.definitions import COMPUTED, DESCRIPTORS, MEASURED, descriptors_of
 from millprint.thesis.curves.cycles import tabulate_cycles, tabulate_densities
 from millprint.thesis.curves.scaling import tabulate_counting_rules
 from tests.unit.synthetic_mill import DENSITY, counted, descriptors, summaries, summary, true_curves, weighted
@@ -32,7 +32,7 @@ def known_run() -> dict:
     rule = counted("gap_0_03", 0.03, frequency=4.0, normal=8.0, tangential=2.0, balls=5) | {"count": 8}
     power = {"normal": 8.0, "tangential": 2.0, "rolling": 2.5, "wall": 12.5}
     error = {"normal": 0.8, "tangential": 0.4}
-    turns = {"normal_J": [0.7, 0.9, 0.7, 0.9], "tangential_J": [0.2, 0.2, 0.3, 0.1]}
+    turns = {"normal_J": [0.7, 0.9, 0.7, 0.9], "tangential_J": [0.2, 0.2, 0.3, 0.1], "rolling_J": [0.25] * 4}
     return run | {
         "per_revolution": turns,
         "ball_diameter_m": 0.1, "collisions": [rule], "power_W": power, "power_standard_error_W": error,
@@ -59,6 +59,12 @@ def test_known_collisions_have_a_known_answer():
         "f": 0.08,  # 0.8 collisions of a ball in a tenth of a second
         "ratio": 0.25,
         "P": 0.20,
+        "Pr": 0.05,
+        "Pw": 0.25,
+        "rolling_ratio": 0.25,
+        # Of the turns 1.15, 1.35, 1.25, 1.25 J.
+        "Pw_se": 0.2 * np.sqrt(0.02 / 3) / 2,
+        "rolling_ratio_se": 0.25 * np.sqrt(0.02 / 3) / 2,
         "En": 2.0,  # over 1 J
         "Et": 0.5,
         "Pn_se": 0.016,  # 10 % of the normal power

@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 
 from millprint.config.errors import ConfigError
-from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.zones import find_zones
+from millprint.observables.condition import Condition
 from millprint.thesis.curves.cycles import DATASETS, read_occupancy, tabulate_cycles, tabulate_densities
 from millprint.thesis.curves.energy import fit_slopes, specific_yields
 from millprint.thesis.curves.regimes import (

@@ -14,10 +14,11 @@ from millprint.config.fingerprint import MatchConfig
 from millprint.config.load import check_model
 from millprint.estimate.estimates import Estimate, Interval, columns_of, ratio_of
 from millprint.fingerprint.bands import checked_factors
-from millprint.fingerprint.condition import Condition, descriptors_of, scaled_quantities
 from millprint.fingerprint.condition_search import match_targets, rank_conditions
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
+from millprint.observables.condition import Condition
+from millprint.observables.definitions import descriptors_of, scaled_quantities
 from millprint.run.files import read_table
 from millprint.thesis.curves.scaling import invert_speed, nearest_speed
 from tests.conftest import PRINTED
@@ -119,7 +120,7 @@ def test_the_density_of_the_balls_can_be_chosen(curves):
     request = allowed((714, 726), (0.099, 0.101), (10,), densities_kg_m3=[3900.0, 4000.0, 7700.0])
     best = rank_conditions(target_at(curves, **light), [curves], request).iloc[0]
     assert best["density_kg_m3"] == 4000.0 and best["inside"] == "yes"
-    assert best["power_W"] == pytest.approx(known.power_W.value, rel=1e-3)
+    assert best["wall_power_W"] == pytest.approx(known.wall_power_W.value, rel=1e-3)
 
 
 def test_conditions_beyond_the_simulations_are_marked(curves):

@@ -10,14 +10,14 @@ import pytest
 
 from millprint.api import predict
 from millprint.config.errors import ConfigError
-from millprint.config.fingerprint import DESCRIPTOR_SETS
 from millprint.estimate.estimates import Estimate
-from millprint.fingerprint.condition import CURVES, Condition
 from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.processes import varied_components
 from millprint.fingerprint.zones import find_zones
+from millprint.observables.condition import Condition
+from millprint.observables.definitions import CURVES, DESCRIPTOR_SETS, POWER_PARTS
 from tests.unit.synthetic_mill import (
     AMPLITUDE,
     DENSITY,
@@ -111,23 +111,28 @@ def test_predictions_return_the_simulated_conditions(exact, own):
         assert found.balls == row.balls
         assert found.normal_energy_J.value == pytest.approx(row.normal_energy_J, rel=0.02)
         assert found.specific_frequency_hz.value == pytest.approx(row.specific_frequency_hz, rel=0.02)
-        assert found.power_W.lower < row.normal_power_W + row.tangential_power_W < found.power_W.upper
+        parts = [found.known[name] for name in POWER_PARTS]
+        for name in ("scatter", "mean"):
+            low, high = found.wall_power_W.ends(name)
+            assert low < row.wall_power_W < high and all(part.ends(name)[1] < high for part in parts)
+        assert sum(part.value for part in parts) == pytest.approx(found.wall_power_W.value, rel=1e-12)
 
 
-def test_energies_times_frequency_are_the_power(own):
+def test_energies_times_frequency_are_the_power_without_rolling(own):
     found = own.predict(at(own, 13.14, 0.01, 0.06))
     energies = found.normal_energy_J.value + found.tangential_energy_J.value
-    assert found.balls * found.specific_frequency_hz.value * energies == pytest.approx(found.power_W.value, rel=1e-9)
+    power = found.wall_power_W.value - found.rolling_power_W.value
+    assert found.balls * found.specific_frequency_hz.value * energies == pytest.approx(power, rel=1e-9)
 
 
 def test_predictions_of_an_exact_mill_scale_as_the_equations_say(own):
     base, fast = own.predict(at(own, 10.0, 0.01, 0.10)), own.predict(at(own, 20.0, 0.01, 0.10))
-    assert fast.power_W.value == pytest.approx(8 * base.power_W.value, rel=5e-3)
+    assert fast.wall_power_W.value == pytest.approx(8 * base.wall_power_W.value, rel=5e-3)
     assert fast.normal_energy_J.value == pytest.approx(4 * base.normal_energy_J.value, rel=5e-3)
     half = own.predict(at(own, 10.0, 0.005, 0.10))
     assert half.tangential_energy_J.value == pytest.approx(base.tangential_energy_J.value / 8, rel=5e-3)
     far = own.predict(at(own, 10.0, 0.01, 0.10, density_kg_m3=2 * DENSITY, amplitude_m=1.4 * AMPLITUDE))
-    assert far.power_W.value == pytest.approx(2 * 1.4**2 * base.power_W.value, rel=5e-3)
+    assert far.wall_power_W.value == pytest.approx(2 * 1.4**2 * base.wall_power_W.value, rel=5e-3)
 
 
 @pytest.mark.slow
@@ -148,7 +153,7 @@ def test_a_departure_from_the_scaling_is_learned():
 
 
 def test_the_band_widens_away_from_what_was_simulated(noisy):
-    near, far = (noisy.predict(at(noisy, speed, 0.01, 0.11)).power_W for speed in (10.0, 60.0))
+    near, far = (noisy.predict(at(noisy, speed, 0.01, 0.11)).wall_power_W for speed in (10.0, 60.0))
     assert far.upper / far.lower >= near.upper / near.lower
 
 
@@ -231,7 +236,7 @@ def test_what_has_no_curve_is_left_out_by_name_and_all_else_is_predicted(exact, 
     assert f"{straight.sum()} of {len(exact)} conditions" in found.about["no_curve"]["Pt"]
     told = found.predict(at(found, 15.0, 0.01, 0.11))
     whole = Fingerprint.fit(exact, VOLUME, 0.95).predict(at(found, 15.0, 0.01, 0.11))
-    for name in ("power_W", "normal_power_W", "weighted_normal_energy_J", "specific_frequency_hz"):
+    for name in ("wall_power_W", "normal_power_W", "weighted_normal_energy_J", "specific_frequency_hz"):
         assert getattr(told, name).value == pytest.approx(getattr(whole, name).value, rel=0.02)
     assert np.isnan([told.tangential_power_W.value, told.weighted_tangential_energy_J.upper]).all()
     with pytest.raises(ConfigError, match="weighted_tangential_energy_J has no curve"):
@@ -271,7 +276,9 @@ def test_a_table_of_conditions_is_predicted_row_by_row(own):
     assert list(found["run"]) == ["a", "b"] and len(found) == 2
     one = own.predict(own.condition(speed_hz=8.0, ball_diameter_m=0.01, fill_ratio=0.2))
     row = found.iloc[1]
-    assert (row["power_W"], row["power_W_lower"]) == pytest.approx((one.power_W.value, one.power_W.lower))
+    assert (row["wall_power_W"], row["wall_power_W_lower"]) == pytest.approx(
+        (one.wall_power_W.value, one.wall_power_W.lower)
+    )
     assert row["balls"] == one.balls
     with pytest.raises(ConfigError, match="column fill_ratio is missing"):
         own.predict_table(table.drop(columns="fill_ratio"))
@@ -287,7 +294,7 @@ def test_a_sweep_of_random_conditions_is_predicted_as_each_alone(own):
     for row, told in zip(table.to_dict("records"), found.to_dict("records"), strict=True):
         one = predict(own, row)
         assert told["balls"] == one.balls and told["outside"] == ", ".join(one.outside)
-        for name in ("weighted_normal_energy_J", "specific_frequency_hz", "power_W", "tangential_share"):
+        for name in ("weighted_normal_energy_J", "specific_frequency_hz", "wall_power_W", "tangential_share"):
             band = getattr(one, name)
             ends = [told[name], told[f"{name}_lower"], told[f"{name}_upper"]]
             assert ends == pytest.approx([band.value, band.lower, band.upper], rel=1e-9, nan_ok=True)

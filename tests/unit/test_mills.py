@@ -232,7 +232,7 @@ def test_a_mill_that_never_moves_has_no_sweep():
 
 def test_curves_that_obey_the_scaling_collapse_by_it_and_give_its_exponents():
     table = tabulate_mill_collapse(descriptors(), 0.95).set_index("quantity")
-    power = table.loc["power_per_ball_W"]
+    power = table.loc["wall_power_per_ball_W"]
     assert power["spread_thesis"] < 1e-9
     assert power["spread_before"] > 1
     assert (power["omega"], power["d"]) == pytest.approx((3, 3))
@@ -249,14 +249,14 @@ def test_other_exponents_of_the_power_are_found_and_reported():
         for speed in (600.0, 1200.0)
     ]
     table = tabulate_mill_collapse(tabulate_descriptors(runs, "gap_0_03"), 0.95).set_index("quantity")
-    power = table.loc["power_per_ball_W"]
+    power = table.loc["wall_power_per_ball_W"]
     assert (power["omega"], power["d"]) == pytest.approx((2, 4))
     assert power["spread_thesis"] > 0.3
     assert power["spread_own"] < 1e-9
     assert power["collapse"] == VERDICTS[1]
     slow = tabulate_mill_collapse(descriptors(speeds=(600.0,)), 0.95).set_index("quantity")
-    assert np.isnan(slow.loc["power_per_ball_W", "omega"])
-    assert slow.loc["power_per_ball_W", "d"] == pytest.approx(3)
+    assert np.isnan(slow.loc["wall_power_per_ball_W", "omega"])
+    assert slow.loc["wall_power_per_ball_W", "d"] == pytest.approx(3)
 
 
 def test_a_regime_that_changes_is_said_not_to_collapse():
@@ -313,7 +313,7 @@ def test_the_large_run_is_held_against_the_sheet(settings):
     sheet = tabulate_scale_up(fingerprint(), factor, plan, 2e-6, 40.0)
     foreseen = sheet.set_index("way").loc[RUN_WAY.name]
     assert foreseen["balls"] >= 10_000
-    run = {"balls": int(foreseen["balls"]), "ns_per_ball_step": 80.0, "power_W": {"normal": 1.0, "tangential": 2.0}}
+    run = {"balls": int(foreseen["balls"]), "ns_per_ball_step": 80.0, "power_W": {"wall": 3.0}}
     run["weighted"] = {
         name: {"energy_J": 3 * foreseen[f"weighted_{name}_energy_J"]} for name in ("normal", "tangential")
     }
@@ -322,7 +322,7 @@ def test_the_large_run_is_held_against_the_sheet(settings):
     assert compared.loc["normal_energy_J", "ratio"] == pytest.approx(2)
     assert compared.loc["weighted_normal_energy_J", "ratio"] == pytest.approx(3)
     assert compared.loc["ns_per_ball_step", "ratio"] == pytest.approx(2)
-    assert compared.loc["power_W", "simulated"] == 3.0
+    assert compared.loc["wall_power_W", "simulated"] == 3.0
 
 
 @pytest.mark.parametrize("name", BOX)

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.fingerprint.condition import Condition
+from millprint.observables.condition import Condition
 from millprint.run.files import write_table
 from millprint.thesis.calibration.drop import read_heights, summarise_drops
 from millprint.thesis.claims.evidence import Finding

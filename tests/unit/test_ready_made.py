@@ -15,6 +15,7 @@ from millprint.dem.run import simulate
 from millprint.fingerprint import readers
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
+from millprint.observables.definitions import POWER_PARTS
 from millprint.run.files import read_table
 
 NAMES = readers.ready_made()
@@ -77,7 +78,15 @@ def test_a_condition_simulated_again_lies_within_its_band(name, made):
         )
     )
     # A shorter recorded time than that of the band has a wider scatter, by the root of their ratio.
-    room = np.sqrt(as_made.window_s / case.window_s) * np.log(predicted.power_W.upper / predicted.power_W.value)
+    known = predicted.wall_power_W
+    room = np.sqrt(as_made.window_s / case.window_s) * np.log(known.upper / known.value)
     (row,) = tabulate_descriptors([found], fingerprint.about["counting_rule"]).to_dict("records")
-    power = row["normal_power_W"] + row["tangential_power_W"]
-    assert abs(np.log(power / predicted.power_W.value)) < room
+    power = row["wall_power_W"]
+    assert abs(np.log(power / known.value)) < room
+    # What a meter sees is what the balls dissipate, and rolling is a part of it.
+    parts = {name: row[name] for name in POWER_PARTS}
+    assert sum(parts.values()) == pytest.approx(power, rel=1.1 * found["closure"])
+    predicted_parts = [predicted.known[name] for name in POWER_PARTS]
+    assert sum(part.value for part in predicted_parts) == pytest.approx(known.value, rel=1e-9)
+    for name in known.intervals:
+        assert all(part.ends(name)[1] <= known.ends(name)[1] for part in predicted_parts if name in part.intervals)

@@ -48,28 +48,67 @@ assert mill_in_words(mill) == "the jar strikes by 20 mm and dwells"
 assert 1 < wall_acceleration(mill) / (0.01 * (4 * 3.14159) ** 2) < 1.2, wall_acceleration(mill)
 """
 
-STATISTIC = """
-    Measured("normal_p95_J", "J", "95th percentile", "of the normal energies of collisions", optional=True,
-             of_collisions=lambda found: float(np.quantile(found.energy["normal"], 0.95))),
+OBSERVABLE = """
+    Measured("median_impact_speed_m_s", "m/s", "median impact speed", "of the speeds along the line of centres",
+             symbol="v50", curve="v50", scale="speed", matched=BY_NAME, panel="Impact speed", line="median",
+             optional=True, of_collisions=lambda found: float(np.median(found["approach_speed_m_s"][found.begins]))),
     Measured("closure","""
-ASK_STATISTIC = """
+ASK_OBSERVABLE = """
 import json
 from pathlib import Path
 
-from millprint.fingerprint.columns import explain_columns
-from millprint.fingerprint.descriptors import tabulate_descriptors
-from millprint.fingerprint.readers import read_summaries
-from millprint.run.digest import simulation_digest
-from tests.unit.synthetic_mill import summary
-from tests.unit.test_dose_spectra import contacts, write
+import numpy as np
 
-folder = Path(FOLDER)
-write(folder / "run.h5", contacts(94, 1e-4, 1e-5), contacts(6, 2e-3, 1e-5, wall=True))
-(folder / "summary.json").write_text(json.dumps(summary()))
-rows = tabulate_descriptors(read_summaries([folder / "summary.json"]), "gap_0_03")
-assert rows["normal_p95_J"].tolist() == [2e-3], rows["normal_p95_J"]
-assert tabulate_descriptors([summary()], "gap_0_03")["normal_p95_J"].isna().all()
-assert "`normal_p95_J` | J | 95th percentile" in explain_columns()
+from millprint.card.card_model import Descriptors
+from millprint.card.latex import TITLES
+from millprint.config.fingerprint import (MatchConfig)
+from millprint.explorer.content import Machine, explorer_content, mill_content
+from millprint.fingerprint.condition_search import rank_conditions, simulated_ranges, simulated_request
+from millprint.fingerprint.descriptors import tabulate_descriptors
+from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
+from millprint.fingerprint.mill_sheet import tabulate_sheet
+from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.readers import read_summaries
+from millprint.fingerprint.zones import find_zones
+from millprint.observables.definitions import explain_columns
+from millprint.run.digest import simulation_digest
+from tests.unit.synthetic_mill import AMPLITUDE, FILLS, VOLUME, summary
+from tests.unit.test_dose_spectra import contacts, write
+from tests.unit.test_sheets import mill
+
+folder, rng, paths = Path(FOLDER), np.random.default_rng(0), []
+for fill in FILLS[::2]:
+    for speed_rpm in (600.0, 1200.0):
+        place = folder / f"f{fill}_n{speed_rpm:g}"
+        place.mkdir()
+        # Half of the speed of the wall, with scatter.
+        table = contacts(400, 1e-4, 1e-5).assign(start_s=0.55 + rng.random(400))
+        scale = speed_rpm / 60 * AMPLITUDE
+        write(place / "run.h5", table.assign(approach_speed_m_s=0.5 * scale * rng.lognormal(0, 0.3, 400)))
+        (place / "summary.json").write_text(json.dumps(summary(fill, speed_rpm=speed_rpm)))
+        paths.append(place / "summary.json")
+rows = tabulate_descriptors(read_summaries(paths), "gap_0_03")
+NAME = "median_impact_speed_m_s"
+# The median of 400 lognormal speeds of this spread has a standard error of 1.25 * 0.3 / 20.
+assert np.allclose(rows["v50"], 0.5, rtol=0.08) and (rows["v50_se"] / rows["v50"]).median() < 0.05, rows["v50_se"]
+assert tabulate_descriptors([summary()], "gap_0_03")[NAME].isna().all()
+fingerprint = Fingerprint.fit(rows, VOLUME, 0.95)
+fingerprint.write(folder / "fingerprint.json")
+found = fingerprint.predict(fingerprint.condition(speed_hz=15.0, ball_diameter_m=0.01, fill_ratio=0.1))
+assert abs(found.median_impact_speed_m_s.value / (0.5 * 15 * AMPLITUDE) - 1) < 0.08 and found.known[NAME].unit == "m/s"
+request = MatchConfig(targets=[{"name": "mine", NAME: 0.12}], **simulated_ranges([fingerprint]))
+best = rank_conditions({NAME: 0.12}, [fingerprint], request).iloc[0]
+assert abs(best[NAME] / 0.12 - 1) < 1e-3, best
+sheet = tabulate_sheet(mill("spex"), fingerprint, tabulate_mill_collapse(rows, 0.95), find_zones(fingerprint), rows)
+assert "median impact speed" in sheet["quantity"].tolist()
+own = mill_content(Machine("emax", "A mill"), [folder / "fingerprint.json"], simulated_request(fingerprint, "weighted"))
+(shown,) = [each for each in explorer_content("a", [own])["observables"] if each["name"] == NAME]
+assert (shown["panel"], shown["scale"]) == ("Impact speed", "speed")
+assert NAME in Descriptors.model_fields and TITLES[NAME] == "median impact speed"
+assert "`median_impact_speed_m_s` | m/s | median impact speed" in explain_columns()
+# A fingerprint that was made before says so, and predicts all else.
+older = Fingerprint.read("config/fingerprints/mixer.json")
+assert "run the command again" in older.about["no_curve"]["v50"]
 # What decides whether a simulation runs again.
 assert simulation_digest() == DIGEST
 """
@@ -211,7 +250,7 @@ RECIPES = {
         {},
         ASK_MOTION,
     ),
-    "statistic": ([("fingerprint/columns.py", '\n    Measured("closure",', STATISTIC)], {}, ASK_STATISTIC),
+    "observable": ([("observables/definitions.py", '\n    Measured("closure",', OBSERVABLE)], {}, ASK_OBSERVABLE),
     "regressor": (
         [
             ("thesis/yields/regressors.py", "REGRESSORS = {\n", REGRESSOR.lstrip()),

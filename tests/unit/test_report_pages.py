@@ -102,7 +102,7 @@ def test_the_first_page_of_the_report_says_which_conclusions_stand(tmp_path):
         return publish_parts(template.render(snakemake=config, categories=named, files={}), writer="html")["body"]
 
     shown = re.sub("<.*?>", "", page("Claims", "Explorer"))
-    assert "Chapter 2: of 2 conclusions 1 hold, 1 do not hold." in shown and "conclusions 1 open" in shown
+    assert "Chapter 2, 2 conclusions; hold: 1, do not hold: 1." in shown and "conclusions; are open: 1." in shown
     assert "Hold: Time does (of 2 claims 2 agree)." in shown and "Do not hold: Speed |decides| (2 of 3" in shown
     assert "5_x is 2 for 1_." in shown and "problem" not in shown.lower()
     assert "2 conclusions" not in re.sub("<.*?>", "", page("Explorer"))

@@ -12,11 +12,11 @@ from millprint.dose.spectra_shown import temperature_rows
 from millprint.figures import mill_pictures as figures
 from millprint.figures import style
 from millprint.fingerprint.bands import checked_factors
-from millprint.fingerprint.condition import CURVES
 from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
 from millprint.fingerprint.mill_sheet import SHEET, WHERE, by_columns, sheet_condition, tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.zones import find_zones
+from millprint.observables.definitions import CURVES
 from millprint.view.mill_picture import picture_mill
 from tests.unit.factor_samples import factors_of
 from tests.unit.synthetic_mill import descriptors, fingerprint
@@ -55,7 +55,7 @@ def test_a_condition_of_few_turns_has_no_number_without_that_word():
     table, few = collapse(), descriptors().assign(motion="few turns, repeats")
     sheet = tabulate_sheet(mill("spex"), fingerprint(), table, find_zones(fingerprint()), few)
     numbers = sheet[sheet["section"].isin(["descriptors", "dose"]) & sheet["value"].notna()]
-    assert len(numbers) == 13 and numbers["text"].str.contains("few turns").all()
+    assert len(numbers) == 14 and numbers["text"].str.contains("few turns").all()
 
 
 @pytest.fixture(scope="module")
@@ -113,8 +113,7 @@ def temperatures(sheet: pd.DataFrame, speed_rpm: float | None = None) -> pd.Data
 def test_a_sheet_has_the_dose_and_the_temperatures_of_its_condition():
     sheet = sheet_of(fingerprint())
     told = sheet.drop_duplicates("quantity").set_index("quantity")["value"]
-    power = told["normal and tangential power"]
-    assert power == pytest.approx(told["normal power"] + told["tangential power"])
+    assert told["power"] == pytest.approx(told[["normal power", "tangential power", "rolling power"]].sum())
     # 10 g of powder in 100 g of balls get in an hour what the balls dissipate.
     dose = told["dose of an hour at a ball-to-powder ratio of 10"]
     assert dose == pytest.approx(3.6e-3 * 10 * told["power of a kilogram of balls"])

@@ -25,8 +25,8 @@ from millprint.config.uncertainty import (
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.run import simulate
 from millprint.fingerprint.bands import read_factors
-from millprint.fingerprint.condition import CURVES
 from millprint.fingerprint.descriptors import MOTIONS
+from millprint.observables.definitions import CURVES
 from millprint.run.files import read_table, write_json, write_table
 from millprint.uncertainty import samples
 from millprint.uncertainty.intervals import measure

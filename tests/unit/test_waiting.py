@@ -58,7 +58,7 @@ def test_the_table_holds_what_the_included_fingerprints_predict():
         condition = fingerprint.condition(
             ball_diameter_m=row.ball_diameter_mm / 1e3, fill_ratio=row.fill_ratio, speed_rpm=row.speed_rpm
         )
-        power = fingerprint.predict(condition).power_W
+        power = fingerprint.predict(condition).wall_power_W
         assert power.value == pytest.approx(row.value, rel=1e-3)
         assert power.mean.upper == pytest.approx(row.upper, rel=1e-3)
     assert len(own) == len(by_contact) == 9
@@ -70,7 +70,7 @@ def test_a_condition_finds_the_newest_generation_that_is_older_than_the_measurem
     table = read_waiting(ROOT / TABLE)
     generations = table[table["mill"] == "planetary"].drop_duplicates("release").set_index("release")["date"]
     assert generations.is_monotonic_increasing and table.groupby(["mill", "release"])["date"].nunique().max() == 1
-    condition = ("planetary", 10.0, 0.15, 300.0, POWER)
+    condition = ("planetary", 10.0, 0.15, 300.0, IMPACTS)
     assert waiting.fixed_before("2026-11-26", *condition) is None
     for date, release in (
         ("2026-11-26 20:00", "0.3.0"),
@@ -79,6 +79,8 @@ def test_a_condition_finds_the_newest_generation_that_is_older_than_the_measurem
     ):
         row = waiting.fixed_before(date, *condition)
         assert row["release"] == release and row["lower"] < row["value"] < row["upper"]
+    # Rolling was not in the power of earlier releases.
+    assert waiting.fixed_before("2026-11-27", *condition[:4], POWER) is None
     assert waiting.fixed_before("2999-01-01", "planetary", 10.0, 0.16, 300.0, POWER) is None
 
 

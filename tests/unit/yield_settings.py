@@ -5,7 +5,7 @@ import pandas as pd
 from millprint.config.load import check_model
 from millprint.config.search_spaces import SPACES, TUNED
 from millprint.config.yields import YieldConfig
-from millprint.fingerprint.condition import Condition
+from millprint.observables.condition import Condition
 from millprint.thesis.curves.regimes import read_regimes
 from millprint.thesis.yields.experiments import Mill
 from millprint.thesis.yields.new_conditions import MillCurves

@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 import yaml
 from jsonschema import Draft202012Validator
@@ -13,6 +14,13 @@ from millprint.card.card_files import FILES
 from millprint.card.methods import methods_paragraph
 from millprint.card.read import read_card
 from millprint.cli.commands import main as millprint
+from millprint.cli.warm import balance_of_1_W
+from millprint.dose.heat_balance import BODIES
+from millprint.estimate.judge import judge
+from millprint.own_machine.electric import power_of_charge
+from millprint.own_machine.prediction import predicted_power, read_condition
+from millprint.own_machine.settings import WarmSettings, WattSettings
+from millprint.own_machine.warming import fit_power, unit_response
 from millprint.run.files import read_json
 from tests.workflow.conftest import ROOT, active_environment, error_lines, run_snakemake
 
@@ -48,18 +56,19 @@ def test_the_smoke_run_has_a_card_with_the_numbers_of_its_simulation(smoke_proje
     summary = read_json(smoke_project / "results/dem/emax/calibrated/d10_f0.10_n600_s0/summary.json")
     found, power = card.fingerprint.descriptors, summary["power_W"]
     assert found.normal_power_W.value == pytest.approx(power["normal"])
-    assert found.power_W.value == pytest.approx(power["normal"] + power["tangential"])
+    assert found.wall_power_W.value == pytest.approx(power["wall"], rel=1.1 * summary["closure"])
+    assert found.rolling_power_W.value == pytest.approx(power["rolling"])
     assert card.balls.number == summary["balls"]
     # Power by time over mass; a kJ/g is a thousand J/g.
     assert card.powder.mass_g == pytest.approx(card.balls.mass_g / 30)
-    expected = found.power_W.value * 12.5 * 3600 / card.powder.mass_g / 1e3
+    expected = found.wall_power_W.value * 12.5 * 3600 / card.powder.mass_g / 1e3
     assert card.dose.total_kJ_g.value == pytest.approx(expected)
     # The spectra hold the powers of the ledger.
     for channel in ("normal", "tangential"):
         total = sum(spectrum.power_W for spectrum in card.spectra if spectrum.channel == channel)
         assert total == pytest.approx(power[channel], rel=5e-3)
     # Intervals by contact parameters of the same run, wear by the coefficient of the same run.
-    assert found.power_W.contact.lower < found.power_W.contact.upper
+    assert found.wall_power_W.contact.lower < found.wall_power_W.contact.upper
     coefficient = read_json(smoke_project / "results/dose/wear_coefficient.json")["coefficient"]
     assert card.wear.coefficient == pytest.approx(coefficient)
     assert card.heat.powder.peak_degC.lower <= card.heat.powder.peak_degC.median <= card.heat.powder.peak_degC.upper
@@ -86,10 +95,47 @@ def test_the_script_writes_the_card_of_one_condition_without_a_sweep(written):
     assert card.methods in said
     with Image.open(folder / "out/mill.gif") as image:
         assert image.n_frames > 40
-    # A fixed wall power: what the walls do is what the balls dissipate, within the scatter of so short a window.
-    powers = [read_json(path)["power_W"] for path in (folder / "out/runs").glob("seed_*/summary.json")]
-    mean = sum(each["normal"] + each["tangential"] for each in powers) / len(powers)
-    assert card.fingerprint.descriptors.power_W.value == pytest.approx(mean)
+
+
+@pytest.fixture(scope="module")
+def other_cards(smoke_project, tmp_path_factory) -> list:
+    """The folders of cards of two mills in which few balls roll much."""
+    folders = []
+    for mill, diameter_mm, number, speed_rpm in (("mixer", 15, 2, 1500), ("spex", 12.7, 2, 1060)):
+        folder = tmp_path_factory.mktemp(mill)
+        balls = {"diameter_mm": diameter_mm, "number": number, "material": "stainless_steel"}
+        content = {**PLANETARY, "mill": mill, "speed_rpm": speed_rpm, "balls": balls, "window_turns": 20}
+        (folder / "card.yaml").write_text(yaml.safe_dump(content))
+        done = call(smoke_project, "card", folder / "card.yaml", "--out", folder / "out", "--no-animation")
+        assert done.returncode == 0, done.stdout
+        folders.append(folder / "out")
+    return folders
+
+
+def test_a_meter_of_the_work_of_the_walls_agrees_with_each_card(written, other_cards):
+    """A wattmeter with a little noise and a thermometer, of what the simulation's own walls did."""
+    for folder in (written[0] / "out", *other_cards):
+        condition = read_condition(folder)
+        ledgers = [summary["ledger_J"] for summary in condition.summaries]
+        stored = [own["kinetic_change"] + own["elastic_change"] - own["gravity_work"] for own in ledgers]
+        windows = [summary["window_s"] for summary in condition.summaries]
+        works = [own["wall_work"] - kept for own, kept in zip(ledgers, stored, strict=True)]
+        wall = float(np.mean([work / window for work, window in zip(works, windows, strict=True)]))
+        predicted = predicted_power(condition)
+        assert predicted.value == pytest.approx(wall, rel=1e-2)
+        # Blocks that scatter by three per cent of the power.
+        loose, lossless = (
+            100 + wall * (1 + 0.03 * np.array([1, -1] * 5)),
+            WattSettings(efficiency_low=1, efficiency_high=1),
+        )
+        _, by_watt = power_of_charge(loose, np.full(10, 100.0), lossless)
+        settings, time_s = WarmSettings(jar_kg=0.5), np.arange(0.0, 600.0, 10.0)
+        response = unit_response(balance_of_1_W(condition, settings), time_s, 10.0, 300.0, BODIES.index("jar"))
+        # A jar in the middle of those that nobody can tell apart.
+        jar = response[:, np.argsort(response.max(axis=0))[response.shape[1] // 2]]
+        by_warm = fit_power(response, time_s, 22.0 + wall * jar, settings.resolution_K).power_W
+        for measured in (by_watt, by_warm):
+            assert judge(predicted, measured).agrees, (folder, str(predicted), str(measured))
 
 
 def test_a_second_call_simulates_nothing_again(written, smoke_project):

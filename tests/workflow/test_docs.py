@@ -248,6 +248,6 @@ def test_the_match_of_the_first_hour_has_the_columns_that_the_page_explains(firs
 def test_the_python_of_the_page_on_matching_runs(smoke_project):
     text = (ROOT / "docs/how_to/match.md").read_text()
     code = "".join(re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL))
-    check = "assert found.power_W.lower < found.power_W.value < found.power_W.upper and found.power_W.contact"
+    check = "power = found.wall_power_W\nassert power.lower < power.value < power.upper and power.contact"
     done = subprocess.run([sys.executable, "-c", f"{code}{check}"], cwd=smoke_project, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

@@ -36,7 +36,7 @@ def test_fingerprint_of_a_mill_from_a_drawing_and_a_table_of_points(lined_projec
         assert (folder / name).stat().st_size > 0
     collapse = pd.read_csv(folder / "collapse.tsv", sep="\t").set_index("quantity")
     # Shaken far above g, the power goes with about the cube of the speed; these few short runs show it roughly.
-    assert 1.5 < collapse.loc["power_per_ball_W", "omega"] < 5.5
+    assert 1.5 < collapse.loc["wall_power_per_ball_W", "omega"] < 5.5
     again = run_snakemake(lined_project, *drawn_mill.FILES, *LINED_RUN)
     assert "Nothing to be done" in again.stdout
     # The sweeps of the configuration do not simulate this mill, so there is no target chapter3.

@@ -47,7 +47,7 @@ def test_a_notebook_is_kept_with_the_output_of_its_present_cells(path):
 
 def test_the_notebooks_end_with_a_prediction_a_comparison_and_figures(executed):
     folder, found = executed
-    assert "power_W" in texts(found["fingerprint"]) and "ratio_lower" in texts(found["two_mills"])
+    assert "wall_power_W" in texts(found["fingerprint"]) and "ratio_lower" in texts(found["two_mills"])
     assert all(pictures(notebook) == 1 for notebook in found.values())
     for mill in ("planetary", "spex"):
         assert (folder / f"fingerprint_{mill}/fingerprint.json").is_file()

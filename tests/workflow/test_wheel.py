@@ -127,7 +127,9 @@ def test_the_wheel_fits_a_fingerprint_in_an_empty_environment(installed, tmp_pat
     assert "do not fit in mill planetary" in refusal
     condition = synthetic_mill.fingerprint().condition(speed_hz=12.0, ball_diameter_m=0.01, fill_ratio=0.12)
     found = Fingerprint.read(tmp_path / "fingerprint.json").predict(condition)
-    assert found.power_W.value == pytest.approx(synthetic_mill.fingerprint().predict(condition).power_W.value, rel=0.02)
+    assert found.wall_power_W.value == pytest.approx(
+        synthetic_mill.fingerprint().predict(condition).wall_power_W.value, rel=0.02
+    )
 
 
 def test_the_command_of_the_wheel_finds_its_workflow(installed, tmp_path):
@@ -152,5 +154,5 @@ def test_the_wheel_simulates_a_mill_of_ones_own_in_an_empty_environment(installe
     found = Fingerprint.read(tmp_path / "mine/fingerprint.json")
     condition = found.condition(speed_hz=2.0, ball_diameter_m=0.012, fill_ratio=0.2)
     prediction = found.predict(condition)
-    assert 0 < prediction.power_W.lower < prediction.power_W.value < prediction.power_W.upper
+    assert 0 < prediction.wall_power_W.lower < prediction.wall_power_W.value < prediction.wall_power_W.upper
     assert not prediction.outside and found.about["contact"] == "steel"

@@ -3,11 +3,6 @@
 CARD = f"{RESULTS}/cards/{{card}}"
 
 
-def animated(name: str) -> list:
-    """The simulation of a card's animation, which runs inside the card's job, if there is one."""
-    return rows_of("ANIMATION", name) if CONFIG.cards.animation else []
-
-
 rule write_card:
     input:
         sources=lambda wildcards: shape_files(CARD_EXPERIMENTS[wildcards.card].mill),

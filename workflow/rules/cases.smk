@@ -48,6 +48,11 @@ def rows_of(why: str, *owners: str) -> list:
         return TABLE.rows(Why[why], *owners)
 
 
+def animated(name: str) -> list:
+    """The simulation of a card's animation, which runs inside the card's job, if there is one."""
+    return rows_of("ANIMATION", name) if CONFIG.cards.animation else []
+
+
 def files_of(rows, file: str = "summary.json") -> list[str]:
     """A file of the simulation of each row."""
     return [f"{RESULTS}/{row.folder}/{file}" for row in rows]

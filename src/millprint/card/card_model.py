@@ -3,16 +3,17 @@
 A card of another program needs the fields without a default. Units are SI, or at the end of a name.
 """
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, create_model
 
 from millprint.card.outcome_model import Amount, Dose, Heat, Positive, Record, Share, Spectrum, Wear
 from millprint.config.over_speed import value_at
 from millprint.estimate.estimates import Estimate
+from millprint.observables.definitions import DESCRIPTOR_SETS, ON_CARD, SHARE, Observable
 
 FORMAT = "millprint milling card"
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 
 
 class Machine(Record):
@@ -156,39 +157,28 @@ class ContactSet(Record):
         return value if table is None else value_at(speed_m_s, table.speeds_m_s, table.values)
 
 
-class Descriptors(Record):
-    """Energies and frequencies of collisions, and power of all balls. The weighted ones need no counting rule."""
+def _field(own: Observable) -> tuple[Any, Any]:
+    """The field of an observable. One that a card of another program need not have is empty without it."""
+    is_needed = own.adds_up or own is SHARE or own.matched in DESCRIPTOR_SETS
+    meaning = Field(... if is_needed else None, description=f"{own.meaning} [{own.unit}]")
+    return (Estimate if is_needed else Estimate | None), meaning
 
-    weighted_normal_energy_J: Estimate
-    """energy-weighted mean normal energy E*n = sum e^2 / sum e of all contacts [J]"""
-    weighted_tangential_energy_J: Estimate
-    """energy-weighted mean tangential energy E*t, likewise [J]"""
-    weighted_normal_frequency_hz: Estimate
-    """normal power of a ball over E*n [1/s]"""
-    weighted_tangential_frequency_hz: Estimate
-    """tangential power of a ball over E*t [1/s]"""
-    strong_frequency_hz: Estimate | None = None
-    """the strongest contacts that hold 90 % of the normal energy, per ball [1/s]"""
-    collisions_of_a_ball_hz: Estimate | None = None
-    """collisions that a ball takes part in [1/s]"""
-    normal_energy_J: Estimate
-    """mean normal energy of a collision [J]"""
-    tangential_energy_J: Estimate
-    """mean tangential energy of a collision [J]"""
-    specific_frequency_hz: Estimate
-    """specific collision frequency: all collisions over the balls [1/s]"""
-    normal_power_W: Estimate
-    """normal dissipation of all balls [W]"""
-    tangential_power_W: Estimate
-    """tangential dissipation of all balls [W]"""
-    power_W: Estimate
-    """normal and tangential dissipation of all balls [W]"""
-    tangential_share: Estimate
-    """tangential over all dissipation [-]"""
+
+_fields: dict[str, Any] = {name: _field(own) for name, own in ON_CARD.items()}
+_OnCard: Any = create_model("_OnCard", __base__=Record, **_fields)
+
+
+class Descriptors(_OnCard):
+    """The observables: energies and frequencies of collisions, and power of all balls with its parts."""
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """An observable by its name."""
 
     @property
     def known(self) -> dict[str, Estimate]:
-        """The descriptors that are given, by name."""
+        """The observables that are given, by name."""
         return {name: own for name, own in vars(self).items() if own is not None}
 
 
@@ -236,7 +226,7 @@ class MillingCard(Record):
 
     format: Literal["millprint milling card"]
     """what the file is"""
-    schema_version: Literal[2]
+    schema_version: Literal[3]
     """version of this schema"""
     name: str
     """short name of the experiment"""

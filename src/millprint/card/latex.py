@@ -9,7 +9,7 @@ import yaml
 from millprint.card.card_model import MillingCard, Software
 from millprint.card.methods import between, charge_in_words, programme_in_words
 from millprint.estimate.estimates import Estimate, Interval
-from millprint.fingerprint.columns import DESCRIPTORS
+from millprint.observables.definitions import ON_CARD
 from millprint.run.machine import commit, package_versions
 from millprint.run.numbers import plain, prefix_of, three
 
@@ -21,9 +21,9 @@ SPECIAL = {
 # Characters that pdflatex cannot print in text.
 MATHS = {"µ": r"\textmu{}", "°": r"\textdegree{}", "²": r"\textsuperscript{2}", "³": r"\textsuperscript{3}",
          "±": r"\textpm{}", "×": r"\texttimes{}", "·": r"\textperiodcentered{}"}  # fmt: skip
-TITLES = {name: column.title for name, column in DESCRIPTORS.items()} | {
-    "power_W": "power", "tangential_share": "tangential share of the power",
-    "normal_kJ_g": "normal dose", "tangential_kJ_g": "tangential dose", "total_kJ_g": "dose",
+TITLES = {name: own.title for name, own in ON_CARD.items()} | {
+    "normal_kJ_g": "normal dose", "tangential_kJ_g": "tangential dose", "rolling_kJ_g": "rolling dose",
+    "total_kJ_g": "dose",
     "hits_per_g": "hits per gram", "rate_W_g": "power per mass of powder",
 }  # fmt: skip
 

@@ -9,7 +9,6 @@ import pandas as pd
 from millprint.card.card_model import MillingCard
 from millprint.config.checks import MILL_FOLDER
 from millprint.config.errors import ConfigError
-from millprint.config.fingerprint import DESCRIPTOR_SETS
 from millprint.config.sources import WORKING_FOLDER, Sources
 from millprint.config.wording import close_to
 from millprint.estimate.estimates import Estimate, Interval
@@ -24,6 +23,7 @@ from millprint.fingerprint.comparison import (
 from millprint.fingerprint.condition_search import SHARED_CONTACT, check_same_count, simulated_ranges
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import find_ready_made
+from millprint.observables.definitions import DESCRIPTOR_SETS, POWER
 
 # Settings are near a card if its descriptors are met to this on average (root mean square of logarithms).
 NEAR = 0.25
@@ -80,8 +80,8 @@ def _with_dose(table: pd.DataFrame, card: MillingCard) -> pd.DataFrame:
     found = dict.fromkeys(DOSE_COLUMNS, np.full(len(table), np.nan))
     if card.powder is not None:
         powder = balls_g / card.powder.ball_to_powder_ratio
-        own = card.fingerprint.descriptors.power_W.value / card.powder.mass_g
-        rate = table["power_W"] / powder
+        own = card.fingerprint.descriptors.wall_power_W.value / card.powder.mass_g
+        rate = table[POWER] / powder
         found |= {"powder_mass_g": powder, "rate_W_g": rate, "rate_ratio": rate / own}
         if card.programme is not None:
             found["milling_h"] = card.programme.milling_h * own / rate

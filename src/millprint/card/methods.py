@@ -108,12 +108,13 @@ def simulation_sentences(card: MillingCard) -> list[str]:
         f"Where contacts of a pair (two balls, or a ball and a {found.collisions_by} of the wall) that followed each "
         f"other within {found.collision_gap_turns:g} turns count as one collision, a collision dissipated on average "
         f"{words['normal_energy_J']} along the line of centres and {words['tangential_energy_J']} along the surface, "
-        f"and all collisions over the balls were {words['specific_frequency_hz']}; all balls dissipated "
-        f"{words['power_W']}, of which a share of "
-        f"{words['tangential_share']} was tangential ({interval}).",
+        f"and all collisions over the balls were {words['specific_frequency_hz']}. The walls supplied a power of "
+        f"{words['wall_power_W']}, which all balls dissipated: {words['normal_power_W']} by compression, "
+        f"{words['tangential_power_W']} by shear and {words['rolling_power_W']} by rolling ({interval}).",
     ]  # fmt: skip
-    if own.power_W.contact:
-        low, high = (end / own.power_W.value - 1 for end in (own.power_W.contact.lower, own.power_W.contact.upper))
+    power = own.wall_power_W
+    if power.contact:
+        low, high = (end / power.value - 1 for end in (power.contact.lower, power.contact.upper))
         sentences.append(
             f"Contact parameters that were not measured leave the power uncertain from {100 * low:+.0f} to "
             f"{100 * high:+.0f} %."
@@ -128,7 +129,8 @@ def consequence_sentences(card: MillingCard) -> list[str]:
         dose = card.dose
         sentences.append(
             f"If every collision caught powder, a gram of powder received {in_words(dose.total_kJ_g)} "
-            f"({in_words(dose.normal_kJ_g)} normal, {in_words(dose.tangential_kJ_g)} tangential)."
+            f"({in_words(dose.normal_kJ_g)} by compression, {in_words(dose.tangential_kJ_g)} by shear, "
+            f"{in_words(dose.rolling_kJ_g)} by rolling)."
         )
     if card.heat:
         heat = card.heat

@@ -65,8 +65,10 @@ class Dose(Record):
     """normal energy [kJ/g]"""
     tangential_kJ_g: Estimate
     """tangential energy [kJ/g]"""
+    rolling_kJ_g: Estimate
+    """energy of rolling [kJ/g]"""
     total_kJ_g: Estimate
-    """both [kJ/g]"""
+    """all three, what the walls supply [kJ/g]"""
     hits_per_g: Estimate
     """collisions [1/g]"""
     rate_W_g: Estimate

@@ -23,7 +23,7 @@ from millprint.card.read import CardSettings, Known, Runs
 from millprint.card.scatter import read_window, spread
 from millprint.config.card import CardProgrammeSection, Experiment
 from millprint.config.dose import ChargeConfig, JarSection
-from millprint.dose.energy_doses import HITS, NORMAL, TANGENTIAL, TOTAL, doses
+from millprint.dose.energy_doses import doses_of
 from millprint.dose.heat_balance import BODIES
 from millprint.dose.heat_sources import mean_of, read_source
 from millprint.dose.heat_table import TIMES, heat_tables
@@ -31,9 +31,9 @@ from millprint.dose.spectra import BOTH, tabulate_spectra
 from millprint.dose.wear import FEWEST_HELD, PROBABILITY, mean_conditions, predict_wear, tabulate_sliding
 from millprint.estimate.estimates import Estimate, Interval, factor_of, parts_of
 from millprint.fingerprint.bands import FURTHER
-from millprint.fingerprint.condition import SCALED_BY, UNITS
 from millprint.fingerprint.descriptors import MOTIONS, tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
+from millprint.observables.definitions import ON_CARD, POWER, POWER_PARTS, SHARE, STATISTICS, with_power
 
 COURSE = ["lower_degC", "median_degC", "upper_degC"]
 TIMES_OF_CYCLE, MOST_TIMES = 10, 400
@@ -67,25 +67,10 @@ def spectra_part(summaries: list[dict], paths: list[str], settings: CardSettings
     return found, ""
 
 
-def _scaled(quantity: Estimate, value: float, unit: str) -> Estimate:
-    """A quantity proportional to another, with the same relative intervals."""
-    return replace(quantity * (value / quantity.value), value=value, unit=unit)
-
-
 def dose_part(descriptors: Descriptors, balls: Balls, powder: Powder, programme: Programme) -> Dose:
     """Energy and hits of a gram of powder, with the relative intervals of powers and frequency."""
-    frequency = balls.number * descriptors.specific_frequency_hz.value
-    given = (descriptors.normal_energy_J.value, descriptors.tangential_energy_J.value, frequency)
-    columns = [pd.Series([value]) for value in (*given, programme.milling_h, powder.mass_g)]
-    found = doses(*columns).iloc[0]
-    rate = descriptors.power_W.value / powder.mass_g
-    return Dose(
-        normal_kJ_g=_scaled(descriptors.normal_power_W, float(found[NORMAL]), "kJ/g"),
-        tangential_kJ_g=_scaled(descriptors.tangential_power_W, float(found[TANGENTIAL]), "kJ/g"),
-        total_kJ_g=_scaled(descriptors.power_W, float(found[TOTAL]), "kJ/g"),
-        hits_per_g=_scaled(descriptors.specific_frequency_hz, float(found[HITS]), "1/g"),
-        rate_W_g=_scaled(descriptors.power_W, rate, "W/g"),
-    )
+    rate = replace(descriptors.wall_power_W * (1 / powder.mass_g), unit="W/g")
+    return Dose(**doses_of(descriptors, balls.number, programme.milling_h, powder.mass_g), rate_W_g=rate)
 
 
 def _temperature(row: pd.Series, name: str) -> Temperature:
@@ -173,24 +158,19 @@ def wear_part(
     ), ""
 
 
-SHARE = "tangential_share"
-# A descriptor without a curve, and so without factors.
-BALL_COLLISIONS = "collisions_of_a_ball_hz"
-# The curve of a fingerprint whose factors apply to a descriptor; the share rises with the ratio Pt / Pn.
-CURVE_OF = {**SCALED_BY, "normal_power_W": "Pn", "tangential_power_W": "Pt", "power_W": "P"}
-DESCRIBED = (*CURVE_OF, BALL_COLLISIONS, SHARE)
-
-
 def describe_runs(
     runs: Runs, settings: CardSettings, fingerprint: Fingerprint | None
 ) -> tuple[Descriptors, dict[str, str], list[str]]:
     """The descriptors with their intervals, why an interval is not known, and why the bands may be wrong."""
     rule = settings.counting_rule
-    each = [_values(tabulate_descriptors([summary], rule)) for summary in runs.summaries]
+    singles = [tabulate_descriptors([summary], rule) for summary in runs.summaries]
+    each = [_values(single) for single in singles]
     table = tabulate_descriptors(runs.summaries, rule)
     value = _values(table)
     windows = [read_window(*run, rule) for run in zip(runs.summaries, runs.paths, strict=True)]
-    widths = spread(windows, each, settings.interval)
+    errors = [{own.name: float(single[f"{own.name}_relative_se"].iloc[0]) for own in STATISTICS} for single in singles]
+    variances = [{name: error**2 for name, error in own.items() if np.isfinite(error)} for own in errors]
+    widths = spread(windows, each, variances, settings.interval)
     missing = {} if widths else dict.fromkeys(("scatter", "mean"), "one simulation of fewer than two turns")
     fill = float(table["fill_ratio"].iloc[0])
     factors = {}
@@ -203,22 +183,22 @@ def describe_runs(
             factors[origin] = fingerprint.further[origin].at(table["fill_ratio"].to_numpy())
     found = {}
     for name, own in value.items():
-        known = {}
+        if not math.isfinite(own):
+            continue
+        known, curve = {}, ON_CARD[name].curve
         for origin, ends in factors.items():
-            if name == BALL_COLLISIONS:
-                continue
-            if name in CURVE_OF:
-                low, high = own * ends[CURVE_OF[name]][:, 0]
-            else:
+            if name == SHARE.name:
+                # The share rises with the ratio of tangential to normal.
                 low, high = (1 / (1 + (1 / own - 1) / end) for end in ends["ratio"][:, 0])
+            else:
+                low, high = own * ends[curve][:, 0] if curve else (math.nan, math.nan)
             if math.isfinite(low):
                 known[origin] = Interval(float(low), float(high))
         for origin, half in zip(("scatter", "mean"), widths.get(name, ()), strict=False):
             if interval := _around(own, half, name):
                 known[origin] = interval
-        found[name] = Estimate(own, UNITS[name.rpartition("_")[2]]).having(known)
-    parts = {name: found[name] for name in ("normal_power_W", "tangential_power_W")}
-    found |= parts_of(found["power_W"], parts)
+        found[name] = Estimate(own, ON_CARD[name].unit).having(known)
+    found |= parts_of(found[POWER], {name: found[name] for name in POWER_PARTS})
     words = table["motion"].iloc[0].split(", ")
     against = [f"{motion.word}: {motion.meaning}" for motion in MOTIONS.values() if motion.word in words]
     return Descriptors(**found), missing, against
@@ -229,12 +209,10 @@ def _around(value: float, half: float, name: str) -> Interval | None:
     factor = float(factor_of(half))
     if math.isnan(factor):
         return None
-    return Interval(lower=value / factor, upper=min(value * factor, 1.0) if name == SHARE else value * factor)
+    return Interval(lower=value / factor, upper=min(value * factor, 1.0) if name == SHARE.name else value * factor)
 
 
 def _values(table: pd.DataFrame) -> dict[str, float]:
-    """The descriptors of the one condition of a table."""
-    row = table.iloc[0]
-    power = row["normal_power_W"] + row["tangential_power_W"]
-    own = {"power_W": power, SHARE: row["tangential_power_W"] / power}
-    return {name: float(own.get(name, row.get(name))) for name in DESCRIBED}
+    """The observables of the one condition of a table."""
+    row = with_power(table.iloc[0])
+    return {name: float(row[name]) for name in ON_CARD}

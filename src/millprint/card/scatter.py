@@ -18,11 +18,12 @@ from millprint.dem.collisions import kept_by, strongest, turns_of
 from millprint.dose.spectra import read_contacts
 from millprint.estimate.quantiles import student_quantile
 from millprint.fingerprint.descriptors import block_length, variance_of_run
+from millprint.observables.definitions import with_power
 
 # Columns for each revolution: energies [J] and sums of squared contact energies [J2] by channel, and the numbers of
 # collisions, of collisions summed over the balls in them, and of strong contacts.
-TOTALS = ("normal", "tangential", "normal_square", "tangential_square", "count", "taken_part", "strong")
-NORMAL, TANGENTIAL, NORMAL_SQUARE, TANGENTIAL_SQUARE, COUNT, TAKEN_PART, STRONG = range(len(TOTALS))
+TOTALS = ("normal", "tangential", "rolling", "normal_square", "tangential_square", "count", "taken_part", "strong")
+NORMAL, TANGENTIAL, ROLLING, NORMAL_SQUARE, TANGENTIAL_SQUARE, COUNT, TAKEN_PART, STRONG = range(len(TOTALS))
 # Descriptors that depend on a number of collisions, and that number.
 COUNTED = {
     "normal_energy_J": COUNT,
@@ -37,7 +38,7 @@ COUNTED = {
 class Window:
     """What one simulation recorded in each whole revolution.
 
-    totals: TOTALS of each (n, 7); revolution_s: time of one [s]; counted: whether the numbers were counted in each
+    totals: TOTALS of each (n, 8); revolution_s: time of one [s]; counted: whether the numbers were counted in each
     revolution, and are not equal shares of the whole.
     """
 
@@ -50,7 +51,7 @@ class Window:
 def read_window(summary: dict, run_path: str, rule_name: str) -> Window:
     """The revolutions of a run. Without single contacts in the run, each has an equal share of the collisions."""
     revolutions = summary["per_revolution"]
-    keys = ("normal_J", "tangential_J", "normal_square_J2", "tangential_square_J2")
+    keys = ("normal_J", "tangential_J", "rolling_J", "normal_square_J2", "tangential_square_J2")
     energies = [np.asarray(revolutions.get(key, []), dtype=float) for key in keys]
     number, turn_s = len(energies[0]), 1 / summary["frequency_hz"]
     rule = recorded_count(summary, rule_name)
@@ -79,24 +80,25 @@ def _per_turn(collisions: pd.DataFrame, begin_s: float, turn_s: float, number: i
 
 
 def descriptors_of_totals(totals: np.ndarray, time_s: np.ndarray | float, balls: int) -> dict[str, np.ndarray]:
-    """Descriptors from sums of TOTALS (..., 7) over a time [s], with the names of fingerprint sheets."""
+    """Observables from sums of TOTALS (..., 8) over a time [s]."""
     normal, tangential, count = (totals[..., place] for place in (NORMAL, TANGENTIAL, COUNT))
     normal_mean, tangential_mean = totals[..., NORMAL_SQUARE] / normal, totals[..., TANGENTIAL_SQUARE] / tangential
-    return {
-        "weighted_normal_energy_J": normal_mean,
-        "weighted_tangential_energy_J": tangential_mean,
-        "weighted_normal_frequency_hz": normal / normal_mean / time_s / balls,
-        "weighted_tangential_frequency_hz": tangential / tangential_mean / time_s / balls,
-        "strong_frequency_hz": totals[..., STRONG] / time_s / balls,
-        "collisions_of_a_ball_hz": totals[..., TAKEN_PART] / time_s / balls,
-        "normal_energy_J": normal / count,
-        "tangential_energy_J": tangential / count,
-        "specific_frequency_hz": count / time_s / balls,
-        "normal_power_W": normal / time_s,
-        "tangential_power_W": tangential / time_s,
-        "power_W": (normal + tangential) / time_s,
-        "tangential_share": tangential / (normal + tangential),
-    }
+    return with_power(
+        {
+            "weighted_normal_energy_J": normal_mean,
+            "weighted_tangential_energy_J": tangential_mean,
+            "weighted_normal_frequency_hz": normal / normal_mean / time_s / balls,
+            "weighted_tangential_frequency_hz": tangential / tangential_mean / time_s / balls,
+            "strong_frequency_hz": totals[..., STRONG] / time_s / balls,
+            "collisions_of_a_ball_hz": totals[..., TAKEN_PART] / time_s / balls,
+            "normal_energy_J": normal / count,
+            "tangential_energy_J": tangential / count,
+            "specific_frequency_hz": count / time_s / balls,
+            "normal_power_W": normal / time_s,
+            "tangential_power_W": tangential / time_s,
+            "rolling_power_W": totals[..., ROLLING] / time_s,
+        }
+    )
 
 
 def jackknife(window: Window) -> tuple[dict[str, float], int]:
@@ -130,18 +132,21 @@ class Halves(NamedTuple):
     mean: float
 
 
-def spread(windows: list[Window], values: list[dict[str, float]], probability: float) -> dict[str, Halves]:
+def spread(
+    windows: list[Window], values: list[dict[str, float]], variances: list[dict[str, float]], probability: float
+) -> dict[str, Halves]:
     """Half the widths of both bands of each descriptor; empty where there is no estimate.
 
-    windows, values: revolutions and descriptors of each seed.
+    windows, values: revolutions and descriptors of each seed; variances: of the logarithms of statistics of collisions,
+    from the same blocks.
     """
     seeds = len(windows)
-    within = [jackknife(window) for window in windows]
+    within = [(found | own, freedom) for (found, freedom), own in zip(map(jackknife, windows), variances, strict=True)]
     found = {}
     for name in values[0]:
         if min(own[name] for own in values) <= 0:
             continue
-        inside = [(variances[name], own) for variances, own in within if name in variances]
+        inside = [(known[name], freedom) for known, freedom in within if name in known]
         run = variance_of_run([float(np.log(own[name])) for own in values], inside)
         if run is not None:
             quantile = float(student_quantile(0.5 + probability / 2, run.freedom))

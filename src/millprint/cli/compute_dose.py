@@ -1,4 +1,4 @@
-"""Dose of your own runs: energy and hits a gram of powder has seen, normal and tangential apart.
+"""Dose of your own runs: the energy that a gram of powder has seen, with its parts, and its hits.
 
     millprint dose my_runs.tsv results/mills/planetary/fingerprint.json --out my_doses.tsv
 
@@ -11,9 +11,10 @@ from pathlib import Path
 
 from millprint.cli.commands import parser_of
 from millprint.config.arguments import check_written
-from millprint.dose.energy_doses import AXES, TIME, YIELD, own_doses
+from millprint.dose.energy_doses import DOSE_OF, HITS, TIME, YIELD, own_doses
 from millprint.dose.kinetics import FEWEST_RUNS, fit_kinetics, said_of_shear, verdict
 from millprint.fingerprint.model import Fingerprint
+from millprint.observables.definitions import POWER
 from millprint.run.files import write_table
 
 
@@ -29,7 +30,7 @@ def main(arguments: list[str], name: str = "dose") -> None:
     table = own_doses(options.runs, known)
     if options.out:
         write_table(table, options.out)
-    shown = ["case", "mill", TIME, *(axis for axis in AXES if axis != TIME), "power_W", "outside"]
+    shown = ["case", "mill", TIME, *DOSE_OF, HITS, POWER, "outside"]
     print(table[shown].to_string(index=False, float_format="{:.4g}".format))
     if YIELD in table and len(table) >= FEWEST_RUNS:
         kinetics = fit_kinetics(table)

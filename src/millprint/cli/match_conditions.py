@@ -36,7 +36,7 @@ from millprint.cli.commands import parser_of
 from millprint.config.arguments import check_written, value_of
 from millprint.config.charge import charge_words
 from millprint.config.errors import ConfigError
-from millprint.config.fingerprint import DESCRIPTOR_SETS, DescriptorSet, Energy, Frequency, MatchConfig
+from millprint.config.fingerprint import DescriptorSet, Energy, Frequency, MatchConfig
 from millprint.config.included import SOURCES
 from millprint.config.load import check_model, read_yaml
 from millprint.config.mixture import BallChoice
@@ -53,6 +53,7 @@ from millprint.fingerprint.condition_search import (
 from millprint.fingerprint.descriptors import CHARGE, FEWEST_TURNS
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import find_ready_made
+from millprint.observables.definitions import DESCRIPTOR_SETS
 from millprint.run.files import write_table
 
 SHORT = {

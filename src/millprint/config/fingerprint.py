@@ -1,8 +1,8 @@
 """Settings of the fingerprint stage, and of the convergence study that justifies its time step."""
 
-from typing import Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, create_model, model_validator
 
 from millprint.config.charge import ChargeSection
 from millprint.config.counting import DEFAULT_RULE, RuleName
@@ -19,26 +19,13 @@ from millprint.config.section import (
     Section,
     first_repeated,
 )
+from millprint.observables.definitions import DESCRIPTOR_SETS, PREDICTED, TARGET_DESCRIPTORS, Observable
 
 DescriptorSet = Literal["weighted", "per_collision"]
-# Descriptors for comparing conditions: energy-weighted, which need no counting rule, or the thesis's descriptors.
-DESCRIPTOR_SETS: dict[DescriptorSet, tuple[str, ...]] = {
-    "weighted": (
-        *("weighted_normal_energy_J", "weighted_tangential_energy_J"),
-        *("weighted_normal_frequency_hz", "weighted_tangential_frequency_hz"),
-    ),
-    "per_collision": ("normal_energy_J", "tangential_energy_J", "specific_frequency_hz"),
-}
-TARGET_DESCRIPTORS = tuple(name for names in DESCRIPTOR_SETS.values() for name in names)
-TargetDescriptor = Literal[
-    "weighted_normal_energy_J",
-    "weighted_tangential_energy_J",
-    "weighted_normal_frequency_hz",
-    "weighted_tangential_frequency_hz",
-    "normal_energy_J",
-    "tangential_energy_J",
-    "specific_frequency_hz",
-]
+if TYPE_CHECKING:
+    TargetDescriptor = str
+else:
+    TargetDescriptor = Literal[TARGET_DESCRIPTORS]
 
 Energy = Annotated[float, Field(gt=0, le=1e6)]
 Frequency = Annotated[float, Field(gt=0, le=1e9)]
@@ -57,25 +44,26 @@ class LikeConfig(ChargeSection):
     """ball diameter [mm], or the name of a charge of several sizes that was simulated"""
 
 
-class TargetConfig(Section):
-    """The descriptors that the inverse mode looks for: numbers, or the descriptors of another mill's condition."""
+class NamedTarget(Section):
+    """A target."""
 
     name: Name
     """name of the target"""
-    weighted_normal_energy_J: Energy | None = None
-    """energy-weighted mean normal energy E*_n [J]"""
-    weighted_tangential_energy_J: Energy | None = None
-    """energy-weighted mean tangential energy E*_t [J]"""
-    weighted_normal_frequency_hz: Frequency | None = None
-    """normal power of a ball over E*_n [1/s]"""
-    weighted_tangential_frequency_hz: Frequency | None = None
-    """tangential power of a ball over E*_t [1/s]"""
-    normal_energy_J: Energy | None = None
-    """mean normal energy per collision [J]"""
-    tangential_energy_J: Energy | None = None
-    """mean tangential energy per collision [J]"""
-    specific_frequency_hz: Frequency | None = None
-    """specific collision frequency: all collisions over the balls [1/s]"""
+
+
+def _number(own: Observable) -> tuple[Any, Any]:
+    """The key of a descriptor, without a value."""
+    kind = {"J": Energy, "1/s": Frequency}.get(own.unit, Positive)
+    return kind | None, Field(None, description=f"{own.title}: {own.meaning} [{own.unit}]")
+
+
+_numbers: dict[str, Any] = {name: _number(PREDICTED[name]) for name in TARGET_DESCRIPTORS}
+_TargetNumbers: Any = create_model("TargetNumbers", __base__=NamedTarget, **_numbers)
+
+
+class TargetConfig(_TargetNumbers):
+    """The descriptors that the inverse mode looks for: numbers, or the descriptors of another mill's condition."""
+
     like: LikeConfig | None = None
     """a condition of another mill, instead of numbers"""
 

@@ -31,7 +31,13 @@ VALUE_NAMES = [SLIDING if name == "tangential_J" else name for name in names_of(
 ROW_NAMES = ["first", "second", "facet", "contact", *VALUE_NAMES, "ended"]
 COLLISION_NAMES = ["first", "second", *VALUE_NAMES, "complete"]
 # How the values of rows combine to the value of their contact; all others add up.
-JOINED = {"start_s": "first", "approach_speed_m_s": "first", "peak_force_N": "max", "peak_overlap_m": "max"}
+JOINED = {
+    **dict.fromkeys(("start_s", "approach_speed_m_s", "slip_speed_m_s"), "first"),
+    **dict.fromkeys(("peak_force_N", "peak_overlap_m"), "max"),
+}
+
+# The two parts of the tangential work.
+WORKS = ("damping_J", SLIDING)
 
 CHANNELS = ("normal", "tangential")
 # The share of the normal energy that the strongest collisions hold, which are counted as f90.
@@ -81,7 +87,11 @@ def _contacts(rows: pd.DataFrame) -> pd.DataFrame:
 CONTACTS_BY = {"surface": by_surface, "facet": by_facet}
 
 
-def read_rows(group: h5py.Group, names: Iterable[str]) -> pd.DataFrame | None:
+# The values that counting and energies need.
+COUNTING = ("start_s", "duration_s", "peak_force_N", "normal_J", *WORKS)
+
+
+def read_rows(group: h5py.Group, names: Iterable[str] = COUNTING) -> pd.DataFrame | None:
     """Rows of the group `collisions` of a run.h5, with some of VALUE_NAMES; None where it has histograms only.
 
     In double precision: sums of millions of numbers in single precision would lose digits.
@@ -93,10 +103,13 @@ def read_rows(group: h5py.Group, names: Iterable[str]) -> pd.DataFrame | None:
 
 
 def sort_by_pair(table: pd.DataFrame) -> pd.DataFrame:
-    """The columns for counting, ordered by pair and then by start; tangential_J is the whole tangential work."""
+    """The columns for counting, ordered by pair and then by start; tangential_J is the whole tangential work.
+
+    Of the values of a contact, all that the table has stay.
+    """
     order = np.lexsort([table[name].to_numpy() for name in ("start_s", "second", "first")])
     tangential = table["damping_J"].to_numpy() + table["sliding_J"].to_numpy()
-    names = ("first", "second", "start_s", "duration_s", "peak_force_N", "normal_J")
+    names = ("first", "second", *(name for name in VALUE_NAMES if name in table and name not in WORKS))
     columns = {name: table[name].to_numpy()[order] for name in names}
     return pd.DataFrame({**columns, "tangential_J": tangential[order]})
 
@@ -104,7 +117,7 @@ def sort_by_pair(table: pd.DataFrame) -> pd.DataFrame:
 def merge_contacts(ordered: pd.DataFrame, gap_s: float) -> pd.DataFrame:
     """One row for each collision, of contacts as `sort_by_pair` gives them: re-contacts within gap_s [s] are one.
 
-    start_s is that of the first contact, duration_s the time in contact, peak_force_N the largest; energies add up.
+    Start and speeds are those of the first contact, peaks the largest; times in contact and energies add up.
     """
     if ordered.empty or gap_s == 0:
         return ordered
@@ -112,11 +125,13 @@ def merge_contacts(ordered: pd.DataFrame, gap_s: float) -> pd.DataFrame:
     same_pair = (np.diff(column["first"]) == 0) & (np.diff(column["second"]) == 0)
     free_s = column["start_s"][1:] - (column["start_s"] + column["duration_s"])[:-1]
     begins = np.flatnonzero(np.concatenate([[True], ~(same_pair & (free_s <= gap_s))]))
-    merged = {name: column[name][begins] for name in ("first", "second", "start_s")}
-    merged["peak_force_N"] = np.maximum.reduceat(column["peak_force_N"], begins)
-    for name in ("duration_s", "normal_J", "tangential_J"):
-        merged[name] = np.add.reduceat(column[name], begins)
-    return pd.DataFrame(merged)
+    ways = {"first": "first", "second": "first", **JOINED}
+    joined = {
+        "first": lambda values: values[begins],
+        "max": lambda values: np.maximum.reduceat(values, begins),
+        "sum": lambda values: np.add.reduceat(values, begins),
+    }
+    return pd.DataFrame({name: joined[ways.get(name, "sum")](values) for name, values in column.items()})
 
 
 def _shares(chosen: np.ndarray, weights: dict[str, np.ndarray]) -> dict[str, float]:

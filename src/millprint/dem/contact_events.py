@@ -21,12 +21,13 @@ from millprint.dem.layout import (
     LANES,
     LAW,
     LAW_WIDTH,
+    RATE,
     STATUS,
     TOTAL,
 )
 from millprint.dem.speed_choice import choose_by_speed
 from millprint.mill.borders import SMOOTH_TURN
-from millprint.mill.vectors import add_scaled, dot, row, scale, subtract
+from millprint.mill.vectors import add_scaled, cross, dot, row, scale, subtract, vector
 from millprint.mill.wall_features import JOINT
 from millprint.mill.walls import (
     PLANE,
@@ -93,13 +94,14 @@ def settle(balls, candidates, contacts, laws, k, lane):
 
 
 @inner()
-def open_contact(balls, candidates, contacts, laws, counters, k, time, approach):
-    """Begin a contact at `time` [s], its partners nearing each other at `approach` [m/s]."""
+def open_contact(balls, candidates, contacts, laws, counters, k, time, approach, slip):
+    """Begin a contact at `time` [s], its partners nearing each other at `approach`, and slipping at `slip` [m/s]."""
     lane = occupy(balls, candidates, contacts, laws, counters, k)
     for c in range(HISTORY_WIDTH):
         put_of(contacts, lane, LANE_HISTORY + c, 0.0)
     put_of(contacts, lane, LANE.history.start, time)
     put_of(contacts, lane, LANE.history.approach_speed, approach)
+    put_of(contacts, lane, LANE.history.slip_speed, slip)
     put_of(contacts, lane, LANE.history.number, counters[COUNTER.opened])
     counters[COUNTER.opened] += 1
     choose_by_speed(laws.by_speed, contacts, laws, lane)
@@ -134,6 +136,7 @@ def write_collision(contacts, walls, lane, time, ended, counters, table):
     value[COLLISION.start_s] = start
     value[COLLISION.duration_s] = time - start
     value[COLLISION.approach_speed_m_s] = get_of(contacts, lane, history.approach_speed)
+    value[COLLISION.slip_speed_m_s] = get_of(contacts, lane, history.slip_speed)
     value[COLLISION.peak_force_N] = get_of(contacts, lane, history.peak_force)
     value[COLLISION.peak_overlap_m] = get_of(contacts, lane, history.peak_overlap)
     value[COLLISION.normal_J] = get_of(contacts, lane, history.works.normal)
@@ -241,14 +244,31 @@ def find_walls(balls, candidates, motions):
     return count
 
 
+@inlined()
+def slip_of(balls, i, turning, closing, normal):
+    """The speed at which the surface of ball i slips along that of its partner where they touch [m/s].
+
+    turning: radius times angular velocity of the partner, 0 for a wall; closing: velocity of the partner, there or of
+    its centre, relative to the centre of ball i; normal: unit vector from the partner to it.
+    """
+    radius = balls.radius[balls.species[i]]
+    rolling = add_scaled(turning, radius, vector(balls.rate_now, i, RATE.angular_velocity))
+    relative = add_scaled(scale(-1.0, closing), -1.0, cross(rolling, normal))
+    along = add_scaled(relative, -dot(relative, normal), normal)
+    return math.sqrt(dot(along, along))
+
+
 @inner()
 def open_pair(balls, candidates, contacts, laws, counters, k, time):
     """Open the contact of candidate k, two balls."""
     i, j = candidates.ball[k], candidates.partner[k]
     away = subtract(row(balls.position, i), row(balls.position, j))
     closing = subtract(row(balls.rate_now, j), row(balls.rate_now, i))
-    approach = dot(closing, away) / math.sqrt(dot(away, away))
-    open_contact(balls, candidates, contacts, laws, counters, k, time, approach)
+    distance = math.sqrt(dot(away, away))
+    approach = dot(closing, away) / distance
+    turning = scale(balls.radius[balls.species[j]], vector(balls.rate_now, j, RATE.angular_velocity))
+    slip = slip_of(balls, i, turning, closing, scale(1.0 / distance, away))
+    open_contact(balls, candidates, contacts, laws, counters, k, time, approach, slip)
 
 
 @inlined()
@@ -348,7 +368,8 @@ def open_wall(balls, candidates, contacts, laws, walls, clock, k, time, totals, 
     if old >= 0:
         pass_on(balls, candidates, contacts, laws, walls, old, k, normal, time, totals, counters, table)
         return
-    open_contact(balls, candidates, contacts, laws, counters, k, time, approach)
+    slip = slip_of(balls, i, (0.0, 0.0, 0.0), subtract(foot, row(balls.rate_now, i)), normal)
+    open_contact(balls, candidates, contacts, laws, counters, k, time, approach, slip)
 
 
 @inlined()

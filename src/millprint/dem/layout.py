@@ -51,7 +51,8 @@ class HistoryColumns(NamedTuple):
     peak_overlap: int  # [m]
     works: WorkColumns  # so far [J]
     start: int  # [s]
-    approach_speed: int  # at which it began [m/s]
+    approach_speed: int  # along the normal, at which it began [m/s]
+    slip_speed: int  # of the surfaces along each other, at which it began [m/s]
     number: int  # of the contact among all that the run has opened
 
 
@@ -106,6 +107,7 @@ class CollisionColumns(NamedTuple):
     start_s: int
     duration_s: int
     approach_speed_m_s: int
+    slip_speed_m_s: int
     peak_force_N: int
     peak_overlap_m: int
     normal_J: int

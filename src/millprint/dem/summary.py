@@ -19,8 +19,12 @@ from millprint.mill.bodies import ball_space_m3, travel_m
 
 def per_revolution(series: pd.DataFrame, samples: int) -> dict[str, list[float]]:
     """Energies of each whole revolution [J], of `samples` samples of the ledger each; tangential is all of it."""
-    tangential = series["tangential_damping_J"] + series["sliding_J"]
-    columns = {"normal_J": series["normal_damping_J"], "tangential_J": tangential, "wall_J": series["wall_work_J"]}
+    columns = {
+        "normal_J": series["normal_damping_J"],
+        "tangential_J": series["tangential_damping_J"] + series["sliding_J"],
+        "rolling_J": series["rolling_J"],
+        "wall_J": series["wall_work_J"],
+    }
     return {name: np.diff(column.to_numpy()[::samples]).tolist() for name, column in columns.items()}
 
 
@@ -117,7 +121,9 @@ def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame,
         "normal": ledger["normal_damping"] / window,
         "tangential": (ledger["tangential_damping"] + ledger["sliding"]) / window,
         "rolling": ledger["rolling"] / window,
-        "wall": ledger["wall_work"] / window,
+        # What walls and gravity supply, less what the balls stored of it: what a long run sees.
+        "wall": (ledger["wall_work"] + ledger["gravity_work"] - ledger["kinetic_change"] - ledger["elastic_change"])
+        / window,
     }
     weighted = weighted_statistics(contacts, power, simulation.begin_s, window, simulation.count, frequency)
     for name in CHANNELS:

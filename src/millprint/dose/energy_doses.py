@@ -1,21 +1,24 @@
-"""Dose: the energy that a gram of powder has received, normal and tangential, and how often it was hit.
+"""Dose: the energy that a gram of powder has received, by compression, shear and rolling, and how often it was hit.
 
 All of the dissipated energy counts, as if every collision caught powder, since no model gives the share that does.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
+from millprint.estimate.estimates import Estimate
+from millprint.observables.definitions import POWER
 from millprint.run.tables import CASE, Number, Text, read_measured, refuse_copies, refuse_rows
 
 if TYPE_CHECKING:
     from millprint.fingerprint.model import Fingerprint
 
 # The doses, and the time that they are compared with: title and unit.
-NORMAL, TANGENTIAL, TOTAL = "normal_kJ_g", "tangential_kJ_g", "total_kJ_g"
+NORMAL, TANGENTIAL, ROLLING, TOTAL = "normal_kJ_g", "tangential_kJ_g", "rolling_kJ_g", "total_kJ_g"
 HITS, TIME, YIELD = "hits_per_g", "time_h", "yield_percent"
 AXES = {TIME: "time [h]", TOTAL: "dose [kJ/g]", NORMAL: "normal dose [kJ/g]", TANGENTIAL: "tangential dose [kJ/g]",
         HITS: "hits per gram [1/g]"}  # fmt: skip
@@ -26,7 +29,7 @@ POSITIVE = ("powder_mass_g", TIME, "fill_ratio", "speed_rpm", "ball_diameter_mm"
 def doses(
     normal_J: pd.Series, tangential_J: pd.Series, frequency_hz: pd.Series, time_h: pd.Series, powder_g: pd.Series
 ) -> pd.DataFrame:
-    """Doses [kJ/g] and hits per gram [1/g] of powder after the milling time.
+    """The doses of the thesis [kJ/g], without rolling, and hits per gram [1/g] of powder after the milling time.
 
     E_n f t / m, E_t f t / m, their sum, and f t / m: energies of a collision E [J], collisions f [1/s] of the balls
     that share the powder m [g], time t. All balls with all powder give the same as one ball with its share of both.
@@ -36,10 +39,22 @@ def doses(
     return pd.DataFrame({NORMAL: normal, TANGENTIAL: tangential, TOTAL: normal + tangential, HITS: hits})
 
 
+# Dose -> the power that gives it.
+DOSE_OF = {NORMAL: "normal_power_W", TANGENTIAL: "tangential_power_W", ROLLING: "rolling_power_W", TOTAL: POWER}
+
+
+def doses_of(found: Any, balls: int, time_h: float, powder_g: float) -> dict[str, Estimate]:
+    """The doses of a prediction or a card, P t / m of the power and of each of its parts [kJ/g], and hits [1/g]."""
+    time_s = time_h * SECONDS_PER_HOUR
+    known = {name: getattr(found, power) * (1e-3 * time_s / powder_g) for name, power in DOSE_OF.items()}
+    known = {name: replace(own, unit="kJ/g") for name, own in known.items()}
+    return known | {HITS: replace(found.specific_frequency_hz * (balls * time_s / powder_g), unit="1/g")}
+
+
 def own_doses(path: str | Path, fingerprints: Mapping[str, "Fingerprint"]) -> pd.DataFrame:
     """Doses of a user's runs: columns case, mill, powder_mass_g, time_h, fill_ratio, speed_rpm, ball_diameter_mm.
 
-    Adds the doses, power_W, and `outside`, what is outside the simulated ranges; yield_percent is kept. Raises
+    Adds the doses, wall_power_W, and `outside`, what is outside the simulated ranges; yield_percent is kept. Raises
     ConfigError, in one line, for a bad cell, such as a mass of 0, and for a mill without a fingerprint.
     """
     numbers = [Number(name, 0, above=True) for name in POSITIVE]
@@ -56,15 +71,7 @@ def own_doses(path: str | Path, fingerprints: Mapping[str, "Fingerprint"]) -> pd
             speed_hz=run.speed_rpm / 60, ball_diameter_m=run.ball_diameter_mm * 1e-3, fill_ratio=run.fill_ratio
         )
         found = fingerprint.predict(condition)
-        rows.append(
-            {
-                "normal_J": found.normal_energy_J.value,
-                "tangential_J": found.tangential_energy_J.value,
-                "frequency_hz": found.balls * found.specific_frequency_hz.value,
-                "power_W": found.power_W.value,
-                "outside": ", ".join(found.outside),
-            }
-        )
-    own = pd.DataFrame(rows, index=table.index)
-    found = doses(own["normal_J"], own["tangential_J"], own["frequency_hz"], table[TIME], table["powder_mass_g"])
-    return pd.concat([table, found, own[["power_W", "outside"]]], axis=1)
+        told = doses_of(found, found.balls, getattr(run, TIME), run.powder_mass_g)
+        own = {name: each.value for name, each in told.items()}
+        rows.append(own | {POWER: found.wall_power_W.value, "outside": ", ".join(found.outside)})
+    return pd.concat([table, pd.DataFrame(rows, index=table.index)], axis=1)

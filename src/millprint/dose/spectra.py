@@ -23,7 +23,8 @@ from millprint.config.errors import ConfigError, MillprintError
 from millprint.dem.collisions import CHANNELS
 from millprint.dem.turns import ROUNDING
 from millprint.fingerprint.descriptors import CHARGE, CONDITION, CONDITION_TEXT, ONE_SIZE, condition_of
-from millprint.fingerprint.readers import BOTH, PAIRS, Contacts, collisions_by, read_contacts
+from millprint.fingerprint.readers import Contacts, collisions_by, read_contacts
+from millprint.observables.counted_collisions import BOTH, PAIRS
 from millprint.run.files import read_table
 from millprint.run.progress import progress
 

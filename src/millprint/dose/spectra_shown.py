@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 
 from millprint.dose.spectra import BOTH, CHANNELS
-from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.descriptors import CHARGE, NOTHING, ONE_SIZE
 from millprint.fingerprint.mill_sheet import SHEET, Row, sheet_condition
+from millprint.observables.definitions import DESCRIPTORS
 
 if TYPE_CHECKING:
     from millprint.fingerprint.model import Fingerprint

@@ -11,7 +11,7 @@ import pandas as pd
 
 from millprint.config.dose import HeatConfig
 from millprint.config.errors import ConfigError
-from millprint.config.fingerprint import DESCRIPTOR_SETS, DescriptorSet, MatchConfig
+from millprint.config.fingerprint import DescriptorSet, MatchConfig
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import ONE_SIZE, balls_in_words
 from millprint.dose.heat_balance import BODIES
@@ -19,15 +19,19 @@ from millprint.dose.heat_table import BAND
 from millprint.dose.spectra import BIN_EDGES, BOTH, CHANNELS, PAIRS
 from millprint.fingerprint import processes
 from millprint.fingerprint.bands import FURTHER, ORIGINS, checked_factors
-from millprint.fingerprint.condition import VARIABLES
 from millprint.fingerprint.condition_search import GRID
 from millprint.fingerprint.descriptors import CHARGE, CONDITION, CONDITION_TEXT, NOTHING
 from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.predicted_values import KNOWN, OF_COLLISIONS
 from millprint.fingerprint.readers import read_content
 from millprint.mill.gravity import GRAVITY
 from millprint.mill.speed_limits import mill_in_words, wall_acceleration
+from millprint.observables.condition import SCALES, VARIABLES
+from millprint.observables.definitions import DESCRIPTOR_SETS, OWN_CURVES, PREDICTED
 from millprint.run.files import read_table
 
+# What the page needs of the record of an observable.
+ON_PAGE = ("name", "title", "symbol", "unit", "curve", "scale", "adds_up", "matched", "panel", "line")
 # Digits of a spectrum on the page, and decimals of a temperature [degC].
 DIGITS, DECIMALS = 8, 2
 SHOWN = ("collisions_hz", "power_W", "mean_J", "median_J", "half_power_J")
@@ -197,6 +201,9 @@ def explorer_content(name: str, mills: Sequence[dict], descriptors: DescriptorSe
         "name": name,
         "version": version("millprint"),
         "variables": list(VARIABLES),
+        "observables": [{key: getattr(own, key) for key in ON_PAGE} for own in PREDICTED.values()],
+        "scales": {name: scale.exponents for name, scale in SCALES.items()},
+        "curves": {"known": KNOWN, "of_collisions": OF_COLLISIONS, "own_curves": OWN_CURVES},
         "descriptors": list(DESCRIPTOR_SETS[descriptors]),
         "mills": list(mills),
     }

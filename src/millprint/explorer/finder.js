@@ -46,7 +46,7 @@ class Finder {
   }
 
   read(name, text) {
-    const value = this.explorer.units.of(DESCRIPTORS[name].kind).from(Number(text));
+    const value = unitOf(DESCRIPTORS[name], this.explorer.units).from(Number(text));
     if (value > 0) this.target[name] = value;
     else delete this.target[name];
     this.given = true;
@@ -66,8 +66,8 @@ class Finder {
   }
 
   renderFields() {
-    for (const [name, { kind }] of Object.entries(DESCRIPTORS)) {
-      const { unit, to } = this.explorer.units.of(kind);
+    for (const [name, own] of Object.entries(DESCRIPTORS)) {
+      const { unit, to } = unitOf(own, this.explorer.units);
       byId(`target-${name}`).value = name in this.target ? short(to(this.target[name])) : "";
       byId(`target-${name}-unit`).textContent = unit;
     }
@@ -146,6 +146,6 @@ class Finder {
     const use = element("button", { type: "button", "aria-label": `use ${cells.map((cell) => cell.textContent).join(", ")}` }, "use");
     use.addEventListener("click", () => this.explorer.use(fingerprint, condition));
     const beyond = prediction.outside.map(nameOf).join(", ");
-    return element("tr", {}, ...cells, ...missed, element("td", {}, digits(prediction.power_W.value)), element("td", {}, beyond || "–"), element("td", {}, use));
+    return element("tr", {}, ...cells, ...missed, element("td", {}, digits(prediction.wall_power_W.value)), element("td", {}, beyond || "–"), element("td", {}, use));
   }
 }

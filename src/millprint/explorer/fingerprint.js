@@ -1,26 +1,23 @@
 /* The fingerprint of one mill and contact set, as millprint.fingerprint.model computes it. */
 
-// The scaled quantities with a curve from which `complete` calculates all others.
-const BASIC = ["P", "ratio", "f", "En_star", "Et_star", "f90"];
-// Descriptor of a condition -> the scaled quantity that it is computed from; a name ends with its unit.
-const SCALED_BY = {
-  weighted_normal_energy_J: "En_star",
-  weighted_tangential_energy_J: "Et_star",
-  weighted_normal_frequency_hz: "fn_star",
-  weighted_tangential_frequency_hz: "ft_star",
-  strong_frequency_hz: "f90",
-  normal_energy_J: "En",
-  tangential_energy_J: "Et",
-  specific_frequency_hz: "f",
-};
+// The scaled quantities from which `complete` calculates all others: of collisions only, and with those of the power.
+const { of_collisions: OF_COLLISIONS, known: BASIC, own_curves: OWN_CURVES } = CONTENT.curves;
+// Records of millprint.observables.definitions, in the order of the page, and their scales.
+const OBSERVABLES = CONTENT.observables;
+const BY_COLLISION = OBSERVABLES.filter(({ adds_up, curve }) => !adds_up && curve !== "share");
 // The charge of balls of one size.
 const ONE_SIZE = "";
 // An interval whose ends are farther apart than this factor says nothing: they count as not known; as in Python.
 const WIDEST = 10;
 // Conditions are the same within this difference of logarithms.
 const SAME = 1e-5;
-// Parts of the power, and their share in it by the ratio of tangential to normal; rising with the ratio or not.
-const PARTS = { Pn: { share: (ratio) => 1 / (1 + ratio), rises: false }, Pt: { share: (ratio) => ratio / (1 + ratio), rises: true } };
+// Parts of a power: the whole, and their share in it by a ratio; rising with the ratio or not.
+const part = (ratio) => ratio / (1 + ratio);
+const PARTS = {
+  Pn: { whole: "P", of: "ratio", share: (ratio) => 1 / (1 + ratio), rises: false },
+  Pt: { whole: "P", of: "ratio", share: part, rises: true },
+  Pr: { whole: "Pw", of: "rolling_ratio", share: part, rises: true },
+};
 
 /** A Gaussian process of the logarithm of one scaled quantity (millprint.fingerprint.processes). */
 class LogProcess {
@@ -149,18 +146,21 @@ class Factors {
 }
 
 /** Every quantity from those of BASIC that have a curve, and Pn where the ratio has none; NaN for what is missing. */
-function complete({ P, ratio = NaN, f = NaN, En_star = NaN, Et_star = NaN, f90 = NaN, Pn: own = NaN }) {
+function complete(read) {
+  const { P, ratio = NaN, f = NaN, En_star = NaN, Et_star = NaN, f90 = NaN, Pn: own = NaN, rolling_ratio: rolls } = read;
   const Pn = Number.isNaN(ratio) ? own : P / (1 + ratio);
   const Pt = P - P / (1 + ratio);
+  const Pr = rolls === undefined ? Math.max((read.Pw ?? NaN) - P, 0) : rolls * P;
   const weighted = { En_star, Et_star, fn_star: Pn / En_star, ft_star: Pt / Et_star, f90 };
-  return { Pn, Pt, f, ratio, P, En: Pn / f, Et: Pt / f, ...weighted };
+  const powers = { Pn, Pt, P, Pr, Pw: P + Pr, rolling_ratio: Pr / P };
+  const others = Object.fromEntries(OWN_CURVES.map((name) => [name, read[name] ?? NaN]));
+  return { ...powers, f, ratio, En: Pn / f, Et: Pt / f, ...weighted, ...others };
 }
 
-/** `of` applied to the scaled quantity of each descriptor and its scale in a condition. */
-function descriptorsOf(condition, of) {
-  const energy = energyScale(condition);
-  const scaleOf = (name) => (name.endsWith("_J") ? energy : condition.speed_hz);
-  return Object.fromEntries(Object.entries(SCALED_BY).map(([name, quantity]) => [name, of(quantity, scaleOf(name))]));
+/** What the scaled quantity of an observable is multiplied by in a condition, for one ball or one collision. */
+function scaleOf({ scale }, { density_kg_m3, speed_hz, amplitude_m, ball_diameter_m }) {
+  const { rho, omega, A, d } = CONTENT.scales[scale];
+  return density_kg_m3 ** rho * speed_hz ** omega * amplitude_m ** A * ball_diameter_m ** d;
 }
 
 class Fingerprint {
@@ -237,15 +237,15 @@ class Fingerprint {
   }
 
   /** The quantities that `complete` needs, each by `of` its process. */
-  read(of) {
-    const needed = [...BASIC, "Pn"].filter((name) => name in this.processes);
+  read(of, names = BASIC) {
+    const needed = [...names, "Pn"].filter((name) => name in this.processes);
     return complete(Object.fromEntries(needed.map((name) => [name, Math.exp(of(name, this.processes[name]))])));
   }
 
-  /** Scaled quantities without bands, on the curves. */
+  /** Scaled quantities of collisions without bands, on the curves. */
   means(condition) {
     const point = this.point(condition);
-    return this.read((name, process) => process.mean(point));
+    return this.read((name, process) => process.mean(point), OF_COLLISIONS);
   }
 
   /** Scaled quantities with the band of a new simulation; the mean's band is the first of the further intervals. */
@@ -262,17 +262,19 @@ class Fingerprint {
         return [name, { value, ...ends("ofNew"), further }];
       }),
     );
-    return Number.isNaN(found.Pt.value) ? found : { ...found, ...partsOf(found.P, { Pn: found.Pn, Pt: found.Pt }) };
+    if (Number.isNaN(found.Pt.value)) return found;
+    const { Pn, Pt, Pr } = found;
+    return { ...found, ...(Number.isNaN(found.Pw.value) ? partsOf(found.P, { Pn, Pt }) : partsOf(found.Pw, { Pn, Pt, Pr })) };
   }
 
   /** The ends of a band, NaN where it says nothing; half: half the width of a quantity's band in logarithms. */
   ends(name, value, half, logs) {
     let [below, above] = name in logs ? [half(name), half(name)] : [NaN, NaN];
-    if (name in PARTS && "ratio" in logs) {
+    const { whole, of, share, rises } = PARTS[name] ?? {};
+    if (whole in logs && of in logs) {
       // As in millprint.fingerprint.predicted_values: no end of a part is beyond the whole.
-      const { share, rises } = PARTS[name];
-      const ratio = Math.exp(logs.ratio.log);
-      const away = (sign) => Math.hypot(half("P"), Math.log(share(ratio * Math.exp(sign * half("ratio"))) / share(ratio)));
+      const ratio = Math.exp(logs[of].log);
+      const away = (sign) => Math.hypot(half(whole), Math.log(share(ratio * Math.exp(sign * half(of))) / share(ratio)));
       [below, above] = rises ? [away(-1), away(1)] : [away(1), away(-1)];
     }
     const isKnown = below + above <= Math.log(WIDEST);
@@ -311,35 +313,21 @@ class Fingerprint {
     return this.media.includes(charge) ? beyond : [...beyond, "charge"];
   }
 
-  /** Descriptors and powers of a condition by Eqs 3.28, 3.29 and 4.5, each with its interval. */
+  /** The observables of a condition by Eqs 3.28, 3.29 and 4.5, each with its interval. */
   predict(given) {
     const condition = this.whole(given);
     const scaled = this.scaled(condition);
     const balls = this.balls(condition);
-    const power = balls * energyScale(condition) * condition.speed_hz;
-    return {
-      balls,
-      ...descriptorsOf(condition, (quantity, scale) => times(scaled[quantity], scale)),
-      normal_power_W: times(scaled.Pn, power),
-      tangential_power_W: times(scaled.Pt, power),
-      power_W: times(scaled.P, power),
-      tangential_share: share(scaled.ratio),
-      outside: this.outside(condition),
-    };
+    const bands = { ...scaled, share: share(scaled.ratio) };
+    const found = OBSERVABLES.map((own) => [own.name, times(bands[own.curve], (own.adds_up ? balls : 1) * scaleOf(own, condition))]);
+    return { balls, ...Object.fromEntries(found), outside: this.outside(condition) };
   }
 
-  /** The descriptors without bands. */
+  /** The descriptors of collisions without bands. */
   descriptors(condition) {
     const scaled = this.means(condition);
-    return descriptorsOf(condition, (quantity, scale) => scaled[quantity] * scale);
+    return Object.fromEntries(BY_COLLISION.map((own) => [own.name, scaled[own.curve] * scaleOf(own, condition)]));
   }
-}
-
-/** rho omega^2 A^2 d^3 [J]. */
-function energyScale(condition) {
-  return (
-    condition.density_kg_m3 * condition.speed_hz ** 2 * condition.amplitude_m ** 2 * condition.ball_diameter_m ** 3
-  );
 }
 
 /** A band through a rising function: value, band of a new simulation, and each further interval, null if not known. */
@@ -351,22 +339,24 @@ function through({ value, lower, upper, further = {} }, rising) {
   return { value: rising(value), lower: rising(lower), upper: rising(upper), further: Object.fromEntries(others) };
 }
 
-/** Parts with further intervals that say no more than the whole allows, as millprint.estimate.estimates.parts_of. */
+/** Parts with intervals that say no more than the whole allows, as millprint.estimate.estimates.parts_of. */
 function partsOf(whole, parts) {
-  const limited = (name, origin) => {
-    const [own, all] = [parts[name], whole].map((each) => each.further[origin]);
-    if (origin === "mean" || !own || !all) return own;
-    const others = Object.values(parts).filter((part) => part !== parts[name]);
-    const rest = (end, unknown) => others.reduce((sum, part) => sum + (part.further[origin]?.[end] ?? unknown), 0);
+  const isKnown = (ends) => ends && !Number.isNaN(ends.lower + ends.upper);
+  const limited = (part, endsOf) => {
+    const [own, all] = [part, whole].map(endsOf);
+    if (!isKnown(own) || !isKnown(all)) return own;
+    const others = Object.values(parts).filter((each) => each !== part).map(endsOf);
+    const rest = (end, unknown) => others.reduce((sum, each) => sum + (isKnown(each) ? each[end] : unknown), 0);
     return {
-      lower: Math.min(Math.max(own.lower, all.lower - rest("upper", Infinity)), parts[name].value),
-      upper: Math.max(Math.min(own.upper, all.upper - rest("lower", 0)), parts[name].value),
+      lower: Math.min(Math.max(own.lower, all.lower - rest("upper", Infinity)), part.value),
+      upper: Math.max(Math.min(own.upper, all.upper - rest("lower", 0)), part.value),
     };
   };
   return Object.fromEntries(
     Object.entries(parts).map(([name, part]) => {
-      const further = Object.keys(part.further).map((origin) => [origin, limited(name, origin)]);
-      return [name, { ...part, further: Object.fromEntries(further) }];
+      const further = Object.keys(part.further).map((origin) => [origin, limited(part, (each) => each.further[origin])]);
+      const { lower, upper } = limited(part, (each) => each);
+      return [name, { ...part, lower, upper, further: Object.fromEntries(further) }];
     }),
   );
 }

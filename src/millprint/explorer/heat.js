@@ -34,13 +34,13 @@ class Heat {
     return this.explorer.mill.content.heat?.conditions ?? [];
   }
 
-  /** The power of the balls, normal and tangential, at the settings of a simulated condition, as predicted. */
+  /** The power of the walls at the settings of a simulated condition, as predicted. */
   powerOf(condition) {
     const { explorer } = this;
     const { density_kg_m3, amplitude_m } = explorer.fingerprint.about;
     const { ball_diameter_m, fill_ratio, speed_hz } = condition;
     const simulated = { density_kg_m3, amplitude_m, ball_diameter_m, fill_ratio, speed_hz };
-    return explorer.answer({ ...explorer.state, ...simulated }).power_W.value;
+    return explorer.answer({ ...explorer.state, ...simulated }).wall_power_W.value;
   }
 
   /** The simulated conditions of this contact set with their powers, lowest first; calculated once for each. */
@@ -62,7 +62,7 @@ class Heat {
     const chosen = this.conditions.find((each) => each.id === this.chosen);
     if (chosen) return { ...chosen, near: chosen, factor: 1 };
     const { explorer } = this;
-    const power = explorer.answer(explorer.state).power_W.value;
+    const power = explorer.answer(explorer.state).wall_power_W.value;
     const powers = this.byPower();
     const [near] = byDistance(this.conditions, explorer.state, explorer.fingerprint.about.contact);
     const above = powers.find((each) => each.power >= power) ?? powers.at(-1);

@@ -29,7 +29,8 @@ function methodsText(explorer, found) {
     `Contacts of a pair (two balls, or a ball and a ${about.collisions_by} of the wall) that follow each other within ${short(about.collision_gap_turns)} turns count as one collision.`,
     `A collision dissipates on average ${band("normal_energy_J")} along the line of centres and ${band("tangential_energy_J")} along the surface; ` +
       `all collisions over the balls: ${band("specific_frequency_hz")}.`,
-    `All balls dissipate ${band("power_W")} in collisions, rolling not counted, of which ${band("tangential_share")} by shear.`,
+    `The walls supply a power of ${band("wall_power_W")}, which all balls dissipate: ${band("normal_power_W")} by compression, ` +
+      `${band("tangential_power_W")} by shear and ${band("rolling_power_W")} by rolling.`,
     ...mill.further.map((origin) => furtherWords(explorer, found, origin)),
     `With ${digits(found.powder_g)} g of powder (ball-to-powder mass ratio ${short(Number(state.bpr.toPrecision(3)))}) for ${short(state.time_h)} h, the specific energy is at most ${units.text("dose", found.dose_J_kg.value)}.`,
     ...(found.outside.length ? [`Outside the simulated range: ${listed(found.outside.map(nameOf))}.`] : []),
@@ -48,7 +49,7 @@ function wallWords(about) {
 /** The interval of the power by an origin other than a new simulation. */
 function furtherWords({ mill, fingerprint, state }, found, origin) {
   const { title } = mill.content.origins[origin];
-  const interval = found.power_W.further[origin];
+  const interval = found.wall_power_W.further[origin];
   if (origin === "mean") {
     return Number.isNaN(interval.lower)
       ? "The mean power of very many simulations is not known."

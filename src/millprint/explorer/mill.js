@@ -112,9 +112,10 @@ function doses(prediction, state, powder_g) {
   const perMass = (1e3 * time_s) / powder_g;
   return {
     powder_g,
-    dose_J_kg: times(prediction.power_W, perMass),
+    dose_J_kg: times(prediction.wall_power_W, perMass),
     normal_dose_J_kg: times(prediction.normal_power_W, perMass),
     tangential_dose_J_kg: times(prediction.tangential_power_W, perMass),
+    rolling_dose_J_kg: times(prediction.rolling_power_W, perMass),
     hits_per_g: times(prediction.specific_frequency_hz, (prediction.balls * time_s) / powder_g),
   };
 }

@@ -16,24 +16,17 @@ const NAMES = {
   molar_ratio: "MgH₂ to borate",
   time_h: "milling time [h]",
 };
-/* Results with the kind of their unit, or with unit and factor from SI. */
-const DESCRIPTORS = {
-  weighted_normal_energy_J: { label: "Weighted normal energy E*n", sign: "E*n", kind: "energy" },
-  weighted_tangential_energy_J: { label: "Weighted tangential energy E*t", sign: "E*t", kind: "energy" },
-  weighted_normal_frequency_hz: { label: "Weighted normal frequency f*n", sign: "f*n", kind: "frequency" },
-  weighted_tangential_frequency_hz: { label: "Weighted tangential frequency f*t", sign: "f*t", kind: "frequency" },
-  normal_energy_J: { label: "Normal energy of a collision", sign: "En", kind: "energy" },
-  tangential_energy_J: { label: "Tangential energy of a collision", sign: "Et", kind: "energy" },
-  specific_frequency_hz: { label: "Specific collision frequency", sign: "f", kind: "frequency" },
-};
-const RESULTS = {
-  ...DESCRIPTORS,
-  strong_frequency_hz: { label: "Strong collisions f90", kind: "frequency" },
-  normal_power_W: { label: "Normal power, all balls", unit: "W", factor: 1 },
-  tangential_power_W: { label: "Tangential power, all balls", unit: "W", factor: 1 },
-  power_W: { label: "Power of all balls, without rolling", unit: "W", factor: 1 },
-  tangential_share: { label: "Tangential share", unit: "%", factor: 100 },
-};
+/* The observables with the kind of their unit, or with unit and factor from SI. */
+const KINDS = { J: { kind: "energy" }, "1/s": { kind: "frequency" }, "-": { unit: "%", factor: 100 } };
+const RESULTS = Object.fromEntries(
+  OBSERVABLES.map((own) => {
+    const label = own.title[0].toUpperCase() + own.title.slice(1);
+    return [own.name, { ...own, label, sign: own.symbol || own.title, ...(KINDS[own.unit] ?? { unit: own.unit, factor: 1 }) }];
+  }),
+);
+/* Those by which conditions are matched. */
+const DESCRIPTORS = Object.fromEntries(Object.entries(RESULTS).filter(([, { matched }]) => matched));
+const LINES = { normal: NORMAL, tangential: TANGENTIAL, rolling: "#6a8f00" };
 
 /** The unit of a result, and how to get to it. */
 const unitOf = ({ kind, unit, factor }, units) => (kind ? units.of(kind) : fixedUnit(unit, factor));
@@ -73,10 +66,10 @@ class Results {
       return item(about.label, `${digits(band.value)} ${scale.unit}`, below, warn);
     });
     const dose = units.of("dose");
-    const [normal, tangential] = ["normal", "tangential"].map((name) => digits(inUnit(found[`${name}_dose_J_kg`], dose).value));
+    const parts = ["normal", "tangential", "rolling"].map((name) => `${name} ${digits(inUnit(found[`${name}_dose_J_kg`], dose).value)}`);
     rows.push(
       item("Specific energy of the powder", units.text("dose", found.dose_J_kg.value), [
-        `normal ${normal}, tangential ${tangential}`,
+        parts.join(", "),
         `if all that is dissipated reached the powder, in ${short(state.time_h)} h`,
       ], warn),
       item("Hits of the powder", `${digits(found.hits_per_g.value)} 1/g`, `in ${short(state.time_h)} h`, warn),
@@ -102,7 +95,7 @@ class Results {
     const { value, outside = [] } = found.yield_percent ?? {};
     return [
       ...this.explorer.content.descriptors.map((name) => `${DESCRIPTORS[name].sign} ${units.text(DESCRIPTORS[name].kind, found[name].value)}`),
-      `${digits(found.power_W.value)} W`,
+      `${digits(found.wall_power_W.value)} W`,
       ...(found.yield_percent ? [`yield ${digits(value, 2)} %${outside.length ? " ?" : ""}`] : []),
     ].join(" · ");
   }
@@ -149,23 +142,13 @@ class Results {
       now: times(found[key], scale),
       dashed: key === "yield_percent" ? answers.map((answer) => answer[key].outside.length > 0) : null,
     });
-    const [energy, frequency] = ["energy", "frequency"].map((kind) => units.of(kind));
-    const both = (keys, scale) => [line(keys[0], "normal", NORMAL, scale), line(keys[1], "tangential", TANGENTIAL, scale)];
-    const charts = [
-      {
-        title: `Weighted energy E* [${energy.unit}]`,
-        lines: both(["weighted_normal_energy_J", "weighted_tangential_energy_J"], energy.to(1)),
-      },
-      {
-        title: `Weighted frequency f* [${frequency.unit}]`,
-        lines: both(["weighted_normal_frequency_hz", "weighted_tangential_frequency_hz"], frequency.to(1)),
-      },
-      { title: `Energy of a collision [${energy.unit}]`, lines: both(["normal_energy_J", "tangential_energy_J"], energy.to(1)) },
-      { title: `Specific collision frequency [${frequency.unit}]`, lines: [line("specific_frequency_hz", "collisions", INK, frequency.to(1))] },
-      { title: "Power without rolling [W]", lines: both(["normal_power_W", "tangential_power_W"], 1) },
-      { title: "Tangential share [%]", lines: [line("tangential_share", "share", INK, 100)], top: 100 },
-      ...(found.yield_percent ? [{ title: "Yield [%]", lines: [line("yield_percent", "yield", INK, 1)], top: 100 }] : []),
-    ];
+    const panels = Map.groupBy(Object.entries(RESULTS).filter(([, { panel }]) => panel), ([, { panel }]) => panel);
+    const charts = [...panels].map(([panel, shown]) => {
+      const { unit: inside, to: into } = unitOf(shown[0][1], units);
+      const lines = shown.map(([key, { line: named }]) => line(key, named, LINES[named] ?? INK, into(1)));
+      return { title: `${panel} [${inside}]`, lines, ...(inside === "%" ? { top: 100 } : {}) };
+    });
+    if (found.yield_percent) charts.push({ title: "Yield [%]", lines: [line("yield_percent", "yield", INK, 1)], top: 100 });
     const known = mill.known(name, explorer.fingerprint, explorer.state.charge)?.map(to);
     const shared = { x, label: withUnit(label, unit), known, at: here };
     byId("charts").replaceChildren(...charts.map((chart) => drawChart({ ...chart, ...shared })));

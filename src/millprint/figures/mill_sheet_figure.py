@@ -30,10 +30,9 @@ from millprint.figures.style import (
     write_rows,
 )
 from millprint.fingerprint.bands import FURTHER, NOT_KNOWN, ORIGINS
-from millprint.fingerprint.columns import DESCRIPTORS
-from millprint.fingerprint.condition import SHEET_PANELS
 from millprint.fingerprint.descriptors import CHARGE, MOTIONS
 from millprint.fingerprint.mill_sheet import RECORDED, SIMULATED, STATED, WHERE, by_columns, shown_speed
+from millprint.observables.definitions import DESCRIPTORS, SHEET_PANELS
 from millprint.run.numbers import plain, prefix_of, three
 from millprint.view.mill_picture import MillPicture
 
@@ -41,7 +40,7 @@ from millprint.view.mill_picture import MillPicture
 SHEET_IN = (8.27, 11.69)
 # Quantities whose exponents and spread are on the page; the table of the sheet has more.
 SCALED_ON_PAGE = (
-    *("power per ball", "weighted normal energy", "weighted tangential energy"),
+    *("wall power per ball", "weighted normal energy", "weighted tangential energy"),
     *("weighted normal frequency", "weighted tangential frequency", "specific frequency"),
 )
 # With more speeds and ball sizes than this, all conditions have one marker.

@@ -1,5 +1,7 @@
 """Figures of what settings change: contact parameters (Sobol indices, intervals), and those of a mill's sweep."""
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -18,13 +20,24 @@ from millprint.figures.style import (
     no_formula,
     plt,
 )
-from millprint.fingerprint.columns import DESCRIPTORS
-from millprint.fingerprint.condition import CURVES
 from millprint.fingerprint.study import DESCRIBED, POWERS
+from millprint.observables.definitions import CURVES, DESCRIPTORS
 
-# A panel for each of CURVES.
 COLUMNS = 4
-ROWS = len(CURVES) // COLUMNS
+
+
+def _panels(
+    table: pd.DataFrame, height: float, sharey: bool = False
+) -> tuple[Figure, list[tuple[Any, str]], np.ndarray]:
+    """A panel for each quantity of a table; height: of a row [inch]."""
+    quantities = [name for name in CURVES if (table["quantity"] == name).any()]
+    rows = -(-len(quantities) // COLUMNS)
+    figure, axes = plt.subplots(
+        rows, COLUMNS, figsize=(PAGE_WIDTH_IN, height * rows), sharex=True, squeeze=False, sharey=sharey
+    )
+    for axis in axes.flat[len(quantities) :]:
+        axis.axis("off")
+    return figure, list(zip(axes.flat, quantities, strict=False)), axes
 
 
 def plot_indices(indices: pd.DataFrame, title: str) -> Figure:
@@ -32,10 +45,10 @@ def plot_indices(indices: pd.DataFrame, title: str) -> Figure:
 
     indices: as of `uncertainty.indices.sobol_indices`, with fill_ratio and quantity.
     """
-    figure, axes = plt.subplots(ROWS, COLUMNS, figsize=(PAGE_WIDTH_IN, 2.0 * ROWS), sharey=True, sharex=True)
+    figure, panels, axes = _panels(indices, 2.0, sharey=True)
     fills, names = np.unique(indices["fill_ratio"]), list(PARAMETERS)
     places, width = np.arange(len(names)), 0.8 / len(fills)
-    for axis, quantity in zip(axes.flat, CURVES, strict=True):
+    for axis, quantity in panels:
         table = indices[indices["quantity"] == quantity]
         for number, fill in enumerate(fills):
             rows = table[table["fill_ratio"] == fill].set_index("parameter").loc[names]
@@ -51,8 +64,9 @@ def plot_indices(indices: pd.DataFrame, title: str) -> Figure:
         axis.text(0.98, 0.97, DESCRIPTORS[quantity].title, transform=axis.transAxes, ha="right", va="top", fontsize=7)
     for axis in axes[:, 0]:
         axis.set_ylabel("Sobol index [-]")
-    letter_panels(axes.flat)
-    legend_below(figure, axes.flat, columns=min(6, len(fills)), fontsize=7)
+    own = [axis for axis, _ in panels]
+    letter_panels(own)
+    legend_below(figure, own, columns=min(6, len(fills)), fontsize=7)
     figure.suptitle(f"{no_formula(title)}: first-order (full) and total (pale) indices", fontsize=8)
     return figure
 
@@ -62,8 +76,8 @@ def plot_intervals(intervals: pd.DataFrame, sets: pd.DataFrame, title: str) -> F
 
     intervals, sets: as `uncertainty.intervals.measure` returns them.
     """
-    figure, axes = plt.subplots(ROWS, COLUMNS, figsize=(PAGE_WIDTH_IN, 1.9 * ROWS), sharex=True)
-    for axis, quantity in zip(axes.flat, CURVES, strict=True):
+    figure, panels, _ = _panels(intervals, 1.9)
+    for axis, quantity in panels:
         table = intervals[intervals["quantity"] == quantity]
         fills, value = table["fill_ratio"], table["value"].to_numpy()
         axis.fill_between(fills, table["lower"], table["upper"], alpha=0.25, label="by contact parameters")
@@ -75,8 +89,9 @@ def plot_intervals(intervals: pd.DataFrame, sets: pd.DataFrame, title: str) -> F
             axis.plot(rows["fill_ratio"], rows["factor"].to_numpy() * value, label=f"set {name}", **look)
         axis.set(xlabel=FILL_LABEL, ylabel=DESCRIPTORS[quantity].label, ylim=(0, None))
         axis.yaxis.label.set_fontsize(7)
-    letter_panels(axes.flat)
-    legend_below(figure, axes.flat, columns=4, fontsize=7)
+    own = [axis for axis, _ in panels]
+    letter_panels(own)
+    legend_below(figure, own, columns=4, fontsize=7)
     figure.suptitle(f"{no_formula(title)}: intervals by contact parameters only", fontsize=8)
     return figure
 

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 import pandas as pd
 
 from millprint.config.mixture import BallMixture
-from millprint.fingerprint.condition import VARIABLES
 from millprint.fingerprint.descriptors import CHARGE, OF_RULE, as_built
 from millprint.fingerprint.processes import kinds_of
 from millprint.fingerprint.readers import WALL
+from millprint.observables.condition import VARIABLES
 
 # Properties of the runs that a fingerprint stores.
 SHARED = ("restitution", "static_friction", "collision_gap_turns", "density_kg_m3", "amplitude_m")

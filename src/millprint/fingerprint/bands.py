@@ -11,7 +11,7 @@ from millprint.config.load import check_model
 from millprint.config.mixture import ONE_SIZE
 from millprint.config.section import Positive
 from millprint.estimate.estimates import ENDS
-from millprint.fingerprint.condition import COUNTED, CURVES, WEIGHTED
+from millprint.observables.definitions import COUNTED, CURVES
 from millprint.run.files import read_json
 
 
@@ -40,7 +40,7 @@ FURTHER = {name: ORIGINS[name] for name in ("contact", "shape")}
 NOT_KNOWN = "not known"
 
 # The quantities of CURVES that every file of factors must have.
-POWERS = tuple(name for name in CURVES if name not in (*COUNTED, *WEIGHTED))
+POWERS = ("Pn", "Pt", "ratio", "P")
 
 
 class _Part(BaseModel):

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 import pandas as pd
 
 from millprint.config.errors import ConfigError
-from millprint.config.fingerprint import DESCRIPTOR_SETS, TARGET_DESCRIPTORS, DescriptorSet, MatchConfig
+from millprint.config.fingerprint import DescriptorSet, MatchConfig
 from millprint.config.load import check_model
 from millprint.config.mixture import ONE_SIZE, balls_in_words
 from millprint.estimate.estimates import Estimate, ratio_of
-from millprint.fingerprint.columns import DESCRIPTORS
-from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.condition_search import (
     check_same_count,
     counts_alike,
@@ -22,14 +20,18 @@ from millprint.fingerprint.condition_search import (
 )
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.model import Fingerprint
+from millprint.observables.condition import Condition
+from millprint.observables.definitions import (
+    DESCRIPTOR_SETS,
+    DESCRIPTORS,
+    POWER,
+    POWER_PARTS,
+    PREDICTED,
+    TARGET_DESCRIPTORS,
+)
 
-# What `compare` compares, with the titles of quantities that are not columns of a table of descriptors.
-TITLES = {
-    **{name: DESCRIPTORS[name].title for name in TARGET_DESCRIPTORS},
-    "normal_power_W": DESCRIPTORS["normal_power_W"].title,
-    "tangential_power_W": DESCRIPTORS["tangential_power_W"].title,
-    "power_W": "power of all balls",
-}
+# What `compare` compares: what mills are matched by, then the power and its parts.
+COMPARED = (*(name for names in DESCRIPTOR_SETS.values() for name in names), POWER, *POWER_PARTS)
 
 
 @dataclass(frozen=True)
@@ -106,7 +108,7 @@ def compare(
 ) -> pd.DataFrame:
     """The descriptors of one condition on each of two mills, and their ratio other / one, each with its interval.
 
-    A row for each quantity of TITLES, with title and unit; columns `one`, `other` and `ratio`, each with `_lower` and
+    A row for each of COMPARED, with title and unit; columns `one`, `other` and `ratio`, each with `_lower` and
     `_upper`, from the bands of a new simulation (`ratio_of`). Descriptors per collision are left out where the two
     count by different rules. Raises ConfigError for intervals of different probabilities.
     """
@@ -119,11 +121,11 @@ def compare(
     of_one, of_other = one.predict(condition), other.predict(other_condition)
     rows = []
     left_out = () if counts_alike(one.about, other.about) else DESCRIPTOR_SETS["per_collision"]
-    for name, title in TITLES.items():
+    for name in COMPARED:
         if name in left_out:
             continue
         first, second = getattr(of_one, name), getattr(of_other, name)
-        row = {"quantity": name, "title": title, "unit": DESCRIPTORS[name].unit if name in DESCRIPTORS else "W"}
+        row = {"quantity": name, "title": PREDICTED[name].title, "unit": PREDICTED[name].unit}
         for column, band in {"one": first, "other": second, "ratio": ratio_of(second, first)}.items():
             row |= band.columns(column)
         rows.append(row)

@@ -10,15 +10,16 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.errors import ConfigError
-from millprint.config.fingerprint import DESCRIPTOR_SETS, DescriptorSet, LikeConfig, MatchConfig, TargetConfig
+from millprint.config.fingerprint import DescriptorSet, LikeConfig, MatchConfig, TargetConfig
 from millprint.estimate.estimates import Estimate, Interval, columns_of, ratio_of
 from millprint.estimate.judge import judge
 from millprint.fingerprint.bands import FURTHER
-from millprint.fingerprint.condition import UNITS, Condition
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.plausible import check_near
 from millprint.fingerprint.predicted_values import Prediction
+from millprint.observables.condition import Condition
+from millprint.observables.definitions import DESCRIPTOR_SETS, POWER, PREDICTED, TARGET_DESCRIPTORS
 
 # Fill ratios and speeds of the grid before the refinement; the curves have few turns, all far wider than a step.
 GRID = (81, 61)
@@ -34,9 +35,10 @@ SHARED_CONTACT = (
 
 
 def descriptors_shown(target: Iterable[str]) -> list[str]:
-    """The descriptors of every set that a target has one of."""
+    """The descriptors of every set that a target has one of, and others that it names."""
     named = set(target)
-    return [name for names in DESCRIPTOR_SETS.values() if named.intersection(names) for name in names]
+    shown = {name for names in DESCRIPTOR_SETS.values() if named.intersection(names) for name in names}
+    return [name for name in TARGET_DESCRIPTORS if name in shown | named]
 
 
 def residuals(found: dict[str, float], target: dict[str, float]) -> dict[str, float]:
@@ -111,7 +113,7 @@ def _row(fingerprint: Fingerprint, condition: Condition[float], charge: str, tar
     held = [name for name in target if meets(bands[name], target[name])]
     return row | {
         **residuals(found, target),
-        "power_W": prediction.power_W.value,
+        POWER: prediction.known[POWER].value,
         "within_interval": ", ".join(held) or "nothing",
         "inside": "no" if prediction.outside else "yes",
         "outside": ", ".join(prediction.outside) or "nothing",
@@ -128,7 +130,7 @@ def ranked_columns(target: Iterable[str], fingerprints: list[Fingerprint]) -> li
         *(*PLACE, "fill_ratio", "balls", "speed_rpm", "distance"),
         *(f"{name}{end}" for name in shown for end in ("", "_lower", "_upper")),
         *(f"{name}_residual_percent" for name in shown),
-        *("power_W", "within_interval", "inside", "outside"),
+        *(POWER, "within_interval", "inside", "outside"),
     ]
     origins = [origin for origin in FURTHER if any(origin in each.further for each in fingerprints)]
     charged = any(each.charges for each in fingerprints)
@@ -283,7 +285,7 @@ def _stored(row: dict, name: str) -> Estimate:
     """A descriptor with its intervals in a row of a ranking."""
     ends = {own: [row.get(column, np.nan) for column in columns_of(name, own)] for own in ("scatter", *FURTHER)}
     known = {own: Interval(*each) for own, each in ends.items() if np.isfinite(each).all()}
-    return Estimate(row[name], UNITS[name.rpartition("_")[2]]).having(known)
+    return Estimate(row[name], PREDICTED[name].unit).having(known)
 
 
 def match_targets(request: MatchConfig, fingerprints: list[Fingerprint]) -> pd.DataFrame:

@@ -7,7 +7,7 @@ import pandas as pd
 
 from millprint.config.charge import MEASURES, fill_from
 from millprint.config.errors import ConfigError
-from millprint.fingerprint.condition import Condition
+from millprint.observables.condition import Condition
 
 # Columns of a table: the variable that each is, and the factor to its unit.
 SETTINGS = {

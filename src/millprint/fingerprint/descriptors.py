@@ -12,9 +12,10 @@ from millprint.config.mill_sweep import FEWEST_FILLS
 from millprint.config.mixture import ONE_SIZE
 from millprint.config.sweep import as_tabulated
 from millprint.dem.turns import ROUNDING, has_impacts, mean_of_turns, motion_repeats
-from millprint.fingerprint.columns import COMPUTED, DESCRIPTORS, MEASURED
-from millprint.fingerprint.condition import Condition, energy_scale
-from millprint.fingerprint.readers import Collisions, collisions_by, counted, read_contacts
+from millprint.fingerprint.readers import collisions_by, counted, read_contacts
+from millprint.observables.condition import Condition, energy_scale
+from millprint.observables.counted_collisions import Collisions
+from millprint.observables.definitions import COMPUTED, DESCRIPTORS, MEASURED, STATISTICS, Measured
 from millprint.run.files import read_table
 
 # The columns that define a condition. `varied` names what a sweep changed of mill or balls; NOTHING if as built.
@@ -25,6 +26,8 @@ CONDITION_NUMBERS = ["ball_diameter_mm", "fill_ratio", "speed_rpm", "density_kg_
 CONDITION = [*CONDITION_TEXT, *CONDITION_NUMBERS]
 NOTHING = "nothing"
 CHANNELS = ("normal", "tangential")
+# The channels of the power.
+PARTS = (*CHANNELS, "rolling")
 OVERRIDES = {"amplitude_mm": "amplitude", "density_kg_m3": "density"}
 
 # Columns that later stages need.
@@ -81,17 +84,21 @@ def run_row(summary: dict, rule_name: str) -> dict:
         **condition_of(summary),
         "counting_rule": rule["name"],
         "collisions_by": rule["by"],
-        **{column.name: column.of_run(summary, rule, collisions) for column in MEASURED},
+        **{own.name: own.of_run(summary, rule, collisions) for own in MEASURED},
         **_turns_row(summary, rule["frequency_hz"] / summary["frequency_hz"]),
-        **_scatter_row(summary),
+        **_scatter_row(summary, collisions),
     }
 
 
 def _without_rounding(summary: dict) -> dict:
     """The summary with 0 in place of a power that is nothing but rounding, and of its channel's weighted energy."""
-    powers = {name: summary["power_W"][name] for name in CHANNELS}
-    nothing = [name for name in CHANNELS if powers[name] < ROUNDING * sum(powers.values())]
-    weighted = {name: summary["weighted"][name] | {"energy_J": 0.0, "specific_frequency_hz": 0.0} for name in nothing}
+    powers = {name: summary["power_W"][name] for name in PARTS}
+    nothing = [name for name in PARTS if powers[name] < ROUNDING * sum(powers.values())]
+    weighted = {
+        name: summary["weighted"][name] | {"energy_J": 0.0, "specific_frequency_hz": 0.0}
+        for name in nothing
+        if name in CHANNELS
+    }
     return summary | {
         "power_W": summary["power_W"] | dict.fromkeys(nothing, 0.0),
         "weighted": summary["weighted"] | weighted,
@@ -99,10 +106,10 @@ def _without_rounding(summary: dict) -> dict:
 
 
 def _collisions_of(summary: dict, rule: dict) -> Collisions | None:
-    """The collisions of a run by a counting rule, where a column needs them and it has a table of them."""
-    if "run_path" not in summary or not any(column.of_collisions for column in MEASURED):
+    """The collisions of a run by a counting rule, where an observable needs them and it has a table of them."""
+    if "run_path" not in summary or not STATISTICS:
         return None
-    contacts = read_contacts(summary["run_path"])
+    contacts = read_contacts(summary["run_path"], everything=True)
     return collisions_by(contacts, CountingRule.of_count(rule), summary["frequency_hz"]) if contacts else None
 
 
@@ -141,15 +148,17 @@ def _energy_scale(summary: dict) -> float:
 # Quantities whose scatter is known from turns and seeds.
 SCATTERED = (
     *(f"{name}_power" for name in CHANNELS),
-    *("power", "power_ratio"),
+    *("power", "power_ratio", "rolling_power", "wall_power", "rolling_ratio"),
     *(f"weighted_{name}_{kind}" for name in CHANNELS for kind in ("energy", "frequency")),
+    *(own.name for own in STATISTICS),
 )
 
 
-def _scatter_row(summary: dict) -> dict[str, float]:
+def _scatter_row(summary: dict, collisions: Collisions | None) -> dict[str, float]:
     """For a run: the value of each of SCATTERED, its relative variance from the turns, and the degrees of freedom."""
-    energies = [np.asarray(summary["per_revolution"].get(f"{name}_J", []), dtype=float) for name in CHANNELS]
-    powers, turns = [summary["power_W"][name] for name in CHANNELS], len(energies[0])
+    energies = [np.asarray(summary["per_revolution"].get(f"{name}_J", []), dtype=float) for name in PARTS]
+    powers, turns = [summary["power_W"][name] for name in PARTS], len(energies[0])
+    rolling_W, rolling = powers.pop(), energies.pop()
     told = {}
     for name, power, energy in zip(CHANNELS, powers, energies, strict=True):
         error, weighted = summary["power_standard_error_W"][name], summary["weighted"][name]
@@ -157,16 +166,46 @@ def _scatter_row(summary: dict) -> dict[str, float]:
         told[f"{name}_power"] = (power, error and power and error / power, known.freedom if known else 0)
         for kind, key in (("energy", "energy_J"), ("frequency", "specific_frequency_hz")):
             told[f"weighted_{name}_{kind}"] = (weighted[key], weighted["relative_error"][kind], turns - 1)
-    told["power"] = (sum(powers), *_relative(np.sum(energies, axis=0)))
-    # To first order, a ratio varies with the difference of its relative parts.
-    parted = turns > 1 and min(powers) > 0
-    parts = [energy / energy.mean() if parted else np.empty(0) for energy in energies]
-    told["power_ratio"] = (powers[1] / powers[0] if parted else np.nan, *_relative(1 + parts[1] - parts[0]))
+    counted = np.sum(energies, axis=0)
+    told["power"] = (sum(powers), *_relative(counted))
+    told["rolling_power"] = (rolling_W, *_relative(rolling))
+    told["wall_power"] = (summary["power_W"]["wall"], *_relative(counted + rolling))
+    told["power_ratio"] = _ratio_of_parts(powers[1], powers[0], energies[1], energies[0])
+    told["rolling_ratio"] = _ratio_of_parts(rolling_W, sum(powers), rolling, counted)
+    frequency_hz = summary["frequency_hz"]
+    told |= {own.name: _of_blocks(own, collisions, frequency_hz) for own in STATISTICS}
     row: dict[str, float] = {}
     for name, (value, error, freedom) in told.items():
         variance = np.nan if error is None else error**2
         row |= {name: value, f"{name}_variance": variance, f"{name}_freedom": 0 if error is None else freedom}
     return row
+
+
+def _ratio_of_parts(
+    above: float, below: float, of_above: np.ndarray, of_below: np.ndarray
+) -> tuple[float, float | None, int]:
+    """A ratio of two powers, its relative error from their energies in each turn, and the degrees of freedom."""
+    if len(of_above) < 2 or min(above, below) <= 0:
+        return (np.nan, None, 0)
+    # To first order, a ratio varies with the difference of its relative parts.
+    return (above / below, *_relative(1 + of_above / of_above.mean() - of_below / of_below.mean()))
+
+
+def _of_blocks(own: Measured, collisions: Collisions | None, frequency_hz: float) -> tuple[float, float | None, int]:
+    """A statistic of collisions, its relative error from g blocks of turns left out in turn, and g - 1.
+
+    v = (g - 1) / g sum (x_(j) / mean - 1)^2 (delete-a-group jackknife, Kott, J. Official Stat. 17 (2001) 521).
+    """
+    statistic = own.of_collisions
+    if statistic is None or collisions is None or not len(collisions.values):
+        return (np.nan, None, 0)
+    turns, value = int(collisions.window_s * frequency_hz + 1e-9), statistic(collisions)
+    blocks = turns // block_length(turns) if turns > 1 else 1
+    parts = [collisions.without(block, blocks) for block in range(blocks)]
+    if blocks < 2 or not all(len(part.values) for part in parts):
+        return (value, None, 0)
+    left = np.array([statistic(part) for part in parts])
+    return (value, float(np.sqrt((blocks - 1) * np.var(left / left.mean()))), blocks - 1)
 
 
 def _relative(energies: np.ndarray) -> tuple[float | None, int]:
@@ -183,6 +222,7 @@ def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
     """
     groups = runs.groupby(CONDITION, sort=True)
     of_a_run = [f"{name}{end}" for name in SCATTERED for end in ("", "_variance", "_freedom")]
+    of_a_run = [name for name in of_a_run if name not in DESCRIPTORS]
     mean = groups.mean(numeric_only=True).drop(columns=of_a_run)
     mean.insert(0, "seeds", groups.size())
     for place, name in enumerate(OF_RULE, start=1):

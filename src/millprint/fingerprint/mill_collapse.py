@@ -3,22 +3,22 @@
 import numpy as np
 import pandas as pd
 
-from millprint.fingerprint.condition import SCALED_BY
 from millprint.fingerprint.descriptors import CHANNELS, CHARGE, as_built
+from millprint.observables.condition import SCALES
+from millprint.observables.definitions import PREDICTED, SCALED_BY
 
 # Exponents in the equations, for quantities of one ball or one collision.
-POWER = {"rho": 1, "omega": 3, "A": 2, "d": 3}
-ENERGY = {"rho": 1, "omega": 2, "A": 2, "d": 3}
-FREQUENCY = {"rho": 0, "omega": 1, "A": 0, "d": 0}
 SUPPOSED = {
-    "normal_power_per_ball_W": POWER,
-    "tangential_power_per_ball_W": POWER,
-    "power_per_ball_W": POWER,
-    **{name: ENERGY if name.endswith("_J") else FREQUENCY for name in SCALED_BY},
+    **dict.fromkeys(
+        ("normal_power_per_ball_W", "tangential_power_per_ball_W", "power_per_ball_W"), SCALES["power"].exponents
+    ),
+    **{name: SCALES[PREDICTED[name].scale].exponents for name in SCALED_BY},
 }
+# Of all that is dissipated and supplied; the thesis has normal and tangential only.
+WALL_POWER = "wall_power_per_ball_W"
 # Quantities per ball or per collision -> short name in the table of all mills; empty if not in it.
 COLLAPSED = {
-    "power_per_ball_W": "power",
+    WALL_POWER: "power",
     "normal_power_per_ball_W": "normal",
     "tangential_power_per_ball_W": "tangential",
     **dict.fromkeys(SCALED_BY, ""),
@@ -35,11 +35,12 @@ VERDICTS = ("by the scaling law", "by exponents of its own", "not by powers of s
 
 
 def with_power_per_ball(descriptors: pd.DataFrame) -> pd.DataFrame:
-    """The descriptors with the normal, tangential and total power per ball [W]."""
+    """The descriptors with powers per ball [W]: normal, tangential, their sum as in the thesis, and of the walls."""
     normal, tangential = (descriptors[f"{channel}_power_W"] / descriptors["balls"] for channel in CHANNELS)
+    of_walls = descriptors["wall_power_W"] / descriptors["balls"]
     return descriptors.assign(
         normal_power_per_ball_W=normal, tangential_power_per_ball_W=tangential, power_per_ball_W=normal + tangential
-    )
+    ).assign(**{WALL_POWER: of_walls})
 
 
 def _about_means(values: np.ndarray, constants: np.ndarray) -> np.ndarray:
@@ -102,7 +103,7 @@ def tabulate_mill_collapse(descriptors: pd.DataFrame, probability: float) -> pd.
     varied = {name: np.log(table[column].to_numpy(dtype=float)) for name, column in VARIED.items()}
     rows = []
     for quantity in COLLAPSED:
-        supposed = SUPPOSED[quantity]
+        supposed = SCALES["power"].exponents if quantity == WALL_POWER else SUPPOSED[quantity]
         is_there = bool((whole[quantity] > 0).all())
         logs = np.log(table[quantity].to_numpy(dtype=float)) if is_there else np.full(len(table), np.nan)
         scaled = logs - sum(supposed[name] * values for name, values in varied.items())

@@ -12,11 +12,11 @@ from millprint.config.mill import MillConfig
 from millprint.config.mixture import balls_in_words
 from millprint.estimate.estimates import ENDS, columns_of
 from millprint.fingerprint.bands import FURTHER, ORIGINS
-from millprint.fingerprint.columns import DESCRIPTORS
-from millprint.fingerprint.condition import SCALED_BY, Condition
 from millprint.fingerprint.descriptors import CHARGE, MOTIONS, as_built, said_of, with_impacts
 from millprint.fingerprint.predicted_values import banded
 from millprint.fingerprint.readers import TABLE, WALL
+from millprint.observables.condition import Condition
+from millprint.observables.definitions import DESCRIPTORS, POWER, PREDICTED
 from millprint.run.files import read_table
 from millprint.run.numbers import three
 
@@ -41,21 +41,20 @@ class Row(NamedTuple):
 
 
 SHEET = list(Row._fields)
-TOTAL_POWER = "normal and tangential power"
 # Mass of the balls over that of the powder, for the dose of a sheet; people take 10 to 50 [-].
 RATIO = 10
 # Fill ratios at which the width of an interval is evaluated.
 FILLS_WITHIN = 40
 # Fill ratios that are listed one by one.
 LISTED = 6
-POWER_OF = {"Pn": "normal_power_W", "Pt": "tangential_power_W"}
-DESCRIBED = (*SCALED_BY, *POWER_OF.values())
+DESCRIBED = tuple(name for name in PREDICTED if name in DESCRIPTORS)
 # The section `precision`: time and seeds of a condition, and the intervals of some quantities of CURVES.
 RECORDED, SIMULATED = "recorded time of a simulation", "simulations of a condition"
 STATED = {
-    "P": "power",
+    "Pw": "power",
     "Pn": "normal power",
     "Pt": "tangential power",
+    "Pr": "rolling power",
     "En_star": "weighted normal energy",
     "Et_star": "weighted tangential energy",
     "f": "collisions",
@@ -142,8 +141,8 @@ def tabulate_sheet(
         rows.append(Row("condition", "charge", text=fingerprint.charges[charge].in_words(prediction.balls)))
     for name in DESCRIBED:
         band, column = getattr(prediction, name), DESCRIPTORS[name]
-        reason = about.get("no_curve", {}).get(SCALED_BY.get(name) or {v: k for k, v in POWER_OF.items()}[name])
-        value = float(simulated[name]) if reason else band.value
+        reason = about.get("no_curve", {}).get(column.curve)
+        value = float(simulated[name]) if reason and math.isnan(band.value) else band.value
         said = ", ".join([*words, *([f"no curve: {reason}"] if reason else [])])
         ends = (band.lower, band.upper, column.unit, said, *band.ends("mean"))
         rows.append(Row("descriptors", column.title, value, *ends))
@@ -175,11 +174,10 @@ def tabulate_sheet(
 
 def _dose_rows(prediction: "Prediction", condition: Condition[float], said: str) -> list[Row]:
     """Power of all balls and of a kilogram of them, and what it means for the powder; said: a word with each."""
-    power = prediction.power_W
+    power = prediction.known[POWER]
     mass_kg = prediction.balls * condition.density_kg_m3 * math.pi / 6 * condition.ball_diameter_m**3
     rows = []
     for title, factor, unit in (
-        (TOTAL_POWER, 1.0, "W"),
         ("power of a kilogram of balls", 1 / mass_kg, "W/kg"),
         (f"dose of an hour at a ball-to-powder ratio of {RATIO}", 3.6e-3 * RATIO / mass_kg, "kJ/g"),
     ):

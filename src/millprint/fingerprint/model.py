@@ -14,21 +14,12 @@ from millprint.config.errors import ConfigError, DamagedFile
 from millprint.config.mill_sweep import FEWEST_FILLS
 from millprint.config.mixture import ONE_SIZE, BallMixture, balls_in_words
 from millprint.config.sweep import ball_count
-from millprint.estimate.estimates import ENDS, Estimate, Interval, columns_of, parts_of, share_of
+from millprint.estimate.estimates import ENDS, Estimate, Interval, columns_of, share_of
 from millprint.fingerprint.about import NO_CHARGES, SETTING, describe
 from millprint.fingerprint.bands import FURTHER, Factors, checked_factors, read_factors
-from millprint.fingerprint.condition import (
-    CURVES,
-    SCALED_BY,
-    UNITS,
-    VARIABLES,
-    Condition,
-    descriptors_of,
-    power_scale,
-)
 from millprint.fingerprint.condition_tables import conditions_of
 from millprint.fingerprint.descriptors import CHARGE, as_built, said_of, with_impacts
-from millprint.fingerprint.predicted_values import KNOWN, PARTS, Prediction, banded, bands, from_curves
+from millprint.fingerprint.predicted_values import OF_COLLISIONS, Prediction, banded, bands, from_curves, with_parts
 from millprint.fingerprint.processes import (
     Predictor,
     Process,
@@ -39,10 +30,11 @@ from millprint.fingerprint.processes import (
     varied_components,
 )
 from millprint.fingerprint.readers import FORMAT, read_content
+from millprint.observables.condition import VARIABLES, Condition
+from millprint.observables.definitions import CURVES, LATER_CURVES, PREDICTED, SCALED_BY, SHARE, descriptors_of
 from millprint.run.files import write_json
 
-# Powers of a prediction, and the scaled quantities that they are.
-POWERS = {"normal_power_W": "Pn", "tangential_power_W": "Pt", "power_W": "P"}
+LATER = "not measured when the fingerprint was made: run the command again that made it"
 
 
 class Fingerprint:
@@ -139,8 +131,12 @@ class Fingerprint:
             kinds = about.get("kinds", ())
             known = pd.DataFrame({name: content["inputs"][name] for name in (*VARIABLES, *([CHARGE] if kinds else []))})
             inputs = logarithms(known, kinds)
-            known = [name for name in CURVES if name not in about.get("no_curve", {})]
-            processes = {name: Process.from_dict(content["processes"][name], inputs) for name in known}
+            stored, without = content["processes"], dict(about.get("no_curve", {}))
+            # An observable that came after the fingerprint.
+            later = {name: LATER for name in LATER_CURVES if name not in stored and name not in without}
+            about = {**about, "no_curve": {**without, **later}} if later else about
+            known = [name for name in CURVES if name not in {**without, **later}]
+            processes = {name: Process.from_dict(stored[name], inputs) for name in known}
             further = {
                 origin: checked_factors(content[origin], origin, about, f"{path}: {origin}")
                 for origin in FURTHER
@@ -258,7 +254,8 @@ class Fingerprint:
     def descriptors(self, condition: Condition, charge: str = ONE_SIZE) -> dict[str, np.ndarray]:
         """Energies [J] and frequencies over the balls [1/s] (m,) of the conditions, without bands."""
         inputs = self._inputs(condition, charge)
-        known = {name: np.exp(self.predictors[name].mean(inputs)) for name in KNOWN if name in self.predictors}
+        read = (name for name in OF_COLLISIONS if name in self.predictors)
+        known = {name: np.exp(self.predictors[name].mean(inputs)) for name in read}
         return descriptors_of(condition, from_curves(known))
 
     def scaled(self, condition: Condition, charge: str = ONE_SIZE) -> pd.DataFrame:
@@ -345,8 +342,7 @@ class Fingerprint:
                 if np.isfinite(ends[name]).all()
             }
             found[name] = own.having(intervals)
-        parts = {name: found[name] for name in PARTS}
-        return found | parts_of(found["P"], parts) if np.isfinite(found["Pt"].value) else found
+        return with_parts(found)
 
     def missing(self, fill_ratio: float) -> dict[str, str]:
         """Why the interval of an origin is not known at a fill ratio, for each that is not."""
@@ -386,13 +382,11 @@ class Fingerprint:
         condition = conditions_of(conditions, self.about)
         told, width = self.scaled(condition), ("", *(f"_{end}" for end in ENDS))
         balls = np.array([ball_count(row[0], self.about["volume_m3"], row[2]) for row in condition.rows()])
-        power = balls * power_scale(condition)
         ends = {}
         for end in width:
             scaled = {name: told[f"{name}{end}"].to_numpy() for name in CURVES}
-            ratio = scaled["ratio"]
-            powers = {name: scaled[own] * power for name, own in POWERS.items()}
-            ends[end] = {**descriptors_of(condition, scaled), **powers, "tangential_share": ratio / (1 + ratio)}
+            scaled[SHARE.curve] = scaled["ratio"] / (1 + scaled["ratio"])
+            ends[end] = {name: scaled[own.curve] * own.scale_of(condition, balls) for name, own in PREDICTED.items()}
         columns = {f"{name}{end}": ends[end][name] for name in ends[""] for end in width}
         beyond = {name: np.broadcast_to(out, balls.shape) for name, out in self._beyond(condition, ONE_SIZE).items()}
         outside = [", ".join(name for name in beyond if beyond[name][row]) for row in range(len(balls))]
@@ -430,13 +424,14 @@ class Fingerprint:
             if not 0 < value < (1 if name == "fill_ratio" else np.inf):
                 raise ConfigError(f"{name} = {value:g}: must be over 0{' and under 1' * (name == 'fill_ratio')}")
         scaled = self._with_intervals(bands(self.scaled(condition, charge)), condition.fill_ratio)
+        scaled[SHARE.curve] = share_of(scaled["ratio"])
         balls = ball_count(condition.fill_ratio, volume, condition.ball_diameter_m)
-        power = balls * power_scale(condition)
-        known = {**descriptors_of(condition, scaled), **{name: scaled[own] * power for name, own in POWERS.items()}}
         return Prediction(
             balls=balls,
-            **{name: replace(own, unit=UNITS[name.rpartition("_")[2]]) for name, own in known.items()},
-            tangential_share=share_of(scaled["ratio"]),
+            known={
+                name: replace(scaled[own.curve] * own.scale_of(condition, balls), unit=own.unit)
+                for name, own in PREDICTED.items()
+            },
             outside=self.outside(condition, volume, charge),
             missing=self.missing(condition.fill_ratio),
         )

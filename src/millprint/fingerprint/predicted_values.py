@@ -1,42 +1,40 @@
 """What a fingerprint predicts for a condition: its quantities with their bands."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
-from millprint.estimate.estimates import Estimate, Interval, columns_of, known_ends
-from millprint.fingerprint.condition import CURVES, WEIGHTED_BASIC, scaled_quantities
+from millprint.estimate.estimates import Estimate, Interval, columns_of, known_ends, parts_of
 from millprint.fingerprint.processes import Told
+from millprint.observables.definitions import CURVES, OWN_CURVES, WEIGHTED_BASIC, scaled_quantities
 
-# The quantities that are read from curves, from which all others are calculated. Power and its parts are the power and
-# the ratio of these parts, so that the parts add up to the whole, and their bands do not exceed it.
-KNOWN = ("P", "ratio", "f", *WEIGHTED_BASIC)
+# The quantities that are read from curves, from which all others are calculated. The power of the thesis and its parts
+# are that power and the ratio of these parts, so that the parts add up to the whole, and their bands do not exceed it;
+# rolling and the power of the walls are that power and the ratio of rolling to it.
+OF_COLLISIONS = ("P", "ratio", "f", *WEIGHTED_BASIC, *OWN_CURVES)
+KNOWN = (*OF_COLLISIONS, "rolling_ratio", "Pw")
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """Descriptors of one condition, each with its bands; `outside` names the variables outside the simulated range.
+    """The observables of one condition, each of PREDICTED by its name, as `prediction.wall_power_W`, with its bands.
 
-    missing: why an interval of a further origin (contact parameters, shape of the jar) is None, by origin.
+    `outside` names the variables outside the simulated range. missing: why an interval of a further origin (contact
+    parameters, shape of the jar) is None, by origin.
     """
 
     balls: int
-    weighted_normal_energy_J: Estimate
-    weighted_tangential_energy_J: Estimate
-    weighted_normal_frequency_hz: Estimate
-    weighted_tangential_frequency_hz: Estimate
-    strong_frequency_hz: Estimate
-    normal_energy_J: Estimate
-    tangential_energy_J: Estimate
-    specific_frequency_hz: Estimate
-    normal_power_W: Estimate
-    tangential_power_W: Estimate
-    power_W: Estimate
-    tangential_share: Estimate
+    known: Mapping[str, Estimate]
     outside: tuple[str, ...]
     missing: Mapping[str, str]
+
+    def __getattr__(self, name: str) -> Estimate:
+        """An observable by its name. Raises AttributeError for one that is not predicted."""
+        if name == "known" or name not in self.known:
+            raise AttributeError(name)
+        return self.known[name]
 
 
 def bands(table: pd.DataFrame) -> dict[str, Estimate]:
@@ -53,13 +51,19 @@ def bands(table: pd.DataFrame) -> dict[str, Estimate]:
 def from_curves(read: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Every scaled quantity [-] from those of KNOWN that have a curve; NaN for what needs one that is missing.
 
-    Pn = P / (1 + ratio), Pt = P - Pn. Without a ratio, Pn is read from a curve of its own.
+    Pn = P / (1 + ratio), Pt = P - Pn, Pr = rolling_ratio P, Pw = P + Pr. Without a ratio, Pn is read from a curve of
+    its own; without a rolling_ratio, as where nothing rolls in some conditions, Pr is what is left of the curve of Pw.
     """
-    missing = np.full_like(read["P"], np.nan)
-    normal = read["P"] / (1 + read["ratio"]) if "ratio" in read else read.get("Pn", missing)
+    missing, power = np.full_like(read["P"], np.nan), read["P"]
+    normal = power / (1 + read["ratio"]) if "ratio" in read else read.get("Pn", missing)
     basic = {name: read.get(name, missing) for name in ("f", *WEIGHTED_BASIC)}
-    found = scaled_quantities({**basic, "Pn": normal, "Pt": read["P"] - normal if "ratio" in read else missing})
-    return {**found, "P": read["P"]}
+    found = scaled_quantities({**basic, "Pn": normal, "Pt": power - normal if "ratio" in read else missing})
+    if "rolling_ratio" in read:
+        rolling = read["rolling_ratio"] * power
+    else:
+        rolling = np.maximum(read.get("Pw", missing) - power, 0.0)
+    own = {name: read.get(name, missing) for name in OWN_CURVES}
+    return {**found, **own, "P": power, "Pr": rolling, "Pw": power + rolling, "rolling_ratio": rolling / power}
 
 
 def _of_part(share: np.ndarray, ends: np.ndarray, whole: np.ndarray) -> np.ndarray:
@@ -82,16 +86,29 @@ def banded(told: Mapping[str, Told], width: float) -> pd.DataFrame:
     for name in CURVES:
         table[name] = values[name]
         for columns, part in ((columns_of(name, "scatter"), "of_new"), (columns_of(name, "mean"), "of_mean")):
-            halves = {own: width * getattr(told[own], part) for own in ("P", "ratio", name) if own in told}
-            if name in PARTS and "ratio" in told:
-                ratios = values["ratio"] * np.exp(np.outer([1, -1] if name == "Pn" else [-1, 1], halves["ratio"]))
-                shares = PARTS[name](np.vstack([ratios, values["ratio"]]))
-                logs = _of_part(shares[2], shares[:2], halves["P"])
+            halves = {own: width * getattr(each, part) for own, each in told.items()}
+            whole, ratio, share = PARTS.get(name, ("", "", None))
+            if share and {whole, ratio} <= told.keys():
+                away = np.outer([1, -1] if name == "Pn" else [-1, 1], halves[ratio])
+                shares = share(np.vstack([values[ratio] * np.exp(away), values[ratio]]))
+                logs = _of_part(shares[2], shares[:2], halves[whole])
             else:
                 logs = np.outer([-1, 1], halves.get(name, np.full_like(values[name], np.nan)))
             table |= dict(zip(columns, values[name] * np.exp(known_ends(logs)), strict=True))
     return pd.DataFrame(table)
 
 
-# Parts of the power -> their share in it, by the ratio of tangential to normal.
-PARTS = {"Pn": lambda ratio: 1 / (1 + ratio), "Pt": lambda ratio: ratio / (1 + ratio)}
+# Parts of a power -> the whole, and their share in it by a ratio: of tangential to normal, or of rolling to both.
+PARTS: dict[str, tuple[str, str, Callable[[np.ndarray], np.ndarray]]] = {
+    "Pn": ("P", "ratio", lambda ratio: 1 / (1 + ratio)),
+    "Pt": ("P", "ratio", lambda ratio: ratio / (1 + ratio)),
+    "Pr": ("Pw", "rolling_ratio", lambda ratio: ratio / (1 + ratio)),
+}
+
+
+def with_parts(found: Mapping[str, Estimate]) -> dict[str, Estimate]:
+    """Scaled quantities whose parts of the power have intervals within what that of the power allows."""
+    whole, parts = ("Pw", tuple(PARTS)) if np.isfinite(found["Pw"].value) else ("P", ("Pn", "Pt"))
+    if not np.isfinite(found["Pt"].value):
+        return dict(found)
+    return {**found, **parts_of(found[whole], {name: found[name] for name in parts})}

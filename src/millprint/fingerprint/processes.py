@@ -38,9 +38,9 @@ import pandas as pd
 
 from millprint.config.mixture import ONE_SIZE
 from millprint.estimate.quantiles import student_quantile
-from millprint.fingerprint.condition import VARIABLES
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.many import WHOLE_MAX, Reduced, ReducedInverse, Whole, WholeInverse
+from millprint.observables.condition import VARIABLES
 
 if TYPE_CHECKING:
     from sklearn.gaussian_process.kernels import Kernel

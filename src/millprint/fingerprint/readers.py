@@ -24,7 +24,8 @@ from millprint.config.mixture import ONE_SIZE, BallMixture, balls_in_words
 from millprint.dem.collisions import (
     CHANNELS,
     CONTACTS_BY,
-    SLIDING,
+    COUNTING,
+    VALUE_NAMES,
     by_surface,
     collision_statistics,
     energies_of,
@@ -33,7 +34,8 @@ from millprint.dem.collisions import (
     read_rows,
     sort_by_pair,
 )
-from millprint.fingerprint.columns import MEASURED
+from millprint.observables.counted_collisions import Collisions
+from millprint.observables.definitions import MEASURED
 from millprint.run.files import read_format, read_json, read_table
 from millprint.run.hdf5 import open_hdf5
 
@@ -84,7 +86,7 @@ def with_counts(summary: dict, run_path: str | Path, rules: Iterable[CountingRul
     if further:
         with open_hdf5(run_path) as file:
             group = file["collisions"]
-            rows = read_rows(group, ("start_s", "duration_s", "peak_force_N", "normal_J", "damping_J", SLIDING))
+            rows = read_rows(group)
             begin_s, window_s = float(group.attrs["begin_s"]), float(group.attrs["window_s"])
         if rows is None:
             raise ConfigError(
@@ -177,10 +179,6 @@ def find_ready_made(mill: str) -> Path | None:
     return Path(path) if path else None
 
 
-PAIRS = ("ball_ball", "ball_wall")
-BOTH = "both"
-
-
 @dataclass(frozen=True)
 class Contacts:
     """The contacts of a run, and their energies in the ledger.
@@ -210,11 +208,14 @@ class Contacts:
         return merge_contacts(self.ordered(rule.by), rule.gap_s(frequency_hz))
 
 
-def read_contacts(path: str | Path) -> Contacts | None:
-    """The contacts of a run.h5; None if it only holds their histograms. Raises ConfigError for a damaged file."""
+def read_contacts(path: str | Path, everything: bool = False) -> Contacts | None:
+    """The contacts of a run.h5; None if it only holds their histograms. Raises ConfigError for a damaged file.
+
+    everything: with all values of a contact that were recorded, not only those for counting.
+    """
     with open_hdf5(path) as file:
         group = file["collisions"]
-        rows = read_rows(group, ("start_s", "duration_s", "peak_force_N", "normal_J", "damping_J", SLIDING))
+        rows = read_rows(group, [name for name in VALUE_NAMES if name in group] if everything else COUNTING)
         if rows is None:
             return None
         begin_s, window_s = float(group.attrs["begin_s"]), float(group.attrs["window_s"])
@@ -226,34 +227,9 @@ def read_contacts(path: str | Path) -> Contacts | None:
     return Contacts(rows, begin_s, window_s, open_J, stored)
 
 
-@dataclass(frozen=True)
-class Collisions:
-    """The collisions of a run that a rule keeps.
-
-    energy: of each of CHANNELS, within the window [J], (collisions,); rate: 1 / window for a collision that begins in
-    it, else 0 [1/s]; between_balls: (collisions,); dropped_W: power of each channel below a threshold of the rule.
-    """
-
-    energy: dict[str, np.ndarray]
-    rate: np.ndarray
-    between_balls: np.ndarray
-    window_s: float
-    dropped_W: dict[str, float]
-
-    def chosen(self, pair: str) -> np.ndarray:
-        """Which collisions belong to this pair: one of PAIRS, or BOTH."""
-        return np.ones_like(self.between_balls) if pair == BOTH else self.between_balls == (pair == PAIRS[0])
-
-
 def collisions_by(contacts: Contacts, rule: CountingRule, frequency_hz: float) -> Collisions:
     """The collisions of a run by a counting rule, the same that `dem.collisions.count_collisions` counts."""
     merged = contacts.merged(rule, frequency_hz)
     kept = kept_by(rule, merged)
-    energy = {channel: merged[f"{channel}_J"].to_numpy() for channel in CHANNELS}
-    return Collisions(
-        energy={channel: values[kept] for channel, values in energy.items()},
-        rate=(merged["start_s"].to_numpy()[kept] >= contacts.begin_s) / contacts.window_s,
-        between_balls=merged["second"].to_numpy()[kept] >= 0,
-        window_s=contacts.window_s,
-        dropped_W={channel: float(values[~kept].sum()) / contacts.window_s for channel, values in energy.items()},
-    )
+    dropped = {name: float(merged[f"{name}_J"].to_numpy()[~kept].sum()) / contacts.window_s for name in CHANNELS}
+    return Collisions(merged[kept], contacts.begin_s, contacts.window_s, dropped)

@@ -12,9 +12,9 @@ import pandas as pd
 
 from millprint.cases.large_mill import RUN_WAY, WAYS
 from millprint.config.mill_sweep import ScaleUpConfig
-from millprint.fingerprint.condition import SCALED_BY
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.predicted_values import Prediction
+from millprint.observables.definitions import POWER, SCALED_BY
 
 SECONDS_PER_HOUR = 3600.0
 
@@ -66,11 +66,11 @@ def tabulate_scale_up(
                 "balls": found.balls,
                 "froude": factor ** (1 + 2 * way.power),
                 **{name: getattr(found, name).value for name in SCALED_BY},
-                "power_W": found.power_W.value,
-                "specific_power_W_kg": found.power_W.value / (small_mass * factor**3),
+                POWER: found.wall_power_W.value,
+                "specific_power_W_kg": found.wall_power_W.value / (small_mass * factor**3),
                 "weighted_normal_energy_ratio": _ratio(found, small_found, "weighted_normal_energy_J"),
                 "weighted_normal_frequency_ratio": _ratio(found, small_found, "weighted_normal_frequency_hz"),
-                "specific_power_ratio": found.power_W.value / small_found.power_W.value / factor**3,
+                "specific_power_ratio": found.wall_power_W.value / small_found.wall_power_W.value / factor**3,
                 "outside": ", ".join(found.outside) or "nothing",
                 "time_step_s": step,
                 "steps": steps,
@@ -87,14 +87,13 @@ def compare_run(sheet: pd.DataFrame, large: dict, rule: dict) -> pd.DataFrame:
     large: summary of the run; rule: its collisions by the fingerprint's counting rule.
     """
     foreseen = sheet.set_index("way").loc[RUN_WAY.name]
-    power = large["power_W"]
     simulated = {
         "balls": large["balls"],
         **{f"weighted_{name}_energy_J": large["weighted"][name]["energy_J"] for name in ("normal", "tangential")},
         "normal_energy_J": rule["mean_normal_J"],
         "tangential_energy_J": rule["mean_tangential_J"],
         "specific_frequency_hz": rule["specific_frequency_hz"],
-        "power_W": power["normal"] + power["tangential"],
+        POWER: large["power_W"]["wall"],
         "ns_per_ball_step": large["ns_per_ball_step"],
     }
     return pd.DataFrame(

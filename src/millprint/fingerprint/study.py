@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.cases.of_mill import FACTORS
-from millprint.config.fingerprint import DESCRIPTOR_SETS, StudyConfig
+from millprint.config.fingerprint import StudyConfig
 from millprint.dem.convergence import column_of, deviations, pooled_variance
 from millprint.estimate.quantiles import (
     chi_squared_exceeded,
@@ -18,8 +18,8 @@ from millprint.estimate.quantiles import (
     normal_exceeded,
     student_exceeded,
 )
-from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.readers import counted
+from millprint.observables.definitions import DESCRIPTOR_SETS, DESCRIPTORS
 
 GOOD, BAD, UNKNOWN, UNTESTED = "good enough", "not good enough", "undecided", "not tested"
 POWERS = ("normal", "tangential")

@@ -291,9 +291,10 @@ def _tips(vessel: Vessel, number: int) -> list[tuple[Rim, np.ndarray, np.ndarray
         if abs(r) < near and abs(inward[1]) > TANGENT:
             point = curve.origin + z * curve.axis
             nearest = np.linalg.norm(vessel.vertices - point, axis=1).argmin()
-            facet = next(f for f in np.flatnonzero(vessel.facet_curves == number) if nearest in vessel.loops[f][0])
+            beside = vessel.outlines.corners.owner[vessel.corners == nearest]
+            facet = beside[vessel.facet_curves[beside] == number][0]
             # It juts in where the balls are on the far side of it from the wall.
-            leans = -inward[1] * float(vessel.facets[facet].normal @ curve.axis)
+            leans = -inward[1] * float(vessel.normals[facet] @ curve.axis)
             turn = math.copysign(2 * math.asin(min(1.0, abs(inward[1]))), leans)
             rim = Rim(point, curve.axis, 0.0, None, (np.array(inward), np.array(inward)), turn)
             found.append((rim, np.array([nearest]), np.empty(0, dtype=np.int64), int(facet)))

@@ -21,6 +21,8 @@ from millprint.run.kernel import array_maker, inlined
 
 # Closer to its axis or to the middle of its tube [m], a point has no direction to the wall.
 CLOSEST = 1e-12
+# A part of a turn up to half of it, and a larger one.
+PART, WIDE = 1.0, 2.0
 
 
 class CurveColumns(NamedTuple):
@@ -40,8 +42,8 @@ class CurveColumns(NamedTuple):
     minor: int  # radius of the tube [m]
     side: int  # 1 if the balls are on the side of the axis, or of the tube's middle; -1 if they are outside
     is_torus: int
-    is_part: int  # 1 where the surface is less than a turn
-    is_arc: int  # 1 where a torus's tube is less than a turn
+    is_part: int  # PART or WIDE where the surface is less than a turn, 0 for a whole one
+    is_arc: int  # the same of a torus's tube
     rise: int  # of a unit vector along a cone's line: its part along the axis; 1 for a cylinder
     spread: int  # and away from the axis; 0 for a cylinder
     slack: int  # how far the surface reaches beyond its borders [m], see borders.Borders
@@ -67,7 +69,8 @@ def out_of_axis(curves, k, out):
     if curves[k, CURVE.is_part] > 0.0:
         axis = vector(curves, k, CURVE.axis)
         first, last = vector(curves, k, CURVE.first), vector(curves, k, CURVE.last)
-        if dot(cross(first, out), axis) < 0.0 or dot(cross(out, last), axis) < 0.0:
+        before, after = dot(cross(first, out), axis), dot(cross(out, last), axis)
+        if (before < 0.0 or after < 0.0) if curves[k, CURVE.is_part] == PART else (before < 0.0 and after < 0.0):
             along_first, along_last = dot(out, first), dot(out, last)
             if along_first > along_last:
                 return along_first, first, abs(dot(cross(first, out), axis))
@@ -83,7 +86,7 @@ def out_of_tube(curves, k, out, up):
         begin = curves[k, CURVE.begin_out], curves[k, CURVE.begin_up]
         end = curves[k, CURVE.end_out], curves[k, CURVE.end_up]
         before, after = begin[0] * up - begin[1] * out, out * end[1] - up * end[0]
-        if before < 0.0 or after < 0.0:
+        if (before < 0.0 or after < 0.0) if curves[k, CURVE.is_arc] == PART else (before < 0.0 and after < 0.0):
             along_begin, along_end = out * begin[0] + up * begin[1], out * end[0] + up * end[1]
             if along_begin > along_end:
                 return along_begin, begin, abs(before)
@@ -135,7 +138,7 @@ class Curve:
 
     origin (3,) [m], on the axis; axis (3,), a unit vector; major, minor: radii [m], see CurveColumns; hollow: the balls
     are on the side of the axis, or of the tube's middle; part: unit vectors (3,) across the axis between which the
-    surface lies, up to half a turn from the first to the second; arc: unit vectors (out, up) likewise for the tube;
+    surface lies, less than a turn from the first to the second; arc: unit vectors (out, up) likewise for the tube;
     ends: of a cone along its line, from the circle at the origin [m]; slope: angle between that line and the axis
     [rad], positive where the radius grows along the axis; 0 for a cylinder; slack [m], see borders.Borders; is_trimmed:
     whether it is a whole surface that ends at the border of its facets (mill.creases), not at parts, arcs and ends.
@@ -193,7 +196,11 @@ class Curve:
         numbers[CURVE.major], numbers[CURVE.minor] = self.major, self.minor or 0.0
         numbers[CURVE.side] = 1.0 if self.hollow else -1.0
         numbers[CURVE.is_torus] = self.minor is not None
-        numbers[CURVE.is_part], numbers[CURVE.is_arc] = self.part is not None, self.arc is not None
+        if self.part:
+            numbers[CURVE.is_part] = WIDE if np.cross(*self.part) @ self.axis < -CLOSEST else PART
+        if self.arc:
+            (out, up), (end_out, end_up) = self.arc
+            numbers[CURVE.is_arc] = WIDE if out * end_up - up * end_out < -CLOSEST else PART
         numbers[CURVE.rise], numbers[CURVE.spread] = math.cos(self.slope), math.sin(self.slope)
         numbers[CURVE.slack] = self.slack
         return numbers

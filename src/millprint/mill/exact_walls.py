@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 
 from millprint.mill.borders import borders_of, must_be_trimmed, rough_facets
 from millprint.mill.creases import endless
-from millprint.mill.curved_surfaces import Curve
+from millprint.mill.curved_surfaces import CLOSEST, Curve
 from millprint.mill.turned_shapes import LARGEST_TURN, LOOSE, Drawing, Line, Swept
 from millprint.mill.vessel import Outlines, Ragged, Vessel
 from millprint.mill.wall_features import facet_patches
@@ -110,7 +110,11 @@ def _moved_vertices(
 
     Of whole surfaces: beyond its borders, a curve goes on along its tangents, and meets a tangent wall anywhere.
     """
-    whole = [replace(curve, part=None, arc=None) for curve in curves]
+    # CLOSEST is added to lengths: a wall that is tangent to within it would be missed.
+    whole = [
+        replace(curve, part=None, arc=None, major=curve.major + CLOSEST, minor=curve.minor and curve.minor + CLOSEST)
+        for curve in curves
+    ]
     owner = vessel.outlines.corners.owner
     # The outline of a flat wall that was put level moves with it.
     is_moving = on_curve >= 0
@@ -255,8 +259,8 @@ def whole_patches(
         away = np.linalg.norm(moved - vessel.vertices, axis=1)
         if not away.max() <= math.sqrt(tolerance * vessel.size):
             worst = np.nanargmax(np.where(np.isfinite(away), away, np.inf))
-            own = vessel.outlines.corners.owner[vessel.corners == worst]
-            on_curve = without(np.isin(drawn_patch, drawn_patch[own]) & (on_curve >= 0), vessel.vertices[worst])
+            beside = vessel.outlines.corners.owner[vessel.corners == worst]
+            on_curve = without(np.isin(drawn_patch, drawn_patch[beside]) & (on_curve >= 0), vessel.vertices[worst])
             continue
         trimmed = [
             _trimmed(curve, moved[np.unique(vessel.corners[vessel.outlines.corners.rows(own)])])

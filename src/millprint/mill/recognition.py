@@ -179,32 +179,31 @@ class _HalfPlane:
         return np.maximum.reduceat(values[self.corners], self.of_facet.first)
 
     def fit(
-        self,
-        drawing: Drawing,
-        seed: Sequence[int],
-        kind: type[Line] | type[Circle],
-        slacks: Sequence[float] = (LOOSE, 2.0, 1.0, 1.0),
+        self, drawing: Drawing, seed: Sequence[int], kind: type[Line] | type[Circle]
     ) -> tuple[Line | Circle, np.ndarray] | None:
-        """The line or arc through the vertices of two rows of `facets`, and all rows on it; None if these are not.
-
-        slacks: what vertices may be off in each round [tolerances].
-        """
-        rows, free = np.asarray(seed), ~drawing.taken[self.facets] & ~self.is_ring
-        for slack in slacks:
-            shape = kind.through(self.flat[np.unique(self.corners[self.of_facet.rows(rows)])])
-            if isinstance(shape, Circle) and abs(shape.r) < self.near:
-                shape.r = 0.0
-                shape.z, shape.radius = _on_axis_circle(self.flat[np.unique(self.corners[self.of_facet.rows(rows)])])
-            # A floor has its outline, a ring, on the fillet that it joins.
-            sag = self.middles[:, 0] + (shape.radius if isinstance(shape, Circle) else 0.0)
-            holds = free & (self.largest(np.abs(shape.off(self.flat))) <= slack * drawing.tolerance)
-            holds &= np.abs(shape.off(self.middles)) <= SAG * sag + drawing.tolerance
-            facing = np.vecdot(self.facing, _slopes(shape, self.middles))
-            holds &= facing * facing[seed[0]] > 0.5
-            if not holds[list(seed)].any():
-                return None
-            rows = np.flatnonzero(holds)
-        return shape, rows
+        """The line or arc through the vertices of two rows of `facets`, and all rows on it; None if these are not."""
+        free = ~drawing.taken[self.facets] & ~self.is_ring
+        # The first slack may take a wall that turns by little against this one, and spoil the fit.
+        for slacks in ((LOOSE, 2.0, 1.0, 1.0), (1.0, 1.0, 1.0)):
+            rows = np.asarray(seed)
+            for slack in slacks:
+                own = self.flat[np.unique(self.corners[self.of_facet.rows(rows)])]
+                shape = kind.through(own)
+                if isinstance(shape, Circle) and abs(shape.r) < self.near:
+                    shape.r = 0.0
+                    shape.z, shape.radius = _on_axis_circle(own)
+                # A floor has its outline, a ring, on the fillet that it joins.
+                sag = self.middles[:, 0] + (shape.radius if isinstance(shape, Circle) else 0.0)
+                holds = free & (self.largest(np.abs(shape.off(self.flat))) <= slack * drawing.tolerance)
+                holds &= np.abs(shape.off(self.middles)) <= SAG * sag + drawing.tolerance
+                facing = np.vecdot(self.facing, _slopes(shape, self.middles))
+                holds &= facing * facing[seed[0]] > 0.5
+                if not holds[list(seed)].any():
+                    break
+                rows = np.flatnonzero(holds)
+            else:
+                return shape, rows
+        return None
 
     def rings(self, drawing: Drawing) -> tuple[np.ndarray, np.ndarray]:
         """How many different places the vertices at each seam (s,) have; and a number for these.
@@ -253,10 +252,7 @@ def _fitted(drawing: Drawing, plane: _HalfPlane, seed: Sequence[int], kind: type
 
     Its pieces, where other walls interrupt it; nothing where there is too little of it.
     """
-    found = None
-    if _begins(drawing, plane.axis, seed, (kind,)):
-        # The first slack may take a wall that turns by little against this one, and spoil the fit.
-        found = plane.fit(drawing, seed, kind) or plane.fit(drawing, seed, kind, (1.0, 1.0, 1.0))
+    found = plane.fit(drawing, seed, kind) if _begins(drawing, plane.axis, seed, (kind,)) else None
     if found is None or not _is_enough(drawing, Swept(plane.axis, *found)):
         return []
     return [Swept(plane.axis, found[0], piece) for piece in drawing.pieces(found[1])]
@@ -514,14 +510,15 @@ def find_surfaces(drawing: Drawing) -> list[Swept]:
             known.append(swept[0].axis)
             found.extend(swept)
 
-    # Spheres that no other wall goes on from; the others may turn about the axis of that wall.
-    domes = _spheres(drawing)
+    # Whole spheres; a part of one may turn about the axis of the walls that it meets.
     is_dome = np.zeros(len(drawing.taken), dtype=bool)
-    for dome in domes:
-        if drawing.taken[drawing.beside_facet[drawing.beside.rows(dome.facets)]].all():
-            found.append(dome)
+    for dome in _spheres(drawing):
+        is_own = np.zeros(len(drawing.taken), dtype=bool)
+        is_own[dome.facets] = True
+        if len(drawing.across(is_own)):
+            is_dome |= is_own
         else:
-            is_dome[dome.facets] = True
+            found.append(dome)
     drawing.taken &= ~is_dome
     in_vain = 0
     for axis in _axes_of_outlines(drawing):

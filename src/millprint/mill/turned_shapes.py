@@ -19,7 +19,7 @@ LEAST = 3e-6
 SNAP = 1e-9
 # A first guess is from a few facets, whose noise it magnifies; what is found is fitted and checked again.
 LOOSE = 8.0
-# Facets with more corners together are no pieces of a surface that is bent.
+# Facets with more corners together belong to no bent surface.
 MOST_CORNERS = 24
 
 

@@ -80,7 +80,7 @@ def plane_axes(normals: np.ndarray) -> np.ndarray:
 
 
 def lengths(vectors: np.ndarray) -> np.ndarray:
-    """The lengths (..., 1) of vectors (..., 3), each as numpy's norm of it alone to the last bit."""
+    """The lengths (..., 1) of vectors (..., 3), the same to the last bit as numpy gives one by one."""
     return np.sqrt(np.vecdot(vectors, vectors))[..., None]
 
 
@@ -115,7 +115,7 @@ class Ragged:
         return np.arange(counts.sum()) + np.repeat(self.first[groups] - np.cumsum(counts) + counts, counts)
 
     def sums(self, values: np.ndarray) -> np.ndarray:
-        """Sums (g, ...) of values (n, ...) over each group, as numpy's sum of it alone to the last bit."""
+        """Sums (g, ...) of values (n, ...) over each group, the same to the last bit as numpy gives one by one."""
         total = np.empty((len(self.counts), *values.shape[1:]))
         for groups, rows in self.stacks():
             total[groups] = values[rows].sum(axis=1)

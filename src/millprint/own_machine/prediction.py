@@ -69,8 +69,8 @@ def read_condition(folder: str | Path) -> Condition:
 
 
 def predicted_power(condition: Condition) -> Estimate:
-    """The predicted power of all balls, with the intervals that a measurement of a long time is judged by."""
-    return replace(condition.card.fingerprint.descriptors.power_W, scatter=None, how="predicted")
+    """The predicted power of the walls, which a meter sees, with the intervals that judge a long measurement."""
+    return replace(condition.card.fingerprint.descriptors.wall_power_W, scatter=None, how="predicted")
 
 
 def origins_of(predicted: Estimate) -> str:

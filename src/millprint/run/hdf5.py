@@ -32,6 +32,12 @@ def open_hdf5(path: str | Path) -> Iterator[h5py.File]:
     try:
         with h5py.File(path) as file:
             yield file
-    except (OSError, KeyError) as error:
+    except KeyError as error:
+        what = " ".join(str(error).split()).strip("\"'")
+        raise ConfigError(
+            f"{path}: a part of it is missing ({what}), which another version or a damage may be the cause of; delete "
+            "it and run the same command again"
+        ) from None
+    except OSError as error:
         what = " ".join(str(error).split())
         raise ConfigError(f"{path}: truncated or damaged ({what}); delete it and run the same command again") from None

@@ -18,19 +18,12 @@ from millprint.config.errors import ConfigError
 from millprint.config.mixture import ONE_SIZE
 from millprint.config.uncertainty import PARAMETERS, UncertaintyConfig
 from millprint.fingerprint.bands import ContactFactors, Ends, Sampled
-from millprint.fingerprint.condition import CURVES, SCALED_BY, VARIABLES, Condition, energy_scale, power_scale
 from millprint.fingerprint.descriptors import CHARGE
+from millprint.observables.condition import VARIABLES, Condition
+from millprint.observables.definitions import CURVES, LATER_CURVES, PREDICTED
 from millprint.run.progress import progress
 from millprint.uncertainty.emulator import Emulator, draw, quality, saltelli_shares, sobol_indices
 from millprint.uncertainty.samples import FILL, FILLED, Space, contact_values
-
-# Descriptors of a condition: the scaled quantity that they are computed from, and their unit.
-DESCRIBED = {
-    **{name: (scaled, "J" if name.endswith("_J") else "1/s") for name, scaled in SCALED_BY.items()},
-    "normal_power_W": ("Pn", "W"),
-    "tangential_power_W": ("Pt", "W"),
-    "power_W": ("P", "W"),
-}
 
 SET_COLUMNS = [FILL, "quantity", "contact", "factor", "lower_factor", "upper_factor", "inside"]
 
@@ -54,6 +47,9 @@ def fit_emulators(samples: pd.DataFrame, space: Space, seed: int) -> dict[str, E
     places = space.places(samples.assign(**{FILL: samples[FILLED]}))
     emulators = {}
     for name in CURVES:
+        # Nothing rolls, or no contacts were kept.
+        if name in LATER_CURVES and not (name in samples and (samples[name] > 0).all()):
+            continue
         values = samples[name].to_numpy(dtype=float)
         if not np.all(values > 0):
             raise ConfigError(f"samples: {name} = {values.min():g}: must be above 0; make the windows longer")
@@ -171,13 +167,12 @@ def _described(scaled: pd.DataFrame, samples: pd.DataFrame) -> pd.DataFrame:
     """Energies, frequencies and powers at the simulated speed and ball size."""
     condition = Condition(np.nan, **_sampled(samples))
     ball_share = float((samples[FILLED] / samples["balls"]).mean())
-    energy = energy_scale(condition)
     tables = []
-    for name, (quantity, unit) in DESCRIBED.items():
-        table = scaled[scaled["quantity"] == quantity]
+    for name, own in PREDICTED.items():
+        table = scaled[scaled["quantity"] == own.curve]
         balls = np.round(table["fill_ratio"] / ball_share)
-        scale = {"J": energy, "1/s": condition.speed_hz, "W": balls * power_scale(condition)}[unit]
-        tables.append(_with_ends(table.assign(quantity=name, unit=unit, value=table["value"] * scale)))
+        value = table["value"] * own.scale_of(condition, balls)
+        tables.append(_with_ends(table.assign(quantity=name, unit=own.unit, value=value)))
     return pd.concat(tables, ignore_index=True)
 
 

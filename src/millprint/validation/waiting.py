@@ -25,6 +25,7 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.predicted_values import Prediction
 from millprint.fingerprint.readers import find_ready_made, ready_made
 from millprint.mill.vessel import build_vessel
+from millprint.observables.definitions import POWER_PARTS
 from millprint.run.files import write_table
 from millprint.run.tables import Number, Text, read_measured
 from millprint.validation.measured import DEM
@@ -32,7 +33,7 @@ from millprint.validation.measured import DEM
 TABLE = "config/data/waiting_predictions.tsv"
 CONDITION = ("ball_diameter_mm", "fill_ratio", "speed_rpm")
 COLUMNS = ("mill", *CONDITION, "quantity", "value", "lower", "upper", "unit", "interval", "release", "date", "digest")
-POWER, IMPACTS, WARMING = "power", "impacts a second", "warming of the jar in two minutes"
+POWER, IMPACTS, WARMING = "power of the walls", "impacts a second", "warming of the jar in two minutes"
 WARMING_S = 120.0
 BY_MEAN, BY_HEAT = "the mean of very many simulations", "what is not known of the jar and its cooling"
 BY_CONTACT = "contact parameters that nobody has measured"
@@ -56,7 +57,7 @@ def warming_K(mill: str, prediction: Prediction, diameter_m: float, density_kg_m
 
     vessel = build_vessel(load_mill(mill))
     area = float(trimesh.Trimesh(*vessel.triangles(), process=False).area)
-    powers = [prediction.normal_power_W.value, prediction.tangential_power_W.value, 0.0]
+    powers = [getattr(prediction, name).value for name in POWER_PARTS]
     source = HeatSource(
         condition=mill, about={}, power_W=np.array([powers, powers]) / 2,
         balls_kg=prediction.balls * density_kg_m3 * np.pi / 6 * diameter_m**3,
@@ -83,7 +84,7 @@ def predictions_of(mill: str, fingerprint: Fingerprint) -> pd.DataFrame:
             known = fingerprint.predict(condition)
             place = (mill, float(f"{1e3 * diameter:.6g}"), fill, float(f"{60 * speed_hz:.6g}"))
             hits = known.specific_frequency_hz * known.balls
-            for quantity, unit, own in ((POWER, "W", known.power_W), (IMPACTS, "1/s", hits)):
+            for quantity, unit, own in ((POWER, "W", known.wall_power_W), (IMPACTS, "1/s", hits)):
                 for interval, kind in ((own.mean, BY_MEAN), (own.contact, BY_CONTACT)):
                     if interval:
                         rows.append((*place, quantity, own.value, interval.lower, interval.upper, unit, kind))

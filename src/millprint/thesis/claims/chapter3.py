@@ -11,8 +11,8 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import ball_count
-from millprint.fingerprint.condition import effective_restitution
 from millprint.fingerprint.descriptors import NOTHING
+from millprint.observables.condition import effective_restitution
 from millprint.thesis.claims.chapter2 import change_percent
 from millprint.thesis.claims.evidence import (
     Contradiction,

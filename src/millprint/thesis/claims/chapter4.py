@@ -248,13 +248,13 @@ def gain_at_our_equal_power(evidence: Evidence) -> Finding:
             f"with our curves the power is that of the reference at {60 * speed:.0f} rpm, where nothing was measured"
         )
     yields = cases["yield_percent"] / cases.at["reference", "yield_percent"]
-    ends = [100 * (float(yields[name]) - 1) for name in (LOW_POWER, EQUAL_POWER)]
-    value = ends[0] + (ends[1] - ends[0]) * (speed - speeds[0]) / (speeds[1] - speeds[0])
+    low, high = (100 * (float(yields[name]) - 1) for name in (LOW_POWER, EQUAL_POWER))
+    value = low + (high - low) * (speed - speeds[0]) / (speeds[1] - speeds[0])
     told = (
-        f"the power is that of the reference at {60 * speed:.0f} rpm; the gain is {ends[0]:.0f} % with the yield at "
-        f"{60 * speeds[0]:.0f} rpm and {ends[1]:.0f} % with that at {60 * speeds[1]:.0f} rpm"
+        f"the power is that of the reference at {60 * speed:.0f} rpm; the gain is {low:.0f} % with the yield at "
+        f"{60 * speeds[0]:.0f} rpm and {high:.0f} % with that at {60 * speeds[1]:.0f} rpm"
     )
-    return Finding(value, told, repeats=Repeats(*ends, "the measured yields on both sides", len(ends)))
+    return Finding(value, told, repeats=Repeats(low, high, "the measured yields on both sides", len(speeds)))
 
 
 @claim("4.text.monotone")

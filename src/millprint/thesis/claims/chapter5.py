@@ -155,7 +155,7 @@ def _by_leaving_out(evidence: Evidence) -> str:
 
 
 # Of the test rows, drawn again with replacement.
-DRAWS, ENDS, RESAMPLED = 1000, (0.025, 0.975), "resamples of the test rows"
+DRAWS, ENDS, RESAMPLED = 500, (0.025, 0.975), "resamples of the test rows"
 
 
 def _resampled(evidence: Evidence, say: Callable[[pd.DataFrame], float | str]) -> Repeats | None:
@@ -168,12 +168,17 @@ def _resampled(evidence: Evidence, say: Callable[[pd.DataFrame], float | str]) -
     known = _ranked(_errors(evidence)).dropna().index
     errors = errors.pivot(index="case", columns=["model", "strategy"], values="error")[known]
     draws = np.random.default_rng(0).integers(len(errors), size=(DRAWS, len(errors)))
-    values = [say(errors.iloc[own].mean().unstack()) for own in draws]
-    if not isinstance(values[0], str):
-        return Repeats(*np.quantile(values, ENDS), RESAMPLED, DRAWS)
-    here, counts = say(errors.mean().unstack()), pd.Series(values).value_counts()
-    other = counts.drop(here, errors="ignore")
+    values = [say(pd.Series(one, known).unstack()) for one in errors.to_numpy()[draws].mean(axis=1)]
+    here = say(errors.mean().unstack())
+    if isinstance(here, float):
+        return _between(np.array(values, dtype=float))
+    other = pd.Series(values).value_counts().drop(here, errors="ignore")
     return Repeats(str(other.index[0]) if other.sum() > ENDS[0] * DRAWS else here, here, RESAMPLED, DRAWS)
+
+
+def _between(values: np.ndarray) -> Repeats:
+    low, high = np.quantile(values, ENDS)
+    return Repeats(float(low), float(high), RESAMPLED, len(values))
 
 
 @claim("5.order.first")
@@ -235,7 +240,7 @@ def errors_at_high_yields(evidence: Evidence) -> Finding:
         one[above].mean() / one[~above].mean() for one, above in zip(*drawn, strict=True) if 0 < above.sum() < len(one)
     ]
     told = f"{error[high].mean():.1f} points in {high.sum()} runs, and {error[~high].mean():.1f} in the others"
-    return Finding(ratio, told, repeats=Repeats(*np.quantile(found, ENDS), RESAMPLED, len(found)))
+    return Finding(ratio, told, repeats=_between(np.array(found)))
 
 
 def _ranking(evidence: Evidence, model: str) -> pd.DataFrame:

@@ -22,7 +22,7 @@ CONCLUSION_COLUMNS = ["chapter", "locus", "conclusion", "claims"]
 IN_PART = "in part"
 VERBS = {AGREES: ("agrees", "agree"), DIFFERS: ("differs", "differ"), OPEN: ("is open", "are open")}
 # The verdicts on a conclusion, as a sentence goes on with them.
-HOLDINGS = {AGREES: "hold", IN_PART: "hold in part", DIFFERS: "do not hold", OPEN: "open"}
+HOLDINGS = {AGREES: "hold", IN_PART: "hold in part", DIFFERS: "do not hold", OPEN: "are open"}
 OURS, HOLDS = "our_number", "it_holds"
 TABLE_COLUMNS = ["chapter", "locus", "conclusion", OURS, HOLDS, "reason", "claims", *VERDICTS, "against"]
 
@@ -67,8 +67,7 @@ def judge_conclusions(conclusions: pd.DataFrame, claims: pd.DataFrame) -> pd.Dat
         counts = {word: int((words[~assumed] == word).sum()) for word in VERDICTS}
         parts = [f"{number} {VERBS[word][number > 1]}" for word, number in counts.items() if number]
         parts += [f"{assumed.sum()} fitted or put in"] if assumed.any() else []
-        told = f"of {len(words)} claims {', '.join(parts)}"
-        reason = NOT_RUN if (all_of_it["verdict"] == OPEN).all() else told
+        reason = NOT_RUN if (all_of_it["verdict"] == OPEN).all() else f"claims: {', '.join(parts)}"
         verdicts = verdict_on_all(all_of_it["verdict"]), verdict_on_all(words[~assumed])
         place = chapter_name(row.chapter), row.locus, row.conclusion
         rows.append((*place, *verdicts, reason, len(words), *counts.values(), ", ".join(words.index[words == DIFFERS])))

@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 
 from millprint.dem.convergence import convergence_table
-from millprint.fingerprint.condition import SCALED_BY, WEIGHTED
 from millprint.fingerprint.descriptors import NOTHING, as_built, block_length, tabulate_descriptors
 from millprint.fingerprint.mill_collapse import with_power_per_ball
+from millprint.observables.definitions import SCALED_BY, WEIGHTED
 from millprint.run.progress import progress
 from millprint.thesis.curves.cycles import tabulate_cycles
 from millprint.thesis.curves.scaling import at_shared_fills, average_curves, conditions_of, universal_descriptors

@@ -9,7 +9,8 @@ import pandas as pd
 
 from millprint.config.errors import ConfigError
 from millprint.config.sweep import ball_count
-from millprint.fingerprint.condition import BASIC, Condition, Quantity, descriptors_of, power_scale, scaled_quantities
+from millprint.observables.condition import Condition, Quantity, power_scale
+from millprint.observables.definitions import BASIC, descriptors_of, scaled_quantities
 from millprint.run.tables import Number, Text, read_measured, read_printed, refuse_rows
 
 if TYPE_CHECKING:

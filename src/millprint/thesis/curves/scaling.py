@@ -7,20 +7,19 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.errors import ConfigError
-from millprint.config.fingerprint import DESCRIPTOR_SETS, TARGET_DESCRIPTORS
 from millprint.config.sweep import ball_count
-from millprint.fingerprint.condition import (
-    CURVES,
-    SCALED_BY,
-    Condition,
-    Quantity,
-    descriptors_of,
-    scaled_quantities,
-    specific_frequency,
-)
 from millprint.fingerprint.condition_search import descriptors_shown, residuals
 from millprint.fingerprint.descriptors import CHARGE, CONDITION, as_built, condition_of
-from millprint.fingerprint.mill_collapse import FREQUENCY, SUPPOSED, with_power_per_ball
+from millprint.fingerprint.mill_collapse import SUPPOSED, with_power_per_ball
+from millprint.observables.condition import Condition, Quantity, specific_frequency
+from millprint.observables.definitions import (
+    CURVES,
+    DESCRIPTOR_SETS,
+    SCALED_BY,
+    TARGET_DESCRIPTORS,
+    descriptors_of,
+    scaled_quantities,
+)
 
 # Variable of the scaling -> its symbol in Eqs 3.28 and 3.29.
 SYMBOLS = {"density_kg_m3": "rho", "speed_hz": "omega", "amplitude_m": "A", "ball_diameter_m": "d"}
@@ -196,7 +195,7 @@ def fit_exponents(descriptors: pd.DataFrame, counting_rules: pd.DataFrame, proba
     whole = (counting_rules["collision_peak_force_min_N"] == 0) & (counting_rules["collision_duration_min_s"] == 0)
     others = counting_rules[whole & (counting_rules["counting_rule"] != rule)]
     for (_, name), runs in others.groupby(["contact", "counting_rule"], sort=True):
-        rows += _exponents(runs, "specific_frequency_hz", FREQUENCY, probability, name)
+        rows += _exponents(runs, "specific_frequency_hz", SUPPOSED["specific_frequency_hz"], probability, name)
     built = as_built(descriptors)
     built = built.assign(**{FACTOR: 1.0 - built["effective_restitution"]})
     for quantity, exponent in UNIVERSAL.items():

@@ -22,8 +22,7 @@ from millprint.figures.style import (
     legend_below,
     letter_panels,
 )
-from millprint.fingerprint.columns import DESCRIPTORS
-from millprint.fingerprint.condition import PANELS
+from millprint.observables.definitions import DESCRIPTORS, PANELS
 
 # Descriptors in the panels of Figs 3.7 and 3.8, and whether their axis is logarithmic.
 ENERGY_PANELS = {

@@ -17,7 +17,7 @@ from scipy.stats import qmc
 from millprint.config.errors import ConfigError
 from millprint.config.fit import JarSearch
 from millprint.fingerprint.bands import Ends, ShapeFactors
-from millprint.fingerprint.condition import BASIC, CURVES, WEIGHTED, scaled_quantities
+from millprint.observables.definitions import BASIC, THESIS_CURVES, scaled_quantities
 from millprint.thesis.fit import FEWEST_JARS
 from millprint.thesis.fit.jar_search import JAR_PARAMETERS, SHAPE
 from millprint.thesis.fit.published import FREQUENCY
@@ -105,7 +105,7 @@ def shape_factors(
     if effective < FEWEST_IN_EFFECT:
         raise ConfigError(f"hardly a jar of the search agrees with fit.fitted: {effective:.0f} of {DRAWN} jars")
     # The search knows nothing of the energy-weighted descriptors.
-    known = [name for name in CURVES if name not in WEIGHTED]
+    known = list(THESIS_CURVES)
     ends: dict[str, list[np.ndarray]] = {name: [] for name in known}
     for fill in fills:
         names = {one: f"{one}_f{fill}" for one in BASIC}

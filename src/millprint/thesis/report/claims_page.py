@@ -196,8 +196,8 @@ def front_text(conclusions: pd.DataFrame, falls: list[str]) -> str:
     lines = ["**Which conclusions of the thesis hold**", ""]
     for chapter, own in conclusions.groupby("chapter", sort=False):
         groups = {words: own[own[HOLDS] == word] for word, words in HOLDINGS.items() if (own[HOLDS] == word).any()}
-        told = ", ".join(f"{len(group)} {words}" for words, group in groups.items())
-        lines += [f"- **{_capital(str(chapter))}**: of {len(own)} conclusions {told}.", ""]
+        told = ", ".join(f"{words}: {len(group)}" for words, group in groups.items())
+        lines += [f"- **{_capital(str(chapter))}**, {len(own)} conclusions; {told}.", ""]
         for words, group in groups.items():
             told = " ".join(f"{row.conclusion.rstrip('.')} ({row.reason})." for row in group.itertuples())
             lines += [f"  - *{words.capitalize()}*: {_plain(told)}", ""]

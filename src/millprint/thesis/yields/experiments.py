@@ -12,7 +12,8 @@ from millprint.config.doe import ChemistryConfig
 from millprint.config.errors import ConfigError
 from millprint.config.sweep import ball_count
 from millprint.config.yields import RegionConfig
-from millprint.fingerprint.condition import BASIC, Condition, descriptors_of, scaled_quantities
+from millprint.observables.condition import Condition
+from millprint.observables.definitions import BASIC, descriptors_of, scaled_quantities
 from millprint.run.tables import CASE, Number, Text, read_measured, refuse_rows
 from millprint.thesis.doe.chemistry import hydrogen_released, molar_mass, reactant_masses
 from millprint.thesis.doe.runs import YIELD

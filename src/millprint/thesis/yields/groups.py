@@ -14,8 +14,8 @@ from sklearn.model_selection import LeaveOneGroupOut
 
 from millprint.config.mill import MillConfig
 from millprint.config.yields import EvaluationConfig, PredictionConfig
-from millprint.fingerprint.condition import Condition
 from millprint.mill.bodies import build_bodies, travel_m
+from millprint.observables.condition import Condition
 from millprint.run.tables import CASE
 from millprint.thesis.curves.regimes import design_cases, reference_condition
 from millprint.thesis.doe.runs import YIELD

@@ -13,7 +13,8 @@ from threadpoolctl import threadpool_limits
 from millprint.config.averaged_process import INPUTS
 from millprint.config.errors import ConfigError
 from millprint.config.yields import PredictionConfig, TrainingConfig
-from millprint.fingerprint.condition import BASIC, Condition, energy_scale
+from millprint.observables.condition import Condition, energy_scale
+from millprint.observables.definitions import BASIC
 from millprint.run.files import read_format, write_json, write_table
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import BISECTIONS, HIGHEST, LOWEST, NODE_WEIGHTS, NODES, AveragedModel, Member

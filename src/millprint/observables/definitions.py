@@ -1,37 +1,44 @@
-"""The columns of a table of descriptors: name, unit, title, meaning, and how each is measured or computed.
+"""The observables: numbers that are read off runs, one record each, and the scaled quantities that curves are of.
 
-To add a descriptor, add a record here: tables, figures, sheets and workflow/descriptors.md read these records. A
-statistic of collisions is a `Measured` with `of_collisions`: it is read from run.h5, and nothing is simulated again.
+A record has name, symbol, unit and definition, how it is read or computed, and, where a fingerprint predicts it, how it
+scales (`SCALES`), whether it adds up over the balls, its curve and where it is shown. Tables, pages, cards, `match`,
+the explorer and workflow/descriptors.md ask these records. A statistic of collisions is a `Measured` with
+`of_collisions`: it is read from run.h5, and nothing is simulated again.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import reduce
 from operator import getitem
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from millprint.fingerprint.condition import (
+from millprint.observables.condition import (
+    SCALES,
     Condition,
     effective_restitution,
     energy_scale,
     specific_frequency,
     specific_power,
 )
-
-if TYPE_CHECKING:
-    from millprint.fingerprint.readers import Collisions
+from millprint.observables.counted_collisions import Collisions
 
 Column = Callable[[pd.DataFrame], pd.Series]
 
 
 @dataclass(frozen=True)
-class Descriptor:
-    """A column of descriptors.tsv.
+class Observable:
+    """A number that is read off runs: a column of descriptors.tsv, but for SHARE.
 
-    title: in sheets; axis: label in figures, if it differs from the title; optional: whether it may be empty.
+    name: ends with its unit; title: in sheets; axis: label in figures, if it differs from the title; optional: whether
+    it may be empty; symbol: for a narrow column of the explorer.
+
+    Of one that is predicted, curve: the scaled quantity that it is predicted from, itself over its `scale` of SCALES;
+    adds_up: whether it is of all balls, and its curve of one; matched: the set of descriptors that compares mills by
+    it, or BY_NAME for one that only a target by its name asks for; panel, line: chart of the explorer, and its line.
+    counted: whether it depends on the counting rule; on_card: whether a card has it without a curve.
     """
 
     name: str
@@ -40,31 +47,51 @@ class Descriptor:
     meaning: str
     axis: str = ""
     optional: bool = False
+    symbol: str = ""
+    curve: str = ""
+    scale: str = "none"
+    adds_up: bool = False
+    matched: str = ""
+    panel: str = ""
+    line: str = ""
+    counted: bool = False
+    on_card: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the scale. Raises ValueError."""
+        if self.scale not in SCALES:
+            raise ValueError(f"{self.name}: scale = {self.scale}: must be one of {', '.join(SCALES)}")
 
     @property
     def label(self) -> str:
         """The label of an axis, with the unit."""
         return f"{self.axis or self.title} [{self.unit}]"
 
+    def scale_of(self, condition: Condition, balls: Any = 1) -> Any:
+        """What its scaled quantity is multiplied by at a condition."""
+        scale = SCALES[self.scale].of(condition)
+        return balls * scale if self.adds_up else scale
+
 
 @dataclass(frozen=True, kw_only=True)
-class Measured(Descriptor):
-    """A column measured in each run; the table has the mean over the seeds.
+class Measured(Observable):
+    """A number that is measured in each run; a table has the mean over the seeds.
 
     key: its place in the run's summary, GROUP.KEY. The group `rule` has the collisions found by the counting rule.
     of_collisions: in place of a key, its value from the collisions of run.h5 by the counting rule; NaN for a run
-        without that table, so that the column is `optional`.
+        without that table, so that it is `optional`. Its error is from blocks of turns left out, and from seeds.
     """
 
     key: str = ""
-    of_collisions: "Callable[[Collisions], float] | None" = None
+    of_collisions: Callable[[Collisions], float] | None = None
 
     def __post_init__(self) -> None:
         """Check that it has one origin. Raises ValueError."""
+        super().__post_init__()
         if bool(self.key) == bool(self.of_collisions) or (self.of_collisions and not self.optional):
             raise ValueError(f"{self.name}: give a key, or of_collisions and optional=True")
 
-    def of_run(self, summary: dict, rule: dict, collisions: "Collisions | None") -> Any:
+    def of_run(self, summary: dict, rule: dict, collisions: Collisions | None) -> Any:
         """The value of one run."""
         if self.of_collisions:
             return self.of_collisions(collisions) if collisions else np.nan
@@ -72,8 +99,8 @@ class Measured(Descriptor):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Computed(Descriptor):
-    """A column computed from the columns before it.
+class Computed(Observable):
+    """A number computed from the columns before it.
 
     values: of the conditions (n,), from their table; standard_error: likewise, for the column NAME_se.
     """
@@ -82,6 +109,8 @@ class Computed(Descriptor):
     standard_error: Column | None = None
 
 
+# The sets of descriptors that mills are compared by; BY_NAME: in none, asked for by its name.
+WEIGHTED_SET, COLLISION_SET, BY_NAME = "weighted", "per_collision", "by_name"
 # fmt: off
 MEASURED = (
     Measured("balls", "-", "balls", "number n of balls", key="balls"),
@@ -100,22 +129,32 @@ MEASURED = (
              key="rule.frequency_hz"),
     Measured("collisions_of_a_ball_hz", "1/s", "collisions of a ball",
              "those that a ball takes part in: one between two balls counts for both",
-             key="rule.collisions_of_a_ball_hz"),
+             key="rule.collisions_of_a_ball_hz", on_card=True),
     Measured("collisions", "-", "collisions", "counted collisions, the sum over the seeds", key="rule.count"),
-    Measured("normal_power_W", "W", "normal power", "normal dissipation of all balls", key="power_W.normal"),
+    Measured("normal_power_W", "W", "normal power", "normal dissipation of all balls", key="power_W.normal",
+             curve="Pn", scale="power", adds_up=True, panel="Power", line="normal"),
     Measured("tangential_power_W", "W", "tangential power", "tangential dissipation of all balls",
-             key="power_W.tangential"),
-    Measured("rolling_power_W", "W", "rolling power", "rolling dissipation of all balls", key="power_W.rolling"),
-    Measured("wall_power_W", "W", "power of the walls", "work of the walls over the window", key="power_W.wall"),
+             key="power_W.tangential", curve="Pt", scale="power", adds_up=True, panel="Power", line="tangential"),
+    Measured("rolling_power_W", "W", "rolling power", "rolling dissipation of all balls", key="power_W.rolling",
+             curve="Pr", scale="power", adds_up=True, panel="Power", line="rolling"),
+    Measured("wall_power_W", "W", "power",
+             "power of the walls on all balls, which drive and thermometer see: work of walls and gravity over the "
+             "window, less what the balls stored of it; normal, tangential and rolling power are its parts, and add up "
+             "to it within `closure`",
+             key="power_W.wall", curve="Pw", scale="power", adds_up=True, panel="Power", line="all"),
     Measured("weighted_normal_energy_J", "J", "weighted normal energy E*n",
              "sum e^2 / sum e of the normal energies e of all contacts; a longer one counts once for each turn",
-             axis="weighted\nnormal energy", key="weighted.normal.energy_J"),
+             axis="weighted\nnormal energy", key="weighted.normal.energy_J",
+             symbol="E*n", curve="En_star", scale="energy", matched=WEIGHTED_SET, panel="Weighted energy E*",
+             line="normal"),
     Measured("weighted_tangential_energy_J", "J", "weighted tangential energy E*t",
              "sum e^2 / sum e of the tangential energies e of all contacts, likewise",
-             axis="weighted\ntangential energy", key="weighted.tangential.energy_J"),
+             axis="weighted\ntangential energy", key="weighted.tangential.energy_J",
+             symbol="E*t", curve="Et_star", scale="energy", matched=WEIGHTED_SET, panel="Weighted energy E*",
+             line="tangential"),
     Measured("strong_frequency_hz", "1/s", "strong collisions f90",
              "the strongest contacts that hold 90 % of the normal energy, over the balls",
-             key="weighted.strong_frequency_hz"),
+             key="weighted.strong_frequency_hz", symbol="f90", curve="f90", scale="frequency"),
     Measured("mean_ball_height_m", "m", "mean height of the balls", "height of their centres over the body's origin",
              key="mean_ball_height_m"),
     Measured("median_contact_duration_s", "s", "median duration of a contact",
@@ -178,21 +217,28 @@ def _scaled(name: str, column: str, title: str, meaning: str) -> Computed:
 
 
 # fmt: off
-COMPUTED = (
+_COMPUTED = (
     Computed("normal_energy_J", "J", "normal energy of a collision", "normal power over collision frequency (Eq. 3.20)",
-             axis="normal energy\nper collision",
+             axis="normal energy\nper collision", symbol="En", curve="En", scale="energy", matched=COLLISION_SET,
+             panel="Energy of a collision", line="normal", counted=True,
              values=lambda table: table["normal_power_W"] / table["collision_frequency_hz"]),
     Computed("tangential_energy_J", "J", "tangential energy of a collision",
              "tangential power over collision frequency (Eq. 3.21)", axis="tangential energy\nper collision",
+             symbol="Et", curve="Et", scale="energy", matched=COLLISION_SET, panel="Energy of a collision",
+             line="tangential", counted=True,
              values=lambda table: table["tangential_power_W"] / table["collision_frequency_hz"]),
     Computed("weighted_normal_frequency_hz", "1/s", "weighted normal frequency f*n",
              "normal power of a ball over E*n: rate of collisions of E*n that dissipates it",
-             values=lambda table: _rate(table, "normal")),
+             symbol="f*n", curve="fn_star", scale="frequency", matched=WEIGHTED_SET, panel="Weighted frequency f*",
+             line="normal", values=lambda table: _rate(table, "normal")),
     Computed("weighted_tangential_frequency_hz", "1/s", "weighted tangential frequency f*t",
              "tangential power of a ball over E*t: rate of collisions of E*t that dissipates it",
-             values=lambda table: _rate(table, "tangential")),
+             symbol="f*t", curve="ft_star", scale="frequency", matched=WEIGHTED_SET, panel="Weighted frequency f*",
+             line="tangential", values=lambda table: _rate(table, "tangential")),
     Computed("specific_frequency_hz", "1/s", "specific collision frequency",
              "all collisions over the number of balls, one between two balls counted once",
+             symbol="f", curve="f", scale="frequency", matched=COLLISION_SET, panel="Specific collision frequency",
+             line="collisions", counted=True,
              values=lambda table: table["collision_frequency_hz"] / table["balls"]),
     Computed("effective_restitution", "-", "effective restitution",
              "eps = e - 3/2 mu exp(-3 mu) of ball on ball (Eq. 3.30)",
@@ -219,9 +265,18 @@ COMPUTED = (
     Computed("ratio", "-", "tangential over normal", "Pt / Pn, tangential over normal dissipation",
              values=lambda table: table["Pt"] / table["Pn"],
              standard_error=lambda table: table["ratio"] * table["power_ratio_relative_se"]),
-    Computed("P", "-", "specific power", "Pn + Pt",
+    Computed("P", "-", "specific power of the thesis", "Pn + Pt, without rolling",
              values=lambda table: table["Pn"] + table["Pt"],
              standard_error=lambda table: table["P"] * table["power_relative_se"]),
+    Computed("Pr", "-", "specific rolling power", "rolling power over n rho omega^3 A^2 d^3",
+             values=lambda table: _specific(table, "rolling"),
+             standard_error=lambda table: table["Pr"] * table["rolling_power_relative_se"]),
+    Computed("Pw", "-", "specific power of the walls", "power of the walls over n rho omega^3 A^2 d^3",
+             values=lambda table: _specific(table, "wall"),
+             standard_error=lambda table: table["Pw"] * table["wall_power_relative_se"]),
+    Computed("rolling_ratio", "-", "rolling over normal and tangential", "Pr / P",
+             values=lambda table: table["Pr"] / table["P"],
+             standard_error=lambda table: table["rolling_ratio"] * table["rolling_ratio_relative_se"]),
     Computed("En", "-", "specific normal energy", "normal energy of a collision over rho omega^2 A^2 d^3, Pn / f",
              values=lambda table: table["normal_energy_J"] / energy_scale(Condition.of_table(table)),
              standard_error=lambda table: table["En"] * np.hypot(_normal_error(table), _counting_error(table))),
@@ -240,7 +295,113 @@ COMPUTED = (
 )
 # fmt: on
 
-DESCRIPTORS: dict[str, Descriptor] = {column.name: column for column in (*MEASURED, *COMPUTED)}
+
+def _scaled_of(own: Measured) -> Computed:
+    """The scaled quantity of a statistic of collisions, with its error from turns and seeds."""
+    return Computed(
+        own.curve,
+        "-",
+        f"scaled {own.title}",
+        f"{own.title} over its scale, as a {own.scale}",
+        optional=own.optional,
+        values=lambda table: table[own.name] / own.scale_of(Condition.of_table(table), table["balls"]),
+        standard_error=lambda table: table[own.curve] * table[f"{own.name}_relative_se"],
+    )
+
+
+STATISTICS = tuple(own for own in MEASURED if own.of_collisions)
+COMPUTED = (*_COMPUTED, *map(_scaled_of, (own for own in STATISTICS if own.curve)))
+DESCRIPTORS: dict[str, Observable] = {own.name: own for own in (*MEASURED, *COMPUTED)}
+SHARE = Observable(
+    "tangential_share", "-", "tangential share", "tangential over normal and tangential dissipation, without rolling",
+    symbol="share", curve="share", panel="Tangential share", line="share", on_card=True,
+)  # fmt: skip
+
+
+def _place(own: Observable) -> int:
+    """Where a predicted observable is shown: by energies and frequencies, then powers."""
+    return 4 if own.adds_up else (WEIGHTED_SET, "", COLLISION_SET, BY_NAME).index(own.matched)
+
+
+# What fingerprints predict, in the order of pages and cards.
+PREDICTED: dict[str, Observable] = {
+    own.name: own for own in [*sorted((own for own in DESCRIPTORS.values() if own.curve), key=_place), SHARE]
+}
+# Of one ball or one collision -> the scaled quantity.
+SCALED_BY = {name: own.curve for name, own in PREDICTED.items() if own is not SHARE and not own.adds_up}
+# The sets of descriptors for comparing conditions, and all that a target may name.
+DESCRIPTOR_SETS = {
+    chosen: tuple(name for name, own in PREDICTED.items() if own.matched == chosen)
+    for chosen in (WEIGHTED_SET, COLLISION_SET)
+}
+TARGET_DESCRIPTORS = tuple(name for name, own in PREDICTED.items() if own.matched)
+# The power and its parts.
+POWER, POWER_PARTS = "wall_power_W", ("normal_power_W", "tangential_power_W", "rolling_power_W")
+
+
+def with_power(parts: Mapping[str, Any]) -> dict[str, Any]:
+    """Values by name with the power that closes the energy balance, the sum of its parts, and SHARE."""
+    normal, tangential, rolling = (parts[name] for name in POWER_PARTS)
+    return {**parts, POWER: normal + tangential + rolling, SHARE.name: tangential / (normal + tangential)}
+
+
+# What a card has: what is predicted, and what has no curve.
+ON_CARD = {**PREDICTED, **{name: own for name, own in DESCRIPTORS.items() if own.on_card}}
+
+# The scaled quantities from which the others of the thesis are calculated (Eqs 3.28 and 3.29).
+BASIC = ("Pn", "Pt", "f")
+# Quantities that need no counting rule, over the same scales: weighted energies, and the rate of strong collisions.
+WEIGHTED_BASIC = ("En_star", "Et_star", "f90")
+# Curves of statistics of collisions, each of its own.
+OWN_CURVES = tuple(own.curve for own in STATISTICS if own.curve)
+# Scaled quantities with a master curve: the four panels of thesis Fig. 3.12, then those for predictions.
+PANELS = ("Pn", "Pt", "f", "ratio")
+# The panels of a mill's sheet.
+SHEET_PANELS = ("Pn", "Pt", "En_star", "Et_star")
+# The quantities that depend on the counting rule; those of the energy-weighted descriptors.
+COUNTED = ("f", "En", "Et", *OWN_CURVES)
+WEIGHTED = ("En_star", "Et_star", "fn_star", "ft_star", "f90")
+THESIS_CURVES = (*PANELS, "P", "En", "Et")
+# Curves that may be missing: where nothing rolls, of runs without contacts, and in files made before an observable.
+LATER_CURVES = ("Pr", "Pw", "rolling_ratio", *OWN_CURVES)
+CURVES = (*THESIS_CURVES, *WEIGHTED, *LATER_CURVES)
+CURVE_COLUMNS = [
+    "fill_ratio",
+    *(f"{name}{end}" for name in dict.fromkeys((*PANELS, *SHEET_PANELS)) for end in ("", "_lower", "_upper")),
+]
+
+
+def scaled_quantities(basic: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    """Every scaled quantity [-] from the quantities of BASIC: ratio = Pt / Pn, P = Pn + Pt, En = Pn / f, Et = Pt / f.
+
+    With the quantities of WEIGHTED_BASIC also fn_star = Pn / En_star and ft_star = Pt / Et_star.
+    """
+    normal, tangential, frequency = (np.asarray(basic[name]) for name in BASIC)
+    weighted = {name: np.asarray(basic[name]) for name in WEIGHTED_BASIC if name in basic}
+    if weighted:
+        weighted |= {"fn_star": normal / weighted["En_star"], "ft_star": tangential / weighted["Et_star"]}
+    return weighted | {
+        "Pn": normal,
+        "Pt": tangential,
+        "f": frequency,
+        "ratio": tangential / normal,
+        "P": normal + tangential,
+        "En": normal / frequency,
+        "Et": tangential / frequency,
+    }
+
+
+def descriptors_of(condition: Condition, scaled: Mapping[str, Any]) -> dict[str, Any]:
+    """Energies [J] and frequencies per ball [1/s] of a condition, by Eqs 3.22, 3.28 and 3.29: each descriptor of
+    SCALED_BY whose scaled quantity is known.
+
+    scaled: quantities of the condition [-]: numbers, arrays or `Estimate`s.
+    """
+    return {
+        name: scaled[quantity] * PREDICTED[name].scale_of(condition)
+        for name, quantity in SCALED_BY.items()
+        if quantity in scaled
+    }
 
 
 def explain_columns() -> str:

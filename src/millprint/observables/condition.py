@@ -3,9 +3,9 @@
 The mill speed is in Hz, not in rad/s.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 import pandas as pd
@@ -71,76 +71,24 @@ def effective_restitution(restitution: Quantity, static_friction: Quantity) -> Q
     return restitution - 1.5 * static_friction * np.exp(-3.0 * static_friction)
 
 
-# The scaled quantities from which all others are calculated: specific powers (Eq. 3.28) and frequency (Eq. 3.29).
-BASIC = ("Pn", "Pt", "f")
-# Quantities that need no counting rule, over the same scales: weighted energies, and the rate of strong collisions.
-WEIGHTED_BASIC = ("En_star", "Et_star", "f90")
-# The quantities that depend on the counting rule.
-COUNTED = ("f", "En", "Et")
+class Scale(NamedTuple):
+    """How a quantity of one ball or one collision grows with a condition: its scale, and the exponents in it."""
+
+    of: Callable[[Condition], Any]
+    exponents: Mapping[str, int]
 
 
-def scaled_quantities(basic: Mapping[str, Any]) -> dict[str, np.ndarray]:
-    """Every scaled quantity [-] from the quantities of BASIC: ratio = Pt / Pn, P = Pn + Pt, En = Pn / f, Et = Pt / f.
-
-    With the quantities of WEIGHTED_BASIC also fn_star = Pn / En_star and ft_star = Pt / Et_star.
-    """
-    normal, tangential, frequency = (np.asarray(basic[name]) for name in BASIC)
-    weighted = {name: np.asarray(basic[name]) for name in WEIGHTED_BASIC if name in basic}
-    if weighted:
-        weighted |= {"fn_star": normal / weighted["En_star"], "ft_star": tangential / weighted["Et_star"]}
-    return weighted | {
-        "Pn": normal,
-        "Pt": tangential,
-        "f": frequency,
-        "ratio": tangential / normal,
-        "P": normal + tangential,
-        "En": normal / frequency,
-        "Et": tangential / frequency,
-    }
-
-
-# Descriptor of a condition -> the scaled quantity that it is computed from; a name ends with its unit.
-SCALED_BY = {
-    "weighted_normal_energy_J": "En_star",
-    "weighted_tangential_energy_J": "Et_star",
-    "weighted_normal_frequency_hz": "fn_star",
-    "weighted_tangential_frequency_hz": "ft_star",
-    "strong_frequency_hz": "f90",
-    "normal_energy_J": "En",
-    "tangential_energy_J": "Et",
-    "specific_frequency_hz": "f",
+# The scales of Eqs 3.28 and 3.29, and those that follow for speeds and times.
+SCALES = {
+    "power": Scale(power_scale, {"rho": 1, "omega": 3, "A": 2, "d": 3}),
+    "energy": Scale(energy_scale, {"rho": 1, "omega": 2, "A": 2, "d": 3}),
+    "frequency": Scale(lambda condition: condition.speed_hz, {"rho": 0, "omega": 1, "A": 0, "d": 0}),
+    "speed": Scale(
+        lambda condition: condition.speed_hz * condition.amplitude_m, {"rho": 0, "omega": 1, "A": 1, "d": 0}
+    ),
+    "time": Scale(lambda condition: 1 / condition.speed_hz, {"rho": 0, "omega": -1, "A": 0, "d": 0}),
+    "none": Scale(lambda condition: 1.0, {"rho": 0, "omega": 0, "A": 0, "d": 0}),
 }
-
-
-# The unit of a descriptor by the end of its name.
-UNITS = {"J": "J", "hz": "1/s", "W": "W", "share": "-"}
-
-
-def descriptors_of(condition: Condition, scaled: Mapping[str, Any]) -> dict[str, Any]:
-    """Energies [J] and frequencies per ball [1/s] of a condition, by Eqs 3.22, 3.28 and 3.29: each descriptor of
-    SCALED_BY whose scaled quantity is known.
-
-    scaled: quantities of the condition [-]: numbers, arrays or `Estimate`s.
-    """
-    scales = {"J": energy_scale(condition), "hz": condition.speed_hz}
-    return {
-        name: scaled[quantity] * scales[name.rpartition("_")[2]]
-        for name, quantity in SCALED_BY.items()
-        if quantity in scaled
-    }
-
-
-# Scaled quantities with a master curve: the four panels of thesis Fig. 3.12, then those for predictions.
-PANELS = ("Pn", "Pt", "f", "ratio")
-# The panels of a mill's sheet.
-SHEET_PANELS = ("Pn", "Pt", "En_star", "Et_star")
-# The panels of the energy-weighted descriptors.
-WEIGHTED = tuple(name for name in SCALED_BY.values() if name not in COUNTED)
-CURVES = (*PANELS, "P", "En", "Et", *WEIGHTED)
-CURVE_COLUMNS = [
-    "fill_ratio",
-    *(f"{name}{end}" for name in dict.fromkeys((*PANELS, *SHEET_PANELS)) for end in ("", "_lower", "_upper")),
-]
 
 
 def fill_grid(fill_ratios: np.ndarray, points: int) -> np.ndarray:
