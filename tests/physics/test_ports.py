@@ -10,11 +10,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import Case as RunCase
+from millprint.config.sweep import DemConfig
+from millprint.dem.ledger import closure, ledger_series
+from millprint.dem.simulation import Simulation
 from millprint.mill.borders import borders_of
 from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import Vessel
 from millprint.mill.wall_words import walls_in_words
-from tests.physics.setups import FewBalls
+from tests.physics.setups import CALIBRATED, FewBalls
+from tests.physics.test_closed_surfaces import MOTIONS
 from tests.ports import Ported, places, triangles
 from tests.profiles import write_stl
 from tests.surfaces import ELASTIC, MM, put, vessel_of
@@ -42,8 +48,9 @@ def in_folder(tmp_path_factory):
 
 @cache
 def drawn(name: str, around: int = 36, along: int = 24, decimals: int | None = None) -> Vessel:
-    write_stl(Path("made.stl"), triangles(PORTS[name][0], around, along), decimals)
-    return vessel_of({"kind": "stl", "path": "made.stl", "unit": "mm"})
+    path = f"{name}_{around}_{along}_{decimals}.stl"
+    write_stl(Path(path), triangles(PORTS[name][0], around, along), decimals)
+    return vessel_of({"kind": "stl", "path": path, "unit": "mm"})
 
 
 @pytest.mark.parametrize("name", PORTS)
@@ -52,8 +59,8 @@ def test_a_port_is_touched_as_its_closed_form_says(name):
     part, words = PORTS[name]
     vessel, rng = drawn(name), np.random.default_rng(0)
     assert walls_in_words([SimpleNamespace(vessel=vessel)]) == words
-    for radius in (0.1, 1.0, 4.0, 7.0):
-        points = places(part, radius, 80, rng, (-0.02, 0.01))
+    for radius in (0.1, 2.0, 7.0):
+        points = places(part, radius, 50, rng, (-0.02, 0.01))
         exact = part.distance(points)
         contacts, overlap = put(vessel, points, radius), np.zeros(len(points))
         np.maximum.at(overlap, contacts.ball, contacts.overlap)
@@ -61,6 +68,7 @@ def test_a_port_is_touched_as_its_closed_form_says(name):
         np.testing.assert_allclose(signed_distance(vessel)(points * MM)[0], -exact * MM, atol=5e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PORTS)
 @pytest.mark.parametrize("radius", [0.1, 2.0])
 def test_a_hit_at_the_edge_of_a_port_keeps_its_energy(name, radius):
@@ -92,3 +100,19 @@ def test_a_port_is_found_however_it_is_drawn(around, along, decimals):
     points = points[PORTS["oblique port"][0].is_inside(points)]
     exact = PORTS["oblique port"][0].distance(points)
     np.testing.assert_allclose(signed_distance(vessel)(points * MM)[0], -exact * MM, atol=2e-7 if decimals else 5e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["grazing port", "turned window", "oblique boss"])
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_the_energy_balance_of_a_mill_with_a_port_closes(name, motion):
+    """Small balls go in and out of the port; none is lost."""
+    keys, speed_rpm = MOTIONS[motion]
+    vessel = drawn(name)
+    geometry = {"kind": "stl", "path": f"{name}_36_24_None.stl", "unit": "mm"}
+    mill = MillConfig(name="made", title="x", source="x", volume_ml=vessel.volume_m3 * 1e6, geometry=geometry,
+                      motion=keys)  # fmt: skip
+    run = RunCase(mill="made", contact="calibrated", ball_diameter_m=0.004, fill_ratio=0.15, speed_hz=speed_rpm / 60,
+                  seed=0, settle_s=0.02, discard_s=0.0, window_s=0.15, rayleigh_fraction=0.04)  # fmt: skip
+    simulation = Simulation(run, mill, CALIBRATED, DemConfig())
+    assert closure(ledger_series(np.concatenate(simulation.run("test").samples))) < 2e-3

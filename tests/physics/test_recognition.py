@@ -1,5 +1,7 @@
 """Round walls are found again in a mesh, however finely it is drawn; what is not round stays as it is drawn."""
 
+import re
+
 import numpy as np
 import pytest
 import trimesh
@@ -107,3 +109,10 @@ def test_a_round_jar_holds_what_its_formula_says(mills):
     corner = (1 - np.pi / 4) * f**2
     middle = r - f * (10 - 3 * np.pi) / (12 - 3 * np.pi)
     assert vessel.volume_m3 == pytest.approx(np.pi * r**2 * h - 2 * np.pi * middle * corner, rel=2e-5)
+
+
+def test_what_is_nearly_round_is_said_with_how_far_off_it_is(in_project):
+    mesh = trimesh.creation.revolve(np.array([[0, 0], [20, 0], [25, 30], [0, 30]]) / 1e3, sections=48)
+    mesh.vertices += np.random.default_rng(0).normal(scale=1e-5, size=mesh.vertices.shape)
+    (words,) = from_file(mesh).report
+    assert re.match(r"a cone of (19\.9|20)\S* to 25\S* mm would fit 0 of \d+ facets; vertices are up to 0\.0", words)

@@ -418,13 +418,13 @@ def _find_trims(vessel: Vessel, borders: Borders) -> None:
 
 
 def must_be_trimmed(vessel: Vessel, borders: Borders) -> list[int]:
-    """The curves that are not trimmed, but end within their parts, arcs and ends at an edge that a ball can reach."""
-    near, found = 1e2 * SAME * vessel.size, []
+    """The curves that are not trimmed, but end elsewhere than at their parts, arcs and ends."""
+    found = []
     of_edge = vessel.facet_curves[vessel.edge_arrays.facets]
     for number, curve in enumerate(vessel.curves):
         parts = [k for k, other in enumerate(vessel.curves) if other.is_part_of(curve)]
         around = _edges_around(vessel, number)
-        around = around[(borders.turn[around] > -SMOOTH_TURN) & ~np.isin(of_edge[around], parts).all(axis=1)]
+        around = around[~np.isin(of_edge[around], parts).all(axis=1)]
         if curve.is_trimmed or not len(around):
             continue
         ends = np.stack([vessel.edge_arrays.start[around], vessel.edge_arrays.end[around]], axis=1) - curve.origin
@@ -438,6 +438,8 @@ def must_be_trimmed(vessel: Vessel, borders: Borders) -> list[int]:
         else:
             off += [np.abs(out * each[1] - up * each[0]) for each in curve.arc or ()]
         is_crease = np.isin(around, list(borders.creases))
+        # Where walls are nearly tangent, the place of their border is less certain.
+        near = np.where(np.abs(borders.turn[around]) <= 1e2 * TANGENT, 1e4, 1e2) * SAME * vessel.size
         if is_crease.any() or not off or not (np.array(off).max(axis=-1) < near).any(axis=0).all():
             found.append(number)
     return found

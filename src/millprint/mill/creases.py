@@ -356,14 +356,14 @@ def bowed_side(flat: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray | 
     side[: SIDE.centre_u] = *flat[0], du, dv, length, *flat[-1]
     away = flat - flat[0]
     height = away @ [-dv, du]
-    if np.abs(height).max() < TRIMMED * size / 100:
+    if np.abs(height).max() < TRIMMED * size:
         return side, None
     x = 2 * away[1:-1] @ [du, dv] / length - 1
     if len(x) != DEGREE + 1 or np.diff(x).min() <= 0 or np.abs(x).max() >= 1:
         return None
     (bow,) = _through(x, height[None, 1:-1])
     slopes = np.polynomial.polynomial.polyval(BETWEEN, np.polynomial.polynomial.polyder(bow)) * 2 / length
-    if np.abs(_values(bow, np.array([-1.0, 1.0]))).max() > TRIMMED * size or np.abs(slopes).max() > STEEPEST:
+    if np.abs(_values(bow, np.array([-1.0, 1.0]))).max() > 10 * TRIMMED * size or np.abs(slopes).max() > STEEPEST:
         return None
     side[SIDE.radius] = -1.0
     return side, bow

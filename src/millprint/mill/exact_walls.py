@@ -227,6 +227,12 @@ def _made_whole(vessel: Vessel, free: list[int], curves: list[Curve], on_curve: 
         own = np.isin(given, np.flatnonzero(group == each))
         number = int(on_curve[own].min())
         curves[number] = replace(endless(curves[number]), is_trimmed=True)
+        if curves[number].kind == "sphere":
+            # Its border is nearly a circle about its own middle: it has no other axis.
+            middles = vessel.outlines.middles[np.isin(vessel.facet_curves, np.flatnonzero(group == each))]
+            way = (middles - curves[number].origin).sum(axis=0)
+            if np.linalg.norm(way) > 1e-3 * vessel.size:
+                curves[number] = replace(curves[number], axis=way / np.linalg.norm(way))
         on_curve[own] = number
     return on_curve
 

@@ -641,7 +641,7 @@ def _fits(points: np.ndarray, normals: np.ndarray) -> Iterator[tuple[str, Callab
 def nearly_found(drawing: Drawing, facets: np.ndarray) -> str | None:
     """What some facets nearly draw, and how far off it they are; None where that is not near.
 
-    The small ones may be of a rounding next to it, and those that are far off may be what is wrong with it.
+    Small ones may be of a rounding next to it, and those that are far off may be what is wrong with it.
     """
     areas = drawing.vessel.areas[facets]
     best = None
