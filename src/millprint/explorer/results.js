@@ -26,7 +26,7 @@ const RESULTS = Object.fromEntries(
 );
 /* Those by which conditions are matched. */
 const DESCRIPTORS = Object.fromEntries(Object.entries(RESULTS).filter(([, { matched }]) => matched));
-const LINES = { normal: NORMAL, tangential: TANGENTIAL, rolling: "#6a8f00" };
+const LINES = { normal: NORMAL, tangential: TANGENTIAL, rolling: "#009e73" };
 
 /** The unit of a result, and how to get to it. */
 const unitOf = ({ kind, unit, factor }, units) => (kind ? units.of(kind) : fixedUnit(unit, factor));

@@ -64,7 +64,11 @@ class Walls(NamedTuple):
     curves: np.ndarray  # (k, width) curved_surfaces.CurveColumns
     rims: np.ndarray  # (rims, width) rims.RimColumns
     creases: np.ndarray  # (creases, rows, creases.DEGREE + 1) creases.CreaseRows
-    trims: Trims  # where curves end that have other borders than circles and rulings, and the bows of sides
+    # Where curves end that have other borders than circles and rulings: creases.Trims, whose bows flat walls have too.
+    first_trim: np.ndarray
+    trim_side: np.ndarray
+    bow: np.ndarray
+    trim_frame: np.ndarray
     is_drawing: np.ndarray  # (features,) 1 where a feature only shows a curve, see wall_features.Features
     patch: np.ndarray  # (features,) the patch that a feature belongs to, numbered through all bodies
     first_neighbour: np.ndarray  # (features + 1,) those of feature i are first_neighbour[i] to first_neighbour[i + 1]
@@ -193,7 +197,7 @@ def touch(walls, feature, surely_over, point, limit):
         if distance >= limit or distance <= 0.0:
             return nothing
         if not surely_over:
-            beyond = beyond_side(walls.axes, walls.first_side, walls.side, walls.trims.bow, feature, point)
+            beyond = beyond_side(walls.axes, walls.first_side, walls.side, walls.bow, feature, point)
             if beyond > ON_SIDE * limit + walls.slack[feature]:
                 return nothing
         return distance, normal
@@ -211,9 +215,10 @@ def touch(walls, feature, surely_over, point, limit):
         distance, normal, past, _ = curve_touch(walls.curves, k, point)
         if distance >= limit or distance <= 0.0 or past > ON_SIDE * limit + walls.curves[k, CURVE.slack]:
             return nothing
-        if walls.trims.first[k] < walls.trims.first[k + 1]:
+        if walls.first_trim[k] < walls.first_trim[k + 1]:
             foot = add_scaled(point, -distance, normal)
-            if beyond_trim(walls.curves, walls.trims, k, foot) > ON_SIDE * limit + walls.curves[k, CURVE.slack]:
+            trims = Trims(walls.first_trim, walls.trim_side, walls.bow, walls.trim_frame)
+            if beyond_trim(walls.curves, trims, k, foot) > ON_SIDE * limit + walls.curves[k, CURVE.slack]:
                 return nothing
         return distance, normal
     if feature < facets + edges:
@@ -267,7 +272,7 @@ def closeness_of(walls, feature, point, radius, margin):
         distance = plane_distance(walls, feature, point)
         if distance > reach_out or distance < -margin:
             return 0
-        beyond = beyond_side(walls.axes, walls.first_side, walls.side, walls.trims.bow, feature, point)
+        beyond = beyond_side(walls.axes, walls.first_side, walls.side, walls.bow, feature, point)
         if beyond > margin + ON_SIDE * radius + walls.slack[feature]:
             return 0
         return 2 if beyond < -margin else 1
