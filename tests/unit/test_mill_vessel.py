@@ -152,7 +152,7 @@ def test_points_in_line_with_a_corner_are_inside_or_outside_without_doubt(vessel
     for u in rng.uniform(*np.percentile(flat[:, 0], [2, 98]), 40):
         for v in np.concatenate([flat[:, 1], np.nextafter(flat[:, 1], 1), np.nextafter(flat[:, 1], -1)]):
             point = tuple((np.array([u, v]) @ axes).tolist())
-            beyond = beyond_side(walls.axes, walls.first_side, walls.side, facet, point)
+            beyond = beyond_side(walls.axes, walls.first_side, walls.side, walls.bow, facet, point)
             # A point slightly off the lines through the corners gives the same answer, except on the outline itself.
             if abs(beyond) > 1e-9:
                 assert (beyond < 0) == expected.holds(u, v + 1e-10), (u, v)
