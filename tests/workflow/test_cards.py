@@ -56,7 +56,7 @@ def test_the_smoke_run_has_a_card_with_the_numbers_of_its_simulation(smoke_proje
     summary = read_json(smoke_project / "results/dem/emax/calibrated/d10_f0.10_n600_s0/summary.json")
     found, power = card.fingerprint.descriptors, summary["power_W"]
     assert found.normal_power_W.value == pytest.approx(power["normal"])
-    assert found.wall_power_W.value == pytest.approx(power["wall"], rel=1.1 * summary["closure"])
+    assert found.wall_power_W.value == pytest.approx(power["wall"], rel=2 * summary["closure"])
     assert found.rolling_power_W.value == pytest.approx(power["rolling"])
     assert card.balls.number == summary["balls"]
     # Power by time over mass; a kJ/g is a thousand J/g.

@@ -229,7 +229,7 @@ def test_the_numbers_of_the_first_hour_are_those_of_its_run(first_hour, smoke_pr
         "weighted tangential frequency f*t": (r"about (\d+) of the second", 1),
         "normal power": (r"([\d.]+) W by compression", 1),
         "tangential power": (r"([\d.]+) W by shear", 1),
-        "power per ball: of speed": (r"speed to the power of ([\d.]+)", 1),
+        "wall power per ball: of speed": (r"speed to the power of ([\d.]+)", 1),
     }
     for quantity, (pattern, unit) in told.items():
         (number,) = re.findall(pattern, " ".join(FIRST_HOUR.split()))

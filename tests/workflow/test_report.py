@@ -120,7 +120,7 @@ def test_a_table_sorts_and_filters(report, page):
       click(); const rising = values(); const says = table.tHead.rows[0].cells[column].getAttribute("aria-sort");
       click(); const falling = values();
       const search = document.querySelector("input[type=search]");
-      search.value = "differs 3.balls"; search.dispatchEvent(new Event("input"));
+      search.value = "differs 3."; search.dispatchEvent(new Event("input"));
       const left = [...table.tBodies[0].rows].filter((row) => !row.hidden).map((row) => row.cells[0].textContent);
       return { rising, falling, says, left, said: document.querySelector("output").textContent };""")
     rising = [float(text) for text in found["rising"] if text]
@@ -128,7 +128,7 @@ def test_a_table_sorts_and_filters(report, page):
     assert [float(text) for text in found["falling"] if text] == rising[::-1]
     # Cells without a number come last in both orders.
     assert found["rising"][-1] == "" and found["falling"][-1] == ""
-    assert "3.balls.10mm.0.40" in found["left"] and all(name.startswith("3.") for name in found["left"])
+    assert found["left"] and all(name.startswith("3.") for name in found["left"])
     assert found["said"].startswith(f"{len(found['left'])} of ")
 
 
@@ -233,7 +233,7 @@ def test_the_table_of_runtimes_has_every_benchmark(report):
 
 def test_the_explorer_contains_the_fingerprints_of_the_run(report):
     text = (report / "explorer.html").read_text()
-    (content,) = re.findall(r"new Explorer\((\{.*\})\);", text)
+    (content,) = re.findall(r"const CONTENT = (\{.*\});", text)
     own, *_ = json.loads(content)["mills"]
     assert own["name"] == "emax"
     assert [stored["about"]["contact"] for stored in own["fingerprints"]] == ["calibrated", "steel"]

@@ -63,7 +63,7 @@ def test_messages_and_progress_leave_every_simulation_done(plan):
 
 
 def test_a_new_statistic_of_collisions_simulates_nothing(plan):
-    ((file, old, new),), _, _ = RECIPES["statistic"]
+    ((file, old, new),), _, _ = RECIPES["observable"]
     jobs = plan({f"src/millprint/{file}": replaced(old, new)})
     assert "run_dem_case" not in jobs
     assert "describe_mill" in jobs
@@ -89,7 +89,7 @@ def test_words_pictures_counting_and_kept_tolerances_leave_every_simulation_done
 
 
 def test_a_tolerance_that_the_runs_do_not_keep_simulates_again(plan):
-    assert plan({"lined.yaml": of_dem(closure_max=1e-9)})["run_dem_case"] == 7
+    assert plan({"lined.yaml": of_dem(closure_max=1e-9)})["run_dem_case"] == 19
 
 
 def test_another_law_simulates_everything_again(plan):
