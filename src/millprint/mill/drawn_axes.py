@@ -1,0 +1,212 @@
+"""Axes about which a drawing may turn: of round outlines of flat facets, of strips and of bands."""
+
+import numpy as np
+
+from millprint.mill.half_plane import FEWEST_STEPS
+from millprint.mill.turned_shapes import (
+    LARGEST_TURN,
+    LOOSE,
+    SMALLEST_TURN,
+    Axis,
+    Circle,
+    Drawing,
+    Swept,
+    circles_through,
+)
+from millprint.mill.vessel import Ragged, cross, lengths, plane_axes
+
+# The circle of a longer outline is fitted again as it doubles.
+FEW_POINTS = 8
+# An axis or a sphere is guessed from this number of facets at most.
+AROUND = 12
+# The largest radius of a wall, over the size of the body.
+LARGEST_RADIUS = 200
+# Facets of a strip are along its axis to this sine; steps of the normals of a band are alike to this share, and turn by
+# this share of a step's square at least.
+ALONG, ALIKE, LEAST_BEND = 1e-2, 0.05, 1e-3
+# Facets of more corners together do not begin a band.
+MANY = 24
+
+
+def _arcs_of_outline(flat: np.ndarray, near: float) -> list[np.ndarray]:
+    """Groups of points of an outline (k, 2) that lie on one circle in shallow steps, also where others interrupt it.
+
+    near: what points may be off [m].
+    """
+    before, after = np.roll(flat, 1, axis=0), np.roll(flat, -1, axis=0)
+    first, second = flat - before, after - flat
+    turn = np.arctan2(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0], (first * second).sum(axis=1))
+    groups: list[list[int]] = []
+    circles: list[Circle] = []
+    for k in np.flatnonzero((np.abs(turn) > SMALLEST_TURN) & (np.abs(turn) < 2 * LARGEST_TURN)).tolist():
+        own = np.array([before[k], flat[k], after[k]])
+        known = next((n for n, circle in enumerate(circles) if np.abs(circle.off(own)).max() < near), None)
+        if known is None:
+            groups.append([k])
+            circles.append(Circle.through(own))
+        else:
+            groups[known].append(k)
+            # Fitted again as it grows, and not at each point of a long outline.
+            size = len(groups[known])
+            if size > 2 and (size < FEW_POINTS or size & (size - 1) == 0):
+                circles[known] = Circle.through(flat[groups[known]])
+    return [flat[group] for group in groups if len(group) >= FEWEST_STEPS]
+
+
+def axes_of_outlines(drawing: Drawing) -> list[Axis]:
+    """The axes of the round outlines of flat facets, those of large circles first."""
+    found = []
+    vessel, near = drawing.vessel, LOOSE * drawing.tolerance
+    loops, facet_of = vessel.outlines.loops, vessel.outlines.facets.owner
+    for loop in np.flatnonzero(loops.counts > FEWEST_STEPS).tolist():
+        facet, own = facet_of[loop], slice(loops.first[loop], loops.first[loop] + loops.counts[loop])
+        first, second = vessel.axes[facet]
+        for flat in _arcs_of_outline(vessel.outlines.points[own] @ vessel.axes[facet].T, near):
+            circle = Circle.through(flat)
+            if np.abs(circle.off(flat)).max() < near:
+                normal = vessel.normals[facet]
+                origin = circle.r * first + circle.z * second + vessel.offsets[facet] * normal
+                found.append((circle.radius, Axis(origin, normal)))
+    return [axis for _, axis in sorted(found, key=lambda each: -each[0])]
+
+
+def axis_of_strip(drawing: Drawing, pair: tuple[int, int]) -> Axis | None:
+    """The axis of the cylinder through two facets next to each other, if their neighbours lie on it."""
+    normals = drawing.normals[list(pair)]
+    along = np.cross(*normals)
+    along /= np.linalg.norm(along)
+    axis = Axis(np.zeros(3), along)
+    sides = np.array([axis.u, axis.v]).T
+    circle = Circle.through(drawing.points(pair) @ sides)
+    if circle.radius > LARGEST_RADIUS * drawing.vessel.size:
+        return None
+    around = drawing.around(pair, AROUND)
+    near = [
+        facet
+        for facet in around
+        if abs(drawing.normals[facet] @ along) < ALONG
+        and np.abs(circle.off(drawing.points([facet]) @ sides)).max() < LOOSE * drawing.tolerance
+    ]
+    # Fewer where other walls interrupt the strip.
+    if len(near) < (FEWEST_STEPS if len(around) == AROUND else 3):
+        return None
+    circle = Circle.through(drawing.points(near) @ sides)
+    return Axis(circle.r * axis.u + circle.z * axis.v, along)
+
+
+def axis_of_band(drawing: Drawing, pair: tuple[int, int]) -> Axis | None:
+    """The axis about which two facets next to each other and a third one turn, as those of a band around a cone do.
+
+    Their normals are at one angle to it, so that their differences are across it; vertices at one height lie on a
+    circle about it.
+    """
+    first, second = pair
+    step = drawing.normals[second] - drawing.normals[first]
+    for third in drawing.neighbours[second]:
+        following = drawing.normals[third] - drawing.normals[second]
+        along = np.cross(step, following)
+        length = np.linalg.norm(along)
+        alike = abs(np.linalg.norm(following) - np.linalg.norm(step)) < ALIKE * np.linalg.norm(step)
+        if third == first or drawing.taken[third] or not alike or length < LEAST_BEND * np.linalg.norm(step) ** 2:
+            continue
+        axis = Axis(np.zeros(3), along / length)
+        points = drawing.points([first, second, third])
+        heights = points @ axis.along
+        level = np.abs(heights[:, None] - heights) < LOOSE * drawing.tolerance
+        ring = points[level[np.argmax(level.sum(axis=1))]]
+        if len(ring) < 4:
+            continue
+        flat = ring @ np.array([axis.u, axis.v]).T
+        circle = Circle.through(flat)
+        if np.abs(circle.off(flat)).max() < drawing.tolerance and circle.radius < drawing.vessel.size:
+            return Axis(circle.r * axis.u + circle.z * axis.v, axis.along)
+    return None
+
+
+def same_axis(axis: Axis, known: list[Axis], near: float, size: float) -> bool:
+    """Whether an axis is one of the known ones, within what places may be off [m]."""
+    return any(
+        np.linalg.norm(np.cross(axis.along, other.along)) * size < LOOSE * near
+        and np.linalg.norm(np.cross(axis.origin - other.origin, other.along)) < LOOSE * near
+        for other in known
+    )
+
+
+def normals_next_to(drawing: Drawing, swept: list[Swept]) -> list[np.ndarray]:
+    """The normals of the flat facets with more than four corners that meet some surfaces: the ends of a prism."""
+    is_own = np.zeros(len(drawing.taken), dtype=bool)
+    is_own[np.concatenate([each.facets for each in swept])] = True
+    others = drawing.across(is_own)
+    return list(drawing.normals[others[~drawing.taken[others] & (drawing.corners.counts[others] > 4)]])
+
+
+def may_turn_at_seams(drawing: Drawing) -> np.ndarray:
+    """Whether an axis may begin at each seam (s,), or at one next to it: what `_best_axis` needs at least."""
+    free = np.flatnonzero(~drawing.taken)
+    first = np.repeat(free, drawing.beside.counts[free])
+    second = drawing.beside_facet[drawing.beside.rows(free)]
+    kept = ~drawing.taken[second]
+    first, second = first[kept], second[kept]
+    # Each pair with every neighbour of its second facet.
+    pair = np.repeat(np.arange(len(first)), drawing.beside.counts[second])
+    third = drawing.beside_facet[drawing.beside.rows(second)]
+    kept = ~drawing.taken[third] & (third != first[pair])
+    pair, third = pair[kept], third[kept]
+    holds = _on_strip(drawing, first, second, pair, third) | _on_band(drawing, first[pair], second[pair], third)
+    is_begun = np.zeros(len(drawing.taken), dtype=bool)
+    is_begun[first[pair[holds]]] = is_begun[second[pair[holds]]] = True
+    return is_begun[drawing.seams].any(axis=1)
+
+
+def _on_strip(
+    drawing: Drawing, first: np.ndarray, second: np.ndarray, pair: np.ndarray, third: np.ndarray
+) -> np.ndarray:
+    """Whether a third facet lies on the cylinder through a pair of facets: see `axis_of_strip`."""
+    along = cross(drawing.normals[first], drawing.normals[second])
+    along /= np.maximum(lengths(along), 1e-300)
+    axes = plane_axes(along)
+    both = np.column_stack([first, second]).ravel()
+    own = Ragged(drawing.corners.counts[both].reshape(-1, 2).sum(axis=1))
+    points = drawing.vessel.vertices[drawing.flat[drawing.corners.rows(both)]]
+
+    centre, radius = np.empty((len(first), 2)), np.empty(len(first))
+    middle = np.add.reduceat(points, own.first) / own.counts[:, None]
+    flat = np.vecdot(axes[own.owner], (points - middle[own.owner])[:, None])
+    for groups, rows in own.stacks():
+        u, v = flat[rows].transpose(2, 1, 0)
+        *middles, radius[groups] = circles_through(u, v, np.ones(u.shape))
+        centre[groups] = np.column_stack(middles)
+    holds = np.abs(np.vecdot(drawing.normals[third], along[pair])) < ALONG
+    pair, third = pair[holds], third[holds]
+    of_third = Ragged(drawing.corners.counts[third])
+    pair = np.repeat(pair, of_third.counts)
+    points = drawing.vessel.vertices[drawing.flat[drawing.corners.rows(third)]]
+    flat = np.vecdot(axes[pair], (points - middle[pair])[:, None]) - centre[pair]
+    off = np.abs(np.hypot(*flat.T) - radius[pair])
+    holds[holds] = np.maximum.reduceat(off, of_third.first) < LOOSE * drawing.tolerance if len(third) else False
+    return holds
+
+
+def _on_band(drawing: Drawing, first: np.ndarray, second: np.ndarray, third: np.ndarray) -> np.ndarray:
+    """Whether three facets may follow each other in a band about an axis: see `axis_of_band`."""
+    step, following = (drawing.normals[b] - drawing.normals[a] for a, b in ((first, second), (second, third)))
+    long, along = lengths(step)[:, 0], cross(step, following)
+    length = lengths(along)[:, 0]
+    holds = (np.abs(lengths(following)[:, 0] - long) < ALIKE * long) & (length >= LEAST_BEND * long**2)
+    holds &= drawing.corners.counts[first] + drawing.corners.counts[second] + drawing.corners.counts[third] <= MANY
+    kept = np.flatnonzero(holds)
+    facets = np.column_stack([first, second, third])[kept]
+    own = Ragged(drawing.corners.counts[facets].sum(axis=1))
+    vertices = drawing.flat[drawing.corners.rows(facets.ravel())]
+    heights = np.vecdot(drawing.vessel.vertices[vertices], (along / length[:, None])[kept][own.owner])
+    for groups, rows in own.stacks():
+        number, height = vertices[rows], heights[rows]
+        level = np.zeros((len(groups), rows.shape[1]), dtype=np.int64)
+        is_first = np.ones(rows.shape, dtype=bool)
+        for k in range(1, rows.shape[1]):
+            is_first[:, k] = (number[:, :k] != number[:, k : k + 1]).all(axis=1)
+        for k in range(rows.shape[1]):
+            near = np.abs(height - height[:, k : k + 1]) < LOOSE * drawing.tolerance
+            level[:, k] = (near & is_first).sum(axis=1)
+        holds[kept[groups]] = level.max(axis=1) > 3
+    return holds

@@ -1,0 +1,229 @@
+"""The half plane about an axis: which walls of a drawing are lines and arcs there, and so surfaces that turn."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from millprint.mill.turned_shapes import (
+    LARGEST_TURN,
+    LOOSE,
+    Axis,
+    Circle,
+    Drawing,
+    Line,
+    Swept,
+    circles_through,
+)
+from millprint.mill.vessel import Ragged, cross, lengths
+
+# Four points may lie on one circle by chance of symmetry; this number of steps around or across does not.
+FEWEST_STEPS = 5
+# How far the middle of a facet is below its surface, over the radii, where it is drawn in steps of LARGEST_TURN.
+SAG = 1.3 * (1 - math.cos(LARGEST_TURN / 2))
+# Seeds that lead nowhere, after which the search about one axis, or for one kind, ends; the first ones in a row.
+MOST_FAILURES, FIRST_FAILURES = 300, 20
+# So many of the next facets lie on a surface where it begins, if nothing interrupts it.
+NEAR, FEWEST_NEAR = 100, 6
+# To name a place of a lattice by one number.
+PRIMES = 73856093, 19349663
+# Directions that differ by less may be one, if the vertices allow it [rad].
+NEARLY = 0.02
+
+
+class HalfPlane:
+    """Facets of a drawing, all or some, in the half plane about an axis.
+
+    vertices: the numbers of their vertices; flat: these in the half plane; corners: the rows of `flat` at the facets'
+    corners; middles and facing (f, 2): the facets' middles and normals; is_ring (f,): whether all vertices are one.
+    """
+
+    def __init__(self, drawing: Drawing, axis: Axis, facets: np.ndarray | None = None) -> None:
+        self.axis, self.facets, self.of_facet = axis, np.arange(len(drawing.taken)), drawing.corners
+        self.vertices, self.corners = np.arange(len(drawing.vessel.vertices)), drawing.flat
+        if facets is not None:
+            self.facets, self.of_facet = facets, Ragged(drawing.corners.counts[facets])
+            self.vertices, self.corners = np.unique(drawing.flat[drawing.corners.rows(facets)], return_inverse=True)
+        points = drawing.middles[self.facets]
+        self.flat, self.middles = axis.meridian(drawing.vessel.vertices[self.vertices]), axis.meridian(points)
+        self.near = LOOSE * drawing.tolerance
+        self.is_ring = np.maximum(*(self.largest(each) + self.largest(-each) for each in self.flat.T)) < self.near
+        outwards = points - axis.origin - np.outer(self.middles[:, 1], axis.along)
+        outwards /= np.maximum(self.middles[:, :1], 1e-12)
+        normals = drawing.normals[self.facets]
+        self.facing = np.column_stack([np.vecdot(normals, outwards), normals @ axis.along])
+
+    def largest(self, values: np.ndarray) -> np.ndarray:
+        """For each facet (f,) the largest of what its vertices (v,) have."""
+        return np.maximum.reduceat(values[self.corners], self.of_facet.first)
+
+    def fit(
+        self, drawing: Drawing, seed: Sequence[int], kind: type[Line] | type[Circle]
+    ) -> tuple[Line | Circle, np.ndarray] | None:
+        """The line or arc through the vertices of two rows of `facets`, and all rows on it; None if these are not."""
+        free = ~drawing.taken[self.facets] & ~self.is_ring
+        # The first slack may take a wall that turns by little against this one, and spoil the fit.
+        for slacks in ((LOOSE, 2.0, 1.0, 1.0), (1.0, 1.0, 1.0)):
+            rows = np.asarray(seed)
+            for slack in slacks:
+                own = self.flat[np.unique(self.corners[self.of_facet.rows(rows)])]
+                shape = kind.through(own)
+                if isinstance(shape, Circle) and abs(shape.r) < self.near:
+                    shape.r = 0.0
+                    shape.z, shape.radius = _on_axis_circle(own)
+                # A floor has its outline, a ring, on the fillet that it joins.
+                sag = self.middles[:, 0] + (shape.radius if isinstance(shape, Circle) else 0.0)
+                holds = free & (self.largest(np.abs(shape.off(self.flat))) <= slack * drawing.tolerance)
+                holds &= np.abs(shape.off(self.middles)) <= SAG * sag + drawing.tolerance
+                facing = np.vecdot(self.facing, _slopes(shape, self.middles))
+                holds &= facing * facing[seed[0]] > 0.5
+                if not holds[list(seed)].any():
+                    break
+                rows = np.flatnonzero(holds)
+            else:
+                return shape, rows
+        return None
+
+    def rings(self, drawing: Drawing) -> tuple[np.ndarray, np.ndarray]:
+        """How many different places the vertices at each seam (s,) have; and a number for these.
+
+        None where a facet is taken or does not face the axis, where all places are one, or where more than two are on
+        no circle. Two where they are on a line that is longer than an arc may be that looks straight: a mantle with a
+        port has vertices at many heights. Seams between the same rings have one number.
+        """
+        counts, names = np.zeros(len(drawing.seams), dtype=np.int64), np.zeros(len(drawing.seams), dtype=np.int64)
+        apart = 4 * drawing.tolerance
+        # A plane through points about an axis faces it from between them.
+        points = drawing.middles - self.axis.origin
+        around = cross(np.broadcast_to(self.axis.along, points.shape), points)
+        around /= np.maximum(lengths(around), 1e-12)
+        away = drawing.vessel.vertices[self.corners] - drawing.middles[drawing.corners.owner]
+        aside = np.abs(np.vecdot(away, around[drawing.corners.owner]))
+        width = np.maximum.reduceat(aside, drawing.corners.first) / np.maximum(self.middles[:, 0], 1e-12)
+        is_free = ~drawing.taken & (np.abs(np.vecdot(drawing.normals, around)) < width + NEARLY)
+        is_open = is_free[drawing.seams].all(axis=1)
+        for every, all_vertices in drawing.seam_vertices:
+            seams, vertices = every[is_open[every]], all_vertices[:, is_open[every]]
+            r, z = self.flat[:, 0][vertices], self.flat[:, 1][vertices]
+            is_new = np.ones(vertices.shape, dtype=bool)
+            for k in range(1, len(vertices)):
+                for known in range(k):
+                    is_same = (np.abs(r[known] - r[k]) <= apart) & (np.abs(z[known] - z[k]) <= apart)
+                    is_new[k] &= ~(is_same & is_new[known])
+            middle_r, middle_z, radius = circles_through(r, z, is_new)
+            off = np.abs(np.hypot(r - middle_r, z - middle_z) - radius).max(axis=0)
+            number = is_new.sum(axis=0)
+            is_one = np.maximum(np.ptp(r, axis=0), np.ptp(z, axis=0)) < self.near
+            extent = np.hypot(np.ptp(r, axis=0), np.ptp(z, axis=0))
+            along = np.array([r - r.mean(axis=0), z - z.mean(axis=0)])
+            a, b, c = (along[0] ** 2).sum(axis=0), (along[0] * along[1]).sum(axis=0), (along[1] ** 2).sum(axis=0)
+            is_line = np.sqrt(np.maximum(a + c - np.hypot(a - c, 2 * b), 0) / 2) <= drawing.tolerance
+            is_line &= extent > math.sqrt(8 * drawing.vessel.size * drawing.tolerance)
+            number = np.where(is_line, np.minimum(number, 2), number)
+            counts[seams] = np.where(~is_one & ((number < 3) | (off <= 2 * drawing.tolerance)), number, 0)
+            row, column = (np.round(each / apart).astype(np.int64) for each in (r, z))
+            names[seams] = (((row * PRIMES[0]) ^ (column * PRIMES[1])) * is_new).sum(axis=0)
+        return counts, names
+
+
+def _fitted(drawing: Drawing, plane: HalfPlane, seed: Sequence[int], kind: type[Line] | type[Circle]) -> list[Swept]:
+    """The surface about an axis that begins with two facets, each of whose vertices lies on it.
+
+    Its pieces, where other walls interrupt it; nothing where there is too little of it.
+    """
+    found = plane.fit(drawing, seed, kind) if surface_begins(drawing, plane.axis, seed, (kind,)) else None
+    if found is None or not _is_enough(drawing, Swept(plane.axis, *found)):
+        return []
+    return [Swept(plane.axis, found[0], piece) for piece in drawing.pieces(found[1])]
+
+
+def surface_begins(
+    drawing: Drawing, axis: Axis, seam: Sequence[int], kinds: Sequence[type[Line] | type[Circle]] = (Circle, Line)
+) -> bool:
+    """Whether a surface about an axis begins at a seam, as far as the facets near it show."""
+    plane = HalfPlane(drawing, axis, np.array(drawing.around(seam, NEAR)))
+    found = [plane.fit(drawing, (0, 1), kind) for kind in kinds]
+    # Where other walls interrupt a surface, there are few of it.
+    least = FEWEST_NEAR if len(plane.facets) == NEAR else 1
+    return any(fit is not None and len(fit[1]) >= least for fit in found)
+
+
+def _slopes(shape: Line | Circle, flat: np.ndarray) -> np.ndarray:
+    """Unit normals (n, 2) of a line or circle at points (n, 2) near it."""
+    if isinstance(shape, Line):
+        return np.broadcast_to([math.cos(shape.angle), math.sin(shape.angle)], flat.shape)
+    away = flat - [shape.r, shape.z]
+    return away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-12)
+
+
+def _on_axis_circle(flat: np.ndarray) -> tuple[float, float]:
+    """Height of the middle on the axis, and radius, of the circle nearest to points (n, 2)."""
+    middle = flat[:, 1].mean()
+    local = flat[:, 1] - middle
+    columns = np.column_stack([2 * local, np.ones(len(local))])
+    solution, *_ = np.linalg.lstsq(columns, (flat[:, 0] ** 2 + local**2), rcond=None)
+    return float(solution[0] + middle), math.sqrt(max(solution[1] + solution[0] ** 2, 0.0))
+
+
+def _steps(drawing: Drawing, swept: Swept) -> tuple[int, int]:
+    """How many different places the vertices of a surface have around the axis, and along its line or arc."""
+    points = drawing.points(swept.facets)
+    flat, angles = swept.axis.meridian(points), swept.axis.angles(points)
+    off_axis = flat[:, 0] > LOOSE * drawing.tolerance
+    around = places(angles[off_axis] * flat[off_axis, 0].max(initial=0.0), 4 * drawing.tolerance)
+    shape = swept.shape
+    along = flat @ [-math.sin(shape.angle), math.cos(shape.angle)] if isinstance(shape, Line) else shape.along(flat)
+    return around, places(along, 4 * drawing.tolerance)
+
+
+def places(values: np.ndarray, apart: float) -> int:
+    """How many different ones there are of some values (n,) that are the same if they are not farther apart."""
+    return 1 + int((np.diff(np.sort(values)) > apart).sum()) if len(values) else 0
+
+
+def _is_enough(drawing: Drawing, swept: Swept) -> bool:
+    around, across = _steps(drawing, swept)
+    if isinstance(swept.shape, Line):
+        # A plane across the axis is flat by itself.
+        return around > FEWEST_STEPS and abs(math.cos(swept.shape.angle)) > 1e-4
+    # A mantle with a port has vertices at many heights, which are also on an arc of a huge radius.
+    flat = swept.axis.meridian(drawing.points(swept.facets))
+    if np.abs(Line.through(flat).off(flat)).max() <= drawing.tolerance:
+        return False
+    # Three columns of a wall that is bent both ways seem to turn about an axis across it too, and one row of facets
+    # about any axis that is slanted.
+    return across > FEWEST_STEPS and around > FEWEST_STEPS and len(swept.facets) >= FEWEST_STEPS**2
+
+
+def surfaces_about(drawing: Drawing, plane: HalfPlane) -> list[Swept]:
+    """The surfaces about an axis: arcs first, since each of their steps is a line too; their facets are taken."""
+    found: list[Swept] = []
+    counts, names = plane.rings(drawing)
+    for kind, fits in ((Circle, counts > 2), (Line, (counts == 1) | (counts == 2))):
+        # All pairs between the same rings fail alike; an axis about which nothing begins soon is none.
+        failed: set[int] = set()
+        seams = np.flatnonzero(fits & ~drawing.taken[drawing.seams].any(axis=1))
+        for pair, name in zip(drawing.seams[seams].tolist(), names[seams].tolist(), strict=True):
+            if len(failed) > (MOST_FAILURES if found else FIRST_FAILURES):
+                break
+            if name in failed or drawing.taken[pair[0]] or drawing.taken[pair[1]]:
+                continue
+            own = plane.flat[np.concatenate([drawing.vertices_of[facet] for facet in pair])]
+            pieces = []
+            if np.abs(kind.through(_different(own, drawing.tolerance)).off(own)).max() <= drawing.tolerance:
+                pieces = _fitted(drawing, plane, pair, kind)
+            if not pieces:
+                failed.add(name)
+            for piece in pieces:
+                drawing.taken[piece.facets] = True
+                found.append(piece)
+    return found
+
+
+def _different(flat: np.ndarray, tolerance: float) -> np.ndarray:
+    """The different ones of a few points (n, 2), within a tolerance."""
+    kept: list[np.ndarray] = []
+    for point in flat:
+        if all(np.abs(point - other).max() > 4 * tolerance for other in kept):
+            kept.append(point)
+    return np.array(kept)
