@@ -28,7 +28,8 @@ from millprint.dem.few_balls import walls_for
 from millprint.dem.layout import LANE, LANES
 from millprint.mill.bodies import build_bodies
 from millprint.mill.distance import signed_distance
-from millprint.mill.vessel import Facet, Vessel, build_vessel
+from millprint.mill.outlines import Facet
+from millprint.mill.vessel import Vessel, build_vessel
 from tests.closed_distances import SMOOTH, Feet, feet, nearest_on_triangles
 from tests.physics.setups import CALIBRATED, FewBalls
 from tests.profiles import Hollow, hollow_of, mesh, turned_by, write_stl

@@ -5,7 +5,8 @@ import numpy as np
 from millprint.config.contact_set import ContactConfig
 from millprint.dem import few_balls
 from millprint.mill.motion import Motion
-from millprint.mill.vessel import Facet, Vessel
+from millprint.mill.outlines import Facet
+from millprint.mill.vessel import Vessel
 
 CALIBRATED = ContactConfig(
     name="calibrated",

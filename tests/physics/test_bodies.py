@@ -11,7 +11,8 @@ from millprint.dem.ledger import closure, ledger_series
 from millprint.dem.simulation import Simulation
 from millprint.mill.bodies import ball_space_m3, build_bodies
 from millprint.mill.distance import signed_distance
-from millprint.mill.vessel import Facet, Vessel, build_vessel
+from millprint.mill.outlines import Facet
+from millprint.mill.vessel import Vessel, build_vessel
 
 DEM = DemConfig(time_step_s=2e-6, settle_s=0.05, discard_s=0.0, window_s=0.2)
 

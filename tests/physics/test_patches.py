@@ -15,7 +15,8 @@ from millprint.dem.collisions import by_surface, collision_table
 from millprint.dem.few_balls import walls_for
 from millprint.dem.layout import COUNTER, ENDED
 from millprint.mill.borders import SMOOTH_TURN
-from millprint.mill.vessel import Facet, Vessel, build_vessel
+from millprint.mill.outlines import Facet
+from millprint.mill.vessel import Vessel, build_vessel
 from millprint.mill.wall_features import features_of
 from tests.closed_distances import distance_to_triangles, solid_angle
 from tests.physics.setups import CALIBRATED, FewBalls, box, prism

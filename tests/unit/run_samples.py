@@ -7,7 +7,8 @@ import h5py
 import numpy as np
 
 from millprint.dem.store import put_geometry
-from millprint.mill.vessel import Facet, Vessel
+from millprint.mill.outlines import Facet
+from millprint.mill.vessel import Vessel
 from millprint.mill.wall_features import features_of
 
 RADIUS, BALLS, INTERVAL = 0.005, 5, 2e-3

@@ -18,7 +18,8 @@ from millprint.dem.case_checks import check_mixtures
 from millprint.mill.bodies import build_bodies, check_volume
 from millprint.mill.default_sweep import default_sweep
 from millprint.mill.distance import signed_distance
-from millprint.mill.vessel import Vessel, build_vessel, enclosed_volume, shape_facets
+from millprint.mill.outlines import enclosed_volume
+from millprint.mill.vessel import Vessel, build_vessel, shape_facets
 from millprint.mill.wall_features import features_of
 from tests.conftest import ROOT
 

@@ -13,7 +13,8 @@ from millprint.config.section import kind_of
 from millprint.mill import shapes
 from millprint.mill.borders import borders_of
 from millprint.mill.distance import SignedDistance
-from millprint.mill.vessel import LATTICE, Facet, Vessel, shape_facets
+from millprint.mill.outlines import Facet
+from millprint.mill.vessel import LATTICE, Vessel, shape_facets
 from millprint.mill.wall_features import features_of
 
 CAPSULE = {"kind": "cylinder", "radius_mm": 10, "height_mm": 45, "fillet_radius_mm": 10, "fillet_ends": "both"}

@@ -5,8 +5,9 @@ import pytest
 import trimesh
 
 from millprint.config.errors import ConfigError
+from millprint.mill.outlines import Facet, triangulate_facet
 from millprint.mill.triangulate import triangulate_polygon
-from millprint.mill.vessel import Facet, Vessel, triangulate_facet
+from millprint.mill.vessel import Vessel
 
 
 def ring(radius: float, count: int, centre=(0.0, 0.0), inner: float | None = None) -> np.ndarray:

@@ -12,8 +12,9 @@ from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
 from millprint.mill.bodies import build_bodies
 from millprint.mill.distance import SignedDistance
+from millprint.mill.outlines import Facet, enclosed_volume
 from millprint.mill.shapes import stadium_facets
-from millprint.mill.vessel import Facet, Vessel, build_vessel, enclosed_volume
+from millprint.mill.vessel import Vessel, build_vessel
 from millprint.mill.wall_arrays import build_walls, fill_cells
 from millprint.mill.wall_features import features_of
 from millprint.mill.walls import beyond_side

@@ -15,8 +15,8 @@ from millprint.dem.layout import OCCUPANCY, SNAPSHOT, SNAPSHOT_TOTAL
 from millprint.dem.recording import Recording
 from millprint.dem.resources import COLLISION_ROWS_MAX
 from millprint.dem.simulation import Simulation
-from millprint.mill.creases import crease_rows
 from millprint.mill.curved_surfaces import curve_rows
+from millprint.mill.drawn_creases import crease_rows
 from millprint.mill.kernel_columns import span_of
 from millprint.mill.pose import POSE
 from millprint.mill.rims import rim_rows

@@ -12,8 +12,9 @@ from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.mill.distance import signed_distance
 from millprint.mill.motion import Motion, motion_from_law
+from millprint.mill.outlines import Outlines
 from millprint.mill.shapes import shape_kind
-from millprint.mill.vessel import Outlines, Vessel, build_vessel, shape_vessel
+from millprint.mill.vessel import Vessel, build_vessel, shape_vessel
 
 # Poses at which the inserts are checked for a turn of the fastest body.
 ANGLES = 72

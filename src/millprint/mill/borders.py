@@ -19,10 +19,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from millprint.mill.creases import NODES, Crease, Trims, crease_of, trim_of
+from millprint.mill.creases import Trims
 from millprint.mill.curved_surfaces import Curve
+from millprint.mill.drawn_creases import NODES, Crease, crease_of, trim_of
+from millprint.mill.outlines import ahead
 from millprint.mill.rims import Rim
-from millprint.mill.vessel import CONVEX, Edge, Vessel, ahead
+from millprint.mill.vessel import CONVEX, Edge, Vessel
 
 # A seam of a smaller turn is a joint of facets [rad]: 37 degrees, for overlaps of a fifth of the radius, the largest
 # that a run may allow (config.sweep.OVERLAP_LIMIT); see mill.patches.

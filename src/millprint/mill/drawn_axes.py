@@ -3,6 +3,7 @@
 import numpy as np
 
 from millprint.mill.half_plane import FEWEST_STEPS
+from millprint.mill.outlines import Ragged, cross, lengths, plane_axes
 from millprint.mill.turned_shapes import (
     LARGEST_TURN,
     LOOSE,
@@ -13,7 +14,6 @@ from millprint.mill.turned_shapes import (
     Swept,
     circles_through,
 )
-from millprint.mill.vessel import Ragged, cross, lengths, plane_axes
 
 # The circle of a longer outline is fitted again as it doubles.
 FEW_POINTS = 8

@@ -8,10 +8,11 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from millprint.mill.borders import borders_of, must_be_trimmed, rough_facets
-from millprint.mill.creases import endless
 from millprint.mill.curved_surfaces import CLOSEST, Curve
+from millprint.mill.drawn_creases import endless
+from millprint.mill.outlines import Outlines, Ragged
 from millprint.mill.turned_shapes import LARGEST_TURN, LOOSE, Drawing, Line, Swept
-from millprint.mill.vessel import Outlines, Ragged, Vessel
+from millprint.mill.vessel import Vessel
 from millprint.mill.wall_features import facet_patches
 
 # What angles of half and whole turns may be off [rad].

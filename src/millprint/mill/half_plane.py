@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from millprint.mill.outlines import Ragged, cross, lengths
 from millprint.mill.turned_shapes import (
     LARGEST_TURN,
     LOOSE,
@@ -15,7 +16,6 @@ from millprint.mill.turned_shapes import (
     Swept,
     circles_through,
 )
-from millprint.mill.vessel import Ragged, cross, lengths
 
 # Four points may lie on one circle by chance of symmetry; this number of steps around or across does not.
 FEWEST_STEPS = 5

@@ -8,7 +8,8 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from millprint.mill.vessel import Ragged, Vessel, lengths
+from millprint.mill.outlines import Ragged, lengths
+from millprint.mill.vessel import Vessel
 
 # Facets that turn by more against each other are not taken for a round wall [rad]: a prism of 18 sides is meant.
 LARGEST_TURN = 0.345

@@ -11,8 +11,8 @@ import h5py
 import numpy as np
 
 from millprint.config.errors import ConfigError
-from millprint.mill.creases import crease_feet, crease_rows
 from millprint.mill.curved_surfaces import touch_points
+from millprint.mill.drawn_creases import crease_feet, crease_rows
 from millprint.mill.rims import nearest_on_circle
 
 PER_STEP = ("time_s", "body_position_m", "body_velocity_m_s", "normal_J", "tangential_J", "contact_offset")

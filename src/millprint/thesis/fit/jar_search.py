@@ -18,8 +18,8 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.run import simulate
 from millprint.fingerprint.descriptors import tabulate_descriptors
+from millprint.mill.outlines import enclosed_volume
 from millprint.mill.shapes import stadium_facets
-from millprint.mill.vessel import enclosed_volume
 from millprint.thesis.curves.cycles import tabulate_cycles
 from millprint.thesis.curves.regimes import read_published
 from millprint.thesis.fit.published import (
