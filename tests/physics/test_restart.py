@@ -180,5 +180,5 @@ def test_the_window_ends_when_the_powers_are_known_well(mills, contacts, tmp_pat
     assert max(found["power_relative_error"].values()) <= 0.5
 
 
-def test_the_enough_rule_is_off_by_default():
-    assert runs._enough(CASE, DEM) is None
+def test_the_enough_rule_is_off_by_default(mills, contacts):
+    assert runs._enough(Simulation(CASE, mills["emax"], contacts["calibrated"], DEM)) is None

@@ -50,7 +50,9 @@ def test_a_simulation_is_likely_to_take_time_for_its_balls_and_steps():
     # 125 mL, a tenth of it balls of 10 mm: 24, for a second with steps of a microsecond.
     own = resources()
     assert own.processor_s == pytest.approx(LIKELY_START_S + 24e6 * LIKELY_BALL_STEP_S)
-    assert resources(window_max_s=5.0).processor_s == own.processor_s
+    grown = resources(window_max_s=5.0)
+    assert (grown.processor_s, own.processor_max_s) == (own.processor_s, own.processor_s)
+    assert grown.processor_max_s - own.processor_s == pytest.approx((5.0 - CASE.window_s) * 24e6 * LIKELY_BALL_STEP_S)
     # 1,000 collisions of a ball in a second, and 24 balls in 5,000 snapshots.
     assert own.disk_mb == pytest.approx(24 * 500 * 37e-6)
     assert resources(snapshot_interval_s=1e-4).disk_mb == pytest.approx(own.disk_mb + 24 * 5000 * 38e-6)
@@ -95,6 +97,8 @@ def test_the_plan_counts_simulations_with_files_and_those_inside_a_rule(monkeypa
     assert "simulations  1, and more inside simulate_tumbling\n" in text
     assert "about 2 min 0 s on 2 cores; 3 min 8 s of one processor; the longest job, simulate_tumbling, 2 min" in text
     assert "up to 1.7 GB" in text and "TOO SMALL" not in text
+    grown = plan_text([*jobs, job(processor_s=58, processor_max_s=178)], 2)
+    assert "4 min 8 s of one processor, at most 6 min 8 s until powers are known; the longest job" in grown
     assert "THE DISK IS TOO SMALL" in plan_text([*jobs, job(disk_mb=600)], 2)
     assert "nothing to do" in plan_text([], 2)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from millprint.dem.turns import has_impacts, mean_of_turns, motion_repeats, relative_error
+from millprint.dem.turns import half_width, has_impacts, mean_of_turns, motion_repeats, relative_error
 from millprint.estimate.estimates import factor_of
 from millprint.fingerprint.descriptors import MOTIONS, said_of, tabulate_descriptors, variance_of_run
 from millprint.fingerprint.model import Fingerprint
@@ -25,6 +25,20 @@ def test_the_error_of_independent_turns_is_their_deviation_over_the_root_of_thei
     assert known.error == pytest.approx(values.std(ddof=1) / np.sqrt(12)) and known.freedom == 11
     assert known.independent == pytest.approx(12)
     assert mean_of_turns([1.0]) is None and relative_error([1.0] * 7) == np.inf
+
+
+@pytest.mark.parametrize(("deviation", "turns"), [(0.5, (8, 10)), (2.0, (20, 30)), (5.0, (63, 64))])
+def test_a_window_that_grows_until_a_mean_is_known_knows_it(deviation, turns):
+    """Windows of eight turns more until half of the interval is a tenth of the mean, or there are 64."""
+    rng, ended, right = np.random.default_rng(2), [], []
+    for _ in range(400):
+        energies = 10 + deviation * rng.standard_normal(64)
+        length = next((n for n in range(8, 64, 8) if half_width(energies[:n].tolist()) <= 0.1), 64)
+        ended.append(length)
+        right.append(abs(energies[:length].mean() / 10 - 1) <= 0.1)
+    assert turns[0] <= np.mean(ended) <= turns[1]
+    # Of 400, 95 % within three standard errors; a window that ends where chance makes it narrow loses a little.
+    assert np.mean(right) > (0.88 if turns[0] < 63 else 0.8)
 
 
 @pytest.mark.parametrize("memory", [0.0, 0.5, 0.8])

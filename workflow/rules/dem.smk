@@ -57,6 +57,7 @@ rule run_dem_case:
         runtime=lambda wildcards, attempt: resources_at(wildcards).requested_min(attempt),
         mem_mb=lambda wildcards, attempt: attempt * resources_at(wildcards).memory_mb,
         processor_s=lambda wildcards: math.ceil(resources_at(wildcards).processor_s),
+        processor_max_s=lambda wildcards: math.ceil(resources_at(wildcards).processor_max_s),
         disk_mb=lambda wildcards: math.ceil(resources_at(wildcards).disk_mb),
     # Only `identity` is compared: Snakemake leaves functions of the output out. A run of LAMMPS records nothing of what it
     # kept, so that its tolerances are compared.

@@ -200,7 +200,7 @@ def reported_figures(paths, results) -> list[dict]:
 
 def declared(job) -> dict[str, float]:
     """The time and disk that a job's rule declares. On a cluster, every job has a `disk_mb`, which may be unknown."""
-    names = ["processor_s"] + ["disk_mb"] * job.rule.name.endswith("run_dem_case")
+    names = ["processor_s", "processor_max_s"] + ["disk_mb"] * job.rule.name.endswith("run_dem_case")
     known = {name: job.resources[name] for name in names if name in job.resources.keys()}
     return {name: value for name, value in known.items() if isinstance(value, (int, float))}
 

@@ -13,7 +13,7 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import StudyConfig
 from millprint.config.mill import MillConfig
-from millprint.config.mill_sweep import ConditionSection, MillsConfig, MillSweepConfig
+from millprint.config.mill_sweep import LONGEST, ConditionSection, MillsConfig, MillSweepConfig
 from millprint.config.sweep import Case, DemConfig, balls_of, mill_of
 from millprint.config.uncertainty import UncertaintyConfig
 from millprint.config.workflow import WorkflowConfig
@@ -92,11 +92,13 @@ def seeds_of(sweep: MillSweepConfig, fewest: int) -> list[int]:
 def _case(mill: MillConfig, settings: MillsConfig, sweep: MillSweepConfig, given: ConditionSection, seed: int) -> Case:
     """A condition of a mill at the precision of `settings`, with step and recorded time of its sweep."""
     level = settings.level
+    durations = durations_of(given.hz, sweep.discard_turns, sweep.window_turns, level.recorded, level.turns)
+    if level.of_a_run and not sweep.window_turns:
+        durations |= {"power_error_max": level.of_a_run, "window_max_s": LONGEST * durations["window_s"]}
     return Case(
         mill=mill.name, contact=settings.contact_set, **balls_of(given.ball_diameter_mm), fill_ratio=given.fill_ratio,
         speed_hz=given.hz, seed=seed,
-        rayleigh_fraction=level.step * settings.rayleigh_fraction, settle_s=settings.settle_s,
-        **durations_of(given.hz, sweep.discard_turns, sweep.window_turns, level.recorded, level.turns),
+        rayleigh_fraction=level.step * settings.rayleigh_fraction, settle_s=settings.settle_s, **durations,
     )  # fmt: skip
 
 
@@ -215,6 +217,7 @@ def varied_case(mill: MillConfig, settings: MillsConfig, uncertainty: Uncertaint
     """
     first, sweep = mill_cases(mill, settings)[0], sweep_of(mill)
     own = {"rayleigh_fraction": uncertainty.rayleigh_fraction, "closure_max": SAMPLE_CLOSURE_MAX}
+    own |= {"power_error_max": None, "window_max_s": None}
     return first.model_copy(update={**own, **durations_of(first.speed_hz, sweep.discard_turns, sweep.window_turns)})
 
 

@@ -186,7 +186,11 @@ class CaseTable:
         """The cases of a kind and an owner; each is made once, since every simulation asks for them several times."""
         key = (why, owner, self._sweep_key(owner) if why in OF_MILL else None)
         if key not in self._cases:
-            self._cases[key] = list(MAKERS[why](self, owner))
+            found = list(MAKERS[why](self, owner))
+            if why in OF_MILL and self.config.dem.engine == "lammps":
+                # LAMMPS records a window of a given length.
+                found = [case.model_copy(update={"power_error_max": None, "window_max_s": None}) for case in found]
+            self._cases[key] = found
         return self._cases[key]
 
     def _samples(self, name: str) -> list[Case]:

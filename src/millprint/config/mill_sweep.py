@@ -1,5 +1,6 @@
 """The conditions of the fingerprint of a mill: its own `sweep`, and the settings of all mills (`mills`)."""
 
+import math
 from typing import Annotated, ClassVar, Literal, NamedTuple
 
 from pydantic import AfterValidator, Field, model_validator
@@ -27,24 +28,33 @@ class Precision(NamedTuple):
     """How exactly the sweep of a mill is simulated.
 
     step, recorded: factors on mills.rayleigh_fraction and on the recorded time; turns: recorded at least where the
-    sweep does not say how many; seeds: starting positions at least.
+    sweep does not say how many; seeds: starting positions at least; half_width: of the 95 % interval of a power's mean
+    over these seeds, until which a window grows where the sweep does not say its turns [-]; None: it does not grow.
     """
 
     step: float
     recorded: float
     turns: int
     seeds: int
+    half_width: float | None
+
+    @property
+    def of_a_run(self) -> float | None:
+        """The half-width of the mean of one run, for that of the mean over the seeds [-]."""
+        return self.half_width and self.half_width * math.sqrt(self.seeds)
 
 
 # Steps of 0.11 and of 0.08 of the Rayleigh time: descriptors stay within the scatter of seeds (docs/how_to/speed.md).
 # Turns do not show that a motion may last in several ways; three seeds of eight turns were the least whose bands held
 # (docs/why/uncertainty.md).
 PRECISIONS: dict[PrecisionName, Precision] = {
-    "draft": Precision(step=1.375, recorded=0.5, turns=3, seeds=1),
-    "quick": Precision(step=1.375, recorded=0.5, turns=8, seeds=3),
-    "standard": Precision(step=1.0, recorded=1.0, turns=8, seeds=3),
-    "fine": Precision(step=1.0, recorded=2.0, turns=16, seeds=6),
+    "draft": Precision(step=1.375, recorded=0.5, turns=3, seeds=1, half_width=None),
+    "quick": Precision(step=1.375, recorded=0.5, turns=8, seeds=3, half_width=0.10),
+    "standard": Precision(step=1.0, recorded=1.0, turns=8, seeds=3, half_width=0.05),
+    "fine": Precision(step=1.0, recorded=2.0, turns=16, seeds=6, half_width=0.02),
 }
+# The longest window over the first one [-].
+LONGEST = 8
 
 
 class ConditionSection(SpeedSection, ChargeSection):
@@ -60,7 +70,9 @@ class TurnsSection(Section):
     discard_turns: Turns | None = None
     """revolutions of the mill before the averages begin; by default at least 0.25 s [-]"""
     window_turns: Turns | None = None
-    """recorded revolutions of the mill, in a sweep at precision `standard`; by default at least 8, and 0.8 s [-]"""
+    """recorded revolutions of the mill, in a sweep at precision `standard`; by default at least 8, and 0.8 s, and as
+    many as `mills.precision` needs [-]
+    """
 
 
 class MillSweepConfig(TurnsSection):
@@ -215,10 +227,11 @@ class MillsConfig(Section):
     counting_rule: RuleName | None = None
     """name of the rule of dem.counting_rules that counts; `fingerprint.counting_rule` if left out"""
     precision: PrecisionName = "quick"
-    """how exactly the sweeps are simulated: `quick` and `standard` simulate each condition with at least three seeds,
-    `quick` with steps of 1.375 times `rayleigh_fraction` and half the recorded time; `fine` records twice that of
-    `standard`, with six seeds; `draft` is as `quick` with one seed and short windows, for a first look, after which
-    many bands are not known
+    """how exactly each power of a condition is known, as half of the 95 % interval of its mean: `quick` 10 %,
+    `standard` 5 %, `fine` 2 %; a simulation goes on until it is, to eight times its first window at most, unless the
+    sweep says its turns. `quick` and `standard` simulate at least three seeds, `quick` with steps of 1.375 times
+    `rayleigh_fraction`, `fine` six; `draft` is one short simulation of each, for a first look, after which many bands
+    are not known
     """
     rayleigh_fraction: Fraction = 0.08
     """step over each case's own Rayleigh time at precision `standard`; 0.08 is 2e-6 s for 5 mm balls of a softened set

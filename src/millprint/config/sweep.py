@@ -99,7 +99,9 @@ class SweepConfig(Section):
     window_s: Positive | None = None
     """instead of dem.window_s [s]"""
     power_error_max: Fraction | None = None
-    """the window grows until the standard errors of normal and tangential power are below this [-]"""
+    """the window grows until half of the 95 % interval of the mean power, also of its normal and tangential part, is
+    below this [-]
+    """
     window_max_s: Positive | None = None
     """longest window if power_error_max requires more than window_s [s]"""
     snapshot_interval_s: Positive | None = None

@@ -46,6 +46,7 @@ class Resources:
     runtime_min: MARGIN times balls x steps x BALL_STEP_S, and START_MIN; runtime_max_min: the most of a request;
     memory_mb: of Python, the balls, and what the window records of snapshots and collisions; threads: of the job;
     seconds: balls x steps x BALL_STEP_S; processor_s: what it is likely to take [s], with a window that does not grow;
+    processor_max_s: with the longest window;
     disk_mb: size of run.h5 [MB].
     """
 
@@ -55,6 +56,7 @@ class Resources:
     threads: int
     seconds: float
     processor_s: float
+    processor_max_s: float
     disk_mb: float
 
     @property
@@ -89,6 +91,7 @@ def resources_of(case: Case, dem: DemConfig, mill: MillConfig, contact: ContactC
         threads=threads_of(case, dem),
         seconds=seconds,
         processor_s=LIKELY_START_S + balls * (before + case.window_s) / step * LIKELY_BALL_STEP_S,
+        processor_max_s=LIKELY_START_S + balls * (before + window) / step * LIKELY_BALL_STEP_S,
         disk_mb=stored / 1e6,
     )
 

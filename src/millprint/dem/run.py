@@ -17,8 +17,9 @@ from millprint.dem.ledger import OpenBalanceError, ledger_series
 from millprint.dem.recording import Recording
 from millprint.dem.simulation import Simulation
 from millprint.dem.store import write_run
-from millprint.dem.summary import is_certain, summarise
+from millprint.dem.summary import described, is_certain, summarise
 from millprint.dem.threads import use_threads
+from millprint.observables.condition import Condition, energy_scale
 from millprint.run.files import write_json
 
 logger = logging.getLogger("millprint")
@@ -29,12 +30,19 @@ RESTART = "restart.h5"
 SHORTENED, SHORTEST = 2, 0.4
 
 
-def _enough(case: Case, dem: DemConfig) -> Callable[[Recording], bool] | None:
+def _enough(simulation: Simulation) -> Callable[[Recording], bool] | None:
     """A function that tells whether a window gives the powers accurately enough; None if any window does."""
-    if not case.power_error_max:
+    largest, samples = simulation.case.power_error_max, simulation.dem.ledger_samples_per_revolution
+    if not largest:
         return None
-    samples, largest = dem.ledger_samples_per_revolution, case.power_error_max
-    return lambda recording: is_certain(ledger_series(np.concatenate(recording.samples)), samples, largest)
+    own = described(simulation)
+    condition = Condition(
+        fill_ratio=simulation.case.fill_ratio,
+        speed_hz=own["frequency_hz"],
+        **{name: own[name] for name in ("ball_diameter_m", "density_kg_m3", "amplitude_m")},
+    )
+    scale_J = simulation.count * energy_scale(condition)
+    return lambda recording: is_certain(ledger_series(np.concatenate(recording.samples)), samples, largest, scale_J)
 
 
 def balls_in_words(counts: Sequence[int], sizes_m: Sequence[float]) -> str:
@@ -76,7 +84,7 @@ def run_case(
             sum(len(body.vessel.normals) for body in simulation.bodies),
         )
         with use_threads(cores) if simulation.threads > 1 else nullcontext():
-            return simulation.run(case.path, restart, _enough(case, dem))
+            return simulation.run(case.path, restart, _enough(simulation))
 
     simulation, recording, series, table, summary = _closing(case, mill, contact, dem, recorded)
     logger.info(
@@ -94,7 +102,7 @@ def run_case(
 
 def simulate(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig, title: str | None = None) -> dict:
     """The summary of one case, without any file; title: of a progress bar. Raises SimulationError as `run_case`."""
-    return _closing(case, mill, contact, dem, lambda simulation: simulation.run(title))[-1]
+    return _closing(case, mill, contact, dem, lambda simulation: simulation.run(title, enough=_enough(simulation)))[-1]
 
 
 def _closing(

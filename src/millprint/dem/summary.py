@@ -13,7 +13,7 @@ from millprint.dem.ledger import ledger_summary
 from millprint.dem.open_balance import check_balance
 from millprint.dem.recording import Recording
 from millprint.dem.simulation import Simulation
-from millprint.dem.turns import mean_of_turns, relative_error
+from millprint.dem.turns import FEWEST_BLOCKS, half_width, has_impacts, mean_of_turns, relative_error
 from millprint.mill.bodies import ball_space_m3, travel_m
 
 
@@ -48,10 +48,24 @@ def finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def is_certain(series: pd.DataFrame, samples: int, largest: float) -> bool:
-    """Whether the normal and the tangential power are known to a relative standard error of `largest`."""
+# The power of a channel under this share of the whole is known well enough, however it varies [-].
+NEGLIGIBLE = 0.01
+
+
+def is_certain(series: pd.DataFrame, samples: int, largest: float, scale_J: float) -> bool:
+    """Whether the window is long enough: half of the 95 % intervals of the mean powers is at most `largest` [-].
+
+    Of normal and tangential power, of each that is not NEGLIGIBLE, and of all dissipation, over at least FEWEST_BLOCKS
+    independent turns; or where no ball hits anything, by scale_J as `has_impacts` has it, since then nothing is to be
+    known better.
+    """
     energies = per_revolution(series, samples)
-    return all(relative_error(energies[name]) <= largest for name in ("normal_J", "tangential_J"))
+    if not has_impacts(energies["normal_J"], scale_J):
+        return len(energies["normal_J"]) >= FEWEST_BLOCKS
+    parts = {name: np.array(energies[f"{name}_J"]) for name in (*CHANNELS, "rolling")}
+    whole = np.sum([*parts.values()], axis=0)
+    told = [whole, *(parts[name] for name in CHANNELS if parts[name].mean() > NEGLIGIBLE * whole.mean())]
+    return all(half_width(own.tolist()) <= largest for own in told)
 
 
 def largest_overlap(table: pd.DataFrame, radius_m: np.ndarray) -> float:

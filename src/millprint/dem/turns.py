@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from millprint.estimate.quantiles import student_exceeded
+
 FEWEST_BLOCKS = 8
 # A motion repeats if turns a period apart differ by less than this fraction of the spread of independent collisions.
 LONGEST_PERIOD, FEWEST_PAIRS, ALIKE = 4, 8, 1 / 3
@@ -53,6 +55,14 @@ def relative_error(energies: Sequence[float]) -> float:
     mean = abs(float(np.mean(energies))) if len(energies) else 0.0
     known = mean_of_turns(energies) if len(energies) >= FEWEST_BLOCKS and mean else None
     return known.error / mean if known else math.inf
+
+
+def half_width(energies: Sequence[float]) -> float:
+    """Half of the 95 % interval of a mean of turns over its size [-]; inf for fewer than FEWEST_BLOCKS independent."""
+    known, mean = mean_of_turns(energies), abs(float(np.mean(energies))) if len(energies) else 0.0
+    if not known or not mean or known.independent < FEWEST_BLOCKS:
+        return math.inf
+    return float(student_exceeded(0.025, known.freedom)) * known.error / mean
 
 
 def motion_repeats(energies: Sequence[float], collisions: float) -> bool:

@@ -55,6 +55,11 @@ class Job:
         return JOB_START_S + (self.resources.get("processor_s") or LONG_S.get(self.rule, OTHER_S))
 
     @property
+    def processor_max_s(self) -> float:
+        """Processor time where a window has to grow to its limit, start included [s]."""
+        return max(self.processor_s, JOB_START_S + self.resources.get("processor_max_s", 0.0))
+
+    @property
     def memory_mb(self) -> float:
         """Largest memory [MB]."""
         return self.resources.get("mem_mb", OTHER_MB)
@@ -87,11 +92,13 @@ def plan_text(jobs: Sequence[Job], cores: int) -> str:
     inside = sorted({job.rule for job in jobs if job.resources.get("processor_s") and not job.simulations})
     memory = sum(sorted((job.memory_mb for job in jobs), reverse=True)[:cores])
     disk, free = sum(job.disk_mb for job in jobs), free_mb(jobs[0].outputs)
+    likely, most = (sum(getattr(job, name) for job in jobs) for name in ("processor_s", "processor_max_s"))
+    limit = f", at most {duration(most)} until powers are known" if most > likely else ""
     more = f", and more inside {', '.join(inside)}" if inside else ""
     lines = [
         f"simulations  {sum(job.simulations for job in jobs)}{more}",
         f"time         about {duration(run_time(jobs, cores))} on {cores} core{'s' * (cores > 1)}; "
-        f"{duration(sum(job.processor_s for job in jobs))} of one processor; "
+        f"{duration(likely)} of one processor{limit}; "
         f"the longest job, {longest.rule}, {duration(longest.processor_s)}",
         f"memory       up to {in_megabytes(memory)} for the largest jobs at the same time",
         f"disk         about {in_megabytes(disk)} more; {in_megabytes(free)} are free",

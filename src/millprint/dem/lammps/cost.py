@@ -50,5 +50,6 @@ def lammps_resources(case: Case, dem: EngineConfig, mill: MillConfig, contact: C
         threads=ranks,
         seconds=processor_s,
         processor_s=processor_s,
+        processor_max_s=processor_s,
         memory_mb=math.ceil(own.memory_mb),
     )
