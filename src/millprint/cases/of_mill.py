@@ -13,7 +13,7 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import StudyConfig
 from millprint.config.mill import MillConfig
-from millprint.config.mill_sweep import LONGEST, ConditionSection, MillsConfig, MillSweepConfig
+from millprint.config.mill_sweep import LONGEST, ConditionSection, MillsConfig, MillSweepConfig, Precision, TurnsSection
 from millprint.config.sweep import Case, DemConfig, balls_of, mill_of
 from millprint.config.uncertainty import UncertaintyConfig
 from millprint.config.workflow import WorkflowConfig
@@ -83,6 +83,16 @@ def durations_of(
     return {"discard_s": discard * turn_s, "window_s": window * turn_s}
 
 
+def windows_of(speed_hz: float, own: TurnsSection, level: Precision) -> dict[str, float]:
+    """The keys of a case that say how long it takes: `durations_of`, and until when a window may grow."""
+    durations = durations_of(speed_hz, own.discard_turns, own.window_turns, level.recorded, level.turns)
+    if level.half_width is None or own.window_turns:
+        return durations
+    # The mean over the seeds is known better than that of one run.
+    half = level.half_width * math.sqrt(level.seeds)
+    return durations | {"power_error_max": half, "window_max_s": LONGEST * durations["window_s"]}
+
+
 def seeds_of(sweep: MillSweepConfig, fewest: int) -> list[int]:
     """The seeds of a sweep, then the smallest others up to `fewest`."""
     further = (seed for seed in count() if seed not in sweep.seeds)
@@ -92,13 +102,11 @@ def seeds_of(sweep: MillSweepConfig, fewest: int) -> list[int]:
 def _case(mill: MillConfig, settings: MillsConfig, sweep: MillSweepConfig, given: ConditionSection, seed: int) -> Case:
     """A condition of a mill at the precision of `settings`, with step and recorded time of its sweep."""
     level = settings.level
-    durations = durations_of(given.hz, sweep.discard_turns, sweep.window_turns, level.recorded, level.turns)
-    if level.of_a_run and not sweep.window_turns:
-        durations |= {"power_error_max": level.of_a_run, "window_max_s": LONGEST * durations["window_s"]}
     return Case(
         mill=mill.name, contact=settings.contact_set, **balls_of(given.ball_diameter_mm), fill_ratio=given.fill_ratio,
         speed_hz=given.hz, seed=seed,
-        rayleigh_fraction=level.step * settings.rayleigh_fraction, settle_s=settings.settle_s, **durations,
+        rayleigh_fraction=level.step * settings.rayleigh_fraction, settle_s=settings.settle_s,
+        **windows_of(given.hz, sweep, level),
     )  # fmt: skip
 
 

@@ -17,19 +17,19 @@ from typing import NamedTuple
 from millprint.cases.large_mill import enlarged, large_case
 from millprint.cases.of_mill import (
     Variant,
-    durations_of,
     held_out_cases,
     mean_samples,
     mill_cases,
     study_variants,
     sweep_of,
+    windows_of,
 )
 from millprint.config.card import Experiment
 from millprint.config.checks import card_experiments
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
-from millprint.config.mill_sweep import MillsConfig, MillSweepConfig
+from millprint.config.mill_sweep import PRECISIONS, MillsConfig, MillSweepConfig
 from millprint.config.mixture import diameter_of
 from millprint.config.setup_models import setup_cases
 from millprint.config.sweep import Case, balls_of, expand_sweep
@@ -187,7 +187,7 @@ class CaseTable:
         key = (why, owner, self._sweep_key(owner) if why in OF_MILL else None)
         if key not in self._cases:
             found = list(MAKERS[why](self, owner))
-            if why in OF_MILL and self.config.dem.engine == "lammps":
+            if why is not Why.SWEEP and self.config.dem.engine == "lammps":
                 # LAMMPS records a window of a given length.
                 found = [case.model_copy(update={"power_error_max": None, "window_max_s": None}) for case in found]
             self._cases[key] = found
@@ -310,7 +310,7 @@ def own_cases(
             **balls_of(experiment.balls.diameter_mm), fill_ratio=fill_of(experiment, mill, contact, place),
             speed_hz=experiment.hz, seed=seed, density_kg_m3=experiment.balls.density_kg_m3,
             rayleigh_fraction=settings.rayleigh_fraction, settle_s=settings.settle_s,
-            **durations_of(experiment.hz, experiment.discard_turns, experiment.window_turns),
+            **windows_of(experiment.hz, experiment, PRECISIONS["standard"]._replace(seeds=len(experiment.seeds))),
         )
         for seed in experiment.seeds
     ]  # fmt: skip

@@ -1,6 +1,5 @@
 """The conditions of the fingerprint of a mill: its own `sweep`, and the settings of all mills (`mills`)."""
 
-import math
 from typing import Annotated, ClassVar, Literal, NamedTuple
 
 from pydantic import AfterValidator, Field, model_validator
@@ -38,11 +37,6 @@ class Precision(NamedTuple):
     seeds: int
     half_width: float | None
 
-    @property
-    def of_a_run(self) -> float | None:
-        """The half-width of the mean of one run, for that of the mean over the seeds [-]."""
-        return self.half_width and self.half_width * math.sqrt(self.seeds)
-
 
 # Steps of 0.11 and of 0.08 of the Rayleigh time: descriptors stay within the scatter of seeds (docs/how_to/speed.md).
 # Turns do not show that a motion may last in several ways; three seeds of eight turns were the least whose bands held
@@ -71,7 +65,7 @@ class TurnsSection(Section):
     """revolutions of the mill before the averages begin; by default at least 0.25 s [-]"""
     window_turns: Turns | None = None
     """recorded revolutions of the mill, in a sweep at precision `standard`; by default at least 8, and 0.8 s, and as
-    many as `mills.precision` needs [-]
+    many as `mills.precision` needs, for a card as at `standard` [-]
     """
 
 
