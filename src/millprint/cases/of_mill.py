@@ -224,8 +224,8 @@ def varied_case(mill: MillConfig, settings: MillsConfig, uncertainty: Uncertaint
     precision of a sweep asks for.
     """
     first, sweep = mill_cases(mill, settings)[0], sweep_of(mill)
-    own = {"rayleigh_fraction": uncertainty.rayleigh_fraction, "closure_max": SAMPLE_CLOSURE_MAX}
-    own |= {"power_error_max": None, "window_max_s": None}
+    own: dict[str, float | None] = {"power_error_max": None, "window_max_s": None, "closure_max": SAMPLE_CLOSURE_MAX}
+    own["rayleigh_fraction"] = uncertainty.rayleigh_fraction
     return first.model_copy(update={**own, **durations_of(first.speed_hz, sweep.discard_turns, sweep.window_turns)})
 
 
