@@ -2,9 +2,10 @@
 
 Each seed makes a hollow (`tests.profiles`), draws it as an STL file, has the library read it, and puts balls near its
 wall. They must touch where the closed form says (`tests.closed_distances`), as deep, in that direction, and once for a
-foot. On every tenth surface balls hit the wall and slide along it without losses, and must keep their energy, and the
-library's signed distance must be right. The command prints the seeds that fail, with profile and places, and ends with
-1 if there are any. One surface again, with hits whatever its number, drawn as in the slow test:
+foot. Where a file of two decimals says too little of a round wall, which stays flat then, they must touch where the
+triangles are. On every tenth surface balls hit the wall and slide along it without losses, and must keep their energy,
+and the library's signed distance must be right. The command prints the seeds that fail, with profile and places, and
+ends with 1 if there are any. One surface again, with hits whatever its number, drawn as in the slow test:
 
     python -m tests.surfaces --seed 4711 --count 1 --largest 24
 """
@@ -30,25 +31,33 @@ from millprint.mill.bodies import build_bodies
 from millprint.mill.distance import signed_distance
 from millprint.mill.outlines import Facet
 from millprint.mill.vessel import Vessel, build_vessel
-from tests.closed_distances import SMOOTH, Feet, feet, nearest_on_triangles
+from tests.closed_distances import SMOOTH, Feet, distance_to_triangles, feet, nearest_on_triangles
 from tests.physics.setups import CALIBRATED, FewBalls
-from tests.profiles import Hollow, hollow_of, mesh, turned_by, write_stl
+from tests.profiles import LARGEST_STEP, Hollow, hollow_of, mesh, turned_by, write_stl
 
 ELASTIC = CALIBRATED.model_copy(update={"restitution": 1.0, "static_friction": 0.0, "rolling_friction": 0.0})
 # In a concave seam that turns by more, a ball has a contact with each side; in one that turns by less, a single one.
 SHARP, UNSURE = math.acos(0.8), math.radians(2)
 MM = 1e-3
+# Decimals of files that may say too little of a round wall in a hollow of this size: it may stay flat.
+SHORT = 2
 # Facets a turn of the meshes that solids are compared with.
 FINE = 120
 
 
 class Case(NamedTuple):
-    """A hollow as the library has it. tolerance: what distances may be off, from the rounding of the file [mm]."""
+    """A hollow as the library has it. tolerance: what distances may be off, from the rounding of the file [mm].
+
+    triangles (t, 3, 3) [mm]: of the file, where a round wall stays flat; sagitta: how far these
+    are from the hollow at most [mm].
+    """
 
     hollow: Hollow
     vessel: Vessel
     tolerance: float
     words: str
+    triangles: np.ndarray | None = None
+    sagitta: float = 0.0
 
 
 class Contacts(NamedTuple):
@@ -84,10 +93,30 @@ def from_file(
 
     solid: the body that fills it, for balls outside.
     """
-    rounding = write_stl(Path(name), mesh(hollow, facets, phase), decimals)
+    triangles = mesh(hollow, facets, phase)
+    rounding = write_stl(Path(name), triangles, decimals)
     vessel = vessel_of({"kind": "stl", "path": name, "unit": "mm"}, solid)
     words = f"{facets} facets a turn, {'binary' if decimals is None else f'{decimals} decimals'}"
-    return Case(hollow, vessel, 3 * rounding + 1e-7, words)
+    case = Case(hollow, vessel, 3 * rounding + 1e-7, words)
+    if decimals != SHORT or not has_flat_seams(vessel):
+        return case
+    return case._replace(
+        triangles=triangles.round(decimals), sagitta=sagitta_of(hollow, facets), words=f"{words}, flat"
+    )
+
+
+def has_flat_seams(vessel: Vessel) -> bool:
+    """Whether flat facets meet at small angles, as those of a round wall that was not known do."""
+    turn, sides = np.abs(vessel.edge_arrays.turn), vessel.facet_curves[vessel.edge_arrays.facets]
+    return bool(((turn < 1.5 * LARGEST_STEP) & (sides < 0).all(axis=1)).any())
+
+
+def sagitta_of(hollow: Hollow, facets: int) -> float:
+    """How far a drawn hollow is from the exact one at most [mm]."""
+    step = min(LARGEST_STEP, 2 * math.pi / facets)
+    around = hollow.outline(0.05)[:, 0].max() * (1 - math.cos(math.pi / facets)) if hollow.is_turned else 0.0
+    across = [piece.radius * (1 - math.cos(step / 2)) for piece in hollow.pieces if piece.sweep]
+    return float(around + max(across, default=0.0))
 
 
 def style_of(seed: int, largest: int = 192) -> tuple[int, int | None, float]:
@@ -189,6 +218,7 @@ def check_contacts(case: Case, radius: float, count: int, rng: np.random.Generat
         return []
     exact = feet(hollow, points)
     contacts = put(case.vessel, points, radius)
+    drawn = None if case.triangles is None else distance_to_triangles(case.triangles, points)
     # Where a foot comes or goes within the tolerance, there may be a contact more or less.
     moved = [feet(hollow, points + 4 * off * shift) for shift in np.vstack([np.eye(3), -np.eye(3)])]
     wrong = []
@@ -201,7 +231,13 @@ def check_contacts(case: Case, radius: float, count: int, rng: np.random.Generat
         bounds = [bounds_of_count(hollow, each, k, radius + reach) for each in (exact, *moved) for reach in (-off, off)]
         fewest, most = min(low for low, _ in bounds), max(high for _, high in bounds)
         said = ""
-        if depth > off and not len(overlaps):
+        if drawn is not None:
+            # As deep as the triangles, or as the exact wall where that is known.
+            most_deep = overlaps[0] if len(overlaps) else -math.inf
+            depths = [each for each in (depth, radius - drawn[k]) if max(each, most_deep) > 2 * off]
+            if len(depths) == 2 and min(abs(most_deep - each) for each in depths) > 2 * off:
+                said = f"overlaps by {depths[1]:.6g} mm as it is drawn, not by {most_deep:.6g} mm"
+        elif depth > off and not len(overlaps):
             said = f"overlaps by {depth:.3g} mm and touches nothing"
         elif depth < -off and len(overlaps):
             said = f"is clear by {-depth:.3g} mm and touches as by {overlaps[0]:.3g} mm"
@@ -212,9 +248,9 @@ def check_contacts(case: Case, radius: float, count: int, rng: np.random.Generat
         elif not fewest <= len(overlaps) <= most:
             said = f"has {len(overlaps)} contacts, not {fewest} to {most}"
         elif depth > off and len(overlaps) == most == 1:
-            angle = float(np.linalg.norm(contacts.push[k] - exact.towards[k]))
-            others = any(np.linalg.norm(each.towards[k] - exact.towards[k]) > 0.1 for each in moved)
-            if not angle < 1e-3 + 20 * off / radius and not others:
+            # In a shallow seam both walls may be as near.
+            angle = min(float(np.linalg.norm(contacts.push[k] - each.towards[k])) for each in (exact, *moved))
+            if not angle < 1e-3 + 20 * off / radius:
                 said = f"is pushed {math.degrees(angle):.3g} degrees off"
         if said:
             wrong.append(f"ball of {radius:.4g} mm at {np.round(points[k], 5).tolist()} mm {said}")
@@ -239,7 +275,7 @@ def check_hits(case: Case, radius: float, count: int, rng: np.random.Generator, 
     hollow = case.hollow
     if not keeps_energy_in(hollow, radius):
         return []
-    points = places(hollow, radius, np.full(count, 0.005 * radius + 2 * case.tolerance), rng)
+    points = places(hollow, radius, np.full(count, 0.005 * radius + 2 * case.tolerance + case.sagitta), rng)
     if not len(points):
         return []
     normal = feet(hollow, points).towards
@@ -261,7 +297,7 @@ def check_hits(case: Case, radius: float, count: int, rng: np.random.Generator, 
     gain = (world.balls.velocity**2).sum(axis=1) - 1
     allowed = 1e-6 + 2.5 * case.tolerance / (0.02 * radius)
     end = feet(hollow, world.balls.position / MM)
-    untouched = free & ~(end.inside & (end.nearest > 0.999 * radius - case.tolerance))
+    untouched = free & ~(end.inside & (end.nearest > 0.999 * radius - case.tolerance - case.sagitta))
     return [
         f"ball of {radius:.4g} mm at {np.round(points[k], 5).tolist()} mm, velocity {np.round(velocity[k], 5).tolist()}"
         f" m/s, {'is in the wall' if untouched[k] else f'has {1 + gain[k]:.7g} of its energy'} after the hit"
@@ -278,7 +314,7 @@ def check_slides(case: Case, radius: float, count: int, rng: np.random.Generator
     """
     if not keeps_energy_in(case.hollow, radius):
         return []
-    points = places(case.hollow, radius, np.full(count, 1e-3 * radius + 2 * case.tolerance), rng)
+    points = places(case.hollow, radius, np.full(count, 1e-3 * radius + 2 * case.tolerance + case.sagitta), rng)
     if not len(points):
         return []
     normal = feet(case.hollow, points).towards
@@ -343,7 +379,7 @@ def check_distance(case: Case, count: int, rng: np.random.Generator) -> list[str
     return [
         f"the distance at {np.round(points[k], 5).tolist()} mm is {found[k]:.6g} mm, not "
         + (f"{exact.nearest[k]:.6g} mm" if exact.inside[k] else "negative")
-        for k in np.flatnonzero(error > case.tolerance)
+        for k in np.flatnonzero(error > case.tolerance + case.sagitta)
     ]
 
 

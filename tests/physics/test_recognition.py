@@ -10,6 +10,8 @@ from millprint.config.geometry import StlGeometry
 from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import Vessel, build_vessel, shape_vessel
 from millprint.mill.wall_features import features_of
+from tests.profiles import Hollow, chain, circle_pieces, stadium_pieces
+from tests.surfaces import from_file as surface_of
 
 
 @pytest.fixture
@@ -116,3 +118,23 @@ def test_what_is_nearly_round_is_said_with_how_far_off_it_is(in_project):
     mesh.vertices += np.random.default_rng(0).normal(scale=1e-5, size=mesh.vertices.shape)
     (words,) = from_file(mesh).report
     assert re.match(r"a cone of (19\.9|20)\S* to 25\S* mm would fit 0 of \d+ facets; vertices are up to 0\.0", words)
+
+
+def hollow(name: str, radius: float) -> Hollow:
+    if name == "turned":
+        points = [(0, 0), (radius, 0), (radius, 2 * radius), (0, 2 * radius)]
+        return Hollow(name, chain(points, [0.0] * 3, closed=False))
+    pieces = circle_pieces(radius) if name == "circle" else stadium_pieces(radius, 1.5 * radius)
+    return Hollow(name, pieces, 1.2 * radius)
+
+
+@pytest.mark.parametrize(
+    ("name", "radius", "decimals"), [("circle", 15, 3), ("turned", 6, 2), ("circle", 40, None), ("stadium", 20, None)]
+)
+def test_a_wall_is_known_where_its_facets_are_as_narrow_as_the_rounding(in_project, name, radius, decimals):
+    """Rounding folds such an outline and turns its triangles over; a circle through a few vertices is any circle."""
+    vessel = surface_of(hollow(name, radius), 5000, decimals).vessel
+    off = 1e-3 if decimals is None else 10.0**-decimals
+    assert [curve.major * 1e3 for curve in vessel.curves] == pytest.approx([radius] * len(vessel.curves), abs=off)
+    assert len(vessel.curves) == (2 if name == "stadium" else 1)
+    vessel.triangles()

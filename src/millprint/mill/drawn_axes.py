@@ -15,8 +15,6 @@ from millprint.mill.turned_shapes import (
     circles_through,
 )
 
-# The circle of a longer outline is fitted again as it doubles.
-FEW_POINTS = 8
 # An axis or a sphere is guessed from this number of facets at most.
 AROUND = 12
 # The largest radius of a wall, over the size of the body.
@@ -28,29 +26,52 @@ ALONG, ALIKE, LEAST_BEND = 1e-2, 0.05, 1e-3
 MANY = 24
 
 
-def _arcs_of_outline(flat: np.ndarray, near: float) -> list[np.ndarray]:
+def _arc_from(flat: np.ndarray, near: float) -> int:
+    """How many of the first points (n, 2) lie on one circle, to within `near` [m]: by doubling, then halving.
+
+    A circle through a few points of a fine outline would be made by their rounding.
+    """
+
+    def fits(count: int) -> bool:
+        return bool(np.abs(Circle.through(flat[:count]).off(flat[:count])).max() < near)
+
+    good, bad = min(3, len(flat)), len(flat) + 1
+    while good < len(flat) and bad > len(flat):
+        more = min(2 * good, len(flat))
+        good, bad = (more, bad) if fits(more) else (good, more)
+    while bad - good > 1 and good < len(flat):
+        middle = (good + bad) // 2
+        good, bad = (middle, bad) if fits(middle) else (good, middle)
+    return good
+
+
+def _arcs_of_outline(flat: np.ndarray, tolerance: float) -> list[np.ndarray]:
     """Groups of points of an outline (k, 2) that lie on one circle in shallow steps, also where others interrupt it.
 
-    near: what points may be off [m].
+    tolerance: what points may be off [m].
     """
-    before, after = np.roll(flat, 1, axis=0), np.roll(flat, -1, axis=0)
-    first, second = flat - before, after - flat
+    first, second = flat - np.roll(flat, 1, axis=0), np.roll(flat, -1, axis=0) - flat
     turn = np.arctan2(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0], (first * second).sum(axis=1))
-    groups: list[list[int]] = []
-    circles: list[Circle] = []
-    for k in np.flatnonzero((np.abs(turn) > SMALLEST_TURN) & (np.abs(turn) < 2 * LARGEST_TURN)).tolist():
-        own = np.array([before[k], flat[k], after[k]])
-        known = next((n for n, circle in enumerate(circles) if np.abs(circle.off(own)).max() < near), None)
-        if known is None:
-            groups.append([k])
-            circles.append(Circle.through(own))
-        else:
-            groups[known].append(k)
-            # Fitted again as it grows, and not at each point of a long outline.
-            size = len(groups[known])
-            if size > 2 and (size < FEW_POINTS or size & (size - 1) == 0):
-                circles[known] = Circle.through(flat[groups[known]])
-    return [flat[group] for group in groups if len(group) >= FEWEST_STEPS]
+    is_shallow = (np.abs(turn) > SMALLEST_TURN) & (np.abs(turn) < 2 * LARGEST_TURN)
+    # Begin where no arc can go on.
+    start = int(np.argmin(is_shallow))
+    flat, is_shallow = np.roll(flat, -start, axis=0), np.roll(is_shallow, -start)
+    breaks = np.flatnonzero(np.diff(is_shallow.astype(int), prepend=0, append=0))
+    groups: list[np.ndarray] = []
+    for begin, end in breaks.reshape(-1, 2).tolist():
+        while begin < end:
+            stop = begin + _arc_from(flat[begin:end], 2 * tolerance)
+            own, begin = flat[begin:stop], stop
+            known = (k for k, group in enumerate(groups) if _on_circle_of(group, own, LOOSE * tolerance))
+            if (number := next(known, None)) is None:
+                groups.append(own)
+            else:
+                groups[number] = np.concatenate([groups[number], own])
+    return [group for group in groups if len(group) >= FEWEST_STEPS]
+
+
+def _on_circle_of(group: np.ndarray, points: np.ndarray, near: float) -> bool:
+    return len(group) >= FEWEST_STEPS and bool(np.abs(Circle.through(group).off(points)).max() < near)
 
 
 def axes_of_outlines(drawing: Drawing) -> list[Axis]:
@@ -61,7 +82,7 @@ def axes_of_outlines(drawing: Drawing) -> list[Axis]:
     for loop in np.flatnonzero(loops.counts > FEWEST_STEPS).tolist():
         facet, own = facet_of[loop], slice(loops.first[loop], loops.first[loop] + loops.counts[loop])
         first, second = vessel.axes[facet]
-        for flat in _arcs_of_outline(vessel.outlines.points[own] @ vessel.axes[facet].T, near):
+        for flat in _arcs_of_outline(vessel.outlines.points[own] @ vessel.axes[facet].T, drawing.tolerance):
             circle = Circle.through(flat)
             if np.abs(circle.off(flat)).max() < near:
                 normal = vessel.normals[facet]

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from millprint.mill.merge import triangle_widths
 from millprint.mill.vectors import add_scaled, cross, dot, row, subtract
 from millprint.run.kernel import array_maker, inlined
 
@@ -51,13 +52,20 @@ def _overlap_in_plane(points, triangles, a, b, normal, tolerance):
 
 
 @inlined()
-def _pierces(points, triangles, normal, start, end, t, tolerance):
-    """Whether the segment from start to end passes from one side of triangle t to the other, through it."""
+def _pierces(points, triangles, normal, width, start, end, t, tolerance):
+    """Whether the segment from start to end passes from one side of triangle t to the other, through it.
+
+    The corners of the triangle are known to the tolerance, and its plane the less the farther away, over its width.
+    """
     first = _height(points, triangles, normal, t, start)
     last = _height(points, triangles, normal, t, end)
     if not ((first > tolerance and last < -tolerance) or (first < -tolerance and last > tolerance)):
         return False
-    place = add_scaled(start, first / (first - last), subtract(end, start))
+    along = subtract(end, start)
+    slope = abs(first - last) - tolerance / width[t] * math.sqrt(dot(along, along))
+    if min(abs(first), abs(last)) * slope < tolerance * abs(first - last):
+        return False
+    place = add_scaled(start, first / (first - last), along)
     for k in range(3):
         corner = _corner(points, triangles, t, k)
         along = subtract(_corner(points, triangles, t, k + 1), corner)
@@ -79,20 +87,20 @@ def _shared_corners(triangles, a, b):
 
 
 @inlined()
-def _side_pierces(points, triangles, normal, a, b, tolerance):
+def _side_pierces(points, triangles, normal, width, a, b, tolerance):
     """Whether a side of a that has no corner in common with b passes through b."""
     for k in range(3):
         u, v = triangles[a, k], triangles[a, (k + 1) % 3]
         touches = False
         for j in range(3):
             touches = touches or triangles[b, j] == u or triangles[b, j] == v
-        if not touches and _pierces(points, triangles, normal, row(points, u), row(points, v), b, tolerance):
+        if not touches and _pierces(points, triangles, normal, width, row(points, u), row(points, v), b, tolerance):
             return True
     return False
 
 
 @inlined()
-def _meet(points, triangles, normal, a, b, tolerance):
+def _meet(points, triangles, normal, width, a, b, tolerance):
     of_b = _same_side(points, triangles, normal, a, b, tolerance)
     of_a = _same_side(points, triangles, normal, b, a, tolerance)
     if of_a == 1 or of_b == 1:
@@ -103,20 +111,20 @@ def _meet(points, triangles, normal, a, b, tolerance):
     # Two planes meet in one line; triangles with a side in common have it there and meet nowhere else.
     if _shared_corners(triangles, a, b) >= 2:
         return False
-    return _side_pierces(points, triangles, normal, a, b, tolerance) or _side_pierces(
-        points, triangles, normal, b, a, tolerance
+    return _side_pierces(points, triangles, normal, width, a, b, tolerance) or _side_pierces(
+        points, triangles, normal, width, b, a, tolerance
     )
 
 
 @array_maker()
-def _first_meeting(points, triangles, normal, low, high, apart, tolerance):
+def _first_meeting(points, triangles, normal, width, low, high, apart, tolerance):
     for a in range(len(triangles)):
         for b in range(a + 1, len(triangles)):
             if low[b, 0] > high[a, 0]:
                 break
             if low[b, 1] > high[a, 1] or low[a, 1] > high[b, 1] or low[b, 2] > high[a, 2] or low[a, 2] > high[b, 2]:
                 continue
-            if (apart[a] < 0 or apart[a] != apart[b]) and _meet(points, triangles, normal, a, b, tolerance):
+            if (apart[a] < 0 or apart[a] != apart[b]) and _meet(points, triangles, normal, width, a, b, tolerance):
                 return a, b
     return -1, -1
 
@@ -141,5 +149,6 @@ def self_intersection(
     corners = points[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.linalg.norm(normal, axis=1)[:, None]
-    a, b = _first_meeting(points, triangles, normal, corners.min(axis=1), corners.max(axis=1), apart, tolerance)
+    low, high, width = corners.min(axis=1), corners.max(axis=1), triangle_widths(corners)
+    a, b = _first_meeting(points, triangles, normal, width, low, high, apart, tolerance)
     return None if a < 0 else (int(order[a]), int(order[b]))

@@ -113,7 +113,9 @@ def _flat_regions(points: np.ndarray, triangles: np.ndarray, twin: np.ndarray, t
     corners = points[triangles]
     area_vector = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
     area = np.linalg.norm(area_vector, axis=1)
-    angle = NORMAL_ANGLE + 2 * tolerance / np.maximum(triangle_widths(corners), tolerance)
+    widths = triangle_widths(corners)
+    # A triangle that is no wider than the tolerance has any normal: rounding may have turned it over.
+    angle = np.where(widths > tolerance, NORMAL_ANGLE + 2 * tolerance / np.maximum(widths, tolerance), np.pi)
     order = np.argsort(-area, kind="stable")
     return _regions(corners, area_vector, area * np.cos(angle), twin.reshape(-1, 3) // 3, order, tolerance)
 

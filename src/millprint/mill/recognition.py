@@ -49,6 +49,9 @@ from millprint.mill.turned_shapes import (
 from millprint.mill.vessel import Vessel
 from millprint.mill.wall_words import round_facets
 
+# Vertices of a surface from which its axis is fitted, at most.
+ENOUGH = 2000
+
 
 def _sphere(points: np.ndarray) -> tuple[np.ndarray, float]:
     """Middle and radius of the sphere nearest to points (n, 3), by linear least squares."""
@@ -108,7 +111,8 @@ def _refined(drawing: Drawing, axis: Axis, swept: list[Swept], known: list[np.nd
         return Axis(_sphere(drawing.points(max(swept, key=lambda each: len(each.facets)).facets))[0], axis.along)
     from scipy.optimize import least_squares  # takes long to import, and few mills need it
 
-    rows = [drawing.points(each.facets)[:2000] for each in swept]
+    # Some, from all over the surface.
+    rows = [points[:: 1 + len(points) // ENOUGH] for points in (drawing.points(each.facets) for each in swept)]
 
     def moved(shift: np.ndarray) -> Axis:
         along = axis.along + shift[0] * axis.u + shift[1] * axis.v

@@ -2,9 +2,10 @@
 
 import numpy as np
 import trimesh
+from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
-from millprint.mill.merge import half_edges, triangle_widths
+from millprint.mill.merge import HalfEdges, half_edges, triangle_widths
 
 # Slivers are taken out again and again, as one may leave another; more rounds than this do not help.
 ROUNDS = 20
@@ -44,6 +45,20 @@ def close_gaps(points: np.ndarray, triangles: np.ndarray, tolerance: float) -> t
     return _joined(points, triangles, rim[cKDTree(points[rim]).query_pairs(tolerance, output_type="ndarray")])
 
 
+def _apart(pairs: np.ndarray) -> np.ndarray:
+    """Which pairs (n, 2) have no number in common with an earlier one: all that can be changed at a time."""
+    _, first = np.unique(pairs, return_index=True)
+    is_first = np.isin(np.arange(pairs.size), first)
+    return np.logical_and(is_first[::2], is_first[1::2])
+
+
+def _contractible(edges: HalfEdges, ends: np.ndarray) -> np.ndarray:
+    """Those of some sides (n, 2) whose ends may be one point: only two points are neighbours of both."""
+    count = int(edges.start.max()) + 1
+    beside = csr_array((np.ones(len(edges.start), dtype=np.int64), (edges.start, edges.end)), (count, count))
+    return ends[(beside[ends[:, 0]] * beside[ends[:, 1]]).sum(axis=1) == 2]
+
+
 def without_slivers(points: np.ndarray, triangles: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
     """A closed surface without triangles that are narrower than a tolerance [m], as far as it stays closed.
 
@@ -58,17 +73,18 @@ def without_slivers(points: np.ndarray, triangles: np.ndarray, tolerance: float)
         lengths = np.linalg.norm(np.roll(corners[narrow], -1, axis=1) - corners[narrow], axis=2)
         is_needle, rows = lengths.min(axis=1) <= tolerance, np.arange(len(narrow))
         edges = half_edges(triangles)
-        if is_needle.any():
-            short = (3 * narrow + lengths.argmin(axis=1))[is_needle]
-            points, triangles = _joined(points, triangles, np.column_stack([edges.start[short], edges.end[short]]))
+        short = (3 * narrow + lengths.argmin(axis=1))[is_needle]
+        ends = _contractible(edges, np.column_stack([edges.start[short], edges.end[short]]))
+        if len(ends):
+            # No chains, as an outline whose sides are all short would be one point; in any order, or one at a time.
+            ends = np.random.default_rng(0).permutation(ends)
+            points, triangles = _joined(points, triangles, ends[_apart(ends)])
             continue
         longest = lengths.argmax(axis=1)
         twin = edges.twin[3 * narrow + longest]
         pairs = np.column_stack([narrow, twin // 3])[twin >= 0]
         # Each triangle in one exchange at a time.
-        _, first = np.unique(pairs, return_index=True)
-        is_first = np.isin(np.arange(pairs.size), first).reshape(-1, 2).all(axis=1)
-        chosen = rows[twin >= 0][is_first]
+        chosen = rows[twin >= 0][_apart(pairs)]
         across, side = twin[chosen] // 3, twin[chosen] % 3
         start, end, middle = (triangles[narrow[chosen], (longest[chosen] + k) % 3] for k in range(3))
         far = triangles[across, (side + 2) % 3]
