@@ -19,7 +19,7 @@ from millprint.figures.style import save
 from millprint.fingerprint.bands import read_factors
 from millprint.run.files import read_json, read_table, write_json, write_table
 from millprint.run.job import job
-from millprint.thesis.doe.wet_lab import fit_wear, read_wear, verdict, wear_table
+from millprint.thesis.doe.wet_lab import fit_wear, read_wear, said_of_wear, wear_table
 from millprint.thesis.figures.chapter2_figures import plot_mill_wear, plot_wear
 
 
@@ -33,10 +33,10 @@ def main(conditions_path: str, inputs, output, settings: WearConfig, machine: di
     materials = read_materials(inputs.materials, settings.material)
     weighings = wear_table(read_wear(inputs.weighings))
     table, result = fit_wear(weighings, own, materials.loc[settings.material])
-    log.info("wear: %s", verdict(result))
+    log.info("wear: %s", said_of_wear(result))
     factors = read_factors(inputs.factors, "contact", machine) if inputs.get("factors") else None
     write_table(table, output.fit)
-    write_json({**result, "verdict": verdict(result)}, output.coefficient)
+    write_json({**result, "said": said_of_wear(result)}, output.coefficient)
     wear = predict_wear(conditions, materials, settings.charges, result, factors)
     write_table(wear, output.wear)
 
@@ -45,7 +45,7 @@ def draw(tables, material: str) -> None:
     """Draw the measured and the predicted wear, from the written tables."""
     weighings = read_table(tables.fit, text=["role", "loads_from"])
     predicted = read_table(tables.wear, text=[*CONDITION[:2], "material"])
-    figure = plot_wear(weighings, predicted, material, read_json(tables.coefficient)["verdict"])
+    figure = plot_wear(weighings, predicted, material, read_json(tables.coefficient)["said"])
     save(figure, tables.svg, tables.png)
 
 

@@ -12,7 +12,7 @@ import pandas as pd
 
 from millprint.config.workflow import PartitionConfig
 from millprint.dose.energy_doses import AXES
-from millprint.dose.kinetics import best_of, fit_kinetics, said_of_shear, verdict
+from millprint.dose.kinetics import best_of, fit_kinetics, said_of_dose, said_of_shear
 from millprint.figures.style import save
 from millprint.fingerprint.model import Fingerprint
 from millprint.run.files import read_table, whole_file, write_table
@@ -126,7 +126,7 @@ def tabulate_doses(inputs, output, ball_diameter_m: float, density_kg_m3: float)
     for path, parts in ((output.doses, tables), (output.kinetics, kinetics)):
         write_table(pd.concat([table.assign(set=name) for name, table in parts.items()], ignore_index=True), path)
     write_table(pd.concat(curves, ignore_index=True), output.curves)
-    lines = [f"{verdict(own, kinetics[name], SETS[name])} {said_of_shear(own)}" for name, own in tables.items()]
+    lines = [f"{said_of_dose(own, kinetics[name], SETS[name])} {said_of_shear(own)}" for name, own in tables.items()]
     # The screening gives the law over the dose, the five cases differ in how it is divided.
     lines.append(f"Both sets together: {said_of_shear(pd.concat(tables.values(), ignore_index=True))}")
     with whole_file(output.verdict) as partial:

@@ -67,7 +67,7 @@ def draw_scores(inputs, output) -> None:
 def draw_sources(inputs, output) -> None:
     """What transfers between sources of yields."""
     texts = ["source", "model", "strategy"]
-    table = read_table(inputs.sources, text=[*texts, "verdict"])
+    table = read_table(inputs.sources, text=[*texts, "verdict", "reason"])
     points = read_table(inputs.sources_predictions, numeric=["yield_percent", "predicted_percent"], text=texts)
     save(plot_sources(table, points), output.sources_svg, output.sources_png)
 

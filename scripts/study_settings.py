@@ -1,4 +1,4 @@
-"""Are the settings of a mill's sweep good enough? Tables, figure, and a verdict in one line.
+"""Does a mill's sweep agree with finer settings? Tables, figure, and a verdict in one line.
 
 For the sweeps of chapter 3 descriptors against the time step and against Young's modulus (Fig. 3.4), and the largest
 step that leaves every descriptor unchanged: is the one of the sweeps small enough?
@@ -15,11 +15,11 @@ import sys
 from millprint.config.fingerprint import ConvergenceConfig, StudyConfig
 from millprint.dem.convergence import DESCRIPTORS, SERIES, column_of, convergence_table
 from millprint.dem.step_choice import choose_step, in_words
+from millprint.estimate.judge import AGREES
 from millprint.figures.style import save
 from millprint.figures.uncertainty_figures import plot_study
 from millprint.fingerprint.readers import read_counted, read_summaries
 from millprint.fingerprint.study import (
-    GOOD,
     changes_of_halves,
     check_study,
     conclude,
@@ -102,7 +102,7 @@ def tabulate_sweeps(given, made, own, logger) -> None:
         logger.info("%d simulations of the time step", len(given.of_step))
         tabulate(given.of_step, "time_step_s", *rules, made.step_table)
         choice = choose(made.step_table, ConvergenceConfig(**own.settings), own.taken_s, made.choice)
-        say = logger.info if choice["taken_steps_hold"] else logger.warning
+        say = logger.info if choice["verdict"] == AGREES else logger.warning
         say("%s", in_words(choice))
         draw_steps(made.step_table, made.choice, made.step_svg, made.step_png)
     if given.of_modulus:
@@ -117,7 +117,7 @@ if "snakemake" in globals():
         if mill:
             asked = {"counting_rule": own.counting_rule, "rules": own.rules, "study": StudyConfig(**own.study)}
             found = main(own.variants, own.folder, made, mill=mill, sweep_seeds=own.sweep_seeds, **asked)
-            say = logger.info if found["verdict"] == GOOD else logger.warning
+            say = logger.info if found["verdict"] == AGREES else logger.warning
             say("%s", found["line"])
             print(found["line"], file=sys.stderr, flush=True)
         else:

@@ -127,11 +127,11 @@ def test_the_balance_limits_the_step_if_no_descriptor_changes():
     """Balance errors of 1e-4, 4e-4, 1.6e-3 at 2, 4, 8 us against a bound of 1e-3."""
     choice = choose_step(table_of(sweep()), SETTINGS, taken(2e-6))
     (series,) = choice["series"]
-    assert series["largest_step_s"] == 4e-6 and choice["taken_steps_hold"]
+    assert series["largest_step_s"] == 4e-6 and choice["verdict"] == "agrees"
     assert series["closure_order"] == pytest.approx(2.0)
-    assert [step["passes"] for step in series["steps"]] == [True, True, True, True, False]
+    assert [step["verdict"] for step in series["steps"]] == [*["agrees"] * 4, "differs"]
     assert series["steps"][-1]["deviating"] == []
-    assert "(8e-06 s fails by a balance open by 0.16 %); the step taken, 2e-06 s, holds" in in_words(choice)
+    assert "(8e-06 s differs by a balance open by 0.16 %); the step taken, 2e-06 s, agrees" in in_words(choice)
 
 
 def test_each_ball_size_has_a_step_of_its_own():
@@ -141,17 +141,17 @@ def test_each_ball_size_has_a_step_of_its_own():
             made["closure"] *= 4
     choice = choose_step(table_of(runs), SETTINGS, taken(4e-6))
     assert {s["ball_diameter_mm"]: s["largest_step_s"] for s in choice["series"]} == {5.0: 2e-6, 10.0: 4e-6}
-    assert [s["taken_step_holds"] for s in choice["series"]] == [False, True]
-    assert not choice["taken_steps_hold"] and "4e-06 s, is too large" in in_words(choice)
+    assert [s["verdict"] for s in choice["series"]] == ["differs", "agrees"]
+    assert choice["verdict"] == "differs" and "4e-06 s, differs" in in_words(choice)
     choice = choose_step(table_of(runs), SETTINGS, {5.0: 2e-6, 10.0: 4e-6})
-    assert choice["taken_steps_hold"] and "too large" not in in_words(choice)
+    assert choice["verdict"] == "agrees" and "make dem.time_step_s" not in in_words(choice)
 
 
 def test_a_descriptor_that_moves_with_the_step_limits_it():
     """Energies up by 5 % at each microsecond, far over a spread of 0.1 %: only the finest step is left."""
     choice = choose_step(table_of(sweep(spread=1e-3, slope=0.05, closure=1e-3)), SETTINGS, taken(2e-6))
     (series,) = choice["series"]
-    assert series["largest_step_s"] == 5e-7 and not choice["taken_steps_hold"]
+    assert series["largest_step_s"] == 5e-7 and choice["verdict"] == "differs"
     assert series["steps"][2]["deviating"] == ["normal_energy_J", "tangential_energy_J"]
     assert series["steps"][2]["closes"]
 
@@ -176,8 +176,8 @@ def test_chance_alone_rarely_fails_a_step():
 
 def test_no_step_passes_where_the_finest_leaves_the_balance_open():
     choice = choose_step(table_of(sweep(closure=1e4)), SETTINGS, taken(5e-7))
-    assert choice["series"][0]["largest_step_s"] is None and not choice["taken_steps_hold"]
-    assert "no step passes" in in_words(choice)
+    assert choice["series"][0]["largest_step_s"] is None and choice["verdict"] == "differs"
+    assert "no step agrees" in in_words(choice)
 
 
 @pytest.fixture
@@ -185,7 +185,7 @@ def files(tmp_path):
     table = table_of(sweep((10.0, 5.0)))
     write_table(table, tmp_path / "timestep.tsv")
     choice = study_settings.choose(tmp_path / "timestep.tsv", SETTINGS, taken(2e-6), tmp_path / "timestep.json")
-    assert choice["taken_steps_hold"] and "2e-06 s, holds" in in_words(choice)
+    assert choice["verdict"] == "agrees" and "2e-06 s, agrees" in in_words(choice)
     return tmp_path
 
 

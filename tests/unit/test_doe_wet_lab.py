@@ -243,7 +243,7 @@ def test_the_table_of_missingness_counts_the_dashes_of_both_directions(studies):
 def test_reference_16_was_charged_with_the_dihydrate(checks):
     ratio = checks.loc[("16", "molar ratio [-]")]
     # 0.44 g of the tetrahydrate would be a ratio of 6.67; 5.0 and the 90 % are those of the dihydrate.
-    assert (ratio["agrees"], ratio["follows"]) == ("no", pytest.approx(6.67, abs=0.01))
+    assert (ratio["verdict"], ratio["follows"]) == ("differs", pytest.approx(6.67, abs=0.01))
     assert "NaBO2.2H2O" in ratio["note"]
     assert "NaBO2.2H2O" in checks.loc[("16", "yield in Tables 2.2 and 2.1 [%]"), "note"]
 
@@ -253,5 +253,5 @@ def test_what_cannot_follow_from_a_study_s_other_numbers_is_found(checks):
     balls = checks.loc[("13", "ball-to-powder ratio with steel balls [-]")]
     assert balls["follows"] == pytest.approx(5.1, abs=0.05)
     assert "15.2 g/cm3" in balls["note"]
-    wrong = checks[checks["agrees"] == "no"].index.tolist()
+    wrong = checks[checks["verdict"] == "differs"].index.tolist()
     assert [reference for reference, _ in wrong] == ["11", "13", "13", "16", "16"]

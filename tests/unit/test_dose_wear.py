@@ -62,7 +62,8 @@ def test_the_coefficient_comes_from_every_other_row_alone(materials):
 
 def test_with_two_rows_it_is_said_that_they_are_too_few(materials):
     _, result = wet_lab.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
-    assert "missed by a factor of 1.7" in wet_lab.verdict(result) and "too few to tell" in wet_lab.verdict(result)
+    said = wet_lab.said_of_wear(result)
+    assert "missed by a factor of 1.7" in said and "too few to tell" in said
     table = wear.predict_wear(conditions(), materials, CHARGES, result, None, 0.95)
     assert table["note"].str.contains("too few for a useful interval").all()
     steel = table[table["material"] == STEEL].iloc[-1]
@@ -106,7 +107,7 @@ def test_one_speed_is_carried_by_its_cube_and_no_run_gives_no_coefficient(materi
     assert result["coefficient"] == pytest.approx(TRUE, rel=1e-9)
     table, result = wet_lab.fit_wear(weighings([1, 1]), conditions(fill=0.2), materials.loc[STEEL], 0.05)
     assert table["loads_from"].tolist() == ["no run with 10 mm at fill 0.1"] * 2
-    assert result["coefficient"] is None and "no coefficient" in wet_lab.verdict(result)
+    assert result["coefficient"] is None and "no coefficient" in wet_lab.said_of_wear(result)
     empty = wear.predict_wear(conditions(), materials, CHARGES, result, None, 0.95)
     assert empty.empty and list(empty.columns) == wear.WEAR_COLUMNS
 

@@ -142,7 +142,7 @@ def test_a_mill_with_a_charge_alone_has_a_sheet(speeds):
     runs = [{**run, "wall_static_friction": 0.5} for run in charged(speeds, FILLS[2:5])]
     table, mill = tabulate_descriptors(runs, "gap_0_03"), load_named(ROOT / "config/mills", "spex", MillConfig, "mill")
     fingerprint, collapse = fitted(runs), tabulate_mill_collapse(table, 0.95)
-    assert (collapse["collapse"] == UNKNOWN).all() == (len(speeds) == 1)
+    assert (collapse["reason"] == UNKNOWN.reason).all() == (len(speeds) == 1)
     assert collapse["d"].isna().all()
     sheet = tabulate_sheet(mill, fingerprint, collapse, find_zones(fingerprint), table)
     said = sheet[sheet["section"].isin(["mill", "condition"])].set_index("quantity")["text"]

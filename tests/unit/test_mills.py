@@ -24,7 +24,7 @@ from millprint.config.workflow import WorkflowConfig
 from millprint.figures import mill_pictures
 from millprint.figures import mill_pictures as figures
 from millprint.fingerprint.descriptors import tabulate_descriptors
-from millprint.fingerprint.mill_collapse import VERDICTS, one_row_a_mill, tabulate_mill_collapse
+from millprint.fingerprint.mill_collapse import BY_LAW, BY_NONE, BY_OWN, one_row_a_mill, tabulate_mill_collapse
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.scale_up import compare_run, tabulate_scale_up
 from millprint.mill.bodies import build_bodies, check_inserts, check_volume, travel_m
@@ -237,7 +237,7 @@ def test_curves_that_obey_the_scaling_collapse_by_it_and_give_its_exponents():
     assert power["spread_before"] > 1
     assert (power["omega"], power["d"]) == pytest.approx((3, 3))
     assert table.loc["specific_frequency_hz", ["omega", "d"]].tolist() == pytest.approx([1, 0], abs=1e-9)
-    assert set(table["collapse"]) == {VERDICTS[0]}
+    assert set(table["reason"]) == {BY_LAW}
 
 
 def test_other_exponents_of_the_power_are_found_and_reported():
@@ -253,7 +253,7 @@ def test_other_exponents_of_the_power_are_found_and_reported():
     assert (power["omega"], power["d"]) == pytest.approx((2, 4))
     assert power["spread_thesis"] > 0.3
     assert power["spread_own"] < 1e-9
-    assert power["collapse"] == VERDICTS[1]
+    assert power["reason"] == BY_OWN
     slow = tabulate_mill_collapse(descriptors(speeds=(600.0,)), 0.95).set_index("quantity")
     assert np.isnan(slow.loc["wall_power_per_ball_W", "omega"])
     assert slow.loc["wall_power_per_ball_W", "d"] == pytest.approx(3)
@@ -268,7 +268,7 @@ def test_a_regime_that_changes_is_said_not_to_collapse():
     ]
     table = tabulate_mill_collapse(tabulate_descriptors(runs, "gap_0_03"), 0.95)
     (row,) = one_row_a_mill([table]).to_dict("records")
-    assert row["power_collapse"] == VERDICTS[2]
+    assert (row["power_collapse"], row["power_reason"]) == ("differs", BY_NONE)
     assert row["power_spread_own"] > 0.2
 
 

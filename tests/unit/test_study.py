@@ -20,15 +20,12 @@ from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import DemConfig, mill_of
 from millprint.dem.laws.registry import step_scale
+from millprint.estimate.judge import AGREES, DIFFERS, OPEN
 from millprint.fingerprint.study import (
-    BAD,
-    GOOD,
-    UNKNOWN,
-    UNTESTED,
     changes_of_halves,
     check_study,
     conclude,
-    judge,
+    judge_change,
     study_row,
     tabulate_study,
     tabulate_window,
@@ -77,47 +74,47 @@ def concluded(study: StudyConfig = STUDY, sweep_seeds=1, **changes) -> dict:
     return conclude("mine", check_study(table, halves, sweep_seeds, study), study)
 
 
-def test_settings_that_change_nothing_are_good_enough():
+def test_settings_that_change_nothing_agree():
     found = concluded()
-    assert found["verdict"] == GOOD
-    assert found["settings"] == dict.fromkeys(("time_step", "stiffness", "facets", "window", "seeds"), GOOD)
-    assert found["line"].startswith("mine: the settings of the sweep are good enough: time step, stiffness, facets,")
+    assert found["verdict"] == AGREES
+    assert found["settings"] == dict.fromkeys(("time_step", "stiffness", "facets", "window", "seeds"), AGREES)
+    assert found["line"].startswith("mine: the sweep agrees with finer settings: time step, stiffness, facets,")
     assert "change no descriptor by more than 5 %" in found["line"] and "\n" not in found["line"]
 
 
 def test_a_setting_that_changes_a_descriptor_is_named_with_what_to_do():
     found = concluded(effects={"stiffness": 0.2})
-    assert found["verdict"] == BAD
-    assert found["settings"]["stiffness"] == BAD and found["settings"]["time_step"] == GOOD
-    assert "not good enough: 3 times the stiffness, " in found["line"] and "+20 ± " in found["line"]
+    assert found["verdict"] == DIFFERS
+    assert found["settings"]["stiffness"] == DIFFERS and found["settings"]["time_step"] == AGREES
+    assert "differs from finer settings: 3 times the stiffness, " in found["line"] and "+20 ± " in found["line"]
     assert "raise young_modulus_gpa of the contact set" in found["line"]
 
 
-def test_scatter_that_hides_a_change_is_undecided_and_says_how_many_seeds_would_show_it():
+def test_scatter_that_hides_a_change_is_open_and_says_how_many_seeds_would_show_it():
     found = concluded(spread=0.05, seeds=4, sweep_seeds=100)
-    assert found["verdict"] == UNKNOWN and found["settings"]["seeds"] == GOOD
-    assert "is undecided: the scatter between seeds hides a change of 5 %" in found["line"]
+    assert found["verdict"] == OPEN and found["settings"]["seeds"] == AGREES
+    assert "is open: the scatter between seeds hides a change of 5 %" in found["line"]
     needed = max(check["seeds"] or 0 for check in found["checks"])
     assert needed > 4
     more = concluded(spread=0.05, seeds=4 * needed, sweep_seeds=100)
-    assert more["verdict"] == GOOD
+    assert more["verdict"] == AGREES
 
 
-def test_a_window_in_which_the_power_still_rises_is_not_good_enough():
+def test_a_window_in_which_the_power_still_rises_differs():
     """A rise by 30 % of the mean over the window: the halves differ by some 15 %."""
     found = concluded(drift=0.3)
-    assert found["settings"]["window"] == BAD and found["settings"]["stiffness"] == GOOD
+    assert found["settings"]["window"] == DIFFERS and found["settings"]["stiffness"] == AGREES
     assert re.search(r"window, \w+ power \+1[5-8] ± ", found["line"]) and "raise sweep.discard_turns" in found["line"]
 
 
 def test_a_sweep_with_too_few_seeds_is_told_how_many_it_needs():
     """10 % between seeds: 1.96 x 10 / sqrt(n) is within 5 % from about 16 seeds on."""
     found = concluded(spread=0.1, seeds=40)
-    assert found["settings"]["seeds"] == BAD
+    assert found["settings"]["seeds"] == DIFFERS
     needed = [check["seeds"] for check in found["checks"] if check["setting"] == "seeds" and check["seeds"]]
     assert 11 < max(needed) < 23
     assert f"give sweep.seeds {max(needed)} seeds" in found["line"]
-    assert concluded(spread=0.1, seeds=40, sweep_seeds=40)["settings"]["seeds"] == GOOD
+    assert concluded(spread=0.1, seeds=40, sweep_seeds=40)["settings"]["seeds"] == AGREES
 
 
 def test_only_refinements_decide():
@@ -127,20 +124,21 @@ def test_only_refinements_decide():
     table = tabulate_study([study_row(*variant, 0.0, group, "gap_0_03") for variant, group in runs.items()])
     halves = changes_of_halves([run for group in runs.values() for run in group])
     checks = check_study(table, halves, 1, STUDY)
-    assert conclude("mine", checks, STUDY)["verdict"] == GOOD
-    assert any(check.verdict == BAD and check.factor == 2.0 for check in checks)
+    assert conclude("mine", checks, STUDY)["verdict"] == AGREES
+    assert any(check.verdict == DIFFERS and check.factor == 2.0 for check in checks)
 
 
 def test_a_change_as_large_as_the_tolerance_is_rarely_taken_for_good_and_rarely_for_bad():
     """At the tolerance itself both errors are possible: the first in 5 %, the second in 5 % over 20 comparisons."""
     rng, number = np.random.default_rng(2), 4000
-    found = [judge(5.0 + rng.normal(), float(np.sqrt(rng.chisquare(20) / 20)), 20, 20, STUDY) for _ in range(number)]
-    assert found.count(GOOD) / number == pytest.approx(0.05, abs=0.015)
-    assert found.count(BAD) / number == pytest.approx(0.0025, abs=0.0025)
+    drawn = [(5.0 + rng.normal(), float(np.sqrt(rng.chisquare(20) / 20))) for _ in range(number)]
+    found = [judge_change(*each, 20, 20, STUDY).word for each in drawn]
+    assert found.count(AGREES) / number == pytest.approx(0.05, abs=0.015)
+    assert found.count(DIFFERS) / number == pytest.approx(0.0025, abs=0.0025)
 
 
 def test_one_seed_decides_nothing():
-    assert judge(0.0, float("nan"), 0, 5, STUDY) == UNKNOWN
+    assert judge_change(0.0, float("nan"), 0, 5, STUDY).word == OPEN
 
 
 def test_the_window_settles_to_its_own_mean():
@@ -227,7 +225,7 @@ def test_the_script_writes_tables_figure_and_one_line(tmp_path):
     )
     assert (tmp_path / "verdict.txt").read_text() == found["line"] + "\n"
     written = yaml.safe_load((tmp_path / "verdict.json").read_text())
-    assert written["verdict"] == GOOD and written["reference"]["fill_ratio"] == 0.1
+    assert written["verdict"] == AGREES and written["reference"]["fill_ratio"] == 0.1
     assert len((tmp_path / "study.tsv").read_text().splitlines()) == 1 + len(VARIANTS)
     assert (tmp_path / "study.png").stat().st_size > 1000 and (tmp_path / "study.svg").stat().st_size > 1000
 
@@ -237,5 +235,5 @@ def test_a_mill_whose_walls_have_no_facets_says_so():
     table = tabulate_study([study_row(*variant, 0.0, group, "gap_0_03") for variant, group in runs.items()])
     halves = changes_of_halves([run for group in runs.values() for run in group])
     found = conclude("mine", check_study(table, halves, 1, STUDY), STUDY)
-    assert found["verdict"] == GOOD and found["settings"]["facets"] == UNTESTED
-    assert found["line"].endswith("; facets not tested")
+    assert found["verdict"] == AGREES and found["settings"]["facets"] == OPEN
+    assert found["line"].endswith("; facets not run")

@@ -58,8 +58,8 @@ def test_the_handbooks_example_is_scored(example):
     table = sources.score_sources(predictions, rows, yields.evaluation, 0.8).set_index("source")
     assert table["runs"].to_dict() == {"thesis": 27, "north": 5, "south": 2}
     assert table["training_runs"].to_dict() == {"thesis": 7, "north": 29, "south": 32}
-    assert table.loc["thesis", "verdict"] == sources.TOO_FEW_TRAINED
-    assert table.loc["south", "verdict"] == sources.TOO_FEW_HELD
+    assert table.loc["thesis", "reason"] == sources.TOO_FEW_TRAINED
+    assert table.loc["south", "reason"] == sources.TOO_FEW_HELD
     assert np.isfinite(table.loc["north", ["r2", "r2_lower", "r2_upper", "skill", "mean_error_pp"]].astype(float)).all()
     assert table.loc["south", "outside_domain"] == 1 and table.loc["north", "outside_domain"] == 0
 
@@ -133,7 +133,7 @@ def scored(rows: pd.DataFrame, model: str) -> tuple[pd.DataFrame, pd.DataFrame]:
 @pytest.mark.slow
 def test_without_a_shift_yields_transfer(model):
     table, predictions = scored(two_sources(0.0), model)
-    assert table["verdict"].tolist() == [sources.TRANSFERS] * 2
+    assert table["reason"].tolist() == [sources.TRANSFERS] * 2
     assert (table["skill_lower"] > 0).all() and (table["r2"] > 0.7).all()
     assert (table["mean_error_pp"].abs() < 5).all()
     assert len(predictions) == 45 and predictions["case"].is_unique
@@ -142,7 +142,7 @@ def test_without_a_shift_yields_transfer(model):
 @pytest.mark.parametrize("model", ["linear", "averaged_gpr"])
 def test_a_shift_between_sources_is_seen_in_both_directions(model):
     table, _ = scored(two_sources(30.0), model)
-    assert table["verdict"].tolist() == [sources.ORDER_ONLY] * 2
+    assert table["reason"].tolist() == [sources.ORDER_ONLY] * 2
     assert (table["r2_upper"] < 0).all()
     # Predicted less measured: the other source yields 30 points more.
     assert table["mean_error_pp"].tolist() == pytest.approx([30, -30], abs=5)
@@ -156,7 +156,7 @@ def test_yields_of_another_order_do_not_transfer():
     other = rows["source"] == "other"
     rows.loc[other, YIELD] = 2 * rows.loc[other, YIELD].mean() - rows.loc[other, YIELD]
     table, _ = scored(rows, "linear")
-    assert table["verdict"].tolist() == [sources.FAILS] * 2
+    assert table["reason"].tolist() == [sources.FAILS] * 2
     assert (table["rank_correlation_upper"] < 0).all() and (table["skill"] < 0).all()
 
 

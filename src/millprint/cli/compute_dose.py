@@ -12,7 +12,7 @@ from pathlib import Path
 from millprint.cli.commands import parser_of
 from millprint.config.arguments import check_written
 from millprint.dose.energy_doses import DOSE_OF, HITS, TIME, YIELD, own_doses
-from millprint.dose.kinetics import FEWEST_RUNS, fit_kinetics, said_of_shear, verdict
+from millprint.dose.kinetics import FEWEST_RUNS, fit_kinetics, said_of_dose, said_of_shear
 from millprint.fingerprint.model import Fingerprint
 from millprint.observables.definitions import POWER
 from millprint.run.files import write_table
@@ -35,4 +35,4 @@ def main(arguments: list[str], name: str = "dose") -> None:
     if YIELD in table and len(table) >= FEWEST_RUNS:
         kinetics = fit_kinetics(table)
         print(kinetics.to_string(index=False, float_format="{:.4g}".format, na_rep="-"))
-        print(verdict(table, kinetics, str(options.runs)), said_of_shear(table))
+        print(said_of_dose(table, kinetics, str(options.runs)), said_of_shear(table))

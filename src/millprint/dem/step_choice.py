@@ -7,6 +7,8 @@ import pandas as pd
 
 from millprint.config.fingerprint import ConvergenceConfig
 from millprint.dem.convergence import DESCRIPTORS, SERIES, column_of
+from millprint.estimate.estimates import Estimate, Interval
+from millprint.estimate.judge import AGREES, DIFFERS, Allowed, Verdict, judge, judge_all
 from millprint.estimate.quantiles import student_exceeded
 
 # Probability that no comparison of a sweep is significant by chance, and the largest energy balance error over the wall
@@ -30,11 +32,22 @@ def chance_factor(series: pd.DataFrame, confidence: float) -> float:
     return float(student_exceeded((1 - confidence) / (2 * comparisons), freedom)) if freedom else 0.0
 
 
+def judge_deviation(percent: float, chance: float, tolerance: float) -> Verdict:
+    """Whether a deviation [%] is within the tolerance, or else, with what chance does, agrees with none."""
+    value = Estimate(percent, "%")
+    near = judge(value, Allowed(-tolerance, tolerance))
+    if near.agrees:
+        return near
+    return judge(value.having({"repeats": Interval(percent - chance, percent + chance)}), Estimate(0.0, "%"))
+
+
 def judge_row(row: pd.Series, factor: float, settings: ConvergenceConfig) -> dict:
-    """Whether one step passes: each descriptor within the tolerance or within chance, and a balance that closes."""
+    """Whether one step agrees with the finest: by each descriptor, and by a balance that closes."""
     deviations = {name: row[column_of(name, "deviation_percent")] for name in DESCRIPTORS}
     chance = {name: factor * np.nan_to_num(row[column_of(name, "deviation_se_percent")]) for name in DESCRIPTORS}
-    beyond = [name for name in DESCRIPTORS if abs(deviations[name]) > max(settings.tolerance_percent, chance[name])]
+    found = {name: judge_deviation(deviations[name], chance[name], settings.tolerance_percent) for name in DESCRIPTORS}
+    beyond = [name for name in DESCRIPTORS if found[name].word == DIFFERS]
+    closes = judge(Estimate(float(row["closure_worst"]), "-"), Allowed(upper=CLOSURE_MAX))
     largest = max(DESCRIPTORS, key=lambda name: abs(deviations[name]))
     return {
         "time_step_s": float(row["time_step_s"]),
@@ -45,27 +58,28 @@ def judge_row(row: pd.Series, factor: float, settings: ConvergenceConfig) -> dic
         "resolution_percent": float(max(chance.values())),
         "deviating": beyond,
         "closure_worst": float(row["closure_worst"]),
-        "closes": bool(row["closure_worst"] <= CLOSURE_MAX),
-        "passes": bool(not beyond and row["closure_worst"] <= CLOSURE_MAX),
+        "closes": closes.agrees,
+        "verdict": DIFFERS if beyond else closes.word,
     }
 
 
 def judge_series(series: pd.DataFrame, settings: ConvergenceConfig, taken_s: float) -> dict:
-    """Verdict on each step of a series, finest first, and the largest that passes with every finer one.
+    """Verdict on each step of a series, finest first, and the largest that agrees with every finer one.
 
     taken_s: the step that the sweeps take for these balls [s]. It is a little smaller than requested, so that a whole
     number of steps makes an energy sample.
     """
     factor = chance_factor(series, CONFIDENCE)
     steps = [judge_row(row, factor, settings) for _, row in series.iterrows()]
-    failed = next((index for index, step in enumerate(steps) if not step["passes"]), len(steps))
+    failed = next((index for index, step in enumerate(steps) if step["verdict"] == DIFFERS), len(steps))
     largest = steps[failed - 1]["time_step_s"] if failed else None
+    taken = judge(Estimate(taken_s, "s"), Allowed(upper=(largest or 0.0) * 1.01))
     return {
         **{name: series[name].iloc[0] for name in SERIES[:2]},
         **{name: float(series[name].iloc[0]) for name in SERIES[2:]},
         "largest_step_s": largest,
         "taken_step_s": taken_s,
-        "taken_step_holds": largest is not None and taken_s <= largest * 1.01,
+        "verdict": taken.word,
         "closure_order": closure_order(series),
         "steps": steps,
     }
@@ -89,7 +103,7 @@ def choose_step(table: pd.DataFrame, settings: ConvergenceConfig, taken_s: Mappi
             "confidence": CONFIDENCE,
             "closure_max": CLOSURE_MAX,
         },
-        "taken_steps_hold": all(each["taken_step_holds"] for each in series),
+        "verdict": judge_all(Verdict(each["verdict"], "") for each in series).word,
         "series": series,
     }
 
@@ -98,12 +112,13 @@ def in_words(choice: dict) -> str:
     """A line for the log: for each series the largest step, the reason against the next one, and the one taken."""
     parts = []
     for series in choice["series"]:
-        failed = next((step for step in series["steps"] if not step["passes"]), None)
+        failed = next((step for step in series["steps"] if step["verdict"] == DIFFERS), None)
         largest, taken = series["largest_step_s"], series["taken_step_s"]
-        found = "no step passes" if largest is None else f"the largest step that passes is {largest:.3g} s"
+        found = f"the largest step that agrees is {largest:.3g} s" if largest else "no step agrees with the finest"
         if failed:
             reasons = [] if failed["closes"] else [f"a balance open by {100 * failed['closure_worst']:.2g} %"]
-            found += f" ({failed['time_step_s']:.3g} s fails by {', '.join(reasons + failed['deviating'])})"
-        verdict = "holds" if series["taken_step_holds"] else "is too large: make dem.time_step_s or its sweep's smaller"
+            found += f" ({failed['time_step_s']:.3g} s differs by {', '.join(reasons + failed['deviating'])})"
+        agrees = series["verdict"] == AGREES
+        verdict = "agrees" if agrees else "differs: make dem.time_step_s or its sweep's smaller"
         parts.append(f"{series['ball_diameter_mm']:g} mm balls: {found}; the step taken, {taken:.3g} s, {verdict}")
     return "; ".join(parts)

@@ -23,6 +23,8 @@ from scipy.optimize import brentq, least_squares, minimize_scalar
 
 from millprint.config.errors import ConfigError
 from millprint.dose.energy_doses import AXES, NORMAL, TANGENTIAL, TIME, TOTAL, YIELD
+from millprint.estimate.estimates import Estimate, Interval
+from millprint.estimate.judge import DIFFERS, Allowed, judge
 from millprint.estimate.quantiles import f_quantile
 
 NO_EFFECT = "no effect"
@@ -129,7 +131,7 @@ def best_of(kinetics: pd.DataFrame, axis: str) -> pd.Series | None:
     return rows.iloc[0] if len(rows) else None
 
 
-def verdict(runs: pd.DataFrame, kinetics: pd.DataFrame, what: str) -> str:
+def said_of_dose(runs: pd.DataFrame, kinetics: pd.DataFrame, what: str) -> str:
     """One or two sentences, only from the tables: how much of the yields dose explains, and what it does not."""
     spread = kinetics[kinetics["model"] == NO_EFFECT].iloc[0]
     said = []
@@ -244,7 +246,8 @@ def said_of_shear(runs: pd.DataFrame) -> str:
     found = shear_worth(runs)
     worth = f"{found.worth:.2g}" if found.worth < 0.99 * MOST_WORTH else f"{MOST_WORTH:g} or more"
     ends = f"{found.lower:.2g} to {'no upper end' if np.isinf(found.upper) else f'{found.upper:.2g}'}"
-    apart = "are told apart" if found.lower > 1 or found.upper < 1 else "are not told apart"
+    same = judge(Estimate(found.worth, "-", repeats=Interval(found.lower, found.upper)), Allowed(1.0, 1.0))
+    apart = "are told apart" if same.word == DIFFERS else "are not told apart"
     change = f"{'falls' if found.gain_aicc > 0 else 'rises'} by {abs(found.gain_aicc):.1f}"
     return (
         f"Shear against compression: {spread}; by {found.law} kinetics a kJ of shear is worth {worth} kJ of "

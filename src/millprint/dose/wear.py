@@ -207,7 +207,7 @@ def read_coefficient(path: str | Path) -> dict:
     if missing:
         raise ConfigError(f"{path}: {missing[0]}: this key is missing; must be a wear_coefficient.json")
     if result["coefficient"] is None:
-        raise ConfigError(f"{path}: coefficient = null: {result.get('verdict', 'nothing was fitted')}")
+        raise ConfigError(f"{path}: coefficient = null: {result.get('said', 'nothing was fitted')}")
     return result
 
 

@@ -3,6 +3,8 @@
 import numpy as np
 import pandas as pd
 
+from millprint.estimate.estimates import Estimate
+from millprint.estimate.judge import OPEN, Allowed, Verdict, judge
 from millprint.fingerprint.descriptors import CHANNELS, CHARGE, as_built
 from millprint.observables.condition import SCALES
 from millprint.observables.definitions import PREDICTED, SCALED_BY
@@ -29,9 +31,10 @@ COLLAPSED = {
 VARIED = {"omega": "speed_hz", "d": "ball_diameter_m"}
 # Curves collapse if the scaled power spreads by no more than this, in logarithms [-].
 COLLAPSE_MAX = 0.2
-UNKNOWN = "unknown: no fill ratio has two speeds or two sizes"
-NOTHING_THERE = "unknown: it is 0 at some conditions"
-VERDICTS = ("by the scaling law", "by exponents of its own", "not by powers of speed and ball size")
+UNKNOWN = Verdict(OPEN, "no fill ratio has two speeds or two sizes")
+NOTHING_THERE = Verdict(OPEN, "it is 0 at some conditions")
+BY_LAW, BY_OWN = "collapses by the scaling law", "collapses by exponents of its own"
+BY_NONE = "collapses by no powers of speed and ball size"
 
 
 def with_power_per_ball(descriptors: pd.DataFrame) -> pd.DataFrame:
@@ -78,11 +81,12 @@ def _own(logs: np.ndarray, constants: np.ndarray, varied: dict[str, np.ndarray],
     return empty | found
 
 
-def verdict(thesis: float, own: float, largest: float) -> str:
-    """Whether a spread [-] is at most `largest` after the thesis's scaling, after its own, or not; NaN: unknown."""
+def judge_collapse(thesis: float, own: float) -> Verdict:
+    """Whether the thesis's scaling leaves a spread [-] of at most COLLAPSE_MAX, and else, whether its own does."""
     if np.isnan(thesis):
         return UNKNOWN
-    return VERDICTS[0] if thesis <= largest else VERDICTS[1] if own <= largest else VERDICTS[2]
+    by_law, by_own = (judge(Estimate(spread, "-"), Allowed(upper=COLLAPSE_MAX)) for spread in (thesis, own))
+    return by_law._replace(reason=BY_LAW if by_law.agrees else BY_OWN if by_own.agrees else BY_NONE)
 
 
 def tabulate_mill_collapse(descriptors: pd.DataFrame, probability: float) -> pd.DataFrame:
@@ -91,9 +95,9 @@ def tabulate_mill_collapse(descriptors: pd.DataFrame, probability: float) -> pd.
     Each spread is a standard deviation of log y about the mean of a fill ratio, pooled over the fill ratios, so that
     0.1 is about 10 %: `spread_before` of the quantity itself, `spread_thesis` after division by omega^p d^q with the
     exponents of Eqs 3.28 and 3.29 (omega_supposed, d_supposed), `spread_own` after those of a regression (omega, d,
-    with intervals of `probability`). `collapse` says which of them brings it to `largest` or less. A single condition
-    at a fill ratio gives no spread; density and amplitude are the mill's. A charge of several sizes is compared only
-    with itself, at other speeds.
+    with intervals of `probability`). `collapse` is the verdict on the thesis's scaling, which agrees at COLLAPSE_MAX or
+    less, and `reason` says whether its own would do. A single condition at a fill ratio gives no spread; density and
+    amplitude are the mill's. A charge of several sizes is compared only with itself, at other speeds.
     """
     whole = with_power_per_ball(as_built(descriptors))
     groups = whole.groupby(["fill_ratio", CHARGE])
@@ -118,8 +122,8 @@ def tabulate_mill_collapse(descriptors: pd.DataFrame, probability: float) -> pd.
             **_own(logs, constants, varied if is_there else dict.fromkeys(varied, np.empty(0)), probability),
             **{f"{name}_supposed": supposed[name] for name in VARIED},
         }
-        said = verdict(row["spread_thesis"], row["spread_own"], COLLAPSE_MAX) if is_there else NOTHING_THERE
-        rows.append(row | {"collapse": said})
+        word, reason = judge_collapse(row["spread_thesis"], row["spread_own"]) if is_there else NOTHING_THERE
+        rows.append(row | {"collapse": word, "reason": reason})
     return pd.DataFrame(rows)
 
 
@@ -135,7 +139,7 @@ def one_row_a_mill(tables: list[pd.DataFrame]) -> pd.DataFrame:
             if not name:
                 continue
             own = table[table["quantity"] == quantity].iloc[0]
-            row[f"{name}_collapse"] = own["collapse"]
+            row |= {f"{name}_collapse": own["collapse"], f"{name}_reason": own["reason"]}
             row |= {f"{name}_{column}": own[column] for column in kept}
         rows.append(row)
     return pd.DataFrame(rows)

@@ -157,7 +157,7 @@ def tabulate_sheet(
             Row("collapse", f"{title}: spread before scaling", own.spread_before, unit="-"),
             Row("collapse", f"{title}: by the scaling law", own.spread_thesis, unit="-"),
             Row("collapse", f"{title}: by its own exponents", own.spread_own, None, None, "-",
-                 _said(own.collapse)),
+                 f"{own.collapse}: {own.reason}"),
         ]  # fmt: skip
     for zone in zones.itertuples():
         rows.append(Row("zones", zone.zone.replace("_", " "), zone.value, zone.lower, zone.upper, "-"))
@@ -193,13 +193,6 @@ def _box_rows() -> list[Row]:
     weakest_first = read_table(made).sort_values("lowest_W_kg")
     spans = [f"{own.mill} {three(own.lowest_W_kg)} to {three(own.highest_W_kg)}" for own in weakest_first.itertuples()]
     return [Row("dose", "power of other mills, W/kg", text=", ".join(spans))]
-
-
-def _said(verdict: str) -> str:
-    """A verdict of `mill_collapse` as a sentence; `unknown` is one already."""
-    if verdict.startswith("not "):
-        return f"does not collapse {verdict.removeprefix('not ')}"
-    return verdict if verdict.startswith("unknown") else f"collapses {verdict}"
 
 
 def _precision_rows(mill: str, fingerprint: "Fingerprint", descriptors: pd.DataFrame) -> list[Row]:

@@ -1,9 +1,10 @@
-"""Are the settings of a mill's sweep good enough? Descriptors of one condition, one setting changed at a time.
+"""Does a mill's sweep agree with finer settings? Descriptors of one condition, one setting changed at a time.
 
-`judge` compares the change of a descriptor with a tolerance that does not matter, and with the scatter between seeds.
+The change of a descriptor is judged by a tolerance that does not matter, and by the scatter between seeds.
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -12,6 +13,18 @@ import pandas as pd
 from millprint.cases.of_mill import FACTORS
 from millprint.config.fingerprint import StudyConfig
 from millprint.dem.convergence import column_of, deviations, pooled_variance
+from millprint.estimate.estimates import Estimate, Interval
+from millprint.estimate.judge import (
+    AGREES,
+    DIFFERS,
+    NO_INTERVAL,
+    NOT_RUN,
+    OPEN,
+    Allowed,
+    Verdict,
+    judge,
+    judge_all,
+)
 from millprint.estimate.quantiles import (
     chi_squared_exceeded,
     chi_squared_quantile,
@@ -21,7 +34,6 @@ from millprint.estimate.quantiles import (
 from millprint.fingerprint.readers import counted
 from millprint.observables.definitions import DESCRIPTOR_SETS, DESCRIPTORS
 
-GOOD, BAD, UNKNOWN, UNTESTED = "good enough", "not good enough", "undecided", "not tested"
 POWERS = ("normal", "tangential")
 # What is compared.
 DESCRIBED = (*DESCRIPTOR_SETS["per_collision"], *(f"{name}_power_W" for name in POWERS))
@@ -111,26 +123,30 @@ class Check:
     change_percent: float
     error_percent: float
     verdict: str
+    reason: str
     decides: bool = True
     seeds: int | None = None
 
 
-def judge(change: float, error: float, freedom: int, comparisons: int, study: StudyConfig) -> str:
-    """Whether a change [%] with a standard error [%] matters: GOOD, BAD or UNKNOWN.
+def judge_change(change: float, error: float, freedom: int, comparisons: int, study: StudyConfig) -> Verdict:
+    """Whether a change [%] with a standard error [%] agrees with none, within the tolerance.
 
-    With Student's t of `freedom` degrees and a = 1 - confidence: GOOD where |change| + t(a) error is within the
+    With Student's t of `freedom` degrees and a = 1 - confidence: it agrees where |change| + t(a) error is within the
     tolerance (two one-sided tests, Schuirmann, J. Pharmacokinet. Biopharm. 15, 657, 1987; all must pass, so none needs
-    a share of a), BAD where |change| - t(a / comparisons) error is beyond it (Bonferroni: one false alarm among all is
-    as rare as a), and UNKNOWN between, where the scatter hides it.
+    a share of a), differs where |change| - t(a / comparisons) error is beyond it (Bonferroni: one false alarm among all
+    is as rare as a), and is open between, where the scatter hides it.
     """
     if freedom < 1 or not math.isfinite(change) or not math.isfinite(error):
-        return UNKNOWN
-    chance = 1 - CONFIDENCE
-    if abs(change) + student_exceeded(chance, freedom) * error <= study.tolerance_percent:
-        return GOOD
-    if abs(change) - student_exceeded(chance / comparisons, freedom) * error > study.tolerance_percent:
-        return BAD
-    return UNKNOWN
+        return Verdict(OPEN, NO_INTERVAL)
+    halves = (float(student_exceeded((1 - CONFIDENCE) / shared, freedom)) * error for shared in (1, comparisons))
+    return _by_either(study, *(Interval(change - half, change + half) for half in halves))
+
+
+def _by_either(study: StudyConfig, narrow: Interval, wide: Interval) -> Verdict:
+    """The verdict on a change [%] by two intervals: agreement by the narrow one, a difference by the wide one."""
+    tolerance = Allowed(-study.tolerance_percent, study.tolerance_percent)
+    found = judge(Estimate(math.nan, "%", repeats=narrow), tolerance)
+    return found if found.agrees else judge(Estimate(math.nan, "%", repeats=wide), tolerance)
 
 
 def seeds_to_decide(change: float, error: float, freedom: int, seeds: int, study: StudyConfig) -> int | None:
@@ -142,22 +158,22 @@ def seeds_to_decide(change: float, error: float, freedom: int, seeds: int, study
     return max(needed, seeds + 1) if needed <= MOST_SEEDS else None
 
 
-def judge_scatter(relative: float, freedom: int, seeds: int, comparisons: int, study: StudyConfig) -> tuple[float, str]:
+def judge_scatter(
+    relative: float, freedom: int, seeds: int, comparisons: int, study: StudyConfig
+) -> tuple[float, Verdict]:
     """Half-width [%] of the interval of a point of the sweep with `seeds` seeds, and whether it is small enough.
 
     relative: standard deviation s between seeds over the mean [-], known with `freedom` degrees of freedom. The
-    half-width is z s / sqrt(seeds). GOOD where it is within the tolerance with the upper bound of s (chi square), BAD
-    where it is beyond with the lower bound, shared among the comparisons.
+    half-width is z s / sqrt(seeds). It agrees where it is within the tolerance with the upper bound of s (chi square),
+    and differs where it is beyond with the lower bound, shared among the comparisons.
     """
     half = 100 * float(normal_exceeded((1 - CONFIDENCE) / 2)) * relative / math.sqrt(seeds)
     if freedom < 1 or not math.isfinite(half):
-        return half, UNKNOWN
+        return half, Verdict(OPEN, NO_INTERVAL)
     chance = 1 - CONFIDENCE
     upper = half * math.sqrt(freedom / chi_squared_quantile(chance, freedom))
     lower = half * math.sqrt(freedom / chi_squared_exceeded(chance / comparisons, freedom))
-    if upper <= study.tolerance_percent:
-        return half, GOOD
-    return half, BAD if lower > study.tolerance_percent else UNKNOWN
+    return half, _by_either(study, Interval(upper, upper), Interval(lower, upper))
 
 
 def check_study(table: pd.DataFrame, halves: pd.DataFrame, sweep_seeds: int, study: StudyConfig) -> list[Check]:
@@ -176,18 +192,20 @@ def check_study(table: pd.DataFrame, halves: pd.DataFrame, sweep_seeds: int, stu
     for row in variants.itertuples():
         for name in names:
             change, error = (getattr(row, column_of(name, f"deviation{kind}_percent")) for kind in ("", "_se"))
-            verdict = judge(change, error, freedom, comparisons, study)
-            enough = seeds_to_decide(change, error, freedom, row.seeds, study) if verdict == UNKNOWN else None
+            verdict = judge_change(change, error, freedom, comparisons, study)
+            enough = seeds_to_decide(change, error, freedom, row.seeds, study) if verdict.word == OPEN else None
             decides = row.factor == deciding[row.setting]
-            checks.append(Check(row.setting, row.factor, name, change, error, verdict, decides, enough))
+            checks.append(Check(row.setting, row.factor, name, change, error, *verdict, decides, enough))
     for half in halves.itertuples():
-        verdict = judge(half.change_percent, half.error_percent, half.freedom, comparisons, study)
-        checks.append(Check("window", 0.5, half.quantity, half.change_percent, half.error_percent, verdict))
+        verdict = judge_change(half.change_percent, half.error_percent, half.freedom, comparisons, study)
+        checks.append(Check("window", 0.5, half.quantity, half.change_percent, half.error_percent, *verdict))
     for name in names:
         relative = math.sqrt(pooled_variance(table[name], table[column_of(name, "se")], table["seeds"]))
         half_width, verdict = judge_scatter(relative, freedom, sweep_seeds, comparisons, study)
-        wanted = math.ceil(sweep_seeds * (half_width / study.tolerance_percent) ** 2) if verdict == BAD else None
-        checks.append(Check("seeds", sweep_seeds, name, half_width, 0.0, verdict, seeds=wanted))
+        wanted = (
+            math.ceil(sweep_seeds * (half_width / study.tolerance_percent) ** 2) if verdict.word == DIFFERS else None
+        )
+        checks.append(Check("seeds", sweep_seeds, name, half_width, 0.0, *verdict, seeds=wanted))
     return checks
 
 
@@ -220,20 +238,20 @@ def changes_of_halves(summaries: list[dict]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["quantity", "change_percent", "error_percent", "freedom"])
 
 
-def verdict_of(checks: list[Check]) -> str:
-    """The worst verdict of some checks; UNTESTED without any."""
-    found = {check.verdict for check in checks if check.decides}
-    return next((verdict for verdict in (BAD, UNKNOWN, GOOD) if verdict in found), UNTESTED)
+def verdict_of(checks: Iterable[Check]) -> Verdict:
+    """The verdict of `judge_all` on those checks that decide: open, and not run, without any."""
+    return judge_all(Verdict(check.verdict, check.reason) for check in checks if check.decides)
 
 
 def conclude(mill: str, checks: list[Check], study: StudyConfig) -> dict:
     """The verdict on each setting and on all, and the one line that says it: verdict.json."""
-    settings = {name: verdict_of([check for check in checks if check.setting == name]) for name in NAMES}
+    settings = {name: verdict_of(check for check in checks if check.setting == name).word for name in NAMES}
     overall = verdict_of(checks)
     return {
         "mill": mill,
-        "verdict": overall,
-        "line": f"{mill}: {_line(overall, settings, checks, study)}",
+        "verdict": overall.word,
+        "reason": overall.reason,
+        "line": f"{mill}: {_line(overall.word, settings, checks, study)}",
         "settings": settings,
         "criteria": {
             **study.model_dump(mode="json"),
@@ -245,35 +263,40 @@ def conclude(mill: str, checks: list[Check], study: StudyConfig) -> dict:
     }
 
 
+SAID = {
+    AGREES: "the sweep agrees with finer settings",
+    DIFFERS: "the sweep differs from finer settings",
+    OPEN: "whether the sweep agrees with finer settings is open",
+}
+
+
 def _line(overall: str, settings: dict[str, str], checks: list[Check], study: StudyConfig) -> str:
-    verdicts = (GOOD, BAD, UNKNOWN, UNTESTED)
-    of = {verdict: [name for name in settings if settings[name] == verdict] for verdict in verdicts}
+    tested = {check.setting for check in checks if check.decides}
+    of = {verdict: [name for name in settings if name in tested and settings[name] == verdict] for verdict in SAID}
     parts = []
-    if overall == GOOD:
+    if overall == AGREES:
         largest = max((check for check in checks if check.decides), key=lambda check: abs(check.change_percent))
         parts.append(
-            f"{_listed(of[GOOD])} change no descriptor by more than {study.tolerance_percent:g} % (largest: "
+            f"{_listed(of[AGREES])} change no descriptor by more than {study.tolerance_percent:g} % (largest: "
             f"{_told(largest)})"
         )
-    for name in of[BAD]:
-        failed = [check for check in checks if check.setting == name and check.decides and check.verdict == BAD]
+    for name in of[DIFFERS]:
+        failed = [check for check in checks if check.setting == name and check.decides and check.verdict == DIFFERS]
         worst = max(failed, key=lambda check: abs(check.change_percent))
         seeds = max((check.seeds or 0 for check in failed), default=0)
         parts.append(f"{_told(worst)}: {ADVICE[name].format(seeds=seeds)}")
-    if of[UNKNOWN]:
-        unknown = [check for check in checks if check.setting in of[UNKNOWN] and check.verdict == UNKNOWN]
+    if of[OPEN]:
+        unknown = [check for check in checks if check.setting in of[OPEN] and check.verdict == OPEN]
         needed = [check.seeds for check in unknown if check.decides and check.setting not in ("window", "seeds")]
         enough = max(filter(None, needed), default=study.seeds + 1) if all(needed) else None
         more = f"about {enough} seeds" if enough else "many more seeds, or a longer window,"
         parts.append(
-            f"the scatter between seeds hides a change of {study.tolerance_percent:g} % for {_listed(of[UNKNOWN])}; "
+            f"the scatter between seeds hides a change of {study.tolerance_percent:g} % for {_listed(of[OPEN])}; "
             f"{more} would show it (convergence.study.seeds)"
         )
-    if of[UNTESTED]:
-        parts.append(f"{_listed(of[UNTESTED])} not tested")
-    undecided = "whether the settings of the sweep are good enough is undecided"
-    said = undecided if overall == UNKNOWN else f"the settings of the sweep are {overall}"
-    return f"{said}: {'; '.join(parts)}"
+    if untested := [name for name in settings if name not in tested]:
+        parts.append(f"{_listed(untested)} {NOT_RUN}")
+    return f"{SAID[overall]}: {'; '.join(parts)}"
 
 
 def _told(check: Check) -> str:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from millprint.estimate.judge import DIFFERS
 from millprint.run.tables import Number, read_measured
 from millprint.thesis.claims.chapter3 import implied_difference
 from millprint.thesis.claims.evidence import Evidence, Finding, in_words
@@ -84,7 +85,7 @@ def departing_run(evidence: Evidence) -> Iterator[Row]:
 @erratum("chapter 2", "Table 2.2", LITERATURE)
 def contradicting_studies(evidence: Evidence) -> Iterator[Row]:
     """Entries of Tables 2.1 and 2.2 that contradict others of the same study."""
-    for row in evidence.table(LITERATURE, "agrees == 'no'").itertuples():
+    for row in evidence.table(LITERATURE, f"verdict == '{DIFFERS}'").itertuples():
         yield (
             f"reference {row.reference}, {row.check}: {row.reported:g}",
             "other entries of the same study",

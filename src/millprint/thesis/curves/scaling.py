@@ -8,6 +8,8 @@ import pandas as pd
 
 from millprint.config.errors import ConfigError
 from millprint.config.sweep import ball_count
+from millprint.estimate.estimates import Estimate, Interval
+from millprint.estimate.judge import OPEN, judge
 from millprint.fingerprint.condition_search import descriptors_shown, residuals
 from millprint.fingerprint.descriptors import CHARGE, CONDITION, as_built, condition_of
 from millprint.fingerprint.mill_collapse import SUPPOSED, with_power_per_ball
@@ -30,7 +32,7 @@ UNIVERSAL = {"Pn": -0.5, "Pt": -0.5, "P": -0.5, "f": -0.5}
 ALIKE = ["mill", CHARGE, "fill_ratio"]
 EXPONENT_COLUMNS = [
     *("contact", "quantity", "counting_rule", "variable", "supposed", "exponent", "lower", "upper"),
-    *("agrees", "levels", "conditions", "remark"),
+    *("verdict", "levels", "conditions", "remark"),
 ]
 
 
@@ -147,7 +149,7 @@ def _exponent(
         "supposed": supposed,
         "levels": compared[variable].nunique(),
         "conditions": len(compared),
-        "agrees": "",
+        "verdict": OPEN,
     }
     if compared.empty:
         return row | {"remark": "not varied with all else kept"}
@@ -157,11 +159,12 @@ def _exponent(
     design = constants.assign(exponent=np.log(compared[variable]))
     fit = OLS(np.log(compared[quantity]).to_numpy(), design.to_numpy()).fit()
     lower, upper = fit.conf_int(alpha=1.0 - probability)[-1]
+    found = Estimate(fit.params[-1], "-", repeats=Interval(lower, upper))
     return row | {
         "exponent": fit.params[-1],
         "lower": lower,
         "upper": upper,
-        "agrees": "yes" if lower <= supposed <= upper else "no",
+        "verdict": judge(found, Estimate(supposed, "-")).word,
         "remark": f"{constants.shape[1]} groups alike in all else",
     }
 

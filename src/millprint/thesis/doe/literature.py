@@ -6,6 +6,8 @@ import numpy as np
 import pandas as pd
 from molmass import FormulaError
 
+from millprint.estimate.estimates import Estimate
+from millprint.estimate.judge import Allowed, judge
 from millprint.run.tables import Number, Text, read_measured, refuse_rows
 from millprint.thesis.doe.chemistry import molar_mass
 from millprint.thesis.doe.runs import PERCENT_YIELD, YIELD
@@ -88,7 +90,7 @@ def literature_checks(studies: pd.DataFrame, yields: pd.DataFrame) -> pd.DataFra
     """Every number of a study that follows from its others, and the yields of the two tables against each other.
 
     Within 10 % they agree. `studies` is Table 2.2, `yields` Table 2.1. Columns reference, check, reported, follows,
-    agrees (yes or no), note.
+    verdict, note.
     """
     borates = list(dict.fromkeys([*studies["borate"], *yields["borate"]]))
     rows = []
@@ -106,14 +108,14 @@ def literature_checks(studies: pd.DataFrame, yields: pd.DataFrame) -> pd.DataFra
 def _row(
     study: pd.Series, check: str, reported: float, follows: float, note: str, tolerance: float = TOLERANCE
 ) -> dict[str, object]:
-    agrees = abs(follows / reported - 1) <= tolerance
+    found = judge(Estimate(abs(follows / reported - 1), "-"), Allowed(upper=tolerance))
     return {
         "reference": study["reference"],
         "check": check,
         "reported": reported,
         "follows": follows,
-        "agrees": "yes" if agrees else "no",
-        "note": "" if agrees else note,
+        "verdict": found.word,
+        "note": "" if found.agrees else note,
     }
 
 

@@ -309,7 +309,7 @@ def fit_wear(
     return table, {name: None if pd.isna(value) else value for name, value in result.items()}
 
 
-def verdict(result: Mapping) -> str:
+def said_of_wear(result: Mapping) -> str:
     """What the weighings show, in one or two sentences."""
     if result["coefficient"] is None:
         return "no run at the conditions of the fitted weighings: no coefficient"

@@ -208,11 +208,11 @@ def _bars_of_weighings(wear: pd.DataFrame) -> list[pd.Series]:
     return [end.clip(lower=0) for end in ends]
 
 
-def plot_wear(weighings: pd.DataFrame, wear: pd.DataFrame, material: str, verdict: str) -> Figure:
+def plot_wear(weighings: pd.DataFrame, wear: pd.DataFrame, material: str, said: str) -> Figure:
     """Measured and predicted wear of the weighings, and wear against the fill ratio for every mill, ball and speed.
 
     weighings: as from fit_wear; wear: as from predict_wear; only rows of `material` and the first charge are drawn;
-    verdict: written over the figure.
+    said: written over the figure.
     """
     figure, (left, right) = plt.subplots(1, 2, figsize=(PAGE_WIDTH_IN, 3.2))
     for role, colour in ROLES.items():
@@ -260,7 +260,7 @@ def plot_wear(weighings: pd.DataFrame, wear: pd.DataFrame, material: str, verdic
         right.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     right.set(xlabel="fill ratio [-]", ylabel="wear over powder [%]")
     letter_panels([left, right])
-    figure.suptitle(verdict, fontsize=7)
+    figure.suptitle(said, fontsize=7)
     return figure
 
 

@@ -238,7 +238,9 @@ def plot_sources(scores: pd.DataFrame, predictions: pd.DataFrame) -> Figure:
     if predictions.empty:
         figure, axis = plt.subplots(figsize=(COLUMN_WIDTH_IN, 1.2))
         axis.set_axis_off()
-        said = "\n".join(f"{row.source} ({row.runs:g} runs): {row.verdict}" for row in scores.itertuples())
+        said = "\n".join(
+            f"{row.source} ({row.runs:g} runs): {row.verdict}: {row.reason}" for row in scores.itertuples()
+        )
         axis.text(0.5, 0.5, said, ha="center", va="center", wrap=True, fontsize=7)
         return figure
     scored = scores[scores["model"].notna()]

@@ -14,6 +14,8 @@ from sklearn.model_selection import LeaveOneGroupOut
 
 from millprint.config.mill import MillConfig
 from millprint.config.yields import EvaluationConfig, PredictionConfig
+from millprint.estimate.estimates import Estimate, Interval
+from millprint.estimate.judge import DIFFERS, OPEN, Allowed, Verdict, judge
 from millprint.mill.bodies import build_bodies, travel_m
 from millprint.observables.condition import Condition
 from millprint.run.tables import CASE
@@ -31,12 +33,12 @@ ONE_SOURCE = "one source: nothing can be said on transfer"
 TOO_FEW_HELD = f"fewer than {FEWEST_HELD} runs: too few to tell"
 TOO_FEW_TRAINED = f"fewer than {FEWEST_TRAINED} runs of other sources: too few to train on"
 TRANSFERS, ORDER_ONLY = "transfers", "only the order transfers"
-FAILS, UNDECIDED = "does not transfer", "undecided: the interval of R2 holds 0"
+FAILS, UNDECIDED = "does not transfer", "the interval of R2 holds 0"
 SCORES = ("rmse_pp", "climatology_rmse_pp", "skill", "r2", "mean_error_pp", "rank_correlation")
 SCORE_COLUMNS = [
     *(SOURCE, "runs", "trained_on", "training_runs", "outside_domain", "model", "strategy"),
     *(f"{name}{end}" for name in SCORES for end in ("", "_lower", "_upper")),
-    *("nominal", "covered", "covered_lower", "covered_upper", "verdict"),
+    *("nominal", "covered", "covered_lower", "covered_upper", "verdict", "reason"),
 ]
 PREDICTION_COLUMNS = [
     *(SOURCE, CASE, "model", "strategy", YIELD, "predicted_percent", "climatology_percent"),
@@ -112,17 +114,16 @@ def _scores(truth: np.ndarray, predicted: np.ndarray, climatology: float) -> dic
     return {name: np.where(np.isfinite(value), value, np.nan) for name, value in values.items()}
 
 
-def verdict(scores: Mapping[str, float]) -> str:
-    """What transfers to a source, from the intervals of R2 and of the rank correlation.
+def judge_transfer(scores: Mapping[str, float]) -> Verdict:
+    """Whether yields transfer to a source: R2 above 0, by its interval; the rank correlation tells if the order does.
 
     R2 compares with the mean yield of the source itself. The skill against the climatology of the training runs cannot
     decide: if a source yields 30 points less everywhere, the climatology is off by as much as the model.
     """
-    if scores["r2_lower"] > 0:
-        return TRANSFERS
-    if scores["r2_upper"] <= 0:
-        return ORDER_ONLY if scores["rank_correlation_lower"] > 0 else FAILS
-    return UNDECIDED
+    own = Interval(scores["r2_lower"], scores["r2_upper"])
+    found = judge(Estimate(scores["r2"], "-", repeats=own), Allowed(0.0, open_lower=True))
+    missed = ORDER_ONLY if scores["rank_correlation_lower"] > 0 else FAILS
+    return found._replace(reason=TRANSFERS if found.agrees else missed if found.word == DIFFERS else UNDECIDED)
 
 
 def score_sources(
@@ -139,7 +140,7 @@ def score_sources(
 
     counts, tail = rows[SOURCE].value_counts(sort=False), (1 - budget.level) / 2
     if len(counts) < 2:
-        alone = {SOURCE: counts.index[0], "runs": len(rows), "verdict": ONE_SOURCE}
+        alone = {SOURCE: counts.index[0], "runs": len(rows), "verdict": OPEN, "reason": ONE_SOURCE}
         return pd.DataFrame([alone]).reindex(columns=SCORE_COLUMNS)
     found = []
     for source, runs in counts.items():
@@ -147,7 +148,7 @@ def score_sources(
         trained = int(counts[others].sum())
         about = {SOURCE: source, "runs": runs, "trained_on": ", ".join(others), "training_runs": trained}
         if trained < FEWEST_TRAINED:
-            found.append({**about, "verdict": TOO_FEW_TRAINED})
+            found.append({**about, "verdict": OPEN, "reason": TOO_FEW_TRAINED})
             continue
         held = predictions[predictions[SOURCE] == source]
         drawn = np.random.default_rng(budget.seed).integers(runs, size=(budget.resamples, runs))
@@ -164,6 +165,7 @@ def score_sources(
                     known = values[np.isfinite(values)]
                     lower, upper = np.quantile(known, [tail, 1 - tail]) if known.size else (np.nan, np.nan)
                     row |= {f"{name}_lower": lower, f"{name}_upper": upper}
+            judged = judge_transfer(row) if runs >= FEWEST_HELD else Verdict(OPEN, TOO_FEW_HELD)
             found.append(
                 {
                     **about,
@@ -171,7 +173,8 @@ def score_sources(
                     "model": model,
                     "strategy": strategy,
                     **row,
-                    "verdict": verdict(row) if runs >= FEWEST_HELD else TOO_FEW_HELD,
+                    "verdict": judged.word,
+                    "reason": judged.reason,
                 }
             )
     return pd.DataFrame(found).reindex(columns=SCORE_COLUMNS)
