@@ -24,10 +24,10 @@ from benchmarks.cases import Setup, Timing
 from benchmarks.config import LammpsConfig, LammpsLaw
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import SimulationError
-from millprint.dem.lammps.granular_law import tangential_damping_ratio
 from millprint.dem.lammps.input import BALLS, INPUT, balls_text, head_lines
 from millprint.dem.lammps.lammps_case import start
 from millprint.dem.lammps.output import LammpsLog
+from millprint.dem.laws.hertz import tangential_damping_ratio
 
 # Steps between the samples of a mean.
 SAMPLE_EVERY = 20
@@ -47,11 +47,11 @@ MEANS_FILE = "means.txt"
 
 def law_text(contact: ContactConfig, radius: float, law: LammpsLaw, lever: float) -> str:
     """The contact law for equal balls of a radius [m]; lever: that radius over the reduced one [-]."""
-    sliding, rolling, poisson = 1.0, contact.rolling_friction, contact.of_law("poisson_ratio")
+    sliding, rolling, poisson = 1.0, contact.rolling_friction, contact.value_of("poisson_ratio")
     if law.matched:
         sliding, rolling = tangential_damping_ratio(poisson), contact.rolling_friction * lever
     words = [
-        f"hertz/material {contact.of_law('young_modulus_gpa') * 1e9!r} {contact.restitution!r} {poisson!r}",
+        f"hertz/material {contact.value_of('young_modulus_gpa') * 1e9!r} {contact.restitution!r} {poisson!r}",
         f"tangential mindlin NULL {sliding!r} {contact.static_friction!r}",
     ]
     stiffness, damping = law.rolling_stiffness_n_m, law.rolling_damping_ns_m

@@ -11,6 +11,7 @@ Outputs: `locked`, `scores_by_scheme`, `coverage`, `predictions`, `out_of_domain
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
+from millprint.config.search_spaces import PRIMARY
 from millprint.config.yields import EvaluationConfig, TrainingConfig
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
@@ -34,7 +35,7 @@ from millprint.thesis.yields.evaluation import (
 from millprint.thesis.yields.held_out import INTERVAL_COLUMNS, PREDICTION_COLUMNS
 from millprint.thesis.yields.metrics import YieldWeights
 from millprint.thesis.yields.model_files import load_averaged, load_model
-from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY, PRIMARY
+from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY
 from millprint.thesis.yields.run_tables import read_rows
 
 TEXT = ["scheme", "case", "distribution"]

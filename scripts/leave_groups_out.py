@@ -12,6 +12,7 @@ from threadpoolctl import threadpool_limits
 from millprint.config.averaged_process import AveragingConfig
 from millprint.config.doe import Factor
 from millprint.config.mill import MillConfig
+from millprint.config.search_spaces import PRIMARY, TWO_STEP
 from millprint.config.yields import (
     EvaluationConfig,
     HeldOutConfig,
@@ -34,7 +35,7 @@ from millprint.thesis.yields.groups import (
     summarise_regimes,
 )
 from millprint.thesis.yields.held_out import procedure_of
-from millprint.thesis.yields.regressors import AVERAGED, PRIMARY, TWO_STEP
+from millprint.thesis.yields.regressors import AVERAGED
 from millprint.thesis.yields.run_tables import GIVEN, read_other_runs, read_parts, read_rows, with_other_runs
 
 # For regimes, the averaged Gaussian process with and without the tangential share, and the two models of Table 5.8, the

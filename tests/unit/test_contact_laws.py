@@ -9,7 +9,8 @@ import pytest
 from millprint.card.methods import simulation_sentences
 from millprint.card.read import read_card
 from millprint.cases.of_mill import study_variants
-from millprint.config.contact_set import CONTACT_LAWS, ContactConfig
+from millprint.config.contact_laws import CONTACT_LAWS
+from millprint.config.contact_set import ContactConfig
 from millprint.config.dose import FlashSection
 from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.load import check_model
@@ -55,7 +56,7 @@ def test_the_energy_of_the_normal_spring_is_the_work_of_its_force(kind):
     ("change", "words"),
     [
         ({"kind": "cubic"}, "kind = 'cubic': no such contact law; known: hertz, linear"),
-        ({"poisson_ratio": 0.3}, "poisson_ratio: not a key of kind: linear, which takes normal_stiffness_n_m, "),
+        ({"poisson_ratio": 0.3}, "poisson_ratio: not a key of kind: linear, which takes restitution, "),
         ({"normal_stiffness_n_m": None}, "normal_stiffness_n_m: this key is missing; kind: linear needs it"),
     ],
 )

@@ -72,10 +72,9 @@ def test_settings_of_the_own_kernel_are_dumped_as_before():
 @pytest.mark.parametrize("kind", ["hertz", "linear"])
 @pytest.mark.parametrize("restitution", [0.3, 0.68, 0.95, 1.0])
 def test_a_force_that_never_pulls_gets_the_restitution_of_the_contact_set(kind, restitution):
-    power = {"hertz": 1.5, "linear": 1.0}[kind]
     coefficient = damped_coefficient(restitution, kind)
     assert coefficient <= restitution
-    assert restitution_without_pull(coefficient, power) == pytest.approx(restitution, abs=1e-6)
+    assert restitution_without_pull(coefficient, kind) == pytest.approx(restitution, abs=1e-6)
 
 
 def test_a_linear_force_that_never_pulls_has_its_closed_form():
@@ -83,7 +82,7 @@ def test_a_linear_force_that_never_pulls_has_its_closed_form():
     coefficient = 0.4
     beta = -math.log(coefficient) / math.hypot(math.log(coefficient), math.pi)
     ends = math.exp(-beta / math.sqrt(1 - beta**2) * (math.pi - 2 * math.asin(beta)))
-    assert restitution_without_pull(coefficient, 1.0) == pytest.approx(ends, rel=1e-6)
+    assert restitution_without_pull(coefficient, "linear") == pytest.approx(ends, rel=1e-6)
 
 
 def numbers_after(text: str, words: str, count: int) -> list[float]:

@@ -134,8 +134,8 @@ def test_a_card_keeps_the_tables():
     assert card.restitution == pytest.approx(0.4)
     assert coefficient_in_words(card, "restitution") == "0.4 at hits of 0.5 m/s (0.2 at 0.1 m/s and 0.8 at 2 m/s)"
     assert coefficient_in_words(card, "static_friction") == "0.3"
-    assert card.restitution_at_wall(2.0) == pytest.approx(0.8)
+    assert card.over_speed[0].values[-1] == pytest.approx(0.8) and card.wall_restitution is None
     sticky = _contact_set(contact_set(cohesion={"ball_ball_J_m2": 0.5, "ball_wall_N": 0.1}))
     words = ", cohesion by Derjaguin, Muller and Toporov: ball on ball 0.5 J/m2, ball on wall 0.1 N"
     assert cohesion_in_words(sticky) == words and cohesion_in_words(card) == ""
-    assert _contact_set(contact_set(wall_restitution=0.7)).restitution_at_wall(2.0) == 0.7
+    assert _contact_set(contact_set(wall_restitution=0.7)).wall_restitution == 0.7

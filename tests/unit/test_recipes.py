@@ -11,41 +11,52 @@ from millprint.run.digest import simulation_digest
 from tests.conftest import ROOT
 
 MOTION = '''
-class DwellMotion(MotionSection):
-    """A stroke along x and back in the first half of a turn, at rest in the second."""
+class TiltedMotion(MotionSection):
+    """Turning about an axis that a frame swings to and fro about the vertical."""
 
-    kind: Literal["dwell"]
-    needs = ("stroke_mm",)
-    stroke_mm: Size
-    """length of the stroke [mm]"""
+    kind: Literal["tilted"]
+    needs = ("swing_deg",)
+    swing_deg: Annotated[float, Field(gt=0, le=90)]
+    """largest swing of the axis to each side [deg]"""
 
     def in_words(self) -> str:
         """What a body does."""
-        return f"strikes by {self.stroke_mm:g} mm and dwells"
+        return f"turns about an axis that swings by {self.swing_deg:g} degrees"
 
     def drive(self) -> Drive:
-        """A cosine in the first half of the turn."""
-        turns = [k / 200 for k in range(201)]
-        place = [self.stroke_mm / 2e3 * (1 - math.cos(4 * math.pi * min(turn, 0.5))) for turn in turns]
-        return Drive(points=[(turn, x, 0.0, 0.0) for turn, x in zip(turns, place)])
+        """A drum's turning, carried by the frame."""
+        frame = Drive(swing=((1, 0.0, math.radians(self.swing_deg)),))
+        return Drive(axis=(1.0, 0.0, 0.0), pivot_mm=(0.0, 10.0, 0.0), turns=1, carrier=frame)
 
 
 '''
 ASK_MOTION = """
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.mill import MillConfig
 from millprint.config.strict_yaml import read_yaml
+from millprint.dem.lammps.regions import unsupported
 from millprint.mill.bodies import build_bodies
 from millprint.mill.speed_limits import mill_in_words, wall_acceleration
 
-DWELL = {"kind": "dwell", "stroke_mm": 20}
-mill = check_model({**read_yaml("config/mills/emax.yaml"), "motion": DWELL}, MillConfig, "mine")
+TILTED = {"kind": "tilted", "swing_deg": 20}
+mill = check_model({**read_yaml("config/mills/emax.yaml"), "motion": TILTED}, MillConfig, "mine")
 motion = build_bodies(mill)[0].motion
-found = [motion.position(turn)[0] for turn in (0.25, 0.55, 0.75, 0.95, 1.25)]
-assert all(abs(x - known) < 1e-6 for x, known in zip(found, (0.02, 0, 0, 0, 0.02))), found
-assert mill_in_words(mill) == "the jar strikes by 20 mm and dwells"
-# Where the stroke begins, the acceleration jumps and the smooth curve overshoots.
-assert 1 < wall_acceleration(mill) / (0.01 * (4 * 3.14159) ** 2) < 1.2, wall_acceleration(mill)
+turns = np.linspace(0, 3, 61)
+drum = Rotation.from_rotvec(np.outer(2 * np.pi * turns, [1, 0, 0]))
+frame = Rotation.from_rotvec(np.outer(np.radians(20) * np.sin(2 * np.pi * turns), [0, 0, 1]))
+pivot, point = np.array([0, 0.01, 0]), np.array([0.02, 0.03, -0.01])
+known = frame.apply(pivot + drum.apply(point - pivot))
+found = motion.position(turns) + motion.rotation(turns) @ point
+assert np.abs(found - known).max() < 1e-9, np.abs(found - known).max()
+assert mill_in_words(mill) == "the jar turns about an axis that swings by 20 degrees"
+assert wall_acceleration(mill) > 0
+drum = check_model({**read_yaml("config/mills/drum.yaml"), "motion": TILTED}, MillConfig, "mine")
+said = unsupported(drum)
+assert said == "motion.kind = tilted: LAMMPS gets motions of harmonics and rotations", said
 """
 
 OBSERVABLE = """
@@ -117,7 +128,7 @@ REGRESSOR = """
 def _make_ridge(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
     from sklearn.linear_model import BayesianRidge
 
-    return BayesianRidge()
+    return BayesianRidge(**parameters)
 
 
 REGRESSORS = {
@@ -132,6 +143,8 @@ REGRESSORS = {
         ),
     ),
 """
+SEARCHED = """    "gpr_starts": Training(),
+    "ridge": Training({"alpha_1": Drawn(1e-8, 1e-2, "logarithmic")}, 3, 2),"""
 ASK_REGRESSOR = """
 import re
 
@@ -139,84 +152,135 @@ import numpy as np
 
 from millprint.config.load import check_model
 from millprint.config.search_spaces import COMPARED, STORED_MODEL
-from millprint.config.yields import TrainingConfig, YieldConfig
+from millprint.config.yields import HeldOutConfig, SearchConfig, TrainingConfig, YieldConfig
 from millprint.thesis.yields.model_files import load_model, save_model
 from millprint.thesis.yields.yield_model import Trainer
 from tests.unit.yield_settings import parts, settings
 
 assert re.match(STORED_MODEL, "ridge_two_step")
+assert (SearchConfig().evaluations["ridge"], HeldOutConfig().evaluations["ridge"]) == (3, 2)
 own = check_model({**settings().model_dump(), "models": [*COMPARED, "ridge"]}, YieldConfig, "mine")
 rows, test = parts()
 model, results = Trainer(own.training, own.search).train("ridge", "two_step", rows, rows["yield_percent"].to_numpy())
+assert all(1e-8 <= step.parameters["alpha_1"] <= 1e-2 for step in results), results
 save_model(model, results, rows, own.training, FOLDER + "/ridge.json")
 loaded = load_model(FOLDER + "/ridge.json")
 assert np.allclose(loaded.predict(test), model.predict(test), rtol=1e-9)
 assert (loaded.deviation(test) > 0).all(), loaded.deviation(test)
 """
 
-LAW = '''"""A quadratic spring."""
+LAW = '''"""A spring whose force is damped in proportion to it, by a time of the material."""
 
 import math
 from typing import NamedTuple
 
-from millprint.dem.laws.record import ContactLaw, ball_mass
+from millprint.dem.laws.record import ContactLaw
 
 
-class Quadratic(NamedTuple):
+class Damped(NamedTuple):
     """The mark of the law."""
 
 
-class CohesiveQuadratic(NamedTuple):
+class CohesiveDamped(NamedTuple):
     """The mark of the law with cohesion."""
 
 
-QUADRATIC = ContactLaw(
-    mark=Quadratic,
-    cohesive_mark=CohesiveQuadratic,
-    coefficients=lambda contact, radius, mass: (contact.of_law("quadratic_stiffness_n_m2"), 1e5, 0.0, 0.0),
+def coefficients(contact, radius, mass):
+    """k_n, k_t [N/m], and both times the damping time."""
+    stiffness, time = contact.value_of("spring_n_m"), contact.value_of("damping_time_s")
+    return stiffness, 0.3 * stiffness, time * stiffness, 0.3 * time * stiffness
+
+
+LAW = ContactLaw(
+    mark=Damped,
+    cohesive_mark=CohesiveDamped,
+    coefficients=coefficients,
     springs=lambda overlap, normal, tangential, damping, viscous: (
-        normal * overlap**2, tangential, damping, viscous, normal * overlap**3 / 3
+        normal * overlap, tangential, damping, viscous, normal * overlap**2 / 2
     ),
     step_scale=lambda contact, radius: 1e-5,
     scale_title="10 us",
-    impact=lambda mass, stiffness, speed: ((1.5 * mass * speed**2 / stiffness) ** (1 / 3), 1e-4),
-    overlap_power=3.0,
+    impact=lambda mass, stiffness, speed: (speed * math.sqrt(mass / stiffness), math.pi * math.sqrt(mass / stiffness)),
+    overlap_power=2.0,
 )
 '''
-LAW_IMPORT = "import LINEAR\nfrom millprint.dem.laws.quadratic import QUADRATIC\n"
-LAW_WORDS = """
-    "quadratic": LawKeys(("quadratic_stiffness_n_m2",), "quadratic contact", "stiffness", "N/m2"),
-"""
-LAW_KEY = '''    quadratic_stiffness_n_m2: float | None = Field(default=None, ge=1e-3, le=1e15)
-    """stiffness of every contact [N/m2]"""
+LAW_KEYS = '''class DampingTimeKeys(LawKeys):
+    """A spring with a damping time."""
 
-    @model_validator'''
+    spring_n_m: Annotated[float, Field(gt=0)]
+    """stiffness of every contact [N/m]"""
+    damping_time_s: Annotated[float, Field(ge=0)]
+    """force of the dashpot over stiffness and speed [s]"""
+
+
+'''
+LAW_KIND = """
+    "damping_time": LawKind(
+        DampingTimeKeys, "contact with a damping time",
+        {"damping_time_s": ("damping time", "s"), "spring_n_m": ("stiffness", "N/m")},
+    ),
+}
+"""
 ASK_LAW = """
+import json
+from pathlib import Path
+
 import numpy as np
 from numba import njit
 
+from millprint.card.build import _contact_set
+from millprint.card.methods import simulation_sentences
+from millprint.card.read import read_card
 from millprint.config.load import check_model
-from millprint.config.contact_set import CONTACT_LAWS, ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
-from millprint.dem.law import springs
+from millprint.dem.lammps.support import check_law
+from millprint.dem.law import law_row, springs
 from millprint.dem.laws.registry import LAWS, step_scale
+from millprint.dem.speed_choice import at_reference
+from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.run.digest import simulation_digest
 from millprint.run.kernel import kernel_files
+from tests.unit.synthetic_mill import summary
+from tests.unit.test_card import card_content
 
-own = dict(name="mine", source="test", restitution=1.0, static_friction=0.3, rolling_friction=0.0, density_kg_m3=7700)
-own |= {"kind": "quadratic", "quadratic_stiffness_n_m2": 1e11}
+# No restitution: the law does not ask for it.
+own = dict(name="mine", source="test", static_friction=0.3, rolling_friction=0.0, density_kg_m3=7700)
+own |= {"kind": "damping_time", "spring_n_m": 1e5, "damping_time_s": 2e-5}
 mine = check_model(own, ContactConfig, "mine.yaml")
-assert CONTACT_LAWS[mine.kind].title == "quadratic contact" and step_scale(mine, 5e-3) == 1e-5
-assert any(file.name == "quadratic.py" for file in kernel_files()) and simulation_digest() != DIGEST
+assert step_scale(mine, 5e-3) == 1e-5 and mine.restitution is None and at_reference(mine) is mine
+assert any(file.name == "damping_time.py" for file in kernel_files()) and simulation_digest() != DIGEST
 call = njit(lambda mark, overlap, numbers: springs(mark, overlap, *numbers))
-found = [call(LAWS[kind].mark(), 1e-4, (1e7, 1e6, 3.0, 2.0))[0] for kind in ("hertz", "linear", "quadratic")]
-assert np.allclose(found, [1e7 * 1e-6, 1e3, 0.1]), found
+row = law_row(mine, 5e-3, 4e-3, 4e-8, 0.01, 1e-3, 1e-6, 0.0)[:4]
+assert np.allclose(call(LAWS["damping_time"].mark(), 1e-4, tuple(row)), [10, 3e4, 2, 0.6, 5e-4])
+assert np.allclose(call(LAWS["linear"].mark(), 1e-4, tuple(row)), [10, 3e4, 2, 0.6, 5e-4])
+for key, value, words in (
+    ("restitution", 0.5, "restitution: not a key of kind: damping_time, which takes spring_n_m, damping_time_s"),
+    ("damping_time_s", None, "damping_time_s: this key is missing; kind: damping_time needs it"),
+):
+    try:
+        check_model({**own, key: value}, ContactConfig, "mine.yaml")
+    except ConfigError as error:
+        assert words in str(error), error
+    else:
+        raise AssertionError(key)
 try:
-    check_model({**own, "young_modulus_gpa": 2.0}, ContactConfig, "mine.yaml")
+    check_law(mine)
 except ConfigError as error:
-    assert "young_modulus_gpa: not a key of kind: quadratic, which takes quadratic_stiffness_n_m2" in str(error), error
+    assert str(error).startswith("contact set mine: kind = damping_time: LAMMPS gets hertz, linear; take"), error
 else:
-    raise AssertionError("a key of another law was taken")
+    raise AssertionError("LAMMPS took the law")
+# The card has the coefficient, and its text the words.
+content = card_content() | {"contact_set": json.loads(_contact_set(mine).model_dump_json())}
+assert content["contact_set"]["damping_time_s"] == 2e-5 and content["contact_set"]["restitution"] is None
+(Path(FOLDER) / "card.json").write_text(json.dumps(content))
+said = simulation_sentences(read_card(Path(FOLDER) / "card.json"))[0]
+assert "a contact with a damping time (damping time 2e-05 s, static friction 0.3," in said, said
+assert "stiffness 100000 N/m" in said and "restitution" not in said, said
+# A run without a restitution has descriptors.
+runs = [summary(seed=seed) | {"restitution": None, "wall_restitution": None} for seed in range(2)]
+table = tabulate_descriptors(runs, "gap_0_03")
+assert table["effective_restitution"].isna().all() and table["wall_power_W"].notna().all()
 """
 CLAIM = '''
 
@@ -245,7 +309,7 @@ RECIPES = {
     "motion": (
         [
             ("config/motion_kinds.py", "class RestMotion(", MOTION.lstrip() + "class RestMotion("),
-            ("config/motion_kinds.py", "(RestMotion, ", "(DwellMotion),\n        MotionKind(RestMotion, "),
+            ("config/motion_kinds.py", "(RestMotion, ", "(TiltedMotion),\n        MotionKind(RestMotion, "),
         ],
         {},
         ASK_MOTION,
@@ -254,7 +318,7 @@ RECIPES = {
     "regressor": (
         [
             ("thesis/yields/regressors.py", "REGRESSORS = {\n", REGRESSOR.lstrip()),
-            ("config/search_spaces.py", 'UNTUNED = ("gpr_starts",)', 'UNTUNED = ("gpr_starts", "ridge")'),
+            ("config/search_spaces.py", '    "gpr_starts": Training(),', SEARCHED),
         ],
         {},
         ASK_REGRESSOR,
@@ -266,12 +330,10 @@ RECIPES = {
     ),
     "contact law": (
         [
-            ("dem/laws/registry.py", "LINEAR}", 'LINEAR, "quadratic": QUADRATIC}'),
-            ("dem/laws/registry.py", "import LINEAR\n", LAW_IMPORT),
-            ("config/contact_set.py", "\n}\nALL_LAW_KEYS", LAW_WORDS + "}\nALL_LAW_KEYS"),
-            ("config/contact_set.py", "    @model_validator", LAW_KEY),
+            ("config/contact_laws.py", "@dataclass(frozen=True)", LAW_KEYS + "@dataclass(frozen=True)"),
+            ("config/contact_laws.py", "\n}\n", LAW_KIND),
         ],
-        {"dem/laws/quadratic.py": LAW},
+        {"dem/laws/damping_time.py": LAW},
         ASK_LAW,
     ),
 }  # fmt: skip
@@ -289,7 +351,7 @@ def follow(recipe: str, folder) -> None:
         (library / name).write_text(text.replace(old, new))
     for name, text in files.items():
         (library / name).write_text(text)
-    assert len({name for name, _, _ in edits} | set(files)) <= 3
+    assert len({name for name, _, _ in edits} | set(files)) <= 2
     path = os.pathsep.join([str(folder / "src"), str(ROOT), str(ROOT / "scripts")])
     given = {**os.environ, "PYTHONPATH": path, "NUMBA_CACHE_DIR": str(folder / "numba")}
     program = f"FOLDER, DIGEST = {str(folder)!r}, {simulation_digest()!r}\n{program}"

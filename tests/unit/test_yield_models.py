@@ -8,7 +8,7 @@ from xgboost import XGBRegressor
 
 from millprint.cli.commands import main as millprint
 from millprint.config.errors import ConfigError
-from millprint.config.search_spaces import SPACES
+from millprint.config.search_spaces import SPACES, TRAININGS
 from millprint.config.yields import YieldConfig
 from millprint.run.files import read_json, read_table
 from millprint.thesis.claims.tolerances import agrees
@@ -113,7 +113,7 @@ def test_interval_of_gpr_is_that_of_a_normal_and_others_have_none():
     assert np.isnan(refitted("linear", "primary", [{}]).intervals(test, [0.95])[:, 0].T).all()
 
 
-@pytest.mark.parametrize("name", [name for name, record in REGRESSORS.items() if record.two_step])
+@pytest.mark.parametrize("name", [name for name, own in TRAININGS.items() if own.two_step])
 def test_yields_that_are_a_line_in_time_leave_nothing_to_the_second_step(name):
     """The first step is the line itself, so the second is fitted on zeros and not on the yields."""
     rows, test = parts()

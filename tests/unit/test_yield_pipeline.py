@@ -20,7 +20,7 @@ from millprint.config.search_spaces import COMPARED
 from millprint.run.files import read_table
 from millprint.thesis.yields.metrics import LOCKED_AGAIN
 from millprint.thesis.yields.new_conditions import write_predictions
-from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY, REGRESSORS, models_of, other_seed
+from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY, models_of, other_seed, training_of
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings
@@ -111,7 +111,7 @@ def run_chapter(results: Path, screening: Path, to_the_end: bool = True) -> Path
         config.interval_level,
     )
     again = []
-    for model, strategy in ((name, strategy) for name, strategy in MODELS if REGRESSORS[name].space):
+    for model, strategy in ((name, strategy) for name, strategy in MODELS if training_of(name).space):
         again.append(str(folder / f"models/other_seed/{model}_{strategy}.json"))
         train_yield_model.main(train, again[-1], model, strategy, other_seed(config.training), config.search)
     compared = SimpleNamespace(

@@ -3,7 +3,7 @@
 import pandas as pd
 
 from millprint.config.load import check_model
-from millprint.config.search_spaces import SPACES, TUNED
+from millprint.config.search_spaces import SPACES
 from millprint.config.yields import YieldConfig
 from millprint.observables.condition import Condition
 from millprint.thesis.curves.regimes import read_regimes
@@ -34,7 +34,7 @@ SMALL_LIBRARY = {
     },
 }
 SMALL_EVALUATION = {"outer_folds": 3, "outer_repeats": 2, "random_splits": 2, "conformal_folds": 3}
-SMALL = {"evaluations": dict.fromkeys(TUNED, 2), "folds": 2, "repeats": 1}
+SMALL = {"evaluations": dict.fromkeys(SPACES, 2), "folds": 2, "repeats": 1}
 
 
 def thesis_yields() -> dict:

@@ -1,14 +1,14 @@
 """Chapter 5: yield models, their evaluation, and the next experiments."""
 
 from millprint.config.yields import HeldOutConfig
+from millprint.config.search_spaces import PRIMARY, TWO_STEP
 from millprint.thesis.yields.regressors import (
     AVERAGED,
     CLIMATOLOGY,
-    PRIMARY,
     REGRESSORS,
-    TWO_STEP,
     models_of,
     other_seed,
+    training_of,
 )
 
 YIELDS = f"{RESULTS}/yield"
@@ -16,7 +16,7 @@ MODELS = models_of(CONFIG.yields.models)
 EVERY_MODEL = [*MODELS, (AVERAGED, PRIMARY)]
 COMPARED_MODELS = [*EVERY_MODEL, (CLIMATOLOGY, PRIMARY)]
 EXPLAINED = [(name, TWO_STEP) for name in CONFIG.yields.models if REGRESSORS[name].explain]
-TUNED = [(name, strategy) for name, strategy in MODELS if REGRESSORS[name].space]
+TUNED = [(name, strategy) for name, strategy in MODELS if training_of(name).space]
 YIELD_MODEL = f"{YIELDS}/models/{{model}}_{{strategy}}.json"
 OTHER_MODEL = f"{YIELDS}/models/other_seed/{{model}}_{{strategy}}.json"
 HELD_OUT = f"{YIELDS}/held_out/{{model}}_{{strategy}}"

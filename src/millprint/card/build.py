@@ -25,7 +25,7 @@ from millprint.card.methods import methods_paragraph
 from millprint.card.parts import describe_runs, dose_part, heat_part, spectra_part, wear_part
 from millprint.card.read import CardSettings, Known, Runs
 from millprint.config.card import Experiment
-from millprint.config.contact_set import ALL_LAW_KEYS, PAIR_COEFFICIENTS, ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.counting import recorded_count
 from millprint.config.dose import JarSection
 from millprint.config.mill import MillConfig
@@ -156,15 +156,12 @@ def _programme(experiment: Experiment) -> Programme | None:
 
 def _contact_set(contact: ContactConfig) -> ContactSet:
     nominal = contact.at_speed(NOMINAL_SPEED_M_S)
-    walls = {f"wall_{name}": getattr(nominal, f"wall_{name}") for name in PAIR_COEFFICIENTS}
-    own = ("name", "source", *PAIR_COEFFICIENTS, "kind", *ALL_LAW_KEYS)
     over_speed = [
         OverSpeed(coefficient=name, speeds_m_s=list(table.speeds_m_s), values=list(table.values))
         for name, table in contact.speed_tables.items()
     ]
     return ContactSet(
-        **{name: getattr(nominal, name) for name in own},
-        **walls,
+        **{name: value for name, value in nominal if name in ContactSet.model_fields and name != "cohesion"},
         over_speed=over_speed,
         cohesion=contact.cohesion.model_dump(exclude_none=True) if contact.cohesion else {},
     )

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, create_model
 
-from millprint.card.outcome_model import Amount, Dose, Heat, Positive, Record, Share, Spectrum, Wear
-from millprint.config.over_speed import value_at
+from millprint.card.outcome_model import Amount, Dose, Heat, Positive, Record, Spectrum, Wear
+from millprint.config.contact_laws import law_fields
 from millprint.estimate.estimates import Estimate
 from millprint.observables.definitions import DESCRIPTOR_SETS, ON_CARD, SHARE, Observable
 
@@ -114,47 +114,34 @@ class OverSpeed(Record):
     """the coefficient at each, linear in the logarithm of the speed between them [-]"""
 
 
-class ContactSet(Record):
-    """The contact parameters of the simulation, and where they come from."""
+class _OfFriction(Record):
+    """Where the contact parameters come from, and the coefficients of every law."""
 
     name: str
     """short name"""
     source: str
     """where the numbers come from"""
-    restitution: Share
-    """coefficient of restitution of ball on ball; of one that depends on the speed of the hit, that at 0.5 m/s [-]"""
     static_friction: Amount
     """static friction of ball on ball [-]"""
     rolling_friction: Amount
     """rolling friction of ball on ball [-]"""
-    wall_restitution: Share | None = None
-    """coefficient of restitution at a wall, if it differs [-]"""
     wall_static_friction: Amount | None = None
     """static friction at a wall, if it differs [-]"""
     wall_rolling_friction: Amount | None = None
     """rolling friction at a wall, if it differs [-]"""
     kind: str = "hertz"
-    """contact law: `hertz` or `linear`"""
-    young_modulus_gpa: Positive | None = None
-    """of hertz: Young's modulus in the simulation [GPa]"""
-    poisson_ratio: float | None = None
-    """of hertz: Poisson's ratio [-]"""
-    normal_stiffness_n_m: Positive | None = None
-    """of linear: normal stiffness [N/m]"""
-    tangential_stiffness_ratio: Positive | None = None
-    """of linear: tangential over normal stiffness [-]"""
+    """contact law, which says which of the coefficients below there are"""
     over_speed: list[OverSpeed] = []
-    """coefficients that depend on the speed of the hit"""
+    """coefficients that depend on the speed of the hit, for which there is the value at 0.5 m/s"""
     cohesion: dict[str, float] = {}
     """how bodies stick to each other, by the keys of the contact set, such as ball_wall_J_m2 [J/m2]"""
 
-    def restitution_at_wall(self, speed_m_s: float) -> float:
-        """The restitution of a ball that hits a wall at a speed [m/s]."""
-        key, value = "wall_restitution", self.wall_restitution
-        if value is None:
-            key, value = "restitution", self.restitution
-        table = next((each for each in self.over_speed if each.coefficient == key), None)
-        return value if table is None else value_at(speed_m_s, table.speeds_m_s, table.values)
+
+_OfLaws: Any = create_model("_OfLaws", __base__=_OfFriction, **law_fields(plain=True))
+
+
+class ContactSet(_OfLaws):
+    """The contact parameters of the simulation, and where they come from."""
 
 
 def _field(own: Observable) -> tuple[Any, Any]:

@@ -2,7 +2,7 @@
 
 from millprint.card.card_model import Balls, ContactSet, MillingCard, Programme
 from millprint.card.outcome_model import Temperature, WearLoss
-from millprint.config.contact_set import CONTACT_LAWS
+from millprint.config.contact_laws import CONTACT_LAWS
 from millprint.config.over_speed import NOMINAL_SPEED_M_S
 from millprint.estimate.estimates import Estimate, Interval
 from millprint.run.numbers import plain, prefix_of, three
@@ -93,11 +93,13 @@ def simulation_sentences(card: MillingCard) -> list[str]:
     # A lowered modulus is a matter of the time step; a reader who knows the material must see that it was meant.
     lowered = ", lowered for longer time steps" if "lowered" in contact.source else ""
     law = CONTACT_LAWS[contact.kind]
-    stiffness = f"{law.stiffness} {getattr(contact, law.keys[0]):g} {law.unit}"
+    *own_words, stiffness = [
+        f"{name} {coefficient_in_words(contact, key)} {unit}".strip() for key, (name, unit) in law.told.items()
+    ]
     interval = f"in brackets, the band in which a new simulation falls with {100 * found.probability:g} %"
     sentences = [
         f"The motion of the balls was computed by the discrete element method with a {law.title} "
-        f"(restitution {coefficient_in_words(contact, 'restitution')}, static friction "
+        f"({''.join(f'{each}, ' for each in own_words)}static friction "
         f"{coefficient_in_words(contact, 'static_friction')}, rolling friction "
         f"{contact.rolling_friction:g}, {stiffness}{lowered}{cohesion_in_words(contact)}; contact set "
         f"'{contact.name}') in {software.name} {software.version}{f', {simulated}' if simulated else ''}.",

@@ -56,7 +56,9 @@ class Drive:
     own_turns: turns of the body about its own axis, for a stirrer that is faster than the mill [-];
     table, scale: path of a table of points, in place of all the others, and the factor on its coordinates;
     points: such a table as it is computed, for a motion with a dwell or a stroke: rows of the time in any unit, x, y, z
-        [m] and, for a body that turns, the rotation as axis times angle [deg]; the last as the first, a turn later.
+        [m] and, for a body that turns, the rotation as axis times angle [deg]; the last as the first, a turn later;
+    carrier: another drive that carries the whole motion along, such as that of a frame whose axis swings; both come
+        back after a turn of the mill.
     """
 
     harmonics: Sequence[Sequence[float]] = ((1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),)
@@ -68,6 +70,12 @@ class Drive:
     table: str | None = None
     scale: float = 1.0
     points: Sequence[Sequence[float]] = ()
+    carrier: "Drive | None" = None
+
+    @property
+    def is_curve(self) -> bool:
+        """Whether the motion is a curve through points, and not harmonics and turns about one axis."""
+        return self.table is not None or bool(self.points) or self.carrier is not None
 
 
 def _circle(radius_mm: float) -> list[list[float]]:

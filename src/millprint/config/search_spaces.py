@@ -1,5 +1,7 @@
-"""Settings of the regressors: which of them are trained, and the search spaces of their hyper-parameters."""
+"""How the regressors are trained: which of them, by which strategies, and the search of their hyper-parameters."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import AfterValidator, BeforeValidator, Field
@@ -8,6 +10,7 @@ from millprint.config.section import Positive
 
 # The models of thesis Table 5.6, in its order. The linear one has no hyper-parameters and takes one step.
 TABLE_5_6 = ("linear", "gpr", "rf", "svr", "xgb")
+PRIMARY, TWO_STEP = "primary", "two_step"
 Draw = Literal["uniform", "logarithmic", "whole"]
 Interval = Annotated[list[Positive], Field(min_length=2, max_length=2)]
 
@@ -40,31 +43,69 @@ FOREST = {
     "min_samples_split": Drawn(2, 20, "whole", 2),  # rows that a node needs to be split
     "min_samples_leaf": Drawn(1, 10, "whole", 1),  # rows that a leaf needs
 }
-# The hyper-parameters of each regressor that is tuned.
-SPACES: dict[str, dict[str, Drawn]] = {
+
+
+class Training(NamedTuple):
+    """How a regressor is trained.
+
+    space: the hyper-parameters that are searched; evaluations, held_out: sets of them that are evaluated (Sec. 5.2.6),
+    for a model and in each outer fold. two_step: whether it also makes a model of two steps, first on time and then on
+    the rest (Sec. 5.2.5).
+    """
+
+    space: Mapping[str, Drawn] = MappingProxyType({})
+    evaluations: int = 0
+    held_out: int = 0
+    two_step: bool = True
+
+    @property
+    def strategies(self) -> tuple[str, ...]:
+        """The strategies of its models."""
+        return (PRIMARY, TWO_STEP) if self.two_step else (PRIMARY,)
+
+
+# By the name of its record in millprint.thesis.yields.regressors.
+TRAININGS = {
+    "linear": Training(two_step=False),
     # Table 5.2: where the maximisation of the marginal likelihood starts (Eq. 5.10).
-    "gpr": {
-        "constant": Drawn(0.1, 1000.0),  # constant scaling C [pp2]
-        "length_scale": Drawn(0.05, 10.0),  # l [standard deviations of a feature]
-        "noise": Drawn(1e-5, 1.5),  # variance [pp2]
-    },
-    "rf": FOREST,  # Table 5.3
-    "svr": {  # Table 5.4
-        "C": Drawn(0.1, 100.0, "logarithmic"),  # regularisation [-]
-        "epsilon": Drawn(0.001, 1.0),  # half width of the insensitive tube [pp]
-        "gamma": Drawn(0.001, 1.0, "logarithmic"),  # kernel scale of Eq. 5.13 [-]
-    },
-    "xgb": {  # Table 5.5
-        "max_depth": Drawn(3, 10, "whole", 1),  # of a tree
-        "learning_rate": Drawn(0.01, 0.3, "logarithmic"),  # [-]
-        "n_estimators": Drawn(100, 500, "whole", 1),  # trees
-        "subsample": Drawn(0.5, 1.0),  # fraction of the rows for a tree [-]
-        "colsample_bytree": Drawn(0.5, 1.0),  # fraction of the features for a tree [-]
-        "gamma": Drawn(0.0, 5.0, least=0.0),  # smallest loss reduction that splits a node [pp2]
-    },
+    "gpr": Training(
+        {
+            "constant": Drawn(0.1, 1000.0),  # constant scaling C [pp2]
+            "length_scale": Drawn(0.05, 10.0),  # l [standard deviations of a feature]
+            "noise": Drawn(1e-5, 1.5),  # variance [pp2]
+        },
+        100,
+        20,
+    ),
+    "rf": Training(FOREST, 100, 5),  # Table 5.3
+    "svr": Training(  # Table 5.4
+        {
+            "C": Drawn(0.1, 100.0, "logarithmic"),  # regularisation [-]
+            "epsilon": Drawn(0.001, 1.0),  # half width of the insensitive tube [pp]
+            "gamma": Drawn(0.001, 1.0, "logarithmic"),  # kernel scale of Eq. 5.13 [-]
+        },
+        500,
+        20,
+    ),
+    "xgb": Training(  # Table 5.5
+        {
+            "max_depth": Drawn(3, 10, "whole", 1),  # of a tree
+            "learning_rate": Drawn(0.01, 0.3, "logarithmic"),  # [-]
+            "n_estimators": Drawn(100, 500, "whole", 1),  # trees
+            "subsample": Drawn(0.5, 1.0),  # fraction of the rows for a tree [-]
+            "colsample_bytree": Drawn(0.5, 1.0),  # fraction of the features for a tree [-]
+            "gamma": Drawn(0.0, 5.0, least=0.0),  # smallest loss reduction that splits a node [pp2]
+        },
+        100,
+        5,
+    ),
     # Extremely randomised trees (Geurts et al. 2006) draw thresholds and see every row; not of the thesis.
-    "extra_trees": FOREST,
+    "extra_trees": Training(FOREST, 100, 100),
+    "gpr_starts": Training(),
 }
+SPACES = {name: own.space for name, own in TRAININGS.items() if own.space}
+SEARCHED = {name: TRAININGS[name].evaluations for name in SPACES}
+HELD_OUT = {name: TRAININGS[name].held_out for name in SPACES}
 
 
 def _complete_spaces(content: Any) -> Any:
@@ -89,23 +130,20 @@ SPACE_BOUNDS = _complete_spaces({})
 Spaces = Annotated[dict[str, dict[str, list[int | float]]], BeforeValidator(_complete_spaces)]
 
 
-TUNED = tuple(SPACES)
-Tuned = Annotated[str, Field(pattern=f"^({'|'.join(TUNED)})$")]
-# Without hyper-parameters to search, and of one step or two.
-UNTUNED = ("gpr_starts",)
+Tuned = Annotated[str, Field(pattern=f"^({'|'.join(SPACES)})$")]
 # What is trained where `models` is left out, and what it has at least.
 COMPARED = (*TABLE_5_6, "gpr_starts")
 STATED = ("linear", "gpr", "gpr_starts")
 # The stem of the file of a stored model.
-STORED_MODEL = rf"^(linear_primary|({'|'.join((*TUNED, *UNTUNED))})_(primary|two_step)|averaged_gpr_(primary|final))$"
+MODEL_NAMES = [f"{name}_{strategy}" for name, own in TRAININGS.items() for strategy in own.strategies]
+STORED_MODEL = f"^({'|'.join(MODEL_NAMES)}|averaged_gpr_(primary|final))$"
 
 
 def _complete_list(names: list[str]) -> list[str]:
     """Raise ValueError for an unknown regressor, one listed twice, or a missing one that the report needs."""
-    known = ("linear", *TUNED, *UNTUNED)
     for name in names:
-        if name not in known:
-            raise ValueError(f"{name!r}: no such regressor; known: {', '.join(known)}")
+        if name not in TRAININGS:
+            raise ValueError(f"{name!r}: no such regressor; known: {', '.join(TRAININGS)}")
         if names.count(name) > 1:
             raise ValueError(f"{name!r} is listed twice")
     for name in STATED:

@@ -256,7 +256,7 @@ def overridden(case: Case, mill: MillConfig, contact: ContactConfig) -> tuple[Mi
     Raises ConfigError as `mill_of`, and for a Young's modulus of a contact law that has none.
     """
     if case.young_modulus_gpa is not None:
-        contact.of_law("young_modulus_gpa")
+        contact.value_of("young_modulus_gpa")
     given = {"density_kg_m3": case.density_kg_m3, "young_modulus_gpa": case.young_modulus_gpa}
     changed = contact.model_copy(update={name: value for name, value in given.items() if value is not None})
     return mill_of(case, mill), changed

@@ -5,7 +5,17 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, StringConstraints, model_validator
 
 from millprint.config.averaged_process import AveragingConfig, LinkName
-from millprint.config.search_spaces import COMPARED, SPACE_BOUNDS, STORED_MODEL, Interval, RegressorList, Spaces, Tuned
+from millprint.config.search_spaces import (
+    COMPARED,
+    HELD_OUT,
+    SEARCHED,
+    SPACE_BOUNDS,
+    STORED_MODEL,
+    Interval,
+    RegressorList,
+    Spaces,
+    Tuned,
+)
 from millprint.config.section import (
     Count,
     Fraction,
@@ -127,11 +137,6 @@ class PredictionConfig(Section):
         if self.tolerance > 1:
             raise ValueError(f"tolerance = {self.tolerance:g}: at most 1, a whole range on either side")
         return self
-
-
-# Sets of hyper-parameters that are evaluated for each regressor (Sec. 5.2.6), and in each outer fold.
-SEARCHED: dict[Tuned, int] = {"gpr": 100, "rf": 100, "svr": 500, "xgb": 100, "extra_trees": 100}
-HELD_OUT: dict[Tuned, int] = {"gpr": 20, "rf": 5, "svr": 20, "xgb": 5, "extra_trees": 100}
 
 
 class SearchConfig(Section):

@@ -19,8 +19,7 @@ Choices that the equations leave open, each tested in tests/physics:
   takes a quarter of that velocity in one step, so that it can stop a ball but never turn it back.
 - Damping in the tangential direction counts while the contact sticks; while it slides, all work is sliding.
 
-To add a law: a file in dem/laws like linear.py, its record in dem/laws/registry.py, and its keys and words in
-config/contact_set.py.
+To add a law: its keys and words in config/contact_laws.py, and a file in dem/laws like linear.py.
 """
 
 import math

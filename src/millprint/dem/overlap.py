@@ -4,7 +4,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from millprint.config.contact_set import CONTACT_LAWS, ContactConfig
+from millprint.config.contact_laws import CONTACT_LAWS
+from millprint.config.contact_set import ContactConfig
 from millprint.config.sweep import DemConfig
 from millprint.dem import state
 from millprint.dem.laws.registry import law_of
@@ -177,12 +178,12 @@ def _cause(stopped: Stopped, meeting: Meeting, clear_m: float) -> str:
         reached, duration = law.impact(meeting.mass, meeting.stiffness, meeting.speed)
     impact = f"an elastic impact at that speed reaches {_percent(reached, meeting.bound, stopped)}"
     if reached >= meeting.bound:
-        words = CONTACT_LAWS[stopped.contact.kind]
-        own = stopped.contact.of_law(words.keys[0])
+        key, (words, unit) = list(CONTACT_LAWS[stopped.contact.kind].told.items())[-1]
+        own = stopped.contact.value_of(key)
         needed = own * (reached / meeting.bound) ** law.overlap_power
         causes.append(
-            f"the speed is too high for this {words.stiffness}: {impact}; it needs {needed:.3g} "
-            f"{words.unit} in place of {own:g}, or a slower mill"
+            f"the speed is too high for this {words}: {impact}; it needs {needed:.3g} "
+            f"{unit} in place of {own:g}, or a slower mill"
         )
     if stopped.step > UNRESOLVED * duration:
         causes.append(

@@ -12,7 +12,6 @@ from numba.core.types import NoneType
 from numba.extending import overload
 
 from millprint.config.contact_set import ContactConfig
-from millprint.config.over_speed import table_of
 from millprint.dem.lanes import get_of, put_of
 from millprint.dem.laws.record import damping_ratio
 from millprint.dem.layout import LANE
@@ -50,6 +49,8 @@ def at_reference(contact: ContactConfig) -> ContactConfig:
     """The set that rows of the laws are made of: with the restitution REFERENCE if a coefficient is over speed."""
     if not contact.speed_tables:
         return contact
+    if contact.restitution is None:
+        return contact
     return contact.model_copy(update={"restitution": REFERENCE, "wall_restitution": None})
 
 
@@ -58,12 +59,13 @@ def speed_tables(contact: ContactConfig) -> SpeedTables | None:
     if not contact.speed_tables:
         return None
     sets = [contact, *(getattr(contact, name) for name in ("at_wall", "without_friction"))]
-    tables = [table_of(getattr(each, name)) for each in sets for name in ("restitution", "static_friction")]
-    speeds = sorted({speed for table in tables if table is not None for speed in table.speeds_m_s})
+    speeds = sorted({speed for each in sets for table in each.speed_tables.values() for speed in table.speeds_m_s})
     values = np.empty((1 + len(SURFACE), len(speeds), width_of(CHOSEN)))
     for k, each in enumerate(sets):
         for s, speed in enumerate(speeds):
-            values[k, s, CHOSEN.restitution] = each.value_of("restitution", speed)
+            # A law without a restitution keeps its own damping.
+            damped = contact.restitution is not None
+            values[k, s, CHOSEN.restitution] = each.value_of("restitution", speed) if damped else REFERENCE
             values[k, s, CHOSEN.friction] = each.value_of("static_friction", speed)
     return SpeedTables(np.log(speeds), values)
 

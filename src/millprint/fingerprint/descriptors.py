@@ -273,7 +273,10 @@ def with_descriptors(table: pd.DataFrame) -> pd.DataFrame:
 
 def tabulate_descriptors(summaries: list[dict], rule_name: str) -> pd.DataFrame:
     """Descriptors of every condition, one row each; raises ConfigError if a run lacks the counting rule."""
-    return with_descriptors(_over_seeds(pd.DataFrame([run_row(summary, rule_name) for summary in summaries])))
+    runs = pd.DataFrame([run_row(summary, rule_name) for summary in summaries])
+    # A number that no run has is empty, and not left out.
+    unknown = runs.columns[runs.isna().all()]
+    return with_descriptors(_over_seeds(runs.astype(dict.fromkeys(unknown, float))))
 
 
 # Probability of taking seeds of the same motion for several motions; independent turns that suffice.

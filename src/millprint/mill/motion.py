@@ -17,12 +17,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from millprint.config.motion_kinds import MotionSection, motion_kind
+from millprint.config.motion_kinds import Drive, MotionSection, motion_kind
 from millprint.mill.kernel_columns import span_of, width_of
 from millprint.mill.path import find_piece, path_values, rotation_matrices, write_path, write_path_rotation
 from millprint.mill.pose import POSE, write_rotation
 from millprint.mill.vectors import add, add_scaled, cross, put_vector, rotate, row, scale, vector
 from millprint.run.kernel import inlined
+
+# Points of a turn of a motion that is carried by another one: their curve is within 1e-9 of it at a turn of each.
+CARRIED = 720
 
 
 def _waves(waves: np.ndarray, time_s: np.ndarray) -> np.ndarray:
@@ -115,24 +118,42 @@ def motion_from_law(law: MotionSection, speed_hz: float) -> Motion:
     """
     if not motion_kind(law.kind).moves:
         return AT_REST
-    drive, frequency = law.drive(), speed_hz
-    if drive.table is not None or drive.points:
+    motion = _driven(law.drive(), speed_hz)
+    return motion if speed_hz > 0 else motion.at_rest()
+
+
+def _driven(drive: Drive, frequency: float) -> Motion:
+    if drive.is_curve:
         # Takes long to import, and few mills need it.
         from millprint.mill.points import curve_through, read_path
 
+        if drive.carrier:
+            drive = Drive(points=_carried(drive).tolist())
         breaks, pieces = curve_through(drive.points) if drive.table is None else read_path(drive.table)
         pieces[:, :, :3] *= drive.scale
-        motion = Motion(np.zeros((1, 7)), frequency, breaks=breaks, pieces=pieces)
-    else:
-        w = 2 * math.pi * frequency
-        axis = np.array(drive.axis, dtype=float)
-        axis /= np.abs(axis).max()
-        harmonics, swing = np.array(drive.harmonics, dtype=float), np.array(drive.swing, dtype=float).reshape(-1, 3)
-        harmonics[:, 0] *= w
-        swing[:, 0] *= w
-        pivot = np.array(drive.pivot_mm, dtype=float) / 1e3
-        motion = Motion(harmonics, frequency, axis / np.linalg.norm(axis), pivot, drive.turns * w, swing)
-    return motion if frequency > 0 else motion.at_rest()
+        return Motion(np.zeros((1, 7)), frequency, breaks=breaks, pieces=pieces)
+    w = 2 * math.pi * frequency
+    axis = np.array(drive.axis, dtype=float)
+    axis /= np.abs(axis).max()
+    harmonics, swing = np.array(drive.harmonics, dtype=float), np.array(drive.swing, dtype=float).reshape(-1, 3)
+    harmonics[:, 0] *= w
+    swing[:, 0] *= w
+    pivot = np.array(drive.pivot_mm, dtype=float) / 1e3
+    return Motion(harmonics, frequency, axis / np.linalg.norm(axis), pivot, drive.turns * w, swing)
+
+
+def _carried(drive: Drive) -> np.ndarray:
+    """Points (CARRIED + 1, 7) of one turn of a motion that another one carries, as of Drive.points.
+
+    With R', X' of the carrier, a point x of the body is at X' + R' (X + R x).
+    """
+    from scipy.spatial.transform import Rotation
+
+    turn = np.arange(CARRIED + 1) / CARRIED
+    own, carrier = (_driven(each, 1.0) for each in (replace(drive, carrier=None), drive.carrier) if each)
+    place = carrier.position(turn) + (carrier.rotation(turn) @ own.position(turn)[..., None])[..., 0]
+    turned = Rotation.from_matrix(carrier.rotation(turn) @ own.rotation(turn))
+    return np.column_stack([turn, place, np.degrees(turned.as_rotvec())])
 
 
 class Motions(NamedTuple):

@@ -28,6 +28,9 @@ IMPORT = re.compile(
     r"^[ \t]*(?:from[ \t]+(millprint[\w.]*)[ \t]+import[ \t]+(\([^)]*\)|.+)|import[ \t]+(millprint[\w.]*))", re.M
 )
 
+# An import of a file of a folder below the package by its name.
+OF_A_FOLDER = re.compile(r'import_module\(f"(millprint\.[\w.]+)\.\{')
+
 
 @cache
 def program_digest(script: str | Path) -> str:
@@ -54,11 +57,18 @@ def _digest_of(files: list[Path], modules: set[str] | frozenset[str], outside: s
     return hashlib.sha256(b"".join(sorted(contents))).hexdigest()[:16]
 
 
+def of_a_folder(source: str) -> set[str]:
+    """The modules of the folders of which a Python source imports files by their names."""
+    folders = {package: PACKAGE.joinpath(*package.split(".")[1:]) for package in OF_A_FOLDER.findall(source)}
+    return {f"{package}.{own.stem}" for package, folder in folders.items() for own in folder.glob("*.py")}
+
+
 @cache
 def _imports(file: Path) -> frozenset[str]:
     """The millprint files that a Python file imports, also inside functions, with the packages that contain them."""
-    modules: set[str] = set()
-    for package, names, module in IMPORT.findall(file.read_text()):
+    source = file.read_text()
+    modules = of_a_folder(source)
+    for package, names, module in IMPORT.findall(source):
         modules |= {module} if module else {package, *(f"{package}.{name}" for name in re.findall(r"\w+", names))}
     parts = {tuple(name.split(".")[1:]) for name in modules}
     folders = {part[:depth] for part in parts for depth in range(len(part) + 1)}

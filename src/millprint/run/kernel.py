@@ -21,8 +21,8 @@ from millprint.run.machine import CACHE_ROOT
 
 PACKAGE = Path(__file__).parents[1]
 KERNEL_FOLDERS = ("mill", "dem", "thesis/surrogate")
-MAKERS = re.compile(r"from millprint\.run\.kernel import .*\b(kernel|inner|inlined|threaded|array_maker)\b")
 IMPORTS = re.compile(r"^from millprint\.([\w.]+) import", re.MULTILINE)
+MAKERS = re.compile(r"from millprint\.run\.kernel import .*\b(kernel|inner|inlined|threaded|array_maker)\b")
 
 
 def processor_type() -> str:
@@ -40,7 +40,8 @@ def kernel_files() -> list[Path]:
     found = {PACKAGE / "run/kernel.py", *(file for file in kernels if MAKERS.search(file.read_text()))}
     to_read = list(found)
     while to_read:
-        for module in IMPORTS.findall(to_read.pop().read_text()):
+        source = to_read.pop().read_text()
+        for module in {*IMPORTS.findall(source), *(name.split(".", 1)[1] for name in digest.of_a_folder(source))}:
             file = PACKAGE.joinpath(*module.split(".")).with_suffix(".py")
             if file.is_file() and file not in found and not module.startswith(("config", "run.digest")):
                 found.add(file)

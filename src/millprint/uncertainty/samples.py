@@ -14,6 +14,7 @@ from scipy.stats import qmc
 
 from millprint.cases.of_mill import fill_ratios_of
 from millprint.cases.simulate import simulate_each
+from millprint.config.contact_laws import law_fields
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
@@ -187,9 +188,11 @@ def space_of(mill: MillConfig, uncertainty: UncertaintyConfig) -> Space:
 def check_contact(space: Space, contact: ContactConfig) -> None:
     """Raise ConfigError, in one line, if the contact set of the predictions is outside the distributions.
 
-    Likewise for one whose law has no Young's modulus, which is a variable.
+    Likewise for one whose law lacks a key that is a variable.
     """
-    contact.of_law("young_modulus_gpa")
+    for name in PARAMETERS:
+        if name in law_fields() and not name.startswith("wall_"):
+            contact.value_of(name)
     values = contact_values(contact)
     for variable in space.variables:
         low, high = variable.ends

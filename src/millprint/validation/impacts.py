@@ -97,7 +97,7 @@ def partial_slip(
 
     radius [m]; normal, tangential: speeds before the impact [m/s].
     """
-    modulus, poisson = contact.of_law("young_modulus_gpa") * 1e9, contact.of_law("poisson_ratio")
+    modulus, poisson = contact.value_of("young_modulus_gpa") * 1e9, contact.value_of("poisson_ratio")
     stiffness = effective_modulus(contact)
     shear = modulus / ((2 - poisson) * (1 + poisson))
     mass = ball_mass(contact, radius)

@@ -12,35 +12,38 @@
 docs/how_to/lammps.md has how near single impacts are.
 """
 
-import math
 from functools import lru_cache
 from typing import cast
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
-from millprint.dem.laws.record import ball_mass, damping_ratio
+from millprint.dem.laws.record import InLammps, ball_mass, damping_ratio
+from millprint.dem.laws.registry import LAWS
 
-# Power of the overlap in the normal force, by the law's kind.
-POWER = {"hertz": 1.5, "linear": 1.0}
 # Angle that a ball's rolling spring swings through in a step [rad].
 ROLLING_PHASE = 0.2
 # The smallest coefficient that is tried.
 LEAST = 1e-4
+REMEDY = "take dem.engine: numba for it"
 
 
-def tangential_damping_ratio(poisson: float) -> float:
-    """Tangential over normal damping at equal overlap, sqrt(K_t / S_n) = sqrt(2 (1 - nu) / (2 - nu)), Eqs 3.7, 3.9."""
-    return math.sqrt(2 * (1 - poisson) / (2 - poisson))
+def law_for(kind: str) -> tuple[float, InLammps]:
+    """The power of the overlap in the normal force of a law, and its words. Raises ConfigError for one without any."""
+    law = LAWS.get(kind)
+    if law is None or law.lammps is None:
+        known = ", ".join(name for name, each in LAWS.items() if each.lammps)
+        raise ConfigError(f"kind = {kind}: LAMMPS gets {known}; {REMEDY}")
+    return law.overlap_power - 1, law.lammps
 
 
-def restitution_without_pull(coefficient: float, power: float) -> float:
+def restitution_without_pull(coefficient: float, kind: str) -> float:
     """The restitution of an impact whose damped force x^p + c x^((p - 1) / 2) v, of `coefficient`, may not pull."""
     from scipy.integrate import solve_ivp
 
     if coefficient == 1:
         return 1.0
-    # For Hertz 2 sqrt(5 / 6) beta sqrt(S_n m), S_n = 3/2 x^(1/2); for a linear spring 2 beta sqrt(k m).
-    damping = -damping_ratio(coefficient) * (math.sqrt(5) if power == POWER["hertz"] else 2.0)
+    power, own = law_for(kind)
+    damping = -damping_ratio(coefficient) * own.damping
 
     def force(_: float, y: tuple[float, float]) -> float:
         overlap = max(y[0], 0.0)
@@ -61,28 +64,19 @@ def damped_coefficient(restitution: float, kind: str) -> float:
 
     if restitution == 1:
         return 1.0
-    least = restitution_without_pull(LEAST, POWER[kind])
+    least = restitution_without_pull(LEAST, kind)
     if restitution <= least:
         raise ConfigError(
             f"restitution = {restitution:g}: a force of LAMMPS that never pulls has {least:.2g} at least; "
             "take a larger one, or dem.engine: numba"
         )
-    return cast(float, brentq(lambda own: restitution_without_pull(own, POWER[kind]) - restitution, LEAST, 1.0))
+    return cast(float, brentq(lambda own: restitution_without_pull(own, kind) - restitution, LEAST, 1.0))
 
 
 def law_text(contact: ContactConfig, radius: float, step_s: float, lever: float) -> str:
     """The law of equal balls of a radius [m] at a step [s]; lever: that radius over the reduced one [-]."""
     coefficient = damped_coefficient(contact.value_of("restitution"), contact.kind)
-    friction = contact.value_of("static_friction")
-    if contact.kind == "hertz":
-        modulus, poisson = contact.of_law("young_modulus_gpa") * 1e9, contact.of_law("poisson_ratio")
-        sliding = tangential_damping_ratio(poisson)
-        words = [f"hertz/material {modulus!r} {coefficient!r} {poisson!r}"]
-        words += [f"tangential mindlin/force NULL {sliding!r} {friction!r}"]
-    else:
-        stiffness, ratio = contact.of_law("normal_stiffness_n_m"), contact.of_law("tangential_stiffness_ratio")
-        words = [f"hooke {stiffness!r} {coefficient!r}"]
-        words += [f"tangential linear_history {stiffness * ratio!r} {math.sqrt(ratio)!r} {friction!r}"]
+    words = law_for(contact.kind)[1].words(contact, coefficient, contact.value_of("static_friction"))
     if contact.rolling_friction:
         # Of a ball on a wall, I w^2 = k R^2 with w = ROLLING_PHASE / step and I = 2/5 m R^2; damped to a half.
         inertia = 0.4 * ball_mass(contact, radius)

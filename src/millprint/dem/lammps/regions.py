@@ -23,7 +23,7 @@ def unsupported(mill: MillConfig) -> str | None:
     if isinstance(shape, LifterDrumGeometry) and shape.lifters.face_angle_deg != 90:
         return f"geometry.lifters.face_angle_deg = {shape.lifters.face_angle_deg:g}: LAMMPS gets lifters of 90 degrees"
     drive = motion.drive()
-    if drive.table is not None or drive.points:
+    if drive.is_curve:
         return f"motion.kind = {motion.kind}: LAMMPS gets motions of harmonics and rotations"
     if isinstance(shape, LifterDrumGeometry) and (drive.turns or drive.swing):
         along = AXES.index(shape.axis)

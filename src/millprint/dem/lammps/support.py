@@ -5,21 +5,13 @@ import shutil
 from collections.abc import Iterable
 from pathlib import Path
 
-from millprint.config.contact_set import PAIR_COEFFICIENTS, ContactConfig
+from millprint.config.contact_set import ContactConfig
 from millprint.config.dem_engine import LammpsConfig
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, overridden
-from millprint.dem.lammps.granular_law import POWER, damped_coefficient
+from millprint.dem.lammps.granular_law import REMEDY, damped_coefficient, law_for
 from millprint.dem.lammps.regions import unsupported
-
-REMEDY = "take dem.engine: numba for it"
-# Keys of a contact set that the input of LAMMPS expresses; words that do not belong to the law among them.
-LAW_KEYS = {
-    *("name", "source", "kind", "density_kg_m3", *PAIR_COEFFICIENTS),
-    *(f"wall_{key}" for key in PAIR_COEFFICIENTS),
-    *("young_modulus_gpa", "poisson_ratio", "normal_stiffness_n_m", "tangential_stiffness_ratio"),
-}
 
 
 def program(settings: LammpsConfig, source: str) -> str:
@@ -44,17 +36,13 @@ def _itself(found: Path) -> Path:
 
 def check_law(contact: ContactConfig) -> None:
     """Raise ConfigError for a contact set that the input cannot express."""
-    if contact.kind not in POWER:
-        raise ConfigError(
-            f"contact set {contact.name}: kind = {contact.kind}: LAMMPS gets {', '.join(POWER)}; {REMEDY}"
-        )
-    for key, value in contact:
-        if value is not None and key not in LAW_KEYS:
-            raise ConfigError(f"contact set {contact.name}: {key}: LAMMPS has no such law; {REMEDY}")
+    if contact.cohesion is not None:
+        raise ConfigError(f"contact set {contact.name}: cohesion: LAMMPS has no such law; {REMEDY}")
     for own in (contact, contact.at_wall):
         for key in own.speed_tables:
             raise ConfigError(f"contact set {contact.name}: {key}: LAMMPS gets one number; {REMEDY}")
         try:
+            law_for(contact.kind)
             damped_coefficient(own.value_of("restitution"), contact.kind)
         except ConfigError as error:
             raise ConfigError(f"contact set {contact.name}: {error}") from None

@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 from millprint.config.contact_set import ContactConfig
-from millprint.dem.laws.record import ContactLaw, damping_ratio
+from millprint.dem.laws.record import ContactLaw, InLammps, damping_ratio
 
 
 class Hertz(NamedTuple):
@@ -17,12 +17,12 @@ class CohesiveHertz(NamedTuple):
 
 def effective_modulus(contact: ContactConfig) -> float:
     """E* of two bodies of one material [Pa], Eq. 3.11."""
-    return contact.of_law("young_modulus_gpa") * 1e9 / (2 * (1 - contact.of_law("poisson_ratio") ** 2))
+    return contact.value_of("young_modulus_gpa") * 1e9 / (2 * (1 - contact.value_of("poisson_ratio") ** 2))
 
 
 def coefficients(contact: ContactConfig, radius: float, mass: float) -> tuple[float, float, float, float]:
     """K_n over delta^(1/2), K_t over delta^(1/2), and the dampings over delta^(1/4)."""
-    modulus, poisson = contact.of_law("young_modulus_gpa") * 1e9, contact.of_law("poisson_ratio")
+    modulus, poisson = contact.value_of("young_modulus_gpa") * 1e9, contact.value_of("poisson_ratio")
     effective = effective_modulus(contact)
     shear = modulus / (4 * (2 - poisson) * (1 + poisson))
     damping = -2 * math.sqrt(5 / 6) * damping_ratio(contact.value_of("restitution"))
@@ -47,8 +47,8 @@ def springs(
 
 def rayleigh_time(contact: ContactConfig, radius_m: float) -> float:
     """Time for a surface wave to run round half a ball, pi R sqrt(rho / G) / (0.1631 nu + 0.8766) [s]."""
-    poisson = contact.of_law("poisson_ratio")
-    shear_modulus = contact.of_law("young_modulus_gpa") * 1e9 / (2 * (1 + poisson))
+    poisson = contact.value_of("poisson_ratio")
+    shear_modulus = contact.value_of("young_modulus_gpa") * 1e9 / (2 * (1 + poisson))
     surface = 0.1631 * poisson + 0.8766
     return math.pi * radius_m * math.sqrt(contact.density_kg_m3 / shear_modulus) / surface
 
@@ -59,7 +59,22 @@ def impact(mass: float, stiffness: float, speed: float) -> tuple[float, float]:
     return overlap, 2.9432 * overlap / speed
 
 
-HERTZ = ContactLaw(
+def tangential_damping_ratio(poisson: float) -> float:
+    """Tangential over normal damping at equal overlap, sqrt(K_t / S_n) = sqrt(2 (1 - nu) / (2 - nu)), Eqs 3.7, 3.9."""
+    return math.sqrt(2 * (1 - poisson) / (2 - poisson))
+
+
+def lammps_words(contact: ContactConfig, coefficient: float, friction: float) -> list[str]:
+    """`hertz/material`, with the dashpot of Eq. 3.9 on a tangential spring that is stored as a force."""
+    modulus, poisson = contact.value_of("young_modulus_gpa") * 1e9, contact.value_of("poisson_ratio")
+    sliding = tangential_damping_ratio(poisson)
+    return [
+        f"hertz/material {modulus!r} {coefficient!r} {poisson!r}",
+        f"tangential mindlin/force NULL {sliding!r} {friction!r}",
+    ]
+
+
+LAW = ContactLaw(
     mark=Hertz,
     cohesive_mark=CohesiveHertz,
     coefficients=coefficients,
@@ -68,4 +83,6 @@ HERTZ = ContactLaw(
     scale_title="the Rayleigh time",
     impact=impact,
     overlap_power=2.5,
+    # 2 sqrt(5 / 6) sqrt(S_n m), S_n = 3/2 x^(1/2).
+    lammps=InLammps(lammps_words, math.sqrt(5)),
 )

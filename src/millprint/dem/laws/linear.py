@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 from millprint.config.contact_set import ContactConfig
-from millprint.dem.laws.record import ContactLaw, ball_mass, damping_ratio
+from millprint.dem.laws.record import ContactLaw, InLammps, ball_mass, damping_ratio
 
 # The step's scale over the shortest duration of an impact, as the Rayleigh time is of a usual Hertz impact: at the
 # largest step that is usually allowed, 0.2 of the scale, an impact takes 25 steps.
@@ -21,8 +21,8 @@ class CohesiveLinear(NamedTuple):
 
 def stiffnesses(contact: ContactConfig) -> tuple[float, float]:
     """k_n and k_t [N/m]."""
-    normal = contact.of_law("normal_stiffness_n_m")
-    return normal, normal * contact.of_law("tangential_stiffness_ratio")
+    normal = contact.value_of("normal_stiffness_n_m")
+    return normal, normal * contact.value_of("tangential_stiffness_ratio")
 
 
 def coefficients(contact: ContactConfig, radius: float, mass: float) -> tuple[float, float, float, float]:
@@ -52,7 +52,16 @@ def impact(mass: float, stiffness: float, speed: float) -> tuple[float, float]:
     return speed * root, math.pi * root
 
 
-LINEAR = ContactLaw(
+def lammps_words(contact: ContactConfig, coefficient: float, friction: float) -> list[str]:
+    """`hooke`, and a tangential spring that is stored as a displacement."""
+    (normal, tangential), ratio = stiffnesses(contact), contact.value_of("tangential_stiffness_ratio")
+    return [
+        f"hooke {normal!r} {coefficient!r}",
+        f"tangential linear_history {tangential!r} {math.sqrt(ratio)!r} {friction!r}",
+    ]
+
+
+LAW = ContactLaw(
     mark=Linear,
     cohesive_mark=CohesiveLinear,
     coefficients=coefficients,
@@ -61,4 +70,6 @@ LINEAR = ContactLaw(
     scale_title="a fifth of an impact's duration",
     impact=impact,
     overlap_power=2.0,
+    # 2 sqrt(k m).
+    lammps=InLammps(lammps_words, 2.0),
 )

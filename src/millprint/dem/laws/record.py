@@ -8,6 +8,18 @@ from millprint.config.contact_set import ContactConfig
 
 
 @dataclass(frozen=True)
+class InLammps:
+    """A law that is damped by a restitution, in the words of `pair_style granular`.
+
+    words(contact, coefficient, friction): of the normal and the tangential force, of LAMMPS's coefficient of
+        restitution; damping: of an impact whose force is x^p + c x^((p - 1) / 2) v, c over the damping ratio.
+    """
+
+    words: Callable[[ContactConfig, float, float], list[str]]
+    damping: float
+
+
+@dataclass(frozen=True)
 class ContactLaw:
     """A contact law, by its `kind` in a contact set.
 
@@ -22,6 +34,7 @@ class ContactLaw:
         [s]; scale_title: what it is.
     impact(mass, stiffness, speed): largest overlap [m] and duration [s] of an elastic impact, of the reduced mass [kg],
         the coefficient of normal stiffness, and the speed along the normal [m/s].
+    lammps: the same law in the words of LAMMPS; None where it has none.
     overlap_power: for 1 / x of an impact's largest overlap, the stiffness is x ** overlap_power times as large.
     """
 
@@ -33,6 +46,7 @@ class ContactLaw:
     scale_title: str
     impact: Callable[[float, float, float], tuple[float, float]]
     overlap_power: float
+    lammps: "InLammps | None" = None
 
 
 def damping_ratio(restitution: float) -> float:

@@ -1,11 +1,14 @@
-"""The contact laws that there are, by the `kind` of a contact set."""
+"""The contact laws that there are, by the `kind` of a contact set: each is in the file of this folder with its name."""
 
+from importlib import import_module
+
+from millprint.config import contact_laws
 from millprint.config.contact_set import ContactConfig
-from millprint.dem.laws.hertz import HERTZ
-from millprint.dem.laws.linear import LINEAR
 from millprint.dem.laws.record import ContactLaw
 
-LAWS = {"hertz": HERTZ, "linear": LINEAR}
+LAWS: dict[str, ContactLaw] = {
+    kind: import_module(f"millprint.dem.laws.{kind}").LAW for kind in contact_laws.CONTACT_LAWS
+}
 
 
 def law_of(contact: ContactConfig) -> ContactLaw:

@@ -12,11 +12,12 @@ import pandas as pd
 from scipy.special import expit, logit, logsumexp, ndtr
 
 from millprint.config.averaged_process import INPUTS, AveragingConfig
+from millprint.config.search_spaces import PRIMARY
 from millprint.config.yields import LibraryTrialConfig
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.features import Standardisation, describe
 from millprint.thesis.yields.posterior_process import Process, fit_process, terms_of
-from millprint.thesis.yields.regressors import AVERAGED, PRIMARY
+from millprint.thesis.yields.regressors import AVERAGED
 
 # Nodes and weights of the Gauss-Hermite quadrature, for means over a normal distribution.
 NODES, NODE_WEIGHTS = np.polynomial.hermite_e.hermegauss(20)

@@ -1,8 +1,7 @@
 """The regressors: one record each, which holds everything that depends on which regressor it is.
 
-To add one: its record here, its space in `SPACES` of millprint.config.search_spaces and its evaluations, or its name
-in `UNTUNED` if it has no hyper-parameters to search; then `make reference`. Snakemake reads this module with the
-Snakefile, so a library is imported only where it is used.
+To add one: its record here, and in `TRAININGS` of millprint.config.search_spaces what of it is searched; then `make
+reference`. Snakemake reads this module with the Snakefile, so a library is imported only where it is used.
 """
 
 from __future__ import annotations
@@ -12,13 +11,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from millprint.config import search_spaces as spaces
+from millprint.config.search_spaces import TABLE_5_6, TRAININGS, Training
 from millprint.config.yields import Choices, TrainingConfig
 
 if TYPE_CHECKING:
     import numpy as np
 
-PRIMARY, TWO_STEP = "primary", "two_step"
 # The averaged Gaussian process (millprint.thesis.yields.averaging), which averages many fits and is not a regressor.
 AVERAGED = "averaged_gpr"
 # The yields of the training rows as the prediction for every condition: the reference of all scores.
@@ -41,10 +39,8 @@ class Regressor:
     settled: how the choices that the thesis leaves open were settled, for the report.
     make(parameters, columns, training, threads): an estimator like those of scikit-learn, not fitted yet; parameters:
     by their names in the search space; columns: number of features.
-    space: its search space; None for one without hyper-parameters.
     scaled: whether its features are standardised (Eq. 5.2).
     forest: whether it is a mean over `n_estimators` trees that do not depend on each other.
-    two_step: whether it also makes a model of two steps, first on time and then on the rest (Sec. 5.2.5).
     primary_features(choices): the features of its single step; None for all of them.
     seeded: whether its fit depends on a seed.
     keep(estimator): what its file stores of a fit; restore(estimator, kept, inputs, target): the fitted estimator from
@@ -59,10 +55,8 @@ class Regressor:
     title: str
     settled: str
     make: Callable[[Parameters, int, TrainingConfig, int], Any]
-    space: dict[str, spaces.Drawn] | None = None
     scaled: bool = False
     forest: bool = False
-    two_step: bool = True
     primary_features: Callable[[Choices], Sequence[str]] | None = None
     seeded: bool = False
     keep: Callable[[Any], dict] = lambda estimator: {}
@@ -74,13 +68,8 @@ class Regressor:
 
     def __post_init__(self) -> None:
         """Check that two steps have a distribution if one has. Raises ValueError."""
-        if self.two_step and self.deviation and not self.mean_deviation:
+        if self.deviation and not self.mean_deviation:
             raise ValueError(f"{self.title}: a regressor of two steps with a deviation needs a mean_deviation too")
-
-    @property
-    def strategies(self) -> tuple[str, ...]:
-        """The strategies of its models."""
-        return (PRIMARY, TWO_STEP) if self.two_step else (PRIMARY,)
 
 
 def _make_linear(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
@@ -213,7 +202,6 @@ REGRESSORS = {
         settled="Least squares on three features; found by its printed row, as is the split.",
         make=_make_linear,
         scaled=True,
-        two_step=False,
         primary_features=lambda choices: choices.linear_features,
         keep=_keep_linear,
         restore=_restore_linear,
@@ -224,7 +212,6 @@ REGRESSORS = {
         settled="The search sets where the marginal likelihood starts, with a length scale for each feature; both read "
         "off the printed row.",
         make=_make_gpr,
-        space=spaces.SPACES["gpr"],
         fold_predictor=_process_folds,
         **OF_A_PROCESS,
     ),
@@ -233,7 +220,6 @@ REGRESSORS = {
         settled="Every node sees the share of features in yields.training.choices; one seed for everything, not "
         "chosen.",
         make=_make_forest,
-        space=spaces.SPACES["rf"],
         forest=True,
         seeded=True,
         explain=_explain_forest,
@@ -243,14 +229,12 @@ REGRESSORS = {
         title="SVR",
         settled="One seed for everything, not chosen.",
         make=_make_svr,
-        space=spaces.SPACES["svr"],
         scaled=True,
     ),
     "xgb": Regressor(
         title="XGBoost",
         settled="One seed for everything, not chosen; seeds.tsv shows what other seeds of the trees do.",
         make=_make_xgb,
-        space=spaces.SPACES["xgb"],
         seeded=True,
         keep=lambda estimator: {"booster": estimator.get_booster().save_raw("json").decode()},
         restore=_restore_xgb,
@@ -261,7 +245,6 @@ REGRESSORS = {
         title="extra trees",
         settled="Not of the thesis. Every node sees the share of features in yields.training.choices.",
         make=_make_extra_trees,
-        space=spaces.SPACES["extra_trees"],
         forest=True,
         seeded=True,
         explain=_explain_trees,
@@ -288,13 +271,19 @@ def regressor(name: str) -> Regressor:
     return REGRESSORS[name]
 
 
+def training_of(name: str) -> Training:
+    """How a regressor is trained. Raises ValueError for an unknown name."""
+    regressor(name)
+    return TRAININGS[name]
+
+
 def models_of(names: Sequence[str]) -> list[tuple[str, str]]:
     """Regressor and strategy of every model of the named regressors, in order. Raises ValueError for an unknown one."""
-    return [(name, strategy) for name in names for strategy in regressor(name).strategies]
+    return [(name, strategy) for name in names for strategy in training_of(name).strategies]
 
 
 # The nine models of Table 5.6.
-MODELS = models_of(spaces.TABLE_5_6)
+MODELS = models_of(TABLE_5_6)
 
 
 def other_seed(settings: TrainingConfig) -> TrainingConfig:

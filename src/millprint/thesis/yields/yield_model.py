@@ -1,6 +1,6 @@
 """A yield model of one step or two (Sec. 5.2.5), and the search of its hyper-parameters by TPE (Sec. 5.2.6)."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -8,12 +8,12 @@ import numpy as np
 import pandas as pd
 from sklearn.model_selection import RepeatedKFold
 
-from millprint.config.search_spaces import Drawn
+from millprint.config.search_spaces import PRIMARY, Drawn
 from millprint.config.yields import Choices, SearchConfig, TrainingConfig
 from millprint.estimate.quantiles import normal_quantile
 from millprint.thesis.yields.features import FEATURES, TIME, Standardisation, engineer
 from millprint.thesis.yields.metrics import YieldWeights, weighted_mse
-from millprint.thesis.yields.regressors import PRIMARY, Parameters, regressor
+from millprint.thesis.yields.regressors import Parameters, regressor, training_of
 
 T = TypeVar("T")
 
@@ -40,8 +40,8 @@ def plan_steps(name: str, strategy: str, choices: Choices) -> list[Plan]:
     regressor, and for a strategy that the regressor does not have.
     """
     record = regressor(name)
-    if strategy not in record.strategies:
-        raise ValueError(f"{name}: strategy = {strategy!r}: it has {', '.join(record.strategies)}")
+    if strategy not in training_of(name).strategies:
+        raise ValueError(f"{name}: strategy = {strategy!r}: it has {', '.join(training_of(name).strategies)}")
     if strategy == PRIMARY:
         return [Plan(name, tuple(record.primary_features(choices) if record.primary_features else FEATURES))]
     first = {"same": name, "linear": "linear"}[choices.time_model]
@@ -173,7 +173,7 @@ class SearchResult:
 NOT_SEARCHED = SearchResult({}, float("nan"), 0)
 
 
-def _hyperopt_space(space: dict[str, Drawn], bounds: dict[str, list]) -> dict[str, Any]:
+def _hyperopt_space(space: Mapping[str, Drawn], bounds: dict[str, list]) -> dict[str, Any]:
     """Hyper-parameters between their bounds, in the form that hyperopt needs."""
     from hyperopt import hp
     from hyperopt.pyll import scope
@@ -198,7 +198,7 @@ class Trainer:
     def evaluations(self, name: str, strategy: str) -> int:
         """Number of sets of hyper-parameters that `train` evaluates. Raises ValueError for an unknown model."""
         plans = plan_steps(name, strategy, self.training.choices)
-        return sum(self.budget.evaluations[plan.regressor] for plan in plans if regressor(plan.regressor).space)
+        return sum(self.budget.evaluations[plan.regressor] for plan in plans if training_of(plan.regressor).space)
 
     def train(
         self, name: str, strategy: str, rows: pd.DataFrame, yields: np.ndarray
@@ -213,7 +213,7 @@ class Trainer:
 
         def fit(plan: Plan, features: pd.DataFrame, target: np.ndarray) -> Step:
             best = NOT_SEARCHED
-            if regressor(plan.regressor).space:
+            if training_of(plan.regressor).space:
                 _, inputs = plan.standardise(features)
                 weights = weigh({"yield": yields, "residual": target}[self.training.choices.residual_weights])
                 best = self.search(plan.regressor, inputs, target, weights)
@@ -251,7 +251,7 @@ class Trainer:
             self.tick()
             return float(np.mean(errors))
 
-        trials, space = Trials(), _hyperopt_space(record.space or {}, self.training.spaces[name])
+        trials, space = Trials(), _hyperopt_space(training_of(name).space, self.training.spaces[name])
         best = fmin(
             loss,
             space,
