@@ -290,17 +290,30 @@ def fewest_runs(evidence: Evidence) -> Finding:
     return Finding(evidence.row("doe/fraction.json", "runs")["runs"], "counted")
 '''
 ASK_CLAIM = """
+import re
+import shutil
 from pathlib import Path
 
 from millprint.thesis.claims.tolerances import judge_value
 from millprint.thesis.claims.tabulate import collect_findings
+from tools.store_verdicts import TEXTS, written
 
 folder = Path(FOLDER)
 row = ["2.fewest_runs", "Table 2.3", "runs of a fraction", "27", "runs", "arithmetic", "stated", "printed", ""]
-(folder / "claims.tsv").write_text(Path("config/data/claims.tsv").read_text() + "\\t".join(row) + "\\n")
+data = folder / "config/data"
+for name in ("config/data", "docs/why", "benchmarks"):
+    shutil.copytree(name, folder / name)
+for name in ("README.md", "paper.md"):
+    shutil.copy(name, folder / name)
+said = re.compile(r"It judges (\\d+) claims.*?(\\d+)\\s+arithmetic", re.S)
+before = [[int(number) for number in said.search(Path(name).read_text()).groups()] for name in TEXTS[:2]]
+with (data / "claims.tsv").open("a") as file:
+    file.write("\\t".join(row) + "\\n")
+after = [[int(number) for number in said.search(written(folder, name)).groups()] for name in TEXTS[:2]]
+assert after == [[number + 1 for number in own] for own in before], (before, after)
 (folder / "doe").mkdir()
 (folder / "doe/fraction.json").write_text('{"runs": 27}')
-found = collect_findings(folder, folder / "claims.tsv", "2.fewest_runs")["2.fewest_runs"]
+found = collect_findings(folder, data / "claims.tsv", "2.fewest_runs")["2.fewest_runs"]
 assert judge_value("27", "printed", found).agrees and "doe/fraction.json" in str(found.sources), found
 """
 
