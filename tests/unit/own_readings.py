@@ -42,7 +42,7 @@ def write_condition(folder: Path, time_s: np.ndarray, energy_J: np.ndarray, wind
     with h5py.File(place / run.name, "a") as file:
         del file["collisions"]
         group = file.create_group("collisions")
-        group.attrs.update({"is_histogram": False, "begin_s": 0.5, "window_s": window_s})
+        group.attrs.update({"begin_s": 0.5, "window_s": window_s})
         columns = {
             "first": np.arange(number), "second": -1, "facet": 0, "contact": np.arange(number), "start_s": 0.5 + time_s,
             "duration_s": 1e-4, "peak_force_N": 1.0, "normal_J": energy_J, "damping_J": 0.0, "sliding_J": energy_J,

@@ -13,12 +13,10 @@ from millprint.config.load import check_model
 from millprint.config.sweep import DemConfig
 from millprint.dem.collisions import (
     CHANNELS,
-    HISTOGRAM_NAMES,
     by_facet,
     by_surface,
     collision_statistics,
     collision_table,
-    histograms,
     merge_contacts,
     sort_by_pair,
     squares_per_turn,
@@ -300,13 +298,6 @@ def test_squares_of_every_turn_add_up_to_those_of_all_contacts():
     found = squares_per_turn(contacts, 0.0, 500.0, 3)
     assert found["normal"].tolist() == [3.0, 1.0, 1.0]
     assert found["tangential"].sum() == pytest.approx(16 + 4 + 1 + 4 + 1)
-
-
-def test_histograms_hold_every_contact_also_those_of_no_or_negative_energy():
-    rows = made_up(np.zeros(4, dtype=int), np.arange(1, 5), normal_J=[1.0, 1e-20, 0.0, -2.0], peak_force_N=0.0)
-    found = histograms(by_surface(collision_table(rows)))
-    assert found["normal_J"][1][0] == 3 and found["normal_J"][1][-1] == 1
-    assert all(counts.sum() == 4 for _, counts in found.values()) and set(found) == set(HISTOGRAM_NAMES)
 
 
 def test_sliding_is_what_damping_leaves_of_the_tangential_work():

@@ -15,8 +15,6 @@ from millprint.config.sweep import Case, DemConfig
 from millprint.dem import store
 from millprint.dem.collisions import (
     CHANNELS,
-    HISTOGRAM_NAMES,
-    RANGE,
 )
 from millprint.dem.ledger import LEDGER_CHANNELS
 from millprint.dem.open_balance import AIM
@@ -131,23 +129,13 @@ def test_a_step_by_the_rayleigh_time_is_shortened_until_the_balance_closes(tmp_p
         run(tmp_path, closure_max=1e-9, **open_case)
 
 
-def test_a_long_table_becomes_histograms_of_the_same_contacts(files, tmp_path, monkeypatch):
-    """The same run with room for no row: every contact is in a bin, and the summary counts them as before."""
+def test_a_long_table_is_not_kept(files, tmp_path, monkeypatch):
+    """The same run with room for no row: the summary counts its contacts as before."""
     monkeypatch.setattr(store, "COLLISION_ROWS_MAX", 10)
     small = run(tmp_path, DEM, window_s=0.45, snapshot_interval_s=1e-3)
-    with h5py.File(files / "run.h5") as whole, h5py.File(tmp_path / "run.h5") as binned:
-        table, group = whole["collisions"], binned["collisions"]
-        assert not table.attrs["is_histogram"] and group.attrs["is_histogram"]
-        assert group.attrs["rows"] == table.attrs["rows"] == len(table["first"])
-        assert "first" not in group
-        for name in HISTOGRAM_NAMES:
-            values = table[name][:]
-            assert group[f"{name}_histogram_counts"][:].sum() == len(values)
-            # Edges are kept in double precision, the table in single.
-            edges = group[f"{name}_histogram_edges"][:]
-            assert edges[-1] == pytest.approx(values.max(), rel=1e-6)
-            # What is smaller than RANGE of the largest is in the first bin.
-            assert edges[0] == pytest.approx(max(values[values > 0].min(), RANGE * values.max()), rel=1e-3)
+    with h5py.File(files / "run.h5") as whole, h5py.File(tmp_path / "run.h5") as short:
+        assert short["collisions"].attrs["rows"] == len(whole["collisions/first"])
+        assert len(short["collisions"]) == 0
     assert small["collisions"] == read_json(files / "summary.json")["collisions"]
 
 

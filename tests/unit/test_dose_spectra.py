@@ -48,7 +48,7 @@ def write(path: Path, *groups: pd.DataFrame, stored: float = 0.0, fill: float = 
     table["contact"] = table.index
     with h5py.File(path, "w") as file:
         group = file.create_group("collisions")
-        group.attrs.update({"begin_s": BEGIN, "window_s": WINDOW, "is_histogram": False})
+        group.attrs.update({"begin_s": BEGIN, "window_s": WINDOW})
         for name in table:
             group[name] = table[name].to_numpy()
         file["ledger/elastic_tangential_J"] = np.array([0.25, 0.25 + stored])
@@ -152,7 +152,7 @@ def test_seeds_of_a_condition_are_averaged(tmp_path):
 def test_a_run_without_contacts_has_a_row_that_says_so(tmp_path):
     path, summary = write(tmp_path / "run.h5", contacts(3, 1e-5, 1e-5))
     with h5py.File(path, "a") as file:
-        file["collisions"].attrs["is_histogram"] = True
+        del file["collisions/second"]
     spectra, table = tabulate_spectra([(path, summary)], ["lifetimes"], EDGES)
     assert spectra.empty
     assert table["note"].tolist() == [TABLE_ONLY]

@@ -131,7 +131,6 @@ def write_run(folder, total=0.75, histogram=False) -> tuple[str, str]:
     with h5py.File(folder / "run.h5", "w") as file:
         file.attrs["config"] = json.dumps({"case": {**case, "seed": 0}})
         group = file.create_group("collisions")
-        group.attrs["is_histogram"] = histogram
         if not histogram:
             group["second"], group["sliding_J"] = np.array([1, -1, -3]), np.array([0.25, 0.2, 0.3])
     summary = {

@@ -52,7 +52,7 @@ def write_run(folder: Path, seed: int = 0, histogram: bool = False) -> tuple[str
     sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     with h5py.File(place / "run.h5", "w") as file:
         group = file.create_group("collisions")
-        group.attrs.update({"is_histogram": histogram, "begin_s": 0.5, "window_s": 1.0})
+        group.attrs.update({"begin_s": 0.5, "window_s": 1.0})
         for name, values in ({} if histogram else columns).items():
             group[name] = values
         file["geometry/vertices_m"] = corners

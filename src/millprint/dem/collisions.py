@@ -92,11 +92,11 @@ COUNTING = ("start_s", "duration_s", "peak_force_N", "normal_J", *WORKS)
 
 
 def read_rows(group: h5py.Group, names: Iterable[str] = COUNTING) -> pd.DataFrame | None:
-    """Rows of the group `collisions` of a run.h5, with some of VALUE_NAMES; None where it has histograms only.
+    """Rows of the group `collisions` of a run.h5, with some of VALUE_NAMES; None where there were too many to keep.
 
     In double precision: sums of millions of numbers in single precision would lose digits.
     """
-    if group.attrs["is_histogram"]:
+    if "second" not in group:
         return None
     whole = {name: group[name][:].astype(np.int64) for name in ROW_NAMES if name not in VALUE_NAMES}
     return pd.DataFrame(whole | {name: group[name][:].astype(float) for name in names})
@@ -277,27 +277,3 @@ def squares_per_turn(contacts: pd.DataFrame, begin_s: float, frequency_hz: float
         channel: np.bincount(place, weights=squares_of(energy, lasting), minlength=turns)
         for channel, energy in energies_of(contacts).items()
     }
-
-
-# The lower end of a histogram, over the largest value.
-RANGE = 1e-12
-# A start has no distribution.
-HISTOGRAM_NAMES = [name for name in VALUE_NAMES if name != "start_s"]
-
-
-def histograms(contacts: pd.DataFrame, bins: int = 120) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Counts of the columns HISTOGRAM_NAMES over logarithmic bins: (edges (bins + 1,), counts (bins,)).
-
-    Every contact is in a bin of each: values below RANGE of the largest, such as the damping of a contact that hardly
-    slips, are in the first, and so are 0 and the few negative works.
-    """
-    made = {}
-    for name in HISTOGRAM_NAMES:
-        value = contacts[name].to_numpy()
-        if value.size:
-            positive = value[value > 0]
-            high = positive.max() if positive.size else 1.0
-            low = max(positive.min(), RANGE * high) if positive.size else RANGE
-            edges = np.geomspace(low, high * (1 + 1e-12), bins + 1)
-            made[name] = (edges, np.histogram(np.clip(value, edges[0], None), edges)[0])
-    return made

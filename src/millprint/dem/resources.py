@@ -33,7 +33,7 @@ SNAPSHOT_COLUMNS = 12
 COLLISION_BYTES, BALL_BYTES = 96, 7500
 # Collisions per ball and second: more than in any included mill.
 COLLISIONS_HZ = 1000
-# A run of more collisions keeps histograms of them in run.h5, and no table.
+# A run of more collisions keeps no table of them in run.h5.
 COLLISION_ROWS_MAX = 3_000_000
 # In run.h5: a collision of the table, a ball in a snapshot [bytes].
 STORED_COLLISION_BYTES, STORED_SNAPSHOT_BYTES = 37, 38

@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from millprint.dem.collisions import by_surface, histograms
 from millprint.dem.layout import OCCUPANCY, SNAPSHOT, SNAPSHOT_TOTAL
 from millprint.dem.recording import Recording
 from millprint.dem.resources import COLLISION_ROWS_MAX
@@ -141,12 +140,7 @@ def write_run(
         group.attrs["begin_s"] = simulation.begin_s
         group.attrs["window_s"] = simulation.window_s
         group.attrs["rows"] = len(table)
-        group.attrs["is_histogram"] = len(table) > COLLISION_ROWS_MAX
-        if group.attrs["is_histogram"]:
-            for name, (edges, counts) in histograms(by_surface(table)).items():
-                put(group, f"{name}_histogram_edges", edges)
-                put(group, f"{name}_histogram_counts", counts)
-        else:
+        if len(table) <= COLLISION_ROWS_MAX:
             _put_frame(group, table, narrow=True)
         _put_occupancy(file.create_group("occupancy"), recording)
         if recording.snapshots:

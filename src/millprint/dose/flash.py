@@ -92,7 +92,7 @@ def flash_K(impacts: Impacts, energy_J: np.ndarray, settings: FlashSection, cond
 
 
 def read_impacts(run_path: str | Path, summary: dict, settings: FlashSection) -> Impacts | None:
-    """The impacts of a run that begin and end within its window; None if it only has a histogram of collisions.
+    """The impacts of a run that begin and end within its window; None if it has no table of collisions.
 
     None also, with a line in the log, for a contact law without a Young's modulus, which cannot be scaled.
 

@@ -40,8 +40,8 @@ class HeatSource:
 
 
 def split_of_contacts(group: h5py.Group) -> np.ndarray | None:
-    """Shares of PLACES in each of CHANNELS (2, 3) from the table of collisions; None if the run has a histogram."""
-    if group.attrs["is_histogram"]:
+    """Shares of PLACES in each of CHANNELS (2, 3) from the table of collisions; None if the run has none."""
+    if "second" not in group:
         return None
     between = group["second"][:] >= 0
     energies = (group["normal_J"][:], group["damping_J"][:] + group["sliding_J"][:], group["rolling_J"][:])
@@ -68,8 +68,8 @@ def split_of_summary(summary: dict) -> np.ndarray:
             ]
             return _shares(np.array(split))
     raise ConfigError(
-        f"{summary['mill']}: the run has a histogram of collisions only, and no rule of dem.counting_rules without a "
-        "threshold: heat cannot be divided between balls and wall"
+        f"{summary['mill']}: the run kept no table of its collisions, and no rule of dem.counting_rules is without "
+        "a threshold: heat cannot be divided between balls and wall"
     )
 
 

@@ -43,7 +43,7 @@ READ_OFF = [
     *("collisions_hz", "power_W", "power_share", "mean_J", "median_J", "half_power_J", "beyond_bins_share"),
     *("dropped_W", "stored_W", "open_W", "ledger_W", "error_percent", "note"),
 ]
-TABLE_ONLY = "run.h5 holds histograms and no contacts; record a shorter window"
+TABLE_ONLY = "run.h5 has no table of its many contacts; record a shorter window"
 
 
 def read_spectra(path: str | Path) -> pd.DataFrame:

@@ -112,7 +112,7 @@ def sliding_of_run(run_path: str | Path, summary_path: str | Path) -> dict:
 def _works(file: h5py.File, summary: dict) -> tuple[dict[str, float], str]:
     """Sliding work by kind in the window [J], and how it was split."""
     contacts = file["collisions"]
-    if not contacts.attrs["is_histogram"]:
+    if "second" in contacts:
         return sliding_of_contacts(contacts["second"][:], contacts["sliding_J"][:]), CONTACTS
     shares = summary["collisions"][0]["shares"]
     return {kind: summary["ledger_J"]["sliding"] * shares[kind]["tangential"] for kind in KINDS}, SHARES

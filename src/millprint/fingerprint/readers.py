@@ -78,7 +78,7 @@ def check_summary(summary: dict, source: str) -> dict:
 def with_counts(summary: dict, run_path: str | Path, rules: Iterable[CountingRule]) -> dict:
     """A summary whose collisions are counted by these rules: from its run.h5 where the run did not count by them.
 
-    Raises ConfigError for a run that has only histograms of its collisions.
+    Raises ConfigError for a run that has no table of its collisions.
     """
     recorded = [(CountingRule.of_count(count), count) for count in summary["collisions"]]
     rules = list(rules)
@@ -90,7 +90,7 @@ def with_counts(summary: dict, run_path: str | Path, rules: Iterable[CountingRul
             begin_s, window_s = float(group.attrs["begin_s"]), float(group.attrs["window_s"])
         if rows is None:
             raise ConfigError(
-                f"{run_path}: holds histograms of collisions, which {further[0].name} cannot count; delete it, and it "
+                f"{run_path}: has no table of its many collisions, for {further[0].name} to count; delete it, and it "
                 "is simulated again"
             )
         balls, frequency_hz = summary["balls"], summary["frequency_hz"]
@@ -209,7 +209,7 @@ class Contacts:
 
 
 def read_contacts(path: str | Path, everything: bool = False) -> Contacts | None:
-    """The contacts of a run.h5; None if it only holds their histograms. Raises ConfigError for a damaged file.
+    """The contacts of a run.h5; None if it has no table of them. Raises ConfigError for a damaged file.
 
     everything: with all values of a contact that were recorded, not only those for counting.
     """
