@@ -253,7 +253,12 @@ def mill_content(
             **request.model_dump(include=SEARCHED),
             "weights": request.all_weights,
             "balls_in_words": balls_searched(request.ball_diameters_mm),
-            "targets": {target.name: target.given for target in request.targets if target.like is None},
+            # Without the last digits, which differ between processors.
+            "targets": {
+                target.name: {name: float(f"{value:.10g}") for name, value in target.given.items()}
+                for target in request.targets
+                if target.like is None
+            },
         },
     }
 
