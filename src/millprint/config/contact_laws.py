@@ -51,7 +51,7 @@ class LinearKeys(DampedKeys):
 class LawKind:
     """A contact law in a contact set.
 
-    title: its name in texts; told: what texts tell of a set of this law, words and unit by key, its stiffness last.
+    title: its name in texts; told: what texts say about a set of this law, words and unit by key, its stiffness last.
     """
 
     keys: type[LawKeys]
