@@ -12,15 +12,15 @@ Outputs: `table`, `svg`, `png` of the collapse, `coverage`; or the conditions as
 
 import pandas as pd
 
-from millprint.card.match import match_card, verdict
+from millprint.card.match import match_card
 from millprint.card.read import read_card
-from millprint.config.fingerprint import DescriptorSet, LikeConfig, MatchConfig, TargetConfig
+from millprint.config.fingerprint import DescriptorSet, LikeConfig, MatchConfig, SearchConfig, TargetConfig
 from millprint.config.mill_sweep import MatchMillsConfig
 from millprint.figures.mill_pictures import plot_collapse
 from millprint.figures.style import save
-from millprint.fingerprint.comparison import Wanted, match_in_words
-from millprint.fingerprint.condition_search import match_targets, shared_contact, simulated_ranges
+from millprint.fingerprint.condition_search import rank_conditions, target_of
 from millprint.fingerprint.coverage import sum_coverage
+from millprint.fingerprint.match_words import match_in_words
 from millprint.fingerprint.mill_collapse import COLLAPSE_MAX, one_row_a_mill
 from millprint.fingerprint.model import Fingerprint
 from millprint.run.files import read_table, whole_file, write_table
@@ -37,25 +37,27 @@ def collect(collapse: list[str], coverage: dict[str, str], output) -> pd.DataFra
     return found
 
 
-def request_of(
-    settings: MatchMillsConfig, like: str, fingerprint: Fingerprint, descriptors: DescriptorSet
-) -> MatchConfig:
-    """The request: ranges that the settings do not give are those of the simulations of the mill."""
-    given = {"speeds_rpm": settings.speeds_rpm, "ball_diameters_mm": settings.ball_diameters_mm}
-    content = simulated_ranges([fingerprint]) | {key: value for key, value in given.items() if value}
+def request_of(settings: MatchMillsConfig, like: str, descriptors: DescriptorSet) -> MatchConfig:
+    """The request of the settings, with the path of the fingerprint that the mill is to be like."""
     keys = ("speed_rpm", "ball_diameter_mm", "fill_ratio")
     condition = LikeConfig(fingerprint=like, **{key: getattr(settings, f"like_{key}") for key in keys})
-    target = TargetConfig(name=settings.like_mill, like=condition)
-    return MatchConfig(targets=[target], descriptors=descriptors, ranked=settings.ranked, **content)
+    return MatchConfig(
+        targets=[TargetConfig(name=settings.like_mill, like=condition)],
+        descriptors=descriptors,
+        **settings.model_dump(include={"speeds_rpm", "ball_diameters_mm", "ranked"}),
+    )
 
 
 def match_mill(settings: MatchMillsConfig, mill: str, like: str, descriptors: DescriptorSet, output: str) -> list[str]:
     """Write the conditions of a mill nearest to one of another, by the paths of both; returns the sentences on them."""
     own = Fingerprint.read(mill)
-    request = request_of(settings, like, own, descriptors)
-    table = match_targets(request, [own])
+    request = request_of(settings, like, descriptors)
+    (asked,) = request.targets
+    target = target_of(asked, [own], request)
+    table = rank_conditions(target, [own], request)
+    table.insert(0, "target", asked.name)
     write_table(table, output)
-    return [match_in_words(table, request, [own]), *shared_contact(request, [own])]
+    return match_in_words(table, target, request, [own])
 
 
 def match_cards(cards: list[str], fingerprints: list[str], output, descriptors: DescriptorSet) -> list[str]:
@@ -65,8 +67,9 @@ def match_cards(cards: list[str], fingerprints: list[str], output, descriptors: 
     for card in map(read_card, cards):
         for fingerprint in known:
             if fingerprint.about["mill"] != card.machine.name:
-                tables.append(match_card(card, fingerprint, Wanted(descriptors=descriptors)))
-                lines += verdict(card, fingerprint, tables[-1])
+                _, table, said = match_card(card, fingerprint, SearchConfig(descriptors=descriptors))
+                tables.append(table)
+                lines += said
     write_table(pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=["target"]), output.table)
     with whole_file(output.verdict) as partial:
         partial.write_text("".join(f"{line}\n" for line in dict.fromkeys(lines)))

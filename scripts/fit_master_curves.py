@@ -16,7 +16,7 @@ import pandas as pd
 
 from millprint.config.fingerprint import InverseConfig
 from millprint.config.mixture import ONE_SIZE
-from millprint.fingerprint.condition_search import match_targets, target_descriptors
+from millprint.fingerprint.condition_search import match_targets, target_of
 from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.descriptors import CHARGE, as_built, read_descriptors, tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
@@ -110,7 +110,7 @@ def solve_speeds(own: Fingerprint, points: dict[str, dict[str, float]], inverse:
     tables = []
     for target in inverse.targets:
         for source, point in points.items():
-            wanted = target_descriptors(target, [own], inverse.descriptors)
+            wanted = {name: each.value for name, each in target_of(target, [own], inverse).wanted.items()}
             if not wanted.keys().isdisjoint(DESCRIPTOR_SETS["weighted"]) and not point.keys() >= set(WEIGHTED_BASIC):
                 continue
             table = invert_speed(wanted, point, condition, own.about["volume_m3"])

@@ -11,13 +11,13 @@ from tools.write_reference import card_schema_text
 
 from millprint.card.card_model import MillingCard
 from millprint.card.latex import bibtex, escape, latex_table
-from millprint.card.match import match_card, verdict
+from millprint.card.match import match_card
 from millprint.card.methods import methods_paragraph
 from millprint.card.read import read_card
 from millprint.card.scatter import Window, descriptors_of_totals, jackknife, spread
 from millprint.config.errors import ConfigError
+from millprint.config.fingerprint import SearchConfig
 from millprint.config.sweep import ball_count
-from millprint.fingerprint.comparison import Wanted
 from millprint.run.numbers import plain, prefix_of, three
 from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, ROLLING, VOLUME, WEIGHTED_OVER_MEAN, fingerprint, true_curves
 
@@ -301,17 +301,17 @@ def test_bibtex_cites_what_the_card_rests_on(written):
 def test_a_card_of_a_simulated_setting_finds_that_setting(written):
     """The synthetic mill predicts the card exactly: the ranking ends where the card was made."""
     card, mill = read_card(written(card_content(0.10, 700.0))), fingerprint()
-    table = match_card(card, mill)
+    _, table, (first, *further) = match_card(card, mill)
     best = table.iloc[0]
     assert best["fill_ratio"] == pytest.approx(0.10, rel=0.03) and best["speed_rpm"] == pytest.approx(700, rel=0.02)
     for name, chosen in (("weighted_normal_energy_J", "weighted"), ("normal_energy_J", "per_collision")):
-        own = match_card(card, mill, Wanted(descriptors=chosen)).iloc[0]
+        own = match_card(card, mill, SearchConfig(descriptors=chosen))[1].iloc[0]
         assert own[f"{name}_ratio"] == pytest.approx(1, abs=0.02)
         assert own[f"{name}_ratio_lower"] < 0.96 and own[f"{name}_ratio_upper"] > 1.04
-    # The same powder, the same power: the same time.
-    assert best["milling_h"] == pytest.approx(5, rel=0.06) and best["rate_ratio"] == pytest.approx(1, rel=0.06)
-    (first, second, *_) = verdict(card, mill, table)
-    assert "balls of 10 mm" in first and "h of milling for the dose of 5 h" in second
+    # The same powder, the same power: the same time, that of the card unless another is given.
+    assert best["milling_h"] == pytest.approx(5, rel=0.06)
+    assert match_card(card, mill, hours=8)[1]["milling_h"].iloc[0] == pytest.approx(8, rel=0.06)
+    assert "balls of 10 mm" in first and any(line.startswith("5 h there is ") for line in further)
 
 
 @pytest.mark.slow
@@ -321,17 +321,18 @@ def test_a_card_that_no_setting_meets_is_said_so(written):
         quantity = content["fingerprint"]["descriptors"][name]
         content["fingerprint"]["descriptors"][name] = {"value": 1e3 * quantity["value"], "unit": "J"}
     card, mill = read_card(written(content)), fingerprint()
-    (line,) = verdict(card, mill, match_card(card, mill))
-    assert "no setting of" in line and "within 25 %" in line
-    empty = match_card(card, mill, Wanted(fill_ratios=[0.9, 0.95]))
-    assert "none of the requested fill ratios" in verdict(card, mill, empty)[0]
+    # A card without bands leaves it open at best.
+    _, table, (line, *_) = match_card(card, mill)
+    assert f"{card.name}: not known on" in line and set(table["verdict"]) == {"open"}
+    _, _, (line,) = match_card(card, mill, SearchConfig(fill_ratios=[0.9, 0.95]))
+    assert "none of the requested fill ratios" in line
 
 
 @pytest.mark.slow
 def test_collisions_counted_by_another_gap_are_refused_in_one_line(written):
     card = read_card(written(card_content(gap_turns=0.9)))
     with pytest.raises(ConfigError, match=r"gap of 0\.9 turns") as caught:
-        match_card(card, fingerprint(), Wanted(descriptors="per_collision"))
+        match_card(card, fingerprint(), SearchConfig(descriptors="per_collision"))
     # Energy-weighted descriptors need no rule.
-    assert match_card(card, fingerprint()).iloc[0]["fill_ratio"] == pytest.approx(0.10, rel=0.03)
+    assert match_card(card, fingerprint())[1].iloc[0]["fill_ratio"] == pytest.approx(0.10, rel=0.03)
     assert len(str(caught.value).splitlines()) == 1

@@ -163,6 +163,7 @@ def test_units_change_what_is_shown_and_not_the_state(pages, width):
       const dose = () =>
         results().find((e) => e.textContent.startsWith("Specific energy")).querySelector("dd").textContent;
       const before = JSON.stringify(explorer.state);
+      set("energy", "µJ"); set("dose", "kJ/g");
       const shown = { µJ: first(), "kJ/g": dose() };
       for (const unit of ["mJ", "J"]) { set("energy", unit); shown[unit] = first(); }
       for (const unit of ["J/g", "kWh/t"]) { set("dose", unit); shown[unit] = dose(); }

@@ -74,7 +74,7 @@ from millprint.card.card_model import Descriptors
 from millprint.card.latex import TITLES
 from millprint.config.fingerprint import (MatchConfig)
 from millprint.explorer.content import Machine, explorer_content, mill_content
-from millprint.fingerprint.condition_search import rank_conditions, simulated_ranges, simulated_request
+from millprint.fingerprint.condition_search import rank_conditions, simulated_request
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
 from millprint.fingerprint.mill_sheet import tabulate_sheet
@@ -107,7 +107,7 @@ fingerprint = Fingerprint.fit(rows, VOLUME, 0.95)
 fingerprint.write(folder / "fingerprint.json")
 found = fingerprint.predict(fingerprint.condition(speed_hz=15.0, ball_diameter_m=0.01, fill_ratio=0.1))
 assert abs(found.median_impact_speed_m_s.value / (0.5 * 15 * AMPLITUDE) - 1) < 0.08 and found.known[NAME].unit == "m/s"
-request = MatchConfig(targets=[{"name": "mine", NAME: 0.12}], **simulated_ranges([fingerprint]))
+request = MatchConfig(targets=[{"name": "mine", NAME: 0.12}])
 best = rank_conditions({NAME: 0.12}, [fingerprint], request).iloc[0]
 assert abs(best[NAME] / 0.12 - 1) < 1e-3, best
 sheet = tabulate_sheet(mill("spex"), fingerprint, tabulate_mill_collapse(rows, 0.95), find_zones(fingerprint), rows)

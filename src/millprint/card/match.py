@@ -9,26 +9,18 @@ import pandas as pd
 from millprint.card.card_model import MillingCard
 from millprint.config.checks import MILL_FOLDER
 from millprint.config.errors import ConfigError
+from millprint.config.fingerprint import SearchConfig
 from millprint.config.sources import WORKING_FOLDER, Sources
 from millprint.config.wording import close_to
-from millprint.estimate.estimates import Estimate, Interval
-from millprint.fingerprint.comparison import (
-    ALL_SIMULATED,
-    Wanted,
-    limits_in_words,
-    lost_in_words,
-    nearest,
-    setting_in_words,
-)
-from millprint.fingerprint.condition_search import SHARED_CONTACT, check_same_count, simulated_ranges
+from millprint.fingerprint.condition_search import check_same_count, rank_conditions
+from millprint.fingerprint.match_target import Target
+from millprint.fingerprint.match_words import match_in_words
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import find_ready_made
 from millprint.observables.definitions import DESCRIPTOR_SETS, POWER
 
-# Settings are near a card if its descriptors are met to this on average (root mean square of logarithms).
-NEAR = 0.25
-# Columns that are added to a ranking: powder and dose at the card's ball-to-powder ratio.
-DOSE_COLUMNS = ("powder_mass_g", "rate_W_g", "rate_ratio", "milling_h")
+# A search of everything that was simulated.
+ANYTHING = SearchConfig()
 
 
 def find_fingerprint(mill: str, results: str | Path = "results", sources: Sources = WORKING_FOLDER) -> Path:
@@ -54,84 +46,35 @@ def find_fingerprint(mill: str, results: str | Path = "results", sources: Source
     )
 
 
-def with_band(quantity: Estimate) -> Estimate:
-    """A quantity of a card, with a band of no width if the band of a new simulation is missing."""
-    return replace(quantity, scatter=quantity.scatter or Interval(quantity.value, quantity.value))
+def target_of_card(card: MillingCard, request: SearchConfig) -> Target:
+    """What a request asks for, to be like a card."""
+    own = card.fingerprint.descriptors
+    wanted = {name: getattr(own, name) for name in DESCRIPTOR_SETS[request.descriptors]}
+    power = own.wall_power_W * (1e3 / card.balls.mass_g)
+    return Target(wanted, request.asked, replace(power, unit="W/kg"), card.fingerprint.probability)
 
 
-def match_card(card: MillingCard, fingerprint: Fingerprint, wanted: Wanted = ALL_SIMULATED) -> pd.DataFrame:
-    """The settings of a mill nearest to a card, as `rank_conditions`, with ratios to it and DOSE_COLUMNS.
+def match_card(
+    card: MillingCard, fingerprint: Fingerprint, request: SearchConfig = ANYTHING, hours: float | None = None
+) -> tuple[Target, pd.DataFrame, list[str]]:
+    """What a card asks of a mill, the settings nearest to it as `rank_conditions`, and sentences on them.
 
-    powder_mass_g: at the card's ball-to-powder ratio; rate_W_g: power over it; rate_ratio: over the card's rate;
-    milling_h: time for the card's dose. Empty if the card has no powder or programme.
-    Raises ConfigError, in one line, as `check_same_count` and `rank_conditions`.
+    Of a card with powder the table has powder_mass_g, at the card's ball-to-powder ratio, and rate_W_g, power over it;
+    milling_h, with the ends of its interval, is the time for the card's dose, if it has a programme. hours: in place of
+    its milling time. Raises ConfigError, in one line, as `check_same_count` and `rank_conditions`.
     """
-    check_same_count(f"card {card.name}", vars(card.fingerprint), fingerprint, wanted.descriptors)
-    names = DESCRIPTOR_SETS[wanted.descriptors]
-    bands = {name: with_band(getattr(card.fingerprint.descriptors, name)) for name in names}
-    table = nearest(bands, card.fingerprint.probability, fingerprint, wanted)
+    check_same_count(f"card {card.name}", vars(card.fingerprint), fingerprint, request.descriptors)
+    target = target_of_card(card, request)
+    table = rank_conditions(target, [fingerprint], request)
     table.insert(0, "target", card.name)
-    return _with_dose(table, card)
-
-
-def _with_dose(table: pd.DataFrame, card: MillingCard) -> pd.DataFrame:
-    volume_m3 = np.pi / 6 * (1e-3 * table["ball_diameter_mm"]) ** 3
-    balls_g = 1e3 * table["balls"] * table["density_kg_m3"] * volume_m3
-    found = dict.fromkeys(DOSE_COLUMNS, np.full(len(table), np.nan))
+    hours = hours or (card.programme.milling_h if card.programme else None)
     if card.powder is not None:
-        powder = balls_g / card.powder.ball_to_powder_ratio
-        own = card.fingerprint.descriptors.wall_power_W.value / card.powder.mass_g
-        rate = table[POWER] / powder
-        found |= {"powder_mass_g": powder, "rate_W_g": rate, "rate_ratio": rate / own}
-        if card.programme is not None:
-            found["milling_h"] = card.programme.milling_h * own / rate
-    return table.assign(**found)
-
-
-def is_near(row: pd.Series, near: float = NEAR) -> bool:
-    """Whether a row of a ranking is near the card and within the simulated range."""
-    return bool(np.expm1(row["distance"]) <= near and row["inside"] == "yes")
-
-
-def verdict(
-    card: MillingCard, fingerprint: Fingerprint, table: pd.DataFrame, near: float = NEAR, wanted: Wanted = ALL_SIMULATED
-) -> list[str]:
-    """Sentences on a ranking: the nearest setting, if there is one, what is lost, and how long it takes.
-
-    wanted: what was searched, whose limits are named where nothing comes near.
-    """
-    mill = fingerprint.about["mill"]
-    if table.empty:
-        return [f"{card.name}: no setting of {mill}: none of the requested fill ratios was simulated"]
-    best = table.iloc[0]
-    near_rows = [row for _, row in table.iterrows() if is_near(row, near)]
-    if not near_rows:
-        outside = f", outside the simulations: {best['outside']}" if best["inside"] == "no" else ""
-        if np.expm1(best["distance"]) <= near:
-            return [
-                f"{card.name}: no simulated setting of {mill} comes within {100 * near:g} % of the card; by the "
-                f"scaling of its curves {setting_in_words(best)}{outside} would: {lost_in_words(best)}"
-            ]
-        return [
-            f"{card.name}: no setting of {mill} comes within {100 * near:g} % of the card; the nearest "
-            f"({setting_in_words(best)}{outside}) is off by a factor of {np.exp(best['distance']):.2g}: "
-            f"{lost_in_words(best)}; {_limits(best, fingerprint, wanted)}"
-        ]
-    best = near_rows[0]
-    lines = [f"{card.name}: on {mill}, {setting_in_words(best)}; against the card: {lost_in_words(best)}"]
-    if np.isfinite(best["milling_h"]) and card.programme:
-        lines.append(
-            f"with {best['powder_mass_g']:.3g} g of powder (ball-to-powder ratio as in the card) it gives "
-            f"{best['rate_ratio']:.2g} of the card's power per gram: {best['milling_h']:.3g} h of milling for the dose "
-            f"of {card.programme.milling_h:.3g} h"
-        )
-    if "contact" in fingerprint.further and fingerprint.about["contact"] == card.contact_set.name:
-        lines.append(SHARED_CONTACT.format(contact=card.contact_set.name))
-    return lines
-
-
-def _limits(best: pd.Series, fingerprint: Fingerprint, wanted: Wanted) -> str:
-    ranges = simulated_ranges([fingerprint])
-    balls = [1e3 * fingerprint.balls(choice)[0] for choice in wanted.balls or ranges["ball_diameters_mm"]]
-    speeds, fills = wanted.speeds_rpm or ranges["speeds_rpm"], wanted.fill_ratios or ranges["fill_ratios"]
-    return limits_in_words(best, speeds, fills, balls)
+        volume_m3 = np.pi / 6 * (1e-3 * table["ball_diameter_mm"]) ** 3
+        balls_g = 1e3 * table["balls"] * table["density_kg_m3"] * volume_m3
+        powder_g = balls_g / card.powder.ball_to_powder_ratio
+        table = table.assign(powder_mass_g=powder_g, rate_W_g=table[POWER] / powder_g)
+    if hours is not None:
+        ends = ("", "_mean_lower", "_mean_upper")
+        table = table.assign(**{f"milling_h{end}": hours * table[f"time_ratio{end}"] for end in ends})
+    lines = match_in_words(table, target, request, [fingerprint], hours or 1.0)
+    return target, table, [f"{card.name}: {lines[0]}", *lines[1:]]

@@ -1,118 +1,114 @@
-"""Ranks the conditions whose descriptors come nearest to given ones, and shows what is lost in each.
+"""Ranks the conditions that do the same to a powder as a given one, and shows what is lost in each.
 
     millprint match mixer --like planetary 400 10 0.2 --speeds 900 1620 --balls 10
+    millprint match spex --like mixer 25Hz 10 0.3 --hours 5
     millprint match results/fingerprint/fingerprint_calibrated.json \\
         --energies 2.21e-4 5.00e-4 --frequency 400 --speeds 300 1200 --balls 5 8 10
     millprint match --from card.json --to planetary
 
 Name each mill that you could use, by its name if it was run (--results says where) or by its fingerprint.json. The
-target is a condition of another mill (--like MILL SPEED_RPM BALLS FILL), by energy-weighted descriptors, which need no
-counting rule, or by those of the thesis (--descriptors), or energies per collision [J] and all collisions over the
-balls [1/s]. Balls are a diameter [mm] or the name of a charge of several sizes that was simulated; between two charges
-nothing is calculated. FILL is the fill ratio, or `number=50`, `mass_g=200`, or `bulk_filling=0.33` of the jar with a
-packing fraction of 0.6, which is an assumption. Ranges that are left out are those of the simulations. A milling card
-can be the target too (--from, --to), with the time for the same dose.
+target is a condition of another mill (--like MILL SPEED BALLS FILL) or a milling card (--from, --to). Its collisions
+are asked for, by their energy-weighted energies E*n and E*t, which need no counting rule, or by the mean energies of
+the thesis (--descriptors per_collision); how often they come is made up by milling time, unless --equal-frequency asks
+for that too. Or the target is numbers: energies per collision [J] and all collisions over the balls [1/s].
+
+SPEED is in rpm, or in Hz as 25Hz. Balls are a diameter [mm] or the name of a charge of several sizes that was
+simulated; between two charges nothing is calculated. FILL is the fill ratio, or `number=50`, `mass_g=200`, or
+`bulk_filling=0.33` of the jar with a packing fraction of 0.6, which is an assumption. Ranges that are left out are
+those of the simulations.
 
 A YAML file can hold all of this (--request), as fingerprint.inverse of config/config.yaml does; options take
 precedence over it.
 
-The first line says whether the target is met, or which limit of a range stands in the way. The table shows the
-residuals in per cent, the descriptors that lie within the band of a new simulation of the condition (met), and the
-values outside the simulated ranges; --out writes the whole table. With the target `uncertainty` it also shows by how
-much, in per cent, contact parameters and the shape of the jar may change each descriptor, and next to another mill
-(--like) the intervals of the ratio to it.
+The first line has the verdict, from the bands of both mills, of the mean of very many simulations: met, if they are
+surely within --near of each other; not met, if they are surely not; not known, where a band is too wide to say, or
+something was not simulated. Further lines say how long the same dose takes, and what to choose where not all is met.
+The table has what was found over what was wanted, with the interval; --out writes every column.
 """
 
 import argparse
+import textwrap
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import pandas as pd
 from pydantic import Field
 
-from millprint.card.match import NEAR, find_fingerprint, match_card, verdict
+from millprint.card.match import find_fingerprint, match_card
 from millprint.card.read import read_card
 from millprint.cli.commands import parser_of
-from millprint.config.arguments import check_written, value_of
-from millprint.config.charge import charge_words
+from millprint.config.arguments import check_written, value_of, value_of_key
+from millprint.config.charge import charge_words, speed_words
 from millprint.config.errors import ConfigError
-from millprint.config.fingerprint import DescriptorSet, Energy, Frequency, MatchConfig
+from millprint.config.fingerprint import DescriptorSet, Energy, Frequency, MatchConfig, SearchConfig
 from millprint.config.included import SOURCES
 from millprint.config.load import check_model, read_yaml
 from millprint.config.mixture import BallChoice
 from millprint.config.section import Count, Density, Fraction, PositiveSpeed
-from millprint.estimate.estimates import columns_of
-from millprint.fingerprint.bands import FURTHER, NOT_KNOWN
-from millprint.fingerprint.comparison import Wanted, match_in_words
-from millprint.fingerprint.condition_search import (
-    extrapolated_targets,
-    match_targets,
-    shared_contact,
-    simulated_ranges,
-)
-from millprint.fingerprint.descriptors import CHARGE, FEWEST_TURNS
+from millprint.fingerprint.condition_search import rank_conditions, target_of
+from millprint.fingerprint.descriptors import CHARGE
+from millprint.fingerprint.match_target import variables_in_words
+from millprint.fingerprint.match_words import interval_in_words, match_in_words, speed_in_words
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import find_ready_made
-from millprint.observables.definitions import DESCRIPTOR_SETS
+from millprint.observables.definitions import DESCRIPTOR_SETS, DESCRIPTORS, TARGET_DESCRIPTORS
 from millprint.run.files import write_table
+from millprint.run.numbers import three
 
-SHORT = {
-    "weighted_normal_energy_J": "E*n",
-    "weighted_tangential_energy_J": "E*t",
-    "weighted_normal_frequency_hz": "f*n",
-    "weighted_tangential_frequency_hz": "f*t",
-    "normal_energy_J": "En",
-    "tangential_energy_J": "Et",
-    "specific_frequency_hz": "f",
-}
-SHOWN = {
-    "rank": "rank",
-    "mill": "mill",
-    "contact": "contact",
-    CHARGE: "charge",
-    "ball_diameter_mm": "ball/mm",
-    "fill_ratio": "fill",
-    "balls": "balls",
-    "speed_rpm": "rpm",
-    **{f"{name}_residual_percent": f"{short} %" for name, short in SHORT.items()},
-    "within_interval": "met",
-    "outside": "outside",
-}
-# Further columns of a ranking against a card.
-DOSES = {"powder_mass_g": "powder/g", "rate_W_g": "W/g", "milling_h": "h for the dose"}
-FORMATS = {"fill": "{:.3f}".format, "rpm": "{:.0f}".format}
-FORMATS |= dict.fromkeys((f"{short} %" for short in SHORT.values()), "{:+.1f}".format)
-FORMATS |= dict.fromkeys(DOSES.values(), "{:.3g}".format)
+Hours = Annotated[float, Field(gt=0, le=1e4)]
+# Columns of a ranking as they are printed; the last two of a ranking against a card.
+SHOWN = {"rank": "#", "mill": "mill", "contact": "contact", CHARGE: "charge", "ball_diameter_mm": "ball/mm"}
+DOSES = {"powder_mass_g": "powder/g", "milling_h": "h"}
+NOTHING, WIDTH = "nothing", 118
 
 
-def _words(lower: pd.Series, upper: pd.Series, number: str) -> list[str]:
-    """Intervals in words, or that one is not known; number: the format of an end."""
-    ends = zip(lower, upper, strict=True)
-    return [f"{low:{number}} to {high:{number}}" if low == low else NOT_KNOWN for low, high in ends]
+def _slug(name: str) -> str:
+    """A descriptor in a command line: normal-energy, in any set."""
+    return "-".join(word for word in name.split("_")[:-1] if word != "weighted")
 
 
-def shown(rows: pd.DataFrame) -> pd.DataFrame:
-    """The columns of a ranking that are printed, with short names; a descriptor's interval in per cent of the value."""
-    found = rows[[name for name in SHOWN if name in rows]].rename(columns=SHOWN)
-    met = found["met"].str.split(", ")
-    found["met"] = met.map(lambda names: ", ".join(SHORT.get(name, name) for name in names))
+FIRST = list(dict.fromkeys(_slug(name) for names in DESCRIPTOR_SETS.values() for name in names))
 
-    def add(title: str, lower: pd.Series, upper: pd.Series, number: str) -> None:
-        found.insert(len(found.columns) - 1, title, _words(lower, upper, number))
 
-    for name, short in SHORT.items():
-        if f"{name}_ratio" in rows:
-            add(f"{short} ratio", rows[f"{name}_ratio_lower"], rows[f"{name}_ratio_upper"], ".2f")
-    for origin in FURTHER:
-        for name, short in SHORT.items():
-            lower, upper = columns_of(name, origin)
-            if lower in rows:
-                low, high = (100 * (rows[end] / rows[name] - 1) for end in (lower, upper))
-                add(f"{short} by {origin} %", low, high, "+.0f")
-            lower, upper = columns_of(f"{name}_ratio", origin)
-            if lower in rows:
-                add(f"{short} ratio by {origin}", rows[lower], rows[upper], ".2f")
-    return found
+def shown(rows: pd.DataFrame, asked: Sequence[str], hours: float = 1.0) -> pd.DataFrame:
+    """What is printed of a ranking, as text: settings, what was found over what was wanted, time, and verdict.
+
+    Columns that are the same in every row are left out.
+    """
+    table = {}
+    for name, title in SHOWN.items():
+        if name in rows and (name in ("rank", "ball_diameter_mm") or rows[name].nunique() > 1):
+            table[title] = [f"{value:g}" if isinstance(value, float) else str(value) for value in rows[name]]
+    table["fill"] = [f"{fill:.3f}" for fill in rows["fill_ratio"]]
+    table["balls"] = [str(count) for count in rows["balls"]]
+    table["speed"] = [speed_in_words(*setting) for setting in zip(rows["mill"], rows["speed_rpm"], strict=True)]
+    records = rows.to_dict("records")
+    for name in TARGET_DESCRIPTORS:
+        ratio = f"{name}_ratio"
+        if name in asked:
+            table[DESCRIPTORS[name].symbol] = [f"{row[ratio]:.2f} ({interval_in_words(row, ratio)})" for row in records]
+    for name, title in DOSES.items():
+        if name in rows and rows[name].notna().all():
+            table[title] = [three(value) for value in rows[name]]
+    if DOSES["milling_h"] not in table and "time_ratio" in rows and rows["time_ratio"].notna().all():
+        table[f"h for {hours:g}"] = [three(hours * ratio) for ratio in rows["time_ratio"]]
+    table["verdict"] = list(rows["verdict"])
+    if (rows["outside"] != NOTHING).any():
+        table["not simulated"] = [variables_in_words(tuple(names.split(", "))) for names in rows["outside"]]
+    return pd.DataFrame(table)
+
+
+def print_lines(*lines: str) -> None:
+    """Print sentences, as wide as the table."""
+    for line in lines:
+        print(textwrap.fill(line, WIDTH, subsequent_indent="  "))
+
+
+def _speed(word: str) -> float:
+    """A speed in rpm, or in Hz as 25Hz [rpm]."""
+    ((key, number),) = speed_words(word).items()
+    return value_of(key, PositiveSpeed)(number) * (60 if key == "speed_hz" else 1)
 
 
 def parse(arguments: list[str], name: str) -> argparse.Namespace:
@@ -134,14 +130,10 @@ def parse(arguments: list[str], name: str) -> argparse.Namespace:
         metavar="HZ",
         help="target: all collisions over the balls [1/s]",
     )
-    add("--like", nargs=4, metavar=("MILL", "RPM", "BALLS", "FILL"), help="target: a condition of another mill")
-    add(
-        "--speeds",
-        nargs=2,
-        type=value_of("speed_rpm", PositiveSpeed),
-        metavar=("FROM", "TO"),
-        help="range of the mill [rpm]",
-    )
+    add("--like", nargs=4, metavar=("MILL", "SPEED", "BALLS", "FILL"), help="target: a condition of another mill")
+    hours = value_of("time_h", Hours)
+    add("--hours", type=hours, metavar="H", help="milling time of the target (default 1, or the card's) [h]")
+    add("--speeds", nargs=2, type=_speed, metavar=("FROM", "TO"), help="range of the mill [rpm, or as 25Hz]")
     add(
         "--fills",
         nargs=2,
@@ -160,12 +152,14 @@ def parse(arguments: list[str], name: str) -> argparse.Namespace:
     )
     known = "what is met of another mill or a card (default weighted)"
     add("--descriptors", choices=list(DESCRIPTOR_SETS), help=known)
+    add("--equal-frequency", action="store_true", default=None, help="ask for the frequencies too")
+    near = value_of_key(SearchConfig, "near_percent")
+    add("--near", dest="near_percent", type=near, metavar="PERCENT", help="what counts as met (default 30)")
+    add("--first", choices=FIRST, help="what counts most")
     add("--ranked", type=value_of("ranked", Count), metavar="N", help="conditions to list (default 10)")
     add("--from", dest="card", type=Path, metavar="CARD", help="target: a milling card, card.json")
     add("--to", metavar="MILL", help="with --from: name of a mill that was run, or its fingerprint")
     add("--results", default="results", metavar="FOLDER", help="where mills were run (default: %(default)s)")
-    near = value_of("near", Annotated[float, Field(gt=0, le=1000)])
-    add("--near", type=near, default=100 * NEAR, metavar="PERCENT", help="with --from: what comes near")
     add("--out", type=Path, help="TSV file for the whole table")
     options = parser.parse_args(arguments)
     if (options.card is None) != (options.to is None):
@@ -184,8 +178,19 @@ def _target_name(like: list[str] | None) -> str:
     return f"as_{Path(like[0]).stem}" if like and not like[0].endswith(".json") else "target"
 
 
-def request_of(options: argparse.Namespace, content: dict) -> MatchConfig:
-    """The request from the YAML file and the options, which take precedence, over the keys of `content`."""
+def _first(slug: str | None, descriptors: DescriptorSet) -> str | None:
+    """The descriptor of a set that --first means. Raises ConfigError for one of another set."""
+    if slug is None:
+        return None
+    for name in DESCRIPTOR_SETS[descriptors]:
+        if _slug(name) == slug:
+            return name
+    raise ConfigError(f"--first {slug}: must be one of {', '.join(map(_slug, DESCRIPTOR_SETS[descriptors]))}")
+
+
+def request_of(options: argparse.Namespace) -> MatchConfig:
+    """The request from the YAML file and the options, which take precedence."""
+    content: dict[str, Any] = {}
     if options.request:
         read = read_yaml(options.request)
         if isinstance(read, dict) and "fingerprint" in read:  # a configuration of the workflow
@@ -193,7 +198,7 @@ def request_of(options: argparse.Namespace, content: dict) -> MatchConfig:
             read = {key: value for key, value in inverse.items() if key in MatchConfig.model_fields}
         if not isinstance(read, dict):
             raise ConfigError(f"{options.request}: must be a mapping of keys to values")
-        content = content | read
+        content = read
     target: dict[str, Any] = {"name": _target_name(options.like)}
     if options.energies:
         target |= dict(zip(("normal_energy_J", "tangential_energy_J"), options.energies, strict=True))
@@ -202,14 +207,23 @@ def request_of(options: argparse.Namespace, content: dict) -> MatchConfig:
     if options.like:
         mill, speed, balls, charge = options.like
         found = str(find_fingerprint(mill, options.results, SOURCES))
-        condition = {"speed_rpm": speed, "ball_diameter_mm": balls, **charge_words(charge)}
-        target["like"] = {"fingerprint": found, **condition}
+        settings = {**speed_words(speed), "ball_diameter_mm": balls, **charge_words(charge)}
+        target["like"] = {"fingerprint": found, **settings}
     if len(target) > 1:
         content["targets"] = [target]
-    keys = {"speeds": "speeds_rpm", "fills": "fill_ratios", "balls": "ball_diameters_mm"}
-    keys |= {"densities": "densities_kg_m3", "ranked": "ranked", "descriptors": "descriptors"}
-    content |= {key: given for option, key in keys.items() if (given := getattr(options, option)) is not None}
+    content |= searched(options, content.get("descriptors", "weighted"))
     return check_model(content, MatchConfig, str(options.request or "command line"))
+
+
+def searched(options: argparse.Namespace, descriptors: DescriptorSet = "weighted") -> dict[str, Any]:
+    """The keys of a search that are given as options; descriptors: the set that is asked for without an option."""
+    keys = {"speeds": "speeds_rpm", "fills": "fill_ratios", "balls": "ball_diameters_mm"}
+    keys |= {"densities": "densities_kg_m3"} | {
+        name: name for name in ("ranked", "descriptors", "equal_frequency", "near_percent")
+    }
+    given = {key: value for option, key in keys.items() if (value := getattr(options, option)) is not None}
+    first = _first(options.first, given.get("descriptors", descriptors))
+    return given | ({"first": first} if first else {})
 
 
 def located(mills: list[str], results: str) -> list[Path]:
@@ -225,17 +239,13 @@ def match_from_card(options: argparse.Namespace) -> None:
     """Rank the settings of a mill by how near they come to a card; print them with what is lost."""
     card = read_card(options.card)
     fingerprint = Fingerprint.read(*located([options.to], options.results))
-    chosen: DescriptorSet = options.descriptors or "weighted"
-    wanted = Wanted(options.speeds, options.fills, options.balls, options.densities, options.ranked or 10, chosen)
-    table = match_card(card, fingerprint, wanted)
+    request = check_model(searched(options), SearchConfig, "command line")
+    target, table, lines = match_card(card, fingerprint, request, options.hours)
     if options.out:
         write_table(table, options.out)
-    for line in verdict(card, fingerprint, table, options.near / 100, wanted):
-        print(line)
+    print_lines(*lines)
     if len(table):
-        doses = {name: table[column] for column, name in DOSES.items() if table[column].notna().all()}
-        own = shown(table).assign(**doses)
-        print(own.to_string(index=False, formatters=FORMATS))
+        print(shown(table, target.asked, options.hours or 1.0).to_string(index=False))
 
 
 def main(arguments: list[str], name: str = "match") -> None:
@@ -245,21 +255,15 @@ def main(arguments: list[str], name: str = "match") -> None:
         match_from_card(options)
         return
     fingerprints = [Fingerprint.read(path) for path in located(options.fingerprints, options.results)]
-    request = request_of(options, simulated_ranges(fingerprints))
-    table = match_targets(request, fingerprints)
-    notes = [*extrapolated_targets(request), *shared_contact(request, fingerprints)]
-    notes += [
-        f"{own.about['mill']}: few turns: {own.about['few_turns']} of its conditions were recorded for fewer than "
-        f"{FEWEST_TURNS} independent turns"
-        for own in fingerprints
-        if own.about.get("few_turns")
-    ]
+    request = request_of(options)
+    tables = []
+    for asked in request.targets:
+        target = target_of(asked, fingerprints, request)
+        rows = rank_conditions(target, fingerprints, request)
+        first, *further = match_in_words(rows, target, request, fingerprints, options.hours or 1.0)
+        print_lines(f"{asked.name}: {first}", *further)
+        if len(rows):
+            print(shown(rows, target.asked, options.hours or 1.0).to_string(index=False))
+        tables.append(rows.assign(target=asked.name))
     if options.out:
-        write_table(table, options.out)
-    for target, rows in table.groupby("target", sort=False):
-        print(f"{target}: {match_in_words(rows, request, fingerprints)}")
-        print(shown(rows).to_string(index=False, formatters=FORMATS))
-    for note in notes:
-        print(note)
-    if table.empty:
-        print("no condition: none of the requested fill ratios was simulated")
+        write_table(pd.concat(tables, ignore_index=True), options.out)

@@ -1,6 +1,7 @@
 """How many balls a jar holds, as people say it: the one place that makes a fill ratio of a number, a mass or a bed."""
 
 import math
+import re
 from typing import TYPE_CHECKING, Annotated, TypeVar
 
 from pydantic import Field, model_validator
@@ -116,3 +117,9 @@ def charge_words(text: str) -> dict[str, str]:
     """The key of a charge that a word of a command line means: "0.2", "number=50", "mass_g=200", "bulk_filling=0.3"."""
     measure, equals, value = text.partition("=")
     return {measure: value} if equals else {MEASURES[0]: text}
+
+
+def speed_words(text: str) -> dict[str, str]:
+    """The key of a speed that a word of a command line means: "400" is in rpm, "25Hz" in Hz."""
+    number = re.sub(r"\s*hz$", "", text, flags=re.IGNORECASE)
+    return {"speed_rpm": text} if number == text else {"speed_hz": number}

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, create_model, model_validator
 
-from millprint.config.charge import ChargeSection
+from millprint.config.charge import ChargeSection, SpeedSection
 from millprint.config.counting import DEFAULT_RULE, RuleName
 from millprint.config.mixture import BallChoice
 from millprint.config.section import (
@@ -27,19 +27,19 @@ if TYPE_CHECKING:
 else:
     TargetDescriptor = Literal[TARGET_DESCRIPTORS]
 
+# How much more the descriptor counts that a user holds dear.
+FIRST = 100.0
 Energy = Annotated[float, Field(gt=0, le=1e6)]
 Frequency = Annotated[float, Field(gt=0, le=1e9)]
 SpeedRange = Annotated[list[PositiveSpeed], Field(min_length=2, max_length=2)]
 FillRange = Annotated[list[Fraction], Field(min_length=2, max_length=2)]
 
 
-class LikeConfig(ChargeSection):
+class LikeConfig(ChargeSection, SpeedSection):
     """A condition of another mill, whose descriptors are the target."""
 
     fingerprint: ProjectFile
     """fingerprint_CONTACT.json of that mill, from the project's root"""
-    speed_rpm: PositiveSpeed
-    """mill speed [rpm]"""
     ball_diameter_mm: BallChoice
     """ball diameter [mm], or the name of a charge of several sizes that was simulated"""
 
@@ -79,30 +79,38 @@ class TargetConfig(_TargetNumbers):
         return self
 
 
-class MatchConfig(Section):
-    """The targets, and the settings that a user can change to approach them."""
+class SearchConfig(Section):
+    """The settings that a user can change to approach a target, and what is asked for."""
 
-    targets: list[TargetConfig] = Field(min_length=1)
-    """descriptors to approach"""
-    speeds_rpm: SpeedRange
-    """speeds that the user can set, from and to [rpm]"""
-    fill_ratios: FillRange
-    """fill ratios that the user can set, from and to [-]"""
-    ball_diameters_mm: list[BallChoice] = Field(min_length=1)
-    """ball diameters that the user has [mm], and names of charges of several sizes that were simulated"""
+    speeds_rpm: SpeedRange | None = None
+    """speeds that the user can set, from and to; as simulated if left out [rpm]"""
+    fill_ratios: FillRange | None = None
+    """fill ratios that the user can set, from and to; as simulated if left out [-]"""
+    ball_diameters_mm: Annotated[list[BallChoice], Field(min_length=1)] | None = None
+    """ball diameters that the user has [mm], and names of charges of several sizes that were simulated; the simulated
+    ones, and what is sold between them, if left out
+    """
     densities_kg_m3: list[Density] = []
     """densities of the balls, if not as simulated [kg/m3]"""
     descriptors: DescriptorSet = "weighted"
-    """descriptors compared with another mill's condition; a target of numbers uses the ones it gives"""
+    """descriptors compared with another mill's condition: its energies, while milling time makes up how often they
+    come; a target of numbers uses the ones it gives
+    """
+    equal_frequency: bool = False
+    """whether the frequencies of another mill's condition are asked for too"""
+    near_percent: Annotated[float, Field(gt=0, le=1000)] = 30.0
+    """what is asked for is met if the mills are surely this near to each other in it [%]"""
+    first: TargetDescriptor | None = None
+    """descriptor that counts a hundred times as much as the others"""
     weights: dict[TargetDescriptor, NonNegative] = {}
     """weights of descriptors in the ranking, 1 if left out; only those of the target count [-]"""
     ranked: Count = 10
     """number of conditions to list for each target"""
 
     @model_validator(mode="after")
-    def _ranges_rise(self) -> "MatchConfig":
+    def _ranges_rise(self) -> "SearchConfig":
         for key in ("speeds_rpm", "fill_ratios"):
-            low, high = getattr(self, key)
+            low, high = getattr(self, key) or (0, 0)
             if low > high:
                 raise ValueError(f"{key} = [{low:g}, {high:g}]: the first must not exceed the second")
         return self
@@ -110,12 +118,27 @@ class MatchConfig(Section):
     @property
     def all_weights(self) -> dict[str, float]:
         """The weight of every descriptor."""
-        return dict.fromkeys(TARGET_DESCRIPTORS, 1.0) | self.weights
+        weights = dict.fromkeys(TARGET_DESCRIPTORS, 1.0) | self.weights
+        return weights | ({self.first: FIRST * weights[self.first]} if self.first else {})
+
+    @property
+    def asked(self) -> tuple[str, ...]:
+        """The descriptors of another mill's condition that are asked for."""
+        frequencies = self.equal_frequency
+        names = DESCRIPTOR_SETS[self.descriptors]
+        return tuple(name for name in names if frequencies or PREDICTED[name].unit == "J" or name == self.first)
+
+
+class MatchConfig(SearchConfig):
+    """The targets, and the settings that a user can change to approach them."""
+
+    targets: list[TargetConfig] = Field(min_length=1)
+    """descriptors to approach"""
 
     @model_validator(mode="after")
     def _something_weighs(self) -> "MatchConfig":
         for target in self.targets:
-            counted = target.given or DESCRIPTOR_SETS[self.descriptors]
+            counted = target.given or self.asked
             if not any(self.all_weights[name] for name in counted):
                 raise ValueError(f"weights: at least one of target {target.name} must be over 0 ({', '.join(counted)})")
         return self
@@ -130,6 +153,12 @@ class InverseConfig(MatchConfig):
     fixed_fill_ratio: ClassVar[float] = 0.10
     # Ball diameter of the search in which only the speed varies [mm].
     fixed_ball_diameter_mm: ClassVar[float] = 5.0
+    speeds_rpm: SpeedRange
+    """speeds that the user can set, from and to [rpm]"""
+    fill_ratios: FillRange
+    """fill ratios that the user can set, from and to [-]"""
+    ball_diameters_mm: list[BallChoice] = Field(min_length=1)
+    """ball diameters that the user has [mm], and names of charges of several sizes that were simulated"""
     contacts: list[Name] = Field(min_length=1)
     """contact sets that the user can choose from"""
 

@@ -19,7 +19,7 @@ from millprint.dose.heat_table import BAND
 from millprint.dose.spectra import BIN_EDGES, BOTH, CHANNELS, PAIRS
 from millprint.fingerprint import processes
 from millprint.fingerprint.bands import FURTHER, ORIGINS, checked_factors
-from millprint.fingerprint.condition_search import GRID
+from millprint.fingerprint.condition_search import GRID, SOLD_MM
 from millprint.fingerprint.descriptors import CHARGE, CONDITION, CONDITION_TEXT, NOTHING
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.predicted_values import KNOWN, OF_COLLISIONS
@@ -167,7 +167,7 @@ def heat_content(heat: Heat) -> dict:
 BEYOND = 1.25
 LONE = 2.0
 # The keys of the request that the search of the page uses.
-SEARCHED = {"speeds_rpm", "fill_ratios", "ball_diameters_mm", "densities_kg_m3", "ranked"}
+SEARCHED = {"speeds_rpm", "fill_ratios", "ball_diameters_mm", "densities_kg_m3", "ranked", "near_percent"}
 # Digits of a file's SHA-256 that name it in the methods text.
 DIGEST = 12
 
@@ -205,6 +205,7 @@ def explorer_content(name: str, mills: Sequence[dict], descriptors: DescriptorSe
         "scales": {name: scale.exponents for name, scale in SCALES.items()},
         "curves": {"known": KNOWN, "of_collisions": OF_COLLISIONS, "own_curves": OWN_CURVES},
         "descriptors": list(DESCRIPTOR_SETS[descriptors]),
+        "sold_mm": SOLD_MM,
         "mills": list(mills),
     }
 
@@ -252,7 +253,7 @@ def mill_content(
             "grid": list(GRID),
             **request.model_dump(include=SEARCHED),
             "weights": request.all_weights,
-            "balls_in_words": balls_searched(request.ball_diameters_mm),
+            "balls_in_words": balls_searched(request.ball_diameters_mm or []),
             # Without the last digits, which differ between processors.
             "targets": {
                 target.name: {name: float(f"{value:.10g}") for name, value in target.given.items()}
@@ -287,9 +288,9 @@ def sliders(abouts: list[dict], request: MatchConfig) -> dict[str, list[float]]:
     There is no slider for the ball diameter if only charges of several sizes were simulated.
     """
     asked = {
-        "speed_hz": [speed / 60 for speed in request.speeds_rpm],
-        "fill_ratio": request.fill_ratios,
-        "ball_diameter_m": [size * 1e-3 for size in request.ball_diameters_mm if not isinstance(size, str)],
+        "speed_hz": [speed / 60 for speed in request.speeds_rpm or []],
+        "fill_ratio": request.fill_ratios or [],
+        "ball_diameter_m": [size * 1e-3 for size in request.ball_diameters_mm or [] if not isinstance(size, str)],
         "density_kg_m3": request.densities_kg_m3,
     }
     found = {}

@@ -50,14 +50,19 @@ class Controls {
     const field = element("input", { type: "number", step: "any", id: `${name}-field` });
     const unit = element("span", { class: "unit" });
     const known = element("span", { class: "simulated" });
-    const hint = element("p", { class: "hint", id: `${name}-hint` });
+    const hint = element("p", { class: "hint", id: `${name}-hint`, role: "status" });
     slider.setAttribute("aria-describedby", hint.id);
     const set = (text) => {
       const value = Number(text);
-      const { low, high, from } = this.scaleOf(name);
-      if (text === "" || !(value > 0)) return;
-      explorer.state[name] = from(clamp(value, [low, high]));
+      const { low, high, from, unit } = this.scaleOf(name);
+      const taken = clamp(value, [low, high]);
+      if (text === "" || !(value > 0)) this.changed = { name, text: `${text || "nothing"} is no number over 0` };
+      else {
+        explorer.state[name] = from(taken);
+        if (taken !== value) this.changed = { name, text: `${text} ${unit} cannot be set here: ${short(taken)} ${unit} is shown` };
+      }
       explorer.render();
+      this.changed = null;
     };
     slider.addEventListener("input", () => set(slider.value));
     field.addEventListener("change", () => set(field.value));
@@ -106,19 +111,23 @@ class Controls {
     field.setAttribute("aria-label", withUnit(label, unit));
     named.textContent = unit;
     slider.value = shown;
-    if (document.activeElement !== field || Number(field.value) !== shown) field.value = short(shown);
+    if (document.activeElement !== field || Number(field.value) !== shown) field.value = short(Number(shown.toPrecision(4)));
     slider.setAttribute("aria-valuetext", `${short(shown)} ${unit}`);
     whole.hidden = name === "ball_diameter_m" && explorer.state.charge !== ONE_SIZE;
     const range = explorer.mill.known(name, explorer.fingerprint, explorer.state.charge);
-    known.hidden = hint.hidden = !range;
+    const told = this.changed?.name === name ? this.changed.text : "";
+    hint.textContent = told;
+    hint.classList.toggle("warn", outside || told !== "");
+    known.hidden = !range;
+    hint.hidden = !range && !told;
     if (!range) return;
     const ends = range.map(to);
     const [from, till] = ends.map((value) => (clamp(value, [low, high]) - low) / (high - low));
     // A slider's thumb, 16 px wide, does not reach over the ends of its track.
     known.style.left = `calc(${from} * (100% - 16px) + 8px - 2px)`;
     known.style.width = `calc(${till - from} * (100% - 16px) + 4px)`;
-    hint.textContent = `${outside ? "outside: " : ""}${name in SETTINGS ? "simulated" : "trained"} ${fromTo(...ends)} ${unit}`;
-    hint.classList.toggle("warn", outside);
+    const where = `${outside ? "outside: " : ""}${name in SETTINGS ? "simulated" : "trained"} ${fromTo(...ends)} ${unit}`;
+    hint.textContent = told ? `${told}; ${where}` : where;
   }
 
   /** The choice of balls; hidden if all are of one size. */

@@ -24,11 +24,11 @@ function fillOptions(choice, options) {
   );
 }
 
-/** A number with three digits, or all digits of a whole number. */
+/** A number with three digits. */
 function digits(value, count = 3) {
   if (!Number.isFinite(value)) return "–";
   const size = Math.abs(value);
-  if (size >= 10 ** count) return size >= 1e7 ? inPowers(value, count) : String(Math.round(value));
+  if (size >= 10 ** count) return size >= 1e7 ? inPowers(value, count) : String(Number(value.toPrecision(count)));
   const text = value.toPrecision(count);
   return text.includes("e") ? inPowers(value, count) : text;
 }
@@ -45,6 +45,8 @@ function inPowers(value, count) {
   return `${front}·${powerOfTen(Number(exponent))}`;
 }
 
+/** A setting of a machine: a whole number, or up to four digits of a small one. */
+const setting = (value) => (value >= 100 ? String(Math.round(value)) : short(Number(value.toPrecision(4))));
 const short = (value) => String(Number(value.toPrecision(6)));
 
 /** "low to high", or the one number if both are the same. */

@@ -12,7 +12,7 @@ function methodsText(explorer, found) {
   const [low, high] = about.ranges.speed_hz.map(to);
   const interval = short(100 * about.probability);
   const band = (name) => {
-    const scale = unitOf(RESULTS[name], units);
+    const scale = unitOf(RESULTS[name], units, found[name].value);
     const own = inUnit(found[name], scale);
     return `${digits(own.value)} ${scale.unit} (${between(own)})`;
   };
@@ -21,7 +21,7 @@ function methodsText(explorer, found) {
     `Mill: ${mill.content.title} (nominal volume ${short(1e6 * about.volume_m3)} mL)${mill.content.words ? `; ${mill.content.words}` : ""}.`,
     `Settings: ${short(Number(to(state.speed_hz).toPrecision(4)))} ${unit}${rpm}${gravity}; ${balls} with a density of ${short(state.density_kg_m3)} kg/m³, ${digits(found.balls_g)} g in all, ` +
       `which fill ${short(Number((100 * state.fill_ratio).toPrecision(3)))} % of the jar's volume.`,
-    `Contact set ${about.contact}: coefficient of restitution ${short(about.restitution)}, of static friction ${short(about.static_friction)}${wallWords(about)}.`,
+    `Contact set ${about.contact}, an assumption on balls and powder: coefficient of restitution ${short(about.restitution)}, of static friction ${short(about.static_friction)}${wallWords(about)}.`,
     `The numbers are predictions of a model that was fitted to ${fingerprint.conditions} simulated conditions (fill ratios from ${fromTo(...about.ranges.fill_ratio)}, ` +
       `speeds of ${fromTo(...[low, high].map((speed) => Number(speed.toPrecision(4))))} ${unit}, balls of ${fromTo(...about.ranges.ball_diameter_m.map((size) => Number((1e3 * size).toPrecision(4))))} mm); in brackets is the band in which ${interval} % of new simulations are expected.`,
     `The energy-weighted mean energy of a collision (sum of squares over sum) is ${band("weighted_normal_energy_J")} along the line of centres and ` +
@@ -33,6 +33,7 @@ function methodsText(explorer, found) {
       `${band("tangential_power_W")} by shear and ${band("rolling_power_W")} by rolling.`,
     ...mill.further.map((origin) => furtherWords(explorer, found, origin)),
     `With ${digits(found.powder_g)} g of powder (ball-to-powder mass ratio ${short(Number(state.bpr.toPrecision(3)))}) for ${short(state.time_h)} h, the specific energy is at most ${units.text("dose", found.dose_J_kg.value)}.`,
+    ...explorer.finder.matchedWords(),
     ...(found.outside.length ? [`Outside the simulated range: ${listed(found.outside.map(nameOf))}.`] : []),
     `(Fingerprint file with SHA-256 ${mill.content.fingerprints[explorer.contact].digest}….)`,
   ];

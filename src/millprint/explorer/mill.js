@@ -93,16 +93,22 @@ class Mill {
     return [low, high];
   }
 
-  /** The search of the page: a target, in the descriptors' SI units, over all contact sets. */
-  search(target, breathe) {
+  /**
+   * The search of the page for a Target, or for descriptors in their SI units, over all contact sets.
+   * first: the descriptor that counts most; balls: in place of those of the search.
+   */
+  search(target, { breathe, first, balls } = {}) {
     const { search } = this.content;
     const allowed = {
       speeds_hz: search.speeds_rpm.map((speed) => speed / 60),
       fill_ratios: search.fill_ratios,
-      balls: search.ball_diameters_mm,
+      balls: balls ?? search.ball_diameters_mm,
       densities_kg_m3: search.densities_kg_m3,
     };
-    return rankConditions(target, this.fingerprints, allowed, search.weights, search.ranked, search.grid, breathe);
+    const weights = first ? { ...search.weights, [first]: HELD_DEAR * search.weights[first] } : search.weights;
+    const asked = target instanceof Target ? target : new Target(target);
+    const { ranked, grid, near_percent: nearPercent } = search;
+    return rankConditions(asked, this.fingerprints, allowed, { weights, ranked, grid, nearPercent }, breathe);
   }
 }
 

@@ -33,8 +33,16 @@ class Explorer {
     return this.mill.answer(state, fingerprint);
   }
 
-  search(target, breathe) {
-    return this.mill.search(target, breathe);
+  search(target, options) {
+    return this.mill.search(target, options);
+  }
+
+  /** A condition in words: its mill, speed, balls and fill ratio. */
+  conditionText(condition, mill = this.mill) {
+    const { acceleration, speed_unit: own } = mill.content;
+    const { unit, to } = new Units({ speed: own === "hz" ? "Hz" : "rpm", ...this.chosenUnits }, acceleration).of("speed");
+    const balls = condition.charge || `${short(Number((condition.ball_diameter_m * 1e3).toFixed(3)))} mm`;
+    return `${setting(to(condition.speed_hz))} ${unit}, balls of ${balls}, fill ${condition.fill_ratio.toFixed(3)}`;
   }
 
   /** Show a mill in its first state. */
@@ -67,9 +75,9 @@ class Explorer {
     byId("mill").addEventListener("change", () => {
       this.change(() => this.useMill(this.mills.find((mill) => mill.name === byId("mill").value)));
     });
-    for (const [kind, { label, factors }] of Object.entries(UNITS)) {
+    for (const [kind, { label, factors, fits }] of Object.entries(UNITS)) {
       const choice = element("select", { id: `unit-${kind}` });
-      fillOptions(choice, Object.keys(factors).map((unit) => [unit, unit]));
+      fillOptions(choice, [...(fits ? [FITTING] : []), ...Object.keys(factors)].map((unit) => [unit, unit]));
       choice.addEventListener("change", () => this.change(() => {
         this.chosenUnits[kind] = choice.value;
         this.build();
@@ -128,7 +136,6 @@ class Explorer {
     for (const name of ["charge", ...Object.keys(SETTINGS)]) this.state[name] = condition[name];
     if (condition.charge !== ONE_SIZE && this.axis === "ball_diameter_m") this.axis = "fill_ratio";
     this.render();
-    byId("results-title").scrollIntoView({ block: "start" });
   }
 
   showSearch() {
@@ -165,7 +172,7 @@ class Explorer {
     for (const kind of Object.keys(UNITS)) {
       const names = units.names(kind);
       for (const option of byId(`unit-${kind}`).options) option.hidden = option.disabled = !names.includes(option.value);
-      byId(`unit-${kind}`).value = units.of(kind).unit;
+      byId(`unit-${kind}`).value = units.choice(kind);
     }
     const every = { ...SETTINGS, ...POWDER };
     fillOptions(byId("axis"), this.axes().map((name) => [name, every[name].label]));

@@ -14,7 +14,7 @@ from millprint.run.html_pages import embed_files, embed_json, render_page
 FOLDER = Path(__file__).parent
 # In the order of their dependencies.
 SCRIPTS = (
-    *("numerics.js", "fingerprint.js", "yields.js", "search.js", "units.js", "mill.js", "conditions.js"),
+    *("numerics.js", "fingerprint.js", "yields.js", "match.js", "search.js", "units.js", "mill.js", "conditions.js"),
     *("elements.js", "charts.js", "logcharts.js", "controls.js", "results.js", "finder.js", "spectra.js", "heat.js"),
     *("intro.js", "advice.js", "methods.js", "state.js", "page.js"),
 )
@@ -26,7 +26,7 @@ def explorer_page(content: dict) -> str:
         FOLDER / "page.html",
         name=content["name"],
         title=content["mills"][0]["title"],
-        several=len(content["mills"]) > 1,
+        near=f"{content['mills'][0]['search']['near_percent']:g}",
         style=embed_files(FOLDER, "page.css"),
         scripts=embed_files(FOLDER, *SCRIPTS),
         content=embed_json(content),

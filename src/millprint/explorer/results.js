@@ -28,8 +28,18 @@ const RESULTS = Object.fromEntries(
 const DESCRIPTORS = Object.fromEntries(Object.entries(RESULTS).filter(([, { matched }]) => matched));
 const LINES = { normal: NORMAL, tangential: TANGENTIAL, rolling: "#009e73" };
 
-/** The unit of a result, and how to get to it. */
-const unitOf = ({ kind, unit, factor }, units) => (kind ? units.of(kind) : fixedUnit(unit, factor));
+/** The unit of a result that fits a value in SI, and how to get to it. */
+function unitOf({ kind, unit, factor }, units, value) {
+  if (kind) return units.of(kind, value);
+  if (!PREFIXED[unit]) return fixedUnit(unit, factor);
+  const name = fitting(PREFIXED[unit], Object.keys(PREFIXED[unit]), value ?? 1);
+  return fixedUnit(name, PREFIXED[unit][name]);
+}
+/** A power with its unit. */
+function powerText(value, units) {
+  const { unit, to } = unitOf(RESULTS.wall_power_W, units, value);
+  return `${digits(to(value))} ${unit}`;
+}
 /** A band in a unit that is proportional to SI. */
 const inUnit = (band, scale) => times(band, scale.to(1));
 const between = ({ lower, upper }) => (Number.isNaN(lower + upper) ? "not known" : `${digits(lower)} to ${digits(upper)}`);
@@ -55,7 +65,7 @@ class Results {
     };
     const warn = found.outside.length > 0;
     const rows = Object.entries(RESULTS).map(([name, about]) => {
-      const scale = unitOf(about, units);
+      const scale = unitOf(about, units, found[name].value);
       const band = inUnit(found[name], scale);
       const others = mill.further.map((origin) => {
         const interval = band.further[origin];
@@ -65,7 +75,7 @@ class Results {
       const below = [`${mill.content.origins.scatter.title}: ${between(band)}`, ...others];
       return item(about.label, `${digits(band.value)} ${scale.unit}`, below, warn);
     });
-    const dose = units.of("dose");
+    const dose = units.of("dose", found.dose_J_kg.value);
     const parts = ["normal", "tangential", "rolling"].map((name) => `${name} ${digits(inUnit(found[`${name}_dose_J_kg`], dose).value)}`);
     rows.push(
       item("Specific energy of the powder", units.text("dose", found.dose_J_kg.value), [
@@ -95,7 +105,7 @@ class Results {
     const { value, outside = [] } = found.yield_percent ?? {};
     return [
       ...this.explorer.content.descriptors.map((name) => `${DESCRIPTORS[name].sign} ${units.text(DESCRIPTORS[name].kind, found[name].value)}`),
-      `${digits(found.wall_power_W.value)} W`,
+      powerText(found.wall_power_W.value, units),
       ...(found.yield_percent ? [`yield ${digits(value, 2)} %${outside.length ? " ?" : ""}`] : []),
     ].join(" · ");
   }
@@ -144,7 +154,8 @@ class Results {
     });
     const panels = Map.groupBy(Object.entries(RESULTS).filter(([, { panel }]) => panel), ([, { panel }]) => panel);
     const charts = [...panels].map(([panel, shown]) => {
-      const { unit: inside, to: into } = unitOf(shown[0][1], units);
+      const largest = Math.max(...shown.flatMap(([key]) => answers.map((answer) => answer[key].value)).filter(Number.isFinite));
+      const { unit: inside, to: into } = unitOf(shown[0][1], units, largest);
       const lines = shown.map(([key, { line: named }]) => line(key, named, LINES[named] ?? INK, into(1)));
       return { title: `${panel} [${inside}]`, lines, ...(inside === "%" ? { top: 100 } : {}) };
     });

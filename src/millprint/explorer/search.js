@@ -67,10 +67,12 @@ function solvePair(slopes, gradient, free, damping) {
 }
 
 /**
- * The nearest conditions, nearest first. target: some or all of the descriptors; allowed: speeds_hz and fill_ratios
- * from-to, balls (diameters [mm], names of charges) and densities_kg_m3 as lists (an empty one: each fingerprint's own).
+ * The nearest conditions, nearest first; of those that come equally near, the one first that changes the milling time
+ * least. target: a Target; allowed: speeds_hz and fill_ratios from-to, balls (diameters [mm], names of charges) and
+ * densities_kg_m3 as lists (an empty one: each fingerprint's own).
  */
-async function rankConditions(target, fingerprints, allowed, weights, best, grid, breathe = async () => {}) {
+async function rankConditions(target, fingerprints, allowed, { weights, ranked, grid, nearPercent }, breathe = async () => {}) {
+  const { values } = target;
   const rows = [];
   for (const fingerprint of fingerprints) {
     const [low, high] = fingerprint.about.ranges.fill_ratio;
@@ -82,17 +84,22 @@ async function rankConditions(target, fingerprints, allowed, weights, best, grid
         const at = ([fill, speed]) =>
           fingerprint.whole({ fill_ratio: fill, speed_hz: speed, density_kg_m3, ...media });
         const residualsAt = (place) =>
-          residualsOf(fingerprint.descriptors(at(place.map(Math.exp))), target, weights);
+          residualsOf(fingerprint.descriptors(at(place.map(Math.exp))), values, weights);
         await breathe();
         for (const place of localMinima(residualsAt, fills, allowed.speeds_hz, grid)) {
           const condition = at(place);
-          const distance = norm(residualsOf(fingerprint.descriptors(condition), target, weights));
-          rows.push({ fingerprint, condition, distance, prediction: fingerprint.predict(condition) });
+          const distance = norm(residualsOf(fingerprint.descriptors(condition), values, weights));
+          const prediction = fingerprint.predict(condition);
+          rows.push({ fingerprint, condition, distance, prediction, ...target.judge(condition, prediction, nearPercent) });
         }
       }
     }
   }
-  return distinct(rows.sort((one, other) => one.distance - other.distance)).slice(0, best);
+  const near = ({ distance }) => Number(distance.toFixed(EQUALLY_NEAR));
+  const change = ({ time }) => (time ? Math.abs(Math.log(time.value)) : 0);
+  rows.sort((one, other) => one.distance - other.distance);
+  if (target.power_W_kg) rows.sort((one, other) => near(one) - near(other) || change(one) - change(other));
+  return distinct(rows).slice(0, ranked);
 }
 
 /** The rows without duplicates from different starts of the search. */

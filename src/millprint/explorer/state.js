@@ -15,7 +15,7 @@ function stateOf(explorer) {
     ...state,
     axis,
     shaded,
-    ...Object.fromEntries(UNIT_KEYS.map(([key, kind]) => [key, units.of(kind).unit])),
+    ...Object.fromEntries(UNIT_KEYS.map(([key, kind]) => [key, units.choice(kind)])),
     spectra_shown: spectra.shown,
     spectra_first: spectra.chosen[0],
     spectra_second: spectra.chosen[1],

@@ -1,13 +1,18 @@
-/* Units that the user can choose. Internally, everything is in SI. */
+/* Units that the user can choose. Internally, everything is in SI. Where none was chosen, the unit is the largest of
+   `fits` with one to three digits before the point. */
 
 /* For each kind of quantity: its units with their factors from SI. The acceleration of a wall, in units of gravity, grows
    with the square of the speed, so it is not a factor. */
 const UNITS = {
-  energy: { label: "energy of a collision", factors: { "µJ": 1e6, mJ: 1e3, J: 1 } },
+  energy: { label: "energy of a collision", factors: { "µJ": 1e6, mJ: 1e3, J: 1 }, fits: ["µJ", "mJ", "J"] },
   frequency: { label: "collisions", factors: { "1/s": 1, "1/min": 60 } },
-  dose: { label: "specific energy", factors: { "kJ/g": 1e-6, "J/g": 1e-3, "kWh/t": 1 / 3.6e3 } },
+  dose: { label: "specific energy", factors: { "J/g": 1e-3, "kJ/g": 1e-6, "kWh/t": 1 / 3.6e3 }, fits: ["J/g", "kJ/g"] },
   speed: { label: "speed", factors: { rpm: 60, Hz: 1, g: null } },
 };
+// The choice of the unit that fits a number.
+const FITTING = "by size";
+// Units with prefixes of results that have no choice: a power.
+const PREFIXED = { W: { mW: 1e3, W: 1, kW: 1e-3 } };
 // Steps of the slider of the speed.
 const SPEED_STEPS = { rpm: 5, Hz: 0.05, g: 0.05 };
 
@@ -18,15 +23,23 @@ class Units {
     this.acceleration = acceleration;
   }
 
-  /** The names of the units of a kind that can be shown for this mill. */
+  /** What can be chosen for a kind on this mill. */
   names(kind) {
-    return Object.keys(UNITS[kind].factors).filter((unit) => unit !== "g" || this.acceleration > 0);
+    const units = Object.keys(UNITS[kind].factors).filter((unit) => unit !== "g" || this.acceleration > 0);
+    return UNITS[kind].fits ? [FITTING, ...units] : units;
   }
 
-  /** The unit of a kind, and its conversion from SI and back. A unit that this mill lacks gives the first unit. */
-  of(kind) {
+  /** The choice for a kind; one that this mill lacks counts as the first. */
+  choice(kind) {
     const names = this.names(kind);
-    const unit = names.includes(this.chosen[kind]) ? this.chosen[kind] : names[0];
+    return names.includes(this.chosen[kind]) ? this.chosen[kind] : names[0];
+  }
+
+  /** The unit of a kind, and its conversion from SI and back; value: in SI, which the unit is to fit. */
+  of(kind, value) {
+    const { factors, fits } = UNITS[kind];
+    const choice = this.choice(kind);
+    const unit = choice === FITTING ? fitting(factors, fits, value) : choice;
     if (unit === "g") {
       const { acceleration } = this;
       return { unit, to: (speed) => acceleration * speed ** 2, from: (shown) => Math.sqrt(shown / acceleration) };
@@ -37,9 +50,15 @@ class Units {
 
   /** A number of a kind, with its unit. */
   text(kind, value, count = 3) {
-    const { unit, to } = this.of(kind);
+    const { unit, to } = this.of(kind, value);
     return `${digits(to(value), count)} ${unit}`;
   }
+}
+
+/** The largest of some units in which a value in SI is 1 or more; the smallest for smaller ones, the first without one. */
+function fitting(factors, names, value) {
+  if (value === undefined) return names[0];
+  return [...names].reverse().find((name) => Math.abs(value) * factors[name] >= 0.9995) ?? names[0];
 }
 
 /** A unit with a fixed factor, in the form of `Units.of`. */

@@ -10,28 +10,25 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.errors import ConfigError
-from millprint.config.fingerprint import DescriptorSet, LikeConfig, MatchConfig, TargetConfig
-from millprint.estimate.estimates import Estimate, Interval, columns_of, ratio_of
-from millprint.estimate.judge import judge
+from millprint.config.fingerprint import DescriptorSet, MatchConfig, SearchConfig, TargetConfig
+from millprint.estimate.estimates import columns_of
 from millprint.fingerprint.bands import FURTHER
 from millprint.fingerprint.descriptors import CHARGE
+from millprint.fingerprint.match_target import Target, power_of_mass, verdict_on, whole_verdict
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.plausible import check_near
-from millprint.fingerprint.predicted_values import Prediction
 from millprint.observables.condition import Condition
-from millprint.observables.definitions import DESCRIPTOR_SETS, POWER, PREDICTED, TARGET_DESCRIPTORS
+from millprint.observables.definitions import DESCRIPTOR_SETS, POWER, TARGET_DESCRIPTORS
 
 # Fill ratios and speeds of the grid before the refinement; the curves have few turns, all far wider than a step.
 GRID = (81, 61)
+# Sizes that balls are sold in [mm].
+SOLD_MM = (0.5, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 15, 20, 25, 30, 40, 50)
+# Decimals of the distance to which conditions come equally near.
+EQUALLY_NEAR = 2
 # What distinguishes two results of the search, and to how many decimals.
 PLACE = ["mill", "contact", CHARGE, "ball_diameter_mm", "density_kg_m3"]
 DECIMALS = {"fill_ratio": 3, "speed_rpm": 0}
-# What the intervals by contact parameters do not include in a match.
-SHARED_CONTACT = (
-    "both mills have the contact set {contact}, whose unknown parameters act in both: a part of what they change "
-    "cancels between the mills, so the match is surer than the intervals by contact parameters; the intervals of "
-    "ratios take the two as independent, and so are rather too wide"
-)
 
 
 def descriptors_shown(target: Iterable[str]) -> list[str]:
@@ -39,14 +36,6 @@ def descriptors_shown(target: Iterable[str]) -> list[str]:
     named = set(target)
     shown = {name for names in DESCRIPTOR_SETS.values() if named.intersection(names) for name in names}
     return [name for name in TARGET_DESCRIPTORS if name in shown | named]
-
-
-def residuals(found: dict[str, float], target: dict[str, float]) -> dict[str, float]:
-    """Relative deviation of each shown descriptor from its target [%]; NaN for one that the target does not have."""
-    return {
-        f"{name}_residual_percent": 100.0 * (found[name] / target[name] - 1.0) if name in target else np.nan
-        for name in descriptors_shown(target)
-    }
 
 
 def distance(found: dict[str, np.ndarray], target: dict[str, float], weights: dict[str, float]) -> np.ndarray:
@@ -85,16 +74,12 @@ def _local_minima(
         yield replace(balls, fill_ratio=fill_ratio, speed_hz=speed_hz)
 
 
-def meets(found: Estimate, wanted: float) -> bool:
-    """Whether a wanted value lies within the band of a new simulation."""
-    return judge(found, Estimate(wanted, found.unit), by=("scatter",)).agrees
-
-
-def _row(fingerprint: Fingerprint, condition: Condition[float], charge: str, target: dict, weights: dict) -> dict:
-    """One condition with its descriptors, their intervals and residuals, and whether it was simulated."""
+def _row(
+    fingerprint: Fingerprint, condition: Condition[float], charge: str, target: Target, request: SearchConfig
+) -> dict:
+    """One condition: its descriptors and their ratios to the target with intervals, time, and the verdict."""
     prediction = fingerprint.predict(condition, charge=charge)
-    bands = {name: getattr(prediction, name) for name in descriptors_shown(target)}
-    found = {name: band.value for name, band in bands.items()}
+    bands = {name: getattr(prediction, name) for name in descriptors_shown(target.asked)}
     row = {
         "mill": fingerprint.about["mill"],
         "contact": fingerprint.about["contact"],
@@ -104,49 +89,63 @@ def _row(fingerprint: Fingerprint, condition: Condition[float], charge: str, tar
         "fill_ratio": condition.fill_ratio,
         "balls": prediction.balls,
         "speed_rpm": condition.speed_hz * 60.0,
-        "distance": float(distance(found, target, weights)),
+        "distance": float(
+            distance({name: band.value for name, band in bands.items()}, target.values, request.all_weights)
+        ),
     }
-    for name, band in bands.items():
+    chance = fingerprint.about["probability"]
+    ratios = {name: target.over(bands[name], target.wanted[name], chance) for name in bands if name in target.wanted}
+    for name, band in (bands | {f"{name}_ratio": ratio for name, ratio in ratios.items()}).items():
         row |= band.columns(name)
-        for origin in fingerprint.further:
-            row |= band.columns(name, origin)
-    held = [name for name in target if meets(bands[name], target[name])]
+        for origin in ("mean", *FURTHER):
+            if origin in band.intervals:
+                row |= band.columns(name, origin)
+    # The same dose takes the longer, the weaker the mill.
+    time = target.over(target.power_W_kg, power_of_mass(prediction, condition), chance)
+    verdicts = {name: verdict_on(ratios[name], request.near_percent) for name in target.asked}
+    whole = whole_verdict(verdicts, prediction.outside, target.outside)
     return row | {
-        **residuals(found, target),
         POWER: prediction.known[POWER].value,
-        "within_interval": ", ".join(held) or "nothing",
-        "inside": "no" if prediction.outside else "yes",
+        **(time.columns("time_ratio", "mean") if target.probability is not None else {}),
+        "verdict": whole.word,
+        "reason": whole.reason,
+        "met": ", ".join(name for name, verdict in verdicts.items() if verdict.agrees) or "nothing",
         "outside": ", ".join(prediction.outside) or "nothing",
     }
 
 
-def ranked_columns(target: Iterable[str], fingerprints: list[Fingerprint]) -> list[str]:
+def ranked_columns(target: Target, fingerprints: list[Fingerprint]) -> list[str]:
     """The columns of a ranking for a target, with columns for the origins of intervals that a fingerprint has.
 
     The charge has a column only if a fingerprint has charges of several sizes.
     """
-    shown = descriptors_shown(target)
+    shown = descriptors_shown(target.asked)
+    numbers = [*shown, *(f"{name}_ratio" for name in shown if name in target.wanted)]
+    of_condition = target.probability is not None
     columns = [
         *(*PLACE, "fill_ratio", "balls", "speed_rpm", "distance"),
-        *(f"{name}{end}" for name in shown for end in ("", "_lower", "_upper")),
-        *(f"{name}_residual_percent" for name in shown),
-        *(POWER, "within_interval", "inside", "outside"),
+        *(column for name in numbers for column in (name, *columns_of(name, "scatter"), *columns_of(name, "mean"))),
+        *(POWER, *(("time_ratio", *columns_of("time_ratio", "mean")) if of_condition else ())),
+        *("verdict", "reason", "met", "outside"),
     ]
     origins = [origin for origin in FURTHER if any(origin in each.further for each in fingerprints)]
     charged = any(each.charges for each in fingerprints)
     return [
         *(name for name in columns if charged or name != CHARGE),
-        *(column for origin in origins for name in shown for column in columns_of(name, origin)),
+        *(column for origin in origins for name in numbers for column in columns_of(name, origin)),
     ]
 
 
-def _candidates(fingerprints: list[Fingerprint], choices: list[float | str]) -> list[list[tuple[float, str]]]:
+def _candidates(fingerprints: list[Fingerprint], request: SearchConfig) -> list[list[tuple[float, str]]]:
     """Diameters [m] and charges of the requested balls that each fingerprint can predict.
 
     Raises ConfigError for balls that no fingerprint can.
     """
+    if request.ball_diameters_mm is None:
+        each = ((own, ranges_of(request, own)["ball_diameters_mm"]) for own in fingerprints)
+        return [[own.balls(choice) for choice in choices] for own, choices in each]
     found: list[list[tuple[float, str]]] = [[] for _ in fingerprints]
-    for choice in choices:
+    for choice in request.ball_diameters_mm:
         faults = []
         for own, fingerprint in zip(found, fingerprints, strict=True):
             try:
@@ -159,36 +158,46 @@ def _candidates(fingerprints: list[Fingerprint], choices: list[float | str]) -> 
     return found
 
 
-def rank_conditions(target: dict[str, float], fingerprints: list[Fingerprint], request: MatchConfig) -> pd.DataFrame:
-    """The conditions nearest to `target` that the request allows, nearest first, with the residual of each descriptor.
+def rank_conditions(
+    target: Target | Mapping[str, float], fingerprints: list[Fingerprint], request: SearchConfig
+) -> pd.DataFrame:
+    """The conditions nearest to `target` that the request allows, nearest first.
 
-    target: some or all of a set of descriptors. For each fingerprint, ball size and density, a row for every fill ratio
-    and speed at a local minimum of the weighted root mean square of log(found / target). `within_interval` names the
-    descriptors whose target is in the condition's band of a new simulation; `outside` names the variables beyond the
-    simulated range. Fill ratios outside the simulated ones are left out. Only charges that were simulated are searched.
-    Descriptors have columns NAME_by_ORIGIN_lower and _upper for each further origin of intervals that any of the
-    fingerprints has. Raises ConfigError for balls that no fingerprint can predict.
+    target: what is asked for, or numbers by the names of descriptors. For each fingerprint, ball size and density, a
+    row for every fill ratio and speed at a local minimum of the weighted root mean square of log(found / target). Of
+    rows that come equally near, within about 1 %, the one comes first that changes the milling time least. NAME_ratio
+    is found over wanted, with its bands of both mills, of a new simulation and of the mean; `verdict` is that by the
+    latter on all that is asked for (`verdict_on`), `reason` why, `met` names what agrees. `time_ratio` is the milling
+    time over that of the target for the same energy per gram of powder, at one ball-to-powder ratio, P' / P of the
+    powers of the walls over the mass of the balls. `outside` names the variables beyond the simulated range. Fill
+    ratios outside the simulated ones are left out. Only charges that were simulated are searched. Descriptors have
+    columns NAME_by_ORIGIN_lower and _upper for each further origin of intervals that any of the fingerprints has.
+    Raises ConfigError for balls that no fingerprint can predict.
     """
-    weights, speeds = request.all_weights, tuple(speed / 60.0 for speed in request.speeds_rpm)
-    rows = []
+    target = target if isinstance(target, Target) else Target.of_numbers(target)
+    if request.first and request.first not in target.asked:
+        raise ConfigError(f"first = {request.first}: must be one of {', '.join(target.asked)}, which are asked for")
+    weights, rows = request.all_weights, []
     for fingerprint in fingerprints:
-        fingerprint.check_known(target)
-    candidates = _candidates(fingerprints, request.ball_diameters_mm)
-    for fingerprint, media in zip(fingerprints, candidates, strict=True):
-        (lowest, highest), (simulated_low, simulated_high) = request.fill_ratios, fingerprint.fill_range
-        fills = max(lowest, simulated_low), min(highest, simulated_high)
+        fingerprint.check_known(target.asked)
+    for fingerprint, media in zip(fingerprints, _candidates(fingerprints, request), strict=True):
+        ranges = ranges_of(request, fingerprint)
+        fills, speeds = tuple(ranges["fill_ratios"]), tuple(speed / 60.0 for speed in ranges["speeds_rpm"])
         if fills[0] > fills[1]:
             continue
-        for speed in request.speeds_rpm:
+        for speed in ranges["speeds_rpm"]:
             check_near(fingerprint, speed_rpm=speed)
         densities = request.densities_kg_m3 or [fingerprint.about["density_kg_m3"]]
         for (diameter, charge), density in itertools.product(media, densities):
             balls = fingerprint.condition(
                 speed_hz=speeds[0], ball_diameter_m=diameter, fill_ratio=fills[0], density_kg_m3=density
             )
-            for condition in _local_minima(fingerprint, balls, charge, target, weights, fills, speeds):
-                rows.append(_row(fingerprint, condition, charge, target, weights))
+            for condition in _local_minima(fingerprint, balls, charge, target.values, weights, fills, speeds):
+                rows.append(_row(fingerprint, condition, charge, target, request))
     table = pd.DataFrame(rows, columns=ranked_columns(target, fingerprints)).sort_values("distance", ignore_index=True)
+    if "time_ratio" in table:
+        change = np.abs(np.log(table["time_ratio"].to_numpy(float)))
+        table = table.iloc[np.lexsort((change, table["distance"].astype(float).round(EQUALLY_NEAR)))]
     # Two starts of the search can lead to the same condition.
     told = [name for name in (*PLACE, *DECIMALS) if name in table]
     places = table[told].astype(dict.fromkeys(DECIMALS, float)).round(DECIMALS)
@@ -217,102 +226,70 @@ def counts_alike(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
     return one["collisions_by"] == other["collisions_by"] and math.isclose(*gaps, rel_tol=1e-6, abs_tol=1e-12)
 
 
-def _of_another_mill(
-    like: LikeConfig, fingerprints: list[Fingerprint], names: DescriptorSet
-) -> tuple[dict[str, Estimate], float]:
-    """The descriptors of a condition of another mill with their intervals, and the probability of the intervals.
+def target_of(target: TargetConfig, fingerprints: Sequence[Fingerprint], request: SearchConfig) -> Target:
+    """What a target asks for: its numbers, or what another mill's fingerprint predicts for its condition.
 
-    Raises ConfigError as `check_same_count`, and for balls that the fingerprint cannot predict.
+    Raises ConfigError as `check_same_count`, and for balls or a condition that the fingerprint cannot predict.
     """
+    like = target.like
+    if like is None:
+        return Target.of_numbers(target.given)
     other = Fingerprint.read(like.fingerprint)
-    for fingerprint in fingerprints:
-        check_same_count(like.fingerprint, other.about, fingerprint, names)
-    other.check_known(DESCRIPTOR_SETS[names])
-    prediction = _predicted(like, other)
-    return {name: getattr(prediction, name) for name in DESCRIPTOR_SETS[names]}, other.about["probability"]
-
-
-def _predicted(like: LikeConfig, other: Fingerprint) -> Prediction:
-    """What the fingerprint of another mill predicts for a condition of it."""
     diameter, charge = other.balls(like.ball_diameter_mm)
-    check_near(other, speed_rpm=like.speed_rpm, ball_diameter_mm=1e3 * diameter)
-    condition = other.condition(speed_hz=like.speed_rpm / 60.0, ball_diameter_m=diameter, **like.given)
-    return other.predict(condition, charge=charge)
+    check_near(other, speed_rpm=like.rpm, ball_diameter_mm=1e3 * diameter)
+    condition = other.condition(speed_hz=like.hz, ball_diameter_m=diameter, **like.given)
+    return target_at(other, condition, charge, fingerprints, request)
 
 
-def extrapolated_targets(request: MatchConfig) -> list[str]:
-    """A line for each condition of another mill that lies outside its simulations."""
-    lines = []
-    for target in request.targets:
-        if target.like is None:
-            continue
-        other = Fingerprint.read(target.like.fingerprint)
-        if outside := _predicted(target.like, other).outside:
-            lines.append(
-                f"{target.name}: the target itself is extrapolated: {', '.join(outside)} not simulated of "
-                f"{other.about['mill']}"
-            )
-    return lines
-
-
-def target_descriptors(target: TargetConfig, fingerprints: list[Fingerprint], names: DescriptorSet) -> dict[str, float]:
-    """The descriptors of a target by name: as given, or a set predicted by another mill's fingerprint.
-
-    Raises ConfigError if a condition of another mill cannot be compared or is not known.
-    """
-    if target.like is None:
-        return target.given
-    return {name: band.value for name, band in _of_another_mill(target.like, fingerprints, names)[0].items()}
-
-
-def with_ratios(table: pd.DataFrame, target: dict[str, Estimate]) -> pd.DataFrame:
-    """A ranking with columns NAME_ratio of the found descriptors over the target's, and their intervals.
-
-    Intervals by the scatter, and by each further origin that both have (`ratio_of`); empty where one lacks it.
-    """
-    columns: dict[str, list[float]] = {}
-    for name, of_target in target.items():
-        ratios = [ratio_of(_stored(row, name), of_target) for row in table.to_dict("records")]
-        columns[f"{name}_ratio"] = [each.value for each in ratios]
-        for origin in ("scatter", *FURTHER):
-            if origin == "scatter" or any(origin in each.intervals for each in ratios):
-                for place, column in enumerate(columns_of(f"{name}_ratio", origin)):
-                    columns[column] = [each.ends(origin)[place] for each in ratios]
-    return table.assign(**columns)
-
-
-def _stored(row: dict, name: str) -> Estimate:
-    """A descriptor with its intervals in a row of a ranking."""
-    ends = {own: [row.get(column, np.nan) for column in columns_of(name, own)] for own in ("scatter", *FURTHER)}
-    known = {own: Interval(*each) for own, each in ends.items() if np.isfinite(each).all()}
-    return Estimate(row[name], PREDICTED[name].unit).having(known)
+def target_at(
+    other: Fingerprint,
+    condition: Condition[float],
+    charge: str,
+    fingerprints: Sequence[Fingerprint],
+    request: SearchConfig,
+) -> Target:
+    """What a request asks for, to be like a condition of another mill; raises ConfigError as `check_same_count`."""
+    names = DESCRIPTOR_SETS[request.descriptors]
+    for fingerprint in fingerprints:
+        check_same_count(other.about["mill"], other.about, fingerprint, request.descriptors)
+    other.check_known(request.asked)
+    found = other.predict(condition, charge=charge)
+    wanted = {name: getattr(found, name) for name in names}
+    return Target(wanted, request.asked, power_of_mass(found, condition), other.about["probability"], found.outside)
 
 
 def match_targets(request: MatchConfig, fingerprints: list[Fingerprint]) -> pd.DataFrame:
-    """The nearest conditions for every target: `rank_conditions` with a column `target`.
-
-    A target that is a condition of another mill also has the ratios to it with their intervals, if all intervals have
-    the same probability.
-    """
+    """The nearest conditions for every target: `rank_conditions` with a column `target`."""
     tables = []
     for target in request.targets:
-        like, names = target.like, request.descriptors
-        bands, probability = _of_another_mill(like, fingerprints, names) if like else ({}, None)
-        values = {name: band.value for name, band in bands.items()} or target.given
-        table = rank_conditions(values, fingerprints, request)
+        table = rank_conditions(target_of(target, fingerprints, request), fingerprints, request)
         table.insert(0, "target", target.name)
-        alike = all(each.about["probability"] == probability for each in fingerprints)
-        tables.append(with_ratios(table, bands) if alike else table)
+        tables.append(table)
     return pd.concat(tables, ignore_index=True)
 
 
-def simulated_ranges(fingerprints: Sequence[Fingerprint]) -> dict[str, list]:
-    """The keys of a request for everything that was simulated for some mills: ranges of speed and fill, all balls."""
-    speeds = [60 * speed for each in fingerprints for speed in each.about["ranges"]["speed_hz"]]
-    fills = [fill for each in fingerprints for fill in each.fill_range]
-    balls = dict.fromkeys(choice for each in fingerprints for choice in each.choices())
-    ranges = {"speeds_rpm": [min(speeds), max(speeds)], "fill_ratios": [min(fills), max(fills)]}
-    return {**ranges, "ball_diameters_mm": list(balls)}
+def ranges_of(request: SearchConfig, fingerprint: Fingerprint) -> dict[str, list]:
+    """What is searched on a mill: speeds_rpm, fill_ratios and ball_diameters_mm, as requested, or as simulated.
+
+    Fill ratios that were not simulated are left out, so that the range may be empty.
+    """
+    low, high = fingerprint.fill_range
+    fills = request.fill_ratios or [low, high]
+    speeds = [60 * speed for speed in fingerprint.about["ranges"]["speed_hz"]]
+    simulated = fingerprint.choices()
+    sizes = sorted({*_sizes_between(fingerprint), *(size for size in simulated if not isinstance(size, str))})
+    return {
+        "speeds_rpm": request.speeds_rpm or speeds,
+        "fill_ratios": [max(low, fills[0]), min(high, fills[1])],
+        "ball_diameters_mm": request.ball_diameters_mm
+        or [*sizes, *(choice for choice in simulated if isinstance(choice, str))],
+    }
+
+
+def _sizes_between(fingerprint: Fingerprint) -> list[float]:
+    """Sizes that balls are sold in, between the smallest and the largest simulated ones of one size [mm]."""
+    sizes = [choice for choice in fingerprint.choices() if not isinstance(choice, str)]
+    return [size for size in SOLD_MM if sizes and min(sizes) < size < max(sizes)]
 
 
 def simulated_request(fingerprint: Fingerprint, names: DescriptorSet) -> MatchConfig:
@@ -326,12 +303,4 @@ def simulated_request(fingerprint: Fingerprint, names: DescriptorSet) -> MatchCo
     middle = fingerprint.condition(speed_hz=slowest, ball_diameter_m=diameter, fill_ratio=(low * high) ** 0.5)
     found = fingerprint.predict(middle, charge=charge)
     target = TargetConfig(name="middle", **{name: getattr(found, name).value for name in DESCRIPTOR_SETS[names]})
-    return MatchConfig(targets=[target], descriptors=names, **simulated_ranges([fingerprint]))
-
-
-def shared_contact(request: MatchConfig, fingerprints: list[Fingerprint]) -> list[str]:
-    """SHARED_CONTACT, for each contact set that a mill of a target and a fingerprint with such intervals both have."""
-    known = {each.about["contact"] for each in fingerprints if "contact" in each.further}
-    likes = [target.like for target in request.targets if target.like]
-    asked = {Fingerprint.read(like.fingerprint).about["contact"] for like in likes} if known else set()
-    return [SHARED_CONTACT.format(contact=contact) for contact in sorted(known & asked)]
+    return MatchConfig(targets=[target], descriptors=names, **ranges_of(SearchConfig(), fingerprint))

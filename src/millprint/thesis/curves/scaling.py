@@ -10,7 +10,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.sweep import ball_count
 from millprint.estimate.estimates import Estimate, Interval
 from millprint.estimate.judge import OPEN, judge
-from millprint.fingerprint.condition_search import descriptors_shown, residuals
+from millprint.fingerprint.condition_search import descriptors_shown
 from millprint.fingerprint.descriptors import CHARGE, CONDITION, as_built, condition_of
 from millprint.fingerprint.mill_collapse import SUPPOSED, with_power_per_ball
 from millprint.observables.condition import Condition, Quantity, specific_frequency
@@ -242,6 +242,14 @@ def nearest_speed(
     below = sum(weights[name] * power**2 for name, power in weighing.items())
     above = sum(weights[name] * power * np.log(target[name] / unit[name]) for name, power in weighing.items())
     return replace(condition, speed_hz=float(np.exp(above / below)))
+
+
+def residuals(found: dict[str, float], target: dict[str, float]) -> dict[str, float]:
+    """Relative deviation of each shown descriptor from its target [%]; NaN for one that the target does not have."""
+    return {
+        f"{name}_residual_percent": 100.0 * (found[name] / target[name] - 1.0) if name in target else np.nan
+        for name in descriptors_shown(target)
+    }
 
 
 def invert_speed(
