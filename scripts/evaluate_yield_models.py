@@ -35,7 +35,7 @@ from millprint.thesis.yields.evaluation import (
 from millprint.thesis.yields.held_out import INTERVAL_COLUMNS, PREDICTION_COLUMNS
 from millprint.thesis.yields.metrics import YieldWeights
 from millprint.thesis.yields.model_files import load_averaged, load_model
-from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY
+from millprint.thesis.yields.regressors import AVERAGED, BASELINES
 from millprint.thesis.yields.run_tables import read_rows
 
 TEXT = ["scheme", "case", "distribution"]
@@ -66,12 +66,13 @@ def main(inputs, output, training: TrainingConfig, budget: EvaluationConfig, lev
     outside = read_rows(inputs.outside)
     write_table(predictions(models, outside, level), output.out_of_domain)
     locked = predicted[predicted["role"] == "test"].assign(scheme=LOCKED, repeat=0)
-    compared = [*((model.name, model.strategy) for model in models), (CLIMATOLOGY, PRIMARY)]
+    compared = [*((model.name, model.strategy) for model in models), *((name, PRIMARY) for name in BASELINES)]
     held_out = read_held_out(inputs.held_out, compared, PREDICTION_COLUMNS)
     write_table(score_table(pd.concat([locked, held_out], ignore_index=True), weigh, budget), output.scores_by_scheme)
     write_table(score_distributions(held_out), output.scores)
     write_table(pit_histogram(held_out), output.pit)
-    write_table(paired_differences(held_out, (AVERAGED, PRIMARY), budget.level), output.differences)
+    against = [paired_differences(held_out, (name, PRIMARY), budget.level) for name in (AVERAGED, *BASELINES)]
+    write_table(pd.concat(against, ignore_index=True), output.differences)
     intervals = read_held_out(inputs.intervals, compared, INTERVAL_COLUMNS)
     write_table(coverage_table(intervals, budget.level), output.coverage)
     write_table(time_variance(rows["time_h"].to_numpy(float), rows[YIELD].to_numpy(float)), output.time_variance)

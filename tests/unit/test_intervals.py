@@ -71,6 +71,9 @@ def test_an_interval_of_few_repeats_is_their_range_and_of_more_holds_student():
     values = np.concatenate([np.zeros(4), [1.0]])
     low, high = spread_of(values)
     assert (low, high) == pytest.approx((0.2 - 2.7764 * 0.44721 / 5**0.5, 1.0), rel=1e-4)
+    # Of one more: t(4) s sqrt(1 + 1/5).
+    reach = 2.7764 * 0.44721 * 1.2**0.5
+    assert spread_of(values, one_more=True) == pytest.approx((0.2 - reach, 0.2 + reach), rel=1e-4)
     assert spread_of([2.5, 23.1, np.inf]) == (2.5, np.inf) and spread_of([3.0, 3.0]) == (3.0, 3.0)
     with pytest.raises(ValueError, match="two repeats"):
         spread_of([1.0])
@@ -238,7 +241,9 @@ def test_a_claim_is_computed_again_by_its_own_code_with_each_training(tmp_path, 
     trained = Repeated([{path: without_sizes(measures(error))} for error in errors], over_repeats)
     intervals = tabulate_intervals(tmp_path, CLAIMS_TSV, [trained])
     row = intervals.set_index("id").loc["6.energy"]
-    assert (row["lower"], row["upper"]) == pytest.approx(spread_of(held)) and row["interval_from"] == "trainings"
+    assert (row["lower"], row["upper"]) == pytest.approx(spread_of(held, one_more=True)) and row[
+        "interval_from"
+    ] == "trainings"
     assert (row["repeats"], row["failed"]) == (len(errors), len(errors) - len(held))
     # From a file, the ends are texts.
     write_table(intervals, tmp_path / "intervals.tsv")

@@ -5,7 +5,10 @@ import warnings
 import numpy as np
 import pandas as pd
 import pytest
+import statsmodels.formula.api as smf
+from scipy.special import expit, logit
 from scipy.stats import norm, ttest_1samp
+from scipy.stats import t as student
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 
@@ -106,7 +109,9 @@ def test_outer_folds_hold_out_the_rows_of_their_scheme():
     by_scheme = {
         scheme: [fold for fold in folds if fold.scheme == scheme] for scheme in {fold.scheme for fold in folds}
     }
-    assert [fold.held.tolist() for fold in by_scheme[LEFT_OUT]] == [[index] for index in range(27)]
+    assert [fold.held.tolist() for fold in by_scheme[LEFT_OUT]] == budget.orders * [[index] for index in range(27)]
+    in_order, shuffled = (by_scheme[LEFT_OUT][27 * repeat].kept.tolist() for repeat in range(2))
+    assert in_order == list(range(1, 27)) and shuffled != in_order
     assert rows["case"].iloc[by_scheme[LOCKED_AGAIN][0].held].tolist() == ["9", "14", "10", "22", "1", "12"]
     for repeat in range(budget.outer_repeats):
         parts = [fold for fold in by_scheme[NESTED] if fold.repeat == repeat]
@@ -231,6 +236,33 @@ def test_climatology_is_the_distribution_of_the_training_yields():
     assert answer.predicted == pytest.approx(mean)
     half = norm.ppf(0.9) * yields.std(ddof=1) * np.sqrt(1 + 1 / len(yields))
     assert answer.intervals["errors"][0, 0].tolist() == pytest.approx([max(mean - half, 0), min(mean + half, 100)])
+
+
+def test_the_response_surface_is_that_of_statsmodels():
+    rows, test = parts()
+    answer = procedure("response_surface", "primary")(rows, rows["yield_percent"].to_numpy(float), test, [0.8])
+    plain = smf.ols(
+        "z ~ bpr * molar_ratio + I(molar_ratio**2) + np.log(time_h)", rows.assign(z=logit(rows["yield_percent"] / 100))
+    )
+    frame = plain.fit().get_prediction(test).summary_frame(alpha=0.2)
+    ends = frame[["obs_ci_lower", "obs_ci_upper"]].to_numpy()
+    np.testing.assert_allclose(answer.intervals["logit"][:, 0], 100 * expit(ends), rtol=1e-8)
+    # The mean over the distribution of the logit, drawn.
+    draws = np.random.default_rng(0).normal(size=200_000)
+    deviation = (ends[:, 1] - frame["mean"]) / student.ppf(0.9, plain.df_resid)
+    drawn = [100 * expit(mean + s * draws).mean() for mean, s in zip(frame["mean"], deviation, strict=True)]
+    np.testing.assert_allclose(answer.predicted, drawn, rtol=5e-3)
+
+
+def test_leave_one_out_in_several_orders_counts_runs_once():
+    one, other = (held_out(LEFT_OUT, 3, error).assign(fold=0, crps_pp=1.0) for error in (2.0, 3.0))
+    single = [table[table["repeat"] == 1] for table in (one, other)]
+    several, middle = paired_test(one, other, LEFT_OUT, "r2"), paired_test(*single, LEFT_OUT, "r2")
+    assert several["degrees"] == middle["degrees"] == 3 and several["repeats"] == 3
+    # Squared errors are (1 + k)^2 (9 - 4) over the variance 500: their mean over k is that of 1, 4 and 9.
+    assert several["difference"] == pytest.approx(5 * 14 / 3 / 500) and middle["difference"] == pytest.approx(
+        5 * 4 / 500
+    )
 
 
 def test_the_process_is_that_of_scikit_learn():

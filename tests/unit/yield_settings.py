@@ -33,7 +33,7 @@ SMALL_LIBRARY = {
         "tangential_share": ["linear"],
     },
 }
-SMALL_EVALUATION = {"outer_folds": 3, "outer_repeats": 2, "random_splits": 2, "conformal_folds": 3}
+SMALL_EVALUATION = {"outer_folds": 3, "outer_repeats": 2, "orders": 2, "random_splits": 2, "conformal_folds": 3}
 SMALL = {"evaluations": dict.fromkeys(SPACES, 2), "folds": 2, "repeats": 1}
 
 

@@ -4,7 +4,7 @@ from millprint.config.yields import HeldOutConfig
 from millprint.config.search_spaces import PRIMARY, TWO_STEP
 from millprint.thesis.yields.regressors import (
     AVERAGED,
-    CLIMATOLOGY,
+    BASELINES,
     REGRESSORS,
     models_of,
     other_seed,
@@ -14,7 +14,7 @@ from millprint.thesis.yields.regressors import (
 YIELDS = f"{RESULTS}/yield"
 MODELS = models_of(CONFIG.yields.models)
 EVERY_MODEL = [*MODELS, (AVERAGED, PRIMARY)]
-COMPARED_MODELS = [*EVERY_MODEL, (CLIMATOLOGY, PRIMARY)]
+COMPARED_MODELS = [*EVERY_MODEL, *((name, PRIMARY) for name in BASELINES)]
 EXPLAINED = [(name, TWO_STEP) for name in CONFIG.yields.models if REGRESSORS[name].explain]
 TUNED = [(name, strategy) for name, strategy in MODELS if training_of(name).space]
 YIELD_MODEL = f"{YIELDS}/models/{{model}}_{{strategy}}.json"

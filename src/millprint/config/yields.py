@@ -162,8 +162,10 @@ class HeldOutConfig(SearchConfig):
     """repeats of the inner cross-validation, each shuffled differently"""
     outer_folds: Annotated[int, Field(ge=2, le=100_000)] = 5
     """folds of the nested cross-validation"""
-    outer_repeats: Count = 10
+    outer_repeats: Count = 20
     """repeats of the nested cross-validation, each shuffled differently"""
+    orders: Count = 5
+    """orders of the rows over which leave-one-out is averaged: they decide the inner folds of a search"""
     random_splits: Count = 20
     """random splits of the size of the locked one"""
     # Trees of a forest in an outer fold at most: more trees only change its noise.

@@ -242,11 +242,13 @@ def difference_of(one: np.ndarray, other: np.ndarray, unit: str, level: float = 
     return Estimate(difference, unit, repeats=Interval(difference - half, difference + half), of=len(one) + len(other))
 
 
-def spread_of(values: Sequence[float], level: float = LEVEL) -> tuple[float, float]:
+def spread_of(values: Sequence[float], level: float = LEVEL, one_more: bool = False) -> tuple[float, float]:
     """The interval of the mean of repeats: Student's, mean +- t(n - 1) s / sqrt(n), widened to include all repeats.
 
-    With fewer than FEWEST_REPEATS, only the lowest and the highest. Repeats that are not finite, as of a roll-out that
-    diverges, make the upper end infinite. Raises ValueError for fewer than two.
+    one_more: the interval of another repeat instead, mean +- t(n - 1) s sqrt(1 + 1 / n): a printed number of one
+    training or seed is to be compared with it. With fewer than FEWEST_REPEATS, only the lowest and the highest. Repeats
+    that are not finite, as of a roll-out that diverges, make the upper end infinite. Raises ValueError for fewer than
+    two.
     """
     found = _at_least_two(values)
     known = found[np.isfinite(found)]
@@ -255,7 +257,7 @@ def spread_of(values: Sequence[float], level: float = LEVEL) -> tuple[float, flo
     low, high = float(known.min()), float(known.max())
     if len(known) < FEWEST_REPEATS:
         return low, high
-    mean, reach = known.mean(), half_width(known, level)
+    mean, reach = known.mean(), half_width(known, level) * (np.sqrt(len(known) + 1) if one_more else 1.0)
     return min(low, float(mean - reach)), max(high, float(mean + reach))
 
 

@@ -52,11 +52,11 @@ def quantiles(values: Sequence[float], level: float = LEVEL) -> tuple[float, flo
 
 
 def over_repeats(value: Value, values: list[Value], level: float, origin: str = TRAININGS) -> Repeats:
-    """The interval over a few repeats, such as trainings: `spread_of`. Of statements, another one is the lower end."""
+    """The interval of one more repeat, such as a training: `spread_of`. Of statements, another is the lower end."""
     if not all(map(is_number, values)):
         return Repeats(next((one for one in values if one != value), value), value, origin, len(values))
     found = [float(one) for one in values]
-    lower, upper = spread_of(found, level) if len(found) > 1 else (found[0], found[0])
+    lower, upper = spread_of(found, level, one_more=True) if len(found) > 1 else (found[0], found[0])
     return Repeats(lower, upper, origin, len(found))
 
 

@@ -316,9 +316,9 @@ def yes_no(holds: bool, explanation: str) -> Finding:
     return Finding("yes" if holds else "no", explanation)
 
 
-def repeats_of(values: list[float], how: str) -> Repeats | None:
-    """The interval of the mean of a few repeats, such as seeds; None of one."""
-    return Repeats(*spread_of(values), how, len(values)) if len(values) > 1 else None
+def repeats_of(values: list[float], how: str, one_more: bool = False) -> Repeats | None:
+    """The interval of the mean of a few repeats, or of `one_more`, such as a seed; None of one."""
+    return Repeats(*spread_of(values, one_more=one_more), how, len(values)) if len(values) > 1 else None
 
 
 def as_printed(evidence: Evidence, ids: str) -> bool:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, MARKERS, PAGE_WIDTH_IN, PUBLISHED
-from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY, TITLES
+from millprint.thesis.yields.regressors import AVERAGED, BASELINES, TITLES
 
 STRATEGIES = {"primary": ("primary", COLOURS[0], "o"), "two_step": ("two-step", COLOURS[1], "s")}
 FEATURE_LABELS = {
@@ -41,7 +41,7 @@ def interval_errors(rows: pd.DataFrame, centre: str, scale: float = 1.0) -> list
 
 def model_title(model: str, strategy: str) -> str:
     """Name of a model in figures."""
-    return TITLES[model] if model in (AVERAGED, CLIMATOLOGY) else f"{TITLES[model]}, {STRATEGIES[strategy][0]}"
+    return TITLES[model] if model in (AVERAGED, *BASELINES) else f"{TITLES[model]}, {STRATEGIES[strategy][0]}"
 
 
 def names_of(table: pd.DataFrame) -> list[tuple[str, str]]:

@@ -22,6 +22,7 @@ SCHEMES = {
 METHODS = {
     "gaussian": ("own normal distribution", COLOURS[1], "s"),
     "mixture": ("own mixture", COLOURS[2], "^"),
+    "logit": ("Student's t of the logit", COLOURS[3], "D"),
     "cv_plus": ("CV+", COLOURS[0], "o"),
     "errors": ("spread of the training yields", "#666666", "x"),
 }
@@ -51,7 +52,7 @@ def plot_evaluation(scores: pd.DataFrame, claims: pd.DataFrame) -> Figure:
     height = np.arange(len(names))[::-1]
     shifts = np.linspace(0.32, -0.32, len(SCHEMES))
     for shift, (scheme, (title, colour, marker)) in zip(shifts, SCHEMES.items(), strict=True):
-        part = rows[rows["scheme"] == scheme].set_index(["model", "strategy"]).loc[names]
+        part = rows[rows["scheme"] == scheme].set_index(["model", "strategy"]).reindex(names)
         # Values beyond the axis are drawn at its edge.
         inside = part[["value", "lower", "upper", *SPREAD]].clip(lower=R2_FROM)
         draw_range(axis, inside, height + shift, colour)
@@ -74,9 +75,9 @@ def plot_evaluation(scores: pd.DataFrame, claims: pd.DataFrame) -> Figure:
 def plot_coverage(coverage: pd.DataFrame) -> Figure:
     """Share of left-out runs within their predictive intervals against the nominal level, and the intervals' width.
 
-    coverage: model, strategy, scheme, method, nominal, covered, lower, upper, width_pp. Only leave-one-out is drawn.
+    coverage: model, strategy, scheme, method, nominal, covered, lower, upper, width_pp. Only repeated k-fold is drawn.
     """
-    rows = coverage[coverage["scheme"] == "leave_one_out"]
+    rows = coverage[coverage["scheme"] == NESTED]
     kinds = list(dict.fromkeys(zip(rows["model"], rows["strategy"], rows["method"], strict=True)))
     levels = sorted(rows["nominal"].unique())
     figure, axes = plt.subplots(1, len(levels) + 1, figsize=(PAGE_WIDTH_IN, 3.4), sharey=True)

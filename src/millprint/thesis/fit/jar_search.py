@@ -124,8 +124,8 @@ def trial_of(
 ) -> Callable[[dict[str, float], Stage], pd.DataFrame]:
     """What simulates a jar of given parameters, in a stage of the search, in place of the mill's.
 
-    It returns the published values with those of the jar under the counting rule that fits best, whose name is in the
-    column counting_rule. Raises ConfigError for a jar that cannot be built.
+    It returns the published values with those of the jar, once under each counting rule of the settings, whose name is
+    in the column counting_rule. Raises ConfigError for a jar that cannot be built.
     """
     values = with_roles(published_values(read_published(*published_paths), settings.contact), settings.fitted)
 
@@ -134,19 +134,24 @@ def trial_of(
         cases = trial_cases(mill.name, values, settings, stage)
         runs = {case.path: case.model_dump() for case in cases}
         summaries = simulate_each(runs, lambda own: simulate(Case(**own), jar, contact, dem), (), "jar")
-        return choose_rule(list(summaries.values()), values, settings.counting_rules, mill.name, settings.contact)
+        return under_rules(list(summaries.values()), values, settings.counting_rules, mill.name, settings.contact)
 
     return trial
 
 
-def choose_rule(summaries: list[dict], values: pd.DataFrame, rules: list[str], mill: str, contact: str) -> pd.DataFrame:
-    """The values of summaries under the rule with the smallest misfit; powers do not depend on it."""
+def under_rules(summaries: list[dict], values: pd.DataFrame, rules: list[str], mill: str, contact: str) -> pd.DataFrame:
+    """The values of summaries under each rule, one below the other; powers do not depend on it."""
     cycles = tabulate_cycles(summaries)
     tables = [
         computed_values(values, tabulate_descriptors(summaries, rule), cycles, mill, contact).assign(counting_rule=rule)
         for rule in rules
     ]
-    return min(tables, key=misfit)
+    return pd.concat(tables, ignore_index=True)
+
+
+def best_rule(trial: pd.DataFrame) -> pd.DataFrame:
+    """The rows of a trial under the counting rule with the smallest misfit."""
+    return min((own for _, own in trial.groupby("counting_rule", sort=False)), key=misfit)
 
 
 logger = logging.getLogger("millprint")
@@ -172,16 +177,18 @@ class Search:
         except (ConfigError, SimulationError) as error:
             logger.info("%s: %s", parameters, error)
             return float("inf")
-        found = misfit(table)
-        errors = table.dropna(subset="ours").set_index("name")["error_percent"]
-        row = {"stage": stage, **parameters, "misfit": found, "counting_rule": table["counting_rule"].iloc[0]}
-        row |= {"held_back_misfit": misfit(table[table["ours"].notna()], HELD_BACK)}
-        self.rows.append(row | {f"{name}_percent": value for name, value in errors.items()})
-        logger.info("%s %s: misfit %.3f", stage, parameters, found)
-        return found
+        found = []
+        for rule, own in table.groupby("counting_rule", sort=False):
+            found.append(misfit(own))
+            errors = own.dropna(subset="ours").set_index("name")["error_percent"]
+            row = {"stage": stage, **parameters, "counting_rule": rule, "misfit": found[-1]}
+            row |= {"held_back_misfit": misfit(own[own["ours"].notna()], HELD_BACK)}
+            self.rows.append(row | {f"{name}_percent": value for name, value in errors.items()})
+        logger.info("%s %s: misfit %.3f", stage, parameters, min(found))
+        return min(found)
 
     def table(self) -> pd.DataFrame:
-        """A row for every trial: stage, parameters, misfit [-], rule, and the error of each value [%]."""
+        """A row for every trial and counting rule: stage, parameters, misfit [-], and the error of each value [%]."""
         return pd.DataFrame(self.rows)
 
     def run(self, present: dict[str, float]) -> dict[str, float]:
@@ -242,13 +249,13 @@ def sensitivity_rows(jar: dict[str, float], settings: JarSearch, trial: Trial) -
     standard_error_percent. A jar that cannot be built is left out.
     """
     present = tuple(jar[name] for name in JAR_PARAMETERS)
-    unchanged = trial(jar, settings.refining)
+    unchanged = best_rule(trial(jar, settings.refining))
     tables = []
     for other in neighbours(present):
         index = next(k for k, value in enumerate(other) if value != present[k])
         name = JAR_PARAMETERS[index]
         try:
-            changed = trial(dict(zip(JAR_PARAMETERS, other, strict=True)), settings.refining)
+            changed = best_rule(trial(dict(zip(JAR_PARAMETERS, other, strict=True)), settings.refining))
         except ConfigError:
             continue
         error = np.hypot(changed["standard_error_percent"], unchanged["standard_error_percent"])

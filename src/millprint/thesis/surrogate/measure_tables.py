@@ -294,7 +294,7 @@ def _against(row: pd.Series, own: pd.DataFrame, baselines: pd.DataFrame) -> dict
         return found | {"says": ""}
     errors, error = baselines[DISSIPATION].tolist(), float(row[DISSIPATION])
     found["lower_percent"], found["upper_percent"] = (
-        spread_of(own[DISSIPATION].tolist()) if len(own) > 1 else range_of_single(error, errors)
+        spread_of(own[DISSIPATION].tolist(), one_more=True) if len(own) > 1 else range_of_single(error, errors)
     )
     if row["variant"] == BASELINE:
         return found | {"baseline_apart_percent": largest_difference(errors), "says": ""}

@@ -102,13 +102,14 @@ class Member:
         mean, deviation = self.process.left_out()
         return expected_conversion(self.candidate.link, self.mean + self.spread * mean, self.spread * deviation)
 
-    def share_below(self, conversion: np.ndarray, mean: np.ndarray, deviation: np.ndarray) -> np.ndarray:
-        """Probability of a measured conversion of at most `conversion` [-]; mean, deviation: of link(y), same shape."""
-        if self.candidate.link != "identity":
-            inside = np.clip(conversion, 1e-12, 1 - 1e-12)
-            below = ndtr((LINKS[self.candidate.link].forward(inside) - mean) / deviation)
-            return np.where(conversion <= 0, 0.0, np.where(conversion >= 1, 1.0, below))
-        return ndtr((conversion - mean) / deviation)
+
+def share_below(link: str, conversion: np.ndarray, mean: np.ndarray, deviation: np.ndarray) -> np.ndarray:
+    """Probability of a measured conversion of at most `conversion` [-]; mean, deviation: of link(y), same shape."""
+    if link != "identity":
+        inside = np.clip(conversion, 1e-12, 1 - 1e-12)
+        below = ndtr((LINKS[link].forward(inside) - mean) / deviation)
+        return np.where(conversion <= 0, 0.0, np.where(conversion >= 1, 1.0, below))
+    return ndtr((conversion - mean) / deviation)
 
 
 def expected_conversion(link: str, mean: np.ndarray, deviation: np.ndarray) -> np.ndarray:
@@ -176,7 +177,7 @@ class AveragedModel:
             middle = (low + high) / 2
             below = np.zeros(target.shape)
             for member, weight, (mean, deviation) in zip(self.members, self.weights, latent, strict=True):
-                below += weight * member.share_below(middle, mean[:, None], deviation[:, None])
+                below += weight * share_below(member.candidate.link, middle, mean[:, None], deviation[:, None])
             low, high = np.where(below < target, middle, low), np.where(below < target, high, middle)
         return 100 * np.clip((low + high) / 2, 0, 1)
 

@@ -14,7 +14,7 @@ from sklearn.model_selection import KFold
 
 from millprint.config.yields import TrainingConfig
 from millprint.estimate.quantiles import normal_below, normal_density, normal_log_density
-from millprint.thesis.yields.averaging import LINKS, AveragedModel, Member, to_conversion
+from millprint.thesis.yields.averaging import LINKS, AveragedModel, Member, share_below, to_conversion
 from millprint.thesis.yields.features import describe
 from millprint.thesis.yields.yield_model import YieldModel, fit_model
 
@@ -60,34 +60,35 @@ class NormalYields:
 class MixtureYields:
     """A mixture of normal distributions, each behind a link.
 
-    latent: mean and standard deviation of link(y) of each member, (m,) each; weights add up to one; margin: the
-    smallest distance of a measured conversion from 0 and 1 [-], where its density is asked for.
+    links: names of those of the members; latent: mean and standard deviation of link(y) of each member, (m,) each;
+    weights add up to one; margin: the smallest distance of a measured conversion from 0 and 1 [-], where its density is
+    asked for.
     """
 
-    members: list[Member]
+    links: list[str]
     weights: np.ndarray
     latent: list[tuple[np.ndarray, np.ndarray]]
     margin: float
-
-    name = "mixture"
+    name: str = "mixture"
 
     @classmethod
     def of(cls, members: list[Member], weights: np.ndarray, rows: pd.DataFrame, margin: float) -> "MixtureYields":
         """The mixture that members with these weights predict for rows with the six conditions."""
         inputs = describe(rows).to_numpy()
-        return cls(members, weights, [member.latent(inputs) for member in members], margin)
+        links = [member.candidate.link for member in members]
+        return cls(links, weights, [member.latent(inputs) for member in members], margin)
 
     def below(self, conversion: np.ndarray) -> np.ndarray:
         """Probability (m, q) of at most these conversions (m, q) [-]."""
         total = np.zeros(conversion.shape)
-        for member, weight, (mean, deviation) in zip(self.members, self.weights, self.latent, strict=True):
-            total += weight * member.share_below(conversion, mean[:, None], deviation[:, None])
+        for link, weight, (mean, deviation) in zip(self.links, self.weights, self.latent, strict=True):
+            total += weight * share_below(link, conversion, mean[:, None], deviation[:, None])
         return total
 
     def scores(self, truth: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """As Distribution.scores. CRPS is the integral of (F(x) - 1{x >= y})^2, by Gauss-Legendre on each side of y."""
         conversion = np.asarray(truth, dtype=float) / 100
-        bounded = all(member.candidate.link != "identity" for member in self.members)
+        bounded = all(link != "identity" for link in self.links)
         low, high = (0.0, 1.0) if bounded else UNBOUNDED
         crps = np.zeros(len(conversion))
         for start, end, beyond in ((low, conversion, 0.0), (conversion, high, 1.0)):
@@ -96,8 +97,8 @@ class MixtureYields:
             at = np.reshape(middle, (-1, 1)) + half[:, None] * NODES
             crps += half * ((self.below(at) - beyond) ** 2 @ NODE_WEIGHTS)
         inside, density = to_conversion(truth, self.margin), np.zeros(len(conversion))
-        for member, weight, (mean, deviation) in zip(self.members, self.weights, self.latent, strict=True):
-            link = LINKS[member.candidate.link]
+        for name, weight, (mean, deviation) in zip(self.links, self.weights, self.latent, strict=True):
+            link = LINKS[name]
             slope = np.exp(link.log_slope(inside))
             density += weight * normal_density(link.forward(inside), mean, deviation) * slope
         return 100 * crps, -np.log(density / 100), self.below(conversion[:, None])[:, 0]

@@ -152,12 +152,13 @@ def paired_test(one: pd.DataFrame, other: pd.DataFrame, scheme: str, metric: str
     one, other: the same runs in the same folds: repeat, fold, case, yield_percent, predicted_percent, CRPS. Keys:
     difference, error, statistic, degrees, p, and SPREAD of the difference over the repeats.
 
-    Leave-one-out: errors are paired by run, the error is a jackknife over runs, and t = difference / error has n - 1
-    degrees of freedom. Repeated k-fold: d_j is the difference in fold j of J = k r, and t = mean(d) / sqrt((1 / J +
-    n_test / n_train) var(d)) with J - 1 degrees: the corrected resampled t-test of Nadeau and Bengio, Machine Learning
-    52 (2003) 239, since the training rows of folds overlap and their differences are not independent draws. R2 is taken
-    as 1 minus the squared error over the variance of all yields, so that folds add up. Neither test accounts for
-    correlated errors of models trained on overlapping rows, nor for the choice of the 27 runs.
+    Leave-one-out: errors are paired by run, averaged over the orders of the rows, the error is a jackknife over runs,
+    and t = difference / error has n - 1 degrees of freedom. Repeated k-fold: d_j is the difference in fold j of J =
+    k r, and t = mean(d) / sqrt((1 / J + n_test / n_train) var(d)) with J - 1 degrees: the corrected resampled t-test of
+    Nadeau and Bengio, Machine Learning 52 (2003) 239, since the training rows of folds overlap and their differences
+    are not independent draws. R2 is taken as 1 minus the squared error over the variance of all yields, so that folds
+    add up. Neither test accounts for correlated errors of models trained on overlapping rows, nor for the choice of the
+    27 runs.
     """
     keys = ["repeat", "fold", "case"]
     pair = one.merge(other, on=keys, suffixes=("", "_other"), validate="one_to_one")
@@ -171,10 +172,12 @@ def paired_test(one: pd.DataFrame, other: pd.DataFrame, scheme: str, metric: str
     cases = pair.drop_duplicates("case")["yield_percent"].to_numpy(float)
     scale = float(cases.var()) if metric == "r2" else 1.0
     if scheme == LEFT_OUT:
+        by_order = pair.assign(gain=gain).pivot(index="repeat", columns="case", values="gain")
+        truth = pair.pivot(index="repeat", columns="case", values="yield_percent").to_numpy(float)[0]
+        repeats, gain = by_order.mean(axis=1).to_numpy() / scale, by_order.mean(axis=0).to_numpy()
         left = without_each(len(gain))
         parts = gain[left].mean(axis=-1) / (truth[left].var(axis=-1) if metric == "r2" else 1.0)
         difference, error, degrees = gain.mean() / scale, float(jackknife_error(parts)), len(gain) - 1
-        repeats = [difference]
     else:
         folds = pair.assign(gain=gain / scale).groupby(["repeat", "fold"])["gain"].agg(["mean", "size"])
         held = float(folds["size"].mean())
@@ -193,7 +196,7 @@ def paired_test(one: pd.DataFrame, other: pd.DataFrame, scheme: str, metric: str
 
 
 def paired_differences(held_out: pd.DataFrame, reference: tuple[str, str], level: float) -> pd.DataFrame:
-    """Every model against `reference` (model and strategy), by both schemes, in R2 and CRPS.
+    """Every other model against `reference` (model and strategy), by both schemes, in R2 and CRPS.
 
     Columns: model, strategy, against, scheme, metric, difference (model minus reference), error, statistic, degrees, p,
     SPREAD (of the difference), p_holm (over the models of a scheme and metric), told_apart (yes where p_holm is below

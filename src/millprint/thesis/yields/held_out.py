@@ -24,7 +24,8 @@ from millprint.thesis.yields.distributions import (
     refit,
 )
 from millprint.thesis.yields.metrics import LEFT_OUT, LOCKED_AGAIN, NESTED, RANDOM
-from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY, regressor
+from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY, SURFACE, regressor
+from millprint.thesis.yields.response_surface import LINK, fit_surface
 from millprint.thesis.yields.yield_model import Trainer
 
 # A normal distribution with the spread of the errors of other runs.
@@ -70,7 +71,7 @@ def procedure_of(
 ) -> Procedure:
     """The training procedure of a model. It makes every choice from the training rows only.
 
-    name: a regressor, which is tuned and fitted, AVERAGED, whose members are fitted and weighted, or CLIMATOLOGY.
+    name: a regressor, which is tuned and fitted, AVERAGED, whose members are fitted and weighted, or one of BASELINES.
     Raises ValueError for an unknown one.
     """
     training = smaller_forests(training, budget.largest_forest)
@@ -93,12 +94,15 @@ def procedure_of(
         mixture = MixtureYields.of(model.members, model.weights, unseen, averaging.margin)
         return Prediction(model.predict(unseen), own_intervals(model, unseen, levels), mixture)
 
-    if name == AVERAGED:
-        return averaged
-    if name == CLIMATOLOGY:
-        return climatology
-    regressor(name)
-    return tuned
+    def surface(rows: pd.DataFrame, yields: np.ndarray, unseen: pd.DataFrame, levels: list[float]) -> Prediction:
+        model = fit_surface(rows, yields, averaging.margin)
+        latent = MixtureYields([LINK], np.ones(1), [model.latent(unseen)], averaging.margin, LINK)
+        return Prediction(model.predict(unseen), {LINK: model.intervals(unseen, levels)}, latent)
+
+    known = {AVERAGED: averaged, CLIMATOLOGY: climatology, SURFACE: surface}
+    if name not in known:
+        regressor(name)
+    return known.get(name, tuned)
 
 
 PREDICTION_COLUMNS = [
@@ -132,13 +136,17 @@ class OuterFold:
 def outer_folds(rows: pd.DataFrame, budget: HeldOutConfig) -> list[OuterFold]:
     """The outer folds of every scheme, the same for every model.
 
-    rows: role (train or test) and yield_percent. The random splits hold out as many rows as the locked one.
+    rows: role (train or test) and yield_percent. The random splits hold out as many rows as the locked one. The first
+    repeat of leave-one-out has the rows in their own order, the others shuffled.
     """
     yields, positions = rows[YIELD].to_numpy(float), np.arange(len(rows))
     test = (rows["role"] == "test").to_numpy()
     folds = [OuterFold(LOCKED_AGAIN, 0, positions[~test], positions[test], yields)]
+    generator = np.random.default_rng(budget.seed)
+    orders = [positions, *(generator.permutation(positions) for _ in range(budget.orders - 1))]
     folds += [
-        OuterFold(LEFT_OUT, 0, np.delete(positions, index), positions[[index]], yields, int(index))
+        OuterFold(LEFT_OUT, number, order[order != index], positions[[index]], yields, int(index))
+        for number, order in enumerate(orders)
         for index in positions
     ]
     nested = RepeatedKFold(n_splits=budget.outer_folds, n_repeats=budget.outer_repeats, random_state=budget.seed)

@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 AVERAGED = "averaged_gpr"
 # The yields of the training rows as the prediction for every condition: the reference of all scores.
 CLIMATOLOGY = "climatology"
+# Six parameters on the logit of the yield (millprint.thesis.yields.response_surface).
+SURFACE = "response_surface"
+# What a learned model must beat: nothing of them is searched, and they are not stored.
+BASELINES = (CLIMATOLOGY, SURFACE)
 
 Parameters = dict[str, Any]
 # Predicts the held-out rows (m,) [pp] of a fold, by its number, for some hyper-parameters.
@@ -261,6 +265,7 @@ REGRESSORS = {
 TITLES = {name: record.title for name, record in REGRESSORS.items()} | {
     AVERAGED: "averaged GPR",
     CLIMATOLOGY: "climatology",
+    SURFACE: "response surface",
 }
 
 
