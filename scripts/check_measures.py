@@ -10,23 +10,43 @@ import pandas as pd
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.thesis.surrogate.measure_tables import is_met, join_tables, tabulate
-from millprint.thesis.surrogate.rollout import blurred, riding, simulated_rollout, slowed
+from millprint.thesis.surrogate.rollout import (
+    RollOut,
+    blurred,
+    riding,
+    rms_wall_speed,
+    scaled_motion,
+    simulated_rollout,
+    slowed,
+)
 from millprint.thesis.surrogate.rollout_evaluation import REFERENCES, evaluate, of_test
-from millprint.thesis.surrogate.scene import mean_power_W, read_scene, read_trajectory
+from millprint.thesis.surrogate.scene import Scene, mean_power_W, read_scene, read_trajectory
+
+# Of the time of the training, in which the mill starts: not a part of its motion.
+START_SHARE = 0.1
 
 
 def known_rollouts(
-    inputs: dict[str, str], test: str, start_s: float, length_s: float, interval_s: float, power_W: float
+    inputs: dict[str, str],
+    test: str,
+    start_s: float,
+    length_s: float,
+    interval_s: float,
+    power_W: float,
+    trained: tuple[RollOut, Scene],
 ) -> pd.DataFrame:
     """The measures of known roll-outs in a test.
 
-    `inputs` has the simulation of each role; power_W: mean dissipation in the training.
+    `inputs` has the simulation of each role; power_W: mean dissipation in the training; trained: its motion, and scene.
     """
     scene = read_scene(inputs["dem"])
     roles = [role for role in (*REFERENCES, "long_step") if role in inputs]
     runs = {role: read_trajectory(inputs[role], start_s, start_s + length_s) for role in roles}
     known = {role: simulated_rollout(run, scene, start_s, length_s, interval_s) for role, run in runs.items()}
+    faster = rms_wall_speed(scene) / rms_wall_speed(trained[1])
     known["no_network"] = riding(known["dem"], scene, power_W)
+    known["scaled_power"] = riding(known["dem"], scene, faster**2 * power_W)
+    known["scaled_motion"] = scaled_motion(known["dem"], scene, *trained)
     known |= {"blurred": blurred(known["dem"]), "slowed": slowed(known["dem"], scene)}
     against = {role: runs[role] for role in roles if role in REFERENCES}
     tables = []
@@ -48,8 +68,11 @@ def main(given, made, own, log) -> None:
     powers_W = [mean_power_W(path, own.train_until_s) for path in given.trained]
     power_W = sum(powers_W) / len(powers_W)
     log.info("mean power of the training: %.4g W", power_W)
+    scene, from_s = read_scene(given.trained[0]), START_SHARE * own.train_until_s
+    run = read_trajectory(given.trained[0], from_s, own.train_until_s)
+    trained = simulated_rollout(run, scene, from_s, own.train_until_s - from_s, own.interval_s), scene
     tables = [
-        known_rollouts(of_test(test, given), test, start_s, own.lengths_s[test], own.interval_s, power_W)
+        known_rollouts(of_test(test, given), test, start_s, own.lengths_s[test], own.interval_s, power_W, trained)
         for test, start_s in own.starts_s.items()
     ]
     write_table(with_aims_met(join_tables(tables)), made.controls)

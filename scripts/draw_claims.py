@@ -6,9 +6,9 @@ from the DEM stands next to ours and its interval.
 
 Settings: claims, fingerprint.counting_rule, convergence.counting_rules, trainings of every variant; or
 fingerprint.cycle_fill_ratio; the folder of results.
-Inputs: `claims`; `summaries`, and those with several Young's moduli as `of_modulus`; or `fingerprint`, `contact` and
-`shape` (factors).
-Outputs: `intervals`; or `fingerprint`, and the table of printed values as `thesis`.
+Inputs: `claims`; `summaries`, those with several Young's moduli as `of_modulus`, and where a jar was fitted the others
+that fit as well, `equal_jars`, with their simulations, `of_jars`; or `fingerprint`, `contact` and `shape` (factors).
+Outputs: `intervals` and `by_jar`; or `fingerprint`, and the table of printed values as `thesis`.
 """
 
 import pandas as pd
@@ -18,16 +18,19 @@ from millprint.estimate.judge import AGREES, OPEN
 from millprint.fingerprint.bands import FURTHER
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import read_counted, read_summaries
-from millprint.run.files import write_table
+from millprint.run.files import read_json, write_table
 from millprint.run.job import job
 from millprint.thesis.claims.claim_intervals import (
+    JAR_TABLE,
     Repeated,
     over_draws,
     repeated_trainings,
     tabulate_contact_intervals,
     tabulate_intervals,
+    tabulate_jars,
 )
-from millprint.thesis.curves.collapse import draw_tables
+from millprint.thesis.curves.collapse import draw_tables, tables_of
+from millprint.thesis.fit.equal_jars import read_equal_jars
 
 
 def main(
@@ -44,6 +47,19 @@ def main(
     )
     repeated = [Repeated(drawn, over_draws), *repeated_trainings(results, trainings)]
     table = tabulate_intervals(results, claims, repeated, settings.level)
+    write_table(table, output)
+    return table
+
+
+def judge_by_jars(
+    results: str, claims: str, jars: str | None, simulated: list[str], contact: str, mill: str, output: str
+) -> pd.DataFrame:
+    """Write what every jar that fits as well gives for each claim; an empty table where no jar was fitted."""
+    summaries = [read_json(path) for path in simulated]
+    rules = [rule["name"] for rule in summaries[0][0]["collisions"]] if summaries else []
+    known = read_equal_jars(jars, rules).query(f"jar <= {len(summaries)}") if jars else pd.DataFrame()
+    tables = [tables_of(summaries[row.jar - 1], mill, [contact], row.counting_rule) for row in known.itertuples()]
+    table = tabulate_jars(results, claims, known, tables) if tables else pd.DataFrame(columns=JAR_TABLE)
     write_table(table, output)
     return table
 
@@ -71,3 +87,6 @@ if "snakemake" in globals():
             written = (settings, own.trainings, own.tables, made.intervals)
             table = main(own.results, inputs.claims, *simulations, *written)
             logger.info("intervals: %s", table["interval_from"].value_counts().to_dict())
+            jars = inputs.get("equal_jars"), list(inputs.get("of_jars", [])), own.contact, own.tables["mill"]
+            table = judge_by_jars(own.results, inputs.claims, *jars, made.by_jar)
+            logger.info("%d claims are judged by other jars too", table["id"].nunique())

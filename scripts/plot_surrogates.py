@@ -27,6 +27,7 @@ from millprint.thesis.figures.chapter6_figures import (
     plot_recursion,
     plot_wall_contacts,
 )
+from millprint.thesis.surrogate.against_baselines import against_baselines
 from millprint.thesis.surrogate.measure_tables import (
     DISSIPATION,
     ablation_table,
@@ -63,6 +64,7 @@ def collect(
     errors = found[found["measure"] == DISSIPATION].drop_duplicates("test").set_index("test")
     baselines = baseline_table(repeated, controls, errors["thesis"].to_dict(), trained_test)
     write_table(baselines, outputs["baselines"])
+    write_table(against_baselines(baselines, next(iter(trainings))), outputs["against"])
 
 
 def draw_data(

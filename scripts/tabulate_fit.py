@@ -1,11 +1,14 @@
 """The values that the jar and the counting rule were fitted to, those held back, and the error of each.
 
-Or what the fit leaves open of the shape of the jar, as factors on what its fingerprint predicts.
+And the jars and counting rules that fit equally well. Or what the fit leaves open of the shape of the jar, as factors
+on what its fingerprint predicts.
 
 Settings: fit, fingerprint.counting_rule, fingerprint.interval; the mill.
-Inputs: `published`; `descriptors`, `cycles`, `sensitivity`, or `search` (fit_search.tsv).
-Outputs: `fit`; or `shape`.
+Inputs: `published`; `descriptors`, `cycles`, `sensitivity` and `equal_jars`, or `search` (fit_search.tsv).
+Outputs: `fit`, and `equal` where the fit names such jars; or `shape`.
 """
+
+import numpy as np
 
 from millprint.config.fit import JarSearch
 from millprint.config.mill import MillConfig
@@ -37,6 +40,10 @@ if "snakemake" in globals():
             values = values.assign(counting_rule=own.counting_rule)
             parameters = parameter_rows(jar, mill.geometry.end_radius_mm, own.counting_rule)
             write_table(fit_table(parameters, values, read_table(given.sensitivity)), made.fit)
+            if made.get("equal"):
+                jars = read_table(given.equal_jars, text=["counting_rule"])
+                simulated = np.where(jars["jar"] <= settings.equal_jars, "yes", "no")
+                write_table(jars.assign(simulated=simulated), made.equal)
             for role, part in values.groupby("role"):
                 worst = part["error_percent"].abs().max()
                 logger.info("%s: largest error %.1f %% of %d values", role, worst, len(part))

@@ -1,7 +1,7 @@
 """The pages of the report: which conclusions stand, claims with verdicts and errata, tables by chapter, and run times.
 
 Settings: name; the folders of results, benchmarks and logs.
-Inputs: `claims`, `intervals`, `verdicts`, `conclusions`, and the `tables` that pages show.
+Inputs: `claims`, `intervals`, `by_jar`, `verdicts`, `conclusions`, and the `tables` that pages show.
 Outputs: `summary`, `page`, `svg`, `png`, `front` and the tables `claims`, `conclusions`, `counts`, `natures`, `errata`,
 `elsewhere`; `pages`, one for each chapter; `runtimes` with its page `html`.
 """
@@ -35,11 +35,18 @@ from millprint.thesis.report.claims_page import (
     what_falls,
 )
 from millprint.thesis.report.table_pages import Section, tables_page, write_chapter
+from millprint.thesis.surrogate.against_baselines import told_against
 
 
 def write_page(text: str, path: str) -> None:
     with whole_file(path) as partial:
         partial.write_text(text)
+
+
+def first_sentences(results: str) -> dict[str, str]:
+    """What is said first of a chapter: of chapter 6, whether any network beats what needs none."""
+    path = Path(results) / "surrogate/against_baselines.tsv"
+    return {"chapter 6": told_against(read_table(path, text=["test", "verdict"]))} if path.exists() else {}
 
 
 def main(name: str, results: str, inputs, output) -> str:
@@ -48,7 +55,8 @@ def main(name: str, results: str, inputs, output) -> str:
     Returns a line on the verdicts that differ from those that another machine gave to a run of this name.
     """
     intervals = read_table(inputs.intervals, text=["lower", "upper"])
-    findings = collect_findings(results, inputs.claims, intervals=intervals)
+    by_jar = read_table(inputs.by_jar, text=["id", "value"])
+    findings = collect_findings(results, inputs.claims, intervals=intervals, jars=by_jar)
     table = tabulate_claims(inputs.claims, findings)
     errata = collect_errata(results, Path(inputs.claims).parent, table, findings)
     conclusions = judge_conclusions(read_conclusions(inputs.conclusions, table["id"]), table)
@@ -67,8 +75,10 @@ def main(name: str, results: str, inputs, output) -> str:
         write_table(one, getattr(output, key))
     falls = what_falls(table, conclusions, stored, name)
     sentences = [*falls, f"{told[0].upper()}{told[1:]}."]
-    write_page(front_text(conclusions, falls), output.front)
-    write_page(summary_page(name, table, conclusions, errata, Path(results), sentences), output.summary)
+    first = first_sentences(results)
+    write_page(front_text(conclusions, falls, first), output.front)
+    told_first = [*first.values(), *sentences]
+    write_page(summary_page(name, table, conclusions, errata, Path(results), told_first), output.summary)
     write_page(claims_page(name, table, findings, Path(results)), output.page)
     save(plot_verdicts(written["counts"]), output.svg, output.png)
     return told
@@ -101,5 +111,6 @@ if "snakemake" in globals():
         # Printed too, so that whoever runs the thesis sees it.
         print(told)
         for chapter, page in zip(own.chapters, made.pages, strict=True):
-            write_chapter(chapter, own.name, list(given.tables), own.results, page)
+            begin = first_sentences(own.results).get(f"chapter {chapter}", "")
+            write_chapter(chapter, own.name, list(given.tables), own.results, page, begin)
         write_runtimes(own.name, own.benchmarks, own.logs, made)

@@ -38,7 +38,6 @@ EXCEPTIONS = {
     "validation.setups": "a run of one's own need not simulate the mills of others",
     "uncertainty.mills": "the mill of the thesis; a run of another mill asks for its own",
     "surrogate.ablations": "appendix A of the thesis",
-    "surrogate.ablation_budget.training": "appendix A of the thesis",
     "surrogate.ablation_budget.rollout": "appendix A of the thesis",
 }
 

@@ -12,10 +12,12 @@ from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.fingerprint.descriptors import tabulate_descriptors
+from millprint.run.files import write_table
 from millprint.thesis.chapter_checks import fit_faults
 from millprint.thesis.curves.cycles import tabulate_cycles
 from millprint.thesis.curves.regimes import read_published
-from millprint.thesis.fit import fitted_mill
+from millprint.thesis.fit import fitted_mill, numbers_of
+from millprint.thesis.fit.equal_jars import equally_good, read_equal_jars, whole_cases
 from millprint.thesis.fit.jar_search import (
     JAR_PARAMETERS,
     SHAPE,
@@ -141,6 +143,51 @@ def test_the_search_leaves_out_jars_that_cannot_be_built():
         return quadratic(grid_point())(parameters, stage)
 
     assert Search(SETTINGS, trial).run(grid_point(height_mm=31))["height_mm"] >= 36
+
+
+def trials(*errors: tuple[str, float, str, float]) -> pd.DataFrame:
+    """A row for each trial: stage, height [mm], rule, and the error of both fitted values [%]."""
+    rows = [
+        grid_point(height_mm=height) | {"stage": stage, "counting_rule": rule, "misfit": error / 100}
+        | {"held_back_misfit": 0.3, "Pn_f0.06_percent": error, "Pt_f0.10_percent": -error}
+        for stage, height, rule, error in errors
+    ]  # fmt: skip
+    return pd.DataFrame(rows)
+
+
+def test_jars_and_rules_that_agree_with_every_fitted_value_fit_equally_well(tmp_path):
+    settings = SETTINGS.model_copy(update={"fitted": ["Pn_f0.06", "Pt_f0.10"], "equal_jars": 2})
+    search = trials(
+        ("screening", 33.0, "a", 14.0), ("screening", 33.0, "b", 15.5), ("screening", 34.0, "a", 4.0),
+        ("screening", 35.0, "a", 13.0), ("screening", 35.0, "b", 12.0), ("refining", 34.0, "a", 18.0),
+        ("refining", 35.0, "a", 3.0), ("screening", 36.0, "a", 14.5),
+    )  # fmt: skip
+    found = equally_good(search, settings)
+    # By the longer trial 34 mm is out; 35 mm is best and has both rules; 33 mm is farther from it than 36 mm.
+    assert found[["jar", "height_mm", "counting_rule"]].to_numpy().tolist() == [
+        [1, 35, "a"],
+        [1, 35, "b"],
+        [2, 33, "a"],
+        [3, 36, "a"],
+    ]
+    path = tmp_path / "jars.tsv"
+    write_table(found, path)
+    pd.testing.assert_frame_equal(read_equal_jars(path, ["a", "b"]), found, check_dtype=False)
+    assert numbers_of(str(path), 6) == [1, 2, 3] and numbers_of(str(path), 1) == [1]
+    write_table(found.assign(jar=1), path)
+    with pytest.raises(ConfigError, match="one number stands for one shape"):
+        read_equal_jars(path, ["a", "b"])
+
+
+def test_a_jar_of_the_set_is_simulated_where_chapter_3_has_claims():
+    cases = whole_cases("emax", SETTINGS)
+    places = {(case.fill_ratio, round(60 * case.speed_hz), round(1e3 * case.ball_diameter_m)) for case in cases}
+    assert len(places) == len(cases) == 2 * (2 * len(SETTINGS.whole.fill_ratios) + 2)
+    assert {(0.08, speed, 5) for speed in (600, 800, 1000, 1200)} <= places
+    assert all(
+        case.window_s * case.speed_hz == pytest.approx({10: 30, 5: 12}[round(1e3 * case.ball_diameter_m)])
+        for case in cases
+    )
 
 
 def test_a_mill_of_another_name_or_shape_has_nothing_to_fit():

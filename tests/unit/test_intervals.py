@@ -16,12 +16,13 @@ from millprint.thesis.claims.claim_intervals import (
     over_draws,
     over_repeats,
     tabulate_intervals,
+    tabulate_jars,
     without_sizes,
 )
 from millprint.thesis.claims.evidence import Contradiction, Evidence, Finding, Repeats
 from millprint.thesis.claims.tabulate import collect_findings, tabulate_claims
 from millprint.thesis.claims.tolerances import judge_repeats, judge_value
-from millprint.thesis.curves.collapse import dispersions, draw_blocks, draw_tables, redraw, redrawn_tables
+from millprint.thesis.curves.collapse import dispersions, draw_blocks, draw_tables, redraw, redrawn_tables, tables_of
 from millprint.thesis.surrogate.measure_tables import failed_tests, tabulate_trainings, with_spread
 from tests.conftest import ROOT
 from tests.unit import synthetic_mill
@@ -60,6 +61,31 @@ def test_the_value_has_a_verdict_of_its_own():
     assert judge_value("20", "15%", found).agrees
     assert judge_repeats("20", "15%", found) == (OPEN, "wider than the tolerance")
     assert judge_repeats("20", "15%", Finding(22.9)) is None and judge_repeats("20", "15%", Finding(None)) is None
+
+
+@pytest.mark.parametrize(
+    ("value", "repeats", "jars", "word", "reason"),
+    [
+        (20.0, None, (), None, ""),
+        (20.0, None, (21.0, 18.0), AGREES, ""),
+        (20.0, None, (21.0, 30.0, 28.0), OPEN, "1 of 3 jars"),
+        (30.0, None, (31.0, 29.0), DIFFERS, ""),
+        (30.0, Repeats(29.0, 31.0, "", 9), (28.0, 21.0), OPEN, "1 of 2 jars"),
+        (20.0, Repeats(19.0, 21.0, "", 9), (22.0, 24.0), OPEN, "1 of 2 jars"),
+        (20.0, Repeats(19.0, 21.0, "", 9), (24.0, 25.0), OPEN, "0 of 2 jars"),
+        (20.0, Repeats(15.0, 25.0, "", 9), (20.5, 19.0), OPEN, "wider"),
+        (20.0, Repeats(19.0, 21.0, "", 9), (20.5, 19.0), AGREES, ""),
+    ],
+)
+def test_a_claim_that_only_some_of_the_jars_that_fit_meet_is_open(value, repeats, jars, word, reason):
+    found = judge_repeats("20", "15%", Finding(value, repeats=repeats, jars=jars))
+    assert (found and found.word) == word and reason in (found.reason if found else "")
+
+
+def test_a_statement_that_only_some_of_the_jars_meet_is_open():
+    assert judge_repeats("yes", "yes", Finding("yes", jars=("yes", "no"))).word == OPEN
+    assert judge_repeats("yes", "yes", Finding("no", jars=("no", "no"))).word == DIFFERS
+    assert judge_repeats("yes", "yes", Finding("yes", jars=("yes", "yes"))).word == AGREES
 
 
 def test_an_interval_of_few_repeats_is_their_range_and_of_more_holds_student():
@@ -241,9 +267,8 @@ def test_a_claim_is_computed_again_by_its_own_code_with_each_training(tmp_path, 
     trained = Repeated([{path: without_sizes(measures(error))} for error in errors], over_repeats)
     intervals = tabulate_intervals(tmp_path, CLAIMS_TSV, [trained])
     row = intervals.set_index("id").loc["6.energy"]
-    assert (row["lower"], row["upper"]) == pytest.approx(spread_of(held, one_more=True)) and row[
-        "interval_from"
-    ] == "trainings"
+    assert (row["lower"], row["upper"]) == pytest.approx(spread_of(held, one_more=True))
+    assert row["interval_from"] == "trainings"
     assert (row["repeats"], row["failed"]) == (len(errors), len(errors) - len(held))
     # From a file, the ends are texts.
     write_table(intervals, tmp_path / "intervals.tsv")
@@ -311,6 +336,31 @@ def test_a_claim_on_the_curves_is_drawn_from_its_own_simulations(tmp_path):
     spread = table.loc["3.curve.0.10.Pn"]
     # Revolutions ripple by 10 %, so their mean over two speeds and two sizes by a few per cent at most.
     assert 0 < spread["upper"] / spread["lower"] - 1 < 0.1
+
+
+@pytest.mark.slow
+def test_every_jar_says_what_its_own_simulations_give(tmp_path):
+    """Of three jars, the second dissipates twice as much; the jars have no simulations of steel."""
+    both = synthetic_mill.summaries(contacts=("calibrated", "steel"), fills=(0.06, 0.10, 0.17))
+    for path, table in tables_of(both, "emax", ["calibrated", "steel"], "gap_0_02").items():
+        write_table(table, tmp_path / path)
+    for contact in ("calibrated", "steel"):
+        write_json({"about": {"mill": "emax"}}, tmp_path / f"fingerprint/fingerprint_{contact}.json")
+    own = synthetic_mill.summaries(contacts=("calibrated",), fills=(0.06, 0.10, 0.17))
+    twice = [run | {"power_W": {name: 2 * power for name, power in run["power_W"].items()}} for run in own]
+    tables = [tables_of(runs, "emax", ["calibrated"], "gap_0_02") for runs in (own, twice, own)]
+    jars = pd.DataFrame({"jar": [1, 2, 2], "counting_rule": ["gap_0_02"] * 3})
+    table = tabulate_jars(tmp_path, CLAIMS_TSV, jars, tables)
+    assert not table["id"].str.contains("steel").any() and "3.universal" not in set(table["id"])
+    first, second, third = table.loc[table["id"] == "3.curve.0.10.Pn", "value"]
+    assert second == pytest.approx(2 * first) and third == first
+    ratio = table[table["id"] == "3.curve.0.10.ratio"]
+    assert ratio["value"].nunique() == 1 and ratio["jar"].tolist() == [1, 2, 2]
+    # A file has texts, and the table of claims the least, the most, and how many meet it.
+    findings = collect_findings(tmp_path, CLAIMS_TSV, jars=table.astype({"value": str}))
+    row = tabulate_claims(CLAIMS_TSV, findings).set_index("id").loc["3.curve.0.10.Pn"]
+    assert float(row["jars_upper"]) == pytest.approx(2 * float(row["jars_lower"]), rel=1e-4)
+    assert row["jars_meeting"].endswith(" of 3")
 
 
 def test_a_condition_is_asked_again_where_its_columns_have_changed(tmp_path):

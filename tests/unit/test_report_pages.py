@@ -92,7 +92,8 @@ def test_the_first_page_of_the_report_says_which_conclusions_stand(tmp_path):
     rows += [("appendix A", "All is needed.", "open", "not run", 0)]
     conclusions = pd.DataFrame(rows, columns=["chapter", "conclusion", "it_holds", "reason", "claims"])
     (tmp_path / "report").mkdir()
-    (tmp_path / "report/conclusions.rst").write_text(front_text(conclusions, ["Chapter 2: not so: 5_x is 2 for 1_."]))
+    falls, first = ["Chapter 2: not so: 5_x is 2 for 1_."], {"appendix A": "None |beats|."}
+    (tmp_path / "report/conclusions.rst").write_text(front_text(conclusions, falls, first))
     text = (ROOT / "workflow/report/workflow.rst").read_text()
     config = SimpleNamespace(config={"name": "test", "mill": "emax", "results": str(tmp_path)})
 
@@ -102,7 +103,8 @@ def test_the_first_page_of_the_report_says_which_conclusions_stand(tmp_path):
         return publish_parts(template.render(snakemake=config, categories=named, files={}), writer="html")["body"]
 
     shown = re.sub("<.*?>", "", page("Claims", "Explorer"))
-    assert "Chapter 2, 2 conclusions; hold: 1, do not hold: 1." in shown and "conclusions; are open: 1." in shown
+    assert "Chapter 2, 2 conclusions; hold: 1, do not hold: 1." in shown
+    assert "Appendix A: None |beats|. 1 conclusions; are open: 1." in shown
     assert "Hold: Time does (of 2 claims 2 agree)." in shown and "Do not hold: Speed |decides| (2 of 3" in shown
     assert "5_x is 2 for 1_." in shown and "problem" not in shown.lower()
     assert "2 conclusions" not in re.sub("<.*?>", "", page("Explorer"))

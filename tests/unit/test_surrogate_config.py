@@ -175,9 +175,9 @@ def test_a_roll_out_that_is_shorter_than_the_stated_one_decides_only_that_it_run
 
 def test_every_training_has_its_own_seed(content):
     config = settings(content)
-    assert config.trainings_of("thesis") == ["thesis", "thesis_training2", "thesis_training3"]
+    assert config.trainings_of("thesis") == ["thesis", *(f"thesis_training{number}" for number in range(2, 6))]
     own = [config.variant(name).training for name in config.trainings_of("thesis")]
-    assert [one.seed for one in own] == [0, 1, 2]
+    assert [one.seed for one in own] == [0, 1, 2, 3, 4]
     assert len({one.model_copy(update={"seed": 0}).model_dump_json() for one in own}) == 1
     assert [config.weights_of(name) for name in config.trainings_of("thesis")] == config.trainings_of("thesis")
     assert [config.weights_of(name) for name in config.trainings_of("baseline")] == config.trainings_of("thesis")

@@ -7,8 +7,10 @@ import pandas as pd
 import pytest
 
 from millprint.config.errors import ConfigError
+from millprint.estimate.judge import AGREES, DIFFERS, OPEN
 from millprint.thesis.figures.chapter6_figures import plot_ablations, plot_dissipation, plot_error_growth, plot_loss
 from millprint.thesis.surrogate import measures
+from millprint.thesis.surrogate.against_baselines import against_baselines, told_against
 from millprint.thesis.surrogate.measure_tables import (
     AT_LEAST,
     OF_REFERENCE,
@@ -17,7 +19,16 @@ from millprint.thesis.surrogate.measure_tables import (
     join_tables,
     tabulate,
 )
-from millprint.thesis.surrogate.rollout import RollOut, blurred, riding, simulated, simulated_rollout, slowed
+from millprint.thesis.surrogate.rollout import (
+    RollOut,
+    blurred,
+    riding,
+    rms_wall_speed,
+    scaled_motion,
+    simulated,
+    simulated_rollout,
+    slowed,
+)
 from millprint.thesis.surrogate.rollout_evaluation import evaluate, evaluate_at_rest
 from millprint.thesis.surrogate.scene import Trajectory, mean_power_W
 from tests.conftest import PRINTED
@@ -157,6 +168,59 @@ def test_balls_that_ride_with_the_jar_dissipate_a_constant_power(tmp_path):
     table = table_of(rollout)
     assert rollout.cumulative_J[-1, 0] == pytest.approx(power_W * LENGTH)
     assert table["value"]["balls_left"] == 0 and np.isnan(table["value"]["increments_5ms_r"])
+
+
+def test_the_known_motion_again_is_itself_after_whole_turns_and_scaled_on_a_faster_wall():
+    """A mill of 300 rpm turns in 0.2 s: the known 0.2 s follow each other in step."""
+    turn = SCENE.turn_s
+    assert rms_wall_speed(SCENE) == pytest.approx(AMPLITUDE * OMEGA, rel=1e-4)
+    part = simulated_rollout(TRUTH, SCENE, 0.0, turn, FRAME)
+    frames, longer = round(turn / FRAME), round((turn + 0.1) / FRAME) + 1
+    empty = np.zeros((longer, *part.position_m.shape[1:]))
+    asked = replace(
+        part,
+        time_s=FRAME * np.arange(longer),
+        position_m=empty,
+        velocity_m_s=empty,
+        dissipated_J=np.zeros((longer, 1)),
+    )
+    again = scaled_motion(asked, SCENE, part, SCENE)
+    np.testing.assert_allclose(again.position_m[1 : frames + 1], part.position_m[1:], atol=1e-12)
+    np.testing.assert_allclose(again.position_m[frames + 1 :], part.position_m[1 : round(0.1 / FRAME) + 1], atol=1e-12)
+    np.testing.assert_allclose(again.dissipated_J[1 : frames + 1], part.dissipated_J[1:])
+    faster = replace(SCENE, wall_position=lambda time_s: 2 * circle(time_s))
+    scaled = scaled_motion(asked, faster, part, SCENE)
+    np.testing.assert_allclose(scaled.dissipated_J, 4 * again.dissipated_J)
+    place = again.position_m - circle(again.time_s)[:, None, None]
+    np.testing.assert_allclose(scaled.position_m - 2 * circle(again.time_s)[:, None, None], place, atol=1e-12)
+    np.testing.assert_allclose(scaled.velocity_m_s, 2 * again.velocity_m_s, atol=1e-9)
+
+
+def measured(model: str, training: int, error: float, speed: float, away: str = "no") -> dict:
+    row = {"test": "motion1", "motion": "unseen", "model": model, "training": training, "length_s": 15.0}
+    sizes = {"dissipation_error_percent": error, "mean_square_speed_ratio": speed, "increments_5ms_r": 0.1}
+    return row | (dict.fromkeys(sizes) if away == "yes" else sizes) | {"balls_left": 0, "ran_away": away}
+
+
+@pytest.mark.parametrize(
+    ("errors", "word", "near", "both"),
+    [
+        ([1.0, 1.2, 1.1, 0.9, 1.0], AGREES, 5, 0),
+        ([8.0, 9.0, 7.0, 8.5, 2.9], DIFFERS, 1, 0),
+        ([1.0, 1.2, 1.1, 0.9, None], OPEN, 4, 0),
+        ([1.0, 1.2, 1.1], OPEN, 3, 0),
+        ([None] * 5, DIFFERS, 0, 0),
+    ],
+)
+def test_networks_beat_the_baselines_if_their_mean_is_below_every_one(errors, word, near, both):
+    rows = [measured("net", k, error or 0, 0.4, "no" if error else "yes") for k, error in enumerate(errors, 1)]
+    rows += [measured("no_network", 1, 40, 0.3), measured("scaled_power", 1, 3.0, 0.3)]
+    rows += [measured("scaled_motion", 1, 12.0, 0.9), measured("long_step", 1, 4.0, 1.01)]
+    table = against_baselines(pd.DataFrame(rows), "net")
+    row = table.iloc[0]
+    assert (row["verdict"], row["nearer"], row["nearer_in_speed_too"]) == (word, near, both)
+    assert row["scaled_power_percent"] == 3 and row["trainings"] == len(errors)
+    assert told_against(table).startswith("No network beats what needs none: ") == (word != AGREES)
 
 
 def nudged(run: Trajectory, after_s: float) -> Trajectory:

@@ -1,13 +1,18 @@
 """Graphs, the network, its loss and its training."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import torch
+import yaml
+from snakemake.utils import update_config
 
 from millprint.config.errors import ConfigError, TrainingError
+from millprint.config.load import check_model
 from millprint.config.surrogate import NetworkConfig
+from millprint.config.workflow import WorkflowConfig
 from millprint.thesis.surrogate.dataset import (
     DISTANCE,
     GRADIENT,
@@ -34,6 +39,7 @@ from millprint.thesis.surrogate.network import (
 )
 from millprint.thesis.surrogate.scene import read_trajectory
 from millprint.thesis.surrogate.training import Trainer, draw_epoch, huber, losses
+from tests.conftest import ROOT, configuration
 from tests.unit.surrogate_samples import (
     CONTACTS,
     GRAVITY,
@@ -295,6 +301,24 @@ def test_checkpoint_of_another_recipe_is_not_resumed(tmp_path):
     assert not Trainer([SAMPLE], small_recipe(seed=4), CPU).resume(tmp_path / "checkpoint.pt", CPU)
     assert Trainer([SAMPLE], small_recipe(wall_time_max_s=200), CPU).resume(tmp_path / "checkpoint.pt", CPU)
     assert not Trainer([SAMPLE], small_recipe(), CPU).resume(tmp_path / "absent.pt", CPU)
+
+
+def test_the_training_on_a_graphics_card_runs_at_a_small_budget_and_says_its_cost(caplog):
+    """The settings of config/graphics_card.yaml on top of the thesis's, with fewer snapshots and epochs."""
+    content = configuration()
+    update_config(content, yaml.safe_load((ROOT / "config/graphics_card.yaml").read_text()))
+    settings = check_model(content, WorkflowConfig, "config.yaml").surrogate
+    variant = settings.variant("thesis")
+    assert variant.training.epochs * variant.training.snapshots_per_epoch == 90e6 and variant.rollout.length_s == 15
+    assert settings.trainings == 5
+    small = {"epochs": 2, "snapshots_per_epoch": 64}
+    recipe = variant.recipe().model_copy(update={"training": variant.training.model_copy(update=small)})
+    trainer = Trainer([SAMPLE], recipe, CPU)
+    with caplog.at_level("INFO", logger="millprint"):
+        assert trainer.train()
+    pace_s = trainer.history[0]["elapsed_s"]
+    assert re.search(r"s an epoch on cpu: 2 epochs take \S+ h; training.wall_time_max_s = 2700 allows 2", caplog.text)
+    assert 0 < pace_s <= trainer.elapsed_s and trainer.history[-1]["epoch"] == 2
 
 
 def test_wall_time_ends_a_training():

@@ -70,7 +70,7 @@ def test_weights_are_the_likelihood():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"search": searched(20)}, "has 20 jars; a shape's interval needs 24"),
+        ({"search": searched(20)}, "has 20 jars with the rule gap_0_02; a shape's interval needs 24"),
         ({"search": searched(rule="gap_0_04")}, "has 0 jars with the rule gap_0_02"),
         ({"search": searched().drop(columns="Pn_f0.10_percent")}, "lacks Pn_f0.10"),
     ],

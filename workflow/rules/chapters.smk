@@ -95,6 +95,7 @@ SHOWN_TABLES = {
 
 rule draw_claims:
     input:
+        **EQUAL_JARS,
         stages=STAGE_OUTPUTS,
         claims=CONFIG.data.claims,
         summaries=rules.fit_master_curves.input.summaries,
@@ -102,6 +103,7 @@ rule draw_claims:
         runs=records_of([*rules.fit_master_curves.input.summaries, *summaries_over("young_moduli_gpa")]),
     output:
         intervals=f"{RESULTS}/report/intervals.tsv",
+        by_jar=f"{RESULTS}/report/claims_by_jar.tsv",
     log:
         f"{LOGS}/report/draw_claims.log",
     benchmark:
@@ -111,6 +113,7 @@ rule draw_claims:
         settings=settings("claims"),
         rules=rules_named(),
         trainings=TRAININGS,
+        contact=CONFIG.fit.search.contact if CONFIG.fit else "",
         tables={
             "mill": CONFIG.mill,
             "contacts": CONFIG.contacts,
@@ -128,6 +131,7 @@ rule write_pages:
         stages=STAGE_OUTPUTS,
         claims=CONFIG.data.claims,
         intervals=rules.draw_claims.output.intervals,
+        by_jar=rules.draw_claims.output.by_jar,
         verdicts=CONFIG.data.verdicts,
         conclusions=CONFIG.data.conclusions,
         tables=[path for paths in SHOWN_TABLES.values() for path in paths],

@@ -1,6 +1,6 @@
 """Chapter 3: master curves with descriptors and inverse mode, fit of the jar, intervals of the curves."""
 
-from millprint.thesis.fit import fitted_mill
+from millprint.thesis.fit import fitted_mill, numbers_of
 
 FINGERPRINT = f"{RESULTS}/fingerprint"
 FINGERPRINT_FIGURES = f"{FINGERPRINT}/figures"
@@ -112,6 +112,8 @@ FINGERPRINT_OUTPUTS = [*rules.fit_master_curves.output, *rules.plot_fingerprint.
 
 FIT_MILL = fitted_mill(CONFIG, MILLS)
 FIT_OUTPUTS = []
+# The jars that fit as well, and their simulations, for the claims of chapter 3.
+EQUAL_JARS = {}
 
 if FIT_MILL:
     SIMULATED_JAR = {
@@ -131,6 +133,7 @@ if FIT_MILL:
         output:
             search=f"{FINGERPRINT}/fit_search.tsv",
             geometry=f"{FINGERPRINT}/fit_geometry.yaml",
+            equal_jars=f"{FINGERPRINT}/fit_equal_jars.tsv",
         log:
             f"{LOGS}/fingerprint/fit_jar.log",
         benchmark:
@@ -161,11 +164,13 @@ if FIT_MILL:
 
     rule tabulate_fit:
         input:
+            **({"equal_jars": CONFIG.fit.equal_jars} if CONFIG.fit.equal_jars else {}),
             descriptors=rules.fit_master_curves.output.descriptors,
             cycles=rules.fit_master_curves.output.cycles,
             published=PUBLISHED,
             sensitivity=rules.measure_fit_sensitivity.output.sensitivity,
         output:
+            **({"equal": f"{FINGERPRINT}/equal_jars.tsv"} if CONFIG.fit.equal_jars else {}),
             fit=f"{FINGERPRINT}/fit.tsv",
         log:
             f"{LOGS}/fingerprint/tabulate_fit.log",
@@ -206,12 +211,40 @@ if FIT_MILL:
         message:
             "The fit of the jar is complete"
 
-    FIT_OUTPUTS += [
-        *rules.measure_fit_sensitivity.output,
-        *rules.tabulate_fit.output,
-        # The search takes longer than the rest of the stage.
-        *(rules.fit_jar.output if CONFIG.fit.in_all else []),
-    ]
+    if CONFIG.fit.equal_jars:
+
+        rule simulate_equal_jar:
+            input:
+                kernels=ancient(f"{RESULTS}/dem/kernels.json"),
+                equal_jars=CONFIG.fit.equal_jars,
+            output:
+                summaries=f"{FINGERPRINT}/equal_jars/{{jar}}.json",
+            log:
+                f"{LOGS}/fingerprint/simulate_equal_jar_{{jar}}.log",
+            benchmark:
+                f"{BENCHMARKS}/simulate_equal_jar/{{jar}}.tsv"
+            wildcard_constraints:
+                jar=r"\d+",
+            params:
+                **SIMULATED_JAR,
+            message:
+                "Simulating jar {wildcards.jar} of those that fit equally well, at the conditions of chapter 3"
+            script:
+                "../../scripts/fit_jar.py"
+
+        EQUAL_JARS = {
+            "equal_jars": CONFIG.fit.equal_jars,
+            "of_jars": expand(
+                rules.simulate_equal_jar.output.summaries,
+                jar=numbers_of(CONFIG.fit.equal_jars, CONFIG.fit.search.equal_jars),
+            ),
+        }
+        FIT_OUTPUTS += [
+            *rules.measure_fit_sensitivity.output,
+            *rules.tabulate_fit.output,
+            # The search takes longer than the rest of the stage.
+            *(rules.fit_jar.output if CONFIG.fit.in_all else []),
+        ]
 
 
 # The fingerprint of chapter 3 is from more simulations than the mill's own sweep; the factors hold for both.

@@ -198,6 +198,7 @@ rule plot_surrogates:
         metrics=f"{SURROGATE}/metrics.tsv",
         trainings=f"{SURROGATE}/trainings.tsv",
         baselines=f"{SURROGATE}/baselines.tsv",
+        against=f"{SURROGATE}/against_baselines.tsv",
         slices_svg=shown(f"{SURROGATE}/signed_distance.svg"),
         slices_png=f"{SURROGATE}/signed_distance.png",
         slices_tsv=f"{SURROGATE}/signed_distance.tsv",

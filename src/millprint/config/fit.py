@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from millprint.config.section import Name, Section
+from millprint.config.section import Name, ProjectFile, Section
 
 
 class Stage(NamedTuple):
@@ -11,6 +11,18 @@ class Stage(NamedTuple):
     jars: int
     revolutions: int
     seeds: int = 1
+
+
+class Whole(NamedTuple):
+    """Conditions of chapter 3: sizes, fill ratios at the first and the last speed, and every speed at one fill ratio.
+
+    revolutions: recorded turns, by the ball diameter.
+    """
+
+    fill_ratios: tuple[float, ...] = (0.04, 0.06, 0.08, 0.10, 0.12, 0.16, 0.17, 0.20, 0.30, 0.40)
+    speeds_rpm: tuple[float, ...] = (600.0, 800.0, 1000.0, 1200.0)
+    every_speed_at: float = 0.08
+    revolutions: tuple[tuple[float, int], ...] = ((10.0, 30), (5.0, 12))
 
 
 class JarSearch(Section):
@@ -44,6 +56,10 @@ class JarSearch(Section):
     """rounds of steps up and down in every parameter, while one is better"""
     seed: int = 0
     """seed of the Sobol sequence"""
+    equal_jars: int = 4
+    """jars of those that fit equally well that are simulated at every condition of `whole`: the first of the table"""
+    whole: Whole = Whole()
+    """conditions of chapter 3 for each jar of that set"""
 
 
 QUICK = JarSearch(
@@ -55,6 +71,8 @@ QUICK = JarSearch(
     screening=Stage(jars=2, revolutions=2),
     refining=Stage(jars=1, revolutions=2),
     rounds=1,
+    equal_jars=2,
+    whole=Whole(fill_ratios=(0.08,), speeds_rpm=(1200.0,), revolutions=((10.0, 2),)),
 )
 
 
@@ -63,6 +81,10 @@ class FitConfig(Section):
 
     mill: Name
     """the mill that is fitted; a run of another mill fits nothing"""
+    equal_jars: ProjectFile | None = None
+    """table of jars and counting rules that fit equally well, as the target `fit` writes it; claims of chapter 3 are
+    judged by all of them
+    """
     in_all: bool = False
     """whether the search is a part of `all`, and the shape of the jar, which follows from it, widens the intervals"""
     quick: bool = False

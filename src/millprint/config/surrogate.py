@@ -85,7 +85,7 @@ class TrainingConfig(Section):
     """learning rate of Adam at the first step [-]"""
     final_learning_rate: Positive = 1e-5
     """learning rate of Adam at the last step, reached exponentially [-]"""
-    wall_time_max_s: Positive = 1500.0
+    wall_time_max_s: Positive = 7200.0
     """training stops here even if epochs are left [s]"""
     threads: Count = 1
     """threads of the job, as far as there are cores [-]"""
@@ -214,7 +214,7 @@ class SurrogateConfig(Section):
     rollout: RollOutConfig
     variants: dict[Name, VariantConfig] = Field(min_length=1)
     """surrogates that `all` trains, by name; null leaves one out"""
-    trainings: Count = 3
+    trainings: Count = 5
     """trainings of each variant, with one seed after the other; the first is shown, and all give its spread [-]"""
     ablations: dict[Name, VariantConfig] = Field({})
     """surrogates of the target `ablations`, by name"""

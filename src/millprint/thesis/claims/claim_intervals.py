@@ -17,7 +17,7 @@ from millprint.run.progress import progress
 from millprint.thesis.claims.chapter6 import TRAININGS
 from millprint.thesis.claims.evidence import Evidence, Finding, Repeats, find_claim
 from millprint.thesis.claims.tabulate import collect_findings, read_claims
-from millprint.thesis.claims.tolerances import CERTAIN, TIMED, is_number
+from millprint.thesis.claims.tolerances import CERTAIN, TIMED, is_number, judge_value
 from millprint.thesis.surrogate.measure_tables import failed_tests
 
 WINDOWS = "bootstrap of windows"
@@ -129,6 +129,32 @@ def _interval_of(
     own = next((one for one in repeated if one.decides(finding)), None) if finding.repeats is None else None
     found = findings_of(name, evidence, own.tables) if own else []
     return interval_from(found, finding, own, level) if own and len(found) > 1 else finding.repeats
+
+
+JAR_TABLE = ["id", "jar", "counting_rule", "value", "verdict"]
+
+
+def tabulate_jars(
+    results: str | Path, claims_path: str | Path, jars: pd.DataFrame, tables: Sequence[Tables]
+) -> pd.DataFrame:
+    """What each jar and counting rule that fits equally well says for each claim that it decides, with JAR_TABLE.
+
+    jars: as `millprint.thesis.fit.equal_jars.read_equal_jars`; tables: of each of its rows, in place of the files. A
+    claim that these tables cannot decide, as of another contact set, has no row. Raises ConfigError as `read_claims`.
+    """
+    claims, findings = read_claims(claims_path), collect_findings(results, claims_path)
+    evidence = Evidence(Path(results), Path(claims_path).parent, claims["value"])
+    rows = []
+    for name in claims.index[~claims["nature"].isin([*CERTAIN, TIMED])]:
+        if findings[name].value is None or not any(source.path in tables[0] for source in findings[name].sources):
+            continue
+        found = findings_of(name, evidence, tables)
+        if len(found) < len(tables):
+            continue
+        asked = claims.at[name, "value"], claims.at[name, "tolerance"]
+        for own, one in zip(jars.itertuples(), found, strict=True):
+            rows.append((name, own.jar, own.counting_rule, one.value, judge_value(*asked, one).word))
+    return pd.DataFrame(rows, columns=JAR_TABLE)
 
 
 def repeated_trainings(results: str | Path, trainings: dict[str, list[str]]) -> list[Repeated]:

@@ -136,6 +136,7 @@ class Finding:
 
     value: the computed number or word, in the unit of the claim; None if it was not run.
     repeats: of a value that is simulated or trained; None of one that is computed from data.
+    jars: the value by each jar and counting rule that fits as well as the run's (`millprint.thesis.fit.equal_jars`).
     explanation: how it was computed, from how many runs, or why it was not run.
     contradiction: what else the thesis prints that cannot hold together with the claim; a value that differs is then
     an erratum.
@@ -149,6 +150,7 @@ class Finding:
     contradiction: Contradiction | None = None
     sources: tuple[Source, ...] = ()
     repeats: Repeats | None = None
+    jars: tuple[float | str, ...] = ()
     limits: tuple[float, float] = (-math.inf, math.inf)
     failed: bool = False
 

@@ -28,6 +28,7 @@ from millprint.thesis.claims.tolerances import (
     NATURES,
     deviation,
     is_number,
+    jars_that_meet,
     judge_repeats,
     judge_value,
     reason_of,
@@ -35,12 +36,17 @@ from millprint.thesis.claims.tolerances import (
 
 CLAIM_COLUMNS = ["id", "locus", "quantity", "value", "unit", "nature", "basis", "tolerance", "note"]
 # What is known of deviations, by ids of claims, and the tables that show it. No cause is named.
-JAR = "the jar's shape is not published; fingerprint/fit.tsv has what a step of each of its parameters moves"
+JAR = (
+    "the jar's shape is not published; fingerprint/fit.tsv has what a step of each of its parameters moves, "
+    "report/claims_by_jar.tsv what other jars that fit as well give"
+)
 WHERE_TO_LOOK = {
     **dict.fromkeys(("3.curve.*", "3.cycle.*", "3.reference.*"), JAR),
     "3.*.f": "the counting rule is not published; fingerprint/counting_rules.tsv has the frequency by each rule",
     "3.size.*": "not explained: no counting rule enters a dissipation per revolution",
 }
+# Of the values by the jars that fit as well: the smallest and the largest, and how many meet the claim, as "3 of 8".
+JAR_COLUMNS = ["jars_lower", "jars_upper", "jars_meeting"]
 # Columns of the table of verdicts: part of an interval.
 INTERVAL_PARTS = {"lower": "lower", "upper": "upper", "interval_from": "how", "repeats": "of", "failed": "failed"}
 
@@ -65,15 +71,21 @@ def read_claims(path: str | Path) -> pd.DataFrame:
 
 
 def collect_findings(
-    results: str | Path, claims_path: str | Path, beginning: str = "", intervals: pd.DataFrame | None = None
+    results: str | Path,
+    claims_path: str | Path,
+    beginning: str = "",
+    intervals: pd.DataFrame | None = None,
+    jars: pd.DataFrame | None = None,
 ) -> dict[str, Finding]:
     """What the run in the folder `results` says for each claim whose id has this beginning, by id.
 
     intervals: as `millprint.thesis.claims.claim_intervals.tabulate_intervals`; a claim that they lack keeps what its
-    own code says. One that is missed has the note of WHERE_TO_LOOK. Raises ConfigError as `read_claims`.
+    own code says. jars: as `millprint.thesis.claims.claim_intervals.tabulate_jars`. One that is missed has the note of
+    WHERE_TO_LOOK. Raises ConfigError as `read_claims`.
     """
     claims, data, found = read_claims(claims_path), Path(claims_path).parent, {}
     drawn = {} if intervals is None else {row.id: row for row in intervals.itertuples()}
+    by_jar = {} if jars is None else jars.groupby("id")["value"].agg(tuple).to_dict()
     read: dict[str, pd.DataFrame] = {}
     for name in claims.index[claims.index.str.startswith(beginning)]:
         evidence = Evidence(Path(results), data, claims["value"], name, tables=read)
@@ -81,6 +93,8 @@ def collect_findings(
         if finding.value is not None and (row := drawn.get(name)):
             counts = int(row.repeats), int(row.failed)
             finding = replace(finding, repeats=Repeats(_end(row.lower), _end(row.upper), row.interval_from, *counts))
+        if finding.value is not None and name in by_jar:
+            finding = replace(finding, jars=tuple(_end(value) for value in by_jar[name]))
         asked = claims.at[name, "value"], claims.at[name, "tolerance"], finding
         verdicts = judge_value(*asked), judge_repeats(*asked)
         if finding.value is not None and not all(each.agrees or each.reason == ERRATUM for each in verdicts if each):
@@ -95,8 +109,8 @@ def tabulate_claims(claims_path: str | Path, findings: dict[str, Finding]) -> pd
     """A row for every claim in the order of `claims_path`.
 
     Columns: id, locus, quantity, published, unit, nature, basis, tolerance, reproduced; INTERVAL_PARTS of its interval;
-    deviation [%]; verdict, by the value; interval_verdict; reason, of both; explanation; and source: file, rows,
-    columns, rule and function of what decides the claim. Raises ConfigError as `read_claims`.
+    JAR_COLUMNS; deviation [%]; verdict, by the value; interval_verdict; reason, of both; explanation; and source: file,
+    rows, columns, rule and function of what decides the claim. Raises ConfigError as `read_claims`.
     """
     claims = read_claims(claims_path)
     found = [findings[name] for name in claims.index]
@@ -105,6 +119,7 @@ def tabulate_claims(claims_path: str | Path, findings: dict[str, Finding]) -> pd
     for column, part in INTERVAL_PARTS.items():
         table[column] = [_text(getattr(finding.repeats, part, "")) for finding in found]
     pairs = list(zip(claims.itertuples(), found, strict=True))
+    table[JAR_COLUMNS] = [_by_jars(claim.value, claim.tolerance, finding.jars) for claim, finding in pairs]
     table["deviation"] = [_text(deviation(claim.value, finding.value), digits=3) for claim, finding in pairs]
     by_value = [judge_value(claim.value, claim.tolerance, finding) for claim, finding in pairs]
     by_repeats = [judge_repeats(claim.value, claim.tolerance, finding) for claim, finding in pairs]
@@ -144,6 +159,14 @@ def _explanation(finding: Finding) -> str:
     misses = f"{failed} of {finding.repeats.of} repeats failed, which are misses" if failed else ""  # type: ignore[union-attr]
     contradiction = f"{finding.contradiction};" if finding.contradiction else ""
     return " ".join(f"{contradiction} {'; '.join(filter(None, (finding.explanation, misses)))}".split())
+
+
+def _by_jars(published: str, tolerance: str, jars: tuple[float | str, ...]) -> tuple[str, str, str]:
+    """JAR_COLUMNS of a claim; empty without jars. Words are in the order of the alphabet."""
+    if not jars:
+        return "", "", ""
+    met = f"{jars_that_meet(published, tolerance, jars)} of {len(jars)}"
+    return _text(min(jars)), _text(max(jars)), met
 
 
 def _end(text: float | str) -> float | str:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from decimal import Decimal, InvalidOperation
 from typing import TYPE_CHECKING
 
 from millprint.estimate.estimates import Estimate, Interval
-from millprint.estimate.judge import DIFFERS, Allowed, Verdict, judge, judge_all
+from millprint.estimate.judge import DIFFERS, OPEN, Allowed, Verdict, judge, judge_all
 
 if TYPE_CHECKING:
     from millprint.thesis.claims.evidence import Finding
@@ -146,16 +147,42 @@ def judge_value(published: str, tolerance: str, finding: Finding) -> Verdict:
 
 
 def judge_repeats(published: str, tolerance: str, finding: Finding) -> Verdict | None:
-    """The verdict on a claim by its interval, which says whether the claim holds; None without an interval."""
+    """The verdict on a claim by its interval and by the jars that fit as well, which says whether the claim holds.
+
+    A claim that some of these jars meet and others do not is open. None without an interval and without jars.
+    """
+    alone, jars = _judge_interval(published, tolerance, finding), finding.jars
+    if finding.value is None or not jars:
+        return alone
+    found, met = _judge_interval(published, tolerance, finding, jars), jars_that_meet(published, tolerance, jars)
+    if found and found.word == OPEN and (met < len(jars) or alone is None or alone.word != OPEN):
+        return Verdict(OPEN, f"{met} of {len(jars)} jars and counting rules that fit equally well meet it")
+    return found
+
+
+def jars_that_meet(published: str, tolerance: str, jars: Sequence[float | str]) -> int:
+    """How many of the values of a claim by jar meet it."""
+    return sum(agrees(published, tolerance, value) for value in jars)
+
+
+def _judge_interval(
+    published: str, tolerance: str, finding: Finding, jars: Sequence[float | str] = ()
+) -> Verdict | None:
     own = finding.repeats
-    if finding.value is None or own is None:
+    if finding.value is None or (own is None and not jars):
         return None
-    if own.failed == own.of:
-        return judge(Estimate(math.inf, "", of=own.of, failed=own.failed), Allowed())
+    of, failed = (own.of, own.failed) if own else (None, 0)
+    if of is not None and failed == of:
+        return judge(Estimate(math.inf, "", of=of, failed=failed), Allowed())
     found = []
-    for one, *ends in pairs(published, str(own.lower), str(own.upper)):
-        low, high = sorted(reading(one, tolerance, end) for end in ends)
-        estimate = Estimate(low, "", repeats=Interval(low, high), of=own.of, failed=own.failed)
+    ends = [own.lower, own.upper] if own else []
+    for one, *texts in pairs(published, *map(str, [finding.value, *ends, *jars])):
+        value, *values = (reading(one, tolerance, text) for text in texts)
+        known = {"repeats": Interval(*sorted(values[:2]))} if own else {}
+        if jars:
+            by_jar = [value, *values[len(ends) :]]
+            known["shape"] = Interval(min(by_jar), max(by_jar))
+        estimate = Estimate(value, "", of=of, failed=failed).having(known)
         found.append(judge(estimate, allowed(one, tolerance)))
     return judge_all(found)
 

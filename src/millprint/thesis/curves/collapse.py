@@ -171,6 +171,21 @@ def _with(run: dict, own: np.ndarray, energies: np.ndarray, spread: dict[str, fl
     return run | {"power_W": power, "per_revolution": revolutions, "weighted": weighted, "collisions": rules}
 
 
+def tables_of(summaries: list[dict], mill: str, contacts: list[str], counting_rule: str) -> dict[str, pd.DataFrame]:
+    """The tables of chapter 3 that follow only from the described runs, by path from the results folder."""
+    descriptors = tabulate_descriptors(summaries, counting_rule)
+    own = descriptors[(descriptors["mill"] == mill) & descriptors["contact"].isin(contacts)]
+    tables = {
+        "fingerprint/descriptors.tsv": descriptors,
+        "fingerprint/cycles.tsv": tabulate_cycles(summaries),
+        "fingerprint/collapse.tsv": tabulate_collapse(own),
+    }
+    for contact in contacts:
+        means = average_curves(as_built(conditions_of(descriptors, mill, contact)))
+        tables[f"fingerprint/means_{contact}.tsv"] = means
+    return tables
+
+
 def redrawn_tables(
     summaries: list[dict],
     of_modulus: list[dict],
@@ -185,17 +200,7 @@ def redrawn_tables(
     summaries: of the described runs; of_modulus: of the runs with several Young's moduli; the rest as in the rules that
     write these tables.
     """
-    drawn = redraw(summaries, rng)
-    descriptors = tabulate_descriptors(drawn, counting_rule)
-    own = descriptors[(descriptors["mill"] == mill) & descriptors["contact"].isin(contacts)]
-    tables = {
-        "fingerprint/descriptors.tsv": descriptors,
-        "fingerprint/cycles.tsv": tabulate_cycles(drawn),
-        "fingerprint/collapse.tsv": tabulate_collapse(own),
-    }
-    for contact in contacts:
-        means = average_curves(as_built(conditions_of(descriptors, mill, contact)))
-        tables[f"fingerprint/means_{contact}.tsv"] = means
+    tables = tables_of(redraw(summaries, rng), mill, contacts, counting_rule)
     if of_modulus:
         table = convergence_table(redraw(of_modulus, rng), "young_modulus_gpa", counting_rule, further_rules)
         tables["convergence/modulus.tsv"] = table

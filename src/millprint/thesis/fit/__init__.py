@@ -3,12 +3,20 @@
 Which mill the fit is about is said here: the Snakefile asks, and nothing that takes long is imported.
 """
 
+from pathlib import Path
+
 from millprint.config.geometry import StadiumGeometry
 from millprint.config.mill import MillConfig
 from millprint.config.workflow import WorkflowConfig
 
 # Jars of a search that are enough to say what the fit leaves open of the shape.
 FEWEST_JARS = 24
+
+
+def numbers_of(path: str, most: int) -> list[int]:
+    """The numbers of the jars in a table of `millprint.thesis.fit.equal_jars`, from 1 to at most `most`."""
+    rows = Path(path).read_text().splitlines()[1:]
+    return sorted({number for row in rows if (number := int(row.split("\t")[0])) <= most})
 
 
 def fitted_mill(config: WorkflowConfig, mills: dict[str, MillConfig]) -> MillConfig | None:

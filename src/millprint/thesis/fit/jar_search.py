@@ -61,6 +61,13 @@ def parameters_of(geometry: StadiumGeometry) -> dict[str, float]:
     return {"straight_ratio": geometry.straight_mm / geometry.end_radius_mm, **own}
 
 
+def places_of(jars: pd.DataFrame) -> np.ndarray:
+    """Jars (n, 5) as places in the ranges of SHAPE, from 0 to 1."""
+    ranges = list(SHAPE.values())
+    low, high = (np.array([getattr(allowed, end) for allowed in ranges]) for end in ("low", "high"))
+    return (jars[list(JAR_PARAMETERS)].to_numpy(dtype=float) - low) / (high - low)
+
+
 def on_grid(value: float, allowed: Range) -> float:
     """The nearest value on the grid of a parameter."""
     last = int((allowed.high - allowed.low) / allowed.step + 1e-9)
@@ -273,6 +280,10 @@ def sensitivity_rows(jar: dict[str, float], settings: JarSearch, trial: Trial) -
 
 
 def fit_table(parameters: pd.DataFrame, values: pd.DataFrame, sensitivity: pd.DataFrame) -> pd.DataFrame:
-    """The three kinds of records one below the other, with FIT_COLUMNS."""
-    frames = [parameters, values.assign(record="value"), sensitivity]
+    """The kinds of records one below the other, with FIT_COLUMNS; `misfit`: of fitted and of held-back values."""
+    misfits = [
+        {"record": "misfit", "parameter_value": misfit(values[values["ours"].notna()], role), "role": role}
+        for role in (FITTED, HELD_BACK)
+    ]
+    frames = [parameters, pd.DataFrame(misfits), values.assign(record="value"), sensitivity]
     return pd.concat([frame for frame in frames if len(frame)], ignore_index=True).reindex(columns=FIT_COLUMNS)

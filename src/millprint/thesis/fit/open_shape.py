@@ -19,8 +19,7 @@ from millprint.config.fit import JarSearch
 from millprint.fingerprint.bands import Ends, ShapeFactors
 from millprint.observables.definitions import BASIC, THESIS_CURVES, scaled_quantities
 from millprint.thesis.fit import FEWEST_JARS
-from millprint.thesis.fit.jar_search import JAR_PARAMETERS, SHAPE
-from millprint.thesis.fit.published import FREQUENCY
+from millprint.thesis.fit.jar_search import JAR_PARAMETERS, SHAPE, places_of
 from millprint.uncertainty.emulator import Emulator
 
 logger = logging.getLogger("millprint")
@@ -29,30 +28,20 @@ logger = logging.getLogger("millprint")
 DRAWN, FEWEST_IN_EFFECT = 2**14, 50
 
 
-def places_of(jars: pd.DataFrame) -> np.ndarray:
-    """Jars (n, 5) as places in the ranges of `jar_search.SHAPE`, from 0 to 1."""
-    ranges = list(SHAPE.values())
-    low, high = (np.array([getattr(allowed, end) for allowed in ranges]) for end in ("low", "high"))
-    return (jars[list(JAR_PARAMETERS)].to_numpy(dtype=float) - low) / (high - low)
-
-
 def deviation_emulators(search: pd.DataFrame, names: Sequence[str], counting_rule: str) -> dict[str, Emulator]:
     """An emulator of log(ours / published) over the ranges for each of the published values `names`.
 
-    Frequencies are those of the jars whose best rule is `counting_rule`; powers do not depend on it. Raises ConfigError
-    for fewer than FEWEST_JARS jars, or fewer than half of that with the rule.
+    Of the trials under `counting_rule`. Raises ConfigError for fewer than FEWEST_JARS of them.
     """
     ruled = search[search["counting_rule"] == counting_rule]
-    for jars, fewest, what in (
-        (search, FEWEST_JARS, "jars"),
-        (ruled, FEWEST_JARS // 2, f"jars with the rule {counting_rule}"),
-    ):
-        if len(jars) < fewest:
-            raise ConfigError(f"the search of the fit has {len(jars)} {what}; a shape's interval needs {fewest}")
+    if len(ruled) < FEWEST_JARS:
+        raise ConfigError(
+            f"the search of the fit has {len(ruled)} jars with the rule {counting_rule}; a shape's interval needs "
+            f"{FEWEST_JARS}"
+        )
     found = {}
     for name in names:
-        rows = ruled if name.startswith(f"{FREQUENCY}_") else search
-        rows = rows[rows[f"{name}_percent"].notna()]
+        rows = ruled[ruled[f"{name}_percent"].notna()]
         logs = np.log1p(rows[f"{name}_percent"].to_numpy(dtype=float) / 100.0)
         found[name] = Emulator.fit(places_of(rows), logs)
     return found
@@ -121,7 +110,7 @@ def shape_factors(
         contact=settings.contact,
         counting_rule=counting_rule,
         probability=probability,
-        samples=len(search),
+        samples=int((search["counting_rule"] == counting_rule).sum()),
         parameters=_agreeing(drawn, weights, present, probability),
         fill_ratios=[float(fill) for fill in fills],
         factors={

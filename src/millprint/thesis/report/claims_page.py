@@ -16,7 +16,7 @@ from millprint.run.html_pages import embed_files, render_page
 from millprint.run.outputs import listed_tables
 from millprint.thesis.claims.conclusions import HOLDINGS, HOLDS, deviating_everywhere, in_prose
 from millprint.thesis.claims.evidence import Finding
-from millprint.thesis.claims.tabulate import INTERVAL_PARTS, count_natures, count_verdicts
+from millprint.thesis.claims.tabulate import INTERVAL_PARTS, JAR_COLUMNS, count_natures, count_verdicts
 from millprint.thesis.claims.tolerances import ERRATUM, NATURES
 from millprint.thesis.report.table_pages import FOLDER, Section, section_id, tables_page
 
@@ -158,11 +158,15 @@ def claims_page(name: str, claims: pd.DataFrame, findings: dict[str, Finding], r
     origin = claims["repeats"] + " of " + claims["interval_from"]
     interval = " (" + claims["lower"] + " to " + claims["upper"] + ", " + origin + ")"
     shown["reproduced"] += interval.where(claims["interval_from"] != "", "")
+    jars = "; other jars " + claims["jars_lower"] + " to " + claims["jars_upper"] + ", " + claims["jars_meeting"]
+    shown["reproduced"] += jars.where(claims["jars_meeting"] != "", "")
     shown["nature"] = claims["nature"].str.replace("_", " ")
-    shown = shown.drop(columns=["basis", "tolerance", "source", *INTERVAL_PARTS])
+    shown = shown.drop(columns=["basis", "tolerance", "source", *INTERVAL_PARTS, *JAR_COLUMNS])
     note = (
         "Deviation in per cent of the printed value. What chance has a part in has an interval in brackets, with how "
         "many repeats it is of and what was drawn again, and a verdict by the interval next to that by the value. "
+        "Behind other jars: the least and the most that jars and counting rules give which fit as well (fingerprint/"
+        "fit.tsv and report/claims_by_jar.tsv), and how many of them meet the claim; one that only some meet is open. "
         "Under source: the tolerance of the verdict, then the file, the rows (in brackets, as pandas.DataFrame.query "
         "takes them) and the columns that decide the claim, the rule that wrote the file and the function that "
         "computed it."
@@ -188,16 +192,18 @@ def what_falls(claims: pd.DataFrame, conclusions: pd.DataFrame, stored: pd.DataF
     return sentences
 
 
-def front_text(conclusions: pd.DataFrame, falls: list[str]) -> str:
+def front_text(conclusions: pd.DataFrame, falls: list[str], first: dict[str, str]) -> str:
     """What the first page of the report says for each chapter, as reStructuredText.
 
-    conclusions as judge_conclusions, falls as what_falls.
+    conclusions as judge_conclusions, falls as what_falls; first: the first sentence of a chapter that has one of its
+    own.
     """
     lines = ["**Which conclusions of the thesis hold**", ""]
     for chapter, own in conclusions.groupby("chapter", sort=False):
         groups = {words: own[own[HOLDS] == word] for word, words in HOLDINGS.items() if (own[HOLDS] == word).any()}
         told = ", ".join(f"{words}: {len(group)}" for words, group in groups.items())
-        lines += [f"- **{_capital(str(chapter))}**, {len(own)} conclusions; {told}.", ""]
+        begin = f": {_plain(first[str(chapter)])}" if chapter in first else ","
+        lines += [f"- **{_capital(str(chapter))}**{begin} {len(own)} conclusions; {told}.", ""]
         for words, group in groups.items():
             told = " ".join(f"{row.conclusion.rstrip('.')} ({row.reason})." for row in group.itertuples())
             lines += [f"  - *{words.capitalize()}*: {_plain(told)}", ""]

@@ -87,10 +87,10 @@ def tables_page(title: str, introduction: str, sections: list[Section]) -> str:
     )
 
 
-def write_chapter(chapter: str, name: str, tables: Collection[str], results: str, output: str) -> None:
+def write_chapter(chapter: str, name: str, tables: Collection[str], results: str, output: str, begin: str = "") -> None:
     """Write the page of a chapter, with those of its tables in the folder `results` that `tables` lists.
 
-    name: of the run.
+    name: of the run; begin: the first sentence.
     """
     sections = [
         Section(listed.title, read_table(path), f"{listed.note} {listed.path}".strip())
@@ -100,6 +100,8 @@ def write_chapter(chapter: str, name: str, tables: Collection[str], results: str
     title, about = (
         (f"Chapter {chapter}", f"thesis chapter {chapter}") if chapter.isdigit() else (chapter, chapter.lower())
     )
-    introduction = f"Tables of {about} as the run {name} computed them. A click on a column sorts by it."
+    introduction = (
+        f"{begin} Tables of {about} as the run {name} computed them. A click on a column sorts by it.".strip()
+    )
     with whole_file(output) as partial:
         partial.write_text(tables_page(f"{title}: tables", introduction, sections))

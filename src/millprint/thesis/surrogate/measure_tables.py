@@ -306,7 +306,7 @@ def _against(row: pd.Series, own: pd.DataFrame, baselines: pd.DataFrame) -> dict
 
 
 # Roll-outs of controls.tsv in which nothing is learned, and that of another seed.
-UNLEARNED, OTHER_SEED = ("no_network", "long_step"), "other_seed"
+UNLEARNED, OTHER_SEED = ("no_network", "scaled_power", "scaled_motion", "long_step"), "other_seed"
 BASELINES = (*UNLEARNED, OTHER_SEED)
 # What is shown of each, next to the length of its roll-out.
 SHOWN = (DISSIPATION, "mean_square_speed_ratio", "increments_5ms_r", "balls_left")

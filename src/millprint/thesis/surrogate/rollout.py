@@ -169,10 +169,47 @@ def blurred(rollout: RollOut) -> RollOut:
     return replace(rollout, position_m=centre, velocity_m_s=drift)
 
 
+def rms_wall_speed(scene: Scene) -> float:
+    """Root mean square speed of the wall over a turn of the mill [m/s]."""
+    time_s = np.linspace(0.0, scene.turn_s, 2001)
+    velocity = np.gradient(scene.wall_position(time_s), time_s, axis=0)
+    return float(np.sqrt((velocity[:-1] ** 2).sum(axis=-1).mean()))
+
+
+def scaled_motion(rollout: RollOut, scene: Scene, known: RollOut, known_scene: Scene) -> RollOut:
+    """The nearest known motion, again and again, in step with the mill and at the speed of this wall.
+
+    Every ball has its place in the known jar, its velocity in the jar times the ratio v of both rms wall speeds, and
+    what is dissipated is v^2 times the known, as a power goes with the square of a speed at the same turns a second.
+    known: frames as far apart as those of the roll-out, and one trajectory.
+    """
+    step = rollout.time_s[1] - rollout.time_s[0]
+    turn = round(scene.turn_s / step)
+    # Of whole turns, if there is one, so that the motion begins again in step.
+    frames = max((len(known.time_s) - 1) // turn * turn, min(turn, len(known.time_s) - 1))
+    first = round((float(rollout.start_s[0] - known.start_s[0]) % scene.turn_s) / step)
+    rows = 1 + (first - 1 + np.arange(len(rollout.time_s))) % frames
+    walls = [
+        of.wall_position(part.start_s + part.time_s[:, None])[:, :, None, :]
+        for of, part in ((known_scene, known), (scene, rollout))
+    ]
+    there, here = ((wall, np.gradient(wall, step, axis=0)) for wall in walls)
+    ratio = rms_wall_speed(scene) / rms_wall_speed(known_scene)
+    dissipated = ratio**2 * known.dissipated_J[rows]
+    dissipated[0] = 0
+    shape = rollout.position_m.shape
+    return replace(
+        rollout,
+        position_m=np.broadcast_to((known.position_m - there[0])[rows] + here[0], shape),
+        velocity_m_s=np.broadcast_to(ratio * (known.velocity_m_s - there[1])[rows] + here[1], shape),
+        dissipated_J=np.broadcast_to(dissipated, rollout.dissipated_J.shape),
+    )
+
+
 def riding(rollout: RollOut, scene: Scene, power_W: float) -> RollOut:
     """Nothing learned: every ball keeps its place in the jar, and a constant power is dissipated.
 
-    power_W: the mean of the training.
+    power_W: the mean of the training, or that times the ratio of the squares of both rms wall speeds.
     """
     wall = scene.wall_position(rollout.start_s + rollout.time_s[:, None])[:, :, None, :]
     step = rollout.time_s[1] - rollout.time_s[0]

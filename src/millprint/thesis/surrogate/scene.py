@@ -142,6 +142,11 @@ class Scene:
     wall_position: Callable[[np.ndarray], np.ndarray]
     gravity_m_s2: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
 
+    @property
+    def turn_s(self) -> float:
+        """Time of a turn of the mill [s]."""
+        return 60.0 / self.speed_rpm
+
     def signed_distance(self, position: np.ndarray, wall: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Signed distance (...) and gradient (..., 3) at `position` (..., 3) with the vessel at `wall` (..., 3).
 

@@ -186,6 +186,15 @@ class Trainer:
         self.scheduler.load_state_dict(content["scheduler"])
         self.noise.set_state(content["noise"].cpu())
 
+    def cost(self) -> str:
+        """What every epoch will take at the pace of those that are over, in words, and what the limit allows."""
+        pace_s, limit_s = self.elapsed_s / self.epoch, self.settings.wall_time_max_s
+        allowed = min(self.settings.epochs, int(limit_s / pace_s))
+        return (
+            f"{pace_s:.3g} s an epoch on {self.device.type}: {self.settings.epochs} epochs take "
+            f"{pace_s * self.settings.epochs / 3600:.3g} h; training.wall_time_max_s = {limit_s:g} allows {allowed}"
+        )
+
     @property
     def finished(self) -> bool:
         """Whether every epoch is over."""
@@ -213,6 +222,8 @@ class Trainer:
                 bar.update()
                 if self.cursor == self.epoch_steps():
                     self.end_epoch()
+                    if self.epoch == 1:
+                        logger.info("%s", self.cost())
                     bar.set_postfix(refresh=False, training_total=f"{self.history[-1]['training_total']:.4g}")
                     self.elapsed_s = time.perf_counter() - started
                 if checkpoint and time.perf_counter() - saved > settings.checkpoint_every_s:
