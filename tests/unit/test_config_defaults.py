@@ -34,6 +34,7 @@ EXCEPTIONS = {
     "mills.match.speeds_rpm": "what was simulated of the mill",
     "mills.match.ball_diameters_mm": "what was simulated of the mill",
     "mills.scale_up.cores": "results depend on the number of threads by rounding, so that one is the choice for all",
+    "fit.equal_jars": "the result of a search, as the jar of the mill is",
     "partition.fill_ratios": OWN,
     "validation.setups": "a run of one's own need not simulate the mills of others",
     "uncertainty.mills": "the mill of the thesis; a run of another mill asks for its own",

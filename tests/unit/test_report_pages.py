@@ -12,7 +12,7 @@ from millprint.run.files import write_table
 from millprint.run.html_pages import embed_json
 from millprint.run.machine import commit, provenance
 from millprint.thesis.claims.evidence import Finding, source_in
-from millprint.thesis.claims.tabulate import INTERVAL_PARTS, read_claims, tabulate_claims
+from millprint.thesis.claims.tabulate import INTERVAL_PARTS, JAR_COLUMNS, read_claims, tabulate_claims
 from millprint.thesis.report.claims_page import (
     claims_page,
     front_text,
@@ -75,7 +75,7 @@ def claims(*rows) -> pd.DataFrame:
         interval_verdict="",
         reason="",
         source="",
-        **dict.fromkeys(INTERVAL_PARTS, ""),
+        **dict.fromkeys([*INTERVAL_PARTS, *JAR_COLUMNS], ""),
     )
 
 
@@ -117,7 +117,7 @@ def test_a_claim_links_to_its_source_and_text_stays_text(tmp_path):
     table = claims(("2.a", "0", "agrees"), ("2.b", "50", "differs")).assign(quantity="<i>q</i>")
     table = table.assign(
         reproduced="1.5", lower=["1.4", ""], upper=["1.6", ""], interval_from=["trainings", ""], repeats=["5", ""]
-    )
+    ).assign(jars_lower=["1.2", ""], jars_upper=["2.1", ""], jars_meeting=["3 of 8", ""])
     paths = ("doe/anova_printed.tsv", "doe/pareto.tsv", "doe/wear.tsv")
     sources = tuple(source_in(path, "p_value", "term == 'A'") for path in paths)
     text = claims_page("test", table, {"2.a": Finding(1, sources=sources), "2.b": Finding(2)}, tmp_path)
@@ -127,6 +127,7 @@ def test_a_claim_links_to_its_source_and_text_stays_text(tmp_path):
     ]
     assert "doe/wear.tsv [term == &#39;A&#39;] p_value (rule tabulate_experiments, millprint.thesis.doe" in text
     assert "&lt;i&gt;q&lt;/i&gt;" in text and "<i>q" not in text
+    assert "5 of trainings); other jars 1.2 to 2.1, 3 of 8" in text and text.count("other jars 1") == 1
     assert "1.5 (1.4 to 1.6, 5 of trainings)" in text and "1.5 (" not in text.replace("1.5 (1.4 to 1.6", "")
     assert "why<details><summary>source</summary>tolerance: 15%; from <a" in text
     assert "tolerance: 15%; from no file</details>" in text
