@@ -17,9 +17,10 @@ from millprint.config.mixture import BallMixture
 from millprint.config.sweep import Case, DemConfig, balls_of
 from millprint.dem.run import run_case
 from millprint.mill.wall_features import features_of
+from millprint.run.hdf5 import open_hdf5
 from millprint.view import snapshots as snapshots_module
 from millprint.view.paraview import BALL, WALL, export_run
-from millprint.view.snapshots import Snapshots, open_run
+from millprint.view.snapshots import Snapshots
 from tests.unit.run_samples import BALLS, RADIUS, ell, turn, write_sample
 
 ROOT = Path(__file__).parents[2]
@@ -153,7 +154,7 @@ def test_contacts_are_lines_between_centres_or_to_the_wall(run):
 
 def test_feet_lie_on_facets_edges_and_corners(tmp_path):
     write_sample(tmp_path / "run.h5")
-    with open_run(tmp_path / "run.h5") as file:
+    with open_hdf5(tmp_path / "run.h5") as file:
         snapshots = Snapshots(file)
         geometry = snapshots.geometry
     vessel = ell()

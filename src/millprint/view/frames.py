@@ -11,7 +11,8 @@ import numpy as np
 from millprint.config.errors import ConfigError
 from millprint.config.motion_kinds import motion_kind
 from millprint.config.view import ViewConfig
-from millprint.view.snapshots import Block, Snapshots, open_run
+from millprint.run.hdf5 import open_hdf5
+from millprint.view.snapshots import Block, Snapshots
 
 # Edges with a larger angle between their facets are drawn, in addition to the silhouette [rad].
 SHARP = np.radians(30)
@@ -200,7 +201,7 @@ def read_movie(run: str | Path, settings: ViewConfig, start_s: float | None = No
 
     Raises ConfigError for a run without snapshots or a start outside them.
     """
-    with open_run(run) as file:
+    with open_hdf5(run) as file:
         stage = Stage(_chosen(file, settings, start_s))
     time_s = stage.snapshots.time_s
     frames = [

@@ -13,9 +13,9 @@ from typing import Any
 import h5py
 import numpy as np
 
-from millprint.run.hdf5 import whole_hdf5
+from millprint.run.hdf5 import open_hdf5, whole_hdf5
 from millprint.run.progress import progress
-from millprint.view.snapshots import Block, Snapshots, body_of_feature, open_run
+from millprint.view.snapshots import Block, Snapshots, body_of_feature
 
 VERSION = (2, 0)  # the first with transient PolyData: ParaView 5.12 and later read it
 CELLS = ("Vertices", "Lines", "Polygons", "Strips")
@@ -156,7 +156,7 @@ def export_run(run: str | Path, balls: str | Path, walls: str | Path, contacts: 
     Raises ConfigError for a run without snapshots.
     """
     with ExitStack() as files:
-        snapshots = Snapshots(files.enter_context(open_run(run)), every)
+        snapshots = Snapshots(files.enter_context(open_hdf5(run)), every)
         count, lines = len(snapshots), snapshots.contact_count
         vertices, triangles, owner = _all_walls(snapshots)
         ball_file, wall_file, contact_file = (

@@ -2,10 +2,8 @@
 
 import json
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -15,7 +13,6 @@ from millprint.mill.curved_surfaces import touch_points
 from millprint.mill.drawn_creases import crease_feet, crease_rows
 from millprint.mill.rims import nearest_on_circle
 
-PER_STEP = ("time_s", "body_position_m", "body_velocity_m_s", "normal_J", "tangential_J", "contact_offset")
 PER_BALL = ("position_m", "velocity_m_s", "spin_rad_s", "contact_force_N")
 PER_CONTACT = ("contact_first", "contact_second")
 FEATURES = ("facet_normal", "edge_m", "corner_m", "curves", "rims", "creases")
@@ -141,8 +138,8 @@ class Snapshots:
     """One snapshot in `every` of an open run.h5, from row `first` up to, but without, row `last`.
 
     time_s (n,); normal_J and tangential_J (n,) dissipated since the previous chosen snapshot, 0 for the first;
-    contact_count (n,); radius_m (balls,) of every ball. Raises ConfigError for a run without snapshots or with a data
-    set missing.
+    contact_count (n,); radius_m (balls,) of every ball. Raises ConfigError for a run without snapshots, and KeyError
+    for a part that is missing.
     """
 
     def __init__(self, file: h5py.File, every: int = 1, first: int = 0, last: int | None = None) -> None:
@@ -154,20 +151,12 @@ class Snapshots:
                 f"{path}: no snapshots: set snapshot_interval_s in the sweep of this case, and simulate it again"
             )
         self._group = file["snapshots"]
-        missing = [name for name in (*PER_STEP, *PER_BALL, *PER_CONTACT) if name not in self._group]
-        if missing or "geometry" not in file or "ball_radius_m" not in file.attrs:
-            what = f"snapshots/{missing[0]}" if missing else "the geometry"
-            raise ConfigError(f"{path}: {what} is missing: written by another version; simulate this case again")
         self.config = json.loads(file.attrs["config"])
         self.inserts = [insert["name"] for insert in self.config["mill"].get("inserts", [])]
         groups = ["geometry", *(f"geometry/inserts/{name}" for name in self.inserts)]
-        if "rims" not in file["geometry"]:
-            raise ConfigError(f"{path}: geometry/rims is missing: written by another version; simulate this case again")
         self.bodies = tuple(_geometry(file[group]) for group in groups)
         self.balls = self._group["position_m"].shape[1]
-        # Runs of earlier versions only have balls of one size.
-        one_size = np.full(self.balls, float(file.attrs["ball_radius_m"]))
-        self.radius_m = file["balls/radius_m"][:] if "balls" in file else one_size
+        self.radius_m = file["balls/radius_m"][:]
         self._rows = slice(first, len(self._group["time_s"]) if last is None else last, every)
         self.time_s = self._group["time_s"][self._rows]
         if not len(self.time_s):
@@ -218,16 +207,3 @@ class Snapshots:
         if "body_rotation" in group:
             return Poses(position, velocity, group["body_rotation"][stored], group["body_spin_rad_s"][stored])
         return Poses(position, velocity, np.broadcast_to(np.eye(3), (len(position), 3, 3)), np.zeros_like(position))
-
-
-@contextmanager
-def open_run(path: str | Path) -> Iterator[h5py.File]:
-    """Open run.h5. Raises ConfigError for a file that is missing or is not an HDF5 file."""
-    if not Path(path).is_file():
-        raise ConfigError(f"{path}: no such file")
-    try:
-        file = h5py.File(path)
-    except OSError:
-        raise ConfigError(f"{path}: not an HDF5 file; give the run.h5 of a case") from None
-    with file:
-        yield file

@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 
 from millprint.config.errors import ConfigError
+from millprint.run.hdf5 import open_hdf5
 from millprint.view.frames import VIEWS, Frame, Movie, Stage
-from millprint.view.snapshots import Snapshots, open_run
+from millprint.view.snapshots import Snapshots
 
 SIDES = ("DEM", "surrogate")
 # Position at which an escaped ball is drawn [m]: outside every picture, but a number that every renderer can draw.
@@ -27,7 +28,7 @@ def movie_side_by_side(
     `every` is shown. Raises ConfigError for a run without snapshots at these times.
     """
     time_s, position_m, velocity_m_s = (values[::every] for values in (time_s, position_m, velocity_m_s))
-    with open_run(run) as file:
+    with open_hdf5(run) as file:
         first, stride, last = _rows(file["snapshots/time_s"][:] if "snapshots" in file else None, time_s, run)
         stage = Stage(Snapshots(file, stride, first, last))
     frames = []
