@@ -38,6 +38,8 @@ class DrumGeometry(GeometrySection):
     """direction of the axis; z points up"""
     smooth_ends: bool = False
     """flat ends without friction, for a slice of a longer drum"""
+    radius_mm: VesselSize
+    """radius [mm]"""
 
     @property
     def smooth_axis(self) -> str | None:
@@ -97,8 +99,6 @@ class CylinderGeometry(DrumGeometry):
 
     kind: Literal["cylinder"]
     facets_key = "facets"
-    radius_mm: VesselSize
-    """radius [mm]"""
     height_mm: VesselSize
     """inner length from end to end, rounded ends included [mm]"""
     facets: Facets = 48

@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 import pandas as pd
 
-from millprint.config.geometry import CylinderGeometry, LifterDrumGeometry
+from millprint.config.geometry import DrumGeometry
 from millprint.config.mill import MillConfig
 from millprint.config.motion_kinds import RotationMotion
 from millprint.config.sweep import as_tabulated
@@ -60,7 +60,7 @@ def _ball_contacts(file: h5py.File) -> float:
 def _toe_and_shoulder(file: h5py.File, diameter_m: float) -> tuple[float, float]:
     """Toe and shoulder of a drum that turns about y [deg]; nan for another mill, or without snapshots."""
     mill = MillConfig(**json.loads(file.attrs["config"])["mill"])
-    drum = mill.geometry if isinstance(mill.geometry, CylinderGeometry | LifterDrumGeometry) else None
+    drum = mill.geometry if isinstance(mill.geometry, DrumGeometry) else None
     turns = drum is not None and drum.axis == "y" and isinstance(mill.motion, RotationMotion)
     if drum is None or not turns or "snapshots" not in file:
         return math.nan, math.nan

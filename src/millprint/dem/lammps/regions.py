@@ -1,9 +1,14 @@
 """The walls of a mill as regions of LAMMPS, and their motion as variables."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 
-from millprint.config.geometry import BoxGeometry, CylinderGeometry, LifterDrumGeometry
+from millprint.config.geometry import BoxGeometry, CylinderGeometry, DrumGeometry, LifterDrumGeometry
 from millprint.config.mill import MillConfig
+from millprint.config.motion_kinds import Drive
 from millprint.mill.motion import Motion
 
 AXES = "xyz"
@@ -11,25 +16,41 @@ AXES = "xyz"
 ENDLESS = 100.0
 
 
+@dataclass(frozen=True)
+class Region:
+    """A vessel as a region of LAMMPS; of a round one, the number of its axis and its ends along it [m]."""
+
+    words: str
+    along: int = 0
+    low: float = 0.0
+    high: float = 0.0
+
+
+@dataclass(frozen=True)
+class Form:
+    """A kind of shape that LAMMPS has.
+
+    region(shape): its vessel; lacks(shape, drive): the key that LAMMPS cannot express, and why; parts(shape): walls
+    besides the vessel, each of which turns about the axis on its own, and part(shape): the first of them.
+    """
+
+    region: Callable[[Any], Region]
+    lacks: Callable[[Any, Drive], str | None] = lambda shape, drive: None
+    parts: Callable[[Any], int] = lambda shape: 0
+    part: Callable[[Any], str] = lambda shape: ""
+
+
 def unsupported(mill: MillConfig) -> str | None:
     """The key of a mill that LAMMPS cannot express, and why; None for one that it can."""
-    shape, motion = mill.geometry, mill.motion
-    if not isinstance(shape, CylinderGeometry | LifterDrumGeometry | BoxGeometry):
-        return f"geometry.kind = {shape.kind}: LAMMPS gets cylinder, lifter_drum and box"
+    shape, motion, drive = mill.geometry, mill.motion, mill.motion.drive()
+    if shape.kind not in FORMS:
+        return f"geometry.kind = {shape.kind}: LAMMPS gets {', '.join(FORMS)}"
     if shape.faceted:
         return "geometry.faceted = true: LAMMPS has smooth walls"
-    if isinstance(shape, CylinderGeometry) and shape.fillet_radius_mm and shape.fillet_ends != "none":
-        return f"geometry.fillet_radius_mm = {shape.fillet_radius_mm:g}: LAMMPS's cylinder has flat ends"
-    if isinstance(shape, LifterDrumGeometry) and shape.lifters.face_angle_deg != 90:
-        return f"geometry.lifters.face_angle_deg = {shape.lifters.face_angle_deg:g}: LAMMPS gets lifters of 90 degrees"
-    drive = motion.drive()
     if drive.is_curve:
         return f"motion.kind = {motion.kind}: LAMMPS gets motions of harmonics and rotations"
-    if isinstance(shape, LifterDrumGeometry) and (drive.turns or drive.swing):
-        along = AXES.index(shape.axis)
-        across = [value for axis, value in enumerate(drive.axis) if axis != along]
-        if any(across) or any(value for axis, value in enumerate(drive.pivot_mm) if axis != along):
-            return "motion.axis: LAMMPS turns a drum with lifters about its own axis only"
+    if reason := FORMS[shape.kind].lacks(shape, drive):
+        return reason
     return "inserts: LAMMPS gets the vessel only" if mill.inserts else None
 
 
@@ -65,26 +86,47 @@ def _block(low: np.ndarray, high: np.ndarray) -> str:
     return "block " + " ".join(f"{a!r} {b!r}" for a, b in zip(low.tolist(), high.tolist(), strict=True))
 
 
-def _box(shape: BoxGeometry) -> str:
+def _box(shape: BoxGeometry) -> Region:
     half = np.array([shape.x_mm, shape.y_mm, shape.z_mm]) / 2e3
     centre = np.array([0, 0, half[2]]) if shape.centre_mm is None else np.array(shape.centre_mm) / 1e3
-    return _block(centre - half, centre + half)
+    return Region(_block(centre - half, centre + half))
 
 
-def _round(shape: CylinderGeometry | LifterDrumGeometry) -> tuple[str, int, float, float]:
-    """A cylinder, the number of its axis, and its ends along it [m]."""
-    along = AXES.index(shape.axis)
-    centre = np.zeros(3)
-    length = (shape.height_mm if isinstance(shape, CylinderGeometry) else shape.length_mm) / 1e3
-    if isinstance(shape, CylinderGeometry):
-        if shape.centre_mm is not None:
-            centre = np.array(shape.centre_mm) / 1e3
-        elif shape.axis == "z":
-            centre[2] = length / 2
+def _round(shape: DrumGeometry, length: float, centre: np.ndarray) -> Region:
+    """A cylinder of a length [m] about its centre (3,) [m]."""
+    along, radius = AXES.index(shape.axis), shape.radius_mm / 1e3
     low, high = float(centre[along] - length / 2), float(centre[along] + length / 2)
     first, second = np.delete(centre, along).tolist()
-    radius = shape.radius_mm / 1e3
-    return f"cylinder {shape.axis} {first!r} {second!r} {radius!r} {low!r} {high!r}", along, low, high
+    return Region(f"cylinder {shape.axis} {first!r} {second!r} {radius!r} {low!r} {high!r}", along, low, high)
+
+
+def _cylinder(shape: CylinderGeometry) -> Region:
+    length, centre = shape.height_mm / 1e3, np.zeros(3)
+    if shape.centre_mm is not None:
+        centre = np.array(shape.centre_mm) / 1e3
+    elif shape.axis == "z":
+        centre[2] = length / 2
+    return _round(shape, length, centre)
+
+
+def _fillets(shape: CylinderGeometry, _drive: Drive) -> str | None:
+    if shape.fillet_radius_mm and shape.fillet_ends != "none":
+        return f"geometry.fillet_radius_mm = {shape.fillet_radius_mm:g}: LAMMPS's cylinder has flat ends"
+    return None
+
+
+def _drum(shape: LifterDrumGeometry) -> Region:
+    return _round(shape, shape.length_mm / 1e3, np.zeros(3))
+
+
+def _slanted(shape: LifterDrumGeometry, drive: Drive) -> str | None:
+    if shape.lifters.face_angle_deg != 90:
+        return f"geometry.lifters.face_angle_deg = {shape.lifters.face_angle_deg:g}: LAMMPS gets lifters of 90 degrees"
+    along = AXES.index(shape.axis)
+    off_axis = (value for vector in (drive.axis, drive.pivot_mm) for axis, value in enumerate(vector) if axis != along)
+    if (drive.turns or drive.swing) and any(off_axis):
+        return "motion.axis: LAMMPS turns a drum with lifters about its own axis only"
+    return None
 
 
 def _lifter(shape: LifterDrumGeometry) -> str:
@@ -95,6 +137,14 @@ def _lifter(shape: LifterDrumGeometry) -> str:
     low[[along, radial, across]] = -shape.length_mm / 1e3, inner - height, -shape.lifters.width_mm / 2e3
     high[[along, radial, across]] = shape.length_mm / 1e3, inner + height, shape.lifters.width_mm / 2e3
     return _block(low, high)
+
+
+# By the kind of a geometry.
+FORMS = {
+    "cylinder": Form(_cylinder, _fillets),
+    "lifter_drum": Form(_drum, _slanted, lambda shape: shape.lifters.number, _lifter),
+    "box": Form(_box),
+}
 
 
 def wall_lines(mill: MillConfig, motion: Motion, start: int, law: str, smooth_law: str) -> list[str]:
@@ -108,24 +158,20 @@ def wall_lines(mill: MillConfig, motion: Motion, start: int, law: str, smooth_la
             f"fix {name} all wall/gran/region granular {own} region {name}",
         ]
 
-    if isinstance(shape, BoxGeometry):
-        return [*lines, *wall("vessel", _box(shape), "in", law)]
-    assert isinstance(shape, CylinderGeometry | LifterDrumGeometry), "unsupported() refuses every other shape"
-    cylinder, along, low, high = _round(shape)
-    lines += wall("vessel", cylinder, "in", law, ends=" open 1 open 2" if shape.smooth_ends else "")
-    if shape.smooth_ends:
+    form = FORMS[shape.kind]
+    region, parts, has_ends = form.region(shape), form.parts(shape), shape.smooth_axis is not None
+    lines += wall("vessel", region.words, "in", law, ends=" open 1 open 2" if has_ends else "")
+    end = np.eye(3)[region.along]
+    if has_ends:
         corner = np.full(3, ENDLESS)
-        corner[along] = 0
-        end = np.eye(3)[along]
-        lines += wall("ends", _block(low * end - corner, high * end + corner), "in", smooth_law)
-    if isinstance(shape, LifterDrumGeometry):
-        axis = " ".join(map(repr, np.eye(3)[along].tolist()))
-        sense = float(motion.axis[along])
-        for number in range(shape.lifters.number):
-            place = 2 * np.pi * number / shape.lifters.number
-            turned = f"+{sense!r}*v_angle" if motion.turns else ""
-            lines.append(f"variable angle{number} equal {float(place)!r}{turned}")
-            moved = words.split(" rotate")[0]
-            at = f"{moved} rotate v_angle{number} 0.0 0.0 0.0 {axis}"
-            lines += wall(f"lifter{number}", _lifter(shape), "out", law, at)
+        corner[region.along] = 0
+        lines += wall("ends", _block(region.low * end - corner, region.high * end + corner), "in", smooth_law)
+    axis, sense = " ".join(map(repr, end.tolist())), float(motion.axis[region.along])
+    for number in range(parts):
+        place = 2 * np.pi * number / parts
+        turned = f"+{sense!r}*v_angle" if motion.turns else ""
+        lines.append(f"variable angle{number} equal {float(place)!r}{turned}")
+        moved = words.split(" rotate")[0]
+        at = f"{moved} rotate v_angle{number} 0.0 0.0 0.0 {axis}"
+        lines += wall(f"lifter{number}", form.part(shape), "out", law, at)
     return lines
