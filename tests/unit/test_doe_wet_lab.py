@@ -13,7 +13,6 @@ from millprint.thesis.doe.chemistry import (
     check_formulas,
     excess,
     gas_amount,
-    gas_volume,
     gas_yield,
     half_life,
     molar_mass,
@@ -170,7 +169,7 @@ def test_a_charge_from_counted_balls_is_that_of_their_mass(tmp_path):
     assert charge_table(write(tmp_path / "w.tsv", weighed), CHEMISTRY)["limiting_mass_g"][0] == row["limiting_mass_g"]
     assert row["powder_mass_g"] == pytest.approx(row["limiting_mass_g"] + row["reductant_mass_g"])
     # The powder charged gives back its own gas at a full yield.
-    volume = gas_volume(1.0, GasConditions(298.15, 101325), 1e-3 * row["limiting_mass_g"], CHEMISTRY)
+    volume = 1 / gas_yield(1.0, GasConditions(298.15, 101325), 1e-3 * row["limiting_mass_g"], CHEMISTRY)
     dry = 101325 - vapour_pressure(298.15)
     assert volume * dry / (8.314462618 * 298.15) * 1e3 == pytest.approx(row["full_gas_mmol"])
 

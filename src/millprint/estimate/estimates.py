@@ -172,7 +172,7 @@ def parts_of(whole: Estimate, parts: Mapping[str, Estimate]) -> dict[str, Estima
     return found
 
 
-def ratio_of(one: Estimate, other: Estimate, unit: str = "-") -> Estimate:
+def ratio_of(one: Estimate, other: Estimate) -> Estimate:
     """one / other of two independent quantities with normal logarithms and intervals of the same probability.
 
     Variances of logarithms add up, and so do the squares of the distances from the value to an end:
@@ -186,7 +186,7 @@ def ratio_of(one: Estimate, other: Estimate, unit: str = "-") -> Estimate:
         below = np.hypot(np.log(one.value / low), np.log(other_high / other.value))
         above = np.hypot(np.log(high / one.value), np.log(other.value / other_low))
         found[name] = Interval(float(value * np.exp(-below)), float(value * np.exp(above)))
-    return Estimate(value, unit).having(found)
+    return Estimate(value, "-").having(found)
 
 
 def share_of(ratio: Estimate) -> Estimate:
@@ -232,13 +232,13 @@ def _not_below(lower: float, value: float, least: float) -> float:
     return max(lower, min(value, least))
 
 
-def difference_of(one: np.ndarray, other: np.ndarray, unit: str, level: float = LEVEL) -> Estimate:
+def difference_of(one: np.ndarray, other: np.ndarray, unit: str) -> Estimate:
     """The difference of the means of two sets of blocks with Welch's interval (Biometrika 34 (1947) 28)."""
     squares = np.array([own.var(ddof=1) / len(own) for own in (one, other)])
     difference, half = float(one.mean() - other.mean()), 0.0
     if squares.sum():
         freedom = squares.sum() ** 2 / (squares**2 / [len(one) - 1, len(other) - 1]).sum()
-        half = float(student_quantile((1 + level) / 2, freedom) * np.sqrt(squares.sum()))
+        half = float(student_quantile((1 + LEVEL) / 2, freedom) * np.sqrt(squares.sum()))
     return Estimate(difference, unit, repeats=Interval(difference - half, difference + half), of=len(one) + len(other))
 
 

@@ -202,8 +202,3 @@ def read_surface(geometry: StlGeometry) -> Surface:
     except ConfigError as error:
         raise ConfigError(f"path = {geometry.path!r}: {error}") from None
     return Surface(facets.loops, rounding)
-
-
-def mesh_facets(geometry: StlGeometry) -> list[list[np.ndarray]]:
-    """The facets of `read_surface`."""
-    return read_surface(geometry).facets

@@ -14,14 +14,14 @@ from millprint.own_machine.settings import WattSettings
 BLOCKS = 10
 
 
-def block_means(time_s: np.ndarray, values: np.ndarray, blocks: int = BLOCKS) -> np.ndarray:
-    """Means (blocks,) of a series over parts of equal time; a part without a reading raises ValueError."""
-    edges = np.linspace(time_s[0], time_s[-1], blocks + 1)
+def block_means(time_s: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Means (BLOCKS,) of a series over parts of equal time; a part without a reading raises ValueError."""
+    edges = np.linspace(time_s[0], time_s[-1], BLOCKS + 1)
     place = np.searchsorted(edges[1:-1], time_s, side="right")
-    counts = np.bincount(place, minlength=blocks)
+    counts = np.bincount(place, minlength=BLOCKS)
     if not counts.all():
         raise ValueError(f"a tenth of the time without a reading, from {edges[counts.argmin()]:g} s on")
-    return np.bincount(place, weights=values, minlength=blocks) / counts
+    return np.bincount(place, weights=values, minlength=BLOCKS) / counts
 
 
 def power_of_charge(loose: np.ndarray, fixed: np.ndarray, settings: WattSettings) -> tuple[Estimate, Estimate]:

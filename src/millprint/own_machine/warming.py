@@ -54,9 +54,7 @@ def unit_response(balance: Balance, time_s: np.ndarray, start_s: float, stop_s: 
     return found
 
 
-def fit_power(
-    response_K: np.ndarray, time_s: np.ndarray, temperature_degC: np.ndarray, resolution_K: float, seed: int = 0
-) -> Warming:
+def fit_power(response_K: np.ndarray, time_s: np.ndarray, temperature_degC: np.ndarray, resolution_K: float) -> Warming:
     """The power that warmed a body, from readings (m,); response_K: `unit_response` of 1 W (m, n)."""
     centred = response_K - response_K.mean(axis=0)
     squares = (centred**2).sum(axis=0)
@@ -68,7 +66,7 @@ def fit_power(
     variance = max(misfit[best] / (len(over) - 3), resolution_K**2 / 12)
     alike = _alike(residual[:, best])
     weights = _weights((misfit - misfit[best]) / (2 * variance * alike))
-    noise = np.random.default_rng(seed).standard_normal(len(power)) * np.sqrt(variance * alike / squares)
+    noise = np.random.default_rng(0).standard_normal(len(power)) * np.sqrt(variance * alike / squares)
     lower, median, upper = weighted_quantiles(power + noise, weights, [(1 - LEVEL) / 2, 0.5, (1 + LEVEL) / 2])
     model = temperature_degC.mean() + power[best] * centred[:, best]
     warms = np.flatnonzero(response_K[:, best] > 0)[:2]

@@ -135,14 +135,6 @@ WIDTH_RADII = 200.0
 SLIDING, PARTIAL = "full sliding (Walton 1993)", "partial slip (Maw, Barber and Fawcett 1976)"
 
 
-def pair_modulus(first_gpa: float, second_gpa: float) -> float:
-    """Young's modulus of one material that acts as two of the same Poisson's ratio: 2 E1 E2 / (E1 + E2) [GPa].
-
-    The pair has 1/E* = (1 - nu^2) (1/E1 + 1/E2) and 1/G* = 2 (2 - nu) (1 + nu) (1/E1 + 1/E2).
-    """
-    return 2 * first_gpa * second_gpa / (first_gpa + second_gpa)
-
-
 def _plate(radius: float) -> tuple[Vessel, Walls]:
     side = 1e3 * WIDTH_RADII * radius
     box = BoxGeometry(kind="box", x_mm=side, y_mm=side, z_mm=max(side / 10, 1.0))

@@ -19,6 +19,8 @@ from millprint.run.hdf5 import open_hdf5
 CONDITION = [name for name in WITH_CHARGE if name != CHARGE]
 CHANNELS = ("normal", "tangential")
 CYCLE_PARTS = ("mean_J", "sd_J", "cv_percent")
+# Of a density.
+POINTS = 120
 
 
 def _revolutions(summaries: list[dict]) -> Iterator[tuple[dict, dict[str, np.ndarray]]]:
@@ -51,7 +53,7 @@ def tabulate_cycles(summaries: list[dict]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=columns)
 
 
-def tabulate_densities(summaries: list[dict], fill_ratio: float, points: int = 120) -> pd.DataFrame:
+def tabulate_densities(summaries: list[dict], fill_ratio: float) -> pd.DataFrame:
     """Probability density [1/J] of the dissipation per revolution at one fill ratio, by a Gaussian kernel.
 
     For the mill as built; conditions with fewer than three revolutions have no density.
@@ -67,7 +69,7 @@ def tabulate_densities(summaries: list[dict], fill_ratio: float, points: int = 1
             if energies.size < 3 or np.ptp(energies) == 0:
                 continue
             margin = 3.0 * energies.std(ddof=1)
-            grid = np.linspace(max(energies.min() - margin, 0.0), energies.max() + margin, points)
+            grid = np.linspace(max(energies.min() - margin, 0.0), energies.max() + margin, POINTS)
             density = {"channel": channel, "energy_J": grid, "density_per_J": gaussian_kde(energies)(grid)}
             frames.append(pd.DataFrame(condition | density))
     return pd.concat(frames[1:] or frames, ignore_index=True)

@@ -24,6 +24,8 @@ SLOPE_COLUMNS = [
 
 SECONDS_PER_HOUR = 3600.0
 JOULES_PER_KWH = 3.6e6
+# Of a curve that is drawn.
+POINTS = 80
 
 
 @dataclass(frozen=True)
@@ -144,9 +146,9 @@ def regime_doses(
     return pd.concat([joined[[CASE, "bpr", "molar_ratio", TIME]], found, joined[[YIELD]]], axis=1)
 
 
-def curve_of(row: pd.Series, largest: float, points: int = 80) -> pd.DataFrame:
+def curve_of(row: pd.Series, largest: float) -> pd.DataFrame:
     """The yield [%] of a fitted law from 0 to the largest x: columns x and yield_percent."""
-    x = np.linspace(0.0, largest, points)
+    x = np.linspace(0.0, largest, POINTS)
     values = {name: row[name] for name in MODELS[row["model"]].names}
     if "x0" in values:
         values["x0"] /= largest

@@ -157,13 +157,6 @@ def gas_yield(
     return gas_amount(volume, conditions) / full_amount(limiting_mass, reaction)
 
 
-def gas_volume(
-    conversion: Quantity, conditions: GasConditions, limiting_mass: Quantity, reaction: ChemistryConfig
-) -> np.ndarray:
-    """Volume of gas collected at a yield `conversion` [-], the inverse of `gas_yield` [m3]."""
-    return conversion / gas_yield(1.0, conditions, limiting_mass, reaction)
-
-
 def yield_error(
     errors: dict[str, Quantity],
     volume: Quantity,

@@ -20,6 +20,8 @@ from millprint.thesis.doe.runs import YIELD, level_contrasts, term_columns
 
 # A smaller residual mean square, of yields as fractions, is rounding.
 SMALLEST_VARIANCE = 1e-20
+# Of the critical F of the ranking.
+SIGNIFICANCE = 0.05
 
 
 def _formula_term(term: str) -> str:
@@ -188,9 +190,7 @@ def corrected_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
     return pd.concat(tables, ignore_index=True)
 
 
-def pareto_table(
-    anova: pd.DataFrame, corrected: pd.DataFrame, printed_p: dict[str, float], significance: float = 0.05
-) -> pd.DataFrame:
+def pareto_table(anova: pd.DataFrame, corrected: pd.DataFrame, printed_p: dict[str, float]) -> pd.DataFrame:
     """Terms of an ANOVA table by falling F (thesis Fig. 2.3).
 
     `printed_p` maps sources to published p-values; F_published is the F that gives them with these degrees of freedom.
@@ -201,7 +201,7 @@ def pareto_table(
     own = terms["degrees_of_freedom"]
     second = corrected[corrected["sums"] == "II"].set_index("term")
     table = terms[["source", "term", "degrees_of_freedom", "F", "p_value"]].assign(
-        critical_F=f_exceeded(significance, own, residual),
+        critical_F=f_exceeded(SIGNIFICANCE, own, residual),
         F_type_two=terms["term"].map(second["F"]),
         stands_after_holm=terms["term"].map(second["stands_after_holm"]),
         F_published=f_exceeded(terms["source"].map(printed_p).astype(float), own, residual),

@@ -33,7 +33,7 @@ def published_values(published: pd.DataFrame, contact: str) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=[*NAMING, "published"])
 
 
-def with_roles(values: pd.DataFrame, fitted: list[str], key: str = "fit.fitted") -> pd.DataFrame:
+def with_roles(values: pd.DataFrame, fitted: list[str]) -> pd.DataFrame:
     """The values with a column `role`, fitted or held back.
 
     Raises ConfigError for an unknown name, and where more than half of the powers or of the frequencies are fitted.
@@ -41,13 +41,15 @@ def with_roles(values: pd.DataFrame, fitted: list[str], key: str = "fit.fitted")
     known = values["name"].tolist()
     for name in fitted:
         if name not in known:
-            raise ConfigError(f"{key} = {name}: must be one of {', '.join(known)}")
+            raise ConfigError(f"fit.fitted = {name}: must be one of {', '.join(known)}")
     values = values.assign(role=np.where(values["name"].isin(fitted), FITTED, HELD_BACK))
     for kind, part in values.groupby(values["quantity"] == FREQUENCY):
         share = (part["role"] == FITTED).mean()
         if share > 0.5:
             word = "frequencies" if kind else "powers"
-            raise ConfigError(f"{key}: {100 * share:.0f} % of the published {word} are fitted; at most half may be")
+            raise ConfigError(
+                f"fit.fitted: {100 * share:.0f} % of the published {word} are fitted; at most half may be"
+            )
     return values
 
 

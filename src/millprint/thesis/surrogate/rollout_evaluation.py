@@ -163,7 +163,7 @@ def _balls_left(rollout: RollOut) -> float:
     return float(np.isfinite(rollout.crossed_s).sum())
 
 
-DRAWN = ("surrogate", "dem", "other_seed")
+DRAWN, BINS = ("surrogate", "dem", "other_seed"), 50
 
 
 def error_table(rollouts: dict[str, RollOut], test: str) -> pd.DataFrame:
@@ -189,7 +189,7 @@ def dissipation_table(rollouts: dict[str, RollOut], test: str) -> pd.DataFrame:
     return pd.DataFrame({"test": test, "time_s": rollouts["dem"].time_s, **columns})
 
 
-def distribution_table(rollouts: dict[str, RollOut], radius_m: float, test: str, bins: int = 50) -> pd.DataFrame:
+def distribution_table(rollouts: dict[str, RollOut], radius_m: float, test: str) -> pd.DataFrame:
     """Probability densities of speed [m/s], wall distance [m], contacts of a ball [-] and increments over 5 ms [J].
 
     Of the surrogate, the simulation and another seed, between `low` and `high` of each bin.
@@ -201,13 +201,12 @@ def distribution_table(rollouts: dict[str, RollOut], radius_m: float, test: str,
         "increment_5ms_J": increments_J,
     }
     tables = [
-        _densities({name: sample(rollouts[name]) for name in DRAWN}, quantity, bins)
-        for quantity, sample in samples.items()
+        _densities({name: sample(rollouts[name]) for name in DRAWN}, quantity) for quantity, sample in samples.items()
     ]
     return pd.concat(tables, ignore_index=True).assign(test=test)
 
 
-def _densities(samples: dict[str, np.ndarray], quantity: str, bins: int) -> pd.DataFrame:
+def _densities(samples: dict[str, np.ndarray], quantity: str) -> pd.DataFrame:
     samples = {name: values[np.isfinite(values)] for name, values in samples.items()}
     simulated = np.concatenate([samples["dem"], samples["other_seed"]])
     if quantity == "contacts":
@@ -215,7 +214,7 @@ def _densities(samples: dict[str, np.ndarray], quantity: str, bins: int) -> pd.D
     else:
         low, high = min(0.0, simulated.min()), np.quantile(simulated, 0.999) * 1.3
         # Balls at rest have no spread.
-        edges = np.linspace(low, max(high, low + np.finfo(float).eps), bins + 1)
+        edges = np.linspace(low, max(high, low + np.finfo(float).eps), BINS + 1)
     # Values off the scale stay in the total, so that a density of a run-away roll-out is small and not rescaled.
     counts = {name: np.histogram(values, edges)[0] / max(1, len(values)) for name, values in samples.items()}
     places = {"quantity": quantity, "low": edges[:-1], "high": edges[1:]}
