@@ -26,10 +26,11 @@ REPORT = --report $(1)/report/report.html --report-after-run --report-stylesheet
 # Snakemake leaves a folder alone that is locked, by another run or since a run was killed: what to type then.
 HINT = || { ls .snakemake/locks/* >/dev/null 2>&1 && echo "If no other run works in this folder: make unlock $@" >&2; exit 1; }
 
-# The halves of `make test`.
-PARTS := test-workflow test-library
+# The parts of `make test`, the longest first. What needs the smoke run has one run of it.
+SMOKED := $(addprefix tests/workflow/test_,$(addsuffix .py,cards crate docs mills report reruns smoke))
+PARTS := test-smoke test-workflow test-unit test-physics
 
-.PHONY: help plan install thesis smoke validation unlock verify crate docs test check types kernels $(PARTS) fuzz surfaces kills slurm lint format bench ablations reference lock clean
+.PHONY: help plan install thesis smoke validation unlock verify crate docs test check types kernels $(PARTS) fuzz surfaces kills slurm lint format bench ablations reference lock mutants clean
 
 # What any mill needs; `make thesis` and `make test` install the rest.
 install: $(VENV)/installed  ## install what any mill needs into .venv
@@ -68,10 +69,9 @@ verify: $(VENV)/installed  ## list the files of RESULTS that have changed
 crate: $(VENV)/installed  ## describe a finished run as an RO-Crate
 	$(BIN)/python -m millprint.cli crate $(RESULTS)
 
-# Both halves side by side; the kernels are compiled before, so that not both do it.
-test: $(VENV)/complete  ## linters and every test
-	$(MAKE) --jobs=2 lint kernels
-	$(MAKE) --jobs=2 $(PARTS)
+# Two at a time; the kernels are compiled before, so that not both do it.
+test: $(VENV)/complete kernels  ## linters and every test
+	$(MAKE) --jobs=2 $(PARTS) lint
 
 # While you work: the linters, the types, and the tests that take little time.
 FAST := -m "not slow and not browser and not cluster"
@@ -89,24 +89,30 @@ fast-%: $(VENV)/complete
 kernels: $(VENV)/complete
 	$(BIN)/python -c "from millprint.dem.compilation import compile_kernels; compile_kernels()"
 
-# Some of what needs no smoke run goes with the library, so that both halves take as long.
-APART := $(addprefix tests/workflow/,test_bad_files.py test_messages.py test_snakemake.py)
+test-smoke: $(VENV)/complete
+	$(RUN) $(BIN)/pytest $(SMOKED)
+
 test-workflow: $(VENV)/complete
-	$(RUN) $(BIN)/pytest tests/workflow $(addprefix --ignore=,$(APART))
+	$(RUN) $(BIN)/pytest tests/workflow $(addprefix --ignore=,$(SMOKED))
 
-test-library: $(VENV)/complete
-	$(RUN) $(BIN)/pytest $(APART) tests/physics tests/unit
+test-unit test-physics: test-%: $(VENV)/complete
+	$(RUN) $(BIN)/pytest tests/$*
 
-# COUNT damaged files, and KILLS kills; `make test` has 100 damaged files and 3 kills.
+# COUNT damaged files, and KILLS kills; `make test` has 50 damaged files and 2 kills.
 fuzz: $(VENV)/complete
 	$(BIN)/python -m tests.fuzz --count $(or $(COUNT),5000) --seed $(or $(SEED),0)
 
-# COUNT random surfaces against closed forms; `make test` has 1,000 small ones.
+# COUNT random surfaces against closed forms; `make test` has 100 small ones.
 surfaces: $(VENV)/complete
 	$(BIN)/python -m tests.surfaces --count $(or $(COUNT),20000) --seed $(or $(SEED),0)
 
 kills: $(VENV)/complete
 	$(RUN) MILLPRINT_KILLS=$(or $(KILLS),50) MILLPRINT_KILL_SEED=$(or $(SEED),1) $(BIN)/pytest tests/workflow/test_kills.py
+
+# Changes of the code in one place, and those that no test notices: `make mutants PARTS_OF="estimate dose" COUNT=50`.
+mutants: $(VENV)/complete
+	$(BIN)/python tools/mutants.py --count $(or $(COUNT),20) --seed $(or $(SEED),0) \
+	  $(or $(PARTS_OF),estimate observables dose yields doe counting kernel)
 
 # Needs a running SLURM; .ci/slurm starts one on this machine.
 slurm: $(VENV)/complete

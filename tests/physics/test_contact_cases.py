@@ -4,9 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-import yaml
 
-from millprint.config.errors import ConfigError
 from tests.physics.closed_forms import CLOSED_FORMS, pair_of, slides_throughout
 from tests.physics.contact_cases import FOLDER, ContactCase, load_cases
 from tests.physics.contact_run import TURNED, UPRIGHT, Outcome, balance_error, measure, run_case
@@ -137,42 +135,3 @@ def test_spheres_that_part_have_given_each_other_the_same_spin():
         case, outcome = POINTS[point], outcome_of(point)
         gained = outcome.spin - case.spin
         assert gained[0] == pytest.approx(gained[1], abs=1e-9)
-
-
-@pytest.fixture
-def content() -> dict:
-    return yaml.safe_load((FOLDER / "sliding_impulse.yaml").read_text())
-
-
-def refused(content: dict, folder) -> str:
-    """The message with which a case is refused."""
-    path = folder / "sliding_impulse.yaml"
-    path.write_text(yaml.safe_dump(content))
-    with pytest.raises(ConfigError) as error:
-        list(load_cases(path))
-    return str(error.value)
-
-
-def test_a_misspelt_key_is_refused(content, tmp_path):
-    content["duratoin_s"] = content.pop("duration_s")
-    assert "did you mean duration_s" in refused(content, tmp_path)
-
-
-def test_a_sweep_of_what_is_not_there_is_refused(content, tmp_path):
-    content["sweep"] = {"material.restitutoin": [0.1]}
-    assert "no such key" in refused(content, tmp_path)
-
-
-def test_a_quantity_without_a_bound_is_refused(content, tmp_path):
-    del content["checks"][0]["bounds"]["velocity_m_s"]
-    assert "each needs a bound" in refused(content, tmp_path)
-
-
-def test_an_unknown_closed_form_is_refused(content, tmp_path):
-    content["checks"][0]["form"] = "hertz"
-    assert "unknown closed form" in refused(content, tmp_path)
-
-
-def test_a_velocity_given_twice_is_refused(content, tmp_path):
-    content["balls"][0]["speed_m_s"] = 1.0
-    assert "velocity_m_s, or speed_m_s and angle_deg" in refused(content, tmp_path)

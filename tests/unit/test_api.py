@@ -1,8 +1,5 @@
 """What `import millprint` offers: its names, mills by name and by file, and two mills compared."""
 
-from pathlib import Path
-
-import numpy as np
 import pytest
 
 import millprint
@@ -22,15 +19,6 @@ def condition(of=None, **changes):
 @pytest.mark.parametrize("name", millprint.__all__)
 def test_every_name_is_there_and_explains_itself(name):
     assert getattr(millprint, name).__doc__ and name in dir(millprint)
-
-
-def test_an_unknown_name_is_no_attribute():
-    with pytest.raises(AttributeError, match="fingerprnt"):
-        _ = millprint.fingerprnt
-
-
-def test_the_version_and_the_types_are_told():
-    assert millprint.__version__ and Path(millprint.__file__).with_name("py.typed").is_file()
 
 
 def test_included_mills_are_found_from_any_folder(tmp_path, monkeypatch):
@@ -75,16 +63,6 @@ def test_bad_conditions_are_refused_before_anything_runs(tmp_path):
         balls = {"diameter_mm": 10, "fill_ratio": 0.2}
         millprint.simulate(mill, folder=tmp_path / "out", cores=0, speed_rpm=300, balls=balls)
     assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.slow
-def test_a_mill_has_the_ratio_one_to_itself_with_the_errors_of_both():
-    table = millprint.compare(fingerprint(), condition(), fingerprint(), condition())
-    assert list(table.index) == list(COMPARED)
-    np.testing.assert_allclose(table["ratio"], 1, rtol=1e-12)
-    # Errors of two independent quantities of the same size: their logarithms add up in squares.
-    ways = np.log([table["one_upper"] / table["one"], table["one"] / table["one_lower"]])
-    np.testing.assert_allclose(np.log(table["ratio_upper"]), np.hypot(*ways))
 
 
 @pytest.mark.slow

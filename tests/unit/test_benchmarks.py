@@ -3,7 +3,6 @@
 import itertools
 import math
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +11,10 @@ import pytest
 from scipy import stats
 
 from benchmarks import drums, physics
-from benchmarks.cases import Setup, box_jar, count_steps, cylinder_jar, make_setup, settle, start_from, time_millprint
+from benchmarks.cases import Setup, box_jar, cylinder_jar, make_setup
 from benchmarks.compare import spread, summarise
 from benchmarks.config import BenchConfig
-from benchmarks.lammps import MEANS, data_text, input_text, timing
+from benchmarks.lammps import input_text, timing
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import SimulationError
 from millprint.config.load import check_model, load_named, read_yaml
@@ -80,14 +79,6 @@ def test_compared_input_holds_our_law_in_si(config, contact, setup):
     assert after(wall, "rolling", "sds") == [stiffness, damping, rolling]
 
 
-def test_input_holds_the_case_in_si(config, setup):
-    text = input_text(setup, config.lammps, 9.4e-7, [1000], with_means=False)
-    assert text.splitlines()[0] == "units si" and words(text, "timestep") == ["9.4e-07"]
-    assert float(words(text, "variable A equal")[0]) == pytest.approx(0.017)
-    assert float(words(text, "variable w equal")[0]) == pytest.approx(20 * math.pi)
-    assert words(text, "region jar")[:7] == ["cylinder", "z", "0", "0", "0.027", "0", "0.0546"]
-
-
 def test_tangential_damping_is_ours(config, contact, setup):
     """Eqs 3.4 to 3.12: both dampings are the same multiple of sqrt(S m*), S_n = 2 E* a and S_t = 8 G* a."""
     modulus, poisson = contact.young_modulus_gpa * 1e9, contact.poisson_ratio
@@ -115,21 +106,6 @@ def test_means_are_averaged_over_whole_revolutions_of_the_box(config, mill, cont
         input_text(setup, config.lammps, 0.1 / 1001, [1], with_means=True)
 
 
-def test_data_file_holds_every_ball_inside_the_domain(setup):
-    start = np.array([[0.01, -0.002, 0.005], [0.0, 0.012, 0.0051]])
-    lines = data_text(setup, start).splitlines()
-    assert "2 atoms" in lines
-    atoms = np.array([line.split() for line in lines[lines.index("Atoms # sphere") + 2 :]], dtype=float)
-    assert np.array_equal(atoms[:, 0], [1, 2])
-    assert np.array_equal(atoms[:, 2:4], [[0.01, 7700.0]] * 2)
-    assert np.array_equal(atoms[:, 4:], start)
-    bounds = {line.split()[2]: line.split()[:2] for line in lines if line.endswith("hi")}
-    low, high = (np.array([float(bounds[f"{axis}lo"][k]) for axis in "xyz"]) for k in (0, 1))
-    # The jar moves from 0 to -2 A along x and between -A and A along y.
-    assert low[0] < -0.027 - 0.034
-    assert high[1] > 0.027 + 0.017
-
-
 def test_log_of_the_last_loop_is_read():
     measured = timing(read_log(LOG))
     assert measured.ns_per_ball_step == pytest.approx(1.2512 / 100_000 / 52 * 1e9)
@@ -141,49 +117,6 @@ def test_a_log_without_an_end_is_an_error():
         read_log(LOG[: LOG.index("Loop time")])
     with pytest.raises(SimulationError, match="ERROR: Lost atoms"):
         read_log(LOG + "ERROR: Lost atoms: original 24 current 23 (src/thermo.cpp:494)\n")
-
-
-@pytest.mark.slow
-def test_both_codes_run_the_same_start_and_number_of_steps(config, mill, contact, setup):
-    quick = replace(setup, settle_s=0.02)
-    start = settle(quick, seed=1)
-    assert np.hypot(start[:, 0], start[:, 1]).max() < 0.022
-    simulation = start_from(quick, start, 0.01)
-    assert simulation.count == 24
-    assert np.allclose(simulation.balls.position - start, [0.017, 0, 0])
-    simulation.run("bench test")
-    assert simulation.wall_clock_s > 0
-    timing = time_millprint(quick, start, 0.01)
-    assert (timing.steps, timing.balls) == (count_steps(simulation), 24)
-    # A bed that has just been set in motion: not all balls fly, and none has many neighbours.
-    assert 0 < timing.contacts < 4
-    # The driven motion, one step at rest, one sample that ends it.
-    assert count_steps(simulation) == pytest.approx(0.01 / simulation.step, rel=0.06)
-    assert simulation.step <= config.time_step_s
-
-
-def test_physics_table_has_students_intervals(config):
-    ours = pd.DataFrame({name: [1.0, 2.0, 3.0, 4.0] for name in MEANS})
-    theirs = pd.DataFrame({name: [5.0, 6.0, 7.0, 10.0] for name in MEANS})
-    table = physics.compare_law(config.physics.laws[0], ours, theirs)
-    # With 3 degrees of freedom, 95 % are within 3.182 standard errors.
-    assert table["millprint_95"].to_numpy() == pytest.approx(3.18245 * math.sqrt(5 / 3 / 4), rel=1e-5)
-    assert table["difference_pct"].to_numpy() == pytest.approx(180)
-    few = physics.compare_law(config.physics.laws[0], ours.head(3), theirs.head(3))
-    assert few[["millprint_95", "lammps_95", "difference_pct_95"]].isna().all(axis=None)
-
-
-def test_our_means_agree_with_the_ledger(tmp_path, config, mill, contact):
-    """The power by the identity and that of the ledger are two routes to one number."""
-    quick = config.physics.model_copy(update={"discard_s": 0.2, "window_s": 0.3})
-    setup = make_setup(config, contact, box_jar(config, mill), 12, 10.0)
-    setup = replace(setup, settle_s=0.05, time_step_s=4e-6)
-    means = physics.our_means(setup, quick, 0, tmp_path)
-    assert set(means) == set(MEANS)
-    assert means["identity_power_W"] == pytest.approx(means["wall_power_W"], rel=0.2)
-    # Twelve balls of 4 g at about the jar's speed of 1.07 m/s.
-    assert 0.2 < means["kinetic_translation_J"] / (12 * 0.00403 * 1.068**2 / 2) < 3
-    assert means["wall_contacts"] > 0
 
 
 def test_the_drum_of_lammps_turns_with_all_its_lifters(config):

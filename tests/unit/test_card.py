@@ -135,14 +135,6 @@ def test_a_file_that_is_no_card_is_refused_in_one_line(tmp_path, text):
     assert len(str(caught.value).splitlines()) == 1
 
 
-def test_every_field_of_the_schema_is_explained():
-    schema = json.loads(card_schema_text())
-    for name, part in {"MillingCard": schema, **schema["$defs"]}.items():
-        for key, field in part["properties"].items():
-            is_part = "$ref" in field or any("$ref" in each for each in field.get("anyOf", []))
-            assert field.get("description") or is_part, f"{name}.{key}"
-
-
 def windows(rng: np.random.Generator, seeds: int, turns: int) -> list[Window]:
     """Windows of independent turns, all of one condition."""
     found = []
@@ -174,23 +166,6 @@ def test_the_interval_by_scatter_holds_a_new_simulation(seeds, turns):
         for name, half in widths.items():
             middle = np.mean([np.log(own[name]) for own in values])
             hits[name] += abs(np.log(new[name]) - middle) <= half.new
-    shares = {name: count / draws for name, count in hits.items()}
-    assert all(0.92 <= share <= 0.995 for share in shares.values()), shares
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("seeds", "turns"), [(1, 8), (3, 4)])
-def test_the_band_of_the_mean_holds_the_mean_and_is_narrower(seeds, turns):
-    rng, draws = np.random.default_rng(4), 600
-    true = {"normal_power_W": 20 * 0.05 / 0.1, "tangential_power_W": 15 * 0.1 / 0.1, "wall_power_W": 28.0}
-    hits = dict.fromkeys(true, 0)
-    for _ in range(draws):
-        known = windows(rng, seeds, turns)
-        values = [whole(window) for window in known]
-        for name, half in spread(known, values, [{}] * seeds, 0.95).items():
-            assert half.mean < half.new
-            if name in true:
-                hits[name] += abs(np.log(true[name]) - np.mean([np.log(own[name]) for own in values])) <= half.mean
     shares = {name: count / draws for name, count in hits.items()}
     assert all(0.92 <= share <= 0.995 for share in shares.values()), shares
 

@@ -15,6 +15,7 @@ from millprint.config.included import SOURCES, included_mills
 from millprint.config.load import check_model
 from millprint.config.mill import MillConfig
 from tests.conftest import ROOT
+from tests.refusals import refusals
 
 SIZES = ["radius_mm=32.5", "height_mm=60", "fillet_radius_mm=5", "fill_ratios=[25, 50, 75]"]
 
@@ -32,27 +33,7 @@ def ran(monkeypatch) -> list[list[str]]:
     return commands
 
 
-@pytest.mark.parametrize(
-    ("words", "parts"),
-    [
-        (["fingerprnt"], ["unknown command", "did you mean fingerprint?"]),
-        (["run", "convergencee"], ["unknown target", "did you mean convergence?"]),
-        (["fingerprint", "planetry"], ["unknown mill", "did you mean planetary?"]),
-        (["fingerprint", "--config", "mill = mine"], ["--config: 'mill = mine': write mill=mine"]),
-        (["fingerprint", "emax", "--config", "name"], ["--config: 'name': write name=VALUE"]),
-        (["fingerprint", "no.yaml"], ["no.yaml: no such file", "millprint new"]),
-        (["new", "plantary", "--yes"], ["unknown kind", "did you mean planetary?"]),
-        (["new", "drum", "--set", "radius=3"], ["--set radius=3", "did you mean radius_mm?"]),
-        (["new", "drum", "--set", "radius_mm=32,5"], ["radius_mm = '32,5'", "with a point"]),
-        (["new", "drum", "--set", "radius_mm=30:1"], ["radius_mm = '30:1'", "must be like"]),
-        (["new", "drum", "--set", "fill_ratios=[070, 1_0]"], ["fill_ratios = '[070, 1_0]'", "must be like"]),
-        (["new", "drum", "--set", "fill_ratios=many"], ["fill_ratios = 'many'", "[0.15, 0.25, 0.35]"]),
-        (["new", "drum", "--set", "volume_ml=900"], ["volume_ml = 900", "235.6 mL"]),
-        (["new", "drum", "--yes", "--contact", "stel"], ["--contact stel", "did you mean steel"]),
-        (["new", "drum", "--yes", "--name", "emax"], ["--name emax", "included mill"]),
-        (["match", "emax_post", "--like", "emax", "800", "10", "0.1"], ["emax_post: this mill was not run"]),
-    ],
-)
+@pytest.mark.parametrize(("words", "parts"), refusals("what_is_wrong_is_one_line"))
 def test_what_is_wrong_is_one_line(tmp_path, monkeypatch, capsys, ran, words, parts):
     monkeypatch.chdir(tmp_path)
     assert main(words) in (1, 2)

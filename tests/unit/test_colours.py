@@ -5,11 +5,8 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from matplotlib import colormaps
-from matplotlib.colors import Colormap
 
 from millprint.figures.style import COLOURS
-from millprint.thesis.figures.chapter5_figures import LOW_TO_HIGH
 from millprint.thesis.report.claims_page import SHOWN_VERDICTS
 from tests.colour_vision import LOST, distance, seen_lab
 from tests.conftest import ROOT
@@ -19,7 +16,6 @@ SMALLEST = 18.0
 VERDICTS = tuple(shown.colour for shown in SHOWN_VERDICTS.values())
 # Of the explorer: two series each, or balls, powder and jar.
 EXPLORER = ("#0072b2", "#c2500a", "#333333")
-SCALES = ("viridis", "plasma", "inferno", "magma", "cividis")
 LIBRARY = ROOT / "src/millprint"
 
 
@@ -51,25 +47,3 @@ def test_figures_and_pages_have_no_other_colours():
             full = colour.lower() if len(colour) == 7 else "#" + "".join(2 * letter for letter in colour[1:].lower())
             grey = full[1:3] == full[3:5] == full[5:7]
             assert grey or full in allowed, f"{file.name}: {colour}"
-
-
-def rising(scale: Colormap, vision: str) -> bool:
-    lightness = [seen_lab(scale(place)[:3], vision)[0] for place in np.linspace(0, 1, 33)]
-    return bool((np.diff(lightness) > 0).all())
-
-
-@pytest.mark.parametrize("vision", LOST)
-def test_scales_of_colour_get_brighter_all_the_way(vision):
-    assert all(rising(colormaps[name], vision) for name in SCALES)
-
-
-def test_figures_have_only_such_scales():
-    text = "\n".join(path.read_text() for path in LIBRARY.glob("figures/*.py"))
-    named = re.findall(r"cmap=\"(\w+)\"|get_cmap\(\"(\w+)\"", text)
-    assert named and {one or other for one, other in named} <= set(SCALES)
-
-
-@pytest.mark.parametrize("vision", LOST)
-def test_the_scale_from_low_to_high_has_ends_and_a_middle_that_differ(vision):
-    low, middle, high = (LOW_TO_HIGH(place)[:3] for place in (0.0, 0.5, 1.0))
-    assert min(distance(*pair, vision) for pair in combinations((low, middle, high), 2)) > SMALLEST

@@ -5,13 +5,14 @@ import math
 import pytest
 
 from millprint.cases import of_mill
-from millprint.config.charge import ChargeSection, charge_words, fill_of
+from millprint.config.charge import ChargeSection, fill_of
 from millprint.config.checks import load_workflow
 from millprint.config.conditions import spread, with_fill_ratios
 from millprint.config.errors import ConfigError
 from millprint.config.included import SOURCES
 from millprint.config.load import check_model
 from millprint.config.mill_sweep import MillSweepConfig
+from tests.refusals import refusals
 
 LISTS = {"speeds_rpm": [300, 450], "ball_diameters_mm": [10]}
 VOLUME_ML, DENSITY = 200.0, 8000.0
@@ -38,23 +39,10 @@ def test_a_charge_is_a_fill_ratio(charge, fill):
     assert ChargeSection(**section.given) == section
 
 
-@pytest.mark.parametrize(
-    ("charge", "part"),
-    [
-        ({}, "give one of fill_ratio, number, mass_g, bulk_filling"),
-        ({"number": 50, "fill_ratio": 0.1}, "give one of"),
-        ({"number": 500}, "number = 500: such balls have 1.31 of the jar's volume"),
-        ({"mass_g": 2000}, "mass_g = 2000: such balls have 1.25"),
-        ({"number": 12.5}, "must be a whole number"),
-    ],
-)
+@pytest.mark.parametrize(("charge", "part"), refusals("a_charge_that_cannot_be_is_refused"))
 def test_a_charge_that_cannot_be_is_refused(charge, part):
     with pytest.raises(ConfigError, match=part):
         fill_of(charge, VOLUME_ML, 10, DENSITY, "balls")
-
-
-def test_the_words_of_a_command_line_name_the_measure():
-    assert charge_words("0.2") == {"fill_ratio": "0.2"} and charge_words("number=50") == {"number": "50"}
 
 
 @pytest.mark.parametrize(
@@ -66,17 +54,6 @@ def test_the_lists_of_a_sweep_may_be_of_any_measure(key, values):
     measure = {"numbers": "number", "masses_g": "mass_g", "bulk_fillings": "bulk_filling"}[key]
     assert sweep.fills == [ChargeSection(**{measure: value}).fill_in(VOLUME_ML, 10, DENSITY) for value in values]
     assert conditions_of(sweep) == [(10, speed, fill) for speed in (300, 450) for fill in sweep.fills]
-
-
-def test_a_sweep_of_fill_ratios_stays_as_it_is():
-    sweep = MillSweepConfig(**LISTS, fill_ratios=[0.1, 0.2, 0.3])
-    assert with_fill_ratios(sweep, VOLUME_ML, DENSITY, "sweep") is sweep
-
-
-def test_a_factorial_has_every_combination():
-    lists = {"speeds_hz": [5, 7.5], "ball_diameters_mm": [10, 5], "fill_ratios": [0.1, 0.2, 0.3]}
-    conditions = conditions_of(resolved(**lists, design="factorial"))
-    assert conditions == [(size, speed, fill) for size in (10, 5) for speed in (300, 450) for fill in (0.1, 0.2, 0.3)]
 
 
 def test_a_space_filling_design_covers_its_ranges_evenly():
@@ -118,37 +95,14 @@ def test_a_table_may_mix_measures(tmp_path, monkeypatch):
     assert MillSweepConfig(**sweep.model_dump(mode="json")) == sweep
 
 
-@pytest.mark.parametrize(
-    ("rows", "part"),
-    [
-        (
-            "speed_rpm ball_diameter_mm fill_ratio\n300 10 1,1\n",
-            "conditions.tsv: row 1: fill_ratio = '1.1': must be less than 1",
-        ),
-        ("speed_rpm ball_diameter_mm filling\n300 10 0.1\n", "conditions.tsv: row 1.*filling = '0.1': unknown key"),
-        ("speed_rpm ball_diameter_mm number\n300 10 9\n300 10 9\n", "conditions are the same: balls of 10 mm"),
-        ("speed_rpm ball_diameter_mm number\n300 10 9\n300 10 12\n", "has 2 fill ratios; a fingerprint needs 3"),
-        ("speed_rpm ball_diameter_mm number\n", "no rows"),
-    ],
-)
+@pytest.mark.parametrize(("rows", "part"), refusals("a_table_that_cannot_be_is_refused"))
 def test_a_table_that_cannot_be_is_refused(tmp_path, monkeypatch, rows, part):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ConfigError, match=part):
         resolved(table=write_table(tmp_path, rows))
 
 
-@pytest.mark.parametrize(
-    ("keys", "part"),
-    [
-        ({**LISTS, "table": "a.tsv"}, "give table or speeds_rpm, ball_diameters_mm, not both"),
-        (LISTS, "give one of fill_ratios, numbers, masses_g, bulk_fillings"),
-        ({"speeds_rpm": [300], "fill_ratios": [0.1, 0.2, 0.3]}, "ball_diameters_mm: this key is missing"),
-        ({**LISTS, "ball_diameters_mm": [10, 5], "numbers": [10, 20, 30]}, "numbers: are of balls of one size"),
-        ({**LISTS, "numbers": [10, 20, 30], "points": 100}, "points: .* belongs to `design: space_filling`"),
-        ({**LISTS, "numbers": [10, 20, 30], "design": "sobol"}, "design = 'sobol'"),
-        ({**LISTS, "numbers": [10, 20, 3000]}, r"sweep: number = 3000: such balls have 7\.85"),
-    ],
-)
+@pytest.mark.parametrize(("keys", "part"), refusals("keys_that_do_not_belong_together_are_refused"))
 def test_keys_that_do_not_belong_together_are_refused(keys, part):
     with pytest.raises(ConfigError, match=part):
         resolved(**keys)

@@ -20,6 +20,7 @@ from millprint.dem.laws.record import ball_mass
 from millprint.dem.laws.registry import LAWS, law_of, step_scale
 from millprint.dose import flash
 from millprint.uncertainty.samples import check_contact, space_of
+from tests.refusals import refusals
 from tests.unit.test_card import card_content
 from tests.unit.test_dem_faults import DEM, MILL, PRESSED, simulation, stopped_at_a_wall
 from tests.unit.test_heat import write_run
@@ -52,14 +53,7 @@ def test_the_energy_of_the_normal_spring_is_the_work_of_its_force(kind):
     assert 12 < duration / (0.2 * step_scale(SETS[kind], 5e-3)) < 40
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ({"kind": "cubic"}, "kind = 'cubic': no such contact law; known: hertz, linear"),
-        ({"poisson_ratio": 0.3}, "poisson_ratio: not a key of kind: linear, which takes restitution, "),
-        ({"normal_stiffness_n_m": None}, "normal_stiffness_n_m: this key is missing; kind: linear needs it"),
-    ],
-)
+@pytest.mark.parametrize(("change", "words"), refusals("keys_that_are_not_those_of_the_law_are_refused"))
 def test_keys_that_are_not_those_of_the_law_are_refused(change, words):
     with pytest.raises(ConfigError, match=words):
         check_model({**COMMON, "kind": "linear", **KEYS["linear"], **change}, ContactConfig, "soft.yaml")

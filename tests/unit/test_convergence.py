@@ -4,16 +4,13 @@ import itertools
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 
-import study_settings
 from millprint.config.fingerprint import ConvergenceConfig
-from millprint.dem.convergence import DESCRIPTORS, SERIES, column_of, convergence_table
+from millprint.dem.convergence import convergence_table
 from millprint.dem.step_choice import choose_step, in_words
-from millprint.run.files import read_json, write_table
+from millprint.run.files import write_table
 from millprint.thesis.claims.tabulate import collect_findings
-from millprint.thesis.figures.convergence_plots import plot_modulus, plot_timestep
 from tests.unit.synthetic_mill import summary
 
 ROOT = Path(__file__).parents[2]
@@ -180,55 +177,6 @@ def test_no_step_passes_where_the_finest_leaves_the_balance_open():
     assert "no step agrees" in in_words(choice)
 
 
-@pytest.fixture
-def files(tmp_path):
-    table = table_of(sweep((10.0, 5.0)))
-    write_table(table, tmp_path / "timestep.tsv")
-    choice = study_settings.choose(tmp_path / "timestep.tsv", SETTINGS, taken(2e-6), tmp_path / "timestep.json")
-    assert choice["verdict"] == "agrees" and "2e-06 s, agrees" in in_words(choice)
-    return tmp_path
-
-
-def outputs(folder, name):
-    return folder / f"{name}.svg", folder / f"{name}.png"
-
-
-@pytest.mark.slow
-def test_the_verdict_and_the_figure_come_from_the_written_table(files):
-    choice = read_json(files / "timestep.json")
-    assert choice["series"][0]["taken_step_s"] == 2e-6
-    assert SETTINGS.model_dump(exclude={"study"}).items() <= choice["criteria"].items()
-    study_settings.draw_steps(files / "timestep.tsv", files / "timestep.json", *outputs(files, "timestep"))
-    assert (files / "timestep.svg").stat().st_size > 1000 and (files / "timestep.png").stat().st_size > 1000
-
-
-def test_the_figure_of_the_step_shows_errors_orders_and_the_default():
-    table = table_of(sweep((10.0, 5.0)))
-    figure = plot_timestep(table, choose_step(table, SETTINGS, taken(2e-6)))
-    assert len(figure.axes) == 4
-    assert figure.axes[0].get_yscale() == "log"
-    labels = figure.axes[0].get_legend_handles_labels()[1]
-    assert sum("order 2.00" in label for label in labels) == 2
-    for axis in figure.axes:
-        assert axis.get_xlabel() == "time step [µs]" and axis.get_ylabel().endswith("]")
-        assert any(list(line.get_xdata()) == pytest.approx([2.0, 2.0]) for line in axis.lines)
-
-
-@pytest.mark.slow
-def test_the_figure_of_the_modulus_has_a_tick_at_each_modulus(tmp_path):
-    moduli = {0.205: 0.9, 205.0: 1.0, 2.05: 1.05}
-    table = table_of(
-        [run(1e-6, s, modulus=m, factor=f) for m, f in moduli.items() for s in (0, 1)], "young_modulus_gpa"
-    )
-    figure = plot_modulus(table)
-    power, deviation, clock = figure.axes
-    assert [label.get_text() for label in deviation.get_xticklabels()] == ["0.205", "2.05", "205"]
-    assert all(axis.get_ylabel().endswith("]") for axis in (power, deviation, clock))
-    write_table(table, tmp_path / "modulus.tsv")
-    study_settings.draw_moduli(tmp_path / "modulus.tsv", *outputs(tmp_path, "modulus"))
-    assert (tmp_path / "modulus.png").stat().st_size > 1000
-
-
 def test_the_claims_on_the_modulus_read_its_table(tmp_path):
     """A hundredfold softer ball in a tenth of the steps, its power 5 % higher, 14 % between revolutions."""
     moduli = {205.0: (1e-7, 1.0), 2.05: (1e-6, 1.05)}
@@ -240,11 +188,3 @@ def test_the_claims_on_the_modulus_read_its_table(tmp_path):
     assert found["3.young.power"].value == "yes"
     assert "differ by +5.0 %" in found["3.young.power"].explanation
     assert collect_findings(tmp_path / "empty", claims, "3.young")["3.young.power"].value is None
-
-
-def test_columns_keep_their_unit_last():
-    assert column_of("normal_energy_J", "se") == "normal_energy_se_J"
-    assert column_of("specific_frequency_hz", "deviation_percent") == "specific_frequency_deviation_percent"
-    table = table_of(sweep())
-    assert not table[[*SERIES, *DESCRIPTORS]].isna().any().any()
-    assert isinstance(table, pd.DataFrame) and table.columns.is_unique

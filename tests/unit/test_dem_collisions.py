@@ -8,9 +8,6 @@ import pandas as pd
 import pytest
 
 from millprint.config.counting import CountingRule
-from millprint.config.errors import ConfigError
-from millprint.config.load import check_model
-from millprint.config.sweep import DemConfig
 from millprint.dem.collisions import (
     CHANNELS,
     by_facet,
@@ -197,14 +194,6 @@ def test_a_gap_in_turns_counts_alike_at_every_speed():
         fast = count(rows, speed_hz=3 * SPEED_HZ, window_s=0.5 / 3, gap_turns=gap)
         assert fast["count"] == slow["count"] and fast["frequency_hz"] == pytest.approx(3 * slow["frequency_hz"])
     assert count(speed_hz=0.0, gap_turns=0.05)["count"] == count()["count"]
-
-
-def test_a_gap_in_seconds_is_refused_with_what_to_write():
-    with pytest.raises(ConfigError) as error:
-        check_model({"counting_rules": [{"name": "a", "gap_s": 0.002}]}, DemConfig, "config.yaml")
-    assert str(error.value) == (
-        "config.yaml: counting_rules.0: gap_s = 0.002: write gap_turns = gap_s * rpm / 60, so that it scales"
-    )
 
 
 def test_collisions_of_a_ball_are_those_that_it_takes_part_in():

@@ -148,18 +148,6 @@ def test_a_slice_of_a_drum_with_lifters_starts_and_runs(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_the_largest_fill_of_a_slice_is_that_of_one_plane(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    mill = slice_mill(tmp_path)
-    vessel, diameter, volume = build_vessel(mill), BALL_MM / 1e3, mill.volume_ml * 1e-6
-    most = capacity(vessel, diameter)
-    # A plane of hexagonal close packing, less what its rim and the lifters take.
-    whole = math.pi * 275**2 / (math.sqrt(3) / 2 * BALL_MM**2)
-    assert 0.75 * whole < most < whole
-    assert len(pack(vessel, diameter, most, 3, volume)) == most
-
-
-@pytest.mark.slow
 def test_a_slice_may_lie_in_any_direction(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     turn = trimesh.transformations.rotation_matrix(0.7, [1, 2, 3])[:3, :3]
@@ -216,17 +204,6 @@ def test_a_simulation_begins_from_a_given_start():
     assert np.array_equal(given.balls.position, packed.balls.position)
     with pytest.raises(SimulationError, match=rf"a start of shape \(1, 3\): it must have {packed.count} rows"):
         Simulation(case, mill, contact, dem, start[:1])
-
-
-def test_a_step_over_the_rayleigh_fraction_is_refused():
-    case = Case(
-        mill="emax", contact="calibrated", ball_diameter_m=0.005, fill_ratio=0.1, speed_hz=10.0, seed=0,
-        settle_s=0.1, discard_s=0.1, window_s=0.1,
-    )  # fmt: skip
-    dem = DemConfig(time_step_s=1e-5, settle_s=0.1, discard_s=0.1, window_s=0.1)
-    contact = load_named(CONFIG / "contacts", "calibrated", ContactConfig, "contact set")
-    with pytest.raises(SimulationError, match="of the Rayleigh time"):
-        Simulation(case, load_mill("emax"), contact, dem)
 
 
 def test_the_longest_step_is_that_of_the_cases_of_a_ball_as_it_is():

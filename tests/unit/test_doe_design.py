@@ -26,6 +26,7 @@ from millprint.thesis.doe.factorial_designs import (
     treatments,
 )
 from millprint.thesis.doe.runs import contrasts, level_contrasts, read_runs, term_columns
+from tests.refusals import refusals
 from tests.unit.doe_settings import SCREENING, settings
 
 
@@ -107,14 +108,6 @@ def test_a_word_is_a_product_of_signs_and_a_sum_may_choose_the_other_half():
     assert describe(design("ABC", 3, ["C = A + B + 1"]))["defining_words"] == ["ABC2(2)"]
     pairs = level_codes(design("ABC", 3, ["C = AB2"]))
     assert (pairs["C"] == (pairs["A"] + 2 * pairs["B"]) % 3).all()
-
-
-def test_nine_runs_carry_four_factors_of_three_levels():
-    config = design("ABCD", 3, ["C = A + B", "D = A + 2B"])
-    codes = level_codes(config)
-    assert len(codes) == 9
-    assert all((pd.crosstab(codes[one], codes[two]).to_numpy() == 1).all() for one, two in combinations("ABCD", 2))
-    assert describe(config)["defining_words_of_length"] == {"3": 4}
 
 
 def test_a_mixed_full_factorial_has_every_treatment_and_no_aliases():
@@ -245,15 +238,7 @@ def test_a_design_with_names_is_analysed_by_one_command(tmp_path):
     assert all(name in (out / "interaction_pair.svg").read_text() for name in STEELS)
 
 
-@pytest.mark.parametrize(
-    ("changes", "row", "words"),
-    [
-        ({}, ("steel", "glass"), "column a, case 1 = 'glass'"),
-        ({}, ("\t300.0\t", "\t\t"), "column c, case 1"),
-        ({"model": ["A", "D"]}, ("", ""), "model: 'D'"),
-        ({"modle": ["A"]}, ("", ""), "modle"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "row", "words"), refusals("the_analysis_refuses_in_one_line"))
 def test_the_analysis_refuses_in_one_line(tmp_path, capsys, changes, row, words):
     paths, runs = screened(tmp_path, **changes), tmp_path / "runs.tsv"
     runs.write_text(runs.read_text().replace(*row, 1))

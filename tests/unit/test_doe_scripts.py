@@ -3,13 +3,12 @@
 import shutil
 from pathlib import Path
 
-import pandas as pd
 import pytest
 
 import analyse_variance
 import tabulate_experiments
 from millprint.config.doe import DoeConfig
-from millprint.run.files import read_table, write_table
+from millprint.run.files import read_table
 from millprint.thesis.claims.tabulate import collect_findings
 from millprint.thesis.doe.written import analysis_paths, design_paths, write_analysis, write_design
 from tests.conftest import ROOT
@@ -85,24 +84,3 @@ def test_no_erratum_outlives_a_changed_input(thesis, tmp_path, wear_g, used_g, e
     shutil.copytree(thesis, tmp_path / "results")
     run_wet_lab(tmp_path / "results", settings(), tmp_path / "wear.tsv")
     assert verdicts(tmp_path / "results")["2.wear.1200.loss"] == expected
-
-
-def test_the_share_of_time_is_an_erratum_only_beside_the_printed_sums(thesis, tmp_path):
-    """Table 2.5 leaves time 38 % of the sum of squares at most, where Sec. 5.2.5 says 50 %."""
-    results = tmp_path / "results"
-    shutil.copytree(thesis, results)
-    table = pd.DataFrame({"measure": ["levels", "line"], "share": [0.368, 0.354]})
-    write_table(table, results / "yield/time_variance.tsv")
-    claim = read_table(CLAIMS, text=["id", "value", "tolerance"]).set_index("id").loc["5.time_variance"]
-
-    def judged() -> str:
-        finding = collect_findings(results, CLAIMS, "5.time")["5.time_variance"]
-        return word_of(claim["value"], claim["tolerance"], finding)
-
-    assert judged() == "erratum"
-    anova = read_table(results / "doe/anova_printed.tsv")
-    anova.loc[anova["term"] == "C", "sum_of_squares"] = 0.5
-    write_table(anova, results / "doe/anova_printed.tsv")
-    assert judged() == "differs"
-    write_table(table.assign(share=0.51), results / "yield/time_variance.tsv")
-    assert judged() == "agrees"

@@ -28,6 +28,7 @@ from millprint.thesis.doe.variance import (
     printed_table,
     sums_of_squares,
 )
+from tests.refusals import refusals
 from tests.unit.doe_settings import settings, thesis_config, thesis_runs  # noqa: F401 (fixtures)
 
 # Thesis Table 2.5.
@@ -178,16 +179,7 @@ def test_residuals_are_orthogonal_to_the_model_and_leverages_count_its_parameter
     np.testing.assert_allclose(table["fitted_percent"] + table["residual_percent"], runs["yield_percent"])
 
 
-@pytest.mark.parametrize(
-    ("model", "change", "part"),
-    [
-        (["A", "B", "C", "D", "A:B", "C:D"], {}, "aliased"),
-        (["A", "B", "C", "A:B", "A:C", "B:C", "A:B:C"], {}, "leave nothing"),
-        (["A"], {"yield_percent": 50.0}, "no scatter"),
-        (["A"], {"D": 0}, None),
-        (["D"], {"D": 0}, "level 800 of D"),
-    ],
-)
+@pytest.mark.parametrize(("model", "change", "part"), refusals("what_the_runs_cannot_tell_is_refused"))
 def test_what_the_runs_cannot_tell_is_refused(config, model, change, part):
     runs = design_table(config).assign(yield_percent=np.linspace(10, 90, 27) ** 1.1).assign(**change)
     if part is None:
@@ -302,15 +294,3 @@ def test_each_check_of_the_residuals_sees_what_it_is_for(config, spoiled):
     assert (mean[SEEN_BY[spoiled]] < 0.05).all()
     # The mean of 6 uniform numbers has a standard deviation of 0.12.
     assert spoiled != "nothing" or (mean > 0.15).all()
-
-
-@pytest.mark.slow
-def test_p_values_of_the_checks_are_uniform_under_normal_errors(config):
-    small = settings(model=["A", "B", "C", "D"])
-    found = []
-    for seed in range(20):
-        runs = planted(config, np.zeros(27), seed=100 + seed)
-        table = residual_checks(small, runs, fit_factors(small, runs), 60, seed)
-        found.append(table.set_index("check")["p_simulated"].dropna())
-    # The mean of 20 uniform numbers has a standard deviation of 0.065; four of them.
-    assert pd.DataFrame(found).mean().between(0.5 - 0.26, 0.5 + 0.26).all()

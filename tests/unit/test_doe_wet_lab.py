@@ -22,16 +22,16 @@ from millprint.thesis.doe.chemistry import (
     vapour_pressure,
     yield_error,
 )
-from millprint.thesis.doe.literature import literature_checks, missingness_table, read_literature, read_reported_yields
+from millprint.thesis.doe.literature import literature_checks, read_literature, read_reported_yields
 from millprint.thesis.doe.wet_lab import charge_table, read_wear, solution_table, wear_table, yield_table
 from tests.conftest import ROOT
+from tests.refusals import refusals
 from tests.unit.doe_settings import settings
 
 WEAR = ROOT / "config/data/wear.tsv"
 
 CHEMISTRY = settings().chemistry
 
-ROOM = GasConditions(298.15, 101325)
 
 BORATE, HYDRIDE = CHEMISTRY.limiting, CHEMISTRY.reductant
 
@@ -194,17 +194,7 @@ def test_the_command_calculates_each_table(tmp_path, calculation, reading, colum
     assert read_table(out, numeric=[column])[column][0] == pytest.approx(value, rel=1e-3)
 
 
-REACTION = "{limiting: nabo2, reductant: MgH2, stoichiometric_ratio: 6, gas_per_mole: 4}"
-
-
-@pytest.mark.parametrize(
-    ("config", "words"),
-    [
-        ("doe: 3", "doe: "),
-        ("doe: {gas: {temperature_k: 298, pressure_pa: 1e5}}", "chemistry"),
-        (f"chemistry: {REACTION}", "chemistry.limiting: formula 'nabo2'"),
-    ],
-)
+@pytest.mark.parametrize(("config", "words"), refusals("the_command_refuses_in_one_line_and_writes_nothing"))
 def test_the_command_refuses_in_one_line_and_writes_nothing(tmp_path, capsys, config, words):
     (tmp_path / "lab.yaml").write_text(config)
     out, path = tmp_path / "out.tsv", write(tmp_path / "in.tsv", READING)
@@ -226,17 +216,6 @@ def studies() -> pd.DataFrame:
 @pytest.fixture(scope="module")
 def checks(studies) -> pd.DataFrame:
     return literature_checks(studies, read_reported_yields(YIELDS)).set_index(["reference", "check"])
-
-
-def test_the_table_of_missingness_counts_the_dashes_of_both_directions(studies):
-    table = missingness_table(studies).set_index("parameter")
-    columns = [name for name in table if name.startswith("reference_")]
-    assert len(columns) == 7
-    # What Table 2.2 shows as a dash, by study.
-    assert (table[columns] == "no").sum().tolist() == [0, 9, 1, 9, 2, 2, 5]
-    assert table.loc["ball_diameter_mm", "unreported"] == 5
-    assert table.loc["speed_rpm", ["reference_12", "reference_14"]].tolist() == ["no", "no"]
-    assert table["unreported"].is_monotonic_decreasing
 
 
 def test_reference_16_was_charged_with_the_dihydrate(checks):

@@ -9,7 +9,7 @@ from millprint.config.uncertainty import (
     PARAMETERS,
     MeasuredSection,
 )
-from millprint.uncertainty.emulator import Draws, Emulator, draw, quality, saltelli_shares, sobol_indices
+from millprint.uncertainty.emulator import Emulator, draw, quality, saltelli_shares, sobol_indices
 from millprint.uncertainty.samples import (
     Space,
     variable_of,
@@ -35,23 +35,6 @@ def ishigami(x: np.ndarray) -> np.ndarray:
 def uniform_space(names: list[str], low: float, high: float) -> Space:
     section = DISTRIBUTIONS["uniform"](kind="uniform", low=low, high=high, source="a test")
     return Space(tuple(variable_of(name, section, PARAMETERS["restitution"]) for name in names))
-
-
-def test_salib_gives_the_indices_of_ishigamis_function():
-    names = ["x", "y", "z"]
-    space = uniform_space(names, -np.pi, np.pi)
-    values = ishigami(space.values(saltelli_shares(names, 4096, seed=0)).to_numpy())
-    table = sobol_indices(Draws(names, values[None]), 0.95, seed=0)
-    assert table["first"].to_numpy() == pytest.approx(FIRST, abs=0.02)
-    assert table["total"].to_numpy() == pytest.approx(TOTAL, abs=0.02)
-
-
-def test_intervals_of_the_indices_are_the_same_each_time_with_a_seed_of_zero():
-    names = ["x", "y", "z"]
-    space = uniform_space(names, -np.pi, np.pi)
-    values = ishigami(space.values(saltelli_shares(names, 64, seed=0)).to_numpy())
-    draws = Draws(names, values[None])
-    pd.testing.assert_frame_equal(sobol_indices(draws, 0.95, seed=0), sobol_indices(draws, 0.95, seed=0))
 
 
 @pytest.mark.slow

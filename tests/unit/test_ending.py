@@ -2,8 +2,6 @@
 
 import logging
 import re
-import threading
-from pathlib import Path
 
 import pytest
 from snakemake_interface_logger_plugins.common import LogEvent
@@ -12,13 +10,9 @@ from millprint.cli.commands import COMMANDS
 from millprint.run import ending
 from millprint.run.ending import (
     OneLineAJob,
-    advice,
     endings,
     failure_lines,
     failures_of,
-    given_run,
-    stop_timers,
-    success_lines,
 )
 from millprint.run.plan import Job, duration
 from tests.conftest import ROOT
@@ -50,27 +44,6 @@ Error in rule permute_yields:
     log: {log} (check log file(s) for error details)
 """
 
-# The same of two jobs in a group.
-GROUP_LOG = """
-[Thu Nov 26 08:27:03 2026]
-    message: Error in group simulations
-    jobs:
-        rule run_dem_case:
-            jobid: 0
-            output: results/dem/a/b/c/run.h5, results/dem/a/b/c/summary.json
-    [Thu Nov 26 08:27:03 2026]
-    Error in rule run_dem_case:
-        jobid: 0
-        output: results/dem/a/b/c/run.h5, results/dem/a/b/c/summary.json
-        log: results/logs/dem/a/b/c.log (check log file(s) for error details)
-    [Thu Nov 26 08:27:03 2026]
-    Error in rule run_dem_case:
-        jobid: 1
-        output: results/dem/a/b/d/run.h5, results/dem/a/b/d/summary.json
-        log: results/logs/dem/a/b/d.log (check log file(s) for error details)
-Trying to restart job 7.
-"""
-
 
 def target_rules() -> set[str]:
     """The rules that only collect files."""
@@ -84,28 +57,6 @@ def test_every_target_says_at_its_end_what_was_made_and_every_rule_says_what_it_
     for file in (ROOT / "workflow/rules").glob("*.smk"):
         for _, name, body in RULE.findall(file.read_text()):
             assert re.search(r'^ *message:\n *"[A-Z]', body, re.MULTILINE), f"{file.name}: {name}"
-
-
-def test_a_target_ends_with_three_lines_about_this_mill():
-    lines = success_lines(["fingerprint"], "fingerprint", VALUES | {"mill": "mine", "results": "here"})
-    assert [line.split(":")[0] for line in lines] == ["", "made", "look", "next"]
-    assert "mine" in lines[1]
-    assert lines[2].startswith("look:  here/mills/mine/fingerprint.svg: ")
-
-
-def test_a_run_without_a_target_is_that_of_the_chapters_or_of_a_fingerprint():
-    for words in ([], ["all"]):
-        assert success_lines(words, "all", VALUES)[1] == f"made:  {endings()['all'].made}"
-        assert "fingerprint of mill emax" in success_lines(words, "fingerprint", VALUES)[1]
-
-
-def test_files_are_named_and_names_of_another_workflow_are_left_out(tmp_path):
-    file = tmp_path / "a.tsv"
-    file.touch()
-    lines = success_lines([str(file), "mill_fingerprint"], "all", VALUES)
-    assert lines[1] == f"made:  {file}"
-    assert len(lines) == 4
-    assert success_lines(["mill_fingerprint"], "all", VALUES) == []
 
 
 def test_failed_jobs_are_listed_once_with_their_logs_and_the_last_error(tmp_path):
@@ -125,33 +76,6 @@ def test_failed_jobs_are_listed_once_with_their_logs_and_the_last_error(tmp_path
     assert "memory" in lines[-1]
 
 
-def test_a_full_disk_is_what_to_look_at(tmp_path):
-    log = tmp_path / "snakemake.log"
-    log.write_text(f"WorkflowError:\nOSError: [Errno 28] No space left on device\n{LOG.format(log='none')}")
-    assert failure_lines([log])[-1] == (
-        "try:    no space left: make room on the disk of the results, and the same command goes on where it stopped"
-    )
-
-
-def test_a_log_of_snakemake_that_is_gone_is_no_second_failure(tmp_path):
-    assert failure_lines([tmp_path / "none.log"])[1].startswith("failed: 0 jobs")
-
-
-@pytest.mark.parametrize(
-    ("signals", "word"), [({"SIGTERM"}, "stopped"), ({"SIGKILL", "SIGTERM"}, "memory"), (set(), "fix")]
-)
-def test_what_to_try_depends_on_how_jobs_ended(signals, word):
-    assert word in advice(signals)
-
-
-def test_a_run_that_has_ended_waits_for_no_timer():
-    timer = threading.Timer(60, lambda: None)
-    timer.start()
-    stop_timers()
-    timer.join(timeout=10)
-    assert not timer.is_alive()
-
-
 def test_what_to_do_next_is_a_command_that_exists():
     """Each `millprint COMMAND`, and each `millprint run TARGET`, which goes on with the mill of the run."""
     lines = [ending.lines(VALUES)[2] for ending in endings().values()]
@@ -160,11 +84,6 @@ def test_what_to_do_next_is_a_command_that_exists():
     runs = [(target, mill) for command, target, mill in words if command == "run"]
     assert all(target in endings() and (mill == "mine.yaml" or target == "all") for target, mill in runs), runs
     assert not any("snakemake" in line for line in lines)
-
-
-def test_the_mill_of_a_run_is_named_in_its_next_command():
-    assert given_run([Path("a mill.yaml")], {"mill": "x"}) == " 'a mill.yaml'"
-    assert given_run([], {"mill": "planetary"}) == " planetary" and given_run([], {}) == ""
 
 
 def record(event: LogEvent | None, msg: str = "", **given: object) -> logging.LogRecord:
@@ -208,15 +127,3 @@ def test_an_unknown_target_is_told_with_the_nearest_one(typed, begin, end):
     )
     assert OneLineAJob(list, lambda: False).filter(said)
     assert said.msg.startswith(f"error: {typed}: {begin}") and said.msg.endswith(end)
-
-
-def test_a_dry_run_has_one_line_for_each_rule():
-    quiet = OneLineAJob(list, lambda: True)
-    assert [quiet.filter(job_record(number, "Simulating")) for number in range(3)] == [True, False, False]
-
-
-def test_every_job_that_failed_in_a_group_is_named():
-    assert [(each.output, each.log) for each in failures_of(GROUP_LOG)] == [
-        ("results/dem/a/b/c/run.h5", "results/logs/dem/a/b/c.log"),
-        ("results/dem/a/b/d/run.h5", "results/logs/dem/a/b/d.log"),
-    ]

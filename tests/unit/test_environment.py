@@ -1,19 +1,14 @@
 """All packages are pinned, and every environment file follows from the lock file."""
 
 import ast
-import re
 import subprocess
 import sys
 import tomllib
-from collections import Counter
-from importlib import metadata
-from importlib.metadata import distributions
 from pathlib import Path
 
 import pytest
 from packaging.requirements import Requirement
-from packaging.specifiers import SpecifierSet
-from tools.write_locks import TORCH_INDEX, conda_text, locked_lines
+from tools.write_locks import conda_text, locked_lines
 
 from millprint.run.extras import EXTRAS
 
@@ -39,13 +34,6 @@ def test_every_package_has_one_version(python, platform):
     assert len(names) == len(set(names)) > 150 and all(map(version_of, locked()))
 
 
-def test_the_lock_is_the_same_for_every_version_of_python():
-    """So that each computes the same numbers; what only older versions of Python need is the exception."""
-    several = [name for name, count in Counter(each.name for each in locked()).items() if count > 1]
-    # Macs with an Intel processor have an older shap.
-    assert several == ["shap"]
-
-
 def required() -> list[str]:
     """The requirements in pyproject.toml: of the library, the workflow and the developers."""
     project = tomllib.loads((ENVIRONMENTS.parent / "pyproject.toml").read_text())["project"]
@@ -59,15 +47,6 @@ def test_every_required_package_is_locked_in_an_allowed_version():
     versions["xgboost"] = versions.pop("xgboost-cpu")
     for requirement in map(Requirement, required()):
         assert versions[requirement.name.lower()] in requirement.specifier, requirement
-
-
-@pytest.mark.slow
-def test_every_package_runs_on_the_python_of_debian_12():
-    """Where the installed version is that of the lock file, its own metadata says which versions of Python it takes."""
-    here = [each.name for each in locked() if any(d.version == version_of(each) for d in distributions(name=each.name))]
-    wanted = {name: metadata.metadata(name)["Requires-Python"] for name in here}
-    assert len(wanted) > 150
-    assert not {name: text for name, text in wanted.items() if text and "3.11.2" not in SpecifierSet(text)}
 
 
 # Packages whose module has another name; the module of the rest is their name.
@@ -96,18 +75,6 @@ def test_everything_that_is_imported_is_declared():
     }
     # They come with Snakemake, whose plugin of the log is imported by Snakemake only; types for mypy.
     assert undeclared <= {"snakemake_interface_logger_plugins", "_typeshed"}
-
-
-def test_the_environment_of_jobs_has_no_snakemake_and_no_developer_tools():
-    text = (ENVIRONMENTS / "millprint.yaml").read_text()
-    assert "numba==" in text and "torch==" in text
-    assert not re.search(r"- (snakemake|pytest|ruff|mypy|snakefmt)", text)
-
-
-def test_nothing_for_graphics_cards_is_locked_and_torch_comes_from_its_index_without_them():
-    assert not [each.name for each in locked() if each.name.startswith(("cuda", "nvidia", "triton"))]
-    assert TORCH_INDEX in (ENVIRONMENTS.parent / "Makefile").read_text()
-    assert f"- --extra-index-url {TORCH_INDEX}\n" in (ENVIRONMENTS / "millprint.yaml").read_text()
 
 
 def test_every_package_of_an_extra_is_named_where_it_is_missing():

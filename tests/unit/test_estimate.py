@@ -5,13 +5,14 @@ import math
 import numpy as np
 import pytest
 from pydantic import TypeAdapter
-from scipy.stats import norm
+from scipy.stats import norm, ttest_ind
 
 from millprint.estimate.estimates import (
     INTERVALS,
     Estimate,
     Interval,
     columns_of,
+    difference_of,
     mean_of,
     parts_of,
     ratio_of,
@@ -121,6 +122,13 @@ def test_independent_intervals_together_and_a_single_value():
     both = Estimate(10.0, "W", repeats=Interval(7.0, 13.0), contact=Interval(6.0, 10.0)).together()
     assert (both.lower, both.upper) == (5.0, 13.0)
     assert mean_of([1.0], "W") == Estimate(1.0, "W", of=1)
+
+
+def test_the_interval_of_a_difference_is_that_of_welchs_test():
+    one, other = np.array([1.0, 2.0, 3.0, 4.5, 2.5]), np.array([5.0, 9.0, 6.0, 20.0])
+    found, known = difference_of(one, other, "W"), ttest_ind(one, other, equal_var=False).confidence_interval(0.95)
+    assert (found.value, *found.ends("repeats")) == pytest.approx((2.6 - 10, known.low, known.high))
+    assert difference_of(one[:2] * 0 + 3, other[:2] * 0 + 1, "W").repeats == Interval(2.0, 2.0)
 
 
 INF = math.inf

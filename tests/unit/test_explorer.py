@@ -1,6 +1,5 @@
 """The explorer in a browser: the same numbers as the library, no requests, readable on a phone."""
 
-from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -9,7 +8,6 @@ import pytest
 
 from millprint.api import read_fingerprint
 from millprint.config.averaged_process import AveragingConfig
-from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import InverseConfig, SearchConfig
 from millprint.config.yields import PredictionConfig
 from millprint.estimate.estimates import columns_of
@@ -236,19 +234,6 @@ def test_intervals_are_shown_apart_and_the_charts_show_the_one_that_is_chosen(pa
     assert said["other"][2] == "contact parameters: not analysed for this contact set"
 
 
-@needs_browser
-def test_a_page_without_further_intervals_tells_both_bands_apart(run, page, tmp_path):
-    (mill,) = run["content"]["mills"]
-    plain = [{key: own[key] for key in ("about", "inputs", "processes", "digest")} for own in mill["fingerprints"]]
-    origins = {name: mill["origins"][name] for name in ("scatter", "mean")}
-    path = tmp_path / "plain.html"
-    path.write_text(explorer_page(run["content"] | {"mills": [mill | {"fingerprints": plain, "origins": origins}]}))
-    page.open(path)
-    said = """document.querySelector("#results div").querySelectorAll(".interval")"""
-    script = f"return [...{said}].map((e) => e.textContent);"
-    assert [line.split(":")[0] for line in page.run(script)] == ["a new simulation", "the mean"]
-
-
 @pytest.mark.slow
 @needs_browser
 @pytest.mark.parametrize("left_open", [(), ("specific_frequency_hz",)])
@@ -383,21 +368,6 @@ def test_nothing_is_fetched(page, browser, tmp_path):
         assert other.outside_requests() == ["http://example.org/a.png"]
 
 
-@needs_browser
-@pytest.mark.parametrize(("width", "height"), [(DESKTOP, 1500), (PHONE, 3600)])
-def test_the_page_can_be_read_at_desktop_and_phone_width(page, tmp_path, width, height):
-    page.resize(width, height)
-    page.run("await explorer.showSearch();")
-    picture = page.picture(tmp_path / f"explorer_{width}.png")
-    assert picture.size == (width, height)
-    # A page that failed to draw is one colour; this one has ink on paper all the way down.
-    shades = np.asarray(picture.convert("L")).reshape(6, -1)
-    assert (shades.std(axis=1) > 5).all()
-    measured = page.measure()
-    assert measured["width"] == width and measured["beyond"] <= 0
-    assert measured["smallest"] >= 10
-
-
 def test_text_of_the_run_cannot_end_the_script_or_become_markup(run):
     text = run["page"].read_text()
     assert "A mill &lt;of&gt; ours" in text and "<of>" not in text
@@ -412,11 +382,3 @@ def test_sliders_reach_past_what_was_simulated(run):
     assert found["speed_hz"] == pytest.approx([5 / 1.25, 2000 / 60 * 1.25])
     assert found["density_kg_m3"] == pytest.approx([3850, 15400])
     assert found["fill_ratio"][1] == 0.6
-
-
-def test_another_file_is_refused_in_one_line(run, tmp_path):
-    other = tmp_path / "other.json"
-    other.write_text("{}")
-    with pytest.raises(ConfigError, match="format"):
-        mill_content(Machine("mill", "A mill"), [other], run["request"])
-    assert Path(run["page"]).is_file()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from millprint.config.mixture import BallMixture
-from millprint.explorer.content import Machine, balls_searched, explorer_content, mill_content
+from millprint.explorer.content import Machine, explorer_content, mill_content
 from millprint.explorer.page import explorer_page
 from millprint.fingerprint.condition_search import rank_conditions, simulated_request
 from millprint.fingerprint.descriptors import tabulate_descriptors
@@ -122,17 +122,6 @@ def test_a_charge_is_chosen_by_its_name(mills, page):
 
 
 @needs_browser
-def test_charges_alone_leave_no_diameter_to_set(mills, page):
-    page.open(mills["alone"]["page"])
-    said = page.run("""return { slider: document.getElementById("ball_diameter_m"), state: explorer.state.charge,
-      options: [...document.getElementById("axis").options].map((e) => e.value).filter((name) => name in SETTINGS),
-      labels: [...document.querySelectorAll("#media label")].map((e) => e.textContent) };""")
-    assert said["slider"] is None and said["state"] == "three"
-    assert said["options"] == ["speed_hz", "fill_ratio", "density_kg_m3"]
-    assert said["labels"] == [f"three (d30 = {THREE.mean_diameter_mm:.3g} mm)"]
-
-
-@needs_browser
 def test_the_search_of_the_page_finds_the_charges_that_the_library_finds(mills, page):
     own = mills["both"]["fingerprint"]
     condition = own.condition(speed_hz=13.0, ball_diameter_m=own.charge_diameter_m("twice"), fill_ratio=0.12)
@@ -153,16 +142,3 @@ def test_the_search_of_the_page_finds_the_charges_that_the_library_finds(mills, 
       const row = document.querySelector("#found tbody tr"); row.querySelector("button").click();
       return { cells: [...row.querySelectorAll("td")].map((e) => e.textContent), charge: explorer.state.charge };""")
     assert used["cells"][0] == "twice" and used["charge"] == "twice"
-
-
-def test_a_page_names_the_balls_that_its_search_tries(mills):
-    assert balls_searched([5.0, 10.0]) == "balls of 5, 10\u00a0mm"
-    assert balls_searched(["three"]) == "the charge three"
-    assert balls_searched([5.0, "three", "twice"]) == "balls of 5\u00a0mm, the charges three, twice"
-    assert "the charges three, twice" in mills["both"]["page"].read_text()
-
-
-def test_a_slider_of_the_diameter_reaches_over_balls_of_one_size_alone(mills):
-    own = mills["both"]["fingerprint"]
-    content = mill_content(Machine("emax", "A mill"), [mills["both"]["file"]], simulated_request(own, "weighted"))
-    assert content["sliders"]["ball_diameter_m"] == pytest.approx([0.005 / 1.25, 0.01 * 1.25])

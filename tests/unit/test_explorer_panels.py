@@ -83,43 +83,6 @@ def test_spectra_and_their_shares_are_those_of_the_table(built, pages, width):
 
 @needs_browser
 @WIDTHS
-def test_the_panel_of_spectra_follows_the_sliders_until_conditions_are_chosen(pages, width):
-    said = pages[width].run(f"""
-      const named = (each) => [each.fill_ratio, Math.round(each.speed_hz * 60)];
-      const show = () => ({{ pair: explorer.spectra.pair().map(named),
-        key: [...document.querySelectorAll("#spectra-key li")].map((e) => e.textContent),
-        charts: document.querySelectorAll("#spectra-charts svg[role=img]").length,
-        lines: document.querySelectorAll("#spectra-charts path.line").length,
-        marks: document.querySelectorAll("#spectra-charts .mark").length,
-        rows: document.querySelectorAll("#spectra-table tbody tr").length }});
-      explorer.useMill(explorer.mills[0]); explorer.spectra.chosen = ["", ""];
-      Object.assign(explorer.state, {{ fill_ratio: 0.07, speed_hz: 11 }}); explorer.render(); {NEXT_FRAME}
-      const slow = show();
-      explorer.state.speed_hz = 19; explorer.state.fill_ratio = 0.2; explorer.render(); {NEXT_FRAME}
-      const fast = show();
-      const choice = document.getElementById("spectra-0");
-      const at = [...choice.options].find((option) => option.value.includes("f0.06-n600"));
-      choice.value = at.value; choice.dispatchEvent(new Event("change")); {NEXT_FRAME}
-      const chosen = show();
-      const titles = () => [...document.querySelectorAll("#spectra-charts .chart-title")].map((e) => e.textContent);
-      const bins = titles();
-      const shown = document.getElementById("spectra-shown"); shown.value = "above";
-      shown.dispatchEvent(new Event("change")); {NEXT_FRAME}
-      const above = titles(); shown.value = "bins"; shown.dispatchEvent(new Event("change"));
-      choice.value = ""; choice.dispatchEvent(new Event("change"));
-      return {{ slow, fast, chosen, bins, above }};""")
-    assert said["slow"]["pair"] == [[0.06, 600], [0.06, 1200]]
-    assert said["fast"]["pair"] == [[0.12, 1200], [0.12, 600]]
-    assert said["chosen"]["pair"] == [[0.06, 600], [0.12, 600]]
-    # Two conditions, each between balls and at the wall, in four charts, with the energies of half power.
-    for shown in (said["slow"], said["fast"], said["chosen"]):
-        assert (shown["charts"], shown["lines"], shown["marks"], shown["rows"]) == (4, 16, 8, 14)
-    assert said["chosen"]["key"][0] == "calibrated, 10 mm, fill 0.06, 600 rpm"
-    assert said["bins"] != said["above"] and "above" in said["above"][0]
-
-
-@needs_browser
-@WIDTHS
 def test_the_panel_of_temperatures_is_at_the_power_of_the_settings(built, pages, width):
     table = read_table(built["folder"] / "planetary_temperatures.tsv", text=["condition", "body"])
     limits = read_table(built["folder"] / "planetary_limits.tsv", text=["condition", "contact", "limit_body"])
@@ -229,18 +192,6 @@ def test_a_table_with_other_bins_is_refused_in_one_line(built, monkeypatch):
     monkeypatch.setattr(tables_of_page, "BIN_EDGES", np.geomspace(1e-12, 10.0, 92))
     with pytest.raises(ConfigError, match="its bins are not those of this version"):
         spectra_content(Spectra(tables, "lifetimes"))
-
-
-@needs_browser
-def test_times_are_said_as_people_say_them(pages):
-    said = pages[DESKTOP].run("""
-      return [timeWords([0.003, 0.18, null], "at once", "never"), timeWords([0, 0, null], "no pause needed",
-        "no pause is long enough"), timeWords([0, 0.5, 2.5], "no pause needed", "no pause is long enough"),
-        timeWords([null, null, null], "at once", "never"), along(null, 3, 0.5), along(1, 3, 0.5)];""")
-    assert said == [
-        *("11 min (11 s to never)", "no pause needed (no pause needed to no pause is long enough)"),
-        *("30 min (no pause needed to 2.50 h)", "never", 3, 2),
-    ]
 
 
 # Text of a chart beyond it, a value longer than its field, and what is beyond the page outside a part that scrolls.

@@ -5,6 +5,7 @@ import json
 import pytest
 
 from tests.browser import needs_browser
+from tests.refusals import refusals
 
 WAIT = "await new Promise((done) => setTimeout(done, 500));"
 READ = """
@@ -76,24 +77,7 @@ def test_a_file_reproduces_the_state(page, built):
 
 
 @needs_browser
-@pytest.mark.parametrize(
-    ("fragment", "words"),
-    [
-        ("v=1&mill=drum&speed_hz=3", "mill = drum: this page has emax and planetary"),
-        ("v=2&mill=emax", "version = 2: this page reads version 1"),
-        ("mill=emax", "version = none"),
-        ("v=1&mill=emax&contact=other", "contact = other is not known here"),
-        ("v=1&mill=emax&fill_ratio=full", "fill_ratio = full is not a number above 0"),
-        ("v=1&mill=emax&speed_hz=-3", "speed_hz = -3 is not a number above 0"),
-        ("v=1&mill=emax&speed_hz=Infinity", "speed_hz = Infinity is not a number above 0"),
-        ("v=1&mill=emax&fill_ratio=0.99", "fill_ratio = 0.99 is beyond the slider's end"),
-        ("v=1&mill=emax&spectra_first=emax/none", "spectra_first = emax/none is not known here"),
-        ("v=1&mill=emax&unit_energy=cal", "unit_energy = cal is not known here"),
-        ("v=1&mill=emax&axis=charge", "axis = charge is not known here"),
-        ("v=1&mill=emax&charge=graded", "charge = graded is not known here"),
-        ("v=1&mill=emax&heat=<b>hot</b>", "heat = <b>hot</b> is not known here"),
-    ],
-)
+@pytest.mark.parametrize(("fragment", "words"), refusals("what_cannot_be_taken_is_told_in_one_line"))
 def test_what_cannot_be_taken_is_told_in_one_line(page, built, fragment, words):
     said = opened(page, built, fragment)
     assert said["told"].startswith("Not taken from the address: ") and words in said["told"]

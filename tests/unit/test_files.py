@@ -5,6 +5,7 @@ import pytest
 
 from millprint.config.errors import ConfigError
 from millprint.run.files import read_table, whole_file, write_table
+from tests.refusals import refusals
 
 
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
@@ -23,15 +24,7 @@ def test_a_table_survives_a_round_trip(tmp_path):
     pd.testing.assert_frame_equal(read_table(tmp_path / "t.tsv", ["power_W"], ["case"]), frame)
 
 
-@pytest.mark.parametrize(
-    ("text", "parts"),
-    [
-        ("a\tb\n1\t2\n", ["column c", "a, b"]),
-        ("a\tc\n1\tx\n", ["column c", "row 1", "'x'"]),
-        ("a\tc\n1\tinf\n", ["column c", "row 1", "finite"]),
-        ("", ["not a tab-separated table"]),
-    ],
-)
+@pytest.mark.parametrize(("text", "parts"), refusals("files_a_bad_table_is_refused_in_one_line"))
 def test_a_bad_table_is_refused_in_one_line(tmp_path, text, parts):
     path = tmp_path / "t.tsv"
     path.write_text(text)

@@ -2,33 +2,26 @@
 
 import json
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-import add_uncertainty
 from millprint.config.errors import ConfigError
-from millprint.config.load import load_named
-from millprint.config.mill import MillConfig
 from millprint.estimate.estimates import columns_of
 from millprint.fingerprint.bands import (
     FURTHER,
     checked_factors,
     read_factors,
 )
-from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.predicted_values import banded
 from millprint.fingerprint.processes import Told
 from millprint.fingerprint.readers import find_ready_made, ready_made
-from millprint.fingerprint.zones import find_zones
 from millprint.observables.definitions import COUNTED, CURVES
-from millprint.run.files import read_table, write_json, write_table
-from tests.conftest import ROOT
+from millprint.run.files import write_json
+from tests.refusals import refusals
 from tests.unit.factor_samples import FACTOR_FILLS, factors_of
-from tests.unit.made_spectra import made_spectra
-from tests.unit.synthetic_mill import descriptors, fingerprint
+from tests.unit.synthetic_mill import fingerprint
 
 AT = {"speed_hz": 10.0, "ball_diameter_m": 0.01}
 BANDS = ("normal_energy_J", "tangential_energy_J", "specific_frequency_hz", "wall_power_W", "tangential_share")
@@ -130,12 +123,6 @@ def _changed(**changes) -> dict:
     return factors_of() | changes
 
 
-def _short() -> dict:
-    content = factors_of()
-    content["factors"]["Pt"]["upper"] = [1.1]
-    return content
-
-
 def test_factors_by_another_counting_rule_tell_of_what_needs_none(about, tmp_path):
     path = tmp_path / "contact.json"
     path.write_text(json.dumps(_changed(counting_rule="lifetimes")))
@@ -147,18 +134,7 @@ def test_factors_by_another_counting_rule_tell_of_what_needs_none(about, tmp_pat
     )
 
 
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        (_changed(mill="spex"), "mill = 'spex': the fingerprint is of 'emax'"),
-        (_changed(contact="steel"), "contact = 'steel': the fingerprint is of 'calibrated'"),
-        (_changed(format="millprint fingerprint 2"), "format = 'millprint fingerprint 2': must be"),
-        (_changed(fill_ratios=[0.3, 0.12, 0.06]), "must rise"),
-        (_changed(factors={}), "factors.Pn: this key is missing"),
-        (_short(), "factors.Pt.upper: must have a number for each of fill_ratios"),
-        ([], "has no keys and values"),
-    ],
-)
+@pytest.mark.parametrize(("content", "message"), refusals("factors_of_something_else_are_refused_in_one_line"))
 def test_factors_of_something_else_are_refused_in_one_line(about, tmp_path, content, message):
     path = tmp_path / "contact.json"
     path.write_text(json.dumps(content))
@@ -173,16 +149,6 @@ def test_a_missing_or_broken_file_is_refused_in_one_line(about, tmp_path):
     (tmp_path / "contact.json").write_text("{")
     with pytest.raises(ConfigError, match="not valid JSON"):
         read_factors(str(tmp_path / "contact.json"), "contact", about)
-
-
-def test_a_fingerprint_with_factors_of_another_mill_is_refused(own, tmp_path):
-    path = tmp_path / "fingerprint.json"
-    own.write(path)
-    content = json.loads(path.read_text())
-    content["contact"]["mill"] = "spex"
-    write_json(content, path)
-    with pytest.raises(ConfigError, match=r"fingerprint.json: contact: mill = 'spex': the fingerprint is of 'emax'"):
-        Fingerprint.read(path)
 
 
 def test_an_interval_stays_where_it_was_sampled_and_not_where_the_curve_lies(plain, tmp_path):
@@ -205,36 +171,6 @@ def test_an_interval_stays_where_it_was_sampled_and_not_where_the_curve_lies(pla
 def _written(own: Fingerprint, folder: Path) -> Path:
     own.write(folder / "plain.json")
     return folder / "plain.json"
-
-
-@pytest.mark.slow
-def test_the_scripts_add_every_interval_and_tabulate_them(plain, tmp_path):
-    """From the files of a mill's own sweep: the fingerprint with its intervals, the sheet and the curves."""
-    files = {name: tmp_path / f"{name}.json" for name in ("plain", "contact", "fingerprint")}
-    plain.write(files["plain"])
-    write_json(factors_of(), files["contact"])
-    found = Fingerprint.read(files["plain"]).with_factors({"contact": str(files["contact"])})
-    found.write(files["fingerprint"])
-    assert list(found.further) == list(Fingerprint.read(files["fingerprint"]).further) == ["contact"]
-    tables = {
-        "collapse": tabulate_mill_collapse(descriptors(), 0.95),
-        "zones": find_zones(plain),
-        "descriptors": descriptors(),
-        "spectra_summary": made_spectra(descriptors())[1],
-        # The first lies outside by the rounding of a table.
-        "curves": plain.curve(np.array([0.04, 0.10, 0.20])).assign(fill_ratio=[0.04 * (1 - 1e-8), 0.10, 0.20]),
-    }
-    for name, table in tables.items():
-        write_table(table, tmp_path / f"{name}.tsv")
-    given = SimpleNamespace(**{name: tmp_path / f"{name}.tsv" for name in tables})
-    output = SimpleNamespace(
-        fingerprint=files["fingerprint"], sheet=tmp_path / "sheet.tsv", curves=tmp_path / "further.tsv"
-    )
-    add_uncertainty.tabulate(given, output, load_named(ROOT / "config/mills", "emax", MillConfig, "mill"))
-    curves, sheet = read_table(output.curves), read_table(output.sheet)
-    assert curves["P_by_contact_lower"].notna().tolist() == [False, True, True]
-    assert (sheet["by_contact_lower"].notna() == (sheet["section"] == "descriptors")).all()
-    assert set(sheet["section"]) >= {"mill", "validity", "intervals"}
 
 
 def test_the_parts_of_a_power_respect_the_whole_however_little_is_known_of_their_ratio():

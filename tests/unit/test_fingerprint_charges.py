@@ -3,37 +3,30 @@
 import itertools
 from functools import cache
 
-import numpy as np
 import pytest
 
-from compare_mills import request_of
 from millprint.cases.large_mill import WAYS, enlarged, large_case
 from millprint.cli.commands import main as millprint
 from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError
-from millprint.config.fingerprint import LikeConfig, MatchConfig, SearchConfig, TargetConfig
-from millprint.config.load import check_model, load_named
+from millprint.config.fingerprint import MatchConfig, SearchConfig, TargetConfig
+from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
-from millprint.config.mill_sweep import MatchMillsConfig, MillsConfig, ScaleUpConfig
+from millprint.config.mill_sweep import MillsConfig, ScaleUpConfig
 from millprint.config.mixture import BallMixture, mixture_of
 from millprint.config.sweep import ball_count
-from millprint.dose.spectra_shown import of_sheet, sheet_rows, with_rows
-from millprint.figures import mill_sheet_figure as figures
-from millprint.fingerprint.condition_search import match_targets, ranges_of, target_of
+from millprint.fingerprint.condition_search import match_targets, target_of
 from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.descriptors import read_descriptors, tabulate_descriptors
-from millprint.fingerprint.mill_collapse import UNKNOWN, tabulate_mill_collapse
-from millprint.fingerprint.mill_sheet import tabulate_sheet
+from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import charges_of
 from millprint.fingerprint.scale_up import tabulate_scale_up
-from millprint.fingerprint.zones import find_zones
 from millprint.observables.definitions import DESCRIPTOR_SETS, TARGET_DESCRIPTORS
 from millprint.run.files import write_table
 from millprint.thesis.curves.scaling import fit_exponents, tabulate_counting_rules
-from millprint.view.mill_picture import picture_mill
 from tests.conftest import ROOT
-from tests.unit.made_spectra import made_spectra
+from tests.refusals import refusals
 from tests.unit.synthetic_mill import FILLS, VOLUME, summaries, summary
 
 pytestmark = pytest.mark.usefixtures("close_figures")
@@ -80,11 +73,6 @@ def test_a_table_names_the_charge(tmp_path):
     assert read_descriptors(tmp_path / "descriptors.tsv")["charge"].tolist() == table["charge"].tolist()
 
 
-def test_a_charge_is_apart_from_balls_of_one_size_as_large_as_its_mean_ball():
-    runs = [summary(diameter_mm=THREE.mean_diameter_mm), summary(mixture=THREE)]
-    assert sorted(tabulate_descriptors(runs, "gap_0_03")["charge"]) == ["", "three"]
-
-
 @pytest.mark.slow
 def test_a_prediction_for_other_balls_says_so(both):
     alone = charge_alone()
@@ -94,31 +82,6 @@ def test_a_prediction_for_other_balls_says_so(both):
     assert outside(both, MEAN_M, "three") == () and outside(both, 0.007) == ()
     assert outside(both, 0.007, "three") == ("ball_diameter_m",)
     assert outside(both, MEAN_M, "four") == ("charge",)
-
-
-@pytest.mark.slow
-def test_a_larger_charge_does_not_widen_the_range_of_balls_of_one_size():
-    large = THREE.model_copy(update={"sizes_mm": (24.0, 20.0, 12.0), "name": "large"})
-    runs = summaries(error=0.002) + [summary(fill, mixture=large, error=0.002) for fill in FILLS]
-    assert outside(fitted(runs), 0.012) == ("ball_diameter_m",)
-
-
-@pytest.mark.slow
-def test_a_file_holds_the_charge(both, tmp_path):
-    both.write(tmp_path / "fingerprint.json")
-    again = Fingerprint.read(tmp_path / "fingerprint.json")
-    assert again.charges["three"].counts(40) == THREE.counts(40) == [10, 10, 20]
-    assert again.charge_diameter_m("three") == pytest.approx(MEAN_M)
-    with pytest.raises(ConfigError, match="charge = four: the fingerprint of emax has three"):
-        again.charge_diameter_m("four")
-    assert "charges" not in one_size().about
-
-
-@pytest.mark.slow
-def test_walls_are_named_where_they_differ():
-    runs = [{**run, "wall_static_friction": 0.5} for run in summaries()]
-    about = fitted(runs).about
-    assert about["wall_static_friction"] == 0.5 and "wall_restitution" not in about
 
 
 @pytest.mark.slow
@@ -135,31 +98,6 @@ def test_a_charge_is_no_other_size_of_balls():
         collapse = tabulate_mill_collapse(tabulate_descriptors(chosen, "gap_0_03"), 0.95).iloc[0]
         found[name] = [own["exponent"], collapse["d"], collapse["omega"]]
     assert found["both"] == pytest.approx(found["alone"], rel=1e-9)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("speeds", [(600.0,), (600.0, 1200.0)])
-def test_a_mill_with_a_charge_alone_has_a_sheet(speeds):
-    runs = [{**run, "wall_static_friction": 0.5} for run in charged(speeds, FILLS[2:5])]
-    table, mill = tabulate_descriptors(runs, "gap_0_03"), load_named(ROOT / "config/mills", "spex", MillConfig, "mill")
-    fingerprint, collapse = fitted(runs), tabulate_mill_collapse(table, 0.95)
-    assert (collapse["reason"] == UNKNOWN.reason).all() == (len(speeds) == 1)
-    assert collapse["d"].isna().all()
-    sheet = tabulate_sheet(mill, fingerprint, collapse, find_zones(fingerprint), table)
-    said = sheet[sheet["section"].isin(["mill", "condition"])].set_index("quantity")["text"]
-    balls = int(sheet.set_index("quantity")["value"]["balls"])
-    assert said["charge"] == THREE.in_words(balls)
-    assert said["ball diameter"] == f"three (d30 = {THREE.mean_diameter_mm:.3g} mm), the ball of mean volume"
-    assert said["at the wall"] == "static friction 0.5"
-    curves = fingerprint.curve(np.geomspace(*fingerprint.fill_range, 20))
-    spectra, read_off = made_spectra(table)
-    sheet = with_rows(sheet, sheet_rows(read_off, fingerprint))
-    assert sheet.set_index("quantity").at["simulated fill ratio", "text"] == "three"
-    own = (of_sheet(spectra, sheet), of_sheet(read_off, sheet))
-    page = figures.plot_sheet(picture_mill(mill), sheet, table, curves, *own)
-    labels = {line.get_label() for axis in page.axes for line in axis.lines}
-    assert f"three (d30 = {THREE.mean_diameter_mm:.3g} mm), 10 Hz" in labels
-    assert THREE.in_words(balls) in " ".join(text.get_text() for axis in page.axes for text in axis.texts)
 
 
 TWICE = BallMixture(name="twice", sizes_mm=(14, 8), numbers=(1, 3))
@@ -291,13 +229,6 @@ def test_the_command_line_takes_charges_by_name(unlike, tmp_path, capsys):
     assert line == "error: charge = four: the fingerprint of emax has three, twice"
 
 
-def test_a_match_of_mills_searches_the_simulated_charges(unlike):
-    settings = {"mill": "emax", "like_mill": "spex", "like_speed_rpm": 800, "like_fill_ratio": 0.1}
-    request = request_of(MatchMillsConfig(**settings, like_ball_diameter_mm="graded"), "other.json", "weighted")
-    assert ranges_of(request, unlike)["ball_diameters_mm"] == [5.0, 6, 7, 8, 9, 10.0, "three", "twice"]
-    assert request.targets[0].like.ball_diameter_mm == "graded"
-
-
 def test_a_charge_grows_as_a_whole(unlike):
     """By similarity every size grows alike, and so every scaled number stays."""
     plan = ScaleUpConfig(
@@ -323,13 +254,7 @@ def test_the_large_run_has_the_charge_of_the_small_mill():
     assert case.name.startswith("bond_f0.10_")
 
 
-@pytest.mark.parametrize(
-    ("key", "section", "words"),
-    [
-        ("match.like_ball_diameter_mm", {"like_ball_diameter_mm": "graded"}, "must be one of bond"),
-        ("match.ball_diameters_mm", {"ball_diameters_mm": [8, "bond"]}, "only balls of one size; give a number"),
-    ],
-)
+@pytest.mark.parametrize(("key", "section", "words"), refusals("a_charge_that_no_sweep_has_is_refused_before_a_run"))
 def test_a_charge_that_no_sweep_has_is_refused_before_a_run(key, section, words):
     match = {"mill": "spex", "like_mill": "bond_mill", "like_speed_rpm": 70, "like_ball_diameter_mm": "bond"}
     match |= {"like_fill_ratio": 0.2} | section
@@ -338,18 +263,3 @@ def test_a_charge_that_no_sweep_has_is_refused_before_a_run(key, section, words)
         load_workflow(content, [])
     (line,) = str(refused.value).splitlines()
     assert line.startswith(f"configuration: mills.{key} = ") and words in line
-
-
-@pytest.mark.parametrize("value", [0, -3, "a b", "Graded", [10], float("inf"), "nan"])
-def test_balls_that_cannot_be_are_refused_in_one_line(value):
-    with pytest.raises(ConfigError) as refused:
-        check_model(
-            {"fingerprint": "a.json", "speed_rpm": 1, "ball_diameter_mm": value, "fill_ratio": 0.1}, LikeConfig, "x"
-        )
-    (line,) = str(refused.value).splitlines()
-    assert line.startswith("x: ball_diameter_mm")
-
-
-def test_a_diameter_written_as_text_is_a_number():
-    like = LikeConfig(fingerprint="a.json", speed_rpm=1, ball_diameter_mm="10", fill_ratio=0.1)
-    assert like.ball_diameter_mm == 10.0

@@ -50,63 +50,6 @@ def test_amplitude_and_density_are_described_only_for_the_mill_of_the_run():
     assert not set(mapped_cases(config, cases, "steel").values()) & {case.path for case in changed}
 
 
-def set_rule(content):
-    content["fingerprint"]["counting_rule"] = "gap_0_05"
-
-
-def set_threshold(content):
-    content["fingerprint"]["counting_rule"] = "gap_0_03_over_1N"
-
-
-def set_further_rule(content):
-    content["convergence"]["counting_rules"] = ["lifetime"]
-
-
-def set_contact(content):
-    content["contacts"] = ["steel"]
-
-
-def set_design_fill(content):
-    content["partition"]["fill_ratios"] = [0.10, 0.02]
-
-
-def set_other_mill(content):
-    like = {"fingerprint": "config/config.yaml", "speed_rpm": 600, "ball_diameter_mm": 10, "fill_ratio": 0.1}
-    content["fingerprint"]["inverse"]["targets"] = [{"name": "other", "like": like}]
-
-
-def set_map_speed(content):
-    content["fingerprint"]["maps"]["speed_rpm"] = 777
-
-
-def few_fills(content):
-    for sweep in content["sweeps"]:
-        sweep["fill_ratios"] = [0.08, 0.10]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (set_rule, "fingerprint.counting_rule = gap_0_05: must be one of dem.counting_rules (lifetimes, gap_0_01,"),
-        (set_threshold, "fingerprint.counting_rule = gap_0_03_over_1N: has a threshold"),
-        (set_further_rule, "convergence.counting_rules = lifetime: must be one of dem.counting_rules"),
-        (set_contact, "partition.contact = calibrated: must be one of contacts (steel)"),
-        (
-            set_design_fill,
-            "partition.fill_ratios = 0.02: must lie within the simulated fill ratios of calibrated, 0.04",
-        ),
-        (set_other_mill, "fingerprint.inverse.targets.other.like: config/config.yaml: not a fingerprint"),
-        (set_map_speed, "fingerprint.maps: no case of calibrated"),
-        (few_fills, "contact set calibrated has 2 fill ratio(s)"),
-    ],
-)
-def test_a_fault_is_one_line_with_file_key_and_value(change, message):
-    found = faults(change)
-    assert any(message in line for line in found)
-    assert all(line.startswith(("config.yaml: ", "config/data/")) and "\n" not in line for line in found)
-
-
 def test_a_case_outside_the_curves_names_its_row(tmp_path, monkeypatch):
     shutil.copytree(ROOT / "config", tmp_path / "config")
     monkeypatch.chdir(tmp_path)

@@ -28,6 +28,7 @@ from millprint.observables.definitions import descriptors_of, scaled_quantities
 from millprint.run.files import read_table
 from millprint.thesis.curves.scaling import invert_speed, nearest_speed
 from tests.conftest import PRINTED
+from tests.refusals import refusals
 from tests.unit.factor_samples import factors_of
 from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, VOLUME, fingerprint, summaries
 
@@ -201,14 +202,7 @@ def test_another_counting_rule_cannot_be_compared(curves, file, tmp_path):
     assert "normal_energy_J" not in best and "weighted_normal_energy_J" in best
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"targets": [{"name": "none"}]}, "either one at least of weighted_normal_energy_J"),
-        ({"targets": [{"name": "a", "normal_energy_J": 1e-4}], "weights": {"normal_energy_J": 0}}, "must be over 0"),
-        ({"targets": [{"name": "a", "specific_frequency_hz": 400}], "speeds_rpm": [900, 300]}, "must not exceed"),
-    ],
-)
+@pytest.mark.parametrize(("change", "message"), refusals("a_faulty_request_is_refused_in_one_line"))
 def test_a_faulty_request_is_refused_in_one_line(change, message):
     with pytest.raises(ConfigError, match=message):
         check_model(REQUEST | change, MatchConfig, "request.yaml")
@@ -249,12 +243,6 @@ def test_a_ranking_has_the_intervals_by_contact_parameters_of_those_that_have_th
 
 
 @pytest.mark.slow
-def test_a_fill_ratio_that_was_not_analysed_has_no_interval_in_a_ranking(curves, analysed):
-    table = rank_conditions(TARGET, [Fingerprint.read(analysed)], allowed((300, 1200), (0.04, 0.05), (10,)))
-    assert len(table) and table.filter(like="_by_contact_").isna().all(axis=None)
-
-
-@pytest.mark.slow
 def test_the_command_line_shows_intervals_by_contact_parameters_where_both_have_them(analysed, file, capsys):
     options = ["--speeds", "300", "1200", "--balls", "10", "--ranked", "2"]
     shorts = {"weighted": ("E*n", "E*t", "f*n", "f*t"), "per_collision": ("En", "Et", "f")}
@@ -285,16 +273,6 @@ def test_a_match_with_another_mill_has_the_intervals_of_the_ratio(curves, file, 
     )
     # One that was not analysed leaves the ratio's interval by contact parameters open.
     assert not list(match_targets(request, [curves]).filter(like="ratio_by"))
-
-
-@pytest.mark.slow
-def test_intervals_of_two_probabilities_make_no_ratio(curves, file):
-    like = {"fingerprint": file, "speed_rpm": 700, "ball_diameter_mm": 10, "fill_ratio": 0.12}
-    request = MatchConfig(**REQUEST, targets=[{"name": "other", "like": like}])
-    less = Fingerprint(curves.about | {"probability": 0.9}, curves.processes)
-    assert match_targets(request, [curves]).filter(like="_ratio_lower").notna().all(axis=None)
-    assert match_targets(request, [less]).filter(like="_ratio_lower").isna().all(axis=None)
-    assert set(match_targets(request, [less])["verdict"]) == {"open"}
 
 
 def band(value: float, factor: float) -> Estimate:

@@ -2,7 +2,6 @@
 
 import json
 import pickle
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -18,6 +17,7 @@ from millprint.fingerprint.processes import varied_components
 from millprint.fingerprint.zones import find_zones
 from millprint.observables.condition import Condition
 from millprint.observables.definitions import CURVES, DESCRIPTOR_SETS, POWER_PARTS
+from tests.refusals import refusals
 from tests.unit.synthetic_mill import (
     AMPLITUDE,
     DENSITY,
@@ -200,15 +200,7 @@ def test_the_file_gives_the_same_object_back_and_is_no_pickle(own, tmp_path):
             assert other == one
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (None, "no such fingerprint"),
-        ("not json", "not a fingerprint"),
-        ('{"about": {}}', "format = None: must be"),
-        ('{"format": "millprint fingerprint 2", "inputs": {}}', "not a whole fingerprint: key about is missing"),
-    ],
-)
+@pytest.mark.parametrize(("text", "message"), refusals("another_file_is_refused_in_one_line"))
 def test_another_file_is_refused_in_one_line(tmp_path, text, message):
     path = tmp_path / "other.json"
     if text is not None:
@@ -253,13 +245,6 @@ def test_zones_of_a_known_mill_lie_in_their_intervals(noisy):
     assert (zones["smallest"] <= zones["largest"]).all()
 
 
-def test_the_library_of_fingerprints_is_free_of_pickle():
-    folder = Path(__file__).parents[2] / "src/millprint/fingerprint"
-    assert not [
-        path.name for path in folder.glob("*.py") if "pickle" in path.read_text() or "joblib" in path.read_text()
-    ]
-
-
 def test_the_tangential_share_follows_from_the_powers(own):
     found = own.predict(own.condition(**AT))
     both = found.normal_power_W.value + found.tangential_power_W.value
@@ -268,20 +253,6 @@ def test_the_tangential_share_follows_from_the_powers(own):
     for end in ("lower", "upper"):
         ratio = band[f"ratio_{end}"]
         assert getattr(found.tangential_share, end) == pytest.approx(ratio / (1 + ratio), rel=1e-12)
-
-
-def test_a_table_of_conditions_is_predicted_row_by_row(own):
-    table = pd.DataFrame({"run": ["a", "b"], "speed_rpm": [600.0, 480.0], "ball_diameter_m": 0.01, "fill_ratio": 0.2})
-    found = own.predict_table(table)
-    assert list(found["run"]) == ["a", "b"] and len(found) == 2
-    one = own.predict(own.condition(speed_hz=8.0, ball_diameter_m=0.01, fill_ratio=0.2))
-    row = found.iloc[1]
-    assert (row["wall_power_W"], row["wall_power_W_lower"]) == pytest.approx(
-        (one.wall_power_W.value, one.wall_power_W.lower)
-    )
-    assert row["balls"] == one.balls
-    with pytest.raises(ConfigError, match="column fill_ratio is missing"):
-        own.predict_table(table.drop(columns="fill_ratio"))
 
 
 def test_a_sweep_of_random_conditions_is_predicted_as_each_alone(own):
@@ -300,16 +271,7 @@ def test_a_sweep_of_random_conditions_is_predicted_as_each_alone(own):
             assert ends == pytest.approx([band.value, band.lower, band.upper], rel=1e-9, nan_ok=True)
 
 
-@pytest.mark.parametrize(
-    ("changes", "part"),
-    [
-        ({"fill_ratio": 1.2}, "row 1: fill_ratio = 1.2: must be a number over 0 and under 1"),
-        ({"speed_rpm": "fast"}, "speed_rpm = fast"),
-        ({"speed_hz": 3}, "speed_rpm and speed_hz say the same"),
-        ({"number": 3}, "fill_ratio and number say the same"),
-        ({"ball_diameter_mm": 0}, "ball_diameter_mm = 0"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "part"), refusals("a_condition_that_cannot_be_is_one_line"))
 def test_a_condition_that_cannot_be_is_one_line(own, changes, part):
     row = {"speed_rpm": 600, "ball_diameter_mm": 10, "fill_ratio": 0.2, **changes}
     for given in (row, pd.DataFrame([row])):

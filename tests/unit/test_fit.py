@@ -8,15 +8,13 @@ import pytest
 
 from millprint.config.errors import ConfigError
 from millprint.config.fit import JarSearch
-from millprint.config.load import check_model, load_named
+from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
-from millprint.config.workflow import WorkflowConfig
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.run.files import write_table
-from millprint.thesis.chapter_checks import fit_faults
 from millprint.thesis.curves.cycles import tabulate_cycles
 from millprint.thesis.curves.regimes import read_published
-from millprint.thesis.fit import fitted_mill, numbers_of
+from millprint.thesis.fit import numbers_of
 from millprint.thesis.fit.equal_jars import equally_good, read_equal_jars, whole_cases
 from millprint.thesis.fit.jar_search import (
     JAR_PARAMETERS,
@@ -29,7 +27,6 @@ from millprint.thesis.fit.jar_search import (
     volume_ml,
 )
 from millprint.thesis.fit.published import computed_values, misfit, published_values, with_roles
-from tests.conftest import configuration
 from tests.unit.synthetic_mill import summary, true_curves
 
 ROOT = Path(__file__).parents[2]
@@ -188,14 +185,3 @@ def test_a_jar_of_the_set_is_simulated_where_chapter_3_has_claims():
         case.window_s * case.speed_hz == pytest.approx({10: 30, 5: 12}[round(1e3 * case.ball_diameter_m)])
         for case in cases
     )
-
-
-def test_a_mill_of_another_name_or_shape_has_nothing_to_fit():
-    content = configuration()
-    config = check_model(content, WorkflowConfig, "config.yaml")
-    assert fitted_mill(config, {"emax": EMAX}) is EMAX
-    assert fit_faults(config, {"emax": EMAX}, "config.yaml") == []
-    cylinder = {"kind": "cylinder", "radius_mm": 30, "height_mm": 44}
-    other = check_model(EMAX.model_dump() | {"geometry": cylinder}, MillConfig, "emax.yaml")
-    assert fitted_mill(config, {"emax": other}) is None
-    assert fitted_mill(config.model_copy(update={"mill": "drum"}), {"drum": other}) is None

@@ -9,6 +9,6 @@ from tests.fuzz_commands import fuzz
 def test_no_command_line_and_no_damaged_file_ends_in_a_traceback(tmp_path):
     folder = tmp_path / "here"
     folder.mkdir()
-    statuses, faults = fuzz(60, 11, folder)
+    statuses, faults = fuzz(30, 11, folder)
     assert not faults, faults[0]
     assert len(statuses) > 1

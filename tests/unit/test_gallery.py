@@ -1,27 +1,18 @@
 """The gallery: every figure with its caption, its tables and its origin; and the points of figures without a table."""
 
-import re
 from pathlib import Path
 
 import numpy as np
 import pytest
-from jinja2 import UndefinedError
 from matplotlib import pyplot as plt
 from matplotlib.collections import EllipseCollection, LineCollection
-from PIL import Image
 
-from millprint.config.calibration import SwingConfig
 from millprint.config.errors import ConfigError
-from millprint.config.fingerprint import ConvergenceConfig, StudyConfig
-from millprint.config.load import check_model
-from millprint.config.strict_yaml import read_yaml
-from millprint.config.workflow import WorkflowConfig
 from millprint.figures.style import DRAWN_COLUMNS, save
 from millprint.provenance.lineage import Job
 from millprint.run.files import read_table
-from millprint.run.outputs import captioned, listed_outputs
-from millprint.thesis.report.gallery import Listed, first_sentence, gallery_page, render_caption, show, thumbnail
-from tests.conftest import ROOT
+from millprint.run.outputs import captioned
+from millprint.thesis.report.gallery import Listed, first_sentence, gallery_page, render_caption, show
 
 CONFIG = {"name": "made", "results": "results"}
 
@@ -68,16 +59,6 @@ def test_a_figure_is_shown_with_data_and_origin(tmp_path):
     assert '<a href="../doe/residuals.tsv">' in page and "plot_doe" in page and "<b>." not in page
 
 
-def test_a_thumbnail_is_small_on_white_and_of_an_animation_the_first_frame(tmp_path):
-    frames = [Image.new("RGBA", (1600, 400), colour) for colour in ("#ff000000", "#0000ffff")]
-    frames[0].save(tmp_path / "a.png", save_all=True, append_images=frames[1:])
-    data, width, height = thumbnail(tmp_path / "a.png")
-    assert (width, height) == (640, 160) and data.startswith("data:image/webp;base64,") and len(data) < 2000
-    (tmp_path / "b.png").write_bytes(b"no picture")
-    with pytest.raises(ConfigError, match="not a picture"):
-        thumbnail(tmp_path / "b.png")
-
-
 def test_the_points_of_lines_marks_outlines_maps_and_images_are_tabulated(tmp_path):
     figure, (left, right) = plt.subplots(1, 2)
     left.plot([0, 1, 2], [5, 6, 7], label="line")
@@ -104,30 +85,3 @@ def test_the_points_of_lines_marks_outlines_maps_and_images_are_tabulated(tmp_pa
     assert points("AxesImage") == [(0.5, 10.5, 1), (1.5, 10.5, 2), (0.5, 11.5, 3), (1.5, 11.5, 4)]
     assert points("QuadMesh") == [(0.5, 0.5, 7), (1.5, 0.5, 8)]
     assert set(table.loc[table["kind"] == "Line2D", "label"]) == {"line"}
-
-
-@pytest.mark.parametrize("name", sorted({each.caption for each in listed_outputs() if each.caption}))
-def test_each_caption_finds_its_words_in_the_configuration(name):
-    """An unknown word is an error; the wildcards are those in the paths of the figures with this caption."""
-    config = check_model(read_yaml(ROOT / "config/config.yaml"), WorkflowConfig, "config/config.yaml")
-    paths = [each.path for each in listed_outputs() if each.caption == name]
-    words = {word: "word" for path in paths for word in re.findall(r"{(\w+)}", path)}
-    text = (ROOT / f"workflow/report/{name}.rst").read_text()
-    assert render_caption(text, config.model_dump(mode="json"), words)
-
-
-@pytest.mark.parametrize(
-    ("caption", "shown"),
-    [
-        ("timestep", f"{ConvergenceConfig.tolerance_percent:g} %"),
-        ("study", f"{StudyConfig.tolerance_percent:g} %"),
-        ("friction_fit", f"{SwingConfig.noise_mm:g} mm"),
-    ],
-)
-def test_a_caption_states_the_value_that_is_fixed(caption, shown):
-    assert f" of {shown}" in (ROOT / f"workflow/report/{caption}.rst").read_text()
-
-
-def test_a_word_that_the_configuration_does_not_have_is_an_error():
-    with pytest.raises(UndefinedError, match="gone"):
-        render_caption('Steps of {{ snakemake.config["gone"] }} s.', CONFIG, {})

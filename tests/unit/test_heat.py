@@ -2,14 +2,12 @@
 
 import json
 from pathlib import Path
-from types import SimpleNamespace
 
 import h5py
 import numpy as np
 import pandas as pd
 import pytest
 
-from balance_heat import main
 from millprint.config.dose import FlashSection, HeatConfig
 from millprint.config.errors import ConfigError
 from millprint.dose import flash
@@ -152,21 +150,6 @@ def test_more_cooling_and_more_pauses_make_it_colder():
     assert rested["balls_peak_degC_median"] < hot["balls_peak_degC_median"]
     for row in (hot, cold, rested):
         assert 0 <= row["balance_error"] < 1e-8
-
-
-@pytest.mark.slow
-def test_the_job_writes_every_table_and_the_figure(tmp_path):
-    names = ("sources", "parameters", "temperatures", "limits", "flash")
-    output = SimpleNamespace(**{name: tmp_path / f"{name}.tsv" for name in names})
-    output.svg, output.png = tmp_path / "t.svg", tmp_path / "t.png"
-    main([write_run(tmp_path / "dem")], output, mill="spex", title="a box", settings=SETTINGS)
-    tables = {name: pd.read_csv(getattr(output, name), sep="\t") for name in names}
-    # At the start everything has the temperature of the room.
-    begin = tables["temperatures"].query("time_h == 0")
-    assert begin["lower_degC"].nunique() == begin["upper_degC"].nunique() == len(tables["limits"]) == 1
-    assert tables["sources"]["total_W"][0] == pytest.approx(7.0)
-    # Of four contacts, one began before the window.
-    assert tables["flash"].groupby("place")["impacts"].first().to_dict() == {"ball_ball": 2, "ball_wall": 1}
 
 
 def impacts_of(slip: float, duration: float, energy: float = 1e-3) -> flash.Impacts:

@@ -1,7 +1,5 @@
 """A verdict follows from the interval of a claim."""
 
-from dataclasses import replace
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -19,11 +17,11 @@ from millprint.thesis.claims.claim_intervals import (
     tabulate_jars,
     without_sizes,
 )
-from millprint.thesis.claims.evidence import Contradiction, Evidence, Finding, Repeats
+from millprint.thesis.claims.evidence import Contradiction, Finding, Repeats
 from millprint.thesis.claims.tabulate import collect_findings, tabulate_claims
 from millprint.thesis.claims.tolerances import judge_repeats, judge_value
 from millprint.thesis.curves.collapse import dispersions, draw_blocks, draw_tables, redraw, redrawn_tables, tables_of
-from millprint.thesis.surrogate.measure_tables import failed_tests, tabulate_trainings, with_spread
+from millprint.thesis.surrogate.measure_tables import failed_tests
 from tests.conftest import ROOT
 from tests.unit import synthetic_mill
 
@@ -125,17 +123,6 @@ def test_no_interval_leaves_the_sizes_of_its_repeats(trainings):
         values = np.exp(20 * rng.standard_normal(trainings))
         low, high = spread_of(values)
         assert high <= 2.5 * values.max() and low >= -2 * values.max()
-
-
-def test_what_an_interval_decides_hardly_ever_flips_between_machines():
-    """Each machine draws its own trainings; with single values every second pair flips, for a mean at the tolerance."""
-    rng, flips, single, pairs = np.random.default_rng(2), 0, 0, 2000
-    for _ in range(pairs):
-        machines = 2.78 + 0.7 * rng.standard_normal((2, 5))
-        intervals = [Finding(one[0], repeats=Repeats(*spread_of(one), "trainings", 5)) for one in machines]
-        flips += {AGREES, DIFFERS} <= {judge_repeats("2.78", "<=2.78", one).word for one in intervals}
-        single += len({judge_value("2.78", "<=2.78", one) for one in intervals}) == 2
-    assert flips <= 0.004 * pairs and single > 0.4 * pairs
 
 
 def test_draws_of_words_are_certain_or_not():
@@ -282,39 +269,9 @@ def test_a_claim_is_computed_again_by_its_own_code_with_each_training(tmp_path, 
     assert table["interval_from"]["2.full_factorial"] == ""
 
 
-@pytest.mark.slow
-def test_a_correlation_of_a_roll_out_that_failed_widens_nothing(tmp_path):
-    def correlations(lowest: float) -> pd.DataFrame:
-        tests = (("motion1", 0.9985), ("motion2", lowest))
-        rows = [{"variant": "thesis", "test": test, "measure": "cumulative_pearson_r", "value": r} for test, r in tests]
-        rows += [{**row, "measure": "increments_5ms_r"} for row in rows]
-        rows += [{"variant": "thesis", "test": test, "measure": "stable", "value": 1.0} for test, _ in tests]
-        return pd.DataFrame(rows).assign(dem_reference=0.9998, length_s=15)
-
-    path = "surrogate/thesis/metrics.tsv"
-    write_table(correlations(0.9984), tmp_path / path)
-    drawn = [{path: correlations(r)} for r in (0.9984, 0.998, 0.9982, 0.9983, float("nan"))]
-    intervals = tabulate_intervals(tmp_path, CLAIMS_TSV, [Repeated(drawn, over_repeats)])
-    row = intervals.set_index("id").loc["6.pearson"]
-    assert (row["lower"], row["upper"], row["failed"]) == (0.998, 0.9984, 1)
-    table = tabulate_claims(CLAIMS_TSV, collect_findings(tmp_path, CLAIMS_TSV, intervals=intervals)).set_index("id")
-    assert table.loc["6.pearson", ["verdict", "interval_verdict"]].tolist() == [DIFFERS, DIFFERS]
-    assert "over 15 s of a motion that was not trained on" in table["explanation"]["6.pearson"]
-
-
 def test_an_interval_ends_where_the_quantity_does():
     assert Repeats(0.9, 1.2, "trainings", 5).within((-1, 1)) == Repeats(0.9, 1, "trainings", 5)
     assert Repeats("no", "yes", "trainings", 5).within((-1, 1)) == Repeats("no", "yes", "trainings", 5)
-
-
-def test_the_spread_stands_beside_the_first_training():
-    metrics = pd.concat([measures(error).assign(variant=name) for name, error in (("thesis", 2.5), ("again", 23.1))])
-    trainings = {"thesis": ["thesis", "again"]}
-    table = with_spread(metrics, trainings).set_index("measure")
-    assert table["value"]["dissipation_error_percent"] == 2.5 and set(table["variant"]) == {"thesis"}
-    assert table.loc["dissipation_error_percent", ["trainings", "lowest", "highest"]].tolist() == [2, 2.5, 23.1]
-    long = tabulate_trainings(metrics, trainings)
-    assert long["training"].tolist() == [1] * 7 + [2] * 7 and set(long["variant"]) == {"thesis"}
 
 
 @pytest.mark.slow
@@ -361,18 +318,6 @@ def test_every_jar_says_what_its_own_simulations_give(tmp_path):
     row = tabulate_claims(CLAIMS_TSV, findings).set_index("id").loc["3.curve.0.10.Pn"]
     assert float(row["jars_upper"]) == pytest.approx(2 * float(row["jars_lower"]), rel=1e-4)
     assert row["jars_meeting"].endswith(" of 3")
-
-
-def test_a_condition_is_asked_again_where_its_columns_have_changed(tmp_path):
-    rows = pd.DataFrame({"fill": [0.1, 0.2, 0.3], "power": [1.0, 2.0, 3.0]})
-    evidence = Evidence(tmp_path, tmp_path, pd.Series(dtype=str), tables={"a.tsv": rows})
-
-    def chosen(table: pd.DataFrame) -> list[float]:
-        own = replace(evidence, tables={"a.tsv": table})
-        return own.table("a.tsv", "fill >= 0.2 and power == power")["power"].tolist()
-
-    drawn = rows.assign(power=[4.0, np.nan, 6.0])
-    assert chosen(rows) == [2, 3] and chosen(drawn) == [6] and chosen(rows[::-1]) == [3, 2] and chosen(rows) == [2, 3]
 
 
 def test_a_training_that_ran_away_has_no_size():

@@ -49,56 +49,6 @@ def inner() -> set[tuple[str, str]]:
     }
 
 
-def may_call(file: Path, text: str) -> bool:
-    """Whether a file has, or names, a function that only kernels may call, and its module; no other file is parsed."""
-    own = module_of(file)
-    return any(name in text and (module == own or module.rpartition(".")[2] in text) for module, name in inner())
-
-
-def calls_from_python(tree: ast.Module, module: str, inner: set[tuple[str, str]]) -> list[str]:
-    """Calls of such functions outside of compiled ones, with their lines."""
-    known = {name: (module, name) for name in (name for place, name in inner if place == module)}
-    packages = {}
-    for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom):
-            for alias in node.names:
-                known[alias.asname or alias.name] = (node.module or "", alias.name)
-                packages[alias.asname or alias.name] = f"{node.module}.{alias.name}"
-    found = []
-
-    def visit(node: ast.AST) -> None:
-        for child in ast.iter_child_nodes(node):
-            if decorator(child):
-                continue
-            if isinstance(child, ast.Call):
-                called = child.func
-                if isinstance(called, ast.Name) and known.get(called.id) in inner:
-                    found.append(f"line {child.lineno}: {called.id}")
-                owner = called.value if isinstance(called, ast.Attribute) else None
-                if isinstance(owner, ast.Name) and (packages.get(owner.id), called.attr) in inner:
-                    found.append(f"line {child.lineno}: {called.attr}")
-            visit(child)
-
-    visit(tree)
-    return found
-
-
-@pytest.mark.slow
-def test_python_calls_nothing_that_only_kernels_may_call():
-    found = {
-        str(file): calls_from_python(ast.parse(text), module_of(file), inner())
-        for file, text in sources().items()
-        if may_call(file, text)
-    }
-    assert {file: calls for file, calls in found.items() if calls} == {}
-
-
-def test_such_a_call_would_be_found():
-    assert ("millprint.mill.walls", "touch") in inner()
-    calls = "from millprint.mill.walls import touch\nfrom millprint.dem import lanes\ntouch(1)\nlanes.get(1)\n"
-    assert calls_from_python(ast.parse(calls), "a", inner()) == ["line 3: touch", "line 4: get"]
-
-
 @pytest.fixture
 def library(tmp_path, monkeypatch) -> Path:
     """A copy of the library, of which the digest of the kernels is taken."""

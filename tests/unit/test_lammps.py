@@ -17,8 +17,6 @@ from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.over_speed import FrictionTable, RestitutionForm
 from millprint.config.sweep import Case, DemConfig
-from millprint.dem.lammps import lammps_case
-from millprint.dem.lammps.cost import ball_step_s, efficiency, lammps_resources
 from millprint.dem.lammps.granular_law import damped_coefficient, law_text, restitution_without_pull
 from millprint.dem.lammps.input import STATE_NAMES, SampledDem, Schedule, data_text, input_text
 from millprint.dem.lammps.lammps_case import environment, run_lammps
@@ -30,6 +28,7 @@ from millprint.mill.motion import motion_from_law
 from millprint.run.files import read_json
 from millprint.validation.simulations import tabulate
 from tests.conftest import ROOT
+from tests.refusals import refusals
 
 LOG = (ROOT / "tests/data/lammps.log").read_text()
 
@@ -60,13 +59,6 @@ def drum() -> MillConfig:
 @pytest.fixture(scope="module")
 def simulation(drum) -> Simulation:
     return Simulation(case_of(drum, snapshot_interval_s=0.01), drum, contact_set(), SampledDem())
-
-
-def test_settings_of_the_own_kernel_are_dumped_as_before():
-    assert EngineConfig().model_dump() == DemConfig().model_dump()
-    assert EngineConfig(window_s=2).model_dump(mode="json") == DemConfig(window_s=2).model_dump(mode="json")
-    dumped = EngineConfig(engine="lammps", lammps={"ranks": 8}).model_dump(mode="json")
-    assert EngineConfig(**dumped).lammps.ranks == 8 and dumped["engine"] == "lammps"
 
 
 @pytest.mark.parametrize("kind", ["hertz", "linear"])
@@ -107,16 +99,6 @@ def test_the_law_is_in_si_with_our_levers():
     assert "rolling" not in law_text(contact.without_friction, radius, 1e-6, 1.0)
 
 
-def test_a_linear_law_is_a_hooke_with_both_dampings():
-    contact = contact_set(
-        kind="linear", young_modulus_gpa=None, poisson_ratio=None, normal_stiffness_n_m=1e5,
-        tangential_stiffness_ratio=2 / 7,
-    )  # fmt: skip
-    text = law_text(contact, 5e-3, 1e-6, 2.0)
-    assert numbers_after(text, "hooke", 2) == [1e5, damped_coefficient(0.3, "linear")]
-    assert numbers_after(text, "linear_history", 3) == pytest.approx([2e5 / 7, math.sqrt(2 / 7), 0.3])
-
-
 def test_states_and_snapshots_are_written_from_the_beginning_of_the_window(simulation):
     schedule, text = Schedule.of(simulation), input_text(simulation, 5000)
     assert schedule.begin - schedule.start == simulation.discard_steps
@@ -146,39 +128,8 @@ def test_every_lifter_is_a_block_that_turns_with_the_drum():
     assert f"variable angle3 equal {2 * math.pi * 3 / 8!r}+1.0*v_angle" in text
 
 
-def test_smooth_ends_have_no_friction_and_a_shaken_box_moves():
-    mill = included("drum", geometry={**included("drum").geometry.model_dump(), "smooth_ends": True})
-    text = input_text(Simulation(case_of(mill), mill, contact_set(), DemConfig()), 1000)
-    assert "side in rotate v_angle 0.0 0.0 0.0 0.0 1.0 0.0 units box open 1 open 2" in text
-    ends = next(line for line in text.splitlines() if line.startswith("fix ends"))
-    assert "0.0 damping" in ends and "rolling" not in ends
-    box = {"kind": "box", "x_mm": 60, "y_mm": 60, "z_mm": 60}
-    shaken = {"kind": "lissajous", "terms": [{"axis": "z", "amplitude_mm": 5}]}
-    mill = included("drum", geometry=box, motion=shaken, volume_ml=216)
-    text = input_text(Simulation(case_of(mill), mill, contact_set(), DemConfig()), 1000)
-    assert "block -0.03 0.03 -0.03 0.03 0.0 0.06 side in move NULL NULL v_dz units box" in text
-    assert "variable dz equal 0.005*sin(8.901179185171081*v_t)" in text
-
-
-LYING = {"kind": "rotation", "axis": (1, 0, 0)}
-
-
 @pytest.mark.parametrize(
-    ("mill", "changes", "case", "words"),
-    [
-        ("emax", {}, {}, r"geometry\.kind = stadium"),
-        ("drum", {"faceted": True}, {}, r"geometry\.faceted = true"),
-        ("drum", {"fillet_radius_mm": 5.0, "fillet_ends": "both"}, {}, r"geometry\.fillet_radius_mm = 5"),
-        (
-            "drum_90cm",
-            {"lifters": {"number": 8, "height_mm": 40, "width_mm": 60, "face_angle_deg": 70}},
-            {},
-            "face_angle",
-        ),
-        ("drum_90cm", {"motion": LYING}, {}, r"motion\.axis"),
-        ("drum", {}, {"power_error_max": 0.01}, "power_error_max"),
-        ("drum", {}, {"disturbance_m": 1e-9}, "disturbance_m"),
-    ],
+    ("mill", "changes", "case", "words"), refusals("what_lammps_cannot_give_is_refused_in_one_line")
 )
 def test_what_lammps_cannot_give_is_refused_in_one_line(mill, changes, case, words, own_lammps):
     geometry = {**included(mill).geometry.model_dump(), **{key: changes[key] for key in changes if key != "motion"}}
@@ -372,28 +323,3 @@ def test_a_stopped_run_goes_on_from_the_newest_restart_file_that_can_be_read(tmp
     (place / "restart_a").write_text("good")
     run_lammps(case_of(drum, seed=1), drum, contact, dem, *files)
     assert (place / "begins.txt").read_text().splitlines()[3:] == [""]
-
-
-def test_resources_are_those_of_all_ranks(drum):
-    case, contact = case_of(drum), contact_set()
-    one, many = (
-        lammps_resources(case, EngineConfig(engine="lammps", lammps={"ranks": ranks}), drum, contact)
-        for ranks in (1, 8)
-    )
-    assert (one.threads, many.threads) == (1, 8)
-    assert many.processor_s > one.processor_s and many.processor_s / 8 < one.processor_s + 5
-    assert ball_step_s(included("drum_90cm")) > 2 * ball_step_s(drum)
-    assert efficiency(10**6, 1) == 1 and efficiency(10**6, 128) > efficiency(10**6, 1024) > efficiency(10**4, 1024)
-
-
-def test_the_package_uses_no_program_before_it_is_asked(monkeypatch, drum):
-    monkeypatch.setattr(lammps_case, "program", lambda *given: pytest.fail("asked for the program"))
-    with pytest.raises(ConfigError, match=r"geometry\.kind"):
-        run_lammps(
-            case_of(included("emax")),
-            included("emax"),
-            contact_set(),
-            EngineConfig(engine="lammps"),
-            Path("a"),
-            Path("b"),
-        )

@@ -25,31 +25,6 @@ def test_citation_and_licence_agree_with_the_project():
     assert f"{authors[0]}\n" in (ROOT / "LICENSE").read_text()
 
 
-def test_the_catalogue_entry_names_only_existing_deployments():
-    """Conda by the environment file of the rules; no container is published."""
-    usage = yaml.safe_load((ROOT / ".snakemake-workflow-catalog.yml").read_text())["usage"]
-    assert usage["software-stack-deployment"] == {
-        "conda": True,
-        "apptainer": False,
-        "apptainer+conda": False,
-    }
-    assert usage["report"] is True
-    assert (ROOT / "envs/millprint.yaml").is_file() and (ROOT / "config/README.md").is_file()
-
-
-def test_the_citation_is_whole():
-    """The keys that the format 1.2.0 asks for, of the software and of each reference, and no unknown one."""
-    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
-    known = {"cff-version", "message", "type", "title", "abstract", "authors", "version", "license", "keywords"}
-    known |= {"references", "date-released"}
-    assert set(citation) <= known and {"abstract", "version", "license", "keywords", "references"} <= set(citation)
-    assert citation["type"] == "software" and len(set(citation["keywords"])) == len(citation["keywords"])
-    for reference in citation["references"]:
-        assert {"authors", "title", "type"} <= set(reference)
-        for author in reference["authors"]:
-            assert {"family-names", "given-names"} <= set(author) or "name" in author
-
-
 PAPER = (ROOT / "paper.md").read_text()
 
 
@@ -57,37 +32,6 @@ def test_the_paper_cites_what_its_bibliography_has_and_nothing_else():
     entries = re.findall(r"^@\w+\{(\w+),", (ROOT / "paper.bib").read_text(), re.MULTILINE)
     assert len(set(entries)) == len(entries)
     assert set(re.findall(r"@(\w+)", PAPER.split("---", 2)[2])) == set(entries)
-
-
-@pytest.mark.parametrize(
-    "section",
-    ["Summary", "Statement of need", "State of the field", "Software design", "Research impact statement",
-     "AI usage disclosure", "Acknowledgements", "References"],
-)  # fmt: skip
-def test_the_paper_has_the_sections_that_the_journal_asks_for(section):
-    assert f"\n# {section}\n" in PAPER
-
-
-def test_the_paper_is_of_this_software_and_short():
-    head, body = yaml.safe_load(PAPER.split("---", 2)[1]), PAPER.split("---", 2)[2]
-    assert head["title"].startswith("millprint") and (ROOT / head["bibliography"]).is_file()
-    assert [author["name"] for author in head["authors"]] == [author["name"] for author in PROJECT["authors"]]
-    assert {str(author["affiliation"]) for author in head["authors"]} == {
-        str(own["index"]) for own in head["affiliations"]
-    }
-    assert 750 <= len(body.split()) <= 1750
-
-
-FORMS = sorted((ROOT / ".github/ISSUE_TEMPLATE").glob("*.yml"))
-
-
-@pytest.mark.parametrize("path", [path for path in FORMS if path.name != "config.yml"], ids=lambda path: path.stem)
-def test_forms_of_issues_ask_for_something_and_say_what(path):
-    form = yaml.safe_load(path.read_text())
-    assert {"name", "description", "body"} <= set(form)
-    names = [field["id"] for field in form["body"]]
-    assert len(set(names)) == len(names) and all(field["attributes"]["label"] for field in form["body"])
-    assert any(field.get("validations", {}).get("required") for field in form["body"])
 
 
 @pytest.mark.parametrize("page", ["CONTRIBUTING.md", "SUPPORT.md", "CODE_OF_CONDUCT.md"])

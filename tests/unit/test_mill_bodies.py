@@ -11,7 +11,7 @@ from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.load import check_model
 from millprint.config.mill import MillConfig
 from millprint.dem.case_checks import checked_bodies
-from millprint.dem.packing import capacity, inside, lattice, pack
+from millprint.dem.packing import capacity, inside, pack
 from millprint.mill.bodies import (
     ball_space_m3,
     build_bodies,
@@ -71,13 +71,6 @@ def test_an_attritor_is_a_tank_and_a_stirrer_that_turns():
     assert ball_space_m3(bodies) == pytest.approx(tank.vessel.volume_m3 + stirrer.vessel.volume_m3)
     assert ball_space_m3(bodies) < tank.vessel.volume_m3
     check(attritor())
-
-
-def test_an_insert_without_a_motion_moves_with_the_vessel():
-    circle = {"kind": "circle", "amplitude_mm": 17}
-    vessel, rod = build_bodies(mill(motion=circle, inserts=[{"name": "rod", "geometry": ROD}]), 10.0)
-    times = np.linspace(-0.1, 0.3, 7)
-    assert np.array_equal(vessel.motion.position(times), rod.motion.position(times))
 
 
 def test_an_impeller_from_a_file_is_the_one_by_parameters(tmp_path, monkeypatch):
@@ -322,15 +315,3 @@ def test_tall_lying_and_flat_vessels_are_filled_alike(shape):
     longest = int(np.argmax(np.ptp(vessel.bounds, axis=0)))
     counts = np.histogram(start[:, longest], 3, tuple(vessel.bounds[:, longest]))[0]
     assert counts.min() > 0.15 * counts.sum()
-
-
-def test_a_large_drum_needs_no_lattice_of_its_diagonal_cubed():
-    """A long drum and 5 mm balls: sites over a box, not over the cube of its diagonal."""
-    vessel = build_vessel(mill({"kind": "cylinder", "radius_mm": 40, "height_mm": 900, "axis": "x", "facets": 24}))
-    sites = lattice(vessel, 5e-3, 0.2, np.array([0.3, 0.7, 0.1]))
-    low, high = vessel.bounds
-    held = ((sites > low) & (sites < high)).all(axis=1).sum()
-    # Not one of the box is missing: as many as a close packing has, up to the surface.
-    assert held == pytest.approx(np.prod(high - low) * math.sqrt(2) / 5e-3**3, rel=0.05)
-    assert len(sites) < 2 * held
-    assert len(pack(vessel, 5e-3, 10_000, 0, vessel.volume_m3)) == 10_000

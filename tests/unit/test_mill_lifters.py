@@ -22,6 +22,7 @@ from millprint.mill.outlines import enclosed_volume
 from millprint.mill.vessel import Vessel, build_vessel, shape_facets
 from millprint.mill.wall_features import features_of
 from tests.conftest import ROOT
+from tests.refusals import refusals
 
 TURNING = {"kind": "rotation", "axis": [0, 0, 1]}
 LIFTERS = {"number": 12, "height_mm": 22, "width_mm": 22}
@@ -98,16 +99,7 @@ def test_only_the_ends_of_a_slice_are_smooth():
     assert slice_.is_smooth.tolist() == ends and sum(ends) == 2
 
 
-@pytest.mark.parametrize(
-    ("lifters", "message"),
-    [
-        ({"number": 40, "width_mm": 50}, "lifters of that width overlap"),
-        ({"height_mm": 260}, "leaves no room for a ball"),
-        ({"number": 30, "width_mm": 45, "height_mm": 200}, "the tops of 30 lifters overlap"),
-        ({"face_angle_deg": 30}, "the faces meet below the top"),
-        ({"width_mm": 100, "height_mm": 4}, "all below the shell"),
-    ],
-)
+@pytest.mark.parametrize(("lifters", "message"), refusals("lifters_that_do_not_fit_are_refused"))
 def test_lifters_that_do_not_fit_are_refused(lifters, message):
     with pytest.raises(ValidationError, match=message):
         drum(lifters)

@@ -1,7 +1,6 @@
 """Vessels from files of triangles: the same facets as from parameters, and refusals of invalid surfaces."""
 
 import os
-import time
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +16,7 @@ from millprint.config.sweep import Case
 from millprint.dem.case_checks import check_ball_size, check_room, checked_bodies
 from millprint.mill.bodies import check_volume
 from millprint.mill.intersect import self_intersection
-from millprint.mill.merge import FlatFacets, merge_coplanar, without_overlap
+from millprint.mill.merge import FlatFacets, without_overlap
 from millprint.mill.mesh import read_surface
 from millprint.mill.mesh_file import read_triangles
 from millprint.mill.vessel import Vessel, build_vessel, shape_facets
@@ -117,12 +116,6 @@ def test_a_facet_with_a_hole_keeps_its_hole():
     assert all(np.abs(f.loops[0]).max() > 0.015 for f in vessel.facets if len(f.loops) == 2)
 
 
-@pytest.mark.slow
-def test_a_finely_cut_curve_is_not_flattened():
-    trimesh.creation.cylinder(radius=30, height=40, sections=720).export("round.stl")
-    assert len(read("round.stl").facets) == 722
-
-
 def jar(radius: float, height: float, sections: int, fillet: float = 0) -> trimesh.Trimesh:
     """A round hollow [mm], tilted so that no coordinate is exact, with six rows of facets across its fillet."""
     angles = np.linspace(0, np.pi / 2, 7) if fillet else [np.pi / 2]
@@ -174,23 +167,6 @@ def test_a_point_that_is_rounded_in_two_ways_is_one():
     write_stl(mesh, "%.3f", noise)
     assert len(np.unique(read_triangles(Path("jar.stl").read_bytes())[0], axis=0)) > len(mesh.vertices)
     assert read("jar.stl").volume_m3 == pytest.approx(mesh.volume * 1e-9, rel=1e-4)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("mesh", "facets"),
-    [
-        (trimesh.creation.icosphere(6, 20), 81_920),
-        (trimesh.creation.revolve([[0, 0], *([40, z] for z in range(100)), [0, 99]], sections=500), 502),
-    ],
-)
-def test_a_hundred_thousand_triangles_take_seconds(mesh, facets):
-    mesh.export("fine.stl")
-    block().export("warm.stl")
-    read("warm.stl")
-    begin = time.process_time()
-    assert len(read_surface(StlGeometry(kind="stl", path="fine.stl", unit="mm")).facets) == facets
-    assert time.process_time() - begin < 5
 
 
 @pytest.mark.parametrize(("unit", "metre"), [("mm", 1e-3), ("cm", 1e-2), ("m", 1.0), ("inch", 0.0254)])
@@ -417,15 +393,6 @@ def test_a_flat_ring_that_runs_over_itself_is_known(turn, overlaps):
     arm = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
     facets = FlatFacets([[np.concatenate([2 * arm, arm[::-1]])]], np.zeros(78, dtype=int))
     assert (without_overlap(facets) < 0).all() == overlaps
-
-
-def test_bent_pairs_are_not_merged():
-    """Two triangles that meet at 0.01 rad stay two facets, at 1e-8 rad they are one."""
-    for angle, facets in ((1e-2, 6), (1e-8, 5)):
-        points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0.5, 0.5, -1]], dtype=float)
-        points[3, 2] = np.sqrt(0.5) * angle
-        triangles = np.array([[0, 1, 2], [3, 2, 1], [1, 0, 4], [0, 2, 4], [2, 3, 4], [3, 1, 4]])
-        assert len(merge_coplanar(points, triangles, 1e-6).loops) == facets
 
 
 @pytest.mark.parametrize("path", ["/etc/jar.stl", "../jar.stl", "a/../../jar.stl", "jar.step", "jar"])

@@ -3,14 +3,13 @@
 import numpy as np
 import pandas as pd
 import pytest
-from numba import typeof
 from pydantic import TypeAdapter, ValidationError
 from scipy.spatial.transform import Rotation
 
 from millprint.config.errors import ConfigError
 from millprint.config.motion_kinds import Motion as Law
 from millprint.config.motion_kinds import PointsMotion
-from millprint.mill.motion import AT_REST, motion_from_law, stack_motions
+from millprint.mill.motion import motion_from_law, stack_motions
 from tests.poses import angular_velocity, poses_at, velocity
 
 RPM, ROWS = 300.0, 73
@@ -151,8 +150,3 @@ def test_a_table_without_a_motion_is_refused(tmp_path):
     table = planetary_table().assign(x_m=0.01, y_m=0.0, rotation_z_deg=0.0)
     with pytest.raises(ConfigError, match=r"motion.tsv: all rows have the same place: nothing would move; give the"):
         read(table, tmp_path)
-
-
-def test_a_table_needs_no_kernels_of_its_own(tmp_path):
-    """For arrays of other types, or in another order, numba would compile the step loop again."""
-    assert typeof(stack_motions([read(planetary_table(), tmp_path)])) == typeof(stack_motions([AT_REST]))

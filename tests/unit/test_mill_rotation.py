@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from millprint.config.motion_kinds import MOTIONS, MotionKind, MotionSection
 from millprint.config.motion_kinds import Motion as Law
+from millprint.config.motion_kinds import MotionSection
 from millprint.mill.motion import motion_from_law, stack_motions
 from tests.poses import angular_velocity, poses_at, velocity
 
@@ -161,14 +161,3 @@ def test_a_motion_that_is_not_in_the_registry_is_refused():
         motion_from_law(TeleportMotion(), SPEED_RPM / 60)
     with pytest.raises(ValidationError, match="'teleport' found using 'kind' does not match any of the expected tags"):
         motion("rest", kind="teleport")
-
-
-def test_a_motion_without_a_drive_is_refused(monkeypatch):
-    monkeypatch.setitem(MOTIONS, "teleport", MotionKind(TeleportMotion))
-    with pytest.raises(NotImplementedError, match="a motion of kind 'teleport' has no drive"):
-        motion_from_law(TeleportMotion(), SPEED_RPM / 60)
-
-
-def test_every_motion_of_the_registry_is_tested_here():
-    """The laws above and the table of points are all the kinds that there are."""
-    assert {law["kind"] for law in LAWS.values()} == set(MOTIONS) - {"points"}

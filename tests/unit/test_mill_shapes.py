@@ -1,6 +1,6 @@
 """Cylinders, boxes and stirrers by parameters: closed, of the right volume and place, hollow or solid."""
 
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -9,13 +9,13 @@ from pydantic import TypeAdapter, ValidationError
 
 from millprint.config.errors import ConfigError
 from millprint.config.geometry import GeometrySection, SolidGeometry, VesselGeometry
-from millprint.config.section import kind_of
 from millprint.mill import shapes
 from millprint.mill.borders import borders_of
 from millprint.mill.distance import SignedDistance
 from millprint.mill.outlines import Facet
 from millprint.mill.vessel import LATTICE, Vessel, shape_facets
 from millprint.mill.wall_features import features_of
+from tests.refusals import refusals
 
 CAPSULE = {"kind": "cylinder", "radius_mm": 10, "height_mm": 45, "fillet_radius_mm": 10, "fillet_ends": "both"}
 STIRRER = {
@@ -146,28 +146,7 @@ def test_a_stirrer_is_hub_and_blades(blades):
     assert mesh.volume == pytest.approx(-body.volume_m3)
 
 
-def test_blades_are_alike():
-    outline = shapes.paddles_outline(TypeAdapter(SolidGeometry).validate_python({**STIRRER, "blades": 3}))
-    place = outline.reshape(3, -1, 2)
-    turn = np.array([[-0.5, -np.sqrt(3) / 2], [np.sqrt(3) / 2, -0.5]])
-    assert place[0] @ turn.T == pytest.approx(place[1])
-    assert place[1] @ turn.T == pytest.approx(place[2])
-
-
-@pytest.mark.parametrize(
-    ("shape", "changes", "message"),
-    [
-        (CAPSULE, {"fillet_radius_mm": 10.1}, "fillet_radius_mm = 10.1: with fillet_ends = both at most 10 mm"),
-        (CAPSULE, {"height_mm": 16}, "at most 8 mm"),
-        (CAPSULE, {"fillet_ends": "none"}, "at most 0 mm"),
-        (CAPSULE, {"fillet_ends": "bottom", "height_mm": 10}, "fillet_ends = bottom"),
-        (CAPSULE, {"radius_mm": float("inf")}, "finite"),
-        (STIRRER, {"blade_thickness_mm": 15}, "must be thinner than 14 mm"),
-        (STIRRER, {"blades": 0}, "greater than or equal to 1"),
-        (SHAPES["box"], {"x_mm": 0}, "greater than or equal to 1"),
-        (SHAPES["box"], {"centre_mm": [0, 1e300, 0]}, "less than or equal to 10000"),
-    ],
-)
+@pytest.mark.parametrize(("shape", "changes", "message"), refusals("sizes_that_do_not_fit_are_refused"))
 def test_sizes_that_do_not_fit_are_refused(shape, changes, message):
     with pytest.raises(ValidationError, match=message):
         TypeAdapter(SolidGeometry).validate_python({**shape, **changes})
@@ -182,11 +161,6 @@ class TorusGeometry(GeometrySection):
 def test_a_shape_that_is_not_in_the_registry_is_refused():
     with pytest.raises(ValueError, match="kind = 'torus': no such shape is in the registry; known: stadium, "):
         shape_facets(TorusGeometry(), "mill.yaml: geometry", solid=False)
-
-
-def test_every_shape_of_the_configuration_is_in_the_registry():
-    sections = {*get_args(get_args(VesselGeometry)[0]), *get_args(get_args(SolidGeometry)[0])}
-    assert {kind_of(section) for section in sections} == set(shapes.SHAPES)
 
 
 def test_a_stadium_of_an_odd_number_of_facets_is_its_own_mirror_image():

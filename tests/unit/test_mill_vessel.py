@@ -18,6 +18,7 @@ from millprint.mill.vessel import Vessel, build_vessel
 from millprint.mill.wall_arrays import build_walls, fill_cells
 from millprint.mill.wall_features import features_of
 from millprint.mill.walls import beyond_side
+from tests.refusals import refusals
 
 MILLS = Path(__file__).parents[2] / "config/mills"
 NAMES = sorted(path.stem for path in MILLS.glob("*.yaml"))
@@ -62,15 +63,7 @@ def test_an_open_vessel_is_refused():
         Vessel([Facet.from_loops([loop[::-1] for loop in facet]) for facet in loops])
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"end_radius_mm": -1}, "end_radius_mm = -1"),
-        ({"fillet_radius_mm": 30}, "fillet_radius_mm = 30"),
-        ({"post": {"radius_mm": 25}}, "post.radius_mm = 25"),
-        ({"hieght_mm": 3}, "did you mean height_mm"),
-    ],
-)
+@pytest.mark.parametrize(("change", "message"), refusals("bad_geometry_is_refused"))
 def test_bad_geometry_is_refused(change, message):
     content = load_named(MILLS, "emax", MillConfig, "mill").model_dump()
     content["geometry"].update(change)

@@ -2,39 +2,29 @@
 
 import math
 from pathlib import Path
-from types import SimpleNamespace
 from typing import get_args
 
 import numpy as np
-import pandas as pd
 import pytest
 from pydantic import ValidationError
 
-import describe_mill
 from millprint.cases.large_mill import RUN_WAY, enlarged, large_case
 from millprint.cases.of_mill import conditions_of, durations_of, mill_cases, sweep_of, varied_case
-from millprint.config.counting import CountingRule
 from millprint.config.errors import ConfigError
-from millprint.config.fingerprint import FingerprintConfig
 from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import PRECISIONS, MillsConfig, MillSweepConfig, PrecisionName
 from millprint.config.uncertainty import UncertaintyConfig
 from millprint.config.workflow import WorkflowConfig
-from millprint.figures import mill_pictures
-from millprint.figures import mill_pictures as figures
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.mill_collapse import BY_LAW, BY_NONE, BY_OWN, one_row_a_mill, tabulate_mill_collapse
-from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.scale_up import compare_run, tabulate_scale_up
-from millprint.mill.bodies import build_bodies, check_inserts, check_volume, travel_m
+from millprint.mill.bodies import build_bodies, check_volume, travel_m
 from millprint.mill.default_sweep import default_sweep
 from millprint.mill.vessel import build_vessel
-from millprint.run.files import read_json, read_table, write_json
-from millprint.view.mill_picture import FRAMES, picture_mill
 from millprint.view.snapshots import Geometry, body_of_feature
-from tests.unit.made_spectra import made_spectra
-from tests.unit.synthetic_mill import descriptors, fingerprint, summaries, summary, true_curves
+from tests.refusals import refusals
+from tests.unit.synthetic_mill import descriptors, fingerprint, summary
 
 pytestmark = pytest.mark.usefixtures("close_figures")
 
@@ -63,20 +53,6 @@ def test_a_mill_of_ours_holds_its_volume_within_its_tolerance(name):
     closer = made.model_copy(update={"volume_tolerance": 0.99 * difference})
     with pytest.raises(ConfigError, match=rf"config/mills/{name}.yaml: volume_ml = {made.volume_ml:g}: the \w+ of geo"):
         check_volume(closer, vessel)
-
-
-def test_a_run_neither_gets_nor_records_the_tolerance():
-    made = mill("emax_post")
-    assert "volume_tolerance" not in made.model_dump()
-    assert "volume_tolerance" not in made.model_dump_json()
-
-
-@pytest.mark.parametrize("name", BOX)
-@pytest.mark.slow
-def test_a_mill_of_the_box_clears_its_inserts(name):
-    made = mill(name)
-    check_inserts(made, build_bodies(made))
-    assert len(made.source) > 80
 
 
 def test_the_cases_of_a_sweep_are_a_cross_of_speeds_and_sizes_at_every_fill(settings):
@@ -142,66 +118,7 @@ def test_every_condition_of_a_sweep_is_simulated_with_every_seed(settings):
     assert len({case.path for case in several}) == 6
 
 
-@pytest.mark.slow
-def test_a_fingerprint_of_several_seeds_is_that_of_their_mean(tmp_path, monkeypatch):
-    """The seeds of a condition are one condition: as many means, and powers between those of the runs."""
-    # Made-up summaries have no contacts.
-    monkeypatch.setattr(
-        describe_mill,
-        "tabulate_spectra",
-        lambda runs, rules: made_spectra(tabulate_descriptors([run for _, run in runs], rules[0])),
-    )
-
-    def described(seeds: list[int]) -> tuple[pd.DataFrame, Fingerprint]:
-        folder = tmp_path / str(len(seeds))
-        files = []
-        for run in (
-            one for seed in seeds for one in summaries(fills=(0.06, 0.1, 0.2, 0.3), seed=seed, noise=0.1 * (-1) ** seed)
-        ):
-            case = run["case"]
-            name = "_".join(f"{case[key]:g}" for key in ("ball_diameter_m", "fill_ratio", "speed_hz", "seed"))
-            files.append(str(folder / name / "summary.json"))
-            write_json(run, files[-1])
-        names = ("descriptors", "curves", "collapse", "zones", "sheet", "spectra")
-        names += ("spectra_summary",)
-        output = SimpleNamespace(
-            **{name: str(folder / f"{name}.tsv") for name in names}, fingerprint=str(folder / "fingerprint.json")
-        )
-        settings = FingerprintConfig()
-        describe_mill.main(
-            files,
-            [file.replace("summary.json", "run.h5") for file in files],
-            output,
-            mill("emax"),
-            counting_rule="gap_0_03",
-            interval=settings.interval,
-            smooth_points=settings.smooth_points,
-            spectra_rules=["gap_0_03"],
-            rules=[CountingRule.of_count(count).model_dump() for count in read_json(files[0])["collisions"]],
-        )
-        return read_table(output.descriptors), Fingerprint.read(output.fingerprint)
-
-    (conditions, one), (both, two) = described([0]), described([0, 1])
-    assert len(conditions) == len(both)
-    exact = true_curves(0.10)[0]
-    found = [model.curve(np.array([0.10]))["Pn"].iloc[0] for model in (one, two)]
-    assert found[0] == pytest.approx(1.1 * exact, rel=0.02)
-    assert found[1] == pytest.approx(exact, rel=0.02)
-
-
-@pytest.mark.parametrize(
-    ("changes", "part"),
-    [
-        ({"speeds_hz": [1, 2]}, "either speeds_rpm or speeds_hz"),
-        ({"speeds_rpm": None}, "either speeds_rpm or speeds_hz"),
-        ({"speeds_rpm": [60, 60]}, "twice"),
-        ({"fill_ratios": [0.1, 0.2]}, "at least 3"),
-        ({"fill_ratios": [0.1, 0.2, 1.2]}, "less than 1"),
-        ({"speeds_rpm": [-60]}, "greater than 0"),
-        ({"seeds": []}, "at least 1"),
-        ({"seeds": [1, 1]}, "twice"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "part"), refusals("a_sweep_that_cannot_be_is_refused"))
 def test_a_sweep_that_cannot_be_is_refused(changes, part):
     given = {"speeds_rpm": [60, 90], "ball_diameters_mm": [10], "fill_ratios": [0.1, 0.2, 0.3]}
     with pytest.raises(ValidationError, match=part):
@@ -323,33 +240,6 @@ def test_the_large_run_is_held_against_the_sheet(settings):
     assert compared.loc["weighted_normal_energy_J", "ratio"] == pytest.approx(3)
     assert compared.loc["ns_per_ball_step", "ratio"] == pytest.approx(2)
     assert compared.loc["wall_power_W", "simulated"] == 3.0
-
-
-@pytest.mark.parametrize("name", BOX)
-@pytest.mark.slow
-def test_a_picture_shows_the_mill_its_inserts_and_a_turn(name):
-    picture = picture_mill(mill(name))
-    assert len(picture.strip) == FRAMES
-    assert np.ptp(picture.path_mm, axis=0).max() > 4
-    for look in (*picture.looks, *picture.strip):
-        assert len(look.wall_mm)
-        assert bool(len(look.insert_mm)) == (name == "attritor")
-    # What is drawn lies within the limits.
-    for look in picture.strip:
-        low, high = picture.strip_limits_mm
-        assert (look.outline_mm >= low).all()
-        assert (look.outline_mm <= high).all()
-    for figure in (mill_pictures.plot_geometry(picture), mill_pictures.plot_motion(picture)):
-        labels = [text for axis in figure.axes for text in (axis.get_xlabel(), axis.get_ylabel()) if text]
-        assert labels
-        assert all(text.endswith("[mm]") for text in labels)
-
-
-def test_a_large_mill_is_drawn_by_what_each_way_keeps(settings):
-    sheet = tabulate_scale_up(fingerprint(), 4.3, settings.scale_up, 2e-6, 40.0)
-    figure = figures.plot_scale_up(sheet)
-    assert len(figure.axes) == 3
-    np.testing.assert_allclose(figure.axes[0].lines[1].get_ydata(), sheet["weighted_normal_energy_ratio"])
 
 
 def test_features_are_numbered_through_all_bodies_as_the_simulation_does():

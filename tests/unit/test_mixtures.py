@@ -5,30 +5,22 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
-import yaml
 from pydantic import ValidationError
 from scipy.spatial.distance import pdist, squareform
 
-from benchmarks.cases import emax_jar, make_setup
-from benchmarks.config import BenchConfig
 from millprint.checks.before_running import check_same_charges
 from millprint.config.checks import load_workflow
-from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError, SimulationError
-from millprint.config.load import check_model, load_named
-from millprint.config.mill import MillConfig
+from millprint.config.load import check_model
 from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.mixture import BallMixture
 from millprint.config.sweep import Case, DemConfig, SweepConfig, ball_count, balls_of, expand_sweep
 from millprint.dem.packing import inside, pack_mixture
-from millprint.dem.run import balls_in_words
 from millprint.dem.summary import largest_overlap
 from millprint.fingerprint.sweep_checks import fingerprint_faults
-from millprint.thesis.calibration.drop import simulate_drops
 from millprint.thesis.chapter_checks import curve_faults
-from millprint.thesis.surrogate.scene import read_attributes
 from tests.conftest import ROOT, configuration
-from tests.unit.run_samples import write_sample
+from tests.refusals import refusals
 from tests.unit.test_mill_lifters import drum
 
 BOND = BallMixture(name="bond", sizes_mm=(36.83, 29.72, 25.40, 19.05, 15.49), numbers=(43, 67, 10, 71, 94))
@@ -56,16 +48,7 @@ def test_counts_add_up_and_are_nearest_to_the_fractions(balls):
     assert all(abs(count - balls * part) < 1 for count, part in zip(counts, BOND.fractions, strict=True))
 
 
-@pytest.mark.parametrize(
-    ("keys", "message"),
-    [
-        ({"shares": (0.5, 0.4)}, "add up to 0.9; must add up to 1"),
-        ({"numbers": (1, 2), "shares": (0.5, 0.5)}, "give either"),
-        ({}, "give either"),
-        ({"numbers": (1, 2, 3)}, "one value for each of 2 sizes"),
-        ({"sizes_mm": (10, 10), "numbers": (1, 2)}, "a size appears twice"),
-    ],
-)
+@pytest.mark.parametrize(("keys", "message"), refusals("mixtures_a_charge_that_cannot_be_is_refused"))
 def test_a_charge_that_cannot_be_is_refused(keys, message):
     with pytest.raises(ValidationError, match=message):
         BallMixture(**{"name": "mine", "sizes_mm": (10, 5), **keys})
@@ -112,11 +95,6 @@ def test_an_overlap_counts_by_the_smaller_ball():
     assert largest_overlap(contacts.iloc[:0], radius) == 0
 
 
-def test_a_log_names_every_size():
-    assert balls_in_words([3, 5], [0.03683, 0.01549]) == "8 balls: 3 of 36.83 mm, 5 of 15.49 mm"
-    assert balls_in_words([8], [0.01]) == "8 balls of 10 mm"
-
-
 GOOD = {"name": "bond", "sizes_mm": [10, 5], "numbers": [1, 2]}
 
 
@@ -129,21 +107,7 @@ def fault_of(*sizes) -> str:
     return line
 
 
-@pytest.mark.parametrize(
-    ("size", "line"),
-    [
-        (-3, "ball_diameters_mm.0 = -3: must be greater than or equal to 0.02"),
-        ("ten", "ball_diameters_mm.0 = 'ten': must be a number in mm, such as 30 or 0.5"),
-        ([5], "ball_diameters_mm.0 = [5]: must be a number in mm"),
-        ({"name": "bond"}, "ball_diameters_mm.0.sizes_mm: this key is missing"),
-        ({**GOOD, "size": 3}, "ball_diameters_mm.0.size = 3: unknown key; did you mean sizes_mm?"),
-        ({**GOOD, "sizes_mm": [10, -5]}, "ball_diameters_mm.0.sizes_mm.1 = -5: must be greater than 0"),
-        ({**GOOD, "sizes_mm": [10]}, "ball_diameters_mm.0: sizes_mm = [10.0]: must hold two sizes or more"),
-        ({**GOOD, "numbers": [1]}, "ball_diameters_mm.0: numbers = [1.0]: must hold one value for each of 2 sizes"),
-        ({**GOOD, "numbers": [1, True]}, "ball_diameters_mm.0.numbers = [1, True]: YAML reads yes, no"),
-        ({**GOOD, "name": "d10"}, "ball_diameters_mm.0: name = 'd10': that is how balls of one size are named"),
-    ],
-)
+@pytest.mark.parametrize(("size", "line"), refusals("a_bad_size_is_refused_in_one_line"))
 def test_a_bad_size_is_refused_in_one_line(size, line):
     assert fault_of(size).startswith(f"mine.yaml: {line}")
 
@@ -190,34 +154,3 @@ def test_a_charge_has_one_composition_in_a_run():
     check_same_charges({one.path: one}, {"drum": [one]}, "config.yaml")
     with pytest.raises(ConfigError, match="charge bond has other balls in the sweep of mill drum"):
         check_same_charges({one.path: one}, {"drum": [other]}, "config.yaml")
-
-
-def test_the_surrogates_refuse_a_charge(tmp_path):
-    write_sample(tmp_path / "run.h5", mixed=True)
-    with pytest.raises(ConfigError, match=r"run.h5: charge three has several ball sizes; the surrogate knows"):
-        read_attributes(tmp_path / "run.h5")
-
-
-STEEL = {
-    "name": "steel", "source": "a test", "restitution": 0.7, "static_friction": 0.3, "rolling_friction": 0.01,
-    "density_kg_m3": 7800, "young_modulus_gpa": 1, "poisson_ratio": 0.3,
-}  # fmt: skip
-
-
-def test_a_drop_is_on_a_wall():
-    """The given restitution, to which the drop is compared, is that of the floor."""
-    contact = ContactConfig(**STEEL, wall_restitution=0.4)
-    drops = simulate_drops(contact, 1e-5, 0.2, 0.01, [0.05])
-    assert drops["restitution_given"].tolist() == [0.4]
-    assert drops["restitution"].iloc[0] == pytest.approx(0.4, abs=0.01)
-
-
-def test_the_bench_refuses_walls_of_their_own():
-    contact, jar = (
-        ContactConfig(**STEEL, wall_static_friction=0.5),
-        emax_jar(load_named(ROOT / "config/mills", "emax", MillConfig, "mill")),
-    )
-    config = check_model(yaml.safe_load((ROOT / "benchmarks/bench.yaml").read_text()), BenchConfig, "bench.yaml")
-    with pytest.raises(ConfigError, match=r"config/contacts/steel.yaml: wall_\*: the bench has one law"):
-        make_setup(config, contact, jar, 10, 10)
-    make_setup(config, contact.at_wall, jar, 10, 10)

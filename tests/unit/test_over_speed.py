@@ -18,6 +18,7 @@ from millprint.config.load import check_model
 from millprint.run.files import read_table, write_table
 from millprint.thesis.calibration.drop import restitution_over_speed, table_in_words
 from millprint.uncertainty.samples import _with, contact_values
+from tests.refusals import refusals
 from tests.unit.test_contact_laws import COMMON, KEYS
 
 CONTENT = {**COMMON, "kind": "hertz", **KEYS["hertz"]}
@@ -28,56 +29,14 @@ def contact_set(**changes) -> ContactConfig:
     return check_model({**CONTENT, **changes}, ContactConfig, "soft.yaml")
 
 
-@pytest.mark.parametrize(
-    ("key", "value", "words"),
-    [
-        (
-            "restitution",
-            TABLE | {"speeds_m_s": [0.1, 0.1, 2.0]},
-            "speeds_m_s = [0.1, 0.1, 2.0]: must rise; 0.1 follows",
-        ),
-        (
-            "restitution",
-            TABLE | {"values": [0.2, 0.4, 1.1]},
-            "restitution.values.2 = 1.1: must be less than or equal to",
-        ),
-        ("restitution", TABLE | {"values": [0, 0.4, 0.8]}, "restitution.values.0 = 0: must be greater than 0"),
-        (
-            "restitution",
-            TABLE | {"values": [0.4, 0.8]},
-            "values = [0.4, 0.8]: must hold one value for each of 3 speeds",
-        ),
-        (
-            "restitution",
-            TABLE | {"form": "plastic", "value": 0.5},
-            "speeds_m_s, values: not together with form; give a",
-        ),
-        ("restitution", {"form": "plastic", "value": 1}, "restitution.value = 1: must be less than 1"),
-        ("restitution", {"form": "elastic", "value": 0.5}, "restitution.form = 'elastic': must be 'viscoelastic' or"),
-        ("restitution", {"values": [0.5]}, "restitution.speeds_m_s: this key is missing"),
-        (
-            "wall_static_friction",
-            TABLE | {"values": [0.2, -0.4, 0.8]},
-            "values.1 = -0.4: must be greater than or equal",
-        ),
-        ("rolling_friction", TABLE, "rolling_friction = "),
-    ],
-)
+@pytest.mark.parametrize(("key", "value", "words"), refusals("a_bad_coefficient_over_speed_is_refused_in_one_line"))
 def test_a_bad_coefficient_over_speed_is_refused_in_one_line(key, value, words):
     with pytest.raises(ConfigError, match=re.escape(words)) as caught:
         contact_set(**{key: value})
     assert "\n" not in str(caught.value) and str(caught.value).startswith(f"soft.yaml: {key}")
 
 
-@pytest.mark.parametrize(
-    ("cohesion", "words"),
-    [
-        ({"ball_wall_J_m2": -1}, "cohesion.ball_wall_J_m2 = -1: must be greater than or equal to 0"),
-        ({"ball_wall_J_m2": 1, "ball_wall_N": 1}, "cohesion: ball_wall_J_m2, ball_wall_N: give one of them, an energy"),
-        ({"wall": 1}, "cohesion.wall = 1: unknown key"),
-        (0.5, "cohesion = 0.5: must be a section, with keys of its own"),
-    ],
-)
+@pytest.mark.parametrize(("cohesion", "words"), refusals("bad_cohesion_is_refused_in_one_line"))
 def test_bad_cohesion_is_refused_in_one_line(cohesion, words):
     with pytest.raises(ConfigError, match=re.escape(words)):
         contact_set(cohesion=cohesion)

@@ -3,17 +3,13 @@
 from pathlib import Path
 
 import pytest
-import yaml
 
-from millprint.checks.before_running import check_before_running
-from millprint.config.checks import load_workflow
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig, SweepConfig, expand_sweep, overridden
 from millprint.dem.simulation import Simulation
-from millprint.thesis.chapter_checks import chapter_faults
 
 ROOT = Path(__file__).parents[2]
 MILL = load_named(ROOT / "config/mills", "emax", MillConfig, "mill")
@@ -73,31 +69,6 @@ def test_a_motion_without_an_amplitude_is_refused_in_one_line(monkeypatch):
         overridden(cases_of(amplitudes_mm=[14])[0], drum, CONTACT)
     with pytest.raises(ConfigError, match=r"amplitudes_mm = 99999 of mill emax: input should be less than"):
         overridden(cases_of(amplitudes_mm=[99999])[0], MILL, CONTACT)
-
-
-@pytest.mark.slow
-def test_the_check_before_a_run_names_file_and_key(monkeypatch):
-    monkeypatch.chdir(ROOT)
-    content = yaml.safe_load(Path("config/config.yaml").read_text())
-    block = next(sweep for sweep in content["sweeps"] if sweep["name"] == "amplitude")
-    block["mills"] = ["emax_motion1"]
-    config, mills, contacts, cases = load_workflow(content, ["config/config.yaml"])
-    with pytest.raises(ConfigError, match=r"config/config.yaml: sweeps: amplitudes_mm = 14: the motion of mill emax_m"):
-        check_before_running(config, mills, contacts, cases, "config/config.yaml", chapter_faults)
-
-
-@pytest.mark.slow
-def test_light_balls_whose_step_is_too_large_are_refused(monkeypatch):
-    """The Rayleigh time is that of the case's own density."""
-    monkeypatch.chdir(ROOT)
-    content = yaml.safe_load(Path("config/config.yaml").read_text())
-    sweep = next(sweep for sweep in content["sweeps"] if sweep["name"] == "density")
-    sweep |= {"densities_kg_m3": [100], "rayleigh_fraction": None}
-    config, mills, contacts, cases = load_workflow(content, ["config/config.yaml"])
-    with pytest.raises(
-        ConfigError, match=r"dem.time_step_s = 4e-06: more than 0.2 of the Rayleigh time of case .*_rho100"
-    ):
-        check_before_running(config, mills, contacts, cases, "config/config.yaml", chapter_faults)
 
 
 @pytest.mark.parametrize("other", [{"amplitudes_mm": [14]}, {"densities_kg_m3": [3900]}])

@@ -3,8 +3,6 @@
 import copy
 import re
 import shutil
-import subprocess
-import sys
 
 import pytest
 import yaml
@@ -14,11 +12,10 @@ from millprint.cases.table import has_chapters
 from millprint.checks.before_running import check_before_running
 from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError
-from millprint.config.load import check_model
-from millprint.config.workflow import WorkflowConfig
 from millprint.fingerprint.sweep_checks import fingerprint_faults
 from millprint.thesis.chapter_checks import chapter_faults, curve_faults
 from tests.conftest import ROOT, configuration
+from tests.refusals import refusals
 
 HANDBOOK = (ROOT / "docs/how_to/configuration.md").read_text()
 TWENTY_LINES = re.search(r"^```yaml\n(name: my_mill.*?)^```", HANDBOOK, re.M | re.S)[1]
@@ -91,24 +88,10 @@ def test_balls_are_those_of_the_first_contact_set_by_default(own):
     assert {case.contact for case in mill_cases(mills["planetary"], config.mills)} == {"steel"}
 
 
-@pytest.mark.parametrize(
-    ("change", "parts"),
-    [
-        ({"swep": {}}, ["swep", "unknown key; did you mean sweep?"]),
-        ({"sweep": {"speeds_rpm": [300], "fill_ratios": [0.1, 0.2, 0.3]}}, ["sweep: ball_diameters_mm", "missing"]),
-        ({"contacts": ["calibratd"]}, ["calibratd", "unknown contact set", "did you mean calibrated?"]),
-        ({"results": "config/mine"}, ["results = 'config/mine'", "own files"]),
-        ({"contacts": []}, ["contacts", "at least 1"]),
-    ],
-)
+@pytest.mark.parametrize(("change", "parts"), refusals("a_fault_in_the_own_file_is_one_line"))
 def test_a_fault_in_the_own_file_is_one_line(own, change, parts):
     content = {**own, **change}
     assert all(part in fault(content) for part in parts)
-
-
-def test_a_seed_given_twice_is_refused(own):
-    own["sweep"]["seeds"] = [1, 1]
-    assert "sweep: seeds = [1, 1]: a value appears twice" in fault(own)
 
 
 def test_the_refusal_of_a_fill_without_room_names_its_file(own):
@@ -157,22 +140,3 @@ def test_chapters_need_simulations_of_their_mill(thesis):
     thesis["sweeps"] = []
     config, _, _, cases = load_workflow(thesis, [FILE])
     assert config.chapters and not has_chapters(config, cases)
-
-
-def test_a_whole_thesis_hands_its_chapters_what_they_need(thesis):
-    config = check_model(thesis, WorkflowConfig, FILE)
-    assert config.chapters.doe is config.doe and config.chapters.inverse is config.fingerprint.inverse
-
-
-@pytest.mark.slow
-def test_reading_a_configuration_needs_no_scientific_library():
-    """The Snakefile reads it, in an environment that has Snakemake and pydantic."""
-    heavy = ("numpy", "pandas", "scipy", "numba", "molmass", "trimesh", "sklearn", "torch")
-    names = [path.stem for path in (ROOT / "src/millprint/config").glob("*.py")]
-    program = (
-        "import importlib, sys\n"
-        f"for name in {sorted(names)}: importlib.import_module(f'millprint.config.{{name}}')\n"
-        f"print(*[name for name in {heavy} if name in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT / "src", capture_output=True, text=True, check=True)
-    assert done.stdout.split() == []

@@ -19,7 +19,6 @@ from millprint.validation.setups import predict
 from millprint.validation.tumbling_runs import design, measured_speeds
 from millprint.validation.verdicts import give_verdicts
 from tests.physics.test_impacts import contact_set
-from tests.unit.test_validation import MEASURED
 
 OWN = "id\tsetup\tquantity\tx\tvalue\tunit\nmine\tslice_mill\tpower\tspeed\t{value}\tW\n"
 
@@ -49,10 +48,6 @@ def test_a_quantity_that_no_run_predicts_is_refused_before_it(tmp_path, old, new
     path = own_table(tmp_path, old=old, new=new)
     with pytest.raises(ConfigError, match=part) if part else nullcontext():
         check_measured(path, SETTINGS)
-
-
-def test_the_included_rows_can_all_be_asked():
-    check_measured(MEASURED, SETTINGS)
 
 
 def test_own_points_cost_one_simulation_each_unless_intervals_are_asked_for(tmp_path, monkeypatch):

@@ -10,6 +10,7 @@ from millprint.own_machine.readings import TEMPERATURE, append_measured, read_se
 from millprint.own_machine.settings import WattSettings
 from millprint.own_machine.warming import fit_power, unit_response, weighted_quantiles
 from millprint.validation.measured import measured_points, read_measurements
+from tests.refusals import refusals
 from tests.unit.own_readings import correlated, events, write_condition, write_readings
 
 TIME_S = np.arange(0.0, 601.0, 10.0)
@@ -124,21 +125,7 @@ def test_a_row_is_added_to_a_table_that_keeps_its_rows_and_comments(tmp_path):
         append_measured(path, {"id": "a"})
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        (
-            "time_s\tdegrees\n0\t20\n",
-            "column temperature_degC (or temperature_K) is missing; the table has time_s, degrees",
-        ),
-        ("time_s\ttemperature_degC\n0\t20\n5\t21\n5\t22\n", "column time_s, row 3 = 5: times must rise"),
-        ("time_s\ttemperature_degC\n0\twarm\n", "column temperature_degC, row 1 = 'warm': must be a finite number"),
-        ("time_s\ttemperature_degC\n0\t295\n1\t500\n", "must be -50 to 400 degC; is the unit right?"),
-        ("time_s\ttemperature_degC\n0\t20\n", "1 readings: needs 3 or more"),
-        ("time_s,temperature_degC\n0,20,5\n", "row 1 has 3 cells, the header 2"),
-        ("", "is empty"),
-    ],
-)
+@pytest.mark.parametrize(("text", "words"), refusals("a_bad_table_is_one_line"))
 def test_a_bad_table_is_one_line(tmp_path, text, words):
     path = tmp_path / "a.tsv"
     path.write_text(text)
@@ -148,16 +135,7 @@ def test_a_bad_table_is_one_line(tmp_path, text, words):
     assert "\n" not in str(raised.value)
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["warm", "my_card", "warm.csv", "--jar-kg", "0.5", "--start-s", "590"], "30 s of readings after it"),
-        (["warm", "my_card", "warm.csv", "--jar-kg", "1", "--start-s", "9", "--stop-s", "3"], "must be after start_s"),
-        (["watt", "my_card", "loose.tsv", "fixed.tsv", "--efficiency", "0.8", "0.5"], "must not be above"),
-        (["watt", "my_card", "loose.tsv", "no.tsv", "--efficiency", "0.5", "0.8"], "no.tsv: no such table"),
-        (["watt", "my_card/runs", "loose.tsv", "fixed.tsv", "--efficiency", "0.5", "0.8"], "nothing is predicted yet"),
-    ],
-)
+@pytest.mark.parametrize(("words", "said"), refusals("a_bad_option_is_one_line"))
 def test_a_bad_option_is_one_line(laboratory, capsys, monkeypatch, words, said):
     monkeypatch.chdir(laboratory)
     assert main(words) == 1

@@ -5,7 +5,6 @@ from types import SimpleNamespace
 import pytest
 from pydantic import ValidationError
 
-from millprint.cases.of_mill import mean_samples
 from millprint.cases.simulate import simulate_each
 from millprint.cases.table import CaseTable, Why
 from millprint.config.checks import load_workflow
@@ -13,14 +12,10 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
-from millprint.config.mill_sweep import MillsConfig
-from millprint.config.setup_models import SETTINGS
 from millprint.config.sweep import Case, DemConfig
-from millprint.config.uncertainty import UncertaintyConfig
 from millprint.dem.resources import LIKELY_BALL_STEP_S, LIKELY_START_S, resources_of
 from millprint.run import plan
-from millprint.run.plan import JOB_START_S, LONG_S, OTHER_S, Job, check_disk, plan_text, run_time
-from millprint.validation.tumbling_runs import design
+from millprint.run.plan import JOB_START_S, LONG_S, OTHER_S, Job, check_disk, plan_text
 from tests.conftest import ROOT
 
 DEM = DemConfig(time_step_s=1e-6, settle_s=0.25, discard_s=0.25, window_s=0.5)
@@ -78,14 +73,6 @@ def test_a_job_takes_what_its_rule_declares_or_as_long_as_others():
     assert job("train_surrogate").processor_s == JOB_START_S + LONG_S["train_surrogate"]
 
 
-def test_a_run_takes_the_time_of_all_jobs_over_the_cores_or_of_the_longest():
-    jobs = [job(processor_s=98), job(processor_s=48), job(processor_s=48)]
-    assert run_time(jobs, 1) == 200
-    assert run_time(jobs, 2) == 100
-    assert run_time(jobs, 8) == 100
-    assert run_time([job(threads=4, processor_s=98)], 2) == 50
-
-
 def test_the_plan_counts_simulations_with_files_and_those_inside_a_rule(monkeypatch):
     monkeypatch.setattr("millprint.run.plan.free_mb", lambda files: 500.0)
     jobs = [
@@ -101,29 +88,6 @@ def test_the_plan_counts_simulations_with_files_and_those_inside_a_rule(monkeypa
     assert "4 min 8 s of one processor, at most 6 min 8 s until powers are known; the longest job" in grown
     assert "THE DISK IS TOO SMALL" in plan_text([*jobs, job(disk_mb=600)], 2)
     assert "nothing to do" in plan_text([], 2)
-
-
-@pytest.mark.parametrize("name", ["slice_mill", "drum_90cm", "bond_mill"])
-def test_every_simulation_of_a_tumbling_mill_is_counted(name):
-    """As many as its rule simulates, at the same speeds, apart from the speeds that only the measured table has."""
-    setup = SETTINGS[name]
-    contacts = {each: contact(each) for each in setup.contact_names}
-    rows = design(setup, contacts, {})
-    cases = setup.simulated_inside(mill(setup.mill))
-    assert sorted(case.speed_hz for case in cases) == sorted(rows["speed_rpm"] / 60)
-    assert sorted(case.seed for case in cases) == sorted(rows["seed"])
-
-
-def test_the_samples_of_a_job_and_the_slices_of_a_drum_are_counted():
-    uncertainty = UncertaintyConfig(samples=10, jobs=4)
-    samples = mean_samples(mill("emax"), MillsConfig(contact="calibrated"), uncertainty)
-    fills = mill("emax").sweep.fill_ratios
-    assert len(samples) == 3
-    assert samples[0].fill_ratio == pytest.approx((min(fills) + max(fills)) / 2)
-    drum = SETTINGS["repose_drum"]
-    slices = drum.simulated_inside(mill(drum.mill))
-    assert len(slices) == drum.samples + 1
-    assert slices[0].fill_ratio < drum.fill_ratio
 
 
 def test_a_run_that_has_no_room_is_refused_before_its_first_job(tmp_path, monkeypatch):

@@ -2,8 +2,6 @@
 
 import pytest
 
-from millprint.run import progress as module
-from millprint.run.job import job
 from millprint.run.plan import duration
 from millprint.run.progress import Lines, progress
 
@@ -46,14 +44,6 @@ def test_a_long_job_writes_a_line_every_half_minute_with_the_time_to_go(clock, c
     assert lines[-1] == "fitting: 120 of 120 folds, 2 min 0 s so far; done"
 
 
-def test_a_short_job_writes_nothing(clock, capsys):
-    with progress(9, "fitting", "fold") as bar:
-        for _ in range(9):
-            clock.now += 1.0
-            bar.update()
-    assert lines_of(capsys) == []
-
-
 def test_a_job_that_fails_does_not_say_that_it_is_done(clock, capsys):
     with pytest.raises(ZeroDivisionError), progress(100, "fitting", "fold") as bar:
         for done in range(100):
@@ -74,22 +64,6 @@ def test_a_simulation_counts_seconds_and_a_search_of_unknown_length_its_steps(cl
     lines = lines_of(capsys)
     assert lines[0] == "emax: 0.50 of 2.00 s simulated, 12 s so far; about 36 s to go"
     assert lines[2] == "searching: 3 simulations, 12 s so far"
-
-
-def test_a_continued_training_reckons_with_its_own_speed_and_shows_its_loss(clock, capsys):
-    with progress(1000, "training", "step", initial=500) as bar:
-        clock.now += 10.0
-        bar.set_postfix(refresh=False, loss="0.1")
-        bar.update(100)
-    assert lines_of(capsys)[0] == "training: 600 of 1000 steps, 10 s so far, loss=0.1; about 40 s to go"
-
-
-def test_progress_without_a_name_is_that_of_the_job(clock, capsys, tmp_path):
-    with job(str(tmp_path / "a.log"), "roll out the surrogate thesis"), progress(2, None, "step") as bar:
-        clock.now += 11.0
-        bar.update()
-    assert lines_of(capsys)[0].startswith("roll out the surrogate thesis: 1 of 2 steps")
-    assert module.job_title.get() == "working"
 
 
 @pytest.mark.parametrize(

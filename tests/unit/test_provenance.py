@@ -11,12 +11,11 @@ import pytest
 
 from millprint.cli.commands import main as millprint
 from millprint.config.errors import ConfigError
-from millprint.provenance.crate import author, licence
-from millprint.provenance.crate_files import check_finished, targets_of
 from millprint.provenance.inside import ADDITIONAL, CHANGED, MISSING, check_folder, places
 from millprint.provenance.lineage import Job, read_jobs, trace
 from millprint.run.output_digests import write_record
-from tests.unit.made_run import BEGIN, CONFIG, END, JOBS, MILL, RUN, TARGETS, describe_run, keep_record, make_run, write
+from tests.refusals import refusals
+from tests.unit.made_run import CONFIG, JOBS, MILL, RUN, describe_run, keep_record, make_run, write
 
 FIGURE = "doe/mean yield.svg"
 
@@ -88,20 +87,6 @@ def test_the_crate_says_what_was_read_and_written_with_digests(run):
     assert {"logs/", "benchmarks/", "crate/workflow/Snakefile"} <= parts
 
 
-def test_the_crate_says_when_by_whom_with_what_and_under_which_licence(run):
-    describe_run()
-    found = entities()
-    action, root, workflow = found["#run"], found["./"], found["crate/workflow/Snakefile"]
-    assert action["startTime"] == datetime.fromtimestamp(BEGIN, UTC).isoformat()
-    assert action["endTime"] == datetime.fromtimestamp(END, UTC).isoformat()
-    assert "agent" not in action and root["author"]["@id"] == "#group/millprint-developers"
-    assert root["license"]["@id"] == "https://spdx.org/licenses/MIT"
-    assert root["mainEntity"]["@id"] == "crate/workflow/Snakefile" == action["instrument"]["@id"]
-    assert "ComputationalWorkflow" in workflow["@type"] and ", commit " in workflow["version"]
-    needs = {found[entity["@id"]]["name"] for entity in workflow["softwareRequirements"]}
-    assert {"Python", "numpy", "numba", "snakemake", "torch"} <= needs
-
-
 def test_the_configuration_names_who_runs_and_the_licence_of_the_results(run):
     said = {"agent": "A. Miller", "orcid": "0000-0002-1825-0097", "affiliation": "A mill", "licence": "CC-BY-4.0"}
     make_run({**CONFIG, "provenance": said})
@@ -115,13 +100,6 @@ def test_the_configuration_names_who_runs_and_the_licence_of_the_results(run):
     assert found["./"]["license"]["@id"] == "https://spdx.org/licenses/CC-BY-4.0"
     # That of the software stays.
     assert found["crate/workflow/Snakefile"]["license"]["@id"] == "https://spdx.org/licenses/MIT"
-
-
-def test_authors_of_a_citation_are_persons_or_groups():
-    one = author({"given-names": "Ada", "family-names": "Miller", "orcid": "https://orcid.org/0000-0002-1825-0097"})
-    assert (one["@type"], one["name"], one["@id"]) == ("Person", "Ada Miller", "https://orcid.org/0000-0002-1825-0097")
-    assert author({"name": "The mill, a group"})["@id"] == "#group/the-mill-a-group"
-    assert licence("https://example.org/terms")["@id"] == "https://example.org/terms"
 
 
 def test_the_same_run_is_described_by_the_same_bytes_anywhere(run, tmp_path_factory, monkeypatch):
@@ -165,25 +143,6 @@ def test_a_run_that_is_not_finished_or_was_changed_is_refused_in_one_line(run, h
     assert not Path("results/ro-crate-metadata.json").exists()
 
 
-def test_a_job_without_an_end_is_named(run):
-    check_finished(Path("results"))
-    write("results/logs/doe/plot_runs.log", "x: begin\n")
-    with pytest.raises(ConfigError, match=r"^results/logs/doe/plot_runs.log: this job did not finish"):
-        check_finished(Path("results"))
-
-
-def test_the_log_of_a_job_of_several_cases_ends_when_all_are_done(run):
-    write("results/logs/dem/emax/d10_seeds.log", "done: emax/one\ndone: emax/two\n")
-    check_finished(Path("results"))
-    write("results/logs/dem/emax/d10_seeds.log", "done: emax/one\nfailed: emax/two\n")
-    with pytest.raises(ConfigError, match=r"d10_seeds\.log: this job did not finish"):
-        check_finished(Path("results"))
-
-
-def test_everything_that_jobs_made_is_a_target_where_none_is_given(run):
-    assert set(targets_of(Path("results"), read_jobs(), "plot_runs")) == set(JOBS) - {TARGETS[0]}
-
-
 def test_a_copy_is_checked_file_by_file(run, tmp_path_factory):
     describe_run()
     copy = tmp_path_factory.mktemp("archive") / "copied"
@@ -222,15 +181,7 @@ def test_the_command_says_a_line_for_each_fault_and_its_status_is_1(run, capsys)
     ]
 
 
-@pytest.mark.parametrize(
-    ("text", "line"),
-    [
-        (None, "no ro-crate-metadata.json here"),
-        ("not JSON", "not the description of a run"),
-        ("[]", "not the description of a run"),
-        ('{"@graph": [{"sha256": "a"}]}', "not the description of a run"),
-    ],
-)
+@pytest.mark.parametrize(("text", "line"), refusals("a_folder_without_a_crate_is_refused_in_one_line"))
 def test_a_folder_without_a_crate_is_refused_in_one_line(tmp_path, text, line):
     if text:
         (tmp_path / "ro-crate-metadata.json").write_text(text)

@@ -9,16 +9,11 @@ from PIL import Image
 from tools.draw_pictures import PAGE, made_of
 
 from millprint.dose.spectra_shown import temperature_rows
-from millprint.figures import mill_pictures as figures
-from millprint.figures import style
-from millprint.fingerprint.bands import checked_factors
 from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
-from millprint.fingerprint.mill_sheet import SHEET, WHERE, by_columns, sheet_condition, tabulate_sheet
+from millprint.fingerprint.mill_sheet import WHERE, tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.zones import find_zones
 from millprint.observables.definitions import CURVES
-from millprint.view.mill_picture import picture_mill
-from tests.unit.factor_samples import factors_of
 from tests.unit.synthetic_mill import descriptors, fingerprint
 from tests.unit.test_mills import mill
 
@@ -58,43 +53,14 @@ def test_a_condition_of_few_turns_has_no_number_without_that_word():
     assert len(numbers) == 14 and numbers["text"].str.contains("few turns").all()
 
 
-@pytest.fixture(scope="module")
-def analysed() -> Fingerprint:
-    """A fingerprint with the intervals by contact parameters."""
-    plain = fingerprint()
-    return plain.with_further({"contact": checked_factors(factors_of(), "contact", plain.about, "contact.json")})
-
-
 def sheet_of(own: Fingerprint) -> pd.DataFrame:
     table = collapse()
     return tabulate_sheet(mill("spex"), own, table, find_zones(own), descriptors())
 
 
-@pytest.mark.slow
-def test_a_sheet_tells_intervals_apart_and_is_else_as_before(analysed):
-    plain, sheet = sheet_of(fingerprint()), sheet_of(analysed)
-    assert sheet.iloc[: len(plain)][SHEET].astype(object).equals(plain.astype(object))
-    described = sheet[sheet["section"] == "descriptors"]
-    condition, _ = sheet_condition(analysed, descriptors())
-    factor = analysed.further["contact"].at(np.array([condition.fill_ratio]))["En_star"]
-    ends = described[by_columns("contact")].iloc[0]
-    assert tuple(ends) == pytest.approx(tuple(described["value"].iloc[0] * factor[:, 0]), rel=1e-12)
-    assert described[by_columns("shape")].isna().all(axis=None)
-
-
 def test_the_page_in_the_readme_is_of_the_present_code():
     with Image.open(PAGE) as page:
         assert page.text["made of"] == made_of(sheet_of(fingerprint())), "python tools/draw_pictures.py FOLDER"
-
-
-@pytest.mark.parametrize("title", ["Jar $x_{$", "Jar of $5, lid of $6"])
-def test_a_title_with_dollars_is_drawn_as_it_is(tmp_path, title):
-    axis = style.plt.subplots()[1]
-    style.write_rows(axis, [(title, title)], 0.5, (30, 30), 8, 5)
-    style.draw_table(axis, ["a", "b"], [[title, title]], 8)
-    for number, figure in enumerate([axis.figure, figures.plot_geometry(picture_mill(mill("spex", title=title)))]):
-        style.save(figure, tmp_path / f"{number}.svg", tmp_path / f"{number}.png", tmp_path / f"{number}.pdf")
-        assert (tmp_path / f"{number}.svg").read_text().count(f">{title}</text>") == (1 if number else 4)
 
 
 def temperatures(sheet: pd.DataFrame, speed_rpm: float | None = None) -> pd.DataFrame:

@@ -6,17 +6,15 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-import yaml
 
 from millprint.cases.of_mill import mill_cases
 from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
-from millprint.config.motion_kinds import MOTIONS, Agitation
+from millprint.config.motion_kinds import Agitation
 from millprint.fingerprint.sweep_checks import check_speeds, speed_settings, speed_warnings, with_paces
 from millprint.mill.bodies import build_bodies
-from millprint.mill.default_sweep import SWEEP_RULES
 from millprint.mill.speed_limits import BOUNDS, paces
 from tests.conftest import configuration
 
@@ -73,12 +71,6 @@ def test_a_table_of_points_moves_as_the_law_that_it_samples(tmp_path, monkeypatc
     assert pace.acceleration == pytest.approx(0.017 * W**2, rel=5e-3)
 
 
-def test_every_kind_of_motion_has_bounds_and_a_rule_for_its_sweep():
-    for record in MOTIONS.values():
-        assert record.vessel in BOUNDS and record.insert in BOUNDS
-        assert record.vessel in SWEEP_RULES
-
-
 def test_the_bounds_of_a_stirrer_are_on_the_speed_of_its_tip():
     rod = {"kind": "box", "x_mm": 40, "y_mm": 4, "z_mm": 4, "centre_mm": [0, 0, 20]}
     turning = {"kind": "rotation", "axis": [0, 0, 1]}
@@ -103,13 +95,6 @@ def warnings_of(changes=None) -> list[str]:
     pairs = with_paces(settings, bodies)
     check_speeds(pairs)
     return speed_warnings(pairs)
-
-
-@pytest.mark.slow
-def test_the_thesis_and_the_smoke_run_are_usual(monkeypatch):
-    monkeypatch.chdir(ROOT)
-    assert warnings_of() == []
-    assert warnings_of({"sweeps": yaml.safe_load((ROOT / "config/smoke.yaml").read_text())["sweeps"]}) == []
 
 
 SWEEP = {

@@ -1,10 +1,7 @@
 """Verdicts of other machines: what a run says about them, and how its own are stored."""
 
 import pandas as pd
-import pytest
-from tools.store_verdicts import main
 
-from millprint.config.errors import ConfigError
 from millprint.estimate.judge import AGREES, DIFFERS, OPEN
 from millprint.run.files import write_table
 from millprint.thesis.claims.conclusions import (
@@ -66,25 +63,3 @@ def test_a_run_says_which_verdicts_are_others_on_another_machine(tmp_path):
     # The same machine again takes the place of its earlier verdicts; another one is added.
     assert with_run(stored, here, "thesis", MACHINE).set_index("id")["verdict"]["a"] == DIFFERS
     assert len(with_run(stored, here, "thesis", MACHINE | {"processor": "other"})) == 10
-
-
-def test_stored_verdicts_are_refused_with_another_word(tmp_path):
-    write_table(
-        with_run(
-            read_stored(ROOT / "config/data/verdicts_elsewhere.tsv").iloc[:0], judged(a=AGREES), "thesis", MACHINE
-        ).assign(verdict="perhaps"),
-        tmp_path / "stored.tsv",
-    )
-    with pytest.raises(ConfigError, match="column verdict"):
-        read_stored(tmp_path / "stored.tsv")
-
-
-def test_this_machine_and_a_run_of_it_are_stored(tmp_path):
-    write_table(judged(a=AGREES), tmp_path / "report/claims.tsv")
-    (tmp_path / "report/run.yaml").write_text("# Python\nname: thesis\n")
-    table = tmp_path / "verdicts.tsv"
-    table.write_text((ROOT / "config/data/verdicts_elsewhere.tsv").read_text().splitlines()[0] + "\n")
-    assert "1 verdicts of the run thesis" in main(str(tmp_path), str(table), "2026-11-22")
-    assert main(str(tmp_path), str(table), "2026-11-23").endswith("2026-11-23")
-    row = read_stored(table).iloc[0]
-    assert len(read_stored(table)) == 1 and row["date"] == "2026-11-23" and row["processor"] and row["instructions"]

@@ -1,18 +1,13 @@
 """The study of a mill's settings: its variants, the rule of its verdict on made-up runs, its line, its files."""
 
-import json
 import re
 from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
-from pydantic import ValidationError
 
-import study_settings
 from millprint.cases.of_mill import mill_cases, study_variants
 from millprint.config.contact_set import ContactConfig
-from millprint.config.counting import CountingRule
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import StudyConfig
 from millprint.config.load import load_named
@@ -28,7 +23,6 @@ from millprint.fingerprint.study import (
     judge_change,
     study_row,
     tabulate_study,
-    tabulate_window,
 )
 from millprint.mill.vessel import build_vessel
 from tests.unit.synthetic_mill import summary
@@ -141,14 +135,6 @@ def test_one_seed_decides_nothing():
     assert judge_change(0.0, float("nan"), 0, 5, STUDY).word == OPEN
 
 
-def test_the_window_settles_to_its_own_mean():
-    table = tabulate_window([made_run(seed, 0.0, 0.3) for seed in range(3)])
-    assert table["turns"].tolist() == list(range(1, 11))
-    # The first of ten turns is 15 % under the mean of a rise by 30 %.
-    assert table["normal_power_change_percent"].iloc[0] == pytest.approx(-15)
-    assert table["normal_power_change_percent"].iloc[-1] == pytest.approx(0)
-
-
 def test_variants_change_one_setting_of_one_condition():
     mill = mill_named("planetary")
     variants = study_variants(mill, CALIBRATED, MILLS, DemConfig(), STUDY, {})
@@ -181,14 +167,6 @@ def test_a_step_that_is_not_allowed_and_facets_that_a_shape_lacks_are_left_out()
 BOX = {"kind": "box", "x_mm": 60, "y_mm": 60, "z_mm": 69.4}
 
 
-def test_a_seed_that_another_sweep_runs_otherwise_is_left_out():
-    mill = mill_named("planetary")
-    (first, *_), *_ = (v.cases for v in study_variants(mill, CALIBRATED, MILLS, DemConfig(), STUDY, {}))
-    taken = {first.path: first.model_copy(update={"window_s": 9.0})}
-    variants = study_variants(mill, CALIBRATED, MILLS, DemConfig(), STUDY, taken)
-    assert all([case.seed for case in variant.cases] == [1, 2, 3, 4, 5, 6] for variant in variants)
-
-
 def test_facets_of_a_case_are_those_of_its_walls():
     mill = mill_named("drum")
     (reference, *_), *_ = (v.cases for v in study_variants(mill, CALIBRATED, MILLS, DemConfig(), STUDY, {}))
@@ -200,34 +178,6 @@ def test_facets_of_a_case_are_those_of_its_walls():
     box = mill.model_validate({**mill.model_dump(), "geometry": BOX})
     with pytest.raises(ConfigError, match="the geometry is a box, which has no facets"):
         mill_of(changed, box)
-
-
-def test_one_start_shows_no_scatter():
-    with pytest.raises(ValidationError, match="greater than or equal to 2"):
-        StudyConfig(seeds=1)
-
-
-@pytest.mark.slow
-def test_the_script_writes_tables_figure_and_one_line(tmp_path):
-    variants = []
-    for (setting, factor), runs in made_study().items():
-        paths = [f"{setting}_{factor:g}_{seed}" for seed in range(len(runs))]
-        for path, run in zip(paths, runs, strict=True):
-            (tmp_path / path).mkdir()
-            (tmp_path / path / "summary.json").write_text(json.dumps(run))
-        variants.append({"setting": setting, "factor": factor, "value": 1.0, "paths": paths})
-    names = {"table": "study.tsv", "window": "window.tsv", "verdict": "verdict.json", "line": "verdict.txt"}
-    output = type("Output", (), {key: tmp_path / name for key, name in names.items()})
-    output.svg, output.png = tmp_path / "study.svg", tmp_path / "study.png"
-    rules = [CountingRule.of_count(count).model_dump() for count in run["collisions"]]
-    found = study_settings.main(
-        variants, str(tmp_path), output, mill="mine", sweep_seeds=1, counting_rule="gap_0_03", rules=rules, study=STUDY
-    )
-    assert (tmp_path / "verdict.txt").read_text() == found["line"] + "\n"
-    written = yaml.safe_load((tmp_path / "verdict.json").read_text())
-    assert written["verdict"] == AGREES and written["reference"]["fill_ratio"] == 0.1
-    assert len((tmp_path / "study.tsv").read_text().splitlines()) == 1 + len(VARIANTS)
-    assert (tmp_path / "study.png").stat().st_size > 1000 and (tmp_path / "study.svg").stat().st_size > 1000
 
 
 def test_a_mill_whose_walls_have_no_facets_says_so():

@@ -9,7 +9,7 @@ import torch
 import yaml
 from snakemake.utils import update_config
 
-from millprint.config.errors import ConfigError, TrainingError
+from millprint.config.errors import TrainingError
 from millprint.config.load import check_model
 from millprint.config.surrogate import NetworkConfig
 from millprint.config.workflow import WorkflowConfig
@@ -24,10 +24,8 @@ from millprint.thesis.surrogate.dataset import (
     graphs_at,
     read_dataset,
     threshold_edges,
-    wall_contact_distances,
     write_dataset,
 )
-from millprint.thesis.surrogate.measure_tables import covered_share, wall_contact_table
 from millprint.thesis.surrogate.network import (
     InteractionLayer,
     NormalisedNetwork,
@@ -174,26 +172,6 @@ def test_dataset_on_disk_is_the_same(tmp_path):
     assert torch.equal(again.snapshots.dissipation[:-1], SNAPSHOTS.dissipation[:-1])
 
 
-def test_part_of_a_run(tmp_path):
-    write_run(RUN, tmp_path / "run.h5")
-    part = read_trajectory(tmp_path / "run.h5", 0.005, 0.02)
-    assert len(part.time_s) == 151 and part.index(0.0101) == 51
-    np.testing.assert_array_equal(part.position_m[51], RUN.position_m[101])
-    rows = slice(RUN.contact_offset[200], RUN.contact_offset[201])
-    np.testing.assert_array_equal(part.first[part.contact_offset[150] : part.contact_offset[151]], RUN.first[rows])
-    with pytest.raises(ConfigError, match=r"no snapshot at 0\.05 s"):
-        part.index(0.05)
-    with pytest.raises(ConfigError, match="fewer than two snapshots"):
-        read_trajectory(tmp_path / "run.h5", 5.0)
-
-
-def test_share_of_wall_contacts():
-    table = wall_contact_table(np.array([-0.00525, -0.00515, -0.005, -0.00495]))
-    assert table["contacts"].sum() == 4
-    assert covered_share(table, -0.0052) == 0.75 and covered_share(table, -0.0053) == 1.0
-    assert covered_share(wall_contact_table(wall_contact_distances(SNAPSHOTS, 300)), -0.0052) == 1.0
-
-
 SAMPLE = TrainingRun("sample", SNAPSHOTS, 230, 299)
 
 
@@ -319,12 +297,6 @@ def test_the_training_on_a_graphics_card_runs_at_a_small_budget_and_says_its_cos
     pace_s = trainer.history[0]["elapsed_s"]
     assert re.search(r"s an epoch on cpu: 2 epochs take \S+ h; training.wall_time_max_s = 2700 allows 2", caplog.text)
     assert 0 < pace_s <= trainer.elapsed_s and trainer.history[-1]["epoch"] == 2
-
-
-def test_wall_time_ends_a_training():
-    trainer = Trainer([SAMPLE], small_recipe(epochs=100_000, wall_time_max_s=0.3), CPU)
-    assert not trainer.train()
-    assert 0.3 <= trainer.elapsed_s < 3 and len(trainer.history) >= 1
 
 
 @pytest.mark.parametrize("field", ["ball", "position", "finite_difference", "dissipation"])

@@ -1,6 +1,5 @@
 """The recursive stage, the scene that it moves in, and its timing."""
 
-import time
 from dataclasses import fields
 from pathlib import Path
 
@@ -14,7 +13,7 @@ from millprint.thesis.surrogate.graph_surrogate import GraphSurrogate, euler_ste
 from millprint.thesis.surrogate.network import NormalisedNetwork, feature_statistics
 from millprint.thesis.surrogate.rollout import RollOut
 from millprint.thesis.surrogate.scene import read_scene
-from millprint.thesis.surrogate.timing import PHYSICAL_S, scaled_thresholds, simulation_seconds, time_rollouts
+from millprint.thesis.surrogate.timing import scaled_thresholds, simulation_seconds
 from tests.conftest import configuration
 from tests.unit.surrogate_samples import CONTACTS, STEP, VESSEL, circle, simulate, small_recipe, sphere_scene, write_run
 
@@ -174,25 +173,6 @@ def test_what_is_not_finite_has_no_distance(scene):
     distance, gradient = scene.signed_distance(position, np.zeros(3))
     assert np.isnan(distance[[0, 2]]).all() and distance[1] == pytest.approx(-0.01)
     assert np.isfinite(gradient[1]).all()
-
-
-class Sleeper:
-    """A surrogate that takes a millisecond a step and a trajectory."""
-
-    step_s, balls = 1e-4, 7
-
-    def begin(self, starts_s: list[float]):
-        return lambda steps, steps_per_frame: time.sleep(1e-3 * steps * len(starts_s))
-
-
-def test_seconds_are_those_of_a_batch_and_of_its_share():
-    table = time_rollouts(Sleeper(), 0.1, [1, 4], 20, "one thread")
-    assert table["batch"].tolist() == [1, 4] and table["balls"].tolist() == [7, 7]
-    expected = 1e-3 * PHYSICAL_S / 1e-4
-    # A sleep is never shorter than asked for, and a busy machine makes it longer.
-    assert expected <= table["seconds_per_trajectory"].min() < 3 * expected
-    assert table["seconds_for_15_s"][1] == pytest.approx(4 * table["seconds_per_trajectory"][1])
-    assert table["basis"][0] == "extrapolated from 20 steps of 0.0001 s, one thread"
 
 
 def test_thresholds_of_smaller_balls_are_at_the_same_gaps():

@@ -4,6 +4,7 @@ import pytest
 
 from millprint.config.errors import ConfigError
 from millprint.run.tables import Number, Text, read_measured, read_printed, refuse_rows
+from tests.refusals import refusals
 
 COLUMNS = [
     Text("case", unique=True),
@@ -31,23 +32,7 @@ def test_a_table_on_its_bounds_is_read_with_its_blanks_and_without_its_optional_
     assert "wait_h" not in table
 
 
-@pytest.mark.parametrize(
-    ("row", "fault"),
-    [
-        ("a\ttest\t1\t1\t1\t1", "column case = a appears twice: each row needs a case of its own"),
-        ("\ttest\t1\t1\t1\t1", "column case, row 2: must not be empty"),
-        ("b\tother\t1\t1\t1\t1", "column role, case b = 'other': must be train or test"),
-        ("b\t\t1\t1\t1\t1", "column role, case b = nan: must be train or test"),
-        ("b\ttest\t0\t1\t1\t1", "column mass_g, case b = 0: must be above 0"),
-        ("b\ttest\t\t1\t1\t1", "column mass_g, case b = '': must be a finite number"),
-        ("b\ttest\tinf\t1\t1\t1", "column mass_g, case b = 'inf': must be a finite number"),
-        ("b\ttest\tfull\t1\t1\t1", "column mass_g, case b = 'full': must be a finite number"),
-        ("b\ttest\t1\t0\t1\t1", "column share, case b = 0: must be above 0 and at most 1"),
-        ("b\ttest\t1\t1\t101\t1", "column yield_percent, case b = 101: must be between 0 and 100"),
-        ("b\ttest\t1\t1\t1\tfast", "column speed_rpm, case b = 'fast': must be a finite number or empty"),
-        ("b\ttest\t1\t1\t1\t-1", "column speed_rpm, case b = -1: must be at least 0"),
-    ],
-)
+@pytest.mark.parametrize(("row", "fault"), refusals("the_first_fault_is_told_in_one_line"))
 def test_the_first_fault_is_told_in_one_line(tmp_path, row, fault):
     path = written(tmp_path, HEADER, ROWS[0], row)
     with pytest.raises(ConfigError) as caught:

@@ -14,6 +14,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.strict_yaml import parse_yaml
 from millprint.config.wording import SAME_KIND, converted, list_words
 from millprint.config.workflow import WorkflowConfig
+from tests.refusals import refusals
 
 TEMPLATE = read_template("planetary")
 MILL = completed("mine", "mine", TEMPLATE, {each.name: each.default for each in questions(TEMPLATE)})
@@ -37,49 +38,7 @@ def refused(folder, content: bytes) -> str:
     return line
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "parts"),
-    [
-        ("37.5 ", "37,5 ", ["geometry.radius_mm = '37,5'", "write 37.5"]),
-        ("37.5 ", "37.5 mm ", ["geometry.radius_mm = '37.5 mm'", "without a unit; write 37.5"]),
-        ("radius_mm: 37.5 ", "diameter_mm: 75 ", ["did you mean radius_mm? It is half of the diameter"]),
-        ("37.5 ", "3.75cm ", ["geometry.radius_mm", "without a unit, in mm", "write 37.5"]),
-        ("37.5 ", "ca. 37.5 ", ["write 37.5"]),
-        ("37.5 ", "“37.5” ", ["write 37.5"]),
-        ("37.5 ", "37.5±0.1 ", ["must be a number in mm"]),
-        ("37.5 ", " ", ["geometry.radius_mm = None", "must be a number in mm"]),
-        ("37.5 ", "yes ", ["line 8", "radius_mm", "write true or false"]),
-        ("ratio: -2 ", "ratio: 1:-2 ", ["motion.ratio = '1:-2'", "write -2"]),
-        ("ratio: -2 ", "ratio: 1:2 ", ["line 14: ratio", "62", "write 2"]),
-        ("ratio: -2 ", "ratio: −2 ", ["motion.ratio", "write -2"]),
-        ("[0.15, 0.2, 0.3]", "[0.15, 0.2, 30%]", ["sweep.fill_ratios.2 = '30%'", "write 0.3"]),
-        ("[0.15, 0.2, 0.3]", "[0.15, 0.2, 30]", ["sweep.fill_ratios.2 = 30", "write 0.3 for 30 %"]),
-        ("[0.15, 0.2, 0.3]", "[0.15, 0.2, 1/3]", ["sweep.fill_ratios.2", "write 0.3333"]),
-        ("[0.15, 0.2, 0.3]", "[0,15, 0,2, 0,3]", ["line 18", "decimal commas; write [0.15, 0.2, 0.3]"]),
-        ("[0.15, 0.2, 0.3]", "[0,066, 0,132, 0,2]", ["decimal commas; write [0.066, 0.132, 0.2]"]),
-        ("[0.15, 0.2, 0.3]", "[0.15; 0.2; 0.3]", ["separated by commas"]),
-        ("[0.15, 0.2, 0.3]", "0.15, 0.2, 0.3", ["must be a list; write [0.15, 0.2, 0.3]"]),
-        ("[0.15, 0.2, 0.3]", "[0.15, 0.3]", ["has 2 values; at least 3 are needed"]),
-        ("[10]", "10", ["sweep.ball_diameters_mm = 10: must be a list; write [10]"]),
-        ("[300, 450]", "300 to 500", ["must be a list; write [300, 500]"]),
-        ("[300, 450]", "[300, 450 rpm]", ["sweep.speeds_rpm.1", "write 450"]),
-        ("[300, 450]", "[300, 1_000]", ["speeds_rpm", "write 1000"]),
-        ("speeds_rpm", "speed_rpm", ["sweep.speed_rpm", "did you mean speeds_rpm?"]),
-        ("height_mm", "height_cm", ["geometry.height_cm", "did you mean height_mm? Its value is in mm"]),
-        ("height_mm", "hoehe_mm", ["geometry.hoehe_mm", "did you mean height_mm?"]),
-        ("height_mm: ", "height_mm:", ["line 9", "a colon without a blank"]),
-        ("height_mm: ", "height_mm = ", ["line 9", "an equals sign"]),
-        ("height_mm: ", "height_mm:\u00a0", ["line 9", "does not break"]),
-        ("  height_mm", "\theight_mm", ["line 9", "a tab"]),
-        ("  height_mm", "   height_mm", ["line 9", "same column"]),
-        ("kind: cylinder", "kind: Zylinder", ["geometry.kind = 'Zylinder'", "did you mean cylinder?"]),
-        ("  kind: cylinder\n", "", ["geometry.kind: this key is missing"]),
-        ("title: mine", "title: Mill: mine", ["line 3", "a second colon", "quotes"]),
-        ("title: mine", "title: 6", ["title = 6", "write it in quotes, '6'"]),
-        ("title: mine", "title: #6", ["title = None", "quotes"]),
-        ("name: mine", "name: Mine", ["name = 'Mine'", "write mine"]),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "parts"), refusals("a_value_as_people_write_it"))
 def test_a_value_as_people_write_it(folder, old, new, parts):
     assert old in MILL
     line = refused(folder, MILL.replace(old, new).encode())
@@ -115,17 +74,7 @@ def test_a_file_of_a_similar_name_is_named(folder, name):
         load_named("config/mills", "mine", MillConfig, "mill")
 
 
-@pytest.mark.parametrize(
-    ("content", "parts"),
-    [
-        ({"mill": "Mine"}, ["mill = 'Mine'", "write mine"]),
-        ({"mill": "config/mills/mine.yaml"}, ["write mine"]),
-        ({"mill": "mine", "name": "Meine Mühle"}, ["name = 'Meine Mühle'", "write meine_muehle"]),
-        ({"mill": "mine", "mills": "mine"}, ["mills = 'mine'", "must be a section", "did you mean mill?"]),
-        ({"mill": "mine", "contacts": "steel"}, ["contacts = 'steel'", "write [steel]"]),
-        ({"mill": "mine", "results": "C:\\runs"}, ["results = ", "a folder in the working folder"]),
-    ],
-)
+@pytest.mark.parametrize(("content", "parts"), refusals("a_setting_of_a_run"))
 def test_a_setting_of_a_run(content, parts):
     with pytest.raises(ConfigError) as caught:
         check_model(content, WorkflowConfig, "--config")
@@ -158,14 +107,7 @@ def test_a_list_without_brackets_keeps_its_signs(text, meant):
     assert list_words(text) == f"must be a list; write {meant}"
 
 
-@pytest.mark.parametrize(
-    ("words", "parts"),
-    [
-        ("--configfile a.yaml -n --configfile b.yaml", ["only the last, b.yaml: a.yaml would", "a.yaml b.yaml"]),
-        ("--configfile=a.yaml --configfiles b.yaml", ["a.yaml would be left out"]),
-        ("-C mill=mine --config name=me", ["--config is given 2 times", "write --config mill=mine name=me"]),
-    ],
-)
+@pytest.mark.parametrize(("words", "parts"), refusals("an_option_that_replaces_another_is_named"))
 def test_an_option_that_replaces_another_is_named(words, parts):
     with pytest.raises(ConfigError) as caught:
         check_given_once(words.split())

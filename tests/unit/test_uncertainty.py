@@ -1,13 +1,10 @@
 """Distributions, samples and intervals by contact parameters; what was done is kept."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pandas as pd
 import pytest
 from pydantic import ValidationError
 
-import measure_uncertainty
 from millprint.cases.of_mill import uncertainty_cases, varied_case
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError, SimulationError
@@ -18,20 +15,17 @@ from millprint.config.sweep import DemConfig
 from millprint.config.uncertainty import (
     DISTRIBUTIONS,
     PARAMETERS,
-    MeasuredSection,
     ParametersSection,
     UncertaintyConfig,
 )
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.run import simulate
 from millprint.fingerprint.bands import read_factors
-from millprint.fingerprint.descriptors import MOTIONS
 from millprint.observables.definitions import CURVES
-from millprint.run.files import read_table, write_json, write_table
+from millprint.run.files import read_table, write_json
 from millprint.uncertainty import samples
 from millprint.uncertainty.intervals import measure
 from millprint.uncertainty.samples import (
-    FROZEN,
     check_contact,
     contact_space,
     contact_values,
@@ -42,16 +36,13 @@ from millprint.uncertainty.samples import (
     variable_of,
 )
 from tests.conftest import ROOT
+from tests.refusals import refusals
 
 EMAX = load_named("config/mills", "emax", MillConfig, "mill")
 CONTACTS = {name: load_named("config/contacts", name, ContactConfig, "contact set") for name in ("calibrated", "steel")}
 CALIBRATED = CONTACTS["calibrated"]
 MILLS = MillsConfig(contact="calibrated")
 RULE = "gap_0_02"
-
-
-def test_every_kind_of_distribution_can_be_drawn_from():
-    assert set(FROZEN) == set(DISTRIBUTIONS)
 
 
 def test_quantiles_are_those_of_closed_forms():
@@ -110,45 +101,10 @@ def test_a_contact_set_outside_the_distributions_is_refused_in_one_line():
     assert "\n" not in str(error.value)
 
 
-@pytest.mark.parametrize(
-    ("keys", "words"),
-    [
-        ({"parameters": {"restitution": {"kind": "gaussian", "source": "x"}}}, "does not match any of the expected"),
-        ({"parameters": {"restitution": {"kind": "uniform", "low": 0.5, "high": 0.9}}}, "source"),
-        (
-            {"parameters": {"restitution": {"kind": "uniform", "low": 0.5, "high": 1.9, "source": "x"}}},
-            "from 0.02 to 1",
-        ),
-        ({"parameters": {"restitution": {"kind": "uniform", "low": 0.5, "high": 0.5, "source": "x"}}}, "must be below"),
-        ({"parameters": {"restitution": {"kind": "measured", "value": 0.5, "source": "x"}}}, "give either value and"),
-        (
-            {"parameters": {"restitution": {"kind": "measured", "lower": 0.5, "upper": 0.4, "source": "x"}}},
-            "must be below upper",
-        ),
-        (
-            {
-                "parameters": {
-                    "restitution": {"kind": "triangular", "low": 0.5, "mode": 0.4, "high": 0.6, "source": "x"}
-                }
-            },
-            "mode = 0.4: must lie between",
-        ),
-        ({"samples": 4}, "greater than or equal to 8"),
-        ({"samples": 8, "jobs": 9}, "more than samples"),
-        ({"base_samples": 500}, "power of two"),
-        ({"fill_ratios": [0.3, 0.1]}, "must rise"),
-        ({"mills": ["emax", "emax"]}, "appears twice"),
-    ],
-)
+@pytest.mark.parametrize(("keys", "words"), refusals("wrong_settings_are_refused"))
 def test_wrong_settings_are_refused(keys, words):
     with pytest.raises(ValidationError, match=words):
         UncertaintyConfig.model_validate(keys)
-
-
-def test_a_distribution_without_possible_values_is_refused_in_one_line():
-    section = MeasuredSection(kind="measured", value=5.0, standard_error=0.1, source="a test")
-    with pytest.raises(ConfigError, match=r"uncertainty.parameters.restitution: mean = 5"):
-        variable_of("restitution", section, PARAMETERS["restitution"])
 
 
 SHORT = varied_case(EMAX, MILLS, UncertaintyConfig(rayleigh_fraction=0.1)).model_copy(
@@ -308,27 +264,6 @@ def test_intervals_of_simulated_samples_hold_them_and_reach_no_further():
         assert near.between(np.log(row.lower) - rounding, np.log(row.upper) + rounding).all(), row
         assert np.log(row.upper) < logs.max() + 0.25 and np.log(row.lower) > logs.min() - 0.25, row
         assert row.lower <= row.value <= row.upper
-
-
-@pytest.mark.parametrize("jobs", [1, 3])
-@pytest.mark.slow
-def test_samples_of_several_jobs_are_one_table_in_order(jobs, tmp_path):
-    settings = UncertaintyConfig(samples=16, base_samples=32, draws=4, fill_ratios=[0.1, 0.2], jobs=jobs)
-    samples = synthetic_samples(settings).assign(varied="nothing", motion="")
-    samples.loc[3, "motion"] = MOTIONS["no_impacts"].word
-    samples.insert(0, "sample", samples.index)
-    names = ("samples", "emulator", "indices", "intervals", "sets", "contact")
-    output = SimpleNamespace(**{name: tmp_path / name for name in names})
-    parts = [tmp_path / f"{number}.tsv" for number in range(jobs)]
-    for number, path in enumerate(parts):
-        write_table(samples.iloc[number::jobs], path, digits=17)
-    given = SimpleNamespace(samples=parts)
-    measure_uncertainty.main(given, output, EMAX, CALIBRATED, [], settings)
-    written = pd.read_csv(output.samples, sep="\t")
-    assert written["sample"].tolist() == list(range(16))
-    assert written["restitution"].tolist() == pytest.approx(samples["restitution"].tolist())
-    # A sample without impacts stays in the table, and has no part in what follows from it.
-    assert (pd.read_csv(output.emulator, sep="\t")["samples"] == 15).all()
 
 
 def test_faults_of_the_whole_run_are_found_before_it():

@@ -16,6 +16,7 @@ from millprint.validation.measured import (
     read_measurements,
 )
 from millprint.validation.verdicts import NOT_EXPLAINED, count_verdicts, give_verdicts, tabulate_coverage
+from tests.refusals import refusals
 from tests.workflow.conftest import ROOT
 
 MEASURED = ROOT / "config/data/measured.tsv"
@@ -75,22 +76,7 @@ def test_rows_without_a_known_setup_stay_in_the_table():
     assert (rows.loc[["8b", "8c", "8d"], "setup"] == UNKNOWN).all()
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ({"unit": "horsepower"}, ("column unit, row 1 = 'horsepower'", "must be W or")),
-        ({"setup": "alumina"}, ("column setup, row 1 = 'alumina'", "unknown set-up; known: slice_mill")),
-        ({"value": "10:5;20"}, ("column value, row 1 = '10:5;20'", "must be a number, a series")),
-        ({"value": "3 to 1"}, ("column value, row 1 = '3 to 1'", "must be")),
-        ({"value": ""}, ("column value, row 1 = ''", "must be")),
-        ({"x": ""}, ("column x, row 1 = ''", "must say what the x of a series is")),
-        ({"uncertainty_unit": "kW"}, ("column uncertainty_unit, row 1 = 'kW'", "must be W or %")),
-        ({"uncertainty_unit": ""}, ("column uncertainty_unit, row 1 = ''", "must be W or %")),
-        ({"uncertainty": ""}, ("column uncertainty_unit, row 1 = 'W'", "empty where there is none")),
-        ({"uncertainty": "-1"}, ("column uncertainty, row 1 = -1", "above 0")),
-        ({"uncertainty": "5 to 8 %"}, ("column uncertainty", "5 to 8 %", "finite number")),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("change", "words"), refusals("a_measured_table_is_refused_in_one_line"))
 def test_a_measured_table_is_refused_in_one_line(tmp_path, change, words):
     path = table_with(tmp_path, change)
     with pytest.raises(ConfigError) as refused:

@@ -105,22 +105,3 @@ def test_a_mill_that_is_no_cylinder_is_refused(tmp_path):
     )
     with pytest.raises(ConfigError, match="bead_drum: must be a cylinder about the axis y"):
         drums.predict_bead_drum(inputs)
-
-
-def test_the_picture_shows_the_middle_of_the_last_snapshot(tmp_path):
-    write_bed(tmp_path / "a" / "run.h5", 25.0, 0)
-    slab = drums.slab_of_bed(tmp_path / "a" / "run.h5", 0.003)
-    assert len(slab) == pytest.approx(BALLS * 3 / 24, rel=0.1)
-    assert np.hypot(slab["x_m"], slab["z_m"]).max() < 0.12
-    # At the wall the bed is fastest.
-    assert slab["speed_m_s"].max() == pytest.approx(RATE * (0.12 + ZERO), rel=0.1)
-
-
-def test_the_figure_of_a_bed_has_a_circle_for_each_ball(close_figures):
-    from millprint.figures.validation_figures import plot_bed
-
-    balls = pd.DataFrame({"x_m": [0.0, 0.01], "z_m": [-0.1, -0.1], "speed_m_s": [0.1, 0.2]})
-    figure = plot_bed(balls, 0.12, 0.003, "a drum")
-    (circles,) = figure.axes[0].collections
-    assert len(circles.get_offsets()) == 2
-    assert circles.get_array().tolist() == [0.1, 0.2]

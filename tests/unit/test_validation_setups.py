@@ -6,10 +6,9 @@ import pytest
 
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
-from millprint.config.setup_models import FILES, KINDS, QUICK, SETTINGS, SetupConfig
+from millprint.config.setup_models import SETTINGS, SetupConfig
 from millprint.config.sweep import DemConfig
 from millprint.config.workflow import WorkflowConfig
-from millprint.figures.validation_figures import plot_setup
 from millprint.validation.measured import (
     CONTACT,
     PREDICTION_COLUMNS,
@@ -17,14 +16,9 @@ from millprint.validation.measured import (
     check_predictions,
     read_measurements,
 )
-from millprint.validation.setups import PREDICTED, assumption_table, predict, setup_named
+from millprint.validation.setups import assumption_table, predict, setup_named
 from tests.physics.test_impacts import ALUMINA
 from tests.unit.test_validation import MEASURED, points_of, predictions_of
-
-
-def test_every_setup_has_settings_and_a_record():
-    assert {file.kind for file in FILES.values()} == set(KINDS) == set(PREDICTED)
-    assert all(type(quick) is type(SETTINGS[name]) for name, quick in QUICK.items())
 
 
 def test_every_setup_answers_a_measured_row():
@@ -97,12 +91,3 @@ def test_assumptions_name_every_coefficient_and_its_source():
     (friction,) = rows[rows["what"].str.startswith("static_friction")].to_dict("records")
     assert friction["value"] == "0.092" and "Kharaz" in friction["source"]
     assert (rows["source"] != "").all()
-
-
-def test_the_figure_shows_every_quantity_and_the_measured_points(tmp_path):
-    measured = points_of(tmp_path, AT_50_DEGREES)
-    figure = plot_setup(predict_impact(measured), measured, "a title")
-    labels = [axis.get_ylabel().replace("\n", " ") for axis in figure.axes if axis.get_visible()]
-    assert "tangential restitution [-]" in labels and "rebound angle of the centre [deg]" in labels
-    drawn = [each.get_label() for each in figure.axes[0].containers]
-    assert "measured" in drawn

@@ -11,7 +11,6 @@ from millprint.config.quantities import LOSS_EXPONENT, LOST, PLATE_MEAN, SWING, 
 from millprint.config.setup_models import QUICK, SETTINGS, SetupConfig
 from millprint.config.sweep import DemConfig
 from millprint.dem.layout import TOTAL
-from millprint.figures.shaken_figure import plot_shaken
 from millprint.validation.measured import DEM, Inputs, measured_points, read_measurements
 from millprint.validation.setups import predict
 from millprint.validation.shaken import LAW_END, ShakenBox, law_of_loss, law_of_swing, meeting_phase, pour, spread
@@ -129,16 +128,6 @@ def test_a_short_run_of_a_shaken_box_is_near_the_law(box_table):
     assert same["predicted"].to_numpy() == pytest.approx(1, abs=0.15)
     thickness = box_table[box_table["quantity"] == THICKNESS].set_index("model")["predicted"]
     assert set(thickness.index) == {FITTED, POURED} and thickness.between(0.9, 1.3).all()
-
-
-def test_the_figure_of_the_box_has_the_law_and_what_was_changed(box_table):
-    figure = plot_shaken(box_table, LOST, SAME, "A / G [-]")
-    left, right = figure.axes
-    labels = left.get_legend_handles_labels()[1]
-    assert labels == [LAW, FITTED, "0.6 m/s", "friction 0", DEM]
-    assert right.get_legend_handles_labels()[1] == ["0.6 m/s", "friction 0"]
-    alone = plot_shaken(box_table[box_table["quantity"] == LOST], LOST, SAME, "A / G [-]")
-    assert len(alone.axes) == 1
 
 
 @pytest.mark.slow

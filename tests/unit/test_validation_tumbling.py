@@ -19,7 +19,6 @@ from millprint.validation.tumbling import (
     POWER_W,
     Mill,
     contact_changes,
-    half_angle,
     hogg_fuerstenau,
     intervals,
     morrell,
@@ -173,10 +172,6 @@ def test_hogg_and_fuerstenau_agrees_with_its_form_in_feet(filling):
     in_feet *= (filling - 1.065 * filling**2) * math.sin(math.radians(35))
     assert hogg_fuerstenau(mill, turns_hz, 35) == pytest.approx(1e3 * in_feet, rel=0.02)
     assert hogg_fuerstenau(mill, turns_hz, 0) == 0
-
-
-def test_half_of_the_drum_is_a_half_circle():
-    assert half_angle(0.5) == pytest.approx(math.pi / 2)
 
 
 def runs_of(powers: dict[tuple[str, int, float, int], float], **angles: list[float]) -> pd.DataFrame:

@@ -13,12 +13,9 @@ from millprint.cli.commands import main as millprint
 from millprint.config.errors import ConfigError
 from millprint.config.view import ViewConfig
 from millprint.figures.animation import SPEEDS, Animation, save_animation
-from millprint.thesis.figures.chapter6_figures import plot_motion
 from millprint.thesis.surrogate.side_by_side import movie_side_by_side
 from millprint.view.frames import Movie, read_movie
-from tests.unit.run_samples import OUTLINE, RADII, turn, write_sample
-
-ROOT = Path(__file__).parents[2]
+from tests.unit.run_samples import OUTLINE, turn, write_sample
 
 pytestmark = pytest.mark.usefixtures("close_figures")
 
@@ -37,15 +34,6 @@ def movie_of_one_ball(run: Path, speed_m_s: float, place_mm: tuple[float, float]
     return replace(movie, frames=(replace(movie.frames[0], pictures=pictures),), speed_max_m_s=2.0)
 
 
-def test_frames_are_spread_over_the_requested_revolutions(run):
-    movie = read_movie(run, SETTINGS)
-    assert len(movie.frames) == 25
-    assert [frame.time_s for frame in movie.frames] == pytest.approx(0.5 + 4e-3 * np.arange(25))
-    assert [frame.revolution for frame in movie.frames] == pytest.approx(5 + 0.04 * np.arange(25))
-    assert (movie.delay_ms, movie.slow_motion) == (40, pytest.approx(10))
-    assert "600 rpm" in movie.heading and "5 balls of 10 mm" in movie.heading
-
-
 def test_balls_are_drawn_from_the_back_to_the_front_at_their_place(run):
     movie = read_movie(run, SETTINGS)
     with h5py.File(run) as file:
@@ -61,24 +49,6 @@ def test_balls_are_drawn_from_the_back_to_the_front_at_their_place(run):
     np.testing.assert_allclose(side.speed_m_s, relative[towards], rtol=1e-6)
     np.testing.assert_allclose(above.jar_mm, body[:2])
     assert movie.speed_max_m_s == pytest.approx(max(frame.pictures[0].speed_m_s.max() for frame in movie.frames))
-
-
-def test_balls_of_several_sizes_have_their_own_sizes(tmp_path):
-    write_sample(tmp_path / "run.h5", mixed=True)
-    movie = read_movie(tmp_path / "run.h5", SETTINGS)
-    assert "5 balls of three, 4 to 12 mm" in movie.heading
-    with h5py.File(tmp_path / "run.h5") as file:
-        position = file["snapshots/position_m"][8]
-    above, side = movie.frames[4].pictures
-    np.testing.assert_allclose(above.radius_mm, 1e3 * RADII[np.argsort(position[:, 2])])
-    np.testing.assert_allclose(side.radius_mm, 1e3 * RADII[np.argsort(-position[:, 1])])
-    # The nearest ball, whose place no other covers, as it changes from frame to frame.
-    animation = Animation(movie)
-    drawn = np.asarray(animation.draw(replace(movie.frames[4], pictures=(above, above))))
-    centre, radius = above.centre_mm[-1], above.radius_mm[-1]
-    inside = pixel(animation, drawn, 0, centre - np.array([0, 0.85 * radius]))
-    colour = np.array(SPEEDS(above.speed_m_s[-1] / movie.speed_max_m_s)[:3])
-    assert inside == pytest.approx(colour, abs=0.02)
 
 
 @pytest.mark.parametrize("turning", [0.0, 7.0])
@@ -123,15 +93,6 @@ def test_a_ball_has_its_size_and_the_colour_of_its_speed(run):
             assert np.ptp(outside) < 0.02, "must be grey wall or paper"
 
 
-def test_nothing_of_a_frame_remains_in_the_next(run):
-    movie = movie_of_one_ball(run, 1.3, (17.0, 12.0))
-    other = movie_of_one_ball(run, 0.2, (-5.0, 20.0)).frames[0]
-    animation = Animation(movie)
-    before = np.asarray(animation.draw(movie.frames[0])).copy()
-    assert (np.asarray(animation.draw(other)) != before).any()
-    np.testing.assert_array_equal(np.asarray(animation.draw(movie.frames[0])), before)
-
-
 @pytest.mark.parametrize("suffix", ["gif", "png"])
 @pytest.mark.slow
 def test_the_file_plays_every_frame_for_ever(run, tmp_path, suffix):
@@ -168,32 +129,6 @@ def test_the_command_line(run, capsys):
 def recorded(run: Path) -> dict[str, np.ndarray]:
     with h5py.File(run) as file:
         return {name: file[f"snapshots/{name}"][:] for name in ("time_s", "position_m", "velocity_m_s")}
-
-
-def test_simulation_on_the_left_and_prediction_on_the_right_at_the_same_moments(run):
-    truth = recorded(run)
-    rows = slice(10, 31)
-    predicted = truth["position_m"][rows] + [0.001, 0, 0]
-    movie = movie_side_by_side(run, truth["time_s"][rows], predicted, truth["velocity_m_s"][rows], 5, 20)
-    assert len(movie.frames) == 5 and movie.columns == 2
-    assert [panel.title.split(",")[0] for panel in movie.panels] == ["DEM", "surrogate"] * 2
-    assert [frame.time_s for frame in movie.frames] == pytest.approx(truth["time_s"][rows][::5])
-    for frame in movie.frames:
-        left, right = frame.pictures[:2]
-        np.testing.assert_allclose(right.centre_mm - left.centre_mm, np.tile([1.0, 0.0], (len(left.centre_mm), 1)))
-        np.testing.assert_allclose(right.speed_m_s, left.speed_m_s, rtol=1e-6)
-    above = truth["position_m"][15][np.argsort(truth["position_m"][15][:, 2])]
-    np.testing.assert_allclose(movie.frames[1].pictures[0].centre_mm, 1e3 * above[:, :2])
-
-
-def test_balls_that_ran_away_are_drawn_outside(run):
-    truth = recorded(run)
-    position = truth["position_m"][:4].copy()
-    position[2:], position[1, 0] = np.nan, 1e30
-    movie = movie_side_by_side(run, truth["time_s"][:4], position, truth["velocity_m_s"][:4], 1, 10)
-    assert (movie.frames[3].pictures[1].centre_mm > movie.panels[1].limits_mm[1]).all()
-    assert np.isfinite(movie.speed_max_m_s)
-    assert len(plot_motion(movie, [0, 3]).axes) == 9  # four panels at two moments, and the colour bar
 
 
 def test_moments_that_were_not_recorded_are_refused(run):

@@ -21,7 +21,7 @@ from millprint.run.hdf5 import open_hdf5
 from millprint.view import snapshots as snapshots_module
 from millprint.view.paraview import BALL, WALL, export_run
 from millprint.view.snapshots import Snapshots
-from tests.unit.run_samples import BALLS, RADIUS, ell, turn, write_sample
+from tests.unit.run_samples import BALLS, RADIUS, ell, write_sample
 
 ROOT = Path(__file__).parents[2]
 
@@ -101,32 +101,6 @@ def test_energy_of_snapshots_left_out_is_added(run):
     assert shown[0] == 0
     assert shown[1] == pytest.approx(normal[1:8].sum())
     assert sum(shown) == pytest.approx(normal[1:57].sum())
-
-
-def test_walls_move_and_turn_with_the_body(run):
-    _, walls, _ = export(run, 2)
-    vertices, triangles = ell().triangles()
-    with h5py.File(run) as file:
-        group = file["snapshots"]
-        body, time_s, turns = group["body_position_m"][:], group["time_s"][:], "body_rotation" in group
-    for step in (0, 1, 13, 29):
-        _, mesh, _ = read(walls, step)
-        rotation = turn(7.0 * time_s[2 * step : 2 * step + 1])[0] if turns else np.eye(3)
-        np.testing.assert_allclose(points(mesh), vertices @ rotation.T + body[2 * step], atol=1e-8)
-        cells = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)
-        np.testing.assert_array_equal(cells, triangles)
-
-
-def test_speed_relative_to_the_wall_vanishes_for_balls_that_go_with_it(run):
-    with h5py.File(run, "a") as file:
-        group = file["snapshots"]
-        spin = group["body_spin_rad_s"][:] if "body_spin_rad_s" in group else np.zeros((60, 3))
-        arm = group["position_m"][:] - group["body_position_m"][:][:, None]
-        group["velocity_m_s"][:] = group["body_velocity_m_s"][:][:, None] + np.cross(spin[:, None], arm)
-    balls, *_ = export(run)
-    _, _, arrays = read(balls, 17)
-    np.testing.assert_allclose(arrays["relative_speed_m_s"], 0, atol=1e-6)
-    assert arrays["speed_m_s"].min() > 0.5
 
 
 @pytest.mark.slow

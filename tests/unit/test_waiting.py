@@ -14,36 +14,12 @@ from millprint.validation.waiting import (
     LEAF_SPRING,
     POWER,
     TABLE,
-    WARMING,
     digest_of_file,
     fix_waiting,
     read_waiting,
     swing_rows,
 )
 from tests.conftest import ROOT
-
-PAGE = ROOT / "docs/why/predictions.md"
-
-
-def digits(number: float) -> str:
-    """A number with three digits, and no power of ten."""
-    return f"{float(f'{number:.3g}'):g}"
-
-
-def shown(table: pd.DataFrame) -> list[str]:
-    """The lines of the page: of each mill, the condition in the middle of its table."""
-    lines = []
-    for mill, own in table[table["mill"] != LEAF_SPRING].groupby("mill", sort=False):
-        places = own[["ball_diameter_mm", "fill_ratio", "speed_rpm"]].drop_duplicates()
-        diameter, fill, speed = places.iloc[len(places) // 2]
-        here = own[(own["ball_diameter_mm"] == diameter) & (own["fill_ratio"] == fill) & (own["speed_rpm"] == speed)]
-        cells = []
-        for name in (POWER, IMPACTS, WARMING):
-            rows = here[here["quantity"] == name]
-            ends = [f"{digits(row.lower)} to {digits(row.upper)}" for row in rows.itertuples()]
-            cells.append(f"{digits(rows['value'].iloc[0])} ({'; '.join(ends)})")
-        lines.append(f"| {mill} | {diameter:g} | {fill:g} | {speed:g} | {' | '.join(cells)} |")
-    return lines
 
 
 def test_the_table_holds_what_the_included_fingerprints_predict():
@@ -84,13 +60,6 @@ def test_a_condition_finds_the_newest_generation_that_is_older_than_the_measurem
     assert waiting.fixed_before("2999-01-01", "planetary", 10.0, 0.16, 300.0, POWER) is None
 
 
-def test_the_page_shows_the_latest_rows():
-    table = read_waiting(ROOT / TABLE)
-    latest = table[table["date"] == table.groupby("mill")["date"].transform("max")]
-    text = PAGE.read_text()
-    assert [line for line in shown(latest) if line not in text] == []
-
-
 def test_a_changed_fingerprint_replaces_the_rows_of_its_release_and_keeps_earlier_ones(tmp_path, monkeypatch):
     path = tmp_path / "waiting.tsv"
     rows = read_waiting(ROOT / TABLE).query("mill == 'planetary'").reset_index(drop=True)
@@ -103,16 +72,6 @@ def test_a_changed_fingerprint_replaces_the_rows_of_its_release_and_keeps_earlie
         assert fix_waiting(path, release, now) == ["planetary"]
     table = read_waiting(path)
     assert len(table) == 2 * len(rows) and list(table["date"].unique()) == ["2026-01-01 00:00", "2026-01-04 00:00"]
-
-
-def test_the_swing_of_the_leaf_spring_is_on_the_page():
-    table = read_waiting(ROOT / TABLE)
-    own = table[table["mill"] == LEAF_SPRING]
-    assert own["quantity"].str.startswith(f"{SWING} after ").all()
-    assert (own["lower"] <= own["value"]).all() and (own["value"] <= own["upper"]).all()
-    text = PAGE.read_text()
-    for row in own.itertuples():
-        assert f"| {row.quantity.split()[-2]} | {row.value:.3g} ({row.lower:.3g} to {row.upper:.3g}) |" in text
 
 
 def test_a_swing_has_a_row_for_each_second():

@@ -26,6 +26,7 @@ from millprint.thesis.doe.wet_lab import read_wear, yield_table
 from millprint.thesis.yields.experiments import read_experiments
 from millprint.thesis.yields.run_tables import read_parts, read_rows
 from tests.conftest import ROOT, configuration
+from tests.refusals import refusals
 from tests.unit import doe_settings, yield_settings
 from tests.unit.doe_settings import SCREENING
 from tests.unit.synthetic_mill import fingerprint
@@ -230,7 +231,9 @@ SETTINGS = [
 ]
 
 
-@pytest.mark.parametrize(("section", "key", "value", "part"), SETTINGS)
+@pytest.mark.parametrize(
+    ("section", "key", "value", "part"), refusals("a_wrong_setting_is_refused_in_one_line_that_names_its_key")
+)
 def test_a_wrong_setting_is_refused_in_one_line_that_names_its_key(section, key, value, part):
     make, model = SECTIONS[section]
     content = deepcopy(make())

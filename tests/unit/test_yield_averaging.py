@@ -9,7 +9,6 @@ from scipy.optimize import approx_fprime
 from scipy.stats import multivariate_normal, norm
 
 from millprint.config.averaged_process import INPUTS, Priors
-from millprint.config.errors import ConfigError
 from millprint.config.yields import PredictionConfig
 from millprint.run.files import read_json
 from millprint.thesis.yields.averaging import (
@@ -22,7 +21,7 @@ from millprint.thesis.yields.averaging import (
     to_conversion,
 )
 from millprint.thesis.yields.experiments import Mill, described_settings
-from millprint.thesis.yields.features import Standardisation, describe
+from millprint.thesis.yields.features import describe
 from millprint.thesis.yields.groups import regime_rows
 from millprint.thesis.yields.model_files import load_any, save_averaged, training_rows
 from millprint.thesis.yields.new_conditions import (
@@ -127,14 +126,6 @@ def test_avrami_link_makes_kinetics_a_straight_line_in_log_time():
     slope = np.diff(LINKS["avrami"].forward(conversion)) / np.diff(np.log(time))
     np.testing.assert_allclose(slope, 0.7)
     assert to_conversion(np.array([0.0, 50.0, 100.0]), 0.005).tolist() == [0.005, 0.5, 0.995]
-
-
-def test_an_input_that_hardly_varies_is_not_scaled_up():
-    raw = np.array([[1.0, 0.69], [2.0, 0.70], [3.0, 0.69]])
-    standard = Standardisation.of(raw, np.array([False, False]), np.array([0.0, 0.05]))
-    assert standard.deviation[0] == pytest.approx(np.std([1, 2, 3])) and standard.deviation[1] == 0.05
-    logarithmic = Standardisation.of(raw, np.array([True, False]))
-    np.testing.assert_allclose(logarithmic(raw)[:, 0], (np.log(raw[:, 0]) - np.log(6) / 3) / np.std(np.log([1, 2, 3])))
 
 
 def test_left_out_in_closed_form_is_the_process_without_the_row():
@@ -253,19 +244,6 @@ def test_a_descriptor_within_the_band_of_its_curve_is_possible():
 
 
 BAND = {"_lower": -0.2, "_upper": 0.25}
-
-
-def test_the_curves_are_read_as_they_were_written_and_others_are_refused_in_one_line(tmp_path):
-    path = tmp_path / "mill.json"
-    CURVES.write(path)
-    again = MillCurves.read(path)
-    rows = pd.concat([described(), described().assign(**MIXED)])
-    assert again.warnings(rows, TOLERANCE) == CURVES.warnings(rows, TOLERANCE)
-    for text in ("[]", "{", '{"format": "else"}', '{"format": "millprint curves of a mill 1"}'):
-        path.write_text(text)
-        with pytest.raises(ConfigError, match=r"mill\.json") as caught:
-            MillCurves.read(path)
-        assert "\n" not in str(caught.value)
 
 
 def one_member() -> tuple[AveragedModel, pd.DataFrame]:

@@ -6,11 +6,8 @@ from sklearn.ensemble import RandomForestRegressor
 from sklearn.model_selection import train_test_split
 from xgboost import XGBRegressor
 
-from millprint.cli.commands import main as millprint
-from millprint.config.errors import ConfigError
 from millprint.config.search_spaces import SPACES, TRAININGS
-from millprint.config.yields import YieldConfig
-from millprint.run.files import read_json, read_table
+from millprint.run.files import read_json
 from millprint.thesis.claims.tolerances import agrees
 from millprint.thesis.yields.averaging import fit_averaged
 from millprint.thesis.yields.estimators import (
@@ -28,12 +25,10 @@ from millprint.thesis.yields.metrics import METRICS, YieldWeights, metrics
 from millprint.thesis.yields.model_files import load_model, save_averaged, save_model
 from millprint.thesis.yields.new_conditions import predict_conditions
 from millprint.thesis.yields.regressors import REGRESSORS, models_of, regressor
-from millprint.thesis.yields.run_tables import check_yield_tables, read_rows, read_split
+from millprint.thesis.yields.run_tables import read_rows, read_split
 from millprint.thesis.yields.yield_model import Trainer, fit_model, plan_steps
-from tests.conftest import PRINTED, ROOT
-from tests.unit.doe_settings import SCREENING
-from tests.unit.doe_settings import settings as doe_settings
-from tests.unit.yield_settings import SPLIT, parts, settings, thesis_yields
+from tests.conftest import PRINTED
+from tests.unit.yield_settings import SPLIT, parts, settings
 
 
 def test_split_is_the_locked_one():
@@ -55,17 +50,6 @@ def test_features_are_those_of_the_thesis():
     np.testing.assert_array_equal(features["bpr_molar_ratio"], rows["bpr"] * rows["molar_ratio"])
     for name, column in (("time_sigmoid", "time_h"), ("bpr_sigmoid", "bpr")):
         np.testing.assert_allclose(features[name], 1 / (1 + np.exp(-rows[column].to_numpy(float))), rtol=1e-14)
-
-
-def test_settings_are_checked_against_the_tables():
-    section = thesis_yields()
-    section["training"]["choices"]["linear_features"] = ["bpr", "temperature"]
-    with pytest.raises(ConfigError, match="linear_features = 'temperature': no feature; known: bpr"):
-        check_yield_tables(YieldConfig(**section), str(SCREENING), str(SPLIT), doe_settings(), "config.yaml")
-    section = thesis_yields()
-    section["search"]["folds"] = 22
-    with pytest.raises(ConfigError, match=r"yields\.search\.folds = 22: at most 21"):
-        check_yield_tables(YieldConfig(**section), str(SCREENING), str(SPLIT), doe_settings(), "config.yaml")
 
 
 WEIGH = YieldWeights(70, 2.0)
@@ -249,9 +233,6 @@ def test_several_starts_reach_the_largest_marginal_likelihood_of_any_of_them():
         assert (low <= start[[0, 1, -1]]).all() and (start[[0, 1, -1]] <= high).all()
 
 
-CONDITIONS_TABLE = ROOT / "config/data/conditions.tsv"
-
-
 @pytest.fixture(scope="module")
 def models(tmp_path_factory) -> dict[str, str]:
     """One stored model for each kind of interval."""
@@ -295,16 +276,3 @@ def test_conditions_outside_the_trained_ranges_are_refused_with_the_reason(model
     assert "bpr = 80" in table["warning"][1] and "tangential_share = 0.5455" in table["warning"][3]
     extrapolated = predict_conditions(models["mixture"], requested, *arguments(0.95), extrapolate=True)
     assert extrapolated["predicted_percent"].notna().all() and extrapolated["warning"].equals(table["warning"])
-
-
-@pytest.mark.slow
-def test_the_command_predicts_the_example(models, tmp_path, capsys, monkeypatch):
-    out = tmp_path / "out.tsv"
-    monkeypatch.chdir(ROOT)
-    assert millprint(["yields", models["mixture"], str(CONDITIONS_TABLE), str(out)]) == 0
-    assert "1 rows are outside the domain" in capsys.readouterr().err
-    table = read_table(out, text=["case", "warning"]).set_index("case")
-    assert (
-        np.isnan(table.loc["low_fill", "predicted_percent"]) and "tangential_share" in table.loc["low_fill", "warning"]
-    )
-    assert table.loc["shorter", "lower_percent"] < table.loc["shorter", "predicted_percent"]

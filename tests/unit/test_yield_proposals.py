@@ -20,7 +20,6 @@ from millprint.thesis.doe.chemistry import hydrogen_released
 from millprint.thesis.yields.averaging import AveragedModel, Candidate, fit_averaged, fit_member
 from millprint.thesis.yields.experiments import (
     DONE,
-    RUNNING,
     SETTINGS,
     check_region,
     read_experiments,
@@ -43,12 +42,10 @@ from millprint.thesis.yields.posterior_process import Process
 from millprint.thesis.yields.proposals import (
     choose_for_learning,
     choose_for_yield,
-    choose_repeats,
     count_reasons,
     expected_improvement,
     joint_draws,
     same_setting,
-    shortlist,
     split_region,
 )
 from millprint.thesis.yields.retrospective import (
@@ -76,13 +73,6 @@ REGION = {
     "fill_ratio": [0.06, 0.10],
     "ball_diameter_mm": [10],
 }
-
-
-@pytest.mark.parametrize("name", ["emax", "emax_smooth"])
-def test_the_amplitude_of_the_emax_is_its_own_to_the_last_bit(name):
-    """Half the longest travel of a wall is the amplitude A of a circular motion, as the thesis uses it."""
-    mill = load_named(MILLS, name, MillConfig, "mill")
-    assert reference_of_mill(CASES, mill, reference_speed=10.0, density=7700.0, diameter=0.01) == REFERENCE
 
 
 def test_a_mill_without_an_amplitude_of_its_own_has_that_of_its_walls():
@@ -333,27 +323,6 @@ def test_a_batch_has_repeats_and_a_centre_point_within_the_region_and_its_limits
 
 
 @pytest.mark.slow
-def test_running_experiments_are_taken_into_account(first, tmp_path):
-    """A batch that is running is as good as done: the next one is another, and the model is the same."""
-    experiments = first.next.assign(status=RUNNING)
-    second = batch(tmp_path, experiments)
-    assert training_rows(second.model).equals(training_rows(first.model))
-    assert load_averaged(second.model).weights.tolist() == load_averaged(first.model).weights.tolist()
-    chosen = [
-        set(map(tuple, each.next[each.next["purpose"] != "centre"][list(SETTINGS)].to_numpy()))
-        for each in (first, second)
-    ]
-    assert not chosen[0] & chosen[1]
-    assert not set(second.next["case"]) & set(first.next["case"])
-    assert not set(second.next["repeats"].dropna()) & set(first.next["repeats"].dropna())
-    learned = [each.next.loc[each.next["purpose"] == "learning", "gain"].max() for each in (first, second)]
-    assert learned[1] < learned[0]
-    # What is only proposed is not under way.
-    again = batch(tmp_path / "proposed", first.next)
-    assert again.next[list(SETTINGS)].equals(first.next[list(SETTINGS)])
-
-
-@pytest.mark.slow
 def test_done_experiments_train_the_model_with_the_descriptors_of_their_settings(first, tmp_path):
     told = batch(tmp_path, pd.DataFrame([NEW]))
     rows = training_rows(told.model)
@@ -386,19 +355,6 @@ def test_runs_are_found_at_the_settings_that_they_had():
     speeds = rows["specific_frequency_hz"].map({400: 600, 533: 800, 667: 1000})
     assert (found["speed_rpm"] == speeds).all()
     assert (same_setting(rows.assign(bpr=33.0), region, 0.03) == -1).all()
-
-
-def test_repeats_start_with_the_best_run_and_spread_over_the_yields():
-    rows, region = all_runs(), region_rows()
-    none = region.iloc[:0]
-    chosen = [case for _, case in choose_repeats(rows, region, none, 3, 0.03)]
-    yields = rows.set_index("case")["yield_percent"]
-    assert yields[chosen].tolist()[:2] == [90, 12] and 40 < yields[chosen[2]] < 62
-    # What was repeated already, or is being repeated, needs no repeat.
-    twice = pd.concat([rows, rows[rows["case"] == "24"].assign(case="again")], ignore_index=True)
-    assert "24" not in [case for _, case in choose_repeats(twice, region, none, 3, 0.03)]
-    running = region.iloc[same_setting(rows[rows["case"] == "24"], region, 0.03)]
-    assert "24" not in [case for _, case in choose_repeats(rows, region, running, 3, 0.03)]
 
 
 @pytest.mark.parametrize(
@@ -481,34 +437,8 @@ def test_what_breaks_a_limit_is_not_proposed_and_the_table_says_why():
         split(hydrogen_max_mmol=1)
 
 
-def test_shortlist_is_half_merit_and_half_chance():
-    merit = np.arange(50.0)
-    chosen, random_half = shortlist(merit, 10, np.random.default_rng(0))
-    assert chosen[:5].tolist() == [49, 48, 47, 46, 45] and len(set(chosen)) == 10
-    assert random_half.tolist() == [5, 6, 7, 8, 9] and max(chosen[random_half]) < 45
-
-
-def test_a_linear_yield_is_ranked_right_by_least_squares_and_by_ridge():
-    rows, config = all_runs(), settings()
-    yields = describe(rows)["bpr"].to_numpy() + 2 * describe(rows)["time_h"].to_numpy()
-    for name in ("least_squares", "ridge"):
-        merit = STRATEGIES[name](rows.iloc[:12], yields[:12], rows, config.averaging, np.random.default_rng(0))
-        assert np.corrcoef(merit, yields)[0, 1] > 0.999
-
-
 def test_without_the_best_runs_the_next_is_the_target():
     rows = all_runs()
     left = without_best(rows, 2)
     assert len(left) == 25 and left["yield_percent"].max() == sorted(rows["yield_percent"])[-3]
     assert without_best(rows, 0)["case"].tolist() == rows["case"].tolist()
-
-
-def test_the_rule_takes_the_most_balls_and_then_the_longest_time():
-    rows = all_runs()
-    merits = [
-        STRATEGIES["most_balls_longest_time"](rows, None, rows, None, np.random.default_rng(k)) for k in range(20)
-    ]
-    ranked = rows.iloc[np.argsort(-merits[0])]
-    assert (np.diff(ranked["bpr"]) <= 0).all() and (np.diff(ranked["time_h"].iloc[:9]) <= 0).all()
-    # Ties fall differently for other seeds.
-    assert len({int(merit.argmax()) for merit in merits}) == 3

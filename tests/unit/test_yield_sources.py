@@ -17,6 +17,7 @@ from millprint.thesis.yields.features import CONDITIONS
 from millprint.thesis.yields.held_out import procedure_of
 from millprint.thesis.yields.run_tables import read_rows
 from tests.conftest import ROOT
+from tests.refusals import refusals
 from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings
 from tests.unit.synthetic_mill import fingerprint
@@ -64,23 +65,7 @@ def test_the_handbooks_example_is_scored(example):
     assert table.loc["south", "outside_domain"] == 1 and table.loc["north", "outside_domain"] == 0
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("\tyield_percent\n", "\tyield\n", "column yield_percent is missing"),
-        ("n2\tnorth", "n2\tnroth", "source, case n2 = 'nroth'"),
-        ("n2\tnorth", "n1\tnorth", "column case = n1 appears twice"),
-        ("n2\tnorth", "14\tnorth", "case, row 2 = '14': screening.tsv"),
-        ("n1\tnorth\t30\t10\t10\t", "n1\tnorth\t30\t10\t36000\t", "time_h, case n1 = 36000"),
-        ("\t221\t500\t400\t55", "\t0.000221\t0.0005\t400\t55", "normal_energy_uJ, case n1 = 0.000221"),
-        ("\t221\t500\t400\t55", "\t221\t\t400\t55", "tangential_energy_uJ, case n1"),
-        ("\t221\t500\t400\t55", "\t\t\t\t55", "source north has no fingerprint"),
-        ("\t0.10\t700\t10", "\t0.60\t700\t10", "fill_ratio, case s1 = 0.6"),
-        ("\t0.10\t700\t10", "\t0.10\t9000\t10", "speed_rpm, case s1 = 9000"),
-        ("\t0.10\t700\t10", "\t0.10\t700\t", "ball_diameter_mm, case s1"),
-        ("\t66\n", "\t0.66\n", None),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "message"), refusals("a_bad_table_is_refused_in_one_line"))
 def test_a_bad_table_is_refused_in_one_line(example, tmp_path, old, new, message):
     assert old in TABLE
     text = TABLE.replace(old, new, 1)

@@ -6,6 +6,7 @@ import pytest
 
 from millprint.config.errors import ConfigError
 from millprint.config.strict_yaml import DEEPEST, read_yaml
+from tests.refusals import refusals
 from tests.workflow.conftest import CONFIG, error_lines, run_snakemake
 
 
@@ -31,16 +32,7 @@ def test_text_in_a_number_column(settings, refusal):
     assert "heavy" in line
 
 
-@pytest.mark.parametrize(
-    ("row", "changed", "parts"),
-    [
-        ("1\t10\t8\t5\t600", "1\t10\t8\t5\t650", ["speed_rpm", "case 1", "650", "600, 800, 1000"]),
-        ("\n2\t10", "\n1\t10", ["case = 1", "twice"]),
-        ("\t400\t12\n", "\t400\t140\n", ["yield_percent", "case 1", "140", "between 0 and 100"]),
-        ("\t400\t12\n", "\t400\tNaN\n", ["yield_percent", "case 1", "finite number"]),
-        ("\t400\t12\n", "\t400\thigh\n", ["yield_percent", "high", "finite number"]),
-    ],
-)
+@pytest.mark.parametrize(("row", "changed", "parts"), refusals("a_bad_run_of_the_screening"))
 def test_a_bad_run_of_the_screening(settings, refusal, row, changed, parts):
     table = settings / "config/data/screening.tsv"
     text = table.read_text()
@@ -76,12 +68,7 @@ def test_bad_verdicts_of_other_machines(settings, refusal, damage, parts):
 
 
 @pytest.mark.parametrize(
-    ("name", "right", "wrong", "parts"),
-    [
-        ("claims.tsv", "\tarithmetic\t", "\tguessed\t", ["column nature", "'guessed'", "must be arithmetic"]),
-        ("claims.tsv", "\tderived\t", "\tthought\t", ["column basis", "'thought'", "must be stated or derived"]),
-        ("conclusions.tsv", "\t3.collapse\n", "\t3.fall\n", ["column claims", "3.fall", "no claim is 3.fall"]),
-    ],
+    ("name", "right", "wrong", "parts"), refusals("claims_of_no_nature_and_conclusions_on_no_claim")
 )
 def test_claims_of_no_nature_and_conclusions_on_no_claim(settings, refusal, name, right, wrong, parts):
     table = settings / "config/data" / name
@@ -98,14 +85,7 @@ def test_a_bad_study_of_the_literature(settings, refusal):
     assert "literature_yields.tsv: column yield_percent" in refusal()
 
 
-@pytest.mark.parametrize(
-    ("row", "changed", "parts"),
-    [
-        ("\tW\t0.3\tW\t", "\thp\t0.3\tW\t", ["column unit, row 1 = 'hp'", "must be W or"]),
-        ("3a\talumina_impact", "3a\tcannon", ["column setup, row", "'cannon'", "known: slice_mill"]),
-        ("2.24:0.797", "2.24:0.7.97", ["column value, row", "must be a number, a series"]),
-    ],
-)
+@pytest.mark.parametrize(("row", "changed", "parts"), refusals("a_bad_row_of_what_others_measured"))
 def test_a_bad_row_of_what_others_measured(settings, refusal, row, changed, parts):
     table = settings / "config/data/measured.tsv"
     text = table.read_text()
@@ -164,20 +144,7 @@ def test_yaml_that_cannot_be_read_as_text(tmp_path):
         read_yaml(tmp_path)
 
 
-@pytest.mark.parametrize(
-    ("value", "parts"),
-    [
-        ("30:1", ["read as 1801", "write 30"]),
-        ("1:30", ["read as 90", "write 30"]),
-        ("1:30.5", ["read as 90.5", "write 30.5"]),
-        ("0450", ["read as 296", "write 450"]),
-        ("070", ["read as 56", "write 70"]),
-        ("1_000", ["read as 1000", "write 1000"]),
-        ("yes", ["read as True", "write true or false"]),
-        ("Off", ["read as False"]),
-        ("2026-11-25", ["date(2026, 11, 25)", "in quotes"]),
-    ],
-)
+@pytest.mark.parametrize(("value", "parts"), refusals("a_value_that_versions_of_yaml_read_differently_is_refused"))
 def test_a_value_that_versions_of_yaml_read_differently_is_refused(tmp_path, value, parts):
     """Snakemake reads by YAML 1.1, and a person means what YAML 1.2 reads."""
     (tmp_path / "mine.yaml").write_text(f"name: mine\nratio: [1.5, {value}]\n")

@@ -22,6 +22,7 @@ from millprint.own_machine.prediction import predicted_power, read_condition
 from millprint.own_machine.settings import WarmSettings, WattSettings
 from millprint.own_machine.warming import fit_power, unit_response
 from millprint.run.files import read_json
+from tests.refusals import refusals
 from tests.workflow.conftest import ROOT, active_environment, error_lines, run_snakemake
 
 EXPERIMENTS = "config/data/experiments.tsv"
@@ -161,14 +162,7 @@ def test_a_card_is_read_back_and_matched(written, smoke_project, monkeypatch, ca
     assert (folder / "ranked.tsv").read_text().count("\n") > 1
 
 
-@pytest.mark.parametrize(
-    ("mill", "parts"),
-    [
-        ("bead_drum", ["bead_drum", "was not run", "millprint fingerprint bead_drum"]),
-        ("spexx", ["spexx", "unknown mill", "did you mean spex"]),
-        ("results/no.json", ["results/no.json", "no such fingerprint"]),
-    ],
-)
+@pytest.mark.parametrize(("mill", "parts"), refusals("a_mill_that_was_not_run_is_refused_in_one_line"))
 def test_a_mill_that_was_not_run_is_refused_in_one_line(written, smoke_project, monkeypatch, capsys, mill, parts):
     folder, _ = written
     monkeypatch.chdir(smoke_project)
@@ -177,26 +171,7 @@ def test_a_mill_that_was_not_run_is_refused_in_one_line(written, smoke_project, 
     assert all(part in line for part in parts), line
 
 
-@pytest.mark.parametrize(
-    ("place", "value", "parts"),
-    [
-        (("powder", "mass_g"), 0, ["powder.mass_g = 0", "greater than 0"]),
-        (("powder", "bpr"), 30, ["powder", "either mass_g or bpr"]),
-        (("programme",), {"duration_h": 2, "cycle_min": 10, "pause_min": 12}, ["pause_min = 12", "cycle_min = 10"]),
-        (("programme",), {"duration_h": 2, "pause_min": 12}, ["programme", "cycle_min", "missing"]),
-        (("mill",), "planetry", ["unknown mill 'planetry'", "did you mean planetary?"]),
-        (("contact",), "stel", ["unknown contact set 'stel'", "did you mean steel?"]),
-        (("balls", "material"), "cheese", ["balls.material = 'cheese'", "zirconia"]),
-        (("balls", "material"), "zirconia", ["5900 kg/m3", "balls.density_kg_m3: 5900"]),
-        (("balls", "number"), 400, ["400 balls of 10 mm", "do not fit"]),
-        (("balls", "number"), 4000, ["number = 4000", "of the jar's volume"]),
-        (("balls", "diameter_mm"), 90, ["number = 40", "of the jar's volume"]),
-        (("speed_rpm",), 400000, ["speed_rpm = 400000", "over 1000 g"]),
-        (("speed_hz",), 5, ["either speed_rpm or speed_hz"]),
-        (("seeds",), [1, 1], ["seeds", "1 appears twice"]),
-        (("spede",), 1, ["spede", "unknown key"]),
-    ],
-)
+@pytest.mark.parametrize(("place", "value", "parts"), refusals("an_experiment_that_cannot_be_is_refused_in_one_line"))
 def test_an_experiment_that_cannot_be_is_refused_in_one_line(tmp_path, monkeypatch, capsys, place, value, parts):
     content = json.loads(json.dumps(PLANETARY))
     inner = content
@@ -213,23 +188,7 @@ def test_an_experiment_that_cannot_be_is_refused_in_one_line(tmp_path, monkeypat
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "parts"),
-    [
-        (
-            "\t600\t10\t0.10",
-            "\t600\t10\t1.10",
-            ["experiments.tsv: reference", "balls.fill_ratio = '1.10'", "less than 1"],
-        ),
-        ("\t600\t10\t0.10", "\t600\t10\t0.80", ["experiments.tsv: reference", "0.8", "do not fit"]),
-        ("\t30\t12.5\t30\t10\t", "\t0\t12.5\t30\t10\t", ["planetary_400", "powder.bpr = '0'", "greater than 0"]),
-        ("\t30\t12.5\t30\t10\t", "\t30\t12.5\t30\t40\t", ["planetary_400", "pause_min = 40", "cycle_min = 30"]),
-        ("speed_normal", "reference", ["name = reference appears twice"]),
-        ("powder.bpr", "powder.bprr", ["reference", "powder.bprr", "unknown key", "did you mean bpr?"]),
-        ("\temax\t600\t10\t0.06", "\temx\t600\t10\t0.06", ["unknown mill 'emx'"]),
-        ("stainless_steel", "tin", ["balls.material = 'tin'", "stainless_steel"]),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "parts"), refusals("a_table_of_experiments_is_refused_in_one_line"))
 def test_a_table_of_experiments_is_refused_in_one_line(settings, refusal, old, new, parts):
     table = settings / EXPERIMENTS
     text = table.read_text()

@@ -80,11 +80,6 @@ def is_outside(address: str) -> bool:
     return bool(urlparse(address).scheme or urlparse(address).netloc)
 
 
-def test_every_page_is_built(site, built_pages):
-    written = {path.relative_to(ROOT / "docs").with_suffix(".html") for path in (ROOT / "docs").rglob("*.md")}
-    assert {page for page in written if page.parts[0] != "_build"} <= {page.relative_to(site) for page in built_pages}
-
-
 def test_every_link_within_the_pages_leads_somewhere(built_pages):
     dead = []
     for page, found in built_pages.items():
@@ -95,14 +90,6 @@ def test_every_link_within_the_pages_leads_somewhere(built_pages):
             if not target.is_file() or (anchor and target in built_pages and anchor not in built_pages[target].anchors):
                 dead.append(f"{page.name}: {link}")
     assert not dead
-
-
-def test_links_to_other_sites_are_well_formed(built_pages):
-    for page, found in built_pages.items():
-        for link in filter(is_outside, found.links):
-            parsed = urlparse(link)
-            assert parsed.scheme in ("https", "http", "mailto") and not re.search(r"\s", link), f"{page.name}: {link}"
-            assert parsed.scheme == "mailto" or "." in parsed.netloc, f"{page.name}: {link}"
 
 
 def test_no_page_fetches_anything_from_another_site(site, built_pages):

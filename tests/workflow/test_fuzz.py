@@ -1,4 +1,4 @@
-"""Fuzzing with 100 damaged files; `make fuzz COUNT=5000 SEED=7` uses more (tests/fuzz.py)."""
+"""Fuzzing with 50 damaged files; `make fuzz COUNT=5000 SEED=7` uses more (tests/fuzz.py)."""
 
 import os
 import re
@@ -7,7 +7,7 @@ import sys
 
 from tests.conftest import ROOT
 
-COUNT = int(os.environ.get("MILLPRINT_FUZZ", "100"))
+COUNT = int(os.environ.get("MILLPRINT_FUZZ", "50"))
 
 
 def test_damaged_input_is_refused_in_one_line_or_makes_a_valid_plan(tmp_path):

@@ -6,7 +6,6 @@ import subprocess
 import sys
 import time
 
-from millprint.cli import plan_run
 from millprint.run.ending import endings
 from tests.workflow.conftest import active_environment, ask_snakemake, error_lines, run_snakemake
 from tests.workflow.test_reading import state_of
@@ -89,14 +88,6 @@ def test_a_plan_says_what_a_run_would_do_and_changes_nothing(project):
     assert "Traceback" not in unknown.stderr
     assert "time  " not in unknown.stdout
     assert state_of(project) == before
-
-
-def test_a_plan_with_a_wrong_argument_is_refused_in_one_line(monkeypatch, capsys):
-    monkeypatch.setattr(sys, "argv", ["millprint"])
-    # The command gives Snakemake's logger a filter.
-    monkeypatch.setattr(plan_run.logger, "filters", [])
-    assert plan_run.main(["--nonsense"]) == 2
-    assert capsys.readouterr().err == "millprint: error: unrecognized arguments: --nonsense\n"
 
 
 def test_a_run_that_names_its_mill_says_that_nothing_of_the_configuration_of_the_thesis_is_used(project):

@@ -8,11 +8,9 @@ import yaml
 from millprint.run.files import read_json
 from tests.workflow import drawn_mill
 from tests.workflow.conftest import (
-    CONFIG,
     LINED_RUN,
     LINED_SETTINGS,
     ROOT,
-    edit_yaml,
     error_lines,
     jobs_of,
     run_snakemake,
@@ -93,9 +91,3 @@ def test_a_charge_that_the_mill_does_not_have_is_refused_before_a_run(project):
     (line,) = error_lines(done.stdout)
     assert "mills.match.like_ball_diameter_mm = graded: no charge of the mill's sweep" in line
     assert "must be one of bond" in line
-
-
-def test_the_refusal_of_a_bad_sweep_names_the_file_of_the_mill(settings, refusal):
-    drawn_mill.make(settings, fill_ratios=[0.1, 0.2, 0.9])
-    edit_yaml(settings / CONFIG, "mill", value="mine")
-    assert "config/mills/mine.yaml: sweep: fill_ratios = 0.9" in refusal()

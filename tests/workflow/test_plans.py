@@ -2,7 +2,6 @@
 
 import re
 
-import pytest
 import yaml
 from snakemake.utils import update_config
 
@@ -32,38 +31,22 @@ def planned(project, content: dict, *arguments: str) -> str:
     return done.stdout
 
 
-@pytest.mark.parametrize("study", [True, False])
-def test_a_sweep_with_a_single_time_step_is_simulated_but_not_tabulated(project, study):
+def test_a_sweep_with_a_single_time_step_is_simulated_but_not_tabulated(project):
     content = smoke_content(project)
     (steps,) = (sweep for sweep in content["sweeps"] if sweep["name"] == "timestep")
     content["sweeps"].append(steps | {"name": "one", "speeds_rpm": [300], "time_steps_s": [3e-6], "seeds": [0]})
-    if not study:
-        content["sweeps"].remove(steps)
     plan = planned(project, content, "convergence")
     assert "results/dem/emax/calibrated/d10_f0.10_n300_dt3e-06_s0/summary.json" in plan
     missing = [line for line in plan.splitlines() if "Missing output files: " in line]
     tables = [line for line in missing if "results/convergence/timestep.tsv" in line]
-    assert len(tables) == study
+    assert len(tables) == 1
     # The target needs the case, but no table does.
     assert all("dt8e-06" in line and "dt3e-06" not in line for line in tables)
 
 
-def test_the_chapters_can_have_a_planetary_mill(project):
-    """Its motion has no key `amplitude_mm`; the rules of the yield models must not need it."""
-    content = smoke_content(project) | {"mill": "planetary"}
-    content["fingerprint"]["maps"]["speed_rpm"] = 300
-    for sweep in content["sweeps"]:
-        if sweep["name"] in ("fill_ratio", "speed", "timestep", "modulus"):
-            sweep |= {"mills": ["planetary"], "speeds_rpm": [300]}
-    content["sweeps"] = [sweep for sweep in content["sweeps"] if sweep["name"] != "amplitude"]
-    plan = planned(project, content, "chapter5")
-    for name in ("regimes", "next_experiments"):
-        assert f"results/yield/{name}.tsv" in plan
-
-
-# The mill of the thesis, and one called as another of its mills.
-@pytest.mark.parametrize("mill", ["emax", "emax_motion1"])
-def test_a_file_that_names_a_mill_gives_the_same_plan_in_a_clone_and_in_an_empty_folder(project, tmp_path, mill):
+def test_a_file_that_names_a_mill_gives_the_same_plan_in_a_clone_and_in_an_empty_folder(project, tmp_path):
+    """Here the mill of the thesis, described otherwise."""
+    mill = "emax"
     sweep = {"speeds_rpm": [700], "ball_diameters_mm": [10], "fill_ratios": [0.1, 0.2, 0.3]}
     run = {"mill": mill, "contacts": ["steel"], "results": "here", "sweep": sweep}
     own = tmp_path / "own"
@@ -113,15 +96,6 @@ def test_convergence_of_a_mill_of_ones_own_varies_its_settings_alone(project):
     assert "results/convergence/mine/verdict.txt" in plan
 
 
-def test_a_mill_with_a_folder_of_its_own_ends_with_its_record(project):
-    copy_planetary(project / "config/mills")
-    arguments = ("fingerprint", "--config", "mill=mine")
-    jobs = jobs_of(planned(project, smoke_content(project), *arguments, "results=results/mine"))
-    assert jobs["record_run"] == jobs["write_crate"] == jobs["build_gallery"] == 1
-    # The record of results/ is that of the whole run, which another mill must not replace.
-    assert "write_crate" not in jobs_of(planned(project, smoke_content(project), *arguments))
-
-
 def test_one_case_that_is_asked_for_is_simulated_and_nothing_else(project):
     plan = planned(project, smoke_content(project), "results/dem/emax/calibrated/d10_f0.10_n300_s1/summary.json")
     assert jobs_of(plan) == {"compile_kernels": 1, "run_dem_case": 1}
@@ -140,29 +114,17 @@ def test_lammps_simulates_the_sweeps_and_compiles_nothing(project):
     assert simulated > 10
 
 
-def test_convergence_of_a_mill_without_a_sweep_derives_it_first(project):
+def test_contact_parameters_of_a_mill_of_ones_own_are_sampled_in_a_few_jobs(project):
     content = smoke_content(project)
     copy_planetary(project / "config/mills")
     file = project / "config/mills/mine.yaml"
     mill = yaml.safe_load(file.read_text())
+    # It is derived first.
     del mill["sweep"]
     file.write_text(yaml.safe_dump(mill))
-    assert "derive_sweep" in jobs_of(planned(project, content, "convergence", "--config", "mill=mine"))
-
-
-@pytest.mark.parametrize("sweep", [True, False])
-def test_contact_parameters_of_a_mill_of_ones_own_are_sampled_in_a_few_jobs(project, sweep):
-    content = smoke_content(project)
-    copy_planetary(project / "config/mills")
-    file = project / "config/mills/mine.yaml"
-    if not sweep:
-        mill = yaml.safe_load(file.read_text())
-        del mill["sweep"]
-        file.write_text(yaml.safe_dump(mill))
     content["uncertainty"]["jobs"] = 2
     jobs = jobs_of(planned(project, content, "uncertainty", *on_its_own(project, content, "uncertainty")))
     assert jobs["sample_contacts"] == 2
-    assert jobs["measure_uncertainty"] == jobs["add_uncertainty"] == 1
-    assert ("derive_sweep" in jobs) != sweep
+    assert jobs["measure_uncertainty"] == jobs["add_uncertainty"] == jobs["derive_sweep"] == 1
     # The printed values of the thesis are about its own mill.
     assert "add_uncertainty_to_chapters" not in jobs

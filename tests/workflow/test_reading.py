@@ -54,13 +54,10 @@ def disturbed(tmp_path_factory) -> Path:
     return project
 
 
-# One of each kind: --summary reads what --detailed-summary reads, --dag and --filegraph what --rulegraph reads.
+# Those that read most: the others, such as --list-target-rules and --rulegraph, read parts of it.
 COMMANDS = {
     "dry run": ["-n"],
-    "targets": ["--list-target-rules"],
     "summary": ["--detailed-summary", "--", REPORTED],
-    "graph": ["--rulegraph", "--", REPORTED],
-    "deletion": ["--delete-all-output", "-n", RESULT],
     "report": ["--report", "report.html", REPORTED],
     "dry run on a cluster": ["-n", "--profile", "profiles/slurm", RESULT],
 }
@@ -85,27 +82,3 @@ def test_a_run_and_a_touch_stop_at_a_lock_and_change_nothing(disturbed):
         assert done.returncode == 1
         assert "cannot be locked" in done.stderr
         assert state_of(disturbed) == before
-
-
-def test_unlocking_removes_the_lock_and_changes_nothing_else(disturbed):
-    before = state_of(disturbed)
-    done = ask_snakemake(disturbed, *CONFIGURATION, "--unlock")
-    assert done.returncode == 0, done.stderr[-4000:]
-    after = state_of(disturbed)
-    assert after == {name: state for name, state in before.items() if not name.startswith(".snakemake/locks")}
-    assert after != before
-
-
-def test_commands_that_lock_or_remove_metadata_change_no_result(disturbed):
-    ask_snakemake(disturbed, *CONFIGURATION, "--unlock")
-    before = {name: state for name, state in state_of(disturbed).items() if not name.startswith(".snakemake")}
-    commands = (["--containerize"], ["--cleanup-metadata", RESULT], ["--touch", "--cores", "1", "--", RESULT])
-    for command in commands:
-        done = ask_snakemake(disturbed, *CONFIGURATION, *command)
-        # --containerize calls conda, which may not be installed.
-        assert done.returncode == 0 or "Error running conda info" in done.stderr, done.stderr[-2000:]
-        after = {name: state for name, state in state_of(disturbed).items() if not name.startswith(".snakemake")}
-        # --touch changes dates, but no content.
-        contents = [{name: content for name, (_, content) in state.items()} for state in (before, after)]
-        assert contents[0] == contents[1]
-        assert after == before or command[0] == "--touch"

@@ -81,35 +81,52 @@ def clone(tmp_path_factory) -> Path:
     return folder
 
 
-def planned(folder: Path, words: list[str], monkeypatch) -> str:
-    """The plan of a command of the workflow; a failure is one of the test."""
-    runs = []
+def arguments_of(words: list[str], monkeypatch) -> list[list[str]]:
+    """The arguments with which a command of the workflow would start Snakemake."""
+    if words[0] == "snakemake":
+        return [words[1:]]
+    started = []
 
     def run(given: list[str], check: bool = False) -> subprocess.CompletedProcess:
-        quiet = [] if "--unlock" in given else ["--dry-run"]
-        runs.append(ask_snakemake(folder, *given[given.index("snakemake") + 1 :], *quiet, "--cores", "2"))
-        return runs[-1]
+        started.append(given[given.index("snakemake") + 1 :])
+        return subprocess.CompletedProcess(given, 0)
 
-    if words[0] == "snakemake":
-        run(words)
-    else:
-        monkeypatch.setattr(engine.subprocess, "run", run)
-        monkeypatch.setattr(plan_run, "snakemake_command", lambda given: run(["snakemake", *given]))
-        millprint(words[1:])
-        monkeypatch.undo()
-    (done,) = runs
-    assert done.returncode == 0, f"{words}: {done.stdout[-2000:]}{done.stderr[-2000:]}"
-    return done.stdout + done.stderr
+    monkeypatch.setattr(engine.subprocess, "run", run)
+    monkeypatch.setattr(plan_run, "snakemake_command", lambda given: run(["snakemake", *given]))
+    assert millprint(words[1:]) == 0
+    monkeypatch.undo()
+    return started
 
 
-# Commands of two pages are planned once, unless the page has its own file.
+def targets_and_options(arguments: list[str]) -> tuple[list[str], tuple[str, ...]]:
+    """The targets among the arguments of Snakemake, and the other words but for --cores and --dry-run."""
+    targets, options, option = [], [], ""
+    for word in arguments:
+        if option == "--cores":
+            option = ""
+        elif word.startswith("-"):
+            option = word
+            options += [word] if word not in ("--cores", "--dry-run", "-n") else []
+        else:
+            (options if option not in ("", "--dry-run", "-n") else targets).append(word)
+    return targets, tuple(options)
+
+
+def plan(folder: Path, wanted: list[list[str]]) -> None:
+    """One plan for all commands that differ only in their targets."""
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for arguments in wanted:
+        targets, options = targets_and_options(arguments)
+        groups.setdefault(options, []).extend(targets)
+    for options, targets in groups.items():
+        more = [] if "--unlock" in options else ["--dry-run"]
+        done = ask_snakemake(folder, *sorted(set(targets)), *options, *more, "--cores", "2")
+        assert done.returncode == 0, f"{targets} {options}: {done.stdout[-2000:]}{done.stderr[-2000:]}"
+
+
+# Commands of two pages are planned once, and those of pages without files of their own all together, at the end.
 SEEN: set[tuple[str, ...]] = set()
-THESIS_TARGET = re.compile(r"snakemake --cores 2( [a-z_0-9]+)?")
-
-
-def planned_elsewhere(command: Command) -> bool:
-    """Whether a command is planned with all targets of the thesis, or makes the report, as the smoke run does."""
-    return bool(THESIS_TARGET.fullmatch(" ".join(command.words))) or "--report" in command.words
+AT_THE_END: list[list[str]] = []
 
 
 @pytest.mark.parametrize("page", [str(page) for page in pages()])
@@ -118,15 +135,19 @@ def test_the_commands_of_a_page_run(clone, page, monkeypatch):
     for name, place in WRITTEN.get(page, {}).items():
         (clone / name).parent.mkdir(parents=True, exist_ok=True)
         (clone / name).write_text(shown_file(page, *place))
+    wanted: list[list[str]] = [] if page in WRITTEN else AT_THE_END
     for command in commands(Path(page)):
         words = list(command.words)
         monkeypatch.chdir(clone)
         if words[0] in ("cp", "sed"):
             subprocess.run(words, cwd=clone, check=True)
-        elif (command.words in SEEN and page not in WRITTEN) or planned_elsewhere(command):
+        elif (command.words in SEEN and page not in WRITTEN) or "--report" in words:
+            # The smoke run makes the report.
             continue
         elif words[0] == "snakemake" or (words[0] == "millprint" and words[1] in PASSING and len(words) > 2):
-            planned(clone, words, monkeypatch)
+            for arguments in arguments_of(words, monkeypatch):
+                # Nothing that a page writes changes the plan of the thesis.
+                (wanted if targets_and_options(arguments)[1] else AT_THE_END).append(arguments)
         elif words[0] == "millprint" and words[1] in QUICK and not any(each in str(command) for each in NEEDS_A_RUN):
             if words[1] == "new" and "--name" in words:
                 words += ["--yes", "--no-picture"]
@@ -134,15 +155,16 @@ def test_the_commands_of_a_page_run(clone, page, monkeypatch):
                     (clone / name).unlink()
             assert len(words) == 2 or millprint(words[1:]) == 0, words
         SEEN.add(command.words)
+    if page in WRITTEN:
+        plan(clone, wanted)
     (clone / "mine.yaml").write_text(run_of_mine)
 
 
-def test_snakemake_would_run_every_target_of_the_thesis(clone, monkeypatch):
-    """Those that the pages name without a configuration, in one plan."""
-    found = [THESIS_TARGET.fullmatch(" ".join(command.words)) for command in commands_of("snakemake")]
-    targets = [match[1].strip() for match in found if match and match[1]]
-    assert {"chapter3", "ablations", "calibration"} <= set(targets)
-    planned(clone, ["snakemake", "all", *targets], monkeypatch)
+def test_snakemake_plans_the_commands_of_all_pages(clone):
+    """Among them every target of the thesis, in one plan."""
+    found = {target for arguments in AT_THE_END for target in targets_and_options(arguments)[0]}
+    assert {"chapter3", "ablations", "calibration", "mills", "uncertainty"} <= found
+    plan(clone, AT_THE_END)
 
 
 def options_by_command() -> dict[str, set[str]]:

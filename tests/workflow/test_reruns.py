@@ -63,8 +63,8 @@ def test_messages_and_progress_leave_every_simulation_done(plan):
 
 
 def test_a_new_statistic_of_collisions_simulates_nothing(plan):
-    ((file, old, new),), _, _ = RECIPES["observable"]
-    jobs = plan({f"src/millprint/{file}": replaced(old, new)})
+    (edit,) = RECIPES["observable"]["edits"]
+    jobs = plan({f"src/millprint/{edit['file']}": replaced(edit["text"], edit["becomes"])})
     assert "run_dem_case" not in jobs
     assert "describe_mill" in jobs
 

@@ -41,11 +41,6 @@ def test_every_simulation_is_a_job_of_one_rule_that_selectors_name(project):
     assert len(re.findall(r"^ *Job \d+: 3 threads, 4321 MB: ", plan, re.MULTILINE)) == len(runs)
 
 
-def test_no_configuration_of_the_thesis_changes_the_names_of_rules():
-    names = [ask_snakemake(ROOT, *given, "--list-rules").stdout for given in ((), SMOKE)]
-    assert "run_dem_case" in names[0] and names[0] == names[1]
-
-
 def test_what_lies_on_the_disk_changes_no_plan_and_no_message_lists_files(project):
     plan = asked(project, *SMOKE, "-n", *TARGETS)
     messages = re.findall(r"^ *Job \d+: (.*)$", plan, re.MULTILINE)

@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+from tests.refusals import refusals
 from tests.workflow import drawn_mill
 from tests.workflow.conftest import ROOT, ask_snakemake, copy_project, jobs_of, share_checks
 
@@ -34,14 +35,7 @@ main(sys.argv[1:])
     assert done.returncode == 0, done.stderr[-3000:]
 
 
-@pytest.mark.parametrize(
-    ("target", "parts"),
-    [
-        ("results/mills/nosuch/fingerprint.pdf", ["unknown mill 'nosuch'", "planetary"]),
-        ("results/dem/nosuch/calibrated/d10_f0.10_n600_s0/summary.json", ["unknown mill 'nosuch'"]),
-        ("results/dem/emax/calibrated/foo/summary.json", ["results/dem/emax/calibrated/foo", "no such case"]),
-    ],
-)
+@pytest.mark.parametrize(("target", "parts"), refusals("an_unknown_name_is_refused_in_one_line"))
 def test_an_unknown_name_is_refused_in_one_line(project, target, parts):
     done = ask_snakemake(project, "-n", target)
     (line,) = [line for line in done.stderr.splitlines() if "error" in line.lower()]
@@ -89,8 +83,8 @@ def make_module(folder, snakefile: str, prefix: str = "") -> None:
     (folder / "Snakefile").write_text(MODULE.format(snakefile=snakefile, prefix=prefix))
 
 
-@pytest.mark.parametrize("prefix", ["", "sub/"])
-def test_another_workflow_uses_this_one_as_a_module_and_overrides_its_simulations(tmp_path, prefix):
+def test_another_workflow_uses_this_one_as_a_module_and_overrides_its_simulations(tmp_path):
+    prefix = "sub/"
     make_module(tmp_path / "project", repr(str(ROOT / "workflow/Snakefile")), prefix)
     done = ask_snakemake(tmp_path / "project", "-n", "mill_fingerprint", "mill_explorer")
     plan = done.stdout + done.stderr
