@@ -23,36 +23,19 @@ PARTS = ("", "_walls", "_contacts")
 def main(arguments: list[str], name: str) -> None:
     """Write the animation, or the three files."""
     parser, own = parser_of(name, __doc__), ViewConfig()
-    turns, frames = own.revolutions, own.frames_per_revolution
-    parser.add_argument("run", type=Path, help="run.h5 of a case with snapshots")
+    add = parser.add_argument
+    add("run", type=Path, help="run.h5 of a case with snapshots")
     if name == "export":
-        parser.add_argument(
-            "--every", type=value_of("every", Count), default=1, help="write every n-th snapshot (default 1)"
-        )
-        parser.add_argument("--out", type=Path, help="folder of the files (default: that of run.h5)")
+        add("--every", type=value_of("every", Count), default=1, help="write every n-th snapshot (default 1)")
+        add("--out", type=Path, help="folder of the files (default: that of run.h5)")
         export(**vars(parser.parse_args(arguments)))
         return
-    parser.add_argument("--out", type=Path, help=".gif or animated .png (default: mill.gif next to run.h5)")
-    parser.add_argument(
-        "--start",
-        type=value_of("start_s", NonNegative),
-        metavar="S",
-        help="time of the first frame after the start [s]",
-    )
-    parser.add_argument(
-        "--revolutions",
-        type=value_of_key(ViewConfig, "revolutions"),
-        default=turns,
-        metavar="N",
-        help="of the mill (default %(default)g)",
-    )
-    parser.add_argument(
-        "--frames-per-revolution",
-        type=value_of_key(ViewConfig, "frames_per_revolution"),
-        default=frames,
-        metavar="N",
-        help="(default %(default)g)",
-    )
+    add("--out", type=Path, help=".gif or animated .png (default: mill.gif next to run.h5)")
+    start = value_of("start_s", NonNegative)
+    add("--start", type=start, metavar="S", help="time of the first frame after the start [s]")
+    for key in ("revolutions", "frames_per_revolution"):
+        kind, default = value_of_key(ViewConfig, key), getattr(own, key)
+        add(f"--{key.replace('_', '-')}", type=kind, default=default, metavar="N", help="(default %(default)g)")
     animate(**vars(parser.parse_args(arguments)))
 
 

@@ -43,14 +43,8 @@ def main(arguments: list[str], name: str = "watt") -> None:
     parser.add_argument("card", type=Path, help="folder of `millprint card`")
     parser.add_argument("loose", type=Path, help="table of the power with loose balls")
     parser.add_argument("fixed", type=Path, help="table of the power with fixed balls")
-    parser.add_argument(
-        "--efficiency",
-        type=value_of_key(WattSettings, "efficiency_low"),
-        nargs=2,
-        required=True,
-        metavar=("LOW", "HIGH"),
-        help="of motor and belt [-]",
-    )
+    share, ends = value_of_key(WattSettings, "efficiency_low"), ("LOW", "HIGH")
+    parser.add_argument("--efficiency", type=share, nargs=2, required=True, metavar=ends, help="of motor and belt [-]")
     parser.add_argument("--jars", type=value_of_key(WattSettings, "jars"), help="jars with balls (default: 1)")
     add_options(parser)
     options = parser.parse_args(arguments)
