@@ -29,7 +29,8 @@ class Controls {
       const radio = element("input", { type: "radio", name: "contact", id: `contact-${i}`, value: i });
       radio.addEventListener("change", () => explorer.choose(i));
       const { contact, restitution, static_friction: friction } = fingerprint.about;
-      const text = `${contact} (e = ${short(restitution)}, µ = ${short(friction)})`;
+      const damping = restitution === undefined ? "" : `e = ${short(restitution)}, `;
+      const text = `${contact} (${damping}µ = ${short(friction)})`;
       byId("contacts").append(element("span", {}, radio, element("label", { for: radio.id }, text)));
     });
   }

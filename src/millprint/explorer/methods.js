@@ -21,7 +21,7 @@ function methodsText(explorer, found) {
     `Mill: ${mill.content.title} (nominal volume ${short(1e6 * about.volume_m3)} mL)${mill.content.words ? `; ${mill.content.words}` : ""}.`,
     `Settings: ${short(Number(to(state.speed_hz).toPrecision(4)))} ${unit}${rpm}${gravity}; ${balls} with a density of ${short(state.density_kg_m3)} kg/m³, ${digits(found.balls_g)} g in all, ` +
       `which fill ${short(Number((100 * state.fill_ratio).toPrecision(3)))} % of the jar's volume.`,
-    `Contact set ${about.contact}, an assumption on balls and powder: coefficient of restitution ${short(about.restitution)}, of static friction ${short(about.static_friction)}${wallWords(about)}.`,
+    `Contact set ${about.contact}, an assumption on balls and powder: ${coefficientWords(about)}${wallWords(about)}.`,
     `The numbers are predictions of a model that was fitted to ${fingerprint.conditions} simulated conditions (fill ratios from ${fromTo(...about.ranges.fill_ratio)}, ` +
       `speeds of ${fromTo(...[low, high].map((speed) => Number(speed.toPrecision(4))))} ${unit}, balls of ${fromTo(...about.ranges.ball_diameter_m.map((size) => Number((1e3 * size).toPrecision(4))))} mm); in brackets is the band in which ${interval} % of new simulations are expected.`,
     `The energy-weighted mean energy of a collision (sum of squares over sum) is ${band("weighted_normal_energy_J")} along the line of centres and ` +
@@ -38,6 +38,13 @@ function methodsText(explorer, found) {
     `(Fingerprint file with SHA-256 ${mill.content.fingerprints[explorer.contact].digest}….)`,
   ];
   return said.join(" ");
+}
+
+/** Coefficients between balls, those that the contact law has. */
+function coefficientWords({ restitution, static_friction: friction }) {
+  return restitution === undefined
+    ? `coefficient of static friction ${short(friction)}`
+    : `coefficient of restitution ${short(restitution)}, of static friction ${short(friction)}`;
 }
 
 /** Coefficients at the wall, if they differ. */

@@ -10,7 +10,7 @@ from millprint.fingerprint.processes import kinds_of
 from millprint.fingerprint.readers import WALL
 from millprint.observables.condition import VARIABLES
 
-# Properties of the runs that a fingerprint stores.
+# Properties of the runs that a fingerprint stores, those that its contact law has.
 SHARED = ("restitution", "static_friction", "collision_gap_turns", "density_kg_m3", "amplitude_m")
 NO_CHARGES: Mapping[str, BallMixture] = {}
 SETTING = ["ball_diameter_m", "speed_hz"]
@@ -38,12 +38,12 @@ def describe(
     }
     return {
         **{name: first[name] for name in ("mill", "contact", *OF_RULE)},
-        **{name: float(first[name]) for name in SHARED},
+        **{name: float(first[name]) for name in SHARED if pd.notna(first[name])},
         "volume_m3": float(volume_m3),
         "probability": float(probability),
         "settings": settings.to_dict("list"),
         **({"charges": mixed} if mixed else {}),
         **({"kinds": kinds} if kinds else {}),
-        **{name: float(first[name]) for name, of_balls in WALL.items() if first[name] != first[of_balls]},
+        **{name: float(first[name]) for name, of_balls in WALL.items() if abs(first[name] - first[of_balls]) > 0},
         "ranges": {name: [float(descriptors[name].min()), float(descriptors[name].max())] for name in VARIABLES},
     }
