@@ -55,7 +55,7 @@ def judge_by_jars(
     results: str, claims: str, jars: str | None, simulated: list[str], contact: str, mill: str, output: str
 ) -> pd.DataFrame:
     """Write what every jar that fits as well gives for each claim; an empty table where no jar was fitted."""
-    summaries = [read_json(path) for path in simulated]
+    summaries = [read_json(path)["runs"] for path in simulated]
     rules = [rule["name"] for rule in summaries[0][0]["collisions"]] if summaries else []
     known = read_equal_jars(jars, rules).query(f"jar <= {len(summaries)}") if jars else pd.DataFrame()
     tables = [tables_of(summaries[row.jar - 1], mill, [contact], row.counting_rule) for row in known.itertuples()]

@@ -31,7 +31,7 @@ if "snakemake" in globals():
             jars = read_equal_jars(snakemake.input.equal_jars, settings.counting_rules).drop_duplicates("jar")
             row = jars.set_index("jar").loc[int(snakemake.wildcards.jar)]
             done = Path(f"{made.summaries}.done")
-            write_json(simulate_jar(mill, row, contact, dem, settings, done), made.summaries)
+            write_json({"runs": simulate_jar(mill, row, contact, dem, settings, done)}, made.summaries)
             done.unlink()
         else:
             trial = trial_of(mill, contact, dem, settings, snakemake.input.published)

@@ -4,23 +4,24 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from draw_claims import judge_by_jars
 from millprint.estimate.estimates import largest_difference, range_of_single, spread_of
 from millprint.estimate.judge import AGREES, DIFFERS, OPEN
 from millprint.fingerprint.descriptors import block_length
-from millprint.run.files import write_json, write_table
+from millprint.run.files import read_table, write_json, write_table
 from millprint.thesis.claims.claim_intervals import (
     WINDOWS,
     Repeated,
     over_draws,
     over_repeats,
     tabulate_intervals,
-    tabulate_jars,
     without_sizes,
 )
 from millprint.thesis.claims.evidence import Contradiction, Finding, Repeats
 from millprint.thesis.claims.tabulate import collect_findings, tabulate_claims
 from millprint.thesis.claims.tolerances import judge_repeats, judge_value
 from millprint.thesis.curves.collapse import dispersions, draw_blocks, draw_tables, redraw, redrawn_tables, tables_of
+from millprint.thesis.fit.jar_search import JAR_PARAMETERS
 from millprint.thesis.surrogate.measure_tables import failed_tests
 from tests.conftest import ROOT
 from tests.unit import synthetic_mill
@@ -297,7 +298,7 @@ def test_a_claim_on_the_curves_is_drawn_from_its_own_simulations(tmp_path):
 
 @pytest.mark.slow
 def test_every_jar_says_what_its_own_simulations_give(tmp_path):
-    """Of three jars, the second dissipates twice as much; the jars have no simulations of steel."""
+    """The second jar dissipates twice as much; jars have no simulations of steel."""
     both = synthetic_mill.summaries(contacts=("calibrated", "steel"), fills=(0.06, 0.10, 0.17))
     for path, table in tables_of(both, "emax", ["calibrated", "steel"], "gap_0_02").items():
         write_table(table, tmp_path / path)
@@ -305,19 +306,27 @@ def test_every_jar_says_what_its_own_simulations_give(tmp_path):
         write_json({"about": {"mill": "emax"}}, tmp_path / f"fingerprint/fingerprint_{contact}.json")
     own = synthetic_mill.summaries(contacts=("calibrated",), fills=(0.06, 0.10, 0.17))
     twice = [run | {"power_W": {name: 2 * power for name, power in run["power_W"].items()}} for run in own]
-    tables = [tables_of(runs, "emax", ["calibrated"], "gap_0_02") for runs in (own, twice, own)]
-    jars = pd.DataFrame({"jar": [1, 2, 2], "counting_rule": ["gap_0_02"] * 3})
-    table = tabulate_jars(tmp_path, CLAIMS_TSV, jars, tables)
+    paths = [str(tmp_path / f"{number}.json") for number in (1, 2)]
+    for runs, path in zip((own, twice), paths, strict=True):
+        write_json({"runs": runs}, path)
+    shape = {"misfit": 0.1, "held_back_misfit": 0.2} | dict.fromkeys(JAR_PARAMETERS, 1.0)
+    jars = pd.DataFrame({"jar": [1, 2, 3], "counting_rule": ["gap_0_02"] * 3}).assign(**shape)
+    write_table(jars, tmp_path / "jars.tsv")
+    table = judge_by_jars(
+        str(tmp_path), CLAIMS_TSV, str(tmp_path / "jars.tsv"), paths, "calibrated", "emax", str(tmp_path / "by_jar.tsv")
+    )
+    assert judge_by_jars(str(tmp_path), CLAIMS_TSV, None, [], "", "emax", str(tmp_path / "none.tsv")).empty
     assert not table["id"].str.contains("steel").any() and "3.universal" not in set(table["id"])
-    first, second, third = table.loc[table["id"] == "3.curve.0.10.Pn", "value"]
-    assert second == pytest.approx(2 * first) and third == first
+    # The third jar is one that is not simulated.
+    first, second = table.loc[table["id"] == "3.curve.0.10.Pn", "value"]
+    assert second == pytest.approx(2 * first)
     ratio = table[table["id"] == "3.curve.0.10.ratio"]
-    assert ratio["value"].nunique() == 1 and ratio["jar"].tolist() == [1, 2, 2]
+    assert ratio["value"].nunique() == 1 and ratio["jar"].tolist() == [1, 2]
     # A file has texts, and the table of claims the least, the most, and how many meet it.
-    findings = collect_findings(tmp_path, CLAIMS_TSV, jars=table.astype({"value": str}))
+    findings = collect_findings(tmp_path, CLAIMS_TSV, jars=read_table(tmp_path / "by_jar.tsv", text=["id", "value"]))
     row = tabulate_claims(CLAIMS_TSV, findings).set_index("id").loc["3.curve.0.10.Pn"]
     assert float(row["jars_upper"]) == pytest.approx(2 * float(row["jars_lower"]), rel=1e-4)
-    assert row["jars_meeting"].endswith(" of 3")
+    assert row["jars_meeting"].endswith(" of 2")
 
 
 def test_a_training_that_ran_away_has_no_size():
