@@ -4,17 +4,17 @@ And the jars and counting rules that fit equally well. Or what the fit leaves op
 on what its fingerprint predicts.
 
 Settings: fit, fingerprint.counting_rule, fingerprint.interval; the mill.
-Inputs: `published`; `descriptors`, `cycles`, `sensitivity` and `equal_jars`, or `search` (fit_search.tsv).
+Inputs: `published`; `descriptors`, `cycles`, `sensitivity`, `equal_jars` and their simulations `of_jars`; or `search`
+(fit_search.tsv).
 Outputs: `fit`, and `equal` where the fit names such jars; or `shape`.
 """
 
-import numpy as np
-
 from millprint.config.fit import JarSearch
 from millprint.config.mill import MillConfig
-from millprint.run.files import read_table, write_json, write_table
+from millprint.run.files import read_json, read_table, write_json, write_table
 from millprint.run.job import job
 from millprint.thesis.curves.regimes import read_published
+from millprint.thesis.fit.equal_jars import measured_again, read_equal_jars
 from millprint.thesis.fit.jar_search import JAR_PARAMETERS, fit_table, parameter_rows, parameters_of
 from millprint.thesis.fit.published import computed_values, published_values, with_roles
 
@@ -36,14 +36,15 @@ if "snakemake" in globals():
             write_json(factors.model_dump(mode="json"), made.shape)
         else:
             tables = [read_table(path, text=TEXT) for path in (given.descriptors, given.cycles)]
-            values = computed_values(with_roles(values, settings.fitted), *tables, mill.name, settings.contact)
-            values = values.assign(counting_rule=own.counting_rule)
+            values = with_roles(values, settings.fitted)
+            computed = computed_values(values, *tables, mill.name, settings.contact)
+            computed = computed.assign(counting_rule=own.counting_rule)
             parameters = parameter_rows(jar, mill.geometry.end_radius_mm, own.counting_rule)
-            write_table(fit_table(parameters, values, read_table(given.sensitivity)), made.fit)
+            write_table(fit_table(parameters, computed, read_table(given.sensitivity)), made.fit)
             if made.get("equal"):
-                jars = read_table(given.equal_jars, text=["counting_rule"])
-                simulated = np.where(jars["jar"] <= settings.equal_jars, "yes", "no")
-                write_table(jars.assign(simulated=simulated), made.equal)
-            for role, part in values.groupby("role"):
+                jars = read_equal_jars(given.equal_jars, settings.counting_rules)
+                runs = {number: read_json(path)["runs"] for number, path in enumerate(given.of_jars, start=1)}
+                write_table(measured_again(jars, runs, values, mill.name, settings.contact), made.equal)
+            for role, part in computed.groupby("role"):
                 worst = part["error_percent"].abs().max()
                 logger.info("%s: largest error %.1f %% of %d values", role, worst, len(part))

@@ -15,7 +15,7 @@ from millprint.run.files import write_table
 from millprint.thesis.curves.cycles import tabulate_cycles
 from millprint.thesis.curves.regimes import read_published
 from millprint.thesis.fit import numbers_of
-from millprint.thesis.fit.equal_jars import equally_good, read_equal_jars, whole_cases
+from millprint.thesis.fit.equal_jars import equally_good, measured_again, read_equal_jars, whole_cases
 from millprint.thesis.fit.jar_search import (
     JAR_PARAMETERS,
     SHAPE,
@@ -170,10 +170,25 @@ def test_jars_and_rules_that_agree_with_every_fitted_value_fit_equally_well(tmp_
     path = tmp_path / "jars.tsv"
     write_table(found, path)
     pd.testing.assert_frame_equal(read_equal_jars(path, ["a", "b"]), found, check_dtype=False)
+    assert read_equal_jars(path, ["b"])["jar"].tolist() == [1]
+    with pytest.raises(ConfigError, match="one row must have c"):
+        read_equal_jars(path, ["c"])
     assert numbers_of(str(path), 6) == [1, 2, 3] and numbers_of(str(path), 1) == [1]
     write_table(found.assign(jar=1), path)
     with pytest.raises(ConfigError, match="one number stands for one shape"):
         read_equal_jars(path, ["a", "b"])
+
+
+def test_longer_runs_of_a_jar_give_its_errors_again():
+    values = with_roles(VALUES, ["Pt_f0.06", "normal_d10_n1200"])
+    jars = pd.DataFrame({"jar": [1, 1, 2], "counting_rule": ["gap_0_03", "gap_0_02", "gap_0_03"]})
+    found = measured_again(jars, {1: synthetic()}, values, "emax", "calibrated")
+    tangential, energy = true_curves(0.06)[1], np.mean(synthetic()[-1]["per_revolution"]["normal_J"])
+    printed = VALUES.set_index("name")["published"]
+    logs = np.log([tangential / printed["Pt_f0.06"], energy / printed["normal_d10_n1200"]])
+    worst = 100 * np.expm1(logs[np.abs(np.expm1(logs)).argmax()])
+    np.testing.assert_allclose(found["again_misfit"], [np.sqrt((logs**2).mean())] * 2 + [np.nan], rtol=1e-3)
+    np.testing.assert_allclose(found["again_worst_percent"], [worst] * 2 + [np.nan], rtol=1e-3)
 
 
 def test_a_jar_of_the_set_is_simulated_where_chapter_3_has_claims():

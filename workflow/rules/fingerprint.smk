@@ -162,9 +162,38 @@ if FIT_MILL:
         script:
             "../../scripts/fit_jar.py"
 
+    if CONFIG.fit.equal_jars:
+
+        rule simulate_equal_jar:
+            input:
+                kernels=ancient(f"{RESULTS}/dem/kernels.json"),
+                equal_jars=CONFIG.fit.equal_jars,
+            output:
+                summaries=f"{FINGERPRINT}/equal_jars/{{jar}}.json",
+            log:
+                f"{LOGS}/fingerprint/simulate_equal_jar_{{jar}}.log",
+            benchmark:
+                f"{BENCHMARKS}/simulate_equal_jar/{{jar}}.tsv"
+            wildcard_constraints:
+                jar=r"\d+",
+            params:
+                **SIMULATED_JAR,
+            message:
+                "Simulating jar {wildcards.jar} of those that fit equally well, at the conditions of chapter 3"
+            script:
+                "../../scripts/fit_jar.py"
+
+        EQUAL_JARS = {
+            "equal_jars": CONFIG.fit.equal_jars,
+            "of_jars": expand(
+                rules.simulate_equal_jar.output.summaries,
+                jar=numbers_of(CONFIG.fit.equal_jars, CONFIG.fit.search.equal_jars),
+            ),
+        }
+
     rule tabulate_fit:
         input:
-            **({"equal_jars": CONFIG.fit.equal_jars} if CONFIG.fit.equal_jars else {}),
+            **EQUAL_JARS,
             descriptors=rules.fit_master_curves.output.descriptors,
             cycles=rules.fit_master_curves.output.cycles,
             published=PUBLISHED,
@@ -211,40 +240,12 @@ if FIT_MILL:
         message:
             "The fit of the jar is complete"
 
-    if CONFIG.fit.equal_jars:
-
-        rule simulate_equal_jar:
-            input:
-                kernels=ancient(f"{RESULTS}/dem/kernels.json"),
-                equal_jars=CONFIG.fit.equal_jars,
-            output:
-                summaries=f"{FINGERPRINT}/equal_jars/{{jar}}.json",
-            log:
-                f"{LOGS}/fingerprint/simulate_equal_jar_{{jar}}.log",
-            benchmark:
-                f"{BENCHMARKS}/simulate_equal_jar/{{jar}}.tsv"
-            wildcard_constraints:
-                jar=r"\d+",
-            params:
-                **SIMULATED_JAR,
-            message:
-                "Simulating jar {wildcards.jar} of those that fit equally well, at the conditions of chapter 3"
-            script:
-                "../../scripts/fit_jar.py"
-
-        EQUAL_JARS = {
-            "equal_jars": CONFIG.fit.equal_jars,
-            "of_jars": expand(
-                rules.simulate_equal_jar.output.summaries,
-                jar=numbers_of(CONFIG.fit.equal_jars, CONFIG.fit.search.equal_jars),
-            ),
-        }
-        FIT_OUTPUTS += [
-            *rules.measure_fit_sensitivity.output,
-            *rules.tabulate_fit.output,
-            # The search takes longer than the rest of the stage.
-            *(rules.fit_jar.output if CONFIG.fit.in_all else []),
-        ]
+    FIT_OUTPUTS += [
+        *rules.measure_fit_sensitivity.output,
+        *rules.tabulate_fit.output,
+        # The search takes longer than the rest of the stage.
+        *(rules.fit_jar.output if CONFIG.fit.in_all else []),
+    ]
 
 
 # The fingerprint of chapter 3 is from more simulations than the mill's own sweep; the factors hold for both.

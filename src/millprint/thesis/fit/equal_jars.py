@@ -6,6 +6,7 @@ of chapter 3 is then judged by all of them: what only some of them meet is a pro
 """
 
 import itertools
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -18,11 +19,13 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.run import simulate
 from millprint.run.tables import Number, Text, read_measured, refuse_rows
-from millprint.thesis.fit.jar_search import JAR_PARAMETERS, places_of, shaped
+from millprint.thesis.fit.jar_search import JAR_PARAMETERS, places_of, shaped, under_rules
+from millprint.thesis.fit.published import FITTED, HELD_BACK, misfit
 
 # Of the claims on the fitted values [-].
 TOLERANCE = 0.15
-COLUMNS = ["jar", *JAR_PARAMETERS, "counting_rule", "misfit", "held_back_misfit"]
+RULE = "counting_rule"
+COLUMNS = ["jar", *JAR_PARAMETERS, RULE, "misfit", "held_back_misfit"]
 
 
 def equally_good(search: pd.DataFrame, settings: JarSearch) -> pd.DataFrame:
@@ -33,7 +36,7 @@ def equally_good(search: pd.DataFrame, settings: JarSearch) -> pd.DataFrame:
     first `settings.equal_jars`, which are simulated, span the set.
     """
     jar = list(JAR_PARAMETERS)
-    last = search.drop_duplicates([*jar, "counting_rule"], keep="last")
+    last = search.drop_duplicates([*jar, RULE], keep="last")
     errors = last[[f"{name}_percent" for name in settings.fitted]].abs()
     agreeing = last[(errors <= 100 * TOLERANCE).all(axis=1)].sort_values("misfit", kind="stable")
     shapes = agreeing.drop_duplicates(jar)
@@ -52,13 +55,17 @@ def farthest(places: np.ndarray) -> list[int]:
     return chosen
 
 
-def read_equal_jars(path: str | Path, rules: list[str]) -> pd.DataFrame:
-    """The table that `equally_good` made, with COLUMNS. Raises ConfigError for a faulty row."""
-    numbers = [Number(name, 0) for name in COLUMNS if name != "counting_rule"]
-    table = read_measured(path, [*numbers, Text("counting_rule", tuple(rules))])[COLUMNS]
+def read_equal_jars(path: str | Path, rules: Sequence[str]) -> pd.DataFrame:
+    """The rows, with COLUMNS, of the table that `equally_good` made, by the counting rules that a run has.
+
+    Raises ConfigError for a faulty row, and where no row has one of these rules.
+    """
+    table = read_measured(path, [*(Number(name, 0) for name in COLUMNS if name != RULE), Text(RULE)])[COLUMNS]
     several = table.groupby("jar")[list(JAR_PARAMETERS)].transform("nunique").gt(1).any(axis=1)
     refuse_rows(table, path, "jar", several, "one number stands for one shape")
-    return table.astype({"jar": int})
+    own = table[RULE].isin(rules)
+    refuse_rows(table, path, RULE, ~own & ~own.any(), f"one row must have {' or '.join(rules)}")
+    return table[own].astype({"jar": int}).reset_index(drop=True)
 
 
 def whole_cases(mill: str, settings: JarSearch) -> list[Case]:
@@ -93,3 +100,25 @@ def simulate_jar(
     shared = [jar, contact, dem]
     summaries = simulate_each(runs, lambda own: simulate(Case(**own), jar, contact, dem), shared, "jar", done)
     return list(summaries.values())
+
+
+def measured_again(
+    jars: pd.DataFrame, simulated: dict[int, list[dict]], values: pd.DataFrame, mill: str, contact: str
+) -> pd.DataFrame:
+    """The set with what the longer runs give of the values of the fit, which the search saw over few turns only.
+
+    simulated: summaries by the number of a jar; values: as `with_roles`. Further columns, empty of a jar that is not
+    simulated: again_misfit and again_held_back_misfit [-], and again_worst_percent: the largest of a fitted value.
+    """
+    rows = []
+    for row in jars.itertuples():
+        found: dict[str, float] = {}
+        if runs := simulated.get(row.jar):
+            table = under_rules(runs, values, [row.counting_rule], mill, contact)
+            known = table[table["ours"].notna()]
+            fitted = known.loc[known["role"] == FITTED, "error_percent"]
+            found = {"again_misfit": misfit(known), "again_held_back_misfit": misfit(known, HELD_BACK)}
+            found["again_worst_percent"] = float(fitted.loc[fitted.abs().idxmax()]) if len(fitted) else np.nan
+        rows.append(found)
+    again = ["again_misfit", "again_held_back_misfit", "again_worst_percent"]
+    return jars.join(pd.DataFrame(rows, index=jars.index, columns=again))
