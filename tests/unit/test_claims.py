@@ -21,7 +21,6 @@ from millprint.thesis.claims.evidence import (
     Evidence,
     Finding,
     NotRun,
-    form_of,
     source_in,
 )
 from millprint.thesis.claims.tabulate import (
@@ -188,21 +187,6 @@ def test_what_agrees_on_one_machine_does_not_deviate_everywhere():
     stored = pd.DataFrame({"run": "thesis", "id": ["3.a", "3.b"], "verdict": ["differs", "agrees"], "reason": ""})
     assert deviating_everywhere(claims, stored, "thesis") == ["3.a"]
     assert deviating_everywhere(claims, stored, "other") == ["3.a", "3.b"]
-
-
-@pytest.mark.parametrize(
-    ("name", "template"),
-    [
-        ("2.wear.1200.g", "2.wear.{speed}.g"),
-        ("2.wear.below", "2.wear.below"),
-        ("3.curve.ratio.low", "3.curve.ratio.low"),
-        ("4.case.speed.tangential.Et", "4.case.{case}.{quantity}"),
-        ("5.ood.27.gpr", "5.ood.{case}.{model}"),
-        ("A.phi.deep", "A.phi.deep"),
-    ],
-)
-def test_of_several_forms_the_most_fixed_one_is_that_of_a_claim(name, template):
-    assert form_of(name).template == template
 
 
 @pytest.mark.parametrize(

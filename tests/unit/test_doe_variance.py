@@ -74,12 +74,6 @@ def test_the_interactions_have_four_degrees_of_freedom_and_the_residual_six(prin
     assert printed["degrees_of_freedom_of_source"][["A", "AB, CD", "AC, BD", "AD, BC"]].tolist() == [2, 6, 6, 6]
 
 
-def test_type_one_sums_add_up_to_the_total(runs, printed):
-    terms = [*"ABCD", "AB, CD", "AC, BD", "AD, BC", "Residual"]
-    total = ((runs["yield_percent"] / 100 - runs["yield_percent"].mean() / 100) ** 2).sum()
-    assert printed.loc[terms, "sum_of_squares"].sum() == pytest.approx(total, rel=1e-12)
-
-
 def test_a_balanced_design_gives_the_same_sums_whatever_their_type(config, runs):
     fit = fit_factors(config, as_designed(config, runs))
     first, second, third = (sums_of_squares(config, fit, kind)["sum_of_squares"] for kind in (1, 2, 3))

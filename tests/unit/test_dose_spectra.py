@@ -78,6 +78,8 @@ def test_two_kinds_of_collisions_stand_in_two_bins(two_kinds):
     spectra, summary = tabulate_spectra([two_kinds], ["lifetimes"], EDGES)
     normal = rows(spectra, channel="normal")
     filled = normal[normal["power_W"] > 0]
+    # From the first bin with a collision to the last.
+    assert len(spectra) == 4
     assert filled["pair"].tolist() == list(PAIRS)
     assert filled["collisions_hz"].tolist() == pytest.approx([150.0, 50.0])
     assert filled["power_W"].tolist() == pytest.approx([1.5e-4, 0.05])

@@ -1,10 +1,9 @@
 """Files are whole or absent; tables are checked as they are read."""
 
-import pandas as pd
 import pytest
 
 from millprint.config.errors import ConfigError
-from millprint.run.files import read_table, whole_file, write_table
+from millprint.run.files import read_table, whole_file
 from tests.refusals import refusals
 
 
@@ -16,12 +15,6 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
         raise RuntimeError
     assert [path.name for path in tmp_path.iterdir()] == ["out.txt"]
     assert target.read_text() == "old"
-
-
-def test_a_table_survives_a_round_trip(tmp_path):
-    frame = pd.DataFrame({"case": ["a", "b"], "power_W": [1.25, 2e-7]})
-    write_table(frame, tmp_path / "t.tsv")
-    pd.testing.assert_frame_equal(read_table(tmp_path / "t.tsv", ["power_W"], ["case"]), frame)
 
 
 @pytest.mark.parametrize(("text", "parts"), refusals("files_a_bad_table_is_refused_in_one_line"))

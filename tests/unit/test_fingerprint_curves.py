@@ -5,14 +5,12 @@ import pandas as pd
 import pytest
 import statsmodels.api as sm
 
-from millprint.config.errors import ConfigError
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.zones import choking, elbow
 from millprint.thesis.curves.collapse import tabulate_collapse
 from millprint.thesis.curves.scaling import (
     FACTOR,
     average_curves,
-    conditions_of,
     fit_exponents,
     tabulate_counting_rules,
     universal_descriptors,
@@ -52,11 +50,6 @@ def test_a_fill_with_one_condition_borrows_the_spread_of_the_others():
     relative = (row["Pn_upper"] - row["Pn"]) / row["Pn"]
     assert row["conditions"] == 1
     assert 0.02 < relative < 0.10
-
-
-def test_an_unknown_contact_set_is_refused(exact):
-    with pytest.raises(ConfigError, match="contact set brass"):
-        conditions_of(exact, "emax", "brass")
 
 
 def test_scaling_collapses_what_was_far_apart(exact):

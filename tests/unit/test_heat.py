@@ -202,3 +202,24 @@ def test_impacts_do_not_depend_on_how_soft_the_simulation_was(tmp_path):
     assert soft is not None and hard is not None and len(soft) == len(hard) == 3
     np.testing.assert_allclose(soft.radius_m, hard.radius_m, rtol=1e-6)
     np.testing.assert_allclose(soft.duration_s, hard.duration_s, rtol=1e-6)
+
+
+@pytest.mark.parametrize(("between", "at_wall", "left"), [(0.99, 0.99, 3), (1.01, 0.99, 1), (0.99, 1.01, 2)])
+def test_what_lasts_longer_than_an_impact_is_none(tmp_path, between, at_wall, left):
+    """Hertz's 2.868 (m^2 / (E*^2 R v))^(1/5) at 1 m/s, with m / 2 and R / 2 of two balls and m and R at a wall."""
+    mass, modulus = 7800 * 4 / 3 * np.pi * 0.005**3, 2.05e9 / (2 * 0.91)
+    balls, wall = (2.868 * (m**2 / (modulus**2 * r)) ** 0.2 for m, r in ((mass / 2, 0.0025), (mass, 0.005)))
+    summary, run = write_run(tmp_path)
+    with h5py.File(run, "a") as file:
+        longest = flash.LONGEST_IMPACT * np.array([between * balls, between * balls, at_wall * wall, at_wall * wall])
+        file["collisions/duration_s"][:] = longest
+    impacts = flash.read_impacts(run, json.loads(Path(summary).read_text()), FlashSection())
+    assert len(impacts) == left
+    # A row for each place and kind of heat, and of the two conductivities the smaller makes it hotter.
+    rows = pd.DataFrame(flash.flash_rows("d10", impacts, FlashSection())).set_index(["place", "kind"])
+    assert rows.xs("all", level="kind")["impacts"].to_dict() == {
+        "ball_ball": 2 * (between < 1),
+        "ball_wall": int(at_wall < 1),
+    }
+    known = rows["mean_by_energy_low_K"].notna()
+    assert known.any() and (rows["mean_by_energy_low_K"] < rows["mean_by_energy_high_K"])[known].all()

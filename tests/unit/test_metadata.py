@@ -4,7 +4,6 @@ import re
 import tomllib
 from pathlib import Path
 
-import pytest
 import yaml
 
 from tests.conftest import ROOT
@@ -32,12 +31,6 @@ def test_the_paper_cites_what_its_bibliography_has_and_nothing_else():
     entries = re.findall(r"^@\w+\{(\w+),", (ROOT / "paper.bib").read_text(), re.MULTILINE)
     assert len(set(entries)) == len(entries)
     assert set(re.findall(r"@(\w+)", PAPER.split("---", 2)[2])) == set(entries)
-
-
-@pytest.mark.parametrize("page", ["CONTRIBUTING.md", "SUPPORT.md", "CODE_OF_CONDUCT.md"])
-def test_links_of_the_community_pages_lead_to_files(page):
-    for target in re.findall(r"\]\(([^)#:]+)\)", (ROOT / page).read_text()):
-        assert (ROOT / target).exists(), target
 
 
 DOCKERFILE = (ROOT / "Dockerfile").read_text()

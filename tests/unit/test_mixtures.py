@@ -14,7 +14,7 @@ from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.load import check_model
 from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.mixture import BallMixture
-from millprint.config.sweep import Case, DemConfig, SweepConfig, ball_count, balls_of, expand_sweep
+from millprint.config.sweep import Case, SweepConfig, ball_count, balls_of
 from millprint.dem.packing import inside, pack_mixture
 from millprint.dem.summary import largest_overlap
 from millprint.fingerprint.sweep_checks import fingerprint_faults
@@ -52,16 +52,6 @@ def test_counts_add_up_and_are_nearest_to_the_fractions(balls):
 def test_a_charge_that_cannot_be_is_refused(keys, message):
     with pytest.raises(ValidationError, match=message):
         BallMixture(**{"name": "mine", "sizes_mm": (10, 5), **keys})
-
-
-def test_a_sweep_has_numbers_and_mixtures_side_by_side():
-    sweep = SweepConfig(
-        name="both", contacts=["steel"], ball_diameters_mm=[10, BOND], fill_ratios=[0.2], speeds_rpm=[70], seeds=[0]
-    )
-    single, mixed = expand_sweep(sweep, DemConfig(), "drum")
-    assert (single.name, mixed.name) == ("d10_f0.20_n70_s0", "bond_f0.20_n70_s0")
-    assert single.sizes_m == (0.01,) and mixed.sizes_m == tuple(size / 1e3 for size in BOND.sizes_mm)
-    assert mixed.ball_diameter_m == BOND.mean_diameter_mm / 1e3
 
 
 @pytest.mark.parametrize("counts", [[30, 60, 300], [60, 20, 900]])

@@ -52,10 +52,6 @@ def test_a_simulation_runs_with_the_amplitude_and_density_of_its_case():
     assert changed.mill.geometry == MILL.geometry and changed.contact.restitution == CONTACT.restitution
 
 
-def test_a_case_without_overrides_changes_neither_mill_nor_contact_set():
-    assert overridden(cases_of()[0], MILL, CONTACT) == (MILL, CONTACT)
-
-
 def test_the_sun_wheel_of_a_planetary_mill_is_its_amplitude():
     law = {"kind": "planetary", "sun_radius_mm": 120, "ratio": -2}
     mill = check_model({**MILL.model_dump(), "motion": law}, MillConfig, "planetary.yaml")

@@ -1,6 +1,5 @@
 """The recursive stage, the scene that it moves in, and its timing."""
 
-from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,6 @@ import yaml
 from millprint.thesis.surrogate.dataset import DISTANCE, featurise, graphs_at
 from millprint.thesis.surrogate.graph_surrogate import GraphSurrogate, euler_step, snap_back
 from millprint.thesis.surrogate.network import NormalisedNetwork, feature_statistics
-from millprint.thesis.surrogate.rollout import RollOut
 from millprint.thesis.surrogate.scene import read_scene
 from millprint.thesis.surrogate.timing import scaled_thresholds, simulation_seconds
 from tests.conftest import configuration
@@ -128,16 +126,6 @@ def test_roll_out_that_is_not_finite_ends():
 
     rollout = surrogate(Broken()).run(surrogate(Free()).first_state([0.01]), 100, 10)
     assert np.isfinite(rollout.crossed_s).all() and np.isnan(rollout.position_m[-1]).all()
-
-
-def test_a_roll_out_on_disk_has_every_array(tmp_path):
-    rollout = surrogate(Free()).begin([0.01])(20, 5)
-    rollout.write(tmp_path / "rollout.h5", "a/b/c")
-    again = RollOut.read(tmp_path / "rollout.h5")
-    for field in fields(RollOut):
-        if isinstance(getattr(rollout, field.name), np.ndarray):
-            np.testing.assert_array_equal(getattr(again, field.name), getattr(rollout, field.name), field.name)
-    assert again.mean_edges == rollout.mean_edges
 
 
 ROOT = Path(__file__).parents[2]

@@ -139,19 +139,6 @@ def fake_samples(monkeypatch, stop_at: int | None = None) -> list:
     return seen
 
 
-def test_a_killed_job_continues_with_the_rows_that_are_done(monkeypatch, tmp_path):
-    samples, done = design_of(EMAX, UncertaintyConfig(samples=16)), tmp_path / "0.done"
-    fake_samples(monkeypatch)
-    whole = run_samples(SHORT, EMAX, CALIBRATED, DemConfig(), samples, RULE)
-    fake_samples(monkeypatch, stop_at=5)
-    with pytest.raises(KeyboardInterrupt):
-        run_samples(SHORT, EMAX, CALIBRATED, DemConfig(), samples, RULE, done)
-    seen = fake_samples(monkeypatch)
-    continued = run_samples(SHORT, EMAX, CALIBRATED, DemConfig(), samples, RULE, done)
-    assert seen == samples.to_dict("records")[5:]
-    pd.testing.assert_frame_equal(continued, whole, check_exact=True)
-
-
 @pytest.mark.parametrize("change", ["settings", "samples", "damage"])
 def test_rows_of_other_settings_or_of_a_damaged_file_are_not_used(monkeypatch, tmp_path, change):
     samples, done, case = design_of(EMAX, UncertaintyConfig(samples=8)), tmp_path / "0.done", SHORT

@@ -20,7 +20,6 @@ from millprint.validation.shaken_predictions import (
     POURED,
     SAME,
     THICKNESS,
-    design_of_box,
     fitted_thickness,
     gap_ratio,
 )
@@ -153,15 +152,6 @@ def test_the_power_of_a_plate_is_of_the_order_of_the_bouncing_ball():
     single = table[table["x"].isna()].set_index("quantity")
     assert single["id"].to_dict() == {PLATE_MEAN: "23c", LOSS_EXPONENT: "23a"}
     assert 0.14 < single.loc[PLATE_MEAN, "predicted"] < 0.98
-
-
-def test_every_run_is_in_the_plan():
-    settings = SETTINGS["shaken_box"]
-    for own in (settings, settings.without_intervals()):
-        assert len(design_of_box(own, SPHERES, own.amplitudes)) == own.runs
-    assert settings.without_intervals().runs == len(settings.amplitudes)
-    assert SETTINGS["leaf_spring"].runs == 7 and 0 < SETTINGS["leaf_spring"].further_s < settings.further_s
-    assert SETTINGS["alumina_impact"].further_s == 0
 
 
 @pytest.mark.parametrize(

@@ -7,12 +7,9 @@ import pandas as pd
 import pytest
 
 from millprint.config.contact_set import ContactConfig
-from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.mill import MillConfig
 from millprint.config.setup_models import FILES
 from millprint.config.sweep import DemConfig
-from millprint.config.workflow import ValidationConfig
-from millprint.validation import tumbling_runs
 from millprint.validation.measured import CONTACT, DEM, SCATTER, Inputs, check_predictions, read_other_codes
 from millprint.validation.tumbling import (
     ANGLES,
@@ -28,7 +25,6 @@ from millprint.validation.tumbling import (
     without_jump,
 )
 from millprint.validation.tumbling_runs import (
-    CONTACT_KEYS,
     carried,
     case_of,
     clock_angle,
@@ -37,11 +33,9 @@ from millprint.validation.tumbling_runs import (
     critical_speed_rpm,
     design,
     net_power,
-    run_all,
     sampled_contacts,
     toe_and_shoulder,
 )
-from tests.conftest import ROOT
 
 RADIUS, DIAMETER = 0.275, 0.022
 VALUES = {
@@ -265,51 +259,11 @@ def test_the_design_has_every_measured_speed_and_every_contact_set_once():
     assert sorted(((sampled["wall_static_friction"] - low) / (high - low) * 4).astype(int)) == [0, 1, 2, 3]
 
 
-def test_a_charge_has_the_number_of_balls_that_is_asked_for():
-    slice_mill, bond = FILES["slice_mill"].read(), FILES["bond_mill"].read()
-    assert slice_mill.fill_ratio(120, 5440.0) * 5440e3 / (math.pi / 6 * 22**3) == pytest.approx(120)
-    counts = bond.ball_diameter_mm.counts(285)
-    assert counts == [43, 67, 10, 71, 94]
-    mass = sum(
-        n * math.pi / 6 * (d / 1e3) ** 3 * 7800 for n, d in zip(counts, bond.ball_diameter_mm.sizes_mm, strict=True)
-    )
-    assert mass == pytest.approx(20.1, abs=0.1)
-
-
 MILL = MillConfig(
     name="drum", title="drum", source="test", volume_ml=235,
     geometry={"kind": "cylinder", "axis": "y", "radius_mm": 50, "height_mm": 30, "fillet_ends": "none"},
     motion={"kind": "rotation", "axis": [0, 1, 0]},
 )  # fmt: skip
-
-
-def test_a_stopped_series_goes_on_where_it_was(tmp_path, monkeypatch):
-    settings = FILES["slice_mill"].read(
-        speeds=[20.0], seeds=[0, 1], samples=2, sample_speeds=[20.0], numbers=[12], fillings=[0.2]
-    )
-    table = design(settings, {name: contact_set(name) for name in settings.contact_names}, {})
-    calls, done = [], tmp_path / "runs.partial"
-
-    def simulate(case, mill, contact, dem):
-        if len(calls) == 3:
-            raise SimulationError("a ball has left the vessel")
-        calls.append((case.seed, contact.restitution))
-        return {"power_W": float(len(calls)), "wall_clock_s": 0.0, "angle_deg": 0.0}, np.ones((2, 4))
-
-    monkeypatch.setattr(tumbling_runs, "simulate", simulate)
-    with pytest.raises(SimulationError, match="run sample_0_n12_x20_s0: a ball has left"):
-        run_all(table, settings, MILL, contact_set("slice_mill"), DemConfig(), done)
-    calls_before = len(calls)
-    calls.append(None)
-    runs, charge = run_all(table, settings, MILL, contact_set("slice_mill"), DemConfig(), done)
-    assert len(calls) - 1 - calls_before == len(table) - 3
-    assert runs["power_W"].tolist()[:3] == [1.0, 2.0, 3.0]
-    assert set(CONTACT_KEYS) <= set(runs)
-    assert charge.empty
-    # Other settings are another series.
-    calls.clear()
-    run_all(table.head(1), settings, MILL, contact_set("slice_mill", density_kg_m3=2500), DemConfig(), done)
-    assert len(calls) == 1
 
 
 def test_windows_are_whole_turns_or_longer():
@@ -354,11 +308,3 @@ def test_the_power_by_another_code_stands_beside_ours_where_mill_contacts_and_ba
     ]
     # Half of the critical speed of 58.3 rpm.
     assert [row["x"] for row in rows] == pytest.approx([50, 50])
-
-
-def test_a_power_by_another_code_that_is_none_is_refused(tmp_path):
-    assert len(read_other_codes(ROOT / ValidationConfig.other_codes)) > 0
-    table = tmp_path / "codes.tsv"
-    table.write_text("mill\tcontact\tcode\tspeed_rpm\tballs\tpower_W\nslice_mill\tsteel\tLAMMPS\t29\t120\t-1\n")
-    with pytest.raises(ConfigError, match="power_W, row 1 = -1: must be above 0"):
-        read_other_codes(table)

@@ -10,10 +10,8 @@ import pytest
 from PIL import Image
 
 from millprint.cli.commands import main as millprint
-from millprint.config.errors import ConfigError
 from millprint.config.view import ViewConfig
 from millprint.figures.animation import SPEEDS, Animation, save_animation
-from millprint.thesis.surrogate.side_by_side import movie_side_by_side
 from millprint.view.frames import Movie, read_movie
 from tests.unit.run_samples import OUTLINE, turn, write_sample
 
@@ -124,14 +122,3 @@ def test_the_command_line(run, capsys):
     with pytest.raises(SystemExit):
         millprint([*command, "--frames-per-revolution", "0"])
     assert "--frames-per-revolution: '0': must be greater than or equal to 1" in capsys.readouterr().err
-
-
-def recorded(run: Path) -> dict[str, np.ndarray]:
-    with h5py.File(run) as file:
-        return {name: file[f"snapshots/{name}"][:] for name in ("time_s", "position_m", "velocity_m_s")}
-
-
-def test_moments_that_were_not_recorded_are_refused(run):
-    truth = recorded(run)
-    with pytest.raises(ConfigError, match="no snapshots at the frames of the roll-out"):
-        movie_side_by_side(run, truth["time_s"][:4] + 1e-3, truth["position_m"][:4], truth["velocity_m_s"][:4], 1, 10)

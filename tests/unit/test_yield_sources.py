@@ -80,12 +80,6 @@ def test_a_bad_table_is_refused_in_one_line(example, tmp_path, old, new, message
     assert str(caught.value).startswith(f"{example.runs}: ")
 
 
-def test_a_source_without_runs_is_refused(example):
-    more = OtherSourcesConfig(**{**example.model_dump(), "sources": [*example.sources, {"name": "east"}]})
-    with pytest.raises(ConfigError, match=r"my.yaml: yields.other_sources.sources: 'east': .* has no run of it"):
-        tables.read_other_runs(more, {}, FILE)
-
-
 def two_sources(shift: float) -> pd.DataFrame:
     """The 27 conditions with yields by a smooth rule, and 18 others between them that yield `shift` points more."""
     generator = np.random.default_rng(3)
