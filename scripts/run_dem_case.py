@@ -6,18 +6,20 @@ Outputs: `run` (run.h5) and `summary` (summary.json). A stopped case continues f
 tolerances that the run kept are in tolerances.json there.
 """
 
-import sys
-from pathlib import Path
+from millprint.cases.server import is_served
 
-from millprint.config.contact_set import ContactConfig
-from millprint.config.identity import TOLERANCES, tolerances_of
-from millprint.config.mill import MillConfig
-from millprint.config.sweep import Case, DemConfig, threads_of
-from millprint.dem.run import run_case
-from millprint.run.files import write_json
-from millprint.run.job import job
+if "snakemake" in globals() and not is_served():
+    import sys
+    from pathlib import Path
 
-if "snakemake" in globals():
+    from millprint.config.contact_set import ContactConfig
+    from millprint.config.identity import TOLERANCES, tolerances_of
+    from millprint.config.mill import MillConfig
+    from millprint.config.sweep import Case, DemConfig, threads_of
+    from millprint.dem.run import run_case
+    from millprint.run.files import write_json
+    from millprint.run.job import job
+
     given, output = snakemake.params, snakemake.output
     case, mill, contact = Case(**given.case), MillConfig(**given.mill), ContactConfig(**given.contact)
     dem = DemConfig(**given.settings)
@@ -28,7 +30,7 @@ if "snakemake" in globals():
             "so that it is slower; raise --cores",
             file=sys.stderr,
         )
-    with job(snakemake.log[0], f"DEM {case.path}"):
+    with job(snakemake.log[0], f"DEM {case.path}", given.benchmark):
         summary = run_case(case, mill, contact, dem, output.run, output.summary, cores=snakemake.threads)
         kept = tolerances_of(case, dem, summary, given.identity["tolerances"])
         write_json(kept, Path(output.run).with_name(TOLERANCES))

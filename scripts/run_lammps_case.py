@@ -18,5 +18,5 @@ if "snakemake" in globals():
     case, mill, contact = Case(**given.case), MillConfig(**given.mill), ContactConfig(**given.contact)
     resources = snakemake.resources
     dem = EngineConfig(**given.settings, lammps={"command": resources.command, "ranks": resources.tasks})
-    with job(snakemake.log[0], f"LAMMPS {case.path}"):
+    with job(snakemake.log[0], f"LAMMPS {case.path}", given.benchmark):
         run_lammps(case, mill, contact, dem, output.run, output.summary, launcher=resources.mpi)

@@ -25,7 +25,7 @@ NEEDLESS = {
         "torch",
         "trimesh",
     ],
-    "run_dem_case": ["matplotlib", "scipy.spatial", "sklearn", "statsmodels", "torch", "trimesh"],
+    "millprint.dem.run": ["matplotlib", "scipy.spatial", "sklearn", "statsmodels", "torch", "trimesh"],
     "tabulate_spectra": ["matplotlib", "numba", "scipy", "sklearn", "torch", "trimesh"],
     "plot_fingerprint": ["numba", "sklearn", "torch", "trimesh"],
     "split_screening": ["matplotlib", "numba", "scipy.stats", "sklearn", "statsmodels", "torch", "trimesh"],

@@ -24,6 +24,8 @@ IMPORTED = (
     *("sklearn.ensemble", "sklearn.gaussian_process", "snakemake.iocontainers", "snakemake.logging"),
     *("statsmodels.api", "torch_geometric.nn", "trimesh"),
 )
+# Of millprint.cases.server, which is not imported here.
+SERVER = "MILLPRINT_SERVER"
 # As Snakemake sets them for a shell.
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -54,8 +56,10 @@ def fork_scripts() -> None:
     lock = Lock()
 
     def execute_script(self: PythonScript, fname: str, edit: bool = False) -> None:
+        # Its forks need no other server.
+        own = {name: value for name, value in os.environ.items() if name != SERVER}
         variables = dict.fromkeys(THREADS, str(self.threads)) | {"TMPDIR": self.resources["tmpdir"]}
-        request = {"script": fname, "environment": {**os.environ, **variables}}
+        request = {"script": fname, "environment": {**own, **variables}}
         own, other = socket.socketpair()
         with other, lock:
             socket.send_fds(requests, [json.dumps(request).encode()], [other.fileno()])

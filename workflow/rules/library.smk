@@ -42,6 +42,7 @@ from millprint.config.strict_yaml import read_yaml
 from millprint.config.identity import contact_identity, dem_identity, identity, mill_identity
 from millprint.run.ending import OneLineAJob, failure_lines, given_run, stop_timers, success_lines
 from millprint.config.errors import ConfigError
+from millprint.cases import server
 from millprint.checks.check_once import check_once
 from millprint.config.dem_engine import check_jobs
 from millprint.run.plan import OTHER_S, Job, check_disk

@@ -4,12 +4,15 @@ import errno
 import gc
 import logging
 import re
+import resource
 import sys
 import time
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+import psutil
 
 from millprint.config.errors import MillprintError
 from millprint.run import files
@@ -24,10 +27,10 @@ FULL = {errno.ENOSPC: "no space left on the disk", errno.EDQUOT: "the disk quota
 
 
 @contextmanager
-def job(log_path: str, title: str) -> Iterator[logging.Logger]:
+def job(log_path: str, title: str, benchmark: str | None = None) -> Iterator[logging.Logger]:
     """Log one job to `log_path`. A MillprintError ends the job with a line for each fault and without a traceback.
 
-    The files that it writes are recorded next to the log.
+    The files that it writes are recorded next to the log. benchmark: a file for `write_benchmark`.
     """
     # The garbage collector need not examine the modules that are imported now.
     gc.freeze()
@@ -49,6 +52,8 @@ def job(log_path: str, title: str) -> Iterator[logging.Logger]:
     try:
         yield logger
         write_record(record, files.written)
+        if benchmark:
+            write_benchmark(benchmark)
     except MillprintError as error:
         logger.error("%s", error)
         for line in str(error).split("\n"):
@@ -74,6 +79,21 @@ def job(log_path: str, title: str) -> Iterator[logging.Logger]:
         handler.close()
         # Without this, Python examines all objects twice more at its end: half a second if torch is imported.
         gc.freeze()
+
+
+def write_benchmark(path: str | Path) -> None:
+    """Time since the start of this process, and processor time and largest memory of it and of those that it started.
+
+    With the names and units of Snakemake's benchmarks [s], [MB], which it takes by looking at a job now and then.
+    """
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    wall_s = time.time() - psutil.Process().create_time()
+    processor_s = sum(own.ru_utime + own.ru_stime for own in used)
+    # In bytes on macOS, in kB elsewhere.
+    memory = max(own.ru_maxrss for own in used) / (1024**2 if sys.platform == "darwin" else 1024)
+    clock = f"{int(wall_s // 3600)}:{int(wall_s // 60 % 60):02d}:{int(wall_s % 60):02d}"
+    with files.whole_file(path) as partial:
+        partial.write_text(f"s\th:m:s\tmax_rss\tcpu_time\n{wall_s:.2f}\t{clock}\t{memory:.2f}\t{processor_s:.2f}\n")
 
 
 def _full(error: OSError) -> str | None:
