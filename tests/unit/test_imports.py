@@ -118,3 +118,24 @@ def test_a_mill_needs_no_package_of_an_extra():
         text=True,
     )
     assert done.returncode == 0, done.stderr[-2000:]
+
+
+HELP = """
+import sys
+from importlib import import_module
+from millprint.cli.commands import COMMANDS
+for command in COMMANDS.values():
+    import_module(command.module)
+print(*sys.modules)
+"""
+
+
+def test_commands_say_what_they_take_without_what_they_need_later():
+    done = subprocess.run(
+        [sys.executable, "-c", HELP],
+        env={**os.environ, "PYTHONPATH": str(ROOT / "src")},
+        capture_output=True,
+        text=True,
+    )
+    assert {"millprint.cli.match_conditions", "millprint.thesis.commands.ask_yields"} <= set(done.stdout.split())
+    assert {"numpy", "pandas", "snakemake", "millprint.config.workflow"}.isdisjoint(done.stdout.split())

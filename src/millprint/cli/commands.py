@@ -8,7 +8,6 @@ from importlib import import_module
 from typing import NamedTuple, NoReturn
 
 from millprint.config.errors import MillprintError, readable
-from millprint.config.wording import close_to
 
 # Exit statuses: wrong arguments, and those of a shell for an ended reader and for Ctrl-C.
 USAGE, PIPE, INTERRUPTED = 2, 141, 130
@@ -95,6 +94,8 @@ def _run(words: Sequence[str]) -> int:
         return 0
     name = words[0]
     if name not in COMMANDS:
+        from millprint.config.wording import close_to
+
         print(f"error: millprint {name}: unknown command{close_to(name, COMMANDS)}", file=sys.stderr)
         return USAGE
     try:

@@ -11,9 +11,6 @@ from pathlib import Path
 
 from millprint.cli.commands import parser_of
 from millprint.config.arguments import check_written
-from millprint.dose.energy_doses import DOSE_OF, HITS, TIME, YIELD, own_doses
-from millprint.dose.kinetics import FEWEST_RUNS, fit_kinetics, said_of_dose, said_of_shear
-from millprint.fingerprint.model import Fingerprint
 from millprint.observables.definitions import POWER
 from millprint.run.files import write_table
 
@@ -25,6 +22,10 @@ def main(arguments: list[str], name: str = "dose") -> None:
     parser.add_argument("fingerprints", nargs="+", type=Path, help="JSON files of the mills")
     parser.add_argument("--out", type=Path, help="TSV file for the doses")
     options = parser.parse_args(arguments)
+    from millprint.dose.energy_doses import DOSE_OF, HITS, TIME, YIELD, own_doses
+    from millprint.dose.kinetics import FEWEST_RUNS, fit_kinetics, said_of_dose, said_of_shear
+    from millprint.fingerprint.model import Fingerprint
+
     check_written(options.out, options.runs, *options.fingerprints)
     known = {own.about["mill"]: own for own in map(Fingerprint.read, options.fingerprints)}
     table = own_doses(options.runs, known)

@@ -8,9 +8,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from millprint.config.checks import MILL_FOLDER
 from millprint.config.errors import ConfigError
-from millprint.config.included import included_mills, shipped
 from millprint.config.strict_yaml import read_yaml
 from millprint.config.wording import close_to
 
@@ -28,6 +26,9 @@ def settings_of(mill: str) -> list[str]:
 
     Raises ConfigError, in one line, for anything else.
     """
+    from millprint.config.checks import MILL_FOLDER
+    from millprint.config.included import included_mills
+
     if Path(mill).suffix in SHAPES:
         raise ConfigError(f"{mill}: is the shape of a jar; `millprint new stl --set path={mill}` makes a mill of it")
     if Path(mill).suffix not in YAML:
@@ -61,6 +62,8 @@ def settings_of(mill: str) -> list[str]:
 
 def snakefile_words() -> list[str]:
     """Where the Snakefile is: nothing in a checkout, where Snakemake finds it itself."""
+    from millprint.config.included import shipped
+
     if Path("workflow/Snakefile").is_file() and Path("src/millprint").is_dir():
         return []
     found = shipped("workflow/Snakefile")

@@ -26,35 +26,30 @@ something was not simulated. Further lines say how long the same dose takes, and
 The table has what was found over what was wanted, with the interval; --out writes every column.
 """
 
+from __future__ import annotations
+
 import argparse
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-import pandas as pd
 from pydantic import Field
 
-from millprint.card.match import find_fingerprint, match_card
-from millprint.card.read import read_card
 from millprint.cli.commands import parser_of
 from millprint.config.arguments import check_written, value_of, value_of_key
 from millprint.config.charge import charge_words, speed_words
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import DescriptorSet, Energy, Frequency, MatchConfig, SearchConfig
-from millprint.config.included import SOURCES
 from millprint.config.load import check_model, read_yaml
 from millprint.config.mixture import BallChoice
 from millprint.config.section import Count, Density, Fraction, PositiveSpeed
-from millprint.fingerprint.condition_search import rank_conditions, target_of
-from millprint.fingerprint.descriptors import CHARGE
-from millprint.fingerprint.match_target import variables_in_words
-from millprint.fingerprint.match_words import interval_in_words, match_in_words, speed_in_words
-from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.readers import find_ready_made
 from millprint.observables.definitions import DESCRIPTOR_SETS, DESCRIPTORS, TARGET_DESCRIPTORS
 from millprint.run.files import write_table
 from millprint.run.numbers import three
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Hours = Annotated[float, Field(gt=0, le=1e4)]
 # Columns of a ranking as they are printed; the last two of a ranking against a card.
@@ -76,6 +71,11 @@ def shown(rows: pd.DataFrame, asked: Sequence[str], hours: float = 1.0) -> pd.Da
 
     Columns that are the same in every row are left out.
     """
+    import pandas as pd
+
+    from millprint.fingerprint.match_target import variables_in_words
+    from millprint.fingerprint.match_words import interval_in_words, speed_in_words
+
     table = {}
     for name, title in SHOWN.items():
         if name in rows and (name in ("rank", "ball_diameter_mm") or rows[name].nunique() > 1):
@@ -190,6 +190,9 @@ def _first(slug: str | None, descriptors: DescriptorSet) -> str | None:
 
 def request_of(options: argparse.Namespace) -> MatchConfig:
     """The request from the YAML file and the options, which take precedence."""
+    from millprint.card.match import find_fingerprint
+    from millprint.config.included import SOURCES
+
     content: dict[str, Any] = {}
     if options.request:
         read = read_yaml(options.request)
@@ -228,6 +231,10 @@ def searched(options: argparse.Namespace, descriptors: DescriptorSet = "weighted
 
 def located(mills: list[str], results: str) -> list[Path]:
     """The fingerprints of mills; says which of them come with millprint."""
+    from millprint.card.match import find_fingerprint
+    from millprint.config.included import SOURCES
+    from millprint.fingerprint.readers import find_ready_made
+
     paths = [find_fingerprint(mill, results, SOURCES) for mill in mills]
     for mill, path in zip(mills, paths, strict=True):
         if path == find_ready_made(mill):
@@ -237,6 +244,10 @@ def located(mills: list[str], results: str) -> list[Path]:
 
 def match_from_card(options: argparse.Namespace) -> None:
     """Rank the settings of a mill by how near they come to a card; print them with what is lost."""
+    from millprint.card.match import match_card
+    from millprint.card.read import read_card
+    from millprint.fingerprint.model import Fingerprint
+
     card = read_card(options.card)
     fingerprint = Fingerprint.read(*located([options.to], options.results))
     request = check_model(searched(options), SearchConfig, "command line")
@@ -251,6 +262,12 @@ def match_from_card(options: argparse.Namespace) -> None:
 def main(arguments: list[str], name: str = "match") -> None:
     """Rank the conditions, print them and, with --out, write them."""
     options = parse(arguments, name)
+    import pandas as pd
+
+    from millprint.fingerprint.condition_search import rank_conditions, target_of
+    from millprint.fingerprint.match_words import match_in_words
+    from millprint.fingerprint.model import Fingerprint
+
     if options.card:
         match_from_card(options)
         return

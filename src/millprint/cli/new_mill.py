@@ -20,20 +20,14 @@ import yaml
 from millprint.cli.commands import parser_of
 from millprint.cli.engine import cores, run_workflow
 from millprint.config.charge import fill_of
-from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER, with_own_fills
 from millprint.config.contact_set import ContactConfig
 from millprint.config.decimals import PLAIN
 from millprint.config.errors import ConfigError
-from millprint.config.included import included_contacts, included_mills, load_contact
 from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.strict_yaml import parse_yaml
 from millprint.config.sweep import overridden
 from millprint.config.wording import close_to
-from millprint.config.workflow import WorkflowConfig
-from millprint.mill.bodies import build_bodies, check_volume
-from millprint.mill.vessel import build_vessel
-from millprint.mill.wall_words import walls_in_words
 from millprint.run.files import whole_file
 
 KINDS = Path(__file__).with_name("mills")
@@ -148,6 +142,9 @@ def completed(name: str, title: str, template: str, answers: dict[str, str], def
 
     defaults: the names that were not answered. Raises ConfigError where the volume and the shape contradict each other.
     """
+    from millprint.mill.bodies import check_volume
+    from millprint.mill.vessel import build_vessel
+
     given = dict(answers)
     own = {**answers, "volume_ml": answers["volume_ml"] or "1", "fill_ratios": "[0.1, 0.2, 0.3]"}
     mill = mill_of(name, title, template, own)
@@ -170,6 +167,8 @@ def warnings_of(mill: MillConfig, contact: ContactConfig) -> list[str]:
     from millprint.card.experiment_checks import check_cases
     from millprint.cases.of_mill import mill_cases, sweep_of
     from millprint.checks.before_running import mill_warnings
+    from millprint.config.checks import with_own_fills
+    from millprint.config.workflow import WorkflowConfig
 
     settings = WorkflowConfig(mill=mill.name)
     about = mill_warnings({mill.name: mill})
@@ -187,6 +186,9 @@ def warnings_of(mill: MillConfig, contact: ContactConfig) -> list[str]:
 
 def run_text(name: str, contact: str) -> str:
     """The text of the run's file, which names what was assumed."""
+    from millprint.config.checks import MILL_FOLDER
+    from millprint.config.included import load_contact
+
     assumed = (
         "assumed: steel balls with the powder of a thesis (NaBO2.4H2O and MgH2); yours is not known"
         if contact == ASSUMED
@@ -235,6 +237,9 @@ def kind_asked() -> str:
 
 def contact_asked(chosen: str | None, quiet: bool) -> str:
     """The contact set of the balls: chosen, asked, or the default. Raises ConfigError for an unknown one."""
+    from millprint.config.checks import CONTACT_FOLDER
+    from millprint.config.included import included_contacts
+
     known = included_contacts()
     while chosen is None and not quiet:
         text = input(f"contact: how balls bounce and rub, one of {', '.join(known)}\n  [{ASSUMED}] ").strip() or ASSUMED
@@ -264,6 +269,11 @@ def parse(arguments: list[str], name: str) -> argparse.Namespace:
 def main(arguments: list[str], name: str = "new") -> int:
     """Write the files of a mill, and draw it."""
     options = parse(arguments, name)
+    from millprint.config.checks import MILL_FOLDER
+    from millprint.config.included import included_mills, load_contact
+    from millprint.mill.bodies import build_bodies
+    from millprint.mill.wall_words import walls_in_words
+
     quiet = bool(options.yes or options.set or options.list)
     if options.kind is None:
         if quiet:

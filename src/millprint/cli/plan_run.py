@@ -12,17 +12,14 @@ import io
 import logging
 import os
 import sys
-from contextlib import redirect_stderr
+from contextlib import redirect_stderr, redirect_stdout
 from itertools import takewhile
 
-from snakemake.cli import main as snakemake_command
-from snakemake.logging import logger
 from snakemake_interface_logger_plugins.common import LogEvent
 
 from millprint.cli.commands import parser_of
 from millprint.cli.engine import YAML, settings_of, snakefile_words
 from millprint.config.arguments import check_configfiles
-from millprint.config.included import included_mills, load_mill
 from millprint.run.ending import job_of
 from millprint.run.plan import Job, plan_text
 
@@ -61,21 +58,27 @@ def main(arguments: list[str], name: str = "plan") -> int:
     """Print the plan; returns the exit status, that of Snakemake where it refuses."""
     if "--help" in arguments or "-h" in arguments:
         parser_of(name, __doc__).parse_args(["--help"])
+    from snakemake.cli import main as snakemake_command
+    from snakemake.logging import logger
+
+    from millprint.config.included import included_mills, load_mill
+
     # Reading the Snakefile as a run does: a configuration among the targets is its settings.
     mills = included_mills()
     own = list(takewhile(lambda word: not word.startswith("-"), arguments))
     words = [part for word in own for part in (settings_of(word) if word.endswith(YAML) or word in mills else [word])]
     words += arguments[len(own) :]
     check_configfiles(words)
-    plan, said = Plan(), io.StringIO()
+    plan, said, table = Plan(), io.StringIO(), io.StringIO()
     logger.addFilter(plan)
     try:
-        with redirect_stderr(said):
+        with redirect_stderr(said), redirect_stdout(table):
             snakemake_command(["--dry-run", *snakefile_words(), *words])
     except SystemExit as ended:
         # The last line of Snakemake's usage message says which argument is wrong.
         lines = said.getvalue().splitlines()
         print("\n".join(lines[-1:] if ended.code == USAGE else lines), file=sys.stderr)
+        print(table.getvalue(), end="")
         if ended.code:
             return int(ended.code)
     # The jobs of a target make no file.

@@ -9,13 +9,10 @@ order of magnitude. The printed range is that between the coefficients of the si
 
 from pathlib import Path
 
-import pandas as pd
-
 from millprint.cli.commands import parser_of
 from millprint.config.arguments import check_written, value_of_key
 from millprint.config.dose import ChargeConfig, WearConfig
 from millprint.config.errors import ConfigError
-from millprint.dose.wear import mean_conditions, predict_wear, read_coefficient, read_materials, tabulate_sliding
 from millprint.run.files import write_table
 
 SHOWN = {
@@ -44,6 +41,10 @@ def main(arguments: list[str], name: str = "wear") -> None:
     parser.add_argument("--materials", default=defaults.materials, help="table of materials")
     parser.add_argument("--out", help="TSV for the whole table")
     options = parser.parse_args(arguments)
+    import pandas as pd
+
+    from millprint.dose.wear import mean_conditions, predict_wear, read_coefficient, read_materials, tabulate_sliding
+
     check_written(options.out, options.materials, options.coefficient)
     charge = ChargeConfig(bpr=options.bpr, time_h=options.hours)
     materials = read_materials(options.materials)

@@ -16,7 +16,6 @@ from pathlib import Path
 
 from millprint.cli.commands import parser_of
 from millprint.config.errors import ConfigError
-from millprint.provenance.crate_files import check_finished, read_configuration, recipe_of, targets_of, write_crate
 from millprint.provenance.inside import CRATE, check_folder
 from millprint.provenance.lineage import read_jobs
 from millprint.run import files
@@ -46,6 +45,8 @@ def verify(results: str) -> int:
 
 def describe(results: str) -> int:
     """Describe everything in a folder."""
+    from millprint.provenance.crate_files import check_finished, read_configuration, recipe_of, targets_of, write_crate
+
     folder = Path(results)
     read_configuration(folder)
     jobs = read_jobs()

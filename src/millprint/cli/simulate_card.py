@@ -17,37 +17,33 @@ call that was stopped continues where it stopped. Wear needs the coefficient tha
 by contact parameters the target `uncertainty`; both are found in --results.
 """
 
+from __future__ import annotations
+
 import argparse
 import sys
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from millprint.card.build import build_card
-from millprint.card.card_files import FILES, GIF, draw_run, write_card
-from millprint.card.card_model import MillingCard
-from millprint.card.experiment_checks import check_experiment
-from millprint.card.latex import TITLES
-from millprint.card.methods import in_words
-from millprint.card.read import CardSettings, Runs, known_of
-from millprint.cases.simulate import simulate_cases
-from millprint.cases.table import animated_case, own_cases
 from millprint.cli.commands import parser_of
 from millprint.config.arguments import Cores, value_of
 from millprint.config.card import Experiment
-from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError, MillprintError
-from millprint.config.included import SOURCES
 from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import overridden
-from millprint.config.workflow import WorkflowConfig
-from millprint.dem.compilation import compile_kernels
 from millprint.run.files import read_json
+
+if TYPE_CHECKING:
+    from millprint.card.card_model import MillingCard
 
 
 def say(card: MillingCard) -> None:
     """Print the numbers of the card."""
+    from millprint.card.latex import TITLES
+    from millprint.card.methods import in_words
+
     rows = [*card.fingerprint.descriptors.known.items(), *(vars(card.dose).items() if card.dose else [])]
     for name, quantity in rows:
         print(f"{TITLES[name]}: {in_words(quantity, quantity.scatter)}")
@@ -70,6 +66,17 @@ def parse(arguments: list[str], name: str) -> argparse.Namespace:
 def main(arguments: list[str], name: str = "card") -> None:
     """Simulate the experiment and write its card."""
     options, begin = parse(arguments, name), time.perf_counter()
+    from millprint.card.build import build_card
+    from millprint.card.card_files import FILES, GIF, draw_run, write_card
+    from millprint.card.experiment_checks import check_experiment
+    from millprint.card.read import CardSettings, Runs, known_of
+    from millprint.cases.simulate import simulate_cases
+    from millprint.cases.table import animated_case, own_cases
+    from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER
+    from millprint.config.included import SOURCES
+    from millprint.config.workflow import WorkflowConfig
+    from millprint.dem.compilation import compile_kernels
+
     sources, place = SOURCES, str(options.experiment)
     experiment = check_model(read_yaml(options.experiment), Experiment, place)
     config = WorkflowConfig(mill=experiment.mill)

@@ -13,9 +13,6 @@ from millprint.config.arguments import value_of, value_of_key
 from millprint.config.load import check_model
 from millprint.config.section import Count, NonNegative
 from millprint.config.view import ViewConfig
-from millprint.figures.animation import save_animation
-from millprint.view.frames import read_movie
-from millprint.view.paraview import export_run
 
 PARTS = ("", "_walls", "_contacts")
 
@@ -41,6 +38,9 @@ def main(arguments: list[str], name: str) -> None:
 
 def animate(run: Path, out: Path | None, start: float | None, **keys: float) -> None:
     """Write the animation. keys: of ViewConfig."""
+    from millprint.figures.animation import save_animation
+    from millprint.view.frames import read_movie
+
     out = out or run.parent / "mill.gif"
     movie = read_movie(run, check_model(keys, ViewConfig, "command line"), start)
     save_animation(movie, out)
@@ -49,6 +49,8 @@ def animate(run: Path, out: Path | None, start: float | None, **keys: float) -> 
 
 def export(run: Path, every: int, out: Path | None) -> None:
     """Write the three files."""
+    from millprint.view.paraview import export_run
+
     balls, walls, contacts = files = [(out or run.parent) / f"{run.stem}{part}.vtkhdf" for part in PARTS]
     count = export_run(run, balls, walls, contacts, every)
     print(f"{count} snapshots written to {', '.join(map(str, files))}")

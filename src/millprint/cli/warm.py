@@ -8,27 +8,21 @@ pass their heat on to the jar. All must have the temperature of the room at the 
 sampled from the ranges of `dose.heat` (config/keys.md).
 """
 
+from __future__ import annotations
+
 from pathlib import Path
+from typing import TYPE_CHECKING, get_args
 
 from millprint.cli.commands import parser_of
 from millprint.config.arguments import value_of_key
-from millprint.config.dose import HeatConfig, JarSection
+from millprint.config.dose import BodyName, HeatConfig, JarSection
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
-from millprint.dose.heat_balance import BODIES, Balance
-from millprint.dose.heat_sources import mean_of, read_source
-from millprint.dose.heat_table import ROOM, balance_of, sample
-from millprint.own_machine.prediction import (
-    Condition,
-    add_options,
-    given,
-    keep,
-    read_condition,
-    say_power,
-)
-from millprint.own_machine.readings import TEMPERATURE, read_series
-from millprint.own_machine.settings import WarmSettings
-from millprint.own_machine.warming import fit_power, unit_response
+from millprint.own_machine.settings import WarmSettings, add_options, given
+
+if TYPE_CHECKING:
+    from millprint.dose.heat_balance import Balance
+    from millprint.own_machine.prediction import Condition
 
 SAMPLES, FEWEST_READINGS, SHORTEST_S = 4000, 10, 30.0
 FLOAT_OPTIONS = {
@@ -42,6 +36,9 @@ FLOAT_OPTIONS = {
 
 def balance_of_1_W(condition: Condition, settings: WarmSettings) -> Balance:
     """Balances of the condition for 1 W of dissipation in all, with everything that is not known sampled."""
+    from millprint.dose.heat_sources import mean_of, read_source
+    from millprint.dose.heat_table import ROOM, balance_of, sample
+
     card = condition.card
     powder = settings.powder_g or (card.powder.mass_g if card.powder else None)
     jar = JarSection(cooling=settings.cooling or card.jar.cooling or "moving_air", mass_kg=settings.jar_kg)
@@ -62,9 +59,14 @@ def main(arguments: list[str], name: str = "warm") -> None:
             f"--{option.replace('_', '-')}", dest=option, type=value_of_key(WarmSettings, option), help=text
         )
     parser.add_argument("--cooling", choices=["still_air", "moving_air", "water"], help="what cools the jar")
-    parser.add_argument("--body", choices=BODIES, help="what the thermometer touches (default: jar)")
+    parser.add_argument("--body", choices=get_args(BodyName), help="what the thermometer touches (default: jar)")
     add_options(parser)
     options = parser.parse_args(arguments)
+    from millprint.dose.heat_balance import BODIES
+    from millprint.own_machine.prediction import keep, read_condition, say_power
+    from millprint.own_machine.readings import TEMPERATURE, read_series
+    from millprint.own_machine.warming import fit_power, unit_response
+
     settings = check_model(given(options, *FLOAT_OPTIONS, "cooling", "body"), WarmSettings, "options")
     condition = read_condition(options.card)
     table = read_series(options.readings, TEMPERATURE, FEWEST_READINGS)

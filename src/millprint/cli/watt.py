@@ -7,29 +7,26 @@ twenty readings or more at a steady speed. Fixed balls are the same balls, tied 
 is the range of the share of additional electric power that motor and belt pass on.
 """
 
-from pathlib import Path
+from __future__ import annotations
 
-import numpy as np
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from millprint.cli.commands import parser_of
 from millprint.config.arguments import value_of_key
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
-from millprint.own_machine.electric import BLOCKS, block_means, power_of_charge
-from millprint.own_machine.prediction import (
-    add_options,
-    given,
-    keep,
-    predicted_power,
-    read_condition,
-    say_power,
-)
-from millprint.own_machine.readings import POWER, read_series
-from millprint.own_machine.settings import WattSettings
+from millprint.own_machine.settings import WattSettings, add_options, given
+
+if TYPE_CHECKING:
+    import numpy as np
 
 
 def blocks_of(path: Path) -> np.ndarray:
     """Means of the blocks of a table of powers [W]."""
+    from millprint.own_machine.electric import BLOCKS, block_means
+    from millprint.own_machine.readings import POWER, read_series
+
     table = read_series(path, POWER, 2 * BLOCKS)
     try:
         return block_means(table["time_s"].to_numpy(), table["value"].to_numpy())
@@ -48,6 +45,9 @@ def main(arguments: list[str], name: str = "watt") -> None:
     parser.add_argument("--jars", type=value_of_key(WattSettings, "jars"), help="jars with balls (default: 1)")
     add_options(parser)
     options = parser.parse_args(arguments)
+    from millprint.own_machine.electric import power_of_charge
+    from millprint.own_machine.prediction import keep, predicted_power, read_condition, say_power
+
     low, high = options.efficiency
     asked = {"efficiency_low": low, "efficiency_high": high, **given(options, "jars")}
     settings = check_model(asked, WattSettings, "options")

@@ -1,7 +1,7 @@
-"""What `warm` and `watt` share: the prediction of a finished card, options, the verdict, and the user's table."""
+"""What `warm` and `watt` share: the prediction of a finished card, the verdict, and the user's table."""
 
 import datetime
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from argparse import Namespace
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -78,26 +78,6 @@ def origins_of(predicted: Estimate) -> str:
     known = ", ".join(ORIGINS[name].title for name in predicted.intervals)
     words = f"by {known}" if known else "without an interval"
     return words if predicted.contact else f"{words}; contact parameters not analysed"
-
-
-def add_options(parser: ArgumentParser) -> None:
-    """The options of every measurement."""
-    parser.add_argument("--table", type=Path, help="table of your own measurements; a row is added to it")
-    parser.add_argument("--date", type=_day, help="day of the measurement, as 2026-11-27 (default: now)")
-    parser.add_argument("--figure", type=Path, help="figure: its name without an ending; PNG and SVG are written")
-
-
-def _day(text: str) -> str:
-    """A day of the calendar."""
-    try:
-        return datetime.date.fromisoformat(text).isoformat()
-    except ValueError:
-        raise ArgumentTypeError(f"{text!r}: must be a day, as 2026-11-27") from None
-
-
-def given(options: Namespace, *names: str) -> dict[str, object]:
-    """The options of these names that were given."""
-    return {name: value for name in names if (value := getattr(options, name)) is not None}
 
 
 def say_power(condition: Condition, measured: Estimate, date: str | None) -> str:

@@ -1,5 +1,8 @@
 """What the user gives for each measurement: the options of `warm` and `watt`."""
 
+import datetime
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from pathlib import Path
 from typing import Annotated
 
 from pydantic import Field, model_validator
@@ -48,3 +51,23 @@ class WattSettings(Section):
         if self.efficiency_low > self.efficiency_high:
             raise ValueError(f"efficiency_low = {self.efficiency_low:g}: must not be above {self.efficiency_high:g}")
         return self
+
+
+def add_options(parser: ArgumentParser) -> None:
+    """The options of every measurement."""
+    parser.add_argument("--table", type=Path, help="table of your own measurements; a row is added to it")
+    parser.add_argument("--date", type=_day, help="day of the measurement, as 2026-11-27 (default: now)")
+    parser.add_argument("--figure", type=Path, help="figure: its name without an ending; PNG and SVG are written")
+
+
+def _day(text: str) -> str:
+    """A day of the calendar."""
+    try:
+        return datetime.date.fromisoformat(text).isoformat()
+    except ValueError:
+        raise ArgumentTypeError(f"{text!r}: must be a day, as 2026-11-27") from None
+
+
+def given(options: Namespace, *names: str) -> dict[str, object]:
+    """The options of these names that were given."""
+    return {name: value for name in names if (value := getattr(options, name)) is not None}

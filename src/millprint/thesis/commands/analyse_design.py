@@ -14,15 +14,14 @@ from pathlib import Path
 from millprint.cli.commands import parser_of
 from millprint.config.doe import AnalysisConfig
 from millprint.config.load import read_part
-from millprint.figures.style import save
 from millprint.run.files import read_table, write_table
-from millprint.thesis.doe.variance import pareto_table
-from millprint.thesis.doe.written import VARIANCE, analysis_paths, design_paths, write_analysis, write_design
-from millprint.thesis.figures.chapter2_figures import interactions, pareto, residuals
 
 
 def write_tables(config: AnalysisConfig, runs: str, folder: Path) -> list[str]:
     """Write the tables, and return one line for each departure of the runs from the design."""
+    from millprint.thesis.doe.variance import pareto_table
+    from millprint.thesis.doe.written import VARIANCE, analysis_paths, design_paths, write_analysis, write_design
+
     departures = write_design(runs, design_paths(folder), config)
     paths = analysis_paths(folder)
     write_analysis(runs, paths, config)
@@ -34,6 +33,9 @@ def write_tables(config: AnalysisConfig, runs: str, folder: Path) -> list[str]:
 
 def draw_figures(config: AnalysisConfig, folder: Path) -> None:
     """Draw the figures from the tables in `folder`."""
+    from millprint.figures.style import save
+    from millprint.thesis.figures.chapter2_figures import interactions, pareto, residuals
+
     factors = {factor.symbol: factor for factor in config.factors}
     labels = {symbol: factor.label for symbol, factor in factors.items()}
     figures = {

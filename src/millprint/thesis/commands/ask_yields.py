@@ -12,7 +12,6 @@ from millprint.config.errors import ConfigError
 from millprint.config.load import check_model, read_yaml
 from millprint.config.section import Fraction
 from millprint.config.yields import YieldConfig
-from millprint.thesis.yields.new_conditions import write_predictions
 
 
 def read_settings(path: str) -> YieldConfig:
@@ -38,6 +37,8 @@ def main(arguments: list[str], name: str = "yields") -> None:
     )
     parser.add_argument("--extrapolate", action="store_true", help="predict outside the domain of the model too")
     given = parser.parse_args(arguments)
+    from millprint.thesis.yields.new_conditions import write_predictions
+
     check_written(given.out, given.model, given.conditions, given.config)
     settings = read_settings(given.config)
     level = given.level or settings.interval_level

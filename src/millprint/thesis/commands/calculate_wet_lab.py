@@ -19,15 +19,8 @@ from millprint.config.arguments import check_written
 from millprint.config.doe import WetLabConfig
 from millprint.config.load import read_part
 from millprint.run.files import write_table
-from millprint.thesis.doe.chemistry import check_formulas
-from millprint.thesis.doe.wet_lab import charge_table, read_wear, solution_table, wear_table, yield_table
 
-CALCULATIONS = {
-    "yield": lambda path, settings: yield_table(path, settings.chemistry, settings.gas),
-    "half-life": lambda path, settings: solution_table(path),
-    "charge": lambda path, settings: charge_table(path, settings.chemistry),
-    "wear": lambda path, settings: wear_table(read_wear(path)),
-}
+CALCULATIONS = ("yield", "half-life", "charge", "wear")
 
 
 def main(arguments: list[str], name: str = "wet-lab") -> None:
@@ -39,12 +32,22 @@ def main(arguments: list[str], name: str = "wet-lab") -> None:
     parser.add_argument("--config", default="config/config.yaml", help="YAML file with doe.chemistry and doe.gas")
     parser.add_argument("--dry-gas", action="store_true", help="the gas holds no water vapour")
     options = parser.parse_args(arguments)
+    from millprint.thesis.doe import wet_lab
+    from millprint.thesis.doe.chemistry import check_formulas
+
     check_written(options.results, options.readings, options.config)
     settings = read_part(options.config, "doe", WetLabConfig)
     check_formulas(settings.chemistry, f"{options.config}: chemistry")
     if options.dry_gas:
         dry = settings.gas.model_copy(update={"saturated": False})
         settings = settings.model_copy(update={"gas": dry})
-    table = CALCULATIONS[options.calculation](options.readings, settings)
+    if options.calculation == "yield":
+        table = wet_lab.yield_table(options.readings, settings.chemistry, settings.gas)
+    elif options.calculation == "half-life":
+        table = wet_lab.solution_table(options.readings)
+    elif options.calculation == "charge":
+        table = wet_lab.charge_table(options.readings, settings.chemistry)
+    else:
+        table = wet_lab.wear_table(wet_lab.read_wear(options.readings))
     write_table(table, options.results)
     print(f"{options.results}: {len(table)} rows")

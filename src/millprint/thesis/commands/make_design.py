@@ -15,7 +15,6 @@ from millprint.cli.commands import parser_of
 from millprint.config.doe import AnalysisConfig, DesignConfig
 from millprint.config.load import check_model, read_part
 from millprint.run.files import write_json, write_table
-from millprint.thesis.doe.factorial_designs import alias_table, best_generators, describe, design_table
 
 
 def main(arguments: list[str], name: str = "design") -> None:
@@ -27,6 +26,8 @@ def main(arguments: list[str], name: str = "design") -> None:
         "--generate", nargs="+", default=[], metavar="FACTOR", help="factors for which the best generators are searched"
     )
     options = parser.parse_args(arguments)
+    from millprint.thesis.doe.factorial_designs import alias_table, best_generators, describe, design_table
+
     config = read_part(options.design, "doe", DesignConfig, whole=AnalysisConfig)
     if options.generate:
         generators = best_generators(config, options.generate)
