@@ -10,6 +10,7 @@ import yaml
 from millprint.cli import engine
 from millprint.cli.commands import main
 from millprint.cli.new_mill import completed, filled, fractions, kinds, questions, read_template
+from millprint.config import included
 from millprint.config.checks import CONFIG_FILE, base_of
 from millprint.config.included import SOURCES, included_mills
 from millprint.config.load import check_model
@@ -116,7 +117,7 @@ def test_the_snakemake_command_is_printed_and_run(tmp_path, monkeypatch, capsys,
 
 def test_without_the_workflow_one_line_says_what_is_missing(tmp_path, monkeypatch, capsys, ran):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(engine, "shipped", lambda path: None)
+    monkeypatch.setattr(included, "shipped", lambda path: None)
     assert main(["fingerprint", "planetary"]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert "workflow/Snakefile: not in this installation" in line and not ran
