@@ -20,7 +20,6 @@ import numpy as np
 import pandas as pd
 
 from millprint.card.experiment_checks import check_cases
-from millprint.card.match import find_fingerprint
 from millprint.cases.of_mill import mill_cases, sweep_of
 from millprint.cases.simulate import simulate_cases
 from millprint.cases.table import own_cases
@@ -40,7 +39,7 @@ from millprint.fingerprint.condition_tables import COLUMNS, conditions_of
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.predicted_values import Prediction
-from millprint.fingerprint.readers import charges_of, read_summaries
+from millprint.fingerprint.readers import charges_of, find_fingerprint, read_summaries
 from millprint.observables.condition import Condition
 from millprint.observables.definitions import DESCRIPTORS
 from millprint.run.files import write_table

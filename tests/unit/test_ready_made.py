@@ -5,7 +5,6 @@ import hashlib
 import numpy as np
 import pytest
 
-from millprint.card.match import find_fingerprint
 from millprint.cases.of_mill import mill_cases
 from millprint.config.included import included_mills, load_contact, load_mill, shipped
 from millprint.config.mill_sweep import MillsConfig
@@ -15,6 +14,7 @@ from millprint.dem.run import simulate
 from millprint.fingerprint import readers
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.readers import find_fingerprint
 from millprint.observables.definitions import POWER_PARTS
 from millprint.run.files import read_table
 

@@ -1,49 +1,20 @@
 """Reads a card back: which settings of another mill come nearest to it, what is lost, and how long they take."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from millprint.card.card_model import MillingCard
-from millprint.config.checks import MILL_FOLDER
-from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import SearchConfig
-from millprint.config.sources import WORKING_FOLDER, Sources
-from millprint.config.wording import close_to
 from millprint.fingerprint.condition_search import check_same_count, rank_conditions
 from millprint.fingerprint.match_target import Target
 from millprint.fingerprint.match_words import match_in_words
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.readers import find_ready_made
 from millprint.observables.definitions import DESCRIPTOR_SETS, POWER
 
 # A search of everything that was simulated.
 ANYTHING = SearchConfig()
-
-
-def find_fingerprint(mill: str, results: str | Path = "results", sources: Sources = WORKING_FOLDER) -> Path:
-    """The fingerprint of a mill, given by its file or its name: of a run, or the one that comes with millprint.
-
-    Of a mill that was run, the one with all intervals first.
-
-    Raises ConfigError, in one line, for an unknown mill, and for a mill that was not run, with the command to run it.
-    """
-    if mill.endswith(".json"):
-        return Path(mill)
-    places = [Path(results) / folder / mill / "fingerprint.json" for folder in ("uncertainty", "mills")]
-    places += sorted((Path(results) / "fingerprint").glob("fingerprint_*.json"))
-    for path in places:
-        if path.is_file() and (path.parent.name == mill or Fingerprint.read(path).about["mill"] == mill):
-            return path
-    if (included := find_ready_made(mill)) is not None:
-        return included
-    if not Path(sources.find(f"{MILL_FOLDER}/{mill}.yaml")).is_file():
-        raise ConfigError(f"{mill}: unknown mill{close_to(mill, sources.names(MILL_FOLDER))}")
-    raise ConfigError(
-        f"{mill}: this mill was not run: {places[1]} is missing; `millprint fingerprint {mill}` writes it"
-    )
 
 
 def target_of_card(card: MillingCard, request: SearchConfig) -> Target:

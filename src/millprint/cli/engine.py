@@ -26,8 +26,8 @@ def settings_of(mill: str) -> list[str]:
 
     Raises ConfigError, in one line, for anything else.
     """
-    from millprint.config.checks import MILL_FOLDER
     from millprint.config.included import included_mills
+    from millprint.config.sources import MILL_FOLDER
 
     if Path(mill).suffix in SHAPES:
         raise ConfigError(f"{mill}: is the shape of a jar; `millprint new stl --set path={mill}` makes a mill of it")

@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 
 Hours = Annotated[float, Field(gt=0, le=1e4)]
 # Columns of a ranking as they are printed; the last two of a ranking against a card.
-SHOWN = {"rank": "#", "mill": "mill", "contact": "contact", CHARGE: "charge", "ball_diameter_mm": "ball/mm"}
+SHOWN = {"rank": "#", "mill": "mill", "contact": "contact", "charge": "charge", "ball_diameter_mm": "ball/mm"}
 DOSES = {"powder_mass_g": "powder/g", "milling_h": "h"}
 NOTHING, WIDTH = "nothing", 118
 
@@ -190,8 +190,8 @@ def _first(slug: str | None, descriptors: DescriptorSet) -> str | None:
 
 def request_of(options: argparse.Namespace) -> MatchConfig:
     """The request from the YAML file and the options, which take precedence."""
-    from millprint.card.match import find_fingerprint
     from millprint.config.included import SOURCES
+    from millprint.fingerprint.readers import find_fingerprint
 
     content: dict[str, Any] = {}
     if options.request:
@@ -231,9 +231,8 @@ def searched(options: argparse.Namespace, descriptors: DescriptorSet = "weighted
 
 def located(mills: list[str], results: str) -> list[Path]:
     """The fingerprints of mills; says which of them come with millprint."""
-    from millprint.card.match import find_fingerprint
     from millprint.config.included import SOURCES
-    from millprint.fingerprint.readers import find_ready_made
+    from millprint.fingerprint.readers import find_fingerprint, find_ready_made
 
     paths = [find_fingerprint(mill, results, SOURCES) for mill in mills]
     for mill, path in zip(mills, paths, strict=True):

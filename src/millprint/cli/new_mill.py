@@ -186,8 +186,8 @@ def warnings_of(mill: MillConfig, contact: ContactConfig) -> list[str]:
 
 def run_text(name: str, contact: str) -> str:
     """The text of the run's file, which names what was assumed."""
-    from millprint.config.checks import MILL_FOLDER
     from millprint.config.included import load_contact
+    from millprint.config.sources import MILL_FOLDER
 
     assumed = (
         "assumed: steel balls with the powder of a thesis (NaBO2.4H2O and MgH2); yours is not known"
@@ -237,8 +237,8 @@ def kind_asked() -> str:
 
 def contact_asked(chosen: str | None, quiet: bool) -> str:
     """The contact set of the balls: chosen, asked, or the default. Raises ConfigError for an unknown one."""
-    from millprint.config.checks import CONTACT_FOLDER
     from millprint.config.included import included_contacts
+    from millprint.config.sources import CONTACT_FOLDER
 
     known = included_contacts()
     while chosen is None and not quiet:
@@ -269,8 +269,8 @@ def parse(arguments: list[str], name: str) -> argparse.Namespace:
 def main(arguments: list[str], name: str = "new") -> int:
     """Write the files of a mill, and draw it."""
     options = parse(arguments, name)
-    from millprint.config.checks import MILL_FOLDER
     from millprint.config.included import included_mills, load_contact
+    from millprint.config.sources import MILL_FOLDER
     from millprint.mill.bodies import build_bodies
     from millprint.mill.wall_words import walls_in_words
 

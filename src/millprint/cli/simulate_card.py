@@ -72,8 +72,8 @@ def main(arguments: list[str], name: str = "card") -> None:
     from millprint.card.read import CardSettings, Runs, known_of
     from millprint.cases.simulate import simulate_cases
     from millprint.cases.table import animated_case, own_cases
-    from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER
     from millprint.config.included import SOURCES
+    from millprint.config.sources import CONTACT_FOLDER, MILL_FOLDER
     from millprint.config.workflow import WorkflowConfig
     from millprint.dem.compilation import compile_kernels
 

@@ -16,15 +16,13 @@ from millprint.config.mill import MillConfig
 from millprint.config.mixture import chosen_balls
 from millprint.config.rows import read_rows
 from millprint.config.setup_models import SETTINGS
-from millprint.config.sources import WORKING_FOLDER, Sources, check_paths
+from millprint.config.sources import CONTACT_FOLDER, MILL_FOLDER, WORKING_FOLDER, Sources, check_paths
 from millprint.config.strict_yaml import read_yaml
 from millprint.config.sweep import Case, expand_sweep
 from millprint.config.wording import close_to
 from millprint.config.workflow import ChapterSections, WorkflowConfig
 
 CONFIG_FILE = "config/config.yaml"
-MILL_FOLDER = "config/mills"
-CONTACT_FOLDER = "config/contacts"
 # The name in messages about a configuration that has no file, such as a module's.
 CONFIGURATION = "configuration"
 # The option that is meant by each name of it.

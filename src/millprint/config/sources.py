@@ -12,6 +12,8 @@ from millprint.config.section import InProject, Section
 
 Kept = TypeVar("Kept", bound=Section)
 
+# Of the project: a file for each mill and for each contact set.
+MILL_FOLDER, CONTACT_FOLDER = "config/mills", "config/contacts"
 
 PACKAGE = Path(__file__).parents[1]
 # setup.py copies folders of the project there; a checkout has them once, at its root.

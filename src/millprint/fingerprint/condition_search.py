@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.lib.stride_tricks import sliding_window_view
 
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import DescriptorSet, MatchConfig, SearchConfig, TargetConfig
@@ -49,7 +50,6 @@ def _local_minima(
 ) -> Iterator[Condition[float]]:
     """The conditions of `balls` of a charge at every local minimum of the distance, refined from a grid in logs."""
     # Imported here: slow to import, and the fit of the jar imports this module.
-    from scipy.ndimage import minimum_filter
     from scipy.optimize import minimize
 
     ranges = zip((fills, speeds), GRID, strict=True)
@@ -64,7 +64,8 @@ def _local_minima(
 
     fill, speed = np.meshgrid(*axes, indexing="ij")
     grid = distances(fill.ravel(), speed.ravel()).reshape(fill.shape)
-    for i, j in np.argwhere(grid == minimum_filter(grid, size=3, mode="nearest")):
+    around = sliding_window_view(np.pad(grid, 1, mode="edge"), (3, 3))
+    for i, j in np.argwhere(grid == around.min(axis=(2, 3))):
         start = np.log([axes[0][i], axes[1][j]])
         # Squared distances are smooth, so their slope is right at a target that can be met.
         found = minimize(

@@ -8,15 +8,12 @@ that intervals hold it (Snelson, Ghahramani, Adv. Neural Inf. Process. Syst. 18 
 with n^3.
 """
 
+import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import cholesky, get_lapack_funcs, solve_triangular
-
-if TYPE_CHECKING:
-    from sklearn.gaussian_process import GaussianProcessRegressor
-    from sklearn.gaussian_process.kernels import Kernel
+from scipy.linalg import cho_solve, cholesky, get_lapack_funcs, solve_triangular
+from scipy.spatial.distance import cdist, pdist, squareform
 
 # Above this number of conditions the process is reduced; the thesis's fingerprints have fewer.
 WHOLE_MAX = 500
@@ -27,6 +24,44 @@ TRIANGLES = ("corner", "lower")
 
 
 @dataclass(frozen=True)
+class Covariance:
+    """A sum of Matern 5/2 processes: with r the distance over the lengths, v (1 + sqrt5 r + 5 r^2 / 3) exp(-sqrt5 r).
+
+    variances v (c,) of the components, and lengths (c, k) of every input in each. As sklearn's kernel with these
+    parameters, to the last digit: a fit needs that one, and a prediction need not wait a second for its import.
+    """
+
+    variances: np.ndarray
+    lengths: np.ndarray
+
+    @classmethod
+    def of(cls, theta: np.ndarray, components: int) -> "Covariance":
+        """From sklearn's parameters of a sum of components: the logarithms of a variance and k lengths of each."""
+        rows = theta.reshape(components, -1)
+        return cls(np.array([np.exp(row[0]) for row in rows]), np.array([np.exp(row[1:]) for row in rows]))
+
+    def __call__(self, inputs: np.ndarray, others: np.ndarray | None = None) -> np.ndarray:
+        """The covariance (n, m) of inputs (n, k) with others (m, k), or with themselves (n, n)."""
+        total = None
+        for variance, lengths in zip(self.variances, self.lengths, strict=True):
+            scaled = inputs / lengths
+            apart = math.sqrt(5) * (pdist(scaled) if others is None else cdist(scaled, others / lengths))
+            part = (1.0 + apart + apart**2 / 3.0) * np.exp(-apart)
+            if others is None:
+                part = squareform(part)
+                np.fill_diagonal(part, 1)
+            total = variance * part if total is None else total + variance * part
+        return total
+
+    def diag(self, inputs: np.ndarray) -> np.ndarray:
+        """The variances (n,) of inputs (n, k)."""
+        total = np.zeros(len(inputs))
+        for variance in self.variances:
+            total = total + variance
+        return total
+
+
+@dataclass(frozen=True)
 class Reduced:
     """A process of n conditions, reduced to m of them.
 
@@ -34,7 +69,7 @@ class Reduced:
     V; noise (n,): variances with what is left out; lower (m, m): the root of 1 + V noise^-1 V^T; weights (m,).
     """
 
-    kernel: "Kernel"
+    kernel: Covariance
     taken: np.ndarray
     corner: np.ndarray
     factor: np.ndarray
@@ -43,7 +78,7 @@ class Reduced:
     weights: np.ndarray
 
     @classmethod
-    def fit(cls, kernel: "Kernel", inputs: np.ndarray, values: np.ndarray, noise: np.ndarray) -> "Reduced":
+    def fit(cls, kernel: Covariance, inputs: np.ndarray, values: np.ndarray, noise: np.ndarray) -> "Reduced":
         """From inputs (n, k), values about their mean (n,) and the variances of their noise (n,)."""
         factor, order, left = pivoted(kernel, inputs, LEFT_OUT * float(noise.min()))
         total = noise + left
@@ -83,7 +118,7 @@ class Reduced:
         return ReducedInverse(1 / self.noise, solve_triangular(self.lower, self.factor / self.noise, lower=True))
 
 
-def pivoted(kernel: "Kernel", inputs: np.ndarray, enough: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def pivoted(kernel: Covariance, inputs: np.ndarray, enough: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """V (m, n), the places of the conditions taken (m,), and the variance that each condition has left (n,).
 
     enough: the largest variance that may be left; with TAKEN_MAX conditions taken, more may be.
@@ -105,30 +140,43 @@ def pivoted(kernel: "Kernel", inputs: np.ndarray, enough: float) -> tuple[np.nda
 
 @dataclass(frozen=True)
 class Whole:
-    """A process of all its conditions, with sklearn's regressor and the methods of Reduced."""
+    """A process of all its conditions, with the methods of Reduced (Rasmussen, Williams, 2006, algorithm 2.1).
 
-    regressor: "GaussianProcessRegressor"
+    inputs (n, k); lower (n, n): the root of their covariance with noise; weights (n,).
+    """
+
+    kernel: Covariance
+    inputs: np.ndarray
+    lower: np.ndarray
+    weights: np.ndarray
 
     @classmethod
-    def fit(cls, kernel: "Kernel", inputs: np.ndarray, values: np.ndarray, noise: np.ndarray) -> "Whole":
+    def fit(cls, kernel: Covariance, inputs: np.ndarray, values: np.ndarray, noise: np.ndarray) -> "Whole":
         """From inputs (n, k), values about their mean (n,) and the variances of their noise (n,)."""
-        # Imported here: takes two seconds, and is not needed to read a fingerprint without predicting.
-        from sklearn.gaussian_process import GaussianProcessRegressor
-
-        return cls(GaussianProcessRegressor(kernel, alpha=noise, optimizer=None).fit(inputs, values))
+        covariance = kernel(inputs)
+        covariance[np.diag_indices_from(covariance)] += noise
+        lower = cholesky(covariance, lower=True)
+        return cls(kernel, inputs, lower, cho_solve((lower, True), values))
 
     def mean(self, inputs: np.ndarray) -> np.ndarray:
-        """Values (j,) at inputs (j, k): those of `predict` without its checks, which take a search most of its time."""
-        known = self.regressor
-        return known.kernel_(inputs, known.X_train_) @ known.alpha_
+        """Values (j,) at inputs (j, k)."""
+        return self.kernel(inputs, self.inputs) @ self.weights
 
     def with_deviation(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Values (j,) at inputs (j, k), and their standard deviations (j,) without noise."""
-        return self.regressor.predict(inputs, return_std=True)
+        mean, known = self._told(inputs)
+        variance = self.kernel.diag(inputs) - np.einsum("ij,ji->i", known.T, known)
+        return mean, np.sqrt(np.maximum(variance, 0.0))
 
     def with_covariance(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Values (j,) at inputs (j, k), and their covariance (j, j) without noise."""
-        return self.regressor.predict(inputs, return_cov=True)
+        mean, known = self._told(inputs)
+        return mean, self.kernel(inputs) - known.T @ known
+
+    def _told(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values (j,), and the covariance with the known conditions, whitened (n, j)."""
+        shared = self.kernel(inputs, self.inputs)
+        return shared @ self.weights, solve_triangular(self.lower, shared.T, lower=True)
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ import pandas as pd
 from millprint.config.mixture import ONE_SIZE
 from millprint.estimate.quantiles import student_quantile
 from millprint.fingerprint.descriptors import CHARGE
-from millprint.fingerprint.many import WHOLE_MAX, Reduced, ReducedInverse, Whole, WholeInverse
+from millprint.fingerprint.many import WHOLE_MAX, Covariance, Reduced, ReducedInverse, Whole, WholeInverse
 from millprint.observables.condition import VARIABLES
 
 if TYPE_CHECKING:
@@ -269,8 +269,8 @@ class Process:
         squares = np.concatenate(apart) ** 2 if apart else np.ones(1)
         return replace(process, stretch=max(1.0, float(np.sqrt(squares.mean()))))
 
-    def _kernel(self) -> "Kernel":
-        return build_kernel(self.components).clone_with_theta(self.theta)
+    def _kernel(self) -> Covariance:
+        return Covariance.of(self.theta, len(self.components))
 
     def predictor(self) -> "Predictor":
         """A predictor of new conditions."""

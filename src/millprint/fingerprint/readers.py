@@ -21,6 +21,8 @@ from millprint.config.identity import WORDS
 from millprint.config.included import load_contact, load_mill, shipped
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import ONE_SIZE, BallMixture, balls_in_words
+from millprint.config.sources import MILL_FOLDER, WORKING_FOLDER, Sources
+from millprint.config.wording import close_to
 from millprint.dem.collisions import (
     CHANNELS,
     CONTACTS_BY,
@@ -177,6 +179,29 @@ def find_ready_made(mill: str) -> Path | None:
         return None
     path = shipped(f"{FOLDER}/{mill}.json")
     return Path(path) if path else None
+
+
+def find_fingerprint(mill: str, results: str | Path = "results", sources: Sources = WORKING_FOLDER) -> Path:
+    """The fingerprint of a mill, given by its file or its name: of a run, or the one that comes with millprint.
+
+    Of a mill that was run, the one with all intervals first.
+
+    Raises ConfigError, in one line, for an unknown mill, and for a mill that was not run, with the command to run it.
+    """
+    if mill.endswith(".json"):
+        return Path(mill)
+    places = [Path(results) / folder / mill / "fingerprint.json" for folder in ("uncertainty", "mills")]
+    places += sorted((Path(results) / "fingerprint").glob("fingerprint_*.json"))
+    for path in places:
+        if path.is_file() and (path.parent.name == mill or read_content(path)["about"]["mill"] == mill):
+            return path
+    if (included := find_ready_made(mill)) is not None:
+        return included
+    if not Path(sources.find(f"{MILL_FOLDER}/{mill}.yaml")).is_file():
+        raise ConfigError(f"{mill}: unknown mill{close_to(mill, sources.names(MILL_FOLDER))}")
+    raise ConfigError(
+        f"{mill}: this mill was not run: {places[1]} is missing; `millprint fingerprint {mill}` writes it"
+    )
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ from typing import Any
 
 import yaml
 
-from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER, load_workflow
+from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError
-from millprint.config.sources import Sources
+from millprint.config.sources import CONTACT_FOLDER, MILL_FOLDER, Sources
 from millprint.provenance.crate import KnownFile, Run, crate_of, read_citation
 from millprint.provenance.inside import CRATE, SOURCES, is_described, places, recorded
 from millprint.provenance.lineage import Job, trace
