@@ -10,6 +10,7 @@ with n^3.
 
 import math
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 from scipy.linalg import cho_solve, cholesky, get_lapack_funcs, solve_triangular
@@ -42,7 +43,7 @@ class Covariance:
 
     def __call__(self, inputs: np.ndarray, others: np.ndarray | None = None) -> np.ndarray:
         """The covariance (n, m) of inputs (n, k) with others (m, k), or with themselves (n, n)."""
-        total = None
+        parts = []
         for variance, lengths in zip(self.variances, self.lengths, strict=True):
             scaled = inputs / lengths
             apart = math.sqrt(5) * (pdist(scaled) if others is None else cdist(scaled, others / lengths))
@@ -50,15 +51,12 @@ class Covariance:
             if others is None:
                 part = squareform(part)
                 np.fill_diagonal(part, 1)
-            total = variance * part if total is None else total + variance * part
-        return total
+            parts.append(variance * part)
+        return reduce(np.add, parts)
 
     def diag(self, inputs: np.ndarray) -> np.ndarray:
         """The variances (n,) of inputs (n, k)."""
-        total = np.zeros(len(inputs))
-        for variance in self.variances:
-            total = total + variance
-        return total
+        return np.full(len(inputs), reduce(np.add, self.variances))
 
 
 @dataclass(frozen=True)
