@@ -75,7 +75,14 @@ def test_the_law_and_the_axis_of_made_up_yields_are_found(law, axis, parameters)
 def test_yields_without_a_cause_have_no_effect_as_the_best():
     runs = made_up("first order", TOTAL, 0.1)
     runs["yield_percent"] = 50 + np.random.default_rng(1).standard_normal(len(runs))
-    assert fit_kinetics(runs).iloc[0]["model"] == NO_EFFECT
+    table = fit_kinetics(runs)
+    best = table.iloc[0]
+    assert best["model"] == NO_EFFECT and best["r2"] == 0
+    assert best["rmse_pp"] == pytest.approx(runs["yield_percent"].std(ddof=0))
+    # Akaike's weights by hand; the scatter is a parameter too.
+    assert best["aicc"] == pytest.approx(aicc(24 * runs["yield_percent"].var(ddof=0), 24, 2))
+    likelihood = np.exp(-(table["aicc"] - best["aicc"]) / 2)
+    assert table["weight"].tolist() == pytest.approx((likelihood / likelihood.sum()).tolist())
 
 
 def test_aicc_by_hand_and_without_enough_runs():

@@ -64,8 +64,9 @@ def test_bootstrap_interval_of_the_mae_is_that_of_a_mean():
     row = table.loc["mae"]
     half = 1.96 * error.std() / np.sqrt(400)
     assert row["value"] == pytest.approx(error.mean())
-    assert row["upper"] - row["value"] == pytest.approx(half, rel=0.1)
-    assert row["value"] - row["lower"] == pytest.approx(half, rel=0.1)
+    assert row["upper"] - row["lower"] == pytest.approx(2 * half, rel=0.04)
+    assert row["lower"] < row["value"] - 0.9 * half and row["value"] + 0.9 * half < row["upper"]
+    assert row["error"] == pytest.approx(error.std(ddof=1) / np.sqrt(400))
 
 
 def test_time_explains_what_its_levels_explain():
