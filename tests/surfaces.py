@@ -48,7 +48,7 @@ FINE = 120
 class Case(NamedTuple):
     """A hollow as the library has it. tolerance: what distances may be off, from the rounding of the file [mm].
 
-    triangles (t, 3, 3) [mm]: of the file, where a round wall stays flat; sagitta: how far these
+    triangles (t, 3, 3) [mm]: those that are rounded in the file, where a round wall stays flat; sagitta: how far these
     are from the hollow at most [mm].
     """
 
@@ -100,9 +100,7 @@ def from_file(
     case = Case(hollow, vessel, 3 * rounding + 1e-7, words)
     if decimals != SHORT or not has_flat_seams(vessel):
         return case
-    return case._replace(
-        triangles=triangles.round(decimals), sagitta=sagitta_of(hollow, facets), words=f"{words}, flat"
-    )
+    return case._replace(triangles=triangles, sagitta=sagitta_of(hollow, facets), words=f"{words}, flat")
 
 
 def has_flat_seams(vessel: Vessel) -> bool:

@@ -12,6 +12,7 @@ from millprint.mill.vessel import Vessel, build_vessel, shape_vessel
 from millprint.mill.wall_features import features_of
 from tests.profiles import Hollow, chain, circle_pieces, stadium_pieces
 from tests.surfaces import from_file as surface_of
+from tests.surfaces import hollow_of, style_of
 
 
 @pytest.fixture
@@ -138,3 +139,15 @@ def test_a_wall_is_known_where_its_facets_are_as_narrow_as_the_rounding(in_proje
     assert [curve.major * 1e3 for curve in vessel.curves] == pytest.approx([radius] * len(vessel.curves), abs=off)
     assert len(vessel.curves) == (2 if name == "stadium" else 1)
     vessel.triangles()
+
+
+def test_a_shallow_cone_whose_facets_were_merged_goes_all_the_way_round(in_project):
+    """A merged facet has its vertices nearer to one side, and its middle not in every gap between them."""
+    found = surface_of(hollow_of(300415), *style_of(300415)).vessel
+    assert [curve.kind for curve in found.curves].count("cone") == 3 and not any(curve.part for curve in found.curves)
+
+
+def test_a_file_with_too_few_decimals_stays_flat_and_says_so(in_project):
+    """Two hundred small pieces of it seem to be round."""
+    found = surface_of(hollow_of(300225), *style_of(300225))
+    assert found.triangles is not None and "stay flat" in found.vessel.report[-1]

@@ -30,12 +30,13 @@ from millprint.run.kernel import array_maker
 
 NODES = chebyshev.chebpts1(DEGREE + 1)
 BETWEEN = np.linspace(-1, 1, 25)
+# The polynomials of Chebyshev, as coefficients from that of degree 0 on.
+POWERS = np.array([np.pad(chebyshev.cheb2poly(each), (0, DEGREE - k)) for k, each in enumerate(np.eye(DEGREE + 1))])
 
 
 def _through(x: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Coefficients (n, DEGREE + 1), from that of degree 0 on, of polynomials with values (n, DEGREE + 1) at x."""
-    found = np.linalg.solve(chebyshev.chebvander(x, DEGREE), values.T).T
-    return np.array([np.pad(p := chebyshev.cheb2poly(each), (0, DEGREE + 1 - len(p))) for each in found])
+    return np.linalg.solve(chebyshev.chebvander(x, DEGREE), values.T).T @ POWERS
 
 
 def _values(coefficients: np.ndarray, x: np.ndarray) -> np.ndarray:

@@ -28,6 +28,16 @@ def _span(angles: np.ndarray) -> tuple[float, float]:
     return float(begin), float(begin + 2 * math.pi - gaps[widest])
 
 
+def _is_crossed(drawing: Drawing, swept: Swept, gap: float) -> bool:
+    """Whether a facet of a surface lies across an angle about its axis [rad], where no vertex is."""
+    corners = drawing.vessel.vertices[drawing.flat[drawing.corners.rows(swept.facets)]]
+    away = (swept.axis.angles(corners) - gap + math.pi) % (2 * math.pi) - math.pi
+    near = (swept.axis.meridian(corners)[:, 0] > LOOSE * drawing.tolerance) & (np.abs(away) < math.pi / 2)
+    first = Ragged(drawing.corners.counts[swept.facets]).first
+    before, after = (np.logical_or.reduceat(near & side, first) for side in (away < 0, away > 0))
+    return bool((before & after).any())
+
+
 def curves_of(drawing: Drawing, swept: Swept) -> list[tuple[Curve, np.ndarray]]:
     """A surface as curves of up to half a turn, or of a whole one, and the facets of each."""
     axis, shape = swept.axis, swept.shape
@@ -37,8 +47,7 @@ def curves_of(drawing: Drawing, swept: Swept) -> list[tuple[Curve, np.ndarray]]:
     of_facet = axis.angles(middles)
     off_axis = flat[:, 0] > LOOSE * drawing.tolerance
     begin, end = _span(angles[off_axis])
-    # Facets lie in every gap between vertices if the surface goes all the way round.
-    is_whole = bool(((of_facet - end) % (2 * math.pi) < (begin - end) % (2 * math.pi)).any())
+    is_whole = _is_crossed(drawing, swept, (begin + end) / 2 + math.pi)
     out = middles - axis.origin
     heights = out @ axis.along
     out -= np.outer(heights, axis.along)
@@ -133,8 +142,9 @@ def _moved_vertices(
     moved = vessel.vertices.copy()
     for surfaces, vertices in groups.items():
         points = moved[vertices]
-        # Where surfaces are tangent, a step halves the error only.
-        for _ in range(40):
+        now = math.inf
+        # Where surfaces are tangent, a step halves the error only; where too many meet, an error stays.
+        for step in range(40):
             off, slopes = [], []
             for number in surfaces:
                 if number >= 0:
@@ -148,7 +158,8 @@ def _moved_vertices(
                 off.append(distance)
                 slopes.append(direction)
             away = np.stack(off, axis=1)
-            if np.abs(away).max() < 1e-17:
+            before, now = now, np.abs(away).max()
+            if now < 1e-17 or (step > 2 and now > 0.9 * before):
                 break
             points = points - (np.linalg.pinv(np.stack(slopes, axis=1), rcond=1e-7) @ away[..., None])[..., 0]
         moved[vertices] = points

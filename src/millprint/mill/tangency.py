@@ -10,13 +10,18 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from millprint.mill.turned_shapes import LOOSE, Axis, Circle, Drawing, Line, Swept
 
 # Newton's steps; each squares the error.
 STEPS = 8
+# Of more gaps than this, more than one is given up at a time.
+FEW = 8
 
 
 @dataclass
@@ -34,16 +39,19 @@ class _Group:
         self.points.append(points)
         return len(self.shapes) - 1
 
-    def numbers(self) -> list[tuple[Line | Circle, str]]:
-        """Every number that may change."""
-        return [(shape, name) for shape, free in zip(self.shapes, self.free, strict=True) for name in free]
-
-    def off(self) -> np.ndarray:
-        """How far each shape is from its points at most [m]."""
-        return np.array([np.abs(shape.off(own)).max() for shape, own in zip(self.shapes, self.points, strict=True)])
+    def off(self, own: list[int]) -> np.ndarray:
+        """How far some shapes are from their points at most [m]."""
+        return np.array([np.abs(self.shapes[k].off(self.points[k])).max() for k in own])
 
 
-def _gap(first: Line | Circle, second: Line | Circle) -> Callable[[], float] | None:
+class _Gap(NamedTuple):
+    """How far two shapes are from being tangent: their numbers, and the distance [m] as they are now."""
+
+    between: tuple[int, int]
+    width: Callable[[], float]
+
+
+def _width(first: Line | Circle, second: Line | Circle) -> Callable[[], float] | None:
     """How far a line and an arc, or two arcs, are from being tangent [m]; None for two lines."""
     if isinstance(first, Line) and isinstance(second, Line):
         return None
@@ -59,31 +67,58 @@ def _gap(first: Line | Circle, second: Line | Circle) -> Callable[[], float] | N
     return lambda: side * float(line.off(np.array([[circle.r, circle.z]]))[0]) - circle.radius
 
 
-def _close(group: _Group, gaps: list[Callable[[], float]], snap: float) -> set[tuple[int, str]]:
+def _close(group: _Group, gaps: list[_Gap], snap: float) -> set[tuple[int, str]]:
     """Let as many gaps as possible vanish; returns the numbers (shape, name) that were changed."""
-    numbers = group.numbers()
-    begin = [getattr(shape, name) for shape, name in numbers]
-    size = max((float(np.abs(points).max()) for points in group.points), default=1.0)
-    allowed = np.maximum(snap, 2 * group.off()) if group.shapes else np.zeros(0)
-    scale = np.array([1.0 if name == "angle" else size for _, name in numbers])
-    gaps = sorted(gaps, key=lambda gap: abs(gap()))
+    count, pairs = len(group.shapes), np.array([gap.between for gap in gaps], dtype=np.int64).reshape(-1, 2)
+    _, part = connected_components(coo_array((np.ones(len(pairs)), pairs.T), (count, count)), directed=False)
+    changed: set[tuple[int, str]] = set()
+    for each in np.unique(part[pairs]).tolist():
+        changed |= _close_part(
+            group, np.flatnonzero(part == each).tolist(), [g for g in gaps if part[g.between[0]] == each], snap
+        )
+    return changed
 
-    def put(values: np.ndarray) -> np.ndarray:
-        for (shape, name), value in zip(numbers, values * scale, strict=True):
-            setattr(shape, name, float(value))
-        return np.array([gap() for gap in gaps]) / size
+
+def _close_part(group: _Group, own: list[int], gaps: list[_Gap], snap: float) -> set[tuple[int, str]]:
+    """`_close` of shapes that hang together by gaps."""
+    numbers = [(k, name) for k in own for name in group.free[k]]
+    size = max(float(np.abs(points).max()) for points in group.points)
+    scale = np.array([1.0 if name == "angle" else size for _, name in numbers])
+    begin = np.array([getattr(group.shapes[k], name) for k, name in numbers]) / scale
+    allowed = np.maximum(snap, 2 * group.off(own))
+    gaps = sorted(gaps, key=lambda gap: abs(gap.width()))
+
+    def put(number: int, value: float) -> None:
+        k, name = numbers[number]
+        setattr(group.shapes[k], name, float(value * scale[number]))
+
+    def widths(values: np.ndarray) -> np.ndarray:
+        for number, value in enumerate(values):
+            put(number, value)
+        return np.array([gap.width() for gap in gaps]) / size
+
+    def slopes(values: np.ndarray) -> np.ndarray:
+        """The changes (gaps, numbers) of the widths, each by the numbers of its own two shapes."""
+        found, step = np.zeros((len(gaps), len(numbers))), 1e-6
+        for number, (k, _) in enumerate(numbers):
+            rows = [row for row, gap in enumerate(gaps) if k in gap.between]
+            for sense in (1.0, -1.0):
+                put(number, values[number] + sense * step)
+                found[rows, number] += sense * np.array([gaps[row].width() for row in rows])
+            put(number, values[number])
+        return found / (2 * step * size)
 
     while gaps and numbers:
-        values = np.array(begin) / scale
+        values = begin
         for _ in range(STEPS):
-            now = put(values)
-            slopes = np.array([put(values + step) - put(values - step) for step in 1e-6 * np.eye(len(values))]) / 2e-6
-            values = values - np.linalg.pinv(slopes.T, rcond=1e-9) @ now
-        left = np.abs(put(values)).max()
-        if left < 1e-13 and (group.off() <= allowed).all():
-            return {(id(shape), name) for shape, name in numbers}
-        put(np.array(begin) / scale)
-        gaps.pop()
+            now = widths(values)
+            values = values - np.linalg.pinv(slopes(values), rcond=1e-9) @ now
+        left = np.abs(widths(values)).max()
+        if left < 1e-13 and (group.off(own) <= allowed).all():
+            return {(id(group.shapes[k]), name) for k, name in numbers}
+        widths(begin)
+        # The largest, and several of very many.
+        gaps = gaps[: len(gaps) - max(1, len(gaps) // FEW)]
     return set()
 
 
@@ -151,9 +186,12 @@ def _flat_beside(drawing: Drawing, facets: np.ndarray, holds: Callable[[np.ndarr
 
 
 def _close_touching(drawing: Drawing, group: _Group, of_facet: np.ndarray) -> set[tuple[int, str]]:
-    gaps = [_gap(group.shapes[a], group.shapes[b]) for a, b in sorted(_touching(drawing, of_facet))]
-    near = [gap for gap in gaps if gap is not None and abs(gap()) < LOOSE * drawing.tolerance]
-    return _close(group, near, drawing.snap)
+    gaps = []
+    for pair in sorted(_touching(drawing, of_facet)):
+        width = _width(*(group.shapes[k] for k in pair))
+        if width is not None and abs(width()) < LOOSE * drawing.tolerance:
+            gaps.append(_Gap(pair, width))
+    return _close(group, gaps, drawing.snap)
 
 
 def _about_axis(drawing: Drawing, own: list[Swept], planes: dict[int, np.ndarray], fixed: set[int]) -> None:
