@@ -11,10 +11,12 @@ import numpy as np
 import pytest
 
 from millprint.cases.of_mill import reference_case
+from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
-from millprint.config.sweep import DemConfig
+from millprint.config.sweep import Case, DemConfig
 from millprint.dem import run, simulation
 from millprint.dem.ledger import OpenBalanceError
+from millprint.mill.gravity import GRAVITY
 from millprint.mill.walls import PLANE
 from tests.physics.setups import CALIBRATED, FewBalls
 
@@ -98,3 +100,28 @@ def test_a_jam_is_simulated_again_with_half_the_step(mills, contacts, caplog):
                           rayleigh_fraction=0.11)  # fmt: skip
     assert found["rayleigh_fraction"] == pytest.approx(0.055, rel=0.02)
     assert len(caplog.records) == 1 and "jammed" in caplog.text
+
+
+@pytest.mark.parametrize("fill", [0.1, 0.2])
+def test_balls_on_a_floor_that_never_leaves_them_close_the_balance_of_what_goes_to_and_fro(fill):
+    """A vertical shaker below 1 g: A (2 pi f)^2 < g, so the floor lifts and lowers the balls, 4 A m g in each turn."""
+    amplitude, speed = 0.5e-3, 10.0
+    assert amplitude * (2 * np.pi * speed) ** 2 < 0.3 * GRAVITY
+    shaker = MillConfig(
+        name="calm",
+        title="A vertical shaker",
+        source="made up",
+        volume_ml=60.1,
+        geometry={"kind": "cylinder", "radius_mm": 19, "height_mm": 53, "fillet_radius_mm": 0},
+        motion={"kind": "lissajous", "terms": [{"axis": "z", "amplitude_mm": 1e3 * amplitude, "multiple": 1}]},
+    )
+    case = Case(
+        mill="calm", contact="calibrated", ball_diameter_m=0.008, fill_ratio=fill, speed_hz=speed, seed=0,
+        settle_s=0.2, discard_s=0.1, window_s=0.4,
+    )  # fmt: skip
+    found = run.simulate(case, shaker, CALIBRATED, DEM)
+    to_and_fro = 4 * amplitude * found["balls"] * found["ball_mass_kg"] * GRAVITY * speed * found["window_s"]
+    assert found["closure"] <= DEM.closure_max
+    assert abs(found["ledger_J"]["imbalance"]) < 1e-3 * to_and_fro
+    # Next to nothing of it is dissipated.
+    assert 0 <= found["power_W"]["wall"] * found["window_s"] < 1e-2 * to_and_fro

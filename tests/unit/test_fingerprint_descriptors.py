@@ -189,12 +189,15 @@ def test_a_faulty_summary_is_refused_in_one_line(place, value, message):
     assert message in str(error.value) and "\n" not in str(error.value)
 
 
-def test_a_run_without_collisions_is_refused():
+def test_a_run_without_collisions_is_a_result_with_zeros():
     quiet = summary()
     for rule in quiet["collisions"]:
-        rule["frequency_hz"] = 0.0
-    with pytest.raises(ConfigError, match=r"run\.json: no collision in 1 s"):
-        check_summary(quiet, "run.json")
+        rule.update(count=0, frequency_hz=0.0, collisions_of_a_ball_hz=0.0, mean_normal_J=0.0, mean_tangential_J=0.0)
+    row = tabulate_descriptors([check_summary(quiet, "run.json")], "gap_0_03").iloc[0]
+    assert (
+        row[["collision_frequency_hz", "specific_frequency_hz", "normal_energy_J", "tangential_energy_J"]] == 0
+    ).all()
+    assert row["normal_power_W"] > 0
 
 
 def test_a_window_of_one_revolution_has_no_standard_error_and_is_accepted():

@@ -61,11 +61,13 @@ def ledger_summary(series: pd.DataFrame) -> dict[str, float]:
 def work_scale(series: pd.DataFrame) -> float:
     """What an error of the energy balance is a fraction of [J]: the wall work.
 
-    If the walls do no work (a mill at rest), a tenth of the energy dissipated or released by gravity.
+    If the walls do next to no work (a mill at rest, or one that only lifts and lowers its balls), a tenth of the energy
+    dissipated, or of what gravity takes and gives.
     """
     last = series.iloc[-1]
+    to_and_fro = series["potential_J"].diff().abs().sum()
     dissipated = last[["normal_damping_J", "tangential_damping_J", "sliding_J", "rolling_J"]].sum()
-    return float(max(abs(last["wall_work_J"]), 0.1 * dissipated, 0.1 * abs(last["gravity_work_J"])))
+    return float(max(abs(last["wall_work_J"]), 0.1 * dissipated, 0.1 * to_and_fro))
 
 
 def closure(series: pd.DataFrame) -> float:

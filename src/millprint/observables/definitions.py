@@ -214,6 +214,12 @@ def _rate(table: pd.DataFrame, channel: str) -> pd.Series:
     return (table[f"{channel}_power_W"] / table["balls"] / energy).where(energy > 0, 0.0)
 
 
+def _of_a_collision(table: pd.DataFrame, channel: str) -> pd.Series:
+    """Power over the collision frequency [J]; 0 where nothing collides."""
+    frequency = table["collision_frequency_hz"]
+    return (table[f"{channel}_power_W"] / frequency).where(frequency > 0, 0.0)
+
+
 def _scaled(name: str, column: str, title: str, meaning: str) -> Computed:
     """A weighted energy or frequency over its scale, with the relative error of its column."""
     energy = column.endswith("_J")
@@ -236,12 +242,12 @@ _COMPUTED = (
     Computed("normal_energy_J", "J", "normal energy of a collision", "normal power over collision frequency (Eq. 3.20)",
              axis="normal energy\nper collision", symbol="En", curve="En", scale="energy", matched=COLLISION_SET,
              panel="Energy of a collision", line="normal", counted=True,
-             values=lambda table: table["normal_power_W"] / table["collision_frequency_hz"]),
+             values=lambda table: _of_a_collision(table, "normal")),
     Computed("tangential_energy_J", "J", "tangential energy of a collision",
              "tangential power over collision frequency (Eq. 3.21)", axis="tangential energy\nper collision",
              symbol="Et", curve="Et", scale="energy", matched=COLLISION_SET, panel="Energy of a collision",
              line="tangential", counted=True,
-             values=lambda table: table["tangential_power_W"] / table["collision_frequency_hz"]),
+             values=lambda table: _of_a_collision(table, "tangential")),
     Computed("weighted_normal_frequency_hz", "1/s", "weighted normal frequency f*n",
              "normal power of a ball over E*n: rate of collisions of E*n that dissipates it",
              symbol="f*n", curve="fn_star", scale="frequency", matched=WEIGHTED_SET, panel="Weighted frequency f*",
