@@ -52,7 +52,8 @@ def _misspelled(word: str, rng: random.Random) -> str:
 
 def _other_number(value: float, rng: random.Random) -> float:
     factor = rng.choice([-1, 0, 1e-12, 1e-6, 1e-3, 0.1, 0.5, 1.01, 2, 10, 1e3, 1e6, 1e9, 1e15])
-    return type(value)(value * factor) if isinstance(value, int) else value * factor
+    # A file may be damaged more than once: such an integer has more digits than a float.
+    return type(value)(max(-(10**290), min(value, 10**290)) * factor) if isinstance(value, int) else value * factor
 
 
 def change_one(tree, rng: random.Random):

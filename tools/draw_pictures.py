@@ -1,11 +1,12 @@
-"""Draws docs/pictures/planetary_fingerprint.png from a run of the planetary mill: python tools/draw_pictures.py FOLDER.
+"""Draws a page of docs/pictures from a run of the planetary mill: python tools/draw_pictures.py PICTURE FOLDER.
 
-FOLDER is where `millprint fingerprint planetary` was run. The page carries what it was made of, and a test compares
-that with the present code.
+FOLDER is where the command of PICTURE in RUNS was run. The page carries what it was made of and the numbers on it, and
+tests compare these with the present code and with the text of the page.
 """
 
 import argparse
 import hashlib
+import json
 from io import BytesIO
 from pathlib import Path
 
@@ -21,8 +22,13 @@ from millprint.fingerprint.descriptors import read_descriptors
 from millprint.run.files import read_table
 from millprint.view.mill_picture import picture_mill
 
-PAGE = Path(__file__).parents[1] / "docs/pictures/planetary_fingerprint.png"
+PICTURES = Path(__file__).parents[1] / "docs/pictures"
 MILL = "planetary"
+# Each picture, the command of its run, and the folder of the results.
+RUNS = {
+    "planetary_fingerprint.png": ("millprint fingerprint planetary", "results"),
+    "first_hour_fingerprint.png": ("millprint fingerprint config/first_hour/planetary.yaml", "results/first_hour"),
+}
 DPI, COLOURS = 150, 64
 
 
@@ -32,8 +38,16 @@ def made_of(sheet: pd.DataFrame) -> str:
     return f"physics {PHYSICS}, rows {hashlib.sha256(' '.join(rows['quantity']).encode()).hexdigest()[:16]}"
 
 
-def draw(results: Path) -> None:
-    """Draw the page."""
+def numbers_of(sheet: pd.DataFrame) -> dict[str, float]:
+    """The numbers of a page, by the names of their rows."""
+    own = sheet[sheet["section"].isin(["condition", "descriptors", "dose", "exponents"]) & sheet["value"].notna()]
+    return dict(zip(own["quantity"], own["value"].astype(float), strict=True))
+
+
+def draw(picture: str, folder: Path) -> None:
+    """Draw a page."""
+    command, place = RUNS[picture]
+    results = folder / place
     mill, dose = results / "mills" / MILL, results / "dose"
     own = read_table(mill / "fingerprint.tsv")
     sheet = with_rows(own, temperature_rows(read_table(dose / "heat" / MILL / "limits.tsv"), own))
@@ -42,12 +56,15 @@ def draw(results: Path) -> None:
     buffer = BytesIO()
     plot_sheet(picture_mill(load_mill(MILL)), sheet, descriptors, curves, *spectra).savefig(buffer, dpi=DPI)
     told = PngImagePlugin.PngInfo()
-    told.add_text("made of", made_of(own))
+    for key, text in {"made of": made_of(own), "run": command, "numbers": json.dumps(numbers_of(own))}.items():
+        told.add_text(key, text)
     few = Image.open(buffer).convert("RGB").quantize(COLOURS)
-    few.save(PAGE, optimize=True, pnginfo=told)
+    few.save(PICTURES / picture, optimize=True, pnginfo=told)
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("picture", choices=RUNS)
     parser.add_argument("folder", type=Path, help="the folder of the run")
-    draw(parser.parse_args().folder / "results")
+    options = parser.parse_args()
+    draw(options.picture, options.folder)

@@ -297,6 +297,7 @@ def test_the_page_and_the_library_give_one_verdict_on_a_match(browser):
         for like, mill in (("emax", "planetary"), ("mixer", "spex"), ("planetary", "drum")):
             said = page.run(f"""
               explorer.change(() => explorer.useMill(explorer.mills.find((each) => each.name === {like!r})));
+              explorer.state.time_h = 8;
               const wanted = {{ ...explorer.state }};
               await explorer.finder.findOn({mill!r});
               const {{ row, condition }} = explorer.finder.matched;
@@ -304,7 +305,7 @@ def test_the_page_and_the_library_give_one_verdict_on_a_match(browser):
               return {{ wanted, condition, row: {{ verdict: row.verdict, ratios: row.ratios, time: row.time }},
                 searching: text("searching"), wish: text("wanted"), methods: text("methods"),
                 choices: document.querySelectorAll("#choices li").length,
-                rows: document.querySelectorAll("#found tbody tr").length }};""")
+                time_h: explorer.state.time_h, rows: document.querySelectorAll("#found tbody tr").length }};""")
             one, other = (read_fingerprint(name) for name in (like, mill))
             wanted = {name: said["wanted"][name] for name in ("speed_hz", "fill_ratio", "ball_diameter_m")}
             target = target_at(one, one.condition(**wanted), "", [other], SearchConfig())
@@ -317,11 +318,13 @@ def test_the_page_and_the_library_give_one_verdict_on_a_match(browser):
                 interval = ours["interval"] or {"lower": np.nan, "upper": np.nan}
                 theirs = [best[column] for column in (name, *columns_of(name, "mean"))]
                 np.testing.assert_allclose([ours["value"], *interval.values()], theirs, rtol=2e-2)
+            # The page then shows the time for the same dose, as far as its slider goes.
+            assert said["time_h"] == pytest.approx(min(max(8 * best["time_ratio"], 0.5), 50), rel=2e-2)
             # The sentences and what else could be chosen are those of the command.
             lines = match_in_words(table, target, SearchConfig(), [other])
             assert said["choices"] == sum(line.startswith("or ") for line in lines)
             head = {"agrees": "Met", "open": "Not known", "differs": "Not met"}[best["verdict"]]
-            assert said["searching"].startswith(head) and " h there is " in said["searching"]
+            assert said["searching"].startswith(head) and "8 h there is " in said["searching"]
             # What was wanted stays in view, and the methods text is of what was found.
             assert said["wish"].startswith("Wanted: what ") and said["wish"].split(" does")[0][14:] in said["methods"]
         assert not page.errors and not page.outside_requests()

@@ -48,6 +48,8 @@ class Finder {
     this.target = new Target(Object.fromEntries(this.asked.map((name) => [name, found[name]])), {
       power_W_kg: powerOfMass(found, state),
       outside: found.outside,
+      time_h: state.time_h,
+      bpr: state.bpr,
       words: `${mill.content.title}, ${explorer.conditionText(state)}`,
     });
     this.given = true;
@@ -161,7 +163,7 @@ class Finder {
 
   /** A sentence on the nearest condition: the verdict, what was found over what was wanted, limits, and the time. */
   verdict(row, target) {
-    const { mill, state } = this.explorer;
+    const { mill } = this.explorer;
     const { condition, ratios, verdict, time } = row;
     const near = verdict === AGREES ? "" : `; the nearest, ${farthest(ratios)}`;
     const said = [`${VERDICTS[verdict]}${near}: ${this.explorer.conditionText(condition)}: ${this.ratioWords(row, this.shown(target))}.`];
@@ -176,8 +178,8 @@ class Finder {
     if (row.prediction.outside.length) said.push(`Not simulated: ${row.prediction.outside.map(nameOf).join(", ")}.`);
     if (target.outside.length) said.push(`The wanted condition itself was not simulated: ${target.outside.map(nameOf).join(", ")}.`);
     if (time) {
-      const [here, ...range] = [time.value, ...(time.interval ? [time.interval.lower, time.interval.upper] : [])].map((ratio) => digits(state.time_h * ratio));
-      said.push(`${short(state.time_h)} h there is ${here} h here (${range.length ? range.join(" to ") : "not known"}) for the same energy per gram of powder.`);
+      const [here, ...range] = [time.value, ...(time.interval ? [time.interval.lower, time.interval.upper] : [])].map((ratio) => digits(target.time_h * ratio));
+      said.push(`${short(target.time_h)} h there is ${here} h here (${range.length ? range.join(" to ") : "not known"}) for the same energy per gram of powder.`);
     }
     return said.join(" ");
   }
@@ -206,10 +208,16 @@ class Finder {
     return found;
   }
 
-  /** Show a condition that was found, and keep what it was matched to for the methods text. */
+  /** Show a condition that was found, with the time for the same dose, and keep what it was matched to for the methods text. */
   use({ fingerprint, condition, ...row }) {
-    this.matched = { target: this.target, condition, row };
-    this.explorer.use(fingerprint, condition);
+    const { explorer, target } = this;
+    this.matched = { target, condition, row };
+    if (row.time) {
+      const [shortest, longest] = explorer.mill.reach("time_h");
+      const time = Number((target.time_h * row.time.value).toPrecision(3));
+      Object.assign(explorer.state, { time_h: clamp(time, [shortest, longest]), bpr: clamp(target.bpr, explorer.mill.reach("bpr")) });
+    }
+    explorer.use(fingerprint, condition);
   }
 
   /** Sentences for the methods text, if a search has found the shown condition for one of another mill. */

@@ -142,7 +142,7 @@ def plot_card(card: MillingCard, picture: MillPicture) -> Figure:
     heights = [0.85, 1.0, 0.85, 1.05]
     top, table, graphs, words = figure.subfigures(4, 1, squeeze=False, height_ratios=heights).flat
     left, right = top.subfigures(1, 2, squeeze=False).flat
-    write_rows(left.subplots(), _settings(card), 0.24, SETTINGS, SMALL, ROOM[0])
+    write_rows(left.subplots(), _settings(card), SETTINGS, SMALL, ROOM[0])
     draw_views(list(right.subplots(1, 2)), picture)
     _draw_table(table.subplots(), card)
     normal, tangential, heat = graphs.subplots(1, 3)
@@ -154,5 +154,5 @@ def plot_card(card: MillingCard, picture: MillPicture) -> Figure:
     digests = ", ".join(f"{name} {digest[:12]}" for name, digest in card.digests.items())
     rows = [*_consequences(card), ("For the methods section", None), ("", card.methods)]
     rows += [("made with", version), ("SHA-256", digests)]
-    write_rows(words.subplots(), rows, 0.13, PAGE, SMALL, ROOM[1])
+    write_rows(words.subplots(), rows, PAGE, SMALL, ROOM[1])
     return figure

@@ -45,8 +45,8 @@ SCALED_ON_PAGE = (
 )
 # With more speeds and ball sizes than this, all conditions have one marker.
 MOST_SETTINGS = 12
-# Each of the two columns of text: characters in a line of names and texts, where texts begin, size [pt], lines of it.
-WIDTHS, AT, LETTERS, ROOM = (34, 62), 0.39, 5.8, 38
+# Each of the two columns of text: characters in a line of names and texts, size [pt], lines of it.
+WIDTHS, LETTERS, ROOM = (34, 62), 5.8, 38
 # What a row of text says about what; None in its place makes a heading.
 Said = tuple[str, str | None]
 # Columns of a sheet for the two bands.
@@ -267,7 +267,7 @@ def plot_sheet(
     draw_views(list(views.subplots(1, 2)), picture)
     draw_strip(list(strip.subplots(2, 4).flat), picture)
     for axis, column in zip(middle.subplots(1, 2), _columns_of(sheet), strict=True):
-        write_rows(axis, column, AT, WIDTHS, LETTERS, ROOM if len(heights) == 4 else ROOM - 6)
+        write_rows(axis, column, WIDTHS, LETTERS, ROOM if len(heights) == 4 else ROOM - 6)
     _draw_spectra(energies, sheet, spectra, read_off)
     axes = bottom.subplots(2, 2)
     for axis, quantity in zip(axes.flat, SHEET_PANELS, strict=True):

@@ -77,11 +77,11 @@ def letter_panels(axes: Iterable[Axes]) -> None:
 
 
 def write_rows(
-    axis: Axes, rows: Iterable[tuple[str, str | None]], at: float, widths: tuple[int, int], size: float, room: int
+    axis: Axes, rows: Iterable[tuple[str, str | None]], widths: tuple[int, int], size: float, room: int
 ) -> None:
     """Text in two columns: what it is, in grey, and what it says; a row with None in place of text is a heading.
 
-    at: where the second column begins, as a fraction of the axis; widths: characters in a line of each; size [pt],
+    The second column begins where the longest line of the first ends. widths: characters in a line of each; size [pt],
     smaller where there are more lines than `room`.
     """
     heads: list[str] = []
@@ -99,10 +99,11 @@ def write_rows(
             heads.append(name if text is None else "")
     axis.axis("off")
     size *= min(1.0, room / max(len(texts), 1))
-    looks: tuple[dict[str, Any], ...] = ({"fontweight": "bold"}, {"color": SOFT}, {})
-    for x, lines, look in zip((0.0, 0.0, at), (heads, names, texts), looks, strict=True):
-        said = no_formula("\n".join(lines))
-        axis.text(x, 1, said, va="top", fontsize=size, transform=axis.transAxes, linespacing=1.3, **look)
+    look: dict[str, Any] = {"va": "top", "fontsize": size, "linespacing": 1.3}
+    joined = [no_formula("\n".join(lines)) for lines in (heads, names, texts)]
+    axis.text(0, 1, joined[0], transform=axis.transAxes, fontweight="bold", **look)
+    first = axis.text(0, 1, joined[1], transform=axis.transAxes, color=SOFT, **look)
+    axis.annotate(joined[2], (1, 1), (size, 0), xycoords=first, textcoords="offset points", **look)
 
 
 def draw_table(

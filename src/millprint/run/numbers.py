@@ -5,7 +5,7 @@ import math
 # SI prefixes for small and large numbers.
 PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M"}
 # Units that take a prefix.
-PREFIXED = ("J", "W", "N")
+PREFIXED = ("J", "W", "N", "W/kg")
 
 
 def three(value: float) -> str:

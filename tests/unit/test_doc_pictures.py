@@ -1,0 +1,72 @@
+"""Each picture of a page is of the run that its text describes."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from PIL import Image
+from tools.draw_pictures import PICTURES, RUNS
+
+from millprint.config.included import load_mill
+from tests.conftest import ROOT
+
+SHOWN = re.compile(r"!\[(?P<words>[^\]]*)\]\((?P<path>[^)]*pictures/[^)]*)\)")
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+FIRST_HOUR = (ROOT / "docs/first_hour.md").read_text()
+
+
+def shown() -> list[tuple[Path, str, Path]]:
+    """The pictures of all pages: page, what is said of the picture, and its file."""
+    return [
+        (page, found["words"], (page.parent / found["path"]).resolve())
+        for page in PAGES
+        for found in SHOWN.finditer(page.read_text())
+    ]
+
+
+def test_every_picture_is_there_and_shown():
+    files = {path for _, _, path in shown()}
+    assert files == set(PICTURES.iterdir())
+
+
+def test_a_page_of_a_run_stands_where_the_command_of_that_run_does():
+    found = [(page, path.name) for page, _, path in shown() if path.name in RUNS]
+    assert {name for _, name in found} == set(RUNS)
+    for page, name in found:
+        with Image.open(PICTURES / name) as picture:
+            assert picture.text["run"] == RUNS[name][0] and f"\n{RUNS[name][0]}\n" in page.read_text()
+
+
+# What the text says of the page that it shows: the row of the page, the words around the number, and its unit.
+SAID = {
+    "speed": (r"\(left\): (\d+) rpm", 1),
+    "ball diameter": (r"balls of (\d+) mm, \d+ % of the jar", 1),
+    "fill ratio": (r"(\d+) % of the jar filled with balls", 0.01),
+    "weighted normal energy E*n": (r"dissipates ([\d.]+) mJ by compression", 1e-3),
+    "weighted tangential energy E*t": (r"one ([\d.]+) mJ by shear", 1e-3),
+    "weighted normal frequency f*n": (r"about ([\d.]+) collisions a second", 1),
+    "weighted tangential frequency f*t": (r"about ([\d.]+) of the second", 1),
+    "normal power": (r"dissipate ([\d.]+) W by compression", 1),
+    "tangential power": (r"and ([\d.]+) W by shear", 1),
+    "power": (r"rolling ([\d.]+) W in all", 1),
+    "dose of an hour at a ball-to-powder ratio of 10": (r"in all: ([\d.]+) kJ for a gram", 1),
+    "wall power per ball: of speed": (r"speed to the power of ([\d.]+)", 1),
+}
+
+
+@pytest.mark.parametrize("row", SAID)
+def test_the_first_hour_says_what_its_picture_shows(row):
+    with Image.open(PICTURES / "first_hour_fingerprint.png") as picture:
+        numbers = json.loads(picture.text["numbers"])
+    pattern, unit = SAID[row]
+    (said,) = re.findall(pattern, " ".join(FIRST_HOUR.split()))
+    # To the digits that the text has.
+    decimals = len(said.partition(".")[2])
+    assert abs(float(said) - numbers[row] / unit) <= 0.5001 * 10**-decimals
+
+
+def test_the_jar_of_the_first_hour_is_that_of_its_picture():
+    jar = load_mill("planetary").geometry
+    (words,) = [words for _, words, path in shown() if path.name == "planetary_geometry.png"]
+    assert f"{2 * jar.radius_mm:g} mm wide and {jar.height_mm:g} mm high" in words
