@@ -15,7 +15,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.resources import LIKELY_BALL_STEP_S, LIKELY_START_S, resources_of
 from millprint.run import plan
-from millprint.run.plan import JOB_START_S, LONG_S, OTHER_S, Job, check_disk, plan_text
+from millprint.run.plan import JOB_START_S, LONG_S, OTHER_S, SIMULATION_START_S, Job, check_disk, plan_text
 from tests.conftest import ROOT
 
 DEM = DemConfig(time_step_s=1e-6, settle_s=0.25, discard_s=0.25, window_s=0.5)
@@ -71,12 +71,15 @@ def test_a_job_takes_what_its_rule_declares_or_as_long_as_others():
     # The rule may simulate, but does not in this job.
     assert job(processor_s=0).processor_s == job().processor_s == JOB_START_S + OTHER_S
     assert job("train_surrogate").processor_s == JOB_START_S + LONG_S["train_surrogate"]
+    assert job("run_dem_case", outputs=("a/summary.json",), processor_s=40).processor_s == SIMULATION_START_S + 40
 
 
 def test_the_plan_counts_simulations_with_files_and_those_inside_a_rule(monkeypatch):
     monkeypatch.setattr("millprint.run.plan.free_mb", lambda files: 500.0)
     jobs = [
-        job("run_dem_case", outputs=("results/dem/a/run.h5", "results/dem/a/summary.json"), processor_s=58, mem_mb=900),
+        job(
+            "run_dem_case", outputs=("results/dem/a/run.h5", "results/dem/a/summary.json"), processor_s=59.5, mem_mb=900
+        ),
         job("simulate_tumbling", processor_s=118, mem_mb=800),
         job("plot"),
     ]

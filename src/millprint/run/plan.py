@@ -24,8 +24,8 @@ def duration(seconds: float) -> str:
     return f"{minutes} min" if minutes >= 10 else f"{minutes} min {rest} s"
 
 
-# Processor time for Snakemake and Python to start a job [s].
-JOB_START_S = 2.0
+# Processor time to start a job, and a simulation, which is forked (millprint.cases.server) [s].
+JOB_START_S, SIMULATION_START_S = 2.0, 0.5
 # For a job that declares nothing: near the mean time of the shorter jobs of the thesis and of a smoke run [s], and the
 # largest memory of both [MB].
 OTHER_S, OTHER_MB, OTHER_DISK_MB = 6.0, 750.0, 2.0
@@ -50,14 +50,19 @@ class Job:
     resources: Mapping[str, float]
 
     @property
+    def start_s(self) -> float:
+        """Processor time of its start [s]."""
+        return SIMULATION_START_S if self.simulations else JOB_START_S
+
+    @property
     def processor_s(self) -> float:
         """Processor time, start included [s]."""
-        return JOB_START_S + (self.resources.get("processor_s") or LONG_S.get(self.rule, OTHER_S))
+        return self.start_s + (self.resources.get("processor_s") or LONG_S.get(self.rule, OTHER_S))
 
     @property
     def processor_max_s(self) -> float:
         """Processor time where a window has to grow to its limit, start included [s]."""
-        return max(self.processor_s, JOB_START_S + self.resources.get("processor_max_s", 0.0))
+        return max(self.processor_s, self.start_s + self.resources.get("processor_max_s", 0.0))
 
     @property
     def memory_mb(self) -> float:
