@@ -105,14 +105,15 @@ def _not_ignored() -> list[signal.Signals]:
 
 
 def _serve(listener: socket.socket) -> None:
-    """Fork a guard for each script that asks, until standard input ends. Raises SystemExit, in a fork too."""
+    """Fork a guard for each script that asks, until standard input ends. Raises SystemExit in a fork."""
     # Guards are not waited for.
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)
     loaded = False
     while True:
         ready, *_ = select.select([listener, sys.stdin], [], [])
         if sys.stdin in ready:
-            raise SystemExit
+            # At once, without a look for garbage.
+            os._exit(0)
         script, _ = listener.accept()
         with script:
             if _user_of(script) != os.geteuid():
