@@ -142,7 +142,9 @@ def test_a_job_whose_guard_dies_is_done_by_its_script(run):
     fork, guard = job.processes()
     guard.kill()
     own, _ = job.processes(2)
-    assert own.pid == job.process.pid and is_gone(fork)
+    assert own.pid == job.process.pid
+    # Its files are closed before it is gone.
+    wait_for(lambda: is_gone(fork))
     assert job.go_on() == (0, "")
 
 
@@ -166,7 +168,7 @@ def test_a_signal_to_the_script_reaches_the_fork(run, number):
     fork, _ = job.processes()
     job.process.send_signal(number)
     assert job.process.wait(30) == -number
-    assert is_gone(fork)
+    wait_for(lambda: is_gone(fork))
 
 
 def test_the_keyboard_interrupts_each_job_once():
