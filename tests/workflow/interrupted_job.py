@@ -11,13 +11,12 @@ from millprint.cases import server
 
 def wait() -> None:
     """Wait for an interruption, and for a second one."""
-    print("begun", flush=True)
-    for _ in range(2):
+    for word in ("begun", "ended"):
         try:
+            print(word, flush=True)
             time.sleep(1)
         except KeyboardInterrupt:
             print("interrupted", flush=True)
-    print("ended", flush=True)
 
 
 if __name__ == "__main__":
