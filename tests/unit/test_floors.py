@@ -16,7 +16,7 @@ BELOW = {
     "estimate": set(),
     "run": {"config"},
     "mill": {"config", "run"},
-    "dem": {"config", "run", "estimate", "mill"},
+    "dem": {"observables", "config", "run", "estimate", "mill"},
     "cases": {"config", "run", "mill", "dem"},
     "fingerprint": {"observables", "config", "run", "estimate", "mill", "dem", "cases"},
 }
