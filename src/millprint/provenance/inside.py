@@ -23,7 +23,7 @@ SOURCES = "crate"
 # Folders whose files change with every further run, and what they contain.
 UNCHECKED = {
     "logs": "the log of every job, and the record of the files that it wrote",
-    "benchmarks": "run times and memory of the jobs, as Snakemake measured them",
+    "benchmarks": "run times and memory of the jobs, as Snakemake or the job measured them",
 }
 # Snakemake writes its report when all jobs have ended, and again after every run.
 REPORT = "report.html"
