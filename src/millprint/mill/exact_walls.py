@@ -264,15 +264,22 @@ def whole_patches(
         return np.where(spoilt, -1, on_curve)
 
     drawn_patch = facet_patches(vessel, vessel.edge_arrays.turn)
+    as_drawn: set[int] = set()
     while (on_curve >= 0).any():
         planes = _level_planes(vessel, curves, on_curve, tolerance) | set_planes
+        planes = {facet: plane for facet, plane in planes.items() if facet not in as_drawn}
         moved = _moved_vertices(vessel, curves, on_curve, planes)
         # Walls that are off by the tolerance, and tangent, meet within this; others are not those of the drawing.
         away = np.linalg.norm(moved - vessel.vertices, axis=1)
         if not away.max() <= math.sqrt(tolerance * vessel.size):
             worst = np.nanargmax(np.where(np.isfinite(away), away, np.inf))
             beside = vessel.outlines.corners.owner[vessel.corners == worst]
-            on_curve = without(np.isin(drawn_patch, drawn_patch[beside]) & (on_curve >= 0), vessel.vertices[worst])
+            spoilt = np.isin(drawn_patch, drawn_patch[beside]) & (on_curve >= 0)
+            if spoilt.any():
+                on_curve = without(spoilt, vessel.vertices[worst])
+            else:
+                # A flat wall that was made tangent to one that is flat by now.
+                as_drawn.update(beside.tolist())
             continue
         trimmed = [
             _trimmed(curve, moved[np.unique(vessel.corners[vessel.outlines.corners.rows(own)])])
