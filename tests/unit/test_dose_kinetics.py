@@ -10,7 +10,7 @@ import pytest
 from millprint.cli.commands import main as millprint
 from millprint.config.errors import ConfigError
 from millprint.dose.energy_doses import AXES, HITS, NORMAL, TANGENTIAL, TOTAL, doses, own_doses
-from millprint.dose.kinetics import MODELS, NO_EFFECT, aicc, fit_kinetics, shear_worth
+from millprint.dose.kinetics import MODELS, NO_EFFECT, aicc, fit_kinetics, said_of_dose, shear_worth
 from millprint.thesis.curves.energy import curve_of, powder_of_ball, screening_doses
 from tests.unit.synthetic_mill import fingerprint
 
@@ -88,6 +88,16 @@ def test_yields_without_a_cause_have_no_effect_as_the_best():
 def test_aicc_by_hand_and_without_enough_runs():
     assert aicc(40.0, 10, 2) == pytest.approx(10 * np.log(4) + 4 + 12 / 7)
     assert np.isinf(aicc(1.0, 4, 3))
+
+
+def test_the_pair_that_dose_does_not_explain_is_told_with_its_shear():
+    runs = made_up("first order", TOTAL, 0.1).head(6)
+    runs = runs.assign(**{TOTAL: [1.0, 2, 4, 4.4, 8, 16], TANGENTIAL: [0.5, 1, 1, 2.2, 4, 8]})
+    runs["yield_percent"] = [10.0, 20, 60, 30, 62, 80]
+    said = said_of_dose(runs, fit_kinetics(runs), "tests")
+    assert "runs 2 and 3: 4 and 4.4 kJ/g, but 60 and 30 %, with 25 and 50 % of it tangential." in said
+    apart = said_of_dose(runs.assign(**{TOTAL: [1.0, 2, 4, 8, 16, 32]}), fit_kinetics(runs), "tests")
+    assert "No two runs have doses within 25 %" in apart
 
 
 @pytest.mark.parametrize(("yields", "why"), [([50.0] * 4, "at least 5"), ([50.0] * 6, "all are 50")])

@@ -10,7 +10,7 @@ import pytest
 
 from millprint.config.dose import FlashSection, HeatConfig
 from millprint.config.errors import ConfigError
-from millprint.dose import flash
+from millprint.dose import flash, heat_table
 from millprint.dose.heat_sources import HeatSource, read_sources, split_of_summary
 from millprint.dose.heat_table import (
     RUNNING,
@@ -141,11 +141,14 @@ def test_a_band_counts_what_never_happens_as_longest():
     np.testing.assert_array_equal(band(np.array([1.0, 2.0, np.inf, np.inf, np.inf]), 0.8), [1.0, np.inf, np.inf])
 
 
-def test_more_cooling_and_more_pauses_make_it_colder():
+def test_more_cooling_and_more_pauses_make_it_colder(monkeypatch):
     hot = heat_tables(SETTINGS, "spex", [SOURCE], times=5).limits.iloc[0]
     cold = heat_tables(SETTINGS, "emax", [SOURCE], times=5).limits.iloc[0]
     paused = HeatConfig(samples=16, programme={"duration_h": 5, "cycle_min": 30, "pause_min": 20})
+    phases_of, asked = heat_table.programme_phases, []
+    monkeypatch.setattr(heat_table, "programme_phases", lambda *given: asked.append(given) or phases_of(*given))
     rested = heat_tables(paused, "spex", [SOURCE], times=5).limits.iloc[0]
+    assert asked == [(5 * 3600, 10 * 60, 20 * 60)]
     assert cold["balls_steady_degC_median"] < hot["balls_steady_degC_median"]
     assert rested["balls_peak_degC_median"] < hot["balls_peak_degC_median"]
     for row in (hot, cold, rested):

@@ -1,6 +1,7 @@
 """Metrics, held-out predictions, proper scores, paired tests and permutations, against closed forms."""
 
 import warnings
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -12,6 +13,7 @@ from scipy.stats import t as student
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 
+from millprint.thesis.yields import averaging
 from millprint.thesis.yields.averaging import (
     AveragedModel,
     Candidate,
@@ -335,6 +337,16 @@ def test_corrected_test_of_folds_is_the_formula_of_its_source():
     repeats = folds.groupby("repeat").mean()
     assert found["repeats"] == 2 and found["median"] == pytest.approx(found["difference"])
     assert (found["lowest"], found["highest"]) == pytest.approx((repeats.min(), repeats.max()))
+
+
+def test_r2_of_the_average_left_out_is_by_hand(monkeypatch):
+    members = [SimpleNamespace(left_out=lambda: np.array([0.2, 0.4])), SimpleNamespace(left_out=lambda: np.zeros(2))]
+    monkeypatch.setattr(averaging, "fit_library", lambda *given: members)
+    monkeypatch.setattr(
+        averaging, "average", lambda found, given: SimpleNamespace(members=found, weights=np.array([0.75, 0.25]))
+    )
+    # Predicted 15 and 30 %: squares 25 + 100 over 10^2 + 10^2.
+    assert closed_form_r2(None, np.array([20.0, 40.0]), None) == pytest.approx(1 - 125 / 200)
 
 
 @pytest.mark.slow
