@@ -149,7 +149,7 @@ def travelled() -> pd.DataFrame:
         made_up(
             first=np.array([0, 0, 0, 0, 0, 1]),
             second=np.array([-1, -1, -1, -2, -2, 2]),
-            facet=[4, 3, 5, 8, 9, -1],
+            facet=[4, 3, 5, 0, 9, -1],
             contact=[7, 7, 7, 8, 8, 9],
             ended=[ENDED.passed, ENDED.passed, ENDED.parted, ENDED.passed, ENDED.cut, ENDED.parted],
             start_s=[0.012, 0.010, 0.015, 0.020, 0.021, 0.030],
@@ -179,7 +179,7 @@ def test_the_rows_of_a_contact_that_travels_are_one_contact_by_surface():
 
 def test_by_facet_each_row_is_a_contact_of_its_own():
     contacts = by_facet(travelled())
-    assert contacts["second"].tolist() == [-5, -4, -6, -9, -10, 2]
+    assert contacts["second"].tolist() == [-5, -4, -6, -1, -10, 2]
     assert contacts["complete"].tolist() == [0, 0, 1, 0, 0, 1]
     assert count(travelled(), by="facet")["count"] == 6 and count(travelled())["count"] == 3
     both = [count(travelled(), by=by) for by in ("facet", "surface")]

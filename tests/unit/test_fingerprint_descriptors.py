@@ -1,6 +1,7 @@
 """Descriptors of a mill that obeys the scaling exactly, and what is refused."""
 
 import copy
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -10,7 +11,7 @@ from scipy.integrate import trapezoid
 from millprint.config.errors import ConfigError
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.readers import check_summary, read_summaries
-from millprint.observables.condition import VARIABLES, Condition, energy_scale, power_scale
+from millprint.observables.condition import SCALES, VARIABLES, Condition, energy_scale, power_scale
 from millprint.observables.definitions import COMPUTED, descriptors_of
 from millprint.thesis.curves.cycles import tabulate_cycles, tabulate_densities
 from millprint.thesis.curves.scaling import tabulate_counting_rules
@@ -233,3 +234,12 @@ def test_densities_integrate_to_one_at_the_chosen_fill_only():
     assert set(table["fill_ratio"]) == {0.08}
     for _, line in table.groupby("channel"):
         assert trapezoid(line["density_per_J"], line["energy_J"]) == pytest.approx(1.0, abs=0.02)
+
+
+def test_every_scale_grows_by_its_exponents():
+    names = {"rho": "density_kg_m3", "omega": "speed_hz", "A": "amplitude_m", "d": "ball_diameter_m"}
+    given = Condition(fill_ratio=0.2, speed_hz=5.0, ball_diameter_m=0.01, density_kg_m3=7700.0, amplitude_m=0.03)
+    for scale in SCALES.values():
+        for symbol, name in names.items():
+            twice = replace(given, **{name: 2 * getattr(given, name)})
+            assert scale.of(twice) / scale.of(given) == pytest.approx(2.0 ** scale.exponents[symbol])
