@@ -13,7 +13,7 @@ from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.readers import check_summary, read_summaries
 from millprint.observables.condition import SCALES, VARIABLES, Condition, energy_scale, power_scale
 from millprint.observables.definitions import COMPUTED, descriptors_of
-from millprint.thesis.curves.cycles import tabulate_cycles, tabulate_densities
+from millprint.thesis.curves.cycles import tabulate_cycles, tabulate_densities, tabulate_published
 from millprint.thesis.curves.scaling import tabulate_counting_rules
 from tests.refusals import refusals
 from tests.unit.synthetic_mill import counted, descriptors, summaries, summary, true_curves, weighted
@@ -227,6 +227,11 @@ def test_cycles_pool_the_revolutions_of_all_seeds():
     assert row["normal_cv_percent"] == pytest.approx(100 * energies.std(ddof=1) / energies.mean())
     power = runs[0]["power_W"]["normal"]
     assert row["normal_mean_J"] * runs[0]["frequency_hz"] == pytest.approx(power, rel=1e-12)
+    # A printed mean of 80 % of ours leaves us 25 % above it.
+    printed = pd.DataFrame([row[["contact", "fill_ratio", "ball_diameter_mm", "speed_rpm"]]])
+    printed = printed.assign(normal_mean_J=0.8 * row["normal_mean_J"])
+    beside = tabulate_published(tabulate_cycles(runs), printed, row["mill"], 0.08)
+    assert beside["normal_mean_J_deviation_percent"].tolist() == pytest.approx([25.0])
 
 
 def test_densities_integrate_to_one_at_the_chosen_fill_only():
