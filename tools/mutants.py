@@ -34,7 +34,8 @@ PARTS = {
     "doe": (["thesis/doe/*.py", "thesis/curves/[ce]*.py"], ["unit/test_doe_*.py", "unit/test_partition.py",
             "unit/test_fingerprint_curves.py", "unit/test_intervals.py", "unit/test_convergence.py"]),
     "counting": (["dem/collisions.py", "dem/ledger.py", "dem/summary.py"],
-                 ["unit/test_dem_collisions.py", "unit/test_dem_records.py", "unit/test_dose_spectra.py"]),
+                 ["unit/test_dem_collisions.py", "unit/test_dem_records.py", "unit/test_dose_spectra.py",
+                  "unit/test_turns.py", "unit/test_mixtures.py"]),
     "kernel": (["dem/law.py", "dem/laws/[hl]*.py", "dem/contact.py"],
                ["physics/test_drop.py", "physics/test_impacts.py", "physics/test_contact_cases.py"]),
 }  # fmt: skip

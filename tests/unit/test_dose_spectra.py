@@ -207,6 +207,12 @@ def real_run(request, tmp_path_factory):
 def test_spectra_of_a_real_run_hold_its_ledger_and_its_count(real_run):
     """For every rule; a threshold drops power, which is told."""
     path, summary = real_run
+    ledger = summary["ledger_J"]
+    stored = ledger["kinetic_change"] + ledger["elastic_change"]
+    wall = ledger["wall_work"] + ledger["gravity_work"] - stored
+    assert summary["power_W"]["wall"] * summary["window_s"] == pytest.approx(wall)
+    ball_steps = summary["balls"] * summary["steps"]
+    assert summary["ns_per_ball_step"] * ball_steps == pytest.approx(1e9 * summary["processor_s"])
     spectra, table = tabulate_spectra([(str(path), summary)], [rule["name"] for rule in summary["collisions"]])
     for rule in summary["collisions"]:
         for channel in ("normal", "tangential"):

@@ -1,8 +1,11 @@
 """Errors from turns and seeds of known motions: correlated, locked onto the drive, one of several, or no impacts."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
+from millprint.dem.ledger import closure
+from millprint.dem.summary import is_certain
 from millprint.dem.turns import half_width, has_impacts, mean_of_turns, motion_repeats, relative_error
 from millprint.estimate.estimates import factor_of
 from millprint.fingerprint.descriptors import MOTIONS, said_of, tabulate_descriptors, variance_of_run
@@ -110,6 +113,28 @@ def test_the_error_of_several_seeds_contains_their_spread_and_the_motion_is_said
     (short,) = [summary(0.10)]
     short["per_revolution"] = {name: values[:3] for name, values in short["per_revolution"].items()}
     assert tabulate_descriptors([short], "gap_0_03").iloc[0]["motion"] == MOTIONS["few_turns"].word
+
+
+def ledger_of(turns: list[float]) -> pd.DataFrame:
+    """The ledger at the ends of turns with given normal dissipation [J], a tenth of it sliding and 1 % rolling."""
+    normal = np.concatenate([[0.0], np.cumsum(turns)])
+    values = {"normal_damping_J": normal, "sliding_J": 0.1 * normal, "rolling_J": 0.01 * normal}
+    return pd.DataFrame(values).assign(tangential_damping_J=0.0, wall_work_J=normal, potential_J=0.0)
+
+
+def test_a_window_is_long_enough_by_its_turns_or_where_nothing_hits():
+    steady, wild = ledger_of([10.0, 10.1] * 8), ledger_of([1.0, 30.0, 2.0, 40.0] * 4)
+    assert is_certain(steady, 1, 0.05, 1.0) and not is_certain(wild, 1, 0.05, 1.0)
+    # Of balls that hit nothing, as many turns as an error takes are enough, however they vary.
+    assert is_certain(wild, 1, 0.05, 1e9) and not is_certain(ledger_of([10.0] * 7), 1, 0.05, 1e9)
+
+
+def test_closure_is_the_last_imbalance_over_the_work():
+    series = ledger_of([10.0, 10.0]).assign(imbalance_J=[0.0, 0.4, -0.2])
+    assert closure(series) == pytest.approx(0.2 / 20)
+    # Without work of the walls, a tenth of the 22.2 J dissipated.
+    assert closure(series.assign(wall_work_J=0.0)) == pytest.approx(0.2 / (0.1 * 20 * 1.11))
+    assert closure(0 * series) == 0.0
 
 
 def test_a_layer_that_goes_round_with_the_wall_is_no_milling():
