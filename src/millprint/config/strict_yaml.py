@@ -132,11 +132,12 @@ def _in_words(error: Exception, text: str) -> str:
     problem = getattr(error, "problem", None) or " ".join(str(error).split()) or type(error).__name__
     if marks[0] is None:
         return f"not valid YAML ({problem})"
-    at = min(marks[0].line, len(lines) - 1)
+    # The end of a file without its last line break is a line further than its lines.
+    at, begin = (min((mark or marks[0]).line, len(lines) - 1) for mark in marks)
     # A key that is given twice, and a tag, are not faults of the form.
     causes = {} if isinstance(error, yaml.constructor.ConstructorError) else CAUSES
     # The parser stops at the line of a fault, or at the first one after it that has no place there.
-    for number in (at, max(at - 1, 0), marks[1].line if marks[1] else at):
+    for number in (at, max(at - 1, 0), begin):
         cause = next((cause for shape, cause in causes.items() if re.search(shape, lines[number])), None)
         if cause:
             return f"line {number + 1}: {lines[number].strip()!r}: {cause}"
