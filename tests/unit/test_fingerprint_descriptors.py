@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import trapezoid
 
 from millprint.config.errors import ConfigError
-from millprint.fingerprint.descriptors import tabulate_descriptors
+from millprint.fingerprint.descriptors import block_length, tabulate_descriptors
 from millprint.fingerprint.readers import check_summary, read_summaries
 from millprint.observables.condition import SCALES, VARIABLES, Condition, energy_scale, power_scale
 from millprint.observables.definitions import COMPUTED, descriptors_of
@@ -248,3 +248,7 @@ def test_every_scale_grows_by_its_exponents():
         for symbol, name in names.items():
             twice = replace(given, **{name: 2 * getattr(given, name)})
             assert scale.of(twice) / scale.of(given) == pytest.approx(2.0 ** scale.exponents[symbol])
+
+
+def test_a_bootstrap_block_is_the_cube_root_of_the_turns_rounded_up():
+    assert [block_length(turns) for turns in (1, 3, 8, 27, 30, 125)] == [1, 1, 2, 3, 4, 5]
