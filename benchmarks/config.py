@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from millprint.config.contact_set import ContactConfig
-from millprint.config.geometry import BoxGeometry, CylinderGeometry
+from millprint.config.mill import BoxGeometry, CylinderGeometry
 from millprint.config.section import (
     Count,
     Fraction,

@@ -20,8 +20,7 @@ from benchmarks.config import BenchConfig, TumblingConfig
 from benchmarks.lammps import MEANS_FILE, SAMPLE_EVERY, Lammps, law_text, pair_lines
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
-from millprint.config.geometry import LifterDrumGeometry
-from millprint.config.mill import MillConfig
+from millprint.config.mill import LifterDrumGeometry, MillConfig
 from millprint.config.motion_kinds import RotationMotion
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.lammps.input import balls_text, head_lines

@@ -22,7 +22,7 @@ from millprint.fingerprint.mill_sheet import tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
-from millprint.view.mill_picture import picture_mill
+from millprint.view.frames import picture_mill
 
 
 def tabulate(tables, output, mill: MillConfig) -> None:

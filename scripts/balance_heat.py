@@ -9,8 +9,7 @@ from collections.abc import Sequence
 
 from millprint.config.dose import HeatConfig
 from millprint.dose.flash import flash_table
-from millprint.dose.heat_sources import read_sources, source_table
-from millprint.dose.heat_table import HeatTables, heat_tables
+from millprint.dose.heat_balance import HeatTables, heat_tables, read_sources, source_table
 from millprint.figures.dose_figures import plot_heat
 from millprint.figures.style import save
 from millprint.run.files import write_table

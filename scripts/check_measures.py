@@ -9,7 +9,7 @@ import pandas as pd
 
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.surrogate.measure_tables import is_met, join_tables, tabulate
+from millprint.thesis.surrogate.measures import is_met, join_tables, tabulate
 from millprint.thesis.surrogate.rollout import (
     RollOut,
     blurred,

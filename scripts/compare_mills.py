@@ -16,7 +16,7 @@ from millprint.card.match import match_card
 from millprint.card.read import read_card
 from millprint.config.fingerprint import DescriptorSet, LikeConfig, MatchConfig, SearchConfig, TargetConfig
 from millprint.config.mill_sweep import MatchMillsConfig
-from millprint.figures.mill_pictures import plot_collapse
+from millprint.figures.mill_sheet_figure import plot_collapse
 from millprint.figures.style import save
 from millprint.fingerprint.condition_search import rank_conditions, target_of
 from millprint.fingerprint.coverage import sum_coverage

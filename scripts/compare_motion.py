@@ -12,7 +12,7 @@ from millprint.figures.style import save
 from millprint.run.job import job
 from millprint.thesis.figures.chapter6_figures import plot_motion
 from millprint.thesis.surrogate.rollout import RollOut
-from millprint.thesis.surrogate.side_by_side import movie_side_by_side
+from millprint.thesis.surrogate.rollout_evaluation import movie_side_by_side
 
 # Moments of the figure, as fractions of the length of the animation: while the errors grow, and after.
 MOMENTS = (0.0, 0.1, 0.4, 1.0)

@@ -10,11 +10,10 @@ from millprint.config.mill import MillConfig
 from millprint.dose.spectra import tabulate_spectra
 from millprint.dose.spectra_shown import sheet_rows, with_rows
 from millprint.fingerprint.descriptors import tabulate_descriptors, with_impacts
-from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
+from millprint.fingerprint.mill_collapse import find_zones, tabulate_mill_collapse
 from millprint.fingerprint.mill_sheet import tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import charges_of, read_summaries
-from millprint.fingerprint.zones import find_zones
 from millprint.observables.condition import fill_grid
 from millprint.observables.definitions import CURVE_COLUMNS
 from millprint.run.files import write_table

@@ -20,7 +20,7 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import read_counted, read_summaries
 from millprint.run.files import read_json, write_table
 from millprint.run.job import job
-from millprint.thesis.claims.claim_intervals import (
+from millprint.thesis.claims.tabulate import (
     JAR_TABLE,
     Repeated,
     over_draws,
@@ -29,7 +29,7 @@ from millprint.thesis.claims.claim_intervals import (
     tabulate_intervals,
     tabulate_jars,
 )
-from millprint.thesis.curves.collapse import draw_tables, tables_of
+from millprint.thesis.curves.scaling import draw_tables, tables_of
 from millprint.thesis.fit.equal_jars import read_equal_jars
 
 

@@ -15,7 +15,7 @@ from millprint.figures.style import save
 from millprint.fingerprint.descriptors import read_descriptors
 from millprint.run.files import read_table
 from millprint.run.job import job
-from millprint.view.mill_picture import picture_mill
+from millprint.view.frames import picture_mill
 
 
 def draw_sheet(tables, output, mill: MillConfig) -> None:

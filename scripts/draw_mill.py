@@ -6,10 +6,10 @@ Outputs: the drawings, and the points of both as `geometry_tsv` and `motion_tsv`
 """
 
 from millprint.config.mill import MillConfig
-from millprint.figures.mill_pictures import plot_geometry, plot_motion
+from millprint.figures.mill_sheet_figure import plot_geometry, plot_motion
 from millprint.figures.style import save
 from millprint.run.job import job
-from millprint.view.mill_picture import picture_mill
+from millprint.view.frames import picture_mill
 
 
 def draw_geometry(output, mill: MillConfig) -> None:

@@ -14,7 +14,7 @@ from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.run.tables import read_printed
 from millprint.thesis.surrogate.graph_surrogate import single_steps
-from millprint.thesis.surrogate.measure_tables import join_tables, printed_measures, tabulate
+from millprint.thesis.surrogate.measures import join_tables, printed_measures, tabulate
 from millprint.thesis.surrogate.network import choose_device, read_weights
 from millprint.thesis.surrogate.rollout import RollOut
 from millprint.thesis.surrogate.rollout_evaluation import (

@@ -11,8 +11,7 @@ Outputs: `locked`, `scores_by_scheme`, `coverage`, `predictions`, `out_of_domain
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from millprint.config.search_spaces import PRIMARY
-from millprint.config.yields import EvaluationConfig, TrainingConfig
+from millprint.config.yields import PRIMARY, EvaluationConfig, TrainingConfig
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.run.progress import progress

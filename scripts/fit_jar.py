@@ -13,8 +13,8 @@ from pathlib import Path
 
 import yaml
 
+from millprint.config.calibration import JarSearch
 from millprint.config.contact_set import ContactConfig
-from millprint.config.fit import JarSearch
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig
 from millprint.run.files import whole_file, write_json, write_table

@@ -14,19 +14,18 @@ from types import SimpleNamespace
 
 import pandas as pd
 
+from millprint.config.charge import ONE_SIZE
 from millprint.config.fingerprint import InverseConfig
-from millprint.config.mixture import ONE_SIZE
 from millprint.fingerprint.condition_search import match_targets, target_of
 from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.descriptors import CHARGE, as_built, read_descriptors, tabulate_descriptors
+from millprint.fingerprint.mill_collapse import find_zones
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import read_summaries
-from millprint.fingerprint.zones import find_zones
 from millprint.observables.condition import fill_grid
 from millprint.observables.definitions import BASIC, CURVE_COLUMNS, DESCRIPTOR_SETS, WEIGHTED_BASIC
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
-from millprint.thesis.curves.collapse import tabulate_collapse
 from millprint.thesis.curves.cycles import tabulate_cycles, tabulate_densities, tabulate_published
 from millprint.thesis.curves.regimes import published_cycles, published_point, read_published
 from millprint.thesis.curves.scaling import (
@@ -35,6 +34,7 @@ from millprint.thesis.curves.scaling import (
     conditions_of,
     fit_exponents,
     invert_speed,
+    tabulate_collapse,
     tabulate_counting_rules,
     universal_descriptors,
 )

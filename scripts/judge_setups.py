@@ -15,11 +15,17 @@ import pandas as pd
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.config.quantities import LOST, quantities_of
-from millprint.config.setup_models import FILES, SETTINGS, SetupConfig, TumblingConfig, read_settings
-from millprint.figures.shaken_figure import plot_shaken
+from millprint.config.setup_models import (
+    FILES,
+    LOST,
+    SETTINGS,
+    SetupConfig,
+    TumblingConfig,
+    quantities_of,
+    read_settings,
+)
 from millprint.figures.style import save
-from millprint.figures.validation_figures import plot_bed, plot_charge, plot_setup
+from millprint.figures.validation_figures import plot_bed, plot_charge, plot_setup, plot_shaken
 from millprint.mill.bodies import build_bodies
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
@@ -27,7 +33,7 @@ from millprint.thesis.report.table_pages import write_chapter
 from millprint.validation.drums import slab_of_bed
 from millprint.validation.measured import measured_points, read_measurements
 from millprint.validation.setups import PREDICTED, assumption_table, setup_named
-from millprint.validation.shaken_predictions import SAME
+from millprint.validation.shaken import SAME
 from millprint.validation.tumbling import intervals
 from millprint.validation.verdicts import count_verdicts, give_verdicts, tabulate_coverage
 

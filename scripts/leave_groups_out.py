@@ -9,11 +9,12 @@ Outputs: `regimes`, `regimes_summary`, `sources`, `sources_predictions`, `source
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from millprint.config.averaged_process import AveragingConfig
 from millprint.config.doe import Factor
 from millprint.config.mill import MillConfig
-from millprint.config.search_spaces import PRIMARY, TWO_STEP
 from millprint.config.yields import (
+    PRIMARY,
+    TWO_STEP,
+    AveragingConfig,
     EvaluationConfig,
     HeldOutConfig,
     OtherSourcesConfig,

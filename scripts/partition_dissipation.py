@@ -18,7 +18,7 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.run.files import read_table, whole_file, write_table
 from millprint.run.job import job
 from millprint.thesis.curves import regimes
-from millprint.thesis.curves.energy import (
+from millprint.thesis.curves.regimes import (
     Chemistry,
     compare_with_prior,
     curve_of,

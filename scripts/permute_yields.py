@@ -10,8 +10,7 @@ from collections.abc import Sequence
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from millprint.config.averaged_process import AveragingConfig
-from millprint.config.yields import LibraryTrialConfig
+from millprint.config.yields import AveragingConfig, LibraryTrialConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.run.progress import progress

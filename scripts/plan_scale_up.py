@@ -5,12 +5,12 @@ Inputs: `fingerprint`, and `summary` of a simulated large mill.
 Outputs: `sheet`, `run`, and the figure.
 """
 
-from millprint.cases.large_mill import enlarged
+from millprint.cases.of_mill import enlarged
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import ScaleUpConfig
 from millprint.dem.laws.registry import step_scale
-from millprint.figures.mill_pictures import plot_scale_up
+from millprint.figures.mill_sheet_figure import plot_scale_up
 from millprint.figures.style import save
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import counted

@@ -28,7 +28,7 @@ from millprint.thesis.figures.chapter6_figures import (
     plot_wall_contacts,
 )
 from millprint.thesis.surrogate.against_baselines import against_baselines
-from millprint.thesis.surrogate.measure_tables import (
+from millprint.thesis.surrogate.measures import (
     DISSIPATION,
     ablation_table,
     baseline_rows,

@@ -11,19 +11,17 @@ from millprint.run.job import job
 from millprint.run.tables import Text, read_measured
 from millprint.thesis.figures.chapter5_figures import (
     plot_attributions,
+    plot_coverage,
+    plot_evaluation,
     plot_intervals,
+    plot_permutations,
+    plot_pit,
     plot_proposals,
     plot_regimes,
     plot_retrospective,
+    plot_scores,
     plot_sources,
     plot_test_predictions,
-)
-from millprint.thesis.figures.yield_score_figures import (
-    plot_coverage,
-    plot_evaluation,
-    plot_permutations,
-    plot_pit,
-    plot_scores,
 )
 
 

@@ -8,8 +8,7 @@ Outputs: `retrospective`, `summary`.
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from millprint.config.averaged_process import AveragingConfig
-from millprint.config.yields import RetrospectiveConfig
+from millprint.config.yields import AveragingConfig, RetrospectiveConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.run.progress import progress

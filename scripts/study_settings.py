@@ -13,8 +13,7 @@ Outputs: `table`, `window`, `verdict` (JSON), `line` (text), and the figure; or 
 import sys
 
 from millprint.config.fingerprint import ConvergenceConfig, StudyConfig
-from millprint.dem.convergence import DESCRIPTORS, SERIES, column_of, convergence_table
-from millprint.dem.step_choice import choose_step, in_words
+from millprint.dem.convergence import DESCRIPTORS, SERIES, choose_step, column_of, convergence_table, in_words
 from millprint.estimate.judge import AGREES
 from millprint.figures.style import save
 from millprint.figures.uncertainty_figures import plot_study
@@ -29,7 +28,7 @@ from millprint.fingerprint.study import (
 )
 from millprint.run.files import read_json, read_table, whole_file, write_json, write_table
 from millprint.run.job import job
-from millprint.thesis.figures.convergence_plots import plot_modulus, plot_timestep
+from millprint.thesis.figures.chapter3_and_4_figures import plot_modulus, plot_timestep
 
 DEVIATIONS = [column_of(name, "deviation_percent") for name in DESCRIPTORS]
 

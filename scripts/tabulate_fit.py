@@ -9,14 +9,21 @@ Inputs: `published`; `descriptors`, `cycles`, `sensitivity`, `equal_jars` and th
 Outputs: `fit`, and `equal` where the fit names such jars; or `shape`.
 """
 
-from millprint.config.fit import JarSearch
+from millprint.config.calibration import JarSearch
 from millprint.config.mill import MillConfig
 from millprint.run.files import read_json, read_table, write_json, write_table
 from millprint.run.job import job
 from millprint.thesis.curves.regimes import read_published
 from millprint.thesis.fit.equal_jars import measured_again, read_equal_jars
-from millprint.thesis.fit.jar_search import JAR_PARAMETERS, fit_table, parameter_rows, parameters_of
-from millprint.thesis.fit.published import computed_values, published_values, with_roles
+from millprint.thesis.fit.jar_search import (
+    JAR_PARAMETERS,
+    computed_values,
+    fit_table,
+    parameter_rows,
+    parameters_of,
+    published_values,
+    with_roles,
+)
 
 TEXT = ["mill", "contact", "varied"]
 

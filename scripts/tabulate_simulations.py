@@ -7,7 +7,7 @@ Outputs: `table` (simulations.tsv): power, speed of the balls, contacts between 
 
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.validation.simulations import tabulate
+from millprint.validation.tumbling_runs import tabulate
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "simulations"):

@@ -8,9 +8,8 @@ Outputs: `rows`, `mill`, and two `models`.
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from millprint.config.averaged_process import AveragingConfig
 from millprint.config.mill import MillConfig
-from millprint.config.yields import ProposalConfig
+from millprint.config.yields import AveragingConfig, ProposalConfig
 from millprint.observables.condition import Condition
 from millprint.observables.definitions import BASIC
 from millprint.run.files import read_table, write_table

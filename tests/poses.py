@@ -4,8 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from millprint.mill.kernel_columns import span_of
-from millprint.mill.motion import Motion, stack_motions, write_poses
-from millprint.mill.pose import POSE
+from millprint.mill.motion import POSE, Motion, stack_motions, write_poses
 from millprint.run.kernel import kernel
 
 

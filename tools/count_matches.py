@@ -15,8 +15,8 @@ from pathlib import Path
 import pandas as pd
 
 from millprint.cli.commands import main as millprint
+from millprint.config.charge import ONE_SIZE
 from millprint.config.fingerprint import SearchConfig
-from millprint.config.mixture import ONE_SIZE
 from millprint.estimate.judge import VERDICTS
 from millprint.fingerprint.condition_search import ranges_of, rank_conditions, target_at
 from millprint.fingerprint.match_words import best_of, setting_in_words

@@ -20,7 +20,7 @@ from millprint.dose.spectra_shown import of_sheet, temperature_rows, with_rows
 from millprint.figures.mill_sheet_figure import plot_sheet
 from millprint.fingerprint.descriptors import read_descriptors
 from millprint.run.files import read_table
-from millprint.view.mill_picture import picture_mill
+from millprint.view.frames import picture_mill
 
 PICTURES = Path(__file__).parents[1] / "docs/pictures"
 MILL = "planetary"

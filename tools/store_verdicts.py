@@ -36,7 +36,7 @@ from millprint.thesis.claims.conclusions import (
 )
 from millprint.thesis.claims.tabulate import count_natures, read_claims
 from millprint.thesis.claims.tolerances import CERTAIN, NATURES
-from millprint.thesis.surrogate.measure_tables import with_machine
+from millprint.thesis.surrogate.measures import with_machine
 
 DATA = Path("config/data")
 TABLE = str(DATA / "verdicts_elsewhere.tsv")

@@ -26,10 +26,9 @@ from pydantic_core import PydanticUndefined
 from millprint.card.card_model import FORMAT, SCHEMA_VERSION, MillingCard
 from millprint.config.card import Experiment
 from millprint.config.contact_set import ContactConfig
-from millprint.config.document import descriptions_on_a_line, on_a_line, sections
 from millprint.config.included import load_mill
 from millprint.config.mill import MillConfig
-from millprint.config.section import kind_of, nested_models
+from millprint.config.section import descriptions_on_a_line, kind_of, nested_models, on_a_line, sections
 from millprint.config.workflow import ChapterSections, WorkflowConfig
 from millprint.explorer.content import Machine, explorer_content, mill_content
 from millprint.explorer.page import explorer_page

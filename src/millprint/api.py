@@ -35,10 +35,9 @@ from millprint.config.sweep import Case, overridden
 from millprint.config.wording import close_to
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.compilation import compile_kernels
-from millprint.fingerprint.condition_tables import COLUMNS, conditions_of
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.predicted_values import Prediction
+from millprint.fingerprint.predicted_values import COLUMNS, Prediction, conditions_of
 from millprint.fingerprint.readers import charges_of, find_fingerprint, read_summaries
 from millprint.observables.condition import Condition
 from millprint.observables.definitions import DESCRIPTORS

@@ -9,8 +9,7 @@ from millprint.config.sweep import Case, DemConfig
 from millprint.dem import timestep
 from millprint.dem.collisions import collision_statistics, collision_table, merge_contacts, sort_by_pair
 from millprint.dem.layout import COUNTER
-from millprint.dem.ledger import check_closure, closure, ledger_series, ledger_summary
-from millprint.dem.open_balance import check_balance
+from millprint.dem.ledger import check_balance, check_closure, closure, ledger_series, ledger_summary
 from millprint.dem.simulation import Simulation
 from millprint.mill import wall_arrays
 from tests.physics.setups import FewBalls

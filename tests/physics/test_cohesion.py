@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from millprint.config.cohesion import CohesionConfig
-from millprint.config.contact_set import ContactConfig
+from millprint.config.contact_set import CohesionConfig, ContactConfig
 from millprint.config.errors import SimulationError
 from millprint.config.over_speed import RestitutionTable
 from millprint.config.sweep import Case, DemConfig

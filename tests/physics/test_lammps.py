@@ -13,8 +13,7 @@ import psutil
 import pytest
 
 from millprint.config.dem_engine import EngineConfig
-from millprint.dem.lammps.granular_law import law_text
-from millprint.dem.lammps.input import BALLS, INPUT, LOG, balls_text, head_lines
+from millprint.dem.lammps.input import BALLS, INPUT, LOG, balls_text, head_lines, law_text
 from millprint.dem.lammps.lammps_case import FOLDER, run_lammps, start
 from millprint.dem.laws.hertz import coefficients
 from millprint.dem.laws.record import ball_mass

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from millprint.config.sweep import Case, DemConfig
-from millprint.config.view import ViewConfig
+from millprint.config.workflow import ViewConfig
 from millprint.dem.layout import SNAPSHOT
 from millprint.dem.ledger import closure, ledger_series
 from millprint.dem.run import run_case
@@ -15,7 +15,7 @@ from millprint.dem.run import simulate as simulated
 from millprint.dem.simulation import Simulation
 from millprint.fingerprint.descriptors import said_of, tabulate_descriptors
 from millprint.mill.bodies import build_bodies
-from millprint.mill.pose import POSE
+from millprint.mill.motion import POSE
 from millprint.view.frames import read_movie
 from millprint.view.paraview import export_run
 from tests import poses

@@ -1,11 +1,11 @@
-"""Balls whose rows are sorted in space while they mix (dem.numbering) keep their numbers, and move as before."""
+"""Balls whose rows are sorted in space while they mix (dem.neighbours) keep their numbers, and move as before."""
 
 import numpy as np
 import pytest
 
+from millprint.config.charge import BallMixture
 from millprint.config.errors import SimulationError
-from millprint.config.mixture import BallMixture
-from millprint.dem import numbering
+from millprint.dem import neighbours as numbering
 from millprint.dem import simulation as simulations
 from millprint.dem.recording import Recording
 from tests.physics.test_restart import Killed, content, kill_after, make_small_chunks, run

@@ -9,7 +9,7 @@ from scipy.signal import find_peaks
 
 from millprint.config.calibration import ExperimentConfig, SwingConfig
 from millprint.config.errors import ConfigError
-from millprint.config.geometry import CylinderGeometry
+from millprint.config.mill import CylinderGeometry
 from millprint.config.over_speed import RestitutionTable
 from millprint.dem.few_balls import FewBalls
 from millprint.thesis.calibration.friction_fit import fit_experiment, fit_friction

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from millprint.config.geometry import StlGeometry
+from millprint.config.mill import StlGeometry
 from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import Vessel, build_vessel, shape_vessel
 from millprint.mill.wall_features import features_of

@@ -4,7 +4,7 @@ import h5py
 import numpy as np
 import pytest
 
-from millprint.config.cohesion import CohesionConfig
+from millprint.config.contact_set import CohesionConfig
 from millprint.config.over_speed import RestitutionTable
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem import run as runs

@@ -12,13 +12,13 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from millprint.config.cohesion import CohesionConfig
+from millprint.config.contact_set import CohesionConfig
 from millprint.config.over_speed import RestitutionTable
 from millprint.config.sweep import Case, DemConfig, threads_of
+from millprint.dem.advance import chunk
 from millprint.dem.layout import COUNTER
 from millprint.dem.ledger import ledger_series, ledger_summary
 from millprint.dem.simulation import Simulation
-from millprint.dem.threads import chunk
 
 pytestmark = pytest.mark.slow
 
@@ -129,7 +129,7 @@ def test_a_case_may_have_threads_of_its_own():
 
 def test_threads_of_a_job_wait_awake(tmp_path):
     """The library of the threads, GNU's OpenMP, says how they wait: it reads that when it starts them."""
-    code = "import os, millprint.dem.threads as t\nwith t.use_threads(2): print(os.environ['OMP_WAIT_POLICY'])"
+    code = "import os, millprint.dem.advance as t\nwith t.use_threads(2): print(os.environ['OMP_WAIT_POLICY'])"
     given = {"OMP_WAIT_POLICY": "PASSIVE", "OMP_DISPLAY_ENV": "VERBOSE", "NUMBA_NUM_THREADS": "2"}
     done = subprocess.run(
         [sys.executable, "-c", code], env=os.environ | given, cwd=tmp_path, capture_output=True, text=True, check=True

@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from millprint.config.dose import HeatConfig
-from millprint.dose.heat_sources import HeatSource
-from millprint.dose.heat_table import heat_tables
+from millprint.dose.heat_balance import HeatSource, heat_tables
 from millprint.dose.spectra import tabulate_spectra
 from millprint.explorer.content import Heat, Machine, Spectra, explorer_content, mill_content
 from millprint.explorer.page import explorer_page

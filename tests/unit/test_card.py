@@ -9,12 +9,11 @@ from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
 from tools.write_reference import card_schema_text
 
+from millprint.card.card_files import bibtex, escape, latex_table, methods_paragraph
 from millprint.card.card_model import MillingCard
-from millprint.card.latex import bibtex, escape, latex_table
 from millprint.card.match import match_card
-from millprint.card.methods import methods_paragraph
+from millprint.card.parts import Window, descriptors_of_totals, jackknife, spread
 from millprint.card.read import read_card
-from millprint.card.scatter import Window, descriptors_of_totals, jackknife, spread
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import SearchConfig
 from millprint.config.sweep import ball_count

@@ -6,8 +6,8 @@ from fnmatch import fnmatch
 import pandas as pd
 import pytest
 
+from millprint.config.calibration import JarSearch
 from millprint.config.errors import ConfigError
-from millprint.config.fit import JarSearch
 from millprint.fingerprint.descriptors import NOTHING
 from millprint.run.files import read_table, write_json, write_table
 from millprint.thesis.claims.conclusions import (

@@ -7,11 +7,10 @@ import pytest
 from millprint.cases import of_mill
 from millprint.config.charge import ChargeSection, fill_of
 from millprint.config.checks import load_workflow
-from millprint.config.conditions import spread, with_fill_ratios
 from millprint.config.errors import ConfigError
 from millprint.config.included import SOURCES
 from millprint.config.load import check_model
-from millprint.config.mill_sweep import MillSweepConfig
+from millprint.config.mill_sweep import MillSweepConfig, spread, with_fill_ratios
 from tests.refusals import refusals
 
 LISTS = {"speeds_rpm": [300, 450], "ball_diameters_mm": [10]}

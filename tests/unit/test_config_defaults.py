@@ -7,7 +7,7 @@ from pydantic import TypeAdapter, create_model
 from pydantic_core import PydanticUndefined
 from tools.write_reference import MODELS
 
-from millprint.config.document import sections
+from millprint.config.section import sections
 
 
 def as_text(value) -> str:

@@ -6,9 +6,9 @@ import pytest
 
 from millprint.fingerprint.bands import ContactFactors
 from millprint.run.files import write_table
-from millprint.thesis.claims import claim_intervals as contact_intervals
-from millprint.thesis.claims.claim_intervals import Place, place_of, tabulate_contact_intervals
+from millprint.thesis.claims import tabulate as contact_intervals
 from millprint.thesis.claims.evidence import Finding, form_of
+from millprint.thesis.claims.tabulate import Place, place_of, tabulate_contact_intervals
 from tests.conftest import ROOT
 from tests.unit.factor_samples import factors_of
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from millprint.card.methods import simulation_sentences
+from millprint.card.card_files import simulation_sentences
 from millprint.card.read import read_card
 from millprint.cases.of_mill import study_variants
 from millprint.config.contact_laws import CONTACT_LAWS

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from millprint.config.fingerprint import ConvergenceConfig
-from millprint.dem.convergence import convergence_table
-from millprint.dem.step_choice import choose_step, in_words
+from millprint.dem.convergence import choose_step, convergence_table, in_words
 from millprint.run.files import write_table
 from millprint.thesis.claims.tabulate import collect_findings
 from tests.unit.synthetic_mill import summary

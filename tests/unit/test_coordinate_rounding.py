@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from millprint.mill.coordinate_rounding import coordinate_rounding
+from millprint.mill.mesh_file import coordinate_rounding
 
 SECTIONS = [(40, 60, 24), (8, 20, 24), (75, 60, 48), (20, 63, 32)]
 

@@ -16,7 +16,7 @@ from millprint.dem import store
 from millprint.dem.collisions import (
     CHANNELS,
 )
-from millprint.dem.open_balance import AIM
+from millprint.dem.ledger import AIM
 from millprint.dem.run import run_case
 from millprint.run.files import read_json
 from tests.unit.test_dem_collisions import CONFIG

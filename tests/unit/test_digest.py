@@ -149,7 +149,7 @@ NUMBERS = [
     ("dem/ledger.py", " / ", " * "),
     ("mill/motion.py", " * ", " / "),
     ("config/contact_set.py", '"static_friction": 0.0', '"static_friction": 0.1'),
-    ("config/mixture.py", " / ", " * "),
+    ("config/charge.py", " / ", " * "),
 ]
 
 

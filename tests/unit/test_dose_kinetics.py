@@ -11,7 +11,7 @@ from millprint.cli.commands import main as millprint
 from millprint.config.errors import ConfigError
 from millprint.dose.energy_doses import AXES, HITS, NORMAL, TANGENTIAL, TOTAL, doses, own_doses
 from millprint.dose.kinetics import MODELS, NO_EFFECT, aicc, fit_kinetics, said_of_dose, shear_worth
-from millprint.thesis.curves.energy import curve_of, powder_of_ball, screening_doses
+from millprint.thesis.curves.regimes import curve_of, powder_of_ball, screening_doses
 from tests.unit.synthetic_mill import fingerprint
 
 ROOT = Path(__file__).parents[2]

@@ -16,7 +16,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import DemConfig
 from millprint.dem.run import run_case
-from millprint.dose.heat_sources import read_sources
+from millprint.dose.heat_balance import read_sources
 from millprint.dose.spectra import BOTH, CHANNELS, PAIRS, TABLE_ONLY, tabulate_spectra, weighted_median
 from millprint.dose.spectra_shown import rules_apart
 from millprint.dose.wear import sliding_of_run

@@ -7,9 +7,8 @@ import pandas as pd
 import pytest
 
 from millprint.api import read_fingerprint
-from millprint.config.averaged_process import AveragingConfig
 from millprint.config.fingerprint import InverseConfig, SearchConfig
-from millprint.config.yields import PredictionConfig
+from millprint.config.yields import AveragingConfig, PredictionConfig
 from millprint.estimate.estimates import columns_of
 from millprint.explorer.content import Machine, explorer_content, mill_content, sliders
 from millprint.explorer.page import explorer_page

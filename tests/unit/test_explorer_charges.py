@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from millprint.config.mixture import BallMixture
+from millprint.config.charge import BallMixture
 from millprint.explorer.content import Machine, explorer_content, mill_content
 from millprint.explorer.page import explorer_page
 from millprint.fingerprint.condition_search import rank_conditions, simulated_request

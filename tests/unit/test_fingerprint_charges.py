@@ -5,15 +5,15 @@ from functools import cache
 
 import pytest
 
-from millprint.cases.large_mill import WAYS, enlarged, large_case
+from millprint.cases.of_mill import WAYS, enlarged, large_case
 from millprint.cli.commands import main as millprint
+from millprint.config.charge import BallMixture, mixture_of
 from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import MatchConfig, SearchConfig, TargetConfig
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig, ScaleUpConfig
-from millprint.config.mixture import BallMixture, mixture_of
 from millprint.config.sweep import ball_count
 from millprint.fingerprint.condition_search import match_targets, target_of
 from millprint.fingerprint.coverage import tabulate_coverage

@@ -6,12 +6,12 @@ import pytest
 import statsmodels.api as sm
 
 from millprint.fingerprint.descriptors import tabulate_descriptors
-from millprint.fingerprint.zones import choking, elbow
-from millprint.thesis.curves.collapse import tabulate_collapse
+from millprint.fingerprint.mill_collapse import choking, elbow
 from millprint.thesis.curves.scaling import (
     FACTOR,
     average_curves,
     fit_exponents,
+    tabulate_collapse,
     tabulate_counting_rules,
     universal_descriptors,
 )

@@ -12,9 +12,9 @@ from millprint.config.errors import ConfigError
 from millprint.estimate.estimates import Estimate
 from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.descriptors import tabulate_descriptors
+from millprint.fingerprint.mill_collapse import find_zones
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.processes import varied_components
-from millprint.fingerprint.zones import find_zones
 from millprint.observables.condition import Condition
 from millprint.observables.definitions import CURVES, DESCRIPTOR_SETS, POWER_PARTS
 from tests.refusals import refusals

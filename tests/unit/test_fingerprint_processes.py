@@ -6,9 +6,8 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 
 from millprint.fingerprint import processes
 from millprint.fingerprint.coverage import LEFT_OUT, grouped
-from millprint.fingerprint.many import Reduced, pivoted
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.processes import Process, logarithms, varied_components
+from millprint.fingerprint.processes import Process, Reduced, logarithms, pivoted, varied_components
 from tests.unit.synthetic_mill import VOLUME, descriptors
 
 

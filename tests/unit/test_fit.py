@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from millprint.config.calibration import JarSearch
 from millprint.config.errors import ConfigError
-from millprint.config.fit import JarSearch
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.fingerprint.descriptors import tabulate_descriptors
@@ -20,13 +20,16 @@ from millprint.thesis.fit.jar_search import (
     JAR_PARAMETERS,
     SHAPE,
     Search,
+    computed_values,
+    misfit,
     on_grid,
     parameters_of,
+    published_values,
     shaped,
     trial_cases,
     volume_ml,
+    with_roles,
 )
-from millprint.thesis.fit.published import computed_values, misfit, published_values, with_roles
 from tests.unit.synthetic_mill import summary, true_curves
 
 ROOT = Path(__file__).parents[2]

@@ -10,17 +10,20 @@ import pytest
 
 from millprint.config.dose import FlashSection, HeatConfig
 from millprint.config.errors import ConfigError
-from millprint.dose import flash, heat_table
-from millprint.dose.heat_sources import HeatSource, read_sources, split_of_summary
-from millprint.dose.heat_table import (
+from millprint.dose import flash
+from millprint.dose import heat_balance as heat_table
+from millprint.dose.heat_balance import (
     RUNNING,
+    HeatSource,
     balance_of,
     band,
     heat_by_body,
     heat_tables,
     jar_of_samples,
     ranges_of,
+    read_sources,
     sample,
+    split_of_summary,
 )
 
 SETTINGS = HeatConfig(samples=16)

@@ -72,7 +72,7 @@ def append(file: Path, text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "file", ["mill/kernel_columns.py", "dem/layout.py", "dem/law.py", "mill/pose.py", "run/kernel.py"]
+    "file", ["mill/kernel_columns.py", "dem/layout.py", "dem/law.py", "mill/motion.py", "run/kernel.py"]
 )
 def test_the_cache_sees_every_number_that_is_compiled_in(library, file):
     before = kernel.kernel_digest()

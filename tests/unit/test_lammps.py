@@ -9,16 +9,23 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.config.cohesion import CohesionConfig
-from millprint.config.contact_set import ContactConfig
+from millprint.config.contact_set import CohesionConfig, ContactConfig
 from millprint.config.dem_engine import EngineConfig, check_jobs
 from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.over_speed import FrictionTable, RestitutionForm
 from millprint.config.sweep import Case, DemConfig
-from millprint.dem.lammps.granular_law import damped_coefficient, law_text, restitution_without_pull
-from millprint.dem.lammps.input import STATE_NAMES, SampledDem, Schedule, data_text, input_text
+from millprint.dem.lammps.input import (
+    STATE_NAMES,
+    SampledDem,
+    Schedule,
+    damped_coefficient,
+    data_text,
+    input_text,
+    law_text,
+    restitution_without_pull,
+)
 from millprint.dem.lammps.lammps_case import environment, run_lammps
 from millprint.dem.lammps.output import ledger_of, read_contacts, read_log, read_snapshots, read_states
 from millprint.dem.lammps.support import check_engine, program
@@ -26,7 +33,7 @@ from millprint.dem.simulation import Simulation
 from millprint.mill.gravity import GRAVITY
 from millprint.mill.motion import motion_from_law
 from millprint.run.files import read_json
-from millprint.validation.simulations import tabulate
+from millprint.validation.tumbling_runs import tabulate
 from tests.conftest import ROOT
 from tests.refusals import refusals
 

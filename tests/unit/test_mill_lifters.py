@@ -8,11 +8,9 @@ import trimesh
 import yaml
 from pydantic import TypeAdapter, ValidationError
 
-from millprint.cases.large_mill import enlarged
-from millprint.cases.of_mill import mill_cases
-from millprint.config.geometry import LifterDrumGeometry, VesselGeometry
+from millprint.cases.of_mill import enlarged, mill_cases
 from millprint.config.load import check_model
-from millprint.config.mill import MillConfig
+from millprint.config.mill import LifterDrumGeometry, MillConfig, VesselGeometry
 from millprint.config.mill_sweep import MillsConfig
 from millprint.dem.case_checks import check_mixtures
 from millprint.mill.bodies import build_bodies, check_volume

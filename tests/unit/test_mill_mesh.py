@@ -9,16 +9,14 @@ import trimesh
 from pydantic import ValidationError
 
 from millprint.config.errors import ConfigError
-from millprint.config.geometry import StlGeometry
 from millprint.config.load import check_model, load_named
-from millprint.config.mill import MillConfig
+from millprint.config.mill import MillConfig, StlGeometry
 from millprint.config.sweep import Case
 from millprint.dem.case_checks import check_ball_size, check_room, checked_bodies
 from millprint.mill.bodies import check_volume
-from millprint.mill.intersect import self_intersection
-from millprint.mill.merge import FlatFacets, without_overlap
-from millprint.mill.mesh import read_surface
+from millprint.mill.mesh import read_surface, self_intersection
 from millprint.mill.mesh_file import read_triangles
+from millprint.mill.outlines import FlatFacets, without_overlap
 from millprint.mill.vessel import Vessel, build_vessel, shape_facets
 from millprint.mill.wall_features import features_of
 

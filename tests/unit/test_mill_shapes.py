@@ -8,7 +8,7 @@ import trimesh
 from pydantic import TypeAdapter, ValidationError
 
 from millprint.config.errors import ConfigError
-from millprint.config.geometry import GeometrySection, SolidGeometry, VesselGeometry
+from millprint.config.mill import GeometrySection, SolidGeometry, VesselGeometry
 from millprint.mill import shapes
 from millprint.mill.borders import borders_of
 from millprint.mill.distance import SignedDistance

@@ -5,8 +5,7 @@ import pytest
 import trimesh
 
 from millprint.config.errors import ConfigError
-from millprint.mill.outlines import Facet, triangulate_facet
-from millprint.mill.triangulate import triangulate_polygon
+from millprint.mill.outlines import Facet, triangulate_facet, triangulate_polygon
 from millprint.mill.vessel import Vessel
 
 

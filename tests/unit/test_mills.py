@@ -8,8 +8,16 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from millprint.cases.large_mill import RUN_WAY, enlarged, large_case
-from millprint.cases.of_mill import conditions_of, durations_of, mill_cases, sweep_of, varied_case
+from millprint.cases.of_mill import (
+    RUN_WAY,
+    conditions_of,
+    durations_of,
+    enlarged,
+    large_case,
+    mill_cases,
+    sweep_of,
+    varied_case,
+)
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig

@@ -9,11 +9,11 @@ from pydantic import ValidationError
 from scipy.spatial.distance import pdist, squareform
 
 from millprint.checks.before_running import check_same_charges
+from millprint.config.charge import BallMixture
 from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.load import check_model
 from millprint.config.mill_sweep import MillSweepConfig
-from millprint.config.mixture import BallMixture
 from millprint.config.sweep import Case, SweepConfig, ball_count, balls_of
 from millprint.dem.packing import inside, pack_mixture
 from millprint.dem.summary import largest_overlap

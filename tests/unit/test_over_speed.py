@@ -10,7 +10,7 @@ import pytest
 from scripts import calibrate_restitution
 
 from millprint.card.build import _contact_set
-from millprint.card.methods import coefficient_in_words, cohesion_in_words
+from millprint.card.card_files import coefficient_in_words, cohesion_in_words
 from millprint.config.calibration import DropTestConfig
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError

@@ -13,17 +13,21 @@ from millprint.thesis.calibration.drop import read_heights, summarise_drops
 from millprint.thesis.claims.evidence import Finding
 from millprint.thesis.claims.tabulate import collect_findings
 from millprint.thesis.claims.tolerances import agrees, judge_repeats
-from millprint.thesis.curves.collapse import tabulate_collapse
-from millprint.thesis.curves.energy import Chemistry, compare_with_prior, energy_leverage, fit_slopes, specific_yields
 from millprint.thesis.curves.regimes import (
+    Chemistry,
     cases_at,
+    compare_with_prior,
     design_cases,
+    energy_leverage,
     equal_power_speed,
+    fit_slopes,
     power_as_run,
     read_regimes,
+    specific_yields,
     with_curves,
     with_published,
 )
+from millprint.thesis.curves.scaling import tabulate_collapse
 from tests.conftest import PRINTED
 from tests.unit.claim_words import word_of
 from tests.unit.synthetic_mill import descriptors, fingerprint

@@ -12,10 +12,9 @@ from tools.draw_pictures import PICTURES, RUNS, made_of
 from millprint.dose.spectra_shown import temperature_rows
 from millprint.figures.mill_sheet_figure import LETTERS, ROOM, SHEET_IN, WIDTHS
 from millprint.figures.style import write_rows
-from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
+from millprint.fingerprint.mill_collapse import find_zones, tabulate_mill_collapse
 from millprint.fingerprint.mill_sheet import WHERE, tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.zones import find_zones
 from millprint.observables.definitions import CURVES, PREDICTED
 from tests.unit.synthetic_mill import descriptors, fingerprint
 from tests.unit.test_mills import mill

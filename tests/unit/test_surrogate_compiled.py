@@ -14,9 +14,8 @@ from millprint.run.kernel import array_maker
 from millprint.thesis.surrogate.compiled import STEPPED_BY, CompiledSurrogate, open_graph_surrogate, packed
 from millprint.thesis.surrogate.dataset import Graphs, featurise, threshold_edges
 from millprint.thesis.surrogate.graph_surrogate import GraphSurrogate
-from millprint.thesis.surrogate.kernels import PIECE
+from millprint.thesis.surrogate.kernels import PANEL, PIECE, WORD, add_product
 from millprint.thesis.surrogate.network import NormalisedNetwork, feature_statistics, weights_content, write_tensors
-from millprint.thesis.surrogate.products import PANEL, WORD, add_product
 from millprint.thesis.surrogate.rollout import Setting
 from millprint.thesis.surrogate.scene import read_scene
 from tests.unit.surrogate_samples import CONTACTS, circle, simulate, small_recipe, sphere_scene, write_run

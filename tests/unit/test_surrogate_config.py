@@ -12,7 +12,7 @@ from millprint.config.sweep import DemConfig, SweepConfig, expand_sweep
 from millprint.run.files import write_json, write_table
 from millprint.thesis.chapter_checks import check_surrogate_cases
 from millprint.thesis.claims.tabulate import collect_findings
-from millprint.thesis.surrogate.measure_tables import printed_measures, tabulate
+from millprint.thesis.surrogate.measures import printed_measures, tabulate
 from tests.conftest import PRINTED, configuration
 
 ROOT = Path(__file__).parents[2]

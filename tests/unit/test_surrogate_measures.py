@@ -10,7 +10,7 @@ from millprint.config.errors import ConfigError
 from millprint.estimate.judge import AGREES, DIFFERS, OPEN
 from millprint.thesis.surrogate import measures
 from millprint.thesis.surrogate.against_baselines import against_baselines, told_against
-from millprint.thesis.surrogate.measure_tables import (
+from millprint.thesis.surrogate.measures import (
     AT_LEAST,
     OF_REFERENCE,
     ablation_table,

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 from scipy.stats import qmc
 
+from millprint.config.calibration import JarSearch
 from millprint.config.errors import ConfigError
-from millprint.config.fit import JarSearch
 from millprint.fingerprint.bands import checked_factors
 from millprint.thesis.fit.jar_search import JAR_PARAMETERS, SHAPE
 from millprint.thesis.fit.open_shape import agreement, shape_factors

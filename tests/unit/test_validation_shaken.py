@@ -7,21 +7,35 @@ import pandas as pd
 import pytest
 
 from millprint.config.errors import ConfigError, SimulationError
-from millprint.config.quantities import LOSS_EXPONENT, LOST, PLATE_MEAN, SWING, quantities_of
-from millprint.config.setup_models import QUICK, SETTINGS, SetupConfig
+from millprint.config.setup_models import (
+    LOSS_EXPONENT,
+    LOST,
+    PLATE_MEAN,
+    QUICK,
+    SETTINGS,
+    SWING,
+    SetupConfig,
+    quantities_of,
+)
 from millprint.config.sweep import DemConfig
 from millprint.dem.layout import TOTAL
 from millprint.validation.measured import DEM, Inputs, measured_points, read_measurements
 from millprint.validation.setups import predict
-from millprint.validation.shaken import LAW_END, ShakenBox, law_of_loss, law_of_swing, meeting_phase, pour, spread
-from millprint.validation.shaken_predictions import (
+from millprint.validation.shaken import (
     FITTED,
     LAW,
+    LAW_END,
     POURED,
     SAME,
     THICKNESS,
+    ShakenBox,
     fitted_thickness,
     gap_ratio,
+    law_of_loss,
+    law_of_swing,
+    meeting_phase,
+    pour,
+    spread,
 )
 from tests.physics.test_impacts import contact_set
 from tests.workflow.conftest import ROOT

@@ -10,10 +10,10 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
 from millprint.cli.commands import main as millprint
+from millprint.config.charge import BallMixture
 from millprint.config.contact_set import ContactConfig
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
-from millprint.config.mixture import BallMixture
 from millprint.config.sweep import Case, DemConfig, balls_of
 from millprint.dem.run import run_case
 from millprint.mill.wall_features import features_of

@@ -3,8 +3,7 @@
 import pandas as pd
 import pytest
 
-from millprint.config.quantities import SWING
-from millprint.config.setup_models import SETTINGS
+from millprint.config.setup_models import SETTINGS, SWING
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import find_ready_made, ready_made
 from millprint.validation import waiting

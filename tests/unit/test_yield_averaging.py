@@ -8,8 +8,7 @@ import pytest
 from scipy.optimize import approx_fprime
 from scipy.stats import multivariate_normal, norm
 
-from millprint.config.averaged_process import INPUTS, Priors
-from millprint.config.yields import PredictionConfig
+from millprint.config.yields import INPUTS, PredictionConfig, Priors
 from millprint.run.files import read_json
 from millprint.thesis.yields.averaging import (
     LINKS,

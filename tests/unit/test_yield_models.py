@@ -6,7 +6,7 @@ from sklearn.ensemble import RandomForestRegressor
 from sklearn.model_selection import train_test_split
 from xgboost import XGBRegressor
 
-from millprint.config.search_spaces import SPACES, TRAININGS
+from millprint.config.yields import SPACES, TRAININGS
 from millprint.run.files import read_json
 from millprint.thesis.claims.tolerances import agrees
 from millprint.thesis.yields.averaging import fit_averaged

@@ -17,7 +17,7 @@ import search_retrospectively
 import split_screening
 import train_averaged_models
 import train_yield_model
-from millprint.config.search_spaces import COMPARED
+from millprint.config.yields import COMPARED
 from millprint.run.files import read_table
 from millprint.thesis.yields.metrics import LOCKED_AGAIN
 from millprint.thesis.yields.new_conditions import write_predictions

@@ -3,8 +3,7 @@
 import pandas as pd
 
 from millprint.config.load import check_model
-from millprint.config.search_spaces import SPACES
-from millprint.config.yields import YieldConfig
+from millprint.config.yields import SPACES, YieldConfig
 from millprint.observables.condition import Condition
 from millprint.thesis.curves.regimes import read_regimes
 from millprint.thesis.yields.experiments import Mill

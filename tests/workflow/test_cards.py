@@ -10,8 +10,7 @@ import yaml
 from jsonschema import Draft202012Validator
 from PIL import Image
 
-from millprint.card.card_files import FILES
-from millprint.card.methods import methods_paragraph
+from millprint.card.card_files import FILES, methods_paragraph
 from millprint.card.read import read_card
 from millprint.cli.commands import main as millprint
 from millprint.cli.warm import balance_of_1_W

@@ -1,7 +1,7 @@
 """Chapter 5: yield models, their evaluation, and the next experiments."""
 
 from millprint.config.yields import HeldOutConfig
-from millprint.config.search_spaces import PRIMARY, TWO_STEP
+from millprint.config.yields import PRIMARY, TWO_STEP
 from millprint.thesis.yields.regressors import (
     AVERAGED,
     BASELINES,

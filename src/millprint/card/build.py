@@ -6,6 +6,7 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
+from millprint.card.card_files import methods_paragraph, software
 from millprint.card.card_model import (
     FORMAT,
     SCHEMA_VERSION,
@@ -20,8 +21,6 @@ from millprint.card.card_model import (
     Powder,
     Programme,
 )
-from millprint.card.latex import software
-from millprint.card.methods import methods_paragraph
 from millprint.card.parts import describe_runs, dose_part, heat_part, spectra_part, wear_part
 from millprint.card.read import CardSettings, Known, Runs
 from millprint.config.card import Experiment

@@ -14,10 +14,11 @@ from enum import StrEnum
 from itertools import chain
 from typing import NamedTuple
 
-from millprint.cases.large_mill import enlarged, large_case
 from millprint.cases.of_mill import (
     Variant,
+    enlarged,
     held_out_cases,
+    large_case,
     mean_samples,
     mill_cases,
     study_variants,
@@ -25,16 +26,15 @@ from millprint.cases.of_mill import (
     windows_of,
 )
 from millprint.config.card import Experiment
+from millprint.config.charge import diameter_of
 from millprint.config.checks import card_experiments
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import PRECISIONS, MillsConfig, MillSweepConfig
-from millprint.config.mixture import diameter_of
 from millprint.config.setup_models import setup_cases
 from millprint.config.sweep import Case, balls_of, expand_sweep
-from millprint.config.view import ViewConfig
-from millprint.config.workflow import WorkflowConfig
+from millprint.config.workflow import ViewConfig, WorkflowConfig
 from millprint.dem.lammps.cost import lammps_resources
 from millprint.dem.resources import Resources, resources_of
 

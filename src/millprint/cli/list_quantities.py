@@ -9,8 +9,7 @@ something; docs/how_to/measurements.md explains it.
 
 from millprint.cli.commands import parser_of
 from millprint.config.errors import ConfigError
-from millprint.config.quantities import quantities_of
-from millprint.config.setup_models import SETTINGS
+from millprint.config.setup_models import SETTINGS, quantities_of
 from millprint.config.wording import close_to
 
 

@@ -38,11 +38,10 @@ from pydantic import Field
 
 from millprint.cli.commands import parser_of
 from millprint.config.arguments import check_written, value_of, value_of_key
-from millprint.config.charge import charge_words, speed_words
+from millprint.config.charge import BallChoice, charge_words, speed_words
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import DescriptorSet, Energy, Frequency, MatchConfig, SearchConfig
 from millprint.config.load import check_model, read_yaml
-from millprint.config.mixture import BallChoice
 from millprint.config.section import Count, Density, Fraction, PositiveSpeed
 from millprint.observables.definitions import DESCRIPTOR_SETS, DESCRIPTORS, TARGET_DESCRIPTORS
 from millprint.run.files import write_table

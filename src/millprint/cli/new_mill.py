@@ -21,10 +21,10 @@ from millprint.cli.commands import parser_of
 from millprint.cli.engine import cores, run_workflow
 from millprint.config.charge import fill_of
 from millprint.config.contact_set import ContactConfig
-from millprint.config.decimals import PLAIN
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
+from millprint.config.rows import PLAIN
 from millprint.config.strict_yaml import parse_yaml
 from millprint.config.sweep import overridden
 from millprint.config.wording import close_to

@@ -41,8 +41,7 @@ if TYPE_CHECKING:
 
 def say(card: MillingCard) -> None:
     """Print the numbers of the card."""
-    from millprint.card.latex import TITLES
-    from millprint.card.methods import in_words
+    from millprint.card.card_files import TITLES, in_words
 
     rows = [*card.fingerprint.descriptors.known.items(), *(vars(card.dose).items() if card.dose else [])]
     for name, quantity in rows:

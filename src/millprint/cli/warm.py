@@ -36,8 +36,7 @@ FLOAT_OPTIONS = {
 
 def balance_of_1_W(condition: Condition, settings: WarmSettings) -> Balance:
     """Balances of the condition for 1 W of dissipation in all, with everything that is not known sampled."""
-    from millprint.dose.heat_sources import mean_of, read_source
-    from millprint.dose.heat_table import ROOM, balance_of, sample
+    from millprint.dose.heat_balance import ROOM, balance_of, mean_of, read_source, sample
 
     card = condition.card
     powder = settings.powder_g or (card.powder.mass_g if card.powder else None)
@@ -89,7 +88,7 @@ def main(arguments: list[str], name: str = "warm") -> None:
     note = say_power(condition, found.power_W, options.date)
     figure = None
     if options.figure:
-        from millprint.figures.own_machine_figures import plot_warming
+        from millprint.figures.card_figures import plot_warming
 
         figure = plot_warming(time_s, read, found.model_degC, (start, min(stop, time_s[-1])), settings.body)
     row = condition.row("power by warming", "W", found.power_W, note)

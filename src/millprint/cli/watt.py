@@ -58,7 +58,7 @@ def main(arguments: list[str], name: str = "watt") -> None:
     note = say_power(condition, charge, options.date)
     figure = None
     if options.figure:
-        from millprint.figures.own_machine_figures import plot_powers
+        from millprint.figures.card_figures import plot_powers
 
         figure = plot_powers(
             {"loose less fixed": electric, "in the balls of a jar": charge, "predicted": predicted_power(condition)}

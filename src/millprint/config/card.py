@@ -10,12 +10,11 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from millprint.config.charge import ChargeSection, SpeedSection
+from millprint.config.charge import BallSize, ChargeSection, SpeedSection
 from millprint.config.dose import JarSection, ProgrammeSection
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.mill_sweep import TurnsSection
-from millprint.config.mixture import BallSize
 from millprint.config.rows import read_rows
 from millprint.config.section import Name, Positive, ProjectFile, Section, Seed, first_repeated
 from millprint.config.sweep import Case, balls_of

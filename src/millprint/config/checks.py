@@ -8,12 +8,12 @@ from typing import Any
 
 from millprint.config.calibration import ExperimentConfig
 from millprint.config.card import Experiment, read_experiments
-from millprint.config.conditions import with_fill_ratios
+from millprint.config.charge import chosen_balls
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model, check_names_differ, load_named
 from millprint.config.mill import MillConfig
-from millprint.config.mixture import chosen_balls
+from millprint.config.mill_sweep import with_fill_ratios
 from millprint.config.rows import read_rows
 from millprint.config.setup_models import SETTINGS
 from millprint.config.sources import CONTACT_FOLDER, MILL_FOLDER, WORKING_FOLDER, Sources, check_paths

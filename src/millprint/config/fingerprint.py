@@ -4,9 +4,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, create_model, model_validator
 
-from millprint.config.charge import ChargeSection, SpeedSection
+from millprint.config.charge import BallChoice, ChargeSection, SpeedSection
 from millprint.config.counting import DEFAULT_RULE, RuleName
-from millprint.config.mixture import BallChoice
 from millprint.config.section import (
     Count,
     Density,

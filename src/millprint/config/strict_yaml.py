@@ -63,8 +63,8 @@ ONE_READING = {
     "timestamp": "",
 }
 PLAIN_NUMBER = "write a plain number, such as 30 or 0.5, or a text in quotes"
-TRUTH = "write true or false, or a text in quotes"
-WRITE = {"int": PLAIN_NUMBER, "float": PLAIN_NUMBER, "bool": TRUTH, "timestamp": "write it in quotes"}
+PLAIN_TRUTH = "write true or false, or a text in quotes"
+WRITE = {"int": PLAIN_NUMBER, "float": PLAIN_NUMBER, "bool": PLAIN_TRUTH, "timestamp": "write it in quotes"}
 for _kind in ONE_READING:
     _StrictLoader.add_constructor(f"tag:yaml.org,2002:{_kind}", _StrictLoader.construct_plain)
 

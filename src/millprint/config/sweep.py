@@ -6,11 +6,11 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
+from millprint.config.charge import BallMixture, BallSize, check_charges, diameter_of, mixture_of
 from millprint.config.contact_set import ContactConfig
 from millprint.config.counting import DEFAULT_RULES, CountingRule, check_names
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
-from millprint.config.mixture import BallMixture, BallSize, check_charges, diameter_of, mixture_of
 from millprint.config.motion_kinds import MOTIONS, MotionSection, motion_kind
 from millprint.config.section import Fraction, Name, NonNegative, Positive, Section, Seed, Speed
 

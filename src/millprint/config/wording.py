@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic_core import ErrorDetails
 
-from millprint.config.decimals import PLAIN, meanings
+from millprint.config.rows import PLAIN, meanings
 from millprint.config.section import NAME_PATTERN
 
 NUMBER = r"[-+]?\d*\.?\d+(?:e[-+]?\d+)?"

@@ -5,21 +5,28 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from millprint.config.calibration import CalibrationConfig
+from millprint.config.calibration import CalibrationConfig, FitConfig
 from millprint.config.card import CardsConfig
 from millprint.config.dem_engine import EngineConfig
 from millprint.config.doe import DoeConfig
 from millprint.config.dose import DoseConfig
 from millprint.config.fingerprint import ConvergenceConfig, FingerprintConfig, InverseConfig, MapsConfig
-from millprint.config.fit import FitConfig
 from millprint.config.mill_sweep import MillsConfig, MillSweepConfig
 from millprint.config.section import Fraction, Name, ProjectFile, Section, first_repeated
 from millprint.config.setup_models import QUICK, SETTINGS, SetupConfig, TumblingConfig
 from millprint.config.surrogate import SurrogateConfig
 from millprint.config.sweep import SweepConfig
 from millprint.config.uncertainty import UncertaintyConfig
-from millprint.config.view import ViewConfig
 from millprint.config.yields import YieldConfig
+
+
+class ViewConfig(Section):
+    """Animations from the snapshots of a case."""
+
+    revolutions: Annotated[float, Field(gt=0, le=10_000)] = 5.0
+    """revolutions of the mill in an animation [-]"""
+    frames_per_revolution: Annotated[int, Field(ge=1, le=10_000)] = 50
+    """frames of an animation per revolution, if there are enough snapshots [-]"""
 
 
 class ClaimsConfig(Section):

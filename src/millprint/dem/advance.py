@@ -1,13 +1,269 @@
-"""The step loop: lists brought up to date, forces, records, kick and drift."""
+"""The step loop: lists brought up to date, forces, records, kick and drift; with threads in a large simulation.
 
-from millprint.dem.layout import COUNTER, STATUS
-from millprint.dem.near_candidates import list_near, measure_strides
-from millprint.dem.neighbours import check_lists
+Each thread takes one chunk and adds the forces of its contacts to loads of its own, the first one to those of the
+balls; they are then summed in the order of the chunks. So a run depends only on the number of chunks, by rounding: not
+on which thread comes first, nor on how many the machine has. Contacts open and close in one thread, in the order of the
+serial loop.
+
+A loop over `prange` does not accept nested tuples of arrays, so the parts of a clock are passed separately.
+"""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from millprint.dem import state
+from millprint.dem.contact import evaluate
+from millprint.dem.contact_events import find_pairs, near_pairs_listed, open_pairs, open_walls, pairs_listed
+from millprint.dem.layout import COUNTER, LANES, LOAD_WIDTH, RATE_WIDTH, SHARE, STATUS
+from millprint.dem.neighbours import check_lists, is_near, list_near, list_near_walls, measure_strides, squares_apart
 from millprint.dem.recording import begin_record, count_occupancy, is_due, record, room_left
-from millprint.dem.steps import apply_forces, drift, kick
-from millprint.dem.threads import apply_forces_in_threads, list_near_in_threads, move_in_threads
+from millprint.dem.steps import (
+    apply_forces,
+    blocks_in_use,
+    book_wall_work,
+    drift,
+    gather,
+    kick,
+    resolve_blocks,
+    scatter,
+    width_in_use,
+)
 from millprint.mill.motion import write_poses
-from millprint.run.kernel import inlined, kernel
+from millprint.run.kernel import inlined, inner, kernel, threaded
+from millprint.run.machine import WAIT_POLICY
+
+
+class Shares(NamedTuple):
+    """The arrays of each of `threads` chunks."""
+
+    found: np.ndarray  # (threads, candidates + 1) pairs that have come within reach in the present step
+    waiting: np.ndarray  # (threads, blocks) blocks of lanes in which a contact has parted
+    counts: np.ndarray  # (threads, state.CACHE_LINE) layout.ShareColumns; each thread's on a cache line of its own
+    present: np.ndarray  # (threads, 1, width * LANES) layout.PresentColumns
+    load: np.ndarray  # (threads - 1, n, width) layout.LoadColumns, of the present step; the first has the balls' own
+    body_load: np.ndarray  # (threads, bodies, width) as Clock.load
+
+
+def make_shares(
+    threads: int, balls: int, bodies: int, candidates: state.Candidates, contacts: state.Contacts
+) -> Shares:
+    """Empty shares; candidates and contacts that are made longer need new ones."""
+    return Shares(
+        found=np.zeros((threads, candidates.found.size), dtype=np.uint32),
+        waiting=np.zeros((threads, len(contacts.lanes)), dtype=np.int64),
+        counts=np.zeros((threads, state.CACHE_LINE), dtype=np.int64),
+        present=state.make_present(threads)[:, np.newaxis],
+        load=np.zeros((threads - 1, balls, LOAD_WIDTH)),
+        body_load=np.zeros((threads, bodies, LOAD_WIDTH)),
+    )
+
+
+@contextmanager
+def _waiting_awake() -> Iterator[None]:
+    """Let threads started in this context wait actively for some milliseconds before they sleep.
+
+    Every job has OMP_WAIT_POLICY=PASSIVE (millprint.run.machine), with which threads sleep at once. A step wakes them
+    four or five times, and with 20,000 balls two such threads took longer than one.
+    """
+    policy = os.environ.pop(WAIT_POLICY, None)
+    try:
+        yield
+    finally:
+        if policy is not None:
+            os.environ[WAIT_POLICY] = policy
+
+
+@contextmanager
+def use_threads(threads: int) -> Iterator[None]:
+    """Let loops run in up to `threads` threads; where the process has been given fewer, in those, with equal results.
+
+    A nested call keeps the number it was given; the number is restored at the end.
+    """
+    with _waiting_awake():
+        # Numba starts its threads at the first call.
+        given = numba.get_num_threads()
+    numba.set_num_threads(min(threads, given))
+    try:
+        yield
+    finally:
+        numba.set_num_threads(given)
+
+
+@inlined()
+def chunk(whole, t, threads):
+    """Where chunk t of `threads` begins and ends in `whole` things."""
+    return whole * t // threads, whole * (t + 1) // threads
+
+
+@inner()
+def look_chunk(balls, candidates, nearer, shares, t):
+    """Pairs of one chunk of the candidates that are nearer to contact than `nearer` [m]."""
+    begin, end = chunk(np.int64(pairs_listed(candidates)), t, shares.counts.shape[0])
+    more, found, count = squares_apart(balls, nearer), shares.found[t], np.uint64(0)
+    for k in range(np.uint64(begin), np.uint64(end)):
+        near = is_near(balls, candidates, k, more)
+        found[count] = k
+        count += near
+    shares.counts[t, SHARE.found] = count
+
+
+@threaded()
+def look_in_threads(balls, candidates, nearer, shares):
+    """Pairs that are near, chunk by chunk."""
+    for t in numba.prange(shares.counts.shape[0]):
+        look_chunk(balls, candidates, nearer, shares, t)
+
+
+@inner()
+def join_near(candidates, shares, count):
+    """Append the near pairs of all threads to the `count` features that are listed."""
+    for t in range(shares.counts.shape[0]):
+        for at in range(shares.counts[t, SHARE.found]):
+            candidates.near[count] = shares.found[t, at]
+            count += np.uint64(1)
+    candidates.near_first[candidates.stride.size + 1] = count
+
+
+@inlined()
+def list_near_in_threads(balls, candidates, clock, counters, shares):
+    """As near_candidates.list_near."""
+    count, nearer = list_near_walls(balls, candidates, clock, counters)
+    look_in_threads(balls, candidates, nearer, shares)
+    join_near(candidates, shares, count)
+
+
+@inner()
+def find_chunk(balls, candidates, shares, t):
+    """Pairs of one chunk of the candidates that have come within reach."""
+    first, last = near_pairs_listed(candidates)
+    begin, end = chunk(np.int64(last - first), t, shares.counts.shape[0])
+    found = find_pairs(balls, candidates, first + np.uint64(begin), first + np.uint64(end), shares.found[t])
+    shares.counts[t, SHARE.found] = found
+
+
+@threaded()
+def find_in_threads(balls, candidates, shares):
+    """Pairs that have come within reach, chunk by chunk."""
+    for t in numba.prange(shares.counts.shape[0]):
+        find_chunk(balls, candidates, shares, t)
+
+
+@inlined()
+def gather_block(balls, candidates, contacts, present, walls, motions, block, width):
+    """Fill the lanes of a block and its present row; returns whether all its contacts still touch."""
+    touch = True
+    first = np.uint64(block * LANES)
+    for m in range(width):
+        if contacts.slot[first + m] >= 0:
+            touch = gather(balls, candidates, contacts, present, walls, motions, first + m, block, 0, m) and touch
+    return touch
+
+
+@inner()
+def resolve_chunk(mark, balls, candidates, contacts, walls, motions, counters, shares, t, step):
+    """The contacts of one chunk of the blocks; a block in which one has parted is listed as waiting."""
+    begin, end = chunk(blocks_in_use(counters), t, shares.counts.shape[0])
+    load = balls.load if t == 0 else shares.load[t - 1]
+    body_load, present, waiting = shares.body_load[t], shares.present[t], 0
+    for block in range(begin, end):
+        width = width_in_use(counters, block)
+        if not gather_block(balls, candidates, contacts, present, walls, motions, block, width):
+            shares.waiting[t, waiting] = block
+            waiting += 1
+            continue
+        evaluate(mark, contacts.lanes, present, block, block + 1, step)
+        first = np.uint64(block * LANES)
+        for m in range(width):
+            if contacts.slot[first + m] >= 0:
+                scatter(balls, contacts, present, walls, motions, load, body_load, first + m, block, 0, m)
+    shares.counts[t, SHARE.waiting] = waiting
+
+
+@threaded()
+def resolve_in_threads(mark, balls, candidates, contacts, walls, motions, counters, shares, step):
+    """The contacts of all blocks but those that wait."""
+    for t in numba.prange(shares.counts.shape[0]):
+        resolve_chunk(mark, balls, candidates, contacts, walls, motions, counters, shares, t, step)
+
+
+@inner()
+def sum_chunk(balls, shares, t):
+    """Add the loads of the other threads to one chunk of the balls, in the threads' order, and clear them."""
+    begin, end = chunk(balls.species.size, t, shares.counts.shape[0])
+    for source in range(shares.load.shape[0]):
+        for i in range(begin, end):
+            for c in range(LOAD_WIDTH):
+                balls.load[i, c] += shares.load[source, i, c]
+                shares.load[source, i, c] = 0.0
+
+
+@threaded()
+def sum_in_threads(balls, shares):
+    """The load of every ball."""
+    for t in numba.prange(shares.counts.shape[0]):
+        sum_chunk(balls, shares, t)
+
+
+@inner()
+def move_chunk(balls, gain, fall, step, threads, t):
+    """Kick and drift of one chunk of the balls."""
+    begin, end = chunk(balls.species.size, t, threads)
+    rate, rate_now, load = balls.rate.reshape(-1), balls.rate_now.reshape(-1), balls.load.reshape(-1)
+    a, b = RATE_WIDTH * begin, RATE_WIDTH * end
+    kick(rate[a:b], rate_now[a:b], load[a:b], gain[a:b], fall[a:b])
+    drift(balls.position[begin:end], balls.rate[begin:end], step)
+
+
+@threaded()
+def move_in_threads(balls, gain, fall, step, threads):
+    """Kick and drift of all balls."""
+    for t in numba.prange(threads):
+        move_chunk(balls, gain, fall, step, threads, t)
+
+
+@inner()
+def open_in_order(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, shares):
+    """Open the contacts of all that have come within reach, in the order of the lists."""
+    count = 0
+    for t in range(shares.counts.shape[0]):
+        for at in range(shares.counts[t, SHARE.found]):
+            candidates.found[count] = shares.found[t, at]
+            count += 1
+    open_pairs(balls, candidates, contacts, laws, counters, count, time)
+    open_walls(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table)
+
+
+@inner()
+def resolve_waiting(balls, candidates, contacts, laws, mark, walls, clock, time, totals, counters, table, shares):
+    """The blocks in which a contact has parted, in their order, and the loads of the bodies."""
+    for t in range(shares.counts.shape[0]):
+        for at in range(shares.counts[t, SHARE.waiting]):
+            begin, end = shares.waiting[t, at], shares.waiting[t, at] + 1
+            resolve_blocks(
+                balls, candidates, contacts, laws, mark, walls, clock, begin, end, time, totals, counters, table
+            )
+        for body in range(clock.load.shape[0]):
+            for c in range(LOAD_WIDTH):
+                clock.load[body, c] += shares.body_load[t, body, c]
+                shares.body_load[t, body, c] = 0.0
+    book_wall_work(clock, totals)
+
+
+@inlined()
+def apply_forces_in_threads(
+    balls, candidates, contacts, laws, mark, walls, clock, time, totals, counters, table, shares
+):  # fmt: skip
+    """As steps.apply_forces."""
+    find_in_threads(balls, candidates, shares)
+    open_in_order(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, shares)
+    resolve_in_threads(mark, balls, candidates, contacts, walls, clock.motions, counters, shares, clock.step)
+    resolve_waiting(balls, candidates, contacts, laws, mark, walls, clock, time, totals, counters, table, shares)
+    sum_in_threads(balls, shares)
 
 
 @inlined()

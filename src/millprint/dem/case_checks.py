@@ -6,17 +6,16 @@ from typing import cast
 
 import numpy as np
 
+from millprint.config.charge import BallMixture
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.mill import MillConfig
-from millprint.config.mixture import BallMixture
 from millprint.config.sweep import Case, ball_count
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.case_cost import MOST_BYTES, MOST_DAYS, MOST_SITES, cost, sites_of
-from millprint.dem.cohesion_check import check_cohesion
 from millprint.dem.laws.registry import law_of, step_scale
 from millprint.dem.packing import capacity, pack_mixture, room_in_words, widest_in_mm
-from millprint.dem.timestep import largest_fraction, requested_step
+from millprint.dem.timestep import check_cohesion, largest_fraction, requested_step
 from millprint.mill.bodies import Body, build_bodies, check_inserts, check_volume, inserts_in_vessel
 from millprint.mill.vessel import Vessel
 

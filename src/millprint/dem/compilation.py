@@ -71,7 +71,7 @@ def count_kernels() -> int:
     """Kernels of the modules that a simulation on one core imports, most of which it calls."""
     modules = [module for name, module in sys.modules.items() if name.startswith(("millprint.dem.", "millprint.mill."))]
     kernels = {value for module in modules for value in vars(module).values() if isinstance(value, Dispatcher)}
-    return sum(kernel.py_func.__module__ != "millprint.dem.threads" for kernel in kernels)
+    return sum(kernel.py_func.__module__ != "millprint.dem.advance" for kernel in kernels)
 
 
 def run_tiny_case() -> None:

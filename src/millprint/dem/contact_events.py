@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from millprint.dem.lanes import get_of, get_vector, put_of, put_vector
+from millprint.dem.law import choose_by_speed
 from millprint.dem.layout import (
     COLLISION,
     COUNTER,
@@ -25,7 +26,6 @@ from millprint.dem.layout import (
     STATUS,
     TOTAL,
 )
-from millprint.dem.speed_choice import choose_by_speed
 from millprint.mill.borders import SMOOTH_TURN
 from millprint.mill.vectors import add_scaled, cross, dot, row, scale, subtract, vector
 from millprint.mill.wall_features import JOINT
@@ -48,7 +48,7 @@ FAR = 1e300
 # Two features of a patch that meet in a vertex are one wall where their directions differ by less.
 COS_SMOOTH_TURN = math.cos(SMOOTH_TURN)
 
-# The trigger of a candidate that is open, and of a pair that is open and not among the near ones (dem.near_candidates).
+# The trigger of a candidate that is open, and of a pair that is open and not among the near ones (dem.neighbours).
 OPEN, UNLISTED = -1.0, -2.0
 
 

@@ -205,7 +205,7 @@ class CounterColumns(NamedTuple):
     free: int  # lanes among them that hold no contact
     opened: int  # contacts so far
     aside: int  # contacts that are set aside while the lists are rebuilt; -1 where none are
-    sorted_at: int  # rebuilds after which the rows of the balls were sorted (dem.numbering)
+    sorted_at: int  # rebuilds after which the rows of the balls were sorted (dem.neighbours)
 
 
 class RowEnds(NamedTuple):

@@ -1,17 +1,149 @@
-"""Candidate lists: which balls and wall features a ball may touch before it has moved by half the skin."""
+"""Candidate lists: which balls and walls a ball may touch before it has moved far, and rows of balls in space.
+
+A candidate is listed up to a skin from contact, and most are nowhere near it. So the list is searched only every
+few steps, and the steps between check only the near ones: closer than both partners can come in that time. The
+others would not have opened, so the shorter list changes no number of a run.
+
+As in neighbours.needs_rebuild, no ball is taken to become faster, relative to a body, than twice the fastest one
+between two checks of the lists.
+
+A packing begins so (packing.by_cell), and loses it as the balls mix: then the state of a contact's partners is far from
+the processor. So the rows of the state are sorted again from time to time. A ball keeps its number, by which records,
+messages and results name it; `numbers` holds that of each row. Sums of forces then have another order, so that a run
+differs by rounding from one without; a smaller charge stays as it is.
+"""
 
 import math
+from typing import Protocol
 
 import numpy as np
 
-from millprint.dem.contact_events import check_overlaps, listed, occupy
+from millprint.dem import state
+from millprint.dem.contact_events import UNLISTED, check_overlaps, listed, occupy, pairs_listed
 from millprint.dem.lanes import get_of, put_of
-from millprint.dem.layout import CELL, COUNTER, HISTORY_WIDTH, LANE_HISTORY, LAW, RATE, STATUS
-from millprint.dem.speed_choice import choose_by_speed
-from millprint.mill.pose import POSE
+from millprint.dem.law import choose_by_speed
+from millprint.dem.layout import CELL, COUNTER, HISTORY, HISTORY_WIDTH, LANE_HISTORY, LAW, RATE, STATUS
+from millprint.dem.packing import cell_order
+from millprint.mill.motion import POSE
 from millprint.mill.vectors import cross, dot, row, subtract, vector
-from millprint.mill.walls import PLANE, body_of, bounding_plane, cell_of, closeness_of, plane_distance, to_body
+from millprint.mill.walls import (
+    PLANE,
+    body_of,
+    bounding_plane,
+    cell_of,
+    closeness_of,
+    direction_to_body,
+    plane_distance,
+    to_body,
+)
 from millprint.run.kernel import inlined, inner, kernel
+
+# How far two balls may come nearer to each other between two searches, over the skin. With less, searches are frequent;
+# with more, more candidates are near.
+NEAR_SHARE = 0.12
+# Added to that, over the skin, for balls and walls that start from rest.
+SLACK_SHARE = 0.02
+# The most steps between two searches.
+LOOK_EVERY = 50.0
+
+
+@inlined()
+def speed2_seen(balls, motions, body, i):
+    """Squared speed of a ball as seen from a body [m2/s2]."""
+    pose = motions.pose
+    speed = subtract(vector(balls.rate, i, RATE.velocity), vector(pose, body, POSE.velocity))
+    if motions.turns[body]:
+        arm = subtract(row(balls.position, i), vector(pose, body, POSE.position))
+        speed = subtract(speed, cross(vector(pose, body, POSE.angular_velocity), arm))
+    return dot(speed, speed)
+
+
+@inner()
+def measure_strides(balls, candidates, clock):
+    """Write how far a ball may go in a step, as seen from each body [m]: twice as far as the fastest one does now."""
+    for body in range(candidates.stride.size):
+        fastest2 = 0.0
+        for i in range(balls.species.size):
+            fastest2 = max(fastest2, speed2_seen(balls, clock.motions, body, i))
+        candidates.stride[body] = 2 * clock.step * math.sqrt(fastest2) + 1e-12
+
+
+@inlined()
+def near_walls(balls, candidates, motions, body, nearer, count):
+    """List the features of a body that are open, or less than `nearer` [m] from contact.
+
+    Their numbers are written from place `count` on; returns where they end.
+    """
+    origin, turns = row(motions.pose, body), motions.turns[body]
+    last = candidates.first_wall.shape[1] - 1
+    for k in range(candidates.first_wall[body, 0], candidates.first_wall[body, last]):
+        point = subtract(row(balls.position, candidates.ball[k]), origin)
+        if turns:
+            point = direction_to_body(motions, body, point)
+        distance = dot(row(candidates.plane, k), point) - candidates.plane[k, PLANE.offset]
+        trigger = candidates.trigger[k]
+        # Always written but kept only if the count advances, so that there is no branch.
+        candidates.near[count] = k
+        count += np.uint64((trigger < 0.0) | (distance < trigger + nearer))
+    return count
+
+
+@inlined()
+def squares_apart(balls, nearer):
+    """What (reach + nearer)^2 is more than reach^2 [m2], with the reach of the largest balls for all."""
+    largest = 0.0
+    for radius in balls.radius:
+        largest = max(largest, radius)
+    return nearer * (4.0 * largest + nearer)
+
+
+@inlined()
+def is_near(balls, candidates, k, more):
+    """1 if pair k is closed and near, else 0; an open one is marked: it joins the list when it parts."""
+    i, j = candidates.ball[k], np.uint32(candidates.partner[k])
+    away = subtract(row(balls.position, i), row(balls.position, j))
+    trigger = candidates.trigger[k]
+    candidates.trigger[k] = UNLISTED if trigger < 0.0 else trigger
+    return np.uint64((trigger >= 0.0) & (dot(away, away) < trigger + more))
+
+
+@inlined()
+def near_pairs(balls, candidates, nearer, count):
+    """The same for pairs, but for those that are open (contact_events.close_contact)."""
+    more = squares_apart(balls, nearer)
+    for k in range(pairs_listed(candidates)):
+        near = is_near(balls, candidates, k, more)
+        candidates.near[count] = k
+        count += near
+    return count
+
+
+@inlined()
+def list_near_walls(balls, candidates, clock, counters):
+    """List the features that are near, and plan the next search.
+
+    Returns their number, and how near to contact a pair must be to be listed [m].
+    """
+    longest = 0.0
+    for stride in candidates.stride:
+        longest = max(longest, stride)
+    steps = max(1, int(min(LOOK_EVERY, NEAR_SHARE * clock.skin / (2 * longest))))
+    slack = SLACK_SHARE * clock.skin
+    count = np.uint64(0)
+    for body in range(candidates.stride.size):
+        count = near_walls(balls, candidates, clock.motions, body, steps * candidates.stride[body] + slack, count)
+        candidates.near_first[body + 1] = count
+    counters[COUNTER.look_in] = steps
+    return count, 2 * steps * longest + slack
+
+
+@inner()
+def list_near(balls, candidates, clock, counters):
+    """List the candidates that are near, and plan the next search."""
+    count, nearer = list_near_walls(balls, candidates, clock, counters)
+    count = near_pairs(balls, candidates, nearer, count)
+    candidates.near_first[candidates.stride.size + 1] = count
+
 
 # Up to this number of balls all pairs are checked; above it a grid of cells is used.
 ALL_PAIRS = 160
@@ -284,3 +416,81 @@ def check_lists(balls, candidates, contacts, laws, walls, clock, counters):
         if counters[COUNTER.status] == STATUS.running:
             put_all_back(balls, candidates, contacts, laws, walls, counters)
             counters[COUNTER.rebuilds] += 1
+
+
+# The least number of balls whose rows are sorted, and the rebuilds of the lists between two times.
+SORTED_FROM = 5_000
+SORT_EVERY = 50
+
+
+class Sortable(Protocol):
+    """What is used of a simulation; numbers: (n,) of the ball in each row."""
+
+    balls: state.Balls
+    candidates: state.Candidates
+    contacts: state.Contacts
+    clock: state.Clock
+    counters: np.ndarray
+    numbers: np.ndarray
+
+
+def sort_if_due(simulation: Sortable) -> None:
+    """Sort the rows of a large charge by the cells of a grid; only before a call of the step loop."""
+    counters, balls = simulation.counters, simulation.balls
+    waited = counters[COUNTER.rebuilds] - counters[COUNTER.sorted_at]
+    if len(simulation.numbers) < SORTED_FROM or waited < SORT_EVERY or counters[COUNTER.aside] >= 0:
+        return
+    # Cells follow each other along the shortest side first, so that the cells around one are near in the list, too.
+    sides = np.argsort(-np.ptp(balls.position, axis=0))
+    order = cell_order(balls.position[:, sides], 2 * float(balls.radius.max()))
+    put_aside(simulation.candidates, simulation.contacts, counters)
+    _take_rows(simulation, order)
+    _sort_aside(simulation.contacts, int(counters[COUNTER.aside]), np.argsort(order))
+    counters[COUNTER.sorted_at] = counters[COUNTER.rebuilds]
+
+
+def restore_rows(simulation: Sortable) -> None:
+    """Put each ball back into the row of its number, where a run has ended or failed; contacts keep their lanes."""
+    numbers, contacts, concerned = simulation.numbers.copy(), simulation.contacts, [COUNTER.ball, COUNTER.partner]
+    if (numbers[:-1] < numbers[1:]).all():
+        return
+    _take_rows(simulation, np.argsort(numbers))
+    for partners in (contacts.ball, contacts.partner, contacts.kept_ball, contacts.kept_partner):
+        partners[:] = named(numbers, partners)
+    simulation.counters[concerned] = named(numbers, simulation.counters[concerned])
+
+
+def named(numbers: np.ndarray, partners: np.ndarray) -> np.ndarray:
+    """Partners of contacts by the numbers of the balls in place of their rows; walls (less than 0) as they are."""
+    return np.where(partners < 0, partners, numbers[np.maximum(partners, 0)])
+
+
+def named_pairs(numbers: np.ndarray, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Both partners of contacts, as `named`; of two balls the one of the lower number comes first."""
+    first, second = named(numbers, first), named(numbers, second)
+    turned = (second >= 0) & (second < first)
+    return np.where(turned, second, first), np.where(turned, first, second)
+
+
+def _take_rows(simulation: Sortable, order: np.ndarray) -> None:
+    """Order the state of the balls, and let the lists be made again."""
+    balls, clock = simulation.balls, simulation.clock
+    arrays = (balls.position, balls.rate, balls.rate_now, balls.load, balls.species, simulation.numbers)
+    for array in (*arrays, clock.gain.reshape(len(order), -1)):
+        array[:] = array[order]
+    # Far from all balls.
+    simulation.candidates.anchor[:] = np.inf
+    simulation.counters[COUNTER.check_in] = 0
+
+
+def _sort_aside(contacts: state.Contacts, aside: int, row: np.ndarray) -> None:
+    """Give the contacts set aside the new row of each old one, in the order of the lists.
+
+    Of two balls the first has the lower row; where they change places, what points from the second to the first turns.
+    """
+    ball, history = contacts.kept_ball[:aside], contacts.kept_history[:aside].copy()
+    first, second = named_pairs(row, ball, contacts.kept_partner[:aside])
+    history[np.ix_(first != row[ball], [*HISTORY.spring, *HISTORY.last_slip])] *= -1
+    order = np.lexsort((first, second < 0))
+    contacts.kept_ball[:aside], contacts.kept_partner[:aside] = first[order], second[order]
+    contacts.kept_history[:aside] = history[order]

@@ -12,10 +12,10 @@ from millprint.dem.laws.registry import law_of
 from millprint.dem.layout import COUNTER, HISTORY, LANE, LANES, LAW
 from millprint.mill.bodies import Body
 from millprint.mill.borders import borders_of
+from millprint.mill.creases import nearest_on_circle
 from millprint.mill.distance import signed_distance
 from millprint.mill.drawn_creases import crease_feet
 from millprint.mill.kernel_columns import span_of, width_of
-from millprint.mill.rims import nearest_on_circle
 from millprint.mill.vessel import Vessel
 from millprint.mill.walls import SURFACE
 

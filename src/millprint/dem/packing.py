@@ -208,7 +208,7 @@ def by_cell(points: np.ndarray, pitch: float) -> np.ndarray:
     """Points (n, 3) [m] in the order of the cells of a grid, `pitch` [m] wide, that they lie in.
 
     Balls whose numbers are near each other's then are near in space too, and in memory: that saves much of the
-    time of a large charge, which is sorted again as it mixes (dem.numbering).
+    time of a large charge, which is sorted again as it mixes (dem.neighbours).
     """
     return points[cell_order(points, pitch)]
 

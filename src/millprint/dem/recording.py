@@ -27,9 +27,9 @@ from millprint.dem.layout import (
     TOTAL,
     TOTAL_WIDTH,
 )
-from millprint.dem.numbering import named_pairs
+from millprint.dem.neighbours import named_pairs
 from millprint.mill.kernel_columns import names_of, width_of
-from millprint.mill.pose import POSE
+from millprint.mill.motion import POSE
 from millprint.mill.vectors import dot, row, subtract
 from millprint.mill.walls import direction_to_body, to_body, wall_velocity
 from millprint.run.kernel import inlined, inner, kernel

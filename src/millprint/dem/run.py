@@ -11,6 +11,7 @@ import pandas as pd
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
+from millprint.dem.advance import use_threads
 from millprint.dem.collisions import collision_table
 from millprint.dem.laws.registry import law_of
 from millprint.dem.ledger import OpenBalanceError, ledger_series
@@ -18,7 +19,6 @@ from millprint.dem.recording import Recording
 from millprint.dem.simulation import Simulation
 from millprint.dem.store import write_run
 from millprint.dem.summary import described, is_certain, summarise
-from millprint.dem.threads import use_threads
 from millprint.observables.condition import Condition, energy_scale
 from millprint.run.files import write_json
 

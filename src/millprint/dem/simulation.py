@@ -14,12 +14,11 @@ from millprint.config.errors import SimulationError
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, ball_count, overridden, threads_of
 from millprint.dem import state
-from millprint.dem.advance import advance
+from millprint.dem.advance import Shares, advance, make_shares, use_threads
 from millprint.dem.case_cost import OCCUPANCY_CELL_M, OCCUPANCY_INTERVAL_S
-from millprint.dem.cohesion_check import check_cohesion
 from millprint.dem.laws.registry import law_of, mark_of, step_scale
 from millprint.dem.layout import COUNTER, STATUS, TOTAL_WIDTH
-from millprint.dem.numbering import restore_rows, sort_if_due
+from millprint.dem.neighbours import restore_rows, sort_if_due
 from millprint.dem.overlap import overlap_in_words
 from millprint.dem.packing import pack, pack_mixture
 from millprint.dem.recording import (
@@ -35,8 +34,7 @@ from millprint.dem.recording import (
     silent_recorder,
 )
 from millprint.dem.restart import read_restart, write_restart
-from millprint.dem.threads import Shares, make_shares, use_threads
-from millprint.dem.timestep import aligned_step, largest_fraction, requested_step, skin_of
+from millprint.dem.timestep import aligned_step, check_cohesion, largest_fraction, requested_step, skin_of
 from millprint.mill.bodies import Body, build_bodies, inserts_in_vessel
 from millprint.mill.motion import Motion
 from millprint.mill.vessel import Vessel

@@ -7,9 +7,8 @@ import numpy as np
 
 from millprint.config.contact_set import ContactConfig
 from millprint.dem.lanes import IDLE, IDLE_PRESENT
-from millprint.dem.law import law_row
+from millprint.dem.law import SpeedTables, at_reference, law_row, speed_tables
 from millprint.dem.layout import CELL, COUNTER, GROUP, HISTORY_WIDTH, LANES, LOAD_WIDTH, RATE, RATE_WIDTH
-from millprint.dem.speed_choice import SpeedTables, at_reference, speed_tables
 from millprint.mill.kernel_columns import span_of, width_of
 from millprint.mill.motion import Motion, Motions, stack_motions
 from millprint.mill.walls import SURFACE
@@ -53,7 +52,7 @@ class Candidates(NamedTuple):
     sure: np.ndarray  # (s,) 1 where the foot is surely on the facet
     lane: np.ndarray  # (s,) the contact's lane, or -1
     trigger: np.ndarray  # (s,) (squared) distance below which a contact opens [m2, wall: m]; negative while open
-    near: np.ndarray  # (s + 1,) those that may come within reach before the next search (dem.near_candidates)
+    near: np.ndarray  # (s + 1,) those that may come within reach before the next search (dem.neighbours)
     near_first: (
         np.ndarray
     )  # (bodies + 2,) features of body b are near[near_first[b]] to near[near_first[b + 1]], then pairs

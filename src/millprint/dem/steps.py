@@ -12,7 +12,7 @@ from millprint.dem.contact import evaluate
 from millprint.dem.contact_events import FAR, close_contact, open_contacts, wall_away
 from millprint.dem.lanes import get, get_present, get_vector, put_present
 from millprint.dem.layout import COUNTER, GROUP, GROUPED_TO, LANE, LANES, LOAD, LOAD_WIDTH, PRESENT, RATE, TOTAL
-from millprint.mill.pose import POSE
+from millprint.mill.motion import POSE
 from millprint.mill.vectors import cross, dot, row, scale, subtract, vector
 from millprint.mill.walls import body_of, wall_velocity
 from millprint.run.kernel import inlined

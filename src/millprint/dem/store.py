@@ -14,11 +14,11 @@ from millprint.dem.layout import OCCUPANCY, SNAPSHOT, SNAPSHOT_TOTAL
 from millprint.dem.recording import Recording
 from millprint.dem.resources import COLLISION_ROWS_MAX
 from millprint.dem.simulation import Simulation
+from millprint.mill.creases import rim_rows
 from millprint.mill.curved_surfaces import curve_rows
 from millprint.mill.drawn_creases import crease_rows
 from millprint.mill.kernel_columns import span_of
-from millprint.mill.pose import POSE
-from millprint.mill.rims import rim_rows
+from millprint.mill.motion import POSE
 from millprint.mill.vessel import Vessel
 from millprint.mill.wall_features import features_of
 from millprint.run.hdf5 import whole_hdf5
@@ -67,7 +67,7 @@ def _put_occupancy(group: h5py.Group, recording: Recording) -> None:
 
 
 def _put_poses(group: h5py.Group, pose: np.ndarray) -> None:
-    """Poses (m, width) of a body (mill.pose); rotations and angular velocities only of one that turns."""
+    """Poses (m, width) of a body (mill.motion); rotations and angular velocities only of one that turns."""
     put(group, "body_position_m", pose[:, span_of(POSE.position)])
     put(group, "body_velocity_m_s", pose[:, span_of(POSE.velocity)])
     rotation = pose[:, span_of(POSE.rotation)].reshape(-1, 3, 3)

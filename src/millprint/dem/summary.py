@@ -9,8 +9,7 @@ import pandas as pd
 from millprint.config.contact_set import PAIR_COEFFICIENTS
 from millprint.config.over_speed import NOMINAL_SPEED_M_S
 from millprint.dem.collisions import CHANNELS, by_surface, collision_statistics, squares_per_turn, weighted_statistics
-from millprint.dem.ledger import ledger_summary
-from millprint.dem.open_balance import check_balance
+from millprint.dem.ledger import check_balance, ledger_summary
 from millprint.dem.recording import Recording
 from millprint.dem.simulation import Simulation
 from millprint.dem.turns import FEWEST_BLOCKS, half_width, has_impacts, mean_of_turns, relative_error

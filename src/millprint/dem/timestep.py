@@ -1,11 +1,14 @@
-"""The step of a case, as a fraction of the time that its contact law sets, and the skin of its lists."""
+"""The step of a case, as a fraction of the time of its contact law; and whether its springs carry its cohesion."""
 
 import math
 from collections.abc import Iterable, Mapping
+from itertools import combinations_with_replacement
 
 from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import SimulationError
 from millprint.config.sweep import Case, DemConfig
-from millprint.dem.laws.registry import step_scale
+from millprint.dem.laws.record import ball_mass
+from millprint.dem.laws.registry import law_of, step_scale
 
 # The skin over the smallest ball's radius and the root of the step over the Rayleigh time [-].
 SKIN_SHARE = 1.5
@@ -59,3 +62,24 @@ def skin_of(radius_m: float, step_over_scale: float) -> float:
 def resolved_step(contact: ContactConfig, radius_m: float, wanted_s: float, rayleigh_fraction_max: float) -> float:
     """The requested step [s], or a shorter one if the law requires it for a ball."""
     return min(wanted_s, rayleigh_fraction_max * step_scale(contact, radius_m))
+
+
+def check_cohesion(contact: ContactConfig, radii_m: list[float], overlap_max: float) -> None:
+    """Check that no pull presses balls of these radii [m] farther than the bound, over the smaller radius [-].
+
+    Raises SimulationError that names the key, and the largest value that the springs carry.
+    """
+    if contact.cohesion is None:
+        return
+    pairs = [("ball_ball", a, b, a * b / (a + b)) for a, b in combinations_with_replacement(radii_m, 2)]
+    for pair, a, b, radius in [*pairs, *(("ball_wall", a, math.inf, a) for a in radii_m)]:
+        law, pull, limit = law_of(contact), contact.cohesion.pull_N(pair, radius), overlap_max * min(a, b)
+        carried = law.springs(limit, *law.coefficients(contact, radius, ball_mass(contact, min(a, b))))[0]
+        if pull > carried:
+            key = f"{pair}_N" if getattr(contact.cohesion, f"{pair}_N") is not None else f"{pair}_J_m2"
+            value = getattr(contact.cohesion, key)
+            raise SimulationError(
+                f"contact set {contact.name}: cohesion.{key} = {value:g}: its pull of {pull:.3g} N presses a ball of "
+                f"{2e3 * min(a, b):g} mm in by more than dem.overlap_max = {overlap_max:g} of its radius; at most "
+                f"{value * carried / pull:.3g} with these springs"
+            )

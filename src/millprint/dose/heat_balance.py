@@ -1,4 +1,4 @@
-"""The heat balance of balls, powder and jar: temperatures over a milling programme, and pauses that keep a limit.
+"""The heat balance of balls, powder and jar over a milling programme: its sources, and a table of conditions.
 
 Three lumped bodies, each at one temperature (T above the surroundings [K]):
 
@@ -13,12 +13,21 @@ the mill runs [W], zero in a pause. H in a pause may differ. Each is a lumped bo
 Many samples of C, G, H and Q are solved at once: n below.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
+import h5py
 import numpy as np
+import pandas as pd
 from scipy.special import exprel
+
+from millprint.config.dose import COEFFICIENT, PARAMETERS, TEMPERATURE, HeatConfig, RangeSection
+from millprint.config.errors import ConfigError
+from millprint.config.sweep import as_tabulated
+from millprint.run.files import read_json
+from millprint.run.hdf5 import open_hdf5
 
 BODIES = ("balls", "powder", "jar")
 BALLS, POWDER, JAR = range(3)
@@ -228,3 +237,327 @@ def pause_needed(balance: Balance, body: int, limit_degC: float, milling_s: floa
         enough = over(LONGEST_PAUSE_S) <= 0
         found[sample] = brentq(over, 0.0, LONGEST_PAUSE_S, xtol=1e-3) if enough else np.inf
     return found
+
+
+PLACES = ("ball_ball", "ball_wall")
+CHANNELS = ("normal", "tangential", "rolling")
+# What identifies a condition in the tables.
+CONDITION = ("contact", "ball_diameter_mm", "fill_ratio", "speed_rpm")
+
+
+@dataclass(frozen=True)
+class HeatSource:
+    """The heat sources of one condition of a mill, the mean over its seeds."""
+
+    condition: str
+    """name of the case without its seed"""
+    about: dict[str, object]
+    """the columns of CONDITION, and the number of seeds"""
+    power_W: np.ndarray
+    """dissipation by PLACES and CHANNELS (2, 3)"""
+    balls_kg: float
+    """mass of all balls"""
+    balls_m2: float
+    """surface of all balls"""
+    inside_m2: float
+    """inner surface of the jar, without inserts"""
+    inside_m3: float
+    """volume of the jar for the balls"""
+
+
+def split_of_contacts(group: h5py.Group) -> np.ndarray | None:
+    """Shares of PLACES in each of CHANNELS (2, 3) from the table of collisions; None if the run has none."""
+    if "second" not in group:
+        return None
+    between = group["second"][:] >= 0
+    energies = (group["normal_J"][:], group["damping_J"][:] + group["sliding_J"][:], group["rolling_J"][:])
+    return _shares(
+        np.array([[energy[between].sum(dtype=float), energy[~between].sum(dtype=float)] for energy in energies]).T
+    )
+
+
+def _shares(energy: np.ndarray) -> np.ndarray:
+    """Columns of (2, 3) over their sums; halves for a channel without energy."""
+    # Single values of a ledger may be a little below zero by rounding.
+    energy = np.maximum(energy, 0.0)
+    total = energy.sum(axis=0)
+    return np.where(total > 0, energy / np.where(total > 0, total, 1.0), 0.5)
+
+
+def split_of_summary(summary: dict) -> np.ndarray:
+    """As `split_of_contacts`, from the summary's counting rule without thresholds; rolling is divided like sliding."""
+    for rule in summary["collisions"]:
+        if not any(rule["dropped"].values()):
+            split = [
+                [rule["shares"][place][channel] for channel in ("normal", "tangential", "tangential")]
+                for place in PLACES
+            ]
+            return _shares(np.array(split))
+    raise ConfigError(
+        f"{summary['mill']}: the run kept no table of its collisions, and no rule of dem.counting_rules is without "
+        "a threshold: heat cannot be divided between balls and wall"
+    )
+
+
+def read_source(summary_path: str | Path, run_path: str | Path) -> HeatSource:
+    """The source of one run: powers of the ledger over its window, divided by the places where contacts dissipate.
+
+    Raises ConfigError, in one line, for a file that cannot be read or a run that dissipates nothing.
+    """
+    # Imported here: slow to import, and the check of the input imports this module.
+    import trimesh
+
+    summary = read_json(summary_path)
+    with open_hdf5(run_path) as file:
+        split = split_of_contacts(file["collisions"])
+        vertices, triangles = file["geometry/vertices_m"][:], file["geometry/triangles"][:]
+    split = split_of_summary(summary) if split is None else split
+    power = np.array([max(summary["power_W"][channel], 0.0) for channel in CHANNELS])
+    if not power.sum() > 0:
+        raise ConfigError(f"{summary_path}: the run dissipates nothing; a mill at rest has no heat balance")
+    case = summary["case"]
+    sizes = np.repeat(summary["ball_sizes_m"], summary["ball_counts"])
+    return HeatSource(
+        condition=Path(summary_path).parent.name.removesuffix(f"_s{case['seed']}"),
+        about={"contact": case["contact"], **as_tabulated(case), "seeds": 1},
+        power_W=split * power,
+        balls_kg=summary["ball_mass_kg"] * summary["balls"],
+        balls_m2=float(np.pi * (sizes**2).sum()),
+        inside_m2=float(trimesh.Trimesh(vertices, triangles, process=False).area),
+        inside_m3=summary["jar_volume_m3"],
+    )
+
+
+def read_sources(paths: Iterable[tuple[str, str]]) -> list[HeatSource]:
+    """The conditions in pairs of summary and run.h5, each a mean over its seeds, in the order of the files."""
+    grouped: dict[str, list[HeatSource]] = {}
+    for summary_path, run_path in paths:
+        source = read_source(summary_path, run_path)
+        grouped.setdefault(source.condition, []).append(source)
+    return [mean_of(group) for group in grouped.values()]
+
+
+def mean_of(group: list[HeatSource]) -> HeatSource:
+    """One condition from its seeds."""
+    first = group[0]
+    return HeatSource(
+        condition=first.condition,
+        about={**first.about, "seeds": len(group)},
+        power_W=np.mean([each.power_W for each in group], axis=0),
+        **{
+            name: float(np.mean([getattr(each, name) for each in group]))
+            for name in ("balls_kg", "balls_m2", "inside_m2", "inside_m3")
+        },
+    )
+
+
+def source_table(sources: Iterable[HeatSource]) -> pd.DataFrame:
+    """A row for each condition: dissipation by place and channel [W], mass of the balls, inner surface of the jar."""
+    rows = []
+    for source in sources:
+        powers = {
+            f"{place}_{channel}_W": source.power_W[i, k]
+            for i, place in enumerate(PLACES)
+            for k, channel in enumerate(CHANNELS)
+        }
+        sizes = {
+            "balls_g": 1e3 * source.balls_kg,
+            "balls_cm2": 1e4 * source.balls_m2,
+            "inside_cm2": 1e4 * source.inside_m2,
+        }
+        rows.append({"condition": source.condition, **source.about, **powers, "total_W": source.power_W.sum(), **sizes})
+    return pd.DataFrame(rows)
+
+
+RUNNING, RESTING, ROOM = "running_W_m2K", "resting_W_m2K", "surroundings_degC"
+# Bounds of a band, by the columns that hold them.
+BAND = ("lower", "median", "upper")
+# Times in a table of temperatures, from the start to the end of the programme.
+TIMES = 61
+# What cools a jar while the mill stands, by what cools it while the mill runs.
+AT_REST: dict[str, str] = {"still_air": "still_air", "moving_air": "still_air", "water": "water"}
+
+
+def ranges_of(settings: HeatConfig, mill: str) -> dict[str, tuple[RangeSection, str, str]]:
+    """Every sampled number by name, with its range, title and unit: parameters, and the surroundings of the mill."""
+    cooling = getattr(settings.surroundings, settings.jar_of(mill).cooling)
+    resting = getattr(settings.surroundings, AT_REST[settings.jar_of(mill).cooling])
+    own = {name: (given, PARAMETERS[name].title, PARAMETERS[name].unit) for name, given in settings.parameters.items()}
+    return {
+        **own,
+        RUNNING: (cooling.coefficient_W_m2K, f"{COEFFICIENT.title} while the mill runs", COEFFICIENT.unit),
+        RESTING: (resting.coefficient_W_m2K, f"{COEFFICIENT.title} in a pause", COEFFICIENT.unit),
+        ROOM: (cooling.temperature_degC, f"{TEMPERATURE.title}, and all bodies at the start", TEMPERATURE.unit),
+    }
+
+
+def sample(settings: HeatConfig, mill: str) -> pd.DataFrame:
+    """A Latin hypercube over the ranges (McKay, Beckman and Conover, Technometrics 21 (1979) 239): a row a sample.
+
+    A range that spans a factor of ten is uniform in the logarithm. If a pause is cooled like milling, both have the
+    same sampled number.
+    """
+    # Slow to import, and the check of the input imports this module.
+    from scipy.stats import qmc
+
+    ranges = ranges_of(settings, mill)
+    cube = qmc.LatinHypercube(len(ranges), rng=np.random.default_rng(settings.seed)).random(settings.samples)
+    columns = {}
+    for share, (name, (given, _, _)) in zip(cube.T, ranges.items(), strict=True):
+        columns[name] = (
+            given.low * (given.high / given.low) ** share
+            if given.logarithmic
+            else given.low + (given.high - given.low) * share
+        )
+    cooling = settings.jar_of(mill).cooling
+    if AT_REST[cooling] == cooling:
+        columns[RESTING] = columns[RUNNING]
+    return pd.DataFrame(columns)
+
+
+def jar_of_samples(
+    settings: HeatConfig, mill: str, source: HeatSource, drawn: pd.DataFrame
+) -> tuple[np.ndarray, np.ndarray]:
+    """Mass [kg] and outside [m2] of the jar of each sample (n,).
+
+    If the outside is not given, it is the inside (volume V, surface S) enlarged by the thickness t, by the factor
+    1 + t S / (3 V) in length. This is exact for a sphere, a cube and a cylinder as deep as wide.
+    """
+    known = settings.jar_of(mill)
+    factor = 1 + 1e-3 * drawn["wall_thickness_mm"].to_numpy() * source.inside_m2 / (3 * source.inside_m3)
+    mass = drawn["jar_density_kg_m3"].to_numpy() * source.inside_m3 * (factor**3 - 1)
+    outside = source.inside_m2 * factor**2
+    if known.mass_kg is not None:
+        mass = np.full(len(drawn), known.mass_kg)
+    if known.surface_cm2 is not None:
+        outside = np.full(len(drawn), 1e-4 * known.surface_cm2)
+    return mass, outside
+
+
+def heat_by_body(source: HeatSource, drawn: pd.DataFrame) -> np.ndarray:
+    """Heat released in balls, powder and jar [W] (n, 3); the sum is heat_share of the dissipation.
+
+    The powder takes its share of every contact. The rest heats the balls in contacts of ball on ball; in contacts of
+    ball on wall, `wall_share` of the rest heats the jar and the remainder the balls.
+    """
+    shares = drawn[["powder_share_normal", "powder_share_shear", "powder_share_shear"]].to_numpy()
+    power = source.power_W[None] * drawn["heat_share"].to_numpy()[:, None, None]
+    powder = (power * shares[:, None, :]).sum(axis=(1, 2))
+    between, wall = np.moveaxis((power * (1 - shares[:, None, :])).sum(axis=2), 1, 0)
+    jar = wall * drawn["wall_share"].to_numpy()
+    return np.column_stack([between + wall - jar, powder, jar])
+
+
+def balance_of(settings: HeatConfig, mill: str, source: HeatSource, drawn: pd.DataFrame) -> Balance:
+    """The balances of a condition, one for each sample."""
+    mass, outside = jar_of_samples(settings, mill, source, drawn)
+    powder = source.balls_kg / drawn["ball_to_powder_ratio"].to_numpy()
+    if settings.powder_mass_g is not None:
+        powder = np.full(len(drawn), 1e-3 * settings.powder_mass_g)
+    masses = {"ball": source.balls_kg, "powder": powder, "jar": mass}
+    areas = {"ball_powder": source.balls_m2, "ball_wall": source.inside_m2, "powder_wall": source.inside_m2}
+    return Balance(
+        capacity_J_K=np.column_stack([own * drawn[f"{of}_heat_capacity_J_kgK"] for of, own in masses.items()]),
+        between_W_K=np.column_stack([own * drawn[f"{of}_W_m2K"] for of, own in areas.items()]),
+        running_W_K=outside * drawn[RUNNING].to_numpy(),
+        resting_W_K=outside * drawn[RESTING].to_numpy(),
+        source_W=heat_by_body(source, drawn),
+        surroundings_degC=drawn[ROOM].to_numpy(),
+    )
+
+
+def band(values: np.ndarray, probability: float) -> np.ndarray:
+    """Lower end, median and upper end over the first axis (3, ...); an infinite value is larger than any other."""
+    ends = [(1 - probability) / 2, 0.5, (1 + probability) / 2]
+    # Not interpolated, because there is no value between a finite and an infinite one.
+    return np.quantile(values, ends, axis=0, method="inverted_cdf")
+
+
+def _columns(name: str, values: np.ndarray, probability: float) -> dict[str, float]:
+    return {f"{name}_{end}": value for end, value in zip(BAND, band(values, probability), strict=True)}
+
+
+@dataclass(frozen=True)
+class HeatTables:
+    """The tables of a mill."""
+
+    parameters: pd.DataFrame
+    """a row for each sampled number, with its range and source"""
+    temperatures: pd.DataFrame
+    """a row for each condition, body and time"""
+    limits: pd.DataFrame
+    """a row for each condition: temperatures, time to the limit, pauses"""
+
+
+def parameter_table(settings: HeatConfig, mill: str) -> pd.DataFrame:
+    """A row for each sampled number: range, unit and source."""
+    columns = ["parameter", "title", "unit", "low", "high", "source"]
+    ranges = ranges_of(settings, mill).items()
+    rows = [(name, title, unit, given.low, given.high, given.source) for name, (given, title, unit) in ranges]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def limit_row(settings: HeatConfig, source: HeatSource, balance: Balance, course: Course) -> dict[str, object]:
+    """The results of a condition: temperatures, time to the limit, and the pauses that keep below it.
+
+    no_pause_share: share of samples that need no pause; interval_too_long_share: share of samples that get too hot in a
+    single interval of milling, so that no pause is enough.
+    """
+    limit, programme, level = settings.limit, settings.programme, settings.probability
+    body = BODIES.index(limit.body)
+    reach = time_to_limit(balance, body, limit.temperature_degC) / 3600
+    pause = pause_needed(balance, body, limit.temperature_degC, 60 * programme.milling_min) / 60
+    steady = balance.steady_degC()
+    row: dict[str, object] = {"condition": source.condition, **source.about, "total_W": source.power_W.sum()}
+    for index, name in enumerate(BODIES):
+        row |= _columns(f"{name}_steady_degC", steady[:, index], level)
+    for index, name in enumerate(BODIES):
+        row |= _columns(f"{name}_peak_degC", course.peak_degC[:, index], level)
+    return {
+        **row,
+        "limit_body": limit.body,
+        "limit_degC": limit.temperature_degC,
+        "over_limit_share": float(np.mean(course.peak_degC[:, body] > limit.temperature_degC)),
+        **_columns("time_to_limit_h", reach, level),
+        "milling_min": programme.milling_min,
+        **_columns("pause_needed_min", pause, level),
+        "no_pause_share": float(np.mean(pause == 0)),
+        "interval_too_long_share": float(np.mean(np.isinf(pause))),
+        "balance_error": course.balance_error,
+    }
+
+
+def temperature_rows(settings: HeatConfig, source: HeatSource, course: Course) -> pd.DataFrame:
+    """Bands of the temperatures of a condition over time, a row for each body and time."""
+    tables, about = [], {"condition": source.condition, "time_h": course.times_s / 3600}
+    for index, name in enumerate(BODIES):
+        ends = band(np.moveaxis(course.temperature_degC[:, :, index], 1, 0), settings.probability)
+        columns = {f"{end}_degC": values for end, values in zip(BAND, ends, strict=True)}
+        tables.append(pd.DataFrame(about | {"body": name} | columns))
+    order = ["condition", "body", "time_h", *(f"{end}_degC" for end in BAND)]
+    return pd.concat(tables, ignore_index=True)[order]
+
+
+def heat_tables(
+    settings: HeatConfig,
+    mill: str,
+    sources: list[HeatSource],
+    step: Callable[[], object] = lambda: None,
+    times: int = TIMES,
+) -> HeatTables:
+    """Every table of a mill; step: called after each condition; times: number of times of the temperatures."""
+    drawn = sample(settings, mill)
+    programme = settings.programme
+    duration = 3600 * programme.duration_h
+    phases = programme_phases(duration, 60 * programme.milling_min, 60 * programme.pause_min)
+    if not programme.pause_min:
+        phases = programme_phases(duration, duration, 0.0)
+    times_s = np.linspace(0.0, duration, times)
+    limits, temperatures = [], []
+    for source in sources:
+        balance = balance_of(settings, mill, source, drawn)
+        course = solve(balance, phases, times_s)
+        limits.append(limit_row(settings, source, balance, course))
+        temperatures.append(temperature_rows(settings, source, course))
+        step()
+    return HeatTables(parameter_table(settings, mill), pd.concat(temperatures, ignore_index=True), pd.DataFrame(limits))

@@ -9,13 +9,12 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from millprint.config.charge import ONE_SIZE, balls_in_words
 from millprint.config.dose import HeatConfig
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import DescriptorSet, MatchConfig
 from millprint.config.mill import MillConfig
-from millprint.config.mixture import ONE_SIZE, balls_in_words
-from millprint.dose.heat_balance import BODIES
-from millprint.dose.heat_table import BAND
+from millprint.dose.heat_balance import BAND, BODIES
 from millprint.dose.spectra import BIN_EDGES, BOTH, CHANNELS, PAIRS
 from millprint.fingerprint import processes
 from millprint.fingerprint.bands import FURTHER, ORIGINS, checked_factors

@@ -23,7 +23,7 @@ const PARTS = {
 class LogProcess {
   /**
    * content: from Process.to_dict, with `reduced` where the curve is that of a few conditions
-   * (millprint.fingerprint.many); inputs: logarithms of the variables, a row for each condition.
+   * (millprint.fingerprint.processes); inputs: logarithms of the variables, a row for each condition.
    */
   constructor(content, inputs) {
     const parameters = content.log_parameters.map(Math.exp);

@@ -135,7 +135,7 @@ BODY_COLOURS = {"balls": COLOURS[0], "powder": COLOURS[1], "jar": COLOURS[-1]}
 def plot_heat(temperatures: pd.DataFrame, limits: pd.DataFrame, title: str) -> Figure:
     """Temperatures of the condition of the largest power over time, and of every condition after long milling.
 
-    temperatures, limits: as of `millprint.dose.heat_table.heat_tables`.
+    temperatures, limits: as of `millprint.dose.heat_balance.heat_tables`.
     """
     figure, (left, right) = plt.subplots(1, 2, figsize=(PAGE_WIDTH_IN, 2.9))
     strongest = limits.loc[limits["total_W"].idxmax()]

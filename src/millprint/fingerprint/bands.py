@@ -6,9 +6,9 @@ from typing import Annotated, Any, Literal, NamedTuple, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from millprint.config.charge import ONE_SIZE
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
-from millprint.config.mixture import ONE_SIZE
 from millprint.config.section import Positive
 from millprint.estimate.estimates import ENDS
 from millprint.observables.definitions import COUNTED, CURVES

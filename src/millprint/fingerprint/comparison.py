@@ -5,10 +5,10 @@ from typing import Any
 
 import pandas as pd
 
+from millprint.config.charge import ONE_SIZE
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import SearchConfig
 from millprint.config.load import check_model
-from millprint.config.mixture import ONE_SIZE
 from millprint.estimate.estimates import ratio_of
 from millprint.fingerprint.condition_search import counts_alike, rank_conditions, target_at
 from millprint.fingerprint.model import Fingerprint

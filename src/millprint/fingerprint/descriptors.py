@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from millprint.config.charge import ONE_SIZE
 from millprint.config.counting import CountingRule
 from millprint.config.mill_sweep import FEWEST_FILLS
-from millprint.config.mixture import ONE_SIZE
 from millprint.config.sweep import as_tabulated
 from millprint.dem.turns import ROUNDING, has_impacts, mean_of_turns, motion_repeats
 from millprint.fingerprint.readers import collisions_by, counted, read_contacts

@@ -6,10 +6,10 @@ from functools import cache
 
 import pandas as pd
 
+from millprint.config.charge import ONE_SIZE, balls_in_words
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import SearchConfig
 from millprint.config.included import load_mill
-from millprint.config.mixture import ONE_SIZE, balls_in_words
 from millprint.estimate.estimates import columns_of
 from millprint.estimate.judge import AGREES, DIFFERS, OPEN
 from millprint.fingerprint.bands import FURTHER, NOT_KNOWN, ORIGINS

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import pandas as pd
 
+from millprint.config.charge import balls_in_words
 from millprint.config.contact_set import ASSUMED
 from millprint.config.included import shipped
 from millprint.config.mill import MillConfig
-from millprint.config.mixture import balls_in_words
 from millprint.estimate.estimates import ENDS, columns_of
 from millprint.fingerprint.bands import FURTHER, ORIGINS
 from millprint.fingerprint.descriptors import CHARGE, MOTIONS, as_built, said_of, with_impacts

@@ -1,4 +1,4 @@
-"""The fingerprint of one mill and contact set: a model that predicts descriptors with intervals, stored as JSON."""
+"""The fingerprint of one mill and contact set: its description, and a model that predicts descriptors."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -9,30 +9,75 @@ from typing import overload
 import numpy as np
 import pandas as pd
 
-from millprint.config.charge import fill_of
+from millprint.config.charge import ONE_SIZE, BallMixture, balls_in_words, fill_of
 from millprint.config.errors import ConfigError, DamagedFile
 from millprint.config.mill_sweep import FEWEST_FILLS
-from millprint.config.mixture import ONE_SIZE, BallMixture, balls_in_words
 from millprint.config.sweep import ball_count
 from millprint.estimate.estimates import ENDS, Estimate, Interval, columns_of, share_of
-from millprint.fingerprint.about import NO_CHARGES, SETTING, describe
 from millprint.fingerprint.bands import FURTHER, Factors, checked_factors, read_factors
-from millprint.fingerprint.condition_tables import conditions_of
-from millprint.fingerprint.descriptors import CHARGE, as_built, said_of, with_impacts
-from millprint.fingerprint.predicted_values import OF_COLLISIONS, Prediction, banded, bands, from_curves, with_parts
+from millprint.fingerprint.descriptors import CHARGE, OF_RULE, as_built, said_of, with_impacts
+from millprint.fingerprint.predicted_values import (
+    OF_COLLISIONS,
+    Prediction,
+    banded,
+    bands,
+    conditions_of,
+    from_curves,
+    with_parts,
+)
 from millprint.fingerprint.processes import (
     Predictor,
     Process,
     Told,
     band_width,
+    kinds_of,
     log_rows,
     logarithms,
     varied_components,
 )
-from millprint.fingerprint.readers import FORMAT, read_content
+from millprint.fingerprint.readers import FORMAT, WALL, read_content
 from millprint.observables.condition import VARIABLES, Condition
 from millprint.observables.definitions import CURVES, LATER_CURVES, PREDICTED, SCALED_BY, SHARE, descriptors_of
 from millprint.run.files import write_json
+
+# Properties of the runs that a fingerprint stores, those that its contact law has.
+SHARED = ("restitution", "static_friction", "collision_gap_turns", "density_kg_m3", "amplitude_m")
+NO_CHARGES: Mapping[str, BallMixture] = {}
+SETTING = ["ball_diameter_m", "speed_hz"]
+
+
+def describe(
+    descriptors: pd.DataFrame, volume_m3: float, probability: float, charges: Mapping[str, BallMixture] = NO_CHARGES
+) -> dict:
+    """The data of a fingerprint: mill, balls, counting rule, settings of the mill as built, simulated ranges.
+
+    charges: charges of several sizes by name. If there are any, each setting names its charge, and `charges` lists the
+    sizes. `kinds` are the kinds of balls (ONE_SIZE and charges) if there are several.
+    """
+    built, kinds = as_built(descriptors), kinds_of(descriptors[CHARGE])
+    first = built.iloc[0]
+    columns = ["speed_hz", "ball_diameter_m", *([CHARGE] if charges else [])]
+    settings = built[columns].drop_duplicates().sort_values([*SETTING, *columns[2:]])
+    mixed = {
+        name: {
+            "ball_diameter_m": charge.mean_diameter_mm / 1e3,
+            "sizes_m": [size / 1e3 for size in charge.sizes_mm],
+            "fractions": charge.fractions,
+        }
+        for name, charge in charges.items()
+    }
+    return {
+        **{name: first[name] for name in ("mill", "contact", *OF_RULE)},
+        **{name: float(first[name]) for name in SHARED if pd.notna(first[name])},
+        "volume_m3": float(volume_m3),
+        "probability": float(probability),
+        "settings": settings.to_dict("list"),
+        **({"charges": mixed} if mixed else {}),
+        **({"kinds": kinds} if kinds else {}),
+        **{name: float(first[name]) for name, of_balls in WALL.items() if abs(first[name] - first[of_balls]) > 0},
+        "ranges": {name: [float(descriptors[name].min()), float(descriptors[name].max())] for name in VARIABLES},
+    }
+
 
 LATER = "not measured when the fingerprint was made: run the command again that made it"
 

@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from millprint.config.charge import ONE_SIZE, BallMixture, balls_in_words
 from millprint.config.contact_set import ContactConfig
 from millprint.config.counting import CountingRule, recorded_count
 from millprint.config.errors import ConfigError
 from millprint.config.identity import WORDS
 from millprint.config.included import load_contact, load_mill, shipped
 from millprint.config.mill import MillConfig
-from millprint.config.mixture import ONE_SIZE, BallMixture, balls_in_words
 from millprint.config.sources import MILL_FOLDER, WORKING_FOLDER, Sources
 from millprint.config.wording import close_to
 from millprint.dem.collisions import (

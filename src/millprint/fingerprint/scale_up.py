@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import pandas as pd
 
-from millprint.cases.large_mill import RUN_WAY, WAYS
+from millprint.cases.of_mill import RUN_WAY, WAYS
 from millprint.config.mill_sweep import ScaleUpConfig
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.predicted_values import Prediction

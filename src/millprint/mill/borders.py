@@ -4,8 +4,8 @@ An edge of the drawing is one of these:
 
 - a joint, where one surface is cut into facets, or goes over smoothly into the next one: nothing is there;
 - a line, of two flat walls or along the rulings of cylinders and cones;
-- a piece of a circle about the axis that both surfaces share, drawn as a chord: a rim (mill.rims). A flat wall ends at
-  the circle and not at the chord;
+- a piece of a circle about the axis that both surfaces share, drawn as a chord: a rim (mill.creases). A flat wall ends
+  at the circle and not at the chord;
 - a piece of another curve in which both surfaces meet, drawn as a chord too: a crease (mill.creases);
 - rough: it is none of these, so that only the drawing is known. In a sharp seam that does no harm, since a ball parts
   from such a border by its own radius; elsewhere the wall would have a step there.
@@ -19,11 +19,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from millprint.mill.creases import Trims
+from millprint.mill.creases import Rim, Trims
 from millprint.mill.curved_surfaces import Curve
 from millprint.mill.drawn_creases import NODES, Crease, crease_of, trim_of
 from millprint.mill.outlines import ahead
-from millprint.mill.rims import Rim
 from millprint.mill.vessel import CONVEX, Edge, Vessel
 
 # A seam of a smaller turn is a joint of facets [rad]: 37 degrees, for overlaps of a fifth of the radius, the largest

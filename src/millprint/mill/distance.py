@@ -7,11 +7,20 @@ from typing import NamedTuple
 import numpy as np
 
 from millprint.mill.borders import SAME, borders_of
-from millprint.mill.creases import CREASE, Trims, beyond_trim, crease_nearest, crease_place, crease_vector
+from millprint.mill.creases import (
+    CREASE,
+    Rim,
+    Trims,
+    beyond_trim,
+    crease_nearest,
+    crease_place,
+    crease_vector,
+    rim_distance,
+    rim_rows,
+)
 from millprint.mill.curved_surfaces import CURVE, curve_rows, curve_touch
 from millprint.mill.drawn_creases import crease_rows
 from millprint.mill.outlines import cross
-from millprint.mill.rims import Rim, rim_distance, rim_rows
 from millprint.mill.vectors import add_scaled, dot, row, scale, subtract
 from millprint.mill.vessel import Vessel
 from millprint.mill.wall_arrays import all_sides

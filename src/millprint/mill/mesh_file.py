@@ -1,4 +1,7 @@
-"""Files of triangles: STL, PLY and OBJ as programs write them, read whole or refused in one line.
+"""Files of triangles: STL, PLY and OBJ as programs write them, their rounding, and how triangles join to a surface.
+
+Programs write a fixed number of decimals, a fixed number of digits, or 32-bit numbers, and may have rounded before, in
+another unit or format. So the digits in the file do not say it. But rounded coordinates all lie on a grid.
 
 The kind follows from the content, as names of files may be wrong. trimesh reads it. What it cannot read, or not as a
 whole, is explained afterwards.
@@ -7,12 +10,163 @@ whole, is explained afterwards.
 import codecs
 import re
 import warnings
+from collections.abc import Iterator
 from io import BytesIO
 
 import numpy as np
 import trimesh
+from scipy.sparse import csr_array
+from scipy.spatial import cKDTree
 
 from millprint.config.errors import ConfigError
+from millprint.mill.outlines import HalfEdges, half_edges, triangle_widths
+
+# A coarser grid is how the body was drawn, not rounding; on a finer one nobody draws [shares of its size].
+COARSEST, FINEST = 1e-3, 1e-5
+# Between them a grid is believed if this many coordinates, and this share of them, are on none that is five times as
+# coarse: those of a round wall need their last digit, while the sizes of a drawing end in 0 or 5.
+FEWEST, SHARE = 3, 0.25
+INCH_MM = 25.4
+
+
+def _off(values: np.ndarray, step: np.ndarray | float) -> np.ndarray:
+    """Distances of values from the multiples of a step."""
+    return np.abs(values - np.rint(values / step) * step)
+
+
+def _grids(values: np.ndarray) -> Iterator[np.ndarray]:
+    """Steps of each value (n,): of one number of decimals, then of one number of digits, from the coarsest on."""
+    decade = np.floor(np.log10(values))
+    for exponent in range(int(decade.max()), -16, -1):
+        yield np.full(len(values), 10.0**exponent)
+    for digits in range(1, 17):
+        yield 10.0 ** (decade - digits + 1)
+
+
+def _step(values: np.ndarray, noise: np.ndarray, size: float) -> float:
+    """The largest step of a grid that all values (n,) lie on, to within a noise (n,); 0 where there is none."""
+    largest, some = 0.0, slice(None, None, max(1, len(values) // 100))
+    for step in _grids(values):
+        is_sure, error = 16 * noise <= step, noise + 1e-9 * step
+        if not is_sure.any() or step.max() > COARSEST * size:
+            continue
+        if any((_off(values[rows], step[rows]) > error[rows]).any() for rows in (some, slice(None))):
+            continue
+        needs_it = is_sure & (_off(values, 5 * step) > error)
+        # In the decade of the largest step that enough values need.
+        for top in np.unique(step[is_sure])[::-1]:
+            here = step == top
+            enough = max(FEWEST, SHARE * here.sum()) if top > FINEST * size else 1
+            if top > largest and needs_it[here].sum() >= enough:
+                largest = float(top)
+    return largest
+
+
+def coordinate_rounding(points: np.ndarray) -> float:
+    """The largest error that rounding gives a coordinate of points (v, 3), in their unit.
+
+    Half a step of the grid of decimals or digits, in the points' unit or 25.4 times as large, on which all coordinates
+    are; half the spacing of 32-bit or 64-bit numbers where there is none that is certain.
+    """
+    values = np.unique(np.abs(points))
+    values = values[values > 0]
+    single = values.astype(np.float32)
+    # A 32-bit number that is written with nine digits.
+    is_single = bool((np.abs(single - values) <= 5e-9 * values).all())
+    spacing = np.spacing(single).astype(float) if is_single else np.spacing(values)
+    size = float(np.ptp(points, axis=0).max())
+    step = _step(values, spacing, size)
+    in_inches = _step(values / INCH_MM, np.maximum(spacing, step / 2) / INCH_MM, size / INCH_MM) * INCH_MM
+    return max(float(spacing.max()), step, in_inches) / 2
+
+
+# Slivers are taken out again and again, as one may leave another; more rounds than this do not help.
+ROUNDS = 20
+
+
+def _joined(points: np.ndarray, triangles: np.ndarray, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Points and triangles with pairs of points (n, 2) made one, also chains; what has no third corner is dropped."""
+    group = trimesh.graph.connected_component_labels(pairs, node_count=len(points))
+    _, first = np.unique(group, return_index=True)
+    triangles = group[triangles]
+    a, b, c = triangles.T
+    used, triangles = np.unique(triangles[(a != b) & (b != c) & (c != a)], return_inverse=True)
+    return points[first[used]], triangles.reshape(-1, 3)
+
+
+def weld(points: np.ndarray, triangles: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
+    """Merge points closer than a tolerance [m], also chains of such points.
+
+    points (v, 3) [m]; triangles (t, 3), rows of points. Returns the merged points that a triangle uses, in ascending
+    order, and the triangles as rows of them, without those that are left with fewer than three corners.
+    """
+    order = np.lexsort(points.T[::-1])
+    is_new = np.append(True, (np.diff(points[order], axis=0) != 0).any(axis=1))
+    number = np.empty(len(order), dtype=np.int64)
+    number[order] = np.cumsum(is_new) - 1
+    points, triangles = points[order[is_new]], number[triangles]
+    return _joined(points, triangles, cKDTree(points).query_pairs(tolerance, output_type="ndarray"))
+
+
+def close_gaps(points: np.ndarray, triangles: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
+    """Merge points on open edges that are closer than a tolerance [m]: one point that was rounded in two ways."""
+    edges = half_edges(triangles)
+    is_open = edges.twin < 0
+    rim = np.unique(np.concatenate([edges.start[is_open], edges.end[is_open]]))
+    if not len(rim):
+        return points, triangles
+    return _joined(points, triangles, rim[cKDTree(points[rim]).query_pairs(tolerance, output_type="ndarray")])
+
+
+def _apart(pairs: np.ndarray) -> np.ndarray:
+    """Which pairs (n, 2) have no number in common with an earlier one: all that can be changed at a time."""
+    _, first = np.unique(pairs, return_index=True)
+    is_first = np.isin(np.arange(pairs.size), first)
+    return np.logical_and(is_first[::2], is_first[1::2])
+
+
+def _contractible(edges: HalfEdges, ends: np.ndarray) -> np.ndarray:
+    """Those of some sides (n, 2) whose ends may be one point: only two points are neighbours of both."""
+    count = int(edges.start.max()) + 1
+    beside = csr_array((np.ones(len(edges.start), dtype=np.int64), (edges.start, edges.end)), (count, count))
+    return ends[(beside[ends[:, 0]] * beside[ends[:, 1]]).sum(axis=1) == 2]
+
+
+def without_slivers(points: np.ndarray, triangles: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
+    """A closed surface without triangles that are narrower than a tolerance [m], as far as it stays closed.
+
+    A triangle with a side shorter than the tolerance loses that side. One with a corner in the middle of its longest
+    side gives it to the triangle across that side, which is cut in two there.
+    """
+    for _ in range(ROUNDS):
+        corners = points[triangles]
+        narrow = np.flatnonzero(triangle_widths(corners) <= tolerance)
+        if not len(narrow):
+            break
+        lengths = np.linalg.norm(np.roll(corners[narrow], -1, axis=1) - corners[narrow], axis=2)
+        is_needle, rows = lengths.min(axis=1) <= tolerance, np.arange(len(narrow))
+        edges = half_edges(triangles)
+        short = (3 * narrow + lengths.argmin(axis=1))[is_needle]
+        ends = _contractible(edges, np.column_stack([edges.start[short], edges.end[short]]))
+        if len(ends):
+            # No chains, as an outline whose sides are all short would be one point; in any order, or one at a time.
+            ends = np.random.default_rng(0).permutation(ends)
+            points, triangles = _joined(points, triangles, ends[_apart(ends)])
+            continue
+        longest = lengths.argmax(axis=1)
+        twin = edges.twin[3 * narrow + longest]
+        pairs = np.column_stack([narrow, twin // 3])[twin >= 0]
+        # Each triangle in one exchange at a time.
+        chosen = rows[twin >= 0][_apart(pairs)]
+        across, side = twin[chosen] // 3, twin[chosen] % 3
+        start, end, middle = (triangles[narrow[chosen], (longest[chosen] + k) % 3] for k in range(3))
+        far = triangles[across, (side + 2) % 3]
+        triangles = triangles.copy()
+        triangles[narrow[chosen]] = np.column_stack([middle, start, far])
+        triangles[across] = np.column_stack([end, middle, far])
+        points, triangles = _joined(points, triangles, np.empty((0, 2), dtype=int))
+    return points, triangles
+
 
 # A binary STL: a header with the number of triangles, then the triangles [bytes].
 HEADER, TRIANGLE = 84, 50

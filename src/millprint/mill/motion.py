@@ -1,4 +1,9 @@
-"""Rigid motion of a body: its place and rotation at a time t, and how fast it moves.
+"""Rigid motion of a body: its place and rotation at a time, along a curve through points too, and how fast it moves.
+
+Place: a periodic cubic spline X(u) of the turn u = t f. Rotation: a periodic cubic spline q(u) of quaternions (w, x, y,
+z), normalised when it is used, so that
+    R = R(q / |q|),  omega = 2 Im(dq/dt q*) / |q|^2
+is exact: a change of the length of q does not turn the body.
 
 The body turns by an angle about a fixed unit axis a through a pivot p, and a translation is added. Both are sums of
 harmonics of the mill's angular frequency w, and the angle may grow steadily too:
@@ -7,7 +12,7 @@ harmonics of the mill's angular frequency w, and the angle may grow steadily too
     V(t) = dX/dt,  omega(t) = (d theta / dt) a,  R(theta) = cos theta I + (1 - cos theta) a a^T + sin theta [a]x
 with X the origin of the body frame; a point x of the body is at X + R x. The mill starts at t = 0 from rest at its
 pose there and has its full speed at once, as in the thesis (Sec. 3.2.2). A motion given as a table of points is a
-periodic curve instead (mill.path).
+periodic curve instead (mill.motion).
 """
 
 import math
@@ -18,11 +23,121 @@ from typing import NamedTuple
 import numpy as np
 
 from millprint.config.motion_kinds import Drive, MotionSection, motion_kind
-from millprint.mill.kernel_columns import span_of, width_of
-from millprint.mill.path import find_piece, path_values, rotation_matrices, write_path, write_path_rotation
-from millprint.mill.pose import POSE, write_rotation
-from millprint.mill.vectors import add, add_scaled, cross, put_vector, rotate, row, scale, vector
+from millprint.mill.kernel_columns import Vector, number_columns, span_of, width_of
+from millprint.mill.vectors import add, add_scaled, cross, put_vector, rotate, row, scale, subtract, vector
 from millprint.run.kernel import inlined
+
+
+class RotationColumns(NamedTuple):
+    """A rotation matrix from the body's frame to the laboratory, row by row."""
+
+    first_row: Vector
+    second_row: Vector
+    third_row: Vector
+
+
+class PoseColumns(NamedTuple):
+    """Where the body's frame is, how fast it moves, and how it is turned."""
+
+    position: Vector  # of its origin [m]
+    velocity: Vector  # of its origin [m/s]
+    angular_velocity: Vector  # [rad/s]
+    rotation: RotationColumns
+
+
+POSE = number_columns(PoseColumns)
+
+
+@inlined()
+def velocity_of(motions, body):
+    """Velocity of a body's origin [m/s]."""
+    return vector(motions.pose, body, POSE.velocity)
+
+
+@inlined()
+def angular_velocity_of(motions, body):
+    """Angular velocity of a body [rad/s]."""
+    return vector(motions.pose, body, POSE.angular_velocity)
+
+
+@inlined()
+def rotation_of(motions, body):
+    """Rotation of a body to the laboratory, a tuple of three rows."""
+    pose, rows = motions.pose, POSE.rotation
+    return vector(pose, body, rows.first_row), vector(pose, body, rows.second_row), vector(pose, body, rows.third_row)
+
+
+@inlined()
+def write_rotation(pose, body, rotation):
+    """Write a rotation, a tuple of three rows."""
+    put_vector(pose, body, POSE.rotation.first_row, rotation[0])
+    put_vector(pose, body, POSE.rotation.second_row, rotation[1])
+    put_vector(pose, body, POSE.rotation.third_row, rotation[2])
+
+
+def path_values(breaks: np.ndarray, pieces: np.ndarray, turns: np.ndarray) -> np.ndarray:
+    """The curve (..., 7), place [m] and quaternion, at turns (...) since the start."""
+    # Takes long to import, and few mills need it.
+    from scipy.interpolate import CubicSpline
+
+    return CubicSpline.construct_fast(np.moveaxis(pieces, 0, 1), breaks, extrapolate="periodic")(turns)
+
+
+def rotation_matrices(quaternion: np.ndarray) -> np.ndarray:
+    """Rotation matrices (..., 3, 3) of quaternions (..., 4) of any length, w first."""
+    from scipy.spatial.transform import Rotation
+
+    scalar_last = np.roll(quaternion, -1, axis=-1).reshape(-1, 4)
+    return Rotation.from_quat(scalar_last).as_matrix().reshape(*quaternion.shape[:-1], 3, 3)
+
+
+@inlined()
+def find_piece(breaks, first, last, turns):
+    """The piece that contains `turns`, of those from `first` up to but not `last`; breaks has the start of each."""
+    low, high = first, last - 1
+    while low < high:
+        middle = (low + high + 1) // 2
+        if breaks[middle] <= turns:
+            low = middle
+        else:
+            high = middle - 1
+    return low
+
+
+@inlined()
+def _component(piece, part, c, turns):
+    a, b, k = piece[part, 0, c], piece[part, 1, c], piece[part, 2, c]
+    value = ((a * turns + b) * turns + k) * turns + piece[part, 3, c]
+    return value, (3.0 * a * turns + 2.0 * b) * turns + k
+
+
+@inlined()
+def write_path(piece, part, turns, frequency, pose, body):
+    """Write the pose of a body by one piece of its curve, `turns` after the piece's start; rates in 1/s."""
+    for c in range(3):
+        value, rate = _component(piece, part, c, turns)
+        pose[body, POSE.position.x + c] = value
+        pose[body, POSE.velocity.x + c] = frequency * rate
+
+
+@inlined()
+def write_path_rotation(piece, part, turns, frequency, pose, body):
+    """Write rotation and angular velocity [rad/s] of a body by one piece of its curve of quaternions."""
+    w, dw = _component(piece, part, 3, turns)
+    x, dx = _component(piece, part, 4, turns)
+    y, dy = _component(piece, part, 5, turns)
+    z, dz = _component(piece, part, 6, turns)
+    over = 1.0 / (w * w + x * x + y * y + z * z)
+    product = cross((dx, dy, dz), (x, y, z))
+    half = subtract(subtract(scale(w, (dx, dy, dz)), scale(dw, (x, y, z))), product)
+    put_vector(pose, body, POSE.angular_velocity, scale(2.0 * frequency * over, half))
+    rotation = (
+        (1.0 - 2.0 * over * (y * y + z * z), 2.0 * over * (x * y - w * z), 2.0 * over * (x * z + w * y)),
+        (2.0 * over * (x * y + w * z), 1.0 - 2.0 * over * (x * x + z * z), 2.0 * over * (y * z - w * x)),
+        (2.0 * over * (x * z - w * y), 2.0 * over * (y * z + w * x), 1.0 - 2.0 * over * (x * x + y * y)),
+    )
+    write_rotation(pose, body, rotation)
+
 
 # Points of a turn of a motion that is carried by another one: their curve is within 1e-9 of it at a turn of each.
 CARRIED = 720
@@ -43,7 +158,7 @@ class Motion:
     harmonics: (k, 7) angular frequency [rad/s], cosine amplitudes x, y, z and sine amplitudes x, y, z [m];
     axis: (3,) unit vector; pivot: (3,) [m]; rate: steady angular velocity about the axis [rad/s];
     swing: (j, 3) angular frequency [rad/s], cosine amplitude and sine amplitude [rad];
-    breaks (m + 1,) and pieces (m, 4, 7): the curve of a table of points over turns (mill.path), in place of all these;
+    breaks (m + 1,) and pieces (m, 4, 7): the curve of a table of points (mill.motion), in place of all these;
     moves: false for a body that stands still.
     """
 

@@ -1,6 +1,6 @@
 """Every shape of a vessel or an insert as flat facets, and the registry of the kinds of shape.
 
-To add a shape, write its keys in `config.geometry`, a function here that gives its facets, one that gives the cylinders
+To add a shape, write its keys in `config.mill`, a function here that gives its facets, one that gives the cylinders
 and tori of which these are pieces, and a record in `SHAPES`. Parameters give the walls of a hollow, seen from inside.
 """
 
@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from millprint.config.geometry import (
+from millprint.config.mill import (
     BoxGeometry,
     CylinderGeometry,
     LifterDrumGeometry,

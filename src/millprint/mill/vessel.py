@@ -10,12 +10,20 @@ from typing import NamedTuple
 import numpy as np
 
 from millprint.config.errors import ConfigError
-from millprint.config.geometry import GeometrySection
-from millprint.config.mill import MillConfig
+from millprint.config.mill import GeometrySection, MillConfig
 from millprint.mill.curved_surfaces import Curve
-from millprint.mill.outlines import Facet, Outlines, cross, enclosed_volume, facets_of, plane_axes, triangulate_facet
+from millprint.mill.outlines import (
+    Facet,
+    Outlines,
+    are_convex,
+    convex_fan,
+    cross,
+    enclosed_volume,
+    facets_of,
+    plane_axes,
+    triangulate_facet,
+)
 from millprint.mill.shapes import shape_kind
-from millprint.mill.triangulate import are_convex, convex_fan
 
 # Vertices closer than this fraction of the vessel's size are one vertex.
 WELD = 1e-7

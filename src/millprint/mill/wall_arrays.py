@@ -7,12 +7,11 @@ from functools import lru_cache
 import numpy as np
 
 from millprint.mill.borders import borders_of, outline_sides
-from millprint.mill.creases import DEGREE, SIDE, TRIM, Trims
+from millprint.mill.creases import DEGREE, SIDE, TRIM, Trims, rim_rows
 from millprint.mill.curved_surfaces import CURVE, curve_rows
 from millprint.mill.drawn_creases import bowed_side, crease_rows, joined_trims
 from millprint.mill.kernel_columns import width_of
 from millprint.mill.outlines import Ragged, lengths
-from millprint.mill.rims import rim_rows
 from millprint.mill.vectors import add_scaled, row
 from millprint.mill.vessel import Vessel
 from millprint.mill.wall_features import features_of

@@ -23,9 +23,9 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
 from millprint.mill.borders import SMOOTH_TURN, Borders, borders_of
+from millprint.mill.creases import Rim
 from millprint.mill.drawn_creases import Crease
 from millprint.mill.outlines import Ragged, lengths
-from millprint.mill.rims import Rim
 from millprint.mill.vessel import CONVEX, Edge, Vessel
 
 

@@ -7,7 +7,7 @@ contacts on.
 
 A vessel and the inserts in it are bodies, each in a frame of its own. Features are numbered: the facets of all bodies
 first, then the convex lines, the corners, the curves (mill.curved_surfaces), of which some facets are only a drawing,
-the convex rims (mill.rims), and the convex creases (mill.creases).
+the convex rims (mill.creases), and the convex creases (mill.creases).
 """
 
 import math
@@ -15,11 +15,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from millprint.mill.creases import SIDE, Trims, beyond_trim, crease_beyond, crease_touch, past_bow
+from millprint.mill.creases import SIDE, Trims, beyond_trim, crease_beyond, crease_touch, past_bow, rim_touch
 from millprint.mill.curved_surfaces import CURVE, curve_touch
 from millprint.mill.kernel_columns import Vector, number_columns
-from millprint.mill.pose import angular_velocity_of, rotation_of, velocity_of
-from millprint.mill.rims import rim_touch
+from millprint.mill.motion import angular_velocity_of, rotation_of, velocity_of
 from millprint.mill.vectors import add, add_scaled, cross, dot, rotate, rotate_back, row, subtract
 from millprint.run.kernel import inlined, inner, kernel
 

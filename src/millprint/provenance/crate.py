@@ -21,7 +21,7 @@ from rocrate.model.entity import Entity
 from rocrate.model.file import File
 from rocrate.rocrate import ROCrate
 
-from millprint.card.latex import CITATION
+from millprint.card.card_files import CITATION
 from millprint.config.workflow import ProvenanceConfig
 from millprint.provenance.inside import UNCHECKED
 from millprint.provenance.lineage import Lineage

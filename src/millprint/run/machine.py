@@ -10,7 +10,7 @@ from platformdirs import user_cache_path
 
 from millprint import JOB_VARIABLE
 
-# Numba is not among them: its loops use threads only if a simulation asks for them (millprint.dem.threads), and never
+# Numba is not among them: its loops use threads only if a simulation asks for them (millprint.dem.advance), and never
 # more than at its start.
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 # How OpenMP threads wait for each other; read when they start.

@@ -26,7 +26,7 @@ from millprint.thesis.doe.literature import read_literature, read_reported_yield
 from millprint.thesis.doe.runs import read_runs
 from millprint.thesis.doe.wet_lab import read_wear
 from millprint.thesis.fit import fitted_mill
-from millprint.thesis.fit.published import published_values, with_roles
+from millprint.thesis.fit.jar_search import published_values, with_roles
 from millprint.thesis.yields.experiments import check_region, read_experiments
 from millprint.thesis.yields.run_tables import (
     check_folds,

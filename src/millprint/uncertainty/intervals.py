@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from millprint.config.charge import ONE_SIZE
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
-from millprint.config.mixture import ONE_SIZE
 from millprint.config.uncertainty import PARAMETERS, UncertaintyConfig
 from millprint.fingerprint.bands import ContactFactors, Ends, Sampled
 from millprint.fingerprint.descriptors import CHARGE

@@ -11,10 +11,16 @@ import pandas as pd
 from millprint.cases.simulate import Values
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
-from millprint.config.geometry import CylinderGeometry
-from millprint.config.mill import MillConfig
-from millprint.config.quantities import FLOW_SPEED, REPOSE, STILL_PLACE, SURFACE_ANGLE
-from millprint.config.setup_models import BeadDrumConfig, DrumOfBallsConfig, ReposeDrumConfig
+from millprint.config.mill import CylinderGeometry, MillConfig
+from millprint.config.setup_models import (
+    FLOW_SPEED,
+    REPOSE,
+    STILL_PLACE,
+    SURFACE_ANGLE,
+    BeadDrumConfig,
+    DrumOfBallsConfig,
+    ReposeDrumConfig,
+)
 from millprint.config.sweep import Case, expand_sweep
 from millprint.dem.layout import SNAPSHOT
 from millprint.dem.simulation import Simulation

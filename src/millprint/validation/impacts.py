@@ -9,9 +9,8 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.contact_set import ContactConfig
-from millprint.config.geometry import BoxGeometry
-from millprint.config.quantities import IMPACT, SURFACE
-from millprint.config.setup_models import AluminaImpactConfig, ElasticImpactConfig, ImpactConfig
+from millprint.config.mill import BoxGeometry
+from millprint.config.setup_models import IMPACT, SURFACE, AluminaImpactConfig, ElasticImpactConfig, ImpactConfig
 from millprint.dem.few_balls import FewBalls, walls_for
 from millprint.dem.laws.hertz import effective_modulus, impact
 from millprint.dem.laws.record import ball_mass, damping_ratio

@@ -13,8 +13,7 @@ import pandas as pd
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
-from millprint.config.quantities import Asked, quantities_of
-from millprint.config.setup_models import SETTINGS, SetupConfig
+from millprint.config.setup_models import SETTINGS, Asked, SetupConfig, quantities_of
 from millprint.config.sweep import Case, DemConfig
 from millprint.config.wording import close_to
 from millprint.config.workflow import WorkflowConfig

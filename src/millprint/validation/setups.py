@@ -15,7 +15,7 @@ from millprint.config.sweep import Case, DemConfig
 from millprint.validation.drums import SHORT, predict_bead_drum, predict_repose_drum
 from millprint.validation.impacts import PARTIAL, predict_alumina_impact, predict_elastic_impact
 from millprint.validation.measured import PLACE_COLUMNS, Inputs, check_predictions
-from millprint.validation.shaken_predictions import (
+from millprint.validation.shaken import (
     predict_leaf_spring,
     predict_shaken_box,
     predict_shaken_plate,

@@ -8,8 +8,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.mill import MillConfig
-from millprint.config.quantities import POWER, RINGS, SHOULDER, TOE, TURN_ENERGY, with_number
-from millprint.config.setup_models import TumblingConfig
+from millprint.config.setup_models import POWER, RINGS, SHOULDER, TOE, TURN_ENERGY, TumblingConfig, with_number
 from millprint.estimate.estimates import ENDS, Estimate, Interval, mean_of
 from millprint.mill.bodies import build_bodies
 from millprint.mill.gravity import GRAVITY

@@ -13,14 +13,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from millprint.config.charge import ONE_SIZE
 from millprint.config.dose import HeatConfig
 from millprint.config.included import load_mill, shipped
-from millprint.config.mixture import ONE_SIZE
-from millprint.config.quantities import SWING
+from millprint.config.setup_models import SWING
 from millprint.config.shaken_models import LeafSpringConfig
-from millprint.dose.heat_balance import BODIES, programme_phases, solve
-from millprint.dose.heat_sources import HeatSource
-from millprint.dose.heat_table import ROOM, balance_of, band, sample
+from millprint.dose.heat_balance import BODIES, ROOM, HeatSource, balance_of, band, programme_phases, sample, solve
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.predicted_values import Prediction
 from millprint.fingerprint.readers import find_ready_made, ready_made

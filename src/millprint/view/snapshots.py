@@ -9,9 +9,9 @@ import h5py
 import numpy as np
 
 from millprint.config.errors import ConfigError
+from millprint.mill.creases import nearest_on_circle
 from millprint.mill.curved_surfaces import touch_points
 from millprint.mill.drawn_creases import crease_feet, crease_rows
-from millprint.mill.rims import nearest_on_circle
 
 PER_BALL = ("position_m", "velocity_m_s", "spin_rad_s", "contact_force_N")
 PER_CONTACT = ("contact_first", "contact_second")

@@ -5,8 +5,7 @@ from dataclasses import replace
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.dem_engine import EngineConfig
-from millprint.config.geometry import LifterDrumGeometry
-from millprint.config.mill import MillConfig
+from millprint.config.mill import LifterDrumGeometry, MillConfig
 from millprint.config.sweep import Case, ball_count
 from millprint.dem.resources import LIKELY_BALL_STEP_S, LIKELY_START_S, Resources, resources_of, runtime_of
 

@@ -10,8 +10,7 @@ from millprint.config.dem_engine import LammpsConfig
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, overridden
-from millprint.dem.lammps.granular_law import REMEDY, damped_coefficient, law_for
-from millprint.dem.lammps.regions import unsupported
+from millprint.dem.lammps.input import REMEDY, damped_coefficient, law_for, unsupported
 
 
 def program(settings: LammpsConfig, source: str) -> str:

@@ -8,7 +8,7 @@ from scipy.special import stdtrit
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
-from millprint.config.geometry import BoxGeometry
+from millprint.config.mill import BoxGeometry
 from millprint.config.over_speed import NOMINAL_SPEED_M_S, SpeedTable
 from millprint.dem.few_balls import FewBalls
 from millprint.dem.timestep import resolved_step

@@ -6,8 +6,7 @@ import pandas as pd
 from millprint.thesis.claims.chapter2 import change_percent
 from millprint.thesis.claims.chapter3 import AS_BUILT, CONTACT, MILL
 from millprint.thesis.claims.evidence import Evidence, Finding, NotRun, claim, in_words, yes_no
-from millprint.thesis.curves.collapse import MACHINE
-from millprint.thesis.curves.scaling import FACTOR
+from millprint.thesis.curves.scaling import FACTOR, MACHINE
 
 
 def curves_of(evidence: Evidence, columns: str, where: str, absent: str, contact: str = CONTACT) -> pd.DataFrame:

@@ -5,7 +5,7 @@ import pandas as pd
 
 from millprint.thesis.claims.chapter3 import CONTACT, MILL
 from millprint.thesis.claims.evidence import Evidence, Finding, NotRun, Repeats, claim, in_words, yes_no
-from millprint.thesis.surrogate.measure_tables import (
+from millprint.thesis.surrogate.measures import (
     BASELINE,
     DISSIPATION,
     NOTHING,

@@ -36,14 +36,14 @@ ORIGINS: dict[str, tuple[str, str]] = {
     "fingerprint/descriptors.tsv": ("fit_master_curves", "millprint.fingerprint.descriptors.tabulate_descriptors"),
     "fingerprint/cycles.tsv": ("fit_master_curves", "millprint.thesis.curves.cycles.tabulate_cycles"),
     "fingerprint/means_*.tsv": ("fit_master_curves", "millprint.thesis.curves.scaling.average_curves"),
-    "fingerprint/collapse.tsv": ("fit_master_curves", "millprint.thesis.curves.collapse.tabulate_collapse"),
+    "fingerprint/collapse.tsv": ("fit_master_curves", "millprint.thesis.curves.scaling.tabulate_collapse"),
     "fingerprint/inverse.tsv": ("fit_master_curves", "millprint.thesis.curves.scaling.invert_speed"),
     "partition/table_4_2.tsv yield_percent": ("partition_dissipation", "millprint.thesis.curves.regimes.read_regimes"),
     "partition/table_4_2.tsv": ("partition_dissipation", "millprint.thesis.curves.regimes.design_cases"),
-    "partition/table_4_3.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.compare_with_prior"),
-    "partition/table_4_4.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.specific_yields"),
-    "partition/table_4_5.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.energy_leverage"),
-    "partition/slopes.tsv": ("partition_dissipation", "millprint.thesis.curves.energy.fit_slopes"),
+    "partition/table_4_3.tsv": ("partition_dissipation", "millprint.thesis.curves.regimes.compare_with_prior"),
+    "partition/table_4_4.tsv": ("partition_dissipation", "millprint.thesis.curves.regimes.specific_yields"),
+    "partition/table_4_5.tsv": ("partition_dissipation", "millprint.thesis.curves.regimes.energy_leverage"),
+    "partition/slopes.tsv": ("partition_dissipation", "millprint.thesis.curves.regimes.fit_slopes"),
     "yield/held_out/*.tsv": ("hold_out_yields", "millprint.thesis.yields.held_out.predict_held_out"),
     "yield/scores_by_scheme.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.score_table"),
     "yield/out_of_domain.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.predictions"),
@@ -55,7 +55,7 @@ ORIGINS: dict[str, tuple[str, str]] = {
         "millprint.thesis.surrogate.timing.simulation_seconds",
     ),
     "surrogate/runtime.tsv": ("time_surrogates", "millprint.thesis.surrogate.timing.time_rollouts"),
-    "surrogate/ablations.tsv": ("tabulate_ablations", "millprint.thesis.surrogate.measure_tables.ablation_table"),
+    "surrogate/ablations.tsv": ("tabulate_ablations", "millprint.thesis.surrogate.measures.ablation_table"),
 }
 
 

@@ -1,17 +1,24 @@
-"""The table of every claim of the thesis, with what was computed and a verdict."""
+"""The table of claims: every claim with the computed value, its interval and its verdict."""
 
-from dataclasses import replace
+import math
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from fnmatch import fnmatch
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from millprint.config.errors import ConfigError
-from millprint.estimate.judge import VERDICTS
+from millprint.estimate.estimates import LEVEL, Estimate, Interval, spread_of
+from millprint.estimate.judge import VERDICTS, judge
+from millprint.fingerprint.bands import Factors
+from millprint.run.files import read_table
+from millprint.run.progress import progress
 from millprint.run.tables import Text, read_measured, refuse_rows
-
-# Importing a chapter registers its claims.
 from millprint.thesis.claims import chapter2, chapter3, chapter3_curves, chapter4, chapter5, chapter6  # noqa: F401
+from millprint.thesis.claims.chapter6 import TRAININGS
 from millprint.thesis.claims.conclusions import chapter_name
 from millprint.thesis.claims.evidence import (
     FORMS,
@@ -23,9 +30,11 @@ from millprint.thesis.claims.evidence import (
 )
 from millprint.thesis.claims.tolerances import (
     BASES,
+    CERTAIN,
     DERIVED,
     ERRATUM,
     NATURES,
+    TIMED,
     deviation,
     is_number,
     jars_that_meet,
@@ -33,6 +42,9 @@ from millprint.thesis.claims.tolerances import (
     judge_value,
     reason_of,
 )
+from millprint.thesis.surrogate.measures import failed_tests
+
+# Importing a chapter registers its claims.
 
 CLAIM_COLUMNS = ["id", "locus", "quantity", "value", "unit", "nature", "basis", "tolerance", "note"]
 # What is known of deviations, by ids of claims, and the tables that show it. No cause is named.
@@ -79,8 +91,8 @@ def collect_findings(
 ) -> dict[str, Finding]:
     """What the run in the folder `results` says for each claim whose id has this beginning, by id.
 
-    intervals: as `millprint.thesis.claims.claim_intervals.tabulate_intervals`; a claim that they lack keeps what its
-    own code says. jars: as `millprint.thesis.claims.claim_intervals.tabulate_jars`. One that is missed has the note of
+    intervals: as `millprint.thesis.claims.tabulate.tabulate_intervals`; a claim that they lack keeps what its
+    own code says. jars: as `millprint.thesis.claims.tabulate.tabulate_jars`. One that is missed has the note of
     WHERE_TO_LOOK. Raises ConfigError as `read_claims`.
     """
     claims, data, found = read_claims(claims_path), Path(claims_path).parent, {}
@@ -178,3 +190,248 @@ def _text(value: float | str | None, digits: int = 6) -> str:
     if value is None:
         return ""
     return value if isinstance(value, str) else f"{value:.{digits}g}"
+
+
+WINDOWS = "bootstrap of windows"
+# What the claims ask of a roll-out that ran away; its other measures mean nothing.
+COURSE = ("stable", "balls_left", "mean_square_speed_ratio")
+
+INTERVAL_COLUMNS = ["id", "lower", "upper", "interval_from", "repeats", "failed"]
+
+Value = float | str
+Tables = dict[str, pd.DataFrame]
+
+
+@dataclass(frozen=True)
+class Repeated:
+    """Tables that stand in for files of the results, drawn again and again.
+
+    tables: of each draw, by path from the results folder; between: the interval of a claim's values over the draws.
+    """
+
+    tables: Sequence[Tables]
+    between: Callable[[Value, list[Value], float], Repeats]
+
+    def decides(self, finding: Finding) -> bool:
+        """Whether the value of a claim follows from one of these tables."""
+        return any(source.path in self.tables[0] for source in finding.sources) if self.tables else False
+
+
+def quantiles(values: Sequence[float], level: float = LEVEL) -> tuple[float, float]:
+    """The middle of many draws."""
+    low, high = np.quantile(np.asarray(values, dtype=float), [(1 - level) / 2, (1 + level) / 2])
+    return float(low), float(high)
+
+
+def over_repeats(value: Value, values: list[Value], level: float, origin: str = TRAININGS) -> Repeats:
+    """The interval of one more repeat, such as a training: `spread_of`. Of statements, another is the lower end."""
+    if not all(map(is_number, values)):
+        return Repeats(next((one for one in values if one != value), value), value, origin, len(values))
+    found = [float(one) for one in values]
+    lower, upper = spread_of(found, level, one_more=True) if len(found) > 1 else (found[0], found[0])
+    return Repeats(lower, upper, origin, len(found))
+
+
+def over_draws(value: Value, values: list[Value], level: float, origin: str = WINDOWS) -> Repeats:
+    """The interval over many draws: `quantiles`, moved so that their median is the value, which removes a bias.
+
+    A draw has fewer different revolutions than its run, so that its spread is too small; a largest value is too large.
+    Of statements, the commonest other one is the lower end where it is drawn more often than each end of an interval
+    is left out, (1 - level) / 2.
+    """
+    if not all(is_number(one) for one in [value, *values]):
+        others = pd.Series([one for one in values if one != value], dtype=object).value_counts()
+        often = len(others) and others.sum() > (1 - level) / 2 * len(values)
+        return Repeats(str(others.index[0]) if often else value, value, origin, len(values))
+    found = [float(one) for one in values]
+    low, high = quantiles(found, level)
+    bias = float(np.median(found)) - float(value)
+    return Repeats(min(low - bias, float(value)), max(high - bias, float(value)), origin, len(values))
+
+
+def findings_of(name: str, evidence: Evidence, tables: Sequence[Tables]) -> list[Finding]:
+    """What a claim finds with each of these tables in the place of the files; without those that do not decide it."""
+    found = [find_claim(replace(evidence, id=name, sources=[], tables=evidence.tables | own)) for own in tables]
+    return [one for one in found if one.value is not None]
+
+
+def interval_from(found: Sequence[Finding], finding: Finding, repeated: Repeated, level: float) -> Repeats:
+    """The interval of a claim over its repeats. One that failed is counted, and is in neither end.
+
+    A repeat with a value that is not finite counts as failed.
+    """
+    values = [one.value for one in found if not one.failed and one.value is not None and _is_known(one.value)]
+    failed = len(found) - len(values)
+    if not values or finding.value is None:
+        return Repeats(math.inf, math.inf, TRAININGS, len(found), failed)
+    value = values[0] if finding.failed or not _is_known(finding.value) else finding.value
+    interval = repeated.between(value, values, level)
+    return replace(interval, of=len(found), failed=failed).within(finding.limits)
+
+
+def _is_known(value: Value) -> bool:
+    return not is_number(value) or math.isfinite(float(value))
+
+
+def tabulate_intervals(
+    results: str | Path, claims_path: str | Path, repeated: Sequence[Repeated], level: float = LEVEL
+) -> pd.DataFrame:
+    """A row for each claim that chance has a part in and that has an interval, with INTERVAL_COLUMNS.
+
+    A claim whose own code states an interval keeps it. Raises ConfigError as
+    `millprint.thesis.claims.tabulate.read_claims`.
+    """
+    claims, findings = read_claims(claims_path), collect_findings(results, claims_path)
+    certain = claims["nature"].isin([*CERTAIN, TIMED])
+    uncertain = [name for name in claims.index[~certain] if findings[name].value is not None]
+    evidence = Evidence(Path(results), Path(claims_path).parent, claims["value"])
+    rows = []
+    with progress(len(uncertain), None, "claim") as bar:
+        for name in uncertain:
+            interval = _interval_of(name, findings[name], evidence, repeated, level)
+            if interval is not None:
+                rows.append(dict(zip(INTERVAL_COLUMNS, (name, *vars(interval).values()), strict=True)))
+            bar.update()
+    return pd.DataFrame(rows, columns=INTERVAL_COLUMNS)
+
+
+def _interval_of(
+    name: str, finding: Finding, evidence: Evidence, repeated: Sequence[Repeated], level: float
+) -> Repeats | None:
+    own = next((one for one in repeated if one.decides(finding)), None) if finding.repeats is None else None
+    found = findings_of(name, evidence, own.tables) if own else []
+    return interval_from(found, finding, own, level) if own and len(found) > 1 else finding.repeats
+
+
+JAR_TABLE = ["id", "jar", "counting_rule", "value", "verdict"]
+
+
+def tabulate_jars(
+    results: str | Path, claims_path: str | Path, jars: pd.DataFrame, tables: Sequence[Tables]
+) -> pd.DataFrame:
+    """What each jar and counting rule that fits equally well says for each claim that it decides, with JAR_TABLE.
+
+    jars: as `millprint.thesis.fit.equal_jars.read_equal_jars`; tables: of each of its rows, in place of the files. A
+    claim that these tables cannot decide, as of another contact set, has no row. Raises ConfigError as `read_claims`.
+    """
+    claims, findings = read_claims(claims_path), collect_findings(results, claims_path)
+    evidence = Evidence(Path(results), Path(claims_path).parent, claims["value"])
+    rows = []
+    for name in claims.index[~claims["nature"].isin([*CERTAIN, TIMED])]:
+        if findings[name].value is None or not any(source.path in tables[0] for source in findings[name].sources):
+            continue
+        found = findings_of(name, evidence, tables)
+        if len(found) < len(tables):
+            continue
+        asked = claims.at[name, "value"], claims.at[name, "tolerance"]
+        for own, one in zip(jars.itertuples(), found, strict=True):
+            rows.append((name, own.jar, own.counting_rule, one.value, judge_value(*asked, one).word))
+    return pd.DataFrame(rows, columns=JAR_TABLE)
+
+
+def repeated_trainings(results: str | Path, trainings: dict[str, list[str]]) -> list[Repeated]:
+    """The measures of the trainings of each surrogate in the place of those of the first.
+
+    trainings: by the name of a surrogate, the names of all of its trainings, itself first.
+    """
+    found = []
+    for name, names in trainings.items():
+        path = f"surrogate/{name}/metrics.tsv"
+        files = [Path(results) / f"surrogate/{one}/metrics.tsv" for one in names]
+        if len(files) > 1 and all(file.exists() for file in files):
+            found.append(Repeated([{path: without_sizes(read_table(file))} for file in files], over_repeats))
+    return found
+
+
+def without_sizes(metrics: pd.DataFrame) -> pd.DataFrame:
+    """The rows of metrics.tsv of one training, with no size in the tests in which its roll-out ran away."""
+    lost = metrics["test"].isin(failed_tests(metrics)) & ~metrics["measure"].isin(COURSE)
+    return metrics.assign(value=metrics["value"].mask(lost, np.inf))
+
+
+# Ids of claims on the master curves, on the dissipation in one revolution and on the reference case.
+CURVE = re.compile(r"3\.curve\.(?P<fill>0\.\d+)\.(?P<quantity>Pn|Pt|f|ratio)")
+CYCLE = re.compile(r"3\.cycle\.\d+mm\.\d+\.(?P<channel>n|t)")
+REFERENCE = re.compile(r"3\.reference\.(?P<quantity>En|Et|f)")
+# Ids of Table 4.2, but for the cases of equal power, whose speed follows from the curves.
+CASE = re.compile(r"4\.case\.(?P<case>reference|speed\.\w+)\.(?P<quantity>f|P|En|Et|ratio)")
+CHANNELS = {"n": "Pn", "t": "Pt"}
+# Quantity of Table 4.2: column of partition/table_4_2.tsv, and the unit that it is printed in.
+COLUMNS = {
+    "f": ("specific_frequency_hz", 1.0),
+    "P": ("power_W", 1.0),
+    "En": ("normal_energy_J", 1e-4),
+    "Et": ("tangential_energy_J", 1e-4),
+    "ratio": ("ratio", 1.0),
+}
+REFERENCE_FILL = 0.10
+COLUMNS_OF_TABLE = [
+    "id", "locus", "quantity", "unit", "fill_ratio", "factor_of", "published", "ours", "deviation_percent",
+    "lower", "upper", "verdict",
+]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Place:
+    """The quantity of CURVES that a printed value goes with, and its fill ratio."""
+
+    quantity: str
+    fill_ratio: float
+
+
+def place_of(claim: str, cycle_fill_ratio: float, cases: dict[str, float]) -> Place | None:
+    """The place of a claim; None for one that no factor applies to. cases: fill ratios of Table 4.2 by name."""
+    if found := CURVE.fullmatch(claim):
+        return Place(found["quantity"], float(found["fill"]))
+    if found := CYCLE.fullmatch(claim):
+        return Place(CHANNELS[found["channel"]], cycle_fill_ratio)
+    if found := REFERENCE.fullmatch(claim):
+        return Place(found["quantity"], REFERENCE_FILL)
+    if (found := CASE.fullmatch(claim)) and found["case"] in cases:
+        return Place(found["quantity"], cases[found["case"]])
+    return None
+
+
+def tabulate_contact_intervals(
+    results: str | Path, claims_path: str | Path, factors: Factors, cycle_fill_ratio: float
+) -> pd.DataFrame:
+    """A row for each printed value that comes from the DEM, with COLUMNS_OF_TABLE.
+
+    published: as printed; ours: what the run in the folder `results` computed, of chapter 4 with our own curves; lower,
+    upper: ours times the factors of the contact parameters; verdict: whether the printed value lies between them. The
+    factors are those of one ball size and speed, which the scaling carries to the others. Values that the run has not
+    computed, and fill ratios beyond those of the factors, have no interval.
+    """
+    claims = read_claims(claims_path)
+    findings = collect_findings(results, claims_path, "3.c") | collect_findings(results, claims_path, "3.reference")
+    regimes = read_table(Path(results) / "partition/table_4_2.tsv", text=["curves", "case"])
+    regimes = regimes[regimes["curves"] == "ours"].set_index("case")
+    cases = regimes["fill_ratio"].astype(float).to_dict()
+    rows = []
+    for claim in claims.itertuples():
+        place = place_of(claim.id, cycle_fill_ratio, cases)
+        if place is None:
+            continue
+        if found := CASE.fullmatch(claim.id):
+            column, unit = COLUMNS[found["quantity"]]
+            ours = float(regimes.at[found["case"], column]) / unit
+        else:
+            value = findings[claim.id].value
+            ours = np.nan if value is None else float(value)
+        published = float(claim.value)
+        lower, upper = ours * factors.at(np.array([place.fill_ratio]))[place.quantity][:, 0]
+        estimate = Estimate(ours, claim.unit).having({} if np.isnan(lower) else {"contact": Interval(lower, upper)})
+        rows.append(
+            {
+                **{name: getattr(claim, name) for name in ("id", "locus", "quantity", "unit")},
+                "fill_ratio": place.fill_ratio,
+                "factor_of": place.quantity,
+                "published": published,
+                "ours": ours,
+                "deviation_percent": 100 * (ours / published - 1),
+                "lower": lower,
+                "upper": upper,
+                "verdict": judge(estimate, Estimate(published, claim.unit)).word,
+            }
+        )
+    return pd.DataFrame(rows, columns=COLUMNS_OF_TABLE)

@@ -193,7 +193,7 @@ def plot_dissipation(
 ) -> Figure:
     """Cumulative dissipation of the roll-out and of DEM (Figs 6.8, 6.14, 6.15, 6.17).
 
-    metrics: as `millprint.thesis.surrogate.measure_tables.with_spread`; trainings: the same table of each further
+    metrics: as `millprint.thesis.surrogate.measures.with_spread`; trainings: the same table of each further
     training.
     """
     figure, panels = _grid(list(dissipation["test"].unique()))
@@ -232,7 +232,7 @@ DISTRIBUTIONS = {
 def plot_distributions(distributions: pd.DataFrame, metrics: pd.DataFrame) -> Figure:
     """Densities of speed, wall distance, contacts a ball and dissipation increments, a row a test.
 
-    metrics: as `millprint.thesis.surrogate.measure_tables.with_spread`, of which the length of each roll-out is taken.
+    metrics: as `millprint.thesis.surrogate.measures.with_spread`, of which the length of each roll-out is taken.
     """
     lengths_s = metrics.groupby("test")["length_s"].max()
     tests = list(distributions["test"].unique())

@@ -5,8 +5,7 @@ Which mill the fit is about is said here: the Snakefile asks, and nothing that t
 
 from pathlib import Path
 
-from millprint.config.geometry import StadiumGeometry
-from millprint.config.mill import MillConfig
+from millprint.config.mill import MillConfig, StadiumGeometry
 from millprint.config.workflow import WorkflowConfig
 
 # Jars of a search that are enough to say what the fit leaves open of the shape.

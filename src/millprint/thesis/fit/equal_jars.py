@@ -13,14 +13,13 @@ import numpy as np
 import pandas as pd
 
 from millprint.cases.simulate import simulate_each
+from millprint.config.calibration import JarSearch
 from millprint.config.contact_set import ContactConfig
-from millprint.config.fit import JarSearch
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.run import simulate
 from millprint.run.tables import Number, Text, read_measured, refuse_rows
-from millprint.thesis.fit.jar_search import JAR_PARAMETERS, places_of, shaped, under_rules
-from millprint.thesis.fit.published import FITTED, HELD_BACK, misfit
+from millprint.thesis.fit.jar_search import FITTED, HELD_BACK, JAR_PARAMETERS, misfit, places_of, shaped, under_rules
 
 # Of the claims on the fitted values [-].
 TOLERANCE = 0.15

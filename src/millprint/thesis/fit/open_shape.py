@@ -14,8 +14,8 @@ import numpy as np
 import pandas as pd
 from scipy.stats import qmc
 
+from millprint.config.calibration import JarSearch
 from millprint.config.errors import ConfigError
-from millprint.config.fit import JarSearch
 from millprint.fingerprint.bands import Ends, ShapeFactors
 from millprint.observables.definitions import BASIC, THESIS_CURVES, scaled_quantities
 from millprint.thesis.fit import FEWEST_JARS

@@ -7,7 +7,7 @@ import pandas as pd
 
 from millprint.estimate.estimates import Estimate, mean_of
 from millprint.estimate.judge import AGREES, Allowed, judge
-from millprint.thesis.surrogate.measure_tables import DISSIPATION, UNLEARNED
+from millprint.thesis.surrogate.measures import DISSIPATION, UNLEARNED
 
 SPEED = "mean_square_speed_ratio"
 AGAINST_COLUMNS = [

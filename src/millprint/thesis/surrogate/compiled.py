@@ -17,9 +17,8 @@ import numpy as np
 from millprint.mill.distance import SignedDistance
 from millprint.thesis.surrogate.dataset import ball_reach
 from millprint.thesis.surrogate.graph_surrogate import GraphSurrogate, State, Sums, no_sums
-from millprint.thesis.surrogate.kernels import Batch, Rules, make_scratch, roll
+from millprint.thesis.surrogate.kernels import PANEL, Batch, Rules, make_scratch, roll
 from millprint.thesis.surrogate.network import CHANNELS, NormalisedNetwork, read_weights
-from millprint.thesis.surrogate.products import PANEL
 from millprint.thesis.surrogate.rollout import Setting
 from millprint.thesis.surrogate.scene import read_scene, read_trajectory
 

@@ -11,9 +11,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import expit, logit, logsumexp, ndtr
 
-from millprint.config.averaged_process import INPUTS, AveragingConfig
-from millprint.config.search_spaces import PRIMARY
-from millprint.config.yields import LibraryTrialConfig
+from millprint.config.yields import INPUTS, PRIMARY, AveragingConfig, LibraryTrialConfig
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.features import Standardisation, describe
 from millprint.thesis.yields.posterior_process import Process, fit_process, terms_of

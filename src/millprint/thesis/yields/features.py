@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import expit
 
-from millprint.config.averaged_process import INPUTS
+from millprint.config.yields import INPUTS
 
 TIME = "time_h"
 CHEMICAL = ("bpr", "molar_ratio", TIME)

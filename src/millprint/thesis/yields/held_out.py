@@ -7,8 +7,7 @@ import numpy as np
 import pandas as pd
 from sklearn.model_selection import RepeatedKFold, ShuffleSplit
 
-from millprint.config.averaged_process import AveragingConfig
-from millprint.config.yields import HeldOutConfig, TrainingConfig
+from millprint.config.yields import AveragingConfig, HeldOutConfig, TrainingConfig
 from millprint.estimate.quantiles import normal_quantile
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import fit_averaged

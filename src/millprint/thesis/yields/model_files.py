@@ -6,9 +6,8 @@ from importlib.metadata import distributions, version
 import numpy as np
 import pandas as pd
 
-from millprint.config.averaged_process import INPUTS
 from millprint.config.errors import ConfigError
-from millprint.config.yields import TrainingConfig
+from millprint.config.yields import INPUTS, TrainingConfig
 from millprint.run.files import read_format, write_json
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import LINKS, AveragedModel, Candidate, Member, to_conversion

@@ -10,9 +10,8 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from millprint.config.averaged_process import INPUTS
 from millprint.config.errors import ConfigError
-from millprint.config.yields import PredictionConfig, TrainingConfig
+from millprint.config.yields import INPUTS, PredictionConfig, TrainingConfig
 from millprint.observables.condition import Condition, energy_scale
 from millprint.observables.definitions import BASIC
 from millprint.run.files import read_format, write_json, write_table

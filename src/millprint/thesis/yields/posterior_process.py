@@ -8,7 +8,7 @@ from scipy.linalg import cho_solve
 from scipy.linalg.lapack import dpotrs
 from scipy.optimize import minimize
 
-from millprint.config.averaged_process import INPUTS, Priors
+from millprint.config.yields import INPUTS, Priors
 
 # Variance of the unknown mean, for a target of unit variance: large, but finite so that the evidence is defined.
 MEAN_VARIANCE = 4.0

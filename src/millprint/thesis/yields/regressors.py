@@ -1,6 +1,6 @@
 """The regressors: one record each, which holds everything that depends on which regressor it is.
 
-To add one: its record here, and in `TRAININGS` of millprint.config.search_spaces what of it is searched; then `make
+To add one: its record here, and in `TRAININGS` of millprint.config.yields what of it is searched; then `make
 reference`. Snakemake reads this module with the Snakefile, so a library is imported only where it is used.
 """
 
@@ -11,8 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from millprint.config.search_spaces import TABLE_5_6, TRAININGS, Training
-from millprint.config.yields import Choices, TrainingConfig
+from millprint.config.yields import TABLE_5_6, TRAININGS, Choices, Training, TrainingConfig
 
 if TYPE_CHECKING:
     import numpy as np

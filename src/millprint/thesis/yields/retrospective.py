@@ -9,8 +9,7 @@ from sklearn.linear_model import LinearRegression, RidgeCV
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
-from millprint.config.averaged_process import AveragingConfig
-from millprint.config.yields import RetrospectiveConfig
+from millprint.config.yields import AveragingConfig, RetrospectiveConfig
 from millprint.estimate.estimates import mean_of
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import AveragedModel, fit_averaged

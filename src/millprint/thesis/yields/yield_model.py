@@ -8,8 +8,7 @@ import numpy as np
 import pandas as pd
 from sklearn.model_selection import RepeatedKFold
 
-from millprint.config.search_spaces import PRIMARY, Drawn
-from millprint.config.yields import Choices, SearchConfig, TrainingConfig
+from millprint.config.yields import PRIMARY, Choices, Drawn, SearchConfig, TrainingConfig
 from millprint.estimate.quantiles import normal_quantile
 from millprint.thesis.yields.features import FEATURES, TIME, Standardisation, engineer
 from millprint.thesis.yields.metrics import YieldWeights, weighted_mse
