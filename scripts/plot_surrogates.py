@@ -6,7 +6,8 @@ Settings: surrogate.graph.window, surrogate.edges, surrogate.rollout.snap_back_m
 variant. Of surrogate.ablations: what each changes, its trainings, and the length of its roll-out.
 Inputs: `run`, `wall_contacts`, `controls`; `errors`, `distributions`, `histories`, `measured` and `dissipation` of
 the variants. Of ablations `measured`, `histories`, and `claims`.
-Outputs: `metrics`, `trainings`, `baselines`, the figures, and the points of one as `slices_tsv`; or `ablations`.
+Outputs: `metrics`, `trainings`, `baselines`, `against`, the figures, and the points of one as `slices_tsv`; or
+`ablations`.
 """
 
 import numpy as np

@@ -5,7 +5,7 @@ Inputs: `run`: run.h5 with snapshots.
 Outputs: `gif` and `png`; or `balls`, `walls`, `contacts` (run.vtkhdf, run_walls.vtkhdf, run_contacts.vtkhdf).
 """
 
-from millprint.config.workflow import ViewConfig
+from millprint.config.view import ViewConfig
 from millprint.figures.animation import save_animation
 from millprint.run.job import job
 from millprint.view.frames import read_movie

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from millprint.config.sweep import Case, DemConfig
-from millprint.config.workflow import ViewConfig
+from millprint.config.view import ViewConfig
 from millprint.dem.layout import SNAPSHOT
 from millprint.dem.ledger import closure, ledger_series
 from millprint.dem.run import run_case

@@ -98,7 +98,7 @@ def job_record(jobid: int, message: str) -> logging.LogRecord:
 def test_a_job_is_one_line_and_the_time_to_go_follows_from_those_that_ended(monkeypatch):
     now = iter([0.0, 20.0])
     monkeypatch.setattr(ending.time, "monotonic", lambda: next(now))
-    jobs = [Job("run_dem_case", 1, (f"{case}/summary.json",), {"processor_s": 8}) for case in "abcd"]
+    jobs = [Job("run_dem_case", 1, (f"{case}/summary.json",), {"processor_s": 9}) for case in "abcd"]
     quiet = OneLineAJob(lambda: jobs, lambda: False)
     assert quiet.filter(record(LogEvent.RESOURCES_INFO, cores=2))
     started = job_record(1, "Simulating a")

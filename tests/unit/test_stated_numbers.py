@@ -11,8 +11,8 @@ NUMBER = r"(?<![\w.@-])\d[\d,]*(?:\.\d+)?(?![\w@])"
 
 
 def text_of(document: str) -> str:
-    """The text that people read: without blocks, the head of a paper, citations, code in a line and addresses."""
-    text = BLOCK.sub(" ", (ROOT / document).read_text())
+    """The text that people read: without blocks, the head of a paper, citations, code and addresses."""
+    text = re.sub(r"```.*?```", " ", BLOCK.sub(" ", (ROOT / document).read_text()), flags=re.S)
     text = text.split("---", 2)[2] if text.startswith("---") else text
     for left_out in (r"\[@\w+\]|@\w+", r"(?<!`)`[^`\n]+`(?!`)", r"\]\([^)]*\)"):
         text = re.sub(left_out, " ", text)

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from millprint.cli.commands import main as millprint
-from millprint.config.workflow import ViewConfig
+from millprint.config.view import ViewConfig
 from millprint.figures.animation import SPEEDS, Animation, save_animation
 from millprint.view.frames import Movie, read_movie
 from tests.unit.run_samples import OUTLINE, turn, write_sample

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import trimesh
 
-from millprint.cli import engine, plan_run
+from millprint.cli import engine
 from millprint.cli.commands import COMMANDS as MILLPRINT
 from millprint.cli.commands import main as millprint
 from tests.workflow.conftest import ROOT, ask_snakemake, copy_project, share_kernels
@@ -92,7 +92,7 @@ def arguments_of(words: list[str], monkeypatch) -> list[list[str]]:
         return subprocess.CompletedProcess(given, 0)
 
     monkeypatch.setattr(engine.subprocess, "run", run)
-    monkeypatch.setattr(plan_run, "snakemake_command", lambda given: run(["snakemake", *given]))
+    monkeypatch.setattr("snakemake.cli.main", lambda given: run(["snakemake", *given]))
     assert millprint(words[1:]) == 0
     monkeypatch.undo()
     return started

@@ -33,6 +33,7 @@ def test_every_claim_has_a_row_and_a_verdict(claims):
     assert list(claims.columns) == [
         *("id", "locus", "quantity", "published", "unit", "nature", "basis", "tolerance"),
         *("reproduced", "lower", "upper", "interval_from", "repeats", "failed"),
+        *("jars_lower", "jars_upper", "jars_meeting"),
         *("deviation", "verdict", "interval_verdict", "reason", "explanation", "source"),
     ]
     assert claims["id"].tolist() == expected["id"].tolist()

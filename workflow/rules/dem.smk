@@ -67,7 +67,7 @@ rule run_dem_case:
         contact=lambda wildcards, output: CONTACTS[wildcards.contact].model_dump(mode="json"),
         # Not `benchmark`, for which Snakemake would measure the script, and not its fork in the server.
         benchmark=lambda wildcards, output: (
-            output.run.replace(f"{RESULTS}/dem/", f"{BENCHMARKS}/run_dem_case/").replace("/run.h5", ".tsv")
+            f"{BENCHMARKS}/run_dem_case/{wildcards.mill}/{wildcards.contact}/{wildcards.case}.tsv"
         ),
         settings=lambda wildcards, output: CONFIG.dem.model_dump(mode="json", exclude={"lammps"}),
     message:

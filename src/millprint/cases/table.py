@@ -34,7 +34,8 @@ from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import PRECISIONS, MillsConfig, MillSweepConfig
 from millprint.config.setup_models import setup_cases
 from millprint.config.sweep import Case, balls_of, expand_sweep
-from millprint.config.workflow import ViewConfig, WorkflowConfig
+from millprint.config.view import ViewConfig
+from millprint.config.workflow import WorkflowConfig
 from millprint.dem.lammps.cost import lammps_resources
 from millprint.dem.resources import Resources, resources_of
 

@@ -12,7 +12,7 @@ from millprint.cli.commands import parser_of
 from millprint.config.arguments import value_of, value_of_key
 from millprint.config.load import check_model
 from millprint.config.section import Count, NonNegative
-from millprint.config.workflow import ViewConfig
+from millprint.config.view import ViewConfig
 
 PARTS = ("", "_walls", "_contacts")
 

@@ -17,16 +17,8 @@ from millprint.config.setup_models import QUICK, SETTINGS, SetupConfig, Tumbling
 from millprint.config.surrogate import SurrogateConfig
 from millprint.config.sweep import SweepConfig
 from millprint.config.uncertainty import UncertaintyConfig
+from millprint.config.view import ViewConfig
 from millprint.config.yields import YieldConfig
-
-
-class ViewConfig(Section):
-    """Animations from the snapshots of a case."""
-
-    revolutions: Annotated[float, Field(gt=0, le=10_000)] = 5.0
-    """revolutions of the mill in an animation [-]"""
-    frames_per_revolution: Annotated[int, Field(ge=1, le=10_000)] = 50
-    """frames of an animation per revolution, if there are enough snapshots [-]"""
 
 
 class ClaimsConfig(Section):

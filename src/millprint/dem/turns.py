@@ -13,8 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from millprint.estimate.quantiles import student_exceeded
-
 FEWEST_BLOCKS = 8
 # A motion repeats if turns a period apart differ by less than this fraction of the spread of independent collisions.
 LONGEST_PERIOD, FEWEST_PAIRS, ALIKE = 4, 8, 1 / 3
@@ -59,6 +57,9 @@ def relative_error(energies: Sequence[float]) -> float:
 
 def half_width(energies: Sequence[float]) -> float:
     """Half of the 95 % interval of a mean of turns over its size [-]; inf for fewer than FEWEST_BLOCKS independent."""
+    # Imported here: scipy is slow to import, and a job that only reads turns does not need it.
+    from millprint.estimate.quantiles import student_exceeded
+
     known, mean = mean_of_turns(energies), abs(float(np.mean(energies))) if len(energies) else 0.0
     if not known or not mean or known.independent < FEWEST_BLOCKS:
         return math.inf

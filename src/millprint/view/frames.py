@@ -11,7 +11,7 @@ import numpy as np
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.config.motion_kinds import motion_kind
-from millprint.config.workflow import ViewConfig
+from millprint.config.view import ViewConfig
 from millprint.mill.bodies import Body, build_bodies
 from millprint.mill.wall_words import round_triangles, walls_in_words
 from millprint.run.hdf5 import open_hdf5
