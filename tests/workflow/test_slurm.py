@@ -76,7 +76,7 @@ results: results
 dem: {restart_interval_s: 5}
 sweeps:
   - {name: long, contacts: [calibrated], ball_diameters_mm: [10], fill_ratios: [0.1], speeds_rpm: [600], seeds: [0],
-     settle_s: 0.1, discard_s: 0.1, window_s: 240}
+     settle_s: 0.1, discard_s: 0.1, window_s: 600}
 """
 
 
