@@ -3,16 +3,21 @@
 import re
 
 import pytest
+from tools.count_matches import EXAMPLE
 from tools.store_verdicts import BLOCK, TEXTS, written
 
 from tests.conftest import ROOT
 
+WRITTEN = re.compile(r"<!-- example: python tools/count_matches.py -->.*?<!-- end -->", re.S)
 NUMBER = r"(?<![\w.@-])\d[\d,]*(?:\.\d+)?(?![\w@])"
 
 
 def text_of(document: str) -> str:
-    """The text that people read: without blocks, the head of a paper, citations, code and addresses."""
-    text = re.sub(r"```.*?```", " ", BLOCK.sub(" ", (ROOT / document).read_text()), flags=re.S)
+    """The text that people read: without blocks, the head of a paper, citations, code in a line and addresses.
+
+    The example of a match is held by tests/unit/test_match_pages.py, its command too.
+    """
+    text = WRITTEN.sub(" ", BLOCK.sub(" ", (ROOT / document).read_text())).replace(EXAMPLE, " ")
     text = text.split("---", 2)[2] if text.startswith("---") else text
     for left_out in (r"\[@\w+\]|@\w+", r"(?<!`)`[^`\n]+`(?!`)", r"\]\([^)]*\)"):
         text = re.sub(left_out, " ", text)

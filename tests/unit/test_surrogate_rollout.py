@@ -7,6 +7,7 @@ import pytest
 import torch
 import yaml
 
+from millprint.thesis.surrogate import timing
 from millprint.thesis.surrogate.dataset import DISTANCE, featurise, graphs_at
 from millprint.thesis.surrogate.graph_surrogate import GraphSurrogate, euler_step, snap_back
 from millprint.thesis.surrogate.network import NormalisedNetwork, feature_statistics
@@ -171,11 +172,25 @@ def test_thresholds_of_smaller_balls_are_at_the_same_gaps():
 
 
 @pytest.mark.slow
-def test_the_simulation_is_timed_again(tmp_path):
+def test_the_simulation_is_timed_again(tmp_path, monkeypatch):
     mill, contact = (yaml.safe_load((ROOT / "config" / name).read_text()) for name in FILES)
     case = {"mill": "emax", "contact": "calibrated", "ball_diameter_m": 0.01, "fill_ratio": 0.1, "speed_hz": 5.0}
     case |= {"seed": 0, "settle_s": 0.01, "discard_s": 5.0, "window_s": 1.0, "snapshot_interval_s": 1e-4}
     config = {"mill": mill, "contact": contact, "case": case, "dem": configuration()["dem"]}
     write_run(simulate(3), tmp_path / "run.h5", config)
+    timed = []
+
+    class Timed(timing.Simulation):
+        def __init__(self, *given):
+            super().__init__(*given)
+            timed.append(self)
+
+    monkeypatch.setattr(timing, "Simulation", Timed)
+    found = simulation_seconds(tmp_path / "run.h5", 1e-3)
     # Neither the five seconds left out nor the window of the recorded case are simulated.
-    assert 0.0 < simulation_seconds(tmp_path / "run.h5", 1e-3) < 1e4
+    assert [own.case.discard_s for own in timed] == [0.0, 0.0]
+    assert [own.case.window_s for own in timed] == [1e-3, 1e-3]
+    # The kernel's time for a second of the last one, for the 15 s of the thesis.
+    steps = timed[-1].settle_steps + timed[-1].window_steps
+    assert found == pytest.approx(15 * timed[-1].wall_clock_s / (steps * timed[-1].step))
+    assert 0.0 < found < 1e4

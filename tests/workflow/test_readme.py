@@ -91,8 +91,9 @@ def arguments_of(words: list[str], monkeypatch) -> list[list[str]]:
         started.append(given[given.index("snakemake") + 1 :])
         return subprocess.CompletedProcess(given, 0)
 
-    monkeypatch.setattr(engine.subprocess, "run", run)
+    # First, since it imports Snakemake, whose plugins start programs.
     monkeypatch.setattr("snakemake.cli.main", lambda given: run(["snakemake", *given]))
+    monkeypatch.setattr(engine.subprocess, "run", run)
     assert millprint(words[1:]) == 0
     monkeypatch.undo()
     return started

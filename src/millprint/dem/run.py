@@ -19,7 +19,7 @@ from millprint.dem.recording import Recording
 from millprint.dem.simulation import Simulation
 from millprint.dem.store import write_run
 from millprint.dem.summary import described, is_certain, summarise
-from millprint.observables.condition import Condition, energy_scale
+from millprint.dem.turns import scale_of_hits
 from millprint.run.files import write_json
 
 logger = logging.getLogger("millprint")
@@ -35,13 +35,7 @@ def _enough(simulation: Simulation) -> Callable[[Recording], bool] | None:
     largest, samples = simulation.case.power_error_max, simulation.dem.ledger_samples_per_revolution
     if not largest:
         return None
-    own = described(simulation)
-    condition = Condition(
-        fill_ratio=simulation.case.fill_ratio,
-        speed_hz=own["frequency_hz"],
-        **{name: own[name] for name in ("ball_diameter_m", "density_kg_m3", "amplitude_m")},
-    )
-    scale_J = simulation.count * energy_scale(condition)
+    scale_J = scale_of_hits(described(simulation))
     return lambda recording: is_certain(ledger_series(np.concatenate(recording.samples)), samples, largest, scale_J)
 
 

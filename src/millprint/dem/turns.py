@@ -8,10 +8,12 @@ seeds do (`millprint.fingerprint.descriptors`).
 """
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
+
+from millprint.observables.condition import Condition, energy_scale
 
 FEWEST_BLOCKS = 8
 # A motion repeats if turns a period apart differ by less than this fraction of the spread of independent collisions.
@@ -81,10 +83,17 @@ def motion_repeats(energies: Sequence[float], collisions: float) -> bool:
     return apart < ALIKE * values.mean() / math.sqrt(collisions)
 
 
+def scale_of_hits(run: Mapping[str, Any]) -> float:
+    """rho omega^2 A^2 d^3 of all balls [J]; run: a summary, or what `dem.summary.described` has of it."""
+    own = {name: run[name] for name in ("ball_diameter_m", "density_kg_m3", "amplitude_m")}
+    condition = Condition(fill_ratio=run["case"]["fill_ratio"], speed_hz=run["frequency_hz"], **own)
+    return run["balls"] * energy_scale(condition)
+
+
 def has_impacts(energies: Sequence[float], scale: float) -> bool:
     """Whether balls hit anything, by the normal dissipation of all balls in each turn [J].
 
-    scale: rho omega^2 A^2 d^3 of all balls [J]. Where all balls go round with the wall as one layer, or lie on it, a
+    scale: `scale_of_hits` [J]. Where all balls go round with the wall as one layer, or lie on it, a
     turn dissipates less than LEAST_HIT of that: a hit by 1 % of the wall's speed v = 2 pi omega A has m v^2 / 2 times
     1e-4, which is 1e-3 of the scale for balls of mass m = pi / 6 rho d^3. The last quarter of the turns decides, by its
     median, since such a layer may form within the window, and then lasts.

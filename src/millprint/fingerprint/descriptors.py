@@ -11,9 +11,8 @@ from millprint.config.charge import ONE_SIZE
 from millprint.config.counting import CountingRule
 from millprint.config.mill_sweep import FEWEST_FILLS
 from millprint.config.sweep import as_tabulated
-from millprint.dem.turns import ROUNDING, has_impacts, mean_of_turns, motion_repeats
+from millprint.dem.turns import ROUNDING, has_impacts, mean_of_turns, motion_repeats, scale_of_hits
 from millprint.fingerprint.readers import collisions_by, counted, read_contacts
-from millprint.observables.condition import Condition, energy_scale
 from millprint.observables.counted_collisions import Collisions
 from millprint.observables.definitions import COMPUTED, DESCRIPTORS, MEASURED, STATISTICS, Measured
 from millprint.run.files import read_table
@@ -122,7 +121,7 @@ def _turns_row(summary: dict, collisions: float) -> dict:
     known = {name: mean_of_turns(own) for name, own in energies.items()}
     independent = [of_turns.independent if of_turns else float(len(energies[name])) for name, of_turns in known.items()]
     locked = all(motion_repeats(own, collisions) for own in energies.values())
-    hits = has_impacts(energies["normal"] or [_of_a_turn(summary)], summary["balls"] * _energy_scale(summary))
+    hits = has_impacts(energies["normal"] or [_of_a_turn(summary)], scale_of_hits(summary))
     # A summary of an earlier version has no such number.
     stuck = (summary.get("speed_over_vessel") or 1.0) < STUCK
     return {
@@ -136,13 +135,6 @@ def _turns_row(summary: dict, collisions: float) -> dict:
 def _of_a_turn(summary: dict) -> float:
     """Normal dissipation of all balls per turn [J]."""
     return summary["power_W"]["normal"] / summary["frequency_hz"]
-
-
-def _energy_scale(summary: dict) -> float:
-    """Scale of the energy of one collision of a run [J]."""
-    names = ("ball_diameter_m", "density_kg_m3", "amplitude_m")
-    own = {name: summary[name] for name in names}
-    return energy_scale(Condition(fill_ratio=summary["case"]["fill_ratio"], speed_hz=summary["frequency_hz"], **own))
 
 
 # Quantities whose scatter is known from turns and seeds.
