@@ -10,7 +10,7 @@ import pytest
 from millprint.cli.commands import main as millprint
 from millprint.config.errors import ConfigError
 from millprint.dose.energy_doses import AXES, HITS, NORMAL, TANGENTIAL, TOTAL, doses, own_doses
-from millprint.dose.kinetics import MODELS, NO_EFFECT, aicc, fit_kinetics, said_of_dose, shear_worth
+from millprint.dose.kinetics import MODELS, NO_EFFECT, aicc, fit_kinetics, fit_law, said_of_dose, shear_worth
 from millprint.thesis.curves.regimes import curve_of, powder_of_ball, screening_doses
 from tests.unit.synthetic_mill import fingerprint
 
@@ -83,6 +83,16 @@ def test_yields_without_a_cause_have_no_effect_as_the_best():
     assert best["aicc"] == pytest.approx(aicc(24 * runs["yield_percent"].var(ddof=0), 24, 2))
     likelihood = np.exp(-(table["aicc"] - best["aicc"]) / 2)
     assert table["weight"].tolist() == pytest.approx((likelihood / likelihood.sum()).tolist())
+
+
+def test_of_several_starts_the_best_fit_is_kept():
+    """From a start at which all yields are 100 % the slope is 0, so that its fit stays there."""
+    doses, model = np.arange(1.0, 25.0), MODELS["Avrami"]
+    yields = model.law(doses / doses.mean(), 0.8, 1.5)
+    stuck = fit_law(doses, yields, replace(model, starts=((500.0, 19.0),)))
+    values, squares = fit_law(doses, yields, replace(model, starts=((500.0, 19.0), (0.5, 1.0), (900.0, 19.0))))
+    assert stuck[1] == pytest.approx(((100 - yields) ** 2).sum()) and squares < 1e-6 * stuck[1]
+    np.testing.assert_allclose(values, (0.8, 1.5), rtol=1e-5)
 
 
 def test_aicc_by_hand_and_without_enough_runs():

@@ -122,6 +122,23 @@ def test_seeds_are_averaged_with_their_scatter():
     (row,) = wear.mean_conditions(pd.DataFrame(rows)).to_dict("records")
     assert row["seeds"] == 2 and row["load_ball_ball_N_m_s"] == 9
     assert row["relative_error"] == pytest.approx(np.sqrt(2) / 10 / np.sqrt(2))
+    # One seed has no scatter, and that of two that are alike is less than within their windows.
+    (alone,) = wear.mean_conditions(pd.DataFrame(rows[:1])).to_dict("records")
+    assert alone["relative_error"] == pytest.approx(0.01)
+    (alike,) = wear.mean_conditions(pd.DataFrame([rows[0], rows[0] | {"relative_error": 0.03}])).to_dict("records")
+    assert alike["relative_error"] == pytest.approx(0.02 / np.sqrt(2))
+    (unknown,) = wear.mean_conditions(pd.DataFrame([rows[0] | {"relative_error": np.nan}])).to_dict("records")
+    assert np.isnan(unknown["relative_error"])
+
+
+def test_loads_come_from_the_nearest_fill_and_follow_a_power_law_between_speeds():
+    table = pd.concat([conditions(fill=0.097), conditions(fill=0.102), conditions(fill=0.2)])
+    table["load_ball_ball_N_m_s"] *= [1, 1, 2, 2, 5, 5]
+    for fill, factor in ((0.098, 1), (0.101, 2), (0.2, 5)):
+        loads, error, origin = wet_lab.loads_at(table, 10.0, fill, 1200.0, 0.05)
+        assert loads["ball_ball"] == pytest.approx(70 * factor) and (error, origin) == (0.02, wet_lab.AS_RUN)
+    loads, error, origin = wet_lab.loads_at(table, 10.0, 0.2, 900.0, 0.05)
+    assert loads["ball_wall"] == pytest.approx(55 * 0.75**3) and (error, origin) == (0.02, wet_lab.BETWEEN)
 
 
 def write_run(folder, total=0.75, histogram=False) -> tuple[str, str]:

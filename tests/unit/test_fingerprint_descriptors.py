@@ -92,6 +92,19 @@ def test_known_collisions_have_a_known_answer():
     assert {column.name for column in COMPUTED} <= set(known)
 
 
+def test_powers_that_are_only_rounding_are_nothing():
+    """Balls that only bounce straight up shear by 1e-15 of the power, whose energy and frequency would mean nothing."""
+    run = known_run()
+    run["power_W"] |= {"tangential": 1e-14, "rolling": -1e-14}
+    row = tabulate_descriptors([run], "gap_0_03").iloc[0]
+    assert row[["Pt", "Pr", "Et_star", "ft_star", "weighted_tangential_frequency_hz"]].tolist() == [0.0] * 5
+    assert (row["Pn"], row["En_star"], row["fn_star"]) == pytest.approx((0.16, 8.0, 0.02))
+    # What is small but real stays.
+    run["power_W"] |= {"tangential": 1e-6}
+    row = tabulate_descriptors([run], "gap_0_03").iloc[0]
+    assert row["Pt"] == pytest.approx(2e-8) and row["Et_star"] == pytest.approx(1.0)
+
+
 def times(factor: float, collisions: int) -> dict:
     """The known run with so many times its powers, energies and frequencies, and a number of collisions."""
     run = known_run()
