@@ -58,6 +58,7 @@ COMMANDS = [
     "match planetary --like mixer 1500 10 0.3 --speeds 300 450 --balls 8 10 --ranked 3 --out ranked.tsv",
     "match planetary --request request.yaml --densities 7850 --fills 0.15 0.3",
     "match planetary.json --energies 1e-4 1e-4 --frequency 40 --descriptors per_collision",
+    "match planetary --like emax 900 10 0.1 --descriptors shear_share --first tangential-share",
     "match --from my_card/card.json --to planetary --near 20 --hours 5",
     "match spex --like mixer 25Hz 10 number=29 --speeds 12Hz 17Hz --equal-frequency --first normal-energy --hours 5",
     "dose dose.tsv planetary.json --out doses.tsv",

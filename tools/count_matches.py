@@ -34,6 +34,7 @@ SENSES = {
     "within 50 %": SearchConfig(near_percent=50),
     "the weighted frequencies too, within 30 %": SearchConfig(equal_frequency=True),
     "the mean energies of a collision, within 30 %": SearchConfig(descriptors="per_collision"),
+    "the weighted normal energy and the share of shear, within 30 %": SearchConfig(descriptors="shear_share"),
     "only the weighted normal energy, within 30 %": SearchConfig(first="weighted_normal_energy_J"),
 }
 

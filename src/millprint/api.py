@@ -40,7 +40,7 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.predicted_values import COLUMNS, Prediction, conditions_of
 from millprint.fingerprint.readers import charges_of, find_fingerprint, read_summaries
 from millprint.observables.condition import Condition
-from millprint.observables.definitions import DESCRIPTORS
+from millprint.observables.definitions import CURVES, DESCRIPTORS
 from millprint.run.files import write_table
 
 if TYPE_CHECKING:
@@ -48,6 +48,7 @@ if TYPE_CHECKING:
 
 # What a plot of a fingerprint shows, and the points of a curve.
 PLOTTED, POINTS = ("Pn", "Pt", "En_star", "Et_star"), 50
+EXAMPLE = '{"speed_rpm": 400, "ball_diameter_mm": 10, "fill_ratio": 0.2}'
 # The conditions of a mill: its sweep, or the keys of a sweep.
 Sweep = MillSweepConfig | Mapping[str, Any]
 
@@ -112,30 +113,38 @@ def read_fingerprint(path: str | Path) -> Fingerprint:
 
 
 def predict(
-    fingerprint: Fingerprint | str | Path, conditions: pd.DataFrame | Mapping[str, float]
+    fingerprint: Fingerprint | str | Path, conditions: pd.DataFrame | Mapping[str, float] | pd.Series
 ) -> pd.DataFrame | Prediction:
     """What a fingerprint predicts: of a table of conditions a table, of one condition a `Prediction`.
 
     fingerprint: or its file, or the name of an included mill. conditions: columns or keys as a sweep has them, such as
-    `speed_rpm`, `ball_diameter_mm`, and `fill_ratio`, `number` or `mass_g`. Raises ConfigError, in one line.
+    `speed_rpm`, `ball_diameter_mm`, and `fill_ratio`, `number` or `mass_g`; a row of such a table is one condition.
+    Raises ConfigError, in one line.
     """
-    known = fingerprint if isinstance(fingerprint, Fingerprint) else read_fingerprint(fingerprint)
+    known = _read(fingerprint)
     if isinstance(conditions, pd.DataFrame):
         return known.predict(conditions)
-    for name in set(conditions) - set(COLUMNS):
-        raise ConfigError(f"conditions: {name} is none of them{close_to(name, COLUMNS)}")
-    (row,) = conditions_of(pd.DataFrame([conditions]), known.about).rows().tolist()
+    if not isinstance(conditions, Mapping | pd.Series):
+        raise ConfigError(f"conditions = {conditions!r}: must be a table, or a mapping such as {EXAMPLE}")
+    for name in set(conditions.keys()) - set(COLUMNS):
+        raise ConfigError(f"conditions: {name} is none of them{close_to(str(name), COLUMNS)}")
+    (row,) = conditions_of(pd.DataFrame([dict(conditions)]), known.about).rows().tolist()
     return known.predict(Condition(*row))
 
 
-def plot(fingerprint: Fingerprint, quantities: Sequence[str] = PLOTTED) -> "Figure":
+def plot(fingerprint: Fingerprint | str | Path, quantities: Sequence[str] = PLOTTED) -> "Figure":
     """The master curves of scaled quantities over the fill ratio, each with the band of a new simulation.
 
-    quantities: columns of `Fingerprint.curve`, such as "Pn" and "Pt", the normal and tangential power of a ball.
+    fingerprint: or its file, or the name of an included mill. quantities: such as "Pn" and "Pt", the normal and
+    tangential power of a ball. Raises ConfigError, in one line, for one that is unknown.
     """
     from matplotlib import pyplot as plt
 
-    curve = fingerprint.curve(np.linspace(*fingerprint.fill_range, POINTS))
+    for name in quantities:
+        if name not in CURVES:
+            raise ConfigError(f"quantities: {name} is none of them{close_to(name, CURVES)}")
+    known = _read(fingerprint)
+    curve = known.curve(np.linspace(*known.fill_range, POINTS))
     figure, axes = plt.subplots(
         1, len(quantities), figsize=(3.2 * len(quantities), 2.8), squeeze=False, layout="constrained"
     )
@@ -144,6 +153,10 @@ def plot(fingerprint: Fingerprint, quantities: Sequence[str] = PLOTTED) -> "Figu
         axis.plot(curve["fill_ratio"], curve[quantity])
         axis.set(xlabel="fill ratio [-]", ylabel=DESCRIPTORS[quantity].label, ylim=(0, None))
     return figure
+
+
+def _read(fingerprint: Fingerprint | str | Path) -> Fingerprint:
+    return fingerprint if isinstance(fingerprint, Fingerprint) else read_fingerprint(fingerprint)
 
 
 def _given(

@@ -98,6 +98,21 @@ def test_a_condition_is_found_again_from_its_descriptors(curves, speed, diameter
     assert best["speed_rpm"] == pytest.approx(speed * 60, rel=5e-3)
 
 
+@pytest.mark.slow
+def test_shear_shares_are_alike_where_tangential_over_normal_power_is(curves):
+    condition = curves.condition(speed_hz=12.0, ball_diameter_m=0.008, fill_ratio=0.12)
+    settings = {"speeds_rpm": [300, 1980], "ball_diameters_mm": [8]}
+    best = match(curves, condition, curves, descriptors="shear_share", **settings).iloc[0]
+    assert best["distance"] < 1e-3 and best["met"] == "weighted_normal_energy_J, tangential_share"
+    found = match(curves, condition, curves, descriptors="shear_share", **settings, fill_ratios=[0.3, 0.3]).iloc[0]
+    of_found, of_wanted = found["tangential_share"], curves.predict(condition).tangential_share.value
+    odds = of_found / (1 - of_found) * (1 - of_wanted) / of_wanted
+    assert abs(np.log(odds)) > 0.1 and found["tangential_share_ratio"] == pytest.approx(odds)
+    # Nothing but the odds and E*n decides: at the fill ratio that is given the speed is that of the same E*n.
+    assert found["weighted_normal_energy_J_ratio"] == pytest.approx(1, rel=1e-2)
+    assert found["distance"] == pytest.approx(abs(np.log(odds)) / np.sqrt(2), rel=1e-2)
+
+
 def test_ranking_stays_in_the_allowed_range_and_is_sorted(curves):
     table = rank_conditions(TARGET, [curves], allowed((480, 540), (0.06, 0.20), (5, 10), ranked=3))
     assert table["speed_rpm"].between(480 - 1e-9, 540 + 1e-9).all()
@@ -245,7 +260,11 @@ def test_a_ranking_has_the_intervals_by_contact_parameters_of_those_that_have_th
 @pytest.mark.slow
 def test_the_command_line_shows_intervals_by_contact_parameters_where_both_have_them(analysed, file, capsys):
     options = ["--speeds", "300", "1200", "--balls", "10", "--ranked", "2"]
-    shorts = {"weighted": ("E*n", "E*t", "f*n", "f*t"), "per_collision": ("En", "Et", "f")}
+    shorts = {
+        "weighted": ("E*n", "E*t", "f*n", "f*t"),
+        "per_collision": ("En", "Et", "f"),
+        "shear_share": ("E*n", "Pt/Pn"),
+    }
     for chosen, own in shorts.items():
         also = ["--descriptors", chosen, "--equal-frequency"]
         millprint(["match", analysed, "--like", analysed, "700", "10", "0.12", *options, *also])

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.api import predict
+from millprint.api import plot, predict
 from millprint.config.errors import ConfigError
 from millprint.estimate.estimates import Estimate
 from millprint.fingerprint.coverage import tabulate_coverage
@@ -271,12 +271,38 @@ def test_a_sweep_of_random_conditions_is_predicted_as_each_alone(own):
             assert ends == pytest.approx([band.value, band.lower, band.upper], rel=1e-9, nan_ok=True)
 
 
+AS_A_SWEEP = {"speed_rpm": 600, "ball_diameter_mm": 10, "fill_ratio": 0.2}
+
+
 @pytest.mark.parametrize(("changes", "part"), refusals("a_condition_that_cannot_be_is_one_line"))
 def test_a_condition_that_cannot_be_is_one_line(own, changes, part):
-    row = {"speed_rpm": 600, "ball_diameter_mm": 10, "fill_ratio": 0.2, **changes}
+    row = AS_A_SWEEP | changes
     for given in (row, pd.DataFrame([row])):
         with pytest.raises(ConfigError, match=part):
             predict(own, given)
+
+
+@pytest.mark.parametrize(
+    ("ask", "part"),
+    [
+        (lambda own: predict(own, None), "conditions = None: must be a table, or a mapping such as"),
+        (lambda own: own.predict(400), "condition = 400: must be a Condition"),
+        (lambda own: predict(own, pd.DataFrame([[9, 9]], columns=["speed_rpm"] * 2)), "speed_rpm appears twice"),
+        (lambda own: predict(own, AS_A_SWEEP | {"speed_rpm": 10}), "another unit? Write 600"),
+        (lambda own: predict(own, AS_A_SWEEP | {"ball_diameter_mm": 0.01}), "another unit? Write 10"),
+        (lambda own: own.condition(**AS_A_SWEEP, colour=3), "condition: colour = 3: unknown key"),
+        (lambda own: plot(own, ["Pm"]), "quantities: Pm is none of them"),
+    ],
+)
+def test_what_is_no_condition_is_one_line(own, ask, part):
+    with pytest.raises(ConfigError) as caught:
+        ask(own)
+    assert part in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_a_row_of_a_table_is_a_condition(own):
+    table = pd.DataFrame([AS_A_SWEEP])
+    assert predict(own, table.iloc[0]) == predict(own, AS_A_SWEEP)
 
 
 def test_a_condition_has_one_speed_and_a_fingerprint_says_what_it_is_of(own):

@@ -11,7 +11,7 @@ from millprint.fingerprint.condition_search import check_same_count, rank_condit
 from millprint.fingerprint.match_target import Target
 from millprint.fingerprint.match_words import match_in_words
 from millprint.fingerprint.model import Fingerprint
-from millprint.observables.definitions import DESCRIPTOR_SETS, POWER
+from millprint.observables.definitions import ASKED_SETS, POWER
 
 # A search of everything that was simulated.
 ANYTHING = SearchConfig()
@@ -20,7 +20,7 @@ ANYTHING = SearchConfig()
 def target_of_card(card: MillingCard, request: SearchConfig) -> Target:
     """What a request asks for, to be like a card."""
     own = card.fingerprint.descriptors
-    wanted = {name: getattr(own, name) for name in DESCRIPTOR_SETS[request.descriptors]}
+    wanted = {name: getattr(own, name) for name in ASKED_SETS[request.descriptors]}
     power = own.wall_power_W * (1e3 / card.balls.mass_g)
     return Target(wanted, request.asked, replace(power, unit="W/kg"), card.fingerprint.probability)
 

@@ -10,7 +10,8 @@ Name each mill that you could use, by its name if it was run (--results says whe
 target is a condition of another mill (--like MILL SPEED BALLS FILL) or a milling card (--from, --to). Its collisions
 are asked for, by their energy-weighted energies E*n and E*t, which need no counting rule, or by the mean energies of
 the thesis (--descriptors per_collision); how often they come is made up by milling time, unless --equal-frequency asks
-for that too. Or the target is numbers: energies per collision [J] and all collisions over the balls [1/s].
+for that too. --descriptors shear_share asks for E*n and the share of shear in the power, compared by tangential over
+normal power. Or the target is numbers: energies per collision [J] and all collisions over the balls [1/s].
 
 SPEED is in rpm, or in Hz as 25Hz. Balls are a diameter [mm] or the name of a charge of several sizes that was
 simulated; between two charges nothing is calculated. FILL is the fill ratio, or `number=50`, `mass_g=200`, or
@@ -40,10 +41,10 @@ from millprint.cli.commands import parser_of
 from millprint.config.arguments import check_written, value_of, value_of_key
 from millprint.config.charge import BallChoice, charge_words, speed_words
 from millprint.config.errors import ConfigError
-from millprint.config.fingerprint import DescriptorSet, Energy, Frequency, MatchConfig, SearchConfig
+from millprint.config.fingerprint import AskedSet, Energy, Frequency, MatchConfig, SearchConfig
 from millprint.config.load import check_model, read_yaml
 from millprint.config.section import Count, Density, Fraction, PositiveSpeed
-from millprint.observables.definitions import DESCRIPTOR_SETS, DESCRIPTORS, TARGET_DESCRIPTORS
+from millprint.observables.definitions import ASKED_DESCRIPTORS, ASKED_SETS
 from millprint.run.files import write_table
 from millprint.run.numbers import three
 
@@ -59,10 +60,10 @@ NOTHING, WIDTH = "nothing", 118
 
 def _slug(name: str) -> str:
     """A descriptor in a command line: normal-energy, in any set."""
-    return "-".join(word for word in name.split("_")[:-1] if word != "weighted")
+    return "-".join(word for word in name.removesuffix("_J").removesuffix("_hz").split("_") if word != "weighted")
 
 
-FIRST = list(dict.fromkeys(_slug(name) for names in DESCRIPTOR_SETS.values() for name in names))
+FIRST = list(dict.fromkeys(_slug(name) for names in ASKED_SETS.values() for name in names))
 
 
 def shown(rows: pd.DataFrame, asked: Sequence[str], hours: float = 1.0) -> pd.DataFrame:
@@ -73,7 +74,7 @@ def shown(rows: pd.DataFrame, asked: Sequence[str], hours: float = 1.0) -> pd.Da
     import pandas as pd
 
     from millprint.fingerprint.match_target import variables_in_words
-    from millprint.fingerprint.match_words import interval_in_words, speed_in_words
+    from millprint.fingerprint.match_words import compared_sign, interval_in_words, speed_in_words
 
     table = {}
     for name, title in SHOWN.items():
@@ -83,10 +84,10 @@ def shown(rows: pd.DataFrame, asked: Sequence[str], hours: float = 1.0) -> pd.Da
     table["balls"] = [str(count) for count in rows["balls"]]
     table["speed"] = [speed_in_words(*setting) for setting in zip(rows["mill"], rows["speed_rpm"], strict=True)]
     records = rows.to_dict("records")
-    for name in TARGET_DESCRIPTORS:
+    for name in ASKED_DESCRIPTORS:
         ratio = f"{name}_ratio"
         if name in asked:
-            table[DESCRIPTORS[name].symbol] = [f"{row[ratio]:.2f} ({interval_in_words(row, ratio)})" for row in records]
+            table[compared_sign(name)] = [f"{row[ratio]:.2f} ({interval_in_words(row, ratio)})" for row in records]
     for name, title in DOSES.items():
         if name in rows and rows[name].notna().all():
             table[title] = [three(value) for value in rows[name]]
@@ -150,7 +151,7 @@ def parse(arguments: list[str], name: str) -> argparse.Namespace:
         help="densities of the balls [kg/m3]",
     )
     known = "what is met of another mill or a card (default weighted)"
-    add("--descriptors", choices=list(DESCRIPTOR_SETS), help=known)
+    add("--descriptors", choices=list(ASKED_SETS), help=known)
     add("--equal-frequency", action="store_true", default=None, help="ask for the frequencies too")
     near = value_of_key(SearchConfig, "near_percent")
     add("--near", dest="near_percent", type=near, metavar="PERCENT", help="what counts as met (default 30)")
@@ -177,14 +178,14 @@ def _target_name(like: list[str] | None) -> str:
     return f"as_{Path(like[0]).stem}" if like and not like[0].endswith(".json") else "target"
 
 
-def _first(slug: str | None, descriptors: DescriptorSet) -> str | None:
+def _first(slug: str | None, descriptors: AskedSet) -> str | None:
     """The descriptor of a set that --first means. Raises ConfigError for one of another set."""
     if slug is None:
         return None
-    for name in DESCRIPTOR_SETS[descriptors]:
+    for name in ASKED_SETS[descriptors]:
         if _slug(name) == slug:
             return name
-    raise ConfigError(f"--first {slug}: must be one of {', '.join(map(_slug, DESCRIPTOR_SETS[descriptors]))}")
+    raise ConfigError(f"--first {slug}: must be one of {', '.join(map(_slug, ASKED_SETS[descriptors]))}")
 
 
 def request_of(options: argparse.Namespace) -> MatchConfig:
@@ -217,7 +218,7 @@ def request_of(options: argparse.Namespace) -> MatchConfig:
     return check_model(content, MatchConfig, str(options.request or "command line"))
 
 
-def searched(options: argparse.Namespace, descriptors: DescriptorSet = "weighted") -> dict[str, Any]:
+def searched(options: argparse.Namespace, descriptors: AskedSet = "weighted") -> dict[str, Any]:
     """The keys of a search that are given as options; descriptors: the set that is asked for without an option."""
     keys = {"speeds": "speeds_rpm", "fills": "fill_ratios", "balls": "ball_diameters_mm"}
     keys |= {"densities": "densities_kg_m3"} | {

@@ -18,13 +18,14 @@ from millprint.config.section import (
     Section,
     first_repeated,
 )
-from millprint.observables.definitions import DESCRIPTOR_SETS, PREDICTED, TARGET_DESCRIPTORS, Observable
+from millprint.observables.definitions import ASKED_DESCRIPTORS, ASKED_SETS, PREDICTED, SHARE, Observable
 
 DescriptorSet = Literal["weighted", "per_collision"]
+AskedSet = Literal["weighted", "per_collision", "shear_share"]
 if TYPE_CHECKING:
     TargetDescriptor = str
 else:
-    TargetDescriptor = Literal[TARGET_DESCRIPTORS]
+    TargetDescriptor = Literal[ASKED_DESCRIPTORS]
 
 # How much more the descriptor counts that a user holds dear.
 FIRST = 100.0
@@ -52,11 +53,11 @@ class NamedTarget(Section):
 
 def _number(own: Observable) -> tuple[Any, Any]:
     """The key of a descriptor, without a value."""
-    kind = {"J": Energy, "1/s": Frequency}.get(own.unit, Positive)
+    kind = Fraction if own is SHARE else {"J": Energy, "1/s": Frequency}.get(own.unit, Positive)
     return kind | None, Field(None, description=f"{own.title}: {own.meaning} [{own.unit}]")
 
 
-_numbers: dict[str, Any] = {name: _number(PREDICTED[name]) for name in TARGET_DESCRIPTORS}
+_numbers: dict[str, Any] = {name: _number(PREDICTED[name]) for name in ASKED_DESCRIPTORS}
 _TargetNumbers: Any = create_model("TargetNumbers", __base__=NamedTarget, **_numbers)
 
 
@@ -69,12 +70,12 @@ class TargetConfig(_TargetNumbers):
     @property
     def given(self) -> dict[str, float]:
         """The descriptors that are given as numbers."""
-        return {name: value for name in TARGET_DESCRIPTORS if (value := getattr(self, name)) is not None}
+        return {name: value for name in ASKED_DESCRIPTORS if (value := getattr(self, name)) is not None}
 
     @model_validator(mode="after")
     def _numbers_or_a_condition(self) -> "TargetConfig":
         if bool(self.given) == (self.like is not None):
-            raise ValueError(f"either one at least of {', '.join(TARGET_DESCRIPTORS)}, or like: must be given")
+            raise ValueError(f"either one at least of {', '.join(ASKED_DESCRIPTORS)}, or like: must be given")
         return self
 
 
@@ -91,9 +92,9 @@ class SearchConfig(Section):
     """
     densities_kg_m3: list[Density] = []
     """densities of the balls, if not as simulated [kg/m3]"""
-    descriptors: DescriptorSet = "weighted"
-    """descriptors compared with another mill's condition: its energies, while milling time makes up how often they
-    come; a target of numbers uses the ones it gives
+    descriptors: AskedSet = "weighted"
+    """descriptors compared with another mill's condition: its energies, or the weighted normal energy and the share of
+    shear, while milling time makes up how often they come; a target of numbers uses the ones it gives
     """
     equal_frequency: bool = False
     """whether the frequencies of another mill's condition are asked for too"""
@@ -117,15 +118,15 @@ class SearchConfig(Section):
     @property
     def all_weights(self) -> dict[str, float]:
         """The weight of every descriptor."""
-        weights = dict.fromkeys(TARGET_DESCRIPTORS, 1.0) | self.weights
+        weights = dict.fromkeys(ASKED_DESCRIPTORS, 1.0) | self.weights
         return weights | ({self.first: FIRST * weights[self.first]} if self.first else {})
 
     @property
     def asked(self) -> tuple[str, ...]:
         """The descriptors of another mill's condition that are asked for."""
         frequencies = self.equal_frequency
-        names = DESCRIPTOR_SETS[self.descriptors]
-        return tuple(name for name in names if frequencies or PREDICTED[name].unit == "J" or name == self.first)
+        names = ASKED_SETS[self.descriptors]
+        return tuple(name for name in names if frequencies or PREDICTED[name].unit != "1/s" or name == self.first)
 
 
 class MatchConfig(SearchConfig):

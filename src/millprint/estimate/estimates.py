@@ -194,6 +194,11 @@ def share_of(ratio: Estimate) -> Estimate:
     return ratio.through(lambda end: end / (1.0 + end))
 
 
+def odds_of(share: Estimate) -> Estimate:
+    """The ratio of a part to the other one, s / (1 - s) [-], of its share s in both: the inverse of `share_of`."""
+    return share.through(lambda end: end / (1.0 - end) if end < 1 else math.inf)
+
+
 def known_ends(logs: np.ndarray) -> np.ndarray:
     """Logarithms (2, ...) of the lower and the upper end over the value, NaN where the interval says nothing."""
     return np.where(logs[1] - logs[0] <= np.log(WIDEST), logs, np.nan)

@@ -26,7 +26,7 @@ from millprint.fingerprint.readers import read_content
 from millprint.mill.gravity import GRAVITY
 from millprint.mill.speed_limits import mill_in_words, wall_acceleration
 from millprint.observables.condition import SCALES, VARIABLES
-from millprint.observables.definitions import DESCRIPTOR_SETS, OWN_CURVES, PREDICTED
+from millprint.observables.definitions import DESCRIPTOR_SETS, OWN_CURVES, PREDICTED, TARGET_DESCRIPTORS
 from millprint.run.files import read_table
 
 # What the page needs of the record of an observable.
@@ -251,7 +251,7 @@ def mill_content(
         "search": {
             "grid": list(GRID),
             **request.model_dump(include=SEARCHED),
-            "weights": request.all_weights,
+            "weights": {name: request.all_weights[name] for name in TARGET_DESCRIPTORS},
             "balls_in_words": balls_searched(request.ball_diameters_mm or []),
             # Without the last digits, which differ between processors.
             "targets": {

@@ -11,15 +11,15 @@ import pandas as pd
 from numpy.lib.stride_tricks import sliding_window_view
 
 from millprint.config.errors import ConfigError
-from millprint.config.fingerprint import DescriptorSet, MatchConfig, SearchConfig, TargetConfig
+from millprint.config.fingerprint import AskedSet, DescriptorSet, MatchConfig, SearchConfig, TargetConfig
 from millprint.estimate.estimates import columns_of
 from millprint.fingerprint.bands import FURTHER
 from millprint.fingerprint.descriptors import CHARGE
-from millprint.fingerprint.match_target import Target, power_of_mass, verdict_on, whole_verdict
+from millprint.fingerprint.match_target import Target, comparable, power_of_mass, verdict_on, whole_verdict
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.plausible import check_near
 from millprint.observables.condition import Condition
-from millprint.observables.definitions import DESCRIPTOR_SETS, POWER, TARGET_DESCRIPTORS
+from millprint.observables.definitions import ASKED_DESCRIPTORS, ASKED_SETS, DESCRIPTOR_SETS, POWER, SHARE
 
 # Fill ratios and speeds of the grid before the refinement; the curves have few turns, all far wider than a step.
 GRID = (81, 61)
@@ -35,14 +35,16 @@ DECIMALS = {"fill_ratio": 3, "speed_rpm": 0}
 def descriptors_shown(target: Iterable[str]) -> list[str]:
     """The descriptors of every set that a target has one of, and others that it names."""
     named = set(target)
-    shown = {name for names in DESCRIPTOR_SETS.values() if named.intersection(names) for name in names}
-    return [name for name in TARGET_DESCRIPTORS if name in shown | named]
+    sets = (names for chosen, names in ASKED_SETS.items() if chosen in DESCRIPTOR_SETS or SHARE.name in named)
+    shown = {name for names in sets if named.intersection(names) for name in names}
+    return [name for name in ASKED_DESCRIPTORS if name in shown | named]
 
 
 def distance(found: dict[str, np.ndarray], target: dict[str, float], weights: dict[str, float]) -> np.ndarray:
-    """Weighted root mean square of log(found / target) over the descriptors of the target."""
+    """Weighted root mean square of log(found / target) over the descriptors of the target, of odds for a share."""
     total = sum(weights[name] for name in target)
-    return np.sqrt(sum(weights[name] * np.log(found[name] / target[name]) ** 2 for name in target) / total)
+    ratios = {name: comparable(name, found[name]) / comparable(name, target[name]) for name in target}
+    return np.sqrt(sum(weights[name] * np.log(ratio) ** 2 for name, ratio in ratios.items()) / total)
 
 
 def _local_minima(
@@ -95,7 +97,7 @@ def _row(
         ),
     }
     chance = fingerprint.about["probability"]
-    ratios = {name: target.over(bands[name], target.wanted[name], chance) for name in bands if name in target.wanted}
+    ratios = {name: target.ratio(name, bands[name], chance) for name in bands if name in target.wanted}
     for name, band in (bands | {f"{name}_ratio": ratio for name, ratio in ratios.items()}).items():
         row |= band.columns(name)
         for origin in ("mean", *FURTHER):
@@ -151,7 +153,7 @@ def _candidates(fingerprints: list[Fingerprint], request: SearchConfig) -> list[
         for own, fingerprint in zip(found, fingerprints, strict=True):
             try:
                 own.append(fingerprint.balls(choice))
-                check_near(fingerprint, ball_diameter_mm=1e3 * own[-1][0])
+                check_near(fingerprint.about, ball_diameter_mm=1e3 * own[-1][0])
             except ConfigError as error:
                 faults.append(error)
         if len(faults) == len(fingerprints):
@@ -187,7 +189,7 @@ def rank_conditions(
         if fills[0] > fills[1]:
             continue
         for speed in ranges["speeds_rpm"]:
-            check_near(fingerprint, speed_rpm=speed)
+            check_near(fingerprint.about, speed_rpm=speed)
         densities = request.densities_kg_m3 or [fingerprint.about["density_kg_m3"]]
         for (diameter, charge), density in itertools.product(media, densities):
             balls = fingerprint.condition(
@@ -207,14 +209,14 @@ def rank_conditions(
     return table
 
 
-def check_same_count(what: str, counted: Mapping[str, Any], fingerprint: Fingerprint, names: DescriptorSet) -> None:
+def check_same_count(what: str, counted: Mapping[str, Any], fingerprint: Fingerprint, names: AskedSet) -> None:
     """Raise ConfigError if a fingerprint counts collisions with other pairs or another gap than `what` does.
 
     counted: its collisions_by and collision_gap_turns. Energies per collision and frequencies can be compared under
     one rule only; weighted descriptors need none.
     """
     about, words = fingerprint.about, "by {collisions_by} with a gap of {collision_gap_turns:g} turns"
-    if names != "weighted" and not counts_alike(counted, about):
+    if names == "per_collision" and not counts_alike(counted, about):
         raise ConfigError(
             f"{what}: collisions are counted {words.format(**counted)}, those of {about['mill']}/{about['contact']} "
             f"{words.format(**about)}; use one rule for both, or descriptors: weighted"
@@ -237,7 +239,7 @@ def target_of(target: TargetConfig, fingerprints: Sequence[Fingerprint], request
         return Target.of_numbers(target.given)
     other = Fingerprint.read(like.fingerprint)
     diameter, charge = other.balls(like.ball_diameter_mm)
-    check_near(other, speed_rpm=like.rpm, ball_diameter_mm=1e3 * diameter)
+    check_near(other.about, speed_rpm=like.rpm, ball_diameter_mm=1e3 * diameter)
     condition = other.condition(speed_hz=like.hz, ball_diameter_m=diameter, **like.given)
     return target_at(other, condition, charge, fingerprints, request)
 
@@ -250,7 +252,7 @@ def target_at(
     request: SearchConfig,
 ) -> Target:
     """What a request asks for, to be like a condition of another mill; raises ConfigError as `check_same_count`."""
-    names = DESCRIPTOR_SETS[request.descriptors]
+    names = ASKED_SETS[request.descriptors]
     for fingerprint in fingerprints:
         check_same_count(other.about["mill"], other.about, fingerprint, request.descriptors)
     other.check_known(request.asked)

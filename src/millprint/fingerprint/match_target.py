@@ -4,11 +4,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from millprint.estimate.estimates import Estimate, Interval, ratio_of
+from millprint.config.charge import Quantity
+from millprint.estimate.estimates import Estimate, Interval, odds_of, ratio_of
 from millprint.estimate.judge import NO_INTERVAL, OPEN, Allowed, Verdict, judge, judge_all
 from millprint.fingerprint.predicted_values import Prediction
 from millprint.observables.condition import Condition
-from millprint.observables.definitions import POWER
+from millprint.observables.definitions import POWER, SHARE
 
 # Variables of a condition in sentences and tables.
 VARIABLE_WORDS = {
@@ -45,6 +46,11 @@ class Target:
         """The values that are asked for."""
         return {name: self.wanted[name].value for name in self.asked}
 
+    def ratio(self, name: str, found: Estimate, probability: float) -> Estimate:
+        """A descriptor over the wanted one, as `over`; of a share, its odds."""
+        one, other = (odds_of(each) if name == SHARE.name else each for each in (found, self.wanted[name]))
+        return self.over(one, other, probability)
+
     def over(self, found: Estimate, wanted: Estimate, probability: float) -> Estimate:
         """found / wanted [-]: of a number, with the intervals of what is found; else of both, as `ratio_of`.
 
@@ -55,6 +61,11 @@ class Target:
         if not math.isclose(self.probability, probability):
             return Estimate(found.value / wanted.value, "-")
         return ratio_of(found, wanted)
+
+
+def comparable(name: str, value: Quantity) -> Quantity:
+    """What of a descriptor is put over that of the target: of a share its odds, since 0.97 of 0.75 is not near."""
+    return value / (1 - value) if name == SHARE.name else value
 
 
 def power_of_mass(prediction: Prediction, condition: Condition[float]) -> Estimate:

@@ -18,18 +18,25 @@ from millprint.fingerprint.descriptors import CHARGE, FEWEST_TURNS
 from millprint.fingerprint.match_target import Target, variables_in_words
 from millprint.fingerprint.mill_sheet import shown_speed
 from millprint.fingerprint.model import Fingerprint
-from millprint.observables.definitions import DESCRIPTORS
+from millprint.observables.definitions import PREDICTED, SHARE
 from millprint.run.numbers import three
 
 # A setting is at a limit if it is as near as this, as a fraction of it.
 AT_LIMIT = 2e-3
 # Balls up to this factor outside of the simulated sizes may be proposed, if they come nearer by the other.
 OTHER_SIZES, NEARER = 2.0, 0.5
+# Of a share, its odds are compared.
+COMPARED_TITLES, COMPARED_SIGNS = {SHARE.name: "tangential over normal power Pt/Pn"}, {SHARE.name: "Pt/Pn"}
 HEADS = {
     AGREES: "met on {mill}",
     OPEN: "not known on {mill} ({reason}); the nearest, {within}",
     DIFFERS: "not met on {mill}; the nearest, {within}",
 }
+
+
+def compared_sign(name: str) -> str:
+    """The symbol of what is compared of a descriptor."""
+    return COMPARED_SIGNS.get(name, PREDICTED[name].symbol)
 
 
 @cache
@@ -67,7 +74,8 @@ def ratio_in_words(row: Mapping, name: str) -> str:
     """A descriptor over that of the target: "weighted normal energy E*n met, 1.02 times (0.91 to 1.14)"."""
     met = " met," if name in row["met"].split(", ") else ""
     ratio = f"{name}_ratio"
-    return f"{DESCRIPTORS[name].title}{met} {row[ratio]:.2f} times ({interval_in_words(row, ratio)})"
+    title = COMPARED_TITLES.get(name, PREDICTED[name].title)
+    return f"{title}{met} {row[ratio]:.2f} times ({interval_in_words(row, ratio)})"
 
 
 def ratios_in_words(row: Mapping, names: Sequence[str]) -> str:
@@ -125,7 +133,7 @@ def choices_in_words(
 ) -> Iterator[str]:
     """What else to choose where not all can be met: one of them, with what it costs the others, or other balls."""
     told = {setting_in_words(best)}
-    energies = [name for name in target.asked if DESCRIPTORS[name].unit == "J" and len(target.asked) > 1]
+    energies = [name for name in target.asked if PREDICTED[name].unit != "1/s" and len(target.asked) > 1]
     for name in energies:
         nearest = request.model_copy(update={"first": name, "ranked": 1})
         row = rank_conditions(target, list(fingerprints), nearest).iloc[0].to_dict()
@@ -167,7 +175,7 @@ def match_in_words(
     for origin in FURTHER:
         if any(best.get(columns_of(f"{name}_ratio", origin)[0], math.nan) > 0 for name in target.asked):
             ends = {name: interval_in_words(best, f"{name}_ratio", origin) for name in target.asked}
-            known = ", ".join(f"{DESCRIPTORS[name].symbol} {each}" for name, each in ends.items())
+            known = ", ".join(f"{compared_sign(name)} {each}" for name, each in ends.items())
             lines.append(f"ratios by {ORIGINS[origin].title}, as if independent in both mills: {known}")
     if target.outside:
         lines.append(f"the target itself is extrapolated: {variables_in_words(target.outside)} not simulated")

@@ -279,10 +279,9 @@ class Fingerprint:
         if (ball_diameter_m is None) == (ball_diameter_mm is None):
             raise ConfigError("condition: give either ball_diameter_mm or ball_diameter_m")
         ball_diameter_m = 1e-3 * (ball_diameter_mm or 0.0) if ball_diameter_m is None else ball_diameter_m
-        if fill_ratio is not None and charge:
-            raise ConfigError(f"condition: give one of fill_ratio and {', '.join(charge)}")
-        if fill_ratio is None:
+        if fill_ratio is None or charge:
             density = density_kg_m3 or self.about["density_kg_m3"]
+            charge |= {} if fill_ratio is None else {"fill_ratio": fill_ratio}
             fill_ratio = fill_of(charge, 1e6 * self.about["volume_m3"], 1e3 * ball_diameter_m, density, "condition")
         return Condition(
             fill_ratio=fill_ratio,
@@ -297,11 +296,12 @@ class Fingerprint:
         return log_rows(rows, [charge] * len(rows), self.kinds)
 
     def descriptors(self, condition: Condition, charge: str = ONE_SIZE) -> dict[str, np.ndarray]:
-        """Energies [J] and frequencies over the balls [1/s] (m,) of the conditions, without bands."""
+        """Energies [J], frequencies over the balls [1/s] and share of shear (m,) of the conditions, without bands."""
         inputs = self._inputs(condition, charge)
         read = (name for name in OF_COLLISIONS if name in self.predictors)
         known = {name: np.exp(self.predictors[name].mean(inputs)) for name in read}
-        return descriptors_of(condition, from_curves(known))
+        scaled = from_curves(known)
+        return {**descriptors_of(condition, scaled), SHARE.name: scaled["ratio"] / (1 + scaled["ratio"])}
 
     def scaled(self, condition: Condition, charge: str = ONE_SIZE) -> pd.DataFrame:
         """Every scaled quantity Q of the conditions with its two bands, as `banded`."""
@@ -313,7 +313,7 @@ class Fingerprint:
         """Raise ConfigError, in one line, for a descriptor without a curve."""
         without = self.about.get("no_curve", {})
         for name in descriptors:
-            if reason := without.get(SCALED_BY[name]):
+            if reason := without.get("ratio" if name == SHARE.name else SCALED_BY[name]):
                 raise ConfigError(
                     f"{self.about['mill']}: {name} has no curve: it is {reason}; nothing can be matched to it"
                 )
@@ -464,6 +464,8 @@ class Fingerprint:
         """
         if isinstance(condition, pd.DataFrame):
             return self.predict_table(condition)
+        if not isinstance(condition, Condition):
+            raise ConfigError(f"condition = {condition!r}: must be a Condition, as `condition` makes it, or a table")
         volume = self.about["volume_m3"] if volume_m3 is None else volume_m3
         for name, value in (*vars(condition).items(), ("volume_m3", volume)):
             if not 0 < value < (1 if name == "fill_ratio" else np.inf):

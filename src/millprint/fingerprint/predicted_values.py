@@ -10,6 +10,7 @@ import pandas as pd
 from millprint.config.charge import MEASURES, fill_from
 from millprint.config.errors import ConfigError
 from millprint.estimate.estimates import Estimate, Interval, columns_of, known_ends, parts_of
+from millprint.fingerprint.plausible import check_near
 from millprint.fingerprint.processes import Told
 from millprint.observables.condition import Condition
 from millprint.observables.definitions import CURVES, OWN_CURVES, WEIGHTED_BASIC, scaled_quantities
@@ -32,6 +33,9 @@ def conditions_of(table: pd.DataFrame, about: dict[str, Any]) -> Condition[np.nd
     Raises ConfigError, in one line, for a column that is missing or says the same as another, and for an impossible
     value.
     """
+    for name in COLUMNS:
+        if list(table.columns).count(name) > 1:
+            raise ConfigError(f"conditions: column {name} appears twice")
     values = {name: pd.to_numeric(table[name], errors="coerce").to_numpy(float) for name in COLUMNS if name in table}
     for names in (("ball_diameter_mm", "ball_diameter_m"), ("speed_rpm", "speed_hz"), MEASURES):
         given = [name for name in names if name in values]
@@ -46,6 +50,8 @@ def conditions_of(table: pd.DataFrame, about: dict[str, Any]) -> Condition[np.nd
             raise ConfigError(f"{place}: must be a number over 0{' and under 1' * share}")
     built = {name: values.get(name, np.full(len(table), float(about[name]))) for name in BUILT}
     found = {variable: factor * values[name] for name, (variable, factor) in SETTINGS.items() if name in values}
+    for end in (np.min, np.max) if len(table) else ():
+        check_near(about, speed_rpm=60 * end(found["speed_hz"]), ball_diameter_mm=1e3 * end(found["ball_diameter_m"]))
     measure = next(name for name in MEASURES if name in values)
     volume_ml, diameter_mm = 1e6 * about["volume_m3"], 1e3 * found["ball_diameter_m"]
     fill = fill_from(measure, values[measure], volume_ml, diameter_mm, built["density_kg_m3"])

@@ -182,6 +182,9 @@ OTHER_FILES = {
     b"\x1f\x8b": "is packed by gzip; unpack it",
     b"ISO-10303": "is a STEP file; export it as STL",
 }
+WORDS_OF_STL = r"(?:facet|outer|vertex|endloop|endfacet|endsolid)\b"
+# The name of a solid, which ends with its line or, where all is in one line, with the first triangle.
+NAMED = re.compile(r"(?im)^(solid|endsolid)\b(?:(?! facet +normal +[-+.\d]).)*")
 NOT_A_SURFACE = "is neither STL, PLY nor OBJ; export it as STL"
 
 
@@ -206,7 +209,17 @@ def _plain_text(content: bytes) -> str:
     text = content.decode("utf-16" if content.startswith(UTF_16) else "utf-8-sig", errors="replace")
     text = text.rstrip("\0").replace("\r\n", "\n").replace("\r", "\n")
     text = re.sub(r" *\n[ \n]*", "\n", text.replace("\t", " ")).lstrip()
-    return re.sub(r"(?im)^(solid|endsolid)\b.*$", r"\1", text).rstrip() + "\n"
+    return NAMED.sub(r"\1", text).rstrip() + "\n"
+
+
+def _stl_lines(text: str) -> str:
+    """An STL in small letters, each word of the format at the beginning of a line, without normals.
+
+    The order of the corners counts, and not the normals. Exponents are of e, where Fortran writes d.
+    """
+    if text.count("\n") < 2 * text.lower().count("vertex"):
+        text = NAMED.sub(r"\1", re.sub(rf"(?i) (?={WORDS_OF_STL})", "\n", text))
+    return text.lower().replace("normal", "").replace("d+", "e+").replace("d-", "e-")
 
 
 def _counted_from_the_start(content: bytes) -> bytes:
@@ -238,10 +251,9 @@ def _kind_and_content(content: bytes) -> tuple[str, bytes]:
         return "stl", _binary_stl(content)
     text = _plain_text(content)
     if re.search(r"(?im)^(solid|facet)\b", text):
-        # Its normals are not read: the order of the corners counts.
-        return "stl_ascii", text.lower().replace("normal", "").encode()
+        return "stl_ascii", _stl_lines(text).encode()
     if re.search(r"(?m)^v ", text):
-        return "obj", text.encode()
+        return "obj", text.replace("\\\n", " ").encode()
     raise ConfigError(NOT_A_SURFACE)
 
 
@@ -313,5 +325,7 @@ def read_triangles(content: bytes) -> tuple[np.ndarray, np.ndarray]:
         raise ConfigError(_why(kind, content, error)) from None
     if cut:
         raise ConfigError(f"is cut: {cut}; copy or export it again")
+    if not len(triangles):
+        raise ConfigError(f"has no triangles, or {NOT_A_SURFACE}")
     used, triangles = np.unique(triangles, return_inverse=True)
     return points[used], triangles.reshape(-1, 3)

@@ -115,7 +115,7 @@ class Computed(Observable):
 
 
 # The sets of descriptors that mills are compared by; BY_NAME: in none, asked for by its name.
-WEIGHTED_SET, COLLISION_SET, BY_NAME = "weighted", "per_collision", "by_name"
+WEIGHTED_SET, COLLISION_SET, SHARE_SET, BY_NAME = "weighted", "per_collision", "shear_share", "by_name"
 # fmt: off
 MEASURED = (
     Measured("balls", "-", "balls", "number n of balls", key="balls"),
@@ -356,6 +356,9 @@ DESCRIPTOR_SETS = {
     for chosen in (WEIGHTED_SET, COLLISION_SET)
 }
 TARGET_DESCRIPTORS = tuple(name for name, own in PREDICTED.items() if own.matched)
+# What a match can ask for: a set, or how hard the hits are and which share of the power is shear.
+ASKED_SETS = {**DESCRIPTOR_SETS, SHARE_SET: ("weighted_normal_energy_J", SHARE.name)}
+ASKED_DESCRIPTORS = (*TARGET_DESCRIPTORS, SHARE.name)
 # The power and its parts.
 POWER, POWER_PARTS = "wall_power_W", ("normal_power_W", "tangential_power_W", "rolling_power_W")
 
