@@ -1,7 +1,8 @@
-"""Draws a page of docs/pictures from a run of the planetary mill: python tools/draw_pictures.py PICTURE FOLDER.
+"""Draws a picture of docs/pictures: python tools/draw_pictures.py PICTURE FOLDER.
 
-FOLDER is where the command of PICTURE in RUNS was run. The page carries what it was made of and the numbers on it, and
-tests compare these with the present code and with the text of the page.
+FOLDER is where the command of PICTURE was run, in RUNS or ANIMATED; the drawings of a mill need no run. TABLE says of
+each picture what it was made of, and a page of a fingerprint carries the numbers on it. Tests compare these with the
+present code and with the text of the page.
 """
 
 import argparse
@@ -11,16 +12,19 @@ from io import BytesIO
 from pathlib import Path
 
 import pandas as pd
+from matplotlib.figure import Figure
 from PIL import Image, PngImagePlugin
 
 from millprint.config.included import load_mill
+from millprint.config.view import ViewConfig
 from millprint.dem import PHYSICS
 from millprint.dose.spectra import read_spectra
 from millprint.dose.spectra_shown import of_sheet, temperature_rows, with_rows
-from millprint.figures.mill_sheet_figure import plot_sheet
+from millprint.figures.animation import save_animation
+from millprint.figures.mill_sheet_figure import plot_geometry, plot_motion, plot_sheet
 from millprint.fingerprint.descriptors import read_descriptors
-from millprint.run.files import read_table
-from millprint.view.frames import picture_mill
+from millprint.run.files import read_table, write_table
+from millprint.view.frames import picture_mill, read_movie
 
 PICTURES = Path(__file__).parents[1] / "docs/pictures"
 MILL = "planetary"
@@ -29,7 +33,14 @@ RUNS = {
     "planetary_fingerprint.png": ("millprint fingerprint planetary", "results"),
     "first_hour_fingerprint.png": ("millprint fingerprint config/first_hour/planetary.yaml", "results/first_hour"),
 }
+# The animation, its case, and its command.
+ANIMATION, CASE = "mill.gif", "dem/emax/calibrated/d10_f0.10_n300_s0"
+ANIMATED = f"snakemake --cores 2 results/{CASE}/{ANIMATION}"
+# Drawings of the mill of the first hour, which its first command makes.
+DRAWINGS = {"planetary_geometry.png": plot_geometry, "planetary_motion.png": plot_motion}
+TABLE = PICTURES.parent / "pictures.tsv"
 DPI, COLOURS = 150, 64
+ONE_TURN = ViewConfig(revolutions=1, frames_per_revolution=17)
 
 
 def made_of(sheet: pd.DataFrame) -> str:
@@ -44,27 +55,58 @@ def numbers_of(sheet: pd.DataFrame) -> dict[str, float]:
     return dict(zip(own["quantity"], own["value"].astype(float), strict=True))
 
 
+def digest_of(content: bytes) -> str:
+    """A short digest."""
+    return hashlib.sha256(content).hexdigest()[:16]
+
+
+def mill_of(picture: str) -> str:
+    """The version of the physics and what a picture shows, but for a page: a mill, and for an animation its case."""
+    mill = load_mill(MILL if picture in DRAWINGS else CASE.split("/")[1])
+    what = mill.model_dump_json(include={"geometry", "inserts", "motion"}) + (CASE if picture == ANIMATION else "")
+    return f"physics {PHYSICS}, mill {digest_of(what.encode())}"
+
+
 def draw(picture: str, folder: Path) -> None:
-    """Draw a page."""
-    command, place = RUNS[picture]
-    results = folder / place
+    """Draw a picture, and note what it was made of."""
+    if picture in DRAWINGS:
+        few(DRAWINGS[picture](picture_mill(load_mill(MILL)))).save(PICTURES / picture, optimize=True)
+        made = mill_of(picture)
+    elif picture == ANIMATION:
+        save_animation(read_movie(folder / "results" / CASE / "run.h5", ONE_TURN, None), PICTURES / picture)
+        made = mill_of(picture)
+    else:
+        made = draw_page(picture, folder / RUNS[picture][1])
+    rows = read_table(TABLE).set_index("picture")
+    rows.loc[picture] = [made, digest_of((PICTURES / picture).read_bytes())]
+    write_table(rows.sort_index().reset_index(), TABLE)
+
+
+def few(figure: Figure) -> Image.Image:
+    """A figure in few colours, for a small file."""
+    buffer = BytesIO()
+    figure.savefig(buffer, dpi=DPI)
+    return Image.open(buffer).convert("RGB").quantize(COLOURS)
+
+
+def draw_page(picture: str, results: Path) -> str:
+    """Draw the page of a fingerprint with its numbers; returns what it was made of."""
     mill, dose = results / "mills" / MILL, results / "dose"
     own = read_table(mill / "fingerprint.tsv")
     sheet = with_rows(own, temperature_rows(read_table(dose / "heat" / MILL / "limits.tsv"), own))
     spectra = [of_sheet(read_spectra(dose / MILL / name), sheet) for name in ("spectra.tsv", "spectra_summary.tsv")]
     descriptors, curves = read_descriptors(mill / "descriptors.tsv"), read_table(mill / "curves.tsv")
-    buffer = BytesIO()
-    plot_sheet(picture_mill(load_mill(MILL)), sheet, descriptors, curves, *spectra).savefig(buffer, dpi=DPI)
+    figure = plot_sheet(picture_mill(load_mill(MILL)), sheet, descriptors, curves, *spectra)
     told = PngImagePlugin.PngInfo()
-    for key, text in {"made of": made_of(own), "run": command, "numbers": json.dumps(numbers_of(own))}.items():
+    for key, text in {"made of": made_of(own), "run": RUNS[picture][0], "numbers": json.dumps(numbers_of(own))}.items():
         told.add_text(key, text)
-    few = Image.open(buffer).convert("RGB").quantize(COLOURS)
-    few.save(PICTURES / picture, optimize=True, pnginfo=told)
+    few(figure).save(PICTURES / picture, optimize=True, pnginfo=told)
+    return made_of(own)
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("picture", choices=RUNS)
-    parser.add_argument("folder", type=Path, help="the folder of the run")
+    parser.add_argument("picture", choices=[*RUNS, *DRAWINGS, ANIMATION])
+    parser.add_argument("folder", type=Path, nargs="?", default=Path(), help="the folder of the run")
     options = parser.parse_args()
     draw(options.picture, options.folder)

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 from PIL import Image
-from tools.draw_pictures import PICTURES, RUNS
+from tools.draw_pictures import ANIMATED, ANIMATION, DRAWINGS, PICTURES, RUNS, TABLE, digest_of, mill_of
 
 from millprint.config.included import load_mill
+from millprint.run.files import read_table
 from tests.conftest import ROOT
 
 SHOWN = re.compile(r"!\[(?P<words>[^\]]*)\]\((?P<path>[^)]*pictures/[^)]*)\)")
@@ -28,6 +29,23 @@ def shown() -> list[tuple[Path, str, Path]]:
 def test_every_picture_is_there_and_shown():
     files = {path for _, _, path in shown()}
     assert files == set(PICTURES.iterdir())
+
+
+def test_every_picture_is_what_the_table_says_and_what_the_present_code_would_draw():
+    """A picture that was put in by hand, or is of a mill or a physics of before, is found out."""
+    made = read_table(TABLE).set_index("picture")
+    assert {path.name for path in PICTURES.iterdir()} == set(made.index) == {*RUNS, *DRAWINGS, ANIMATION}
+    for name, row in made.iterrows():
+        assert row["sha256"] == digest_of((PICTURES / name).read_bytes()), f"python tools/draw_pictures.py {name}"
+        if name not in RUNS:
+            assert row["made_of"] == mill_of(name), f"python tools/draw_pictures.py {name}"
+
+
+def test_a_picture_stands_where_its_command_does():
+    assert f"\n{ANIMATED}\n" in (ROOT / "docs/how_to/animation.md").read_text()
+    (page,) = {page for page, _, path in shown() if path.name in DRAWINGS}
+    for name in DRAWINGS:
+        assert f"results/first_hour/mills/{name.replace('_', '/')}" in page.read_text()
 
 
 def test_a_page_of_a_run_stands_where_the_command_of_that_run_does():

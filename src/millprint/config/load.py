@@ -123,7 +123,7 @@ def _line(source: str | Sequence[str], model: type[BaseModel], error: ErrorDetai
 def _nearest(key: str, missing: Sequence[str], known: Sequence[str]) -> str:
     """A hint to the key that was meant: the only one that is missing, or one of a similar name; empty otherwise."""
     # A key without its unit, such as speed, is nearer to speed_rpm than to seeds.
-    close = [name for name in known if name.startswith(f"{key}_")]
+    close: Sequence[str] = [name for name in known if name.startswith(f"{key}_")]
     close = close or (missing if len(missing) == 1 else difflib.get_close_matches(key, known, n=1))
     if not close:
         return ""
