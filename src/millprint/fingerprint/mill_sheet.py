@@ -61,7 +61,10 @@ STATED = {
 }
 WIDTH = "half of the band of a new simulation: the median, and from the smallest to the largest"
 WHERE = {"where simulated": "at the simulated conditions", "between": "over the fill ratios, at each speed and size"}
-MORE = "millprint fingerprint {name} --config 'mills={{precision: fine}}'; or more seeds and conditions in the sweep"
+MORE = (
+    "millprint fingerprint {name} --config 'mills={{precision: fine}}' (a run that has a file: its name in place of "
+    "{name}); or more seeds and conditions in the sweep"
+)
 RANGES = {
     "fill_ratio": ("fill ratio", "-", 1.0),
     "speed_hz": ("speed", "rpm", 60.0),
