@@ -1,7 +1,7 @@
 """Draws a picture of docs/pictures: python tools/draw_pictures.py PICTURE FOLDER.
 
-FOLDER is where the command of PICTURE was run, in RUNS or ANIMATED; the drawings of a mill need no run. TABLE says of
-each picture what it was made of, and a page of a fingerprint carries the numbers on it. Tests compare these with the
+FOLDER is where the command of PICTURE was run, in RUNS or ANIMATED; the drawings of a mill need no run. TABLE has what
+each picture was made of, and a page of a fingerprint carries the numbers on it. Tests compare these with the
 present code and with the text of the page.
 """
 
