@@ -20,9 +20,9 @@ if "snakemake" in globals() and not is_served():
     from millprint.run.files import write_json
     from millprint.run.job import job
 
-    given, output = snakemake.params, snakemake.output
-    case, mill, contact = Case(**given.case), MillConfig(**given.mill), ContactConfig(**given.contact)
-    dem = DemConfig(**given.settings)
+    given, output = snakemake.params.simulation, snakemake.output
+    case, mill, contact = Case(**given["case"]), MillConfig(**given["mill"]), ContactConfig(**given["contact"])
+    dem = DemConfig(**given["settings"])
     wanted = threads_of(case, dem)
     if snakemake.threads < wanted:
         print(
@@ -30,7 +30,7 @@ if "snakemake" in globals() and not is_served():
             "so that it is slower; raise --cores",
             file=sys.stderr,
         )
-    with job(snakemake.log[0], f"DEM {case.path}", given.benchmark):
+    with job(snakemake.log[0], f"DEM {case.path}", given["benchmark"]):
         summary = run_case(case, mill, contact, dem, output.run, output.summary, cores=snakemake.threads)
-        kept = tolerances_of(case, dem, summary, given.identity["tolerances"])
+        kept = tolerances_of(case, dem, summary, snakemake.params.identity["tolerances"])
         write_json(kept, Path(output.run).with_name(TOLERANCES))

@@ -14,9 +14,9 @@ from millprint.dem.lammps.lammps_case import run_lammps
 from millprint.run.job import job
 
 if "snakemake" in globals():
-    given, output = snakemake.params, snakemake.output
-    case, mill, contact = Case(**given.case), MillConfig(**given.mill), ContactConfig(**given.contact)
+    given, output = snakemake.params.simulation, snakemake.output
+    case, mill, contact = Case(**given["case"]), MillConfig(**given["mill"]), ContactConfig(**given["contact"])
     resources = snakemake.resources
-    dem = EngineConfig(**given.settings, lammps={"command": resources.command, "ranks": resources.tasks})
-    with job(snakemake.log[0], f"LAMMPS {case.path}", given.benchmark):
+    dem = EngineConfig(**given["settings"], lammps={"command": resources.command, "ranks": resources.tasks})
+    with job(snakemake.log[0], f"LAMMPS {case.path}", given["benchmark"]):
         run_lammps(case, mill, contact, dem, output.run, output.summary, launcher=resources.mpi)

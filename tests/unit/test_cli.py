@@ -103,7 +103,7 @@ def test_the_snakemake_command_is_printed_and_run(tmp_path, monkeypatch, capsys,
     monkeypatch.chdir(ROOT)
     assert main(["fingerprint", "planetary", "--cores", "3", "--dry-run", "--config", "name=own"]) == 0
     expected = ["--cores", "3", "fingerprint", "--dry-run", "--config", "mill=planetary", "name=own"]
-    assert ran == [["-m", "snakemake", *expected]]
+    assert [words[2:] for words in ran] == [expected]
     assert capsys.readouterr().err == f"snakemake {' '.join(expected)}\n"
     assert main(["explore", "config/first_hour/mixer.yaml", "--cores", "1"]) == 0
     assert ran[1][2:] == ["--cores", "1", "explorer", "--configfile", "config/first_hour/mixer.yaml"]

@@ -6,7 +6,7 @@ import pytest
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.counting import DEFAULT_RULES, CountingRule
-from millprint.config.identity import TOLERANCES, identity, tolerances_of
+from millprint.config.identity import TOLERANCES, identity, shared_identity, tolerances_of
 from millprint.config.included import load_contact, load_mill
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
@@ -29,7 +29,7 @@ def geometry(**values) -> MillConfig:
 
 
 def of(folder, case: Case = CASE, mill: MillConfig = MILL, contact: ContactConfig = CONTACT, dem: DemConfig = DEM):
-    return json.dumps(identity(case, mill, contact, dem, folder), sort_keys=True)
+    return json.dumps(identity(case, shared_identity(mill, contact, dem), dem, folder), sort_keys=True)
 
 
 @pytest.mark.parametrize(

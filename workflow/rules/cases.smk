@@ -2,6 +2,7 @@
 
 import json
 import re
+from functools import cache
 
 from millprint.cases.table import CaseTable, Why, described_cases, is_as_built, mapped_cases
 from millprint.config.mill_sweep import MillSweepConfig
@@ -63,15 +64,43 @@ def summaries_over(key: str) -> list[str]:
     return files_of(rows_of("SWEEP", *(sweep.name for sweep in CONFIG.sweeps if getattr(sweep, key))))
 
 
+def path_at(wildcards) -> str:
+    """The path of a case in results/dem, as the table has it."""
+    return f"{wildcards.mill}/{wildcards.contact}/{wildcards.case}"
+
+
 def case_at(wildcards):
     """The case of a folder in results/dem. An unknown case ends the program with one line."""
     with stop_on_bad_input():
-        return TABLE.at(f"{wildcards.mill}/{wildcards.contact}/{wildcards.case}").case
+        return TABLE.at(path_at(wildcards)).case
 
 
 def resources_at(wildcards):
     """Threads, time, memory and disk of the case of a folder in results/dem."""
-    return TABLE.resources(case_at(wildcards))
+    with stop_on_bad_input():
+        return TABLE.resources_at(path_at(wildcards))
+
+
+@cache
+def plain(mill: str, contact: str) -> dict:
+    """What the simulations of a mill with a contact set share, as plain values: one object for all of them."""
+    return {
+        "mill": dumped(mill_named(mill)),
+        "contact": CONTACTS[contact].model_dump(mode="json"),
+        "settings": CONFIG.dem.model_dump(mode="json", exclude={"lammps"}),
+    }
+
+
+def simulation_at(wildcards) -> dict:
+    """A case, its mill, contact set and settings as plain values, and the file for its time.
+
+    Not `benchmark` of the rule, for which Snakemake would measure the script, and not its fork in the server.
+    """
+    return {
+        "case": case_at(wildcards).model_dump(mode="json"),
+        "benchmark": f"{BENCHMARKS}/run_dem_case/{path_at(wildcards)}.tsv",
+        **plain(wildcards.mill, wildcards.contact),
+    }
 
 
 def mill_named(name: str):
@@ -80,6 +109,7 @@ def mill_named(name: str):
         return TABLE.named(name)
 
 
+@cache
 def shape_files(name: str) -> list:
     """The files that a mill's own file names. They are the user's: a module's `prefix` is for what is written."""
     return [local(path) for path in mill_named(name).source_files]

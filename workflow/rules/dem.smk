@@ -1,7 +1,5 @@
 """Simulations: compile the kernels once, then each case in a job; files for ParaView, animations."""
 
-import math
-
 
 # It runs first, since half of the other jobs wait for it, and only once. After an edit of the library, each simulation
 # that runs again compiles what has changed. If this rule ran again, Snakemake 9 would skip those simulations: it plans
@@ -33,7 +31,7 @@ rule run_dem_case:
         summary=f"{CASE}/summary.json",
     log:
         f"{LOGS}/dem/{{mill}}/{{contact}}/{{case}}.log",
-    priority: lambda wildcards: int(case_at(wildcards).path in SURROGATE_CASES)
+    priority: lambda wildcards: int(path_at(wildcards) in SURROGATE_CASES)
     # On a cluster, short cases share a job; `group-components` of the profile sets their number.
     group:
         lambda wildcards: None if LAMMPS or resources_at(wildcards).needs_own_job else "simulations"
@@ -54,22 +52,12 @@ rule run_dem_case:
         ),
         runtime=lambda wildcards, attempt: resources_at(wildcards).requested_min(attempt),
         mem_mb=lambda wildcards, attempt: attempt * resources_at(wildcards).memory_mb,
-        processor_s=lambda wildcards: math.ceil(resources_at(wildcards).processor_s),
-        processor_max_s=lambda wildcards: math.ceil(resources_at(wildcards).processor_max_s),
-        disk_mb=lambda wildcards: math.ceil(resources_at(wildcards).disk_mb),
     # Only `identity` is compared: Snakemake leaves functions of the output out. A run of LAMMPS records nothing of what it
-    # kept, so that its tolerances are compared.
+    # kept, so that its tolerances are compared. Snakemake's time to plan grows with the number of functions.
     params:
         identity=identity_at,
         tolerances=CONFIG.dem.model_dump(mode="json", include={"overlap_max", "closure_max"}) if LAMMPS else None,
-        case=lambda wildcards, output: case_at(wildcards).model_dump(mode="json"),
-        mill=lambda wildcards, output: dumped(mill_named(wildcards.mill)),
-        contact=lambda wildcards, output: CONTACTS[wildcards.contact].model_dump(mode="json"),
-        # Not `benchmark`, for which Snakemake would measure the script, and not its fork in the server.
-        benchmark=lambda wildcards, output: (
-            f"{BENCHMARKS}/run_dem_case/{wildcards.mill}/{wildcards.contact}/{wildcards.case}.tsv"
-        ),
-        settings=lambda wildcards, output: CONFIG.dem.model_dump(mode="json", exclude={"lammps"}),
+        simulation=lambda wildcards, output: simulation_at(wildcards),
     message:
         "Simulating {wildcards.mill}/{wildcards.contact}/{wildcards.case}"
     script:

@@ -1,11 +1,18 @@
 """Functions of the rules: the files and values that a rule asks for, by wildcards. Names are looked up when a job asks."""
 
+import math
+
+
+@cache
+def identity_of(mill: str, contact: str) -> dict:
+    """What decides the numbers of every simulation of a mill with a contact set."""
+    return shared_identity(mill_named(mill), CONTACTS[contact], CONFIG.dem)
+
 
 def identity_at(wildcards) -> dict:
     """What decides the numbers of the simulation of a case."""
-    case = case_at(wildcards)
-    folder = CASE.format(**wildcards)
-    return identity(case, mill_named(wildcards.mill), CONTACTS[wildcards.contact], CONFIG.dem, folder)
+    shared = identity_of(wildcards.mill, wildcards.contact)
+    return identity(case_at(wildcards), shared, CONFIG.dem, CASE.format(**wildcards))
 
 
 def identity_inside(mills, contacts, rules=()) -> dict:
@@ -199,10 +206,12 @@ def reported_figures(paths, results) -> list[dict]:
 
 
 def declared(job) -> dict[str, float]:
-    """The time and disk that a job's rule declares. On a cluster, every job has a `disk_mb`, which may be unknown."""
-    names = ["processor_s", "processor_max_s"] + ["disk_mb"] * job.rule.name.endswith("run_dem_case")
-    known = {name: job.resources[name] for name in names if name in job.resources.keys()}
-    return {name: value for name, value in known.items() if isinstance(value, (int, float))}
+    """Time and disk of a simulation, and the time that another job's rule declares."""
+    if job.rule.name.endswith("run_dem_case"):
+        own = resources_at(job.wildcards)
+        return {name: math.ceil(getattr(own, name)) for name in ("processor_s", "processor_max_s", "disk_mb")}
+    time_s = job.resources.get("processor_s")
+    return {"processor_s": time_s} if isinstance(time_s, (int, float)) else {}
 
 
 def jobs_to_run() -> list[Job]:

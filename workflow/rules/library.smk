@@ -39,7 +39,7 @@ except ModuleNotFoundError as error:
 
 from millprint.config.sources import Sources
 from millprint.config.strict_yaml import read_yaml
-from millprint.config.identity import contact_identity, dem_identity, identity, mill_identity
+from millprint.config.identity import contact_identity, dem_identity, identity, mill_identity, shared_identity
 from millprint.run.ending import OneLineAJob, failure_lines, given_run, stop_timers, success_lines
 from millprint.config.errors import ConfigError
 from millprint.cases import server

@@ -102,23 +102,21 @@ class CaseTable:
         self.experiments = {experiment.name: experiment for experiment in card_experiments(config)}
         further = (config.mills.named, config.uncertainty.mills, config.dose.wear.mills, config.dose.heat.mills)
         self._swept_mills = {config.mill, *chain.from_iterable(further)}
-        self._cases: dict[tuple, list[Case]] = {}
+        self._made: dict[tuple, list[Row]] = {}
         self._by_path: dict[tuple, dict[str, Row]] = {}
+        # A job asks for its row and its resources some ten times.
+        self._found: dict[tuple, Row] = {}
+        self._resources: dict[tuple, Resources] = {}
         if plan := config.mills.scale_up:
             # The large mill is a mill like any other, but it is calculated from the small one and has no file.
             small = mills[plan.mill]
             large, factor = enlarged(small, plan.volume_l, f"{small.name}_large")
             self.mills[large.name] = large
-            self._cases[Why.SCALE_UP, plan.mill, None] = [large_case(small, large, factor, config.mills)]
+            self._large = large_case(small, large, factor, config.mills)
 
     def rows(self, why: Why, *owners: str) -> list[Row]:
         """The rows of a kind, of some owners. Raises ConfigError for a mill, a charge or powder that cannot be."""
-        place = INSIDE.get(why, "dem/{case.path}")
-        return [
-            Row(why, owner, case, place.format(owner=owner, case=case))
-            for owner in owners
-            for case in self._made(why, owner)
-        ]
+        return [row for owner in owners for row in self._rows(why, owner)]
 
     def cases(self, why: Why, *owners: str) -> dict[str, Case]:
         """The cases of these rows by their path."""
@@ -126,6 +124,17 @@ class CaseTable:
 
     def at(self, path: str) -> Row:
         """The row of a folder in results/dem, MILL/CONTACT/NAME. Raises ConfigError where no row has it."""
+        key = self._place(path)
+        if key not in self._found:
+            self._found[key] = self._search(path)
+        return self._found[key]
+
+    def _place(self, path: str) -> tuple[str, str | None]:
+        """What decides the row of a folder: its path, and the sweep that a job derives."""
+        mill = path.partition("/")[0]
+        return path, self._sweep_key(mill) if mill in self._swept_mills else None
+
+    def _search(self, path: str) -> Row:
         mill = path.partition("/")[0]
         owners = {
             Why.SWEEP: [sweep.name for sweep in self.config.sweeps],
@@ -149,6 +158,13 @@ class CaseTable:
         """Threads, time, memory and disk of a case, by the engine of the run."""
         given = case, self.config.dem, self.mills[case.mill], self.contacts[case.contact]
         return lammps_resources(*given) if self.config.dem.engine == "lammps" else resources_of(*given)
+
+    def resources_at(self, path: str) -> Resources:
+        """As `resources`, of the case of a folder in results/dem."""
+        key = self._place(path)
+        if key not in self._resources:
+            self._resources[key] = self.resources(self.at(path).case)
+        return self._resources[key]
 
     def processor_s(self, rows: Iterable[Row]) -> int:
         """Processor time that simulations are likely to take [s], for the plan of a run; 0 without any."""
@@ -183,16 +199,17 @@ class CaseTable:
         sweep = None if self.named(name).sweep else self.swept(name).sweep
         return sweep.model_dump_json() if sweep else None
 
-    def _made(self, why: Why, owner: str) -> list[Case]:
-        """The cases of a kind and an owner; each is made once, since every simulation asks for them several times."""
+    def _rows(self, why: Why, owner: str) -> list[Row]:
+        """The rows of a kind and an owner; each is made once, since every simulation asks for them several times."""
         key = (why, owner, self._sweep_key(owner) if why in OF_MILL else None)
-        if key not in self._cases:
-            found = list(MAKERS[why](self, owner))
+        if key not in self._made:
+            found = MAKERS[why](self, owner)
             if why is not Why.SWEEP and self.config.dem.engine == "lammps":
                 # LAMMPS records a window of a given length.
                 found = [case.model_copy(update={"power_error_max": None, "window_max_s": None}) for case in found]
-            self._cases[key] = found
-        return self._cases[key]
+            place = INSIDE.get(why, "dem/{case.path}")
+            self._made[key] = [Row(why, owner, case, place.format(owner=owner, case=case)) for case in found]
+        return self._made[key]
 
     def _samples(self, name: str) -> list[Case]:
         """Those of one job; none for a mill whose sweep is derived during the run, which are not counted before."""
@@ -225,9 +242,10 @@ class CaseTable:
         return cases_of(experiment, mill, contact, config.mills, groups, str(config.cards.experiments))
 
 
-# What makes the cases of a kind for an owner. The large run is made with the table.
+# What makes the cases of a kind for an owner.
 MAKERS: dict[Why, Callable[[CaseTable, str], Iterable[Case]]] = {
     Why.SWEEP: CaseTable._of_sweep,
+    Why.SCALE_UP: lambda table, name: [table._large],
     Why.SET_UP: CaseTable._of_set_up,
     Why.CARD: CaseTable._of_card,
     Why.MILL: lambda table, name: mill_cases(table.swept(name), table.config.mills),

@@ -3,17 +3,23 @@
 import os
 import re
 import shlex
+import signal
 import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from millprint.cli.commands import PIPE
 from millprint.config.errors import ConfigError
 from millprint.config.strict_yaml import read_yaml
 from millprint.config.wording import close_to
 
 YAML = (".yaml", ".yml")
 SHAPES = (".stl", ".ply", ".obj")
+# Python ignores the signal that other programs end by.
+ENDS_WITH_READER = (
+    "import signal; from snakemake.cli import main; signal.signal(signal.SIGPIPE, signal.SIG_DFL); main()"
+)
 
 
 def cores() -> int:
@@ -88,8 +94,12 @@ def run_workflow(words: Sequence[str]) -> int:
     check_settings(words)
     words = [*snakefile_words(), *words]
     print(f"snakemake {shlex.join(words)}", file=sys.stderr, flush=True)
+    # A plan goes to standard output. Whoever reads it may end first, such as `head`: then Snakemake ends too.
+    plans = any(re.fullmatch(r"-[a-zA-Z]*n[a-zA-Z]*|--dry-?run", word) for word in words)
+    program = ["-c", ENDS_WITH_READER] if plans else ["-m", "snakemake"]
     try:
-        return subprocess.run([sys.executable, "-m", "snakemake", *words], check=False).returncode
+        status = subprocess.run([sys.executable, *program, *words], check=False).returncode
+        return PIPE if status == -signal.SIGPIPE else status
     except KeyboardInterrupt:
         # Snakemake got the signal too, and says itself what it stopped.
         return 130

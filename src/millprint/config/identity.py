@@ -50,16 +50,20 @@ def dem_identity(dem: DemConfig) -> dict:
     return dem.model_dump(mode="json", exclude=left_out) | {"by_facet": dem.counts_by_facet}
 
 
-def identity(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig, folder: str | Path) -> dict:
-    """What decides the numbers of a case; folder: of its run.h5."""
+def shared_identity(mill: MillConfig, contact: ContactConfig, dem: DemConfig) -> dict:
+    """What decides the numbers of every case of a mill with a contact set."""
     return {
-        "case": case.model_dump(mode="json", exclude={"closure_max"}),
         "mill": mill_identity(mill, dem.counts_by_facet),
         "contact": contact_identity(contact),
         # A case has durations of its own.
         "dem": {key: value for key, value in dem_identity(dem).items() if key not in DURATIONS},
-        "tolerances": revision(case, dem, folder),
     }
+
+
+def identity(case: Case, shared: dict, dem: DemConfig, folder: str | Path) -> dict:
+    """What decides the numbers of a case; shared: as `shared_identity`; folder: of its run.h5."""
+    own = case.model_dump(mode="json", exclude={"closure_max"})
+    return {"case": own, **shared, "tolerances": revision(case, dem, folder)}
 
 
 def revision(case: Case, dem: DemConfig, folder: str | Path) -> int:
