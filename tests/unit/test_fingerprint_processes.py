@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from sklearn.gaussian_process import GaussianProcessRegressor
 
+from millprint.estimate.gaussian_process import Likelihood
 from millprint.fingerprint import processes
 from millprint.fingerprint.coverage import LEFT_OUT, grouped
 from millprint.fingerprint.model import Fingerprint
@@ -46,13 +46,13 @@ def test_of_many_conditions_some_give_the_parameters_and_all_of_them_the_curves(
     table = descriptors()
     whole = Fingerprint.fit(table, VOLUME, 0.95)
     sizes = []
-    likelihood = GaussianProcessRegressor.log_marginal_likelihood
+    likelihood = Likelihood.negative_log
 
-    def counted(self, *given, **named):
-        sizes.append(len(self.X_train_))
-        return likelihood(self, *given, **named)
+    def counted(self, theta):
+        sizes.append(len(self.target))
+        return likelihood(self, theta)
 
-    monkeypatch.setattr(GaussianProcessRegressor, "log_marginal_likelihood", counted)
+    monkeypatch.setattr(Likelihood, "negative_log", counted)
     few = len(table) // 2
     monkeypatch.setattr(processes, "LEARNT_FROM", few)
     part = Fingerprint.fit(table, VOLUME, 0.95)

@@ -33,13 +33,11 @@ from millprint.thesis.yields.new_conditions import (
 from millprint.thesis.yields.posterior_process import (
     JITTER,
     MEAN_VARIANCE,
-    Pairs,
-    Posterior,
     Process,
-    covariance_terms,
     fit_process,
+    kernel_of,
+    posterior_of,
     prior_of,
-    terms_of,
 )
 from tests.unit.yield_settings import CASES, CURVES, MILL, REFERENCE, SCALES, all_runs, parts, settings, thesis_yields
 
@@ -52,14 +50,37 @@ def fitted() -> tuple[AveragedModel, pd.DataFrame]:
     return fit_averaged(rows, rows["yield_percent"].to_numpy(float), config), rows
 
 
+def covariance_of(structure: str, logs: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+    """The covariance (n, n) of a structure, entry by entry, with the variance of the mean and without noise."""
+    count = len(INPUTS)
+    factors = {
+        "product": [range(count)],
+        "mains_product": [*([k] for k in range(count)), range(count)],
+        "time_product": [[INPUTS.index("time_h")], range(count)],
+        "trend_product": [*([k] for k in range(count)), range(count)],
+    }[structure]
+    lengths, variances = np.exp(logs[:count]), np.exp(logs[count:-1])
+
+    def of(left: np.ndarray, right: np.ndarray) -> float:
+        total = MEAN_VARIANCE
+        for variance, own in zip(variances, factors, strict=True):
+            if structure == "trend_product" and len(own) == 1:
+                total += variance * left[own[0]] * right[own[0]]
+            else:
+                total += variance * np.exp(-0.5 * sum(((left[k] - right[k]) / lengths[k]) ** 2 for k in own))
+        return total
+
+    return np.array([[of(left, right) for right in inputs] for left in inputs])
+
+
 @pytest.mark.parametrize("structure", STRUCTURES)
 def test_gradient_is_the_slope_of_the_posterior(structure):
     generator = np.random.default_rng(3)
     inputs, target = generator.normal(size=(9, len(INPUTS))), generator.normal(size=9)
-    terms = terms_of(structure)
-    prior = prior_of(terms, settings().averaging.priors)
+    kernel, priors = kernel_of(structure), settings().averaging.priors
+    prior = prior_of(kernel, priors)
     where = prior[0] + 0.4 * generator.normal(size=len(prior[0]))
-    posterior = Posterior(terms, Pairs.of(inputs, inputs), target, prior)
+    posterior = posterior_of(inputs, target, kernel, priors)
     slope = approx_fprime(where, lambda at: posterior.negative_log(at)[0], 1e-6)
     np.testing.assert_allclose(posterior.negative_log(where)[1], slope, rtol=1e-3, atol=1e-4)
 
@@ -69,14 +90,15 @@ def test_posterior_is_the_likelihood_of_its_kernel_times_the_prior(structure):
     """The value, which keeps parts of the covariance from call to call, against densities that know nothing of it."""
     generator = np.random.default_rng(4)
     inputs, target = generator.normal(size=(9, len(INPUTS))), generator.normal(size=9)
-    terms = terms_of(structure)
-    prior = prior_of(terms, settings().averaging.priors)
-    posterior = Posterior(terms, Pairs.of(inputs, inputs), target, prior)
+    kernel, priors = kernel_of(structure), settings().averaging.priors
+    prior = prior_of(kernel, priors)
+    posterior = posterior_of(inputs, target, kernel, priors)
     for spread in (0.0, 0.4, 0.8):
         logs = prior[0] + spread * generator.normal(size=len(prior[0]))
-        covariance = covariance_terms(logs, terms, Pairs.of(inputs, inputs))[0].sum(axis=0) + MEAN_VARIANCE
-        covariance += (np.exp(logs[-1]) + JITTER) * np.eye(len(target))
-        density = multivariate_normal(cov=covariance).logpdf(target) + norm(*prior).logpdf(logs).sum()
+        covariance = covariance_of(structure, logs, inputs) + (np.exp(logs[-1]) + JITTER) * np.eye(len(target))
+        # The density of the prior without its constants.
+        own = (norm(*prior).logpdf(logs) - norm(*prior).logpdf(prior[0])).sum()
+        density = multivariate_normal(cov=covariance).logpdf(target) + own
         assert posterior.negative_log(logs)[0] == pytest.approx(-density, rel=1e-9)
 
 
@@ -87,15 +109,15 @@ def test_evidence_is_the_integral_over_the_noise_where_nothing_else_is_free():
         *(prior._replace(log_deviation=width) for prior, width in zip(priors, (1e-3, 1e-3, 0.4), strict=True))
     )
     generator = np.random.default_rng(0)
-    inputs, terms = generator.normal(size=(30, len(INPUTS))), terms_of("product")
+    inputs, kernel = generator.normal(size=(30, len(INPUTS))), kernel_of("product")
     target = inputs[:, 0] + 0.2 * generator.normal(size=30)
-    _, evidence = fit_process(inputs, target / target.std(), terms, narrow)
-    prior = prior_of(terms, narrow)
-    posterior = Posterior(terms, Pairs.of(inputs, inputs), target / target.std(), prior)
+    _, evidence = fit_process(inputs, target / target.std(), kernel, narrow)
+    prior = prior_of(kernel, narrow)
+    posterior = posterior_of(inputs, target / target.std(), kernel, narrow)
     noise = prior[0][-1] + np.linspace(-3, 3, 601)
-    # The integral over the narrow priors divides out their density at the mean.
-    width = np.log(prior[1][:-1] * np.sqrt(2 * np.pi)).sum()
-    heights = [-posterior.negative_log(np.append(prior[0][:-1], at))[0] + width for at in noise]
+    # The integral over the narrow priors is 1. The value lacks the constant of the density of the noise's.
+    constant = norm(*prior).logpdf(prior[0])[-1]
+    heights = [constant - posterior.negative_log(np.append(prior[0][:-1], at))[0] for at in noise]
     exact = np.log(np.trapezoid(np.exp(np.array(heights) - max(heights)), noise)) + max(heights)
     assert evidence == pytest.approx(exact, abs=0.05)
 
@@ -106,7 +128,7 @@ def test_the_evidence_is_that_of_the_yields_by_the_slope_of_the_whole_transforma
     config, yields = settings().averaging, rows["yield_percent"].to_numpy(float)
     member = fit_member(Candidate(link, SCALES, "product"), rows, yields, config)
     process, conversion = member.process, to_conversion(yields, config.margin)
-    _, of_target = fit_process(process.inputs, process.target, process.terms, config.priors)
+    _, of_target = fit_process(process.inputs, process.target, process.kernel, config.priors)
     low, high = ((LINKS[link].forward(conversion + step) - member.mean) / member.spread for step in (-1e-6, 1e-6))
     assert member.log_evidence == pytest.approx(of_target + np.log((high - low) / 2e-6).sum(), rel=1e-6)
 
@@ -139,7 +161,7 @@ def test_left_out_in_closed_form_is_the_process_without_the_row():
     mean, deviation = whole.left_out()
     for index in (0, 7, 20):
         kept = np.arange(len(rows)) != index
-        without = Process(whole.terms, whole.logs, whole.inputs[kept], whole.target[kept])
+        without = Process(whole.kernel, whole.logs, whole.inputs[kept], whole.target[kept])
         one, spread = without.predict(whole.inputs[[index]])
         assert one[0] == pytest.approx(mean[index], rel=1e-6) and spread[0] == pytest.approx(deviation[index], rel=1e-5)
 

@@ -182,7 +182,7 @@ def test_learning_picks_the_row_that_reduces_the_variance_most():
     after = []
     for index in everywhere:
         grown = Process(
-            process.terms, process.logs, np.vstack([process.inputs, inputs[index]]), np.append(process.target, 0)
+            process.kernel, process.logs, np.vstack([process.inputs, inputs[index]]), np.append(process.target, 0)
         )
         after.append(np.trace(grown.posterior(inputs)[1]))
     assert position == int(np.argmin(after))

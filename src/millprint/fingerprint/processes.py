@@ -35,25 +35,19 @@ Where several kinds of balls were simulated, such as balls of one size and a cha
 separate departure q(fill), independent of the others.
 """
 
-import math
-import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import reduce
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from scipy.linalg import cho_solve, cholesky, get_lapack_funcs, solve_triangular
-from scipy.spatial.distance import cdist, pdist, squareform
+from scipy.linalg import cholesky, solve_triangular
 
 from millprint.config.charge import ONE_SIZE
+from millprint.estimate.gaussian_process import Conditioned, Covariance, Inverse, Kernel, Likelihood
 from millprint.estimate.quantiles import student_quantile
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.observables.condition import VARIABLES
-
-if TYPE_CHECKING:
-    from sklearn.gaussian_process.kernels import Kernel
 
 # Above this number of conditions the process is reduced; the thesis's fingerprints have fewer.
 WHOLE_MAX = 500
@@ -61,41 +55,6 @@ WHOLE_MAX = 500
 # of conditions taken.
 REMAINDER, TAKEN_MAX = 1e-5, 2000
 TRIANGLES = ("corner", "lower")
-
-
-@dataclass(frozen=True)
-class Covariance:
-    """A sum of Matern 5/2 processes: with r the distance over the lengths, v (1 + sqrt5 r + 5 r^2 / 3) exp(-sqrt5 r).
-
-    variances v (c,) of the components, and lengths (c, k) of every input in each. As sklearn's kernel with these
-    parameters, to the last digit: a fit needs that one, and a prediction need not wait a second for its import.
-    """
-
-    variances: np.ndarray
-    lengths: np.ndarray
-
-    @classmethod
-    def of(cls, theta: np.ndarray, components: int) -> "Covariance":
-        """From sklearn's parameters of a sum of components: the logarithms of a variance and k lengths of each."""
-        rows = theta.reshape(components, -1)
-        return cls(np.array([np.exp(row[0]) for row in rows]), np.array([np.exp(row[1:]) for row in rows]))
-
-    def __call__(self, inputs: np.ndarray, others: np.ndarray | None = None) -> np.ndarray:
-        """The covariance (n, m) of inputs (n, k) with others (m, k), or with themselves (n, n)."""
-        parts = []
-        for variance, lengths in zip(self.variances, self.lengths, strict=True):
-            scaled = inputs / lengths
-            apart = math.sqrt(5) * (pdist(scaled) if others is None else cdist(scaled, others / lengths))
-            part = (1.0 + apart + apart**2 / 3.0) * np.exp(-apart)
-            if others is None:
-                part = squareform(part)
-                np.fill_diagonal(part, 1)
-            parts.append(variance * part)
-        return reduce(np.add, parts)
-
-    def diag(self, inputs: np.ndarray) -> np.ndarray:
-        """The variances (n,) of inputs (n, k)."""
-        return np.full(len(inputs), reduce(np.add, self.variances))
 
 
 @dataclass(frozen=True)
@@ -176,47 +135,6 @@ def pivoted(kernel: Covariance, inputs: np.ndarray, enough: float) -> tuple[np.n
 
 
 @dataclass(frozen=True)
-class Whole:
-    """A process of all its conditions, with the methods of Reduced (Rasmussen, Williams, 2006, algorithm 2.1).
-
-    inputs (n, k); lower (n, n): the root of their covariance with noise; weights (n,).
-    """
-
-    kernel: Covariance
-    inputs: np.ndarray
-    lower: np.ndarray
-    weights: np.ndarray
-
-    @classmethod
-    def fit(cls, kernel: Covariance, inputs: np.ndarray, values: np.ndarray, noise: np.ndarray) -> "Whole":
-        """From inputs (n, k), values about their mean (n,) and the variances of their noise (n,)."""
-        covariance = kernel(inputs)
-        covariance[np.diag_indices_from(covariance)] += noise
-        lower = cholesky(covariance, lower=True)
-        return cls(kernel, inputs, lower, cho_solve((lower, True), values))
-
-    def mean(self, inputs: np.ndarray) -> np.ndarray:
-        """Values (j,) at inputs (j, k)."""
-        return self.kernel(inputs, self.inputs) @ self.weights
-
-    def with_deviation(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Values (j,) at inputs (j, k), and their standard deviations (j,) without noise."""
-        mean, known = self._told(inputs)
-        variance = self.kernel.diag(inputs) - np.einsum("ij,ji->i", known.T, known)
-        return mean, np.sqrt(np.maximum(variance, 0.0))
-
-    def with_covariance(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Values (j,) at inputs (j, k), and their covariance (j, j) without noise."""
-        mean, known = self._told(inputs)
-        return mean, self.kernel(inputs) - known.T @ known
-
-    def _told(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Values (j,), and the covariance with the known conditions, whitened (n, j)."""
-        shared = self.kernel(inputs, self.inputs)
-        return shared @ self.weights, solve_triangular(self.lower, shared.T, lower=True)
-
-
-@dataclass(frozen=True)
 class ReducedInverse:
     """diag(precision) - W^T W, with precision (n,) and W (m, n)."""
 
@@ -231,32 +149,6 @@ class ReducedInverse:
         """Its rows and columns at some places (j, j)."""
         own = self.root[:, places]
         return np.diag(self.precision[places]) - own.T @ own
-
-
-@dataclass(frozen=True)
-class WholeInverse:
-    """The inverse R^T R of a covariance, from R, the inverse (n, n) of its lower Cholesky factor."""
-
-    root: np.ndarray
-
-    @classmethod
-    def of(cls, covariance: np.ndarray) -> "WholeInverse":
-        """From a covariance (n, n), which is overwritten; inverts its triangular factor, in a third of the steps."""
-        lower = cholesky(covariance, lower=True, overwrite_a=True)
-        (invert,) = get_lapack_funcs(("trtri",), (lower,))
-        root, failed = invert(lower, lower=1, overwrite_c=1)
-        if failed:
-            raise np.linalg.LinAlgError(f"the covariance of {len(lower)} conditions cannot be inverted")
-        return cls(root)
-
-    def times(self, vector: np.ndarray) -> np.ndarray:
-        """The inverse times a vector (n,)."""
-        return self.root.T @ (self.root @ vector)
-
-    def block(self, places: np.ndarray) -> np.ndarray:
-        """Its rows and columns at some places (j, j)."""
-        own = self.root[:, places]
-        return own.T @ own
 
 
 # Component -> its variables in addition to the fill ratio, and the start and bounds of its variance.
@@ -332,34 +224,28 @@ def held(length: float) -> tuple[float, tuple[float, float]]:
 LENGTHS = {"fill_ratio": (1.0, FILL_LENGTH), CHARGE: held(APART)}
 
 
-def build_kernel(components: dict[str, list[str]]) -> "Kernel":
-    """The sum of the components, without noise; a length at IDLE is held there."""
-    # Imported here: takes two seconds, and is not needed to read a fingerprint without predicting.
-    from sklearn.gaussian_process.kernels import ConstantKernel, Matern
+def kernel_of(components: Mapping[str, object], inputs: int) -> Kernel:
+    """A Matern 5/2 term for each component; theta: for each, the logarithms of its variance and of its lengths (k,)."""
+    first = np.arange(len(components)) * (1 + inputs)
+    lengths = first[:, None] + np.arange(1, 1 + inputs)
+    return Kernel(("Matern 5/2",) * len(components), first, lengths)
 
-    total = None
+
+def searched(components: Mapping[str, Sequence[str]], inputs: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Starts (p,) and bounds (p, 2) of theta with the noise, and the middle and deviation (p, 2) that is supposed.
+
+    The deviation of a variance, and of a length that is held at IDLE or APART, is infinite.
+    """
+    rows = []
     for name, variables in components.items():
         _, variance, bounds = COMPONENTS[name]
-        lengths, length_bounds = [], []
-        for variable in (*VARIABLES, *([CHARGE] if CHARGE in components else [])):
+        rows.append((variance, bounds, (1.0, np.inf)))
+        for variable in (*VARIABLES, CHARGE)[:inputs]:
             start, own = LENGTHS.get(variable, (2.0, MACHINE_LENGTH)) if variable in variables else held(IDLE)
-            lengths.append(start)
-            length_bounds.append(own)
-        part = ConstantKernel(variance, bounds) * Matern(lengths, length_bounds, nu=2.5)
-        total = part if total is None else total + part
-    return total
-
-
-def supposed_lengths(components: dict[str, list[str]]) -> tuple[np.ndarray, np.ndarray]:
-    """Centres and precisions (1 / variance) of the supposed distribution of the parameters of `build_kernel` and noise.
-
-    A variance, and a length that is held, has the precision 0.
-    """
-    kernel = build_kernel(components)
-    ends = [tuple(np.exp(own).round(9)) for own in kernel.bounds]
-    known = [SUPPOSED.get(own, (1.0, np.inf)) for own in ends]
-    centres, deviations = np.array([*known, (1.0, np.inf)]).T
-    return np.log(centres), deviations**-2
+            rows.append((start, own, SUPPOSED.get(own, (1.0, np.inf))))
+    rows.append((NOISE, NOISE_BOUNDS, (1.0, np.inf)))
+    starts, ends, supposed = (np.array(column) for column in zip(*rows, strict=True))
+    return np.log(starts), np.log(ends), supposed
 
 
 def grouped(inputs: np.ndarray, shared: list[str]) -> list[np.ndarray]:
@@ -442,11 +328,6 @@ class Process:
         (2013) 55, the largest over the ways of LEFT_OUT: the likelihood gives too small deviations where the model is
         not quite right. Of more than LEARNT_FROM conditions, LEARNT_FROM give the parameters, and all give the stretch.
         """
-        from scipy.optimize import minimize
-        from sklearn.exceptions import ConvergenceWarning
-        from sklearn.gaussian_process import GaussianProcessRegressor
-        from sklearn.gaussian_process.kernels import WhiteKernel
-
         sampling = fit_sampling(inputs[:, 0], runs * stated**2)
         typical = variance_of_run(inputs, sampling) / runs
         errors = np.sqrt(np.where(np.isfinite(stated), (stated**2 + typical) / 2, typical))
@@ -454,24 +335,14 @@ class Process:
         if len(logs) > LEARNT_FROM:
             chosen = np.random.default_rng(0).permutation(len(logs))[:LEARNT_FROM]
             known = (inputs[chosen], logs[chosen], errors[chosen])
-        kernel = build_kernel(components) + WhiteKernel(NOISE, NOISE_BOUNDS)
-        centres, precisions = supposed_lengths(components)
-
-        def most_likely(cost: Callable, start: np.ndarray, bounds: np.ndarray) -> tuple[np.ndarray, float]:
-            def posterior(theta: np.ndarray) -> tuple[float, np.ndarray]:
-                value, slope = cost(theta)
-                apart = theta - centres
-                return value + 0.5 * float(precisions @ apart**2), slope + precisions * apart
-
-            found = minimize(posterior, start, method="L-BFGS-B", jac=True, bounds=bounds)
-            return found.x, found.fun
-
-        regressor = GaussianProcessRegressor(kernel, alpha=known[2] ** 2 + JITTER, optimizer=most_likely)
-        with warnings.catch_warnings():
-            # A parameter may end at its bound: few conditions cannot separate noise from shape.
-            warnings.simplefilter("ignore", ConvergenceWarning)
-            regressor.fit(known[0], known[1] - known[1].mean())
-        theta, noise = regressor.kernel_.k1.theta, regressor.kernel_.k2.noise_level
+        kernel = kernel_of(components, inputs.shape[1])
+        start, bounds, supposed = searched(components, inputs.shape[1])
+        likelihood = Likelihood(
+            kernel, known[0], known[1] - known[1].mean(), known[2] ** 2 + JITTER,
+            np.log(supposed[:, 0]), supposed[:, 1] ** -2.0,
+        )  # fmt: skip
+        found, _ = likelihood.maximise([start], bounds)
+        theta, noise = found[:-1], float(np.exp(found[-1]))
         seeds = np.broadcast_to(runs, logs.shape)
         process = cls(inputs, logs, errors, components, theta, noise, sampling, seeds=seeds)
         inverse, apart = process.inverse(), []
@@ -484,12 +355,12 @@ class Process:
         return replace(process, stretch=max(1.0, float(np.sqrt(squares.mean()))))
 
     def _kernel(self) -> Covariance:
-        return Covariance.of(self.theta, len(self.components))
+        return Covariance(kernel_of(self.components, self.inputs.shape[1]), self.theta)
 
     def predictor(self) -> "Predictor":
         """A predictor of new conditions."""
         centre = float(self.logs.mean())
-        kind = Reduced if len(self.logs) > WHOLE_MAX else Whole
+        kind = Reduced if len(self.logs) > WHOLE_MAX else Conditioned
         known = kind.fit(self._kernel(), self.inputs, self.logs - centre, self._noise())
         return Predictor(known, centre, self.noise, self.sampling, self.stretch, self.inputs, self._simulated())
 
@@ -506,16 +377,14 @@ class Process:
         """The variances of the log values as measured (n,)."""
         return self.errors**2 + self.noise + JITTER
 
-    def inverse(self) -> WholeInverse | ReducedInverse:
+    def inverse(self) -> Inverse | ReducedInverse:
         """The inverse of the covariance of the log values, noise included."""
         if len(self.logs) > WHOLE_MAX:
             return Reduced.fit(self._kernel(), self.inputs, self.logs - self.logs.mean(), self._noise()).inverse()
-        covariance = self._kernel()(self.inputs)
-        covariance[np.diag_indices_from(covariance)] += self._noise()
-        return WholeInverse.of(covariance)
+        return Conditioned.fit(self._kernel(), self.inputs, self.logs, self._noise()).inverse()
 
     def leave_out(
-        self, groups: Sequence[np.ndarray], inverse: WholeInverse | ReducedInverse | None = None
+        self, groups: Sequence[np.ndarray], inverse: Inverse | ReducedInverse | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
         """Mean and deviation of the measured log values of each group of indices, predicted without that group.
 
@@ -569,7 +438,7 @@ class Process:
 class Predictor:
     """What is known of log values about their mean: of a curve, and of the conditions `inputs` that were simulated."""
 
-    known: Whole | Reduced
+    known: Conditioned | Reduced
     centre: float
     noise: float
     sampling: tuple[float, float]

@@ -7,7 +7,7 @@ Saltelli's sample (SALib) is evaluated by such draws, so that Sobol indices and 
 Cannamela, Iooss, SIAM/ASA J. Uncertainty Quantif. 2 (2014) 336).
 """
 
-import warnings
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,11 +15,9 @@ import numpy as np
 import pandas as pd
 from SALib.analyze import sobol as sobol_analysis
 from SALib.sample import sobol as sobol_sample
-from scipy.linalg import cho_factor, cho_solve, cholesky
-from sklearn.exceptions import ConvergenceWarning
-from sklearn.gaussian_process import GaussianProcessRegressor
-from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
+from scipy.linalg import cholesky
 
+from millprint.estimate.gaussian_process import Conditioned, Covariance, Kernel, Likelihood
 from millprint.estimate.quantiles import normal_quantile
 
 # Bounds of lengths in places between 0 and 1, and of variances of the logarithm over the variance of the design.
@@ -31,13 +29,17 @@ JITTER = 1e-8
 
 @dataclass(frozen=True)
 class Emulator:
-    """A fitted emulator: places (n, k), logarithms (n,), their mean and spread, and scikit-learn's regressor."""
+    """A fitted emulator: places (n, k), logarithms (n,), their mean and spread.
+
+    known: the process of the logarithms without mean and spread; theta: its parameters, the noise last.
+    """
 
     places: np.ndarray
     logs: np.ndarray
     centre: float
     scale: float
-    regressor: GaussianProcessRegressor
+    known: Conditioned
+    theta: np.ndarray
 
     @classmethod
     def fit(cls, places: np.ndarray, logs: np.ndarray, run_error: float = 0.0, seed: int = 0) -> "Emulator":
@@ -47,32 +49,30 @@ class Emulator:
         runs, a lower bound for the noise [-].
         """
         centre, scale = float(logs.mean()), float(logs.std()) or 1.0
-        kernel = ConstantKernel(1.0, VARIANCES) * Matern(np.ones(places.shape[1]), LENGTHS, nu=2.5)
+        count, scaled = places.shape[1], (logs - centre) / scale
+        kernel = Kernel(("Matern 5/2",), np.array([0]), 1 + np.arange(count)[None])
         least = float(np.clip((run_error / scale) ** 2, LEAST_NOISE, 0.5 * MOST_NOISE))
-        kernel += WhiteKernel(max(0.01, least), (least, MOST_NOISE))
-        regressor = GaussianProcessRegressor(
-            kernel, alpha=JITTER, n_restarts_optimizer=RESTARTS, random_state=np.random.RandomState(seed)
-        )
-        with warnings.catch_warnings():
-            # A variable without any effect has a length at its bound.
-            warnings.simplefilter("ignore", ConvergenceWarning)
-            regressor.fit(places, (logs - centre) / scale)
-        return cls(places, logs, centre, scale, regressor)
+        bounds = np.log([VARIANCES, *[LENGTHS] * count, (least, MOST_NOISE)])
+        first = np.log([1.0, *np.ones(count), max(0.01, least)])
+        generator = np.random.RandomState(seed)
+        starts = np.array([first, *(generator.uniform(*bounds.T) for _ in range(RESTARTS))])
+        theta, _ = Likelihood(kernel, places, scaled, JITTER).maximise(starts, bounds)
+        known = Conditioned.fit(Covariance(kernel, theta), places, scaled, np.exp(theta[-1]) + JITTER)
+        return cls(places, logs, centre, scale, known, theta)
 
     @property
     def noise(self) -> float:
         """Standard deviation of the noise of a logarithm: the scatter of one simulation."""
-        return self.scale * float(np.sqrt(self.regressor.kernel_.k2.noise_level))
+        return self.scale * math.exp(0.5 * self.theta[-1])
 
     def predict(self, places: np.ndarray) -> np.ndarray:
         """Logarithms (m,) at places (m, k), without noise."""
-        return self.centre + self.scale * self.regressor.predict(places)
+        return self.centre + self.scale * self.known.mean(places)
 
     def draws(self, places: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
         """Functions (count, m) that agree with the design, at places (m, k), without noise."""
-        mean, covariance = self.regressor.predict(places, return_cov=True)
-        # scikit-learn's covariance is of a new simulation, with noise on the diagonal; draws have no noise.
-        covariance[np.diag_indices_from(covariance)] += JITTER - self.regressor.kernel_.k2.noise_level
+        mean, covariance = self.known.with_covariance(places)
+        covariance[np.diag_indices_from(covariance)] += JITTER
         # Rounding may make a covariance of some thousand places indefinite.
         spread = JITTER
         while True:
@@ -86,15 +86,9 @@ class Emulator:
 
     @cached_property
     def left_out(self) -> np.ndarray:
-        """Logarithms (n,) of the design, each predicted without it.
-
-        y_i - (K^-1 y)_i / (K^-1)_ii with the parameters of the whole design (Rasmussen and Williams 2006, Eq. 5.12).
-        """
-        kernel = self.regressor.kernel_(self.places)
-        kernel[np.diag_indices_from(kernel)] += JITTER
-        inverse = cho_solve(cho_factor(kernel, lower=True), np.eye(len(kernel)))
+        """Logarithms (n,) of the design, each predicted without it, by the parameters of the whole design."""
         scaled = (self.logs - self.centre) / self.scale
-        return self.centre + self.scale * (scaled - inverse @ scaled / np.diag(inverse))
+        return self.centre + self.scale * self.known.left_out(scaled)[0]
 
 
 def quality(logs: np.ndarray, left_out: np.ndarray) -> dict[str, float]:

@@ -14,7 +14,7 @@ from scipy.special import expit, logit, logsumexp, ndtr
 from millprint.config.yields import INPUTS, PRIMARY, AveragingConfig, LibraryTrialConfig
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.features import Standardisation, describe
-from millprint.thesis.yields.posterior_process import Process, fit_process, terms_of
+from millprint.thesis.yields.posterior_process import Process, fit_process, kernel_of
 from millprint.thesis.yields.regressors import AVERAGED
 
 # Nodes and weights of the Gauss-Hermite quadrature, for means over a normal distribution.
@@ -131,7 +131,7 @@ def fit_described(candidate: Candidate, raw: np.ndarray, yields: np.ndarray, set
     latent = link.forward(conversion)
     mean, spread = float(latent.mean()), float(latent.std()) or 1.0
     process, evidence = fit_process(
-        standard(raw), (latent - mean) / spread, terms_of(candidate.structure), settings.priors
+        standard(raw), (latent - mean) / spread, kernel_of(candidate.structure), settings.priors
     )
     jacobian = float(link.log_slope(conversion).sum()) - len(latent) * np.log(spread)
     return Member(candidate, standard, mean, spread, process, evidence + jacobian)

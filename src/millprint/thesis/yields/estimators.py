@@ -4,184 +4,84 @@ For some twenty rows, RandomForestRegressor spends nearly all of its time around
 to the last bit: each has the seed and the bootstrap that RandomForestRegressor gives it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.linalg import cho_solve, cholesky
-from scipy.linalg.lapack import dpotrf, dtrtri
-from scipy.optimize import OptimizeResult, minimize
 from sklearn import config_context
-from sklearn.gaussian_process import GaussianProcessRegressor
-from sklearn.gaussian_process.kernels import ConstantKernel, Kernel, Matern, WhiteKernel
 from sklearn.linear_model import LinearRegression
 from sklearn.tree import DecisionTreeRegressor
 from xgboost import Booster, QuantileDMatrix, XGBRegressor
 
 from millprint.config.yields import Choices, TrainingConfig
-from millprint.thesis.yields.posterior_process import Pairs
+from millprint.estimate.gaussian_process import Conditioned, Covariance, Kernel, Likelihood
 
 # Added to the variance of each row, in the units of the target squared, as scikit-learn does by default.
 JITTER = 1e-10
 
 
-def squared_differences(left: np.ndarray, right: np.ndarray, shared: bool) -> np.ndarray:
-    """Squared differences of inputs (n, k) and (m, k) in each feature (k, n * m); shared: their sum (1, n * m)."""
-    squares = Pairs.of(left, right).squares.reshape(left.shape[1], -1)
-    return squares.sum(axis=0, keepdims=True) if shared else squares
-
-
-def matern(theta: np.ndarray, squares: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """C * Matern(nu = 1.5) of pairs, Eq. 5.5: d^2 / l^2 (k, pairs), C exp(-r) and (1 + r) C exp(-r), (pairs,) each.
-
-    theta: logarithms of factor, length scales and noise; squares: of `squared_differences`.
-    """
-    scaled = squares * np.exp(-2 * theta[1:-1])[:, None]
-    root = np.sqrt(3 * scaled.sum(axis=0))
-    decay = np.exp(theta[0]) * np.exp(-root)
-    return scaled, decay, (1 + root) * decay
-
-
-@dataclass(frozen=True)
-class MarginalLikelihood:
-    """The marginal likelihood, Eq. 5.10, of the kernel C * Matern(nu = 1.5) + noise.
-
-    squares: squared differences of the rows in each feature (k, n * n), or their sum (1, n * n) for one length scale;
-    target: (n,). scikit-learn's own differs only by rounding; for some twenty rows, it spends nearly all of its time in
-    kernels that build and check themselves again at every step.
-    """
-
-    squares: np.ndarray
-    target: np.ndarray
-
-    @classmethod
-    def of(cls, inputs: np.ndarray, target: np.ndarray, shared: bool) -> "MarginalLikelihood":
-        """For inputs (n, k) and a target (n,); shared: whether all features have one length scale."""
-        return cls(squared_differences(inputs, inputs, shared), target)
-
-    def negative_log(self, theta: np.ndarray) -> tuple[float, np.ndarray]:
-        """-log p(y) and its gradient in theta, the logarithms of factor, length scales and noise."""
-        noise, target, rows = np.exp(theta[-1]), self.target, len(self.target)
-        scaled, decay, smooth = matern(theta, self.squares)
-        # LAPACK is called directly: for twenty rows, the wrappers of numpy and scipy take longer than factorising.
-        lower, failed = dpotrf(self._covariance(smooth, noise), lower=1, clean=1)
-        if failed:
-            return np.inf, np.zeros_like(theta)
-        half = dtrtri(lower, lower=1)[0]
-        inverse = half.T @ half
-        weights = inverse @ target
-        value = -0.5 * target @ weights - np.log(lower.diagonal()).sum() - 0.5 * rows * np.log(2 * np.pi)
-        slope = 0.5 * (weights[:, None] * weights - inverse)
-        flat = slope.ravel()
-        # d k / d ln l_j = 3 C exp(-r) d_j^2 / l_j^2, with r^2 = 3 sum_j d_j^2 / l_j^2.
-        by_length = scaled @ (3 * decay * flat)
-        return -value, -np.concatenate([[smooth @ flat], by_length, [noise * slope.trace()]])
-
-    def maximise(self, start: np.ndarray, bounds: np.ndarray) -> OptimizeResult:
-        """The maximum that is reached from `start`, within bounds (h, 2); all logarithms."""
-        return minimize(self.negative_log, start, jac=True, method="L-BFGS-B", bounds=bounds)
-
-    def weights(self, theta: np.ndarray) -> np.ndarray:
-        """K^-1 y (n,) of Eq. 5.8."""
-        covariance = self._covariance(matern(theta, self.squares)[2], np.exp(theta[-1]))
-        return cho_solve((cholesky(covariance, lower=True), True), self.target)
-
-    def _covariance(self, smooth: np.ndarray, noise: float) -> np.ndarray:
-        """K (n, n), from its part without noise (n * n,)."""
-        rows = len(self.target)
-        covariance = smooth.copy()
-        covariance[:: rows + 1] += noise + JITTER
-        return covariance.reshape(rows, rows)
-
-
 class GaussianProcess:
-    """scikit-learn's process of zero mean at the largest marginal likelihood that is reached from some starts.
+    """A process of zero mean at the largest marginal likelihood, Eq. 5.10, that is reached from some starts.
 
-    kernel: C * Matern(nu = 1.5) + noise, with its bounds; starts: (s, h) logarithms of its hyper-parameters. The
-    likelihood has several maxima: from a single start its maximisation may end at a low one.
+    Its kernel is C * Matern(nu = 1.5) + noise, Eqs 5.5 and 5.6. starts (s, p): logarithms of factor [pp2], length
+    scales [standard deviations], one for each feature or one for all, and noise [pp2]; bounds: of each of them, not as
+    logarithms. The likelihood has several maxima: from a single start its maximisation may end at a low one.
     """
 
-    def __init__(self, kernel: Kernel, starts: Sequence[np.ndarray]):
-        self.kernel, self.starts = kernel, starts
-        self.process = GaussianProcessRegressor(kernel, alpha=JITTER, optimizer=None)
+    def __init__(self, starts: np.ndarray, bounds: Sequence[float]):
+        self.starts, self.bounds = starts, np.tile(np.log(bounds), (starts.shape[1], 1))
 
     def fit(self, inputs: np.ndarray, target: np.ndarray) -> "GaussianProcess":
         """Fit on inputs (n, k) and a target (n,)."""
-        likelihood = MarginalLikelihood.of(inputs, target, shared=len(self.kernel.theta) == 3)
-        found = [likelihood.maximise(start, self.kernel.bounds) for start in self.starts]
-        return self.condition(min(found, key=lambda each: each.fun).x, inputs, target)
+        likelihood = Likelihood(self.kernel(inputs), inputs, target, JITTER)
+        return self.condition(likelihood.maximise(self.starts, self.bounds)[0], inputs, target)
 
     def condition(self, logs: np.ndarray, inputs: np.ndarray, target: np.ndarray) -> "GaussianProcess":
         """The process of known logarithms of the hyper-parameters on inputs (n, k) and a target (n,)."""
-        process = GaussianProcessRegressor(self.kernel.clone_with_theta(logs), alpha=JITTER, optimizer=None)
-        self.process = process.fit(inputs, target)
+        self.logs, self.noise = logs, float(np.exp(logs[-1]))
+        self._known = Conditioned.fit(Covariance(self.kernel(inputs), logs), inputs, target, self.noise + JITTER)
         return self
 
-    @property
-    def logs(self) -> np.ndarray:
-        """Logarithms of the fitted factor, length scales and noise."""
-        return self.process.kernel_.theta
+    def kernel(self, inputs: np.ndarray) -> Kernel:
+        """The kernel for inputs (n, k)."""
+        columns, scales = inputs.shape[1], self.starts.shape[1] - 2
+        return Kernel(("Matern 3/2",), np.array([0]), 1 + np.arange(columns)[None] % scales)
 
     def predict(self, inputs: np.ndarray) -> np.ndarray:
         """Mean (m,) at inputs (m, k), Eq. 5.8."""
-        return self.process.predict(inputs)
+        return self._known.mean(inputs)
 
     def deviation(self, inputs: np.ndarray) -> np.ndarray:
         """Standard deviation (m,) of a measurement at inputs (m, k): Eq. 5.9, noise included."""
-        return self.process.predict(inputs, return_std=True)[1]
+        return np.sqrt(self.mean_deviation(inputs) ** 2 + self.noise)
 
     def mean_deviation(self, inputs: np.ndarray) -> np.ndarray:
         """The same without the noise."""
-        return np.sqrt(np.maximum(self.deviation(inputs) ** 2 - self.process.kernel_.k2.noise_level, 0))
+        return self._known.with_deviation(inputs)[1]
 
 
-def matern_kernel(start: dict[str, float], columns: int, choices: Choices) -> Kernel:
-    """C * Matern(nu = 1.5) + white noise, Eqs 5.5 and 5.6; columns: number of features.
-
-    start: constant [pp2], length_scale [standard deviations] and noise [pp2].
-    """
-    shared = choices.length_scales == "shared"
-    lengths = start["length_scale"] if shared else np.full(columns, start["length_scale"])
-    bounds = tuple(choices.kernel_bounds)
-    smooth = ConstantKernel(start["constant"], bounds) * Matern(lengths, bounds, nu=1.5)
-    return smooth + WhiteKernel(start["noise"], bounds)
-
-
-class ProcessFold:
-    """Processes from many starts for one fold. The distances of its rows are calculated once.
-
-    For some twenty rows, scikit-learn spends a third of a search in kernels that build and check themselves again. The
-    predictions are its own, but for rounding.
-    """
-
-    def __init__(self, inputs: np.ndarray, target: np.ndarray, held_out: np.ndarray, choices: Choices):
-        """inputs (n, k), target (n,) [pp] and held-out inputs (m, k) of a fold."""
-        shared, self._kernel_bounds = choices.length_scales == "shared", choices.kernel_bounds
-        self._likelihood = MarginalLikelihood.of(inputs, target, shared)
-        self._across = squared_differences(held_out, inputs, shared)
-
-    def predict(self, start: dict[str, float]) -> np.ndarray:
-        """Mean (m,) [pp] at the held-out inputs, Eq. 5.8, of the process that is reached from a start of Table 5.2."""
-        lengths = np.full(len(self._likelihood.squares), start["length_scale"])
-        logs = np.log(np.concatenate([[start["constant"]], lengths, [start["noise"]]]))
-        bounds = np.tile(np.log(self._kernel_bounds), (len(logs), 1))
-        theta = self._likelihood.maximise(logs, bounds).x
-        weights = self._likelihood.weights(theta)
-        return matern(theta, self._across)[2].reshape(-1, len(weights)) @ weights
+def start_of(parameters: Mapping[str, float], columns: int, choices: Choices) -> np.ndarray:
+    """Where a maximisation starts: logarithms of the parameters of Table 5.2; columns: number of features."""
+    count = 1 if choices.length_scales == "shared" else columns
+    return np.log([parameters["constant"], *[parameters["length_scale"]] * count, parameters["noise"]])
 
 
 def gaussian_process(parameters: dict[str, float], columns: int, training: TrainingConfig) -> GaussianProcess:
-    """The process, not fitted yet; parameters: where its maximisation starts, as `matern_kernel` takes it.
+    """The process, not fitted yet; parameters: where its maximisation starts, as `start_of` takes it.
 
     Without parameters it starts several times, at places that are drawn uniformly within Table 5.2.
     """
     generator, space = np.random.default_rng(training.seed), training.spaces["gpr"]
-    drawn = [
-        {name: float(generator.uniform(low, high)) for name, (low, high) in space.items()}
-        for _ in range(training.kernel_starts)
-    ]
-    kernels = [matern_kernel(start, columns, training.choices) for start in ([parameters] if parameters else drawn)]
-    return GaussianProcess(kernels[0], [kernel.theta for kernel in kernels])
+    chosen = (
+        [parameters]
+        if parameters
+        else [
+            {name: float(generator.uniform(low, high)) for name, (low, high) in space.items()}
+            for _ in range(training.kernel_starts)
+        ]
+    )
+    starts = [start_of(each, columns, training.choices) for each in chosen]
+    return GaussianProcess(np.array(starts), training.choices.kernel_bounds)
 
 
 class LeastSquares(LinearRegression):

@@ -12,7 +12,7 @@ from millprint.run.files import read_format, write_json
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import LINKS, AveragedModel, Candidate, Member, to_conversion
 from millprint.thesis.yields.features import CONDITIONS, Standardisation, describe
-from millprint.thesis.yields.posterior_process import Process, terms_of
+from millprint.thesis.yields.posterior_process import Process, kernel_of
 from millprint.thesis.yields.regressors import regressor
 from millprint.thesis.yields.yield_model import Plan, SearchResult, Step, YieldModel, fit_in_turn
 
@@ -139,7 +139,7 @@ def _restore_member(stored: dict, rows: pd.DataFrame, margin: float) -> Member:
     mean, spread = stored["target_mean"], stored["target_spread"]
     inputs = standard(describe(rows).to_numpy())
     process = Process(
-        terms_of(candidate.structure), np.array(stored["log_parameters"]), inputs, (latent - mean) / spread
+        kernel_of(candidate.structure), np.array(stored["log_parameters"]), inputs, (latent - mean) / spread
     )
     return Member(candidate, standard, mean, spread, process, stored["log_evidence"])
 

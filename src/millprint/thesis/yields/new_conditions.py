@@ -12,6 +12,7 @@ from threadpoolctl import threadpool_limits
 
 from millprint.config.errors import ConfigError
 from millprint.config.yields import INPUTS, PredictionConfig, TrainingConfig
+from millprint.estimate.gaussian_process import LINEAR
 from millprint.observables.condition import Condition, energy_scale
 from millprint.observables.definitions import BASIC
 from millprint.run.files import read_format, write_json, write_table
@@ -294,8 +295,8 @@ def yield_content(path: str | Path, prediction: PredictionConfig, level: float) 
 
 
 def _member(member: Member, weight: float) -> dict:
-    own = member.process.terms
-    terms = zip(own.factors.astype(int).tolist(), own.linear.tolist(), strict=True)
+    own = member.process.kernel
+    terms = zip((own.lengths >= 0).astype(int).tolist(), (shape == LINEAR for shape in own.shapes), strict=True)
     return {
         "weight": weight,
         "link": member.candidate.link,

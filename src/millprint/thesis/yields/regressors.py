@@ -99,13 +99,6 @@ def _make_gpr(parameters: Parameters, columns: int, training: TrainingConfig, th
     return gaussian_process(parameters, columns, training)
 
 
-def _process_folds(inputs: np.ndarray, target: np.ndarray, folds: list, training: TrainingConfig) -> FoldPredictor:
-    from millprint.thesis.yields.estimators import ProcessFold
-
-    fits = [ProcessFold(inputs[kept], target[kept], inputs[held], training.choices) for kept, held in folds]
-    return lambda fold, parameters: fits[fold].predict(parameters)
-
-
 def _restore_gpr(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndarray) -> Any:
     import numpy as np
 
@@ -215,7 +208,6 @@ REGRESSORS = {
         settled="The search sets where the marginal likelihood starts, with a length scale for each feature; both read "
         "off the printed row.",
         make=_make_gpr,
-        fold_predictor=_process_folds,
         **OF_A_PROCESS,
     ),
     "rf": Regressor(

@@ -1,0 +1,252 @@
+"""Gaussian processes: covariances as sums of terms, their likelihood with its gradient, and what they predict.
+
+A term is v f(d), with d^2 = sum_j (x_j - x_j')^2 / l_j^2 and f a shape, or v sum_j x_j x_j' where it is linear. The
+parameters theta are logarithms: of variances v, of lengths l, and last of the variance of the noise
+(Rasmussen, Williams, Gaussian Processes for Machine Learning, 2006).
+"""
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import cho_solve, cholesky, solve_triangular
+from scipy.linalg.lapack import dpotrf, dtrtri
+from scipy.spatial.distance import cdist
+
+
+class Shape(NamedTuple):
+    """f of the distance d, and its derivative by d^2."""
+
+    value: Callable[[np.ndarray], np.ndarray]
+    slope: Callable[[np.ndarray], np.ndarray]
+
+
+def _matern_3_2(distance: np.ndarray) -> np.ndarray:
+    root = math.sqrt(3) * distance
+    return (1.0 + root) * np.exp(-root)
+
+
+def _matern_5_2(distance: np.ndarray) -> np.ndarray:
+    root = math.sqrt(5) * distance
+    return (1.0 + root + root**2 / 3.0) * np.exp(-root)
+
+
+LINEAR = "linear"
+SHAPES = {
+    "squared exponential": Shape(lambda d: np.exp(-0.5 * d**2), lambda d: -0.5 * np.exp(-0.5 * d**2)),
+    "Matern 3/2": Shape(_matern_3_2, lambda d: -1.5 * np.exp(-math.sqrt(3) * d)),
+    "Matern 5/2": Shape(_matern_5_2, lambda d: -5 / 6 * (1 + math.sqrt(5) * d) * np.exp(-math.sqrt(5) * d)),
+}
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """The terms of a covariance.
+
+    shapes (t,): a name of SHAPES or LINEAR; variances (t,): the place in theta of each term's variance; lengths (t, k):
+    that of its length of each input, -1 for an input that it does not depend on; of a linear term, any place from 0 on
+    says that the input counts; constant: the variance of an unknown mean.
+    """
+
+    shapes: tuple[str, ...]
+    variances: np.ndarray
+    lengths: np.ndarray
+    constant: float = 0.0
+
+    @cached_property
+    def curved(self) -> np.ndarray:
+        """Places (c,) of the terms that are not linear."""
+        return np.array([place for place, shape in enumerate(self.shapes) if shape != LINEAR], dtype=int)
+
+    @cached_property
+    def scales(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Every length that an input is divided by: the input (u,), the place in theta (u,), and the terms (c, u)."""
+        own = self.lengths[self.curved]
+        pairs = sorted({(j, int(place)) for row in own for j, place in enumerate(row) if place >= 0})
+        inputs, places = np.array(pairs, dtype=int).reshape(-1, 2).T
+        return inputs, places, (own[:, inputs] == places).astype(float)
+
+
+@dataclass(frozen=True)
+class Covariance:
+    """The covariance without noise of a kernel with known parameters theta."""
+
+    kernel: Kernel
+    theta: np.ndarray
+
+    def __call__(self, inputs: np.ndarray, others: np.ndarray | None = None) -> np.ndarray:
+        """The covariance (n, m) of inputs (n, k) with others (m, k), or with themselves (n, n)."""
+        others = inputs if others is None else others
+        total = np.full((len(inputs), len(others)), self.kernel.constant)
+        for shape, variance, places in self._terms():
+            used = places >= 0
+            if shape == LINEAR:
+                total += variance * (inputs[:, used] @ others[:, used].T)
+            else:
+                lengths = np.exp(self.theta[places[used]])
+                total += variance * SHAPES[shape].value(cdist(inputs[:, used] / lengths, others[:, used] / lengths))
+        return total
+
+    def diag(self, inputs: np.ndarray) -> np.ndarray:
+        """The variances (n,) of inputs (n, k)."""
+        total = np.full(len(inputs), self.kernel.constant)
+        for shape, variance, places in self._terms():
+            total += variance * ((inputs[:, places >= 0] ** 2).sum(axis=1) if shape == LINEAR else 1.0)
+        return total
+
+    def _terms(self) -> Iterable[tuple[str, float, np.ndarray]]:
+        return zip(self.kernel.shapes, np.exp(self.theta[self.kernel.variances]), self.kernel.lengths, strict=True)
+
+
+@dataclass(frozen=True)
+class Likelihood:
+    """The likelihood of theta for inputs (n, k) and a target of zero mean (n,), times a prior.
+
+    known: the variance of each value in addition to the noise (n,) or one for all, at least a jitter; centres and
+    precisions: of independent normal priors of theta, a precision of 0 for none.
+    """
+
+    kernel: Kernel
+    inputs: np.ndarray
+    target: np.ndarray
+    known: np.ndarray | float
+    centres: np.ndarray | float = 0.0
+    precisions: np.ndarray | float = 0.0
+
+    @cached_property
+    def _squares(self) -> np.ndarray:
+        """Squared differences (u, n * n) of the input of every length."""
+        rows = self.inputs.T[self.kernel.scales[0]]
+        return ((rows[:, :, None] - rows[:, None, :]) ** 2).reshape(len(rows), -1)
+
+    @cached_property
+    def _parts(self) -> np.ndarray:
+        """The terms (t, n * n) for variances of 1: the linear ones, which do not depend on theta."""
+        parts = np.zeros((len(self.kernel.shapes), len(self.target) ** 2))
+        for place, shape in enumerate(self.kernel.shapes):
+            if shape == LINEAR:
+                own = self.inputs[:, self.kernel.lengths[place] >= 0]
+                parts[place] = (own @ own.T).ravel()
+        return parts
+
+    def negative_log(self, theta: np.ndarray) -> tuple[float, np.ndarray]:
+        """-log p(target | theta) - log p(theta), without what does not depend on theta in the prior, and its gradient.
+
+        Infinite, without a slope, for a covariance that is not positive definite.
+        """
+        kernel, rows = self.kernel, len(self.target)
+        _, places, members = kernel.scales
+        scaled = self._squares * np.exp(-2 * theta[places])[:, None]
+        apart = np.sqrt(members @ scaled)
+        parts, variances = self._parts, np.exp(theta[kernel.variances])
+        slopes = np.empty_like(apart)
+        for number, place in enumerate(kernel.curved):
+            shape = SHAPES[kernel.shapes[place]]
+            parts[place] = shape.value(apart[number])
+            slopes[number] = variances[place] * shape.slope(apart[number])
+        covariance = variances @ parts + kernel.constant
+        noise = np.exp(theta[-1])
+        covariance[:: rows + 1] += noise + self.known
+        # LAPACK is called directly: for some thirty rows, wrappers take longer than the factorisation.
+        lower, failed = dpotrf(covariance.reshape(rows, rows), lower=1, clean=1, overwrite_a=1)
+        if failed:
+            return np.inf, np.zeros_like(theta)
+        half = dtrtri(lower, lower=1)[0]
+        inverse = half.T @ half
+        weights = inverse @ self.target
+        off = theta - self.centres
+        value = 0.5 * self.target @ weights + np.log(lower.diagonal()).sum() + 0.5 * rows * math.log(2 * math.pi)
+        value += 0.5 * np.sum(self.precisions * off**2)
+        slope = 0.5 * (inverse - weights[:, None] * weights)
+        flat = slope.ravel()
+        by_length = -2 * (members * ((slopes * flat) @ scaled.T)).sum(axis=0)
+        found = np.bincount(places, by_length, len(theta)) + np.bincount(
+            kernel.variances, variances * (parts @ flat), len(theta)
+        )
+        found[-1] += noise * slope.trace()
+        return float(value), found + self.precisions * off
+
+    def maximise(self, starts: Sequence[np.ndarray] | np.ndarray, bounds: np.ndarray) -> tuple[np.ndarray, float]:
+        """theta within bounds (p, 2) at the highest maximum that is reached from the starts, and negative_log there."""
+        from scipy.optimize import minimize
+
+        found = [minimize(self.negative_log, start, jac=True, method="L-BFGS-B", bounds=bounds) for start in starts]
+        best = min(found, key=lambda each: each.fun)
+        return best.x, float(best.fun)
+
+
+@dataclass(frozen=True)
+class Conditioned:
+    """A process whose values are known at some inputs (algorithm 2.1).
+
+    inputs (n, k); lower (n, n): the root of their covariance with noise; weights (n,).
+    """
+
+    covariance: Covariance
+    inputs: np.ndarray
+    lower: np.ndarray
+    weights: np.ndarray
+
+    @classmethod
+    def fit(
+        cls, covariance: Covariance, inputs: np.ndarray, values: np.ndarray, noise: np.ndarray | float
+    ) -> "Conditioned":
+        """From inputs (n, k), values about their mean (n,) and the variances of their noise, (n,) or one for all."""
+        own = covariance(inputs)
+        own[np.diag_indices_from(own)] += noise
+        lower = cholesky(own, lower=True, overwrite_a=True)
+        return cls(covariance, inputs, lower, cho_solve((lower, True), values))
+
+    def mean(self, inputs: np.ndarray) -> np.ndarray:
+        """Values (m,) at inputs (m, k), Eq. 2.25."""
+        return self.covariance(inputs, self.inputs) @ self.weights
+
+    def with_deviation(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values (m,) at inputs (m, k), and their standard deviations (m,) without noise, Eq. 2.26."""
+        mean, known = self._told(inputs)
+        variance = self.covariance.diag(inputs) - np.einsum("ij,ji->i", known.T, known)
+        return mean, np.sqrt(np.maximum(variance, 0.0))
+
+    def with_covariance(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values (m,) at inputs (m, k), and their covariance (m, m) without noise."""
+        mean, known = self._told(inputs)
+        return mean, self.covariance(inputs) - known.T @ known
+
+    def _told(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values (m,), and the covariance with the known inputs, whitened (n, m)."""
+        shared = self.covariance(inputs, self.inputs)
+        return shared @ self.weights, solve_triangular(self.lower, shared.T, lower=True)
+
+    def inverse(self) -> "Inverse":
+        """The inverse of the covariance of the known values, noise included."""
+        root, failed = dtrtri(self.lower, lower=1)
+        if failed:
+            raise np.linalg.LinAlgError(f"the covariance of {len(self.lower)} values cannot be inverted")
+        return Inverse(root)
+
+    def left_out(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and standard deviation (n,) of each known value given the others, noise included, Eq. 5.12.
+
+        y_i - [K^-1 y]_i / [K^-1]_ii and [K^-1]_ii^(-1/2); theta is that of all. values: (n,), as for `fit`.
+        """
+        own = (self.inverse().root ** 2).sum(axis=0)
+        return values - self.weights / own, 1 / np.sqrt(own)
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """The inverse R^T R of a covariance, from R, the inverse (n, n) of its lower Cholesky factor."""
+
+    root: np.ndarray
+
+    def times(self, vector: np.ndarray) -> np.ndarray:
+        """The inverse times a vector (n,)."""
+        return self.root.T @ (self.root @ vector)
+
+    def block(self, places: np.ndarray) -> np.ndarray:
+        """Its rows and columns at some places (j, j)."""
+        own = self.root[:, places]
+        return own.T @ own
