@@ -12,15 +12,17 @@ from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
+from millprint.estimate.gaussian_process import Covariance
 from millprint.fingerprint.coverage import HELD_OUT_COLUMNS, NEW, count_held_out, predict_held_out, sum_coverage
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.processes import (
     NO_SAMPLING,
     Process,
     band_width,
-    build_kernel,
     fit_sampling,
+    kernel_of,
     logarithms,
+    searched,
     varied_components,
 )
 from millprint.mill.bodies import check_volume
@@ -54,7 +56,8 @@ def hits(rng: np.random.Generator, runs: int) -> dict[str, np.ndarray]:
     known = conditions(np.tile(FILLS, len(SPEEDS)), np.repeat(SPEEDS, len(FILLS)))
     new = conditions(np.exp(rng.uniform(*np.log(FILLS[[0, -1]]), PLACES)), rng.uniform(*SPEEDS, PLACES))
     inputs, components = logarithms(pd.concat([known, new])), varied_components(known)
-    covariance = build_kernel(components)(inputs) + 1e-9 * np.eye(len(inputs))
+    start = searched(components, inputs.shape[1])[0]
+    covariance = Covariance(kernel_of(components, inputs.shape[1]), start)(inputs) + 1e-9 * np.eye(len(inputs))
     true = np.linalg.cholesky(covariance) @ rng.standard_normal(len(inputs))
     error = error_of_run(known["fill_ratio"].to_numpy()) / np.sqrt(runs)
     logs = true[: len(known)] + error * rng.standard_normal(len(known))
