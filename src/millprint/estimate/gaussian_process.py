@@ -6,10 +6,9 @@ parameters theta are logarithms: of variances v, of lengths l, and last of the v
 """
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import cho_solve, cholesky, solve_triangular
@@ -17,29 +16,26 @@ from scipy.linalg.lapack import dpotrf, dtrtri
 from scipy.spatial.distance import cdist
 
 
-class Shape(NamedTuple):
-    """f of the distance d, and its derivative by d^2."""
-
-    value: Callable[[np.ndarray], np.ndarray]
-    slope: Callable[[np.ndarray], np.ndarray]
+def _squared_exponential(squares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    value = np.exp(-0.5 * squares)
+    return value, -0.5 * value
 
 
-def _matern_3_2(distance: np.ndarray) -> np.ndarray:
-    root = math.sqrt(3) * distance
-    return (1.0 + root) * np.exp(-root)
+def _matern_3_2(squares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    root = np.sqrt(3.0 * squares)
+    decay = np.exp(-root)
+    return (1.0 + root) * decay, -1.5 * decay
 
 
-def _matern_5_2(distance: np.ndarray) -> np.ndarray:
-    root = math.sqrt(5) * distance
-    return (1.0 + root + root**2 / 3.0) * np.exp(-root)
+def _matern_5_2(squares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    root = np.sqrt(5.0 * squares)
+    decay, line = np.exp(-root), 1.0 + root
+    return (line + root**2 / 3.0) * decay, -5.0 / 6.0 * line * decay
 
 
 LINEAR = "linear"
-SHAPES = {
-    "squared exponential": Shape(lambda d: np.exp(-0.5 * d**2), lambda d: -0.5 * np.exp(-0.5 * d**2)),
-    "Matern 3/2": Shape(_matern_3_2, lambda d: -1.5 * np.exp(-math.sqrt(3) * d)),
-    "Matern 5/2": Shape(_matern_5_2, lambda d: -5 / 6 * (1 + math.sqrt(5) * d) * np.exp(-math.sqrt(5) * d)),
-}
+# f and its derivative by d^2, both as functions of d^2.
+SHAPES = {"squared exponential": _squared_exponential, "Matern 3/2": _matern_3_2, "Matern 5/2": _matern_5_2}
 
 
 @dataclass(frozen=True)
@@ -57,14 +53,15 @@ class Kernel:
     constant: float = 0.0
 
     @cached_property
-    def curved(self) -> np.ndarray:
-        """Places (c,) of the terms that are not linear."""
-        return np.array([place for place, shape in enumerate(self.shapes) if shape != LINEAR], dtype=int)
+    def of_shape(self) -> dict[str, np.ndarray]:
+        """The places of the terms of each shape."""
+        return {name: np.flatnonzero([shape == name for shape in self.shapes]) for name in dict.fromkeys(self.shapes)}
 
     @cached_property
     def scales(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Every length that an input is divided by: the input (u,), the place in theta (u,), and the terms (c, u)."""
-        own = self.lengths[self.curved]
+        """Every length that an input is divided by: the input (u,), the place in theta (u,), and its terms (t, u)."""
+        is_curved = np.array([shape != LINEAR for shape in self.shapes])[:, None]
+        own = np.where(is_curved, self.lengths, -1)
         pairs = sorted({(j, int(place)) for row in own for j, place in enumerate(row) if place >= 0})
         inputs, places = np.array(pairs, dtype=int).reshape(-1, 2).T
         return inputs, places, (own[:, inputs] == places).astype(float)
@@ -87,7 +84,8 @@ class Covariance:
                 total += variance * (inputs[:, used] @ others[:, used].T)
             else:
                 lengths = np.exp(self.theta[places[used]])
-                total += variance * SHAPES[shape].value(cdist(inputs[:, used] / lengths, others[:, used] / lengths))
+                squares = cdist(inputs[:, used] / lengths, others[:, used] / lengths, "sqeuclidean")
+                total += variance * SHAPES[shape](squares)[0]
         return total
 
     def diag(self, inputs: np.ndarray) -> np.ndarray:
@@ -123,14 +121,13 @@ class Likelihood:
         return ((rows[:, :, None] - rows[:, None, :]) ** 2).reshape(len(rows), -1)
 
     @cached_property
-    def _parts(self) -> np.ndarray:
-        """The terms (t, n * n) for variances of 1: the linear ones, which do not depend on theta."""
-        parts = np.zeros((len(self.kernel.shapes), len(self.target) ** 2))
-        for place, shape in enumerate(self.kernel.shapes):
-            if shape == LINEAR:
-                own = self.inputs[:, self.kernel.lengths[place] >= 0]
-                parts[place] = (own @ own.T).ravel()
-        return parts
+    def _parts(self) -> tuple[np.ndarray, np.ndarray]:
+        """The terms (t, n * n) for variances of 1, and their slopes by d^2; the linear ones stay as they are."""
+        parts = np.zeros((2, len(self.kernel.shapes), len(self.target) ** 2))
+        for place in self.kernel.of_shape.get(LINEAR, ()):
+            own = self.inputs[:, self.kernel.lengths[place] >= 0]
+            parts[0, place] = (own @ own.T).ravel()
+        return parts[0], parts[1]
 
     def negative_log(self, theta: np.ndarray) -> tuple[float, np.ndarray]:
         """-log p(target | theta) - log p(theta), without what does not depend on theta in the prior, and its gradient.
@@ -140,13 +137,10 @@ class Likelihood:
         kernel, rows = self.kernel, len(self.target)
         _, places, members = kernel.scales
         scaled = self._squares * np.exp(-2 * theta[places])[:, None]
-        apart = np.sqrt(members @ scaled)
-        parts, variances = self._parts, np.exp(theta[kernel.variances])
-        slopes = np.empty_like(apart)
-        for number, place in enumerate(kernel.curved):
-            shape = SHAPES[kernel.shapes[place]]
-            parts[place] = shape.value(apart[number])
-            slopes[number] = variances[place] * shape.slope(apart[number])
+        (parts, slopes), variances, squares = self._parts, np.exp(theta[kernel.variances]), members @ scaled
+        for shape, own in kernel.of_shape.items():
+            if shape != LINEAR:
+                parts[own], slopes[own] = SHAPES[shape](squares[own])
         covariance = variances @ parts + kernel.constant
         noise = np.exp(theta[-1])
         covariance[:: rows + 1] += noise + self.known
@@ -162,10 +156,9 @@ class Likelihood:
         value += 0.5 * np.sum(self.precisions * off**2)
         slope = 0.5 * (inverse - weights[:, None] * weights)
         flat = slope.ravel()
-        by_length = -2 * (members * ((slopes * flat) @ scaled.T)).sum(axis=0)
-        found = np.bincount(places, by_length, len(theta)) + np.bincount(
-            kernel.variances, variances * (parts @ flat), len(theta)
-        )
+        by_variance = variances * (parts @ flat)
+        by_length = -2 * ((variances[:, None] * members) * ((slopes * flat) @ scaled.T)).sum(axis=0)
+        found = np.bincount(places, by_length, len(theta)) + np.bincount(kernel.variances, by_variance, len(theta))
         found[-1] += noise * slope.trace()
         return float(value), found + self.precisions * off
 
