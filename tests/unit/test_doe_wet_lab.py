@@ -194,6 +194,27 @@ def test_the_command_calculates_each_table(tmp_path, calculation, reading, colum
     assert read_table(out, numeric=[column])[column][0] == pytest.approx(value, rel=1e-3)
 
 
+def test_only_what_needs_a_reaction_needs_its_file(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path / "in.tsv", {"case": "a", "ph": 11, "temperature_k": 298})
+    assert not millprint(["wet-lab", "half-life", "in.tsv", "out.tsv"])
+    write(tmp_path / "in.tsv", READING)
+    assert millprint(["wet-lab", "yield", "in.tsv", "other.tsv"]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "no such file; name one with your reaction, doe.chemistry, by --config FILE" in line
+
+
+@pytest.mark.parametrize(
+    ("wrong", "hint"),
+    [({"temperature_k": 25}, "is it in °C? Write 298.15"), ({"pressure_pa": 1013.25}, "is it in hPa? Write 101325")],
+)
+def test_a_reading_in_another_unit_is_named(tmp_path, capsys, wrong, hint):
+    config = ["--config", str(ROOT / "config/config.yaml")]
+    paths = [write(tmp_path / "in.tsv", READING | wrong), str(tmp_path / "out.tsv")]
+    assert millprint(["wet-lab", "yield", *paths, *config]) == 1
+    assert hint in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(("config", "words"), refusals("the_command_refuses_in_one_line_and_writes_nothing"))
 def test_the_command_refuses_in_one_line_and_writes_nothing(tmp_path, capsys, config, words):
     (tmp_path / "lab.yaml").write_text(config)

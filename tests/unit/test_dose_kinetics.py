@@ -151,6 +151,30 @@ def test_own_runs_have_the_dose_of_their_power(known, tmp_path):
     assert table[HITS][0] == pytest.approx(table[HITS][1])
 
 
+@pytest.mark.parametrize(
+    ("column", "value", "part"),
+    [
+        ("speed_rpm", 10.0, "case a: speed_rpm = 10: .* another unit\\? Write 600"),
+        ("ball_diameter_mm", 0.01, "case a: ball_diameter_mm = 0.01: .* another unit\\? Write 10"),
+        ("fill_ratio", 20.0, "case a = 20: must be under 1; write 0.2 for 20 %"),
+    ],
+)
+def test_the_likely_mistake_in_a_table_of_runs_is_named(known, tmp_path, column, value, part):
+    OWN.assign(mill=next(iter(known)), **{column: value}).to_csv(tmp_path / "runs.tsv", sep="\t", index=False)
+    with pytest.raises(ConfigError, match=part):
+        own_doses(tmp_path / "runs.tsv", known)
+
+
+@pytest.mark.slow
+def test_a_mill_is_named_where_its_fingerprint_is_known(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    runs = OWN.assign(mill="planetary", speed_rpm=400.0, ball_diameter_mm=10.0, fill_ratio=0.2)
+    runs.to_csv("runs.tsv", sep="\t", index=False)
+    assert not millprint(["dose", "runs.tsv", "planetary"]) and "planetary" in capsys.readouterr().out
+    assert millprint(["dose", "runs.tsv", "planetry"]) == 1
+    assert "did you mean planetary?" in capsys.readouterr().err
+
+
 @pytest.mark.slow
 def test_one_command_prints_doses_kinetics_and_a_verdict(known, tmp_path, capsys):
     ((mill, own),) = known.items()

@@ -1,10 +1,11 @@
 """Dose of your own runs: the energy that a gram of powder has seen, with its parts, and its hits.
 
-    millprint dose my_runs.tsv results/mills/planetary/fingerprint.json --out my_doses.tsv
+    millprint dose my_runs.tsv planetary --out my_doses.tsv
 
 The table has the columns case, mill, powder_mass_g, time_h, fill_ratio, speed_rpm, ball_diameter_mm, and yield_percent
-if there is one. Each mill needs its fingerprint. With five yields or more, first-order, Avrami and threshold kinetics
-over time and over each dose are fitted, compared by AICc, and printed with a verdict.
+if there is one. Name each of its mills, if it was run here or comes with a fingerprint, or give its fingerprint.json.
+With five yields or more, first-order, Avrami and threshold kinetics over time and over each dose are fitted, compared
+by AICc, and printed with a verdict.
 """
 
 from pathlib import Path
@@ -19,15 +20,21 @@ def main(arguments: list[str], name: str = "dose") -> None:
     """Print the doses, and kinetics where there are enough yields; with --out, write the doses."""
     parser = parser_of(name, __doc__)
     parser.add_argument("runs", type=Path, help="TSV with a row for each run")
-    parser.add_argument("fingerprints", nargs="+", type=Path, help="JSON files of the mills")
+    parser.add_argument("fingerprints", nargs="+", metavar="MILL", help="the mills, or their fingerprint.json")
+    parser.add_argument(
+        "--results", default="results", metavar="FOLDER", help="where mills were run (default: %(default)s)"
+    )
     parser.add_argument("--out", type=Path, help="TSV file for the doses")
     options = parser.parse_args(arguments)
+    from millprint.config.included import SOURCES
     from millprint.dose.energy_doses import DOSE_OF, HITS, TIME, YIELD, own_doses
     from millprint.dose.kinetics import FEWEST_RUNS, fit_kinetics, said_of_dose, said_of_shear
     from millprint.fingerprint.model import Fingerprint
+    from millprint.fingerprint.readers import find_fingerprint
 
-    check_written(options.out, options.runs, *options.fingerprints)
-    known = {own.about["mill"]: own for own in map(Fingerprint.read, options.fingerprints)}
+    paths = [find_fingerprint(mill, options.results, SOURCES) for mill in options.fingerprints]
+    check_written(options.out, options.runs, *paths)
+    known = {own.about["mill"]: own for own in map(Fingerprint.read, paths)}
     table = own_doses(options.runs, known)
     if options.out:
         write_table(table, options.out)

@@ -2,6 +2,7 @@
 
 import difflib
 import math
+import operator
 import re
 from collections.abc import Callable, Iterable
 from pathlib import PurePath
@@ -22,14 +23,16 @@ SAME_KIND = (
     {"g": 1.0, "kg": 1e3, "mg": 1e-3},
     {"s": 1.0, "min": 60.0, "h": 3600.0, "ms": 1e-3},
     {"rpm": 1.0, "hz": 60.0},
-    {"gpa": 1.0, "mpa": 1e-3, "pa": 1e-9},
+    {"gpa": 1e9, "mpa": 1e6, "bar": 1e5, "kPa": 1e3, "hPa": 1e2, "pa": 1.0},
     {"kg_m3": 1.0, "g/cm3": 1e3},
 )
 # Units in which people give a value by mistake, the likeliest first.
 LIKELY_UNITS = {
     "mm": ("m", "cm", "µm"), "kg": ("g",), "g": ("kg", "mg"), "rpm": ("hz",), "hz": ("rpm",), "ml": ("l",),
     "s": ("min", "h"), "h": ("min", "s"), "kg_m3": ("g/cm3",), "gpa": ("mpa", "pa"),
+    "pa": ("hPa", "kPa", "bar"), "k": ("°C",),
 }  # fmt: skip
+ZERO_C_IN_K = 273.15
 LETTERS = {"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "-": "_", " ": "_"}
 
 
@@ -59,8 +62,18 @@ def number_meant(text: str) -> str:
 
 def converted(value: float, given: str, wanted: str) -> str:
     """A value in another unit of the same kind; empty if there is none."""
+    if (given, wanted.lower()) == ("°C", "k"):
+        return f"{value + ZERO_C_IN_K:g}"
     kinds = (kind for kind in SAME_KIND if given in kind and wanted.lower() in kind)
     return next((f"{value * kind[given] / kind[wanted.lower()]:.10g}" for kind in kinds), "")
+
+
+def other_unit(value: float, unit: str, fits: Callable[[float], bool]) -> str:
+    """A question on the unit of a value that does not fit, with what to write, if it does in another; else empty."""
+    for other in LIKELY_UNITS.get(unit.lower(), ()):
+        if fits(float(meant := converted(value, other, unit))):
+            return f"is it in {other}? Write {meant}"
+    return ""
 
 
 def number_words(text: Any, key: str) -> str:
@@ -127,10 +140,9 @@ def _bound(words: str, name: str) -> Callable[[ErrorDetails, str], str]:
         limit, value, unit = error["ctx"][name], _number_of(error["input"]), unit_of(key)
         if limit == 1 and 1 < value < 100 and not unit:
             return f"must be {words} {limit:g}; write {value / 100:g} for {value:g} %"
-        for other in LIKELY_UNITS.get(unit.lower(), ()) if value > 0 else ():
-            meant = converted(value, other, unit)
-            if float(meant) > limit if name[0] == "g" else float(meant) < limit:
-                return f"must be {words} {limit:g} {unit.replace('_', '/')}; is it in {other}? Write {meant}"
+        compare = operator.gt if name[0] == "g" else operator.lt
+        if value > 0 and (asked := other_unit(value, unit, lambda meant: compare(meant, limit))):
+            return f"must be {words} {limit:g} {unit.replace('_', '/')}; {asked}"
         return f"must be {words} {limit:g}"
 
     return told

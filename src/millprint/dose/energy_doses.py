@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
+from millprint.config.errors import ConfigError
 from millprint.estimate.estimates import Estimate
+from millprint.fingerprint.plausible import check_near
 from millprint.observables.definitions import POWER
 from millprint.run.tables import CASE, Number, Text, read_measured, refuse_copies, refuse_rows
 
@@ -51,6 +53,12 @@ def doses_of(found: Any, balls: int, time_h: float, powder_g: float) -> dict[str
     return known | {HITS: replace(found.specific_frequency_hz * (balls * time_s / powder_g), unit="1/g")}
 
 
+def share_of_one(run: pd.Series) -> str:
+    """What is wrong with a fill ratio of 1 or more."""
+    fill = run["fill_ratio"]
+    return "must be under 1" + (f"; write {fill / 100:g} for {fill:g} %" if 1 < fill < 100 else "")
+
+
 def own_doses(path: str | Path, fingerprints: Mapping[str, "Fingerprint"]) -> pd.DataFrame:
     """Doses of a user's runs: columns case, mill, powder_mass_g, time_h, fill_ratio, speed_rpm, ball_diameter_mm.
 
@@ -63,10 +71,14 @@ def own_doses(path: str | Path, fingerprints: Mapping[str, "Fingerprint"]) -> pd
         refuse_copies(table, path, ["mill", *POSITIVE], YIELD)
     known = ", ".join(sorted(fingerprints))
     refuse_rows(table, path, "mill", ~table["mill"].isin(fingerprints), f"unknown mill; fingerprints given: {known}")
-    refuse_rows(table, path, "fill_ratio", table["fill_ratio"] >= 1, "must be under 1")
+    refuse_rows(table, path, "fill_ratio", table["fill_ratio"] >= 1, share_of_one)
     rows = []
     for run in table.itertuples():
         fingerprint = fingerprints[run.mill]
+        try:
+            check_near(fingerprint.about, speed_rpm=run.speed_rpm, ball_diameter_mm=run.ball_diameter_mm)
+        except ConfigError as error:
+            raise ConfigError(f"{path}: case {run.case}: {error}") from None
         condition = fingerprint.condition(
             speed_hz=run.speed_rpm / 60, ball_diameter_m=run.ball_diameter_mm * 1e-3, fill_ratio=run.fill_ratio
         )

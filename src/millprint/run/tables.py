@@ -10,8 +10,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
+from millprint.config.charge import Quantity
 from millprint.config.errors import ConfigError
 from millprint.config.rows import Cells, read_cells
+from millprint.config.wording import other_unit
 from millprint.run.files import FINITE, FINITE_OR_EMPTY, refuse_missing, row_name
 
 CASE = "case"
@@ -41,8 +43,16 @@ class Number:
     def check(self, frame: pd.DataFrame, path: str | Path) -> None:
         """Raise ConfigError for the first number outside the bounds."""
         values = frame[self.name]
-        too_low = values <= self.low if self.above else values < self.low
-        refuse_rows(frame, path, self.name, too_low | (values > self.high), f"must be {self._bounds()}")
+        refuse_rows(frame, path, self.name, values.notna() & ~self._within(values), self._why)
+
+    def _within(self, value: Quantity) -> Quantity:
+        """Whether numbers are within the bounds."""
+        return (value > self.low if self.above else value >= self.low) & (value <= self.high)
+
+    def _why(self, row: pd.Series) -> str:
+        unit, bounds = self.name.rpartition("_")[2], f"must be {self._bounds()}"
+        asked = other_unit(float(row[self.name]), unit, lambda meant: bool(self._within(meant)))
+        return f"{bounds}; {asked}" if asked else bounds
 
     def _bounds(self) -> str:
         least = f"above {self.low:g}" if self.above else f"at least {self.low:g}"
