@@ -1,5 +1,6 @@
 """Builds the wheel with what a checkout has next to the library: mills, contact sets, tables, and the workflow."""
 
+import os
 from pathlib import Path
 from shutil import copytree, ignore_patterns
 
@@ -22,4 +23,13 @@ class BuildWithWorkflow(build_py):
             copytree(folder, place, dirs_exist_ok=True, ignore=ignore_patterns("__pycache__"))
 
 
-setup(cmdclass={"build_py": BuildWithWorkflow})
+def addresses() -> dict[str, str]:
+    """The addresses of the repository that publishes: of the job that builds a release, and none elsewhere."""
+    server, repository = os.environ.get("GITHUB_SERVER_URL"), os.environ.get("GITHUB_REPOSITORY")
+    if not (server and repository):
+        return {}
+    place = f"{server}/{repository}"
+    return {"Source": place, "Issues": f"{place}/issues", "Changelog": f"{place}/blob/main/CHANGELOG.md"}
+
+
+setup(cmdclass={"build_py": BuildWithWorkflow}, project_urls=addresses())

@@ -1,9 +1,12 @@
 """Version, licence and authors agree in all files that state them."""
 
 import re
+import runpy
 import tomllib
 from pathlib import Path
+from unittest import mock
 
+import pytest
 import yaml
 
 from tests.conftest import ROOT
@@ -22,6 +25,15 @@ def test_citation_and_licence_agree_with_the_project():
     authors = [author["name"] for author in PROJECT["authors"]]
     assert [author["name"] for author in citation["authors"]] == authors
     assert f"{authors[0]}\n" in (ROOT / "LICENSE").read_text()
+
+
+@pytest.mark.parametrize(("repository", "source"), [("own/er", "https://github.com/own/er"), ("", None)])
+def test_a_release_has_the_addresses_of_the_repository_that_publishes_it(monkeypatch, repository, source):
+    monkeypatch.setenv("GITHUB_SERVER_URL", "https://github.com")
+    monkeypatch.setenv("GITHUB_REPOSITORY", repository)
+    with mock.patch("setuptools.setup") as setup:
+        runpy.run_path(str(ROOT / "setup.py"))
+    assert setup.call_args.kwargs["project_urls"].get("Source") == source and "urls" in PROJECT["dynamic"]
 
 
 PAPER = (ROOT / "paper.md").read_text()
