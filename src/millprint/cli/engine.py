@@ -85,6 +85,8 @@ def check_settings(words: Sequence[str]) -> None:
     for word in words:
         if after and not word.startswith("-") and not re.match(r"\w+=", word):
             key, _, value = word.partition("=")
+            if sections := re.fullmatch(r"(\w+)\.(\w+)", key):
+                raise ConfigError(f"--config: {word!r}: write '{sections[1]}={{{sections[2]}: {value or 'VALUE'}}}'")
             raise ConfigError(f"--config: {word!r}: write {key.strip()}={value.strip() or 'VALUE'}, without blanks")
         after = word == "--config" or (after and not word.startswith("-"))
 

@@ -66,10 +66,10 @@ def _slug(name: str) -> str:
 FIRST = list(dict.fromkeys(_slug(name) for names in ASKED_SETS.values() for name in names))
 
 
-def shown(rows: pd.DataFrame, asked: Sequence[str], hours: float = 1.0) -> pd.DataFrame:
+def shown(rows: pd.DataFrame, asked: Sequence[str], hours: float = 1.0, intervals: bool = True) -> pd.DataFrame:
     """What is printed of a ranking, as text: settings, what was found over what was wanted, time, and verdict.
 
-    Columns that are the same in every row are left out.
+    Columns that are the same in every row are left out. intervals: whether the ratios have theirs.
     """
     import pandas as pd
 
@@ -87,7 +87,9 @@ def shown(rows: pd.DataFrame, asked: Sequence[str], hours: float = 1.0) -> pd.Da
     for name in ASKED_DESCRIPTORS:
         ratio = f"{name}_ratio"
         if name in asked:
-            table[compared_sign(name)] = [f"{row[ratio]:.2f} ({interval_in_words(row, ratio)})" for row in records]
+            table[compared_sign(name)] = [
+                f"{row[ratio]:.2f}" + (f" ({interval_in_words(row, ratio)})" if intervals else "") for row in records
+            ]
     for name, title in DOSES.items():
         if name in rows and rows[name].notna().all():
             table[title] = [three(value) for value in rows[name]]
@@ -97,6 +99,15 @@ def shown(rows: pd.DataFrame, asked: Sequence[str], hours: float = 1.0) -> pd.Da
     if (rows["outside"] != NOTHING).any():
         table["not simulated"] = [variables_in_words(tuple(names.split(", "))) for names in rows["outside"]]
     return pd.DataFrame(table)
+
+
+def print_table(rows: pd.DataFrame, asked: Sequence[str], hours: float) -> None:
+    """Print a ranking; without the intervals of its ratios where it would be too wide, as of several mills."""
+    text = shown(rows, asked, hours).to_string(index=False)
+    if max(map(len, text.splitlines())) > WIDTH:
+        text = shown(rows, asked, hours, intervals=False).to_string(index=False)
+        print("the intervals of all rows are in the table of --out")
+    print(text)
 
 
 def print_lines(*lines: str) -> None:
@@ -255,7 +266,7 @@ def match_from_card(options: argparse.Namespace) -> None:
         write_table(table, options.out)
     print_lines(*lines)
     if len(table):
-        print(shown(table, target.asked, options.hours or 1.0).to_string(index=False))
+        print_table(table, target.asked, options.hours or 1.0)
 
 
 def main(arguments: list[str], name: str = "match") -> None:
@@ -279,7 +290,7 @@ def main(arguments: list[str], name: str = "match") -> None:
         first, *further = match_in_words(rows, target, request, fingerprints, options.hours or 1.0)
         print_lines(f"{asked.name}: {first}", *further)
         if len(rows):
-            print(shown(rows, target.asked, options.hours or 1.0).to_string(index=False))
+            print_table(rows, target.asked, options.hours or 1.0)
         tables.append(rows.assign(target=asked.name))
     if options.out:
         write_table(pd.concat(tables, ignore_index=True), options.out)
