@@ -55,7 +55,7 @@ Hours = Annotated[float, Field(gt=0, le=1e4)]
 # Columns of a ranking as they are printed; the last two of a ranking against a card.
 SHOWN = {"rank": "#", "mill": "mill", "contact": "contact", "charge": "charge", "ball_diameter_mm": "ball/mm"}
 DOSES = {"powder_mass_g": "powder/g", "milling_h": "h"}
-NOTHING, WIDTH = "nothing", 118
+NOTHING, WIDTH, WIDEST = "nothing", 118, 120
 
 
 def _slug(name: str) -> str:
@@ -104,7 +104,7 @@ def shown(rows: pd.DataFrame, asked: Sequence[str], hours: float = 1.0, interval
 def print_table(rows: pd.DataFrame, asked: Sequence[str], hours: float) -> None:
     """Print a ranking; without the intervals of its ratios where it would be too wide, as of several mills."""
     text = shown(rows, asked, hours).to_string(index=False)
-    if max(map(len, text.splitlines())) > WIDTH:
+    if max(map(len, text.splitlines())) > WIDEST:
         text = shown(rows, asked, hours, intervals=False).to_string(index=False)
         print("the intervals of all rows are in the table of --out")
     print(text)
