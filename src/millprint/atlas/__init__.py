@@ -1,0 +1,1 @@
+"""The atlas: what a mill of a kind does, from its dimensions, without simulating."""

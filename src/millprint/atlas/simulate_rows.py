@@ -1,0 +1,103 @@
+"""The simulation of a row of the atlas: its case, and what is read off it."""
+
+import hashlib
+import json
+import math
+import time
+from pathlib import Path
+
+import pandas as pd
+
+from millprint.atlas.kinds import GRAVITY, Kind, kind_named
+from millprint.cases.simulate import simulate_each
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import SimulationError
+from millprint.config.sweep import Case, DemConfig
+from millprint.dem import PHYSICS
+from millprint.dem.laws.registry import step_scale
+from millprint.dem.run import simulate
+from millprint.fingerprint.descriptors import tabulate_descriptors
+
+# Step over the Rayleigh time, as of a quick run; the largest error of the energy balance over the wall work.
+RAYLEIGH, CLOSURE_MAX = 0.11, 0.01
+# Ball-steps of a window, which take about a second; turns that it has at least and at most, and turns before it.
+BALL_STEPS, FEWEST_TURNS, MOST_TURNS, DISCARDED_TURNS = 2.0e7, 16, 200, 6
+# The balls fall for this time before the mill starts, in times of a fall through the jar's radius [-].
+SETTLED = 1.0
+# What is read off a run, by the observables' names, and the relative standard errors by its turns.
+READ = (
+    "wall_power_W", "normal_power_W", "tangential_power_W", "rolling_power_W", "weighted_normal_energy_J",
+    "weighted_normal_frequency_hz", "weighted_tangential_energy_J", "weighted_tangential_frequency_hz",
+    "strong_frequency_hz",
+)  # fmt: skip
+ERRORS = (
+    "wall_power_relative_se", "weighted_normal_energy_relative_se", "weighted_normal_frequency_relative_se",
+    "weighted_tangential_energy_relative_se", "weighted_tangential_frequency_relative_se",
+)  # fmt: skip
+RESULTS = (*READ, *ERRORS, "motion", "turns", "processor_s", "version")
+# What decides the numbers of a row, besides its condition, its seed and the code of the kernels.
+SETTINGS = (RAYLEIGH, BALL_STEPS, FEWEST_TURNS, MOST_TURNS, DISCARDED_TURNS, SETTLED)
+VERSION = f"{PHYSICS}." + hashlib.sha256(json.dumps(SETTINGS).encode()).hexdigest()[:6]
+
+
+def case_of(kind: Kind, condition: dict[str, float], contact: ContactConfig, seed: int) -> Case:
+    """The case of a condition, as long as BALL_STEPS allows."""
+    ball_m, speed = condition["ball_diameter_mm"] / 1e3, condition["speed_hz"]
+    balls = condition["number"]
+    steps = 1 / speed / (RAYLEIGH * step_scale(contact, ball_m / 2))
+    turns = min(MOST_TURNS, max(FEWEST_TURNS, math.ceil(BALL_STEPS / (balls * steps))))
+    fill = balls * math.pi / 6 * ball_m**3 / kind.volume_m3(condition)
+    return Case(
+        mill="atlas", contact="atlas", ball_diameter_m=ball_m, fill_ratio=fill, speed_hz=speed, seed=seed,
+        rayleigh_fraction=RAYLEIGH, closure_max=CLOSURE_MAX,
+        settle_s=SETTLED * math.sqrt(2 * condition["radius_mm"] / 1e3 / GRAVITY),
+        discard_s=DISCARDED_TURNS / speed, window_s=turns / speed,
+    )  # fmt: skip
+
+
+def simulate_row(kind: Kind, condition: dict[str, float], seed: int) -> dict[str, float | str]:
+    """What one simulation of a condition gives: READ over the scales of the kind, ERRORS, the words of its motion,
+    recorded turns and seconds of a processor.
+
+    A simulation that fails is a row whose `motion` says so, without numbers.
+    """
+    begin = time.process_time()
+    mill, contact = kind.mill_of(condition), kind.contact_of(condition)
+    case = case_of(kind, condition, contact, seed)
+    try:
+        summary = simulate(case, mill, contact, DemConfig())
+    except SimulationError as error:
+        return {"motion": f"failed: {error}"}
+    found = tabulate_descriptors([summary], "gap_0_02").iloc[0]
+    return {
+        **{name: float(found[name]) for name in (*READ, *ERRORS)},
+        "motion": found["motion"],
+        "turns": round(summary["revolutions"]),
+        "processor_s": time.process_time() - begin,
+    }
+
+
+def simulate_rows(rows: pd.DataFrame, done: str | Path, title: str, shipped: pd.DataFrame | None = None) -> pd.DataFrame:
+    """The rows of a design (`millprint.atlas.design`) with what `simulate_row` gives, in the same order.
+
+    done: a file from which a stopped call continues; it is removed at the end. shipped: a table of such rows, which are
+    not simulated again where they have the same groups and the present VERSION. The seed of a row is its number.
+    """
+    kept = {} if shipped is None else {_key(row): row for row in shipped.to_dict("records") if row["version"] == VERSION}
+    wanted = rows.to_dict("records")
+    runs = {str(row["row"]): row for row in wanted if _key(row) not in kept}
+    found = simulate_each(runs, _simulated, [VERSION], title, done)
+    Path(done).unlink(missing_ok=True)
+    results = [found.get(str(row["row"])) or kept[_key(row)] for row in wanted]
+    return pd.DataFrame([{**row, **{name: own.get(name) for name in RESULTS}} for row, own in zip(wanted, results, strict=True)])
+
+
+def _key(row: dict) -> tuple:
+    """What a row is of: kind, part, number, and groups to six digits, as tables have them."""
+    names = kind_named(row["kind"]).names
+    return (row["kind"], row["part"], int(row["row"]), *(f"{row[name]:.5g}" for name in names))
+
+
+def _simulated(row: dict) -> dict:
+    kind = kind_named(row["kind"])
+    return simulate_row(kind, kind.condition_of(row), int(row["row"])) | {"version": VERSION}
