@@ -24,7 +24,7 @@ POISSON = 0.25
 # Rounding of an edge over the jar's radius that is taken for none [-].
 SHARP = 0.05
 # Balls of a condition, as far as the atlas goes.
-FEWEST_BALLS, MOST_BALLS = 1, 700
+FEWEST_BALLS, MOST_BALLS = 1, 400
 
 Values = Mapping[str, float]
 
@@ -88,7 +88,7 @@ _CONTACT = (
 )  # fmt: skip
 
 
-def _softness(low: float = 8e-6) -> Group:
+def _softness(low: float = 2e-5) -> Group:
     return Group("softness", "rho v^2/E", "rho ((2 pi f A)^2 + 4 g R) / E", low, 2.5e-4,
                  "time in contact: it parts a rubbing contact into many, and so decides E*_t and f*_t, not power",
                  "for power and hits: balls as stiff as steel")  # fmt: skip
@@ -256,14 +256,14 @@ PLANETARY = Kind(
     ),
     groups=(
         _fill(0.03, 0.40),
-        _ball(0.11, 0.60),
+        _ball(0.14, 0.60),
         Group("height", "H/R", "H / R", 0.9, 2.6, "share of the end walls, which rub", "H / R large"),
         Group("rounding", "r/R", "r / R", 0.0, 0.4, "where the lowest layer lies", "many layers of balls", False),
-        Group("jar", "R/R_s", "R / R_s", 0.16, 0.85, "spin of the jar against the carrying round, which decides whether "
+        Group("jar", "R/R_s", "R / R_s", 0.20, 0.85, "spin of the jar against the carrying round, which decides whether "
               "balls leave the wall", "never"),
         Group("turns", "k", "-ratio", 1.0, 3.2, "speed of the jar's wall past the balls, and Coriolis force", "never",
               False),
-        Group("froude", "Fr", "(2 pi f)^2 R_s / g", 1.5, 120.0, "gravity against the carrying round",
+        Group("froude", "Fr", "(2 pi f)^2 R_s / g", 2.0, 120.0, "gravity against the carrying round",
               "Fr large: gravity is forgotten"),
         _softness(),
         *_CONTACT,
@@ -383,7 +383,7 @@ DRUM = Kind(
         _ball(0.12, 0.45),
         Group("length", "L/R", "L / R", 0.5, 2.5, "share of the end walls, which rub and lift", "L / R large"),
         Group("critical", "N/N_c", "2 pi f sqrt((R - d/2) / g)", 0.35, 0.95, "how far balls are lifted", "never", False),
-        _softness(4e-6),
+        _softness(1e-5),
         *_CONTACT,
     ),
     stroke_m=lambda values: values["radius_mm"] / 1e3,

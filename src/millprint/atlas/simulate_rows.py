@@ -21,7 +21,7 @@ from millprint.fingerprint.descriptors import tabulate_descriptors
 # Step over the Rayleigh time, as of a quick run; the largest error of the energy balance over the wall work.
 RAYLEIGH, CLOSURE_MAX = 0.11, 0.01
 # Ball-steps of a window, which take about a second; turns that it has at least and at most, and turns before it.
-BALL_STEPS, FEWEST_TURNS, MOST_TURNS, DISCARDED_TURNS = 2.0e7, 16, 200, 6
+BALL_STEPS, FEWEST_TURNS, MOST_TURNS, DISCARDED_TURNS = 1.2e7, 10, 150, 4
 # The balls fall for this time before the mill starts, in times of a fall through the jar's radius [-].
 SETTLED = 1.0
 # What is read off a run, by the observables' names, and the relative standard errors by its turns.
