@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 from scipy.stats import qmc
 
-from millprint.atlas.kinds import FEWEST_BALLS, KINDS, MOST_BALLS, Kind, kind_named
+from millprint.atlas.groups import FEWEST_BALLS, MOST_BALLS, Kind
+from millprint.atlas.kinds import KINDS, kind_named
 from millprint.run.files import read_table, write_table
 
 HELD_OUT, TRAINING = "held_out", "training"
@@ -41,7 +42,9 @@ def design(kind: Kind, part: str, count: int) -> pd.DataFrame:
     rows = [condition for _, condition in zip(range(count), conditions(kind, part), strict=False)]
     groups = [kind.groups_of(row) for row in rows]
     table = pd.DataFrame({"kind": kind.name, "part": part, "row": np.arange(count)})
-    return pd.concat([table, pd.DataFrame(groups), pd.DataFrame({"number": [int(row["number"]) for row in rows]})], axis=1)
+    return pd.concat(
+        [table, pd.DataFrame(groups), pd.DataFrame({"number": [int(row["number"]) for row in rows]})], axis=1
+    )
 
 
 def rows_of(kind: str, part: str, first: int, count: int, held_out: str) -> pd.DataFrame:
@@ -53,7 +56,9 @@ def rows_of(kind: str, part: str, first: int, count: int, held_out: str) -> pd.D
     own = kind_named(kind)
     if part == HELD_OUT:
         table = read_table(held_out)
-        return table.loc[table["kind"] == kind, ["kind", "part", "row", *own.names, "number"]].iloc[first : first + count]
+        return table.loc[table["kind"] == kind, ["kind", "part", "row", *own.names, "number"]].iloc[
+            first : first + count
+        ]
     return design(own, part, first + count).iloc[first:]
 
 

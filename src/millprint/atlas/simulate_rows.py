@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from millprint.atlas.kinds import GRAVITY, Kind, kind_named
+from millprint.atlas.groups import Kind
+from millprint.atlas.kinds import kind_named
 from millprint.cases.simulate import simulate_each
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import SimulationError
@@ -17,6 +18,7 @@ from millprint.dem import PHYSICS
 from millprint.dem.laws.registry import step_scale
 from millprint.dem.run import simulate
 from millprint.fingerprint.descriptors import tabulate_descriptors
+from millprint.mill.gravity import GRAVITY
 
 # Step over the Rayleigh time, as of a quick run; the largest error of the energy balance over the wall work.
 RAYLEIGH, CLOSURE_MAX = 0.11, 0.01
@@ -34,7 +36,7 @@ ERRORS = (
     "wall_power_relative_se", "weighted_normal_energy_relative_se", "weighted_normal_frequency_relative_se",
     "weighted_tangential_energy_relative_se", "weighted_tangential_frequency_relative_se",
 )  # fmt: skip
-RESULTS = (*READ, *ERRORS, "motion", "turns", "processor_s", "version")
+RESULTS = (*READ, *ERRORS, "motion", "recorded_turns", "processor_s", "version")
 # What decides the numbers of a row, besides its condition, its seed and the code of the kernels.
 SETTINGS = (RAYLEIGH, BALL_STEPS, FEWEST_TURNS, MOST_TURNS, DISCARDED_TURNS, SETTLED)
 VERSION = f"{PHYSICS}." + hashlib.sha256(json.dumps(SETTINGS).encode()).hexdigest()[:6]
@@ -72,24 +74,30 @@ def simulate_row(kind: Kind, condition: dict[str, float], seed: int) -> dict[str
     return {
         **{name: float(found[name]) for name in (*READ, *ERRORS)},
         "motion": found["motion"],
-        "turns": round(summary["revolutions"]),
+        "recorded_turns": round(summary["revolutions"]),
         "processor_s": time.process_time() - begin,
     }
 
 
-def simulate_rows(rows: pd.DataFrame, done: str | Path, title: str, shipped: pd.DataFrame | None = None) -> pd.DataFrame:
+def simulate_rows(
+    rows: pd.DataFrame, done: str | Path, title: str, shipped: pd.DataFrame | None = None
+) -> pd.DataFrame:
     """The rows of a design (`millprint.atlas.design`) with what `simulate_row` gives, in the same order.
 
     done: a file from which a stopped call continues; it is removed at the end. shipped: a table of such rows, which are
     not simulated again where they have the same groups and the present VERSION. The seed of a row is its number.
     """
-    kept = {} if shipped is None else {_key(row): row for row in shipped.to_dict("records") if row["version"] == VERSION}
+    kept = (
+        {} if shipped is None else {_key(row): row for row in shipped.to_dict("records") if row["version"] == VERSION}
+    )
     wanted = rows.to_dict("records")
     runs = {str(row["row"]): row for row in wanted if _key(row) not in kept}
     found = simulate_each(runs, _simulated, [VERSION], title, done)
     Path(done).unlink(missing_ok=True)
     results = [found.get(str(row["row"])) or kept[_key(row)] for row in wanted]
-    return pd.DataFrame([{**row, **{name: own.get(name) for name in RESULTS}} for row, own in zip(wanted, results, strict=True)])
+    return pd.DataFrame(
+        [{**row, **{name: own.get(name) for name in RESULTS}} for row, own in zip(wanted, results, strict=True)]
+    )
 
 
 def _key(row: dict) -> tuple:

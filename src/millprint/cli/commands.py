@@ -23,6 +23,7 @@ class Command(NamedTuple):
 
 COMMANDS = {
     "new": Command("millprint.cli.new_mill", "describe a mill of your own: asks, and writes its YAML and its picture"),
+    "estimate": Command("millprint.cli.estimate_condition", "what a mill does, at once, from its dimensions"),
     "fingerprint": Command("millprint.cli.run_targets", "simulate a mill and write its fingerprint"),
     "explore": Command("millprint.cli.run_targets", "make a page with sliders for a mill"),
     "run": Command("millprint.cli.run_targets", "make any target or file of the workflow"),

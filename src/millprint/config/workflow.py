@@ -5,6 +5,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
+from millprint.config.atlas import AtlasConfig
 from millprint.config.calibration import CalibrationConfig, FitConfig
 from millprint.config.card import CardsConfig
 from millprint.config.dem_engine import EngineConfig
@@ -214,6 +215,7 @@ class WorkflowConfig(Section):
     dose: DoseConfig = DoseConfig()
     uncertainty: UncertaintyConfig = UncertaintyConfig()
     cards: CardsConfig = CardsConfig()
+    atlas: AtlasConfig = AtlasConfig()
     provenance: ProvenanceConfig = ProvenanceConfig()
     validation: ValidationConfig = ValidationConfig()
     data: DataConfig | None = None

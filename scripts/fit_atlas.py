@@ -1,0 +1,23 @@
+"""Fits the atlas to its simulations, and compares it with other models on mills that each has not seen.
+
+Settings: the kinds.
+Inputs: `simulations`.
+Outputs: `model`, `comparison`, `learning`.
+"""
+
+import pandas as pd
+
+from millprint.atlas.compare_models import cross_validated, learning_curve
+from millprint.atlas.fit_atlas import fit_atlas, rows_of
+from millprint.atlas.kinds import kind_named
+from millprint.run.files import read_table, write_json, write_table
+from millprint.run.job import job
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "fit atlas"):
+        kinds = [kind_named(name) for name in snakemake.params.kinds]
+        simulations = read_table(snakemake.input.simulations)
+        rows = {kind: rows_of(simulations, kind, "training") for kind in kinds}
+        write_json(fit_atlas(rows), snakemake.output.model)
+        write_table(pd.concat([cross_validated(*each) for each in rows.items()]), snakemake.output.comparison, 3)
+        write_table(pd.concat([learning_curve(*each) for each in rows.items()]), snakemake.output.learning, 3)

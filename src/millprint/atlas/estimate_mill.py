@@ -1,0 +1,172 @@
+"""What the atlas says of a mill of one's own: observables with intervals, exponents of its dimensions, and refusals."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from millprint.atlas.groups import MOST_BALLS, PACKED, SETTINGS, Kind, Values
+from millprint.atlas.model import PREDICTED, KindModel, combined, inputs_of, read_model
+from millprint.config.errors import ConfigError
+from millprint.config.sources import shipped
+from millprint.estimate.estimates import Estimate, Interval
+
+MODEL = "config/atlas/model.json"
+# A group may be out of its range by this share of the range.
+BEYOND = 0.01
+SIMULATE = "simulate it: `millprint card` for one condition, `millprint fingerprint` for the mill"
+# The group that changes no power: beyond its range the end is taken, and a note says so.
+STIFFNESS = "softness"
+# Change of a dimension over which an exponent is taken, as a logarithm; normal quantile of 90 % intervals.
+STEP, NORMAL = 0.1, 1.645
+
+
+@dataclass(frozen=True)
+class MillEstimate:
+    """What the atlas says of a condition.
+
+    groups: by name; hits: probability that balls hit something; known: of PREDICTED, each with the 90 % interval of one
+    simulation as `scatter`; notes: lines on what was taken for something else.
+    """
+
+    kind: Kind
+    condition: Mapping[str, float]
+    groups: Mapping[str, float]
+    hits: float
+    known: Mapping[str, Estimate]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def charge_kg(self) -> float:
+        """Mass of all balls [kg]."""
+        diameter_m = self.condition["ball_diameter_mm"] / 1e3
+        return self.condition["number"] * self.condition["density_kg_m3"] * math.pi / 6 * diameter_m**3
+
+
+@cache
+def included_models() -> dict[str, KindModel]:
+    """The models that come with the library. Raises ConfigError where there are none."""
+    place = shipped(MODEL)
+    if place is None:
+        raise ConfigError(f"{MODEL}: no such file: this installation has no atlas; {SIMULATE}")
+    return read_model(place)
+
+
+def model_of(kind: Kind) -> KindModel:
+    """The included model of a kind. Raises ConfigError, in one line, for a kind that was not simulated yet."""
+    models = included_models()
+    if kind.name not in models:
+        raise ConfigError(f"{kind.name}: the atlas does not have this kind yet, only {', '.join(models)}; {SIMULATE}")
+    return models[kind.name]
+
+
+def check(kind: Kind, condition: Values) -> dict[str, float]:
+    """The groups of a condition. Raises ConfigError, in one line, for one that cannot be, or that the atlas does not
+    know: a group out of its range by more than BEYOND of it, or more than MOST_BALLS balls."""
+    number, ball, place = condition["number"], condition["ball_diameter_mm"], kind.name
+    if number < 1:
+        raise ConfigError(f"{place}: the charge is less than one ball of {ball:g} mm; give more, or smaller balls")
+    opening = min(2 * condition["radius_mm"], condition["height_mm"])
+    if ball >= opening:
+        raise ConfigError(f"{place}: ball_diameter_mm = {ball:g}: such a ball does not go into a jar of {opening:g} mm")
+    kind.mill_of(condition)
+    groups = kind.groups_of(condition)
+    if groups["fill"] > PACKED:
+        raise ConfigError(
+            f"{place}: {number:g} balls of {ball:g} mm have {groups['fill']:.2g} of the jar's volume; a packing has "
+            f"{PACKED:g}: the jar cannot hold them"
+        )
+    if groups.get("critical", 0.0) >= 1:
+        raise ConfigError(
+            f"{place}: the speed is {groups['critical']:.3g} of the critical one: balls stay on the wall; take less than "
+            f"{60 * condition['speed_hz'] / groups['critical']:.3g} rpm"
+        )
+    if groups.get("turns", 1.0) <= 0:
+        raise ConfigError(
+            f"{place}: ratio = {condition['ratio']:g}: jars of the atlas turn against the wheel; write -2 for 1:-2"
+        )
+    for group in kind.groups:
+        value = groups[group.name]
+        share = group.share(value) if value > 0 or not group.logarithmic else -math.inf
+        if group.name != STIFFNESS and not -BEYOND <= share <= 1 + BEYOND:
+            raise ConfigError(
+                f"{place}: {group.symbol} = {group.formula} = {value:.3g}: the atlas knows {group.low:g} to "
+                f"{group.high:g}; {SIMULATE}"
+            )
+    if number > MOST_BALLS:
+        raise ConfigError(f"{place}: {number:g} balls: the atlas knows up to {MOST_BALLS}; {SIMULATE}")
+    return groups
+
+
+def estimate(kind: Kind, condition: Values, model: KindModel | None = None) -> MillEstimate:
+    """What the atlas says of a condition: dimensions of the mill and all of `kinds.SETTINGS`. Raises ConfigError as
+    `check` and `model_of`."""
+    groups = check(kind, condition)
+    model = model or model_of(kind)
+    (stiffness,) = (group for group in kind.groups if group.name == STIFFNESS)
+    notes = []
+    if not stiffness.low <= groups[STIFFNESS] <= stiffness.high:
+        groups = groups | {STIFFNESS: min(max(groups[STIFFNESS], stiffness.low), stiffness.high)}
+        notes.append("balls are stiffer or softer than the atlas knows; shear is told as at the end of its range")
+    inputs = inputs_of(kind, groups)
+    scales = kind.scales(condition)
+    units = {"power": "W", "energy": "J", "frequency": "1/s"}
+    known = {}
+    for name, (value, width) in model.logarithms(inputs).items():
+        scale = scales[PREDICTED[name]]
+        low, middle, high = (scale * math.exp(float(value[0]) + side * float(width[0])) for side in (-1, 0, 1))
+        known[name] = Estimate(middle, units[PREDICTED[name]], scatter=Interval(low, high))
+    return MillEstimate(kind, condition, groups, float(model.probability(inputs)[0]), known, tuple(notes))
+
+
+def exponents(kind: Kind, condition: Values, model: KindModel | None = None) -> dict[str, dict[str, Estimate]]:
+    """How each of PREDICTED grows with each dimension and setting, the others kept: local exponents d ln y / d ln x.
+
+    From differences over STEP to each side, or to one at the end of a range; with the 90 % interval of the process, which
+    the roughness of a surface has no part in. A number of balls counts as any other. By observable, then dimension.
+    """
+    model = model or model_of(kind)
+    found: dict[str, dict[str, Estimate]] = {name: {} for name in PREDICTED}
+    for name in (*(own.name for own in kind.dimensions), *(own.name for own in SETTINGS)):
+        if not condition[name]:
+            continue
+        sides = [_moved(kind, condition, name, side) for side in (-STEP, STEP)]
+        steps = [side for side, moved in zip((-STEP, STEP), sides, strict=True) if moved is not None]
+        if not steps:
+            continue
+        ends = [moved if moved is not None else condition for moved in sides]
+        length = sum(abs(side) for side in steps)
+        before, after = (inputs_of(kind, kind.groups_of(end)) for end in ends)
+        scales = [kind.scales(end) for end in ends]
+        for own, slope, error in _slopes(model, before, after):
+            scale = PREDICTED[own]
+            value = (slope + math.log(scales[1][scale] / scales[0][scale])) / length
+            half = NORMAL * error / length
+            found[own][name] = Estimate(value, "-", scatter=Interval(value - half, value + half))
+    return found
+
+
+def _moved(kind: Kind, condition: Values, name: str, step: float) -> dict[str, float] | None:
+    """The condition with one value times exp(step); None where the atlas does not know it."""
+    moved = {**condition, name: condition[name] * math.exp(step)}
+    try:
+        check(kind, moved)
+    except ConfigError:
+        return None
+    return moved
+
+
+def _slopes(model: KindModel, before: np.ndarray, after: np.ndarray) -> list[tuple[str, float, float]]:
+    """Difference of the logarithm of each of PREDICTED over its scale, and its error, from those of the surfaces."""
+    first, last = model.fitted(before), model.fitted(after)
+    low, high = combined(first), combined(last)
+    errors = {name: own.slope_error(before, after, model.centres) for name, own in model.surfaces.items()}
+    found = []
+    for name in PREDICTED:
+        # What a small change of each surface does to the logarithm.
+        weights = {each: combined({**last, each: last[each] + 1e-4})[name] - high[name] for each in errors}
+        error = math.hypot(*(float(weights[each][0]) * 1e4 * float(errors[each][0]) for each in errors))
+        found.append((name, float(high[name][0] - low[name][0]), error))
+    return found

@@ -1,0 +1,181 @@
+"""What a mill of your own does, at once, from its dimensions: nothing is simulated. Example:
+
+    millprint estimate planetary --balls 10 --charge number=50 --speed 400
+    millprint estimate planetary --radius-mm 32 --height-mm 45 --sun-radius-mm 70 --balls 8 --charge 0.2 --speed 500
+    millprint estimate mine.yaml
+    millprint estimate mixer --balls 10 --charge number=6 --speed 25Hz --contact steel --exponents
+
+A mill is the name of an included one, its file in config/mills, or the configuration of a run, as `millprint new` writes
+it. Its dimensions are replaced by those that are given. Without --balls, --charge and --speed, every condition of the
+mill's sweep is told. --charge is a fill ratio, or number=, mass_g= or bulk_filling=; --speed is in rpm, or in Hz as 25Hz.
+The numbers come from simulations over mills of the kind (docs/why/atlas.md); 90 % intervals are of one simulation. A mill
+that they do not cover is refused.
+"""
+
+import argparse
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field
+
+from millprint.atlas.estimate_mill import MillEstimate, estimate, exponents
+from millprint.atlas.groups import Kind
+from millprint.atlas.kinds import KINDS, recognise
+from millprint.atlas.model import HITS
+from millprint.cli.commands import parser_of
+from millprint.config.arguments import value_of
+from millprint.config.charge import charge_words, diameter_of, fill_of, mixture_of, speed_words
+from millprint.config.contact_set import ContactConfig
+from millprint.config.errors import ConfigError
+from millprint.config.included import load_contact, load_mill
+from millprint.config.load import check_model, read_yaml
+from millprint.config.mill import MillConfig
+from millprint.config.mill_sweep import ConditionSection
+from millprint.run.numbers import plain, prefix_of, three
+
+ASSUMED = "calibrated"
+# What is told, in which words, in this order.
+TOLD = {
+    "wall_power_W": "power",
+    "weighted_normal_energy_J": "a strong hit, E*n",
+    "weighted_normal_frequency_hz": "such hits of a ball, f*n",
+    "weighted_tangential_energy_J": "a strong shear, E*t",
+    "weighted_tangential_frequency_hz": "such shears of a ball, f*t",
+}
+DIMENSIONS = {own.name: own for kind in KINDS.values() for own in kind.dimensions}
+
+
+def parse(arguments: list[str], name: str) -> argparse.Namespace:
+    """Parse the command line."""
+    parser = parser_of(name, __doc__)
+    add = parser.add_argument
+    add("mill", help="name, file or configuration of a mill")
+    add("--balls", type=float, metavar="MM", help="diameter of the balls [mm]")
+    add("--charge", help="fill ratio, or number=50, mass_g=200, bulk_filling=0.3")
+    add("--speed", help="400 for rpm, 25Hz for Hz")
+    add("--contact", help=f"contact set, name or file (default: that of the run, or {ASSUMED})")
+    add("--exponents", action="store_true", help="say what one dimension more or less changes")
+    for own in DIMENSIONS.values():
+        kind = value_of(own.name, Annotated[float, Field(ge=own.least, le=own.most)])
+        add(f"--{own.name.replace('_', '-')}", type=kind, metavar="X", help=own.means.replace("%", "%%"))
+    return parser.parse_args(arguments)
+
+
+def mill_and_contact(given: str, contact: str | None) -> tuple[MillConfig, ContactConfig]:
+    """The mill and the contact set of a name, a mill's file or a run's. Raises ConfigError, a line for each fault."""
+    run = read_yaml(given) if Path(given).suffix in (".yaml", ".yml") and Path(given).is_file() else {}
+    if isinstance(run, dict) and "mill" in run:
+        contacts = run.get("contacts") or [ASSUMED]
+        return load_mill(str(run["mill"])), load_contact(contact or str(contacts[0]))
+    return load_mill(given), load_contact(contact or ASSUMED)
+
+
+def conditions_of(options: argparse.Namespace, mill: MillConfig, kind: Kind, contact: ContactConfig) -> list[dict]:
+    """The conditions that are asked for, or those of the sweep. Raises ConfigError, in one line."""
+    built = recognise(mill)
+    dimensions = dict(built[1]) if built else {}
+    for name in DIMENSIONS:
+        if (value := getattr(options, name)) is not None:
+            if name not in dimensions:
+                known = ", ".join(dimensions)
+                raise ConfigError(f"--{name.replace('_', '-')}: a {kind.title} has no such dimension; it has {known}")
+            dimensions[name] = value
+    volume_ml = 1e6 * kind.volume_m3(dimensions)
+    given = [options.balls, options.charge, options.speed]
+    if all(word is None for word in given):
+        asked = swept(mill)
+    elif None in given:
+        raise ConfigError("--balls, --charge, --speed: give all three, or none for the conditions of the mill's sweep")
+    else:
+        words = {"ball_diameter_mm": options.balls, **charge_words(options.charge), **speed_words(options.speed)}
+        asked = [check_model(words, ConditionSection, "estimate")]
+    found = []
+    for own in asked:
+        ball_mm = diameter_of(own.ball_diameter_mm)
+        fill = fill_of(own.given, volume_ml, ball_mm, contact.density_kg_m3, "estimate")
+        number = round(own.number or fill * volume_ml * 1e3 / (3.141592653589793 / 6 * ball_mm**3))
+        settings = {"ball_diameter_mm": ball_mm, "number": number, "speed_hz": own.hz}
+        found.append({**dimensions, **settings, **balls_of(contact)})
+    return found
+
+
+def swept(mill: MillConfig) -> list[ConditionSection]:
+    """The conditions of a mill's sweep, of balls of one size. Raises ConfigError for a mill without any."""
+    from millprint.cases.of_mill import conditions_of, sweep_of
+    from millprint.config.checks import with_own_fills
+
+    sweep = sweep_of(with_own_fills(mill, 1.0, "sweep"))
+    found = [own for own in conditions_of(sweep) if mixture_of(own.ball_diameter_mm) is None]
+    if not found:
+        raise ConfigError(f"{mill.name}: its sweep has only mixed sizes; give --balls, --charge and --speed")
+    return found
+
+
+def balls_of(contact: ContactConfig) -> dict[str, float]:
+    """The settings that a contact set gives. Raises ConfigError for one without restitution or modulus."""
+    names = ("restitution", "static_friction", "rolling_friction", "young_modulus_gpa")
+    values = {name: contact.value_of(name) for name in names}
+    wall = contact.at_wall.value_of("static_friction")
+    return {**values, "wall_static_friction": wall, "density_kg_m3": contact.density_kg_m3}
+
+
+def quantity(value: float, unit: str) -> str:
+    """A number with three digits and a prefix."""
+    factor, shown = prefix_of(value, unit)
+    return f"{three(factor * value)} {shown}"
+
+
+def told(found: MillEstimate) -> list[str]:
+    """What the atlas says of a condition, a line each."""
+    own, speed = found.condition, found.condition["speed_hz"]
+    is_shaken = found.kind.content(own).get("speed_unit") == "hz"
+    shown = f"{plain(speed)} Hz" if is_shaken else f"{plain(60 * speed)} rpm"
+    balls = f"{plain(own['number'])} balls of {plain(own['ball_diameter_mm'])} mm"
+    lines = [f"{balls}, fill ratio {found.groups['fill']:.2g}, {shown}", *(f"  {note}" for note in found.notes)]
+    rows = TOLD
+    if found.hits < HITS:
+        lines.append(
+            f"  balls roll or go round with the wall: only power is told (hits {100 * found.hits:.0f} % likely)"
+        )
+        rows = {name: words for name, words in TOLD.items() if name == "wall_power_W"}
+    for name, words in rows.items():
+        value = found.known[name]
+        factor, unit = prefix_of(value.value, value.unit)
+        ends = " to ".join(three(factor * end) for end in value.ends("scatter"))
+        lines.append(f"  {words:<28} {three(factor * value.value):>8} {unit:<5} ({ends})")
+    power = found.known["wall_power_W"].value
+    lines.append(f"  {'power per mass of balls':<28} {quantity(power / found.charge_kg, 'W/kg')}")
+    if found.hits >= HITS:
+        shear = found.known["tangential_power_W"].value
+        share = shear / (shear + found.known["normal_power_W"].value)
+        lines.append(f"  {'share of shear':<28} {100 * share:.0f} %; hits: {100 * found.hits:.0f} % likely")
+    return lines
+
+
+def exponent_lines(found: MillEstimate) -> list[str]:
+    """A line for each dimension and setting: the exponents of power and of a hit's energy with 90 % intervals."""
+    shown = {name: TOLD[name] for name in ("wall_power_W", "weighted_normal_energy_J", "weighted_tangential_energy_J")}
+    table = exponents(found.kind, found.condition)
+    lines = [f"  {'exponent of':<22}" + "".join(f"{words:<28}" for words in shown.values())]
+    for name in table["wall_power_W"]:
+        cells = (table[observable][name] for observable in shown)
+        texts = (f"{own.value:+.2f} ({own.lower:+.2f} to {own.upper:+.2f})" for own in cells)
+        lines.append(f"  {name:<22}" + "".join(f"{text:<28}" for text in texts))
+    return lines
+
+
+def main(arguments: list[str], name: str = "estimate") -> None:
+    """Tell what the mill does in each condition."""
+    options = parse(arguments, name)
+    mill, contact = mill_and_contact(options.mill, options.contact)
+    known = recognise(mill)
+    if known is None:
+        raise ConfigError(
+            f"{mill.name}: no kind of the atlas; it has round jars of {', '.join(KINDS)}: `millprint fingerprint` "
+            "simulates any other mill"
+        )
+    kind, _ = known
+    print(f"{mill.title}, balls and walls: {contact.name}; 90 % intervals of one simulation")
+    for condition in conditions_of(options, mill, kind, contact):
+        found = estimate(kind, condition)
+        print(*told(found), *(exponent_lines(found) if options.exponents else []), sep="\n")

@@ -1,0 +1,27 @@
+"""The atlas: how many simulations of each kind of mill it is made from."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from millprint.config.section import Section
+
+Simulations = Annotated[int, Field(ge=0, le=5000)]
+
+
+class AtlasConfig(Section):
+    """The simulations of the atlas of mills: target `atlas`. The held-out mills, 100 of a kind, come on top."""
+
+    planetary: Simulations = 400
+    """simulations of planetary mills that the model is fitted to; 0 for none of the kind"""
+    mixer: Simulations = 400
+    """of mixer mills"""
+    drum: Simulations = 0
+    """of tumbling drums"""
+    spex: Simulations = 0
+    """of shakers like the SPEX 8000"""
+
+    @property
+    def kinds(self) -> dict[str, int]:
+        """The kinds that are made, with their simulations."""
+        return {name: count for name, count in self if count}

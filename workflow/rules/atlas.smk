@@ -1,0 +1,102 @@
+"""The atlas: what any mill of a kind does, learned from simulations over mills. Target `atlas`, part of no other."""
+
+ATLAS = f"{RESULTS}/atlas"
+# Rows of a job: a simulation takes a second or two, about as long as it takes Snakemake to start a few jobs.
+ATLAS_BATCH, HELD_OUT_MILLS = 25, 100
+ATLAS_ROWS = {
+    (kind, part): count
+    for kind, simulations in CONFIG.atlas.kinds.items()
+    for part, count in {"training": simulations, "held_out": HELD_OUT_MILLS}.items()
+}
+
+
+# The rows of the included table that were made with the present settings and physics are not simulated again.
+rule simulate_atlas:
+    input:
+        kernels=ancient(f"{RESULTS}/dem/kernels.json"),
+        held_out=SOURCES.find("config/atlas/held_out.tsv"),
+        included=SOURCES.find("config/atlas/simulations.tsv"),
+    output:
+        rows=f"{ATLAS}/rows/{{kind}}_{{part}}_{{batch}}.tsv",
+    log:
+        f"{LOGS}/atlas/{{kind}}_{{part}}_{{batch}}.log",
+    benchmark:
+        f"{BENCHMARKS}/simulate_atlas/{{kind}}_{{part}}_{{batch}}.tsv"
+    wildcard_constraints:
+        kind="[a-z]+",
+        part="training|held_out",
+        batch=r"\d+",
+    params:
+        count=ATLAS_BATCH,
+    resources:
+        processor_s=2 * ATLAS_BATCH,
+    message:
+        "Simulating mills of the atlas: {wildcards.kind}, {wildcards.part}, batch {wildcards.batch}"
+    script:
+        "../../scripts/simulate_atlas.py"
+
+
+rule tabulate_atlas:
+    input:
+        rows=[
+            f"{ATLAS}/rows/{kind}_{part}_{batch}.tsv"
+            for (kind, part), count in ATLAS_ROWS.items()
+            for batch in range(math.ceil(count / ATLAS_BATCH))
+        ],
+    output:
+        table=f"{ATLAS}/simulations.tsv",
+    log:
+        f"{LOGS}/atlas/tabulate_atlas.log",
+    localrule: True
+    message:
+        "Tabulating the simulations of the atlas"
+    script:
+        "../../scripts/tabulate_atlas.py"
+
+
+rule fit_atlas:
+    input:
+        simulations=rules.tabulate_atlas.output.table,
+    output:
+        model=f"{ATLAS}/model.json",
+        comparison=f"{ATLAS}/comparison.tsv",
+        learning=f"{ATLAS}/learning.tsv",
+    log:
+        f"{LOGS}/atlas/fit_atlas.log",
+    benchmark:
+        f"{BENCHMARKS}/fit_atlas/fit_atlas.tsv"
+    params:
+        kinds=list(CONFIG.atlas.kinds),
+    message:
+        "Fitting the atlas, and comparing it with other models"
+    script:
+        "../../scripts/fit_atlas.py"
+
+
+# Held-out mills are asked once the model is chosen.
+rule judge_atlas:
+    input:
+        simulations=rules.tabulate_atlas.output.table,
+        model=rules.fit_atlas.output.model,
+    output:
+        errors=f"{ATLAS}/errors.tsv",
+        regions=f"{ATLAS}/regions.tsv",
+    log:
+        f"{LOGS}/atlas/judge_atlas.log",
+    localrule: True
+    params:
+        kinds=list(CONFIG.atlas.kinds),
+    message:
+        "Asking the atlas for the mills that no model has seen"
+    script:
+        "../../scripts/judge_atlas.py"
+
+
+rule atlas:
+    """What any mill of a kind does, at once: simulations over mills, the model, and its errors."""
+    input:
+        rules.fit_atlas.output,
+        rules.judge_atlas.output,
+    localrule: True
+    message:
+        "The atlas is complete"
