@@ -26,10 +26,10 @@ rule simulate_atlas:
         kind="[a-z]+",
         part="training|held_out",
         batch=r"\d+",
-    params:
-        count=ATLAS_BATCH,
     resources:
         processor_s=2 * ATLAS_BATCH,
+    params:
+        batch=ATLAS_BATCH,
     message:
         "Simulating mills of the atlas: {wildcards.kind}, {wildcards.part}, batch {wildcards.batch}"
     script:

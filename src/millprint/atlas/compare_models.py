@@ -43,8 +43,7 @@ Model = Callable[[Kind, Rows, Rows], Answer]
 
 def atlas(kind: Kind, training: Rows, test: Rows) -> Answer:
     """The model that ships: power laws and Gaussian processes."""
-    model, _ = fit_kind(kind, training)
-    return combined(model.fitted(test.inputs))
+    return combined(fit_kind(kind, training).fitted(test.inputs))
 
 
 def scaling_law(kind: Kind, training: Rows, test: Rows) -> Answer:
@@ -99,8 +98,8 @@ def boosting(kind: Kind, training: Rows, test: Rows) -> Answer:
 def networks(kind: Kind, training: Rows, test: Rows) -> Answer:
     """The mean of five networks of two layers of 24 on what the linear model leaves."""
     return _of_rows(kind, training, test, lambda inputs, values: _OnLinear(
-        [MLPRegressor(hidden_layer_sizes=(24, 24), activation="tanh", solver="lbfgs", alpha=1.0, max_iter=400, random_state=seed)
-         for seed in range(5)], inputs, values))  # fmt: skip
+        [MLPRegressor(hidden_layer_sizes=(24, 24), activation="tanh", solver="lbfgs", alpha=1.0, max_iter=400,
+                      random_state=seed) for seed in range(5)], inputs, values))  # fmt: skip
 
 
 class _Nearest:
@@ -149,7 +148,7 @@ MODELS: dict[str, Model] = {
 
 
 def errors(kind: Kind, test: Rows, answer: Answer) -> pd.DataFrame:
-    """Relative errors [-] of an answer, a row each and a column for each of MARKS; NaN where there is nothing to hit."""
+    """Relative errors [-] of an answer, a row each, a column for each of MARKS; NaN where nothing is hit."""
     actual = scaled(test.table, kind)
     found = {name: np.exp(answer[name] - actual[name].to_numpy()) - 1 for name in MARKS}
     table = pd.DataFrame(found)

@@ -80,8 +80,8 @@ def check(kind: Kind, condition: Values) -> dict[str, float]:
         )
     if groups.get("critical", 0.0) >= 1:
         raise ConfigError(
-            f"{place}: the speed is {groups['critical']:.3g} of the critical one: balls stay on the wall; take less than "
-            f"{60 * condition['speed_hz'] / groups['critical']:.3g} rpm"
+            f"{place}: the speed is {groups['critical']:.3g} of the critical one: balls stay on the wall; take less "
+            f"than {60 * condition['speed_hz'] / groups['critical']:.3g} rpm"
         )
     if groups.get("turns", 1.0) <= 0:
         raise ConfigError(
@@ -92,7 +92,7 @@ def check(kind: Kind, condition: Values) -> dict[str, float]:
         share = group.share(value) if value > 0 or not group.logarithmic else -math.inf
         if group.name != STIFFNESS and not -BEYOND <= share <= 1 + BEYOND:
             raise ConfigError(
-                f"{place}: {group.symbol} = {group.formula} = {value:.3g}: the atlas knows {group.low:g} to "
+                f"{place}: {group.name}, {group.formula}, = {value:.3g}: the atlas knows {group.low:g} to "
                 f"{group.high:g}; {SIMULATE}"
             )
     if number > MOST_BALLS:
@@ -124,8 +124,8 @@ def estimate(kind: Kind, condition: Values, model: KindModel | None = None) -> M
 def exponents(kind: Kind, condition: Values, model: KindModel | None = None) -> dict[str, dict[str, Estimate]]:
     """How each of PREDICTED grows with each dimension and setting, the others kept: local exponents d ln y / d ln x.
 
-    From differences over STEP to each side, or to one at the end of a range; with the 90 % interval of the process, which
-    the roughness of a surface has no part in. A number of balls counts as any other. By observable, then dimension.
+    From differences over STEP to each side, or to one at the end of a range, with the 90 % interval of the process. A
+    number of balls counts as any other. By observable, then dimension.
     """
     model = model or model_of(kind)
     found: dict[str, dict[str, Estimate]] = {name: {} for name in PREDICTED}
@@ -162,7 +162,10 @@ def _slopes(model: KindModel, before: np.ndarray, after: np.ndarray) -> list[tup
     """Difference of the logarithm of each of PREDICTED over its scale, and its error, from those of the surfaces."""
     first, last = model.fitted(before), model.fitted(after)
     low, high = combined(first), combined(last)
-    errors = {name: own.slope_error(before, after, model.centres) for name, own in model.surfaces.items()}
+    # The motion is kept.
+    motion = model.completed(before)[:, -1]
+    start, end = np.column_stack([before, motion]), np.column_stack([after, motion])
+    errors = {name: own.slope_error(start, end, model.centres) for name, own in model.surfaces.items()}
     found = []
     for name in PREDICTED:
         # What a small change of each surface does to the logarithm.

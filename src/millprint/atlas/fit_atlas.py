@@ -6,38 +6,50 @@ residuals of rows that are left out (Rasmussen and Williams 2006, Eqs 5.10 to 5.
 """
 
 import math
-from collections.abc import Mapping
+import warnings
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 from scipy.linalg import cho_factor, cho_solve
+from scipy.optimize import minimize
+from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
 
 from millprint.atlas.groups import Kind
 from millprint.atlas.model import FITTED, FORMAT, PREDICTED, KindModel, Surface, Width, combined, inputs_of, matern
 
-# Strength of the ridge, in rows; level of the intervals [-]; least and largest noise of a row of a logarithm [-].
-RIDGE, LEVEL, NOISE = 0.3, 0.90, (0.003, 1.0)
-# Of the observable's relative standard errors, those of the rows of each of FITTED.
+# Strengths of the ridges of power laws of numbers and of widths, in rows; level of the intervals [-].
+RIDGE, SHRINK, LEVEL = 0.3, 10.0, 0.90
+# Noise of the logarithm of a row: least, most, and where turns do not tell it [-].
+LEAST_NOISE, MOST_NOISE, OTHER_NOISE = 0.003, 1.0, 0.02
+# The relative standard error of each of FITTED, as far as turns tell it.
 NOISE_OF = {
     "power": "wall_power_relative_se",
     "normal_energy": "weighted_normal_energy_relative_se",
+    "normal_frequency": "weighted_normal_frequency_relative_se",
     "tangential_energy": "weighted_tangential_energy_relative_se",
+    "tangential_frequency": "weighted_tangential_frequency_relative_se",
 }
-# Further starts of the search for lengths, in the fit that ships.
-RESTARTS = 1
+# Steps of the search for lengths; more of them change no error.
+ITERATIONS = 30
 # Rows of these words have no hits, nor those whose E*n is under this share of m (2 pi f A)^2: of 50 planetary mills,
 # hardly one lies between e^-5 and e^-7.
 NO_HITS, LEAST_ENERGY = ("no impacts", "moves with the wall"), 1 / 400
 FAILED = "failed"
+# Labels of rows with and without hits, and their noise: the logistic function of 3 is 0.95.
+LABEL, LABEL_NOISE = 3.0, 0.5
 
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of the table of the atlas as a fit takes them: inputs (n, p), whether balls hit anything (n,), logarithms of
-    FITTED over their scales and the noise of each (n,); NaN where there is none."""
+    """Rows of the table of the atlas as a fit takes them.
+
+    inputs (n, p); hits (n,): whether balls hit anything; fitted, noise: logarithms of FITTED over their scales, and the
+    noise of each (n,), NaN where there is none; table: the rows themselves.
+    """
 
     inputs: np.ndarray
     hits: np.ndarray
@@ -76,27 +88,32 @@ def rows_of(table: pd.DataFrame, kind: Kind, part: str) -> Rows:
     words = own["motion"].fillna("")
     hits = ~np.any([words.str.contains(word) for word in NO_HITS], axis=0)
     hits &= (logs["weighted_normal_energy_J"] > math.log(LEAST_ENERGY)).to_numpy()
+    channels = ("normal", "tangential")
     fitted = {
         "power": logs["wall_power_W"],
-        "normal_ratio": logs["normal_power_W"] - logs["tangential_power_W"],
+        **{f"{name}_energy": logs[f"weighted_{name}_energy_J"] for name in channels},
+        **{f"{name}_frequency": logs[f"weighted_{name}_frequency_hz"] for name in channels},
         "rolling_ratio": logs["rolling_power_W"] - logs["tangential_power_W"],
-        "normal_energy": logs["weighted_normal_energy_J"],
-        "tangential_energy": logs["weighted_tangential_energy_J"],
         "strong_frequency": logs["strong_frequency_hz"],
     }
-    noise = {
-        name: own[NOISE_OF[name]].fillna(NOISE[1]).clip(*NOISE).to_numpy()
-        if name in NOISE_OF
-        else np.full(len(own), 0.02)
-        for name in FITTED
-    }
-    return Rows(inputs_of(kind, own), hits, {name: value.to_numpy() for name, value in fitted.items()}, noise, own)
+    noise = dict.fromkeys(FITTED, np.full(len(own), OTHER_NOISE))
+    noise |= {name: own[column].fillna(MOST_NOISE).clip(LEAST_NOISE, MOST_NOISE) for name, column in NOISE_OF.items()}
+    return Rows(
+        inputs_of(kind, own),
+        hits,
+        {name: np.asarray(value) for name, value in fitted.items()},
+        {name: np.asarray(value) for name, value in noise.items()},
+        own,
+    )
 
 
 def fit_surface(
-    inputs: np.ndarray, values: np.ndarray, noise: np.ndarray, rows: np.ndarray, restarts: int = 0
+    inputs: np.ndarray, values: np.ndarray, noise: np.ndarray, rows: np.ndarray
 ) -> tuple[Surface, np.ndarray]:
-    """The surface of values (n,) at inputs (n, p) with noise (n,), and its value (n,) at each row without that row."""
+    """The surface of values (n,) at inputs (n, p) with noise (n,), and its value (n,) at each row without that row.
+
+    rows (n,): their numbers among all simulations of the kind.
+    """
     design = np.column_stack([np.ones(len(inputs)), inputs])
     weight = 1 / (noise**2 + 0.05**2)
     penalty = np.diag([0.0, *[RIDGE * weight.mean()] * inputs.shape[1]])
@@ -105,79 +122,90 @@ def fit_surface(
     spread = float(np.std(left)) or 1.0
     kernel = ConstantKernel(1.0, (1e-3, 1e2)) * Matern(np.full(inputs.shape[1], 1.5), (0.15, 40.0), nu=2.5)
     kernel += WhiteKernel(0.1, (1e-5, 2.0))
-    process = GaussianProcessRegressor(
-        kernel, alpha=(noise / spread) ** 2, n_restarts_optimizer=restarts, random_state=0
-    )
-    process.fit(inputs, left / spread)
+    process = GaussianProcessRegressor(kernel, alpha=(noise / spread) ** 2, optimizer=_largest)
+    with warnings.catch_warnings():
+        # A length at its bound is that of an input that decides nothing.
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        process.fit(inputs, left / spread)
     found = process.kernel_
     lengths = np.atleast_1d(found.k1.k2.length_scale)
     amplitude, further = found.k1.k1.constant_value, found.k2.noise_level
-    covariance = amplitude * matern(inputs, inputs, lengths) + np.diag((noise / spread) ** 2 + further)
-    factor = cho_factor(covariance, lower=True)
+    own = (noise / spread) ** 2 + further
+    factor = cho_factor(amplitude * matern(inputs, inputs, lengths) + np.diag(own), lower=True)
     solved = cho_solve(factor, left / spread)
-    inverse = np.diag(cho_solve(factor, np.eye(len(inputs))))
-    without = values - spread * solved / inverse
-    own = spread**2 * ((noise / spread) ** 2 + further)
-    return Surface(linear, lengths, spread * amplitude * solved, rows, own, spread**2 * amplitude), without
+    without = values - spread * solved / np.diag(cho_solve(factor, np.eye(len(inputs))))
+    surface = Surface(linear, lengths, spread * amplitude * solved, rows, spread**2 * own, spread**2 * amplitude)
+    return surface, without
+
+
+def _largest(negative: Callable, start: np.ndarray, bounds: np.ndarray) -> tuple[np.ndarray, float]:
+    """The largest likelihood within ITERATIONS, as scikit-learn asks for it."""
+    found = minimize(negative, start, method="L-BFGS-B", jac=True, bounds=bounds, options={"maxiter": ITERATIONS})
+    return found.x, found.fun
 
 
 def fit_width(inputs: np.ndarray, residuals: np.ndarray) -> Width:
-    """The width that holds LEVEL of the residuals (n,): a power law of their size, then the quantile that is short."""
+    """The width that holds LEVEL of the residuals (n,): a power law of their size, and the quantile short of it.
+
+    The quantile is of residuals over a size that was fitted without their tenth of the rows (split conformal intervals:
+    Lei, G'Sell, Rinaldo, Tibshirani, Wasserman, J. Am. Stat. Assoc. 113 (2018) 1094).
+    """
     known = np.isfinite(residuals)
     size = np.log(np.abs(residuals[known]) + 1e-3)
     design = np.column_stack([np.ones(known.sum()), inputs[known]])
-    linear = np.linalg.solve(design.T @ design + np.diag([0.0, *[10.0] * inputs.shape[1]]), design.T @ size)
-    over = np.abs(residuals[known]) / np.exp(design @ linear)
+
+    def power_law(rows: np.ndarray) -> np.ndarray:
+        part = design[rows]
+        return np.linalg.solve(part.T @ part + np.diag([0.0, *[SHRINK] * inputs.shape[1]]), part.T @ size[rows])
+
+    tenth = np.arange(len(size)) % 10
+    laws = [power_law(tenth != number) for number in range(10)]
+    fitted = np.exp([own @ laws[number] for own, number in zip(design, tenth, strict=True)])
+    over = np.abs(residuals[known]) / fitted
     place = min(1.0, math.ceil((len(over) + 1) * LEVEL) / len(over))
-    return Width(linear, float(np.quantile(over, place)))
+    return Width(power_law(tenth >= 0), float(np.quantile(over, place)))
 
 
-def fit_kind(kind: Kind, rows: Rows, restarts: int = 0) -> tuple[KindModel, dict[str, np.ndarray]]:
-    """The model of a kind, and the logarithms of PREDICTED (n,) at each row without that row."""
+def fit_kind(kind: Kind, rows: Rows) -> KindModel:
+    """The model of a kind. The power is of all rows, the rest of those in which balls hit something."""
     surfaces, without = {}, {}
+    completed = np.column_stack([rows.inputs, rows.hits])
     for name in FITTED:
-        chosen = rows.hits & np.isfinite(rows.fitted[name])
-        if name == "power":
-            chosen = np.isfinite(rows.fitted[name])
-        own = np.flatnonzero(chosen)
-        surface, left_out = fit_surface(rows.inputs[own], rows.fitted[name][own], rows.noise[name][own], own, restarts)
-        surfaces[name] = surface
+        of_all = name == "power"
+        own = np.flatnonzero(np.isfinite(rows.fitted[name]) & (rows.hits | of_all))
+        inputs = completed if of_all else rows.inputs
+        surfaces[name], left_out = fit_surface(inputs[own], rows.fitted[name][own], rows.noise[name][own], own)
         without[name] = np.full(len(rows), np.nan)
         without[name][own] = left_out
-    predicted = combined(without)
-    actual = scaled(rows.table, kind)
+    residuals = scaled(rows.table, kind) - pd.DataFrame(combined(without), index=rows.table.index)
     widths = {
-        name: fit_width(
-            rows.inputs, np.where(rows.hits | (name == "wall_power_W"), actual[name] - predicted[name], np.nan)
-        )
+        name: fit_width(rows.inputs, np.where(rows.hits | (name == "wall_power_W"), residuals[name], np.nan))
         for name in PREDICTED
     }
-    return KindModel(kind, rows.inputs, surfaces, widths, fit_hits(rows)), predicted
+    return KindModel(kind, completed, surfaces, widths, fit_hits(rows))
 
 
 def fit_hits(rows: Rows) -> Surface:
-    """The surface whose logistic function is the probability that balls hit something: of the labels +-3, smoothed."""
-    labels = np.where(rows.hits, 3.0, -3.0)
+    """The surface whose logistic function is the probability that balls hit something: of labels, smoothed."""
+    labels = np.where(rows.hits, LABEL, -LABEL)
     everything = np.arange(len(rows))
     if rows.hits.all() or not rows.hits.any():
         zero = np.zeros(rows.inputs.shape[1])
         return Surface(np.array([labels[0], *zero]), zero + 1.0, np.zeros(1), everything[:1], np.ones(1), 0.0)
-    return fit_surface(rows.inputs, labels, np.full(len(rows), 0.5), everything)[0]
+    return fit_surface(rows.inputs, labels, np.full(len(rows), LABEL_NOISE), everything)[0]
 
 
 def fit_atlas(rows: Mapping[Kind, Rows]) -> dict:
     """The content of the file of the atlas: its models of some kinds, and what they were made from."""
-    models = {kind.name: fit_kind(kind, own, RESTARTS)[0].plain() | _about(own) for kind, own in rows.items()}
+    models = {kind.name: fit_kind(kind, own).plain() | {"about": _about(own)} for kind, own in rows.items()}
     return {"format": FORMAT, "kinds": models}
 
 
 def _about(rows: Rows) -> dict:
     table = rows.table
     return {
-        "about": {
-            "simulations": len(table),
-            "without_hits": int((~rows.hits).sum()),
-            "version": str(table["version"].iloc[0]),
-            "processor_s": round(float(table["processor_s"].sum())),
-        }
+        "simulations": len(table),
+        "without_hits": int((~rows.hits).sum()),
+        "version": str(table["version"].iloc[0]),
+        "processor_s": round(float(table["processor_s"].sum())),
     }

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from millprint.config.contact_set import ContactConfig
+from millprint.config.load import check_model
 from millprint.config.mill import CylinderGeometry, MillConfig
 from millprint.mill.gravity import GRAVITY
 
@@ -181,10 +182,10 @@ class Kind:
         return condition["density_kg_m3"] * (squared + 4 * GRAVITY * condition["radius_mm"] / 1e3)
 
     def mill_of(self, condition: Values, name: str = "atlas") -> MillConfig:
-        """The mill of a condition."""
+        """The mill of a condition. Raises ConfigError, a line for each fault, for one that cannot be."""
         volume_ml = 1e6 * self.volume_m3(condition)
         own = {"name": name, "title": self.title, "source": "a point of the atlas", "volume_ml": volume_ml}
-        return MillConfig(**own, **self.content(condition))
+        return check_model(own | self.content(condition), MillConfig, self.name)
 
     def contact_of(self, condition: Values, name: str = "atlas") -> ContactConfig:
         """The contact set of a condition."""
@@ -206,12 +207,12 @@ class Kind:
 
 
 def layers(groups: Mapping[str, Any], height: str = "") -> Any:
-    """The logarithm of the layers of balls on the shell, 2 phi R / d, or that a ball meets from end to end, phi L / d."""
+    """The logarithm of the layers of balls on the shell, 2 phi R / d, or from end to end, phi L / d."""
     return np.log(groups["fill"] / groups["ball"] * (groups[height] if height else 2.0)) / 3
 
 
 def gap(groups: Mapping[str, Any]) -> Any:
-    """The logarithm of the way that a bed, or a ball, has from end to end over the stroke: (L - d - L phi / 0.6) / A."""
+    """The logarithm of the way of a bed or a ball from end to end over the stroke: (L - d - L phi / 0.6) / A."""
     way = groups["length"] * (1 - groups["fill"] / PACKED) - groups["ball"]
     return np.log(np.maximum(way / groups["stroke"], 0.05)) / 2
 

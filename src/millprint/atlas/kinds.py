@@ -62,14 +62,14 @@ PLANETARY = Kind(
         Dimension("height_mm", "inner height H of the jar [mm]", 3, 5000),
         FILLET,
         Dimension("sun_radius_mm", "distance R_s of the jar's axis from the sun wheel's [mm]", 10, 5000),
-        Dimension("ratio", "turns of the jar relative to the wheel, over the wheel's: -2 for what makers print as 1:-2", -20, 20),
+        Dimension("ratio", "turns of the jar relative to the wheel over the wheel's, -2 for 1:-2", -20, 20),
     ),
     groups=(
         fill(0.03, 0.40),
         ball(0.14, 0.60),
         Group("height", "H/R", "H / R", 0.9, 2.6, "share of the end walls, which rub", "H / R large"),
         Group("rounding", "r/R", "r / R", 0.0, 0.4, "where the lowest layer lies", "many layers of balls", False),
-        Group("jar", "R/R_s", "R / R_s", 0.20, 0.85, "spin of the jar against the carrying round, which decides whether "
+        Group("jar", "R/R_s", "R / R_s", 0.20, 0.85, "spin of the jar against the carrying, which decides whether "
               "balls leave the wall", "never"),
         Group("turns", "k", "-ratio", 1.0, 3.2, "speed of the jar's wall past the balls, and Coriolis force", "never",
               False),
@@ -130,7 +130,7 @@ MIXER = Kind(
     dimensions=(
         RADIUS,
         Dimension("height_mm", "inner length L of the lying jar, its ends included [mm]", 3, 5000),
-        Dimension("fillet_radius_mm", "rounding of the ends: 0 for flat ends, the radius for half spheres [mm]", 0, 2000),
+        Dimension("fillet_radius_mm", "rounding of the ends: 0 if flat, the radius for half spheres [mm]", 0, 2000),
         Dimension("stroke_mm", "how far the middle of the jar swings to each side, along its arc A [mm]", 1, 1000),
         Dimension("arc_radius_mm", "radius of the horizontal arc [mm]", 5, 5000),
     ),
@@ -138,7 +138,7 @@ MIXER = Kind(
         fill(0.008, 0.40),
         ball(0.18, 0.95),
         Group("length", "L/R", "L / R", 2.2, 6.0, "way from end to end", "never"),
-        Group("rounding", "r/R", "r / R", 0.0, 1.0, "flat ends send a ball back, round ends to the side", "never", False),
+        Group("rounding", "r/R", "r / R", 0.0, 1.0, "flat ends send a ball back, round ones aside", "never", False),
         Group("stroke", "A/R", "A / R", 0.4, 3.0, "swing against the way from end to end: the rhythm", "never"),
         Group("arc", "A/R_a", "A / R_a", 0.06, 0.30, "turning of the jar, which throws balls outwards", "A / R_a to 0"),
         Group("froude", "Fr", "(2 pi f)^2 A / g", 2.0, 120.0, "gravity against the swing", "Fr large"),

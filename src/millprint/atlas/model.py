@@ -2,7 +2,7 @@
 
 A fitted number y, the logarithm of one of `FITTED` over its scale, is
 
-    y(x) = b_0 + b x + sum_i a_i k(x, x_i),   k(x, x') = s^2 (1 + z + z^2 / 3) exp(-z),   z^2 = 5 sum_j ((x_j - x'_j) / l_j)^2,
+    y(x) = b_0 + b x + sum_i a_i k(x, x_i),  k(x, x') = s^2 (1 + z + z^2 / 3) exp(-z),  z^2 = 5 |(x - x') / l|^2,
 
 with x the inputs of a condition (`inputs_of`), x_i those of the simulations. Its half-width is q exp(c_0 + c x): of the
 residuals of simulations that were left out. Everything is in one JSON file, and needs numpy only
@@ -22,8 +22,11 @@ from millprint.config.errors import ConfigError
 from millprint.run.files import read_format
 
 FORMAT = "millprint atlas 1"
-# What is fitted: power over its scale, ratios of its parts, and weighted energies and the rate of strong hits over theirs.
-FITTED = ("power", "normal_ratio", "rolling_ratio", "normal_energy", "tangential_energy", "strong_frequency")
+# What is fitted: power, weighted energies and rates over their scales, and rolling over tangential power.
+FITTED = (
+    "power", "normal_energy", "normal_frequency", "tangential_energy", "tangential_frequency", "rolling_ratio",
+    "strong_frequency",
+)  # fmt: skip
 # What is predicted, by the observables' names, and the scale of each (`Kind.scales`).
 PREDICTED = {
     "wall_power_W": "power",
@@ -36,6 +39,8 @@ PREDICTED = {
     "weighted_tangential_frequency_hz": "frequency",
     "strong_frequency_hz": "frequency",
 }
+# Variances of a slope over the range of a group and of the constant, of a logarithm, before anything is simulated.
+SLOPES, CONSTANT = 1.0, 10.0
 # The probability that balls hit something, under which only the power is told.
 HITS = 0.5
 
@@ -57,8 +62,11 @@ def matern(first: np.ndarray, second: np.ndarray, lengths: np.ndarray) -> np.nda
 
 @dataclass(frozen=True)
 class Surface:
-    """A fitted number over the inputs: b (p + 1,), lengths (p,), a (n,) with s^2 in it, the rows (n,) that it is fitted to,
-    the variance (n,) of their noise, and s^2 itself."""
+    """A fitted number over the inputs.
+
+    linear: b (p + 1,); lengths (p,); weights: a (n,) with s^2 in it; rows (n,) that it is fitted to, and the variance
+    (n,) of their noise; amplitude: s^2.
+    """
 
     linear: np.ndarray
     lengths: np.ndarray
@@ -67,21 +75,34 @@ class Surface:
     noise: np.ndarray
     amplitude: float
 
+    def _own(self, inputs: np.ndarray) -> np.ndarray:
+        """Those of the inputs (m, p or more) that the surface depends on, the first p."""
+        return inputs[:, : len(self.lengths)]
+
     def at(self, inputs: np.ndarray, centres: np.ndarray) -> np.ndarray:
-        """The values (m,) at inputs (m, p); centres: inputs of all simulations of the kind, `rows` of which are its own."""
-        smooth = matern(inputs, centres[self.rows], self.lengths) @ self.weights
-        return self.linear[0] + inputs @ self.linear[1:] + smooth
+        """The values (m,) at inputs (m, p or more); centres: of all simulations of the kind."""
+        own = self._own(inputs)
+        smooth = matern(own, self._own(centres[self.rows]), self.lengths) @ self.weights
+        return self.linear[0] + own @ self.linear[1:] + smooth
 
     def slope_error(self, before: np.ndarray, after: np.ndarray, centres: np.ndarray) -> np.ndarray:
-        """Standard deviation (m,) of the smooth part's difference between inputs (m, p), by Eq. 2.26 of the source."""
-        own = centres[self.rows]
+        """Standard deviation (m,) of the difference between inputs (m, p), by Eq. 2.26 of the source.
+
+        The slopes b count as normal numbers of variance SLOPES.
+        """
+        before, after, own = self._own(before), self._own(after), self._own(centres[self.rows])
+        moved = after - before
         near = self.amplitude * (matern(after, own, self.lengths) - matern(before, own, self.lengths))
+        near += SLOPES * moved @ own.T
         covariance = self.amplitude * matern(own, own, self.lengths) + np.diag(self.noise)
+        # The constant b_0 is not known either.
+        covariance += SLOPES * (own @ own.T) + CONSTANT
         apart = np.array(
             [matern(one[None], two[None], self.lengths)[0, 0] for one, two in zip(before, after, strict=True)]
         )
         known = np.einsum("ij,ji->i", near, np.linalg.solve(covariance, near.T))
-        return np.sqrt(np.maximum(2 * self.amplitude * (1 - apart) - known, 0.0))
+        before_known = 2 * self.amplitude * (1 - apart) + SLOPES * (moved**2).sum(axis=1)
+        return np.sqrt(np.maximum(before_known - known, 0.0))
 
     def plain(self) -> dict:
         """As JSON has it."""
@@ -108,28 +129,27 @@ class Width:
 def combined(fitted: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """The logarithms of PREDICTED over their scales, from those of FITTED.
 
-    Parts of the power are shares that add up to 1, and a rate is f* = P / (n E*).
+    Parts of the power add up to it: they are as n E*_n f*_n to n E*_t f*_t, and rolling to the latter.
     """
-    normal, rolling = np.exp(fitted["normal_ratio"]), np.exp(fitted["rolling_ratio"])
-    whole = np.log(1 + normal + rolling)
-    power = fitted["power"]
-    parts = {"normal": power + fitted["normal_ratio"] - whole, "tangential": power - whole}
+    products = {name: fitted[f"{name}_energy"] + fitted[f"{name}_frequency"] for name in ("normal", "tangential")}
+    products["rolling"] = products["tangential"] + fitted["rolling_ratio"]
+    whole = np.log(np.sum([np.exp(part) for part in products.values()], axis=0))
     return {
-        "wall_power_W": power,
-        **{f"{name}_power_W": part for name, part in parts.items()},
-        "rolling_power_W": power + fitted["rolling_ratio"] - whole,
-        **{f"weighted_{name}_energy_J": fitted[f"{name}_energy"] for name in parts},
-        **{f"weighted_{name}_frequency_hz": part - fitted[f"{name}_energy"] for name, part in parts.items()},
+        "wall_power_W": fitted["power"],
+        **{f"{name}_power_W": fitted["power"] + part - whole for name, part in products.items()},
+        **{f"weighted_{name}_energy_J": fitted[f"{name}_energy"] for name in ("normal", "tangential")},
+        **{f"weighted_{name}_frequency_hz": fitted[f"{name}_frequency"] for name in ("normal", "tangential")},
         "strong_frequency_hz": fitted["strong_frequency"],
     }
 
 
 @dataclass(frozen=True)
 class KindModel:
-    """The model of one kind: centres (n, p), a surface for each of FITTED, a width for each of PREDICTED.
+    """The model of one kind: a surface for each of FITTED, a width for each of PREDICTED.
 
-    hits: the surface of a number whose logistic function is the probability that balls hit something; about: what it
-    was made from.
+    centres: inputs (n, p + 1) of its simulations, the last one 1 where balls hit something and 0 where not, which only
+    the power depends on; hits: the surface of a number whose logistic function is the probability that they do; about:
+    what it was made from.
     """
 
     kind: Kind
@@ -139,9 +159,14 @@ class KindModel:
     hits: Surface
     about: Mapping[str, Any] = field(default_factory=dict)
 
+    def completed(self, inputs: np.ndarray) -> np.ndarray:
+        """Inputs (m, p) with whether balls are likely to hit something (m, p + 1)."""
+        return np.column_stack([inputs, self.probability(inputs) > HITS])
+
     def fitted(self, inputs: np.ndarray) -> dict[str, np.ndarray]:
         """The values of every surface at inputs (m, p)."""
-        return {name: surface.at(inputs, self.centres) for name, surface in self.surfaces.items()}
+        completed = self.completed(inputs)
+        return {name: surface.at(completed, self.centres) for name, surface in self.surfaces.items()}
 
     def logarithms(self, inputs: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Value and half-width of the logarithm of each of PREDICTED over its scale, at inputs (m, p)."""
@@ -164,13 +189,13 @@ class KindModel:
         }
 
 
-def _surface(content: dict, width: int, simulations: int) -> Surface:
+def _surface(content: dict, widest: int, simulations: int) -> Surface:
     rows = np.array(content["rows"], dtype=int)
     linear, lengths, weights, noise = (
         np.array(content[name], dtype=float) for name in ("linear", "lengths", "weights", "noise")
     )
     surface = Surface(linear, lengths, weights, rows, noise, float(content["amplitude"]))
-    fits = len(surface.linear) == width + 1 and len(surface.lengths) == width
+    fits = len(surface.linear) == len(surface.lengths) + 1 and len(surface.lengths) in (widest - 1, widest)
     if not fits or len(surface.weights) != len(surface.rows) or surface.rows.max(initial=0) >= simulations:
         raise ValueError("a surface does not fit the inputs")
     return surface
@@ -183,7 +208,7 @@ def read_model(path: str | Path) -> dict[str, KindModel]:
         found = {}
         for name, own in content["kinds"].items():
             kind, centres = KINDS[name], np.array(own["centres"], dtype=float)
-            width = len(kind.groups) + len(kind.derived)
+            width = len(kind.groups) + len(kind.derived) + 1
             surfaces = {each: _surface(own["surfaces"][each], width, len(centres)) for each in FITTED}
             widths = {
                 each: Width(np.array(own["widths"][each]["linear"], dtype=float), float(own["widths"][each]["factor"]))

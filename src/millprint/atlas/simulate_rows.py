@@ -87,9 +87,8 @@ def simulate_rows(
     done: a file from which a stopped call continues; it is removed at the end. shipped: a table of such rows, which are
     not simulated again where they have the same groups and the present VERSION. The seed of a row is its number.
     """
-    kept = (
-        {} if shipped is None else {_key(row): row for row in shipped.to_dict("records") if row["version"] == VERSION}
-    )
+    known = [] if shipped is None else shipped.to_dict("records")
+    kept = {_key(row): row for row in known if row["version"] == VERSION}
     wanted = rows.to_dict("records")
     runs = {str(row["row"]): row for row in wanted if _key(row) not in kept}
     found = simulate_each(runs, _simulated, [VERSION], title, done)

@@ -5,11 +5,11 @@
     millprint estimate mine.yaml
     millprint estimate mixer --balls 10 --charge number=6 --speed 25Hz --contact steel --exponents
 
-A mill is the name of an included one, its file in config/mills, or the configuration of a run, as `millprint new` writes
-it. Its dimensions are replaced by those that are given. Without --balls, --charge and --speed, every condition of the
-mill's sweep is told. --charge is a fill ratio, or number=, mass_g= or bulk_filling=; --speed is in rpm, or in Hz as 25Hz.
-The numbers come from simulations over mills of the kind (docs/why/atlas.md); 90 % intervals are of one simulation. A mill
-that they do not cover is refused.
+A mill is the name of an included one, its file in config/mills, or the configuration of a run, as `millprint new`
+writes it. Its dimensions are replaced by those that are given. Without --balls, --charge and --speed, every condition
+of the mill's sweep is told. --charge is a fill ratio, or number=, mass_g= or bulk_filling=; --speed is in rpm, or in Hz
+as 25Hz. The numbers come from simulations over mills of the kind (docs/why/atlas.md); 90 % intervals are of one
+simulation. A mill that they do not cover is refused.
 """
 
 import argparse
@@ -18,8 +18,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from millprint.atlas.estimate_mill import MillEstimate, estimate, exponents
-from millprint.atlas.groups import Kind
+from millprint.atlas.estimate_mill import MillEstimate, estimate, exponents, included_models, model_of
+from millprint.atlas.groups import Kind, Values
 from millprint.atlas.kinds import KINDS, recognise
 from millprint.atlas.model import HITS
 from millprint.cli.commands import parser_of
@@ -31,6 +31,7 @@ from millprint.config.included import load_contact, load_mill
 from millprint.config.load import check_model, read_yaml
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import ConditionSection
+from millprint.config.sweep import ball_count
 from millprint.run.numbers import plain, prefix_of, three
 
 ASSUMED = "calibrated"
@@ -70,33 +71,34 @@ def mill_and_contact(given: str, contact: str | None) -> tuple[MillConfig, Conta
     return load_mill(given), load_contact(contact or ASSUMED)
 
 
-def conditions_of(options: argparse.Namespace, mill: MillConfig, kind: Kind, contact: ContactConfig) -> list[dict]:
-    """The conditions that are asked for, or those of the sweep. Raises ConfigError, in one line."""
-    built = recognise(mill)
-    dimensions = dict(built[1]) if built else {}
-    for name in DIMENSIONS:
-        if (value := getattr(options, name)) is not None:
-            if name not in dimensions:
-                known = ", ".join(dimensions)
-                raise ConfigError(f"--{name.replace('_', '-')}: a {kind.title} has no such dimension; it has {known}")
-            dimensions[name] = value
-    volume_ml = 1e6 * kind.volume_m3(dimensions)
+def dimensions_of(options: argparse.Namespace, kind: Kind, built: Values) -> dict[str, float]:
+    """The dimensions of a mill, with those that are given in place of its own. Raises ConfigError for another's."""
+    given = {name: value for name in DIMENSIONS if (value := getattr(options, name)) is not None}
+    for name in given:
+        if name not in built:
+            known = ", ".join(built)
+            raise ConfigError(f"--{name.replace('_', '-')}: a {kind.title} has no such dimension; it has {known}")
+    return {**built, **given}
+
+
+def asked_of(options: argparse.Namespace) -> ConditionSection | None:
+    """The condition that is asked for, if one is. Raises ConfigError, in one line."""
     given = [options.balls, options.charge, options.speed]
     if all(word is None for word in given):
-        asked = swept(mill)
-    elif None in given:
+        return None
+    if None in given:
         raise ConfigError("--balls, --charge, --speed: give all three, or none for the conditions of the mill's sweep")
-    else:
-        words = {"ball_diameter_mm": options.balls, **charge_words(options.charge), **speed_words(options.speed)}
-        asked = [check_model(words, ConditionSection, "estimate")]
-    found = []
-    for own in asked:
-        ball_mm = diameter_of(own.ball_diameter_mm)
-        fill = fill_of(own.given, volume_ml, ball_mm, contact.density_kg_m3, "estimate")
-        number = round(own.number or fill * volume_ml * 1e3 / (3.141592653589793 / 6 * ball_mm**3))
-        settings = {"ball_diameter_mm": ball_mm, "number": number, "speed_hz": own.hz}
-        found.append({**dimensions, **settings, **balls_of(contact)})
-    return found
+    words = {"ball_diameter_mm": options.balls, **charge_words(options.charge), **speed_words(options.speed)}
+    return check_model(words, ConditionSection, "estimate")
+
+
+def condition_of(kind: Kind, dimensions: Values, asked: ConditionSection, contact: ContactConfig) -> dict[str, float]:
+    """A condition as the atlas takes it. Raises ConfigError, in one line, for balls that fill the jar or more."""
+    volume_ml, ball_mm = 1e6 * kind.volume_m3(dimensions), diameter_of(asked.ball_diameter_mm)
+    fill = fill_of(asked.given, volume_ml, ball_mm, contact.density_kg_m3, "estimate")
+    number = float(ball_count(fill, volume_ml / 1e6, ball_mm / 1e3))
+    settings = {"ball_diameter_mm": ball_mm, "number": number, "speed_hz": asked.hz}
+    return {**dimensions, **settings, **balls_of(contact)}
 
 
 def swept(mill: MillConfig) -> list[ConditionSection]:
@@ -164,6 +166,28 @@ def exponent_lines(found: MillEstimate) -> list[str]:
     return lines
 
 
+def sweep_lines(
+    kind: Kind, dimensions: Values, mill: MillConfig, contact: ContactConfig, most: int | None = None
+) -> list[str]:
+    """What the atlas says of every condition of a mill's sweep, or of `most` of them, or why it says nothing."""
+    lines = []
+    for asked in swept(mill)[:most]:
+        try:
+            lines += told(estimate(kind, condition_of(kind, dimensions, asked, contact)))
+        except ConfigError as error:
+            lines.append(str(error))
+    return lines
+
+
+def lines_of_mill(mill: MillConfig, contact: ContactConfig) -> list[str]:
+    """The same of its first condition for a mill of any kind; nothing for one that the atlas does not have."""
+    known = recognise(mill)
+    try:
+        return sweep_lines(*known, mill, contact, 1) if known and known[0].name in included_models() else []
+    except ConfigError:
+        return []
+
+
 def main(arguments: list[str], name: str = "estimate") -> None:
     """Tell what the mill does in each condition."""
     options = parse(arguments, name)
@@ -174,8 +198,12 @@ def main(arguments: list[str], name: str = "estimate") -> None:
             f"{mill.name}: no kind of the atlas; it has round jars of {', '.join(KINDS)}: `millprint fingerprint` "
             "simulates any other mill"
         )
-    kind, _ = known
-    print(f"{mill.title}, balls and walls: {contact.name}; 90 % intervals of one simulation")
-    for condition in conditions_of(options, mill, kind, contact):
-        found = estimate(kind, condition)
-        print(*told(found), *(exponent_lines(found) if options.exponents else []), sep="\n")
+    kind, asked = known[0], asked_of(options)
+    dimensions = dimensions_of(options, *known)
+    model_of(kind)
+    if asked is None:
+        lines = sweep_lines(kind, dimensions, mill, contact)
+    else:
+        found = estimate(kind, condition_of(kind, dimensions, asked, contact))
+        lines = [*told(found), *(exponent_lines(found) if options.exponents else [])]
+    print(f"{mill.title}, balls and walls: {contact.name}; 90 % intervals of one simulation", *lines, sep="\n")

@@ -269,6 +269,7 @@ def parse(arguments: list[str], name: str) -> argparse.Namespace:
 def main(arguments: list[str], name: str = "new") -> int:
     """Write the files of a mill, and draw it."""
     options = parse(arguments, name)
+    from millprint.cli.estimate_condition import lines_of_mill
     from millprint.config.included import included_mills, load_contact
     from millprint.config.sources import MILL_FOLDER
     from millprint.mill.bodies import build_bodies
@@ -309,6 +310,9 @@ def main(arguments: list[str], name: str = "new") -> int:
     load_named(MILL_FOLDER, own, MillConfig, "mill")
     print(f"made:  {mill_file} (the mill), {run_file} (the run)", file=sys.stderr)
     print(f"wall:  {walls_in_words(build_bodies(mill))}", file=sys.stderr)
+    if estimated := lines_of_mill(mill, load_contact(contact)):
+        words = f"atlas: without a simulation (`millprint estimate {run_file}` tells all conditions):"
+        print(words, *estimated, sep="\n", file=sys.stderr)
     if options.no_picture:
         return 0
     folder = f"results/{own}/mills/{own}"

@@ -1,0 +1,277 @@
+"""The atlas of mills: groups, refusals, the model and its file, and the command that asks it."""
+
+import json
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from millprint.atlas.design import HELD_OUT, design, rows_of
+from millprint.atlas.estimate_mill import check, estimate, exponents
+from millprint.atlas.fit_atlas import Rows, fit_kind, fit_surface, fit_width
+from millprint.atlas.kinds import KINDS, MIXER, PLANETARY, recognise
+from millprint.atlas.model import FITTED, FORMAT, PREDICTED, combined, inputs_of, read_model
+from millprint.config.errors import ConfigError
+from millprint.config.included import included_mills, load_mill
+from millprint.mill.vessel import build_vessel
+from millprint.run.files import read_table, write_json
+from tests.conftest import ROOT
+from tests.refusals import refusals
+
+HELD_OUT_FILE = str(ROOT / "config/atlas/held_out.tsv")
+BALLS = {
+    "ball_diameter_mm": 10.0, "number": 50.0, "speed_hz": 6.5, "density_kg_m3": 7700.0, "young_modulus_gpa": 2.05,
+    "restitution": 0.6, "static_friction": 0.4, "wall_static_friction": 0.5, "rolling_friction": 0.01,
+}  # fmt: skip
+KIND = pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
+# Lengths, in how a mill is given.
+LENGTH = "_mm"
+
+
+def conditions(kind, count):
+    return [kind.condition_of(row) for row in design(kind, "training", count).to_dict("records")]
+
+
+@KIND
+def test_groups_do_not_depend_on_size_or_density(kind):
+    """A mill three times as large, of balls half as dense, at a speed and stiffness in proportion: the same point."""
+    for condition in conditions(kind, 8):
+        larger = {name: value * (3.0 if name.endswith(LENGTH) else 1.0) for name, value in condition.items()}
+        larger["speed_hz"] /= math.sqrt(3.0)
+        larger["density_kg_m3"] /= 2
+        larger["young_modulus_gpa"] *= 3.0 / 2
+        assert kind.groups_of(larger) == pytest.approx(kind.groups_of(condition), rel=1e-12)
+        assert kind.scales(larger)["energy"] == pytest.approx(kind.scales(condition)["energy"] * 3.0**4 / 2, rel=1e-12)
+
+
+@KIND
+def test_a_condition_has_the_groups_that_it_is_made_from(kind):
+    for row in design(kind, "training", 8).to_dict("records"):
+        found = kind.groups_of(kind.condition_of(row))
+        assert found == pytest.approx({name: row[name] for name in kind.names}, rel=1e-9)
+
+
+@KIND
+def test_volume_is_that_of_the_built_vessel(kind):
+    """Facets lie inside of round walls, by less than one percent of the volume with 48 of them."""
+    for condition in conditions(kind, 4):
+        mill = kind.mill_of(condition)
+        assert build_vessel(mill).volume_m3 == pytest.approx(kind.volume_m3(condition), rel=0.015)
+
+
+@KIND
+def test_a_mill_of_a_kind_is_recognised_with_its_dimensions(kind):
+    (condition,) = conditions(kind, 1)
+    found, dimensions = recognise(kind.mill_of(condition))
+    assert found is kind
+    assert dimensions == pytest.approx({own.name: condition[own.name] for own in kind.dimensions})
+
+
+def test_included_mills_are_recognised():
+    found = {name: known[0].name for name in included_mills() if (known := recognise(load_mill(name)))}
+    assert {"planetary", "mixer", "spex", "drum"} == {name for name in found if name == found[name]}
+    assert not {"emax", "attritor", "vibratory", "bead_drum", "slice_mill", "drum_90cm"} & set(found)
+
+
+@KIND
+def test_held_out_mills_are_no_training_mills_and_lie_in_the_ranges(kind):
+    held_out = rows_of(kind.name, HELD_OUT, 0, 1000, HELD_OUT_FILE)
+    assert len(held_out) == 100
+    training = design(kind, "training", 1500)
+    assert not set(held_out["froude" if "froude" in kind.names else "critical"]) & set(training[kind.names[3]])
+    for group in kind.groups:
+        shares = group.share(held_out[group.name].to_numpy())
+        assert shares.min() >= -1e-9
+        assert shares.max() <= 1 + 1e-9
+
+
+@pytest.mark.parametrize(("kind", "change", "parts"), refusals("atlas_condition"))
+def test_impossible_and_unknown_conditions_are_refused_in_one_line(kind, change, parts):
+    own = KINDS[kind]
+    _, built = recognise(load_mill(kind))
+    with pytest.raises(ConfigError) as refused:
+        check(own, {**built, **BALLS, **change})
+    (line,) = str(refused.value).splitlines()
+    assert all(part in line for part in parts), line
+
+
+# ---- the model ----
+def made_rows(count=60, seed=0):
+    """Rows of the mixer whose logarithms are a known function of the groups, with a known noise."""
+    table = design(MIXER, "training", count)
+    inputs = inputs_of(MIXER, table)
+    rng = np.random.default_rng(seed)
+    truth = {name: inputs[:, number] + 0.4 * np.sin(3 * inputs[:, 1]) for number, name in enumerate(FITTED)}
+    fitted = {name: value + rng.normal(0, 0.05, count) for name, value in truth.items()}
+    found = combined(fitted)
+    scales = [MIXER.scales(MIXER.condition_of(row)) for row in table.to_dict("records")]
+    values = {name: np.exp(found[name]) * [own[PREDICTED[name]] for own in scales] for name in PREDICTED}
+    table = table.assign(**values, motion="", version="1", processor_s=1.0)
+    noise = dict.fromkeys(FITTED, np.full(count, 0.05))
+    return Rows(inputs, np.full(count, True), fitted, noise, table), truth
+
+
+@pytest.fixture(scope="module")
+def made():
+    rows, truth = made_rows()
+    return fit_kind(MIXER, rows), rows, truth
+
+
+def test_parts_of_the_power_add_up_to_it(made):
+    model, rows, _ = made
+    found = {name: np.exp(value) for name, (value, _) in model.logarithms(rows.inputs).items()}
+    parts = sum(found[f"{name}_power_W"] for name in ("normal", "tangential", "rolling"))
+    np.testing.assert_allclose(parts, found["wall_power_W"], rtol=1e-9)
+
+
+def test_the_model_finds_a_known_function(made):
+    model, _, _ = made
+    new, truth = made_rows(200)
+    later = slice(60, None)
+    found = model.fitted(new.inputs[later])
+    for name in FITTED:
+        assert np.std(found[name] - truth[name][later]) < 0.5 * np.std(truth[name])
+
+
+def test_a_row_that_is_left_out_is_told_as_by_a_fit_without_it():
+    """The closed form of the residuals that are left out, against solving without the row, by hand."""
+    rows, _ = made_rows(40)
+    values, noise = rows.fitted["power"], rows.noise["power"]
+    surface, without = fit_surface(rows.inputs, values, noise, np.arange(40))
+    others = np.arange(40) != 7
+    z = np.sqrt(5 * (((rows.inputs[:, None] - rows.inputs[None]) / surface.lengths) ** 2).sum(axis=2))
+    covariance = surface.amplitude * (1 + z + z**2 / 3) * np.exp(-z) + np.diag(surface.noise)
+    trend = surface.linear[0] + rows.inputs @ surface.linear[1:]
+    solved = np.linalg.solve(covariance[np.ix_(others, others)], (values - trend)[others])
+    assert without[7] == pytest.approx(trend[7] + covariance[7, others] @ solved, abs=1e-8)
+
+
+def test_the_file_of_a_model_predicts_as_the_model(tmp_path, made):
+    model, rows, _ = made
+    path = tmp_path / "model.json"
+    write_json({"format": FORMAT, "kinds": {"mixer": model.plain() | {"about": {}}}}, path)
+    again = read_model(path)["mixer"].logarithms(rows.inputs)
+    for name, (value, width) in model.logarithms(rows.inputs).items():
+        np.testing.assert_allclose(again[name][0], value, atol=2e-5)
+        np.testing.assert_allclose(again[name][1], width, rtol=1e-5)
+
+
+@pytest.mark.parametrize(("change", "parts"), refusals("atlas_file"))
+def test_a_file_that_is_no_atlas_is_refused_in_one_line(tmp_path, made, change, parts):
+    content = {"format": FORMAT, "kinds": {"mixer": made[0].plain() | {"about": {}}}}
+    if "format" in change:
+        content |= change
+    else:
+        content["kinds"]["mixer"] |= change
+    write_json(content, tmp_path / "model.json")
+    with pytest.raises(ConfigError) as refused:
+        read_model(tmp_path / "model.json")
+    (line,) = str(refused.value).splitlines()
+    assert all(part in line for part in parts), line
+
+
+def test_widths_hold_nine_of_ten_new_errors():
+    """Errors whose size grows with an input, of rows that the widths have not seen."""
+    rng = np.random.default_rng(1)
+    inputs = rng.uniform(size=(600, 3))
+    errors = rng.normal(size=600) * np.exp(2 * inputs[:, 0])
+    width = fit_width(inputs[:200], errors[:200])
+    held = np.abs(errors[200:]) < width.at(inputs[200:])
+    assert 0.85 < held.mean() < 0.95
+    assert width.at(np.array([[1.0, 0.5, 0.5]])) > 3 * width.at(np.array([[0.0, 0.5, 0.5]]))
+
+
+def test_density_and_speed_have_the_exponents_of_their_scales(made):
+    """Of a function without Froude number and stiffness: power and energy go with the density, power with f^3."""
+    rows, _ = made_rows()
+    kept = [number for number, name in enumerate(MIXER.names) if name not in ("froude", "softness")]
+    plain = rows.inputs[:, kept[0]]
+    fitted = dict.fromkeys(FITTED, plain)
+    model = fit_kind(MIXER, Rows(rows.inputs, rows.hits, fitted, rows.noise, rows.table))
+    condition = MIXER.condition_of(rows.table.iloc[3])
+    found = exponents(MIXER, condition, model)
+    assert found["wall_power_W"]["speed_hz"].value == pytest.approx(3, abs=0.1)
+    assert found["wall_power_W"]["density_kg_m3"].value == pytest.approx(1, abs=0.1)
+    assert found["weighted_normal_energy_J"]["speed_hz"].value == pytest.approx(2, abs=0.1)
+
+
+def test_an_estimate_scales_with_the_mill(made):
+    """A mill of twice the size at the same groups, of the same density: energies are 2^4 times as large."""
+    model, rows, _ = made
+    small = MIXER.condition_of(rows.table.iloc[3])
+    large = {name: value * (2.0 if name.endswith(LENGTH) else 1.0) for name, value in small.items()}
+    large |= {"speed_hz": small["speed_hz"] / math.sqrt(2), "young_modulus_gpa": 2 * small["young_modulus_gpa"]}
+    first, second = (estimate(MIXER, each, model).known["weighted_normal_energy_J"] for each in (small, large))
+    assert second.value == pytest.approx(16 * first.value, rel=1e-9)
+    assert second.lower == pytest.approx(16 * first.lower, rel=1e-9)
+
+
+def test_balls_too_soft_or_stiff_are_told_as_at_the_end_of_the_range(made):
+    model, rows, _ = made
+    condition = MIXER.condition_of(rows.table.iloc[3])
+    stiff = estimate(MIXER, condition | {"young_modulus_gpa": 1e3 * condition["young_modulus_gpa"]}, model)
+    assert stiff.notes
+    assert stiff.groups["softness"] == next(own.low for own in MIXER.groups if own.name == "softness")
+
+
+@pytest.mark.slow
+def test_mills_of_equal_groups_do_the_same():
+    """Twice the size, half the density, speed in proportion: numbers over their scales, within scatter."""
+    from millprint.atlas.simulate_rows import simulate_row
+
+    # Some balls, few seconds.
+    small = next(each for each in conditions(MIXER, 40) if 8 <= each["number"] <= 20)
+    large = {name: value * (2.0 if name.endswith(LENGTH) else 1.0) for name, value in small.items()}
+    large |= {"speed_hz": small["speed_hz"] / math.sqrt(2), "density_kg_m3": small["density_kg_m3"] / 2}
+    assert large["young_modulus_gpa"] == small["young_modulus_gpa"]
+    found = [simulate_row(MIXER, each, seed) for seed, each in enumerate((small, large))]
+    scales = [MIXER.scales(each) for each in (small, large)]
+    for name, error in (("wall_power_W", "wall_power_relative_se"),
+                        ("weighted_normal_energy_J", "weighted_normal_energy_relative_se"),
+                        ("weighted_tangential_energy_J", "weighted_tangential_energy_relative_se")):  # fmt: skip
+        first, second = (row[name] / own[PREDICTED[name]] for row, own in zip(found, scales, strict=True))
+        scatter = math.hypot(*(row[error] for row in found))
+        assert abs(math.log(first / second)) < 4 * scatter + 0.01
+
+
+# ---- what ships ----
+def test_the_shipped_table_is_of_the_design_and_not_of_held_out_mills():
+    table = read_table(ROOT / "config/atlas/simulations.tsv")
+    for (name, part), own in table.groupby(["kind", "part"]):
+        kind = KINDS[name]
+        drawn = rows_of(name, part, 0, int(own["row"].max()) + 1, HELD_OUT_FILE).set_index("row").loc[own["row"]]
+        np.testing.assert_allclose(own[kind.names], drawn[kind.names], rtol=2e-5, atol=1e-9)
+    model = json.loads((ROOT / "config/atlas/model.json").read_text())["kinds"]
+    training = table[(table["part"] == "training") & ~table["motion"].fillna("").str.startswith("failed")]
+    assert {name: own["about"]["simulations"] for name, own in model.items()} == training[
+        "kind"
+    ].value_counts().to_dict()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [PLANETARY, MIXER], ids=["planetary", "mixer"])
+def test_the_atlas_is_of_the_present_physics(kind):
+    """Cheap rows simulated again: the power is within four standard errors, as other processors round differently."""
+    from millprint.atlas.simulate_rows import VERSION, simulate_row
+
+    table = read_table(ROOT / "config/atlas/simulations.tsv")
+    own = table[(table["kind"] == kind.name) & table["motion"].isna()].nsmallest(4, "processor_s")
+    assert set(own["version"]) == {VERSION}
+    for row in own.to_dict("records"):
+        again = simulate_row(kind, kind.condition_of(row), int(row["row"]))
+        apart = abs(math.log(again["wall_power_W"] / row["wall_power_W"]))
+        assert apart < 4 * math.sqrt(2) * row["wall_power_relative_se"] + 0.02
+
+
+def test_the_command_imports_nothing_slow():
+    """What takes longer to import than an answer may take."""
+    code = (
+        "import sys; from millprint.cli.estimate_condition import main;"
+        "main(['planetary', '--balls', '10', '--charge', 'number=80', '--speed', '400']);"
+        "print(*sorted({'pandas', 'sklearn', 'numba', 'matplotlib', 'h5py'} & set(sys.modules)))"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.splitlines()[-1] == ""
+    assert "80 balls of 10 mm" in found.stdout
