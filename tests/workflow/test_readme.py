@@ -20,7 +20,7 @@ from tests.workflow.handbook import Command, commands, pages, shown_file
 COMMANDS = [command for page in pages() for command in commands(page)]
 PROGRAMS = {"make", "snakemake", "millprint", "python", "cp", "sed", "source", "git", "cd", "nano", "pip"}
 # What runs to its end here; `new` asks nothing with --yes.
-QUICK = {"match", "dose", "design", "wet-lab", "quantities", "new", "--help"}
+QUICK = {"estimate", "match", "dose", "design", "wet-lab", "quantities", "new", "--help"}
 # Those that pass further options on to Snakemake.
 PASSING = {"fingerprint", "explore", "run", "plan"}
 # What a page has its reader write: language and number of the block. The other files are those of the fixture.

@@ -1,4 +1,4 @@
-"""The comparison of models on mills that each has not seen: the atlas beside what a clever person would use.
+"""The comparison of models on mills that each has not seen: the atlas and what a clever person would use.
 
 Baselines: the scaling law from the included mill of the kind (its fingerprint, with amplitude, speed, balls and fill
 ratio of the new mill); the nearest simulated neighbour in the groups; a linear model in the logarithms of the groups.
@@ -16,9 +16,9 @@ from sklearn.linear_model import Ridge
 from sklearn.model_selection import KFold
 from sklearn.neural_network import MLPRegressor
 
+from millprint.atlas.atlas_model import HITS, PREDICTED, KindModel, combined
 from millprint.atlas.fit_atlas import Rows, fit_kind, scaled
-from millprint.atlas.groups import Kind, Values
-from millprint.atlas.model import HITS, PREDICTED, KindModel, combined
+from millprint.atlas.kind_groups import Kind, Values
 from millprint.config.included import SOURCES, load_mill
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import find_fingerprint

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from scipy.stats import qmc
 
-from millprint.atlas.groups import FEWEST_BALLS, MOST_BALLS, Kind
+from millprint.atlas.kind_groups import FEWEST_BALLS, MOST_BALLS, Kind
 from millprint.atlas.kinds import KINDS, kind_named
 from millprint.run.files import read_table, write_table
 

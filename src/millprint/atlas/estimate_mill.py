@@ -1,4 +1,4 @@
-"""What the atlas says of a mill of one's own: observables with intervals, exponents of its dimensions, and refusals."""
+"""What the atlas tells about a mill of one's own: observables with intervals, exponents, and refusals."""
 
 import math
 from collections.abc import Mapping
@@ -7,8 +7,8 @@ from functools import cache
 
 import numpy as np
 
-from millprint.atlas.groups import MOST_BALLS, PACKED, SETTINGS, Kind, Values
-from millprint.atlas.model import PREDICTED, KindModel, combined, inputs_of, read_model
+from millprint.atlas.atlas_model import PREDICTED, KindModel, combined, inputs_of, read_model
+from millprint.atlas.kind_groups import MOST_BALLS, PACKED, SETTINGS, Kind, Values
 from millprint.config.errors import ConfigError
 from millprint.config.sources import shipped
 from millprint.estimate.estimates import Estimate, Interval
@@ -25,7 +25,7 @@ STEP, NORMAL = 0.1, 1.645
 
 @dataclass(frozen=True)
 class MillEstimate:
-    """What the atlas says of a condition.
+    """What the atlas tells about a condition.
 
     groups: by name; hits: probability that balls hit something; known: of PREDICTED, each with the 90 % interval of one
     simulation as `scatter`; notes: lines on what was taken for something else.
@@ -101,7 +101,7 @@ def check(kind: Kind, condition: Values) -> dict[str, float]:
 
 
 def estimate(kind: Kind, condition: Values, model: KindModel | None = None) -> MillEstimate:
-    """What the atlas says of a condition: dimensions of the mill and all of `kinds.SETTINGS`. Raises ConfigError as
+    """What the atlas tells about a condition: dimensions of the mill and all of `kinds.SETTINGS`. Raises ConfigError as
     `check` and `model_of`."""
     groups = check(kind, condition)
     model = model or model_of(kind)

@@ -18,8 +18,18 @@ from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
 
-from millprint.atlas.groups import Kind
-from millprint.atlas.model import FITTED, FORMAT, PREDICTED, KindModel, Surface, Width, combined, inputs_of, matern
+from millprint.atlas.atlas_model import (
+    FITTED,
+    FORMAT,
+    PREDICTED,
+    KindModel,
+    Surface,
+    Width,
+    combined,
+    inputs_of,
+    matern,
+)
+from millprint.atlas.kind_groups import Kind
 
 # Strengths of the ridges of power laws of numbers and of widths, in rows; level of the intervals [-].
 RIDGE, SHRINK, LEVEL = 0.3, 10.0, 0.90

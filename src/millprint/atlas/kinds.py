@@ -5,7 +5,7 @@ To add a kind, write what makes its groups from dimensions and dimensions from g
 
 import math
 
-from millprint.atlas.groups import (
+from millprint.atlas.kind_groups import (
     CONTACT,
     FILLET,
     RADIUS,

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from millprint.atlas.groups import Kind
+from millprint.atlas.kind_groups import Kind
 from millprint.atlas.kinds import kind_named
 from millprint.cases.simulate import simulate_each
 from millprint.config.contact_set import ContactConfig

@@ -1,9 +1,9 @@
 """What a mill of your own does, at once, from its dimensions: nothing is simulated. Example:
 
-    millprint estimate planetary --balls 10 --charge number=50 --speed 400
-    millprint estimate planetary --radius-mm 32 --height-mm 45 --sun-radius-mm 70 --balls 8 --charge 0.2 --speed 500
-    millprint estimate mine.yaml
+    millprint estimate mixer --balls 10 --charge number=6 --speed 25Hz
+    millprint estimate mixer --radius-mm 12 --height-mm 38 --fillet-radius-mm 12 --balls 7 --charge 0.1 --speed 25Hz
     millprint estimate mixer --balls 10 --charge number=6 --speed 25Hz --contact steel --exponents
+    millprint estimate mine.yaml
 
 A mill is the name of an included one, its file in config/mills, or the configuration of a run, as `millprint new`
 writes it. Its dimensions are replaced by those that are given. Without --balls, --charge and --speed, every condition
@@ -12,16 +12,16 @@ as 25Hz. The numbers come from simulations over mills of the kind (docs/why/atla
 simulation. A mill that they do not cover is refused.
 """
 
+from __future__ import annotations
+
 import argparse
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from millprint.atlas.estimate_mill import MillEstimate, estimate, exponents, included_models, model_of
-from millprint.atlas.groups import Kind, Values
+from millprint.atlas.kind_groups import Kind, Values
 from millprint.atlas.kinds import KINDS, recognise
-from millprint.atlas.model import HITS
 from millprint.cli.commands import parser_of
 from millprint.config.arguments import value_of
 from millprint.config.charge import charge_words, diameter_of, fill_of, mixture_of, speed_words
@@ -33,6 +33,9 @@ from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import ConditionSection
 from millprint.config.sweep import ball_count
 from millprint.run.numbers import plain, prefix_of, three
+
+if TYPE_CHECKING:
+    from millprint.atlas.estimate_mill import MillEstimate
 
 ASSUMED = "calibrated"
 # What is told, in which words, in this order.
@@ -128,7 +131,9 @@ def quantity(value: float, unit: str) -> str:
 
 
 def told(found: MillEstimate) -> list[str]:
-    """What the atlas says of a condition, a line each."""
+    """What the atlas tells about a condition, a line each."""
+    from millprint.atlas.atlas_model import HITS
+
     own, speed = found.condition, found.condition["speed_hz"]
     is_shaken = found.kind.content(own).get("speed_unit") == "hz"
     shown = f"{plain(speed)} Hz" if is_shaken else f"{plain(60 * speed)} rpm"
@@ -156,6 +161,8 @@ def told(found: MillEstimate) -> list[str]:
 
 def exponent_lines(found: MillEstimate) -> list[str]:
     """A line for each dimension and setting: the exponents of power and of a hit's energy with 90 % intervals."""
+    from millprint.atlas.estimate_mill import exponents
+
     shown = {name: TOLD[name] for name in ("wall_power_W", "weighted_normal_energy_J", "weighted_tangential_energy_J")}
     table = exponents(found.kind, found.condition)
     lines = [f"  {'exponent of':<22}" + "".join(f"{words:<28}" for words in shown.values())]
@@ -169,7 +176,9 @@ def exponent_lines(found: MillEstimate) -> list[str]:
 def sweep_lines(
     kind: Kind, dimensions: Values, mill: MillConfig, contact: ContactConfig, most: int | None = None
 ) -> list[str]:
-    """What the atlas says of every condition of a mill's sweep, or of `most` of them, or why it says nothing."""
+    """What the atlas tells about every condition of a mill's sweep, or of `most` of them, or why it says nothing."""
+    from millprint.atlas.estimate_mill import estimate
+
     lines = []
     for asked in swept(mill)[:most]:
         try:
@@ -181,6 +190,8 @@ def sweep_lines(
 
 def lines_of_mill(mill: MillConfig, contact: ContactConfig) -> list[str]:
     """The same of its first condition for a mill of any kind; nothing for one that the atlas does not have."""
+    from millprint.atlas.estimate_mill import included_models
+
     known = recognise(mill)
     try:
         return sweep_lines(*known, mill, contact, 1) if known and known[0].name in included_models() else []
@@ -191,6 +202,8 @@ def lines_of_mill(mill: MillConfig, contact: ContactConfig) -> list[str]:
 def main(arguments: list[str], name: str = "estimate") -> None:
     """Tell what the mill does in each condition."""
     options = parse(arguments, name)
+    from millprint.atlas.estimate_mill import estimate, model_of
+
     mill, contact = mill_and_contact(options.mill, options.contact)
     known = recognise(mill)
     if known is None:

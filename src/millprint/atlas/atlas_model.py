@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from millprint.atlas.groups import Kind
+from millprint.atlas.kind_groups import Kind
 from millprint.atlas.kinds import KINDS
 from millprint.config.errors import ConfigError
 from millprint.run.files import read_format

@@ -10,8 +10,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from millprint.config.contact_set import ContactConfig
 from millprint.config.load import check_model
 from millprint.config.mill import CylinderGeometry, MillConfig
@@ -66,6 +64,9 @@ class Group:
 
     def share(self, values: Any) -> Any:
         """The share of the range at which values lie, numbers or arrays: `at` reversed."""
+        # Imported here, and below: the parser of the command needs the names of the dimensions only.
+        import numpy as np
+
         if self.logarithmic:
             return np.log(values / self.low) / math.log(self.high / self.low)
         return (values - self.low) / (self.high - self.low)
@@ -208,11 +209,15 @@ class Kind:
 
 def layers(groups: Mapping[str, Any], height: str = "") -> Any:
     """The logarithm of the layers of balls on the shell, 2 phi R / d, or from end to end, phi L / d."""
+    import numpy as np
+
     return np.log(groups["fill"] / groups["ball"] * (groups[height] if height else 2.0)) / 3
 
 
 def gap(groups: Mapping[str, Any]) -> Any:
     """The logarithm of the way of a bed or a ball from end to end over the stroke: (L - d - L phi / 0.6) / A."""
+    import numpy as np
+
     way = groups["length"] * (1 - groups["fill"] / PACKED) - groups["ball"]
     return np.log(np.maximum(way / groups["stroke"], 0.05)) / 2
 
