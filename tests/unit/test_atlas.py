@@ -236,6 +236,22 @@ def test_mills_of_equal_groups_do_the_same():
         assert abs(math.log(first / second)) < 4 * scatter + 0.01
 
 
+def test_balls_that_never_part_are_a_row_with_power(monkeypatch):
+    from millprint.atlas import simulate_rows
+
+    summary = {"power_W": {"wall": 2.0}, "per_revolution": {"wall_J": [1.0, 1.1] * 8}, "revolutions": 16.0}
+
+    def none_counted(summaries, rule):
+        raise ConfigError(f"{rule} counts no collision")
+
+    monkeypatch.setattr(simulate_rows, "simulate", lambda *given: summary)
+    monkeypatch.setattr(simulate_rows, "tabulate_descriptors", none_counted)
+    (condition,) = conditions(MIXER, 1)
+    row = simulate_rows.simulate_row(MIXER, condition, 0)
+    assert (row["wall_power_W"], row["motion"], row["recorded_turns"]) == (2.0, "no impacts", 16)
+    assert 0 < row["wall_power_relative_se"] < 0.02
+
+
 # ---- what ships ----
 def test_the_shipped_table_is_of_the_design_and_not_of_held_out_mills():
     table = read_table(ROOT / "config/atlas/simulations.tsv")
