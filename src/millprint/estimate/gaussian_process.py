@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import groupby
 
 import numpy as np
 from scipy.linalg import cho_solve, cholesky, solve_triangular
@@ -53,9 +54,11 @@ class Kernel:
     constant: float = 0.0
 
     @cached_property
-    def of_shape(self) -> dict[str, np.ndarray]:
-        """The places of the terms of each shape."""
-        return {name: np.flatnonzero([shape == name for shape in self.shapes]) for name in dict.fromkeys(self.shapes)}
+    def runs(self) -> list[tuple[str, slice]]:
+        """The shapes, each with the places of terms of it that follow each other."""
+        groups = [(shape, len(list(group))) for shape, group in groupby(self.shapes)]
+        ends = np.cumsum([count for _, count in groups]).tolist()
+        return [(shape, slice(end - count, end)) for (shape, count), end in zip(groups, ends, strict=True)]
 
     @cached_property
     def scales(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -104,7 +107,7 @@ class Likelihood:
     """The likelihood of theta for inputs (n, k) and a target of zero mean (n,), times a prior.
 
     known: the variance of each value in addition to the noise (n,) or one for all, at least a jitter; centres and
-    precisions: of independent normal priors of theta, a precision of 0 for none.
+    precisions (p,): of independent normal priors of theta, a precision of 0 for none; one 0 for none at all.
     """
 
     kernel: Kernel
@@ -113,6 +116,11 @@ class Likelihood:
     known: np.ndarray | float
     centres: np.ndarray | float = 0.0
     precisions: np.ndarray | float = 0.0
+
+    @cached_property
+    def _places(self) -> np.ndarray:
+        """The places in theta of every variance and every length (t + u,)."""
+        return np.concatenate([self.kernel.variances, self.kernel.scales[1]])
 
     @cached_property
     def _squares(self) -> np.ndarray:
@@ -124,9 +132,10 @@ class Likelihood:
     def _parts(self) -> tuple[np.ndarray, np.ndarray]:
         """The terms (t, n * n) for variances of 1, and their slopes by d^2; the linear ones stay as they are."""
         parts = np.zeros((2, len(self.kernel.shapes), len(self.target) ** 2))
-        for place in self.kernel.of_shape.get(LINEAR, ()):
-            own = self.inputs[:, self.kernel.lengths[place] >= 0]
-            parts[0, place] = (own @ own.T).ravel()
+        for place, shape in enumerate(self.kernel.shapes):
+            if shape == LINEAR:
+                own = self.inputs[:, self.kernel.lengths[place] >= 0]
+                parts[0, place] = (own @ own.T).ravel()
         return parts[0], parts[1]
 
     def negative_log(self, theta: np.ndarray) -> tuple[float, np.ndarray]:
@@ -138,11 +147,11 @@ class Likelihood:
         _, places, members = kernel.scales
         scaled = self._squares * np.exp(-2 * theta[places])[:, None]
         (parts, slopes), variances, squares = self._parts, np.exp(theta[kernel.variances]), members @ scaled
-        for shape, own in kernel.of_shape.items():
+        for shape, own in kernel.runs:
             if shape != LINEAR:
                 parts[own], slopes[own] = SHAPES[shape](squares[own])
         covariance = variances @ parts + kernel.constant
-        noise = np.exp(theta[-1])
+        noise = math.exp(theta[-1])
         covariance[:: rows + 1] += noise + self.known
         # LAPACK is called directly: for some thirty rows, wrappers take longer than the factorisation.
         lower, failed = dpotrf(covariance.reshape(rows, rows), lower=1, clean=1, overwrite_a=1)
@@ -151,16 +160,17 @@ class Likelihood:
         half = dtrtri(lower, lower=1)[0]
         inverse = half.T @ half
         weights = inverse @ self.target
-        off = theta - self.centres
         value = 0.5 * self.target @ weights + np.log(lower.diagonal()).sum() + 0.5 * rows * math.log(2 * math.pi)
-        value += 0.5 * np.sum(self.precisions * off**2)
         slope = 0.5 * (inverse - weights[:, None] * weights)
         flat = slope.ravel()
-        by_variance = variances * (parts @ flat)
-        by_length = -2 * ((variances[:, None] * members) * ((slopes * flat) @ scaled.T)).sum(axis=0)
-        found = np.bincount(places, by_length, len(theta)) + np.bincount(kernel.variances, by_variance, len(theta))
+        by_term = (-2 * variances)[:, None] * ((slopes * flat) @ scaled.T)
+        parts_of = np.concatenate([variances * (parts @ flat), (members * by_term).sum(axis=0)])
+        found = np.bincount(self._places, parts_of, len(theta))
         found[-1] += noise * slope.trace()
-        return float(value), found + self.precisions * off
+        if np.ndim(self.precisions) == 0:
+            return float(value), found
+        pull = self.precisions * (theta - self.centres)
+        return float(value + 0.5 * pull @ (theta - self.centres)), found + pull
 
     def maximise(self, starts: Sequence[np.ndarray] | np.ndarray, bounds: np.ndarray) -> tuple[np.ndarray, float]:
         """theta within bounds (p, 2) at the highest maximum that is reached from the starts, and negative_log there."""
