@@ -14,6 +14,7 @@ from millprint.config.section import (
     Section,
     Vector,
     first_repeated,
+    has_direction,
 )
 
 SIMULATED, MEASURED = "simulated", "measured"
@@ -48,9 +49,7 @@ class ReleaseConfig(Section):
     @model_validator(mode="after")
     def _directions_are_square(self) -> "ReleaseConfig":
         down, across = self.down, self.across
-        sizes = math.hypot(*down) * math.hypot(*across)
-        if sizes == 0:
-            raise ValueError("down and across must not be zero")
+        sizes = math.hypot(*has_direction(down)) * math.hypot(*has_direction(across))
         if abs(sum(a * b for a, b in zip(down, across, strict=True))) > 1e-6 * sizes:
             raise ValueError(f"across = {list(across)}: must be perpendicular to down = {list(down)}")
         return self

@@ -13,19 +13,23 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
-from millprint.config.section import Place, PlaceVector, Scale, Section, Size, Vector, VesselSize, kind_of, project_path
-
-
-def _has_length(vector: Vector) -> Vector:
-    if not any(vector):
-        raise ValueError("axis = [0, 0, 0]: an axis needs a direction")
-    return vector
-
+from millprint.config.section import (
+    Place,
+    PlaceVector,
+    Scale,
+    Section,
+    Size,
+    Vector,
+    VesselSize,
+    has_direction,
+    kind_of,
+    project_path,
+)
 
 Multiple = Annotated[int, Field(ge=1, le=1000, description="frequency over the mill's frequency [-]")]
 Phase = Annotated[float, Field(description="phase of the sine [deg]; 90 makes it a cosine")]
 Ratio = Annotated[float, Field(ge=-1000, le=1000)]
-Axis = Annotated[Vector, AfterValidator(_has_length)]
+Axis = Annotated[Vector, AfterValidator(has_direction)]
 
 
 # The sum of amplitudes below which nothing moves [m].

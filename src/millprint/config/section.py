@@ -1,5 +1,6 @@
 """The base of every configuration model, the quantities that the models share, and their JSON schemas."""
 
+import math
 from collections import Counter
 from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass
@@ -54,6 +55,18 @@ VesselSize = Annotated[float, Field(ge=1, le=10_000)]
 Place = Annotated[float, Field(ge=-10_000, le=10_000)]
 Vector = tuple[float, float, float]
 PlaceVector = tuple[Place, Place, Place]
+
+
+def has_direction(vector: Vector) -> Vector:
+    """The vector, if it has a direction that its length does not spoil. Raises ValueError."""
+    length = math.hypot(*vector)
+    if length == 0:
+        raise ValueError("[0, 0, 0]: an axis needs a direction")
+    if not 1e-6 <= length <= 1e6:
+        raise ValueError(f"{list(vector)}: a direction has a length of 1e-6 to 1e6; only its sense counts, write 1")
+    return vector
+
+
 # A factor for the lengths of a file.
 Scale = Annotated[float, Field(ge=1e-3, le=1e3)]
 
