@@ -53,8 +53,8 @@ nitpick_ignore_regex = [("py:.*", ".*")]
 html_theme = "furo"
 html_title = "millprint"
 html_static_path = ["static"]
-# The explorer of the mills that come with millprint; `make reference` writes it.
-html_extra_path = ["mills.html"]
+# The atlas, and the explorer of the mills that come with millprint; `make reference` writes them.
+html_extra_path = ["mills.html", "fingerprints.html"]
 html_css_files = ["pages.css"]
 html_js_files = ["pages.js"]
 html_copy_source = False

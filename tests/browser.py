@@ -96,6 +96,10 @@ class Page:
         """Wait for two frames, so that what scripts have asked for is drawn."""
         self.run("await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));")
 
+    def reduce_motion(self) -> None:
+        """Be the browser of somebody who has asked for less motion, for pages that are opened from here on."""
+        self._page.emulate_media(reduced_motion="reduce")
+
     def run(self, script: str):
         """Run `script`, the body of an async function; return its result. Raises playwright.Error with its error."""
         return self._page.evaluate(f"async () => {{ {script} }}")

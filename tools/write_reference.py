@@ -1,4 +1,5 @@
-"""Writes schemas, config/keys.md, workflow/descriptors.md, workflow/card.md, docs/mills.html: `make reference`.
+"""Writes schemas, config/keys.md, workflow/descriptors.md, workflow/card.md, docs/mills.html, docs/fingerprints.html:
+`make reference`.
 
 The reference of keys has a table for every section and a row for every key, each written once. What a key means is the
 docstring under it. A section that occurs in several places has its table at the first one, and a key that several
@@ -23,6 +24,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
+from millprint.atlas.page.atlas_page import atlas_page, read_content
 from millprint.card.card_model import FORMAT, SCHEMA_VERSION, MillingCard
 from millprint.config.card import Experiment
 from millprint.config.contact_set import ContactConfig
@@ -340,11 +342,17 @@ PAGES = {
 }
 
 
-# Its text takes longer than that of the others.
-MILLS = "docs/mills.html"
+# Their texts take longer than those of the others.
+MILLS, FINGERPRINTS = "docs/mills.html", "docs/fingerprints.html"
+TURNS = ROOT / "docs/turns.json"
 
 
 def mills_page() -> str:
+    """The page from a paper to one's own mill, from the atlas, without a simulation."""
+    return atlas_page(read_content(ROOT / "config/atlas", TURNS, ready_made()))
+
+
+def fingerprints_page() -> str:
     """The explorer of the mills that come with millprint, from their fingerprints, without a simulation."""
     contents = []
     for name in ready_made():
@@ -360,7 +368,7 @@ def main() -> None:
     for name in MODELS:
         with whole_file(ROOT / "workflow" / "schemas" / f"{name}.schema.json") as draft:
             draft.write_text(schema_text(name))
-    for name, text in (PAGES | {MILLS: mills_page}).items():
+    for name, text in (PAGES | {MILLS: mills_page, FINGERPRINTS: fingerprints_page}).items():
         with whole_file(ROOT / name) as draft:
             draft.write_text(text())
 

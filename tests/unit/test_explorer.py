@@ -292,7 +292,7 @@ def test_the_search_form_fills_its_table_and_sets_the_sliders(page):
 def test_the_page_and_the_library_give_one_verdict_on_a_match(browser):
     """On the page of the mills that come with millprint: each condition that is first shown, on two other mills."""
     with browser.page() as page:
-        page.open(ROOT / "docs/mills.html")
+        page.open(ROOT / "docs/fingerprints.html")
         for like, mill in (("emax", "planetary"), ("mixer", "spex"), ("planetary", "drum")):
             said = page.run(f"""
               explorer.change(() => explorer.useMill(explorer.mills.find((each) => each.name === {like!r})));
@@ -333,7 +333,7 @@ def test_the_page_and_the_library_give_one_verdict_on_a_match(browser):
 @pytest.mark.parametrize(("width", "height"), [(DESKTOP, 900), (PHONE, 844)])
 def test_what_was_wanted_and_the_answer_of_a_search_are_in_view(browser, width, height):
     with browser.page(width, height) as page:
-        page.open(ROOT / "docs/mills.html")
+        page.open(ROOT / "docs/fingerprints.html")
         said = page.run("""
           await explorer.finder.findOn("planetary");
           const box = (id) => document.getElementById(id).getBoundingClientRect();

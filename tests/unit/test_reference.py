@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import yaml
 from jsonschema import Draft202012Validator
-from tools.write_reference import MILLS, MODELS, PAGES, mills_page, schema_text
+from tools.write_reference import FINGERPRINTS, MILLS, MODELS, PAGES, fingerprints_page, mills_page, schema_text
 
 from tests.conftest import configuration
 
@@ -25,8 +25,10 @@ def test_reference_has_not_drifted():
 
 
 @pytest.mark.slow
-def test_the_page_of_the_mills_has_not_drifted():
-    assert (ROOT / MILLS).read_text() == mills_page()
+@pytest.mark.parametrize(("path", "text"), [(MILLS, mills_page), (FINGERPRINTS, fingerprints_page)])
+def test_the_pages_of_the_mills_have_not_drifted(path, text):
+    assert (ROOT / path).read_text() == text()
+    assert (ROOT / path).stat().st_size < 4e6
 
 
 @pytest.mark.parametrize("folder", ["mills", "contacts"])

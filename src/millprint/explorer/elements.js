@@ -61,3 +61,9 @@ function withUnit(label, unit) {
 function listed(words) {
   return words.length < 2 ? words.join("") : `${words.slice(0, -1).join(", ")} and ${words.at(-1)}`;
 }
+
+/** A time as people say it: 12 s, 11 min, 2.5 h. */
+function durationWords(hours) {
+  if (hours >= 1) return `${digits(hours)} h`;
+  return hours >= 1 / 60 ? `${digits(60 * hours, 2)} min` : `${digits(3600 * hours, 2)} s`;
+}

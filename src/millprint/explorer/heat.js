@@ -4,12 +4,6 @@
 const BODIES = { balls: "#0072b2", powder: "#c2500a", jar: "#333" };
 const BANDS = ["time_to_limit_h", "pause_needed_min"];
 
-/** A time as people say it: 12 s, 11 min, 2.5 h. */
-function durationWords(hours) {
-  if (hours >= 1) return `${digits(hours)} h`;
-  return hours >= 1 / 60 ? `${digits(60 * hours, 2)} min` : `${digits(3600 * hours, 2)} s`;
-}
-
 /** A time [h] with its band, each null where it is infinite: "30 min (24 min to never)". */
 function timeWords([lower, median, upper], zero, infinite) {
   const words = (value) => (value === null ? infinite : value === 0 ? zero : durationWords(value));

@@ -1,0 +1,1 @@
+"""The page "from a paper to your mill": the atlas in a browser."""

@@ -1,0 +1,162 @@
+"""The page "from a paper to your mill": one HTML file with the atlas, which computes in the browser."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from markupsafe import Markup
+
+from millprint.atlas.atlas_model import FITTED, HITS, PREDICTED, KindModel, read_model
+from millprint.atlas.compare_models import MARKS
+from millprint.atlas.estimate_mill import BEYOND, STIFFNESS
+from millprint.atlas.kind_groups import MOST_BALLS, PACKED, SETTINGS, Kind
+from millprint.atlas.kinds import KINDS, recognise
+from millprint.atlas.page.written_formulas import formulas
+from millprint.config.included import load_contact, load_mill
+from millprint.estimate.estimates import WIDEST
+from millprint.fingerprint.condition_search import SOLD_MM
+from millprint.run.files import read_json, read_table
+from millprint.run.html_pages import embed_files, embed_json, render_page
+
+FOLDER = Path(__file__).parent
+EXPLORER = FOLDER.parents[1] / "explorer"
+# In the order of their dependencies.
+SHARED = ("elements.js", "units.js", "match.js")
+SCRIPTS = ("model.js", "judge.js", "nearest.js", "turns.js", "side.js", "page.js")
+# Contact sets to choose from, the first is chosen.
+CONTACTS = ("calibrated", "steel")
+# Rows of the table of errors, and the share of held-out mills below which an interval decides nothing.
+OF_ERRORS = {"median": "atlas", "held": "share held by the 90 % interval"}
+LEAST_HELD = 0.8
+# What a table of makers calls a jar that fits several mills.
+JAR, ASSUMED = "jar of", "assumed"
+SPEEDS = {"speed_max_rpm": 1 / 60, "speed_max_hz": 1.0}
+
+
+def makers_mills(path: str | Path, kinds: list[Kind]) -> list[dict[str, Any]]:
+    """The mills of makers: dimensions of the table of makers, the others as the included mill of the kind has them.
+
+    known: how each of the dimensions is known that the table does not assume.
+    """
+    table = read_table(path)
+    found: list[dict[str, Any]] = []
+    for (name, kind_name), rows in table.groupby(["mill", "kind"], sort=False):
+        kind = next((kind for kind in kinds if kind.name == kind_name), None)
+        values = dict(zip(rows["quantity"], rows["value"], strict=True))
+        known = recognise(load_mill(kind.name)) if kind else None
+        own = {each.name for each in kind.dimensions} & set(values) if kind else set()
+        if kind is None or known is None or JAR in name or not own - {"ratio"}:
+            continue
+        fastest = [values[key] * factor for key, factor in SPEEDS.items() if key in values]
+        found.append({
+            "title": name, "kind": kind.name, "dimensions": known[1] | {each: values[each] for each in own},
+            "fastest_hz": fastest[0] if fastest else None,
+            "known": {row["quantity"]: row["how_known"] for row in rows.to_dict("records")
+                      if row["quantity"] in own and not row["how_known"].startswith(ASSUMED)},
+        })  # fmt: skip
+    return found
+
+
+def included_mills(names: list[str], kinds: list[Kind]) -> list[dict[str, Any]]:
+    """Those of the included mills that are of a kind of the atlas."""
+    found: list[dict[str, Any]] = []
+    for name in names:
+        mill = load_mill(name)
+        built = recognise(mill)
+        if built and built[0] in kinds:
+            own = {"title": mill.title, "kind": built[0].name, "dimensions": built[1]}
+            found.append({**own, "fastest_hz": None, "known": None})
+    return found
+
+
+def _words(kind: Kind) -> dict[str, Any]:
+    content = kind.content(recognised_dimensions(kind))
+    return {
+        "title": kind.title,
+        "speed_unit": content.get("speed_unit", "rpm"),
+        "dimensions": [vars(own) for own in kind.dimensions],
+        "ranges": [vars(group) for group in kind.groups],
+        "ends": kind.ends,
+    }
+
+
+def recognised_dimensions(kind: Kind) -> dict[str, float]:
+    """The dimensions of the included mill of the kind."""
+    built = recognise(load_mill(kind.name))
+    assert built is not None, f"{kind.name}: the included mill is of no kind"
+    return built[1]
+
+
+def atlas_content(
+    models: Mapping[str, KindModel], errors: pd.DataFrame, turns: dict, makers: str | Path, included: list[str]
+) -> dict[str, Any]:
+    """All data of the page.
+
+    models: of each kind by name; errors: on the held-out mills, as config/atlas/errors.tsv; turns: content of the file
+    of recorded turns; makers: path of the table of makers' mills; included: names of mills that come with the library.
+    """
+    kinds = [kind for name, kind in KINDS.items() if name in models]
+    return {
+        "kinds": {kind.name: _words(kind) for kind in kinds},
+        "not_yet": [kind.title for kind in KINDS.values() if kind not in kinds],
+        "settings": [vars(own) for own in SETTINGS],
+        "models": {kind.name: _model(models[kind.name]) for kind in kinds},
+        "errors": {kind.name: _errors(errors[errors["kind"] == kind.name]) for kind in kinds},
+        "least_held": LEAST_HELD,
+        "fitted": FITTED,
+        "predicted": PREDICTED,
+        "limits": {"hits": HITS, "beyond": BEYOND, "stiffness": STIFFNESS, "most_balls": MOST_BALLS, "packed": PACKED},
+        "turns": {"per_radius": turns["per_radius"], "kinds": {kind.name: turns["kinds"][kind.name] for kind in kinds}},
+        "mills": [*included_mills(included, kinds), *makers_mills(makers, kinds)],
+        "contacts": [_contact(name) for name in CONTACTS],
+        "sold_mm": SOLD_MM,
+        "widest": WIDEST,
+    }
+
+
+def _model(own: KindModel) -> dict[str, Any]:
+    """A model as its file has it, without what only errors of slopes need."""
+    content = own.plain()
+    for surface in (*content["surfaces"].values(), content["hits"]):
+        del surface["noise"], surface["amplitude"]
+    return {**content, "about": own.about}
+
+
+def _errors(rows: pd.DataFrame) -> dict[str, Any]:
+    """Number of held-out mills of a kind, and median error and share held by the intervals of each number [-]."""
+    own = rows.set_index("model")
+    shares = {name: own.loc[row, list(MARKS)].astype(float).to_dict() for name, row in OF_ERRORS.items()}
+    return {"mills": int(own.loc[OF_ERRORS["median"], "mills"]), **shares}
+
+
+def _contact(name: str) -> dict[str, Any]:
+    contact = load_contact(name)
+    return {
+        "name": name,
+        "source": contact.source,
+        "restitution": contact.value_of("restitution"),
+        "static_friction": contact.value_of("static_friction"),
+        "wall_static_friction": contact.at_wall.value_of("static_friction"),
+        "rolling_friction": contact.value_of("rolling_friction"),
+        "young_modulus_gpa": contact.value_of("young_modulus_gpa"),
+    }
+
+
+def atlas_page(content: dict[str, Any]) -> str:
+    """The page with `content` from `atlas_content`."""
+    kinds = [KINDS[name] for name in content["kinds"]]
+    return render_page(
+        FOLDER / "page.html",
+        style=Markup("\n").join(embed_files(folder, "page.css") for folder in (EXPLORER, FOLDER)),
+        scripts=Markup("\n").join(
+            [embed_files(EXPLORER, *SHARED), Markup(formulas(kinds)), embed_files(FOLDER, *SCRIPTS)]
+        ),
+        content=embed_json(content),
+    )
+
+
+def read_content(folder: Path, turns: Path, included: list[str]) -> dict[str, Any]:
+    """The data of the page from a folder such as config/atlas, and the recorded turns of `tools/record_turns.py`."""
+    models, errors = read_model(folder / "model.json"), read_table(folder / "errors.tsv")
+    return atlas_content(models, errors, read_json(turns), folder / "makers.tsv", included)
