@@ -11,7 +11,7 @@ import pytest
 import trimesh
 
 from millprint.config.errors import ConfigError
-from millprint.mill.mesh_file import read_triangles
+from millprint.mill.mesh_file import read_triangles, weld
 
 BOX = trimesh.creation.box((50, 40, 30))
 BINARY, TEXT = BOX.export(file_type="stl"), BOX.export(file_type="stl_ascii").encode()
@@ -151,3 +151,18 @@ def test_a_file_that_is_cut_anywhere_is_never_a_smaller_closed_surface(content):
         read += 1
         assert len(triangles) == 12 or not is_closed(points, triangles)
     assert read < 150
+
+
+def test_what_is_folded_on_itself_where_points_are_merged_is_dropped():
+    """A point between three others, two of which are one by rounding; two bodies that touch stay two."""
+    points = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [0, 0, 9], [0.1, 0.1, 0], [4, 0.2, 0.0]])
+    # The floor (0, 2, 1) with 4 next to 0, and 5 in the triangle (0, 4, 1).
+    floor = [(0, 2, 4), (4, 2, 1), (0, 4, 5), (4, 1, 5), (1, 0, 5)]
+    sides = [(0, 1, 3), (1, 2, 3), (2, 0, 3)]
+    assert is_closed(points, np.array(floor + sides))
+    merged = weld(points, np.array(floor + sides), 0.2)
+    assert is_closed(*merged) and len(merged[1]) == 4
+    below = points[:4] * [1, 1, -1]
+    both = np.concatenate([points[:4], below])
+    two = np.array([(0, 2, 1), *sides, (4, 5, 6), (4, 7, 5), (5, 7, 6), (6, 7, 4)])
+    assert len(weld(both, two, 0.2)[1]) == 8

@@ -84,13 +84,38 @@ def coordinate_rounding(points: np.ndarray) -> float:
 ROUNDS = 20
 
 
+def _unfolded(triangles: np.ndarray) -> np.ndarray:
+    """Triangles (t, 3) without pairs that lie on each other in opposite senses, and have a side of their own.
+
+    What was between the two is gone. Where two bodies touch, all sides of such a pair are also those of others.
+    """
+    while True:
+        count = np.int64(triangles.max(initial=0) + 1)
+        low, middle, high = np.sort(triangles, axis=1).T
+        _, pair, copies = np.unique((low * count + middle) * count + high, return_inverse=True, return_counts=True)
+        if copies.max(initial=1) == 1:
+            return triangles
+        follows = np.roll(triangles, -1, axis=1)
+        sense = np.bincount(pair, np.where((triangles < follows).sum(axis=1) == 2, 1, -1))
+        _, side, uses = np.unique(
+            np.minimum(triangles, follows) * count + np.maximum(triangles, follows),
+            return_inverse=True,
+            return_counts=True,
+        )
+        has_own = (uses[side.reshape(-1, 3)] == 2).any(axis=1)
+        is_folded = (copies[pair] == 2) & (sense[pair] == 0) & has_own
+        if not is_folded.any():
+            return triangles
+        triangles = triangles[~is_folded]
+
+
 def _joined(points: np.ndarray, triangles: np.ndarray, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Points and triangles with pairs of points (n, 2) made one, also chains; what has no third corner is dropped."""
     group = trimesh.graph.connected_component_labels(pairs, node_count=len(points))
     _, first = np.unique(group, return_index=True)
     triangles = group[triangles]
     a, b, c = triangles.T
-    used, triangles = np.unique(triangles[(a != b) & (b != c) & (c != a)], return_inverse=True)
+    used, triangles = np.unique(_unfolded(triangles[(a != b) & (b != c) & (c != a)]), return_inverse=True)
     return points[first[used]], triangles.reshape(-1, 3)
 
 
