@@ -236,6 +236,24 @@ def test_mills_of_equal_groups_do_the_same():
         assert abs(math.log(first / second)) < 4 * scatter + 0.01
 
 
+def test_rows_of_the_shipped_table_are_not_simulated_again(tmp_path, monkeypatch):
+    """Its six digits are of the same rows; a row of another version, or of other groups, is simulated."""
+    from millprint.atlas import simulate_rows
+
+    table = read_table(ROOT / "config/atlas/simulations.tsv")
+    rows = rows_of("mixer", HELD_OUT, 0, 100, HELD_OUT_FILE)
+    asked = []
+    monkeypatch.setattr(simulate_rows, "simulate_row", lambda kind, condition, seed: asked.append(seed) or {})
+    found = simulate_rows.simulate_rows(rows, tmp_path / "done", "atlas", table)
+    assert not asked
+    assert found["wall_power_W"].notna().sum() > 90
+    own = (table["kind"] == "mixer") & (table["part"] == HELD_OUT)
+    table.loc[own & (table["row"] == 3), "version"] = "0"
+    table.loc[own & (table["row"] == 5), "froude"] *= 1.001
+    simulate_rows.simulate_rows(rows, tmp_path / "done", "atlas", table)
+    assert asked == [3, 5]
+
+
 def test_balls_that_never_part_are_a_row_with_power(monkeypatch):
     from millprint.atlas import simulate_rows
 

@@ -96,22 +96,28 @@ def simulate_rows(
     done: a file from which a stopped call continues; it is removed at the end. shipped: a table of such rows, which are
     not simulated again where they have the same groups and the present VERSION. The seed of a row is its number.
     """
-    known = [] if shipped is None else shipped.to_dict("records")
-    kept = {_key(row): row for row in known if row["version"] == VERSION}
     wanted = rows.to_dict("records")
-    runs = {str(row["row"]): row for row in wanted if _key(row) not in kept}
+    known = {} if shipped is None else {_place(row): row for row in shipped.to_dict("records")}
+    kept = {place: own for row in wanted if (own := known.get(place := _place(row))) and _is_of(own, row)}
+    runs = {str(row["row"]): row for row in wanted if _place(row) not in kept}
     found = simulate_each(runs, _simulated, [VERSION], title, done)
     Path(done).unlink(missing_ok=True)
-    results = [found.get(str(row["row"])) or kept[_key(row)] for row in wanted]
+    results = [found.get(str(row["row"])) or kept[_place(row)] for row in wanted]
     return pd.DataFrame(
         [{**row, **{name: own.get(name) for name in RESULTS}} for row, own in zip(wanted, results, strict=True)]
     )
 
 
-def _key(row: dict) -> tuple:
-    """What a row is of: kind, part, number, and groups to six digits, as tables have them."""
+def _place(row: dict) -> tuple[str, str, int]:
+    """The place of a row in the design."""
+    return row["kind"], row["part"], int(row["row"])
+
+
+def _is_of(known: dict, row: dict) -> bool:
+    """Whether a row of a table, which has six digits, is of the present version and of this row of the design."""
     names = kind_named(row["kind"]).names
-    return (row["kind"], row["part"], int(row["row"]), *(f"{row[name]:.5g}" for name in names))
+    alike = all(math.isclose(known[name], row[name], rel_tol=1e-5, abs_tol=1e-12) for name in names)
+    return bool(alike and known["version"] == VERSION)
 
 
 def _simulated(row: dict) -> dict:
