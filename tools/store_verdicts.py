@@ -140,9 +140,9 @@ def main(results: str, table: str, date: str) -> str:
     report = Path(results) / "report"
     run = read_yaml(str(report / "run.yaml"))["name"]
     text = ["id", "verdict", "interval_verdict", "reason", "nature", "reproduced", "lower", "upper"]
+    number = store(table, read_table(report / "claims.tsv", text=text), run, date)
     if Path(results, "surrogate/baselines.tsv").exists():
         store_baselines(results, BASELINES)
-    number = store(table, read_table(report / "claims.tsv", text=text), run, date)
     return f"{table}: {number} verdicts of the run {run} on this machine, {date}"
 
 

@@ -135,7 +135,9 @@ def this_machine(date: str) -> dict[str, str]:
 
     features = binding.get_host_cpu_features()
     widest = next((title for name, title in INSTRUCTIONS.items() if features.get(name)), platform.machine())
-    return dict(zip(MACHINE, (binding.get_host_cpu_name(), widest, commit(), date), strict=True))
+    # The first characters of 40, and whether files had changed.
+    code = commit()[:8] + commit()[40:]
+    return dict(zip(MACHINE, (binding.get_host_cpu_name(), widest, code, date), strict=True))
 
 
 def read_stored(path: str | Path) -> pd.DataFrame:
