@@ -121,10 +121,11 @@ def written(root: Path, document: str) -> str:
 
 
 def number_of(root: Path, row: Any) -> float:
-    """The number that a row of stated_numbers.tsv names: the first of a column, or `count` of the rows."""
+    """The number that a row of stated_numbers.tsv names: the first of a column, or of the newest rows."""
     lines = [line for line in (root / row.source).read_text().splitlines() if not line.startswith("#")]
     table = pd.DataFrame([line.split("\t") for line in lines[1:]], columns=lines[0].split("\t"))
     table = table.query(row.rows, engine="python") if row.rows else table
+    table = table.sort_values("date", ascending=False, kind="stable") if "date" in table else table
     found = re.search(r"-?\d+(?:\.\d+)?(?:e-?\d+)?", table[row.column].iloc[0])
     assert found is not None, f"{row.source}: {row.column} has no number"
     return float(found[0])
