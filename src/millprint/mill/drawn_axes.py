@@ -1,7 +1,4 @@
-"""Axes about which a drawing may turn: of whole patches, of round outlines of flat facets, of strips and of bands."""
-
-import math
-from collections.abc import Iterator
+"""Axes about which a drawing may turn: of round outlines of flat facets, of strips and of bands."""
 
 import numpy as np
 
@@ -27,8 +24,6 @@ LARGEST_RADIUS = 200
 ALONG, ALIKE, LEAST_BEND = 1e-2, 0.05, 1e-3
 # Facets of more corners together do not begin a band.
 MANY = 24
-# The axis of a patch is fitted this number of times, each time with less weight on what is far off.
-REWEIGHTED = 5
 
 
 def _arc_from(flat: np.ndarray, near: float) -> int:
@@ -96,42 +91,11 @@ def axes_of_outlines(drawing: Drawing) -> list[Axis]:
     return [axis for _, axis in sorted(found, key=lambda each: -each[0])]
 
 
-def axes_of_patches(drawing: Drawing) -> Iterator[tuple[Axis, int]]:
-    """The axis of each patch of free facets that turns about one as a whole, largest first; and how many facets it has.
-
-    The normals n of such a wall at x all meet its axis, c . (x x n) + m . n = 0 for its direction c and moment m: the
-    least eigenvector of a linear line complex (Pottmann and Randrup 1998). A prism and a sphere have more than one.
-    """
-    middle, size = drawing.vessel.vertices.mean(axis=0), drawing.vessel.size
-    bent = np.zeros(len(drawing.taken), dtype=bool)
-    bent[drawing.seams] = True
-    for own in sorted(drawing.pieces(np.flatnonzero(bent & ~drawing.taken)), key=len, reverse=True):
-        if len(own) < FEWEST_STEPS**2:
-            break
-        normals = drawing.normals[own]
-        lines = np.hstack([cross((drawing.middles[own] - middle) / size, normals), normals])
-        weights = drawing.vessel.areas[own] / drawing.vessel.areas[own].mean()
-        for _ in range(REWEIGHTED):
-            values, vectors = np.linalg.eigh(lines.T @ (weights[:, None] * lines) / weights.sum())
-            off = np.abs(lines @ vectors[:, 0])
-            weights = drawing.vessel.areas[own] / np.maximum(off, max(float(np.median(off)), 1e-12)) ** 2
-        along, moment = vectors[:3, 0], vectors[3:, 0]
-        length = np.linalg.norm(along)
-        # How far off the axis may be by the scatter of the lines.
-        error = size * math.sqrt(max(values[0], 0.0) / (len(own) * max(values[1], 1e-30)))
-        if length > 1e-3 and error < LOOSE * drawing.tolerance:
-            along = along / length
-            yield Axis(middle + size * np.cross(along, moment / length), along), len(own)
-
-
 def axis_of_strip(drawing: Drawing, pair: tuple[int, int]) -> Axis | None:
     """The axis of the cylinder through two facets next to each other, if their neighbours lie on it."""
     normals = drawing.normals[list(pair)]
     along = np.cross(*normals)
-    # Two facets of one plane turn about nothing.
-    if (length := np.linalg.norm(along)) < SMALLEST_TURN:
-        return None
-    along /= length
+    along /= np.linalg.norm(along)
     axis = Axis(np.zeros(3), along)
     sides = np.array([axis.u, axis.v]).T
     circle = Circle.through(drawing.points(pair) @ sides)

@@ -62,36 +62,26 @@ class HalfPlane:
     ) -> tuple[Line | Circle, np.ndarray] | None:
         """The line or arc through the vertices of two rows of `facets`, and all rows on it; None if these are not."""
         free = ~drawing.taken[self.facets] & ~self.is_ring
-        found = None
-
-        def again(rows: np.ndarray, slack: float) -> np.ndarray:
-            """The rows on the shape through some, which is `found` with them."""
-            nonlocal found
-            own = self.flat[np.unique(self.corners[self.of_facet.rows(rows)])]
-            shape = kind.through(own)
-            if isinstance(shape, Circle) and abs(shape.r) < self.near:
-                shape.r = 0.0
-                shape.z, shape.radius = _on_axis_circle(own)
-            # A floor has its outline, a ring, on the fillet that it joins.
-            sag = self.middles[:, 0] + (shape.radius if isinstance(shape, Circle) else 0.0)
-            holds = free & (self.largest(np.abs(shape.off(self.flat))) <= slack * drawing.tolerance)
-            holds &= np.abs(shape.off(self.middles)) <= SAG * sag + drawing.tolerance
-            facing = np.vecdot(self.facing, _slopes(shape, self.middles))
-            holds &= facing * facing[seed[0]] > 0.5
-            found = shape, np.flatnonzero(holds if holds[list(seed)].any() else holds & False)
-            return found[1]
-
         # The first slack may take a wall that turns by little against this one, and spoil the fit.
         for slacks in ((LOOSE, 2.0, 1.0, 1.0), (1.0, 1.0, 1.0)):
             rows = np.asarray(seed)
             for slack in slacks:
-                if not len(rows := again(rows, slack)):
+                own = self.flat[np.unique(self.corners[self.of_facet.rows(rows)])]
+                shape = kind.through(own)
+                if isinstance(shape, Circle) and abs(shape.r) < self.near:
+                    shape.r = 0.0
+                    shape.z, shape.radius = _on_axis_circle(own)
+                # A floor has its outline, a ring, on the fillet that it joins.
+                sag = self.middles[:, 0] + (shape.radius if isinstance(shape, Circle) else 0.0)
+                holds = free & (self.largest(np.abs(shape.off(self.flat))) <= slack * drawing.tolerance)
+                holds &= np.abs(shape.off(self.middles)) <= SAG * sag + drawing.tolerance
+                facing = np.vecdot(self.facing, _slopes(shape, self.middles))
+                holds &= facing * facing[seed[0]] > 0.5
+                if not holds[list(seed)].any():
                     break
-            # Some steps of a fine arc fit many circles: on as long as there are more.
-            while len(rows):
-                best, before = found, len(rows)
-                if not len(rows := again(rows, 2.0)) or len(rows := again(rows, 1.0)) <= before:
-                    return best
+                rows = np.flatnonzero(holds)
+            else:
+                return shape, rows
         return None
 
     def rings(self, drawing: Drawing) -> tuple[np.ndarray, np.ndarray]:
@@ -227,26 +217,7 @@ def surfaces_about(drawing: Drawing, plane: HalfPlane) -> list[Swept]:
             for piece in pieces:
                 drawing.taken[piece.facets] = True
                 found.append(piece)
-    _give_rings(drawing, plane, found)
-    return [each for each in found if len(each.facets)]
-
-
-def _give_rings(drawing: Drawing, plane: HalfPlane, found: list[Swept]) -> None:
-    """Give a line the facets of arcs that lie on it, between its ends: one ring of an arc is a chord, and a line too.
-
-    Where some of such a ring are drawn as one facet with those of the line, the others would be of the arc.
-    """
-    for line in found:
-        if not isinstance(line.shape, Line):
-            continue
-        along = plane.flat @ [-math.sin(line.shape.angle), math.cos(line.shape.angle)]
-        ends = along[np.unique(plane.corners[plane.of_facet.rows(line.facets)])]
-        is_on = plane.largest(np.abs(line.shape.off(plane.flat))) <= drawing.tolerance
-        is_on &= plane.largest(np.abs(along - (ends.min() + ends.max()) / 2)) <= np.ptp(ends) / 2 + drawing.tolerance
-        for arc in found:
-            if isinstance(arc.shape, Circle) and is_on[arc.facets].any():
-                line.facets = np.union1d(line.facets, arc.facets[is_on[arc.facets]])
-                arc.facets = arc.facets[~is_on[arc.facets]]
+    return found
 
 
 def _different(flat: np.ndarray, tolerance: float) -> np.ndarray:

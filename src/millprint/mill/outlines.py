@@ -128,17 +128,14 @@ def _regions(
         if region[seed] >= 0:
             continue
         members[0], found, normal = seed, 1, area_vector[seed]
-        # The plane of one triangle may be off at the far end of a wide facet, and that of a strip take up the next step
-        # of a rounding: fit it to all found, and search again, no farther off than corners are from a fitted plane.
+        # The plane of one triangle may be off at the far end of a wide facet: fit it to all found, and search again.
         for _ in range(ROUNDS):
             before = found
-            size = np.sqrt((normal * normal).sum())
-            normal = normal / size
-            offset, near = 0.0, tolerance if found == 1 else tolerance / 2
+            normal = normal / np.sqrt((normal * normal).sum())
+            offset = 0.0
             for member in members[:found]:
-                share = (area_vector[member] * normal).sum() / size
                 for k in range(3):
-                    offset += share * (corners[member, k] * normal).sum() / 3
+                    offset += (corners[member, k] * normal).sum() / (3 * found)
             search += 1
             members[0], found, at = seed, 1, 0
             seen[seed] = search
@@ -151,7 +148,7 @@ def _regions(
                     height = 0.0
                     for k in range(3):
                         height = max(height, abs((corners[other, k] * normal).sum() - offset))
-                    if height <= near and (area_vector[other] * normal).sum() >= least_facing[other]:
+                    if height <= tolerance and (area_vector[other] * normal).sum() >= least_facing[other]:
                         members[found] = other
                         found += 1
                 at += 1

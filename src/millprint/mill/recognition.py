@@ -19,7 +19,6 @@ from millprint.mill.curved_surfaces import Curve
 from millprint.mill.drawn_axes import (
     AROUND,
     axes_of_outlines,
-    axes_of_patches,
     axis_of_band,
     axis_of_strip,
     may_turn_at_seams,
@@ -38,11 +37,9 @@ from millprint.mill.half_plane import (
     surface_begins,
     surfaces_about,
 )
-from millprint.mill.outlines import Outlines
 from millprint.mill.tangency import make_tangent
 from millprint.mill.turned_shapes import (
     LOOSE,
-    MOST_CORNERS,
     Axis,
     Circle,
     Drawing,
@@ -183,15 +180,11 @@ def find_surfaces(drawing: Drawing) -> list[Swept]:
     found: list[Swept] = []
     known: list[Axis] = []
 
-    def take(axis: Axis, least: int = 1) -> None:
-        """Take the surfaces about an axis, if they have that number of facets at least."""
+    def take(axis: Axis) -> None:
         if same_axis(axis, known, drawing.tolerance, drawing.vessel.size):
             return
         swept = surfaces_about(drawing, HalfPlane(drawing, axis))
-        if sum(len(each.facets) for each in swept) < least:
-            for each in swept:
-                drawing.taken[each.facets] = False
-        elif swept:
+        if swept:
             refined = _refined(
                 drawing, axis, swept, [*(other.along for other in known), *normals_next_to(drawing, swept)]
             )
@@ -214,8 +207,6 @@ def find_surfaces(drawing: Drawing) -> list[Swept]:
         else:
             found.append(dome)
     drawing.taken &= ~is_dome
-    for axis, count in axes_of_patches(drawing):
-        take(axis, count // 2)
     in_vain = 0
     for axis in axes_of_outlines(drawing):
         before = len(known)
@@ -291,50 +282,10 @@ def nearly_found(drawing: Drawing, facets: np.ndarray) -> str | None:
     )
 
 
-def _cut(drawing: Drawing, surfaces: list[Swept]) -> Vessel | None:
-    """The vessel with facets cut in two that reach from one surface into another; None if there are none.
-
-    The first step of a rounding may be as near to the plane of the strip before it as the file's rounding, and drawn
-    as one facet with it. It is cut between the two corners in which its neighbours change.
-    """
-    vessel, surface_of = drawing.vessel, np.full(len(drawing.taken), -1)
-    for number, swept in enumerate(surfaces):
-        surface_of[swept.facets] = number
-    counts, loops = drawing.corners.counts, vessel.outlines.facets.counts
-    edge_sides = vessel.edge_arrays.facets[vessel.edge_of_side]
-    facets: list[list[np.ndarray]] = []
-    cut = []
-    for facet in np.flatnonzero(~drawing.taken & (loops == 1) & (counts > 3) & (counts <= MOST_CORNERS)).tolist():
-        sides = drawing.corners.first[facet] + np.arange(counts[facet])
-        beside = surface_of[edge_sides[sides].sum(axis=1) - facet]
-        turns = np.flatnonzero((beside >= 0) & (np.roll(beside, 1) >= 0) & (beside != np.roll(beside, 1))).tolist()
-        known = beside[beside >= 0]
-        # As many as there are in all: where something else is between, the corner is not known.
-        if len(turns) != (known != np.roll(known, 1)).sum():
-            continue
-        for first, last in zip(turns, turns[1:] + turns[:1], strict=True):
-            outline = np.roll(vessel.outlines.points[sides], -first, axis=0)
-            last = (last - first) % len(outline)
-            if beside[first - 1] != np.roll(beside, -first)[last] or not 1 < last < len(outline) - 1:
-                continue
-            parts = Outlines.of([[outline[: last + 1]], [np.concatenate([outline[last:], outline[:1]])]])
-            if (parts.areas @ drawing.normals[facet] > drawing.tolerance**2).all():
-                facets += parts.lists(parts.points)
-                cut.append(facet)
-                break
-    if not cut:
-        return None
-    facets += [list(vessel.facets[k].loops) for k in np.setdiff1d(np.arange(len(counts)), cut).tolist()]
-    return Vessel(Outlines.of(facets), vessel.name, vessel.solid, vessel.smooth_axis)
-
-
 def recognise(vessel: Vessel, rounding: float) -> Vessel:
     """A vessel of flat facets with the exact surfaces that they draw; rounding: of the file's coordinates [m]."""
     drawing = Drawing(vessel, rounding)
     surfaces = find_surfaces(drawing)
-    if (cut := _cut(drawing, surfaces)) is not None:
-        drawing = Drawing(vessel := cut, rounding)
-        surfaces = find_surfaces(drawing)
     planes = make_tangent(drawing, surfaces)
     curves: list[Curve] = []
     on_curve = np.full(len(vessel.normals), -1)
