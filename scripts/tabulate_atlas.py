@@ -1,5 +1,6 @@
 """Joins the batches of the simulations of the atlas.
 
+Settings: none.
 Inputs: `rows`, a table for each batch.
 Outputs: `table`.
 """

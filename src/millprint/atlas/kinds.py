@@ -5,8 +5,6 @@ To add a kind, write what makes its groups from dimensions and dimensions from g
 
 import math
 
-import numpy as np
-
 from millprint.atlas.kind_groups import (
     CONTACT,
     FILLET,
@@ -173,6 +171,8 @@ MIXER = Kind(
 # ---- drum ----
 def _drum_speed(values: Values) -> float:
     """Speed over the critical one, at which a ball stays on the wall: sqrt(g / (R - d / 2)) / 2 pi."""
+    import numpy as np
+
     reach = (values["radius_mm"] - values["ball_diameter_mm"] / 2) / 1e3
     return 2 * math.pi * values["speed_hz"] / np.sqrt(GRAVITY / reach)
 

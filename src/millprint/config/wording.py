@@ -23,7 +23,7 @@ SAME_KIND = (
     {"g": 1.0, "kg": 1e3, "mg": 1e-3},
     {"s": 1.0, "min": 60.0, "h": 3600.0, "ms": 1e-3},
     {"rpm": 1.0, "hz": 60.0},
-    {"gpa": 1e9, "mpa": 1e6, "bar": 1e5, "kPa": 1e3, "hPa": 1e2, "pa": 1.0},
+    {"gpa": 1e9, "mpa": 1e6, "bar": 1e5, "kpa": 1e3, "hpa": 1e2, "pa": 1.0},
     {"kg_m3": 1.0, "g/cm3": 1e3},
 )
 # Units in which people give a value by mistake, the likeliest first.
@@ -62,10 +62,11 @@ def number_meant(text: str) -> str:
 
 def converted(value: float, given: str, wanted: str) -> str:
     """A value in another unit of the same kind; empty if there is none."""
-    if (given, wanted.lower()) == ("°C", "k"):
+    given, wanted = given.lower(), wanted.lower()
+    if (given, wanted) == ("°c", "k"):
         return f"{value + ZERO_C_IN_K:g}"
-    kinds = (kind for kind in SAME_KIND if given in kind and wanted.lower() in kind)
-    return next((f"{value * kind[given] / kind[wanted.lower()]:.10g}" for kind in kinds), "")
+    kinds = (kind for kind in SAME_KIND if given in kind and wanted in kind)
+    return next((f"{value * kind[given] / kind[wanted]:.10g}" for kind in kinds), "")
 
 
 def other_unit(value: float, unit: str, fits: Callable[[float], bool]) -> str:
