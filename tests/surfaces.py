@@ -219,7 +219,6 @@ def check_contacts(case: Case, radius: float, count: int, rng: np.random.Generat
     drawn = None if case.triangles is None else distance_to_triangles(case.triangles, points)
     # Where a foot comes or goes within the tolerance, there may be a contact more or less.
     moved = [feet(hollow, points + 4 * off * shift) for shift in np.vstack([np.eye(3), -np.eye(3)])]
-    made_tangent = max((math.sqrt(2 * off / piece.radius) for piece in hollow.pieces if piece.sweep), default=0.0)
     wrong = []
     for k in range(len(points)):
         overlaps = np.sort(contacts.overlap[contacts.ball == k])[::-1]
@@ -249,8 +248,7 @@ def check_contacts(case: Case, radius: float, count: int, rng: np.random.Generat
         elif depth > off and len(overlaps) == most == 1:
             # In a shallow seam both walls may be as near.
             angle = min(float(np.linalg.norm(contacts.push[k] - each.towards[k])) for each in (exact, *moved))
-            # An arc and a line whose seam is within the rounding of the file may be made tangent.
-            if not angle < 1e-3 + 20 * off / radius + made_tangent:
+            if not angle < 1e-3 + 20 * off / radius:
                 said = f"is pushed {math.degrees(angle):.3g} degrees off"
         if said:
             wrong.append(f"ball of {radius:.4g} mm at {np.round(points[k], 5).tolist()} mm {said}")

@@ -13,6 +13,9 @@ from millprint.atlas.design import HELD_OUT, design, rows_of
 from millprint.atlas.estimate_mill import check, estimate, exponents
 from millprint.atlas.fit_atlas import Rows, fit_kind, fit_surface, fit_width
 from millprint.atlas.kinds import KINDS, MIXER, PLANETARY, recognise
+from millprint.cli import estimate_condition
+from millprint.config.atlas import HELD_OUT_MILLS, AtlasConfig
+from millprint.config.counting import DEFAULT_RULE
 from millprint.config.errors import ConfigError
 from millprint.config.included import included_mills, load_mill
 from millprint.mill.vessel import build_vessel
@@ -258,19 +261,34 @@ def test_balls_that_never_part_are_a_row_with_power(monkeypatch):
     from millprint.atlas import simulate_rows
 
     summary = {"power_W": {"wall": 2.0}, "per_revolution": {"wall_J": [1.0, 1.1] * 8}, "revolutions": 16.0}
-
-    def none_counted(summaries, rule):
-        raise ConfigError(f"{rule} counts no collision")
-
+    summary["collisions"] = [{"name": DEFAULT_RULE, "count": 0}]
     monkeypatch.setattr(simulate_rows, "simulate", lambda *given: summary)
-    monkeypatch.setattr(simulate_rows, "tabulate_descriptors", none_counted)
     (condition,) = conditions(MIXER, 1)
     row = simulate_rows.simulate_row(MIXER, condition, 0)
     assert (row["wall_power_W"], row["motion"], row["recorded_turns"]) == (2.0, "no impacts", 16)
     assert 0 < row["wall_power_relative_se"] < 0.02
 
 
+@pytest.mark.parametrize(
+    ("options", "part"),
+    [(["--exponents"], "--exponents: they are of one condition"), (["--balls", "10"], "give all three")],
+)
+def test_a_part_of_a_condition_is_refused(options, part):
+    with pytest.raises(ConfigError, match=part):
+        estimate_condition.main(["mixer", *options])
+
+
 # ---- what ships ----
+def test_the_target_without_settings_makes_the_shipped_atlas():
+    table = read_table(ROOT / "config/atlas/simulations.tsv")
+    assert set(AtlasConfig.model_fields) == set(KINDS)
+    training = table[table["part"] == "training"]["kind"].value_counts().to_dict()
+    assert training == AtlasConfig().kinds
+    assert table[table["part"] == "held_out"]["kind"].value_counts().to_dict() == dict.fromkeys(
+        training, HELD_OUT_MILLS
+    )
+
+
 def test_the_shipped_table_is_of_the_design_and_not_of_held_out_mills():
     table = read_table(ROOT / "config/atlas/simulations.tsv")
     for (name, part), own in table.groupby(["kind", "part"]):

@@ -1,8 +1,10 @@
 """The atlas: what any mill of a kind does, learned from simulations over mills. Target `atlas`, part of no other."""
 
+from millprint.config.atlas import HELD_OUT_MILLS
+
 ATLAS = f"{RESULTS}/atlas"
 # Rows of a job: a simulation takes a second or two, about as long as it takes Snakemake to start a few jobs.
-ATLAS_BATCH, HELD_OUT_MILLS = 25, 100
+ATLAS_BATCH = 25
 ATLAS_ROWS = {
     (kind, part): count
     for kind, simulations in CONFIG.atlas.kinds.items()

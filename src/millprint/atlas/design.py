@@ -12,12 +12,12 @@ from scipy.stats import qmc
 
 from millprint.atlas.kind_groups import FEWEST_BALLS, MOST_BALLS, Kind
 from millprint.atlas.kinds import KINDS, kind_named
+from millprint.config.atlas import HELD_OUT_MILLS
 from millprint.run.files import read_table, write_table
 
 HELD_OUT, TRAINING = "held_out", "training"
 # Seeds of the two sequences.
 SEEDS = {HELD_OUT: 20_261, TRAINING: 7}
-HELD_OUT_MILLS = 100
 
 
 def conditions(kind: Kind, part: str) -> Iterator[dict[str, float]]:

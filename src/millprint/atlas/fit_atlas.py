@@ -1,22 +1,16 @@
 """The fit of the atlas: power laws by ridge regression, then a Gaussian process of what they leave, then widths.
 
 Each row has its own noise, known from its turns; what else scatters, such as motions that last in several ways, is one
-further variance. Lengths and variances are those of the largest marginal likelihood (scikit-learn). Widths come from
-residuals of rows that are left out (Rasmussen and Williams 2006, Eqs 5.10 to 5.12), with the lengths kept.
+further variance. Lengths and variances are those of the largest marginal likelihood. Widths come from residuals of rows
+that are left out (Rasmussen and Williams 2006, Eqs 5.10 to 5.12), with the lengths kept.
 """
 
 import math
-import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy.linalg import cho_factor, cho_solve
-from scipy.optimize import minimize
-from sklearn.exceptions import ConvergenceWarning
-from sklearn.gaussian_process import GaussianProcessRegressor
-from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
 
 from millprint.atlas.atlas_model import (
     FITTED,
@@ -27,9 +21,9 @@ from millprint.atlas.atlas_model import (
     Width,
     combined,
     inputs_of,
-    matern,
 )
 from millprint.atlas.kind_groups import Kind
+from millprint.estimate.gaussian_process import Conditioned, Covariance, Kernel, Likelihood
 
 # Strengths of the ridges of power laws of numbers and of widths, in rows; level of the intervals [-].
 RIDGE, SHRINK, LEVEL = 0.3, 10.0, 0.90
@@ -43,7 +37,10 @@ NOISE_OF = {
     "tangential_energy": "weighted_tangential_energy_relative_se",
     "tangential_frequency": "weighted_tangential_frequency_relative_se",
 }
-# Steps of the search for lengths; more of them change no error.
+# Of the process, as a share of what power laws leave: start and bounds of its variance, of its lengths in ranges of the
+# groups, and of the further noise.
+VARIANCE, LENGTH, NOISE = (1.0, 1e-3, 1e2), (1.5, 0.15, 40.0), (0.1, 1e-5, 2.0)
+# Steps of the search for them; more of them change no error.
 ITERATIONS = 30
 # Rows of these words have no hits, nor those whose E*n is under this share of m (2 pi f A)^2: of 50 planetary mills,
 # hardly one lies between e^-5 and e^-7.
@@ -130,28 +127,18 @@ def fit_surface(
     linear = np.linalg.solve(design.T @ (design * weight[:, None]) + penalty, design.T @ (weight * values))
     left = values - design @ linear
     spread = float(np.std(left)) or 1.0
-    kernel = ConstantKernel(1.0, (1e-3, 1e2)) * Matern(np.full(inputs.shape[1], 1.5), (0.15, 40.0), nu=2.5)
-    kernel += WhiteKernel(0.1, (1e-5, 2.0))
-    process = GaussianProcessRegressor(kernel, alpha=(noise / spread) ** 2, optimizer=_largest)
-    with warnings.catch_warnings():
-        # A length at its bound is that of an input that decides nothing.
-        warnings.simplefilter("ignore", ConvergenceWarning)
-        process.fit(inputs, left / spread)
-    found = process.kernel_
-    lengths = np.atleast_1d(found.k1.k2.length_scale)
-    amplitude, further = found.k1.k1.constant_value, found.k2.noise_level
-    own = (noise / spread) ** 2 + further
-    factor = cho_factor(amplitude * matern(inputs, inputs, lengths) + np.diag(own), lower=True)
-    solved = cho_solve(factor, left / spread)
-    without = values - spread * solved / np.diag(cho_solve(factor, np.eye(len(inputs))))
-    surface = Surface(linear, lengths, spread * amplitude * solved, rows, spread**2 * own, spread**2 * amplitude)
-    return surface, without
-
-
-def _largest(negative: Callable, start: np.ndarray, bounds: np.ndarray) -> tuple[np.ndarray, float]:
-    """The largest likelihood within ITERATIONS, as scikit-learn asks for it."""
-    found = minimize(negative, start, method="L-BFGS-B", jac=True, bounds=bounds, options={"maxiter": ITERATIONS})
-    return found.x, found.fun
+    width = inputs.shape[1]
+    kernel = Kernel(("Matern 5/2",), np.zeros(1, dtype=int), np.arange(1, 1 + width)[None])
+    start, *bounds = np.log([VARIANCE, *[LENGTH] * width, NOISE]).T
+    known = (noise / spread) ** 2
+    likelihood = Likelihood(kernel, inputs, left / spread, known)
+    theta, _ = likelihood.maximise([start], np.transpose(bounds), ITERATIONS)
+    amplitude, *lengths, further = np.exp(theta)
+    own = known + further
+    process = Conditioned.fit(Covariance(kernel, theta), inputs, left / spread, own)
+    without = values - left + spread * process.left_out(left / spread)[0]
+    weights = spread * amplitude * process.weights
+    return Surface(linear, np.array(lengths), weights, rows, spread**2 * own, spread**2 * amplitude), without
 
 
 def fit_width(inputs: np.ndarray, residuals: np.ndarray) -> Width:

@@ -12,7 +12,8 @@ from millprint.atlas.kind_groups import Kind
 from millprint.atlas.kinds import kind_named
 from millprint.cases.simulate import simulate_each
 from millprint.config.contact_set import ContactConfig
-from millprint.config.errors import ConfigError, SimulationError
+from millprint.config.counting import DEFAULT_RULE, recorded_count
+from millprint.config.errors import SimulationError
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem import PHYSICS
 from millprint.dem.laws.registry import step_scale
@@ -72,13 +73,11 @@ def simulate_row(kind: Kind, condition: dict[str, float], seed: int) -> dict[str
         summary = simulate(case, mill, contact, DemConfig())
     except SimulationError as error:
         return {"motion": f"failed: {error}"}
-    try:
-        found = tabulate_descriptors([summary], "gap_0_02").iloc[0]
+    if recorded_count(summary, DEFAULT_RULE)["count"]:
+        found = tabulate_descriptors([summary], DEFAULT_RULE).iloc[0]
         read = {**{name: float(found[name]) for name in (*READ, *ERRORS)}, "motion": found["motion"]}
-    except ConfigError as fault:
+    else:
         # Balls that roll and never part.
-        if "counts no collision" not in str(fault):
-            raise
         spread = relative_error(summary["per_revolution"]["wall_J"])
         read = {READ[0]: summary["power_W"]["wall"], ERRORS[0]: spread, "motion": NO_COLLISION}
     return {

@@ -85,9 +85,11 @@ def dimensions_of(options: argparse.Namespace, kind: Kind, built: Values) -> dic
 
 
 def asked_of(options: argparse.Namespace) -> ConditionSection | None:
-    """The condition that is asked for, if one is. Raises ConfigError, in one line."""
+    """The condition that is asked for, if one is. Raises ConfigError, in one line, for a part of one."""
     given = [options.balls, options.charge, options.speed]
     if all(word is None for word in given):
+        if options.exponents:
+            raise ConfigError("--exponents: they are of one condition; give --balls, --charge and --speed")
         return None
     if None in given:
         raise ConfigError("--balls, --charge, --speed: give all three, or none for the conditions of the mill's sweep")

@@ -6,15 +6,20 @@ from pydantic import Field
 
 from millprint.config.section import Section
 
+# Mills of each kind that no model sees.
+HELD_OUT_MILLS = 100
 Simulations = Annotated[int, Field(ge=0, le=5000)]
 
 
 class AtlasConfig(Section):
-    """The simulations of the atlas of mills: target `atlas`. The held-out mills, 100 of a kind, come on top."""
+    """The simulations of the atlas of mills: target `atlas`. The held-out mills, 100 of a kind, come on top.
 
-    planetary: Simulations = 400
+    The defaults are those of the included atlas.
+    """
+
+    planetary: Simulations = 800
     """simulations of planetary mills that the model is fitted to; 0 for none of the kind"""
-    mixer: Simulations = 400
+    mixer: Simulations = 600
     """of mixer mills"""
     drum: Simulations = 0
     """of tumbling drums"""

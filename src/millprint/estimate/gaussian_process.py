@@ -172,11 +172,17 @@ class Likelihood:
         pull = self.precisions * (theta - self.centres)
         return float(value + 0.5 * pull @ (theta - self.centres)), found + pull
 
-    def maximise(self, starts: Sequence[np.ndarray] | np.ndarray, bounds: np.ndarray) -> tuple[np.ndarray, float]:
-        """theta within bounds (p, 2) at the highest maximum that is reached from the starts, and negative_log there."""
+    def maximise(
+        self, starts: Sequence[np.ndarray] | np.ndarray, bounds: np.ndarray, steps: int | None = None
+    ) -> tuple[np.ndarray, float]:
+        """theta within bounds (p, 2) at the highest maximum that is reached from the starts, and negative_log there.
+
+        steps: the most of each search; by default it goes on until it is done.
+        """
         from scipy.optimize import minimize
 
-        found = [minimize(self.negative_log, start, jac=True, method="L-BFGS-B", bounds=bounds) for start in starts]
+        search = {"jac": True, "method": "L-BFGS-B", "bounds": bounds, "options": {"maxiter": steps} if steps else {}}
+        found = [minimize(self.negative_log, start, **search) for start in starts]
         best = min(found, key=lambda each: each.fun)
         return best.x, float(best.fun)
 
