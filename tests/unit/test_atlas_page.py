@@ -13,8 +13,8 @@ from millprint.atlas.kinds import KINDS
 from millprint.atlas.page.atlas_page import atlas_content, atlas_page
 from millprint.atlas.page.written_formulas import Name
 from millprint.config.errors import ConfigError
-from millprint.estimate.estimates import WIDEST, Estimate, Interval
-from millprint.estimate.judge import judge
+from millprint.estimate.estimates import Estimate, Interval, ratio_of
+from millprint.fingerprint.match_target import verdict_on
 from millprint.run.files import read_json
 from tests.browser import DESKTOP, PHONE, needs_browser
 from tests.conftest import ROOT
@@ -106,19 +106,17 @@ def test_the_page_refuses_what_python_refuses(page, name):
 
 
 @needs_browser
-def test_the_page_and_python_give_one_verdict(page):
+def test_the_page_and_a_match_give_one_verdict(page):
     draw = np.random.default_rng(2)
+    logs = np.stack([draw.normal(0, 0.3, (200, 2)), *np.abs(draw.normal(0, 0.2, (2, 200, 2)))], axis=-1)
     pairs = [
-        [{"value": value, "lower": value * exp(-low), "upper": value * exp(high)} for value, low, high in own]
-        for own in np.exp(draw.normal(0, 0.4, (200, 2, 3)))
+        [{"value": exp(value), "lower": exp(value - low), "upper": exp(value + high)} for value, low, high in pair]
+        for pair in logs.tolist()
     ]
-    expected = [
-        judge(
-            *(Estimate(own["value"], "J", scatter=Interval(own["lower"], own["upper"])) for own in pair), widest=WIDEST
-        ).word
-        for pair in pairs
-    ]
-    said = page.run(f"return {json.dumps(pairs)}.map(([own, paper]) => judge(own, paper, {WIDEST}).word);")
+    made = [[Estimate(own["value"], "J", mean=Interval(own["lower"], own["upper"])) for own in pair] for pair in pairs]
+    expected = [verdict_on(ratio_of(*pair), 30).word for pair in made]
+    verdict = "verdictOn({ interval: ratioWith(...pair) }, CONTENT.near_percent)"
+    said = page.run(f"return {json.dumps(pairs)}.map((pair) => {verdict});")
     assert said == expected and set(said) == {"agrees", "differs", "open"}
 
 

@@ -13,8 +13,8 @@ from millprint.atlas.estimate_mill import BEYOND, STIFFNESS
 from millprint.atlas.kind_groups import MOST_BALLS, PACKED, SETTINGS, Kind
 from millprint.atlas.kinds import KINDS, recognise
 from millprint.atlas.page.written_formulas import formulas
+from millprint.config.fingerprint import SearchConfig
 from millprint.config.included import load_contact, load_mill
-from millprint.estimate.estimates import WIDEST
 from millprint.fingerprint.condition_search import SOLD_MM
 from millprint.run.files import read_json, read_table
 from millprint.run.html_pages import embed_files, embed_json, render_page
@@ -111,7 +111,7 @@ def atlas_content(
         "mills": [*included_mills(included, kinds), *makers_mills(makers, kinds)],
         "contacts": [_contact(name) for name in CONTACTS],
         "sold_mm": SOLD_MM,
-        "widest": WIDEST,
+        "near_percent": SearchConfig().near_percent,
     }
 
 

@@ -1,20 +1,9 @@
-/* The verdict on two numbers by their intervals, as millprint.estimate.judge; its words are those of a match. */
+/* What a verdict rests on: ratios with intervals; the verdict on one is that of a match (`verdictOn`). */
 
-const holds = ({ lower, upper }, value) => lower <= value && value <= upper;
-
-/** One of the three words and why: whether your number is the paper's, by the intervals of both; widest: the largest
-    factor between the ends of one that says anything. */
-function judge(own, paper, widest) {
-  if ([own, paper].some(({ lower, upper }) => !(lower > 0 && upper <= widest * lower))) {
-    return { word: OPEN, reason: `an interval spans more than a factor of ${widest}` };
-  }
-  const inside = [holds(own, paper.value), holds(paper, own.value)];
-  if (inside[0] && inside[1]) return { word: AGREES, reason: "each value lies within the other's interval" };
-  if (inside[1]) return { word: AGREES, reason: "your value lies within the paper's interval" };
-  if (own.lower <= paper.upper && paper.lower <= own.upper) {
-    return { word: OPEN, reason: "the intervals overlap, but do not hold both values" };
-  }
-  return { word: DIFFERS, reason: "the intervals are apart" };
+/** Why a ratio has its word. */
+function why(word, nearPercent) {
+  if (word === AGREES) return `surely within ${nearPercent} %`;
+  return word === DIFFERS ? `surely more than ${nearPercent} % apart` : `within ${nearPercent} % or not: the interval does not tell`;
 }
 
 /** What rests on several verdicts: the first word that differs, or else is open, or else agrees. */

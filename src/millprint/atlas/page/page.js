@@ -21,6 +21,7 @@ function shown(own, unit) {
 /** What follows from an estimate for a powder. */
 function answerOf(kind, condition) {
   const { known, hits } = kind.estimate(condition);
+  const shear = ratioWith(known.tangential_power_W, known.normal_power_W);
   const ball_g = 1e3 * condition.density_kg_m3 * (Math.PI / 6) * (condition.ball_diameter_mm / 1e3) ** 3;
   const powder_g = (condition.number * ball_g) / condition.bpr;
   // The inner wall, the rounding of edges left out.
@@ -34,7 +35,9 @@ function answerOf(kind, condition) {
     power: through(known.wall_power_W, (end) => end / powder_g),
     energy: known.weighted_normal_energy_J,
     often: through(known.weighted_normal_frequency_hz, (end) => (end * condition.number) / powder_g),
-    share: through(ratioWith(known.tangential_power_W, known.normal_power_W), (end) => end / (1 + end)),
+    shear,
+    share: through(shear, (end) => end / (1 + end)),
+    point: { kind: kind.name, ...kind.groups(condition) },
     heat: through(known.wall_power_W, (end) => end / wall_cm2),
   };
 }
@@ -47,13 +50,24 @@ const FIVE = {
   share: ["Share of shear", "of what hits and shear dissipate", "%"],
   heat: ["Heat to carry away", "per cm² of the jar's inner wall", "W/cm²"],
 };
-// What decides whether a powder feels the same: title, value, and the numbers whose intervals it rests on.
+// What decides whether a powder feels the same: title, what is shown in which unit, what is compared (of a share its odds,
+// as by a match), and the numbers whose intervals it rests on.
 const [NORMAL, TANGENTIAL] = ["normal", "tangential"].map((part) => ["energy_J", "frequency_hz"].map((name) => `weighted_${part}_${name}`));
+const sheared = (own) => own.known.weighted_tangential_energy_J;
 const SAME = {
-  energy: ["The energy of a strong hit", (own) => own.energy, NORMAL.slice(0, 1)],
-  shear: ["The energy of a strong shear", (own) => own.known.weighted_tangential_energy_J, TANGENTIAL.slice(0, 1)],
-  share: ["The share of shear", (own) => own.share, [...NORMAL, ...TANGENTIAL]],
+  energy: ["The energy of a strong hit", (own) => own.energy, "J", (own) => own.energy, NORMAL.slice(0, 1)],
+  shear: ["The energy of a strong shear", sheared, "J", sheared, TANGENTIAL.slice(0, 1)],
+  share: ["The share of shear", (own) => own.share, "%", (own) => own.shear, [...NORMAL, ...TANGENTIAL]],
 };
+
+/** A number of one answer over that of another, with its interval: none at the same point of the atlas, whose error both
+    have. */
+function ratioAt(own, paper, of) {
+  const [one, other] = [of(own), of(paper)];
+  const value = one.value / other.value;
+  const same = Object.entries(own.point).every(([name, each]) => each === paper.point[name] || Math.abs(each / paper.point[name] - 1) < 1e-9);
+  return same ? { value, lower: value, upper: value } : ratioWith(one, other);
+}
 
 /** A ratio in words: 2.30 times more (1.80 to 3.00). */
 function timesWords({ value, lower, upper }) {
@@ -158,11 +172,11 @@ class AtlasPage {
 
   /** The verdicts on SAME of an answer and the paper's. */
   verdicts(own, paper) {
-    return Object.entries(SAME).map(([name, [title, of, numbers]]) => {
-      const [one, other] = [of(own), of(paper)];
-      const ratio = name === "share" ? null : ratioWith(one, other);
-      const verdict = this.unproven(numbers) ?? judge(one, other, this.content.widest);
-      return { name, title, own: one, paper: other, ratio, ...verdict };
+    const near = this.content.near_percent;
+    return Object.values(SAME).map(([title, of, unit, compared, numbers]) => {
+      const ratio = ratioAt(own, paper, compared);
+      const word = verdictOn({ interval: ratio }, near);
+      return { title, unit, own: of(own), paper: of(paper), ratio, ...(this.unproven(numbers) ?? { word, reason: why(word, near) }) };
     });
   }
 
@@ -210,7 +224,7 @@ class AtlasPage {
     const named = (wanted) => listed(verdicts.filter((each) => each.word === wanted).map(({ title }) => small(title)));
     say.className = word;
     say.textContent = {
-      [AGREES]: "As far as the atlas can tell, both do the same to a powder.",
+      [AGREES]: `By the atlas both do the same to a powder, within ${this.content.near_percent} %.`,
       [DIFFERS]: `They do not do the same to a powder: they differ in ${named(DIFFERS)}.`,
       [OPEN]: `It is open whether they do the same to a powder: nothing is decided on ${named(OPEN)}.`,
     }[word];
@@ -221,11 +235,10 @@ class AtlasPage {
       `${durationWords(hours.value)} in yours (${durationWords(hours.lower)} to ${durationWords(hours.upper)}).`;
   }
 
-  reason({ title, word, reason, own, paper, ratio }) {
-    const unit = ratio ? "J" : "%";
+  reason({ title, unit, word, reason, own, paper, ratio }) {
     const [yours, its] = [own, paper].map((each) => shown(each, unit));
     const values = `yours ${yours.value} ${yours.unit}, the paper’s ${its.value} ${its.unit}`;
-    const times = ratio ? `, ${timesWords(ratio)}` : "";
+    const times = unit === "%" ? `, shear over hits ${timesWords(ratio)}` : `, ${timesWords(ratio)}`;
     const mark = element("strong", { class: `word ${word}` }, word);
     return element("li", {}, mark, element("span", {}, element("b", {}, title), `: ${values}${times}; ${reason}.`));
   }
