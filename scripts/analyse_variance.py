@@ -11,8 +11,8 @@ from millprint.figures.style import save
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.run.tables import Text, read_measured
+from millprint.thesis.doe.residuals import write_analysis
 from millprint.thesis.doe.variance import pareto_table
-from millprint.thesis.doe.written import write_analysis
 from millprint.thesis.figures.chapter2_figures import interactions, pareto, residuals
 
 

@@ -14,7 +14,7 @@ from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.thesis.surrogate.dataset import TrainingRun, featurise, wall_contact_distances, write_dataset
 from millprint.thesis.surrogate.measures import wall_contact_table
-from millprint.thesis.surrogate.scene import read_scene, read_trajectory
+from millprint.thesis.surrogate.rollout import read_scene, read_trajectory
 
 logger = logging.getLogger("millprint")
 

@@ -12,7 +12,11 @@ from millprint.run.job import job
 from millprint.thesis.surrogate.measures import is_met, join_tables, tabulate
 from millprint.thesis.surrogate.rollout import (
     RollOut,
+    Scene,
     blurred,
+    mean_power_W,
+    read_scene,
+    read_trajectory,
     riding,
     rms_wall_speed,
     scaled_motion,
@@ -20,7 +24,6 @@ from millprint.thesis.surrogate.rollout import (
     slowed,
 )
 from millprint.thesis.surrogate.rollout_evaluation import REFERENCES, evaluate, of_test
-from millprint.thesis.surrogate.scene import Scene, mean_power_W, read_scene, read_trajectory
 
 # Of the time of the training, in which the mill starts: not a part of its motion.
 START_SHARE = 0.1

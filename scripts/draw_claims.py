@@ -30,7 +30,7 @@ from millprint.thesis.claims.tabulate import (
     tabulate_jars,
 )
 from millprint.thesis.curves.scaling import draw_tables, tables_of
-from millprint.thesis.fit.equal_jars import read_equal_jars
+from millprint.thesis.fit.open_shape import read_equal_jars
 
 
 def main(

@@ -16,7 +16,7 @@ from millprint.run.tables import read_printed
 from millprint.thesis.surrogate.graph_surrogate import single_steps
 from millprint.thesis.surrogate.measures import join_tables, printed_measures, tabulate
 from millprint.thesis.surrogate.network import choose_device, read_weights
-from millprint.thesis.surrogate.rollout import RollOut
+from millprint.thesis.surrogate.rollout import RollOut, read_scene, read_trajectory
 from millprint.thesis.surrogate.rollout_evaluation import (
     REFERENCES,
     dissipation_table,
@@ -26,7 +26,6 @@ from millprint.thesis.surrogate.rollout_evaluation import (
     evaluate_at_rest,
     of_test,
 )
-from millprint.thesis.surrogate.scene import read_scene, read_trajectory
 
 # Single steps that are averaged.
 GRAPHS = 2000

@@ -15,7 +15,7 @@ from millprint.config.yields import PRIMARY, EvaluationConfig, TrainingConfig
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.run.progress import progress
-from millprint.thesis.doe.runs import YIELD
+from millprint.thesis.doe.factorial_designs import YIELD
 from millprint.thesis.yields.evaluation import (
     MODEL_KEYS,
     compare_seeds,
@@ -31,11 +31,11 @@ from millprint.thesis.yields.evaluation import (
     shap_values,
     time_variance,
 )
+from millprint.thesis.yields.experiments import read_rows
+from millprint.thesis.yields.features import YieldWeights
 from millprint.thesis.yields.held_out import INTERVAL_COLUMNS, PREDICTION_COLUMNS
-from millprint.thesis.yields.metrics import YieldWeights
-from millprint.thesis.yields.model_files import load_averaged, load_model
+from millprint.thesis.yields.new_conditions import load_averaged, load_model
 from millprint.thesis.yields.regressors import AVERAGED, BASELINES
-from millprint.thesis.yields.run_tables import read_rows
 
 TEXT = ["scheme", "case", "distribution"]
 # The scheme of Table 5.6: the locked split, with models trained at the full search budget.

@@ -19,8 +19,8 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig
 from millprint.run.files import whole_file, write_json, write_table
 from millprint.run.job import job
-from millprint.thesis.fit.equal_jars import equally_good, read_equal_jars, simulate_jar
 from millprint.thesis.fit.jar_search import Search, parameters_of, sensitivity_rows, shaped, trial_of
+from millprint.thesis.fit.open_shape import equally_good, read_equal_jars, simulate_jar
 
 if "snakemake" in globals():
     made, own = snakemake.output, snakemake.params

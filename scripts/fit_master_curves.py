@@ -26,8 +26,14 @@ from millprint.observables.condition import fill_grid
 from millprint.observables.definitions import BASIC, CURVE_COLUMNS, DESCRIPTOR_SETS, WEIGHTED_BASIC
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
-from millprint.thesis.curves.cycles import tabulate_cycles, tabulate_densities, tabulate_published
-from millprint.thesis.curves.regimes import published_cycles, published_point, read_published
+from millprint.thesis.curves.regimes import (
+    published_cycles,
+    published_point,
+    read_published,
+    tabulate_cycles,
+    tabulate_densities,
+    tabulate_published,
+)
 from millprint.thesis.curves.scaling import (
     at_shared_fills,
     average_curves,

@@ -12,8 +12,8 @@ from millprint.config.yields import AveragingConfig, HeldOutConfig, TrainingConf
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.run.progress import progress
+from millprint.thesis.yields.experiments import read_rows
 from millprint.thesis.yields.held_out import outer_folds, predict_held_out, procedure_of
-from millprint.thesis.yields.run_tables import read_rows
 
 
 def main(

@@ -26,6 +26,7 @@ from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.run.progress import progress
 from millprint.thesis.curves.regimes import read_regimes
+from millprint.thesis.yields.experiments import GIVEN, read_other_runs, read_parts, read_rows, with_other_runs
 from millprint.thesis.yields.groups import (
     leave_regimes_out,
     leave_sources_out,
@@ -37,7 +38,6 @@ from millprint.thesis.yields.groups import (
 )
 from millprint.thesis.yields.held_out import procedure_of
 from millprint.thesis.yields.regressors import AVERAGED
-from millprint.thesis.yields.run_tables import GIVEN, read_other_runs, read_parts, read_rows, with_other_runs
 
 # For regimes, the averaged Gaussian process with and without the tangential share, and the two models of Table 5.8, the
 # process with the start of the largest marginal likelihood.

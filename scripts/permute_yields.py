@@ -15,7 +15,7 @@ from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.run.progress import progress
 from millprint.thesis.yields.averaging import permutation_p, permute
-from millprint.thesis.yields.run_tables import read_rows
+from millprint.thesis.yields.experiments import read_rows
 
 
 def main(parts: Sequence[str], output, averaging: AveragingConfig, trial: LibraryTrialConfig) -> None:

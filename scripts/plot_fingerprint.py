@@ -16,8 +16,7 @@ from millprint.figures.style import save
 from millprint.fingerprint.descriptors import NOTHING, as_built
 from millprint.run.files import read_table
 from millprint.run.job import job
-from millprint.thesis.curves.cycles import read_occupancy
-from millprint.thesis.curves.regimes import published_curves, published_cycles, read_published
+from millprint.thesis.curves.regimes import published_curves, published_cycles, read_occupancy, read_published
 from millprint.thesis.curves.scaling import conditions_of, universal_descriptors
 from millprint.thesis.figures.chapter3_and_4_figures import (
     plot_cycle_densities,

@@ -28,10 +28,10 @@ from millprint.thesis.figures.chapter6_figures import (
     plot_recursion,
     plot_wall_contacts,
 )
-from millprint.thesis.surrogate.against_baselines import against_baselines
 from millprint.thesis.surrogate.measures import (
     DISSIPATION,
     ablation_table,
+    against_baselines,
     baseline_rows,
     baseline_table,
     covered_share,
@@ -41,7 +41,7 @@ from millprint.thesis.surrogate.measures import (
     with_motion,
     with_spread,
 )
-from millprint.thesis.surrogate.scene import read_attributes, read_scene
+from millprint.thesis.surrogate.rollout import read_attributes, read_scene
 
 
 def read_measures(paths: list[str]) -> pd.DataFrame:

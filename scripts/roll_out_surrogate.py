@@ -13,10 +13,9 @@ from millprint.config.surrogate import EdgeConfig, RollOutConfig, TimingConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.thesis.surrogate.compiled import open_graph_surrogate
+from millprint.thesis.surrogate.graph_surrogate import scaled_thresholds, simulation_seconds, time_rollouts
 from millprint.thesis.surrogate.network import choose_device
-from millprint.thesis.surrogate.rollout import Setting
-from millprint.thesis.surrogate.scene import read_scene
-from millprint.thesis.surrogate.timing import scaled_thresholds, simulation_seconds, time_rollouts
+from millprint.thesis.surrogate.rollout import Setting, read_scene
 
 
 def roll_out(weights: str, chosen: dict, rule: EdgeConfig, output: str, threads: int, log) -> None:

@@ -12,8 +12,9 @@ from millprint.config.yields import AveragingConfig, RetrospectiveConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.run.progress import progress
-from millprint.thesis.doe.runs import YIELD
-from millprint.thesis.yields.retrospective import (
+from millprint.thesis.doe.factorial_designs import YIELD
+from millprint.thesis.yields.experiments import read_rows
+from millprint.thesis.yields.proposals import (
     STRATEGIES,
     draw_starts,
     search_best,
@@ -22,7 +23,6 @@ from millprint.thesis.yields.retrospective import (
     summarise_search,
     without_best,
 )
-from millprint.thesis.yields.run_tables import read_rows
 
 
 def main(parts: list[str], output, plan: RetrospectiveConfig, averaging: AveragingConfig, level: float) -> None:

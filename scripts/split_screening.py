@@ -15,7 +15,7 @@ from millprint.config.doe import Factor
 from millprint.config.yields import OtherSourcesConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.yields.run_tables import read_other_runs, read_parts
+from millprint.thesis.yields.experiments import read_other_runs, read_parts
 
 logger = logging.getLogger("millprint")
 

@@ -10,9 +10,9 @@ from millprint.config.doe import DesignConfig
 from millprint.figures.style import save
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.doe.literature import literature_checks, missingness_table, read_literature, read_reported_yields
+from millprint.thesis.doe.chemistry import literature_checks, missingness_table, read_literature, read_reported_yields
+from millprint.thesis.doe.residuals import write_design
 from millprint.thesis.doe.wet_lab import half_life_table, read_wear, wear_table
-from millprint.thesis.doe.written import write_design
 from millprint.thesis.figures.chapter2_figures import literature, missingness
 
 

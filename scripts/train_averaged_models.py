@@ -15,14 +15,12 @@ from millprint.observables.definitions import BASIC
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.thesis.curves.regimes import design_cases, read_regimes
-from millprint.thesis.doe.runs import YIELD
+from millprint.thesis.doe.factorial_designs import YIELD
 from millprint.thesis.yields.averaging import fit_averaged
-from millprint.thesis.yields.experiments import DONE, Mill, check_region, experiment_rows, read_experiments
+from millprint.thesis.yields.experiments import DONE, Mill, check_region, experiment_rows, read_experiments, read_rows
 from millprint.thesis.yields.features import CONDITIONS
 from millprint.thesis.yields.groups import reference_of_mill, regime_rows
-from millprint.thesis.yields.model_files import save_averaged
-from millprint.thesis.yields.new_conditions import MillCurves
-from millprint.thesis.yields.run_tables import read_rows
+from millprint.thesis.yields.new_conditions import MillCurves, save_averaged
 
 
 def main(parts: list[str], model_path: str, settings: AveragingConfig) -> None:

@@ -10,9 +10,9 @@ from threadpoolctl import threadpool_limits
 from millprint.config.yields import SearchConfig, TrainingConfig
 from millprint.run.job import job
 from millprint.run.progress import progress
-from millprint.thesis.doe.runs import YIELD
-from millprint.thesis.yields.model_files import save_model
-from millprint.thesis.yields.run_tables import read_rows
+from millprint.thesis.doe.factorial_designs import YIELD
+from millprint.thesis.yields.experiments import read_rows
+from millprint.thesis.yields.new_conditions import save_model
 from millprint.thesis.yields.yield_model import Trainer
 
 

@@ -31,7 +31,7 @@ PARTS = {
     "dose": (["dose/*.py"], ["unit/test_dose_*.py", "unit/test_heat.py", "physics/test_heat.py", "physics/test_wear.py",
              "unit/test_own_power.py", "unit/test_sheets.py"]),
     "yields": (["thesis/yields/averaging.py", "thesis/yields/[deghmp]*.py"], ["unit/test_yield_*.py"]),
-    "doe": (["thesis/doe/*.py", "thesis/curves/[ce]*.py"], ["unit/test_doe_*.py", "unit/test_partition.py",
+    "doe": (["thesis/doe/*.py", "thesis/curves/*.py"], ["unit/test_doe_*.py", "unit/test_partition.py",
             "unit/test_fingerprint_curves.py", "unit/test_intervals.py", "unit/test_convergence.py"]),
     "counting": (["dem/collisions.py", "dem/ledger.py", "dem/summary.py"],
                  ["unit/test_dem_collisions.py", "unit/test_dem_records.py", "unit/test_dose_spectra.py",

@@ -34,8 +34,8 @@ from millprint.thesis.claims.conclusions import (
     store,
     this_machine,
 )
+from millprint.thesis.claims.evidence import CERTAIN, NATURES
 from millprint.thesis.claims.tabulate import count_natures, read_claims
-from millprint.thesis.claims.tolerances import CERTAIN, NATURES
 from millprint.thesis.surrogate.measures import with_machine
 
 DATA = Path("config/data")

@@ -12,8 +12,8 @@ from millprint.config.errors import ConfigError
 from millprint.config.mill import CylinderGeometry
 from millprint.config.over_speed import RestitutionTable
 from millprint.dem.few_balls import FewBalls
+from millprint.thesis.calibration.drop import make_swing, simulate_track
 from millprint.thesis.calibration.friction_fit import fit_experiment, fit_friction
-from millprint.thesis.calibration.oscillation import make_swing, simulate_track
 
 RAYLEIGH_FRACTION_MAX = 0.2
 RADIUS, BALL = 0.030, 0.005

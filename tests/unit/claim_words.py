@@ -1,7 +1,6 @@
 """How tests name the verdict on a claim by its value."""
 
-from millprint.thesis.claims.evidence import Finding
-from millprint.thesis.claims.tolerances import ERRATUM, judge_value
+from millprint.thesis.claims.evidence import ERRATUM, Finding, judge_value
 
 
 def word_of(published: str, tolerance: str, finding: Finding) -> str:

@@ -5,7 +5,7 @@ import pytest
 
 from millprint.config.doe import DoeConfig
 from millprint.config.load import check_model
-from millprint.thesis.doe.runs import read_runs
+from millprint.thesis.doe.factorial_designs import read_runs
 from tests.conftest import ROOT, configuration
 
 SCREENING = ROOT / "config/data/screening.tsv"

@@ -14,7 +14,7 @@ from millprint.config.surrogate import (
     Recipe,
     TrainingConfig,
 )
-from millprint.thesis.surrogate.scene import Scene, Trajectory
+from millprint.thesis.surrogate.rollout import Scene, Trajectory
 
 RADIUS, VESSEL, MASS, STEP = 0.005, 0.02, 0.004, 1e-4
 STIFFNESS, DAMPING = 2000.0, 0.6

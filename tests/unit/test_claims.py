@@ -16,11 +16,16 @@ from millprint.thesis.claims.conclusions import (
     read_conclusions,
 )
 from millprint.thesis.claims.evidence import (
+    BASES,
+    NATURES,
     ORIGINS,
     Contradiction,
     Evidence,
     Finding,
     NotRun,
+    agrees,
+    allowed,
+    judge_value,
     source_in,
 )
 from millprint.thesis.claims.tabulate import (
@@ -31,7 +36,6 @@ from millprint.thesis.claims.tabulate import (
     read_claims,
     tabulate_claims,
 )
-from millprint.thesis.claims.tolerances import BASES, NATURES, agrees, allowed, judge_value
 from millprint.thesis.curves.regimes import read_published
 from tests.conftest import ROOT
 from tests.refusals import refusals

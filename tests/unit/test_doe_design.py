@@ -18,14 +18,17 @@ from millprint.thesis.doe.factorial_designs import (
     alias_table,
     audit_table,
     best_generators,
+    contrasts,
     describe,
     design_table,
     full_factorial_runs,
     level_codes,
+    level_contrasts,
+    read_runs,
     shared_degrees_of_freedom,
+    term_columns,
     treatments,
 )
-from millprint.thesis.doe.runs import contrasts, level_contrasts, read_runs, term_columns
 from tests.refusals import refusals
 from tests.unit.doe_settings import SCREENING, settings
 

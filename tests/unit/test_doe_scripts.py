@@ -10,7 +10,7 @@ import tabulate_experiments
 from millprint.config.doe import DoeConfig
 from millprint.run.files import read_table
 from millprint.thesis.claims.tabulate import collect_findings
-from millprint.thesis.doe.written import analysis_paths, design_paths, write_analysis, write_design
+from millprint.thesis.doe.residuals import analysis_paths, design_paths, write_analysis, write_design
 from tests.conftest import ROOT
 from tests.unit.claim_words import word_of
 from tests.unit.doe_settings import SCREENING, settings

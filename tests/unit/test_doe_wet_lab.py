@@ -15,14 +15,16 @@ from millprint.thesis.doe.chemistry import (
     gas_amount,
     gas_yield,
     half_life,
+    literature_checks,
     molar_mass,
     powder_mass,
     reactant_masses,
+    read_literature,
+    read_reported_yields,
     share_lost,
     vapour_pressure,
     yield_error,
 )
-from millprint.thesis.doe.literature import literature_checks, read_literature, read_reported_yields
 from millprint.thesis.doe.wet_lab import charge_table, read_wear, solution_table, wear_table, yield_table
 from tests.conftest import ROOT
 from tests.refusals import refusals

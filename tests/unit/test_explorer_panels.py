@@ -30,19 +30,15 @@ def pages(built, browser):
             assert page.errors == []
 
 
-WIDTHS = pytest.mark.parametrize("width", [DESKTOP, PHONE])
-
-
 @needs_browser
-@WIDTHS
 @pytest.mark.parametrize("mill", ["emax", "planetary"])
-def test_descriptors_and_doses_are_those_of_the_library(built, pages, width, mill):
+def test_descriptors_and_doses_are_those_of_the_library(built, pages, mill):
     own = built["fingerprints"][mill]
     found = own.predict(own.condition(**{name: SETTING[name] for name in list(SETTING)[:3]}))
     mass = found.balls * 7700.0 * np.pi / 6 * 0.01**3 * 1e3 / POWDER["bpr"]
     told = doses_of(found, found.balls, POWDER["time_h"], mass)
     theirs = {name: own.value for name, own in told.items()}
-    ours = pages[width].run(f"""
+    ours = pages[DESKTOP].run(f"""
       explorer.useMill(explorer.mills.find((mill) => mill.name === {mill!r}));
       Object.assign(explorer.state, {SETTING | POWDER!r});
       const found = explorer.answer(explorer.state);
@@ -58,11 +54,10 @@ def test_descriptors_and_doses_are_those_of_the_library(built, pages, width, mil
 
 
 @needs_browser
-@WIDTHS
-def test_spectra_and_their_shares_are_those_of_the_table(built, pages, width):
+def test_spectra_and_their_shares_are_those_of_the_table(built, pages):
     text = ["mill", "contact", "varied", "charge", "counting_rule", "channel", "pair"]
     table = read_table(built["folder"] / "spectra.tsv", text=text)
-    ours = pages[width].run("""
+    ours = pages[DESKTOP].run("""
       const { edges, conditions } = explorer.mills[0].content.spectra;
       const spectra = conditions.flatMap((each) => Object.keys(CHANNELS).flatMap((channel) =>
         ["ball_ball", "ball_wall"].map((pair) => [each, each.bins[channel][pair]])));
@@ -82,11 +77,10 @@ def test_spectra_and_their_shares_are_those_of_the_table(built, pages, width):
 
 
 @needs_browser
-@WIDTHS
-def test_the_panel_of_temperatures_is_at_the_power_of_the_settings(built, pages, width):
+def test_the_panel_of_temperatures_is_at_the_power_of_the_settings(built, pages):
     table = read_table(built["folder"] / "planetary_temperatures.tsv", text=["condition", "body"])
     limits = read_table(built["folder"] / "planetary_limits.tsv", text=["condition", "contact", "limit_body"])
-    said = pages[width].run(f"""
+    said = pages[DESKTOP].run(f"""
       explorer.useMill(explorer.mills[1]); Object.assign(explorer.state, {{ fill_ratio: 0.11, speed_hz: 18 }});
       explorer.render(); {NEXT_FRAME}
       const found = explorer.heat.shown(), power = (state) => explorer.answer(state).wall_power_W.value;
@@ -115,9 +109,8 @@ def test_the_panel_of_temperatures_is_at_the_power_of_the_settings(built, pages,
 
 
 @needs_browser
-@WIDTHS
-def test_units_change_what_is_shown_and_not_the_state(pages, width):
-    said = pages[width].run("""
+def test_units_change_what_is_shown_and_not_the_state(pages):
+    said = pages[DESKTOP].run("""
       const set = (kind, unit) => { const choice = document.getElementById(`unit-${kind}`);
         choice.value = unit; choice.dispatchEvent(new Event("change")); };
       explorer.useMill(explorer.mills[0]); explorer.state.speed_hz = 15; explorer.render();
@@ -211,7 +204,7 @@ CUT = """
 
 
 @needs_browser
-@WIDTHS
+@pytest.mark.parametrize("width", [DESKTOP, PHONE])
 def test_nothing_is_cut(pages, width):
     for mill in (0, 1):
         cut = pages[width].run(f"explorer.useMill(explorer.mills[{mill}]); explorer.render(); {NEXT_FRAME} {CUT}")

@@ -15,7 +15,7 @@ from millprint.config.counting import CountingRule
 from millprint.config.fingerprint import FingerprintConfig
 from millprint.config.workflow import PartitionConfig
 from millprint.run.files import read_table
-from millprint.thesis.claims.chapter3_curves import rank_correlation
+from millprint.thesis.claims.chapter3 import rank_correlation
 from millprint.thesis.claims.tabulate import collect_findings
 from tests.conftest import configuration
 from tests.unit.claim_words import word_of

@@ -13,7 +13,7 @@ from millprint.fingerprint.descriptors import block_length, tabulate_descriptors
 from millprint.fingerprint.readers import check_summary, read_summaries
 from millprint.observables.condition import SCALES, VARIABLES, Condition, energy_scale, power_scale
 from millprint.observables.definitions import COMPUTED, descriptors_of
-from millprint.thesis.curves.cycles import tabulate_cycles, tabulate_densities, tabulate_published
+from millprint.thesis.curves.regimes import tabulate_cycles, tabulate_densities, tabulate_published
 from millprint.thesis.curves.scaling import tabulate_counting_rules
 from tests.refusals import refusals
 from tests.unit.synthetic_mill import counted, descriptors, summaries, summary, true_curves, weighted

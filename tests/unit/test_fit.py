@@ -12,10 +12,8 @@ from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.run.files import write_table
-from millprint.thesis.curves.cycles import tabulate_cycles
-from millprint.thesis.curves.regimes import read_published
+from millprint.thesis.curves.regimes import read_published, tabulate_cycles
 from millprint.thesis.fit import numbers_of
-from millprint.thesis.fit.equal_jars import equally_good, measured_again, read_equal_jars, whole_cases
 from millprint.thesis.fit.jar_search import (
     JAR_PARAMETERS,
     SHAPE,
@@ -30,6 +28,7 @@ from millprint.thesis.fit.jar_search import (
     volume_ml,
     with_roles,
 )
+from millprint.thesis.fit.open_shape import equally_good, measured_again, read_equal_jars, whole_cases
 from tests.unit.synthetic_mill import summary, true_curves
 
 ROOT = Path(__file__).parents[2]

@@ -9,7 +9,7 @@ from millprint.estimate.estimates import largest_difference, range_of_single, sp
 from millprint.estimate.judge import AGREES, DIFFERS, OPEN
 from millprint.fingerprint.descriptors import block_length
 from millprint.run.files import read_table, write_json, write_table
-from millprint.thesis.claims.evidence import Contradiction, Finding, Repeats
+from millprint.thesis.claims.evidence import Contradiction, Finding, Repeats, judge_repeats, judge_value
 from millprint.thesis.claims.tabulate import (
     WINDOWS,
     Repeated,
@@ -20,7 +20,6 @@ from millprint.thesis.claims.tabulate import (
     tabulate_intervals,
     without_sizes,
 )
-from millprint.thesis.claims.tolerances import judge_repeats, judge_value
 from millprint.thesis.curves.scaling import dispersions, draw_blocks, draw_tables, redraw, redrawn_tables, tables_of
 from millprint.thesis.fit.jar_search import JAR_PARAMETERS
 from millprint.thesis.surrogate.measures import failed_tests

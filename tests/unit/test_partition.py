@@ -10,9 +10,8 @@ import pytest
 from millprint.observables.condition import Condition
 from millprint.run.files import write_table
 from millprint.thesis.calibration.drop import read_heights, summarise_drops
-from millprint.thesis.claims.evidence import Finding
+from millprint.thesis.claims.evidence import Finding, agrees, judge_repeats
 from millprint.thesis.claims.tabulate import collect_findings
-from millprint.thesis.claims.tolerances import agrees, judge_repeats
 from millprint.thesis.curves.regimes import (
     Chemistry,
     cases_at,

@@ -16,8 +16,7 @@ from millprint.thesis.surrogate.dataset import Graphs, featurise, threshold_edge
 from millprint.thesis.surrogate.graph_surrogate import GraphSurrogate
 from millprint.thesis.surrogate.kernels import PANEL, PIECE, WORD, add_product
 from millprint.thesis.surrogate.network import NormalisedNetwork, feature_statistics, weights_content, write_tensors
-from millprint.thesis.surrogate.rollout import Setting
-from millprint.thesis.surrogate.scene import read_scene
+from millprint.thesis.surrogate.rollout import Setting, read_scene
 from tests.unit.surrogate_samples import CONTACTS, circle, simulate, small_recipe, sphere_scene, write_run
 
 ROOT = Path(__file__).parents[2]

@@ -9,6 +9,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.surrogate import SurrogateConfig
 from millprint.config.sweep import DemConfig, SweepConfig, expand_sweep
+from millprint.estimate.judge import AGREES, DIFFERS
 from millprint.run.files import write_json, write_table
 from millprint.thesis.chapter_checks import check_surrogate_cases
 from millprint.thesis.claims.tabulate import collect_findings
@@ -141,9 +142,10 @@ def claim_tables(folder: Path, length_s: float = 15) -> None:
     ]
     write_table(pd.concat(tables), folder / "metrics.tsv")
     write_table(pd.concat(tables[:4]), folder / "thesis/metrics.tsv")
-    rows = [("baseline", 1, 5.0, ""), ("window3", 1, 9.0, "yes"), ("window9", 0, 9.0, "yes"), ("width64", 1, 2.0, "no")]
-    rows.append(("phi_deep", 1, 7.5, "no"))
-    ablations = pd.DataFrame(rows, columns=["variant", "stable", "dissipation_error_percent", "holds"])
+    rows = [("baseline", 1, 5.0, ""), ("window3", 1, 9.0, AGREES)]
+    rows += [("window9", 0, 9.0, AGREES), ("width64", 1, 2.0, DIFFERS)]
+    rows.append(("phi_deep", 1, 7.5, DIFFERS))
+    ablations = pd.DataFrame(rows, columns=["variant", "stable", "dissipation_error_percent", "verdict"])
     ablations = ablations.assign(balls_left=0, mean_square_speed_ratio=1.0, one_step_dissipation_bias_percent=-4.0)
     ablations = ablations.assign(epochs=10, training_s=118.0, rollout_s=1.0, thesis_statement="it is so")
     write_table(ablations, folder / "ablations.tsv")

@@ -9,18 +9,21 @@ import pytest
 from millprint.config.errors import ConfigError
 from millprint.estimate.judge import AGREES, DIFFERS, OPEN
 from millprint.thesis.surrogate import measures
-from millprint.thesis.surrogate.against_baselines import against_baselines, told_against
 from millprint.thesis.surrogate.measures import (
     AT_LEAST,
     OF_REFERENCE,
     ablation_table,
+    against_baselines,
     is_met,
     join_tables,
     tabulate,
+    told_against,
 )
 from millprint.thesis.surrogate.rollout import (
     RollOut,
+    Trajectory,
     blurred,
+    mean_power_W,
     riding,
     rms_wall_speed,
     scaled_motion,
@@ -29,7 +32,6 @@ from millprint.thesis.surrogate.rollout import (
     slowed,
 )
 from millprint.thesis.surrogate.rollout_evaluation import evaluate, evaluate_at_rest
-from millprint.thesis.surrogate.scene import Trajectory, mean_power_W
 from tests.conftest import PRINTED
 from tests.unit.surrogate_samples import (
     AMPLITUDE,
@@ -315,12 +317,12 @@ def test_ablations_are_tabulated_with_the_statements_of_the_thesis():
     parts = {"baseline": (1, 5.0, 0.735), "window3": (1, 9.0, 0.76), "window9": (1, 2.0, 0.7)}
     parts |= {"layers2": (1, 120.0, 1.5), "phi_shallow": (1, 8.0, 0.64), "net_force": (1, 8.0, 0.64)}
     table = ablations(parts)
-    words = {"baseline": "", "window3": "yes", "window9": "no", "layers2": "yes", "phi_shallow": "no", "net_force": ""}
-    assert table["holds"].to_dict() == words
+    words = {"window3": AGREES, "window9": DIFFERS, "layers2": AGREES, "phi_shallow": DIFFERS}
+    assert table["verdict"].to_dict() == {"baseline": "", "net_force": ""} | words
     assert table["thesis_percent"]["phi_shallow"] == float(PRINTED["A.phi.shallow"])
     assert table["epochs"].eq(2).all() and table["training_s"].eq(20).all()
     runaway = ablations({"baseline": (0, 1e9, 1e9), "window9": (0, 2e9, 2e9)})
-    assert runaway["holds"].to_dict() == {"baseline": "", "window9": "open"}
+    assert runaway["verdict"].to_dict() == {"baseline": "", "window9": OPEN}
 
 
 def test_an_ablation_within_the_scatter_of_the_baseline_says_nothing():

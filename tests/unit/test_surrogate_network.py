@@ -35,7 +35,7 @@ from millprint.thesis.surrogate.network import (
     weights_content,
     write_tensors,
 )
-from millprint.thesis.surrogate.scene import read_trajectory
+from millprint.thesis.surrogate.rollout import read_trajectory
 from millprint.thesis.surrogate.training import Trainer, draw_epoch, huber, losses
 from tests.conftest import ROOT, configuration
 from tests.unit.surrogate_samples import (

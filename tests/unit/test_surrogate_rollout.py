@@ -7,12 +7,17 @@ import pytest
 import torch
 import yaml
 
-from millprint.thesis.surrogate import timing
+from millprint.thesis.surrogate import graph_surrogate
 from millprint.thesis.surrogate.dataset import DISTANCE, featurise, graphs_at
-from millprint.thesis.surrogate.graph_surrogate import GraphSurrogate, euler_step, snap_back
+from millprint.thesis.surrogate.graph_surrogate import (
+    GraphSurrogate,
+    euler_step,
+    scaled_thresholds,
+    simulation_seconds,
+    snap_back,
+)
 from millprint.thesis.surrogate.network import NormalisedNetwork, feature_statistics
-from millprint.thesis.surrogate.scene import read_scene
-from millprint.thesis.surrogate.timing import scaled_thresholds, simulation_seconds
+from millprint.thesis.surrogate.rollout import read_scene
 from tests.conftest import configuration
 from tests.unit.surrogate_samples import CONTACTS, STEP, VESSEL, circle, simulate, small_recipe, sphere_scene, write_run
 
@@ -180,12 +185,12 @@ def test_the_simulation_is_timed_again(tmp_path, monkeypatch):
     write_run(simulate(3), tmp_path / "run.h5", config)
     timed = []
 
-    class Timed(timing.Simulation):
+    class Timed(graph_surrogate.Simulation):
         def __init__(self, *given):
             super().__init__(*given)
             timed.append(self)
 
-    monkeypatch.setattr(timing, "Simulation", Timed)
+    monkeypatch.setattr(graph_surrogate, "Simulation", Timed)
     found = simulation_seconds(tmp_path / "run.h5", 1e-3)
     # Neither the five seconds left out nor the window of the recorded case are simulated.
     assert [own.case.discard_s for own in timed] == [0.0, 0.0]

@@ -17,14 +17,12 @@ from millprint.config.workflow import WorkflowConfig
 from millprint.config.yields import YieldConfig
 from millprint.dose.energy_doses import own_doses
 from millprint.dose.wear import read_materials
-from millprint.thesis.calibration.drop import read_heights
-from millprint.thesis.calibration.oscillation import read_track
+from millprint.thesis.calibration.drop import read_heights, read_track
 from millprint.thesis.curves.regimes import read_regimes
-from millprint.thesis.doe.literature import read_literature
-from millprint.thesis.doe.runs import read_runs
+from millprint.thesis.doe.chemistry import read_literature
+from millprint.thesis.doe.factorial_designs import read_runs
 from millprint.thesis.doe.wet_lab import read_wear, yield_table
-from millprint.thesis.yields.experiments import read_experiments
-from millprint.thesis.yields.run_tables import read_parts, read_rows
+from millprint.thesis.yields.experiments import read_experiments, read_parts, read_rows
 from tests.conftest import ROOT, configuration
 from tests.refusals import refusals
 from tests.unit import doe_settings, yield_settings
@@ -167,68 +165,6 @@ SECTIONS: dict[str, tuple[Callable[[], dict], type]] = {
     "heat": (heat, WorkflowConfig),
     "bench": (bench, BenchConfig),
 }
-HEAT = "dose.heat."
-RANGE = {"low": 5, "source": "a test"}
-
-
-# The section, the key, the wrong value, and what the line names besides the last part of the key.
-SETTINGS = [
-    ("doe", "generators", ["D = A + X"], "X"),
-    ("doe", "generators", ["D = A - B"], "a sum"),
-    ("doe", "generators", ["D = D + A"], "once"),
-    ("doe", "generators", ["D = A + 3B"], "modulo 3"),
-    ("doe", "generators", ["E = A + B"], "E"),
-    ("doe", "model", ["A", "A:E"], "A:E"),
-    ("doe", "model", ["A:B", "B:A"], "twice"),
-    ("doe", "simulations", 5, "100"),
-    ("doe", "fraction", 3, "unknown"),
-    ("doe", "factors.0.levels", [30, 10, 50], "rise"),
-    ("doe", "factors.0.levels", [True, False], "quote"),
-    ("doe", "factors.0.levels", [10, "high"], "numbers"),
-    ("doe", "factors.0.levels", ["a", "a"], "differ"),
-    ("doe", "factors.0.levels", ["a", " b"], "blank"),
-    ("doe", "factors.0.levels", list(range(11)), "10"),
-    ("doe", "factors.0.levels", [5], "2"),
-    ("yields", "training.spaces.svr.C", [10.0, 1.0], "below"),
-    ("yields", "training.spaces.rf.min_samples_split", [1, 20], "2"),
-    ("yields", "training.spaces.rf.n_trees", [1, 20], "n_trees"),
-    ("yields", "training.spaces.rf.max_depth", [1.5, 20], "whole"),
-    ("yields", "search.evaluations.gpr", 0, "1"),
-    ("yields", "training.choices.time_model", "cubic", "linear"),
-    ("yields", "training.seeds", 3, "unknown"),
-    ("yields", "models", ["linear", "gpr", "gpr_starts", "boosted"], "boosted"),
-    ("yields", "models", ["linear", "gpr", "gpr_starts", "rf", "rf"], "rf"),
-    ("yields", "models", ["linear", "gpr"], "gpr_starts"),
-    ("yields", "other_sources", {"runs": "a.tsv"}, "sources"),
-    ("yields", "other_sources", {"sources": [{"name": "north"}]}, "runs"),
-    ("yields", "other_sources", {"in_training": True}, "table"),
-    ("yields", "other_sources", {"runs": "a.tsv", "sources": [{"name": "a"}, {"name": "a"}]}, "'a'"),
-    ("surrogate", "variants.x.graph", {"window": 0}, "window"),
-    ("surrogate", "variants.x.network", {"widht": 3}, "widht"),
-    ("surrogate", "variants.x.rollout", {"snap_back_m": -0.006}, "wall_threshold_m"),
-    ("surrogate", "variants.x", {"weights_of": "none"}, "known: thesis"),
-    ("surrogate", "variants.x", {"weights_of": "thesis", "graph": {"window": 3}}, "another graph"),
-    ("surrogate", "variants.x", {"weights_of": "thesis", "network": {"width": 9}}, "another network"),
-    ("surrogate", "variants.thesis_training2", {}, "training"),
-    ("calibration", "oscillation.release.across", [1, 0, 0], "perpendicular"),
-    ("calibration", "oscillation.static_friction", [1.0, 0.5], "below"),
-    ("calibration", "oscillation.experiments.1.name", "calibrated", "calibrated"),
-    ("calibration", "oscillation.duration_s", -1, "-1"),
-    ("heat", HEAT + "programme", {"cycle_min": 30, "pause_min": 40}, "pause_min"),
-    ("heat", HEAT + "programme", {"cycle_min": 0.001}, "cycles"),
-    ("heat", HEAT + "programme", {"duration_h": 0}, "duration_h"),
-    ("heat", HEAT + "powder_mass_g", 0, "0"),
-    ("heat", HEAT + "limit", {"temperature_degC": 15}, "temperature_degC"),
-    ("heat", HEAT + "limit", {"body": "lid"}, "lid"),
-    ("heat", HEAT + "jars", {"spex": {"cooling": "ice"}}, "ice"),
-    ("heat", HEAT + "jars", {"spex": {"mass_kg": -1}}, "mass_kg"),
-    ("heat", HEAT + "parameters", {"wall_thickness_mm": RANGE | {"high": 1500}}, "1500"),
-    ("heat", HEAT + "parameters", {"wall_thickness_mm": RANGE | {"high": 3}}, "above"),
-    ("heat", HEAT + "parameters", {"jar_density_kg_m3": {"low": 7000, "high": 8000}}, "source"),
-    ("heat", HEAT + "mills", ["Emax!"], "Emax!"),
-    ("bench", "cylinder.axis", "x", "z"),
-    ("bench", "cylinder.centre_mm", [0, 0, 1], "left out"),
-]
 
 
 @pytest.mark.parametrize(

@@ -19,25 +19,27 @@ from millprint.thesis.yields.averaging import (
     fit_member,
     to_conversion,
 )
-from millprint.thesis.yields.experiments import Mill, described_settings
-from millprint.thesis.yields.features import describe
-from millprint.thesis.yields.groups import regime_rows
-from millprint.thesis.yields.model_files import load_any, save_averaged, training_rows
-from millprint.thesis.yields.new_conditions import (
-    DESCRIPTORS,
-    MillCurves,
-    correlation_warnings,
-    domain_warnings,
-    nearest_correlation,
-)
-from millprint.thesis.yields.posterior_process import (
-    JITTER,
+from millprint.thesis.yields.estimators import (
+    FIT_JITTER,
     MEAN_VARIANCE,
     Process,
     fit_process,
     kernel_of,
     posterior_of,
     prior_of,
+)
+from millprint.thesis.yields.experiments import Mill, described_settings
+from millprint.thesis.yields.features import describe
+from millprint.thesis.yields.groups import regime_rows
+from millprint.thesis.yields.new_conditions import (
+    DESCRIPTORS,
+    MillCurves,
+    correlation_warnings,
+    domain_warnings,
+    load_any,
+    nearest_correlation,
+    save_averaged,
+    training_rows,
 )
 from tests.unit.yield_settings import CASES, CURVES, MILL, REFERENCE, SCALES, all_runs, parts, settings, thesis_yields
 
@@ -95,7 +97,7 @@ def test_posterior_is_the_likelihood_of_its_kernel_times_the_prior(structure):
     posterior = posterior_of(inputs, target, kernel, priors)
     for spread in (0.0, 0.4, 0.8):
         logs = prior[0] + spread * generator.normal(size=len(prior[0]))
-        covariance = covariance_of(structure, logs, inputs) + (np.exp(logs[-1]) + JITTER) * np.eye(len(target))
+        covariance = covariance_of(structure, logs, inputs) + (np.exp(logs[-1]) + FIT_JITTER) * np.eye(len(target))
         # The density of the prior without its constants.
         own = (norm(*prior).logpdf(logs) - norm(*prior).logpdf(prior[0])).sum()
         density = multivariate_normal(cov=covariance).logpdf(target) + own

@@ -10,7 +10,7 @@ from xgboost import XGBRegressor
 
 from millprint.config.yields import SPACES, TRAININGS
 from millprint.run.files import read_json
-from millprint.thesis.claims.tolerances import agrees
+from millprint.thesis.claims.evidence import agrees
 from millprint.thesis.yields.averaging import fit_averaged
 from millprint.thesis.yields.estimators import (
     BoostingFold,
@@ -21,12 +21,10 @@ from millprint.thesis.yields.estimators import (
     gaussian_process,
 )
 from millprint.thesis.yields.evaluation import shap_values
-from millprint.thesis.yields.features import FEATURES, Standardisation, engineer
-from millprint.thesis.yields.metrics import METRICS, YieldWeights, metrics
-from millprint.thesis.yields.model_files import load_model, save_averaged, save_model
-from millprint.thesis.yields.new_conditions import predict_conditions
+from millprint.thesis.yields.experiments import read_rows, read_split
+from millprint.thesis.yields.features import FEATURES, METRICS, Standardisation, YieldWeights, engineer, metrics
+from millprint.thesis.yields.new_conditions import load_model, predict_conditions, save_averaged, save_model
 from millprint.thesis.yields.regressors import REGRESSORS, models_of, regressor
-from millprint.thesis.yields.run_tables import read_rows, read_split
 from millprint.thesis.yields.yield_model import Trainer, fit_model
 from tests.conftest import PRINTED
 from tests.unit.yield_settings import SPLIT, parts, settings

@@ -19,17 +19,15 @@ import train_averaged_models
 import train_yield_model
 from millprint.config.yields import COMPARED
 from millprint.run.files import read_table
-from millprint.thesis.yields.metrics import LOCKED_AGAIN
+from millprint.thesis.yields.features import LOCKED_AGAIN
 from millprint.thesis.yields.new_conditions import write_predictions
 from millprint.thesis.yields.regressors import AVERAGED, BASELINES, CLIMATOLOGY, models_of, other_seed, training_of
-from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings
 from tests.unit.yield_settings import CASES, REFERENCE, SPLIT, settings
 
 pytestmark = pytest.mark.slow
 
-CLAIMS = ROOT / "config/data/claims.tsv"
 MODELS = models_of(COMPARED)
 EVERY_MODEL = (*MODELS, (AVERAGED, "primary"))
 TABLES = [

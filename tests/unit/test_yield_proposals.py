@@ -18,11 +18,13 @@ from millprint.config.yields import RegionConfig
 from millprint.run.files import read_table, write_table
 from millprint.thesis.doe.chemistry import hydrogen_released
 from millprint.thesis.yields.averaging import AveragedModel, Candidate, fit_averaged, fit_member
+from millprint.thesis.yields.estimators import Process
 from millprint.thesis.yields.experiments import (
     DONE,
     SETTINGS,
     check_region,
     read_experiments,
+    read_rows,
     region_conditions,
     safety_warnings,
     with_hydrogen,
@@ -36,29 +38,24 @@ from millprint.thesis.yields.groups import (
     without_regime,
 )
 from millprint.thesis.yields.held_out import Prediction
-from millprint.thesis.yields.model_files import load_averaged, training_rows
-from millprint.thesis.yields.new_conditions import MillCurves, predict_conditions
-from millprint.thesis.yields.posterior_process import Process
+from millprint.thesis.yields.new_conditions import MillCurves, load_averaged, predict_conditions, training_rows
 from millprint.thesis.yields.proposals import (
+    STRATEGIES,
+    chance,
     choose_for_learning,
     choose_for_yield,
     count_reasons,
+    draw_starts,
     expected_improvement,
     joint_draws,
     same_setting,
-    split_region,
-)
-from millprint.thesis.yields.retrospective import (
-    STRATEGIES,
-    chance,
-    draw_starts,
     search_best,
     search_table,
     smaller_library,
+    split_region,
     summarise_search,
     without_best,
 )
-from millprint.thesis.yields.run_tables import read_rows
 from tests.conftest import ROOT
 from tests.unit.doe_settings import settings as doe_settings
 from tests.unit.yield_settings import CASES, CURVES, MILL, REFERENCE, SCALES, all_runs, parts, settings

@@ -24,23 +24,32 @@ from millprint.thesis.yields.averaging import (
     permutation_p,
     permute,
 )
-from millprint.thesis.yields.distributions import MixtureYields, NormalYields, cross_intervals, cross_validate
 from millprint.thesis.yields.estimators import JITTER, LeastSquares, gaussian_process
 from millprint.thesis.yields.evaluation import coverage_table, paired_test, score_table, time_variance
-from millprint.thesis.yields.features import Standardisation, engineer
-from millprint.thesis.yields.held_out import climatology, outer_folds, predict_held_out, procedure_of
-from millprint.thesis.yields.metrics import (
+from millprint.thesis.yields.features import (
     LEFT_OUT,
     LOCKED_AGAIN,
     NESTED,
     RANDOM,
     SPREAD,
+    Standardisation,
     YieldWeights,
     bootstrap_metrics,
+    engineer,
     jackknife_error,
     metrics,
     weighted_mse,
     without_each,
+)
+from millprint.thesis.yields.held_out import (
+    MixtureYields,
+    NormalYields,
+    climatology,
+    cross_intervals,
+    cross_validate,
+    outer_folds,
+    predict_held_out,
+    procedure_of,
 )
 from millprint.thesis.yields.yield_model import fit_model
 from tests.unit.yield_settings import SCALES, all_runs, parts, settings

@@ -10,12 +10,12 @@ from scripts import split_screening
 
 from millprint.config.errors import ConfigError
 from millprint.config.yields import OtherSourcesConfig
-from millprint.thesis.doe.runs import YIELD
+from millprint.thesis.doe.factorial_designs import YIELD
+from millprint.thesis.yields import experiments as tables
 from millprint.thesis.yields import groups as sources
-from millprint.thesis.yields import run_tables as tables
+from millprint.thesis.yields.experiments import read_rows
 from millprint.thesis.yields.features import CONDITIONS
 from millprint.thesis.yields.held_out import procedure_of
-from millprint.thesis.yields.run_tables import read_rows
 from tests.conftest import ROOT
 from tests.refusals import refusals
 from tests.unit.doe_settings import SCREENING

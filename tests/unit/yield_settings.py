@@ -6,9 +6,8 @@ from millprint.config.load import check_model
 from millprint.config.yields import SPACES, YieldConfig
 from millprint.observables.condition import Condition
 from millprint.thesis.curves.regimes import read_regimes
-from millprint.thesis.yields.experiments import Mill
+from millprint.thesis.yields.experiments import Mill, read_parts
 from millprint.thesis.yields.new_conditions import MillCurves
-from millprint.thesis.yields.run_tables import read_parts
 from tests.conftest import ROOT, configuration
 from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings

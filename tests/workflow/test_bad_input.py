@@ -13,17 +13,8 @@ from millprint.config.strict_yaml import read_yaml
 from tests.refusals import refusals
 from tests.workflow.conftest import CONFIG, edit_yaml, error_lines, run_snakemake
 
-STEEL = "config/contacts/steel.yaml"
 EMAX = "config/mills/emax.yaml"
-POST = "config/mills/emax_post.yaml"
 PLANETARY = "config/mills/planetary.yaml"
-DRUM = "config/mills/drum.yaml"
-MIXER = "config/mills/mixer.yaml"
-ATTRITOR = "config/mills/attritor.yaml"
-CALIBRATED = "config/contacts/calibrated.yaml"
-BARS = {"number": 8, "height_mm": 6, "width_mm": 8}
-LIFTED = {"kind": "lifter_drum", "axis": "y", "radius_mm": 50, "length_mm": 30, "facets": 48, "lifters": BARS}
-CHARGE = {"name": "two", "sizes_mm": [10, 8], "shares": [0.5, 0.5]}
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,8 @@ from millprint.config.counting import CountingRule
 from millprint.estimate.judge import VERDICTS
 from millprint.fingerprint.readers import with_counts
 from millprint.run.files import read_json, read_table
+from millprint.thesis.claims.evidence import CERTAIN, TIMED
 from millprint.thesis.claims.tabulate import CLAIM_COLUMNS
-from millprint.thesis.claims.tolerances import CERTAIN, TIMED
 from tests.workflow.conftest import ROOT, jobs_of, run_snakemake
 
 SMOKE = ("--configfile", "config/smoke.yaml")

@@ -16,7 +16,7 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.estimate.quantiles import f_quantile
 from millprint.run.progress import progress
-from millprint.thesis.calibration.oscillation import (
+from millprint.thesis.calibration.drop import (
     PLACES,
     Swing,
     make_swing,

@@ -8,6 +8,7 @@ from millprint.thesis.claims.evidence import (
     Evidence,
     Finding,
     NotRun,
+    agrees,
     as_printed,
     claim,
     contradicted,
@@ -15,7 +16,6 @@ from millprint.thesis.claims.evidence import (
     in_words,
     yes_no,
 )
-from millprint.thesis.claims.tolerances import agrees
 
 ANOVA, WEAR = "doe/anova_printed.tsv", "doe/wear.tsv"
 # What the printed analysis does not say; only for explanations.

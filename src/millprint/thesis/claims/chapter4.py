@@ -3,7 +3,7 @@
 import pandas as pd
 
 from millprint.thesis.claims.chapter2 import change_percent
-from millprint.thesis.claims.chapter3_curves import curves_of
+from millprint.thesis.claims.chapter3 import curves_of
 from millprint.thesis.claims.evidence import Evidence, Finding, NotRun, Repeats, claim, contradicted, in_words, yes_no
 from millprint.thesis.curves.regimes import read_regimes
 

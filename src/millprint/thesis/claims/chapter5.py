@@ -19,8 +19,16 @@ from millprint.thesis.claims.evidence import (
     repeats_of,
     yes_no,
 )
-from millprint.thesis.yields.features import FREQUENCY, NORMAL, TANGENTIAL
-from millprint.thesis.yields.metrics import GAINS, LEFT_OUT, NESTED, RANDOM, YieldWeights
+from millprint.thesis.yields.features import (
+    FREQUENCY,
+    GAINS,
+    LEFT_OUT,
+    NESTED,
+    NORMAL,
+    RANDOM,
+    TANGENTIAL,
+    YieldWeights,
+)
 from millprint.thesis.yields.regressors import regressor
 
 UNITS = {"rmse": " pp", "mae": " pp", "mape": " %", "r2": "", "wmse": " pp2"}

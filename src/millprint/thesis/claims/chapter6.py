@@ -3,13 +3,13 @@
 import numpy as np
 import pandas as pd
 
+from millprint.estimate.judge import AGREES, DIFFERS, OPEN
 from millprint.thesis.claims.chapter3 import CONTACT, MILL
 from millprint.thesis.claims.evidence import Evidence, Finding, NotRun, Repeats, claim, in_words, yes_no
 from millprint.thesis.surrogate.measures import (
     BASELINE,
     DISSIPATION,
     NOTHING,
-    OPEN,
     PLATEAU,
     SOMETHING,
     failed_tests,
@@ -229,6 +229,10 @@ def time_of_the_distances(evidence: Evidence) -> Finding:
     raise NotRun("runtime.tsv has whole roll-outs only; no table has the parts of their time")
 
 
+# What a verdict on a statement is as the value of a claim.
+SAID = {AGREES: "yes", DIFFERS: "no"}
+
+
 def _ablation(evidence: Evidence, variant: str, column: str) -> Finding:
     """A column of an ablation, compared with the baseline of the same budget."""
     path, absent = "surrogate/ablations.tsv", f"no ablation {variant} or {BASELINE}"
@@ -236,7 +240,7 @@ def _ablation(evidence: Evidence, variant: str, column: str) -> Finding:
     baseline = evidence.table(path, f"variant == '{BASELINE}'")
     if baseline.empty:
         raise NotRun(absent)
-    nothing = "the baseline runs away too at this budget, so nothing follows; " if row["holds"] == OPEN else ""
+    nothing = "the baseline runs away too at this budget, so nothing follows; " if row["verdict"] == OPEN else ""
     told = (
         f"{'stable' if row['stable'] == 1 else 'unstable'}, {int(row['balls_left'])} ball(s) out, mean square speed "
         f"{row['mean_square_speed_ratio']:.2g} of the DEM's, dissipation error {row[DISSIPATION]:.3g} % against "
@@ -244,8 +248,9 @@ def _ablation(evidence: Evidence, variant: str, column: str) -> Finding:
         f"{row['one_step_dissipation_bias_percent']:+.3g} %; {int(row['epochs'])} epochs in "
         f"{row['training_s']:.0f} s (the thesis: 2000), roll-out of {row['rollout_s']:g} s"
     )
+    value = SAID.get(row[column], row[column])
     interval = _interval(row, column, int(baseline["trainings"].iloc[0])) if _says(row) else None
-    return Finding(row[column], nothing + told + _scatter(row), repeats=interval)
+    return Finding(value, nothing + told + _scatter(row), repeats=interval)
 
 
 def _says(row: pd.Series) -> bool:
@@ -270,15 +275,15 @@ def _interval(row: pd.Series, column: str, of_baseline: int) -> Repeats:
     if column == DISSIPATION:
         origin, repeats = (TRAININGS, own) if own > 1 else (f"{TRAININGS} of the baseline", of_baseline)
         return Repeats(float(row["lower_percent"]), float(row["upper_percent"]), origin, repeats)
-    open_to_chance = row["says"] == NOTHING or row["holds"] == OPEN
-    lower, upper = ("no", "yes") if open_to_chance else (row[column], row[column])
+    open_to_chance = row["says"] == NOTHING or row["verdict"] == OPEN
+    lower, upper = ("no", "yes") if open_to_chance else (SAID[row[column]], SAID[row[column]])
     return Repeats(lower, upper, f"{TRAININGS} of the baseline", of_baseline)
 
 
 @claim("A.{variant}")
 def statement_on_an_ablation(evidence: Evidence, variant: str) -> Finding:
     """Whether the statement of appendix A on an ablation holds here."""
-    return _ablation(evidence, variant, "holds")
+    return _ablation(evidence, variant, "verdict")
 
 
 @claim("A.phi.shallow")

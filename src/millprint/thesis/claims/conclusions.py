@@ -15,7 +15,7 @@ from millprint.estimate.judge import AGREES, DIFFERS, NOT_RUN, OPEN, VERDICTS
 from millprint.run.files import write_table
 from millprint.run.machine import commit
 from millprint.run.tables import Text, read_measured, refuse_rows
-from millprint.thesis.claims.tolerances import ASSUMED, ERRATUM, TIMED
+from millprint.thesis.claims.evidence import ASSUMED, ERRATUM, TIMED
 
 CONCLUSION_COLUMNS = ["chapter", "locus", "conclusion", "claims"]
 # Some of its claims agree, and others differ.

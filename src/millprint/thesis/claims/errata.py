@@ -8,9 +8,8 @@ import pandas as pd
 from millprint.estimate.judge import DIFFERS
 from millprint.run.tables import Number, read_measured
 from millprint.thesis.claims.chapter3 import implied_difference
-from millprint.thesis.claims.evidence import Evidence, Finding, in_words
+from millprint.thesis.claims.evidence import ERRATUM, Evidence, Finding, in_words
 from millprint.thesis.claims.tabulate import chapter_of
-from millprint.thesis.claims.tolerances import ERRATUM
 from millprint.thesis.surrogate.measures import covered_share
 
 # The printed value, the other place with what it prints, the computed value, and the calculation.

@@ -17,25 +17,23 @@ from millprint.fingerprint.bands import Factors
 from millprint.run.files import read_table
 from millprint.run.progress import progress
 from millprint.run.tables import Text, read_measured, refuse_rows
-from millprint.thesis.claims import chapter2, chapter3, chapter3_curves, chapter4, chapter5, chapter6  # noqa: F401
+from millprint.thesis.claims import chapter2, chapter3, chapter4, chapter5, chapter6  # noqa: F401
 from millprint.thesis.claims.chapter6 import TRAININGS
 from millprint.thesis.claims.conclusions import chapter_name
 from millprint.thesis.claims.evidence import (
-    FORMS,
-    Evidence,
-    Finding,
-    Repeats,
-    find_claim,
-    form_of,
-)
-from millprint.thesis.claims.tolerances import (
     BASES,
     CERTAIN,
     DERIVED,
     ERRATUM,
+    FORMS,
     NATURES,
     TIMED,
+    Evidence,
+    Finding,
+    Repeats,
     deviation,
+    find_claim,
+    form_of,
     is_number,
     jars_that_meet,
     judge_repeats,
@@ -311,7 +309,7 @@ def tabulate_jars(
 ) -> pd.DataFrame:
     """What each jar and counting rule that fits equally well says for each claim that it decides, with JAR_TABLE.
 
-    jars: as `millprint.thesis.fit.equal_jars.read_equal_jars`; tables: of each of its rows, in place of the files. A
+    jars: as `millprint.thesis.fit.open_shape.read_equal_jars`; tables: of each of its rows, in place of the files. A
     claim that these tables cannot decide, as of another contact set, has no row. Raises ConfigError as `read_claims`.
     """
     claims, findings = read_claims(claims_path), collect_findings(results, claims_path)

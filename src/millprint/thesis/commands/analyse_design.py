@@ -19,8 +19,8 @@ from millprint.run.files import read_table, write_table
 
 def write_tables(config: AnalysisConfig, runs: str, folder: Path) -> list[str]:
     """Write the tables, and return one line for each departure of the runs from the design."""
+    from millprint.thesis.doe.residuals import VARIANCE, analysis_paths, design_paths, write_analysis, write_design
     from millprint.thesis.doe.variance import pareto_table
-    from millprint.thesis.doe.written import VARIANCE, analysis_paths, design_paths, write_analysis, write_design
 
     departures = write_design(runs, design_paths(folder), config)
     paths = analysis_paths(folder)

@@ -36,7 +36,7 @@ from millprint.observables.definitions import (
     scaled_quantities,
 )
 from millprint.run.progress import progress
-from millprint.thesis.curves.cycles import tabulate_cycles
+from millprint.thesis.curves.regimes import tabulate_cycles
 
 # Variable of the scaling -> its symbol in Eqs 3.28 and 3.29.
 SYMBOLS = {"density_kg_m3": "rho", "speed_hz": "omega", "amplitude_m": "A", "ball_diameter_m": "d"}

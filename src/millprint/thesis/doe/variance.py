@@ -15,8 +15,14 @@ from statsmodels.stats.multitest import multipletests
 from millprint.config.doe import AnalysisConfig
 from millprint.config.errors import ConfigError
 from millprint.estimate.quantiles import chi_squared_exceeded, f_exceeded
-from millprint.thesis.doe.factorial_designs import as_designed, interaction_partners, level_codes
-from millprint.thesis.doe.runs import YIELD, level_contrasts, term_columns
+from millprint.thesis.doe.factorial_designs import (
+    YIELD,
+    as_designed,
+    interaction_partners,
+    level_codes,
+    level_contrasts,
+    term_columns,
+)
 
 # A smaller residual mean square, of yields as fractions, is rounding.
 SMALLEST_VARIANCE = 1e-20

@@ -15,7 +15,7 @@ from millprint.config.rows import read_cells
 from millprint.dose.wear import FEWEST_HELD, FILL_TOLERANCE, LOADS, VICKERS, archard_mass, worn_load
 from millprint.run.tables import CASE, Number, Text, read_measured, refuse_rows
 from millprint.thesis.doe import chemistry
-from millprint.thesis.doe.runs import YIELD
+from millprint.thesis.doe.factorial_designs import YIELD
 
 MILLILITRE = 1e-6
 MILLIMETRE = 1e-3

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, MARKERS, PAGE_WIDTH_IN, PUBLISHED
-from millprint.thesis.yields.metrics import LEFT_OUT, NESTED, SPREAD
+from millprint.thesis.yields.features import LEFT_OUT, NESTED, SPREAD
 from millprint.thesis.yields.regressors import AVERAGED, BASELINES, CLIMATOLOGY, TITLES
 
 STRATEGIES = {"primary": ("primary", COLOURS[0], "o"), "two_step": ("two-step", COLOURS[1], "s")}

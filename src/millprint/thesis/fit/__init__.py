@@ -13,7 +13,7 @@ FEWEST_JARS = 24
 
 
 def numbers_of(path: str, most: int) -> list[int]:
-    """The numbers of the jars in a table of `millprint.thesis.fit.equal_jars`, from 1 to at most `most`."""
+    """The numbers of the jars in a table of `millprint.thesis.fit.open_shape`, from 1 to at most `most`."""
     rows = Path(path).read_text().splitlines()[1:]
     return sorted({number for row in rows if (number := int(row.split("\t")[0])) <= most})
 

@@ -19,8 +19,7 @@ from millprint.thesis.surrogate.dataset import ball_reach
 from millprint.thesis.surrogate.graph_surrogate import GraphSurrogate, State, Sums, no_sums
 from millprint.thesis.surrogate.kernels import PANEL, Batch, Rules, make_scratch, roll
 from millprint.thesis.surrogate.network import CHANNELS, NormalisedNetwork, read_weights
-from millprint.thesis.surrogate.rollout import Setting
-from millprint.thesis.surrogate.scene import read_scene, read_trajectory
+from millprint.thesis.surrogate.rollout import Setting, read_scene, read_trajectory
 
 
 class Hidden(NamedTuple):

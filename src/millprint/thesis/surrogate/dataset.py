@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from millprint.run.hdf5 import open_hdf5, whole_hdf5
-from millprint.thesis.surrogate.scene import Scene, Trajectory
+from millprint.thesis.surrogate.rollout import Scene, Trajectory
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance

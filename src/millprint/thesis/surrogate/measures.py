@@ -1,11 +1,16 @@
-"""Measures of the difference between a roll-out and a simulation, and the tables of them."""
+"""Measures of the difference between a roll-out and a simulation, and the tables of them.
 
-from dataclasses import dataclass
+Whether the networks are nearer to the simulation than what a clever person would take in their place.
+"""
+
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
 
-from millprint.estimate.estimates import largest_difference, range_of_single, spread_of
+from millprint.estimate.estimates import Estimate, largest_difference, mean_of, range_of_single, spread_of
+from millprint.estimate.judge import AGREES, DIFFERS, OPEN, Allowed, judge
 
 # A mean square speed over that of the simulation, above which a roll-out runs away.
 RUNAWAY = 2.0
@@ -231,8 +236,6 @@ def covered_share(table: pd.DataFrame, threshold_m: float) -> float:
 
 BASELINE = "baseline"
 DISSIPATION, PLATEAU = "dissipation_error_percent", "position_mse_plateau_m2"
-# A statement that cannot be checked with this budget, because the baseline itself is unstable.
-OPEN = "open"
 # A dissipation that "grows without bound" must have an error larger than itself [%].
 UNBOUNDED_PERCENT = 100.0
 # Whether a row differs from the baseline by more than two trainings of the baseline do.
@@ -258,7 +261,7 @@ MEASURES = (
 
 @dataclass(frozen=True)
 class Statement:
-    """What the thesis says: its text, what of it can be checked (see `holds`), and the claim on the error [%]."""
+    """What the thesis says: its text, what of it can be checked (`meets_statement`), and the claim on the error [%]."""
 
     text: str
     checked: str = ""
@@ -280,8 +283,8 @@ STATEMENTS = {
 OURS = Statement("not in the thesis: another reading of it")
 
 
-def holds(checked: str, row: pd.Series, baseline: pd.Series) -> bool:
-    """Whether a statement of the thesis holds at our budget.
+def meets_statement(checked: str, row: pd.Series, baseline: pd.Series) -> bool:
+    """Whether a row agrees with a statement of the thesis, at our budget.
 
     `worse` is against the baseline of the same budget; to overshoot is to dissipate more power than the simulation.
     """
@@ -309,14 +312,14 @@ def ablation_table(
 
     metrics: rows of metrics.tsv; histories: loss by the variant whose weights are used; changes: texts;
     length_s: of the roll-outs; printed: as `millprint.run.tables.read_printed`; trainings: by ablation, the names in
-    metrics of all trainings of its weights, its own first; once if left out. Column `holds` is yes, no, OPEN, or empty
-    without a statement or a baseline.
+    metrics of all trainings of its weights, its own first; once if left out. Column `verdict` is that on the
+    statement, OPEN if the baseline itself is unstable, and empty without a statement or a baseline.
 
     One training is one draw. lower_percent and upper_percent: interval of the dissipation error, over the row's own
     trainings, or else as those of the baseline scatter; from_baseline_percent: how far the error is from that of the
     baseline, in points; baseline_apart_percent: how far two trainings of the baseline are apart at most; `says` is
     NOTHING where the first is not above the second and the motion is stable or not as that of some training of the
-    baseline, or where the trainings of the baseline disagree on whether the statement holds. All empty if the
+    baseline, or where the trainings of the baseline disagree in their verdicts. All empty if the
     baseline was trained once.
     """
     trainings = trainings or {variant: [variant] for variant in changes}
@@ -335,7 +338,7 @@ def ablation_table(
     table = pd.DataFrame(rows)
     repeats = {variant: _repeats(metrics, trainings[variant]) for variant in changes}
     baselines = repeats.get(BASELINE, repeats[next(iter(repeats))].iloc[:0])
-    table["holds"] = [_verdict(row, baselines.iloc[0]) if len(baselines) else "" for _, row in table.iterrows()]
+    table["verdict"] = [_verdict(row, baselines.iloc[0]) if len(baselines) else "" for _, row in table.iterrows()]
     against = [_against(row, repeats[row["variant"]], baselines) for _, row in table.iterrows()]
     return table.join(pd.DataFrame(against, index=table.index))
 
@@ -365,7 +368,7 @@ def _verdict(row: pd.Series, baseline: pd.Series) -> str:
         return ""
     if baseline["stable"] != 1:
         return OPEN
-    return "yes" if holds(checked, row, baseline) else "no"
+    return AGREES if meets_statement(checked, row, baseline) else DIFFERS
 
 
 def _against(row: pd.Series, own: pd.DataFrame, baselines: pd.DataFrame) -> dict:
@@ -444,3 +447,55 @@ def baseline_table(
             row |= {name: None if away and name != "balls_left" else value.get(name) for name in SHOWN}
             table.append(row | {"ran_away": "yes" if away else "no", "thesis_percent": printed.get(test)})
     return with_motion(pd.DataFrame(table), trained_test)[BASELINE_COLUMNS]
+
+
+SPEED = "mean_square_speed_ratio"
+AGAINST_COLUMNS = [
+    "test", "motion", "length_s", "trainings", "ran_away", "lower_percent", "mean_percent", "upper_percent",
+    *(f"{name}_percent" for name in UNLEARNED), "nearer", "nearer_in_speed_too", "verdict", "reason",
+]  # fmt: skip
+
+
+def against_baselines(baselines: pd.DataFrame, variant: str) -> pd.DataFrame:
+    """Whether a variant is nearer to the simulation than what needs no network, a row for each test.
+
+    baselines: as `baseline_table`. mean_percent, with Student's interval: error of the dissipated energy over the
+    trainings that did not run away; UNLEARNED: those of the baselines; nearer: in how many trainings the error is
+    smaller than that of every baseline, and nearer_in_speed_too that of the mean square speed as well; verdict: of
+    `judge` on whether the mean is smaller than every baseline's. A roll-out that ran away is a miss.
+    """
+    rows = []
+    for test, part in baselines.groupby("test", sort=False):
+        own, known = part[part["model"] == variant], part[part["model"].isin(UNLEARNED)].set_index("model")
+        held = own[own["ran_away"] != "yes"]
+        least = float(known[DISSIPATION].min())
+        speed = float((known[SPEED] - 1).abs().min())
+        near = held[held[DISSIPATION] < least]
+        both = near[(near[SPEED] - 1).abs() < speed]
+        mean = mean_of(held[DISSIPATION].tolist(), "%", least=0.0) if len(held) else Estimate(math.inf, "%")
+        mean = replace(mean, of=len(own), failed=len(own) - len(held))
+        verdict = judge(mean, Allowed(upper=least, open_upper=True))
+        rows.append(
+            (
+                *(test, part["motion"].iloc[0], own["length_s"].max(), len(own), len(own) - len(held)),
+                *(mean.ends("repeats")[0], mean.value, mean.ends("repeats")[1]),
+                *known[DISSIPATION].reindex(list(UNLEARNED)),
+                *(len(near), len(both), *verdict),
+            )
+        )
+    return pd.DataFrame(rows, columns=AGAINST_COLUMNS)
+
+
+def told_against(table: pd.DataFrame) -> str:
+    """The first sentence on the networks: whether they beat what needs none; table: as `against_baselines`."""
+    beaten, singles = table[table["verdict"] == AGREES], int(table["trainings"].sum())
+    trainings, tests = int(table["trainings"].max()), len(table)
+    several = f"{trainings} trainings" if trainings > 1 else "one training"
+    found = f"in {len(beaten)} of {tests} tests ({', '.join(beaten['test'])})" if len(beaten) else "in no test"
+    begin = "" if len(beaten) else "No network beats what needs none: "
+    near, both, away = (int(table[name].sum()) for name in ("nearer", "nearer_in_speed_too", "ran_away"))
+    told = (
+        f"{begin}the mean error of the dissipated energy over {several} is below that of every baseline {found}; of "
+        f"{singles} single roll-outs {near} are, {both} of them in the speed of the balls too, and {away} ran away."
+    )
+    return told[0].upper() + told[1:]

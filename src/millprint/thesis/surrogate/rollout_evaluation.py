@@ -15,8 +15,7 @@ import pandas as pd
 from millprint.config.errors import ConfigError
 from millprint.run.hdf5 import open_hdf5
 from millprint.thesis.surrogate import measures
-from millprint.thesis.surrogate.rollout import RollOut, simulated
-from millprint.thesis.surrogate.scene import Scene, Trajectory
+from millprint.thesis.surrogate.rollout import RollOut, Scene, Trajectory, simulated
 from millprint.view.frames import VIEWS, Frame, Movie, Stage
 from millprint.view.snapshots import Snapshots
 

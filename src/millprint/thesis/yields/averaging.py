@@ -1,6 +1,13 @@
 """The averaged Gaussian process: a library of links, scales and sums of kernels, each weighted by its evidence.
 
 A permutation test says whether chance could reach its score.
+
+The response surface that chapter 2 suggests, as a baseline: six parameters on the logit of the yield.
+
+    logit y = b0 + b1 R + b2 m + b3 m^2 + b4 ln t + b5 R m + e,
+ball-to-powder ratio R, molar ratio m, time t: what Fig. 2.3 and Fig. 2.4 show, and nothing of the mill. It is fitted by
+least squares (Box and Draper, Response Surfaces, Mixtures, and Ridge Analyses, 2nd ed. (2007), ch. 3), so that nothing
+is searched and no choice is made from yields.
 """
 
 from collections.abc import Callable, Sequence
@@ -12,9 +19,10 @@ import pandas as pd
 from scipy.special import expit, logit, logsumexp, ndtr
 
 from millprint.config.yields import INPUTS, PRIMARY, AveragingConfig, LibraryTrialConfig
-from millprint.thesis.doe.runs import YIELD
-from millprint.thesis.yields.features import Standardisation, describe
-from millprint.thesis.yields.posterior_process import Process, fit_process, kernel_of
+from millprint.estimate.quantiles import student_quantile
+from millprint.thesis.doe.factorial_designs import YIELD
+from millprint.thesis.yields.estimators import Process, fit_process, kernel_of
+from millprint.thesis.yields.features import CHEMICAL, Standardisation, describe
 from millprint.thesis.yields.regressors import AVERAGED
 
 # Nodes and weights of the Gauss-Hermite quadrature, for means over a normal distribution.
@@ -249,3 +257,48 @@ def permutation_p(table: pd.DataFrame) -> pd.DataFrame:
         "p": float((1 + (shuffled >= measured).sum()) / (1 + len(shuffled))),
     }
     return pd.DataFrame([found])
+
+
+LINK = "logit"
+
+
+def design(rows: pd.DataFrame) -> np.ndarray:
+    """The terms of the surface (n, 6) for rows with bpr, molar_ratio [-] and time_h [h]."""
+    ratio, molar, time = (rows[name].to_numpy(float) for name in CHEMICAL)
+    return np.column_stack([np.ones(len(rows)), ratio, molar, molar**2, np.log(time), ratio * molar])
+
+
+@dataclass(frozen=True)
+class ResponseSurface:
+    """A fitted surface: coefficients (6,), (X'X)^-1 (6, 6), residual standard deviation, and degrees of freedom."""
+
+    coefficients: np.ndarray
+    inverse: np.ndarray
+    residual: float
+    freedom: int
+
+    def latent(self, rows: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and standard deviation of the logit of a new measurement, (n,) each: s^2 (1 + x' (X'X)^-1 x)."""
+        terms = design(rows)
+        spread = np.sqrt(1 + np.einsum("ij,jk,ik->i", terms, self.inverse, terms))
+        return terms @ self.coefficients, self.residual * spread
+
+    def predict(self, rows: pd.DataFrame) -> np.ndarray:
+        """Mean yields (n,) [%], as of the averaged process: over the distribution of the logit."""
+        return 100 * expected_conversion(LINK, *self.latent(rows))
+
+    def intervals(self, rows: pd.DataFrame, levels: list[float]) -> np.ndarray:
+        """Ends (n, levels, 2) [%] of the prediction intervals by Student's t."""
+        mean, deviation = self.latent(rows)
+        half = student_quantile(0.5 + np.asarray(levels) / 2, self.freedom) * deviation[:, None]
+        return 100 * LINKS[LINK].inverse(np.stack([mean[:, None] - half, mean[:, None] + half], axis=2))
+
+
+def fit_surface(rows: pd.DataFrame, yields: np.ndarray, margin: float) -> ResponseSurface:
+    """The surface of rows with the conditions and yields (n,) [%], n > 6; margin: as of `to_conversion`."""
+    terms, target = design(rows), LINKS[LINK].forward(to_conversion(yields, margin))
+    coefficients = np.linalg.lstsq(terms, target, rcond=None)[0]
+    freedom, errors = len(target) - terms.shape[1], target - terms @ coefficients
+    return ResponseSurface(
+        coefficients, np.linalg.pinv(terms.T @ terms), float(np.sqrt(errors @ errors / freedom)), freedom
+    )

@@ -5,11 +5,10 @@ import pandas as pd
 
 from millprint.config.yields import EvaluationConfig, TrainingConfig
 from millprint.estimate.quantiles import student_above
-from millprint.thesis.doe.runs import YIELD
+from millprint.thesis.doe.factorial_designs import YIELD
 from millprint.thesis.yields.averaging import AveragedModel
-from millprint.thesis.yields.distributions import SCORE_COLUMNS
-from millprint.thesis.yields.features import FEATURES, engineer
-from millprint.thesis.yields.metrics import (
+from millprint.thesis.yields.features import (
+    FEATURES,
     LEFT_OUT,
     METRICS,
     NESTED,
@@ -17,11 +16,13 @@ from millprint.thesis.yields.metrics import (
     SPREAD,
     YieldWeights,
     bootstrap_metrics,
+    engineer,
     jackknife_error,
     metrics,
     spread,
     without_each,
 )
+from millprint.thesis.yields.held_out import SCORE_COLUMNS
 from millprint.thesis.yields.regressors import CLIMATOLOGY, other_seed, regressor
 from millprint.thesis.yields.yield_model import YieldModel, fit_model
 

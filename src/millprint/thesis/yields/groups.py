@@ -20,11 +20,11 @@ from millprint.mill.bodies import build_bodies, travel_m
 from millprint.observables.condition import Condition
 from millprint.run.tables import CASE
 from millprint.thesis.curves.regimes import design_cases, reference_condition
-from millprint.thesis.doe.runs import YIELD
+from millprint.thesis.doe.factorial_designs import YIELD
+from millprint.thesis.yields.experiments import FEWEST_TRAINED, SOURCE
 from millprint.thesis.yields.features import CONDITIONS
 from millprint.thesis.yields.held_out import OuterFold, Procedure, predict_held_out
 from millprint.thesis.yields.new_conditions import range_warnings, trained_ranges
-from millprint.thesis.yields.run_tables import FEWEST_TRAINED, SOURCE
 
 LEFT_OUT_SOURCE = "leave_source_out"
 # With fewer held-out runs a bootstrap says nothing.

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 AVERAGED = "averaged_gpr"
 # The yields of the training rows as the prediction for every condition: the reference of all scores.
 CLIMATOLOGY = "climatology"
-# Six parameters on the logit of the yield (millprint.thesis.yields.response_surface).
+# Six parameters on the logit of the yield (millprint.thesis.yields.averaging).
 SURFACE = "response_surface"
 # What a learned model must beat: nothing of them is searched, and they are not stored.
 BASELINES = (CLIMATOLOGY, SURFACE)

@@ -10,8 +10,7 @@ from sklearn.model_selection import RepeatedKFold
 
 from millprint.config.yields import PRIMARY, Choices, Drawn, SearchConfig, TrainingConfig
 from millprint.estimate.quantiles import normal_quantile
-from millprint.thesis.yields.features import FEATURES, TIME, Standardisation, engineer
-from millprint.thesis.yields.metrics import YieldWeights, weighted_mse
+from millprint.thesis.yields.features import FEATURES, TIME, Standardisation, YieldWeights, engineer, weighted_mse
 from millprint.thesis.yields.regressors import Parameters, regressor, training_of
 
 T = TypeVar("T")
