@@ -93,8 +93,8 @@ class Setup:
         return BenchDem(
             time_step_s=self.time_step_s,
             settle_s=self.settle_s,
-            discard_s=0,
             window_s=1e-4,
+            run_up_fraction=0,
         )
 
     def simulation(self, case: Case, start: np.ndarray | None = None) -> Simulation:

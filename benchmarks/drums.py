@@ -22,7 +22,7 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.mill import LifterDrumGeometry, MillConfig
 from millprint.config.motion_kinds import RotationMotion
-from millprint.config.sweep import Case, DemConfig
+from millprint.config.sweep import Case, DemConfig, RunUp
 from millprint.dem.lammps.input import balls_text, head_lines
 from millprint.dem.run import run_case
 from millprint.dem.simulation import Simulation
@@ -42,7 +42,9 @@ POWER_COLUMNS = (
 
 
 class DrumDem(DemConfig):
-    """Settings of a drum: a turn is a multiple of ROW steps."""
+    """Settings of a drum: a turn is a multiple of ROW steps, of one length, as in LAMMPS."""
+
+    run_up_fraction: RunUp = 0
 
     ledger_samples_per_revolution: ClassVar[int] = ROW
 

@@ -14,11 +14,11 @@ from millprint.dem.simulation import Simulation
 from millprint.mill import wall_arrays
 from tests.physics.setups import FewBalls
 
-DEM = DemConfig(time_step_s=2e-6, settle_s=0.1, discard_s=0.05, window_s=0.2)
+DEM = DemConfig(time_step_s=2e-6, settle_s=0.1, window_s=0.2)
 
 
 def simulate(mills, contacts, mill="emax", contact="calibrated", diameter=10, fill=0.10, seed=0, dem=DEM, **change):
-    durations = {"settle_s": dem.settle_s, "discard_s": dem.discard_s, "window_s": dem.window_s} | change
+    durations = {"settle_s": dem.settle_s, "discard_s": 0.05, "window_s": dem.window_s} | change
     case = Case(
         mill=mill,
         contact=contact,

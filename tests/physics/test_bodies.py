@@ -14,7 +14,7 @@ from millprint.mill.distance import signed_distance
 from millprint.mill.outlines import Facet
 from millprint.mill.vessel import Vessel, build_vessel
 
-DEM = DemConfig(time_step_s=2e-6, settle_s=0.05, discard_s=0.0, window_s=0.2)
+DEM = DemConfig(time_step_s=2e-6, settle_s=0.05, window_s=0.2)
 
 
 def case(**changes) -> Case:

@@ -20,7 +20,7 @@ from millprint.view.frames import read_movie
 from millprint.view.paraview import export_run
 from tests import poses
 
-DEM = DemConfig(time_step_s=4e-6, settle_s=0.1, discard_s=0.1, window_s=0.3)
+DEM = DemConfig(time_step_s=4e-6, settle_s=0.1, window_s=0.3)
 GRAVITY = 9.81
 DISSIPATED = ["normal_damping_J", "tangential_damping_J", "sliding_J", "rolling_J"]
 
@@ -188,12 +188,11 @@ def test_an_attritor_is_driven_against_friction_not_inertia(mills, contacts):
         "discard_s": 0.3,
         "rayleigh_fraction": 0.1,
     }
-    # At the lower speed the bed jams and slips: one start says little, and rolling friction of balls that jam opened
-    # the balance by 2.6 %; see docs/why/limits.md.
-    starts, closure_max = {60: range(2), 180: range(1)}, {60: 0.05, 180: 2e-3}
+    # The bed jams and slips: a start may have three times the power of others, and rolling friction of balls that jam
+    # opened the balance by 2.6 %; see docs/why/limits.md.
+    starts = {60: range(4), 180: range(3)}
     powers = [
-        np.mean([simulate(made, contacts["calibrated"], speed, closure_max[speed], seed=seed, **settings)[1]
-                 for seed in seeds])
+        np.median([simulate(made, contacts["calibrated"], speed, 0.05, seed=seed, **settings)[1] for seed in seeds])
         for speed, seeds in starts.items()
     ]  # fmt: skip
     (found,) = exponents(powers, [*starts])

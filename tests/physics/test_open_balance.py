@@ -96,8 +96,9 @@ def test_a_jam_names_what_the_balls_are_pressed_between(mills, contacts, seed):
 @pytest.mark.slow
 def test_a_jam_is_simulated_again_with_half_the_step(mills, contacts, caplog):
     with caplog.at_level(logging.WARNING, logger="millprint"):
-        found = simulated(mills["attritor"], contacts["calibrated"], ball_diameter_m=0.012, fill_ratio=0.14,
-                          rayleigh_fraction=0.11)  # fmt: skip
+        # A start that jams with this step, and not with half of it.
+        found = simulated(mills["attritor"], contacts["calibrated"], DEM.model_copy(update={"run_up_fraction": 0}),
+                          ball_diameter_m=0.012, fill_ratio=0.14, rayleigh_fraction=0.11)  # fmt: skip
     assert found["rayleigh_fraction"] == pytest.approx(0.055, rel=0.02)
     assert len(caplog.records) == 1 and "jammed" in caplog.text
 
@@ -123,5 +124,5 @@ def test_balls_on_a_floor_that_never_leaves_them_close_the_balance_of_what_goes_
     to_and_fro = 4 * amplitude * found["balls"] * found["ball_mass_kg"] * GRAVITY * speed * found["window_s"]
     assert found["closure"] <= DEM.closure_max
     assert abs(found["ledger_J"]["imbalance"]) < 1e-3 * to_and_fro
-    # Next to nothing of it is dissipated.
-    assert 0 <= found["power_W"]["wall"] * found["window_s"] < 1e-2 * to_and_fro
+    # Little of it is dissipated: balls that still creep take up to 3 % of it, by the start.
+    assert 0 <= found["power_W"]["wall"] * found["window_s"] < 5e-2 * to_and_fro

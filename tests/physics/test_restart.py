@@ -17,7 +17,9 @@ CASE = Case(
     mill="emax", contact="calibrated", ball_diameter_m=0.01, fill_ratio=0.10, speed_hz=20.0, seed=0,
     settle_s=0.01, discard_s=0.02, window_s=0.05, snapshot_interval_s=1e-3,
 )  # fmt: skip
-DEM = DemConfig(time_step_s=2e-6, settle_s=0.01, discard_s=0.02, window_s=0.05, restart_interval_s=0, closure_max=0.05)
+# Without snapshots the step changes where the window begins.
+TWO_STEPS = CASE.model_copy(update={"snapshot_interval_s": None})
+DEM = DemConfig(time_step_s=2e-6, settle_s=0.01, window_s=0.05, restart_interval_s=0, closure_max=0.05)
 
 
 CHUNK_S = 4e-4
@@ -64,26 +66,39 @@ def run(folder, mills, contacts, case=CASE) -> dict:
     return run_case(case, mills[case.mill], contacts["calibrated"], DEM, folder / "run.h5", folder / "summary.json")
 
 
-@pytest.fixture(scope="module")
-def unbroken(mills, contacts, tmp_path_factory):
+def whole_run(mills, contacts, folder, case):
     """The folder and the summary of a run that never stopped."""
-    folder = tmp_path_factory.mktemp("whole")
     with pytest.MonkeyPatch.context() as patched:
         make_small_chunks(patched)
-        return folder, run(folder, mills, contacts)
+        return folder, run(folder, mills, contacts, case)
+
+
+@pytest.fixture(scope="module")
+def unbroken(mills, contacts, tmp_path_factory):
+    return whole_run(mills, contacts, tmp_path_factory.mktemp("whole"), CASE)
+
+
+@pytest.fixture(scope="module")
+def unbroken_of_two_steps(mills, contacts, tmp_path_factory):
+    return whole_run(mills, contacts, tmp_path_factory.mktemp("two"), TWO_STEPS)
 
 
 # While settling, between the start and the window, at the window's beginning, and within it.
 @pytest.mark.slow
-@pytest.mark.parametrize("chunks", [3, 15, 26, 60])
-def test_a_stopped_run_goes_on_bit_for_bit(unbroken, mills, contacts, tmp_path, monkeypatch, small_chunks, chunks):
-    folder, whole = unbroken
+@pytest.mark.parametrize(
+    ("case", "chunks"),
+    [*((CASE, chunks) for chunks in (3, 15, 26, 60)), *((TWO_STEPS, chunks) for chunks in (2, 5, 8, 9, 30))],
+)
+def test_a_stopped_run_goes_on_bit_for_bit(
+    unbroken, unbroken_of_two_steps, mills, contacts, tmp_path, monkeypatch, small_chunks, case, chunks
+):
+    folder, whole = unbroken if case is CASE else unbroken_of_two_steps
     with monkeypatch.context() as patched, pytest.raises(Killed):
         kill_after(patched, chunks)
-        run(tmp_path / "parts", mills, contacts)
+        run(tmp_path / "parts", mills, contacts, case)
     assert (tmp_path / "parts" / RESTART).exists()
     assert not (tmp_path / "parts" / "run.h5").exists()
-    parts = run(tmp_path / "parts", mills, contacts)
+    parts = run(tmp_path / "parts", mills, contacts, case)
     assert not (tmp_path / "parts" / RESTART).exists()
     first, second = content(folder / "run.h5"), content(tmp_path / "parts" / "run.h5")
     assert first.keys() == second.keys()

@@ -29,7 +29,7 @@ class FineDem(DemConfig):
     ledger_samples_per_revolution: ClassVar[int] = 500
 
 
-DEM = FineDem(time_step_s=2e-6, settle_s=1e-6, discard_s=0.0, window_s=2e-3, closure_max=0.05)
+DEM = FineDem(time_step_s=2e-6, settle_s=1e-6, window_s=2e-3, closure_max=0.05)
 CASE = Case(
     mill="emax", contact="calibrated", ball_diameter_m=0.005, fill_ratio=0.16, speed_hz=20.0, seed=0,
     settle_s=1e-6, discard_s=0.0, window_s=2e-3, snapshot_interval_s=1e-3,

@@ -8,7 +8,7 @@ from millprint.config.sweep import Case, DemConfig, SweepConfig, expand_sweep
 from millprint.dem.run import run_case
 
 START_S = 0.06
-DEM = DemConfig(time_step_s=2e-6, settle_s=0.05, discard_s=0, window_s=0.1, closure_max=0.05)
+DEM = DemConfig(time_step_s=2e-6, settle_s=0.05, window_s=0.1, closure_max=0.05)
 CASE = Case(
     mill="emax", contact="calibrated", ball_diameter_m=0.01, fill_ratio=0.10, speed_hz=20.0, seed=0,
     settle_s=0.05, discard_s=0, window_s=0.16, snapshot_interval_s=1e-3,

@@ -8,7 +8,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.load import check_model, load_named
 from millprint.config.sweep import DemConfig, SweepConfig, ball_count, expand_sweep
 
-DEM = {"time_step_s": 2e-6, "settle_s": 0.2, "discard_s": 0.1, "window_s": 1.0}
+DEM = {"time_step_s": 2e-6, "settle_s": 0.2, "discard_turns": 2, "window_s": 1.0}
 SWEEP = {
     "name": "s",
     "contacts": ["steel"],

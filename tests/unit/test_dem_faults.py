@@ -23,12 +23,12 @@ from millprint.mill.wall_features import features_of
 CONFIG = Path(__file__).parents[2] / "config"
 MILL = load_named(CONFIG / "mills", "emax", MillConfig, "mill")
 CONTACT = load_named(CONFIG / "contacts", "calibrated", ContactConfig, "contact set")
-DEM = DemConfig(time_step_s=4e-6, settle_s=0.02, discard_s=0.0, window_s=0.02)
+DEM = DemConfig(time_step_s=4e-6, settle_s=0.02, window_s=0.02)
 
 
 def simulation(dem=DEM, contact=CONTACT, **change) -> Simulation:
     settings = {"ball_diameter_m": 0.01, "fill_ratio": 0.1, "speed_hz": 10, "seed": 0}
-    times = {name: getattr(dem, name) for name in ("settle_s", "discard_s", "window_s")}
+    times = {name: getattr(dem, name) for name in ("settle_s", "window_s")} | {"discard_s": 0.0}
     return Simulation(Case(mill="emax", contact="calibrated", **(settings | times | change)), MILL, contact, dem)
 
 

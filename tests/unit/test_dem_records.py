@@ -21,7 +21,7 @@ from millprint.dem.run import run_case
 from millprint.run.files import read_json
 from tests.unit.test_dem_collisions import CONFIG
 
-DEM = DemConfig(time_step_s=4e-6, settle_s=0.1, discard_s=0.1, window_s=0.1)
+DEM = DemConfig(time_step_s=4e-6, settle_s=0.1, window_s=0.1)
 
 
 def run(folder, dem=DEM, **change):

@@ -135,7 +135,7 @@ def test_a_slice_of_a_drum_with_lifters_starts_and_runs(tmp_path, monkeypatch):
     assert signed_distance(body.vessel)(start)[0].max() <= -diameter / 2
 
     contact = load_named(CONFIG / "contacts", "steel", ContactConfig, "contact set")
-    dem = DemConfig(time_step_s=1e-5, settle_s=0.002, discard_s=0.0, window_s=0.002)
+    dem = DemConfig(time_step_s=1e-5, settle_s=0.002, window_s=0.002)
     simulation = Simulation(slice_case(fill), mill, contact, dem)
     assert simulation.count == BALLS
     simulation.run("test")
@@ -194,7 +194,7 @@ def test_a_simulation_begins_from_a_given_start():
     mill = load_mill("planetary")
     contact = load_named(CONFIG / "contacts", "steel", ContactConfig, "contact set")
     times = {"settle_s": 0.01, "discard_s": 0.0, "window_s": 0.01}
-    dem = DemConfig(time_step_s=2e-6, **times)
+    dem = DemConfig(time_step_s=2e-6)
     case = Case(mill="planetary", contact="steel", ball_diameter_m=0.01, fill_ratio=0.1, speed_hz=5.0, seed=3, **times)
     packed = Simulation(case, mill, contact, dem)
     start = pack(packed.vessel, 0.010, packed.count, 3, mill.volume_ml / 1e6)

@@ -43,7 +43,7 @@ def of(folder, case: Case = CASE, mill: MillConfig = MILL, contact: ContactConfi
         {"dem": changed(DEM, restart_interval_s=5.0)},
         {"dem": changed(DEM, runtime_max_h=2.0)},
         # A case has its own durations.
-        {"dem": changed(DEM, settle_s=0.3, discard_s=0.4, window_s=2.0)},
+        {"dem": changed(DEM, settle_s=0.3, discard_turns=4, window_s=2.0)},
         {"dem": changed(DEM, counting_rules=RULES)},
         {"dem": changed(DEM, counting_rules=DEFAULT_RULES[:2])},
     ],

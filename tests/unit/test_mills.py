@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from millprint.cases.of_mill import (
     RUN_WAY,
     conditions_of,
+    discarded_turns,
     durations_of,
     enlarged,
     large_case,
@@ -94,11 +95,17 @@ def test_the_precision_decides_about_steps_recorded_time_and_seeds_and_about_no_
 
 
 def test_a_quick_window_has_turns_for_a_standard_error_and_eight_where_the_sweep_does_not_say():
-    assert durations_of(1, None, 1, 0.5)["window_s"] == 1.0
-    assert durations_of(1, None, 3, 0.5)["window_s"] == 2.0
-    assert durations_of(1, None, 1, 2)["window_s"] == 2.0
-    assert durations_of(5, None, None, 0.5, PRECISIONS["quick"].turns)["window_s"] == pytest.approx(8 * 0.2)
-    assert durations_of(20, None, None, 0.5)["window_s"] == pytest.approx(0.4)
+    assert durations_of(1, 1, 1, 0.5)["window_s"] == 1.0
+    assert durations_of(1, 1, 3, 0.5)["window_s"] == 2.0
+    assert durations_of(1, 1, 1, 2)["window_s"] == 2.0
+    assert durations_of(5, 5, None, 0.5, PRECISIONS["quick"].turns)["window_s"] == pytest.approx(8 * 0.2)
+    assert durations_of(20, 5, None, 0.5)["window_s"] == pytest.approx(0.4)
+
+
+def test_a_mill_discards_five_turns_and_a_drum_one_unless_its_sweep_says():
+    named = MillSweepConfig(speeds_rpm=[60], ball_diameters_mm=[10], fill_ratios=[0.1, 0.2, 0.3])
+    assert [discarded_turns(mill(name), named) for name in ("mixer", "planetary", "attritor", "drum")] == [5, 5, 5, 1]
+    assert discarded_turns(mill("drum"), named.model_copy(update={"discard_turns": 3})) == 3
 
 
 def test_the_intervals_by_contact_parameters_do_not_depend_on_the_precision(settings):

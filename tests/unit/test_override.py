@@ -14,7 +14,7 @@ from millprint.dem.simulation import Simulation
 ROOT = Path(__file__).parents[2]
 MILL = load_named(ROOT / "config/mills", "emax", MillConfig, "mill")
 CONTACT = load_named(ROOT / "config/contacts", "calibrated", ContactConfig, "contact set")
-DEM = DemConfig(time_step_s=2e-6, settle_s=0.01, discard_s=0.0, window_s=0.01)
+DEM = DemConfig(time_step_s=2e-6, settle_s=0.01, window_s=0.01)
 BLOCK = {
     "name": "block",
     "contacts": ["calibrated"],

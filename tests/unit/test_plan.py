@@ -13,12 +13,13 @@ from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
+from millprint.dem.laws.registry import step_scale
 from millprint.dem.resources import LIKELY_BALL_STEP_S, LIKELY_START_S, resources_of
 from millprint.run import plan
 from millprint.run.plan import JOB_START_S, LONG_S, OTHER_S, SIMULATION_START_S, Job, check_disk, plan_text
 from tests.conftest import ROOT
 
-DEM = DemConfig(time_step_s=1e-6, settle_s=0.25, discard_s=0.25, window_s=0.5)
+DEM = DemConfig(time_step_s=1e-6, settle_s=0.25, window_s=0.5, run_up_fraction=0)
 CASE = Case(
     mill="emax", contact="calibrated", ball_diameter_m=0.01, fill_ratio=0.1, speed_hz=10.0, seed=0, settle_s=0.25,
     discard_s=0.25, window_s=0.5,
@@ -53,6 +54,14 @@ def test_a_simulation_is_likely_to_take_time_for_its_balls_and_steps():
     assert resources(snapshot_interval_s=1e-4).disk_mb == pytest.approx(own.disk_mb + 24 * 5000 * 38e-6)
     # A table of collisions that is too long is not written.
     assert resources(window_s=400.0).disk_mb == 0
+
+
+def test_what_is_not_recorded_is_planned_at_its_own_step():
+    """Half of the case is settling and discarding: with steps four times as long, it takes an eighth and a half."""
+    scale = step_scale(contact("calibrated"), CASE.ball_diameter_m / 2)
+    dem = DEM.model_copy(update={"run_up_fraction": 4e-6 / scale})
+    own = resources_of(CASE, dem, mill("emax"), contact("calibrated"))
+    assert own.processor_s == pytest.approx(LIKELY_START_S + (1 / 8 + 1 / 2) * 24e6 * LIKELY_BALL_STEP_S)
 
 
 def test_a_request_to_a_queue_is_capped_and_the_cap_reruns_nothing():

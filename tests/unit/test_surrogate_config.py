@@ -63,7 +63,7 @@ def test_thresholds_are_part_of_the_recipe_only_where_they_train(content):
 
 def swept(config: SurrogateConfig, **options) -> dict:
     """Every case that the stage reads, recorded in the given way."""
-    dem = DemConfig(time_step_s=2e-6, settle_s=0.1, discard_s=0, window_s=1)
+    dem = DemConfig(time_step_s=2e-6, settle_s=0.1, discard_turns=0, window_s=1)
     sweep = SweepConfig(
         name="surrogate",
         mills=sorted({path.split("/")[0] for path in config.simulated_cases()}),

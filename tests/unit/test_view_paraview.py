@@ -155,7 +155,7 @@ def test_every_contact_of_a_simulation_overlaps(tmp_path, mixture):
         mill="emax_post", contact="calibrated", fill_ratio=0.1, speed_hz=5.0, seed=0, **balls_of(mixture or 10.0),
         settle_s=0.05, discard_s=0.0, window_s=0.2, snapshot_interval_s=1e-3,
     )  # fmt: skip
-    dem = DemConfig(time_step_s=4e-6, settle_s=0.1, discard_s=0.1, window_s=0.1)
+    dem = DemConfig(time_step_s=4e-6, settle_s=0.1, window_s=0.1)
     mill = load_named(ROOT / "config/mills", "emax_post", MillConfig, "mill")
     contact = load_named(ROOT / "config/contacts", "calibrated", ContactConfig, "contact set")
     summary = run_case(case, mill, contact, dem, tmp_path / "run.h5", tmp_path / "summary.json")

@@ -233,7 +233,7 @@ MATCH = {
 LINED_SETTINGS = ("--configfile", "lined.yaml")
 LINED_CONFIG = {
     "mill": "lined",
-    "dem": {"settle_s": 0.1, "discard_s": 0.1, "window_s": 0.2},
+    "dem": {"settle_s": 0.1, "discard_turns": 1, "window_s": 0.2},
     "mills": {
         "contact": "lined", "rayleigh_fraction": 0.1, "held_out": 1, "box": ["mine"], "match": MATCH,
         "precision": "standard", "settle_s": 0.1, "first_case_only": True,

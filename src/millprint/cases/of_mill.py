@@ -26,8 +26,9 @@ from millprint.config.mill_sweep import (
     condition,
     spread,
 )
+from millprint.config.motion_kinds import Agitation, motion_kind
 from millprint.config.section import Section
-from millprint.config.sweep import Case, DemConfig, balls_of, mill_of
+from millprint.config.sweep import DISCARDED_TURNS, Case, DemConfig, balls_of, mill_of
 from millprint.config.uncertainty import UncertaintyConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.laws.registry import step_scale
@@ -115,8 +116,9 @@ def _lengths(value: object, factor: float, is_length: bool = False) -> object:
     return value * factor if is_length and isinstance(value, int | float) else value
 
 
-# Defaults of a sweep: at least this time [s].
-DISCARD_S, WINDOW_S = 0.25, 0.8
+# Default of a sweep: recorded for at least this time [s].
+WINDOW_S = 0.8
+TUMBLED_TURNS = 1.0
 # The first seed of the simulations that no fit sees; the seeds of a sweep begin at 0.
 HELD_OUT_SEED = 1000
 # Turns from which a standard error of the powers can be estimated.
@@ -162,26 +164,35 @@ def conditions_of(sweep: MillSweepConfig) -> list[ConditionSection]:
     return [condition(*setting, fill) for setting in settings for fill in sweep.fills]
 
 
+def discarded_turns(mill: MillConfig, own: TurnsSection) -> float:
+    """Turns before the averages begin: its own, or DISCARDED_TURNS; TUMBLED_TURNS of a drum, which turns its bed over.
+
+    The powers of seven mills are steady by then (docs/how_to/speed.md).
+    """
+    tumbled = motion_kind(mill.motion.kind).vessel is Agitation.TUMBLED
+    return own.discard_turns or (TUMBLED_TURNS if tumbled else DISCARDED_TURNS)
+
+
 def durations_of(
-    speed_hz: float, discard_turns: float | None, window_turns: float | None, recorded: float = 1.0, turns: int = 3
+    speed_hz: float, discard_turns: float, window_turns: float | None, recorded: float = 1.0, turns: int = 3
 ) -> dict[str, float]:
-    """Time before the averages begin and recorded time of a case [s], in whole turns where they are not given.
+    """Time before the averages begin and recorded time of a case [s], the latter in whole turns where it is not given.
 
     recorded: factor on the recorded time, which is never shortened below TURNS_WITH_ERROR, and is at least `turns`
     turns where it is not given.
     """
     turn_s = 1 / speed_hz
-    discard = discard_turns or math.ceil(DISCARD_S / turn_s)
     if window_turns:
         window = max(min(TURNS_WITH_ERROR, window_turns), recorded * window_turns)
     else:
         window = max(turns, math.ceil(recorded * WINDOW_S / turn_s))
-    return {"discard_s": discard * turn_s, "window_s": window * turn_s}
+    return {"discard_s": discard_turns * turn_s, "window_s": window * turn_s}
 
 
-def windows_of(speed_hz: float, own: TurnsSection, level: Precision) -> dict[str, float]:
+def windows_of(mill: MillConfig, speed_hz: float, own: TurnsSection, level: Precision) -> dict[str, float]:
     """The keys of a case that say how long it takes: `durations_of`, and until when a window may grow."""
-    durations = durations_of(speed_hz, own.discard_turns, own.window_turns, level.recorded, level.turns)
+    discard = discarded_turns(mill, own)
+    durations = durations_of(speed_hz, discard, own.window_turns, level.recorded, level.turns)
     if level.half_width is None or own.window_turns:
         return durations
     # The mean over the seeds is known better than that of one run.
@@ -202,7 +213,7 @@ def _case(mill: MillConfig, settings: MillsConfig, sweep: MillSweepConfig, given
         mill=mill.name, contact=settings.contact_set, **balls_of(given.ball_diameter_mm), fill_ratio=given.fill_ratio,
         speed_hz=given.hz, seed=seed,
         rayleigh_fraction=level.step * settings.rayleigh_fraction, settle_s=settings.settle_s,
-        **windows_of(given.hz, sweep, level),
+        **windows_of(mill, given.hz, sweep, level),
     )  # fmt: skip
 
 
@@ -322,7 +333,8 @@ def varied_case(mill: MillConfig, settings: MillsConfig, uncertainty: Uncertaint
     first, sweep = mill_cases(mill, settings)[0], sweep_of(mill)
     own: dict[str, float | None] = {"power_error_max": None, "window_max_s": None, "closure_max": SAMPLE_CLOSURE_MAX}
     own["rayleigh_fraction"] = uncertainty.rayleigh_fraction
-    return first.model_copy(update={**own, **durations_of(first.speed_hz, sweep.discard_turns, sweep.window_turns)})
+    discard = discarded_turns(mill, sweep)
+    return first.model_copy(update={**own, **durations_of(first.speed_hz, discard, sweep.window_turns)})
 
 
 def fill_ratios_of(mill: MillConfig, uncertainty: UncertaintyConfig) -> list[float]:

@@ -329,7 +329,7 @@ def own_cases(
             **balls_of(experiment.balls.diameter_mm), fill_ratio=fill_of(experiment, mill, contact, place),
             speed_hz=experiment.hz, seed=seed, density_kg_m3=experiment.balls.density_kg_m3,
             rayleigh_fraction=settings.rayleigh_fraction, settle_s=settings.settle_s,
-            **windows_of(experiment.hz, experiment, PRECISIONS["standard"]._replace(seeds=len(experiment.seeds))),
+            **windows_of(mill, experiment.hz, experiment, PRECISIONS["standard"]._replace(seeds=len(experiment.seeds))),
         )
         for seed in experiment.seeds
     ]  # fmt: skip

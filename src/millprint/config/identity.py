@@ -15,7 +15,7 @@ from millprint.config.sweep import Case, DemConfig
 
 # Keys of mills and contact sets that change no simulation.
 WORDS = {"title", "source", "speed_unit", "sweep"}
-DURATIONS = {"settle_s", "discard_s", "window_s"}
+DURATIONS = {"settle_s", "discard_turns", "window_s"}
 # A file next to run.h5, in which `keeps` looks: the tolerances that a run had, and what it reached.
 TOLERANCES = "tolerances.json"
 

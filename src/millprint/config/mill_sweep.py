@@ -78,7 +78,7 @@ class TurnsSection(Section):
     """How long a condition is simulated."""
 
     discard_turns: Turns | None = None
-    """revolutions of the mill before the averages begin; by default at least 0.25 s [-]"""
+    """revolutions of the mill before the averages begin; if left out 5, and 1 of a drum [-]"""
     window_turns: Turns | None = None
     """recorded revolutions of the mill, in a sweep at precision `standard`; by default at least 8, and 0.8 s, and as
     many as `mills.precision` needs, for a card as at `standard` [-]

@@ -16,6 +16,10 @@ from millprint.config.section import Fraction, Name, NonNegative, Positive, Sect
 
 # The largest overlap that a run may allow, over the ball's radius [-]: see mill.wall_features.
 OVERLAP_LIMIT = 0.2
+# Turns after which the powers of most mills are steady, and the largest step before that was measured
+# (docs/how_to/speed.md).
+DISCARDED_TURNS = 5.0
+RunUp = Annotated[float, Field(ge=0, le=0.2)]
 Threads = Annotated[int, Field(ge=1, le=1024)]
 # Small compared with any overlap: a disturbance shows how fast runs diverge, and its work is in no energy balance.
 Disturbance = Annotated[float, Field(ge=0, le=1e-6)]
@@ -30,8 +34,12 @@ class DemConfig(Section):
     """largest step allowed, as a fraction of the Rayleigh time [-]"""
     settle_s: Positive = 0.25
     """time for the balls to come to rest before the mill starts [s]"""
-    discard_s: NonNegative = 0.5
-    """time of motion before the averages begin [s]"""
+    run_up_fraction: RunUp = 0.2
+    """step until the averages begin, as a fraction of the Rayleigh time, up to four times the step of the recorded
+    time; 0 is that step, which is taken as well where it is longer, and where there are snapshots [-]
+    """
+    discard_turns: NonNegative = DISCARDED_TURNS
+    """turns of the mill before the averages begin [-]"""
     window_s: Positive = 1.0
     """time of motion that is recorded [s]"""
     # Not a key: only benchmarks take another number of samples of the energy ledger.
@@ -95,7 +103,9 @@ class SweepConfig(Section):
     settle_s: Positive | None = None
     """instead of dem.settle_s [s]"""
     discard_s: NonNegative | None = None
-    """instead of dem.discard_s [s]"""
+    """time of motion before the averages begin, instead of dem.discard_turns [s]"""
+    discard_turns: NonNegative | None = None
+    """instead of dem.discard_turns [-]"""
     window_s: Positive | None = None
     """instead of dem.window_s [s]"""
     power_error_max: Fraction | None = None
@@ -113,6 +123,8 @@ class SweepConfig(Section):
 
     @model_validator(mode="after")
     def _a_study_of_convergence_varies_one_thing(self) -> "SweepConfig":
+        if self.discard_s is not None and self.discard_turns is not None:
+            raise ValueError("discard_s and discard_turns cannot both be given in one sweep")
         if self.time_steps_s and self.rayleigh_fraction:
             raise ValueError("time_steps_s and rayleigh_fraction cannot both be given in one sweep")
         # A modulus has a stable step of its own, so that a fraction of the Rayleigh time belongs with it.
@@ -217,13 +229,21 @@ _VARIED = {
 def expand_sweep(sweep: SweepConfig, dem: DemConfig, mill: str) -> list[Case]:
     """Every case of a sweep, of the default `mill` where it names none, with its own durations or those of `dem`."""
     given = {key: getattr(sweep, key) for key in SweepConfig.model_fields if key in Case.model_fields}
-    given |= {key: getattr(dem, key) for key in ("settle_s", "discard_s", "window_s") if given[key] is None}
+    given |= {key: getattr(dem, key) for key in ("settle_s", "window_s") if given[key] is None}
     lists = [getattr(sweep, key) or [mill if key == "mills" else None] for key in _VARIED.values()]
     combined = (dict(zip(_VARIED, values, strict=True)) for values in itertools.product(*lists))
     return [
-        Case(**own, **balls_of(balls), speed_hz=speed_rpm / 60, **given)
+        Case(**own, **balls_of(balls), speed_hz=speed_rpm / 60, **(given | _discarded(sweep, dem, speed_rpm / 60)))
         for balls, speed_rpm, own in ((values.pop("balls"), values.pop("speed_rpm"), values) for values in combined)
     ]
+
+
+def _discarded(sweep: SweepConfig, dem: DemConfig, speed_hz: float) -> dict[str, float]:
+    """The time before the averages begin; none for a mill at rest, whose balls have settled."""
+    if sweep.discard_s is not None:
+        return {"discard_s": sweep.discard_s}
+    turns = dem.discard_turns if sweep.discard_turns is None else sweep.discard_turns
+    return {"discard_s": turns / speed_hz if speed_hz else 0.0}
 
 
 def balls_of(size: float | BallMixture) -> dict[str, float | BallMixture | None]:

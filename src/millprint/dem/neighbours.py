@@ -434,6 +434,21 @@ class Sortable(Protocol):
     numbers: np.ndarray
 
 
+def list_again(simulation: Sortable) -> None:
+    """Set the open contacts aside and let the lists be made again before the next step, with contacts as they then are.
+
+    Only between two calls of the step loop.
+    """
+    put_aside(simulation.candidates, simulation.contacts, simulation.counters)
+    _forget_lists(simulation)
+
+
+def _forget_lists(simulation: Sortable) -> None:
+    # Far from all balls.
+    simulation.candidates.anchor[:] = np.inf
+    simulation.counters[COUNTER.check_in] = 0
+
+
 def sort_if_due(simulation: Sortable) -> None:
     """Sort the rows of a large charge by the cells of a grid; only before a call of the step loop."""
     counters, balls = simulation.counters, simulation.balls
@@ -478,9 +493,7 @@ def _take_rows(simulation: Sortable, order: np.ndarray) -> None:
     arrays = (balls.position, balls.rate, balls.rate_now, balls.load, balls.species, simulation.numbers)
     for array in (*arrays, clock.gain.reshape(len(order), -1)):
         array[:] = array[order]
-    # Far from all balls.
-    simulation.candidates.anchor[:] = np.inf
-    simulation.counters[COUNTER.check_in] = 0
+    _forget_lists(simulation)
 
 
 def _sort_aside(contacts: state.Contacts, aside: int, row: np.ndarray) -> None:

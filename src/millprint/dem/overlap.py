@@ -36,8 +36,12 @@ class Stopped(Protocol):
     counters: np.ndarray
     contact: ContactConfig
     dem: DemConfig
-    step: float
+    clock: state.Clock
     settle_steps: int
+
+    @property
+    def time_s(self) -> float:
+        """The present time [s]."""
 
 
 class Meeting(NamedTuple):
@@ -67,7 +71,7 @@ def overlap_in_words(stopped: Stopped) -> str:
     of = "its radius" if share == 1 else "the smaller radius"
     return (
         f"ball {ball} overlaps {other} by {_percent(meeting.overlap, meeting.bound, stopped)} of {of}, more than "
-        f"{100 * stopped.dem.overlap_max:g} %, at {stopped.counters[COUNTER.step] * stopped.step:.6f} s: {place}; they "
+        f"{100 * stopped.dem.overlap_max:g} %, at {stopped.time_s:.6f} s: {place}; they "
         f"met at {meeting.speed:.3g} m/s, and the ball has {moving:.3g} m/s now. {_cause(stopped, meeting, clear_m)}"
     )
 
@@ -127,11 +131,10 @@ def _wall(stopped: Stopped, ball: int) -> tuple[str, str, float]:
 
     Distances are the exact ones of `mill.distance`, less than zero for a ball in the wall.
     """
-    now = float(stopped.counters[COUNTER.step]) * stopped.step
     radius = float(stopped.balls.radius[stopped.balls.species[ball]])
     found = []
     for body in stopped.bodies:
-        at = body.to_body(stopped.balls.position[ball][None], now)[0]
+        at = body.to_body(stopped.balls.position[ball][None], stopped.time_s)[0]
         distance, gradient = signed_distance(body.vessel)(at)
         found.append((-float(distance), body, at - distance * gradient))
     height, body, nearest = min(found, key=lambda each: each[0])
@@ -185,22 +188,23 @@ def _cause(stopped: Stopped, meeting: Meeting, clear_m: float) -> str:
             f"the speed is too high for this {words}: {impact}; it needs {needed:.3g} "
             f"{unit} in place of {own:g}, or a slower mill"
         )
-    if stopped.step > UNRESOLVED * duration:
+    step = stopped.clock.step
+    if step > UNRESOLVED * duration:
         causes.append(
             f"the step is too large: an elastic impact at that speed lasts {duration:.2g} s, "
-            f"{duration / stopped.step:.2g} steps"
+            f"{duration / step:.2g} steps"
         )
     if causes:
         return "; and ".join(causes)
     # The ball has moved a step since the contact was last checked.
-    moved = 2 * stopped.step * float(np.abs(stopped.balls.rate_now[:, :3]).max())
+    moved = 2 * step * float(np.abs(stopped.balls.rate_now[:, :3]).max())
     innocent = f"Neither speed nor step is the cause ({impact})"
     if clear_m > moved:
         return (
             f"{innocent}: the ball is clear of the surface, so that this is a fault of millprint's wall; please report "
             "it with the files of the mill"
         )
-    if meeting.begun <= (1.5 - stopped.settle_steps) * stopped.step:
+    if meeting.begun <= (1.5 - stopped.settle_steps) * step:
         return f"{innocent}: the ball overlaps from the start on; look at the starting positions"
     others = f"{meeting.others} further contacts" if meeting.others else "no other contact"
     return f"{innocent}: the ball is pressed there, with {others}; look at the surface, and at bodies that close a gap"

@@ -10,7 +10,7 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, ball_count, overridden, threads_of
 from millprint.dem.laws.registry import step_scale
-from millprint.dem.timestep import requested_step
+from millprint.dem.timestep import requested_step, run_up_step
 
 # A ball-step of many balls takes 60 to 100 ns (benchmarks/timings.tsv) [s].
 BALL_STEP_S = 1e-7
@@ -75,11 +75,11 @@ def resources_of(case: Case, dem: DemConfig, mill: MillConfig, contact: ContactC
     scale = step_scale(contact, min(case.sizes_m) / 2)
     balls = ball_count(case.fill_ratio, mill.volume_ml * 1e-6, case.ball_diameter_m)
     window = max(case.window_s, case.window_max_s or 0.0)
-    before, step = case.settle_s + case.discard_s, requested_step(case, dem, scale)
+    before, step = (case.settle_s + case.discard_s) / run_up_step(case, dem, scale), requested_step(case, dem, scale)
     snapshots = window / case.snapshot_interval_s if case.snapshot_interval_s else 0
     collisions = min(balls * window * COLLISIONS_HZ, COLLISION_ROWS_MAX)
     recorded = balls * snapshots * SNAPSHOT_COLUMNS * 8 + collisions * COLLISION_BYTES
-    seconds = balls * (before + window) / step * BALL_STEP_S
+    seconds = balls * (before + window / step) * BALL_STEP_S
     # A table with more collisions than it may have is not written.
     rows = balls * case.window_s * COLLISIONS_HZ
     stored = (rows if rows < COLLISION_ROWS_MAX else 0) * STORED_COLLISION_BYTES
@@ -90,8 +90,8 @@ def resources_of(case: Case, dem: DemConfig, mill: MillConfig, contact: ContactC
         memory_mb=BASE_MB + math.ceil((COPIES * recorded + balls * BALL_BYTES) / 1e6),
         threads=threads_of(case, dem),
         seconds=seconds,
-        processor_s=LIKELY_START_S + balls * (before + case.window_s) / step * LIKELY_BALL_STEP_S,
-        processor_max_s=LIKELY_START_S + balls * (before + window) / step * LIKELY_BALL_STEP_S,
+        processor_s=LIKELY_START_S + balls * (before + case.window_s / step) * LIKELY_BALL_STEP_S,
+        processor_max_s=LIKELY_START_S + balls * (before + window / step) * LIKELY_BALL_STEP_S,
         disk_mb=stored / 1e6,
     )
 

@@ -69,7 +69,6 @@ def _write_state(file: h5py.File, simulation: Restartable, recording: Recording)
     for group in ("candidates", "contacts"):
         for name, array in getattr(simulation, group)._asdict().items():
             file[f"{group}/{name}"] = array
-    file["gain"] = simulation.clock.gain
     for name in ARRAYS:
         file[name] = getattr(simulation, name)
     file["occupancy"], file["height"] = recording.occupancy, recording.height
@@ -106,7 +105,7 @@ def read_restart(path: str | Path, simulation: Restartable, recording: Recording
     recording.occupancy[:], recording.height[:] = sums
     for name, parts in pieces.items():
         getattr(recording, name).extend(parts)
-    logger.info("continuing from %s at %.6f s", path, simulation.counters[COUNTER.step] * simulation.step)
+    logger.info("continuing from %s at step %d", path, simulation.counters[COUNTER.step])
     return True
 
 
@@ -114,12 +113,11 @@ def _read_state(file: h5py.File, simulation: Restartable) -> None:
     balls = {name: file[f"balls/{name}"][:] for name in BALLS}
     candidates = state.Candidates(**{name: file[f"candidates/{name}"][:] for name in state.Candidates._fields})
     contacts = state.Contacts(**{name: file[f"contacts/{name}"][:] for name in state.Contacts._fields})
-    arrays, gain = {name: file[name][:] for name in ARRAYS}, file["gain"][:]
+    arrays = {name: file[name][:] for name in ARRAYS}
     clocks = [float(seconds) for seconds in file.attrs["clocks_s"]]
     for name, array in balls.items():
         getattr(simulation.balls, name)[:] = array
     simulation.candidates, simulation.contacts = candidates, contacts
-    simulation.clock.gain[:] = gain
     for name, array in arrays.items():
         getattr(simulation, name)[:] = array
     simulation.wall_clock_s, simulation.processor_s = clocks

@@ -17,8 +17,8 @@ from millprint.dem import state
 from millprint.dem.advance import Shares, advance, make_shares, use_threads
 from millprint.dem.case_cost import OCCUPANCY_CELL_M, OCCUPANCY_INTERVAL_S
 from millprint.dem.laws.registry import law_of, mark_of, step_scale
-from millprint.dem.layout import COUNTER, STATUS, TOTAL_WIDTH
-from millprint.dem.neighbours import restore_rows, sort_if_due
+from millprint.dem.layout import COUNTER, HISTORY, STATUS, TOTAL_WIDTH
+from millprint.dem.neighbours import list_again, restore_rows, sort_if_due
 from millprint.dem.overlap import overlap_in_words
 from millprint.dem.packing import pack, pack_mixture
 from millprint.dem.recording import (
@@ -34,7 +34,14 @@ from millprint.dem.recording import (
     silent_recorder,
 )
 from millprint.dem.restart import read_restart, write_restart
-from millprint.dem.timestep import aligned_step, check_cohesion, largest_fraction, requested_step, skin_of
+from millprint.dem.timestep import (
+    aligned_step,
+    check_cohesion,
+    largest_fraction,
+    requested_step,
+    run_up_step,
+    skin_of,
+)
 from millprint.mill.bodies import Body, build_bodies, inserts_in_vessel
 from millprint.mill.motion import Motion
 from millprint.mill.vessel import Vessel
@@ -49,6 +56,9 @@ ASSUMED_NS = 30
 
 class Simulation:
     """Balls in a moving vessel and between its inserts. Step 0 is where the mill starts; before it all is at rest.
+
+    Until the window begins, steps are `run_up_step` long, and settle_steps and discard_steps are counted in these; then
+    they are `step` long, and the first of the window has the number begin_step.
 
     start: centres (n, 3) [m] in the vessel's frame to begin from, of balls of one size, in place of the seed's packing.
     Raises SimulationError for balls that do not fit, a step that is too long, and a start of another number of balls.
@@ -85,14 +95,13 @@ class Simulation:
         self.candidates = state.make_candidates(self.count, len(self.bodies))
         self.contacts = state.make_contacts(self.candidates.partner.size)
         skin = skin_of(float(self.radii.min()), self.step / self.step_scale_s)
-        self.clock = state.make_clock(self.balls, [body.motion for body in self.bodies], self.step, skin)
         self.walls: Walls = build_walls(
             [body.vessel for body in self.bodies],
             largest,
             skin / 2,
             pitch=max(0.4 * largest, 1e-3),
         )
-        self.laws = state.make_laws(self.balls, contact, self.step, dem.overlap_max, self.walls.surface)
+        self._take_step(self.run_up_step, skin)
         self.threads = threads_of(case, dem)
         self.shares = self._make_shares()
         self.totals = np.zeros(TOTAL_WIDTH)
@@ -156,11 +165,20 @@ class Simulation:
             self.sample_every = max(1, round(sample / self.step))
         else:
             self.step, self.sample_every = aligned_step(longest, sample)
-        self.settle_steps = math.ceil(case.settle_s / self.step)
-        self.discard_steps = round(case.discard_s / self.step / self.sample_every) * self.sample_every
-        samples = max(1, round(case.window_s / self.step / self.sample_every))
-        self.window_steps = samples * self.sample_every
-        self.begin_s = self.discard_steps * self.step
+        sample = self.sample_every * self.step
+        self.run_up_step, each = aligned_step(max(self.step, run_up_step(case, dem, self.step_scale_s)), sample)
+        if each == self.sample_every:
+            self.run_up_step = self.step
+        self.settle_steps = math.ceil(case.settle_s / self.run_up_step)
+        before = round(case.discard_s / sample)
+        self.discard_steps, self.begin_step = before * each, before * self.sample_every
+        self.window_steps = max(1, round(case.window_s / sample)) * self.sample_every
+        self.begin_s = self.begin_step * self.step
+
+    def _take_step(self, step: float, skin: float) -> None:
+        """Take steps of another length [s]: the clock, and the coefficients that depend on it."""
+        self.clock = state.make_clock(self.balls, [body.motion for body in self.bodies], step, skin)
+        self.laws = state.make_laws(self.balls, self.contact, step, self.dem.overlap_max, self.walls.surface)
 
     @property
     def window_s(self) -> float:
@@ -186,17 +204,17 @@ class Simulation:
         self.counters[COUNTER.step] = 0
         if not (restart and read_restart(restart, self, recording)):
             self.counters[COUNTER.step] = -self.settle_steps
+        self._take_step(self.step if self._is_recording else self.run_up_step, self.clock.skin)
         self._restart, self._written = restart, time.monotonic()
         first_window = self.window_steps
-        options = {"unit_scale": self.step, "bar_format": BAR, "disable": title is None}
-        with progress(self._steps_in_all, title or "", "s simulated", **options) as bar:
-            bar.update(int(self.counters[COUNTER.step]) + self.settle_steps)
+        with progress(self._steps_in_all, title or "", "step", bar_format=BAR, disable=title is None) as bar:
+            bar.update(self._steps_taken)
             self._drive_in(recording, bar)
             # A restarted run may be in a window that had been made longer.
-            while self.counters[COUNTER.step] > self.discard_steps + self.window_steps + 1:
+            while self.counters[COUNTER.step] > self.begin_step + self.window_steps + 1:
                 self.window_steps += first_window
             while True:
-                self._advance(self.discard_steps + self.window_steps, recorder, table, recording, bar)
+                self._advance(self.begin_step + self.window_steps, recorder, table, recording, bar)
                 longer = self.window_steps + first_window
                 if not enough or longer * self.step > (self.case.window_max_s or 0.0) or enough(recording):
                     break
@@ -206,6 +224,21 @@ class Simulation:
         recording.drain(table, recorder, self.counters, self.numbers)
         restore_rows(self)
         return recording
+
+    @property
+    def time_s(self) -> float:
+        """The present time [s]; 0 is where the mill starts."""
+        return float(self.counters[COUNTER.step]) * self.clock.step
+
+    @property
+    def _is_recording(self) -> bool:
+        """Whether the window has begun: then a step has a number above all before."""
+        return bool(self.counters[COUNTER.step] > self.discard_steps)
+
+    @property
+    def _steps_taken(self) -> int:
+        skipped = self.begin_step - self.discard_steps if self._is_recording else 0
+        return int(self.counters[COUNTER.step]) + self.settle_steps - skipped
 
     @property
     def _steps_in_all(self) -> int:
@@ -218,10 +251,28 @@ class Simulation:
             self._advance(-1, silent, none, recording, bar)
             # The walls start suddenly, so the planned rebuild of the lists may be too late.
             self.counters[COUNTER.check_in] = 0
-        if self.counters[COUNTER.step] <= self.discard_steps:
+        if not self._is_recording:
             self._advance(self.discard_steps - 1, silent, none, recording, bar)
             begin_window(self.contacts, self.totals, self.counters)
+            self._shorten_step()
             self._disturb()
+
+    def _shorten_step(self) -> None:
+        """Go on with the step of the window.
+
+        Rates are those of half a step ago, v(t - h/2) = v(t) - a h/2, and v(t) stays. A tangential spring is still to
+        go from the last evaluation, a long step H ago, by H (u + u')/2 of the slips now and then, of which the short
+        step h takes h (u + u')/2: with u' (2 H/h - 1) in place of u' it is the same for u = u'. The lists are made
+        again, since open contacts have coefficients that depend on the step.
+        """
+        ratio = self.step / self.run_up_step
+        self.counters[COUNTER.step] = self.begin_step
+        if ratio == 1:
+            return
+        self.balls.rate[:] = self.balls.rate_now + ratio * (self.balls.rate - self.balls.rate_now)
+        self._take_step(self.step, self.clock.skin)
+        list_again(self)
+        self.contacts.kept_history[:, HISTORY.last_slip] *= 2 / ratio - 1
 
     def _disturb(self) -> None:
         """Displace every ball by the case's disturbance, each in a direction of its own."""
@@ -234,7 +285,7 @@ class Simulation:
         """Buffers for the window."""
         occupancy_every = max(1, round(OCCUPANCY_INTERVAL_S / self.step))
         return make_recorder(
-            self.vessel.bounds[:, :2], OCCUPANCY_CELL_M, self.count, len(self.bodies), self.discard_steps,
+            self.vessel.bounds[:, :2], OCCUPANCY_CELL_M, self.count, len(self.bodies), self.begin_step,
             (self.sample_every, self.snapshot_every, occupancy_every), self.candidates.partner.size,
         )  # fmt: skip
 
@@ -299,7 +350,7 @@ class Simulation:
         """The message for the status of the run."""
         if self.counters[COUNTER.status] == STATUS.overlap:
             return overlap_in_words(self)
-        ball, when = int(self.counters[COUNTER.ball]), f"at {self.counters[COUNTER.step] * self.step:.6f} s"
+        ball, when = int(self.counters[COUNTER.ball]), f"at {self.time_s:.6f} s"
         return {
             STATUS.escaped: f"ball {ball} has left the vessel {when}",
             STATUS.not_finite: f"the position of ball {ball} is not a finite number {when}",
@@ -307,5 +358,5 @@ class Simulation:
         }[int(self.counters[COUNTER.status])]
 
 
-# Progress in simulated seconds, with the remaining time.
-BAR = "{desc}: {percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt} s simulated [{elapsed}<{remaining}]"
+# Progress in steps, which take alike, with the remaining time.
+BAR = "{desc}: {percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt} steps [{elapsed}<{remaining}]"

@@ -12,6 +12,8 @@ from millprint.dem.laws.registry import law_of, step_scale
 
 # The skin over the smallest ball's radius and the root of the step over the Rayleigh time [-].
 SKIN_SHARE = 1.5
+# The longest step of which nothing is recorded, over the recorded one.
+LONGEST_RUN_UP = 4
 
 
 def aligned_step(longest_s: float, interval_s: float) -> tuple[float, int]:
@@ -27,6 +29,20 @@ def requested_step(case: Case, dem: DemConfig, scale_s: float) -> float:
     if case.rayleigh_fraction:
         return case.rayleigh_fraction * scale_s
     return dem.time_step_s
+
+
+def run_up_step(case: Case, dem: DemConfig, scale_s: float) -> float:
+    """The requested step while balls settle and until the window begins [s], of which nothing is recorded.
+
+    `dem.run_up_fraction` of the law's scale, and one to LONGEST_RUN_UP times the recorded one: where balls are so soft
+    or fast that this has to be short, a far longer one is too long. A case with snapshots has one step: its motion,
+    which other runs go on from, does not depend on when its window begins.
+    """
+    recorded = requested_step(case, dem, scale_s)
+    if case.snapshot_interval_s:
+        return recorded
+    longer = min(dem.run_up_fraction, dem.rayleigh_fraction_max) * scale_s
+    return min(max(recorded, longer), LONGEST_RUN_UP * recorded)
 
 
 def longest_step(

@@ -128,7 +128,7 @@ def run_lammps(
     words = [program(dem.lammps, case.path), *shlex.split(dem.lammps.command)[1:]]
     if ranks > 1:
         words = [*shlex.split(launcher), "-n", str(ranks), *words]
-    own = SampledDem(**{key: getattr(dem, key) for key in DemConfig.model_fields})
+    own = SampledDem(**{key: getattr(dem, key) for key in DemConfig.model_fields} | {"run_up_fraction": 0})
     simulation = Simulation(case, mill, contact, own)
     schedule = Schedule.of(simulation)
     every = max(1, math.ceil(dem.restart_interval_s / rank_step_s(simulation.count, ranks, mill)))
