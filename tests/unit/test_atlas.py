@@ -4,20 +4,26 @@ import json
 import math
 import subprocess
 import sys
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from millprint.atlas.atlas_model import FITTED, FORMAT, PREDICTED, combined, inputs_of, read_model
 from millprint.atlas.design import HELD_OUT, design, rows_of
-from millprint.atlas.estimate_mill import check, estimate, exponents
-from millprint.atlas.fit_atlas import Rows, fit_kind, fit_surface, fit_width
-from millprint.atlas.kinds import KINDS, MIXER, PLANETARY, recognise
+from millprint.atlas.estimate_mill import check, estimate, estimate_many, exponents
+from millprint.atlas.fit_atlas import Fit, Rows, fit_kind, fit_robust, fit_surface, fit_width, without_own
+from millprint.atlas.fit_atlas import rows_of as fit_rows_of
+from millprint.atlas.kinds import KINDS, MIXER, PLANETARY, SPEX, recognise
 from millprint.cli import estimate_condition
 from millprint.config.atlas import HELD_OUT_MILLS, AtlasConfig
 from millprint.config.counting import DEFAULT_RULE
 from millprint.config.errors import ConfigError
 from millprint.config.included import included_mills, load_mill
+from millprint.estimate.estimates import Estimate, Interval
+from millprint.figures.atlas_figures import plot_map
+from millprint.fingerprint.model import Fingerprint
 from millprint.mill.vessel import build_vessel
 from millprint.run.files import read_table, write_json
 from tests.conftest import ROOT
@@ -113,7 +119,7 @@ def made_rows(count=60, seed=0):
     values = {name: np.exp(found[name]) * [own[PREDICTED[name]] for own in scales] for name in PREDICTED}
     table = table.assign(**values, motion="", version="1", processor_s=1.0)
     noise = dict.fromkeys(FITTED, np.full(count, 0.05))
-    return Rows(inputs, np.full(count, True), fitted, noise, table), truth
+    return Rows(inputs, np.full(count, True), fitted, noise, table, np.full(count, True)), truth
 
 
 @pytest.fixture(scope="module")
@@ -138,17 +144,51 @@ def test_the_model_finds_a_known_function(made):
         assert np.std(found[name] - truth[name][later]) < 0.5 * np.std(truth[name])
 
 
-def test_a_row_that_is_left_out_is_told_as_by_a_fit_without_it():
+def test_the_deviation_of_a_row_is_that_of_a_fit_without_it():
     """The closed form of the residuals that are left out, against solving without the row, by hand."""
     rows, _ = made_rows(40)
     values, noise = rows.fitted["power"], rows.noise["power"]
-    surface, without = fit_surface(rows.inputs, values, noise, np.arange(40))
+    fit = Fit.of(rows.inputs, values, noise**2, None, 20)
+    amplitude, *lengths, further = np.exp(fit.theta)
     others = np.arange(40) != 7
-    z = np.sqrt(5 * (((rows.inputs[:, None] - rows.inputs[None]) / surface.lengths) ** 2).sum(axis=2))
-    covariance = surface.amplitude * (1 + z + z**2 / 3) * np.exp(-z) + np.diag(surface.noise)
-    trend = surface.linear[0] + rows.inputs @ surface.linear[1:]
+    z = np.sqrt(5 * (((rows.inputs[:, None] - rows.inputs[None]) / lengths) ** 2).sum(axis=2))
+    covariance = fit.spread**2 * (amplitude * (1 + z + z**2 / 3) * np.exp(-z) + further * np.eye(40))
+    covariance += np.diag(noise**2)
+    trend = fit.linear[0] + rows.inputs @ fit.linear[1:]
     solved = np.linalg.solve(covariance[np.ix_(others, others)], (values - trend)[others])
-    assert without[7] == pytest.approx(trend[7] + covariance[7, others] @ solved, abs=1e-8)
+    assert values[7] - fit.deviations[7] == pytest.approx(trend[7] + covariance[7, others] @ solved, abs=1e-8)
+
+
+def test_the_surface_is_that_of_the_fit():
+    rows, _ = made_rows(40)
+    values, noise = rows.fitted["power"], rows.noise["power"]
+    surface, theta = fit_surface(rows.inputs, values, noise, np.arange(40))
+    fit, known = fit_robust(rows.inputs, values, noise)
+    np.testing.assert_allclose(theta, fit.theta)
+    np.testing.assert_allclose(surface.at(rows.inputs, rows.inputs), fit.at(rows.inputs), atol=1e-9)
+    assert (surface.noise >= known).all()
+
+
+def test_few_rows_far_off_do_not_bend_the_surface():
+    """A tenth of the rows is wrong by a factor of twenty."""
+    rows, truth = made_rows(300)
+    own, new = slice(0, 150), slice(150, None)
+    wrong = np.arange(150) % 10 == 3
+    values = rows.fitted["power"][own] + 3.0 * wrong * np.sign(np.sin(np.arange(150)))
+    inputs, noise = rows.inputs[own], rows.noise["power"][own]
+    fits = fit_robust(inputs, values, noise)[0], Fit.of(inputs, values, noise**2, None, 25)
+    robust, plain = (np.abs(fit.at(rows.inputs[new]) - truth["power"][new]) for fit in fits)
+    assert np.median(robust) < 0.5 * np.median(plain)
+
+
+def test_a_row_that_is_left_out_has_no_part_in_its_own_value():
+    rows, _ = made_rows(60)
+    values, noise = rows.fitted["power"], rows.noise["power"]
+    theta = fit_surface(rows.inputs, values, noise, np.arange(60))[1]
+    moved = values + 2.0 * (np.arange(60) == 7)
+    one, two = (without_own(rows.inputs, own, noise, theta) for own in (values, moved))
+    assert one[7] == two[7]
+    assert one[8] != two[8]
 
 
 def test_the_file_of_a_model_predicts_as_the_model(tmp_path, made):
@@ -192,7 +232,7 @@ def test_density_and_speed_have_the_exponents_of_their_scales(made):
     kept = [number for number, name in enumerate(MIXER.names) if name not in ("froude", "softness")]
     plain = rows.inputs[:, kept[0]]
     fitted = dict.fromkeys(FITTED, plain)
-    model = fit_kind(MIXER, Rows(rows.inputs, rows.hits, fitted, rows.noise, rows.table))
+    model = fit_kind(MIXER, replace(rows, fitted=fitted))
     condition = MIXER.condition_of(rows.table.iloc[3])
     found = exponents(MIXER, condition, model)
     assert found["wall_power_W"]["speed_hz"].value == pytest.approx(3, abs=0.1)
@@ -269,13 +309,59 @@ def test_balls_that_never_part_are_a_row_with_power(monkeypatch):
     assert 0 < row["wall_power_relative_se"] < 0.02
 
 
-@pytest.mark.parametrize(
-    ("options", "part"),
-    [(["--exponents"], "--exponents: they are of one condition"), (["--balls", "10"], "give all three")],
-)
-def test_a_part_of_a_condition_is_refused(options, part):
-    with pytest.raises(ConfigError, match=part):
+@pytest.mark.parametrize(("options", "parts"), refusals("atlas_options"))
+def test_options_that_do_not_belong_together_are_refused_in_one_line(options, parts):
+    with pytest.raises(ConfigError) as refused:
         estimate_condition.main(["mixer", *options])
+    (line,) = str(refused.value).splitlines()
+    assert all(part in line for part in parts), line
+
+
+def test_rows_beyond_a_limit_train_and_are_not_judged():
+    """A planetary jar that turns fast enough to be a centrifuge."""
+    table = read_table(ROOT / "config/atlas/simulations.tsv")
+    rows = fit_rows_of(table, PLANETARY, "training")
+    turns, jar, ball = (rows.table[name] for name in ("turns", "jar", "ball"))
+    beyond = (turns - 1) ** 2 * jar * (1 - ball / 2) > 1.5
+    assert 0.05 < beyond.mean() < 0.2
+    assert (rows.within == ~beyond).all()
+    assert len(rows.asked()) == (~beyond).sum()
+
+
+def test_a_fingerprint_is_shown_beside_the_atlas(capsys, monkeypatch):
+    """The included mixer mill: what was simulated over what the atlas says, with a large difference named."""
+    asked = ["mixer", "--balls", "10", "--charge", "number=6", "--speed", "25Hz", "--simulated"]
+    estimate_condition.main(asked)
+    lines = [line for line in capsys.readouterr().out.splitlines() if "simulated" in line]
+    assert len(lines) == len(estimate_condition.TOLD)
+    monkeypatch.setattr(Fingerprint, "predict", lambda self, condition: SimpleNamespace(known=dict.fromkeys(
+        estimate_condition.TOLD, Estimate(1e6, "W", scatter=Interval(9e5, 1.1e6)))))  # fmt: skip
+    estimate_condition.main(asked)
+    assert capsys.readouterr().out.count("A LARGE DIFFERENCE") == len(lines)
+
+
+def test_a_map_has_the_numbers_of_the_estimates(made):
+    model, rows, _ = made
+    condition = MIXER.condition_of(rows.table.iloc[3])
+    number, speed = np.array([1.0, 1.1]) * condition["number"], np.array([1.0, 0.9]) * condition["speed_hz"]
+    logs, hits = estimate_many(model, {**condition, "number": number, "speed_hz": speed})
+    assert hits.all()
+    for place in range(2):
+        own = estimate(MIXER, condition | {"number": number[place], "speed_hz": speed[place]}, model).known
+        assert [math.exp(logs[name][place]) for name in PREDICTED] == pytest.approx(
+            [own[name].value for name in PREDICTED], rel=1e-9
+        )
+    figure = plot_map(model, condition, {"number": (number[0] / 2, number[0]), "speed_hz": (5.0, 10.0)})
+    assert [axis.get_xlabel() for axis in figure.axes] == ["number", "number"]
+
+
+@pytest.mark.slow
+def test_an_optimum_is_simulated_once(capsys):
+    within = ["--within", "number=2:12", "--within", "speed_hz=15:30", "--most-shear", "200"]
+    estimate_condition.main(["mixer", "--balls", "10", "--charge", "number=6", "--speed", "25Hz", *within])
+    said = capsys.readouterr().out
+    assert "the most normal power per mass of balls" in said
+    assert said.count("within ") + said.count("OUTSIDE ") >= 5
 
 
 # ---- what ships ----
@@ -302,7 +388,7 @@ def test_the_shipped_table_is_of_the_design_and_not_of_held_out_mills():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", [PLANETARY, MIXER], ids=["planetary", "mixer"])
+@pytest.mark.parametrize("kind", [PLANETARY, MIXER, SPEX], ids=["planetary", "mixer", "spex"])
 def test_the_atlas_is_of_the_present_physics(kind):
     """Cheap rows simulated again: the power is within four standard errors, as other processors round differently."""
     from millprint.atlas.simulate_rows import VERSION, simulate_row

@@ -136,6 +136,12 @@ FAULTS = [
     ("number", "few", "Balls: “few” is no number; write it, such as 1000."),
     ("speed_hz", "", "Speed: “” is no number; write it in rpm, such as 100."),
     ("speed_hz", "900", "Speed: 900 rpm is more than the fastest of the machine."),
+    (
+        "ratio",
+        "-3",
+        "(k - 1)^2 (R - d/2) / R_s is 1.84: the jar's own turning holds the balls on its wall; the atlas knows up to "
+        "1.5. For others, simulate: millprint card.",
+    ),
     ("ratio", "2", "Jars of the atlas turn against the wheel: write -2 for what makers print as 1:-2 or 1:2."),
 ]
 

@@ -60,6 +60,11 @@ def matern(first: np.ndarray, second: np.ndarray, lengths: np.ndarray) -> np.nda
     return (1 + z + z**2 / 3) * np.exp(-z)
 
 
+def logistic(value: np.ndarray) -> np.ndarray:
+    """1 / (1 + exp(-x))."""
+    return 1 / (1 + np.exp(-value))
+
+
 @dataclass(frozen=True)
 class Surface:
     """A fitted number over the inputs.
@@ -175,7 +180,7 @@ class KindModel:
 
     def probability(self, inputs: np.ndarray) -> np.ndarray:
         """The probability (m,) that balls hit something."""
-        return 1 / (1 + np.exp(-self.hits.at(inputs, self.centres)))
+        return logistic(self.hits.at(inputs, self.centres))
 
     def plain(self) -> dict:
         """As JSON has it."""

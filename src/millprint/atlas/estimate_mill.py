@@ -4,11 +4,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 
-from millprint.atlas.atlas_model import PREDICTED, KindModel, combined, inputs_of, read_model
-from millprint.atlas.kind_groups import MOST_BALLS, PACKED, SETTINGS, Kind, Values
+from millprint.atlas.atlas_model import HITS, PREDICTED, KindModel, combined, inputs_of, read_model
+from millprint.atlas.kind_groups import MOST_BALLS, PACKED, SETTINGS, Kind, Values, within_limits
 from millprint.config.errors import ConfigError
 from millprint.config.sources import shipped
 from millprint.estimate.estimates import Estimate, Interval
@@ -64,7 +65,8 @@ def model_of(kind: Kind) -> KindModel:
 
 def check(kind: Kind, condition: Values) -> dict[str, float]:
     """The groups of a condition. Raises ConfigError, in one line, for one that cannot be, or that the atlas does not
-    know: a group out of its range by more than BEYOND of it, or more than MOST_BALLS balls."""
+    know: a group out of its range by more than BEYOND of it, beyond a limit of its kind, or more than MOST_BALLS
+    balls."""
     number, ball, place = condition["number"], condition["ball_diameter_mm"], kind.name
     if number < 1:
         raise ConfigError(f"{place}: the charge is less than one ball of {ball:g} mm; give more, or smaller balls")
@@ -95,9 +97,52 @@ def check(kind: Kind, condition: Values) -> dict[str, float]:
                 f"{place}: {group.name}, {group.formula}, = {value:.3g}: the atlas knows {group.low:g} to "
                 f"{group.high:g}; {SIMULATE}"
             )
+    for limit in kind.limits:
+        if (value := limit.of(groups)) > limit.most:
+            raise ConfigError(
+                f"{place}: {limit.formula} = {value:.3g}: {limit.reason}; the atlas knows up to {limit.most:g}; "
+                f"{SIMULATE}"
+            )
     if number > MOST_BALLS:
         raise ConfigError(f"{place}: {number:g} balls: the atlas knows up to {MOST_BALLS}; {SIMULATE}")
     return groups
+
+
+def is_known(kind: Kind, groups: Mapping[str, Any], number: Any) -> np.ndarray:
+    """Whether the atlas knows conditions (m,) with these groups and numbers of balls, as `check` says it of one."""
+    known = (np.asarray(groups["fill"]) <= PACKED) & (np.asarray(number) <= MOST_BALLS)
+    for group in kind.groups:
+        if group.name != STIFFNESS:
+            share = group.share(np.asarray(groups[group.name], dtype=float))
+            known = known & (share >= -BEYOND) & (share <= 1 + BEYOND)
+    return known & within_limits(kind, groups)
+
+
+def estimate_many(model: KindModel, conditions: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Logarithms of PREDICTED in SI, each (m,), and whether balls are likely to hit something (m,), without intervals.
+
+    conditions: as of `estimate`, with arrays (m,) or numbers. NaN and False where the atlas says nothing.
+    """
+    kind, count = model.kind, max(np.size(own) for own in conditions.values())
+
+    def each(values: Any) -> np.ndarray:
+        return np.broadcast_to(np.asarray(values, dtype=float), count)
+
+    groups = {name: each(own) for name, own in kind.groups_of(conditions).items()}
+    known = is_known(kind, groups, each(conditions["number"]))
+    logs, hits = {name: np.full(count, math.nan) for name in PREDICTED}, np.full(count, False)
+    if known.any():
+        (stiffness,) = (group for group in kind.groups if group.name == STIFFNESS)
+        inputs = inputs_of(
+            kind,
+            {name: np.clip(own[known], stiffness.low, stiffness.high) if name == STIFFNESS else own[known]
+             for name, own in groups.items()},
+        )  # fmt: skip
+        scales = {name: np.log(each(own)[known]) for name, own in kind.scales(conditions).items()}
+        for name, own in combined(model.fitted(inputs)).items():
+            logs[name][known] = own + scales[PREDICTED[name]]
+        hits[known] = model.probability(inputs) > HITS
+    return logs, hits
 
 
 def estimate(kind: Kind, condition: Values, model: KindModel | None = None) -> MillEstimate:

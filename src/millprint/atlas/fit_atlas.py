@@ -1,12 +1,12 @@
 """The fit of the atlas: power laws by ridge regression, then a Gaussian process of what they leave, then widths.
 
-Each row has its own noise, known from its turns; what else scatters, such as motions that last in several ways, is one
-further variance. Lengths and variances are those of the largest marginal likelihood. Widths come from residuals of rows
-that are left out (Rasmussen and Williams 2006, Eqs 5.10 to 5.12), with the lengths kept.
+Each row has its own noise, known from its turns; what else scatters is one further variance, and rows far off count
+less. Lengths and variances are those of the largest marginal likelihood. Widths come from residuals of rows that are
+left out, with the lengths kept.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +22,7 @@ from millprint.atlas.atlas_model import (
     combined,
     inputs_of,
 )
-from millprint.atlas.kind_groups import Kind
+from millprint.atlas.kind_groups import Kind, within_limits
 from millprint.estimate.gaussian_process import Conditioned, Covariance, Kernel, Likelihood
 
 # Strengths of the ridges of power laws of numbers and of widths, in rows; level of the intervals [-].
@@ -40,8 +40,14 @@ NOISE_OF = {
 # Of the process, as a share of what power laws leave: start and bounds of its variance, of its lengths in ranges of the
 # groups, and of the further noise.
 VARIANCE, LENGTH, NOISE = (1.0, 1e-3, 1e2), (1.5, 0.15, 40.0), (0.1, 1e-5, 2.0)
-# Steps of the search for them; more of them change no error.
-ITERATIONS = 30
+# Steps of the search for them, at first and in each round of weights; more of them change no error.
+ITERATIONS, FURTHER_ITERATIONS = 25, 12
+# Rounds of weights, degrees of freedom of Student's distribution, a normal standard deviation over the median error.
+ROUNDS, FREEDOM, NORMAL_OF_MEDIAN = 4, 2.0, 1.4826
+# Parts of the rows that are left out in turn.
+TENTHS = 10
+# Noise that the power law allows for, in addition to that of each row.
+LAW_NOISE = 0.05
 # Rows of these words have no hits, nor those whose E*n is under this share of m (2 pi f A)^2: of 50 planetary mills,
 # hardly one lies between e^-5 and e^-7.
 NO_HITS, LEAST_ENERGY = ("no impacts", "moves with the wall"), 1 / 400
@@ -55,7 +61,8 @@ class Rows:
     """Rows of the table of the atlas as a fit takes them.
 
     inputs (n, p); hits (n,): whether balls hit anything; fitted, noise: logarithms of FITTED over their scales, and the
-    noise of each (n,), NaN where there is none; table: the rows themselves.
+    noise of each (n,), NaN where there is none; table: the rows themselves; within (n,): whether the limits of the kind
+    allow it. Rows beyond train, and are not judged.
     """
 
     inputs: np.ndarray
@@ -63,6 +70,7 @@ class Rows:
     fitted: Mapping[str, np.ndarray]
     noise: Mapping[str, np.ndarray]
     table: pd.DataFrame
+    within: np.ndarray
 
     def __len__(self) -> int:
         """The number of rows."""
@@ -71,7 +79,12 @@ class Rows:
     def some(self, chosen: np.ndarray) -> "Rows":
         """Those rows."""
         fitted, noise = ({name: own[chosen] for name, own in each.items()} for each in (self.fitted, self.noise))
-        return Rows(self.inputs[chosen], self.hits[chosen], fitted, noise, self.table.iloc[chosen])
+        table, within = self.table.iloc[chosen].reset_index(drop=True), self.within[chosen]
+        return Rows(self.inputs[chosen], self.hits[chosen], fitted, noise, table, within)
+
+    def asked(self) -> "Rows":
+        """Those that the atlas may be asked for."""
+        return self.some(np.flatnonzero(self.within))
 
 
 def simulated(table: pd.DataFrame, kind: Kind, part: str) -> pd.DataFrame:
@@ -111,34 +124,95 @@ def rows_of(table: pd.DataFrame, kind: Kind, part: str) -> Rows:
         {name: np.asarray(value) for name, value in fitted.items()},
         {name: np.asarray(value) for name, value in noise.items()},
         own,
+        within_limits(kind, own),
     )
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A power law and a process of what it leaves, for values (n,) with known variances (n,).
+
+    linear (p + 1,); spread: that of what the law leaves, in which the process is scaled; theta: its parameters;
+    deviations (n,): of each value from that of the others (Rasmussen and Williams 2006, Eq. 5.12).
+    """
+
+    linear: np.ndarray
+    spread: float
+    theta: np.ndarray
+    process: Conditioned
+    deviations: np.ndarray
+
+    @classmethod
+    def of(
+        cls, inputs: np.ndarray, values: np.ndarray, known: np.ndarray, theta: np.ndarray | None, steps: int
+    ) -> "Fit":
+        """From inputs (n, p); theta: where the search for the largest likelihood starts, which ends after `steps`."""
+        width = inputs.shape[1]
+        design = np.column_stack([np.ones(len(inputs)), inputs])
+        weight = 1 / (known + LAW_NOISE**2)
+        penalty = np.diag([0.0, *[RIDGE * weight.mean()] * width])
+        linear = np.linalg.solve(design.T @ (design * weight[:, None]) + penalty, design.T @ (weight * values))
+        left = values - design @ linear
+        spread = float(np.std(left)) or 1.0
+        kernel = Kernel(("Matern 5/2",), np.zeros(1, dtype=int), np.arange(1, 1 + width)[None])
+        start, *bounds = np.log([VARIANCE, *[LENGTH] * width, NOISE]).T
+        theta = start if theta is None else theta
+        if steps:
+            likelihood = Likelihood(kernel, inputs, left / spread, known / spread**2)
+            theta, _ = likelihood.maximise([theta], np.transpose(bounds), steps)
+        noise = known / spread**2 + math.exp(theta[-1])
+        process = Conditioned.fit(Covariance(kernel, theta), inputs, left / spread, noise)
+        return cls(linear, spread, theta, process, left - spread * process.left_out(left / spread)[0])
+
+    def at(self, inputs: np.ndarray) -> np.ndarray:
+        """The values (m,) at inputs (m, p)."""
+        return self.linear[0] + inputs @ self.linear[1:] + self.spread * self.process.mean(inputs)
+
+
+def fit_robust(
+    inputs: np.ndarray, values: np.ndarray, noise: np.ndarray, theta: np.ndarray | None = None
+) -> tuple[Fit, np.ndarray]:
+    """The fit of values (n,) with noise (n,), and the variances (n,) that it took: few values far off do not bend it.
+
+    Deviations of rows that are left out count as of Student's distribution of FREEDOM degrees: each round takes the
+    variance of a row as s^2 (1 / w - 1) larger, with w = (nu + 1) / (nu + e^2 / s^2) and s their spread, by the median
+    (Lange, Little, Taylor, J. Am. Stat. Assoc. 84 (1989) 881). theta: parameters that are kept, if they are known.
+    """
+    searched = theta is None
+    fit = Fit.of(inputs, values, known := noise**2, theta, ITERATIONS if searched else 0)
+    for _ in range(ROUNDS):
+        spread = NORMAL_OF_MEDIAN * np.median(np.abs(fit.deviations))
+        weights = (FREEDOM + 1) / (FREEDOM + (fit.deviations / max(spread, LEAST_NOISE)) ** 2)
+        known = noise**2 + spread**2 * (1 / np.minimum(weights, 1.0) - 1)
+        fit = Fit.of(inputs, values, known, fit.theta, FURTHER_ITERATIONS if searched else 0)
+    return fit, known
 
 
 def fit_surface(
     inputs: np.ndarray, values: np.ndarray, noise: np.ndarray, rows: np.ndarray
 ) -> tuple[Surface, np.ndarray]:
-    """The surface of values (n,) at inputs (n, p) with noise (n,), and its value (n,) at each row without that row.
+    """The surface of values (n,) at inputs (n, p) with noise (n,), and theta.
 
     rows (n,): their numbers among all simulations of the kind.
     """
-    design = np.column_stack([np.ones(len(inputs)), inputs])
-    weight = 1 / (noise**2 + 0.05**2)
-    penalty = np.diag([0.0, *[RIDGE * weight.mean()] * inputs.shape[1]])
-    linear = np.linalg.solve(design.T @ (design * weight[:, None]) + penalty, design.T @ (weight * values))
-    left = values - design @ linear
-    spread = float(np.std(left)) or 1.0
-    width = inputs.shape[1]
-    kernel = Kernel(("Matern 5/2",), np.zeros(1, dtype=int), np.arange(1, 1 + width)[None])
-    start, *bounds = np.log([VARIANCE, *[LENGTH] * width, NOISE]).T
-    known = (noise / spread) ** 2
-    likelihood = Likelihood(kernel, inputs, left / spread, known)
-    theta, _ = likelihood.maximise([start], np.transpose(bounds), ITERATIONS)
-    amplitude, *lengths, further = np.exp(theta)
-    own = known + further
-    process = Conditioned.fit(Covariance(kernel, theta), inputs, left / spread, own)
-    without = values - left + spread * process.left_out(left / spread)[0]
-    weights = spread * amplitude * process.weights
-    return Surface(linear, np.array(lengths), weights, rows, spread**2 * own, spread**2 * amplitude), without
+    fit, known = fit_robust(inputs, values, noise)
+    amplitude, *lengths, further = np.exp(fit.theta)
+    own = fit.spread**2
+    weights = fit.spread * amplitude * fit.process.weights
+    surface = Surface(fit.linear, np.array(lengths), weights, rows, known + own * further, own * amplitude)
+    return surface, fit.theta
+
+
+def without_own(inputs: np.ndarray, values: np.ndarray, noise: np.ndarray, theta: np.ndarray) -> np.ndarray:
+    """The value (n,) at each row of a fit without its tenth of the rows, with known theta.
+
+    Not the closed form for a row that is left out, since the weights of its neighbours know it.
+    """
+    tenth, found = np.arange(len(values)) % TENTHS, np.empty(len(values))
+    for number in range(TENTHS):
+        others, own = tenth != number, tenth == number
+        found[own] = fit_robust(inputs[others], values[others], noise[others], theta)[0].at(inputs[own])
+    return found
 
 
 def fit_width(inputs: np.ndarray, residuals: np.ndarray) -> Width:
@@ -155,31 +229,43 @@ def fit_width(inputs: np.ndarray, residuals: np.ndarray) -> Width:
         part = design[rows]
         return np.linalg.solve(part.T @ part + np.diag([0.0, *[SHRINK] * inputs.shape[1]]), part.T @ size[rows])
 
-    tenth = np.arange(len(size)) % 10
-    laws = [power_law(tenth != number) for number in range(10)]
+    tenth = np.arange(len(size)) % TENTHS
+    laws = [power_law(tenth != number) for number in range(TENTHS)]
     fitted = np.exp([own @ laws[number] for own, number in zip(design, tenth, strict=True)])
     over = np.abs(residuals[known]) / fitted
     place = min(1.0, math.ceil((len(over) + 1) * LEVEL) / len(over))
     return Width(power_law(tenth >= 0), float(np.quantile(over, place)))
 
 
+def _of_number(rows: Rows, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Inputs, values and noise of one of FITTED, and the rows that have it: the power of all rows, the rest of those
+    in which balls hit something."""
+    own = np.flatnonzero(np.isfinite(rows.fitted[name]) & (rows.hits | (name == "power")))
+    inputs = np.column_stack([rows.inputs, rows.hits]) if name == "power" else rows.inputs
+    return inputs[own], rows.fitted[name][own], rows.noise[name][own], own
+
+
+def fit_surfaces(rows: Rows, names: Iterable[str] = FITTED) -> dict[str, Surface]:
+    """The surfaces of some of FITTED."""
+    return {name: fit_surface(*_of_number(rows, name))[0] for name in names}
+
+
 def fit_kind(kind: Kind, rows: Rows) -> KindModel:
-    """The model of a kind. The power is of all rows, the rest of those in which balls hit something."""
+    """The model of a kind."""
     surfaces, without = {}, {}
-    completed = np.column_stack([rows.inputs, rows.hits])
     for name in FITTED:
-        of_all = name == "power"
-        own = np.flatnonzero(np.isfinite(rows.fitted[name]) & (rows.hits | of_all))
-        inputs = completed if of_all else rows.inputs
-        surfaces[name], left_out = fit_surface(inputs[own], rows.fitted[name][own], rows.noise[name][own], own)
+        inputs, values, noise, own = _of_number(rows, name)
+        surfaces[name], theta = fit_surface(inputs, values, noise, own)
         without[name] = np.full(len(rows), np.nan)
-        without[name][own] = left_out
+        without[name][own] = without_own(inputs, values, noise, theta)
     residuals = scaled(rows.table, kind) - pd.DataFrame(combined(without), index=rows.table.index)
     widths = {
-        name: fit_width(rows.inputs, np.where(rows.hits | (name == "wall_power_W"), residuals[name], np.nan))
+        name: fit_width(
+            rows.inputs, np.where(rows.within & (rows.hits | (name == "wall_power_W")), residuals[name], np.nan)
+        )
         for name in PREDICTED
     }
-    return KindModel(kind, completed, surfaces, widths, fit_hits(rows))
+    return KindModel(kind, np.column_stack([rows.inputs, rows.hits]), surfaces, widths, fit_hits(rows))
 
 
 def fit_hits(rows: Rows) -> Surface:

@@ -119,6 +119,16 @@ def ball(low: float, high: float) -> Group:
 
 
 @dataclass(frozen=True)
+class Limit:
+    """What several groups decide together: a number `of` groups that is at most `most`; formula and reason in words."""
+
+    formula: str
+    reason: str
+    most: float
+    of: Callable[[Mapping[str, Any]], Any]
+
+
+@dataclass(frozen=True)
 class Kind:
     """A kind of mills.
 
@@ -126,7 +136,9 @@ class Kind:
     that of the wall; content: motion and geometry as a mill's file has them; own_groups: the groups of the mill and its
     speed, without fill, ball and contact; realised: dimensions and speed_hz from groups, at REFERENCE_MM; recognised:
     dimensions from a mill's file, or None for another kind; ends: how many ends of the jar are rounded; derived: inputs
-    of the model that physics suggests, besides the groups (m,) that they are computed from.
+    of the model that physics suggests, besides the groups (m,) that they are computed from; limits: beyond which the
+    atlas says nothing, besides the ranges of groups; speed_unit: rpm or hz, as makers give it; travel_m: half the
+    travel of the wall along an axis, but for a factor that all mills of the kind share, where it is not the stroke.
     """
 
     name: str
@@ -140,6 +152,9 @@ class Kind:
     recognised: Callable[[MillConfig], dict[str, float] | None]
     ends: int
     derived: tuple[Callable[[Mapping[str, Any]], Any], ...] = ()
+    limits: tuple["Limit", ...] = ()
+    speed_unit: str = "rpm"
+    travel_m: Callable[[Values], float] | None = None
 
     @property
     def names(self) -> list[str]:
@@ -186,6 +201,7 @@ class Kind:
         """The mill of a condition. Raises ConfigError, a line for each fault, for one that cannot be."""
         volume_ml = 1e6 * self.volume_m3(condition)
         own = {"name": name, "title": self.title, "source": "a point of the atlas", "volume_ml": volume_ml}
+        own |= {"speed_unit": self.speed_unit}
         return check_model(own | self.content(condition), MillConfig, self.name)
 
     def contact_of(self, condition: Values, name: str = "atlas") -> ContactConfig:
@@ -214,12 +230,27 @@ def layers(groups: Mapping[str, Any], height: str = "") -> Any:
     return np.log(groups["fill"] / groups["ball"] * (groups[height] if height else 2.0)) / 3
 
 
-def gap(groups: Mapping[str, Any]) -> Any:
-    """The logarithm of the way of a bed or a ball from end to end over the stroke: (L - d - L phi / 0.6) / A."""
+def way(groups: Mapping[str, Any]) -> Any:
+    """The way of a bed or a ball from end to end over the stroke, (L - d - L phi / 0.6) / A, in thirds."""
     import numpy as np
 
-    way = groups["length"] * (1 - groups["fill"] / PACKED) - groups["ball"]
-    return np.log(np.maximum(way / groups["stroke"], 0.05)) / 2
+    free = groups["length"] * (1 - groups["fill"] / PACKED) - groups["ball"]
+    return np.maximum(free / groups["stroke"], 0.05) / 3
+
+
+def gap(groups: Mapping[str, Any]) -> Any:
+    """The logarithm of the same: balls of a narrow way follow a power of it, those of a long one its time of flight."""
+    import numpy as np
+
+    return np.log(3 * way(groups)) / 2
+
+
+def within_limits(kind: Kind, groups: Mapping[str, Any]) -> Any:
+    """Whether conditions (m,) with these groups are within the limits of the kind."""
+    import numpy as np
+
+    allowed = [np.asarray(limit.of(groups)) <= limit.most for limit in kind.limits]
+    return np.all(allowed, axis=0) if allowed else np.full(len(groups["fill"]), True)
 
 
 def cylinder(mill: MillConfig, axes: str, ends: str) -> dict[str, float] | None:

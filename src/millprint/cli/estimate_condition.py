@@ -4,12 +4,19 @@
     millprint estimate mixer --radius-mm 12 --height-mm 38 --fillet-radius-mm 12 --balls 7 --charge 0.1 --speed 25Hz
     millprint estimate mixer --balls 10 --charge number=6 --speed 25Hz --contact steel --exponents
     millprint estimate mine.yaml
+    millprint estimate planetary --balls 10 --charge number=50 --speed 400 --most-shear 100 \\
+        --within number=20:120 --within speed_hz=4:10 --within ball_diameter_mm=6:15
 
 A mill is the name of an included one, its file in config/mills, or the configuration of a run, as `millprint new`
 writes it. Its dimensions are replaced by those that are given. Without --balls, --charge and --speed, every condition
 of the mill's sweep is told. --charge is a fill ratio, or number=, mass_g= or bulk_filling=; --speed is in rpm, or in Hz
 as 25Hz. The numbers come from simulations over mills of the kind (docs/why/atlas.md); 90 % intervals are of one
 simulation. A mill that they do not cover is refused.
+
+--within gives bounds, of settings or dimensions, within which the most normal power per mass of balls is searched, with
+at most --most-shear of shear, which wears; the optimum is simulated once. With --map and two of them, power and hits
+are drawn instead. --simulated shows the fingerprint of the mill next to the atlas: a number that is farther off than
+both intervals allow, and than 30 %, is worth a look, into the mill's file first.
 """
 
 from __future__ import annotations
@@ -32,10 +39,12 @@ from millprint.config.load import check_model, read_yaml
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import ConditionSection
 from millprint.config.sweep import ball_count
+from millprint.config.wording import close_to
 from millprint.run.numbers import plain, prefix_of, three
 
 if TYPE_CHECKING:
     from millprint.atlas.estimate_mill import MillEstimate
+    from millprint.fingerprint.model import Fingerprint
 
 ASSUMED = "calibrated"
 # What is told, in which words, in this order.
@@ -46,6 +55,8 @@ TOLD = {
     "weighted_tangential_energy_J": "a strong shear, E*t",
     "weighted_tangential_frequency_hz": "such shears of a ball, f*t",
 }
+# A simulation is far from the atlas beyond this ratio, and its inverse.
+FAR = 1.3
 DIMENSIONS = {own.name: own for kind in KINDS.values() for own in kind.dimensions}
 
 
@@ -59,6 +70,12 @@ def parse(arguments: list[str], name: str) -> argparse.Namespace:
     add("--speed", help="400 for rpm, 25Hz for Hz")
     add("--contact", help=f"contact set, name or file (default: that of the run, or {ASSUMED})")
     add("--exponents", action="store_true", help="say what one dimension more or less changes")
+    add("--simulated", action="store_true", help="show the mill's fingerprint next to it, and name large differences")
+    add("--results", default="results", metavar="FOLDER", help="where mills were run (default: %(default)s)")
+    add("--within", action="append", metavar="NAME=LOW:HIGH", help="bounds of a search for the best settings")
+    shear = value_of("most_shear", Annotated[float, Field(gt=0)])
+    add("--most-shear", type=shear, metavar="W/KG", help="with --within: the most shear, per mass of balls")
+    add("--map", metavar="FILE", help="with --within for two: draw power and hits over them, as SVG and PNG")
     for own in DIMENSIONS.values():
         kind = value_of(own.name, Annotated[float, Field(ge=own.least, le=own.most)])
         add(f"--{own.name.replace('_', '-')}", type=kind, metavar="X", help=own.means.replace("%", "%%"))
@@ -88,8 +105,9 @@ def asked_of(options: argparse.Namespace) -> ConditionSection | None:
     """The condition that is asked for, if one is. Raises ConfigError, in one line, for a part of one."""
     given = [options.balls, options.charge, options.speed]
     if all(word is None for word in given):
-        if options.exponents:
-            raise ConfigError("--exponents: they are of one condition; give --balls, --charge and --speed")
+        for word in ("exponents", "within", "map"):
+            if getattr(options, word):
+                raise ConfigError(f"--{word}: of one condition; give --balls, --charge and --speed")
         return None
     if None in given:
         raise ConfigError("--balls, --charge, --speed: give all three, or none for the conditions of the mill's sweep")
@@ -132,13 +150,33 @@ def quantity(value: float, unit: str) -> str:
     return f"{three(factor * value)} {shown}"
 
 
-def told(found: MillEstimate) -> list[str]:
-    """What the atlas tells about a condition, a line each."""
+def simulated_over_atlas(found: MillEstimate, fingerprint: Fingerprint) -> dict[str, str]:
+    """What the mill's fingerprint has for the condition over what the atlas says, in words, of each of TOLD.
+
+    A difference is large where the bands of both have nothing in common and the ratio is beyond FAR.
+    """
+    own = found.condition
+    condition = fingerprint.condition(
+        speed_hz=own["speed_hz"], ball_diameter_mm=own["ball_diameter_mm"], number=own["number"],
+        density_kg_m3=own["density_kg_m3"],
+    )  # fmt: skip
+    prediction, said = fingerprint.predict(condition), {}
+    for name in TOLD:
+        simulated, told_ = prediction.known[name], found.known[name]
+        ratio = simulated.value / told_.value
+        said[name] = f"; simulated {three(ratio)} of it"
+        (low, high), (lower, upper) = simulated.ends("scatter"), told_.ends("scatter")
+        if max(low, lower) > min(high, upper) and not 1 / FAR < ratio < FAR:
+            said[name] += ", A LARGE DIFFERENCE"
+    return said
+
+
+def told(found: MillEstimate, fingerprint: Fingerprint | None = None) -> list[str]:
+    """What the atlas tells about a condition, a line each; fingerprint: of the mill, which is shown next to it."""
     from millprint.atlas.atlas_model import HITS
 
     own, speed = found.condition, found.condition["speed_hz"]
-    is_shaken = found.kind.content(own).get("speed_unit") == "hz"
-    shown = f"{plain(speed)} Hz" if is_shaken else f"{plain(60 * speed)} rpm"
+    shown = f"{plain(speed)} Hz" if found.kind.speed_unit == "hz" else f"{plain(60 * speed)} rpm"
     balls = f"{plain(own['number'])} balls of {plain(own['ball_diameter_mm'])} mm"
     lines = [f"{balls}, fill ratio {found.groups['fill']:.2g}, {shown}", *(f"  {note}" for note in found.notes)]
     rows = TOLD
@@ -147,11 +185,12 @@ def told(found: MillEstimate) -> list[str]:
             f"  balls roll or go round with the wall: only power is told (hits {100 * found.hits:.0f} % likely)"
         )
         rows = {name: words for name, words in TOLD.items() if name == "wall_power_W"}
+    compared = simulated_over_atlas(found, fingerprint) if fingerprint else {}
     for name, words in rows.items():
         value = found.known[name]
         factor, unit = prefix_of(value.value, value.unit)
         ends = " to ".join(three(factor * end) for end in value.ends("scatter"))
-        lines.append(f"  {words:<28} {three(factor * value.value):>8} {unit:<5} ({ends})")
+        lines.append(f"  {words:<28} {three(factor * value.value):>8} {unit:<5} ({ends}){compared.get(name, '')}")
     power = found.known["wall_power_W"].value
     lines.append(f"  {'power per mass of balls':<28} {quantity(power / found.charge_kg, 'W/kg')}")
     if found.hits >= HITS:
@@ -175,16 +214,69 @@ def exponent_lines(found: MillEstimate) -> list[str]:
     return lines
 
 
+def bounds_of(words: list[str], condition: Values) -> dict[str, tuple[float, float]]:
+    """The bounds of --within. Raises ConfigError, in one line, for an unknown setting or a range that is none."""
+    found = {}
+    for word in words:
+        name, _, ends = word.partition("=")
+        try:
+            low, high = map(float, ends.split(":"))
+        except ValueError:
+            raise ConfigError(f"--within {word}: write a name and a range, such as number=20:80") from None
+        if name not in condition or name == "ratio":
+            known = ", ".join(own for own in condition if own != "ratio")
+            raise ConfigError(f"--within {word}: no such setting{close_to(name, condition)}; it is one of {known}")
+        if not 0 < low < high:
+            raise ConfigError(f"--within {word}: must rise from a number above 0")
+        found[name] = (low, high)
+    return found
+
+
+def optimum_lines(kind: Kind, condition: Values, options: argparse.Namespace) -> list[str]:
+    """The best settings within the bounds that are asked for, and one simulation of them."""
+    from millprint.atlas.best_settings import best_settings
+    from millprint.atlas.estimate_mill import model_of
+    from millprint.atlas.simulate_rows import simulate_row
+
+    best = best_settings(model_of(kind), condition, bounds_of(options.within, condition), options.most_shear)
+    lines, row = ["the most normal power per mass of balls:", *told(best)], simulate_row(kind, dict(best.condition), 0)
+    if not isinstance(row.get("wall_power_W"), float):
+        return [*lines, f"  simulated once: {row['motion']}"]
+    lines.append("  simulated once, over what the atlas says:")
+    for name, words in {**TOLD, "normal_power_W": "normal power", "tangential_power_W": "shear power"}.items():
+        if isinstance(row.get(name), float):
+            ratio = float(row[name]) / best.known[name].value
+            low, high = (end / best.known[name].value for end in best.known[name].ends("scatter"))
+            inside = "within" if low <= ratio <= high else "OUTSIDE"
+            lines.append(f"  {words:<28} {ratio:>8.2f}       {inside} {low:.2f} to {high:.2f}")
+    return lines
+
+
+def draw_map(kind: Kind, condition: Values, options: argparse.Namespace) -> str:
+    """Draw the map of --map, and say where it is. Raises ConfigError unless two are to vary."""
+    bounds = bounds_of(options.within or [], condition)
+    if len(bounds) != 2:
+        raise ConfigError("--map: give --within for two settings or dimensions, the axes of the map")
+    from millprint.atlas.estimate_mill import model_of
+    from millprint.figures.atlas_figures import plot_map
+    from millprint.figures.style import save
+
+    made = [str(Path(options.map).with_suffix(suffix)) for suffix in (".svg", ".png")]
+    save(plot_map(model_of(kind), condition, bounds), *made)
+    return f"{' and '.join(made)}: power and hits over {' and '.join(bounds)}"
+
+
 def sweep_lines(
-    kind: Kind, dimensions: Values, mill: MillConfig, contact: ContactConfig, most: int | None = None
-) -> list[str]:
+    kind: Kind, dimensions: Values, mill: MillConfig, contact: ContactConfig, most: int | None = None,
+    fingerprint: Fingerprint | None = None,
+) -> list[str]:  # fmt: skip
     """What the atlas tells about every condition of a mill's sweep, or of `most` of them, or why it says nothing."""
     from millprint.atlas.estimate_mill import estimate
 
     lines = []
     for asked in swept(mill)[:most]:
         try:
-            lines += told(estimate(kind, condition_of(kind, dimensions, asked, contact)))
+            lines += told(estimate(kind, condition_of(kind, dimensions, asked, contact)), fingerprint)
         except ConfigError as error:
             lines.append(str(error))
     return lines
@@ -199,6 +291,20 @@ def lines_of_mill(mill: MillConfig, contact: ContactConfig) -> list[str]:
         return sweep_lines(*known, mill, contact, 1) if known and known[0].name in included_models() else []
     except ConfigError:
         return []
+
+
+def _fingerprint(mill: MillConfig, contact: ContactConfig, is_as_built: bool, results: str) -> Fingerprint:
+    """The fingerprint of the mill. Raises ConfigError for one of other dimensions or balls."""
+    from millprint.fingerprint.model import Fingerprint
+    from millprint.fingerprint.readers import find_fingerprint
+
+    found = Fingerprint.read(find_fingerprint(mill.name, results))
+    if not is_as_built or found.about["contact"] != contact.name:
+        raise ConfigError(
+            f"--simulated: {mill.name} was simulated as built, with {found.about['contact']}; leave out other "
+            "dimensions and contacts"
+        )
+    return found
 
 
 def main(arguments: list[str], name: str = "estimate") -> None:
@@ -216,9 +322,16 @@ def main(arguments: list[str], name: str = "estimate") -> None:
     kind, asked = known[0], asked_of(options)
     dimensions = dimensions_of(options, *known)
     model_of(kind)
+    fingerprint = _fingerprint(mill, contact, dimensions == known[1], options.results) if options.simulated else None
+    if options.most_shear and not options.within:
+        raise ConfigError("--most-shear: is a limit of a search; give --within NAME=LOW:HIGH too")
     if asked is None:
-        lines = sweep_lines(kind, dimensions, mill, contact)
+        lines = sweep_lines(kind, dimensions, mill, contact, fingerprint=fingerprint)
+    elif options.map:
+        lines = [draw_map(kind, condition_of(kind, dimensions, asked, contact), options)]
+    elif options.within:
+        lines = optimum_lines(kind, condition_of(kind, dimensions, asked, contact), options)
     else:
         found = estimate(kind, condition_of(kind, dimensions, asked, contact))
-        lines = [*told(found), *(exponent_lines(found) if options.exponents else [])]
+        lines = [*told(found, fingerprint), *(exponent_lines(found) if options.exponents else [])]
     print(f"{mill.title}, balls and walls: {contact.name}; 90 % intervals of one simulation", *lines, sep="\n")

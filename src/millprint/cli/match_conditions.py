@@ -5,6 +5,7 @@
     millprint match results/fingerprint/fingerprint_calibrated.json \\
         --energies 2.21e-4 5.00e-4 --frequency 400 --speeds 300 1200 --balls 5 8 10
     millprint match --from card.json --to planetary
+    millprint match --any --like mixer 25Hz 10 number=6
 
 Name each mill that you could use, by its name if it was run (--results says where) or by its fingerprint.json. The
 target is a condition of another mill (--like MILL SPEED BALLS FILL) or a milling card (--from, --to). Its collisions
@@ -20,6 +21,9 @@ those of the simulations.
 
 A YAML file can hold all of this (--request), as fingerprint.inverse of config/config.yaml does; options take
 precedence over it.
+
+--any asks the atlas (docs/why/atlas.md) instead of fingerprints: of the mills that are named, or of all makers' mills
+and those that come with millprint, which jar, balls, number and speed come nearest; balls are calibrated ones.
 
 The first line has the verdict, from the bands of both mills, of the mean of very many simulations: met, if they are
 surely within --near of each other; not met, if they are surely not; not known, where a band is too wide to say, or
@@ -142,6 +146,7 @@ def parse(arguments: list[str], name: str) -> argparse.Namespace:
         help="target: all collisions over the balls [1/s]",
     )
     add("--like", nargs=4, metavar=("MILL", "SPEED", "BALLS", "FILL"), help="target: a condition of another mill")
+    add("--any", action="store_true", help="with --like: of the mills named, or of all makers', by the atlas")
     hours = value_of("time_h", Hours)
     add("--hours", type=hours, metavar="H", help="milling time of the target (default 1, or the card's) [h]")
     add("--speeds", nargs=2, type=_speed, metavar=("FROM", "TO"), help="range of the mill [rpm, or as 25Hz]")
@@ -175,8 +180,10 @@ def parse(arguments: list[str], name: str) -> argparse.Namespace:
     options = parser.parse_args(arguments)
     if (options.card is None) != (options.to is None):
         parser.error("--from CARD and --to MILL belong together")
-    if options.card is None and not options.fingerprints:
-        parser.error("name a mill, or give --from CARD --to MILL")
+    if options.any and not options.like:
+        parser.error("--any: say what is to be met: --like MILL SPEED BALLS FILL")
+    if options.card is None and not options.fingerprints and not options.any:
+        parser.error("name a mill, or give --from CARD --to MILL, or --any --like MILL SPEED BALLS FILL")
     others = ("fingerprints", "request", "energies", "frequency", "like")
     if options.card and (given := [name for name in others if getattr(options, name)]):
         parser.error(f"--from CARD: is a target of its own; leave out {', '.join(given)}")
@@ -280,6 +287,11 @@ def main(arguments: list[str], name: str = "match") -> None:
 
     if options.card:
         match_from_card(options)
+        return
+    if options.any:
+        from millprint.cli.match_any import match_any
+
+        match_any(options)
         return
     fingerprints = [Fingerprint.read(path) for path in located(options.fingerprints, options.results)]
     request = request_of(options)

@@ -23,7 +23,7 @@ class AtlasConfig(Section):
     """of mixer mills"""
     drum: Simulations = 0
     """of tumbling drums"""
-    spex: Simulations = 0
+    spex: Simulations = 400
     """of shakers like the SPEX 8000"""
 
     @property

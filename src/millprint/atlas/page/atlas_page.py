@@ -11,10 +11,11 @@ from millprint.atlas.atlas_model import FITTED, HITS, PREDICTED, KindModel, read
 from millprint.atlas.compare_models import MARKS
 from millprint.atlas.estimate_mill import BEYOND, STIFFNESS
 from millprint.atlas.kind_groups import MOST_BALLS, PACKED, SETTINGS, Kind
-from millprint.atlas.kinds import KINDS, recognise
+from millprint.atlas.kinds import KINDS
+from millprint.atlas.owned_mills import included_mills, makers_mills
 from millprint.atlas.page.written_formulas import formulas
 from millprint.config.fingerprint import SearchConfig
-from millprint.config.included import load_contact, load_mill
+from millprint.config.included import load_contact
 from millprint.fingerprint.condition_search import SOLD_MM
 from millprint.run.files import read_json, read_table
 from millprint.run.html_pages import embed_files, embed_json, render_page
@@ -29,63 +30,17 @@ CONTACTS = ("calibrated", "steel")
 # Rows of the table of errors, and the share of held-out mills below which an interval decides nothing.
 OF_ERRORS = {"median": "atlas", "held": "share held by the 90 % interval"}
 LEAST_HELD = 0.8
-# What a table of makers calls a jar that fits several mills.
-JAR, ASSUMED = "jar of", "assumed"
-SPEEDS = {"speed_max_rpm": 1 / 60, "speed_max_hz": 1.0}
-
-
-def makers_mills(path: str | Path, kinds: list[Kind]) -> list[dict[str, Any]]:
-    """The mills of makers: dimensions of the table of makers, the others as the included mill of the kind has them.
-
-    known: how each of the dimensions is known that the table does not assume.
-    """
-    table = read_table(path)
-    found: list[dict[str, Any]] = []
-    for (name, kind_name), rows in table.groupby(["mill", "kind"], sort=False):
-        kind = next((kind for kind in kinds if kind.name == kind_name), None)
-        values = dict(zip(rows["quantity"], rows["value"], strict=True))
-        known = recognise(load_mill(kind.name)) if kind else None
-        own = {each.name for each in kind.dimensions} & set(values) if kind else set()
-        if kind is None or known is None or JAR in name or not own - {"ratio"}:
-            continue
-        fastest = [values[key] * factor for key, factor in SPEEDS.items() if key in values]
-        found.append({
-            "title": name, "kind": kind.name, "dimensions": known[1] | {each: values[each] for each in own},
-            "fastest_hz": fastest[0] if fastest else None,
-            "known": {row["quantity"]: row["how_known"] for row in rows.to_dict("records")
-                      if row["quantity"] in own and not row["how_known"].startswith(ASSUMED)},
-        })  # fmt: skip
-    return found
-
-
-def included_mills(names: list[str], kinds: list[Kind]) -> list[dict[str, Any]]:
-    """Those of the included mills that are of a kind of the atlas."""
-    found: list[dict[str, Any]] = []
-    for name in names:
-        mill = load_mill(name)
-        built = recognise(mill)
-        if built and built[0] in kinds:
-            own = {"title": mill.title, "kind": built[0].name, "dimensions": built[1]}
-            found.append({**own, "fastest_hz": None, "known": None})
-    return found
 
 
 def _words(kind: Kind) -> dict[str, Any]:
-    content = kind.content(recognised_dimensions(kind))
     return {
         "title": kind.title,
-        "speed_unit": content.get("speed_unit", "rpm"),
+        "speed_unit": kind.speed_unit,
         "dimensions": [vars(own) for own in kind.dimensions],
         "ranges": [vars(group) for group in kind.groups],
         "ends": kind.ends,
+        "bounds": [{"formula": own.formula, "reason": own.reason, "most": own.most} for own in kind.limits],
     }
-
-
-def recognised_dimensions(kind: Kind) -> dict[str, float]:
-    """The dimensions of the included mill of the kind."""
-    built = recognise(load_mill(kind.name))
-    assert built is not None, f"{kind.name}: the included mill is of no kind"
-    return built[1]
 
 
 def atlas_content(

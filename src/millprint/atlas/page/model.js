@@ -47,6 +47,12 @@ class Kind {
       const share = value > 0 || !group.logarithmic ? shareOf(group, value) : -Infinity;
       if (group.name !== stiffness && !(share >= -beyond && share <= 1 + beyond)) return this.outside(condition, group, value);
     }
+    const beyondBound = this.bounded(groups).findIndex((value, i) => value > this.bounds[i].most);
+    if (beyondBound >= 0) {
+      const { formula, reason, most } = this.bounds[beyondBound];
+      const value = digits3(this.bounded(groups)[beyondBound]);
+      return refuse("ratio", `${formula} is ${value}: ${reason}; the atlas knows up to ${short(most)}. For others, simulate: millprint card.`);
+    }
     if (number > mostBalls) return refuse("number", `The atlas knows up to ${mostBalls} balls, not ${short(number)}.`);
     return null;
   }

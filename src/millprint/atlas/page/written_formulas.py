@@ -76,10 +76,12 @@ def _object(values: dict[str, Any]) -> str:
 
 
 def formulas_of(kind: Kind) -> str:
-    """Functions of a condition c or of groups g, as an object: volume_m3, stroke_m, groups, scales, derived."""
+    """Functions of a condition c or of groups g, as an object: volume_m3, stroke_m, groups, scales, derived,
+    bounded."""
     condition: dict[str, Any] = {own.name: Name(f"c.{own.name}") for own in (*kind.dimensions, *SETTINGS)}
     groups: dict[str, Any] = {name: Name(f"g.{name}") for name in kind.names}
     derived = ", ".join(_text(of(groups)) for of in kind.derived)
+    bounded = ", ".join(_text(limit.of(groups)) for limit in kind.limits)
     return (
         "{\n"
         f"    volume_m3: (c) => {_text(kind.volume_m3(condition))},\n"
@@ -87,6 +89,7 @@ def formulas_of(kind: Kind) -> str:
         f"    groups: (c) => ({_object(kind.groups_of(condition))}),\n"
         f"    scales: (c) => ({_object(kind.scales(condition))}),\n"
         f"    derived: (g) => [{derived}],\n"
+        f"    bounded: (g) => [{bounded}],\n"
         "  }"
     )
 

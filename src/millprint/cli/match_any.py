@@ -1,0 +1,99 @@
+"""`millprint match --any`: the nearest settings of any mill, by the atlas."""
+
+from __future__ import annotations
+
+import argparse
+
+import pandas as pd
+
+from millprint.atlas.estimate_mill import estimate, included_models, model_of
+from millprint.atlas.kinds import recognise
+from millprint.atlas.owned_mills import included_mills, makers_mills
+from millprint.atlas.search_mills import ALIKE, Found, nearest_settings
+from millprint.cli.estimate_condition import balls_of, condition_of, mill_and_contact
+from millprint.config.charge import charge_words, speed_words
+from millprint.config.errors import ConfigError
+from millprint.config.fingerprint import SearchConfig
+from millprint.config.included import included_mills as included_names
+from millprint.config.included import load_mill
+from millprint.config.load import check_model
+from millprint.config.mill_sweep import ConditionSection
+from millprint.config.sources import shipped
+from millprint.estimate.judge import AGREES
+from millprint.fingerprint.condition_search import SOLD_MM
+from millprint.run.files import write_table
+from millprint.run.numbers import plain, three
+
+MAKERS = "config/atlas/makers.tsv"
+# Settings that are printed for each mill; columns of what is compared.
+PER_MILL = 2
+COMPARED = dict(zip(ALIKE, ("E*n", "E*t"), strict=True))
+
+
+def _wanted(like: list[str]) -> tuple:
+    """Kind and condition of a target. Raises ConfigError, in one line, for a mill of no kind."""
+    name, speed, balls, charge = like
+    mill, contact = mill_and_contact(name, None)
+    known = recognise(mill)
+    if known is None:
+        raise ConfigError(f"--like {name}: no kind of the atlas; leave out --any, and name mills to compare")
+    words = {**speed_words(speed), "ball_diameter_mm": balls, **charge_words(charge)}
+    asked = check_model(words, ConditionSection, "--like")
+    return known[0], condition_of(*known, asked, contact), contact
+
+
+def _mills(names: list[str]) -> list[dict]:
+    """The mills that are named, or those of the table of makers and those that come with the library, of kinds that the
+    atlas has. Raises ConfigError for one of no kind."""
+    kinds = [model.kind for model in included_models().values()]
+    if not names:
+        makers = shipped(MAKERS)
+        return [*(makers_mills(makers, kinds) if makers else []), *included_mills(list(included_names()), kinds)]
+    found = []
+    for name in names:
+        known = recognise(load_mill(name))
+        if known is None:
+            raise ConfigError(f"{name}: no kind of the atlas; leave out --any to match its fingerprint")
+        found.append({"title": name, "kind": known[0].name, "dimensions": known[1], "fastest_hz": None})
+    return found
+
+
+def match_any(options: argparse.Namespace) -> None:
+    """Search all mills, print the nearest settings of each, and write the table where --out says."""
+    given = {key: value for key in ("near_percent", "ranked") if (value := getattr(options, key)) is not None}
+    request = check_model(given, SearchConfig, "command line")
+    kind, condition, contact = _wanted(options.like)
+    models = included_models()
+    wanted = estimate(kind, condition, model_of(kind))
+    sizes, found = [float(size) for size in options.balls or SOLD_MM], []
+    for mill in _mills(options.fingerprints):
+        model = models[mill["kind"]]
+        found += nearest_settings(mill["title"], model, mill["dimensions"], balls_of(contact), sizes, wanted,
+                                  mill["fastest_hz"])[:PER_MILL]  # fmt: skip
+    if not found:
+        raise ConfigError("--any: no mill has settings that the atlas knows for these balls; leave out --balls")
+    found = sorted(found, key=lambda own: own.distance)[: request.ranked]
+    table = pd.DataFrame([_row(own, request.near_percent) for own in found])
+    met = (table["verdict"] == AGREES).sum()
+    print(
+        f"met for sure within {plain(request.near_percent)} % by {met} of {len(table)} settings; in brackets the 90 % "
+        "intervals of both mills; time is for the same energy per mass of balls"
+    )
+    print(table.to_string(index=False))
+    if options.out:
+        write_table(table, options.out)
+
+
+def _row(own: Found, near_percent: float) -> dict[str, str]:
+    """A setting as it is printed."""
+    condition, kind = own.estimate.condition, own.estimate.kind
+    speed = condition["speed_hz"]
+    row = {
+        "mill": own.title, "jar mm": f"{plain(2 * condition['radius_mm'])} x {plain(condition['height_mm'])}",
+        "ball mm": plain(condition["ball_diameter_mm"]), "balls": plain(condition["number"]),
+        "speed": f"{speed:.1f} Hz" if kind.speed_unit == "hz" else f"{60 * speed:.0f} rpm",
+    }  # fmt: skip
+    for name, sign in COMPARED.items():
+        low, high = own.ratios[name].ends("scatter")
+        row[sign] = f"{three(own.ratios[name].value)} ({three(low)} to {three(high)})"
+    return row | {"time": three(1 / own.strength.value), "verdict": own.verdict(near_percent).word}

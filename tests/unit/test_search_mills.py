@@ -1,0 +1,102 @@
+"""The search for settings of any mill that do what a condition of another does, and `millprint match --any`."""
+
+import numpy as np
+import pytest
+
+from millprint.atlas.design import design
+from millprint.atlas.estimate_mill import check, estimate, is_known
+from millprint.atlas.kinds import KINDS, MIXER, PLANETARY, recognise
+from millprint.atlas.search_mills import ALIKE, nearest_settings
+from millprint.cli import match_conditions
+from millprint.config.errors import ConfigError
+from millprint.config.included import load_mill
+from tests.refusals import refusals
+from tests.unit.made_atlas import made_model
+
+BALLS = {
+    "density_kg_m3": 7700.0, "young_modulus_gpa": 2.05, "restitution": 0.6, "static_friction": 0.4,
+    "wall_static_friction": 0.5, "rolling_friction": 0.01,
+}  # fmt: skip
+CONDITION = {"ball_diameter_mm": 10.0, "number": 30.0, "speed_hz": 5.0}
+
+
+@pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
+def test_what_is_known_of_many_is_what_is_known_of_each(kind):
+    draw, conditions = np.random.default_rng(3), []
+    for row in design(kind, "training", 60).to_dict("records"):
+        factors = draw.lognormal(0, 0.4, 3)
+        own = kind.condition_of(row)
+        changed = dict(zip(("number", "speed_hz", "ball_diameter_mm"), factors, strict=True))
+        conditions.append(own | {name: max(1.0, own[name] * factor) for name, factor in changed.items()})
+
+    def fits(condition):
+        try:
+            check(kind, condition)
+        except ConfigError:
+            return False
+        return True
+
+    columns = {name: np.array([own[name] for own in conditions]) for name in conditions[0]}
+    groups = {name: np.array([kind.groups_of(own)[name] for own in conditions]) for name in kind.names}
+    expected = [fits(own) for own in conditions]
+    # Balls larger than a jar are no condition at all.
+    goes_in = columns["ball_diameter_mm"] < np.minimum(2 * columns["radius_mm"], columns["height_mm"])
+    assert (is_known(kind, groups, columns["number"]) & goes_in).tolist() == expected
+    assert 0.1 < np.mean(expected) < 0.95
+
+
+def planetary():
+    _, dimensions = recognise(load_mill("planetary"))
+    return made_model(PLANETARY), dimensions
+
+
+def test_a_mill_finds_its_own_condition():
+    model, dimensions = planetary()
+    wanted = estimate(PLANETARY, {**dimensions, **BALLS, **CONDITION}, model)
+    best, *_ = nearest_settings("own", model, dimensions, BALLS, [10.0], wanted)
+    assert best.distance < 0.02
+    assert all(own.value == pytest.approx(1, abs=0.05) for own in best.ratios.values())
+    # A setting is one that a mill can be given.
+    assert best.estimate.condition["number"] == round(best.estimate.condition["number"])
+    rpm = 60 * best.estimate.condition["speed_hz"]
+    assert rpm == pytest.approx(round(rpm))
+
+
+def test_no_drawn_condition_is_nearer_than_the_found_one():
+    """An oracle by chance: two hundred conditions of the other mill, of the sizes that were searched."""
+    model, dimensions = planetary()
+    _, mixer = recognise(load_mill("mixer"))
+    wanted = estimate(MIXER, {**mixer, **BALLS, "ball_diameter_mm": 10.0, "number": 6.0, "speed_hz": 20.0},
+                      made_model(MIXER, 3))  # fmt: skip
+    found = nearest_settings("planetary", model, dimensions, BALLS, [8.0, 10.0, 12.0], wanted, fastest_hz=9.0)
+    assert [own.distance for own in found] == sorted(own.distance for own in found)
+    assert all(own.estimate.condition["speed_hz"] <= 9.0 for own in found)
+    draw, drawn = np.random.default_rng(4), []
+    for _ in range(200):
+        own = {"ball_diameter_mm": float(draw.choice([8.0, 10.0, 12.0])), "number": float(draw.integers(5, 200)),
+               "speed_hz": float(draw.uniform(2.7, 9.0))}  # fmt: skip
+        try:
+            told = estimate(PLANETARY, {**dimensions, **BALLS, **own}, model)
+        except ConfigError:
+            continue
+        if told.hits > 0.5:
+            apart = [np.log(told.known[name].value / wanted.known[name].value) for name in ALIKE]
+            drawn.append(float(np.sqrt(np.mean(np.square(apart)))))
+    assert len(drawn) > 50
+    assert found[0].distance < min(drawn) + 0.02
+
+
+def test_the_command_lists_settings_of_mills_with_verdicts(capsys):
+    match_conditions.main(["--any", "mixer", "--like", "mixer", "25Hz", "10", "number=6", "--balls", "10"])
+    head, columns, row = capsys.readouterr().out.splitlines()
+    assert "90 % intervals" in head
+    assert {"mill", "balls", "E*n", "E*t", "verdict"} <= set(columns.split())
+    assert "mixer" in row and " Hz" in row and row.split()[-1] in ("agrees", "differs", "open")
+
+
+@pytest.mark.parametrize(("arguments", "parts"), refusals("match_any"))
+def test_what_no_search_can_answer_is_refused_in_one_line(arguments, parts):
+    with pytest.raises(ConfigError) as refused:
+        match_conditions.main(arguments)
+    (line,) = str(refused.value).splitlines()
+    assert all(part in line for part in parts), line
