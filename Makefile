@@ -27,7 +27,7 @@ REPORT = --report $(1)/report/report.html --report-after-run --report-stylesheet
 HINT = || { ls .snakemake/locks/* >/dev/null 2>&1 && echo "If no other run works in this folder: make unlock $@" >&2; exit 1; }
 
 # The parts of `make test`, the longest first. What needs the smoke run has one run of it.
-SMOKED := $(addprefix tests/workflow/test_,$(addsuffix .py,cards crate docs mills report reruns smoke))
+SMOKED := $(addprefix tests/workflow/test_,$(addsuffix .py,cards crate mills report reruns smoke))
 PARTS := test-smoke test-workflow test-unit test-physics
 
 .PHONY: help plan install thesis smoke validation unlock verify crate docs test check types kernels $(PARTS) fuzz surfaces kills slurm lint format bench ablations reference lock mutants clean

@@ -16,9 +16,8 @@ from benchmarks.lammps import Lammps
 from benchmarks.physics import compare_physics, physics_text
 from millprint.config.checks import stop_on_bad_input
 from millprint.config.contact_set import ContactConfig
-from millprint.config.load import check_model, load_named, read_yaml
+from millprint.config.load import CONTACT_FOLDER, MILL_FOLDER, check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
-from millprint.config.sources import CONTACT_FOLDER, MILL_FOLDER
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.run.kernel import processor_type

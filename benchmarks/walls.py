@@ -17,9 +17,8 @@ import trimesh
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.counting import DEFAULT_RULE
-from millprint.config.load import load_named
+from millprint.config.load import CONTACT_FOLDER, MILL_FOLDER, load_named
 from millprint.config.mill import MillConfig
-from millprint.config.sources import CONTACT_FOLDER, MILL_FOLDER
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.run import simulate
 from millprint.fingerprint.descriptors import tabulate_descriptors

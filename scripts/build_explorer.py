@@ -11,8 +11,17 @@ from millprint.config.dose import HeatConfig
 from millprint.config.fingerprint import InverseConfig
 from millprint.config.mill import MillConfig
 from millprint.config.yields import PredictionConfig
-from millprint.explorer.content import Heat, Machine, Spectra, explorer_content, mill_content
-from millprint.explorer.page import EXPLORED, Settings, explorer_page, simulated_content
+from millprint.explorer.content import (
+    EXPLORED,
+    Heat,
+    Machine,
+    Settings,
+    Spectra,
+    explorer_content,
+    explorer_page,
+    mill_content,
+    simulated_content,
+)
 from millprint.run.files import whole_file
 from millprint.run.job import job
 

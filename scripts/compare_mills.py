@@ -12,8 +12,7 @@ Outputs: `table`, `svg`, `png` of the collapse, `coverage`; or the conditions as
 
 import pandas as pd
 
-from millprint.card.match import match_card
-from millprint.card.read import read_card
+from millprint.card.read import match_card, read_card
 from millprint.config.fingerprint import DescriptorSet, LikeConfig, MatchConfig, SearchConfig, TargetConfig
 from millprint.config.mill_sweep import MatchMillsConfig
 from millprint.figures.mill_sheet_figure import plot_collapse

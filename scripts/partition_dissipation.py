@@ -11,8 +11,7 @@ Outputs: `table_4_2`, `table_4_3`, `table_4_4`, `table_4_5`, `slopes`, `design`;
 import pandas as pd
 
 from millprint.config.workflow import PartitionConfig
-from millprint.dose.energy_doses import AXES
-from millprint.dose.kinetics import best_of, fit_kinetics, said_of_dose, said_of_shear
+from millprint.dose.kinetics import AXES, best_of, fit_kinetics, said_of_dose, said_of_shear
 from millprint.figures.style import save
 from millprint.fingerprint.model import Fingerprint
 from millprint.run.files import read_table, whole_file, write_table

@@ -12,9 +12,9 @@ from millprint.config.mill_sweep import ScaleUpConfig
 from millprint.dem.laws.registry import step_scale
 from millprint.figures.mill_sheet_figure import plot_scale_up
 from millprint.figures.style import save
+from millprint.fingerprint.mill_collapse import compare_run, tabulate_scale_up
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import counted
-from millprint.fingerprint.scale_up import compare_run, tabulate_scale_up
 from millprint.run.files import read_json, write_table
 from millprint.run.job import job
 

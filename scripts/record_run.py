@@ -18,7 +18,7 @@ if "snakemake" in globals():
     with job(snakemake.log[0], "record run") as logger:
         if made.get("crate"):
             # Slow to import, and not needed for the configuration.
-            from millprint.provenance.crate_files import write_crate
+            from millprint.provenance.crate import write_crate
             from millprint.provenance.lineage import read_jobs
 
             targets = [*asked.targets, asked.configuration]

@@ -12,7 +12,7 @@ import pandas as pd
 from markupsafe import Markup
 
 from millprint.figures.style import save
-from millprint.provenance.inside import CRATE
+from millprint.provenance.lineage import CRATE
 from millprint.run.files import read_table, whole_file, write_table
 from millprint.run.job import job
 from millprint.run.machine import provenance

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError, SimulationError
+from millprint.config.load import read_yaml
 from millprint.config.mill import MillConfig
-from millprint.config.strict_yaml import read_yaml
 from millprint.dem.case_checks import checked_bodies
 from millprint.dem.packing import capacity, pack_mixture
 from millprint.mill.bodies import Body, inserts_in_vessel

@@ -10,8 +10,7 @@ import datetime
 from pathlib import Path
 
 from millprint.config.checks import stop_on_bad_input
-from millprint.config.setup_models import SETTINGS
-from millprint.config.shaken_models import LeafSpringConfig
+from millprint.config.setup_models import SETTINGS, LeafSpringConfig
 from millprint.run.files import read_table
 from millprint.validation.waiting import LEAF_SPRING, TABLE, digest_of_file, fix_rows, fix_waiting, swing_rows
 

@@ -23,7 +23,7 @@ from millprint.atlas.simulate_rows import case_of
 from millprint.config.sweep import DemConfig
 from millprint.dem.run import run_case
 from millprint.run.files import read_json, whole_file
-from millprint.view.snapshots import Snapshots
+from millprint.view.frames import Snapshots
 
 OUTPUT = Path(__file__).parents[1] / "docs/turns.json"
 RECORDED, MOST_BALLS, SEED = 10, 200, 11

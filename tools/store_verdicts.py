@@ -18,7 +18,7 @@ from typing import Any
 import pandas as pd
 
 from millprint.config.checks import stop_on_bad_input
-from millprint.config.strict_yaml import read_yaml
+from millprint.config.load import read_yaml
 from millprint.estimate.judge import AGREES, DIFFERS, OPEN, VERDICTS
 from millprint.run.files import read_table, write_table
 from millprint.run.tables import Text, read_measured

@@ -32,8 +32,7 @@ from millprint.config.included import load_mill
 from millprint.config.mill import MillConfig
 from millprint.config.section import descriptions_on_a_line, kind_of, nested_models, on_a_line, sections
 from millprint.config.workflow import ChapterSections, WorkflowConfig
-from millprint.explorer.content import Machine, explorer_content, mill_content
-from millprint.explorer.page import explorer_page
+from millprint.explorer.content import Machine, explorer_content, explorer_page, mill_content
 from millprint.fingerprint.condition_search import simulated_request
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import find_ready_made, ready_made

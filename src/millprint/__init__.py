@@ -36,8 +36,8 @@ OFFERED = {
     "Fingerprint": "fingerprint.model",
     "Prediction": "fingerprint.model",
     "Condition": "observables.condition",
-    "compare": "fingerprint.comparison",
-    "match": "fingerprint.comparison",
+    "compare": "fingerprint.match_words",
+    "match": "fingerprint.match_words",
 }
 __all__ = [*OFFERED]
 

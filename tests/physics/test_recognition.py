@@ -129,6 +129,7 @@ def hollow(name: str, radius: float) -> Hollow:
     return Hollow(name, pieces, 1.2 * radius)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "radius", "decimals"), [("circle", 15, 3), ("turned", 6, 2), ("circle", 40, None), ("stadium", 20, None)]
 )
@@ -147,6 +148,7 @@ def test_a_shallow_cone_whose_facets_were_merged_goes_all_the_way_round(in_proje
     assert [curve.kind for curve in found.curves].count("cone") == 3 and not any(curve.part for curve in found.curves)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [300225, 400017])
 def test_a_file_with_too_few_decimals_stays_flat_and_says_so(in_project, seed):
     """Two hundred small pieces of it seem to be round; a floor that was made tangent to one goes back to its place."""

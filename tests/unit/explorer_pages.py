@@ -7,8 +7,7 @@ import numpy as np
 from millprint.config.dose import HeatConfig
 from millprint.dose.heat_balance import HeatSource, heat_tables
 from millprint.dose.spectra import tabulate_spectra
-from millprint.explorer.content import Heat, Machine, Spectra, explorer_content, mill_content
-from millprint.explorer.page import explorer_page
+from millprint.explorer.content import Heat, Machine, Spectra, explorer_content, explorer_page, mill_content
 from millprint.fingerprint.condition_search import simulated_request
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint

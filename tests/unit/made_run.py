@@ -6,7 +6,7 @@ from pathlib import Path
 
 import yaml
 
-from millprint.provenance.crate_files import write_crate
+from millprint.provenance.crate import write_crate
 from millprint.provenance.lineage import METADATA, read_jobs
 from millprint.run.output_digests import write_record
 

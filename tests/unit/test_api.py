@@ -3,7 +3,7 @@
 import pytest
 
 import millprint
-from millprint.fingerprint.comparison import COMPARED
+from millprint.fingerprint.match_words import COMPARED
 from millprint.observables.definitions import DESCRIPTOR_SETS
 from tests.conftest import ROOT
 from tests.unit.synthetic_mill import VOLUME, descriptors, fingerprint

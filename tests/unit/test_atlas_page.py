@@ -14,7 +14,7 @@ from millprint.atlas.page.atlas_page import atlas_content, atlas_page
 from millprint.atlas.page.written_formulas import Name
 from millprint.config.errors import ConfigError
 from millprint.estimate.estimates import Estimate, Interval, ratio_of
-from millprint.fingerprint.match_target import verdict_on
+from millprint.fingerprint.condition_search import verdict_on
 from millprint.run.files import read_json
 from tests.browser import DESKTOP, PHONE, needs_browser
 from tests.conftest import ROOT

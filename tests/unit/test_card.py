@@ -11,9 +11,8 @@ from tools.write_reference import card_schema_text
 
 from millprint.card.card_files import bibtex, escape, latex_table, methods_paragraph
 from millprint.card.card_model import MillingCard
-from millprint.card.match import match_card
 from millprint.card.parts import Window, descriptors_of_totals, jackknife, spread
-from millprint.card.read import read_card
+from millprint.card.read import match_card, read_card
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import SearchConfig
 from millprint.config.sweep import ball_count

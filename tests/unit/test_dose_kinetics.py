@@ -9,8 +9,22 @@ import pytest
 
 from millprint.cli.commands import main as millprint
 from millprint.config.errors import ConfigError
-from millprint.dose.energy_doses import AXES, HITS, NORMAL, TANGENTIAL, TOTAL, doses, own_doses
-from millprint.dose.kinetics import MODELS, NO_EFFECT, aicc, fit_kinetics, fit_law, said_of_dose, shear_worth
+from millprint.dose.kinetics import (
+    AXES,
+    HITS,
+    MODELS,
+    NO_EFFECT,
+    NORMAL,
+    TANGENTIAL,
+    TOTAL,
+    aicc,
+    doses,
+    fit_kinetics,
+    fit_law,
+    own_doses,
+    said_of_dose,
+    shear_worth,
+)
 from millprint.thesis.curves.regimes import curve_of, powder_of_ball, screening_doses
 from tests.unit.synthetic_mill import fingerprint
 

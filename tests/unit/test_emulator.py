@@ -10,9 +10,13 @@ from millprint.config.uncertainty import (
     PARAMETERS,
     MeasuredSection,
 )
-from millprint.uncertainty.emulator import Emulator, draw, quality, saltelli_shares, sobol_indices
 from millprint.uncertainty.samples import (
+    Emulator,
     Space,
+    draw,
+    quality,
+    saltelli_shares,
+    sobol_indices,
     variable_of,
 )
 

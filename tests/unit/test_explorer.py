@@ -10,8 +10,7 @@ from millprint.api import read_fingerprint
 from millprint.config.fingerprint import InverseConfig, SearchConfig
 from millprint.config.yields import AveragingConfig, PredictionConfig
 from millprint.estimate.estimates import columns_of
-from millprint.explorer.content import Machine, explorer_content, mill_content, sliders
-from millprint.explorer.page import explorer_page
+from millprint.explorer.content import Machine, explorer_content, explorer_page, mill_content, sliders
 from millprint.fingerprint import processes
 from millprint.fingerprint.bands import checked_factors
 from millprint.fingerprint.condition_search import rank_conditions, target_at

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from millprint.config.charge import BallMixture
-from millprint.explorer.content import Machine, explorer_content, mill_content
-from millprint.explorer.page import explorer_page
+from millprint.explorer.content import Machine, explorer_content, explorer_page, mill_content
 from millprint.fingerprint.condition_search import rank_conditions, simulated_request
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from millprint.config.errors import ConfigError
-from millprint.dose.energy_doses import DOSE_OF, HITS, doses_of
+from millprint.dose.kinetics import DOSE_OF, HITS, doses_of
 from millprint.dose.spectra import CHANNELS, PAIRS
 from millprint.explorer import content as tables_of_page
 from millprint.explorer.content import Spectra, spectra_content

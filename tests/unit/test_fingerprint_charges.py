@@ -18,10 +18,9 @@ from millprint.config.sweep import ball_count
 from millprint.fingerprint.condition_search import match_targets, target_of
 from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.descriptors import read_descriptors, tabulate_descriptors
-from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
+from millprint.fingerprint.mill_collapse import tabulate_mill_collapse, tabulate_scale_up
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import charges_of
-from millprint.fingerprint.scale_up import tabulate_scale_up
 from millprint.observables.definitions import DESCRIPTOR_SETS, TARGET_DESCRIPTORS
 from millprint.run.files import write_table
 from millprint.thesis.curves.scaling import fit_exponents, tabulate_counting_rules

@@ -18,10 +18,9 @@ from millprint.config.fingerprint import MatchConfig
 from millprint.config.load import check_model
 from millprint.estimate.estimates import Estimate, Interval, columns_of, ratio_of
 from millprint.fingerprint.bands import checked_factors
-from millprint.fingerprint.comparison import match
-from millprint.fingerprint.condition_search import match_targets, rank_conditions
+from millprint.fingerprint.condition_search import match_targets, rank_conditions, verdict_on
 from millprint.fingerprint.descriptors import tabulate_descriptors
-from millprint.fingerprint.match_target import verdict_on
+from millprint.fingerprint.match_words import match
 from millprint.fingerprint.model import Fingerprint
 from millprint.observables.condition import Condition
 from millprint.observables.definitions import descriptors_of, scaled_quantities

@@ -26,12 +26,19 @@ from millprint.config.mill_sweep import PRECISIONS, MillsConfig, MillSweepConfig
 from millprint.config.uncertainty import UncertaintyConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.fingerprint.descriptors import tabulate_descriptors
-from millprint.fingerprint.mill_collapse import BY_LAW, BY_NONE, BY_OWN, one_row_a_mill, tabulate_mill_collapse
-from millprint.fingerprint.scale_up import compare_run, tabulate_scale_up
+from millprint.fingerprint.mill_collapse import (
+    BY_LAW,
+    BY_NONE,
+    BY_OWN,
+    compare_run,
+    one_row_a_mill,
+    tabulate_mill_collapse,
+    tabulate_scale_up,
+)
 from millprint.mill.bodies import build_bodies, check_volume, travel_m
 from millprint.mill.default_sweep import default_sweep
 from millprint.mill.vessel import build_vessel
-from millprint.view.snapshots import Geometry, body_of_feature
+from millprint.view.frames import Geometry, body_of_feature
 from tests.refusals import refusals
 from tests.unit.synthetic_mill import descriptors, fingerprint, summary
 

@@ -5,10 +5,9 @@ import pytest
 
 from millprint.cli.commands import main
 from millprint.dose.heat_balance import JAR, Balance
-from millprint.own_machine.electric import block_means, power_of_charge
+from millprint.own_machine.prediction import block_means, fit_power, power_of_charge, unit_response, weighted_quantiles
 from millprint.own_machine.readings import TEMPERATURE, append_measured, read_series
 from millprint.own_machine.settings import WattSettings
-from millprint.own_machine.warming import fit_power, unit_response, weighted_quantiles
 from millprint.validation.measured import measured_points, read_measurements
 from tests.refusals import refusals
 from tests.unit.own_readings import correlated, events, write_condition, write_readings

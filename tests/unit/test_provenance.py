@@ -11,8 +11,7 @@ import pytest
 
 from millprint.cli.commands import main as millprint
 from millprint.config.errors import ConfigError
-from millprint.provenance.inside import ADDITIONAL, CHANGED, MISSING, check_folder, places
-from millprint.provenance.lineage import Job, read_jobs, trace
+from millprint.provenance.lineage import ADDITIONAL, CHANGED, MISSING, Job, check_folder, places, read_jobs, trace
 from millprint.run.output_digests import write_record
 from tests.refusals import refusals
 from tests.unit.made_run import CONFIG, JOBS, MILL, RUN, describe_run, keep_record, make_run, write

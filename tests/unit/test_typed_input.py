@@ -9,9 +9,8 @@ from millprint.cli.new_mill import completed, questions, read_template
 from millprint.config.checks import check_given_once
 from millprint.config.errors import ConfigError
 from millprint.config.included import load_mill
-from millprint.config.load import check_model, file_of_key, load_named
+from millprint.config.load import check_model, file_of_key, load_named, parse_yaml
 from millprint.config.mill import MillConfig
-from millprint.config.strict_yaml import parse_yaml
 from millprint.config.wording import SAME_KIND, converted, list_words
 from millprint.config.workflow import WorkflowConfig
 from tests.refusals import refusals

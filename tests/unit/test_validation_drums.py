@@ -9,9 +9,9 @@ import pytest
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
+from millprint.config.load import read_yaml
 from millprint.config.mill import MillConfig
 from millprint.config.setup_models import FILES, setup_cases
-from millprint.config.strict_yaml import read_yaml
 from millprint.config.sweep import DemConfig
 from millprint.run.hdf5 import whole_hdf5
 from millprint.validation import drums

@@ -18,9 +18,9 @@ from millprint.config.sweep import Case, DemConfig, balls_of
 from millprint.dem.run import run_case
 from millprint.mill.wall_features import features_of
 from millprint.run.hdf5 import open_hdf5
-from millprint.view import snapshots as snapshots_module
+from millprint.view import frames as snapshots_module
+from millprint.view.frames import Snapshots
 from millprint.view.paraview import BALL, WALL, export_run
-from millprint.view.snapshots import Snapshots
 from tests.unit.run_samples import BALLS, RADIUS, ell, write_sample
 
 ROOT = Path(__file__).parents[2]

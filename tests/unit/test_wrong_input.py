@@ -15,7 +15,7 @@ from millprint.config.load import check_model, read_yaml
 from millprint.config.surrogate import SurrogateConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.config.yields import YieldConfig
-from millprint.dose.energy_doses import own_doses
+from millprint.dose.kinetics import own_doses
 from millprint.dose.wear import read_materials
 from millprint.thesis.calibration.drop import read_heights, read_track
 from millprint.thesis.curves.regimes import read_regimes

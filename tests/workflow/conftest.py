@@ -17,7 +17,7 @@ from millprint.checks.before_running import check_before_running
 from millprint.checks.check_once import PASSED
 from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError
-from millprint.config.strict_yaml import read_yaml
+from millprint.config.load import read_yaml
 from millprint.run import kernel
 from millprint.thesis.chapter_checks import chapter_faults
 from tests.conftest import ROOT

@@ -5,7 +5,7 @@ import os
 import pytest
 
 from millprint.config.errors import ConfigError
-from millprint.config.strict_yaml import DEEPEST, read_yaml
+from millprint.config.load import DEEPEST, read_yaml
 from tests.refusals import refusals
 from tests.workflow.conftest import CONFIG, error_lines, run_snakemake
 

@@ -9,7 +9,7 @@ import trimesh
 from millprint.checks import check_once
 from millprint.config.checks import load_workflow
 from millprint.config.errors import LONGEST_LINE, ConfigError
-from millprint.config.strict_yaml import read_yaml
+from millprint.config.load import read_yaml
 from tests.refusals import refusals
 from tests.workflow.conftest import CONFIG, edit_yaml, error_lines, run_snakemake
 

@@ -16,10 +16,8 @@ from millprint.cli.commands import main as millprint
 from millprint.cli.warm import balance_of_1_W
 from millprint.dose.heat_balance import BODIES
 from millprint.estimate.judge import judge
-from millprint.own_machine.electric import power_of_charge
-from millprint.own_machine.prediction import predicted_power, read_condition
+from millprint.own_machine.prediction import fit_power, power_of_charge, predicted_power, read_condition, unit_response
 from millprint.own_machine.settings import WarmSettings, WattSettings
-from millprint.own_machine.warming import fit_power, unit_response
 from millprint.run.files import read_json
 from tests.refusals import refusals
 from tests.workflow.conftest import ROOT, active_environment, error_lines, run_snakemake

@@ -8,7 +8,7 @@ from urllib.parse import unquote
 
 import pytest
 
-from millprint.provenance.inside import check_folder
+from millprint.provenance.lineage import check_folder
 from tests.crates import faults_of
 from tests.workflow.conftest import run_snakemake
 

@@ -1,8 +1,6 @@
-"""The pages of docs/: they build without a warning, every link leads somewhere, no page needs a network, and the
-commands of the first hour do what it says."""
+"""The pages of docs/: they build without a warning, every link leads somewhere, and no page needs a network."""
 
 import re
-import shutil
 import subprocess
 import sys
 from dataclasses import dataclass, field
@@ -10,15 +8,11 @@ from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlparse
 
-import pandas as pd
 import pytest
 
-from millprint import take_fingerprint
-from millprint.config.strict_yaml import read_yaml
 from tests.browser import PHONE, needs_browser
 from tests.conftest import ROOT
-from tests.workflow.conftest import active_environment, edit_yaml
-from tests.workflow.handbook import block_lines
+from tests.workflow.conftest import active_environment
 
 # The options are those of `make docs`.
 OPTIONS = re.search(r"sphinx-build (.*) docs docs/_build$", (ROOT / "Makefile").read_text(), re.MULTILINE)[1].split()
@@ -151,90 +145,3 @@ def test_page_is_accessible_and_needs_no_network(site, browser, name):
         page.resize(PHONE, 800)
         assert page.measure()["beyond"] <= 0
         assert page.errors == [] and page.outside_requests() == []
-
-
-FIRST_HOUR = (ROOT / "docs/first_hour.md").read_text()
-# Installing has been done where a test runs; test_readme.py looks whether make knows the target.
-DONE_BEFORE = ["make install", "source .venv/bin/activate"]
-
-
-# Its jobs are those of the planetary mill, so it is only planned; its simulations are made by the library.
-MIXER = "millprint fingerprint config/first_hour/mixer.yaml"
-
-
-def fingerprint_of_the_mixer(project: Path, folder: Path) -> None:
-    """What the run of the mixer mill would leave for the match, simulated in `folder`."""
-    run = read_yaml(project / "config/first_hour/mixer.yaml")
-    take_fingerprint(run["mill"], *run["contacts"], folder=folder, sweep=run["sweep"])
-    place = project / run["results"] / "mills/mixer"
-    place.mkdir()
-    shutil.copy(folder / "fingerprint.json", place)
-
-
-@pytest.fixture(scope="module")
-def first_hour(smoke_project, tmp_path_factory) -> dict[str, str]:
-    """What each command of the first hour prints. They run in order, in a project whose kernels are compiled."""
-    shutil.rmtree(smoke_project / "results/first_hour", ignore_errors=True)
-    planetary = smoke_project / "config/first_hour/planetary.yaml"
-    # One new simulation for the coverage of the bands, instead of eight.
-    edit_yaml(planetary, "mills", value={**read_yaml(planetary)["mills"], "held_out": 1})
-    lines = block_lines(FIRST_HOUR)
-    assert lines[:2] == DONE_BEFORE and MIXER in lines
-    printed = {}
-    for line in lines[2:]:
-        command = f"{line} --dry-run" if line == MIXER else line
-        done = subprocess.run(
-            ["bash", "-c", re.sub("^millprint", f"{sys.executable} -m millprint.cli", command)],
-            cwd=smoke_project,
-            env=active_environment(),
-            capture_output=True,
-            text=True,
-            timeout=300,
-        )
-        assert done.returncode == 0, f"{line}\n{done.stdout[-3000:]}{done.stderr[-3000:]}"
-        if line == MIXER:
-            fingerprint_of_the_mixer(smoke_project, tmp_path_factory.mktemp("mixer"))
-        printed[line] = done.stdout
-    return printed
-
-
-def test_the_first_hour_writes_the_files_that_it_names(first_hour, smoke_project):
-    folder = smoke_project / "results/first_hour/mills/planetary"
-    named = set(re.findall(r"`(?:results/first_hour/mills/planetary/)?(\w+\.(?:png|pdf|tsv))`", FIRST_HOUR))
-    assert {"geometry.png", "motion.png", "fingerprint.pdf", "descriptors.tsv"} <= named
-    assert all((folder / name).stat().st_size > 0 for name in named)
-
-
-def test_the_numbers_of_the_first_hour_are_those_of_its_run(first_hour, smoke_project):
-    """Within what the page rounds, and what another machine's rounding makes of chaotic motions."""
-    folder = smoke_project / "results/first_hour/mills/planetary"
-    sheet = pd.read_csv(folder / "fingerprint.tsv", sep="\t").drop_duplicates("quantity").set_index("quantity")["value"]
-    told = {
-        "weighted normal energy E*n": (r"([\d.]+) mJ by compression", 1e-3),
-        "weighted tangential energy E*t": (r"([\d.]+) mJ by shear", 1e-3),
-        "weighted normal frequency f*n": (r"about (\d+) collisions a second", 1),
-        "weighted tangential frequency f*t": (r"about (\d+) of the second", 1),
-        "normal power": (r"([\d.]+) W by compression", 1),
-        "tangential power": (r"([\d.]+) W by shear", 1),
-        "wall power per ball: of speed": (r"speed to the power of ([\d.]+)", 1),
-    }
-    for quantity, (pattern, unit) in told.items():
-        (number,) = re.findall(pattern, " ".join(FIRST_HOUR.split()))
-        assert unit * float(number) == pytest.approx(sheet[quantity], rel=0.25), quantity
-
-
-def test_the_match_of_the_first_hour_has_the_columns_that_the_page_explains(first_hour):
-    *_, printed = first_hour.values()
-    explained = re.findall(r"^\| (`.*?) \|", FIRST_HOUR, re.MULTILINE)
-    columns = [column for cell in explained for column in re.findall(r"`([^`]+)`", cell)]
-    assert len(columns) == 8 and all(column in printed for column in columns), printed
-    rows = [line for line in printed.splitlines() if re.match(r"\s*\d+\s+10\b", line)]
-    assert rows, printed
-
-
-def test_the_python_of_the_page_on_matching_runs(smoke_project):
-    text = (ROOT / "docs/how_to/match.md").read_text()
-    code = "".join(re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL))
-    check = "power = found.wall_power_W\nassert power.lower < power.value < power.upper and power.contact"
-    done = subprocess.run([sys.executable, "-c", f"{code}{check}"], cwd=smoke_project, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr

@@ -1,6 +1,8 @@
 """The smoke workflow: the real pipeline at small size, from nothing to the table of claims."""
 
 import re
+import subprocess
+import sys
 
 import pandas as pd
 import pytest
@@ -116,6 +118,14 @@ def test_collisions_are_counted_again_from_a_run_as_they_were_in_it(smoke_projec
         for own, recorded in zip(again, summary["collisions"], strict=True):
             numbers = {name: value for name, value in recorded.items() if isinstance(value, int | float)}
             assert {name: own[name] for name in numbers} == pytest.approx(numbers, rel=1e-6)
+
+
+def test_the_python_of_the_page_on_matching_runs(smoke_project):
+    text = (ROOT / "docs/how_to/match.md").read_text()
+    code = "".join(re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL))
+    check = "power = found.wall_power_W\nassert power.lower < power.value < power.upper and power.contact"
+    done = subprocess.run([sys.executable, "-c", f"{code}{check}"], cwd=smoke_project, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
 
 
 def test_the_quick_validation_judges_impacts_and_a_tumbling_mill(smoke_project):

@@ -37,8 +37,8 @@ except ModuleNotFoundError as error:
         "workflow, millprint (pip install git+URL); or use --sdm conda"
     ) from None
 
-from millprint.config.sources import Sources
-from millprint.config.strict_yaml import read_yaml
+from millprint.config.load import Sources
+from millprint.config.load import read_yaml
 from millprint.config.identity import contact_identity, dem_identity, identity, mill_identity, shared_identity
 from millprint.run.ending import OneLineAJob, failure_lines, given_run, stop_timers, success_lines
 from millprint.config.errors import ConfigError

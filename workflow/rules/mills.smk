@@ -260,7 +260,7 @@ EXPLORED_WITH = {
     "descriptors": CONFIG.fingerprint.descriptors,
     "heat": CONFIG.dose.heat.model_dump(mode="json"),
 }
-# What a page takes from each mill, by the names of `millprint.explorer.page`.
+# What a page takes from each mill, by the names of `millprint.explorer.content`.
 OF_MILL = {
     "spectra": rules.describe_mill.output.spectra,
     "summary": rules.describe_mill.output.spectra_summary,

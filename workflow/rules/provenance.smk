@@ -2,7 +2,7 @@
 
 from os.path import relpath
 
-from millprint.config.sources import CONTACT_FOLDER, MILL_FOLDER
+from millprint.config.load import CONTACT_FOLDER, MILL_FOLDER
 
 
 rule build_gallery:

@@ -11,7 +11,7 @@ import numpy as np
 from millprint.atlas.atlas_model import HITS, PREDICTED, KindModel, combined, inputs_of, read_model
 from millprint.atlas.kind_groups import MOST_BALLS, PACKED, SETTINGS, Kind, Values, within_limits
 from millprint.config.errors import ConfigError
-from millprint.config.sources import shipped
+from millprint.config.load import shipped
 from millprint.estimate.estimates import Estimate, Interval
 
 MODEL = "config/atlas/model.json"

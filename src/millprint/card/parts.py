@@ -36,8 +36,8 @@ from millprint.config.card import CardProgrammeSection, Experiment
 from millprint.config.counting import CountingRule, recorded_count
 from millprint.config.dose import ChargeConfig, JarSection
 from millprint.dem.collisions import kept_by, strongest, turns_of
-from millprint.dose.energy_doses import doses_of
 from millprint.dose.heat_balance import BODIES, TIMES, heat_tables, mean_of, read_source
+from millprint.dose.kinetics import doses_of
 from millprint.dose.spectra import BOTH, read_contacts, tabulate_spectra
 from millprint.dose.wear import FEWEST_HELD, PROBABILITY, mean_conditions, predict_wear, tabulate_sliding
 from millprint.estimate.estimates import Estimate, Interval, factor_of, parts_of

@@ -15,9 +15,9 @@ from millprint.cases.table import CaseTable, Why, own_cases
 from millprint.config.checks import collect_cases, stop_on_bad_input
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
+from millprint.config.load import MILL_FOLDER
 from millprint.config.mill import MillConfig
 from millprint.config.motion_kinds import PlanetaryMotion
-from millprint.config.sources import MILL_FOLDER
 from millprint.config.sweep import Case, overridden
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.case_checks import check_ball_size, check_mixtures, check_room, check_step_and_cost, checked_bodies

@@ -13,8 +13,8 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from millprint.config.contact_set import ContactConfig
+from millprint.config.load import named_files
 from millprint.config.mill import MillConfig
-from millprint.config.sources import named_files
 from millprint.config.workflow import WorkflowConfig
 from millprint.run.digest import PACKAGE, program_digest
 

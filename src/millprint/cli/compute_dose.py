@@ -27,8 +27,17 @@ def main(arguments: list[str], name: str = "dose") -> None:
     parser.add_argument("--out", type=Path, help="TSV file for the doses")
     options = parser.parse_args(arguments)
     from millprint.config.included import SOURCES
-    from millprint.dose.energy_doses import DOSE_OF, HITS, TIME, YIELD, own_doses
-    from millprint.dose.kinetics import FEWEST_RUNS, fit_kinetics, said_of_dose, said_of_shear
+    from millprint.dose.kinetics import (
+        DOSE_OF,
+        FEWEST_RUNS,
+        HITS,
+        TIME,
+        YIELD,
+        fit_kinetics,
+        own_doses,
+        said_of_dose,
+        said_of_shear,
+    )
     from millprint.fingerprint.model import Fingerprint
     from millprint.fingerprint.readers import find_fingerprint
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from millprint.cli.commands import PIPE
 from millprint.config.errors import ConfigError
-from millprint.config.strict_yaml import read_yaml
+from millprint.config.load import read_yaml
 from millprint.config.wording import close_to
 
 YAML = (".yaml", ".yml")
@@ -33,7 +33,7 @@ def settings_of(mill: str) -> list[str]:
     Raises ConfigError, in one line, for anything else.
     """
     from millprint.config.included import included_mills
-    from millprint.config.sources import MILL_FOLDER
+    from millprint.config.load import MILL_FOLDER
 
     if Path(mill).suffix in SHAPES:
         raise ConfigError(f"{mill}: is the shape of a jar; `millprint new stl --set path={mill}` makes a mill of it")

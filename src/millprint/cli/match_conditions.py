@@ -77,7 +77,7 @@ def shown(rows: pd.DataFrame, asked: Sequence[str], hours: float = 1.0, interval
     """
     import pandas as pd
 
-    from millprint.fingerprint.match_target import variables_in_words
+    from millprint.fingerprint.condition_search import variables_in_words
     from millprint.fingerprint.match_words import compared_sign, interval_in_words, speed_in_words
 
     table = {}
@@ -261,8 +261,7 @@ def located(mills: list[str], results: str) -> list[Path]:
 
 def match_from_card(options: argparse.Namespace) -> None:
     """Rank the settings of a mill by how near they come to a card; print them with what is lost."""
-    from millprint.card.match import match_card
-    from millprint.card.read import read_card
+    from millprint.card.read import match_card, read_card
     from millprint.fingerprint.model import Fingerprint
 
     card = read_card(options.card)

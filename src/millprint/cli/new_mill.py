@@ -22,10 +22,9 @@ from millprint.cli.engine import cores, run_workflow
 from millprint.config.charge import fill_of
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
-from millprint.config.load import check_model, load_named
+from millprint.config.load import check_model, load_named, parse_yaml
 from millprint.config.mill import MillConfig
 from millprint.config.rows import PLAIN
-from millprint.config.strict_yaml import parse_yaml
 from millprint.config.sweep import overridden
 from millprint.config.wording import close_to
 from millprint.run.files import whole_file
@@ -187,7 +186,7 @@ def warnings_of(mill: MillConfig, contact: ContactConfig) -> list[str]:
 def run_text(name: str, contact: str) -> str:
     """The text of the run's file, which names what was assumed."""
     from millprint.config.included import load_contact
-    from millprint.config.sources import MILL_FOLDER
+    from millprint.config.load import MILL_FOLDER
 
     assumed = (
         "assumed: steel balls with the powder of a thesis (NaBO2.4H2O and MgH2); yours is not known"
@@ -238,7 +237,7 @@ def kind_asked() -> str:
 def contact_asked(chosen: str | None, quiet: bool) -> str:
     """The contact set of the balls: chosen, asked, or the default. Raises ConfigError for an unknown one."""
     from millprint.config.included import included_contacts
-    from millprint.config.sources import CONTACT_FOLDER
+    from millprint.config.load import CONTACT_FOLDER
 
     known = included_contacts()
     while chosen is None and not quiet:
@@ -271,7 +270,7 @@ def main(arguments: list[str], name: str = "new") -> int:
     options = parse(arguments, name)
     from millprint.cli.estimate_condition import lines_of_mill
     from millprint.config.included import included_mills, load_contact
-    from millprint.config.sources import MILL_FOLDER
+    from millprint.config.load import MILL_FOLDER
     from millprint.mill.bodies import build_bodies
     from millprint.mill.wall_words import walls_in_words
 

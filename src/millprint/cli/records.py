@@ -16,8 +16,7 @@ from pathlib import Path
 
 from millprint.cli.commands import parser_of
 from millprint.config.errors import ConfigError
-from millprint.provenance.inside import CRATE, check_folder
-from millprint.provenance.lineage import read_jobs
+from millprint.provenance.lineage import CRATE, check_folder, read_jobs
 from millprint.run import files
 from millprint.run.output_digests import report_damaged, write_record
 
@@ -45,7 +44,7 @@ def verify(results: str) -> int:
 
 def describe(results: str) -> int:
     """Describe everything in a folder."""
-    from millprint.provenance.crate_files import check_finished, read_configuration, recipe_of, targets_of, write_crate
+    from millprint.provenance.crate import check_finished, read_configuration, recipe_of, targets_of, write_crate
 
     folder = Path(results)
     read_configuration(folder)

@@ -72,7 +72,7 @@ def main(arguments: list[str], name: str = "card") -> None:
     from millprint.cases.simulate import simulate_cases
     from millprint.cases.table import animated_case, own_cases
     from millprint.config.included import SOURCES
-    from millprint.config.sources import CONTACT_FOLDER, MILL_FOLDER
+    from millprint.config.load import CONTACT_FOLDER, MILL_FOLDER
     from millprint.config.workflow import WorkflowConfig
     from millprint.dem.compilation import compile_kernels
 

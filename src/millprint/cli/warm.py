@@ -62,9 +62,8 @@ def main(arguments: list[str], name: str = "warm") -> None:
     add_options(parser)
     options = parser.parse_args(arguments)
     from millprint.dose.heat_balance import BODIES
-    from millprint.own_machine.prediction import keep, read_condition, say_power
+    from millprint.own_machine.prediction import fit_power, keep, read_condition, say_power, unit_response
     from millprint.own_machine.readings import TEMPERATURE, read_series
-    from millprint.own_machine.warming import fit_power, unit_response
 
     settings = check_model(given(options, *FLOAT_OPTIONS, "cooling", "body"), WarmSettings, "options")
     condition = read_condition(options.card)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 def blocks_of(path: Path) -> np.ndarray:
     """Means of the blocks of a table of powers [W]."""
-    from millprint.own_machine.electric import BLOCKS, block_means
+    from millprint.own_machine.prediction import BLOCKS, block_means
     from millprint.own_machine.readings import POWER, read_series
 
     table = read_series(path, POWER, 2 * BLOCKS)
@@ -45,8 +45,7 @@ def main(arguments: list[str], name: str = "watt") -> None:
     parser.add_argument("--jars", type=value_of_key(WattSettings, "jars"), help="jars with balls (default: 1)")
     add_options(parser)
     options = parser.parse_args(arguments)
-    from millprint.own_machine.electric import power_of_charge
-    from millprint.own_machine.prediction import keep, predicted_power, read_condition, say_power
+    from millprint.own_machine.prediction import keep, power_of_charge, predicted_power, read_condition, say_power
 
     low, high = options.efficiency
     asked = {"efficiency_low": low, "efficiency_high": high, **given(options, "jars")}

@@ -11,13 +11,21 @@ from millprint.config.card import Experiment, read_experiments
 from millprint.config.charge import chosen_balls
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
-from millprint.config.load import check_model, check_names_differ, load_named
+from millprint.config.load import (
+    CONTACT_FOLDER,
+    MILL_FOLDER,
+    WORKING_FOLDER,
+    Sources,
+    check_model,
+    check_names_differ,
+    check_paths,
+    load_named,
+    read_yaml,
+)
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import with_fill_ratios
 from millprint.config.rows import read_rows
 from millprint.config.setup_models import SETTINGS
-from millprint.config.sources import CONTACT_FOLDER, MILL_FOLDER, WORKING_FOLDER, Sources, check_paths
-from millprint.config.strict_yaml import read_yaml
 from millprint.config.sweep import Case, expand_sweep
 from millprint.config.wording import close_to
 from millprint.config.workflow import ChapterSections, WorkflowConfig

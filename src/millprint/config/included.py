@@ -4,9 +4,17 @@ from pathlib import Path
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
-from millprint.config.load import Named, check_model, load_named, read_yaml
+from millprint.config.load import (
+    CONTACT_FOLDER,
+    MILL_FOLDER,
+    Named,
+    Sources,
+    check_model,
+    load_named,
+    read_yaml,
+    shipped,
+)
 from millprint.config.mill import MillConfig
-from millprint.config.sources import CONTACT_FOLDER, MILL_FOLDER, Sources, shipped
 
 # A file of the working folder takes the place of an included one of the same name.
 SOURCES = Sources(shipped)

@@ -1,10 +1,13 @@
-"""The data of the explorer: fingerprints of mills, their yields, spectra and temperatures, as plain values."""
+"""The data of the explorer: fingerprints of mills, their yields, spectra and temperatures, as plain values.
+
+The explorer: one HTML file with the fingerprints of mills, which computes in the browser and fetches nothing.
+"""
 
 import hashlib
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 import pandas as pd
@@ -18,7 +21,7 @@ from millprint.dose.heat_balance import BAND, BODIES
 from millprint.dose.spectra import BIN_EDGES, BOTH, CHANNELS, PAIRS
 from millprint.fingerprint import processes
 from millprint.fingerprint.bands import FURTHER, ORIGINS, checked_factors
-from millprint.fingerprint.condition_search import GRID, SOLD_MM
+from millprint.fingerprint.condition_search import GRID, SOLD_MM, simulated_request
 from millprint.fingerprint.descriptors import CHARGE, CONDITION, CONDITION_TEXT, NOTHING
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.predicted_values import KNOWN, OF_COLLISIONS
@@ -28,6 +31,7 @@ from millprint.mill.speed_limits import mill_in_words, wall_acceleration
 from millprint.observables.condition import SCALES, VARIABLES
 from millprint.observables.definitions import DESCRIPTOR_SETS, OWN_CURVES, PREDICTED, TARGET_DESCRIPTORS
 from millprint.run.files import read_table
+from millprint.run.html_pages import embed_files, embed_json, render_page
 
 # What the page needs of the record of an observable.
 ON_PAGE = ("name", "title", "symbol", "unit", "curve", "scale", "adds_up", "matched", "panel", "line")
@@ -321,3 +325,52 @@ def balls_searched(choices: list[float | str]) -> str:
     words = [f"balls of {sizes}\u00a0mm"] if sizes else []
     words += [f"the charge{'s' * (len(charges) > 1)} {', '.join(charges)}"] if charges else []
     return ", ".join(words)
+
+
+FOLDER = Path(__file__).parent
+# In the order of their dependencies.
+SCRIPTS = (
+    *("numerics.js", "fingerprint.js", "yields.js", "match.js", "search.js", "units.js", "mill.js", "conditions.js"),
+    *("elements.js", "charts.js", "logcharts.js", "controls.js", "results.js", "finder.js", "spectra.js", "heat.js"),
+    *("intro.js", "advice.js", "methods.js", "state.js", "page.js"),
+)
+
+
+def explorer_page(content: dict) -> str:
+    """The page with `content` from `millprint.explorer.content.explorer_content`, from which it computes."""
+    return render_page(
+        FOLDER / "page.html",
+        name=content["name"],
+        title=content["mills"][0]["title"],
+        near=f"{content['mills'][0]['search']['near_percent']:g}",
+        style=embed_files(FOLDER, "page.css"),
+        scripts=embed_files(FOLDER, *SCRIPTS),
+        content=embed_json(content),
+    )
+
+
+# The files of a mill, as the inputs of the rules name them.
+EXPLORED = ("fingerprint", "spectra", "summary", "temperatures", "limits")
+
+
+class Settings(TypedDict):
+    """Settings that the tables of a run were made with: the rule to show, heat balance and descriptors."""
+
+    rule: str
+    heat: HeatConfig
+    descriptors: DescriptorSet
+
+
+def simulated_content(mill: dict, files: dict[str, str], settings: Settings) -> dict:
+    """The data of the page for a mill; the search covers everything that was simulated.
+
+    mill: its section as plain values; files: the files of EXPLORED by name.
+    """
+    request = simulated_request(Fingerprint.read(files["fingerprint"]), settings["descriptors"])
+    return mill_content(
+        Machine.of_mill(MillConfig(**mill)),
+        [files["fingerprint"]],
+        request,
+        spectra=Spectra([(files["spectra"], files["summary"])], settings["rule"]),
+        heat=Heat(files["temperatures"], files["limits"], settings["heat"]),
+    )

@@ -1,4 +1,4 @@
-/* What a search asks for, and the one verdict on it, as millprint.fingerprint.match_target. */
+/* What a search asks for, and the one verdict on it, as millprint.fingerprint.condition_search. */
 
 const AGREES = "agrees";
 const OPEN = "open";

@@ -20,8 +20,8 @@ from millprint.config.counting import CountingRule, recorded_count
 from millprint.config.errors import ConfigError
 from millprint.config.identity import WORDS
 from millprint.config.included import load_contact, load_mill, shipped
+from millprint.config.load import MILL_FOLDER, WORKING_FOLDER, Sources
 from millprint.config.mill import MillConfig
-from millprint.config.sources import MILL_FOLDER, WORKING_FOLDER, Sources
 from millprint.config.wording import close_to
 from millprint.dem.collisions import (
     CHANNELS,

@@ -1,23 +1,152 @@
-"""What `warm` and `watt` share: the prediction of a finished card, the verdict, and the user's table."""
+"""What `warm` and `watt` share: the prediction of a finished card, the verdict, and the user's table.
+
+Power in the charge from a wattmeter: with loose balls, less that with the same balls fixed.
+
+Fixed balls have the same mass, so that motor, bearings and air take the same power; only loose balls dissipate. Of
+the additional electric power, the share `efficiency` reaches the balls.
+
+Power from the warming of a jar: the heat balance of `millprint.dose.heat_balance`, turned round.
+
+The balance is linear in the power P, so that a reading is T(t) = T0 + P u(t), where u is the warming by 1 W. What
+nobody knows of the jar (heat transfer inside and outside, where heat is released, heat capacities) is sampled from the
+ranges of `dose.heat`. Each sample has its own best P, and weighs exp(-S / 2 s^2 k): S, sum of squared residuals; s^2,
+variance of the best sample's; k, how many neighbouring residuals tell the same. The interval is that of the weighted P.
+"""
 
 import datetime
 from argparse import Namespace
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from millprint.card.card_model import MillingCard
 from millprint.card.read import read_card
 from millprint.config.errors import ConfigError
-from millprint.estimate.estimates import WIDEST, Estimate, Interval
+from millprint.dose.heat_balance import Balance, solve
+from millprint.estimate.estimates import LEVEL, WIDEST, Estimate, Interval, difference_of
 from millprint.estimate.judge import judge
 from millprint.fingerprint.bands import ORIGINS
 from millprint.own_machine.readings import append_measured
+from millprint.own_machine.settings import WattSettings
 from millprint.run.files import read_json
 from millprint.validation.waiting import POWER, fixed_before
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+# Blocks of a series, each long against the time in which its values forget each other; 10 to 30 are usual (Schmeiser,
+# Operations Research 30 (1982) 556).
+BLOCKS = 10
+
+
+def block_means(time_s: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Means (BLOCKS,) of a series over parts of equal time; a part without a reading raises ValueError."""
+    edges = np.linspace(time_s[0], time_s[-1], BLOCKS + 1)
+    place = np.searchsorted(edges[1:-1], time_s, side="right")
+    counts = np.bincount(place, minlength=BLOCKS)
+    if not counts.all():
+        raise ValueError(f"a tenth of the time without a reading, from {edges[counts.argmin()]:g} s on")
+    return np.bincount(place, weights=values, minlength=BLOCKS) / counts
+
+
+def power_of_charge(loose: np.ndarray, fixed: np.ndarray, settings: WattSettings) -> tuple[Estimate, Estimate]:
+    """Difference of the electric power, and power in the balls of one jar [W]; its interval holds both ranges.
+
+    loose, fixed: means of blocks of the electric power [W] (n,).
+    """
+    electric = difference_of(loose, fixed, "W")
+    low, high = settings.efficiency_low, settings.efficiency_high
+    ends = [end * share for end in electric.ends("repeats") for share in (low, high)]
+    charge = Estimate(electric.value * (low + high) / 2, "W", repeats=Interval(min(ends), max(ends)), how="measured")
+    return electric, charge * (1 / settings.jars)
+
+
+# Samples that must count, so that their quantiles mean something.
+FEWEST_SAMPLES = 50
+# Residuals of more than this many resolutions of the thermometer are not noise.
+LARGEST_RESIDUAL = 3.0
+
+
+@dataclass(frozen=True)
+class Warming:
+    """What a table of temperatures says."""
+
+    power_W: Estimate
+    """power in balls and powder while the mill ran"""
+    model_degC: np.ndarray
+    """temperatures of the best sample at the times of the table (m,)"""
+    begin_K_min: float
+    """its warming at the start [K/min]"""
+    residual_K: float
+    """root mean square of the readings about it"""
+    resolution_K: float
+
+    @property
+    def described(self) -> bool:
+        """Whether the balance describes the readings."""
+        return self.residual_K <= LARGEST_RESIDUAL * self.resolution_K
+
+
+def unit_response(balance: Balance, time_s: np.ndarray, start_s: float, stop_s: float, body: int) -> np.ndarray:
+    """Warming (m, n) of a body at the times by the balance's sources from start to stop; 0 before the start [K].
+
+    balance: with surroundings of 0 degC.
+    """
+    running, end = min(stop_s, time_s[-1]) - start_s, time_s[-1] - start_s
+    phases = [(0.0, running, True), *([(running, end, False)] if end > running else [])]
+    later = time_s[time_s > start_s] - start_s
+    course = solve(balance, phases, np.append(0.0, later))
+    found = np.zeros((len(time_s), len(balance)))
+    found[len(time_s) - len(later) :] = course.temperature_degC[1:, :, body]
+    return found
+
+
+def fit_power(response_K: np.ndarray, time_s: np.ndarray, temperature_degC: np.ndarray, resolution_K: float) -> Warming:
+    """The power that warmed a body, from readings (m,); response_K: `unit_response` of 1 W (m, n)."""
+    centred = response_K - response_K.mean(axis=0)
+    squares = (centred**2).sum(axis=0)
+    over = temperature_degC - temperature_degC.mean()
+    power = over @ centred / squares
+    residual = over[:, None] - power * centred
+    misfit = (residual**2).sum(axis=0)
+    best = int(misfit.argmin())
+    variance = max(misfit[best] / (len(over) - 3), resolution_K**2 / 12)
+    alike = _alike(residual[:, best])
+    weights = _weights((misfit - misfit[best]) / (2 * variance * alike))
+    noise = np.random.default_rng(0).standard_normal(len(power)) * np.sqrt(variance * alike / squares)
+    lower, median, upper = weighted_quantiles(power + noise, weights, [(1 - LEVEL) / 2, 0.5, (1 + LEVEL) / 2])
+    model = temperature_degC.mean() + power[best] * centred[:, best]
+    warms = np.flatnonzero(response_K[:, best] > 0)[:2]
+    begin = np.diff(model[warms])[0] / np.diff(time_s[warms])[0] * 60
+    power_W = Estimate(float(median), "W", repeats=Interval(float(lower), float(upper)), how="measured")
+    return Warming(power_W, model, float(begin), float(np.sqrt(variance)), resolution_K)
+
+
+def _alike(residual: np.ndarray) -> float:
+    """How many neighbouring residuals tell the same: (1 + r) / (1 - r), with the correlation r of neighbours."""
+    total = (residual**2).sum()
+    r = (residual[1:] * residual[:-1]).sum() / total if total else 0.0
+    return float(np.clip((1 + r) / (1 - r), 1.0, len(residual) / 4))
+
+
+def _weights(exponent: np.ndarray) -> np.ndarray:
+    """exp(-exponent) (n,), flattened until FEWEST_SAMPLES count, which widens the interval."""
+    while True:
+        weights = np.exp(-exponent)
+        if weights.sum() ** 2 >= min(FEWEST_SAMPLES, len(weights)) * (weights**2).sum():
+            return weights
+        exponent = exponent / 1.5
+
+
+def weighted_quantiles(values: np.ndarray, weights: np.ndarray, shares: Sequence[float]) -> np.ndarray:
+    """Quantiles of weighted values (n,): the smallest value below which at least the share of the weight lies."""
+    order = np.argsort(values)
+    below = np.cumsum(weights[order]) / weights.sum()
+    return values[order][np.searchsorted(below, np.asarray(shares) * (1 - 1e-12)).clip(0, len(values) - 1)]
+
 
 HOW = "`millprint card card.yaml --out FOLDER` simulates a condition"
 

@@ -22,8 +22,17 @@ from millprint.fingerprint.descriptors import CHARGE
 from millprint.observables.condition import VARIABLES, Condition
 from millprint.observables.definitions import CURVES, LATER_CURVES, PREDICTED
 from millprint.run.progress import progress
-from millprint.uncertainty.emulator import Emulator, draw, quality, saltelli_shares, sobol_indices
-from millprint.uncertainty.samples import FILL, FILLED, Space, contact_values
+from millprint.uncertainty.samples import (
+    FILL,
+    FILLED,
+    Emulator,
+    Space,
+    contact_values,
+    draw,
+    quality,
+    saltelli_shares,
+    sobol_indices,
+)
 
 SET_COLUMNS = [FILL, "quantity", "contact", "factor", "lower_factor", "upper_factor", "inside"]
 

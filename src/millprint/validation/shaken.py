@@ -12,8 +12,16 @@ from millprint.cases.simulate import Values
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.mill import BoxGeometry
-from millprint.config.setup_models import LOSS_EXPONENT, LOST, PLATE_MEAN, PLATE_POWER, SWING
-from millprint.config.shaken_models import LeafSpringConfig, ShakenBoxConfig, ShakenPlateConfig
+from millprint.config.setup_models import (
+    LOSS_EXPONENT,
+    LOST,
+    PLATE_MEAN,
+    PLATE_POWER,
+    SWING,
+    LeafSpringConfig,
+    ShakenBoxConfig,
+    ShakenPlateConfig,
+)
 from millprint.dem.few_balls import FewBalls
 from millprint.dem.laws.registry import step_scale
 from millprint.dem.ledger import check_closure, closure

@@ -16,8 +16,7 @@ import pandas as pd
 from millprint.config.charge import ONE_SIZE
 from millprint.config.dose import HeatConfig
 from millprint.config.included import load_mill, shipped
-from millprint.config.setup_models import SWING
-from millprint.config.shaken_models import LeafSpringConfig
+from millprint.config.setup_models import SWING, LeafSpringConfig
 from millprint.dose.heat_balance import BODIES, ROOM, HeatSource, balance_of, band, programme_phases, sample, solve
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.predicted_values import Prediction

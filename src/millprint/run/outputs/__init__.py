@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from millprint.config.errors import ConfigError
-from millprint.config.strict_yaml import read_yaml
+from millprint.config.load import read_yaml
 
 LISTED = Path(__file__).with_name("outputs.yaml")
 PLACEHOLDER = re.compile(r"\{(\w+)\}")

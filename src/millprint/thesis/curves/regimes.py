@@ -16,8 +16,7 @@ import pandas as pd
 
 from millprint.config.errors import ConfigError
 from millprint.config.sweep import ball_count
-from millprint.dose.energy_doses import TIME, YIELD, doses
-from millprint.dose.kinetics import MODELS
+from millprint.dose.kinetics import MODELS, TIME, YIELD, doses
 from millprint.fingerprint.descriptors import CHARGE, NOTHING, condition_of
 from millprint.fingerprint.descriptors import CONDITION as WITH_CHARGE
 from millprint.observables.condition import Condition, Quantity, power_scale

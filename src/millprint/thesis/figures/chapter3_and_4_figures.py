@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter
 
 from millprint.dem.convergence import SERIES
-from millprint.dose.energy_doses import AXES, HITS, YIELD
+from millprint.dose.kinetics import AXES, HITS, YIELD
 from millprint.figures.style import (
     COLOURS,
     COLUMN_WIDTH_IN,

@@ -43,7 +43,7 @@ from millprint.thesis.fit.jar_search import (
     shaped,
     under_rules,
 )
-from millprint.uncertainty.emulator import Emulator
+from millprint.uncertainty.samples import Emulator
 
 logger = logging.getLogger("millprint")
 

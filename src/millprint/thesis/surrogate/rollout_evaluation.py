@@ -16,8 +16,7 @@ from millprint.config.errors import ConfigError
 from millprint.run.hdf5 import open_hdf5
 from millprint.thesis.surrogate import measures
 from millprint.thesis.surrogate.rollout import RollOut, Scene, Trajectory, simulated
-from millprint.view.frames import VIEWS, Frame, Movie, Stage
-from millprint.view.snapshots import Snapshots
+from millprint.view.frames import VIEWS, Frame, Movie, Snapshots, Stage
 
 SIDES = ("DEM", "surrogate")
 # Position at which an escaped ball is drawn [m]: outside every picture, but a number that every renderer can draw.

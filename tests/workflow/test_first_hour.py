@@ -1,0 +1,114 @@
+"""The first hour of docs/first_hour.md: its commands do what it says."""
+
+import contextlib
+import io
+import re
+import shlex
+import shutil
+import subprocess
+from pathlib import Path
+from unittest.mock import patch
+
+import pandas as pd
+import pytest
+
+from millprint import take_fingerprint
+from millprint.cli import engine
+from millprint.cli.commands import main as millprint
+from millprint.config.load import read_yaml
+from tests.conftest import ROOT
+from tests.workflow.conftest import copy_project, edit_yaml, run_snakemake, share_checks, share_kernels
+from tests.workflow.handbook import block_lines
+
+FIRST_HOUR = (ROOT / "docs/first_hour.md").read_text()
+# Installing has been done where a test runs; test_readme.py looks whether make knows the target.
+DONE_BEFORE = ["make install", "source .venv/bin/activate"]
+
+
+# Its jobs are those of the planetary mill, so it is only planned; its simulations are made by the library.
+MIXER = "millprint fingerprint config/first_hour/mixer.yaml"
+
+
+def fingerprint_of_the_mixer(project: Path, folder: Path) -> None:
+    """What the run of the mixer mill would leave for the match, simulated in `folder`."""
+    run = read_yaml(project / "config/first_hour/mixer.yaml")
+    take_fingerprint(run["mill"], *run["contacts"], folder=folder, sweep=run["sweep"])
+    place = project / run["results"] / "mills/mixer"
+    place.mkdir()
+    shutil.copy(folder / "fingerprint.json", place)
+
+
+@pytest.fixture(scope="module")
+def beginner(tmp_path_factory) -> Path:
+    """A project whose kernels are compiled."""
+    folder = copy_project(tmp_path_factory.mktemp("first_hour") / "millprint")
+    share_kernels(folder)
+    share_checks(folder)
+    return folder
+
+
+def run_line(line: str, project: Path) -> str:
+    """What a line prints. Snakemake runs in a fork of a process that has imported it, whatever command starts it."""
+    program, *words = shlex.split(line)
+    if program == "snakemake":
+        done = run_snakemake(project, *words, timeout=300)
+        assert done.returncode == 0, f"{line}\n{done.stdout[-3000:]}"
+        return done.stdout
+
+    def forked(command: list[str], check: bool) -> subprocess.CompletedProcess:
+        return run_snakemake(project, *command[3:], timeout=300)
+
+    printed = io.StringIO()
+    with contextlib.chdir(project), patch.object(engine.subprocess, "run", forked), contextlib.redirect_stdout(printed):
+        assert program == "millprint" and millprint(words) == 0, line
+    return printed.getvalue()
+
+
+@pytest.fixture(scope="module")
+def first_hour(beginner, tmp_path_factory) -> dict[str, str]:
+    """What each command of the first hour prints. They run in order."""
+    planetary = beginner / "config/first_hour/planetary.yaml"
+    # One new simulation for the coverage of the bands, instead of eight.
+    edit_yaml(planetary, "mills", value={**read_yaml(planetary)["mills"], "held_out": 1})
+    lines = block_lines(FIRST_HOUR)
+    assert lines[:2] == DONE_BEFORE and MIXER in lines
+    printed = {}
+    for line in lines[2:]:
+        printed[line] = run_line(f"{line} --dry-run" if line == MIXER else line, beginner)
+        if line == MIXER:
+            fingerprint_of_the_mixer(beginner, tmp_path_factory.mktemp("mixer"))
+    return printed
+
+
+def test_the_first_hour_writes_the_files_that_it_names(first_hour, beginner):
+    folder = beginner / "results/first_hour/mills/planetary"
+    named = set(re.findall(r"`(?:results/first_hour/mills/planetary/)?(\w+\.(?:png|pdf|tsv))`", FIRST_HOUR))
+    assert {"geometry.png", "motion.png", "fingerprint.pdf", "descriptors.tsv"} <= named
+    assert all((folder / name).stat().st_size > 0 for name in named)
+
+
+def test_the_numbers_of_the_first_hour_are_those_of_its_run(first_hour, beginner):
+    """Within what the page rounds, and what another machine's rounding makes of chaotic motions."""
+    folder = beginner / "results/first_hour/mills/planetary"
+    sheet = pd.read_csv(folder / "fingerprint.tsv", sep="\t").drop_duplicates("quantity").set_index("quantity")["value"]
+    told = {
+        "weighted normal energy E*n": (r"([\d.]+) mJ by compression", 1e-3),
+        "weighted tangential energy E*t": (r"([\d.]+) mJ by shear", 1e-3),
+        "weighted normal frequency f*n": (r"about (\d+) collisions a second", 1),
+        "weighted tangential frequency f*t": (r"about (\d+) of the second", 1),
+        "normal power": (r"([\d.]+) W by compression", 1),
+        "tangential power": (r"([\d.]+) W by shear", 1),
+        "wall power per ball: of speed": (r"speed to the power of ([\d.]+)", 1),
+    }
+    for quantity, (pattern, unit) in told.items():
+        (number,) = re.findall(pattern, " ".join(FIRST_HOUR.split()))
+        assert unit * float(number) == pytest.approx(sheet[quantity], rel=0.25), quantity
+
+
+def test_the_match_of_the_first_hour_has_the_columns_that_the_page_explains(first_hour):
+    *_, printed = first_hour.values()
+    explained = re.findall(r"^\| (`.*?) \|", FIRST_HOUR, re.MULTILINE)
+    columns = [column for cell in explained for column in re.findall(r"`([^`]+)`", cell)]
+    assert len(columns) == 8 and all(column in printed for column in columns), printed
+    rows = [line for line in printed.splitlines() if re.match(r"\s*\d+\s+10\b", line)]
+    assert rows, printed
