@@ -73,7 +73,7 @@ def overview() -> str:
 def main(words: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit status."""
     # Imports make many objects that live to the end; looking for garbage among them takes a sixth of a short command.
-    gc.set_threshold(100_000)
+    gc.set_threshold(3_000_000)
     try:
         status = _run(sys.argv[1:] if words is None else words)
         sys.stdout.flush()

@@ -8,10 +8,11 @@ within a gap are one collision; a collision below a peak force or a time in cont
 lifetimes. The rule is stated with every number.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-import h5py
 import numpy as np
 import pandas as pd
 
@@ -20,6 +21,8 @@ from millprint.dem.layout import COLLISION, ENDED
 from millprint.mill.kernel_columns import names_of
 
 if TYPE_CHECKING:
+    import h5py
+
     # Its module holds kernels, which a reader of finished runs does not need.
     from millprint.dem.recording import Table
 
@@ -44,7 +47,7 @@ CHANNELS = ("normal", "tangential")
 STRONG_SHARE = 0.9
 
 
-def collision_table(contacts: "Table") -> pd.DataFrame:
+def collision_table(contacts: Table) -> pd.DataFrame:
     """The rows that were open in the window, in ROW_NAMES.
 
     first: ball; second: ball, or -1 - patch of the wall; facet: feature of the wall on which the row ended, -1 for two

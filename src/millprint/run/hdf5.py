@@ -1,13 +1,18 @@
 """HDF5 result files, written completely or not at all; reading errors are one line."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-
-import h5py
+from typing import TYPE_CHECKING
 
 from millprint.config.errors import ConfigError
 from millprint.run.files import whole_file
+
+# h5py is imported where a file is opened: it is slow to import, and many commands open none.
+if TYPE_CHECKING:
+    import h5py
 
 
 @contextmanager
@@ -16,6 +21,8 @@ def whole_hdf5(path: str | Path, front: Callable[[bytes], bytes] | None = None) 
 
     HDF5 itself cannot close a file on a full disk: it tries again when the process ends, and crashes it.
     """
+    import h5py
+
     with whole_file(path) as partial:
         with h5py.File(partial.name, "w", driver="core", backing_store=False) as file:
             yield file
@@ -27,6 +34,8 @@ def whole_hdf5(path: str | Path, front: Callable[[bytes], bytes] | None = None) 
 @contextmanager
 def open_hdf5(path: str | Path) -> Iterator[h5py.File]:
     """Open a file of results. Raises ConfigError, in one line, if it or a part of it cannot be read."""
+    import h5py
+
     if not Path(path).is_file():
         raise ConfigError(f"{path}: no such file")
     try:
