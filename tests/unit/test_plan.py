@@ -50,7 +50,7 @@ def test_a_simulation_is_likely_to_take_time_for_its_balls_and_steps():
     assert (grown.processor_s, own.processor_max_s) == (own.processor_s, own.processor_s)
     assert grown.processor_max_s - own.processor_s == pytest.approx((5.0 - CASE.window_s) * 24e6 * LIKELY_BALL_STEP_S)
     # 1,000 collisions of a ball in a second, and 24 balls in 5,000 snapshots.
-    assert own.disk_mb == pytest.approx(24 * 500 * 37e-6)
+    assert own.disk_mb == pytest.approx(24 * 500 * 32e-6)
     assert resources(snapshot_interval_s=1e-4).disk_mb == pytest.approx(own.disk_mb + 24 * 5000 * 38e-6)
     # A table of collisions that is too long is not written.
     assert resources(window_s=400.0).disk_mb == 0

@@ -36,7 +36,7 @@ COLLISIONS_HZ = 1000
 # A run of more collisions keeps no table of them in run.h5.
 COLLISION_ROWS_MAX = 3_000_000
 # In run.h5: a collision of the table, a ball in a snapshot [bytes].
-STORED_COLLISION_BYTES, STORED_SNAPSHOT_BYTES = 37, 38
+STORED_COLLISION_BYTES, STORED_SNAPSHOT_BYTES = 32, 38
 
 
 @dataclass(frozen=True)
