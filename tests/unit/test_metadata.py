@@ -3,7 +3,6 @@
 import re
 import runpy
 import tomllib
-from pathlib import Path
 from unittest import mock
 
 import pytest
@@ -43,24 +42,3 @@ def test_the_paper_cites_what_its_bibliography_has_and_nothing_else():
     entries = re.findall(r"^@\w+\{(\w+),", (ROOT / "paper.bib").read_text(), re.MULTILINE)
     assert len(set(entries)) == len(entries)
     assert set(re.findall(r"@(\w+)", PAPER.split("---", 2)[2])) == set(entries)
-
-
-DOCKERFILE = (ROOT / "Dockerfile").read_text()
-
-
-def test_the_image_copies_files_that_exist():
-    for source in re.findall(r"^COPY (?:--\S+ )*(\S+) ", DOCKERFILE, re.MULTILINE):
-        assert (ROOT / source).exists(), source
-
-
-def test_the_image_runs_a_target_that_exists():
-    (target,) = re.findall(r'^CMD \["make", "(\w+)"\]', DOCKERFILE, re.MULTILINE)
-    assert re.search(rf"^{target}:.*\$\(VENV\)/complete", (ROOT / "Makefile").read_text(), re.MULTILINE)
-    # make takes the environment as installed if these files are there.
-    assert "touch .venv/installed .venv/complete" in DOCKERFILE
-
-
-def test_what_git_ignores_is_not_sent_to_the_builder():
-    ignored = {line.strip("/") for line in (ROOT / ".gitignore").read_text().split() if not line.startswith("!")}
-    left_out = {Path(line).as_posix().removeprefix("**/") for line in (ROOT / ".dockerignore").read_text().splitlines()}
-    assert ignored <= left_out

@@ -8,7 +8,6 @@ from unittest.mock import patch
 
 import pytest
 
-from millprint.run.files import read_table
 from tests.conftest import ROOT
 from tests.mock import mock_snakemake, read_workflow, run_script
 
@@ -57,12 +56,3 @@ def test_an_adapter_runs_by_hand_with_a_mock(settings, monkeypatch, rule, wildca
     run_script(mocked)
     assert all(Path(file).stat().st_size for file in mocked.output)
     assert "done in" in Path(mocked.log[0]).read_text()
-
-
-def test_a_mock_has_what_the_rule_gives(settings, monkeypatch):
-    monkeypatch.chdir(settings)
-    mocked = mock_snakemake("split_screening", [SMOKE])
-    run_script(mocked)
-    parts = [read_table(path) for path in (mocked.output.train, mocked.output.test)]
-    assert [len(part) for part in parts] == [21, 6]
-    assert set(parts[0]["case"]).isdisjoint(parts[1]["case"])

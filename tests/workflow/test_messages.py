@@ -88,10 +88,3 @@ def test_a_plan_says_what_a_run_would_do_and_changes_nothing(project):
     assert "Traceback" not in unknown.stderr
     assert "time  " not in unknown.stdout
     assert state_of(project) == before
-
-
-def test_a_run_that_names_its_mill_says_that_nothing_of_the_configuration_of_the_thesis_is_used(project):
-    given = ("--config", "mill=planetary")
-    done = run_snakemake(project, *given, "--", "results/dem/kernels.json")
-    assert done.returncode == 0, done.stdout[-4000:]
-    assert done.stdout.count("this run names its mill, and uses nothing of config/config.yaml") == 1
