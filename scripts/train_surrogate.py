@@ -10,8 +10,7 @@ from pathlib import Path
 from millprint.config.surrogate import Recipe
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.surrogate.network import choose_device, write_tensors
-from millprint.thesis.surrogate.training import train
+from millprint.thesis.surrogate.network import choose_device, train, write_tensors
 
 
 def main(dataset: str, weights: str, history: str, recipe: Recipe, threads: int) -> None:

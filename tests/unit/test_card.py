@@ -9,9 +9,9 @@ from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
 from tools.write_reference import card_schema_text
 
+from millprint.card.build import Window, descriptors_of_totals, jackknife, spread
 from millprint.card.card_files import bibtex, escape, latex_table, methods_paragraph
 from millprint.card.card_model import MillingCard
-from millprint.card.parts import Window, descriptors_of_totals, jackknife, spread
 from millprint.card.read import match_card, read_card
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import SearchConfig

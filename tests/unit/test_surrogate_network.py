@@ -30,13 +30,16 @@ from millprint.thesis.surrogate.network import (
     InteractionLayer,
     NormalisedNetwork,
     SignedDistanceNetwork,
+    Trainer,
+    draw_epoch,
     feature_statistics,
+    huber,
+    losses,
     read_weights,
     weights_content,
     write_tensors,
 )
 from millprint.thesis.surrogate.rollout import read_trajectory
-from millprint.thesis.surrogate.training import Trainer, draw_epoch, huber, losses
 from tests.conftest import ROOT, configuration
 from tests.unit.surrogate_samples import (
     CONTACTS,

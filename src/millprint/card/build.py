@@ -1,9 +1,24 @@
-"""A card from an experiment and its finished simulations."""
+"""A card from an experiment and its finished simulations.
+
+Parts of a card: the descriptors of its condition, with their intervals from the scatter of its simulations, energy
+spectra, dose, heat and wear.
+
+A simulation scatters because its window is short. This scatter is seen twice: between seeds, and between blocks of
+neighbouring revolutions in one window (delete-a-group jackknife, Kott, J. Official Stat. 17 (2001) 521). Both estimate
+the variance v of the logarithm of a descriptor of one simulation (`variance_of_run`). With k seeds, mean m and
+Student's t for the degrees of freedom of v, a new simulation of the condition falls into
+exp(ln m +- t sqrt(v (1 + 1/k))), and the mean of very many into exp(ln m +- t sqrt(v / k)).
+"""
 
 import hashlib
 import json
+import math
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
+import numpy as np
+import pandas as pd
 from pydantic import BaseModel
 
 from millprint.card.card_files import methods_paragraph, software
@@ -12,27 +27,366 @@ from millprint.card.card_model import (
     SCHEMA_VERSION,
     BallGroup,
     Balls,
+    Bins,
+    BodyHeat,
     CardFingerprint,
     ContactSet,
+    Course,
+    Descriptors,
+    Dose,
+    Heat,
+    Hours,
     Jar,
     Machine,
     MillingCard,
     OverSpeed,
     Powder,
     Programme,
+    Spectrum,
+    Temperature,
+    Wear,
+    WearLoss,
 )
-from millprint.card.parts import describe_runs, dose_part, heat_part, spectra_part, wear_part
 from millprint.card.read import CardSettings, Known, Runs
-from millprint.config.card import Experiment
+from millprint.config.card import CardProgrammeSection, Experiment
 from millprint.config.contact_set import ContactConfig
-from millprint.config.counting import recorded_count
-from millprint.config.dose import JarSection
+from millprint.config.counting import CountingRule, recorded_count
+from millprint.config.dose import ChargeConfig, JarSection
 from millprint.config.mill import MillConfig
 from millprint.config.over_speed import NOMINAL_SPEED_M_S
+from millprint.dem.collisions import kept_by, strongest, turns_of
+from millprint.dose.heat_balance import BODIES, TIMES, heat_tables, mean_of, read_source
+from millprint.dose.kinetics import doses_of
+from millprint.dose.spectra import BOTH, read_contacts, tabulate_spectra
+from millprint.dose.wear import FEWEST_HELD, PROBABILITY, mean_conditions, predict_wear, tabulate_sliding
+from millprint.estimate.estimates import Estimate, Interval, factor_of, parts_of
+from millprint.estimate.quantiles import student_quantile
+from millprint.fingerprint.bands import FURTHER
+from millprint.fingerprint.descriptors import MOTIONS, block_length, tabulate_descriptors, variance_of_run
+from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import check_summary
 from millprint.mill.bodies import build_bodies
 from millprint.mill.wall_words import walls_in_words
+from millprint.observables.definitions import ON_CARD, POWER, POWER_PARTS, SHARE, STATISTICS, with_power
 from millprint.run.kernel import kernel_digest
+
+# Columns for each revolution: energies [J] and sums of squared contact energies [J2] by channel, and the numbers of
+# collisions, of collisions summed over the balls in them, and of strong contacts.
+TOTALS = ("normal", "tangential", "rolling", "normal_square", "tangential_square", "count", "taken_part", "strong")
+NORMAL, TANGENTIAL, ROLLING, NORMAL_SQUARE, TANGENTIAL_SQUARE, COUNT, TAKEN_PART, STRONG = range(len(TOTALS))
+# Descriptors that depend on a number of collisions, and that number.
+COUNTED = {
+    "normal_energy_J": COUNT,
+    "tangential_energy_J": COUNT,
+    "specific_frequency_hz": COUNT,
+    "collisions_of_a_ball_hz": TAKEN_PART,
+    "strong_frequency_hz": STRONG,
+}
+
+
+@dataclass(frozen=True)
+class Window:
+    """What one simulation recorded in each whole revolution.
+
+    totals: TOTALS of each (n, 8); revolution_s: time of one [s]; counted: whether the numbers were counted in each
+    revolution, and are not equal shares of the whole.
+    """
+
+    totals: np.ndarray
+    revolution_s: float
+    balls: int
+    counted: bool
+
+
+def read_window(summary: dict, run_path: str, rule_name: str) -> Window:
+    """The revolutions of a run. Without single contacts in the run, each has an equal share of the collisions."""
+    revolutions = summary["per_revolution"]
+    keys = ("normal_J", "tangential_J", "rolling_J", "normal_square_J2", "tangential_square_J2")
+    energies = [np.asarray(revolutions.get(key, []), dtype=float) for key in keys]
+    number, turn_s = len(energies[0]), 1 / summary["frequency_hz"]
+    rule = recorded_count(summary, rule_name)
+    contacts = read_contacts(run_path)
+    if contacts is None:
+        of_balls = [rule["collisions_of_a_ball_hz"], summary["weighted"]["strong_frequency_hz"]]
+        rates = [rule["frequency_hz"], *(summary["balls"] * rate for rate in of_balls)]
+        counts = [np.full(number, rate * turn_s) for rate in rates]
+    else:
+        own = CountingRule.of_count(rule)
+        merged = contacts.merged(own, summary["frequency_hz"])
+        kept = merged[kept_by(own, merged)]
+        ordered = contacts.ordered("surface")
+        lasting = turns_of(ordered, contacts.begin_s, summary["frequency_hz"])
+        hard = ordered.iloc[strongest(ordered["normal_J"].to_numpy(), lasting)]
+        chosen = [kept, kept[kept["second"] >= 0], hard]
+        alone, both, strong = (_per_turn(each, contacts.begin_s, turn_s, number) for each in chosen)
+        counts = [alone, alone + both, strong]
+    return Window(np.column_stack([*energies, *counts]), turn_s, summary["balls"], contacts is not None)
+
+
+def _per_turn(collisions: pd.DataFrame, begin_s: float, turn_s: float, number: int) -> np.ndarray:
+    """Collisions that begin in each of `number` revolutions."""
+    place = np.floor((collisions["start_s"].to_numpy() - begin_s) / turn_s).astype(int)
+    return np.bincount(place[(place >= 0) & (place < number)], minlength=number).astype(float)
+
+
+def descriptors_of_totals(totals: np.ndarray, time_s: np.ndarray | float, balls: int) -> dict[str, np.ndarray]:
+    """Observables from sums of TOTALS (..., 8) over a time [s]."""
+    normal, tangential, count = (totals[..., place] for place in (NORMAL, TANGENTIAL, COUNT))
+    normal_mean, tangential_mean = totals[..., NORMAL_SQUARE] / normal, totals[..., TANGENTIAL_SQUARE] / tangential
+    return with_power(
+        {
+            "weighted_normal_energy_J": normal_mean,
+            "weighted_tangential_energy_J": tangential_mean,
+            "weighted_normal_frequency_hz": normal / normal_mean / time_s / balls,
+            "weighted_tangential_frequency_hz": tangential / tangential_mean / time_s / balls,
+            "strong_frequency_hz": totals[..., STRONG] / time_s / balls,
+            "collisions_of_a_ball_hz": totals[..., TAKEN_PART] / time_s / balls,
+            "normal_energy_J": normal / count,
+            "tangential_energy_J": tangential / count,
+            "specific_frequency_hz": count / time_s / balls,
+            "normal_power_W": normal / time_s,
+            "tangential_power_W": tangential / time_s,
+            "rolling_power_W": totals[..., ROLLING] / time_s,
+        }
+    )
+
+
+def jackknife(window: Window) -> tuple[dict[str, float], int]:
+    """Variance of the logarithm of each descriptor of a window, and its degrees of freedom; empty for one block.
+
+    Each of g blocks of equal length is left out in turn: v = (g - 1) / g sum (ln x_(j) - mean)^2. Without counts for
+    each revolution, collisions vary as if they were independent.
+    """
+    number = len(window.totals)
+    length = block_length(number) if number >= 2 else 1
+    groups = number // length
+    if groups < 2:
+        return {}, 0
+    blocks = window.totals[: groups * length].reshape(groups, length, len(TOTALS)).sum(axis=1)
+    left = blocks.sum(axis=0) - blocks
+    found = descriptors_of_totals(left, (groups - 1) * length * window.revolution_s, window.balls)
+    # A block without collisions, or without dissipation of a kind, has no logarithm.
+    variances = {
+        name: float((groups - 1) * np.log(values).var()) for name, values in found.items() if (values > 0).all()
+    }
+    if not window.counted:
+        for name, place in COUNTED.items():
+            variances[name] = variances.get(name, 0.0) + 1 / window.totals[:, place].sum()
+    return variances, groups - 1
+
+
+class Halves(NamedTuple):
+    """Half the widths of the bands of a descriptor's logarithm, for a new simulation and for the mean."""
+
+    new: float
+    mean: float
+
+
+def spread(
+    windows: list[Window], values: list[dict[str, float]], variances: list[dict[str, float]], probability: float
+) -> dict[str, Halves]:
+    """Half the widths of both bands of each descriptor; empty where there is no estimate.
+
+    windows, values: revolutions and descriptors of each seed; variances: of the logarithms of statistics of collisions,
+    from the same blocks.
+    """
+    seeds = len(windows)
+    within = [(found | own, freedom) for (found, freedom), own in zip(map(jackknife, windows), variances, strict=True)]
+    found = {}
+    for name in values[0]:
+        if min(own[name] for own in values) <= 0:
+            continue
+        inside = [(known[name], freedom) for known, freedom in within if name in known]
+        run = variance_of_run([float(np.log(own[name])) for own in values], inside)
+        if run is not None:
+            quantile = float(student_quantile(0.5 + probability / 2, run.freedom))
+            found[name] = Halves(
+                *(quantile * float(np.sqrt(run.variance * share)) for share in (1 + 1 / seeds, 1 / seeds))
+            )
+    return found
+
+
+COURSE = ["lower_degC", "median_degC", "upper_degC"]
+TIMES_OF_CYCLE, MOST_TIMES = 10, 400
+READ_OFF = ("collisions_hz", "power_W", "power_share", "mean_J", "median_J", "half_power_J")
+
+
+def _number(value: float) -> float | None:
+    """A number, or None for one that is not finite."""
+    return float(value) if np.isfinite(value) else None
+
+
+def spectra_part(summaries: list[dict], paths: list[str], settings: CardSettings) -> tuple[list[Spectrum], str]:
+    """The spectra by channel and pair, and the reason if there are none."""
+    runs = list(zip(paths, summaries, strict=True))
+    bins, rows = tabulate_spectra(runs, [settings.counting_rule])
+    found = []
+    for row in rows.to_dict("records"):
+        if row["note"] == row["note"] and row["note"]:
+            return [], row["note"]
+        if row["pair"] == BOTH:
+            continue
+        own = bins[(bins["channel"] == row["channel"]) & (bins["pair"] == row["pair"])]
+        found.append(
+            Spectrum(
+                channel=row["channel"],
+                pair=row["pair"],
+                **{name: _number(row[name]) for name in READ_OFF},
+                bins=Bins(**{name: [_number(value) for value in own[name]] for name in Bins.model_fields}),
+            )
+        )
+    return found, ""
+
+
+def dose_part(descriptors: Descriptors, balls: Balls, powder: Powder, programme: Programme) -> Dose:
+    """Energy and hits of a gram of powder, with the relative intervals of powers and frequency."""
+    rate = replace(descriptors.wall_power_W * (1 / powder.mass_g), unit="W/g")
+    return Dose(**doses_of(descriptors, balls.number, programme.milling_h, powder.mass_g), rate_W_g=rate)
+
+
+def _temperature(row: pd.Series, name: str) -> Temperature:
+    return Temperature(**{end: float(row[f"{name}_{end}"]) for end in Temperature.model_fields})
+
+
+def times_of(programme: CardProgrammeSection) -> int:
+    """Number of times with temperatures: enough to show each of up to about forty cycles."""
+    cycles = 60 * programme.duration_h / programme.cycle_min if programme.pause_min else 0.0
+    return max(TIMES, 1 + min(MOST_TIMES, round(TIMES_OF_CYCLE * cycles)))
+
+
+def heat_part(
+    experiment: Experiment, jar: JarSection, powder: Powder | None, runs: Runs, settings: CardSettings
+) -> Heat:
+    """Temperatures of the experiment; over time only with a programme."""
+    programme = experiment.programme
+    own = settings.dose.heat.model_copy(
+        update={
+            "jars": {experiment.mill: jar},
+            "powder_mass_g": powder.mass_g if powder else None,
+            **({"programme": programme} if programme else {}),
+        }
+    )
+    summaries = [path.replace("run.h5", "summary.json") for path in runs.paths]
+    source = mean_of([read_source(*pair) for pair in zip(summaries, runs.paths, strict=True)])
+    tables = heat_tables(own, experiment.mill, [source], times=times_of(programme) if programme else TIMES)
+    limits, course = tables.limits.iloc[0], tables.temperatures
+    bodies = {
+        name: BodyHeat(
+            steady_degC=_temperature(limits, f"{name}_steady_degC"),
+            peak_degC=_temperature(limits, f"{name}_peak_degC") if programme else None,
+        )
+        for name in BODIES
+    }
+    by_body = {f"{name}_degC": course[course["body"] == name] for name in BODIES}
+    temperatures = {
+        name: [Temperature(lower=low, median=mid, upper=up) for low, mid, up in rows[COURSE].to_numpy().tolist()]
+        for name, rows in by_body.items()
+    }
+    return Heat(
+        probability=own.probability,
+        power_W=float(limits["total_W"]),
+        **bodies,
+        limit_body=own.limit.body,
+        limit_degC=own.limit.temperature_degC,
+        time_to_limit_h=Hours(**{end: _number(limits[f"time_to_limit_h_{end}"]) for end in Hours.model_fields}),
+        course=Course(time_h=by_body["balls_degC"]["time_h"].tolist(), **temperatures) if programme else None,
+    )
+
+
+def wear_part(
+    balls: Balls, powder: Powder | None, programme: Programme | None, runs: Runs, settings: CardSettings, known: Known
+) -> tuple[Wear | None, str]:
+    """Wear of the balls and iron in the powder, or the reason why it is not known."""
+    for name, given in (("powder", powder), ("programme", programme), ("material of the balls", balls.material)):
+        if not given:
+            return None, f"no {name} is given"
+    if known.wear is None or known.materials is None or powder is None or programme is None:
+        return None, known.why.get("wear", "no fitted wear coefficient")
+    summaries = [path.replace("run.h5", "summary.json") for path in runs.paths]
+    conditions = mean_conditions(tabulate_sliding(list(zip(runs.paths, summaries, strict=True))))
+    charge = ChargeConfig(bpr=powder.ball_to_powder_ratio, time_h=programme.milling_h)
+    factors = known.fingerprint.further.get("contact") if known.fingerprint else None
+    chosen = known.materials.loc[[balls.material]]
+    row = predict_wear(conditions, chosen, [charge], known.wear, factors).iloc[0]
+
+    tested = known.wear["weighings_held_back"] >= FEWEST_HELD
+    ends = "" if tested else "seen_"
+
+    def estimate(name: str) -> WearLoss:
+        return WearLoss(value=row[name], lower=row[f"{ends}lower_{name}"], upper=row[f"{ends}upper_{name}"])
+
+    return Wear(
+        material=balls.material,
+        probability=PROBABILITY if tested else None,
+        wear_g=estimate("wear_g"),
+        iron_percent=estimate("iron_percent"),
+        coefficient=known.wear["coefficient"],
+        coefficient_from=(
+            f"weighings of {known.wear['material']} balls in mill {known.wear['mill']}: "
+            f"{known.wear['weighings_fitted']} fitted, {known.wear['weighings_held_back']} held back"
+        ),
+        note=row["note"],
+    ), ""
+
+
+def describe_runs(
+    runs: Runs, settings: CardSettings, fingerprint: Fingerprint | None
+) -> tuple[Descriptors, dict[str, str], list[str]]:
+    """The descriptors with their intervals, why an interval is not known, and why the bands may be wrong."""
+    rule = settings.counting_rule
+    singles = [tabulate_descriptors([summary], rule) for summary in runs.summaries]
+    each = [_values(single) for single in singles]
+    table = tabulate_descriptors(runs.summaries, rule)
+    value = _values(table)
+    windows = [read_window(*run, rule) for run in zip(runs.summaries, runs.paths, strict=True)]
+    errors = [{own.name: float(single[f"{own.name}_relative_se"].iloc[0]) for own in STATISTICS} for single in singles]
+    variances = [{name: error**2 for name, error in own.items() if np.isfinite(error)} for own in errors]
+    widths = spread(windows, each, variances, settings.interval)
+    missing = {} if widths else dict.fromkeys(("scatter", "mean"), "one simulation of fewer than two turns")
+    fill = float(table["fill_ratio"].iloc[0])
+    factors = {}
+    for origin in FURTHER:
+        if fingerprint is None:
+            missing[origin] = "not analysed"
+        elif reason := fingerprint.missing(fill).get(origin):
+            missing[origin] = reason
+        else:
+            factors[origin] = fingerprint.further[origin].at(table["fill_ratio"].to_numpy())
+    found = {}
+    for name, own in value.items():
+        if not math.isfinite(own):
+            continue
+        known, curve = {}, ON_CARD[name].curve
+        for origin, ends in factors.items():
+            if name == SHARE.name:
+                # The share rises with the ratio of tangential to normal.
+                low, high = (1 / (1 + (1 / own - 1) / end) for end in ends["ratio"][:, 0])
+            else:
+                low, high = own * ends[curve][:, 0] if curve else (math.nan, math.nan)
+            if math.isfinite(low):
+                known[origin] = Interval(float(low), float(high))
+        for origin, half in zip(("scatter", "mean"), widths.get(name, ()), strict=False):
+            if interval := _around(own, half, name):
+                known[origin] = interval
+        found[name] = Estimate(own, ON_CARD[name].unit).having(known)
+    found |= parts_of(found[POWER], {name: found[name] for name in POWER_PARTS})
+    words = table["motion"].iloc[0].split(", ")
+    against = [f"{motion.word}: {motion.meaning}" for motion in MOTIONS.values() if motion.word in words]
+    return Descriptors(**found), missing, against
+
+
+def _around(value: float, half: float, name: str) -> Interval | None:
+    """The interval from half its width in logarithms; a share is at most 1. None if it is not known."""
+    factor = float(factor_of(half))
+    if math.isnan(factor):
+        return None
+    return Interval(lower=value / factor, upper=min(value * factor, 1.0) if name == SHARE.name else value * factor)
+
+
+def _values(table: pd.DataFrame) -> dict[str, float]:
+    """The observables of the one condition of a table."""
+    row = with_power(table.iloc[0])
+    return {name: float(row[name]) for name in ON_CARD}
 
 
 def build_card(
