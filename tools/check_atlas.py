@@ -1,4 +1,4 @@
-"""What the atlas says of itself, against new simulations of training mills; writes tables of config/atlas.
+"""What the atlas reports about itself, against new simulations of training mills; writes tables of config/atlas.
 
     python tools/check_atlas.py seeds       # do rows repeat with another seed within their errors? seeds.tsv
     python tools/check_atlas.py exponents   # do intervals of exponents hold finite differences? exponents.tsv
