@@ -2,6 +2,8 @@
 
 import logging
 import re
+import subprocess
+import sys
 
 import pytest
 from snakemake_interface_logger_plugins.common import LogEvent
@@ -127,3 +129,17 @@ def test_an_unknown_target_is_told_with_the_nearest_one(typed, begin, end):
     )
     assert OneLineAJob(list, lambda: False).filter(said)
     assert said.msg.startswith(f"error: {typed}: {begin}") and said.msg.endswith(end)
+
+
+TIMED = """
+import threading
+from millprint.run.ending import stop_timers_at_the_end
+
+stop_timers_at_the_end()
+threading.Timer(600, print, ["too late"]).start()
+"""
+
+
+def test_no_timer_keeps_a_run_from_its_end():
+    done = subprocess.run([sys.executable, "-c", TIMED], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout == done.stderr == ""

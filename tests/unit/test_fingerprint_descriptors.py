@@ -129,6 +129,10 @@ def test_errors_of_several_seeds_are_by_hand():
     # f90 has those of 3.2 strong collisions of each seed.
     known["f90_se"] = row["f90"] / np.sqrt(3 * 3.2)
     assert row[list(known)].to_dict() == pytest.approx(known, rel=1e-9)
+    for factor, run in zip((0.1, 1, 1.9), runs, strict=True):
+        run["weighted"]["strong_frequency_hz"] *= factor
+    apart = tabulate_descriptors(runs, "gap_0_03").iloc[0]
+    assert apart["f90_se"] == pytest.approx(apart["f90"] * 0.9 / np.sqrt(3))
     # The few collisions of these seeds leave the frequency less sure than the seeds do.
     few = [times(factor, 8) | {"case": run["case"]} for factor, run in zip((0.7, 1, 1.3), runs, strict=True)]
     assert tabulate_descriptors(few, "gap_0_03").iloc[0]["f_se"] == pytest.approx(row["f"] / np.sqrt(24))

@@ -51,6 +51,11 @@ def test_a_run_takes_precedence(tmp_path):
     own.parent.mkdir(parents=True)
     own.write_bytes(find_fingerprint("mixer", tmp_path).read_bytes())
     assert find_fingerprint("mixer", tmp_path) == own
+    # Where a run of `millprint new` writes.
+    new = tmp_path / "mine/mills/mine/fingerprint.json"
+    new.parent.mkdir(parents=True)
+    new.write_bytes(own.read_bytes())
+    assert find_fingerprint("mine", tmp_path) == new
 
 
 def first_seeds(name: str, precision: str) -> list[Case]:

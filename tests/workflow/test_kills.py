@@ -295,26 +295,25 @@ module millprint:
 use rule * from millprint as mill_*
 """
 # The words before the target and after it, by which people run millprint: by its command and as a module. A clone is
-# killed by the tests above.
-ENTRANCES = {"command": (["-m", "millprint.cli", "run"], ["mine.yaml"]), "module": ([], [])}
+# killed by the tests above, and the wheel in test_wheel.py.
+ENTRANCES = {
+    "command": (["-m", "millprint.cli", "run"], ["mine.yaml"]),
+    "module": (["-m", "snakemake", "--cores", "2"], []),
+}
 
 
-@pytest.mark.parametrize("entrance", ENTRANCES)
-def test_by_further_entrances_a_kill_is_mended_and_a_comment_runs_nothing_again(project, tmp_path, entrance):
-    folder = tmp_path / "own"
-    folder.mkdir()
+def kill_and_remark(folder: Path, python: Path, words: tuple[list[str], list[str]], variables: dict, script: Path):
+    """A run in `folder` is killed in its job and mended by a second one; then the script gets a comment.
+
+    words: before the target and after it. A run ends by itself in the time that communicate() is given: neither a
+    server nor a timer of Snakemake keeps it.
+    """
     (folder / "mine.yaml").write_text("mill: planetary\nresults: here\n")
-    if entrance == "module":
-        (folder / "Snakefile").write_text(AS_MODULE.format(snakefile=str(project / "workflow/Snakefile")))
-        # As docs/how_to/module.md says.
-        shutil.copytree(project / "workflow/profiles", folder / "profiles")
-    before, after = ENTRANCES[entrance]
-    command = [sys.executable, *(before if entrance == "command" else ["-m", "snakemake", "--cores", "2", *before])]
+    before, after = words
 
-    def started(*words: str) -> subprocess.Popen:
-        variables = active_environment() | {"PYTHONPATH": str(project / "src")}
+    def started(*further: str) -> subprocess.Popen:
         return subprocess.Popen(
-            [*command, TARGET, *after, *words], cwd=folder, env=variables, start_new_session=True, text=True,
+            [python, *before, TARGET, *after, *further], cwd=folder, env=variables, start_new_session=True, text=True,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
         )  # fmt: skip
 
@@ -324,11 +323,22 @@ def test_by_further_entrances_a_kill_is_mended_and_a_comment_runs_nothing_again(
         time.sleep(0.01)
     os.killpg(session.pid, signal.SIGKILL)
     assert not (folder / TARGET).exists()
-    for words in (["--unlock"], []):
-        done = started(*words)
+    for further in (["--unlock"], []):
+        done = started(*further)
         said, _ = done.communicate(timeout=120)
         assert done.returncode == 0, said
     assert (folder / TARGET).exists()
-    script = project / "scripts/draw_mill.py"
     script.write_text(f"{script.read_text()}# a remark\n")
     assert "Nothing to be done" in started("--dry-run").communicate(timeout=120)[0]
+
+
+@pytest.mark.parametrize("entrance", ENTRANCES)
+def test_by_further_entrances_a_kill_is_mended_and_a_comment_runs_nothing_again(project, tmp_path, entrance):
+    folder = tmp_path / "own"
+    folder.mkdir()
+    if entrance == "module":
+        (folder / "Snakefile").write_text(AS_MODULE.format(snakefile=str(project / "workflow/Snakefile")))
+        # As docs/how_to/module.md says.
+        shutil.copytree(project / "workflow/profiles", folder / "profiles")
+    variables = active_environment() | {"PYTHONPATH": str(project / "src")}
+    kill_and_remark(folder, Path(sys.executable), ENTRANCES[entrance], variables, project / "scripts/draw_mill.py")

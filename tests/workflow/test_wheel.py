@@ -14,6 +14,7 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.run.files import write_table
 from tests.unit import synthetic_mill
 from tests.workflow.conftest import copy_project
+from tests.workflow.test_kills import ENTRANCES, kill_and_remark
 
 # Fits curves to descriptors, and asks for a condition that cannot be.
 FIT = """
@@ -143,6 +144,12 @@ def test_the_command_of_the_wheel_finds_its_workflow(installed, tmp_path):
     assert (tmp_path / "results/mine/mills/mine/motion.png").stat().st_size > 0
     assert "Using workflow specific profile" in done.stderr
     assert "run_dem_case" in done.stdout + done.stderr and "chapter" not in done.stdout + done.stderr
+
+
+def test_by_the_wheel_a_kill_is_mended_and_a_comment_runs_nothing_again(installed, tmp_path):
+    hidden = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    (script,) = installed.parents[1].rglob("included/scripts/draw_mill.py")
+    kill_and_remark(tmp_path, installed, ENTRANCES["command"], hidden, script)
 
 
 @pytest.mark.skipif(

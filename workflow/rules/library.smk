@@ -40,7 +40,7 @@ except ModuleNotFoundError as error:
 from millprint.config.load import Sources
 from millprint.config.load import read_yaml
 from millprint.config.identity import contact_identity, dem_identity, identity, mill_identity, shared_identity
-from millprint.run.ending import OneLineAJob, failure_lines, given_run, stop_timers, success_lines
+from millprint.run.ending import OneLineAJob, failure_lines, given_run, stop_timers_at_the_end, success_lines
 from millprint.config.errors import ConfigError
 from millprint.cases import server
 from millprint.checks.check_once import check_once

@@ -231,7 +231,8 @@ def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
         mean[f"{name}_power_freedom"] = [own.freedom for own in known[f"{name}_power"]]
         mean[f"{name}_power_seed_sd_W"] = groups[f"{name}_power_W"].std(ddof=1)
     differ = np.any([[own.differ for own in known[f"{name}_power"]] for name in CHANNELS], axis=0)
-    mean["collision_frequency_seed_sd_hz"] = groups["collision_frequency_hz"].std(ddof=1)
+    for name in ("collision", "strong"):
+        mean[f"{name}_frequency_seed_sd_hz"] = groups[f"{name}_frequency_hz"].std(ddof=1)
     mean["balls"] = mean["balls"].round().astype(int)
     told = ["runs_with_impacts", "stuck_runs", "independent_turns", "repeating_runs"]
     turns = zip(*(groups[name].sum() for name in told), differ, strict=True)

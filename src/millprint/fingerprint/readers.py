@@ -184,13 +184,15 @@ def find_ready_made(mill: str) -> Path | None:
 def find_fingerprint(mill: str, results: str | Path = "results", sources: Sources = WORKING_FOLDER) -> Path:
     """The fingerprint of a mill, given by its file or its name: of a run, or the one that comes with millprint.
 
-    Of a mill that was run, the one with all intervals first.
+    Of a mill that was run, the one with all intervals first. A run that `millprint new` has written has a folder of its
+    own in `results`.
 
     Raises ConfigError, in one line, for an unknown mill, and for a mill that was not run, with the command to run it.
     """
     if mill.endswith(".json"):
         return Path(mill)
-    places = [Path(results) / folder / mill / "fingerprint.json" for folder in ("uncertainty", "mills")]
+    homes = [Path(results), Path(results) / mill]
+    places = [home / folder / mill / "fingerprint.json" for home in homes for folder in ("uncertainty", "mills")]
     places += sorted((Path(results) / "fingerprint").glob("fingerprint_*.json"))
     for path in places:
         if path.is_file() and (path.parent.name == mill or read_content(path)["about"]["mill"] == mill):

@@ -190,15 +190,19 @@ def _tangential_error(table: pd.DataFrame) -> pd.Series:
     return table["tangential_power_se_W"] / table["tangential_power_W"]
 
 
-def _counting_error(table: pd.DataFrame) -> pd.Series:
+def _counting_error(table: pd.DataFrame, name: str = "collision") -> pd.Series:
     """Relative standard error of a number of collisions: as of independent ones, or from the seeds if that is larger.
 
-    With one seed it is a lower bound.
+    name: of the frequency, of all or of the strong ones. With one seed it is a lower bound.
     """
     import numpy as np
 
-    seeds = table["collision_frequency_seed_sd_hz"] / table["collision_frequency_hz"] / np.sqrt(table["seeds"])
-    return np.fmax(1.0 / np.sqrt(table["collisions"]), seeds)
+    if name == "strong":
+        number = table["strong_frequency_hz"] * table["balls"] * table["window_s"] * table["seeds"]
+    else:
+        number = table["collisions"]
+    seeds = table[f"{name}_frequency_seed_sd_hz"] / table[f"{name}_frequency_hz"] / np.sqrt(table["seeds"])
+    return np.fmax(1.0 / np.sqrt(number), seeds)
 
 
 def _together(first: pd.Series, second: pd.Series) -> pd.Series:
@@ -311,8 +315,7 @@ _COMPUTED = (
     _scaled("ft_star", "weighted_tangential_frequency_hz", "scaled f*t", "f*t over omega, Pt / Et_star"),
     Computed("f90", "-", "scaled f90", "strong collisions over omega",
              values=lambda table: table["strong_frequency_hz"] / table["speed_hz"],
-             standard_error=lambda table: table["f90"] / (
-                 table["strong_frequency_hz"] * table["balls"] * table["window_s"] * table["seeds"]) ** 0.5),
+             standard_error=lambda table: table["f90"] * _counting_error(table, "strong")),
 )
 # fmt: on
 

@@ -225,12 +225,18 @@ def advice(signals: set[str]) -> str:
     return "fix what the log says, then the same command goes on; snakemake -n says what is left to do"
 
 
-def stop_timers() -> None:
-    """Stop the timers of this process.
+def stop_timers_at_the_end() -> None:
+    """Let no timer keep this process from its end.
 
     Whenever Snakemake checks the waiting jobs, it sets a timer to check again after `max-jobs-per-timespan`, and it
-    exits only after the last timer. A run that has ended does not need them.
+    exits only after the last timer. A run that has ended does not need them. As a part of another workflow, whose
+    handlers of the end are its own, a run knows its end only by that of the main thread.
     """
-    for thread in threading.enumerate():
-        if isinstance(thread, threading.Timer):
-            thread.cancel()
+
+    def stop() -> None:
+        threading.main_thread().join()
+        for thread in threading.enumerate():
+            if isinstance(thread, threading.Timer):
+                thread.cancel()
+
+    threading.Thread(target=stop, daemon=True).start()
