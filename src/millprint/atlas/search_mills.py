@@ -17,7 +17,7 @@ from millprint.atlas.estimate_mill import MillEstimate, estimate, estimate_many
 from millprint.atlas.kind_groups import MOST_BALLS, Kind, Values
 from millprint.estimate.estimates import Estimate, ratio_of
 from millprint.estimate.judge import Verdict, judge_all
-from millprint.fingerprint.match_target import verdict_on
+from millprint.fingerprint.condition_search import verdict_on
 
 # What is to be alike.
 ALIKE = ("weighted_normal_energy_J", "weighted_tangential_energy_J")

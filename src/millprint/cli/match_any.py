@@ -16,9 +16,8 @@ from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import SearchConfig
 from millprint.config.included import included_mills as included_names
 from millprint.config.included import load_mill
-from millprint.config.load import check_model
+from millprint.config.load import check_model, shipped
 from millprint.config.mill_sweep import ConditionSection
-from millprint.config.sources import shipped
 from millprint.estimate.judge import AGREES
 from millprint.fingerprint.condition_search import SOLD_MM
 from millprint.run.files import write_table
