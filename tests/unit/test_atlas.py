@@ -352,7 +352,7 @@ def test_a_map_has_the_numbers_of_the_estimates(made):
             [own[name].value for name in PREDICTED], rel=1e-9
         )
     figure = plot_map(model, condition, {"number": (number[0] / 2, number[0]), "speed_hz": (5.0, 10.0)})
-    assert [axis.get_xlabel() for axis in figure.axes] == ["number", "number"]
+    assert [axis.get_xlabel() for axis in figure.axes] == ["number of balls [-]"] * 2
 
 
 @pytest.mark.slow
