@@ -12,9 +12,10 @@ from millprint.dem.layout import COUNTER
 from millprint.dem.ledger import check_balance, check_closure, closure, ledger_series, ledger_summary
 from millprint.dem.simulation import Simulation
 from millprint.mill import wall_arrays
-from tests.physics.setups import FewBalls
+from tests.physics.setups import FewBalls, box, prism
 
 DEM = DemConfig(time_step_s=2e-6, settle_s=0.1, window_s=0.2)
+LOST = ["normal_damping_J", "tangential_damping_J", "sliding_J", "rolling_J"]
 
 
 def simulate(mills, contacts, mill="emax", contact="calibrated", diameter=10, fill=0.10, seed=0, dem=DEM, **change):
@@ -77,6 +78,34 @@ def test_balance_error_falls_with_the_square_of_the_step():
     orders = np.diff(np.log(errors)) / np.diff(np.log(steps))
     assert orders == pytest.approx(2, abs=0.15)
     assert errors[-1] < 4e-5
+
+
+@pytest.mark.parametrize("sides", [3, 4, 6, 8])
+def test_a_ball_between_walls_loses_its_spin_and_then_nothing(sides):
+    """Rolling friction of all walls together stops it: what it dissipates is its kinetic energy, for any number."""
+    angle = 2 * np.pi * np.arange(sides) / sides
+    inner = 4.99e-3
+    outline = inner / np.cos(np.pi / sides) * np.column_stack([np.cos(angle), np.sin(angle)])
+    world = FewBalls([[0, 0, inner]], None, [[40, -60, 80]], vessel=prism(outline, 2 * inner), step=2e-6)
+    moving, resting = (world.run(5e-3, sample_every=1) for _ in range(2))
+    assert (world.open_contacts.slot >= 0).sum() == sides + 2
+    kinetic = moving["kinetic_J"].iloc[0]
+    assert moving[LOST].iloc[-1].sum() == pytest.approx(kinetic, rel=1e-3)
+    assert np.ptp(resting[LOST].to_numpy(), axis=0).sum() < 1e-9 * kinetic
+    assert resting["kinetic_J"].iloc[-1] < 1e-12 * kinetic
+
+
+@pytest.mark.slow
+def test_a_pressed_bed_at_rest_makes_no_energy():
+    """Each touches about four others: a bed that sank at 20 g, and creeps by rolling."""
+    at = np.array([-10e-3, 0, 10e-3])
+    grid = np.array([[x, y, 6e-3 + 11e-3 * k] for k in range(6) for x in at for y in at])
+    start = grid + np.random.default_rng(0).uniform(-4e-4, 4e-4, grid.shape)
+    world = FewBalls(start, vessel=box(34e-3, 34e-3, 0.1), gravity=200.0, step=2e-6)
+    sunk = world.run(0.2, sample_every=1000)
+    touching = world.open_contacts.slot >= 0
+    assert 2 * touching.sum() - (world.open_contacts.partner[touching] < 0).sum() > 3.5 * len(grid)
+    assert np.ptp(world.run(0.02, sample_every=100)["imbalance_J"]) < 1e-9 * sunk["gravity_work_J"].iloc[-1]
 
 
 @pytest.mark.slow

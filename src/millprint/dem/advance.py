@@ -18,7 +18,15 @@ import numpy as np
 
 from millprint.dem import state
 from millprint.dem.contact import evaluate
-from millprint.dem.contact_events import find_pairs, near_pairs_listed, open_pairs, open_walls, pairs_listed
+from millprint.dem.contact_events import (
+    find_pairs,
+    near_pairs_listed,
+    open_pairs,
+    open_walls,
+    pairs_listed,
+    share_resistance,
+)
+from millprint.dem.law import SHARE_EVERY
 from millprint.dem.layout import COUNTER, LANES, LOAD_WIDTH, RATE_WIDTH, SHARE, STATUS
 from millprint.dem.neighbours import check_lists, is_near, list_near, list_near_walls, measure_strides, squares_apart
 from millprint.dem.recording import begin_record, count_occupancy, is_due, record, room_left
@@ -270,6 +278,8 @@ def apply_forces_in_threads(
 def can_step(balls, candidates, contacts, laws, walls, clock, time, counters, table, recorder, shares):
     """Pose the bodies and bring the lists up to date; whether the step may be taken: no trouble, and room to write."""
     write_poses(clock.motions, time)
+    if counters[COUNTER.step] % SHARE_EVERY == 0:
+        share_resistance(balls, contacts, counters)
     if counters[COUNTER.check_in] <= 0:
         check_lists(balls, candidates, contacts, laws, walls, clock, counters)
         if counters[COUNTER.status] != STATUS.running:

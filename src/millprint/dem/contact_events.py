@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from millprint.dem.lanes import get_of, get_vector, put_of, put_vector
-from millprint.dem.law import choose_by_speed
+from millprint.dem.law import CROWD, FEW, choose_by_speed
 from millprint.dem.layout import (
     COLLISION,
     COUNTER,
@@ -99,6 +99,7 @@ def open_contact(balls, candidates, contacts, laws, counters, k, time, approach,
     lane = occupy(balls, candidates, contacts, laws, counters, k)
     for c in range(HISTORY_WIDTH):
         put_of(contacts, lane, LANE_HISTORY + c, 0.0)
+    put_of(contacts, lane, LANE.history.resistance, 1.0)
     put_of(contacts, lane, LANE.history.start, time)
     put_of(contacts, lane, LANE.history.approach_speed, approach)
     put_of(contacts, lane, LANE.history.slip_speed, slip)
@@ -160,6 +161,26 @@ def check_overlaps(contacts, counters):
     for lane in range(counters[COUNTER.used]):
         if contacts.slot[lane] >= 0:
             check_overlap(contacts, lane, counters)
+
+
+@inner()
+def share_resistance(balls, contacts, counters):
+    """Share what rolling friction may take of a ball's turning in a step among its contacts (law.STOP_SHARE).
+
+    Of two balls, the one with more contacts decides. Every SHARE_EVERY steps; a contact begins with the least.
+    """
+    touching = balls.touching
+    touching[:] = 0
+    for lane in range(counters[COUNTER.used]):
+        if contacts.slot[lane] >= 0:
+            touching[contacts.ball[lane]] += 1
+            if contacts.partner[lane] >= 0:
+                touching[contacts.partner[lane]] += 1
+    for lane in range(counters[COUNTER.used]):
+        if contacts.slot[lane] >= 0:
+            i, j = contacts.ball[lane], contacts.partner[lane]
+            most = max(touching[i], touching[max(j, 0)]) if j >= 0 else touching[i]
+            put_of(contacts, lane, LANE.history.resistance, CROWD / min(max(most, FEW), CROWD))
 
 
 @inlined()

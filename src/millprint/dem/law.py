@@ -17,7 +17,8 @@ Choices that the equations leave open, each tested in tests/physics:
   and makes no energy. It is not in F_n of the cap and of rolling friction: the elastic force, which it raises, is. So
   friction is mu times load plus pull, as Derjaguin has it (Z. Phys. 88, 1934, 661).
 - Rolling friction acts against the relative angular velocity (Eq. 3.16). Near zero it is limited to the torque that
-  takes a quarter of that velocity in one step, so that it can stop a ball but never turn it back.
+  takes a share of that velocity in one step (STOP_SHARE), so that all contacts of a ball together stop it and never
+  turn it back.
 - Damping in the tangential direction counts while the contact sticks; while it slides, all work is sliding.
 
 To add a law: its keys and words in config/contact_laws.py, and a file in dem/laws like linear.py.
@@ -46,8 +47,17 @@ from millprint.run.kernel import INLINED, inlined, inner
 # Keeps a quotient finite if a force [N] or an angular velocity [rad/s] is zero; its root is added to them.
 TINY = 1e-60
 
-# Fraction of the relative angular velocity that rolling friction may remove in one step.
-STOP_SHARE = 0.25
+# The share s of the relative angular velocity that the rolling friction of a contact may take in a step. The z contacts
+# of equal balls, or of a ball with walls, take z s at most: each takes s I* (w_i - w_j)^2 <= s (I w_i^2 + I w_j^2).
+# Torques are of the velocity expected now (dem/steps.py), w + (w - w_last) / 2, for which w goes to nothing where
+# z s < 1, and for ever turns to and fro beyond; half of that is left to the dashpots of friction. So a contact that
+# begins has a twenty-fourth: a ball touches twelve equal ones at most. The less it takes, the faster a ball creeps that
+# it should hold. So up to CROWD contacts of a ball get a half together (contact_events.share_resistance), and one or
+# FEW a quarter each.
+STOP_SHARE = 1 / 24
+CROWD, FEW = 12, 2
+# Steps from one such sharing to the next.
+SHARE_EVERY = 100
 
 
 def law_row(
@@ -168,7 +178,7 @@ def contact_law(mark, lanes, block, m, overlap, normal, arm, velocity, angular_v
 
     # Torque over angular velocity [N m s].
     resistance = get(lanes, block, LANE.law.rolling_friction, m) * elastic * arm * inverse * size
-    largest = get(lanes, block, LANE.law.largest_resistance, m)
+    largest = get(lanes, block, LANE.law.largest_resistance, m) * get(lanes, block, LANE.history.resistance, m)
     resistance = resistance if resistance < largest else largest
     torque = scale(-resistance, angular_velocity)
     powers = (damping * approach, sticking_power, tangential_power, resistance * turning * turning)

@@ -54,6 +54,7 @@ class HistoryColumns(NamedTuple):
     approach_speed: int  # along the normal, at which it began [m/s]
     slip_speed: int  # of the surfaces along each other, at which it began [m/s]
     number: int  # of the contact among all that the run has opened
+    resistance: int  # the largest of rolling friction over that of the law (contact_events.share_resistance) [-]
 
 
 class PresentColumns(NamedTuple):

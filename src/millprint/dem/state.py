@@ -29,6 +29,7 @@ class Balls(NamedTuple):
     radius: np.ndarray  # (species,) [m]
     mass: np.ndarray  # (species,) [kg]
     inertia: np.ndarray  # (species,) [kg m2]
+    touching: np.ndarray  # (n,) open contacts, as they were last counted
 
     @property
     def velocity(self) -> np.ndarray:
@@ -121,7 +122,8 @@ def make_balls(position: np.ndarray, species: np.ndarray, radii: np.ndarray, den
     radii = np.asarray(radii, dtype=float)
     mass = density * 4 / 3 * math.pi * radii**3
     species = np.asarray(species, dtype=np.int64)
-    return Balls(on_cache_lines(position), rate, rate_now, load, species, radii, mass, 0.4 * mass * radii**2)
+    inertia, touching = 0.4 * mass * radii**2, np.zeros(len(position), dtype=np.int64)
+    return Balls(on_cache_lines(position), rate, rate_now, load, species, radii, mass, inertia, touching)
 
 
 def make_candidates(balls: int, bodies: int = 1, per_ball: int = 12) -> Candidates:
