@@ -12,12 +12,11 @@ from millprint.run.html_pages import embed_json
 from millprint.thesis.claims.evidence import Finding, source_in
 from millprint.thesis.claims.tabulate import INTERVAL_PARTS, JAR_COLUMNS
 from millprint.thesis.report.claims_page import (
-    Section,
     claims_page,
     front_text,
     largest_deviations,
-    tables_page,
 )
+from millprint.thesis.report.table_pages import Section, tables_page
 from tests.conftest import ROOT
 
 
