@@ -106,9 +106,8 @@ def main() -> None:
                 print(f"{name}: left out: {error}", flush=True)
                 continue
             rows.append({"part": name, **row})
-            print(
-                "{part}: {first:.3g}, {second:.3g}; {ratio:.3f} +- {ratio_95:.3f} times".format(**rows[-1]), flush=True
-            )
+            told = "{first:.3g}, {second:.3g}; {ratio:.3f} +- {ratio_95:.3f} times".format(**row)
+            print(f"{name}: {told}", flush=True)
     table = pd.DataFrame(rows).assign(commits=" ".join(given.commits), turns=given.turns)
     write_table(table, Path("results/bench/commits.tsv"))
 
