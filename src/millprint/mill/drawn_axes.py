@@ -1,4 +1,7 @@
-"""Axes about which a drawing may turn: of round outlines of flat facets, of strips and of bands."""
+"""Axes about which a drawing may turn: of round outlines of flat facets, of strips, of bands and of whole patches."""
+
+import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -24,6 +27,8 @@ LARGEST_RADIUS = 200
 ALONG, ALIKE, LEAST_BEND = 1e-2, 0.05, 1e-3
 # Facets of more corners together do not begin a band.
 MANY = 24
+# The axis of a patch is fitted this number of times, each time with less weight on what is far off.
+REWEIGHTED = 5
 
 
 def _arc_from(flat: np.ndarray, near: float) -> int:
@@ -89,6 +94,34 @@ def axes_of_outlines(drawing: Drawing) -> list[Axis]:
                 origin = circle.r * first + circle.z * second + vessel.offsets[facet] * normal
                 found.append((circle.radius, Axis(origin, normal)))
     return [axis for _, axis in sorted(found, key=lambda each: -each[0])]
+
+
+def axes_of_patches(drawing: Drawing) -> Iterator[Axis]:
+    """The axis of each patch of free facets that turns about one as a whole, largest first.
+
+    The normals n of such a wall at x all meet its axis, c . (x x n) + m . n = 0 for its direction c and moment m: the
+    least eigenvector of a linear line complex (Pottmann and Randrup 1998). A prism and a sphere have more than one.
+    """
+    middle, size = drawing.vessel.vertices.mean(axis=0), drawing.vessel.size
+    bent = np.zeros(len(drawing.taken), dtype=bool)
+    bent[drawing.seams] = True
+    for own in sorted(drawing.pieces(np.flatnonzero(bent & ~drawing.taken)), key=len, reverse=True):
+        if len(own) < FEWEST_STEPS**2:
+            break
+        normals = drawing.normals[own]
+        lines = np.hstack([cross((drawing.middles[own] - middle) / size, normals), normals])
+        weights = drawing.vessel.areas[own] / drawing.vessel.areas[own].mean()
+        for _ in range(REWEIGHTED):
+            values, vectors = np.linalg.eigh(lines.T @ (weights[:, None] * lines) / weights.sum())
+            off = np.abs(lines @ vectors[:, 0])
+            weights = drawing.vessel.areas[own] / np.maximum(off, max(float(np.median(off)), 1e-12)) ** 2
+        along, moment = vectors[:3, 0], vectors[3:, 0]
+        length = np.linalg.norm(along)
+        # How far off the axis may be by the scatter of the lines.
+        error = size * math.sqrt(max(values[0], 0.0) / (len(own) * max(values[1], 1e-30)))
+        if length > 1e-3 and error < LOOSE * drawing.tolerance:
+            along = along / length
+            yield Axis(middle + size * np.cross(along, moment / length), along)
 
 
 def axis_of_strip(drawing: Drawing, pair: tuple[int, int]) -> Axis | None:

@@ -19,6 +19,7 @@ from millprint.mill.curved_surfaces import Curve
 from millprint.mill.drawn_axes import (
     AROUND,
     axes_of_outlines,
+    axes_of_patches,
     axis_of_band,
     axis_of_strip,
     may_turn_at_seams,
@@ -175,8 +176,8 @@ def _best_axis(drawing: Drawing, pair: tuple[int, int]) -> Axis | None:
     return best
 
 
-def find_surfaces(drawing: Drawing) -> list[Swept]:
-    """The surfaces of a drawing; their facets are taken."""
+def find_surfaces(drawing: Drawing, first_of_patches: bool = False) -> list[Swept]:
+    """The surfaces of a drawing; their facets are taken. first_of_patches: with the axes of whole patches first."""
     found: list[Swept] = []
     known: list[Axis] = []
 
@@ -207,6 +208,9 @@ def find_surfaces(drawing: Drawing) -> list[Swept]:
         else:
             found.append(dome)
     drawing.taken &= ~is_dome
+    if first_of_patches:
+        for axis in axes_of_patches(drawing):
+            take(axis)
     in_vain = 0
     for axis in axes_of_outlines(drawing):
         before = len(known)
@@ -282,19 +286,34 @@ def nearly_found(drawing: Drawing, facets: np.ndarray) -> str | None:
     )
 
 
-def recognise(vessel: Vessel, rounding: float) -> Vessel:
-    """A vessel of flat facets with the exact surfaces that they draw; rounding: of the file's coordinates [m]."""
-    drawing = Drawing(vessel, rounding)
-    surfaces = find_surfaces(drawing)
+def _with_surfaces(drawing: Drawing, surfaces: list[Swept]) -> Vessel:
+    """The vessel of a drawing with those of some surfaces whose patches are exact as a whole."""
     planes = make_tangent(drawing, surfaces)
     curves: list[Curve] = []
-    on_curve = np.full(len(vessel.normals), -1)
+    on_curve = np.full(len(drawing.taken), -1)
     for swept in surfaces:
         for curve, facets in curves_of(drawing, swept):
             on_curve[facets] = len(curves)
             curves.append(curve)
-    exact = whole_patches(vessel, curves, on_curve, planes, drawing.tolerance)
-    size = round_facets(exact)
-    if not exact.report and size.any():
-        exact.report = tuple(filter(None, [nearly_found(drawing, exact.placed_from[size == size.max()])]))
-    return exact
+    return whole_patches(drawing.vessel, curves, on_curve, planes, drawing.tolerance)
+
+
+def recognise(vessel: Vessel, rounding: float) -> Vessel:
+    """A vessel of flat facets with the exact surfaces that they draw; rounding: of the file's coordinates [m].
+
+    Axes of a few facets are those of a simple jar, which is many patches in one; where they leave a wall that looks
+    round, since a fine mesh has too much rounding in a few facets, those of whole patches may know it.
+    """
+    best, least = vessel, math.inf
+    for first_of_patches in (False, True):
+        drawing = Drawing(vessel, rounding)
+        exact = _with_surfaces(drawing, find_surfaces(drawing, first_of_patches))
+        size = round_facets(exact)
+        if (count := (size > 0).sum()) < least:
+            best, least = exact, count
+        if not count:
+            return exact
+    if not best.report:
+        size = round_facets(best)
+        best.report = tuple(filter(None, [nearly_found(drawing, best.placed_from[size == size.max()])]))
+    return best
