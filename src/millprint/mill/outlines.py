@@ -108,6 +108,36 @@ def triangle_widths(corners: np.ndarray) -> np.ndarray:
 
 
 @array_maker()
+def _plane_through(corners: np.ndarray, members: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, float]:
+    """Unit normal and offset of the plane nearest to the corners of some triangles, by least squares.
+
+    normal: about that of the plane. Where corners are on a line, or few, it stays as it is.
+    """
+    normal = normal / np.sqrt((normal * normal).sum())
+    first = np.zeros(3)
+    first[np.argmin(np.abs(normal))] = 1.0
+    first = first - (first * normal).sum() * normal
+    first /= np.sqrt((first * first).sum())
+    second = np.cross(normal, first)
+    middle, count = np.zeros(3), 3 * members.size
+    for member in members:
+        for k in range(3):
+            middle += corners[member, k] / count
+    # Heights h over the plane are a x + b y there.
+    xx, xy, yy, xh, yh = 0.0, 0.0, 0.0, 0.0, 0.0
+    for member in members:
+        for k in range(3):
+            away = corners[member, k] - middle
+            x, y, h = (away * first).sum(), (away * second).sum(), (away * normal).sum()
+            xx, xy, yy, xh, yh = xx + x * x, xy + x * y, yy + y * y, xh + x * h, yh + y * h
+    spread = xx * yy - xy * xy
+    if members.size > 1 and spread > 1e-9 * (xx + yy) ** 2:
+        normal = normal - ((yy * xh - xy * yh) * first + (xx * yh - xy * xh) * second) / spread
+        normal /= np.sqrt((normal * normal).sum())
+    return normal, (middle * normal).sum()
+
+
+@array_maker()
 def _regions(
     corners: np.ndarray,
     area_vector: np.ndarray,
@@ -128,14 +158,12 @@ def _regions(
         if region[seed] >= 0:
             continue
         members[0], found, normal = seed, 1, area_vector[seed]
-        # The plane of one triangle may be off at the far end of a wide facet: fit it to all found, and search again.
+        # The plane of one triangle may be off at the far end of a wide facet: fit it to all found, and search again. Then
+        # without those that are farther off than rounding puts corners, as the next step of a rounding is from a strip.
+        near = tolerance
         for _ in range(ROUNDS):
             before = found
-            normal = normal / np.sqrt((normal * normal).sum())
-            offset = 0.0
-            for member in members[:found]:
-                for k in range(3):
-                    offset += (corners[member, k] * normal).sum() / (3 * found)
+            normal, offset = _plane_through(corners, members[:found], normal)
             search += 1
             members[0], found, at = seed, 1, 0
             seen[seed] = search
@@ -148,15 +176,14 @@ def _regions(
                     height = 0.0
                     for k in range(3):
                         height = max(height, abs((corners[other, k] * normal).sum() - offset))
-                    if height <= tolerance and (area_vector[other] * normal).sum() >= least_facing[other]:
+                    if height <= near and (area_vector[other] * normal).sum() >= least_facing[other]:
                         members[found] = other
                         found += 1
                 at += 1
-            if found == before:
+            if found == before and near < tolerance:
                 break
-            normal = np.zeros(3)
-            for member in members[:found]:
-                normal += area_vector[member]
+            if found == before:
+                near = tolerance / 2
         region[members[:found]] = regions
         regions += 1
     return region
