@@ -217,7 +217,28 @@ def surfaces_about(drawing: Drawing, plane: HalfPlane) -> list[Swept]:
             for piece in pieces:
                 drawing.taken[piece.facets] = True
                 found.append(piece)
-    return found
+    _give_rings(drawing, plane, found)
+    return [each for each in found if len(each.facets)]
+
+
+def _give_rings(drawing: Drawing, plane: HalfPlane, found: list[Swept]) -> None:
+    """Give a line the rings of arcs that lie on it, between its ends: one ring of an arc is a chord, and a line too.
+
+    They are what is left of a ring, of which the rest is drawn as one facet each with the line's.
+    """
+    for line in found:
+        if not isinstance(line.shape, Line):
+            continue
+        along = plane.flat @ [-math.sin(line.shape.angle), math.cos(line.shape.angle)]
+        ends = along[np.unique(plane.corners[plane.of_facet.rows(line.facets)])]
+        off = plane.largest(np.abs(line.shape.off(plane.flat)))
+        beyond = plane.largest(np.abs(along - (ends.min() + ends.max()) / 2)) - np.ptp(ends) / 2
+        for arc in found:
+            if not isinstance(arc.shape, Circle):
+                continue
+            ring = (beyond[arc.facets] <= drawing.tolerance) & (off[arc.facets] <= LOOSE * drawing.tolerance)
+            if ring.any() and (off[arc.facets[ring]] <= drawing.tolerance).all():
+                line.facets, arc.facets = np.union1d(line.facets, arc.facets[ring]), arc.facets[~ring]
 
 
 def _different(flat: np.ndarray, tolerance: float) -> np.ndarray:
