@@ -11,7 +11,8 @@ facets, and not in a line or circle, a ball would meet a step there, so that the
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from itertools import chain
 
 import numpy as np
 
@@ -50,8 +51,8 @@ from millprint.mill.turned_shapes import (
 from millprint.mill.vessel import Vessel
 from millprint.mill.wall_words import round_facets
 
-# Vertices of a surface from which its axis is fitted, at most.
-ENOUGH = 2000
+# Vertices of a surface from which its axis is fitted, at most; and how often.
+ENOUGH, AGAIN = 2000, 4
 
 
 def _sphere(points: np.ndarray) -> tuple[np.ndarray, float]:
@@ -133,8 +134,11 @@ def _refined(drawing: Drawing, axis: Axis, swept: list[Swept], known: list[np.nd
         return np.concatenate(found)
 
     best = moved(least_squares(lambda shift: off(moved(shift)), np.zeros(4), method="lm", diff_step=1e-7).x)
-    if np.abs(off(best)).max() > 1:
+    worst = np.abs(off(best)).max()
+    if worst > 1:
         return axis
+    # What the file's rounding may hide, and not what a fit may be off.
+    allowed = min(1.0, max(drawing.snap / drawing.tolerance, 2 * worst))
     side = np.argmax(np.abs(best.along))
     exact = np.eye(3)[side] * np.sign(best.along[side])
     for along in (exact, *known):
@@ -146,7 +150,7 @@ def _refined(drawing: Drawing, axis: Axis, swept: list[Swept], known: list[np.nd
             return Axis(level.origin + drawing.vessel.size * (shift[0] * level.u + shift[1] * level.v), level.along)
 
         again = placed(least_squares(lambda s, to=placed: off(to(s)), np.zeros(2), method="lm", diff_step=1e-7).x)
-        if np.abs(off(again)).max() <= 1:
+        if np.abs(off(again)).max() <= allowed:
             return again
     return best
 
@@ -176,8 +180,8 @@ def _best_axis(drawing: Drawing, pair: tuple[int, int]) -> Axis | None:
     return best
 
 
-def find_surfaces(drawing: Drawing, first_of_patches: bool = False) -> list[Swept]:
-    """The surfaces of a drawing; their facets are taken. first_of_patches: with the axes of whole patches first."""
+def find_surfaces(drawing: Drawing, first: Iterable[Axis] = ()) -> list[Swept]:
+    """The surfaces of a drawing; their facets are taken. first: axes that are tried before others."""
     found: list[Swept] = []
     known: list[Axis] = []
 
@@ -186,13 +190,16 @@ def find_surfaces(drawing: Drawing, first_of_patches: bool = False) -> list[Swep
             return
         swept = surfaces_about(drawing, HalfPlane(drawing, axis))
         if swept:
-            refined = _refined(
-                drawing, axis, swept, [*(other.along for other in known), *normals_next_to(drawing, swept)]
-            )
-            # Again about the better axis, which reaches farther.
-            for each in swept:
-                drawing.taken[each.facets] = False
-            swept = surfaces_about(drawing, HalfPlane(drawing, refined)) or swept
+            # Again about the better axis, which reaches farther, as long as it does.
+            for _ in range(AGAIN):
+                along = [*(other.along for other in known), *normals_next_to(drawing, swept)]
+                refined = _refined(drawing, axis, swept, along)
+                for each in swept:
+                    drawing.taken[each.facets] = False
+                before, swept = swept, surfaces_about(drawing, HalfPlane(drawing, refined)) or swept
+                axis = refined
+                if sum(len(each.facets) for each in swept) <= sum(len(each.facets) for each in before):
+                    break
             for each in swept:
                 drawing.taken[each.facets] = True
             known.append(swept[0].axis)
@@ -208,9 +215,8 @@ def find_surfaces(drawing: Drawing, first_of_patches: bool = False) -> list[Swep
         else:
             found.append(dome)
     drawing.taken &= ~is_dome
-    if first_of_patches:
-        for axis in axes_of_patches(drawing):
-            take(axis)
+    for axis in first:
+        take(axis)
     in_vain = 0
     for axis in axes_of_outlines(drawing):
         before = len(known)
@@ -298,22 +304,30 @@ def _with_surfaces(drawing: Drawing, surfaces: list[Swept]) -> Vessel:
     return whole_patches(drawing.vessel, curves, on_curve, planes, drawing.tolerance)
 
 
+def _largest_axes(surfaces: list[Swept]) -> list[Axis]:
+    """The axes of some surfaces, those with the most facets first."""
+    axes = {id(each.axis): each.axis for each in surfaces}
+    counts = {key: sum(len(each.facets) for each in surfaces if id(each.axis) == key) for key in axes}
+    return [axes[key] for key in sorted(axes, key=lambda key: -counts[key])]
+
+
 def recognise(vessel: Vessel, rounding: float) -> Vessel:
     """A vessel of flat facets with the exact surfaces that they draw; rounding: of the file's coordinates [m].
 
-    Axes of a few facets are those of a simple jar, which is many patches in one; where they leave a wall that looks
-    round, since a fine mesh has too much rounding in a few facets, those of whole patches may know it.
+    The axes of a few facets know a simple jar, of many patches. In a fine mesh there may be too much rounding in a few
+    facets, and a wrong surface takes those of a right one. So where a wall that looks round stays flat, it is looked
+    for again, with the axes of whole patches first, and then those that had the most facets.
     """
-    best, least = vessel, math.inf
-    for first_of_patches in (False, True):
-        drawing = Drawing(vessel, rounding)
-        exact = _with_surfaces(drawing, find_surfaces(drawing, first_of_patches))
-        size = round_facets(exact)
-        if (count := (size > 0).sum()) < least:
-            best, least = exact, count
-        if not count:
-            return exact
-    if not best.report:
-        size = round_facets(best)
+    drawing = Drawing(vessel, rounding)
+    surfaces = find_surfaces(drawing)
+    exact = _with_surfaces(drawing, surfaces)
+    if not (count := (round_facets(exact) > 0).sum()):
+        return exact
+    drawing = Drawing(vessel, rounding)
+    again = find_surfaces(drawing, chain(axes_of_patches(drawing), _largest_axes(surfaces)))
+    second = _with_surfaces(drawing, again)
+    best = second if (round_facets(second) > 0).sum() < count else exact
+    size = round_facets(best)
+    if not best.report and size.any():
         best.report = tuple(filter(None, [nearly_found(drawing, best.placed_from[size == size.max()])]))
     return best
