@@ -158,8 +158,8 @@ def _regions(
         if region[seed] >= 0:
             continue
         members[0], found, normal = seed, 1, area_vector[seed]
-        # The plane of one triangle may be off at the far end of a wide facet: fit it to all found, and search again. Then
-        # without those that are farther off than rounding puts corners, as the next step of a rounding is from a strip.
+        # The plane of one triangle may be off at the far end of a wide facet: fit it to all found, and search again.
+        # Then without those farther off than rounding puts corners, as the next step of a rounding is from a strip.
         near = tolerance
         for _ in range(ROUNDS):
             before = found

@@ -51,8 +51,8 @@ from millprint.mill.turned_shapes import (
 from millprint.mill.vessel import Vessel
 from millprint.mill.wall_words import round_facets
 
-# Vertices of a surface from which its axis is fitted, at most; and how often.
-ENOUGH, AGAIN = 2000, 4
+# Vertices of a surface from which its axis is fitted, at most, how many surfaces, and how often.
+ENOUGH, MOST_PIECES, AGAIN = 2000, 12, 4
 
 
 def _sphere(points: np.ndarray) -> tuple[np.ndarray, float]:
@@ -113,7 +113,8 @@ def _refined(drawing: Drawing, axis: Axis, swept: list[Swept], known: list[np.nd
         return Axis(_sphere(drawing.points(max(swept, key=lambda each: len(each.facets)).facets))[0], axis.along)
     from scipy.optimize import least_squares  # takes long to import, and few mills need it
 
-    # Some, from all over the surface.
+    # The largest, and some of their vertices, from all over them.
+    swept = sorted(swept, key=lambda each: -len(each.facets))[:MOST_PIECES]
     rows = [points[:: 1 + len(points) // ENOUGH] for points in (drawing.points(each.facets) for each in swept)]
 
     def moved(shift: np.ndarray) -> Axis:
@@ -177,6 +178,8 @@ def _best_axis(drawing: Drawing, pair: tuple[int, int]) -> Axis | None:
             tried.append(axis)
             if count > most:
                 best, most = axis, count
+            if most > (~drawing.taken).sum() / 2:
+                return best
     return best
 
 

@@ -58,9 +58,11 @@ class Line:
     @classmethod
     def through(cls, flat: np.ndarray) -> "Line":
         """The line nearest to points (n, 2)."""
-        middle = flat.mean(axis=0)
-        _, _, axes = np.linalg.svd(flat - middle, full_matrices=False)
-        normal = axes[-1] if axes[-1][0] >= 0 else -axes[-1]
+        middle = flat.sum(axis=0) / len(flat)
+        x, y = (flat - middle).T
+        # The main axis of the scatter; the line's normal is across it, and points away from the axis of turning.
+        along = 0.5 * math.atan2(2 * (x @ y), x @ x - y @ y)
+        normal = -math.copysign(1.0, along) * np.array([-math.sin(along), math.cos(along)])
         return cls(math.atan2(normal[1], normal[0]), float(normal @ middle))
 
     def off(self, flat: np.ndarray) -> np.ndarray:
