@@ -185,6 +185,13 @@ def places(values: np.ndarray, apart: float) -> int:
     return 1 + int((np.diff(np.sort(values)) > apart).sum()) if len(values) else 0
 
 
+def is_round(drawing: Drawing, facets: np.ndarray, middle: np.ndarray) -> bool:
+    """Whether vertices on a sphere lie on more than two parallel circles of it: any two have a sphere through them."""
+    out = drawing.points(facets) - middle
+    _, _, directions = np.linalg.svd(out - out.mean(axis=0), full_matrices=False)
+    return min(places(out @ each, LOOSE * drawing.tolerance) for each in directions) > FEWEST_STEPS
+
+
 def _is_enough(drawing: Drawing, swept: Swept) -> bool:
     around, across = _steps(drawing, swept)
     if isinstance(swept.shape, Line):
@@ -194,6 +201,9 @@ def _is_enough(drawing: Drawing, swept: Swept) -> bool:
     flat = swept.axis.meridian(drawing.points(swept.facets))
     if np.abs(Line.through(flat).off(flat)).max() <= drawing.tolerance:
         return False
+    if swept.shape.r == 0.0:
+        middle = swept.axis.origin + swept.shape.z * swept.axis.along
+        return len(swept.facets) >= FEWEST_STEPS**2 and is_round(drawing, swept.facets, middle)
     # Three columns of a wall that is bent both ways seem to turn about an axis across it too, and one row of facets
     # about any axis that is slanted.
     return across > FEWEST_STEPS and around > FEWEST_STEPS and len(swept.facets) >= FEWEST_STEPS**2

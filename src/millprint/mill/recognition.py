@@ -29,13 +29,12 @@ from millprint.mill.drawn_axes import (
 )
 from millprint.mill.exact_walls import curves_of, whole_patches
 from millprint.mill.half_plane import (
-    FEWEST_STEPS,
     FIRST_FAILURES,
     MOST_FAILURES,
     NEARLY,
     SAG,
     HalfPlane,
-    places,
+    is_round,
     surface_begins,
     surfaces_about,
 )
@@ -87,19 +86,12 @@ def _spheres(drawing: Drawing) -> list[Swept]:
             worst_of = np.maximum.reduceat(np.abs(off)[drawing.flat], drawing.corners.first)
             holds = (worst_of <= slack * drawing.tolerance) & (sunk <= 2 * SAG * radius + drawing.tolerance)
             facets = drawing.grown(pair, holds)
-        if len(facets) < 16 or not _is_round(drawing, facets, middle):
+        if len(facets) < 16 or not is_round(drawing, facets, middle):
             failures += 1
             continue
         drawing.taken[facets] = True
         found.append(Swept(Axis(middle, np.array([0.0, 0.0, 1.0])), Circle(0.0, 0.0, radius), facets))
     return found
-
-
-def _is_round(drawing: Drawing, facets: np.ndarray, middle: np.ndarray) -> bool:
-    """Whether vertices on a sphere lie on more than two parallel circles of it: any two have a sphere through them."""
-    out = drawing.points(facets) - middle
-    _, _, directions = np.linalg.svd(out - out.mean(axis=0), full_matrices=False)
-    return min(places(out @ each, LOOSE * drawing.tolerance) for each in directions) > FEWEST_STEPS
 
 
 def _refined(drawing: Drawing, axis: Axis, swept: list[Swept], known: list[np.ndarray]) -> Axis:
