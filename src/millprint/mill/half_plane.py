@@ -66,26 +66,36 @@ class HalfPlane:
     ) -> tuple[Line | Circle, np.ndarray] | None:
         """The line or arc through the vertices of two rows of `facets`, and all rows on it; None if these are not."""
         free = ~drawing.taken[self.facets] & ~self.is_ring
+
+        def again(rows: np.ndarray, slack: float) -> tuple[Line | Circle, np.ndarray]:
+            """The shape through some rows, and the rows on it; none where the seed is not."""
+            own = self.flat[np.unique(self.corners[self.of_facet.rows(rows)])]
+            shape = kind.through(own)
+            if isinstance(shape, Circle) and abs(shape.r) < self.near:
+                shape.r = 0.0
+                shape.z, shape.radius = _on_axis_circle(own)
+            # A floor has its outline, a ring, on the fillet that it joins.
+            sag = self.middles[:, 0] + (shape.radius if isinstance(shape, Circle) else 0.0)
+            holds = free & (self.largest(np.abs(shape.off(self.flat))) <= slack * drawing.tolerance)
+            holds &= np.abs(shape.off(self.middles)) <= SAG * sag + drawing.tolerance
+            facing = np.vecdot(self.facing, _slopes(shape, self.middles))
+            holds &= facing * facing[seed[0]] > 0.5
+            return shape, np.flatnonzero(holds) if holds[list(seed)].any() else np.empty(0, dtype=np.int64)
+
         # The first slack may take a wall that turns by little against this one, and spoil the fit.
         for slacks in ((LOOSE, 2.0, 1.0, 1.0), (1.0, 1.0, 1.0)):
             rows = np.asarray(seed)
             for slack in slacks:
-                own = self.flat[np.unique(self.corners[self.of_facet.rows(rows)])]
-                shape = kind.through(own)
-                if isinstance(shape, Circle) and abs(shape.r) < self.near:
-                    shape.r = 0.0
-                    shape.z, shape.radius = _on_axis_circle(own)
-                # A floor has its outline, a ring, on the fillet that it joins.
-                sag = self.middles[:, 0] + (shape.radius if isinstance(shape, Circle) else 0.0)
-                holds = free & (self.largest(np.abs(shape.off(self.flat))) <= slack * drawing.tolerance)
-                holds &= np.abs(shape.off(self.middles)) <= SAG * sag + drawing.tolerance
-                facing = np.vecdot(self.facing, _slopes(shape, self.middles))
-                holds &= facing * facing[seed[0]] > 0.5
-                if not holds[list(seed)].any():
-                    break
-                rows = np.flatnonzero(holds)
-            else:
-                return shape, rows
+                if len(rows):
+                    shape, rows = again(rows, slack)
+            # Some steps of a fine arc fit many circles: on as long as there are more.
+            before = 0
+            while len(rows) > before:
+                best, before = (shape, rows), len(rows)
+                _, wider = again(rows, 2.0)
+                shape, rows = again(wider, 1.0) if len(wider) else (shape, wider)
+            if before:
+                return best
         return None
 
     def rings(self, drawing: Drawing) -> tuple[np.ndarray, np.ndarray]:

