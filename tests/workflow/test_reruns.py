@@ -93,7 +93,7 @@ def test_a_tolerance_that_the_runs_do_not_keep_simulates_again(plan):
 
 
 def test_another_law_simulates_everything_again(plan):
-    jobs = plan({"src/millprint/dem/law.py": replaced("STOP_SHARE = 0.25", "STOP_SHARE = 0.2")})
+    jobs = plan({"src/millprint/dem/law.py": replaced("STOP_SHARE = 1 / 24", "STOP_SHARE = 1 / 25")})
     # Six of its sweep, and one that its fingerprint does not see.
     assert jobs["run_dem_case"] == 19
     assert "describe_mill" in jobs
