@@ -94,11 +94,11 @@ def test_a_thickness_is_found_again():
 
 
 def test_a_pile_rests_on_the_floor():
-    pile = pour(SPHERES, RADIUS, SIDE, 40, 0, FRACTION)
-    assert pile.centres[:, 2].min() == pytest.approx(RADIUS, rel=0.05)
-    # Loosely or densely packed: the thickness is between those of 0.45 and 0.7 of the volume.
+    piles = [pour(SPHERES, RADIUS, SIDE, 40, seed, FRACTION) for seed in range(3)]
+    assert [pile.centres[:, 2].min() for pile in piles] == pytest.approx([RADIUS] * 3, rel=0.05)
+    # Packed loosely, more so between walls that are four balls apart, or densely.
     full = 40 * 4 / 3 * math.pi * RADIUS**3 / SIDE**2
-    assert full / 0.7 < pile.thickness < full / 0.45
+    assert 0.4 < np.mean([full / pile.thickness for pile in piles]) < 0.7
     with pytest.raises(SimulationError, match="do not fit"):
         spread(RADIUS, SIDE, 0.02, 40, 0)
 
