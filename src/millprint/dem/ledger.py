@@ -112,8 +112,8 @@ def check_closure(series: pd.DataFrame, largest: float) -> float:
 # Leapfrog dissipates more in a hit than the hit takes, by HIT_ERROR (step / duration)^2 of its normal damping; the step
 # is the cause of an error up to STEP_SHARE times the sum of that. Both are measured: docs/why/contact.md.
 HIT_ERROR, STEP_SHARE = 4.0, 4
-# A contact that lasts as long as this many impacts to its overlap is pressed, and balls are jammed where two such
-# contacts of one ball press with forces that differ by less than this factor.
+# A contact that lasts as long as this many impacts to its overlap is pressed, and balls are jammed where others of one
+# ball press with forces that together are this part of its own at least.
 LASTING, ALIKE = 10, 3
 # A shorter step aims at this part of the error that is allowed; pressed contacts are resolved by this part of a step.
 AIM, JAM_STEP = 0.7, 0.5
@@ -237,8 +237,8 @@ def _pressed_with(first: int, contacts: pd.DataFrame, hits: Hits) -> list[int]:
     own = contacts.loc[first]
     balls = [ball for ball in own[["first", "second"]].astype(int) if ball >= 0]
     touching = lasting["first"].isin(balls) | lasting["second"].isin(balls)
-    alike = lasting["peak_force_N"] > own["peak_force_N"] / ALIKE
-    return lasting[touching & alike].drop(first).sort_values("peak_force_N", ascending=False).index.to_list()
+    others = lasting[touching].drop(first).sort_values("peak_force_N", ascending=False)
+    return others.index.to_list() if others["peak_force_N"].sum() > own["peak_force_N"] / ALIKE else []
 
 
 def _partners(run: Run, contact: pd.Series) -> str:
