@@ -128,5 +128,5 @@ def test_balls_on_a_floor_that_never_leaves_them_close_the_balance_of_what_goes_
     to_and_fro = 4 * amplitude * found["balls"] * found["ball_mass_kg"] * GRAVITY * speed * found["window_s"]
     assert found["closure"] <= DEM.closure_max
     assert abs(found["ledger_J"]["imbalance"]) < 1e-3 * to_and_fro
-    # Little of it is dissipated: balls that still creep take up to 3 % of it, by the start.
-    assert 0 <= found["power_W"]["wall"] * found["window_s"] < 5e-2 * to_and_fro
+    # Little of it is dissipated: balls that still creep take up to 1.3 % of it, by the start.
+    assert 0 <= found["power_W"]["wall"] * found["window_s"] < 3e-2 * to_and_fro
