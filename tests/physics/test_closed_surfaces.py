@@ -169,6 +169,15 @@ def test_a_drawn_surface_is_touched_as_its_closed_form_says(seed):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    "seed", [600041, 600121, 600162, 600207, 602324, 602459, 602573, 610011, 610273, 610611, 610696, 610929, 620122]
+)
+def test_a_finely_drawn_surface_of_few_decimals_is_touched_as_its_closed_form_says(seed):
+    """Rounding hides the first steps of its roundings, and axes of a few facets are off."""
+    assert check(seed, shots=5) == []
+
+
+@pytest.mark.slow
 def test_a_hundred_drawn_surfaces_are_touched_as_their_closed_forms_say():
     wrong = {}
     for seed in small(100):

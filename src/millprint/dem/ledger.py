@@ -112,8 +112,8 @@ def check_closure(series: pd.DataFrame, largest: float) -> float:
 # Leapfrog dissipates more in a hit than the hit takes, by HIT_ERROR (step / duration)^2 of its normal damping; the step
 # is the cause of an error up to STEP_SHARE times the sum of that. Both are measured: docs/why/contact.md.
 HIT_ERROR, STEP_SHARE = 4.0, 4
-# A contact that lasts as long as this many impacts to its overlap is pressed, and balls are jammed where others of one
-# ball press with forces that together are this part of its own at least.
+# A contact that lasts as long as LASTING impacts to its overlap is pressed, and balls are jammed where the other
+# pressed contacts of a ball have together more than its force over ALIKE.
 LASTING, ALIKE = 10, 3
 # A shorter step aims at this part of the error that is allowed; pressed contacts are resolved by this part of a step.
 AIM, JAM_STEP = 0.7, 0.5
@@ -230,7 +230,7 @@ def _as_impacts(run: Run, contacts: pd.DataFrame) -> Hits:
 
 
 def _pressed_with(first: int, contacts: pd.DataFrame, hits: Hits) -> list[int]:
-    """The contacts that press a ball of the contact `first` as it does, the strongest first; none if not a jam."""
+    """The further contacts that press a ball of the contact `first`, the strongest first; none if not a jam."""
     lasting = contacts[contacts["duration_s"] > LASTING * hits.reached[contacts.index]]
     if first not in lasting.index:
         return []
