@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from millprint.cases.of_mill import mill_cases
+from millprint.config.errors import ConfigError
 from millprint.config.included import included_mills, load_contact, load_mill, shipped
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import Case, DemConfig
@@ -56,6 +57,13 @@ def test_a_run_takes_precedence(tmp_path):
     new.parent.mkdir(parents=True)
     new.write_bytes(own.read_bytes())
     assert find_fingerprint("mine", tmp_path) == new
+    # The file of its run says where that is.
+    run = tmp_path / "mine.yaml"
+    run.write_text(f"mill: mine\nresults: {tmp_path / 'mine'}\n")
+    assert find_fingerprint(str(run), "nowhere") == new
+    run.write_text("mill: bead_drum\n")
+    with pytest.raises(ConfigError, match=f"`millprint fingerprint {run}` writes it"):
+        find_fingerprint(str(run), "nowhere")
 
 
 def first_seeds(name: str, precision: str) -> list[Case]:

@@ -11,10 +11,9 @@ from pathlib import Path
 
 from millprint.cli.commands import PIPE
 from millprint.config.errors import ConfigError
-from millprint.config.load import read_yaml
+from millprint.config.load import YAML
 from millprint.config.wording import close_to
 
-YAML = (".yaml", ".yml")
 SHAPES = (".stl", ".ply", ".obj")
 # Python ignores the signal that other programs end by.
 ENDS_WITH_READER = (
@@ -32,7 +31,7 @@ def settings_of(mill: str) -> list[str]:
 
     Raises ConfigError, in one line, for anything else.
     """
-    from millprint.config.included import included_mills
+    from millprint.config.included import included_mills, read_run
     from millprint.config.load import MILL_FOLDER
 
     if Path(mill).suffix in SHAPES:
@@ -47,17 +46,7 @@ def settings_of(mill: str) -> list[str]:
                 f"{mill}: unknown mill{close_to(mill, included_mills())}; `millprint new` describes yours"
             )
         return ["--config", f"mill={mill}"]
-    if not Path(mill).is_file():
-        here = [path.name for path in Path(mill).parent.glob("*.[yY]*ml")]
-        hint = close_to(Path(mill).name, here) if here else ""
-        raise ConfigError(f"{mill}: no such file{hint}; `millprint new` writes one")
-    content = read_yaml(mill)
-    if not isinstance(content, dict) or not ("mill" in content or "geometry" in content):
-        names = content if isinstance(content, dict) else {}
-        meant = next((f"; {name}: did you mean mill?" for name in names if str(name).lower() in ("mills", "mil")), "")
-        raise ConfigError(
-            f"{mill}: has neither `mill` (a run) nor `geometry` (a mill); `millprint new` writes both{meant}"
-        )
+    content = read_run(mill)
     if "mill" in content:
         return ["--configfile", mill]
     place = Path(MILL_FOLDER) / f"{content.get('name')}.yaml"

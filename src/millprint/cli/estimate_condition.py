@@ -34,8 +34,8 @@ from millprint.config.arguments import value_of
 from millprint.config.charge import charge_words, diameter_of, fill_of, mixture_of, speed_words
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
-from millprint.config.included import load_contact, load_mill
-from millprint.config.load import check_model, read_yaml
+from millprint.config.included import load_contact, load_mill, read_run
+from millprint.config.load import YAML, check_model
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import ConditionSection
 from millprint.config.sweep import ball_count
@@ -84,8 +84,8 @@ def parse(arguments: list[str], name: str) -> argparse.Namespace:
 
 def mill_and_contact(given: str, contact: str | None) -> tuple[MillConfig, ContactConfig]:
     """The mill and the contact set of a name, a mill's file or a run's. Raises ConfigError, a line for each fault."""
-    run = read_yaml(given) if Path(given).suffix in (".yaml", ".yml") and Path(given).is_file() else {}
-    if isinstance(run, dict) and "mill" in run:
+    run = read_run(given) if Path(given).suffix in YAML else {}
+    if "mill" in run:
         contacts = run.get("contacts") or [ASSUMED]
         return load_mill(str(run["mill"])), load_contact(contact or str(contacts[0]))
     return load_mill(given), load_contact(contact or ASSUMED)
@@ -278,7 +278,7 @@ def sweep_lines(
         try:
             lines += told(estimate(kind, condition_of(kind, dimensions, asked, contact)), fingerprint)
         except ConfigError as error:
-            lines.append(str(error))
+            lines += [str(error)] if str(error) not in lines else []
     return lines
 
 
@@ -293,15 +293,15 @@ def lines_of_mill(mill: MillConfig, contact: ContactConfig) -> list[str]:
         return []
 
 
-def _fingerprint(mill: MillConfig, contact: ContactConfig, is_as_built: bool, results: str) -> Fingerprint:
-    """The fingerprint of the mill. Raises ConfigError for one of other dimensions or balls."""
+def _fingerprint(given: str, contact: ContactConfig, is_as_built: bool, results: str) -> Fingerprint:
+    """The fingerprint of the mill that is given. Raises ConfigError for one of other dimensions or balls."""
     from millprint.fingerprint.model import Fingerprint
     from millprint.fingerprint.readers import find_fingerprint
 
-    found = Fingerprint.read(find_fingerprint(mill.name, results))
+    found = Fingerprint.read(find_fingerprint(given, results))
     if not is_as_built or found.about["contact"] != contact.name:
         raise ConfigError(
-            f"--simulated: {mill.name} was simulated as built, with {found.about['contact']}; leave out other "
+            f"--simulated: {given} was simulated as built, with {found.about['contact']}; leave out other "
             "dimensions and contacts"
         )
     return found
@@ -322,7 +322,9 @@ def main(arguments: list[str], name: str = "estimate") -> None:
     kind, asked = known[0], asked_of(options)
     dimensions = dimensions_of(options, *known)
     model_of(kind)
-    fingerprint = _fingerprint(mill, contact, dimensions == known[1], options.results) if options.simulated else None
+    fingerprint = (
+        _fingerprint(options.mill, contact, dimensions == known[1], options.results) if options.simulated else None
+    )
     if options.most_shear and not options.within:
         raise ConfigError("--most-shear: is a limit of a search; give --within NAME=LOW:HIGH too")
     if asked is None:

@@ -15,7 +15,6 @@ from millprint.config.charge import charge_words, speed_words
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import SearchConfig
 from millprint.config.included import included_mills as included_names
-from millprint.config.included import load_mill
 from millprint.config.load import check_model, shipped
 from millprint.config.mill_sweep import ConditionSection
 from millprint.estimate.judge import AGREES
@@ -50,7 +49,7 @@ def _mills(names: list[str]) -> list[dict]:
         return [*(makers_mills(makers, kinds) if makers else []), *included_mills(list(included_names()), kinds)]
     found = []
     for name in names:
-        known = recognise(load_mill(name))
+        known = recognise(mill_and_contact(name, None)[0])
         if known is None:
             raise ConfigError(f"{name}: no kind of the atlas; leave out --any to match its fingerprint")
         found.append({"title": name, "kind": known[0].name, "dimensions": known[1], "fastest_hz": None})

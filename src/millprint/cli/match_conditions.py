@@ -7,12 +7,13 @@
     millprint match --from card.json --to planetary
     millprint match --any --like mixer 25Hz 10 number=6
 
-Name each mill that you could use, by its name if it was run (--results says where) or by its fingerprint.json. The
-target is a condition of another mill (--like MILL SPEED BALLS FILL) or a milling card (--from, --to). Its collisions
-are asked for, by their energy-weighted energies E*n and E*t, which need no counting rule, or by the mean energies of
-the thesis (--descriptors per_collision); how often they come is made up by milling time, unless --equal-frequency asks
-for that too. --descriptors shear_share asks for E*n and the share of shear in the power, compared by tangential over
-normal power. Or the target is numbers: energies per collision [J] and all collisions over the balls [1/s].
+Name each mill that you could use, by its name if it was run (--results says where), by the YAML file of its run, or by
+its fingerprint.json. The target is a condition of another mill (--like MILL SPEED BALLS FILL) or a milling card
+(--from, --to). Its collisions are asked for, by their energy-weighted energies E*n and E*t, which need no counting
+rule, or by the mean energies of the thesis (--descriptors per_collision); how often they come is made up by milling
+time, unless --equal-frequency asks for that too. --descriptors shear_share asks for E*n and the share of shear in the
+power, compared by tangential over normal power. Or the target is numbers: energies per collision [J] and all collisions
+over the balls [1/s].
 
 SPEED is in rpm, or in Hz as 25Hz. Balls are a diameter [mm] or the name of a charge of several sizes that was
 simulated; between two charges nothing is calculated. FILL is the fill ratio, or `number=50`, `mass_g=200`, or
@@ -130,7 +131,7 @@ def parse(arguments: list[str], name: str) -> argparse.Namespace:
     """Parse the command line."""
     parser = parser_of(name, __doc__)
     add = parser.add_argument
-    add("fingerprints", nargs="*", metavar="MILL", help="mills that you could use, or their fingerprint.json")
+    add("fingerprints", nargs="*", metavar="MILL", help="mills that you could use: name, YAML or fingerprint.json")
     add("--request", type=Path, help="YAML file with targets, speeds_rpm and so on")
     add(
         "--energies",

@@ -18,8 +18,9 @@ from itertools import takewhile
 from snakemake_interface_logger_plugins.common import LogEvent
 
 from millprint.cli.commands import parser_of
-from millprint.cli.engine import YAML, settings_of, snakefile_words
+from millprint.cli.engine import settings_of, snakefile_words
 from millprint.config.arguments import check_configfiles
+from millprint.config.load import YAML
 from millprint.run.ending import job_of
 from millprint.run.plan import Job, plan_text
 

@@ -29,6 +29,8 @@ LARGEST_BYTES = 4_000_000
 MOST_VALUES = 200_000
 DEEPEST = 60
 
+YAML = (".yaml", ".yml")
+
 # What the loader raises: its own errors, and others for a wrong text after a tag such as !!int.
 LOADER_ERRORS = (yaml.YAMLError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RecursionError)
 

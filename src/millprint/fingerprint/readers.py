@@ -19,8 +19,8 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.counting import CountingRule, recorded_count
 from millprint.config.errors import ConfigError
 from millprint.config.identity import WORDS
-from millprint.config.included import load_contact, load_mill, shipped
-from millprint.config.load import MILL_FOLDER, WORKING_FOLDER, Sources
+from millprint.config.included import load_contact, load_mill, read_run, shipped
+from millprint.config.load import MILL_FOLDER, WORKING_FOLDER, YAML, Sources
 from millprint.config.mill import MillConfig
 from millprint.config.wording import close_to
 from millprint.dem.collisions import (
@@ -184,13 +184,18 @@ def find_ready_made(mill: str) -> Path | None:
 def find_fingerprint(mill: str, results: str | Path = "results", sources: Sources = WORKING_FOLDER) -> Path:
     """The fingerprint of a mill, given by its file or its name: of a run, or the one that comes with millprint.
 
-    Of a mill that was run, the one with all intervals first. A run that `millprint new` has written has a folder of its
-    own in `results`.
+    mill: fingerprint.json, a name, or the YAML file of a run, which says where its results are, or of a mill. Of a mill
+    that was run, the one with all intervals first. A run that `millprint new` has written has a folder of its own in
+    `results`.
 
     Raises ConfigError, in one line, for an unknown mill, and for a mill that was not run, with the command to run it.
     """
     if mill.endswith(".json"):
         return Path(mill)
+    given = mill
+    if Path(mill).suffix in YAML:
+        run = read_run(mill)
+        mill, results = str(run.get("mill", run.get("name"))), str(run.get("results", results))
     homes = [Path(results), Path(results) / mill]
     places = [home / folder / mill / "fingerprint.json" for home in homes for folder in ("uncertainty", "mills")]
     places += sorted((Path(results) / "fingerprint").glob("fingerprint_*.json"))
@@ -202,7 +207,7 @@ def find_fingerprint(mill: str, results: str | Path = "results", sources: Source
     if not Path(sources.find(f"{MILL_FOLDER}/{mill}.yaml")).is_file():
         raise ConfigError(f"{mill}: unknown mill{close_to(mill, sources.names(MILL_FOLDER))}")
     raise ConfigError(
-        f"{mill}: this mill was not run: {places[1]} is missing; `millprint fingerprint {mill}` writes it"
+        f"{given}: this mill was not run: {places[1]} is missing; `millprint fingerprint {given}` writes it"
     )
 
 
