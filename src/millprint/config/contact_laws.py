@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, get_type_hints
 
-from pydantic import ConfigDict, Field
+from pydantic import Field
 
 from millprint.config.over_speed import Restitution, RestitutionOverSpeed
 from millprint.config.section import Section
@@ -17,34 +17,36 @@ from millprint.config.section import Section
 class LawKeys(Section):
     """The keys of a contact set that its law takes. One whose name begins with wall_ is that of a ball at a wall."""
 
-    model_config = ConfigDict(use_attribute_docstrings=True)
-
 
 class DampedKeys(LawKeys):
     """The keys of a law that is damped by a restitution."""
 
-    restitution: RestitutionOverSpeed
-    """coefficient of restitution e [-], thesis Eq. 3.19; or over the speed of the hit, as a table or a form"""
-    wall_restitution: RestitutionOverSpeed | None = None
-    """restitution of a ball at a wall [-]; if left out, as between two balls"""
+    restitution: RestitutionOverSpeed = Field(
+        description="coefficient of restitution e [-], thesis Eq. 3.19; or over the speed of the hit, a table or a form"
+    )
+    wall_restitution: RestitutionOverSpeed | None = Field(
+        None, description="restitution of a ball at a wall [-]; if left out, as between two balls"
+    )
 
 
 class HertzKeys(DampedKeys):
     """Springs of two elastic bodies."""
 
-    young_modulus_gpa: Annotated[float, Field(ge=1e-6, le=1e5)]
-    """Young's modulus of balls and walls [GPa]"""
-    poisson_ratio: Annotated[float, Field(gt=-1, lt=0.5)]
-    """Poisson's ratio of balls and walls [-]"""
+    young_modulus_gpa: Annotated[float, Field(ge=1e-6, le=1e5)] = Field(
+        description="Young's modulus of balls and walls [GPa]"
+    )
+    poisson_ratio: Annotated[float, Field(gt=-1, lt=0.5)] = Field(description="Poisson's ratio of balls and walls [-]")
 
 
 class LinearKeys(DampedKeys):
     """Springs of constant stiffness."""
 
-    normal_stiffness_n_m: Annotated[float, Field(ge=1e-3, le=1e12)]
-    """normal stiffness k_n of every contact [N/m]"""
-    tangential_stiffness_ratio: Annotated[float, Field(gt=0, le=10)]
-    """tangential over normal stiffness, k_t / k_n [-]; 2/7 gives both the same period"""
+    normal_stiffness_n_m: Annotated[float, Field(ge=1e-3, le=1e12)] = Field(
+        description="normal stiffness k_n of every contact [N/m]"
+    )
+    tangential_stiffness_ratio: Annotated[float, Field(gt=0, le=10)] = Field(
+        description="tangential over normal stiffness, k_t / k_n [-]; 2/7 gives both the same period"
+    )
 
 
 @dataclass(frozen=True)
