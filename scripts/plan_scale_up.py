@@ -7,6 +7,7 @@ Outputs: `sheet`, `run`, and the figure.
 
 from millprint.cases.of_mill import enlarged
 from millprint.config.contact_set import ContactConfig
+from millprint.config.counting import recorded_count
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import ScaleUpConfig
 from millprint.dem.laws.registry import step_scale
@@ -14,7 +15,6 @@ from millprint.figures.mill_sheet_figure import plot_scale_up
 from millprint.figures.style import save
 from millprint.fingerprint.mill_collapse import compare_run, tabulate_scale_up
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.readers import counted
 from millprint.run.files import read_json, write_table
 from millprint.run.job import job
 
@@ -29,7 +29,7 @@ if "snakemake" in globals():
         step = fraction * step_scale(contact, smallest / 2e3)
         sheet = tabulate_scale_up(fingerprint, factor, settings, step, run["ns_per_ball_step"])
         write_table(sheet, snakemake.output.sheet)
-        compared = compare_run(sheet, run, counted(run, fingerprint.about["counting_rule"]))
+        compared = compare_run(sheet, run, recorded_count(run, fingerprint.about["counting_rule"]))
         write_table(compared, snakemake.output.run)
         save(plot_scale_up(sheet), snakemake.output.svg, snakemake.output.png)
         logger.info("simulated large mill: %d balls, %.3g s of processor time", run["balls"], run["processor_s"])

@@ -8,7 +8,7 @@ from millprint.dem.ledger import closure
 from millprint.dem.summary import is_certain
 from millprint.dem.turns import half_width, has_impacts, mean_of_turns, motion_repeats, relative_error
 from millprint.estimate.estimates import factor_of
-from millprint.fingerprint.descriptors import MOTIONS, said_of, tabulate_descriptors, variance_of_run
+from millprint.fingerprint.descriptors import MOTIONS, lasting_motions, said_of, tabulate_descriptors, variance_of_run
 from millprint.fingerprint.model import Fingerprint
 from tests.unit.synthetic_mill import VOLUME, summary
 
@@ -113,6 +113,30 @@ def test_the_error_of_several_seeds_contains_their_spread_and_the_motion_is_said
     (short,) = [summary(0.10)]
     short["per_revolution"] = {name: values[:3] for name, values in short["per_revolution"].items()}
     assert tabulate_descriptors([short], "gap_0_03").iloc[0]["motion"] == MOTIONS["few_turns"].word
+
+
+@pytest.mark.parametrize(
+    ("powers", "error", "counts"),
+    [
+        ([2.66, 5.66, 5.68], 0.005, [1, 2]),  # nine balls in a planetary jar: in one seed as a raft
+        ([5.66, 5.68, 5.70], 1e-4, [3]),  # apart for sure, but by less than anybody would see
+        ([1.02, 1.43, 1.55], 0.13, [3]),  # by less than what their turns explain
+        ([1.0, 1.04, 1.08, 1.5], 0.0, [3, 1]),  # neighbours are alike, though the ends of a group are not
+        ([3.0], 0.1, [1]),
+    ],
+)
+def test_seeds_of_one_lasting_motion_are_one_group(powers, error, counts):
+    found = lasting_motions(np.array(powers), np.full(len(powers), error**2))
+    assert [len(group) for group in found] == counts and np.concatenate(found).tolist() == powers
+
+
+def test_the_power_of_each_lasting_motion_is_said():
+    runs = [summary(0.10, seed=seed, noise=noise, error=1e-4) for seed, noise in enumerate((0.0, 0.5, 0.001))]
+    (row,) = tabulate_descriptors(runs, "gap_0_03").to_dict("records")
+    first, second, third = (run["power_W"]["wall"] for run in runs)
+    assert row["lasting_motions"] == f"{(first + third) / 2:.2f} W in 2 and {second:.2f} W in 1 of 3 simulations"
+    (row,) = tabulate_descriptors(runs[::2], "gap_0_03").to_dict("records")
+    assert row["lasting_motions"] == ""
 
 
 def ledger_of(turns: list[float]) -> pd.DataFrame:

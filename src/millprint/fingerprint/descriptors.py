@@ -8,14 +8,15 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.charge import ONE_SIZE
-from millprint.config.counting import CountingRule
+from millprint.config.counting import CountingRule, recorded_count
 from millprint.config.mill_sweep import FEWEST_FILLS
 from millprint.config.sweep import as_tabulated
 from millprint.dem.turns import ROUNDING, has_impacts, mean_of_turns, motion_repeats, scale_of_hits
-from millprint.fingerprint.readers import collisions_by, counted, read_contacts
+from millprint.fingerprint.readers import collisions_by, read_contacts
 from millprint.observables.counted_collisions import Collisions
 from millprint.observables.definitions import COMPUTED, DESCRIPTORS, MEASURED, STATISTICS, Measured
 from millprint.run.files import read_table
+from millprint.run.numbers import prefix_of, three
 
 # The columns that define a condition. `varied` names what a sweep changed of mill or balls; NOTHING if as built.
 # `charge` names balls of several sizes; ONE_SIZE for others.
@@ -31,7 +32,8 @@ OVERRIDES = {"amplitude_mm": "amplitude", "density_kg_m3": "density"}
 
 # Columns that later stages need.
 OF_RULE = ["counting_rule", "collisions_by"]
-DESCRIPTOR_TEXT = [*CONDITION_TEXT, *OF_RULE, "motion"]
+MOTION_TEXT = ["motion", "lasting_motions"]
+DESCRIPTOR_TEXT = [*CONDITION_TEXT, *OF_RULE, *MOTION_TEXT]
 DESCRIPTOR_NUMBERS = [*CONDITION_NUMBERS, *(name for name, column in DESCRIPTORS.items() if not column.optional)]
 
 
@@ -53,7 +55,7 @@ def read_descriptors(path: str | Path) -> pd.DataFrame:
     """Read descriptors.tsv; raises ConfigError as `millprint.run.files.read_table`."""
     table = read_table(path, numeric=DESCRIPTOR_NUMBERS, text=DESCRIPTOR_TEXT)
     # pandas reads an empty cell as NaN, which groupby would drop.
-    return table.assign(**{name: table[name].fillna("") for name in (CHARGE, "motion") if name in table})
+    return table.assign(**{name: table[name].fillna("") for name in (CHARGE, *MOTION_TEXT) if name in table})
 
 
 def as_built(table: pd.DataFrame) -> pd.DataFrame:
@@ -77,7 +79,7 @@ def with_impacts(table: pd.DataFrame) -> pd.DataFrame:
 def run_row(summary: dict, rule_name: str) -> dict:
     """The measured columns of a run, with collisions counted by the rule of that name, which has no threshold."""
     summary = _without_rounding(summary)
-    rule = counted(summary, rule_name)
+    rule = recorded_count(summary, rule_name)
     collisions = _collisions_of(summary, rule)
     return {
         **condition_of(summary),
@@ -210,7 +212,8 @@ def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
     """Mean of every measured column over the seeds of a condition, with the errors of powers and their spread.
 
     NAME_power_se_W: standard error of the mean, from turns and seeds, with NAME_power_freedom degrees of freedom;
-    motion: why this error may be wrong, from turns and seeds, `MOTIONS`.
+    motion: why this error may be wrong, from turns and seeds, `MOTIONS`; lasting_motions: where seeds differ, the power
+    of each motion and how many seeds have it.
     """
     groups = runs.groupby(CONDITION, sort=True)
     of_a_run = [f"{name}{end}" for name in SCATTERED for end in ("", "_variance", "_freedom")]
@@ -237,7 +240,20 @@ def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
     told = ["runs_with_impacts", "stuck_runs", "independent_turns", "repeating_runs"]
     turns = zip(*(groups[name].sum() for name in told), differ, strict=True)
     mean["motion"] = [", ".join(said.word for said in motion_of(*own)) for own in turns]
+    lasting = groups.apply(_lasting_in_words, include_groups=False)
+    mean["lasting_motions"] = [words if own else "" for words, own in zip(lasting, differ, strict=True)]
     return mean.drop(columns=told).reset_index()
+
+
+def _lasting_in_words(seeds: pd.DataFrame) -> str:
+    """The power of each lasting motion of a condition, that of most seeds first; empty for one motion."""
+    told = seeds[["wall_power_W", "wall_power_variance"]].fillna(0.0).sort_values("wall_power_W")
+    found = lasting_motions(told["wall_power_W"].to_numpy(), told["wall_power_variance"].to_numpy())
+    parts = []
+    for powers_W in sorted(found, key=len, reverse=True) if len(found) > 1 else []:
+        factor, unit = prefix_of(mean_W := float(powers_W.mean()), "W")
+        parts.append(f"{three(factor * mean_W)} {unit} in {len(powers_W)}")
+    return f"{' and '.join(parts)} of {len(seeds)} simulations" if parts else ""
 
 
 def _scatter_of(seeds: pd.DataFrame, name: str) -> "Run":
@@ -279,6 +295,10 @@ CHANCE, FEWEST_TURNS = 0.01, 8
 ENOUGH_SEEDS = 3
 # Balls stick to the wall where their speed relative to the vessel is under this share of the vessel's [-].
 STUCK = 0.1
+
+
+# Powers of two motions differ by more than this share [-], and this number of standard errors.
+APART, SURELY = 0.05, 3
 
 
 class Run(NamedTuple):
@@ -324,6 +344,16 @@ def variance_of_run(values: Sequence[float], within: Sequence[tuple[float, int]]
         squares, inside = squares / inside * (seeds - 1), seeds - 1
     freedom = inside + seeds - 1
     return Run(max(between, (squares + (seeds - 1) * between) / freedom), freedom, False)
+
+
+def lasting_motions(powers_W: np.ndarray, variances: np.ndarray) -> list[np.ndarray]:
+    """The powers of seeds, in rising order (k,), of which each array holds those of one motion.
+
+    Neighbours are of two motions where they differ by more than APART, and by more than SURELY standard errors of their
+    turns, variances (k,), relative.
+    """
+    steps, errors = np.diff(np.log(powers_W)), np.sqrt(variances[1:] + variances[:-1])
+    return np.split(powers_W, np.flatnonzero((steps > APART) & (steps > SURELY * errors)) + 1)
 
 
 class Motion(NamedTuple):

@@ -140,6 +140,8 @@ def tabulate_sheet(
         Row("condition", "fill ratio", condition.fill_ratio, unit="-"),
         Row("condition", "balls", prediction.balls, unit="-"),
     ]
+    if lasting := simulated["lasting_motions"]:
+        rows.append(Row("condition", "several motions last", text=lasting))
     if charge:
         rows.append(Row("condition", "charge", text=fingerprint.charges[charge].in_words(prediction.balls)))
     for name in DESCRIBED:

@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from millprint.config.charge import ONE_SIZE, BallMixture, balls_in_words
+from millprint.config.charge import BallMixture
 from millprint.config.contact_set import ContactConfig
-from millprint.config.counting import CountingRule, recorded_count
+from millprint.config.counting import CountingRule
 from millprint.config.errors import ConfigError
 from millprint.config.identity import WORDS
 from millprint.config.included import load_contact, load_mill, read_run, shipped
@@ -128,22 +128,6 @@ def charges_of(summaries: Iterable[dict]) -> dict[str, BallMixture]:
     """The charges of several ball sizes that were simulated, by their names."""
     mixtures = [summary["case"].get("mixture") for summary in summaries]
     return {mixture["name"]: BallMixture(**mixture) for mixture in mixtures if mixture}
-
-
-def counted(summary: dict, rule_name: str) -> dict:
-    """The collisions of one run by a counting rule.
-
-    None at all is a result. Raises ConfigError if the run lacks the rule, or where only another one counted any.
-    """
-    count = recorded_count(summary, rule_name)
-    if count["count"] == 0 and any(other["count"] for other in summary["collisions"]):
-        case, name = summary["case"], (summary["case"].get("mixture") or {}).get("name", ONE_SIZE)
-        balls = balls_in_words(1e3 * case["ball_diameter_m"], name)
-        raise ConfigError(
-            f"fingerprint.counting_rule = {rule_name}: it counts no collision of balls of {balls} at fill "
-            f"{case['fill_ratio']:g} and {60 * case['speed_hz']:g} rpm; choose a rule with a lower threshold"
-        )
-    return count
 
 
 def read_content(path: str | Path) -> dict:

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.cases.of_mill import FACTORS
+from millprint.config.counting import recorded_count
 from millprint.config.fingerprint import StudyConfig
 from millprint.dem.convergence import column_of, deviations, pooled_variance
 from millprint.estimate.estimates import Estimate, Interval
@@ -31,7 +32,6 @@ from millprint.estimate.quantiles import (
     normal_exceeded,
     student_exceeded,
 )
-from millprint.fingerprint.readers import counted
 from millprint.observables.definitions import DESCRIPTOR_SETS, DESCRIPTORS
 
 POWERS = ("normal", "tangential")
@@ -77,7 +77,7 @@ def study_row(setting: str, factor: float, value: float, summaries: list[dict], 
 
 
 def _descriptors(summary: dict, rule: str) -> dict[str, float]:
-    frequency = counted(summary, rule)["frequency_hz"]
+    frequency = recorded_count(summary, rule)["frequency_hz"]
     normal, tangential = (summary["power_W"][name] for name in POWERS)
     energies = [power / frequency if frequency else np.nan for power in (normal, tangential)]
     return dict(zip(DESCRIBED, [*energies, frequency / summary["balls"], normal, tangential], strict=True))
