@@ -5,19 +5,17 @@ import pandas as pd
 
 from millprint.estimate.judge import AGREES, DIFFERS, OPEN
 from millprint.thesis.claims.chapter3 import CONTACT, MILL
-from millprint.thesis.claims.evidence import Evidence, Finding, NotRun, Repeats, claim, in_words, yes_no
+from millprint.thesis.claims.evidence import Evidence, Finding, NotRun, Repeats, claim, yes_no
 from millprint.thesis.surrogate.measures import (
     BASELINE,
     DISSIPATION,
     NOTHING,
     PLATEAU,
     SOMETHING,
-    failed_tests,
 )
 
 VARIANT = "thesis"
-METRICS = "surrogate/metrics.tsv"
-# The motion of a test, in words. On the trained motion, the roll-out begins after the time of the training.
+# The motion of a test, in words.
 TRAINED_TEST, TRAINED, UNSEEN = "trained", "the motion of the training", "a motion that was not trained on"
 # What an interval is over.
 TRAININGS = "trainings"
@@ -42,183 +40,90 @@ def contact_duration(evidence: Evidence) -> Finding:
     Other seeds of this condition are shorter runs for other purposes, such as a smoke run in the same folder.
     """
     run = f"{MILL}/{CONTACT}/d10_f0.10_n300_s0"
-    row = evidence.row(f"dem/{run}/summary.json", "median_contact_duration_s", "", f"no simulation of {run}")
+    row = evidence.row(f"dem/{run}/summary.json", "median_contact_duration_s")
     return Finding(float(row["median_contact_duration_s"]), "median of the contact lifetimes of 24 balls in one run")
 
 
 def _measure(evidence: Evidence, test: str, measure: str) -> pd.Series:
-    """A measure of the variant of the thesis in a test, which decides a claim.
+    """A measure of the variant of the thesis in a test, which decides a claim, and `told`: of what roll-out it is.
 
     A shorter roll-out than the stated one decides only if it runs away.
     """
-    path, absent = f"surrogate/{VARIANT}/metrics.tsv", f"no roll-out of variant {VARIANT}, test {test}"
-    row = evidence.row(path, "value", f"test == '{test}' and measure == '{measure}'", absent)
+    path = f"surrogate/{VARIANT}/metrics.tsv"
+    row = evidence.row(path, "value", f"test == '{test}' and measure == '{measure}'")
     # Draws of trainings have the sizes of what did not run away only.
     runs_away = (evidence.table(path, f"test == '{test}' and measure == 'stable'")["value"] != 1).any()
+    told = (
+        f"over {row['length_s']:g} s of {TRAINED if test == TRAINED_TEST else UNSEEN}"
+        f"{', which runs away' if runs_away else ''}; two DEM seeds give {row['dem_reference']:.3g}"
+    )
     if row["length_s"] < STATED_S and not runs_away:
         raise NotRun(
-            f"{STATED_S:g} s are stated, and this roll-out ends after {row['length_s']:g} s; {_over(row, test)}: "
-            f"{measure} {row['value']:.3g} ({row['dem_reference']:.3g} of another seed of the DEM)"
-            f"{_trainings(evidence, test, measure)}; {_course(_all_measures(evidence, test))}"
+            f"{STATED_S:g} s are stated, and this roll-out ends after {row['length_s']:g} s; "
+            f"{measure} {row['value']:.3g}, {told}"
         )
-    if runs_away and measure != "stable":
-        # What ran away has no size.
-        row = pd.concat([row.drop("value"), pd.Series({"value": np.inf})])
-    return row
+    # What ran away has no size.
+    value = np.inf if runs_away and measure != "stable" else row["value"]
+    return pd.concat([row.drop("value"), pd.Series({"value": value, "told": told})])
 
 
-def _over(row: pd.Series, test: str) -> str:
-    """The length of the roll-out behind a measure, and whether its motion was trained on, as text."""
-    return f"over {row['length_s']:g} s of {TRAINED if test == TRAINED_TEST else UNSEEN}"
-
-
-def _all_measures(evidence: Evidence, test: str) -> pd.Series:
-    """All measures of the variant of the thesis in a test, by name, for explanations."""
-    return evidence.table(METRICS, f"variant == '{VARIANT}' and test == '{test}'").set_index("measure")["value"]
+def _measured(evidence: Evidence, test: str, measure: str) -> Finding:
+    row = _measure(evidence, test, measure)
+    return Finding(float(row["value"]), row["told"])
 
 
 @claim("6.mse")
 def plateau(evidence: Evidence) -> Finding:
-    """Sec. 6.4."""
-    row = _measure(evidence, "trained", PLATEAU)
-    centroid = _all_measures(evidence, "trained")["position_mse_centroid_m2"]
-    return Finding(
-        float(row["value"]),
-        f"{_over(row, 'trained')}, after the time of the training; two DEM seeds are {row['dem_reference']:.2g} m2 "
-        f"apart and every ball at the centre of mass scores {centroid:.2g} m2, so a plateau says nothing of "
-        f"trajectories{_trainings(evidence, 'trained', PLATEAU, 'm2')}",
-    )
+    """Sec. 6.4: on the trained motion, the roll-out begins after the time of the training."""
+    return _measured(evidence, TRAINED_TEST, PLATEAU)
 
 
 @claim("6.energy.{test}")
 @claim("6.energy")
-def dissipation(evidence: Evidence, test: str = "trained") -> Finding:
+def dissipation(evidence: Evidence, test: str = TRAINED_TEST) -> Finding:
     """Secs 6.3.1 and 6.3.2: the error of the cumulative dissipation."""
-    row, own = _measure(evidence, test, DISSIPATION), _all_measures(evidence, test)
-    return Finding(
-        float(row["value"]),
-        f"{_over(row, test)}, against our DEM; two DEM seeds differ by {row['dem_reference']:.2g} %; single "
-        f"steps from DEM states, with the edges of the roll-out, are off by "
-        f"{own['one_step_dissipation_bias_percent']:+.3g} % and explain {100 * own['one_step_acceleration_r2']:.3g} % "
-        f"of the accelerations; {_course(own)}{_budget(evidence)}"
-        f"{_trainings(evidence, test, DISSIPATION, '%')}{_others(evidence, test, DISSIPATION, '%')}",
-    )
-
-
-def _course(own: pd.Series) -> str:
-    """The course of a roll-out, as text."""
-    if own["stable"] == 1:
-        return (
-            f"the roll-out's mean square speed is {own['mean_square_speed_ratio']:.2g} of the DEM's: a small error of "
-            "the sum can be these cancelling"
-        )
-    when = f", the first after {own['first_left_s']:.3g} s" if own["balls_left"] else ""
-    return (
-        f"the roll-out runs away: {int(own['balls_left'])} ball(s) cross the wall{when}, and its mean square speed is "
-        f"{own['mean_square_speed_ratio']:.2g} of the DEM's"
-    )
-
-
-def _budget(evidence: Evidence) -> str:
-    """The training of the variant, compared with the thesis, as text."""
-    history = evidence.table(f"surrogate/{VARIANT}/loss.tsv")
-    if history.empty:
-        return ""
-    last = history.iloc[-1]
-    return f"; trained for {int(last['epoch'])} epochs in {last['elapsed_s']:.0f} s (the thesis: 2000)"
-
-
-def _trainings(evidence: Evidence, test: str, measure: str, unit: str = "") -> str:
-    """The values of all trainings of the variant of the thesis, as text."""
-    table = evidence.table("surrogate/trainings.tsv", f"variant == '{VARIANT}' and test == '{test}'")
-    values = table[table["measure"] == measure] if len(table) else table
-    if len(values) < 2:
-        return ""
-    failed = [number for number, own in table.groupby("training") if failed_tests(own)]
-    held = values[~values["training"].isin(failed)]
-    if not failed:
-        return f"; {len(values)} trainings: {in_words(values, '{value:.3g}')} {unit}"
-    others = f"; the others: {in_words(held, '{value:.3g}')} {unit}" if len(held) else ""
-    return f"; {len(failed)} of {len(values)} trainings failed (lost balls and ran away){others}"
-
-
-def _others(evidence: Evidence, test: str, measure: str, unit: str) -> str:
-    """The measures of the other variants and of the baselines, as text."""
-    rows = evidence.table(METRICS, f"variant != '{VARIANT}' and test == '{test}' and measure == '{measure}'")
-    return in_words(rows, f"; variant {{variant}}: {{value:.3g}} {unit}", "")
+    return _measured(evidence, test, DISSIPATION)
 
 
 @claim("6.pearson")
 def correlation(evidence: Evidence) -> Finding:
-    """Sec. 6.3.2: of the cumulative curves, and of what is dissipated in each 5 ms, which says more."""
-    rows, increments = (
-        [_measure(evidence, test, measure) for test in ("motion1", "motion2")]
-        for measure in ("cumulative_pearson_r", "increments_5ms_r")
-    )
+    """Sec. 6.3.2: of the cumulative curves."""
+    rows = [_measure(evidence, test, "cumulative_pearson_r") for test in ("motion1", "motion2")]
     own = [row["value"] for row in rows]
-    text = " and ".join(f"{row['value']:.2f} (DEM seeds {row['dem_reference']:.2f})" for row in increments)
-    explanation = (
-        f"{_over(rows[0], 'motion1')}, the smaller of two; two unrelated DEM runs score "
-        f"{min(row['dem_reference'] for row in rows):.4f}, so this measure is empty; increments over 5 ms correlate "
-        f"at {text}"
-    )
     if not np.isfinite(own).all():
-        explanation = f"a roll-out is not finite, so that nothing correlates; {explanation}"
-        return Finding(0.0, explanation, limits=CORRELATIONS, failed=True)
-    return Finding(float(min(own)), explanation, limits=CORRELATIONS)
+        told = f"a roll-out is not finite, so that nothing correlates; {rows[0]['told']}"
+        return Finding(0.0, told, limits=CORRELATIONS, failed=True)
+    return Finding(float(min(own)), f"the smaller of two; {rows[0]['told']}", limits=CORRELATIONS)
 
 
 @claim("6.geometry")
 def modified_geometry(evidence: Evidence) -> Finding:
     """Sec. 6.3.3: a jar with a post."""
-    stable, own = _measure(evidence, "post", "stable"), _all_measures(evidence, "post")
-    return yes_no(
-        stable["value"] == 1,
-        f"{_over(stable, 'post')}: {_course(own)}; dissipation is {own[DISSIPATION]:.3g} % off our DEM of the "
-        f"modified jar"
-        f"{_others(evidence, 'post', 'balls_left', 'ball(s) out')}",
-    )
+    stable = _measure(evidence, "post", "stable")
+    return yes_no(stable["value"] == 1, stable["told"])
 
 
 @claim("6.geometry.own")
 def dissipation_of_its_own_jar(evidence: Evidence) -> Finding:
     """Sec. 6.3.3: the roll-out in the jar with a post against our simulation of that jar, by the error stated there."""
-    row, own = _measure(evidence, "post", DISSIPATION), _all_measures(evidence, "post")
-    told = f"{_over(row, 'post')}; two DEM seeds differ by {row['dem_reference']:.2g} %; {_course(own)}"
-    return Finding(float(row["value"]), f"{told}{_trainings(evidence, 'post', DISSIPATION, '%')}")
+    return _measured(evidence, "post", DISSIPATION)
 
 
 @claim("6.geometry.dissipation")
 def dissipation_of_the_original(evidence: Evidence) -> Finding:
     """Sec. 6.3.3: the roll-out in the jar with a post against the simulation of the jar without one."""
-    row = _measure(evidence, "post", "dissipation_error_original_percent")
-    return Finding(
-        float(row["value"]),
-        f"{_over(row, 'post')}; the thesis says itself that this agreement has no physical validity; see 6.geometry",
-    )
-
-
-def _timing(evidence: Evidence, columns: str) -> pd.Series:
-    """The times of one trajectory of the thesis's Emax case, the one with the fewest balls."""
-    where = f"variant == '{VARIANT}' and batch == 1 and balls == balls.min()"
-    return evidence.row("surrogate/runtime.tsv", columns, where, f"no timing of variant {VARIANT}, batch 1")
-
-
-def _timed(row: pd.Series) -> str:
-    return f"{int(row['balls'])} balls, one trajectory, {row['basis']}"
+    return _measured(evidence, "post", "dissipation_error_original_percent")
 
 
 @claim("6.runtime.ratio")
 def speed_up(evidence: Evidence) -> Finding:
-    """Sec. 6.3.4."""
-    row = _timing(evidence, "dem_seconds_for_15_s, seconds_for_15_s")
-    rivals = evidence.table("surrogate/runtime.tsv", f"variant != '{VARIANT}' and batch == 1 and balls == balls.min()")
-    rivals = rivals.assign(ratio=rivals["dem_seconds_for_15_s"] / rivals["seconds_for_15_s"])
+    """Sec. 6.3.4: of one trajectory of the thesis's Emax case, the one with the fewest balls."""
+    where = f"variant == '{VARIANT}' and batch == 1 and balls == balls.min()"
+    row = evidence.row("surrogate/runtime.tsv", "dem_seconds_for_15_s, seconds_for_15_s", where)
     return Finding(
         float(row["dem_seconds_for_15_s"] / row["seconds_for_15_s"]),
-        f"our DEM over our surrogate in the same job: {_timed(row)}; our DEM takes {row['dem_seconds_for_15_s']:.3g} s "
-        f"for what took the thesis's {DEM_S:,} s, so there is little left to "
-        f"gain{in_words(rivals, '; variant {variant}: {ratio:.3g}', '')}",
+        f"our DEM over our surrogate in the same job: {int(row['balls'])} balls, {row['basis']}; our DEM takes "
+        f"{row['dem_seconds_for_15_s']:.3g} s for what took the thesis's {DEM_S:,} s",
     )
 
 
@@ -235,38 +140,23 @@ SAID = {AGREES: "yes", DIFFERS: "no"}
 
 def _ablation(evidence: Evidence, variant: str, column: str) -> Finding:
     """A column of an ablation, compared with the baseline of the same budget."""
-    path, absent = "surrogate/ablations.tsv", f"no ablation {variant} or {BASELINE}"
-    row = evidence.row(path, column, f"variant == '{variant}'", absent)
-    baseline = evidence.table(path, f"variant == '{BASELINE}'")
+    path = "surrogate/ablations.tsv"
+    row, baseline = (
+        evidence.row(path, column, f"variant == '{variant}'"),
+        evidence.table(path, f"variant == '{BASELINE}'"),
+    )
     if baseline.empty:
-        raise NotRun(absent)
-    nothing = "the baseline runs away too at this budget, so nothing follows; " if row["verdict"] == OPEN else ""
+        raise NotRun(f"no ablation {BASELINE}")
     told = (
-        f"{'stable' if row['stable'] == 1 else 'unstable'}, {int(row['balls_left'])} ball(s) out, mean square speed "
-        f"{row['mean_square_speed_ratio']:.2g} of the DEM's, dissipation error {row[DISSIPATION]:.3g} % against "
-        f"{baseline[DISSIPATION].iloc[0]:.3g} % of the baseline; single steps from DEM states are off by "
-        f"{row['one_step_dissipation_bias_percent']:+.3g} %; {int(row['epochs'])} epochs in "
-        f"{row['training_s']:.0f} s (the thesis: 2000), roll-out of {row['rollout_s']:g} s"
+        f"dissipation error {row[DISSIPATION]:.3g} % against {baseline[DISSIPATION].iloc[0]:.3g} % of the baseline; "
+        f"{int(row['epochs'])} epochs (the thesis: 2000), roll-out of {row['rollout_s']:g} s"
     )
-    value = SAID.get(row[column], row[column])
-    interval = _interval(row, column, int(baseline["trainings"].iloc[0])) if _says(row) else None
-    return Finding(value, nothing + told + _scatter(row), repeats=interval)
-
-
-def _says(row: pd.Series) -> bool:
-    """Whether the baseline was trained more than once, so that its scatter is known."""
-    return row.get("says") in (SOMETHING, NOTHING)
-
-
-def _scatter(row: pd.Series) -> str:
-    """What the scatter between trainings leaves of an ablation, as text."""
-    if not _says(row):
-        return ""
-    told = (
-        f"its error is {row['from_baseline_percent']:.3g} points from the baseline's, and two trainings of the "
-        f"baseline are up to {row['baseline_apart_percent']:.3g} points apart"
-    )
-    return f"; {told}{', so this row says nothing' if row['says'] == NOTHING else ''}"
+    if row["verdict"] == OPEN:
+        told = f"the baseline runs away too at this budget, so nothing follows; {told}"
+    # Only where the baseline was trained more than once is its scatter known.
+    known = row.get("says") in (SOMETHING, NOTHING)
+    interval = _interval(row, column, int(baseline["trainings"].iloc[0])) if known else None
+    return Finding(SAID.get(row[column], row[column]), told, repeats=interval)
 
 
 def _interval(row: pd.Series, column: str, of_baseline: int) -> Repeats:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal, InvalidOperation
 from fnmatch import fnmatch
@@ -386,11 +386,11 @@ class Evidence:
             before = self.conditions[where] = (used, used.eval(where, engine="python"))
         return before[1]
 
-    def rows(self, path: str, columns: str, where: str = "", lacking: str = "") -> pd.DataFrame:
+    def rows(self, path: str, columns: str, where: str = "") -> pd.DataFrame:
         """The rows that decide the claim, at least one; they become its source.
 
         columns: names, separated by commas, of the columns that are used; path and where as in `table`.
-        Raises NotRun if there is no such row, with the message `lacking` where the file is there.
+        Raises NotRun if there is no such row.
         """
         files = [str(file.relative_to(self.results)) for file in sorted(self.results.glob(path))]
         read = [source_in(name, columns, where) for name in files or [path]]
@@ -399,12 +399,12 @@ class Evidence:
             raise NotRun(f"rule {read[0].rule} has not written {path}")
         table = self.table(path, where)
         if table.empty:
-            raise NotRun(lacking or f"{path} has no row with {where}")
+            raise NotRun(f"{path} has no row with {where}")
         return table
 
-    def row(self, path: str, columns: str, where: str = "", lacking: str = "") -> pd.Series:
+    def row(self, path: str, columns: str, where: str = "") -> pd.Series:
         """The first of `rows`."""
-        return self.rows(path, columns, where, lacking).iloc[0]
+        return self.rows(path, columns, where).iloc[0]
 
     def cite(self, path: str, names: str, function: Callable) -> None:
         """Make a file of the project, such as config/mills/emax.yaml, the source of a value that is computed here.
@@ -457,6 +457,30 @@ def claim(template: str) -> Callable:
         return find
 
     return register
+
+
+def look_up(
+    template: str,
+    path: str,
+    column: str,
+    where: str = "",
+    told: str = "",
+    factor: float = 1.0,
+    **names: Mapping[str, str],
+) -> None:
+    """Register claims whose value is a column of one row of a table, times a factor.
+
+    column, where, told: with the parts of the id in braces, `told` with the columns of the row too; names: what the
+    table calls a part of the id, by the part's name. Raises ValueError as `claim`.
+    """
+
+    def find(evidence: Evidence, **parts: str) -> Finding:
+        words = {name: names.get(name, {}).get(part, part) for name, part in parts.items()}
+        value = column.format(**words)
+        row = evidence.row(path, value, where.format(**words))
+        return Finding(factor * float(row[value]), told.format(**{**row, **words}))
+
+    claim(template)(find)
 
 
 @cache
@@ -516,11 +540,21 @@ def as_printed(evidence: Evidence, ids: str) -> bool:
     return all(value is not None and agrees(evidence.printed[name], "printed", value) for name, value in found.items())
 
 
-def contradicted(evidence: Evidence, implied: float, rests: str, place: str, check: str) -> Contradiction | None:
-    """The contradiction of the claim with the printed claims `rests`, from which `implied` follows.
+def change_percent(before: float, after: float) -> float:
+    """By how much a number has changed, over what it was [%]."""
+    return 100 * (after / before - 1)
 
-    None where what is printed agrees with it, and where this run does not have the numbers that are printed for these.
+
+def change_contradicted(evidence: Evidence, rests: str, place: str, sign: int = 1) -> Contradiction | None:
+    """The contradiction of a printed change [%] with the two printed claims `rests`, which stand in `place`.
+
+    sign: -1 for a change that is printed as a fall. None where what is printed agrees with them, and where this run
+    does not have the numbers that are printed for these.
     """
-    if agrees(evidence.printed[evidence.id], "printed", implied) or not as_printed(evidence, rests):
+    first, second = (float(evidence.printed[name]) for name in rests.split())
+    change = change_percent(first, second)
+    if agrees(evidence.printed[evidence.id], "printed", sign * change) or not as_printed(evidence, rests):
         return None
-    return Contradiction(place, check)
+    of_second = 100 * (second - first) / second
+    check = f"from {first:g} to {second:g} is {change:+.1f} % of the first and {of_second:+.1f} % of the second"
+    return Contradiction(place, f"{check}; the difference is {second - first:+g}")

@@ -136,7 +136,7 @@ def tabulate_claims(claims_path: str | Path, findings: dict[str, Finding]) -> pd
     table["verdict"] = [verdict.word for verdict in by_value]
     table["interval_verdict"] = [verdict.word if verdict else "" for verdict in by_repeats]
     table["reason"] = list(map(reason_of, by_value, by_repeats))
-    table["explanation"] = [_explanation(finding) for finding in found]
+    table["explanation"] = [_explanation(claim.note, finding) for claim, finding in pairs]
     table["source"] = ["; ".join(map(str, finding.sources)) for finding in found]
     return table
 
@@ -164,11 +164,11 @@ def count_natures(claims: pd.DataFrame) -> str:
     return f"{len(claims)} claims, {derived} of them derived from two printed numbers: {parts}"
 
 
-def _explanation(finding: Finding) -> str:
+def _explanation(note: str, finding: Finding) -> str:
     failed = finding.repeats.failed if finding.repeats else 0
     misses = f"{failed} of {finding.repeats.of} repeats failed, which are misses" if failed else ""  # type: ignore[union-attr]
     contradiction = f"{finding.contradiction};" if finding.contradiction else ""
-    return " ".join(f"{contradiction} {'; '.join(filter(None, (finding.explanation, misses)))}".split())
+    return " ".join(f"{contradiction} {'; '.join(filter(None, (finding.explanation, note, misses)))}".split())
 
 
 def _by_jars(published: str, tolerance: str, jars: tuple[float | str, ...]) -> tuple[str, str, str]:
