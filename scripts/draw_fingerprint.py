@@ -1,11 +1,14 @@
 """Draws the fingerprint of a mill on one page, and its energy spectra: over the fill ratio, and by each counting rule.
 
-Settings: the mill, mills.counting_rule and dose.spectra.counting_rules (the rule of the descriptors first).
+Settings: the mill, its contact set, mills.counting_rule and dose.spectra.counting_rules (the rule of the descriptors
+first).
 Inputs: `sheet`, `descriptors`, `curves`, `spectra` and `spectra_summary` of the mill's sweep; `limits` of its heat
 balance.
 Outputs: the page as `svg`, `png`, `pdf`; `spectra_svg`, `spectra_png`; `rules_svg`, `rules_png`.
 """
 
+from millprint.atlas.beside_simulation import atlas_rows
+from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.dose.spectra import read_spectra
 from millprint.dose.spectra_shown import of_sheet, over_pairs, rules_apart, shown, temperature_rows, with_rows
@@ -18,10 +21,11 @@ from millprint.run.job import job
 from millprint.view.frames import picture_mill
 
 
-def draw_sheet(tables, output, mill: MillConfig) -> None:
-    """Draw the page from the tables of the mill's sweep."""
+def draw_sheet(tables, output, mill: MillConfig, contact: ContactConfig) -> None:
+    """Draw the page from the tables of the mill's sweep, with the row of the atlas where it knows the mill."""
     sheet, curves = read_table(tables.sheet), read_table(tables.curves)
     sheet = with_rows(sheet, temperature_rows(read_table(tables.limits), sheet))
+    sheet = with_rows(sheet, atlas_rows(mill, contact, sheet))
     own = [of_sheet(read_spectra(path), sheet) for path in (tables.spectra, tables.spectra_summary)]
     page = plot_sheet(picture_mill(mill), sheet, read_descriptors(tables.descriptors), curves, *own)
     save(page, output.svg, output.png, output.pdf)
@@ -40,5 +44,5 @@ def draw_spectra(tables, output, title: str, rules: list[str]) -> None:
 if "snakemake" in globals():
     given, made, mill = snakemake.input, snakemake.output, MillConfig(**snakemake.params.mill)
     with job(snakemake.log[0], f"draw {mill.name}"):
-        draw_sheet(given, made, mill)
+        draw_sheet(given, made, mill, ContactConfig(**snakemake.params.contact))
         draw_spectra(given, made, mill.title, snakemake.params.rules)

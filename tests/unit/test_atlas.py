@@ -8,23 +8,27 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from millprint.atlas.atlas_model import FITTED, FORMAT, PREDICTED, combined, inputs_of, read_model
+from millprint.atlas.beside_simulation import BESIDE, LARGE, atlas_rows
 from millprint.atlas.design import HELD_OUT, design, rows_of
 from millprint.atlas.estimate_mill import check, estimate, estimate_many, exponents
 from millprint.atlas.fit_atlas import Fit, Rows, fit_kind, fit_robust, fit_surface, fit_width, without_own
 from millprint.atlas.fit_atlas import rows_of as fit_rows_of
-from millprint.atlas.kinds import KINDS, MIXER, PLANETARY, SPEX, recognise
+from millprint.atlas.kinds import KINDS, MIXER, PLANETARY, SPEX, balls_of, recognise
 from millprint.cli import estimate_condition
 from millprint.config.atlas import HELD_OUT_MILLS, AtlasConfig
 from millprint.config.counting import DEFAULT_RULE
 from millprint.config.errors import ConfigError
-from millprint.config.included import included_mills, load_mill
+from millprint.config.included import included_mills, load_contact, load_mill
 from millprint.estimate.estimates import Estimate, Interval
 from millprint.figures.atlas_figures import plot_map
+from millprint.fingerprint.mill_sheet import SHEET, Row
 from millprint.fingerprint.model import Fingerprint
 from millprint.mill.vessel import build_vessel
+from millprint.observables.definitions import DESCRIPTORS
 from millprint.run.files import read_table, write_json
 from tests.conftest import ROOT
 from tests.refusals import refusals
@@ -338,6 +342,30 @@ def test_a_fingerprint_is_shown_beside_the_atlas(capsys, monkeypatch):
         estimate_condition.TOLD, Estimate(1e6, "W", scatter=Interval(9e5, 1.1e6)))))  # fmt: skip
     estimate_condition.main(asked)
     assert capsys.readouterr().out.count("A LARGE DIFFERENCE") == len(lines)
+
+
+@pytest.mark.parametrize(
+    ("mill", "balls", "factor", "verdicts"),
+    [
+        ("mixer", 6, 1.0, ["agrees"] * 3),
+        ("mixer", 6, 3.0, ["differs: simulated 3 times more"] * 3),
+        ("mixer", 500, 1.0, []),  # more balls than go into the jar
+        ("emax", 6, 1.0, []),  # of no kind
+    ],
+)
+def test_the_page_shows_the_simulation_beside_the_atlas(mill, balls, factor, verdicts):
+    contact, own = load_contact("calibrated"), load_mill(mill)
+    settings = {"ball_diameter_mm": 10.0, "number": 6.0, "speed_hz": 25.0, **balls_of(contact)}
+    told = estimate(MIXER, {**recognise(load_mill("mixer"))[1], **settings}).known
+    condition = {"ball diameter": 10.0, "speed": 1500.0, "balls": balls}
+    sheet = [Row("condition", name, value) for name, value in condition.items()]
+    for name in BESIDE:
+        value = factor * told[name].value
+        sheet.append(Row("descriptors", DESCRIPTORS[name].title, value, 0.99 * value, 1.01 * value))
+    rows = atlas_rows(own, contact, pd.DataFrame(sheet, columns=SHEET))
+    assert len(rows) == len(verdicts) and all(map(str.startswith, rows["text"], verdicts))
+    assert rows["text"].str.endswith(LARGE).all() or factor == 1
+    assert rows["value"].tolist() == [told[name].value for name in BESIDE][: len(rows)]
 
 
 def test_a_map_has_the_numbers_of_the_estimates(made):

@@ -115,6 +115,7 @@ rule draw_fingerprint:
     localrule: True
     params:
         mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
+        contact=CONTACTS[CONFIG.mills.contact_set].model_dump(mode="json"),
         rules=spectra_rules(CONFIG.mills.rule),
     message:
         "Drawing the fingerprint of mill {wildcards.mill} on one page, and its energy spectra"

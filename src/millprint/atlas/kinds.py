@@ -27,6 +27,7 @@ from millprint.atlas.kind_groups import (
     speed_hz,
     way,
 )
+from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.mill import CylinderGeometry, MillConfig
 from millprint.config.motion_kinds import PlanetaryMotion, RotationMotion, SwingMotion
@@ -323,6 +324,14 @@ def kind_named(name: str) -> Kind:
             f"{name}: no such kind of mill in the atlas{close_to(name, KINDS)}; it has {', '.join(KINDS)}"
         )
     return KINDS[name]
+
+
+def balls_of(contact: ContactConfig) -> dict[str, float]:
+    """The settings that a contact set gives. Raises ConfigError for one without restitution or modulus."""
+    names = ("restitution", "static_friction", "rolling_friction", "young_modulus_gpa")
+    values = {name: contact.value_of(name) for name in names}
+    wall = contact.at_wall.value_of("static_friction")
+    return {**values, "wall_static_friction": wall, "density_kg_m3": contact.density_kg_m3}
 
 
 def recognise(mill: MillConfig) -> tuple[Kind, dict[str, float]] | None:

@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from millprint.atlas.kind_groups import Kind, Values
-from millprint.atlas.kinds import KINDS, recognise
+from millprint.atlas.kinds import KINDS, balls_of, recognise
 from millprint.cli.commands import parser_of
 from millprint.config.arguments import value_of
 from millprint.config.charge import charge_words, diameter_of, fill_of, mixture_of, speed_words
@@ -55,8 +55,6 @@ TOLD = {
     "weighted_tangential_energy_J": "a strong shear, E*t",
     "weighted_tangential_frequency_hz": "such shears of a ball, f*t",
 }
-# A simulation is far from the atlas beyond this ratio, and its inverse.
-FAR = 1.3
 DIMENSIONS = {own.name: own for kind in KINDS.values() for own in kind.dimensions}
 
 
@@ -136,14 +134,6 @@ def swept(mill: MillConfig) -> list[ConditionSection]:
     return found
 
 
-def balls_of(contact: ContactConfig) -> dict[str, float]:
-    """The settings that a contact set gives. Raises ConfigError for one without restitution or modulus."""
-    names = ("restitution", "static_friction", "rolling_friction", "young_modulus_gpa")
-    values = {name: contact.value_of(name) for name in names}
-    wall = contact.at_wall.value_of("static_friction")
-    return {**values, "wall_static_friction": wall, "density_kg_m3": contact.density_kg_m3}
-
-
 def quantity(value: float, unit: str) -> str:
     """A number with three digits and a prefix."""
     factor, shown = prefix_of(value, unit)
@@ -153,8 +143,10 @@ def quantity(value: float, unit: str) -> str:
 def simulated_over_atlas(found: MillEstimate, fingerprint: Fingerprint) -> dict[str, str]:
     """What the mill's fingerprint has for the condition over what the atlas says, in words, of each of TOLD.
 
-    A difference is large where the bands of both have nothing in common and the ratio is beyond FAR.
+    A difference is large as of `beside_simulation.is_far`.
     """
+    from millprint.atlas.beside_simulation import LARGE, is_far
+
     own = found.condition
     condition = fingerprint.condition(
         speed_hz=own["speed_hz"], ball_diameter_mm=own["ball_diameter_mm"], number=own["number"],
@@ -163,11 +155,8 @@ def simulated_over_atlas(found: MillEstimate, fingerprint: Fingerprint) -> dict[
     prediction, said = fingerprint.predict(condition), {}
     for name in TOLD:
         simulated, told_ = prediction.known[name], found.known[name]
-        ratio = simulated.value / told_.value
-        said[name] = f"; simulated {three(ratio)} of it"
-        (low, high), (lower, upper) = simulated.ends("scatter"), told_.ends("scatter")
-        if max(low, lower) > min(high, upper) and not 1 / FAR < ratio < FAR:
-            said[name] += ", A LARGE DIFFERENCE"
+        large = f", {LARGE}" if is_far(simulated, told_) else ""
+        said[name] = f"; simulated {three(simulated.value / told_.value)} of it{large}"
     return said
 
 
@@ -177,7 +166,7 @@ def told(found: MillEstimate, fingerprint: Fingerprint | None = None) -> list[st
 
     own, speed = found.condition, found.condition["speed_hz"]
     shown = f"{plain(speed)} Hz" if found.kind.speed_unit == "hz" else f"{plain(60 * speed)} rpm"
-    balls = f"{plain(own['number'])} balls of {plain(own['ball_diameter_mm'])} mm"
+    balls = f"{plain(own['number'])} ball{'s' if own['number'] > 1 else ''} of {plain(own['ball_diameter_mm'])} mm"
     lines = [f"{balls}, fill ratio {found.groups['fill']:.2g}, {shown}", *(f"  {note}" for note in found.notes)]
     rows = TOLD
     if found.hits < HITS:

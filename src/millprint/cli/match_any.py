@@ -7,10 +7,10 @@ import argparse
 import pandas as pd
 
 from millprint.atlas.estimate_mill import estimate, included_models, model_of
-from millprint.atlas.kinds import recognise
+from millprint.atlas.kinds import balls_of, recognise
 from millprint.atlas.owned_mills import included_mills, makers_mills
 from millprint.atlas.search_mills import ALIKE, Found, nearest_settings
-from millprint.cli.estimate_condition import balls_of, condition_of, mill_and_contact
+from millprint.cli.estimate_condition import condition_of, mill_and_contact
 from millprint.config.charge import charge_words, speed_words
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import SearchConfig

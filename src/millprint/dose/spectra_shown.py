@@ -130,7 +130,8 @@ def _spread(values: pd.Series) -> float:
     return float(values.max() / values.min())
 
 
-TEMPERATURE = "temperature"
+# Further sections of a sheet; the second one is of `atlas.beside_simulation`.
+TEMPERATURE, ATLAS = "temperature", "atlas"
 BODIES = ("powder", "balls", "jar")
 
 

@@ -12,10 +12,10 @@ from matplotlib.figure import Figure, SubFigure
 
 from millprint.config.charge import balls_in_words
 from millprint.dose.spectra import BOTH
+from millprint.dose.spectra_shown import ATLAS, TEMPERATURE
 from millprint.dose.spectra_shown import FILL as SPECTRA_FILL
 from millprint.dose.spectra_shown import NOTE as NO_SPECTRA
 from millprint.dose.spectra_shown import SECTION as SPECTRA
-from millprint.dose.spectra_shown import TEMPERATURE
 from millprint.estimate.estimates import columns_of
 from millprint.figures.dose_figures import draw_sheet_spectra
 from millprint.figures.style import (
@@ -216,7 +216,8 @@ def _columns_of(sheet: pd.DataFrame) -> tuple[list[Said], list[Said]]:
     right = [*_exponents(sheet), *_collapse(sheet), ("Holds from - to", None)]
     for row in sheet[(sheet["section"] == "validity") & sheet["lower"].notna()].itertuples():
         right.append((row.quantity, f"{_between(row.lower, row.upper, plain)}{_unit(row.unit)}"))
-    min(left, right, key=len).extend(_precision(sheet[sheet["section"] == "precision"]))
+    for further in (_precision(sheet[sheet["section"] == "precision"]), _atlas(sheet)):
+        min(left, right, key=len).extend(further)
     return left, right
 
 
@@ -227,6 +228,15 @@ def _temperatures(sheet: pd.DataFrame) -> list[Said]:
         return []
     words = [(row.quantity, row.text if row.text == row.text and row.text else _degrees(row)) for row in rows]
     return [("After long milling without a pause", None), *words]
+
+
+def _atlas(sheet: pd.DataFrame) -> list[Said]:
+    """What the atlas says at the condition, if the sheet has it, with the verdict on the simulation."""
+    rows = list(sheet[sheet["section"] == ATLAS].itertuples())
+    if not rows:
+        return []
+    said = [(row.quantity, f"{_quantity(row, (row.lower, row.upper))}; {row.text}") for row in rows]
+    return [("The atlas, which simulates nothing (interval of 90 %); verdict on the simulation", None), *said]
 
 
 def _degrees(row: Any) -> str:
