@@ -301,7 +301,7 @@ def test_the_power_by_another_code_stands_beside_ours_where_mill_contacts_and_ba
         pd.DataFrame(),
         other_codes=read_other_codes(table),
     )
-    rows = powers_of_other_codes(inputs, single=False)
+    rows = powers_of_other_codes(inputs)
     assert [(row["quantity"], row["predicted"], row["model"]) for row in rows] == [
         ("power", 14, "LAMMPS"),
         ("power, 169 balls", 18, "LAMMPS"),

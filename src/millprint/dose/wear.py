@@ -39,6 +39,7 @@ from millprint.run.tables import Number, Text, read_measured, refuse_rows
 
 BALL_BALL, BALL_WALL = "ball_ball", "ball_wall"
 KINDS = (BALL_BALL, BALL_WALL)
+LOADS = {kind: f"load_{kind}_N_m_s" for kind in KINDS}
 # The key of the friction of each kind of contact in a summary.
 FRICTIONS = {BALL_BALL: "static_friction", BALL_WALL: "wall_static_friction"}
 CONTACTS, SHARES = "every contact", "shares of the tangential energy"
@@ -129,7 +130,7 @@ def mean_conditions(table: pd.DataFrame) -> pd.DataFrame:
     relative_error: the larger of the scatter between seeds and the scatter within windows, over the square root of the
     number of seeds.
     """
-    loads = [f"load_{kind}_N_m_s" for kind in KINDS]
+    loads = list(LOADS.values())
     rows = []
     for keys, runs in table.groupby(CONDITION, sort=False):
         total = runs[loads].sum(axis=1)
@@ -149,7 +150,6 @@ def mean_conditions(table: pd.DataFrame) -> pd.DataFrame:
 VICKERS = KGF * 1e6
 # With fewer weighings held back, Student's t dominates the interval.
 FEWEST_HELD = 3
-LOADS = {kind: f"load_{kind}_N_m_s" for kind in (BALL_BALL, BALL_WALL)}
 ORIGINS = ("coefficient", "scatter", "hardness", "contact")
 ENDS = ("", "seen_lower_", "seen_upper_", "lower_", "upper_")
 # Largest difference in fill ratio between a run and a weighing, as a fraction; probability of every interval [-].

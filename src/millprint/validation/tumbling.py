@@ -174,7 +174,7 @@ ANGLES = {name: Quantity(name, "deg", least=-math.inf, relative=False) for name 
 QUANTITIES = (POWER_W, *ANGLES.values())
 
 
-def contact_changes(runs: pd.DataFrame, quantity: Quantity, probability: float = PROBABILITY) -> pd.DataFrame:
+def contact_changes(runs: pd.DataFrame, quantity: Quantity) -> pd.DataFrame:
     """How contact parameters change a quantity: index speed, columns lower and upper, factors or differences.
 
     Each run of the sample and of the further contact sets is compared with the prediction of the same seed and speed.
@@ -185,7 +185,7 @@ def contact_changes(runs: pd.DataFrame, quantity: Quantity, probability: float =
     own = runs[(runs["role"] == PREDICTS) & (runs["number"] == runs["number"].iloc[0])]
     base = own[own["seed"] == own["seed"].iloc[0]].set_index("speed")[quantity.column]
     change = quantity.change(first[quantity.column], first["speed"].map(base))
-    tail = (1 - probability) / 2
+    tail = (1 - PROBABILITY) / 2
     rows = {}
     for speed, group in first.assign(change=change).dropna(subset="change").groupby("speed"):
         sampled = group.loc[group["role"] == SAMPLE, "change"]
@@ -256,13 +256,12 @@ def _rows(
 
 def _dem_rows(inputs: Inputs, curve: pd.DataFrame, runs: pd.DataFrame, settings: TumblingConfig) -> list[dict]:
     rows = []
-    single = len(settings.speeds) == 1
     for row in curve.to_dict("records"):
-        x = math.nan if single else row["speed"]
+        x = row["speed"]
         low, high, by = whole_interval(row, POWER_W)
-        if single:
-            turn_s = 60 / row["speed_rpm"]
-            rows += _rows(inputs, TURN_ENERGY, "J/rev", x, row["power_W"] * turn_s, low * turn_s, high * turn_s, by)
+        if len(settings.speeds) == 1:
+            ends = (each * (60 / row["speed_rpm"]) for each in (row["power_W"], low, high))
+            rows += _rows(inputs, TURN_ENERGY, "J/rev", math.nan, *ends, by)
             continue
         rows += _rows(inputs, with_number(POWER, row["number"], settings), "W", x, row["power_W"], low, high, by)
         group = runs[(runs["role"] == PREDICTS) & (runs["number"] == row["number"]) & (runs["speed"] == row["speed"])]
@@ -297,6 +296,15 @@ def formula_powers(
     return powers
 
 
+def _power_row(
+    settings: TumblingConfig, power_W: float, number: int, speed_rpm: float, model: str, speed: float
+) -> dict[str, Any]:
+    """A prediction of the power; where the set-up has one speed, of the energy of a revolution."""
+    if len(settings.speeds) == 1:
+        return prediction(TURN_ENERGY, "J/rev", power_W * 60 / speed_rpm, model=model)
+    return prediction(with_number(POWER, number, settings), "W", power_W, x=speed, model=model)
+
+
 def predict_tumbling(inputs: Inputs) -> pd.DataFrame:
     """Power, toe, shoulder and rings over the speed, or the energy of a revolution at one speed; also by formulas."""
     settings: TumblingConfig = inputs.settings
@@ -305,40 +313,23 @@ def predict_tumbling(inputs: Inputs) -> pd.DataFrame:
     runs = inputs.table("runs.tsv")
     curve = intervals(runs, settings)
     rows = _dem_rows(inputs, curve, runs, settings)
-    single = len(settings.speeds) == 1
-    further = runs[runs["role"] == FURTHER]
     for row in curve.to_dict("records"):
-        number, speed = row["number"], row["speed"]
-        for model, power in formula_powers(
-            settings, mill, inputs.contact.density_kg_m3, number, row["speed_rpm"]
-        ).items():
-            if single:
-                rows.append(prediction(TURN_ENERGY, "J/rev", power * 60 / row["speed_rpm"], model=model))
-            else:
-                rows.append(prediction(with_number(POWER, number, settings), "W", power, x=speed, model=model))
-    for row in further.to_dict("records"):
-        model = f"{OTHER_CONTACT} {row['contact']}"
-        if single:
-            rows.append(prediction(TURN_ENERGY, "J/rev", row["power_W"] * 60 / row["speed_rpm"], model=model))
-        else:
-            rows.append(prediction(POWER, "W", row["power_W"], x=row["speed"], model=model))
-    return pd.DataFrame([*rows, *powers_of_other_codes(inputs, single)])
+        condition = row["number"], row["speed_rpm"]
+        powers = formula_powers(settings, mill, inputs.contact.density_kg_m3, *condition)
+        rows += [_power_row(settings, power, *condition, model, row["speed"]) for model, power in powers.items()]
+    for row in runs[runs["role"] == FURTHER].to_dict("records"):
+        condition, model = (settings.numbers[0], row["speed_rpm"]), f"{OTHER_CONTACT} {row['contact']}"
+        rows.append(_power_row(settings, row["power_W"], *condition, model, row["speed"]))
+    return pd.DataFrame([*rows, *powers_of_other_codes(inputs)])
 
 
-def powers_of_other_codes(inputs: Inputs, single: bool) -> list[dict[str, Any]]:
-    """Predictions by other codes for the same mill, contact set and numbers of balls.
-
-    single: whether the set-up has one speed, and therefore the energy of a revolution in place of the power.
-    """
+def powers_of_other_codes(inputs: Inputs) -> list[dict[str, Any]]:
+    """Predictions by other codes for the same mill, contact set and numbers of balls."""
     settings: TumblingConfig = inputs.settings
     codes = inputs.other_codes
     same = (codes["mill"] == settings.mill) & (codes["contact"] == settings.contact)
-    rows = []
-    for row in codes[same & codes["balls"].isin(settings.numbers)].to_dict("records"):
-        power, model = row["power_W"], str(row["code"])
-        if single:
-            rows.append(prediction(TURN_ENERGY, "J/rev", power * 60 / row["speed_rpm"], model=model))
-        else:
-            name = with_number(POWER, int(row["balls"]), settings)
-            rows.append(prediction(name, "W", power, x=settings.speed_of(row["speed_rpm"]), model=model))
-    return rows
+    own = codes[same & codes["balls"].isin(settings.numbers)]
+    return [
+        _power_row(settings, power, int(number), rpm, str(code), settings.speed_of(rpm))
+        for power, number, rpm, code in own[["power_W", "balls", "speed_rpm", "code"]].itertuples(index=False)
+    ]
