@@ -197,15 +197,21 @@ def trial_cases(mill: str, values: pd.DataFrame, settings: JarSearch, stage: Sta
         diameters = [row["ball_diameter_mm"]] if single else settings.ball_diameters_mm
         speeds = [row["speed_rpm"]] if single else settings.speeds_rpm
         places |= set(itertools.product(diameters, [row["fill_ratio"]], speeds))
-    common = {"mill": mill, "contact": settings.contact}
-    common |= {name: getattr(settings, name) for name in ("time_step_s", "closure_max", "settle_s")}
-    cases = []
-    for (diameter, fill, speed), seed in itertools.product(sorted(places), range(stage.seeds)):
-        place = {"ball_diameter_m": diameter / 1e3, "fill_ratio": fill, "speed_hz": speed / 60, "seed": seed}
-        turns = {"discard_s": settings.discard_revolutions, "window_s": stage.revolutions}
-        times = {name: count * 60.0 / speed for name, count in turns.items()}
-        cases.append(Case(**common, **place, **times))
-    return cases
+    return [
+        case_of(mill, settings, *place, stage.revolutions, seed)
+        for place, seed in itertools.product(sorted(places), range(stage.seeds))
+    ]
+
+
+def case_of(
+    mill: str, settings: JarSearch, diameter_mm: float, fill_ratio: float, speed_rpm: float, turns: float, seed: int = 0
+) -> Case:
+    """A case of a jar; the window and what is discarded before it are counted in turns."""
+    place = {"ball_diameter_m": diameter_mm / 1e3, "fill_ratio": fill_ratio, "speed_hz": speed_rpm / 60, "seed": seed}
+    counts = {"discard_s": settings.discard_revolutions, "window_s": turns}
+    times = {name: count * 60.0 / speed_rpm for name, count in counts.items()}
+    common = settings.model_dump(include={"contact", "time_step_s", "closure_max", "settle_s"})
+    return Case(mill=mill, **common, **place, **times)
 
 
 def trial_of(

@@ -38,6 +38,7 @@ from millprint.thesis.fit.jar_search import (
     HELD_BACK,
     JAR_PARAMETERS,
     SHAPE,
+    case_of,
     misfit,
     places_of,
     shaped,
@@ -210,19 +211,9 @@ def whole_cases(mill: str, settings: JarSearch) -> list[Case]:
     places = dict.fromkeys(
         [*itertools.product(whole.fill_ratios, ends), *((whole.every_speed_at, speed) for speed in whole.speeds_rpm)]
     )
-    common = {"mill": mill, "contact": settings.contact}
-    common |= {name: getattr(settings, name) for name in ("time_step_s", "closure_max", "settle_s")}
     return [
-        Case(
-            **common,
-            ball_diameter_m=diameter / 1e3,
-            fill_ratio=fill,
-            speed_hz=speed / 60,
-            seed=0,
-            discard_s=settings.discard_revolutions * 60.0 / speed,
-            window_s=revolutions * 60.0 / speed,
-        )
-        for (diameter, revolutions), (fill, speed) in itertools.product(whole.revolutions, places)
+        case_of(mill, settings, diameter, *place, revolutions)
+        for (diameter, revolutions), place in itertools.product(whole.revolutions, places)
     ]
 
 
