@@ -2,7 +2,7 @@
 
 Settings: name; the folders of results, benchmarks and logs.
 Inputs: `claims`, `intervals`, `by_jar`, `verdicts`, `conclusions`, and the `tables` that pages show.
-Outputs: `summary`, `page`, `svg`, `png`, `front` and the tables `claims`, `conclusions`, `counts`, `natures`, `errata`,
+Outputs: `summary`, `page`, `front` and the tables `claims`, `conclusions`, `counts`, `natures`, `errata`,
 `elsewhere`; `pages`, one for each chapter; `runtimes` with its page `html`.
 """
 
@@ -11,7 +11,6 @@ from pathlib import Path
 import pandas as pd
 from markupsafe import Markup
 
-from millprint.figures.style import save
 from millprint.provenance.lineage import CRATE
 from millprint.run.files import read_table, whole_file, write_table
 from millprint.run.job import job
@@ -28,7 +27,6 @@ from millprint.thesis.claims.tabulate import collect_findings, count_verdicts, t
 from millprint.thesis.report.claims_page import (
     claims_page,
     front_text,
-    plot_verdicts,
     sum_stages,
     summary_page,
     tabulate_runtimes,
@@ -80,7 +78,6 @@ def main(name: str, results: str, inputs, output) -> str:
     told_first = [*first.values(), *sentences]
     write_page(summary_page(name, table, conclusions, errata, Path(results), told_first), output.summary)
     write_page(claims_page(name, table, findings, Path(results)), output.page)
-    save(plot_verdicts(written["counts"]), output.svg, output.png)
     return told
 
 

@@ -138,7 +138,6 @@ rule write_pages:
     output:
         summary=shown(f"{RESULTS}/report/summary.html"),
         page=shown(f"{RESULTS}/report/claims.html"),
-        svg=shown(f"{RESULTS}/report/claims_by_chapter.svg"),
         claims=f"{RESULTS}/report/claims.tsv",
         conclusions=f"{RESULTS}/report/conclusions.tsv",
         # What the first page of report.html includes.
@@ -147,7 +146,6 @@ rule write_pages:
         natures=f"{RESULTS}/report/claims_by_nature.tsv",
         errata=f"{RESULTS}/report/errata.tsv",
         elsewhere=f"{RESULTS}/report/verdicts_elsewhere.tsv",
-        png=f"{RESULTS}/report/claims_by_chapter.png",
         pages=[shown(f"{RESULTS}/report/tables_{chapter}.html") for chapter in SHOWN_TABLES],
         html=shown(f"{RESULTS}/report/runtimes.html"),
         runtimes=f"{RESULTS}/report/runtimes.tsv",

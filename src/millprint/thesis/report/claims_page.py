@@ -6,11 +6,8 @@ from pathlib import Path
 
 import pandas as pd
 from markupsafe import Markup
-from matplotlib import pyplot as plt
-from matplotlib.figure import Figure
 
 from millprint.estimate.judge import AGREES, DIFFERS, OPEN
-from millprint.figures.style import COLUMN_WIDTH_IN
 from millprint.run.files import read_table
 from millprint.run.html_pages import embed_files, render_page
 from millprint.run.outputs import listed_tables
@@ -97,20 +94,6 @@ PAGES = {
 }
 
 
-def plot_verdicts(counts: pd.DataFrame) -> Figure:
-    """Stacked bars, one for each chapter; `counts` has the columns chapter and claims, and one for each verdict."""
-    figure, axes = plt.subplots(figsize=(COLUMN_WIDTH_IN, 0.55 * COLUMN_WIDTH_IN))
-    left, narrow = 0, 0.05 * counts["claims"].max()
-    for name, shown in SHOWN_VERDICTS.items():
-        bars = axes.barh(counts["chapter"], counts[name], left=left, color=shown.colour, label=name)
-        axes.bar_label(bars, [n if n > narrow else "" for n in counts[name]], label_type="center", fontsize=6)
-        left = left + counts[name]
-    axes.invert_yaxis()
-    axes.set_xlabel("number of claims")
-    figure.legend(loc="outside upper center", ncols=len(SHOWN_VERDICTS), fontsize=7, columnspacing=1, handlelength=1)
-    return figure
-
-
 def _bars(counts: pd.DataFrame) -> list[dict]:
     """A bar for each chapter, with the fraction of each verdict."""
     bars = []
@@ -161,17 +144,9 @@ def claims_page(name: str, claims: pd.DataFrame, findings: dict[str, Finding], r
     shown["reproduced"] += jars.where(claims["jars_meeting"] != "", "")
     shown["nature"] = claims["nature"].str.replace("_", " ")
     shown = shown.drop(columns=["basis", "tolerance", "source", *INTERVAL_PARTS, *JAR_COLUMNS])
-    note = (
-        "Deviation in per cent of the printed value. What chance has a part in has an interval in brackets, with how "
-        "many repeats it is of and what was drawn again, and a verdict by the interval next to that by the value. "
-        "Behind other jars: the least and the most that jars and counting rules give which fit as well (fingerprint/"
-        "fit.tsv and report/claims_by_jar.tsv), and how many of them meet the claim; one that only some meet is open. "
-        "Under source: the tolerance of the verdict, then the file, the rows (in brackets, as pandas.DataFrame.query "
-        "takes them) and the columns that decide the claim, the rule that wrote the file and the function that "
-        "computed it."
-    )
     introduction = f"What the run {name} computed for each claim, and its verdicts. {count_natures(claims)}."
-    return tables_page("Claims of the thesis", introduction, [Section("Every claim", shown, note, cards=True)])
+    sections = [Section("Every claim", shown, cards=True)]
+    return tables_page("Claims of the thesis", introduction, sections, template="claims.html")
 
 
 def what_falls(claims: pd.DataFrame, conclusions: pd.DataFrame, stored: pd.DataFrame, run: str) -> list[str]:
@@ -234,49 +209,27 @@ def summary_page(
         Markup("{} ({}).").format(row.calculation.rstrip("."), link_to(row.source, results))
         for row in errata.itertuples()
     ]
-    first = Section(
-        "What stands",
-        conclusions,
-        "The conclusions of each chapter. our_number: whether our values agree with what is printed. it_holds: whether "
-        "the conclusion holds, by the intervals: in part if a claim differs and another agrees, and open if a claim is "
-        "open, or was not run. What was fitted or put in does not count there; against: claims that differ.",
-        cards=True,
-    )
-    sections = [
-        Section(
-            "What the claims are",
-            natures,
-            f"{count_natures(claims)}. Only what is simulated, trained or timed says anything about the thesis's "
-            "computations; the others say that its numbers follow from each other.",
-        ),
-        Section(
-            "Errata",
-            errata.drop(columns="source").assign(calculation=pd.Series(linked, dtype=object, index=errata.index)),
-            f"{len(errata)} contradictions inside the thesis: two printed places that cannot both hold, with the "
-            "calculation and the table that its numbers are in.",
-            cards=True,
-        ),
-        Section(
-            "Largest deviations",
-            largest.head(LARGEST_COUNT),
-            f"{min(len(largest), LARGEST_COUNT)} of {len(largest)} claims that differ, statements first; deviation in "
-            "per cent of the printed value. The table of all claims has the rest, and the source of each.",
-            cards=True,
-        ),
-    ]
+    errata = errata.drop(columns="source").assign(calculation=pd.Series(linked, dtype=object, index=errata.index))
+    shown = {
+        "natures": Section("What the claims are", natures),
+        "errata": Section("Errata", errata, cards=True),
+        "largest": Section("Largest deviations", largest.head(LARGEST_COUNT), cards=True),
+    }
     return render_page(
         FOLDER / "summary.html",
         title="Which conclusions of the thesis stand",
         introduction=f"Run {name}: the conclusions of the thesis and the {len(claims)} numbers and statements that "
         "they rest on, computed again from its measured data and its methods, and compared with what is printed.",
-        first=first,
+        first=Section("What stands", conclusions, cards=True),
         told=told,
+        counted=count_natures(claims),
+        deviating=len(largest),
         verdicts=[
             {"name": key, "meaning": shown.meaning, "colour": shown.colour, "count": int(counts[key].sum())}
             for key, shown in SHOWN_VERDICTS.items()
         ],
         bars=_bars(counts),
-        sections=[section for section in sections if len(section.frame)],
+        sections={name: section for name, section in shown.items() if len(section.frame)},
         style=embed_files(FOLDER, "page.css"),
         script=embed_files(FOLDER, "tables.js"),
     )

@@ -26,8 +26,8 @@ from millprint.thesis.report.table_pages import FOLDER, section_id
 THUMBNAIL_PX, THUMBNAIL_QUALITY = 640, 80
 # Largest number of inputs that are named one by one; any further ones are only counted.
 NAMED_INPUTS = 12
-# What readers look for comes first: the card of an experiment, the verdicts, the mills; then in order of name.
-FIRST = ("Cards", "Claims", "Mills")
+# What readers look for comes first: the card of an experiment, the mills; then in order of name.
+FIRST = ("Cards", "Mills")
 # A word that the configuration does not have is an error, not a gap.
 TEMPLATES = Environment(autoescape=False, undefined=StrictUndefined)
 # Made once: docutils takes longer to collect them than to render a caption. Files that a caption names are not read.
