@@ -260,8 +260,8 @@ def _dem_rows(inputs: Inputs, curve: pd.DataFrame, runs: pd.DataFrame, settings:
         x = row["speed"]
         low, high, by = whole_interval(row, POWER_W)
         if len(settings.speeds) == 1:
-            ends = (each * (60 / row["speed_rpm"]) for each in (row["power_W"], low, high))
-            rows += _rows(inputs, TURN_ENERGY, "J/rev", math.nan, *ends, by)
+            power, low, high = (each * (60 / row["speed_rpm"]) for each in (row["power_W"], low, high))
+            rows += _rows(inputs, TURN_ENERGY, "J/rev", math.nan, power, low, high, by)
             continue
         rows += _rows(inputs, with_number(POWER, row["number"], settings), "W", x, row["power_W"], low, high, by)
         group = runs[(runs["role"] == PREDICTS) & (runs["number"] == row["number"]) & (runs["speed"] == row["speed"])]

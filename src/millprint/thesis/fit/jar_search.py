@@ -191,7 +191,7 @@ def shaped(mill: MillConfig, parameters: dict[str, float]) -> MillConfig:
 
 def trial_cases(mill: str, values: pd.DataFrame, settings: JarSearch, stage: Stage) -> list[Case]:
     """The cases that give every fitted value: fill ratios, ball sizes and speeds as the value or the settings have."""
-    places = set()
+    places: set[tuple[float, float, float]] = set()
     for row in values[values["role"] == FITTED].to_dict("records"):
         single = np.isfinite(row["ball_diameter_mm"])
         diameters = [row["ball_diameter_mm"]] if single else settings.ball_diameters_mm
