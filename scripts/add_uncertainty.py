@@ -39,14 +39,14 @@ def tabulate(tables, output, mill: MillConfig) -> None:
 
 def draw(tables, output, mill: MillConfig) -> None:
     """Draw all three, from the written tables."""
-    save(plot_indices(read_table(tables.indices), mill.title), output.indices_svg, output.indices_png)
+    save(plot_indices(read_table(tables.indices), mill.title), *output.indices_figure)
     intervals = plot_intervals(read_table(tables.intervals), read_table(tables.sets), mill.title)
-    save(intervals, output.intervals_svg, output.intervals_png)
+    save(intervals, *output.intervals_figure)
     sheet = read_table(output.sheet)
     sheet = with_rows(sheet, temperature_rows(read_table(tables.limits), sheet))
     spectra = [of_sheet(read_spectra(path), sheet) for path in (tables.spectra, tables.spectra_summary)]
     shown = sheet, read_descriptors(tables.descriptors), read_table(output.curves), *spectra
-    save(plot_sheet(picture_mill(mill), *shown), output.sheet_svg, output.sheet_png, output.sheet_pdf)
+    save(plot_sheet(picture_mill(mill), *shown), *output.sheet_figure, output.sheet_pdf)
 
 
 if "snakemake" in globals():

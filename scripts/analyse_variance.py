@@ -31,9 +31,9 @@ def draw(
     second = read_table(corrected, numeric=["sum_of_squares"], text=["sums", "term"])
     ranking = pareto_table(read_table(printed, text=["source", "term"]), second, published_p(claims))
     write_table(ranking, outputs["pareto"])
-    save(pareto(ranking, names), outputs["pareto_svg"], outputs["pareto_png"])
+    save(pareto(ranking, names), *outputs["pareto_figure"])
     table = read_table(residual_table, numeric=["residual_percent"], text=["case"])
-    save(residuals(table), outputs["residuals_svg"], outputs["residuals_png"])
+    save(residuals(table), *outputs["residuals_figure"])
 
 
 def draw_interactions(means: str, names: list[str], svgs: list[str], pngs: list[str], factors: list[Factor]) -> None:

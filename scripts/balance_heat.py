@@ -28,7 +28,7 @@ def main(files: Sequence[tuple[str, str]], output, *, mill: str, title: str, set
     write_table(tables.temperatures, output.temperatures)
     write_table(tables.limits, output.limits)
     write_table(flash, output.flash)
-    save(plot_heat(tables.temperatures, tables.limits, title), output.svg, output.png)
+    save(plot_heat(tables.temperatures, tables.limits, title), *output.figure)
     return tables
 
 

@@ -84,7 +84,7 @@ if "snakemake" in globals():
             DropTestConfig(**snakemake.params.settings),
             snakemake.params.interval,
         )
-        draw_drops(made.drops, made.restitution, made.drops_svg, made.drops_png)
+        draw_drops(made.drops, made.restitution, *made.drops_figure)
         for files in zip(
             given.track, given.fit, given.profile, given.paths, made.friction_svgs, made.friction_pngs, strict=True
         ):

@@ -7,7 +7,7 @@ other mills that come nearest to each, and a sentence on what is lost.
 Settings: mills.box; mills.match, fingerprint.descriptors.
 Inputs: `collapse` and `coverage`, a table of each mill in the order of the box; or fingerprints of the `mill` and of
 the one that it is to be `like`; or `cards` and `fingerprints`.
-Outputs: `table`, `svg`, `png` of the collapse, `coverage`; or the conditions as `match`; or `table` and `verdict`.
+Outputs: `table`, `figure` of the collapse, `coverage`; or the conditions as `match`; or `table` and `verdict`.
 """
 
 import pandas as pd
@@ -30,7 +30,7 @@ def collect(collapse: list[str], coverage: dict[str, str], output) -> pd.DataFra
     """Write the collapse of all mills with its figure, and the coverage of each with a sum, which is returned."""
     table = one_row_a_mill([read_table(path) for path in collapse])
     write_table(table, output.table)
-    save(plot_collapse(table, COLLAPSE_MAX), output.svg, output.png)
+    save(plot_collapse(table, COLLAPSE_MAX), *output.figure)
     found = sum_coverage({name: read_table(path) for name, path in coverage.items()})
     write_table(found, output.coverage)
     return found

@@ -4,7 +4,7 @@ Settings: the mill, its contact set, mills.counting_rule and dose.spectra.counti
 first).
 Inputs: `sheet`, `descriptors`, `curves`, `spectra` and `spectra_summary` of the mill's sweep; `limits` of its heat
 balance.
-Outputs: the page as `svg`, `png`, `pdf`; `spectra_svg`, `spectra_png`; `rules_svg`, `rules_png`.
+Outputs: the page as `figure` and `pdf`; `spectra_figure`, `rules_figure`.
 """
 
 from millprint.atlas.beside_simulation import atlas_rows
@@ -28,17 +28,17 @@ def draw_sheet(tables, output, mill: MillConfig, contact: ContactConfig) -> None
     sheet = with_rows(sheet, atlas_rows(mill, contact, sheet))
     own = [of_sheet(read_spectra(path), sheet) for path in (tables.spectra, tables.spectra_summary)]
     page = plot_sheet(picture_mill(mill), sheet, read_descriptors(tables.descriptors), curves, *own)
-    save(page, output.svg, output.png, output.pdf)
+    save(page, *output.figure, output.pdf)
 
 
 def draw_spectra(tables, output, title: str, rules: list[str]) -> None:
     """Draw both figures. rules: names of counting rules, that of the descriptors first."""
     sheet = read_table(tables.sheet)
     spectra, read_off = read_spectra(tables.spectra), read_spectra(tables.spectra_summary)
-    save(plot_spectra(shown(spectra, rules[0]), title), output.spectra_svg, output.spectra_png)
+    save(plot_spectra(shown(spectra, rules[0]), title), *output.spectra_figure)
     told = of_sheet(read_off, sheet, rules)
     figure = plot_rules(over_pairs(of_sheet(spectra, sheet, rules)), told, title, rules_apart(told))
-    save(figure, output.rules_svg, output.rules_png)
+    save(figure, *output.rules_figure)
 
 
 if "snakemake" in globals():

@@ -15,8 +15,8 @@ from millprint.view.frames import picture_mill
 def draw_geometry(output, mill: MillConfig) -> None:
     """Draw geometry and motion, and write the points of both."""
     picture = picture_mill(mill)
-    save(plot_geometry(picture), output.geometry_svg, output.geometry_png, tsv=output.geometry_tsv)
-    save(plot_motion(picture), output.motion_svg, output.motion_png, tsv=output.motion_tsv)
+    save(plot_geometry(picture), *output.geometry_figure, tsv=output.geometry_tsv)
+    save(plot_motion(picture), *output.motion_figure, tsv=output.motion_tsv)
 
 
 if "snakemake" in globals():

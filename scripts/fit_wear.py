@@ -46,7 +46,7 @@ def draw(tables, material: str) -> None:
     weighings = read_table(tables.fit, text=["role", "loads_from"])
     predicted = read_table(tables.wear, text=[*CONDITION[:2], "material"])
     figure = plot_wear(weighings, predicted, material, read_json(tables.coefficient)["said"])
-    save(figure, tables.svg, tables.png)
+    save(figure, *tables.figure)
 
 
 def measure(runs: list[str], summaries: list[str], output) -> None:
@@ -63,7 +63,7 @@ def predict_mills(runs: list[str], summaries: list[str], inputs, output, setting
     known = read_materials(inputs.materials, settings.material)
     wear = predict_wear(conditions, known, settings.charges, read_coefficient(inputs.coefficient), None)
     write_table(wear, output.table)
-    save(plot_mill_wear(wear, settings.material), output.svg, output.png)
+    save(plot_mill_wear(wear, settings.material), *output.figure)
 
 
 if "snakemake" in globals():

@@ -101,9 +101,9 @@ def draw(tables) -> None:
     cases, judged = read_table(tables.table_4_2), read_table(tables.table_4_4)
     cases = cases[cases["curves"] == "published"]
     published, ours = (judged[judged["curves"] == name] for name in ("published", "ours"))
-    save(plot_yield(cases, read_table(tables.slopes)), tables.yield_svg, tables.yield_png)
-    save(plot_specific_yield(published, ours), tables.specific_svg, tables.specific_png)
-    save(plot_mass_per_watt(published, ours), tables.mass_svg, tables.mass_png)
+    save(plot_yield(cases, read_table(tables.slopes)), *tables.yield_figure)
+    save(plot_specific_yield(published, ours), *tables.specific_figure)
+    save(plot_mass_per_watt(published, ours), *tables.mass_figure)
 
 
 def tabulate_doses(inputs, output, ball_diameter_m: float, density_kg_m3: float) -> None:
@@ -134,7 +134,7 @@ def tabulate_doses(inputs, output, ball_diameter_m: float, density_kg_m3: float)
 
 def draw_doses(tables) -> None:
     """Draw yields against time, doses and hits, with the best kinetics over each, from the written tables."""
-    save(plot_doses(read_table(tables.doses), read_table(tables.curves)), tables.dose_svg, tables.dose_png)
+    save(plot_doses(read_table(tables.doses), read_table(tables.curves)), *tables.dose_figure)
 
 
 if "snakemake" in globals():

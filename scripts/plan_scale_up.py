@@ -31,5 +31,5 @@ if "snakemake" in globals():
         write_table(sheet, snakemake.output.sheet)
         compared = compare_run(sheet, run, recorded_count(run, fingerprint.about["counting_rule"]))
         write_table(compared, snakemake.output.run)
-        save(plot_scale_up(sheet), snakemake.output.svg, snakemake.output.png)
+        save(plot_scale_up(sheet), *snakemake.output.figure)
         logger.info("simulated large mill: %d balls, %.3g s of processor time", run["balls"], run["processor_s"])

@@ -41,8 +41,8 @@ def draw_cycles(inputs, output, mill: str, contacts: list[str], fill_ratio: floa
     published = published_cycles(read_published(*inputs.published))
     published = published[published["fill_ratio"].sub(fill_ratio).abs().lt(1e-9)]
     kept = densities[(densities["mill"] == mill) & densities["contact"].isin(contacts)]
-    save(plot_cycle_densities(kept), output.densities_svg, output.densities_png)
-    save(plot_cycle_means(cycles[shown], published), output.means_svg, output.means_png)
+    save(plot_cycle_densities(kept), *output.densities_figure)
+    save(plot_cycle_means(cycles[shown], published), *output.means_figure)
 
 
 def draw_master_curves(inputs, output, mill: str, contacts: list[str]) -> None:
@@ -66,10 +66,10 @@ def draw_scaling(inputs, output, mill: str, contacts: list[str]) -> None:
     descriptors = as_built(read_table(inputs.descriptors))
     descriptors = descriptors[(descriptors["mill"] == mill) & descriptors["contact"].isin(contacts)]
     universal = plot_universal_curves(universal_descriptors(descriptors), read_table(inputs.universal))
-    save(universal, output.universal_svg, output.universal_png)
+    save(universal, *output.universal_figure)
     exponents = read_table(inputs.exponents)
     own = exponents["contact"].isin(contacts) & (exponents["counting_rule"] == descriptors["counting_rule"].iloc[0])
-    save(plot_exponents(exponents[own].dropna(subset="exponent")), output.exponents_svg, output.exponents_png)
+    save(plot_exponents(exponents[own].dropna(subset="exponent")), *output.exponents_figure)
 
 
 def draw_maps(runs: dict[float, str], svg: str, png: str, tsv: str) -> None:

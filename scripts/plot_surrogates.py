@@ -80,12 +80,12 @@ def draw_data(
         scene.section("y", float(np.mean(scene.bounds_m[:, 1]))),
         scene.section("z", float(height[0] + scene.ball_radius_m)),
     ]
-    save(plot_distance_slices(slices), outputs["slices_svg"], outputs["slices_png"], tsv=outputs["slices_tsv"])
+    save(plot_distance_slices(slices), *outputs["slices_figure"], tsv=outputs["slices_tsv"])
     threshold_m = edges.wall_threshold_m
     contacts = plot_wall_contacts(table, threshold_m, covered_share(table, threshold_m))
-    save(contacts, outputs["contacts_svg"], outputs["contacts_png"])
+    save(contacts, *outputs["contacts_figure"])
     step_s = read_attributes(run)["case"]["snapshot_interval_s"]
-    save(plot_recursion(window, edges, snap_back_m, step_s), outputs["loop_svg"], outputs["loop_png"])
+    save(plot_recursion(window, edges, snap_back_m, step_s), *outputs["loop_figure"])
 
 
 def draw_variant(tables: dict[str, list[str]], spread_path: str, variant: str, tests: list[str]) -> list:
@@ -120,7 +120,7 @@ def compare_ablations(inputs, output, changes: dict, length_s: dict, trainings: 
     table = ablation_table(read_measures(list(inputs.measured)), losses, changes, length_s, printed, trainings)
     write_table(table, output.ablations)
     written = read_table(output.ablations, numeric=["stable"], text=["variant", "says"])
-    save(plot_ablations(written, scatter_in_words(written)), output.svg, output.png)
+    save(plot_ablations(written, scatter_in_words(written)), *output.figure)
     return scatter_in_words(table) or "the baseline was trained once, so nothing tells chance apart"
 
 

@@ -29,10 +29,10 @@ def draw_models(inputs, output) -> None:
     """Figures 5.2 to 5.4: predictions, intervals and SHAP values."""
     text = ["model", "strategy", "case"]
     predictions = read_table(inputs.predictions, numeric=["yield_percent", "predicted_percent"], text=text)
-    save(plot_test_predictions(predictions), output.predictions_svg, output.predictions_png)
-    save(plot_intervals(predictions), output.intervals_svg, output.intervals_png)
+    save(plot_test_predictions(predictions), *output.predictions_figure)
+    save(plot_intervals(predictions), *output.intervals_figure)
     attributions = read_table(inputs.shap, numeric=["feature_value", "shap_pp"], text=[*text, "feature"])
-    save(plot_attributions(attributions), output.shap_svg, output.shap_png)
+    save(plot_attributions(attributions), *output.shap_figure)
 
 
 def draw_trust(inputs, output) -> None:
@@ -40,26 +40,26 @@ def draw_trust(inputs, output) -> None:
     text = ["model", "strategy", "scheme"]
     claims = read_measured(inputs.claims, [Text("id"), Text("value")])
     scores = read_table(inputs.scores_by_scheme, numeric=["value", "repeats"], text=[*text, "metric"])
-    save(plot_evaluation(scores, claims), output.evaluation_svg, output.evaluation_png)
+    save(plot_evaluation(scores, claims), *output.evaluation_figure)
     coverage = read_table(inputs.coverage, numeric=["nominal", "covered", "width_pp"], text=[*text, "method"])
-    save(plot_coverage(coverage), output.coverage_svg, output.coverage_png)
+    save(plot_coverage(coverage), *output.coverage_figure)
     retrospective = read_table(inputs.retrospective, numeric=["runs", "found"], text=["target", "strategy"])
-    save(plot_retrospective(retrospective), output.retrospective_svg, output.retrospective_png)
+    save(plot_retrospective(retrospective), *output.retrospective_figure)
     proposals = read_table(inputs.proposals, numeric=["predicted_percent"], text=["purpose"])
-    save(plot_proposals(proposals), output.proposals_svg, output.proposals_png)
+    save(plot_proposals(proposals), *output.proposals_figure)
     regimes = read_table(inputs.regimes, numeric=["rmse_pp"], text=["model", "descriptors", "added"])
-    save(plot_regimes(regimes), output.regimes_svg, output.regimes_png)
+    save(plot_regimes(regimes), *output.regimes_figure)
 
 
 def draw_scores(inputs, output) -> None:
     """Proper scores, calibration and the permutation test."""
     text = ["model", "strategy", "scheme"]
     scores = read_table(inputs.scores, numeric=["value", "error", "repeats"], text=[*text, "score"])
-    save(plot_scores(scores), output.scores_svg, output.scores_png)
+    save(plot_scores(scores), *output.scores_figure)
     pit = read_table(inputs.pit, numeric=["from", "to", "share", "expected", "repeats"], text=text)
-    save(plot_pit(pit), output.pit_svg, output.pit_png)
+    save(plot_pit(pit), *output.pit_figure)
     permutations = read_table(inputs.permutations, numeric=["permutation", "r2"])
-    save(plot_permutations(permutations), output.permutations_svg, output.permutations_png)
+    save(plot_permutations(permutations), *output.permutations_figure)
 
 
 def draw_sources(inputs, output) -> None:
@@ -67,7 +67,7 @@ def draw_sources(inputs, output) -> None:
     texts = ["source", "model", "strategy"]
     table = read_table(inputs.sources, text=[*texts, "verdict", "reason"])
     points = read_table(inputs.sources_predictions, numeric=["yield_percent", "predicted_percent"], text=texts)
-    save(plot_sources(table, points), output.sources_svg, output.sources_png)
+    save(plot_sources(table, points), *output.sources_figure)
 
 
 if "snakemake" in globals():

@@ -62,7 +62,7 @@ def main(
     write_json(verdict | {"reference": groups[0][0]["case"]}, output.verdict)
     with whole_file(output.line) as file:
         file.write_text(verdict["line"] + "\n")
-    save(plot_study(table, window, study.tolerance_percent), output.svg, output.png)
+    save(plot_study(table, window, study.tolerance_percent), *output.figure)
     return verdict
 
 
@@ -103,11 +103,11 @@ def tabulate_sweeps(given, made, own, logger) -> None:
         choice = choose(made.step_table, ConvergenceConfig(**own.settings), own.taken_s, made.choice)
         say = logger.info if choice["verdict"] == AGREES else logger.warning
         say("%s", in_words(choice))
-        draw_steps(made.step_table, made.choice, made.step_svg, made.step_png)
+        draw_steps(made.step_table, made.choice, *made.step_figure)
     if given.of_modulus:
         logger.info("%d simulations of the modulus", len(given.of_modulus))
         tabulate(given.of_modulus, "young_modulus_gpa", *rules, made.modulus_table)
-        draw_moduli(made.modulus_table, made.modulus_svg, made.modulus_png)
+        draw_moduli(made.modulus_table, *made.modulus_figure)
 
 
 if "snakemake" in globals():

@@ -28,8 +28,8 @@ def tabulate_literature(studies: str, yields: str, outputs: dict[str, str]) -> N
     missing = missingness_table(frame)
     write_table(missing, outputs["missingness"])
     write_table(literature_checks(frame, reported), outputs["checks"])
-    save(literature(frame, reported), outputs["svg"], outputs["png"], tsv=outputs["tsv"])
-    save(missingness(missing), outputs["missingness_svg"], outputs["missingness_png"])
+    save(literature(frame, reported), *outputs["figure"], tsv=outputs["tsv"])
+    save(missingness(missing), *outputs["missingness_figure"])
 
 
 if "snakemake" in globals():

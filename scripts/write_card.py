@@ -3,7 +3,7 @@
 Settings: dose, dem, mills.counting_rule, fingerprint.interval, cards.animation; the experiment with its cases, mill
 and contact set.
 Inputs: `runs`, `summaries`, `materials`, and `uncertainty` and `wear` where they are known.
-Outputs: `card`, `svg`, `png`, `pdf`, `tsv`, `methods`, `table`, `references`, and the `animation` if it is asked for.
+Outputs: `card`, `figure`, `pdf`, `tsv`, `methods`, `table`, `references`, and the `animation` if it is asked for.
 """
 
 from pathlib import Path

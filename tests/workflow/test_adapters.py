@@ -13,7 +13,7 @@ from tests.mock import mock_snakemake, read_workflow, run_script
 
 SMOKE = ROOT / "config/smoke.yaml"
 # Files that a docstring may name together: figures.
-DRAWN = re.compile(r"(.*_)?(svg|png|pdf|gif)s?")
+DRAWN = re.compile(r"(.*_)?(figure|svg|png|pdf|gif)s?")
 
 
 @pytest.fixture(scope="module", autouse=True)

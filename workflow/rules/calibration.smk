@@ -20,8 +20,7 @@ rule tabulate_convergence:
             {
                 "step_table": f"{CONVERGENCE}/timestep.tsv",
                 "choice": f"{CONVERGENCE}/timestep.json",
-                "step_svg": shown(f"{CONVERGENCE}/timestep.svg"),
-                "step_png": f"{CONVERGENCE}/timestep.png",
+                "step_figure": figure(f"{CONVERGENCE}/timestep"),
             }
             if STEP_STUDY
             else {}
@@ -29,8 +28,7 @@ rule tabulate_convergence:
         **(
             {
                 "modulus_table": f"{CONVERGENCE}/modulus.tsv",
-                "modulus_svg": shown(f"{CONVERGENCE}/modulus.svg"),
-                "modulus_png": f"{CONVERGENCE}/modulus.png",
+                "modulus_figure": figure(f"{CONVERGENCE}/modulus"),
             }
             if MODULUS_STUDY
             else {}
@@ -115,8 +113,7 @@ rule calibrate_restitution:
         **({"over_speed": f"{CALIBRATION}/restitution_over_speed.tsv"} if CONFIG.calibration.drop_test.measured else {}),
         drops=f"{CALIBRATION}/drop_test.tsv",
         restitution=f"{CALIBRATION}/restitution.tsv",
-        drops_svg=shown(f"{CALIBRATION}/drop_test.svg"),
-        drops_png=f"{CALIBRATION}/drop_test.png",
+        drops_figure=figure(f"{CALIBRATION}/drop_test"),
         friction_svgs=[shown(f"{CALIBRATION}/{name}/friction_fit.svg") for name in EXPERIMENTS],
         friction_pngs=[f"{CALIBRATION}/{name}/friction_fit.png" for name in EXPERIMENTS],
     log:

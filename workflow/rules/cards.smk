@@ -13,8 +13,7 @@ rule write_card:
         materials=local(CONFIG.dose.wear.materials),
     output:
         card=f"{CARD}/card.json",
-        svg=shown(f"{CARD}/card.svg"),
-        png=f"{CARD}/card.png",
+        figure=figure(f"{CARD}/card"),
         pdf=f"{CARD}/card.pdf",
         tsv=f"{CARD}/card.tsv",
         methods=f"{CARD}/methods.txt",

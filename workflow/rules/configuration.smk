@@ -59,3 +59,8 @@ def shown(path: str, **further: str):
     """A file that the report of Snakemake shows, as its record in millprint.run.outputs says; further: words of its labels."""
     about = captioned(str(Path(path).relative_to(RESULTS)), **further)
     return report(path, caption=f"../report/{about.caption}.rst", category=about.chapter, labels=dict(about.labels))
+
+
+def figure(stem: str) -> list:
+    """A figure that the report shows: SVG and PNG."""
+    return [shown(f"{stem}.svg"), f"{stem}.png"]

@@ -22,11 +22,9 @@ rule tabulate_experiments:
         wear=f"{DOE}/wear.tsv",
         missingness=f"{DOE}/missingness.tsv",
         checks=f"{DOE}/literature_checks.tsv",
-        svg=shown(f"{DOE}/literature.svg"),
-        png=f"{DOE}/literature.png",
+        figure=figure(f"{DOE}/literature"),
         tsv=f"{DOE}/literature.tsv",
-        missingness_svg=shown(f"{DOE}/missingness.svg"),
-        missingness_png=f"{DOE}/missingness.png",
+        missingness_figure=figure(f"{DOE}/missingness"),
     log:
         f"{LOGS}/doe/tabulate_experiments.log",
     localrule: True
@@ -53,10 +51,8 @@ rule analyse_variance:
         lack_of_fit=f"{DOE}/lack_of_fit.tsv",
         interactions=f"{DOE}/interactions.tsv",
         pareto=f"{DOE}/pareto.tsv",
-        pareto_svg=shown(f"{DOE}/pareto.svg"),
-        pareto_png=f"{DOE}/pareto.png",
-        residuals_svg=shown(f"{DOE}/residuals.svg"),
-        residuals_png=f"{DOE}/residuals.png",
+        pareto_figure=figure(f"{DOE}/pareto"),
+        residuals_figure=figure(f"{DOE}/residuals"),
         interaction_svgs=[
             shown(f"{DOE}/interaction_{name}.svg", title=title) for name, title in INTERACTION_TITLES.items()
         ],

@@ -16,8 +16,7 @@ rule balance_heat:
         temperatures=f"{HEAT}/temperatures.tsv",
         limits=f"{HEAT}/limits.tsv",
         flash=f"{HEAT}/flash.tsv",
-        svg=shown(f"{HEAT}/temperatures.svg"),
-        png=f"{HEAT}/temperatures.png",
+        figure=figure(f"{HEAT}/temperatures"),
     log:
         f"{LOGS}/dose/{{mill}}_heat.log",
     benchmark:

@@ -25,10 +25,8 @@ rule draw_mill:
     input:
         sources=lambda wildcards: shape_files(wildcards.mill),
     output:
-        geometry_svg=shown(f"{MILL}/geometry.svg"),
-        geometry_png=f"{MILL}/geometry.png",
-        motion_svg=shown(f"{MILL}/motion.svg"),
-        motion_png=f"{MILL}/motion.png",
+        geometry_figure=figure(f"{MILL}/geometry"),
+        motion_figure=figure(f"{MILL}/motion"),
         geometry_tsv=f"{MILL}/geometry.tsv",
         motion_tsv=f"{MILL}/motion.tsv",
     log:
@@ -103,13 +101,10 @@ rule draw_fingerprint:
         spectra_summary=rules.describe_mill.output.spectra_summary,
         limits=rules.balance_heat.output.limits,
     output:
-        svg=shown(f"{MILL}/fingerprint.svg"),
-        png=f"{MILL}/fingerprint.png",
+        figure=figure(f"{MILL}/fingerprint"),
         pdf=f"{MILL}/fingerprint.pdf",
-        spectra_svg=shown(f"{DOSE}/{{mill}}/spectra.svg"),
-        spectra_png=f"{DOSE}/{{mill}}/spectra.png",
-        rules_svg=shown(f"{DOSE}/{{mill}}/spectra_rules.svg"),
-        rules_png=f"{DOSE}/{{mill}}/spectra_rules.png",
+        spectra_figure=figure(f"{DOSE}/{{mill}}/spectra"),
+        rules_figure=figure(f"{DOSE}/{{mill}}/spectra_rules"),
     log:
         f"{LOGS}/mills/{{mill}}_fingerprint.log",
     localrule: True
@@ -129,8 +124,7 @@ rule collect_mills:
         coverage=[f"{RESULTS}/mills/{name}/coverage.tsv" for name in BOX],
     output:
         table=f"{RESULTS}/mills/collapse.tsv",
-        svg=shown(f"{RESULTS}/mills/collapse.svg"),
-        png=f"{RESULTS}/mills/collapse.png",
+        figure=figure(f"{RESULTS}/mills/collapse"),
         coverage=f"{RESULTS}/mills/coverage.tsv",
     log:
         f"{LOGS}/mills/collect.log",
@@ -231,8 +225,7 @@ if CONFIG.mills.scale_up is not None:
         output:
             sheet=f"{SCALE_UP}/sheet.tsv",
             run=f"{SCALE_UP}/run.tsv",
-            svg=shown(f"{SCALE_UP}/sheet.svg"),
-            png=f"{SCALE_UP}/sheet.png",
+            figure=figure(f"{SCALE_UP}/sheet"),
         log:
             f"{LOGS}/mills/scale_up.log",
         localrule: True
@@ -322,8 +315,7 @@ rule study_settings:
         window=f"{STUDY}/window.tsv",
         verdict=f"{STUDY}/verdict.json",
         line=f"{STUDY}/verdict.txt",
-        svg=shown(f"{STUDY}/study.svg"),
-        png=f"{STUDY}/study.png",
+        figure=figure(f"{STUDY}/study"),
     log:
         f"{LOGS}/convergence/{{mill}}_study.log",
     localrule: True

@@ -16,18 +16,14 @@ rule partition_dissipation:
         table_4_5=f"{PARTITION}/table_4_5.tsv",
         slopes=f"{PARTITION}/slopes.tsv",
         design=f"{PARTITION}/design.tsv",
-        yield_svg=shown(f"{PARTITION_FIGURES}/yield.svg"),
-        yield_png=f"{PARTITION_FIGURES}/yield.png",
-        specific_svg=shown(f"{PARTITION_FIGURES}/specific_yield.svg"),
-        specific_png=f"{PARTITION_FIGURES}/specific_yield.png",
-        mass_svg=shown(f"{PARTITION_FIGURES}/mass_per_watt.svg"),
-        mass_png=f"{PARTITION_FIGURES}/mass_per_watt.png",
+        yield_figure=figure(f"{PARTITION_FIGURES}/yield"),
+        specific_figure=figure(f"{PARTITION_FIGURES}/specific_yield"),
+        mass_figure=figure(f"{PARTITION_FIGURES}/mass_per_watt"),
         doses=f"{DOSE}/dose.tsv",
         kinetics=f"{DOSE}/kinetics.tsv",
         curves=f"{DOSE}/kinetics_curves.tsv",
         verdict=f"{DOSE}/dose_verdict.txt",
-        dose_svg=shown(f"{DOSE}/dose.svg"),
-        dose_png=f"{DOSE}/dose.png",
+        dose_figure=figure(f"{DOSE}/dose"),
     log:
         f"{LOGS}/partition/partition_dissipation.log",
     localrule: True
@@ -86,8 +82,7 @@ rule fit_wear:
         fit=f"{DOSE}/wear_fit.tsv",
         coefficient=f"{DOSE}/wear_coefficient.json",
         wear=f"{DOSE}/wear.tsv",
-        svg=shown(f"{DOSE}/wear.svg"),
-        png=f"{DOSE}/wear.png",
+        figure=figure(f"{DOSE}/wear"),
     log:
         f"{LOGS}/dose/fit_wear.log",
     benchmark:
@@ -113,8 +108,7 @@ rule predict_mill_wear:
         materials=WEAR.materials,
     output:
         table=f"{RESULTS}/mills/wear.tsv",
-        svg=shown(f"{RESULTS}/mills/wear.svg"),
-        png=f"{RESULTS}/mills/wear.png",
+        figure=figure(f"{RESULTS}/mills/wear"),
     log:
         f"{LOGS}/mills/wear.log",
     localrule: True

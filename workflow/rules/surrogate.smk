@@ -199,13 +199,10 @@ rule plot_surrogates:
         trainings=f"{SURROGATE}/trainings.tsv",
         baselines=f"{SURROGATE}/baselines.tsv",
         against=f"{SURROGATE}/against_baselines.tsv",
-        slices_svg=shown(f"{SURROGATE}/signed_distance.svg"),
-        slices_png=f"{SURROGATE}/signed_distance.png",
+        slices_figure=figure(f"{SURROGATE}/signed_distance"),
         slices_tsv=f"{SURROGATE}/signed_distance.tsv",
-        contacts_svg=shown(f"{SURROGATE}/wall_contacts.svg"),
-        contacts_png=f"{SURROGATE}/wall_contacts.png",
-        loop_svg=shown(f"{SURROGATE}/recursion.svg"),
-        loop_png=f"{SURROGATE}/recursion.png",
+        contacts_figure=figure(f"{SURROGATE}/wall_contacts"),
+        loop_figure=figure(f"{SURROGATE}/recursion"),
         svgs=[
             shown(f"{SURROGATE}/{variant}/{name}.svg")
             for variant in CONFIG.surrogate.variants
@@ -280,8 +277,7 @@ rule tabulate_ablations:
         claims=CONFIG.data.claims,
     output:
         ablations=f"{SURROGATE}/ablations.tsv",
-        svg=shown(f"{SURROGATE}/ablations.svg"),
-        png=f"{SURROGATE}/ablations.png",
+        figure=figure(f"{SURROGATE}/ablations"),
     log:
         f"{LOGS}/surrogate/tabulate_ablations.log",
     localrule: True

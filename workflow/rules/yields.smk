@@ -302,8 +302,7 @@ rule plot_yields:
         sources_predictions=rules.leave_groups_out.output.sources_predictions,
         claims=CONFIG.data.claims,
     output:
-        **{f"{name}_svg": shown(f"{YIELD_FIGURES}/{name}.svg") for name in DRAWN_YIELDS},
-        **{f"{name}_png": f"{YIELD_FIGURES}/{name}.png" for name in DRAWN_YIELDS},
+        **{f"{name}_figure": figure(f"{YIELD_FIGURES}/{name}") for name in DRAWN_YIELDS},
     log:
         f"{LOGS}/yields/plot_yields.log",
     localrule: True
