@@ -28,7 +28,7 @@ HINT = || { ls .snakemake/locks/* >/dev/null 2>&1 && echo "If no other run works
 
 # The parts of `make test`, the longest first. What needs the smoke run has one run of it.
 SMOKED := $(addprefix tests/workflow/test_,$(addsuffix .py,cards crate mills report reruns smoke))
-PARTS := test-smoke test-workflow test-unit test-physics
+PARTS := test-workflow test-smoke test-unit test-physics
 
 .PHONY: help plan install thesis smoke validation unlock verify crate docs test check types kernels $(PARTS) fuzz surfaces kills slurm lint format bench ablations reference lock mutants clean
 
@@ -69,9 +69,9 @@ verify: $(VENV)/installed  ## list the files of RESULTS that have changed
 crate: $(VENV)/installed  ## describe a finished run as an RO-Crate
 	$(BIN)/python -m millprint.cli crate $(RESULTS)
 
-# Two at a time; the kernels are compiled before, so that not both do it.
-test: $(VENV)/complete kernels  ## linters and every test
-	$(MAKE) --jobs=2 $(PARTS) lint
+# Two at a time; while the linters work the kernels are compiled, so that no two tests do it.
+test: $(VENV)/complete  ## linters and every test
+	$(MAKE) --jobs=2 kernels lint $(PARTS)
 
 # While you work: the linters, the types, and the tests that take little time.
 FAST := -m "not slow and not browser and not cluster"
@@ -89,6 +89,7 @@ fast-%: $(VENV)/complete
 kernels: $(VENV)/complete
 	$(BIN)/python -c "from millprint.dem.compilation import compile_kernels; compile_kernels()"
 
+$(PARTS): | kernels
 test-smoke: $(VENV)/complete
 	$(RUN) $(BIN)/pytest $(SMOKED)
 

@@ -1,13 +1,10 @@
 """Files that cannot be read as YAML or as a table are refused before a job starts, in one line."""
 
-import os
-
 import pytest
 
 from millprint.config.errors import ConfigError
 from millprint.config.load import DEEPEST, read_yaml
 from tests.refusals import refusals
-from tests.workflow.conftest import CONFIG, error_lines, run_snakemake
 
 
 def test_yaml_that_is_not_a_mapping(settings, refusal):
@@ -166,13 +163,3 @@ def test_merged_keys_are_not_keys_given_twice(tmp_path):
     path = tmp_path / "a.yaml"
     path.write_text("base: &base {a: 1, b: 2}\nother:\n  <<: *base\n  a: 3\n")
     assert read_yaml(path)["other"] == {"a": 3, "b": 2}
-
-
-def test_snakemake_refuses_a_key_given_twice(project):
-    path = project / CONFIG
-    path.write_text(path.read_text() + "mill: emax_smooth\n")
-    done = run_snakemake(project)
-    assert done.returncode == 1
-    (line,) = error_lines(done.stdout)
-    assert "key 'mill' twice" in line
-    assert os.listdir(project / "results") == [".gitkeep"]

@@ -18,16 +18,19 @@ PLANETARY = "config/mills/planetary.yaml"
 
 
 @pytest.mark.parametrize(
-    "fault",
-    ["dem: {time_stp_s: 1.0e-6}", "dem: {rayleigh_fraction_max: 1.0e-4}"],
-    ids=["unknown key", "impossible value"],
+    ("fault", "said"),
+    [
+        ("mill: emax\nmill: emax_smooth\n", "key 'mill' twice"),
+        ("dem: {rayleigh_fraction_max: 1.0e-4}", "/mine.yaml: dem.time_step_s"),
+    ],
+    ids=["twice", "impossible value"],
 )
-def test_snakemake_stops_before_any_job_and_names_the_last_configuration_file(project, fault):
+def test_snakemake_stops_before_any_job_and_names_the_last_configuration_file(project, fault, said):
     (project / "mine.yaml").write_text(fault)
     done = run_snakemake(project, "--configfile", "mine.yaml")
     assert done.returncode == 1, done.stdout
     (line,) = error_lines(done.stdout)
-    assert "/mine.yaml: dem.time_st" in line
+    assert "mine.yaml" in line and said in line
     assert "Traceback" not in done.stdout
     assert [path.name for path in (project / "results").iterdir()] == [".gitkeep"]
     assert not list((project / ".snakemake/locks").glob("*"))

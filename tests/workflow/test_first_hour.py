@@ -12,7 +12,6 @@ from unittest.mock import patch
 import pandas as pd
 import pytest
 
-from millprint import take_fingerprint
 from millprint.cli import engine
 from millprint.cli.commands import main as millprint
 from millprint.config.load import read_yaml
@@ -25,17 +24,8 @@ FIRST_HOUR = (ROOT / "docs/first_hour.md").read_text()
 DONE_BEFORE = ["make install", "source .venv/bin/activate"]
 
 
-# Its jobs are those of the planetary mill, so it is only planned; its simulations are made by the library.
+# Its jobs are those of the planetary mill, so it is only planned; the match finds the fingerprint that is shipped.
 MIXER = "millprint fingerprint config/first_hour/mixer.yaml"
-
-
-def fingerprint_of_the_mixer(project: Path, folder: Path) -> None:
-    """What the run of the mixer mill would leave for the match, simulated in `folder`."""
-    run = read_yaml(project / "config/first_hour/mixer.yaml")
-    take_fingerprint(run["mill"], *run["contacts"], folder=folder, sweep=run["sweep"])
-    place = project / run["results"] / "mills/mixer"
-    place.mkdir()
-    shutil.copy(folder / "fingerprint.json", place)
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +55,7 @@ def run_line(line: str, project: Path) -> str:
 
 
 @pytest.fixture(scope="module")
-def first_hour(beginner, tmp_path_factory) -> dict[str, str]:
+def first_hour(beginner) -> dict[str, str]:
     """What each command of the first hour prints. They run in order."""
     planetary = beginner / "config/first_hour/planetary.yaml"
     # One new simulation for the coverage of the bands, instead of eight.
@@ -76,7 +66,9 @@ def first_hour(beginner, tmp_path_factory) -> dict[str, str]:
     for line in lines[2:]:
         printed[line] = run_line(f"{line} --dry-run" if line == MIXER else line, beginner)
         if line == MIXER:
-            fingerprint_of_the_mixer(beginner, tmp_path_factory.mktemp("mixer"))
+            place = beginner / "results/first_hour/mills/mixer"
+            place.mkdir()
+            shutil.copy(beginner / "config/fingerprints/mixer.json", place / "fingerprint.json")
     return printed
 
 

@@ -294,12 +294,10 @@ module millprint:
 
 use rule * from millprint as mill_*
 """
-# The words before the target and after it, by which people run millprint: by its command and as a module. A clone is
-# killed by the tests above, and the wheel in test_wheel.py.
-ENTRANCES = {
-    "command": (["-m", "millprint.cli", "run"], ["mine.yaml"]),
-    "module": (["-m", "snakemake", "--cores", "2"], []),
-}
+# The words before the target and after it, by which people run millprint: by the command of the wheel, which
+# test_wheel.py kills, and as a module. A clone is killed by the tests above.
+COMMAND = ["-m", "millprint.cli", "run"], ["mine.yaml"]
+MODULE = ["-m", "snakemake", "--cores", "2"], []
 
 
 def kill_and_remark(folder: Path, python: Path, words: tuple[list[str], list[str]], variables: dict, script: Path):
@@ -332,13 +330,12 @@ def kill_and_remark(folder: Path, python: Path, words: tuple[list[str], list[str
     assert "Nothing to be done" in started("--dry-run").communicate(timeout=120)[0]
 
 
-@pytest.mark.parametrize("entrance", ENTRANCES)
-def test_by_further_entrances_a_kill_is_mended_and_a_comment_runs_nothing_again(project, tmp_path, entrance):
+def test_as_a_module_a_kill_is_mended_and_a_comment_runs_nothing_again(project, tmp_path):
     folder = tmp_path / "own"
     folder.mkdir()
-    if entrance == "module":
-        (folder / "Snakefile").write_text(AS_MODULE.format(snakefile=str(project / "workflow/Snakefile")))
-        # As docs/how_to/module.md says.
-        shutil.copytree(project / "workflow/profiles", folder / "profiles")
+    (folder / "Snakefile").write_text(AS_MODULE.format(snakefile=str(project / "workflow/Snakefile")))
+    # As docs/how_to/module.md says.
+    shutil.copytree(project / "workflow/profiles", folder / "profiles")
+    share_checks(folder)
     variables = active_environment() | {"PYTHONPATH": str(project / "src")}
-    kill_and_remark(folder, Path(sys.executable), ENTRANCES[entrance], variables, project / "scripts/draw_mill.py")
+    kill_and_remark(folder, Path(sys.executable), MODULE, variables, project / "scripts/draw_mill.py")
