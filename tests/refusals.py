@@ -2,8 +2,12 @@
 
 import csv
 import json
+from collections.abc import Callable
 from functools import cache
 
+import pytest
+
+from millprint.config.errors import ConfigError
 from tests.conftest import ROOT
 
 
@@ -18,3 +22,11 @@ def refusals(test: str) -> list[list]:
     found = [[*json.loads(row["input"]), json.loads(row["line"])] for row in _rows() if row["test"] == test]
     assert found, f"{test}: no such test in tests/data/refusals.tsv"
     return found
+
+
+def refusal(call: Callable, *given) -> str:
+    """The one line with which a call is refused; several lines are a failure."""
+    with pytest.raises(ConfigError) as caught:
+        call(*given)
+    (line,) = str(caught.value).splitlines()
+    return line

@@ -66,25 +66,6 @@ def test_bad_conditions_are_refused_before_anything_runs(tmp_path):
 
 
 @pytest.mark.slow
-def test_the_ratio_of_two_speeds_follows_the_scaling_of_the_mill():
-    """Energies with the square of the speed, powers with its cube, collisions with the speed: the mill obeys them."""
-    table = millprint.compare(fingerprint(), condition(), fingerprint(), condition(speed_hz=15.0))
-    powers = {"normal_energy_J": 2, "tangential_energy_J": 2, "specific_frequency_hz": 1, "wall_power_W": 3}
-    for name, power in powers.items():
-        assert table.at[name, "ratio"] == pytest.approx(1.25**power, rel=0.01), name
-
-
-@pytest.mark.slow
-def test_the_nearest_condition_of_the_same_mill_is_the_condition():
-    found = millprint.match(fingerprint(), condition(), fingerprint(), ranked=3).iloc[0]
-    assert found["fill_ratio"] == pytest.approx(0.12, rel=0.03)
-    assert found["speed_rpm"] == pytest.approx(720, rel=0.02)
-    assert found["weighted_normal_energy_J_ratio_lower"] < 1 < found["weighted_normal_energy_J_ratio_upper"]
-    found = millprint.match(fingerprint(), condition(), fingerprint(), descriptors="per_collision").iloc[0]
-    assert found["fill_ratio"] == pytest.approx(0.12, rel=0.03) and found["normal_energy_J_ratio_lower"] < 1
-
-
-@pytest.mark.slow
 def test_mills_that_count_differently_are_compared_by_what_needs_no_rule():
     rows = descriptors()
     other = millprint.Fingerprint.fit(rows.assign(collisions_by="facet"), VOLUME, 0.95)

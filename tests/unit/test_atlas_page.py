@@ -18,6 +18,7 @@ from millprint.fingerprint.condition_search import verdict_on
 from millprint.run.files import read_json
 from tests.browser import DESKTOP, PHONE, needs_browser
 from tests.conftest import ROOT
+from tests.refusals import refusals
 from tests.unit.made_atlas import made_atlas, made_errors
 
 MAKERS, TURNS = ROOT / "config/atlas/makers.tsv", ROOT / "docs/turns.json"
@@ -120,34 +121,8 @@ def test_the_page_and_a_match_give_one_verdict(page):
     assert said == expected and set(said) == {"agrees", "differs", "open"}
 
 
-FAULTS = [
-    ("ball_diameter_mm", "0.01", "Ball diameter: 0.01 mm cannot be meant; it is 0.5 to 200 mm. Look at the unit."),
-    ("ball_diameter_mm", "1 cm", "Ball diameter: “1 cm”: write it in mm."),
-    ("ball_diameter_mm", "2,5", "Ball diameter: “2,5”: write it in mm, with a point for decimals."),
-    ("ball_diameter_mm", "150", "A ball of 150 mm does not go into a jar of 58 mm."),
-    (
-        "ball_diameter_mm",
-        "5",
-        "Diameter of the balls: 5 mm; here the atlas knows 5.25 to 22.5 mm. For others, simulate: millprint card.",
-    ),
-    ("number", "7", "Number of balls: 7; here the atlas knows 15 to 193. For others, simulate: millprint card."),
-    ("number", "500", "The jar cannot hold 500 balls of 10 mm: it is full with about 290."),
-    ("number", "2.5", "Balls: 2.5 is not a whole number."),
-    ("number", "few", "Balls: “few” is no number; write it, such as 1000."),
-    ("speed_hz", "", "Speed: “” is no number; write it in rpm, such as 100."),
-    ("speed_hz", "900", "Speed: 900 rpm is more than the fastest of the machine."),
-    (
-        "ratio",
-        "-3",
-        "(k - 1)^2 (R - d/2) / R_s is 1.84: the jar's own turning holds the balls on its wall; the atlas knows up to "
-        "1.5. For others, simulate: millprint card.",
-    ),
-    ("ratio", "2", "Jars of the atlas turn against the wheel: write -2 for what makers print as 1:-2 or 1:2."),
-]
-
-
 @needs_browser
-@pytest.mark.parametrize(("field", "text", "line"), FAULTS)
+@pytest.mark.parametrize(("field", "text", "line"), refusals("bad_input_at_its_field"))
 def test_bad_input_is_told_in_a_line_at_its_field(page, field, text, line):
     said = page.run(f"""
       const planetary = CONTENT.mills.findIndex((mill) => mill.kind === "planetary");

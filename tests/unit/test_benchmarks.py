@@ -15,15 +15,15 @@ from benchmarks.cases import Setup, box_jar, cylinder_jar, make_setup
 from benchmarks.compare import spread, summarise
 from benchmarks.config import BenchConfig
 from benchmarks.lammps import input_text, timing
-from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import SimulationError
-from millprint.config.load import check_model, load_named, read_yaml
-from millprint.config.mill import MillConfig
+from millprint.config.included import load_contact, load_mill
+from millprint.config.load import check_model, read_yaml
 from millprint.dem.lammps.output import read_log
 from millprint.dem.simulation import Simulation
 
 ROOT = Path(__file__).parents[2]
 
+MILL, CONTACT = load_mill("emax"), load_contact("calibrated")
 LOG = (ROOT / "tests/data/lammps.log").read_text()
 
 
@@ -33,18 +33,8 @@ def config() -> BenchConfig:
 
 
 @pytest.fixture(scope="module")
-def mill() -> MillConfig:
-    return load_named(ROOT / "config/mills", "emax", MillConfig, "mill")
-
-
-@pytest.fixture(scope="module")
-def contact() -> ContactConfig:
-    return load_named(ROOT / "config/contacts", "calibrated", ContactConfig, "contact set")
-
-
-@pytest.fixture(scope="module")
-def setup(config, mill, contact) -> Setup:
-    return make_setup(config, contact, cylinder_jar(config, mill), 24, 10.0)
+def setup(config) -> Setup:
+    return make_setup(config, CONTACT, cylinder_jar(config, MILL), 24, 10.0)
 
 
 def words(text: str, command: str) -> list[str]:
@@ -60,36 +50,36 @@ def after(line: list[str], *keys: str) -> list[float]:
     return [float(word) for word in itertools.takewhile(lambda word: re.fullmatch(r"[-+.\de]+", word), line[k:])]
 
 
-def test_compared_input_holds_our_law_in_si(config, contact, setup):
+def test_compared_input_holds_our_law_in_si(config, setup):
     text = input_text(setup, config.lammps, 1e-6, [1000], with_means=True)
     pair, wall = words(text, "pair_coeff"), words(text, "fix wall")
     law = config.lammps.compared
-    stiffness, damping, rolling = law.rolling_stiffness_n_m, law.rolling_damping_ns_m, contact.rolling_friction
+    stiffness, damping, rolling = law.rolling_stiffness_n_m, law.rolling_damping_ns_m, CONTACT.rolling_friction
     radius = setup.diameter_m / 2
     for line in (pair, wall):
-        assert after(line, "hertz/material") == [contact.young_modulus_gpa * 1e9, 0.30, 0.235]
+        assert after(line, "hertz/material") == [CONTACT.young_modulus_gpa * 1e9, 0.30, 0.235]
         assert line[line.index("damping") + 1] == "coeff_restitution"
         assert line[line.index("mindlin") + 1] == "NULL"
         # About the normal the lever is the ball's radius.
         twisting = [stiffness * radius**2, damping * radius**2, rolling * radius]
         assert after(line, "twisting", "sds") == pytest.approx(twisting)
-    assert after(pair, "mindlin", "NULL")[1] == contact.static_friction
+    assert after(pair, "mindlin", "NULL")[1] == CONTACT.static_friction
     # LAMMPS's lever is the reduced radius: half the ball's between balls, the ball's own at a wall.
     assert after(pair, "rolling", "sds") == [stiffness, damping, 2 * rolling]
     assert after(wall, "rolling", "sds") == [stiffness, damping, rolling]
 
 
-def test_tangential_damping_is_ours(config, contact, setup):
+def test_tangential_damping_is_ours(config, setup):
     """Eqs 3.4 to 3.12: both dampings are the same multiple of sqrt(S m*), S_n = 2 E* a and S_t = 8 G* a."""
-    modulus, poisson = contact.young_modulus_gpa * 1e9, contact.poisson_ratio
+    modulus, poisson = CONTACT.young_modulus_gpa * 1e9, CONTACT.poisson_ratio
     effective = modulus / (2 * (1 - poisson**2))
     shear = modulus / (4 * (2 - poisson) * (1 + poisson))
     ratio = after(words(input_text(setup, config.lammps, 1e-6, [20], True), "pair_coeff"), "mindlin", "NULL")[0]
     assert ratio == pytest.approx(math.sqrt(8 * shear / (2 * effective)))
 
 
-def test_means_are_averaged_over_whole_revolutions_of_the_box(config, mill, contact):
-    setup = make_setup(config, contact, box_jar(config, mill), 24, 10.0)
+def test_means_are_averaged_over_whole_revolutions_of_the_box(config):
+    setup = make_setup(config, CONTACT, box_jar(config, MILL), 24, 10.0)
     shape = config.physics.box
     length, width, height = shape.x_mm / 1e3, shape.y_mm / 1e3, shape.z_mm / 1e3
     text = input_text(setup, config.lammps, 1e-6, [300_000, 500_000], with_means=True)
@@ -120,8 +110,8 @@ def test_a_log_without_an_end_is_an_error():
 
 
 def test_the_drum_of_lammps_turns_with_all_its_lifters(config):
-    mill = load_named(ROOT / "config/mills", "slice_mill", MillConfig, "mill")
-    contact = load_named(ROOT / "config/contacts", "slice_mill", ContactConfig, "contact set")
+    mill = load_mill("slice_mill")
+    contact = load_contact("slice_mill")
     simulation = Simulation(drums.case_of(mill, contact, config.drums[0], 40.81, 0), mill, contact, drums.DrumDem())
     text = drums.input_text(simulation, mill.geometry, config, config.drums[0])
     shell, *lifters = re.findall(r"^region .*", text, re.MULTILINE)

@@ -17,6 +17,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import SearchConfig
 from millprint.config.sweep import ball_count
 from millprint.run.numbers import plain, prefix_of, three
+from tests.refusals import refusal
 from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, ROLLING, VOLUME, WEIGHTED_OVER_MEAN, fingerprint, true_curves
 
 GAP = 0.03
@@ -112,25 +113,20 @@ def test_the_schema_and_the_reader_refuse_a_card_without_a_part(written, part):
     del content[part]
     with pytest.raises(ValidationError):
         Draft202012Validator(json.loads(card_schema_text())).validate(content)
-    with pytest.raises(ConfigError) as caught:
-        read_card(written(content))
-    (line,) = str(caught.value).splitlines()
+    line = refusal(read_card, written(content))
     assert "card.json" in line and part in line
 
 
 @pytest.mark.parametrize("version", [1, 0, "2", None, True])
 def test_a_card_of_another_version_is_refused_in_one_line(written, version):
-    with pytest.raises(ConfigError, match=r"card\.json: schema_version = .*must be 3") as caught:
-        read_card(written(card_content() | {"schema_version": version}))
-    assert len(str(caught.value).splitlines()) == 1
+    line = refusal(read_card, written(card_content() | {"schema_version": version}))
+    assert "card.json: schema_version = " in line and "must be 3" in line
 
 
 @pytest.mark.parametrize("text", ["{", "[1]", '{"format": "millprint fingerprint 1"}', "\x00"])
 def test_a_file_that_is_no_card_is_refused_in_one_line(tmp_path, text):
     (tmp_path / "no.json").write_text(text)
-    with pytest.raises(ConfigError) as caught:
-        read_card(tmp_path / "no.json")
-    assert len(str(caught.value).splitlines()) == 1
+    assert "no.json" in refusal(read_card, tmp_path / "no.json")
 
 
 def windows(rng: np.random.Generator, seeds: int, turns: int) -> list[Window]:

@@ -37,7 +37,7 @@ from millprint.thesis.claims.tabulate import (
     tabulate_claims,
 )
 from millprint.thesis.curves.regimes import read_published
-from tests.conftest import ROOT
+from tests.conftest import PRINTED, ROOT
 from tests.refusals import refusals
 
 CLAIMS_TSV = ROOT / "config/data/claims.tsv"
@@ -101,51 +101,21 @@ def test_a_tolerance_has_a_width(published, tolerance, width):
     assert allowed("2.78", "<=2.78").lower == -float("inf")
 
 
-def test_every_printed_digit_is_kept():
+def test_every_printed_digit_is_kept_and_the_counts_add_up():
     """The reader keeps text, so that 0.270 is not 0.27, and so does the table of verdicts."""
-    zeros = {
-        "2.anova.AB.ss": "0.270",
-        "2.anova.AC.ss": "0.050",
-        "2.anova.DQ.ss": "0.020",
-        "4.case.reference.Et": "5.00",
-        "4.case.speed.normal.ratio": "1.40",
-        "4.leverage.reference.LHV": "5.30",
-        "4.leverage.speed.normal.LHV": "4.00",
-        "4.specific_yield.speed.tangential": "0.280",
-        "4.mass_per_watt.power.tangential": "0.090",
-        "5.linear.rmse": "15.50",
-        "5.svr.two_step.mape": "50.20",
-    }
-    read = read_claims(CLAIMS_TSV)["value"]
-    table = tabulate_claims(CLAIMS_TSV, {name: Finding(None) for name in read_claims(CLAIMS_TSV).index}).set_index(
-        "id"
-    )["published"]
-    assert read[list(zeros)].to_dict() == table[list(zeros)].to_dict() == zeros
-
-
-def test_every_claim_says_what_it_is_and_the_counts_add_up():
     claims = read_claims(CLAIMS_TSV)
+    table = tabulate_claims(CLAIMS_TSV, {name: Finding(None) for name in claims.index})
+    assert claims["value"].to_dict() == dict(zip(table["id"], table["published"], strict=True)) == dict(PRINTED)
+    assert PRINTED["2.anova.AB.ss"] == "0.270"
     assert set(claims["nature"]) == set(NATURES) and set(claims["basis"]) == set(BASES)
-    derived = claims.index[claims["basis"] == "derived"]
-    # Table 3.5 prints 32 numbers, and is judged by 32 claims.
-    assert len(derived) == 16 and all(name.startswith("3.cycle.") for name in derived)
-    assert claims["id"].str.startswith("3.cycle").sum() == 32
-    table = tabulate_claims(CLAIMS_TSV, {name: Finding(None) for name in read_claims(CLAIMS_TSV).index})
     counts = count_verdicts(table, "nature")
     assert counts["nature"].tolist() == list(NATURES) and counts["claims"].sum() == len(claims)
     told = count_natures(claims)
-    assert told.startswith(f"{len(claims)} claims, 16 of them derived from two printed numbers: ")
+    assert told.startswith(f"{len(claims)} claims, {(claims['basis'] == 'derived').sum()} of them derived from two ")
     assert f"{(claims['nature'] == 'simulated').sum()} simulated" in told
     # What the jar was fitted to is not a prediction.
     fitted = claims["id"][claims["nature"] == "fitted"]
     assert fitted.str.startswith("3.").sum() == len(JarSearch().fitted)
-    assert set(fitted[~fitted.str.startswith("3.")].str.split(".").str[1]) == {
-        "linear",
-        "gpr",
-        "order",
-        "two_step",
-        "ood",
-    }
 
 
 STEPS = ("primary", "two_step")

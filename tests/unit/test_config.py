@@ -7,6 +7,7 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model, load_named
 from millprint.config.sweep import DemConfig, SweepConfig, ball_count, expand_sweep
+from tests.conftest import ROOT
 
 DEM = {"time_step_s": 2e-6, "settle_s": 0.2, "discard_turns": 2, "window_s": 1.0}
 SWEEP = {
@@ -60,16 +61,10 @@ def test_steps_are_in_the_names_of_their_cases_and_bounds_go_with_them():
 
 
 def test_the_name_in_a_file_must_be_the_files(tmp_path):
-    text = read_yaml_text("config/contacts/steel.yaml").replace("name: steel", "name: brass")
+    text = (ROOT / "config/contacts/steel.yaml").read_text().replace("name: steel", "name: brass")
     (tmp_path / "steel.yaml").write_text(text)
     with pytest.raises(ConfigError, match=r"steel.yaml: name = 'brass'"):
         load_named(tmp_path, "steel", ContactConfig, "contact set")
-
-
-def read_yaml_text(name):
-    from tests.conftest import ROOT
-
-    return (ROOT / name).read_text()
 
 
 def test_a_sweep_is_every_combination():

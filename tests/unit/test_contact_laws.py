@@ -13,6 +13,7 @@ from millprint.config.contact_laws import CONTACT_LAWS
 from millprint.config.contact_set import ContactConfig
 from millprint.config.dose import FlashSection
 from millprint.config.errors import ConfigError, SimulationError
+from millprint.config.included import load_mill
 from millprint.config.load import check_model
 from millprint.config.sweep import overridden
 from millprint.config.uncertainty import UncertaintyConfig
@@ -24,7 +25,7 @@ from tests.refusals import refusals
 from tests.unit.test_card import card_content
 from tests.unit.test_dem_faults import DEM, MILL, PRESSED, simulation, stopped_at_a_wall
 from tests.unit.test_heat import write_run
-from tests.unit.test_study import MILLS, STUDY, mill_named
+from tests.unit.test_study import MILLS, STUDY
 
 COMMON = {"name": "soft", "source": "made up", "restitution": 0.5, "static_friction": 0.3, "rolling_friction": 0.01,
           "density_kg_m3": 7800}  # fmt: skip
@@ -86,8 +87,8 @@ def test_what_needs_a_young_modulus_refuses_a_law_without_one(tmp_path, caplog):
     with pytest.raises(ConfigError, match=line):
         overridden(case.model_copy(update={"young_modulus_gpa": 3.0}), MILL, SOFT)
     with pytest.raises(ConfigError, match=line):
-        check_contact(space_of(mill_named("planetary"), UncertaintyConfig()), SOFT)
-    variants = study_variants(mill_named("planetary"), SOFT, MILLS, DEM, STUDY, {})
+        check_contact(space_of(load_mill("planetary"), UncertaintyConfig()), SOFT)
+    variants = study_variants(load_mill("planetary"), SOFT, MILLS, DEM, STUDY, {})
     assert {variant.setting for variant in variants} == {"reference", "time_step", "facets"}
     files = write_run(tmp_path / "run")
     summary = json.loads(Path(files[0]).read_text()) | {"young_modulus_pa": None, "contact": "soft"}

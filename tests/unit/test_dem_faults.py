@@ -2,17 +2,13 @@
 
 import math
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import SimulationError
-from millprint.config.load import load_named
-from millprint.config.mill import MillConfig
+from millprint.config.included import load_contact, load_mill
 from millprint.config.sweep import Case, DemConfig, ball_count
-from millprint.dem.laws.hertz import impact
 from millprint.dem.layout import COUNTER, LANE, LANES, STATUS
 from millprint.dem.overlap import feature_at, overlap_in_words
 from millprint.dem.simulation import Simulation
@@ -20,9 +16,8 @@ from millprint.mill.kernel_columns import width_of
 from millprint.mill.vessel import build_vessel
 from millprint.mill.wall_features import features_of
 
-CONFIG = Path(__file__).parents[2] / "config"
-MILL = load_named(CONFIG / "mills", "emax", MillConfig, "mill")
-CONTACT = load_named(CONFIG / "contacts", "calibrated", ContactConfig, "contact set")
+MILL = load_mill("emax")
+CONTACT = load_contact("calibrated")
 DEM = DemConfig(time_step_s=4e-6, settle_s=0.02, window_s=0.02)
 
 
@@ -138,15 +133,8 @@ def test_speed_and_step_are_named_only_where_they_are_the_cause(speed, is_unreso
     assert ("the step is too large: an elastic impact at that speed lasts" in line) is is_unresolved
 
 
-def test_an_impact_reaches_the_overlap_at_which_all_its_energy_is_elastic():
-    """The work of a force k d^(3/2) is 2/5 k d^(5/2)."""
-    mass, stiffness, speed = 4e-3, 1e8, 2.0
-    overlap, _ = impact(mass, stiffness, speed)
-    assert 0.4 * stiffness * overlap**2.5 == pytest.approx(mass * speed**2 / 2)
-
-
 def test_corners_edges_seams_and_facets_are_told_apart():
-    vessel = build_vessel(load_named(CONFIG / "mills", "emax_post", MillConfig, "mill"))
+    vessel = build_vessel(load_mill("emax_post"))
     corner = features_of(vessel).corners[0].point if features_of(vessel).corners else vessel.vertices[0]
     assert feature_at(vessel, corner) == "a corner"
     seam = next(edge for edge in vessel.edges if edge.turn < 0)

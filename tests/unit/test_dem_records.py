@@ -6,11 +6,9 @@ import h5py
 import numpy as np
 import pytest
 
-from millprint.config.contact_set import ContactConfig
 from millprint.config.counting import DEFAULT_RULES
 from millprint.config.errors import SimulationError
-from millprint.config.load import load_named
-from millprint.config.mill import MillConfig
+from millprint.config.included import load_contact, load_mill
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem import store
 from millprint.dem.collisions import (
@@ -19,7 +17,7 @@ from millprint.dem.collisions import (
 from millprint.dem.ledger import AIM
 from millprint.dem.run import run_case
 from millprint.run.files import read_json
-from tests.unit.test_dem_collisions import CONFIG
+from tests.conftest import ROOT
 
 DEM = DemConfig(time_step_s=4e-6, settle_s=0.1, window_s=0.1)
 
@@ -29,8 +27,8 @@ def run(folder, dem=DEM, **change):
     settings = {"ball_diameter_m": 0.01, "fill_ratio": 0.1, "speed_hz": 5, "seed": 0}
     settings |= {"settle_s": 0.05, "discard_s": 0.0, "window_s": 0.1}
     case = Case(mill="emax", contact="calibrated", **(settings | change))
-    mill = load_named(CONFIG / "mills", "emax", MillConfig, "mill")
-    contact = load_named(CONFIG / "contacts", "calibrated", ContactConfig, "contact set")
+    mill = load_mill("emax")
+    contact = load_contact("calibrated")
     return run_case(case, mill, contact, dem, folder / "run.h5", folder / "summary.json")
 
 
@@ -98,7 +96,7 @@ def test_the_ledger_is_a_series_finer_than_a_revolution_and_sums_to_it(files):
 
 
 def test_every_key_of_a_summary_is_documented(files):
-    text = (CONFIG.parent / "workflow/outputs.md").read_text()
+    text = (ROOT / "workflow/outputs.md").read_text()
     summary = read_json(files / "summary.json")
     keys = [*summary, *summary["collisions"][0], *summary["weighted"], *summary["weighted"]["normal"]]
     assert [key for key in keys if f"`{key}`" not in text] == []

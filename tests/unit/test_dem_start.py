@@ -2,16 +2,14 @@
 
 import math
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
 from scipy.spatial.distance import pdist
 
-from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError, SimulationError
-from millprint.config.load import load_named
+from millprint.config.included import load_contact, load_mill
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.case_checks import check_room, checked_bodies
@@ -24,12 +22,7 @@ from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import build_vessel
 from tests.physics.setups import CALIBRATED
 
-CONFIG = Path(__file__).parents[2] / "config"
 VOLUME = 125e-6
-
-
-def load_mill(name: str) -> MillConfig:
-    return load_named(CONFIG / "mills", name, MillConfig, "mill")
 
 
 @pytest.mark.slow
@@ -74,59 +67,40 @@ def test_a_ball_without_room_is_told_the_widest_place():
         pack(bodies[0].vessel, 0.0079, 100, 0, 113.1e-6, solids)
 
 
-# A drum of 550 mm with eight lifters, one and a bit balls of 22 mm wide, as validations of DEM codes simulate it.
-WIDTH_MM, BALL_MM, BALLS = 23.5, 22.0, 120
+# A drum of 550 mm with lifters, one and a bit balls of 22 mm wide, as validations of DEM codes simulate it.
+SLICE, BALL_MM, BALLS = load_mill("slice_mill"), 22.0, 120
 
 
-def slice_mill(folder, turn=None) -> MillConfig:
-    """The drum of WIDTH_MM from a drawing, its axis along y, or turned by a matrix (3, 3)."""
-    # Seven corners on the wall and, 25 mm inwards, two of a lifter, an eighth of a turn after another.
-    degrees = np.add.outer(45 * np.arange(8), [0, 7, 14, 21, 28, 35, 39, 40, 44]).ravel()
-    radii = np.tile([275] * 7 + [250] * 2, 8)
-    outline = radii[:, None] * np.column_stack([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
-    count, half = len(outline), WIDTH_MM / 2
-    ring = np.arange(count)
-    after = (ring + 1) % count
-    ends = [np.column_stack([outline[:, 0], np.full(count, y), outline[:, 1]]) for y in (-half, half)]
-    vertices = np.concatenate([*ends, [[0, -half, 0], [0, half, 0]]])
-    middles = np.full(count, 2 * count), np.full(count, 2 * count + 1)
-    faces = np.concatenate(
-        [
-            np.column_stack([ring, after, middles[0]]),
-            np.column_stack([count + after, count + ring, middles[1]]),
-            np.column_stack([after, ring, count + ring]),
-            np.column_stack([after, count + ring, count + after]),
-        ]
-    )
-    jar = trimesh.Trimesh(vertices @ (np.eye(3) if turn is None else turn).T, faces, process=False)
-    trimesh.repair.fix_normals(jar)
-    assert jar.is_watertight
-    jar.export(folder / "drum.obj", digits=12)
-    axis = [0, 1, 0] if turn is None else turn[:, 1].tolist()
+def turned_slice(turn: np.ndarray) -> MillConfig:
+    """The mill from a drawing of its hollow, turned by a matrix (3, 3)."""
+    vertices, triangles = build_vessel(SLICE).triangles()
+    jar = trimesh.Trimesh(1e3 * vertices @ turn.T, triangles[:, ::-1], process=False)
+    jar.export("drum.obj", digits=12)
     return MillConfig(
         name="slice", title="slice", source="made for a test", volume_ml=round(jar.volume / 1e3, 1),
-        geometry={"kind": "stl", "path": "drum.obj", "unit": "mm"}, motion={"kind": "rotation", "axis": axis},
+        geometry={"kind": "stl", "path": "drum.obj", "unit": "mm"},
+        motion={"kind": "rotation", "axis": turn[:, 1].tolist()},
     )  # fmt: skip
 
 
 def slice_case(fill: float) -> Case:
     return Case(
-        mill="slice", contact="steel", ball_diameter_m=BALL_MM / 1e3, fill_ratio=fill, speed_hz=40 / 60, seed=0,
+        mill="slice_mill", contact="steel", ball_diameter_m=BALL_MM / 1e3, fill_ratio=fill, speed_hz=40 / 60, seed=0,
         settle_s=0.002, discard_s=0.0, window_s=0.002, snapshot_interval_s=0.001,
     )  # fmt: skip
 
 
 @pytest.mark.slow
-def test_a_slice_of_a_drum_with_lifters_starts_and_runs(tmp_path, monkeypatch):
+def test_a_slice_of_a_drum_with_lifters_starts_and_runs():
     """Only a plane of balls that lies across its axis holds them: level planes have one row each in 19 mm of height."""
-    monkeypatch.chdir(tmp_path)
-    mill = slice_mill(tmp_path)
-    (body,) = checked_bodies({"slice": mill})["slice"]
-    volume, diameter = mill.volume_ml * 1e-6, BALL_MM / 1e3
+    mills = {"slice_mill": SLICE}
+    bodies = checked_bodies(mills)
+    (body,) = bodies["slice_mill"]
+    volume, diameter = SLICE.volume_ml * 1e-6, BALL_MM / 1e3
     fill = BALLS * math.pi / 6 * diameter**3 / volume
-    check_room([slice_case(fill)], {"slice": mill}, {"slice": [body]}, "test")
-    with pytest.raises(ConfigError, match=r"fill_ratios = 0.9: \d+ balls of 22 mm do not fit in mill slice: "):
-        check_room([slice_case(0.9)], {"slice": mill}, {"slice": [body]}, "test")
+    check_room([slice_case(fill)], mills, bodies, "test")
+    with pytest.raises(ConfigError, match=r"fill_ratios = 0.9: \d+ balls of 22 mm do not fit in mill slice_mill: "):
+        check_room([slice_case(0.9)], mills, bodies, "test")
     start, again, other = (pack(body.vessel, diameter, BALLS, seed, volume) for seed in (0, 0, 1))
     assert start.shape == (BALLS, 3)
     assert np.array_equal(start, again)
@@ -134,9 +108,9 @@ def test_a_slice_of_a_drum_with_lifters_starts_and_runs(tmp_path, monkeypatch):
     assert pdist(start).min() >= diameter
     assert signed_distance(body.vessel)(start)[0].max() <= -diameter / 2
 
-    contact = load_named(CONFIG / "contacts", "steel", ContactConfig, "contact set")
+    contact = load_contact("steel")
     dem = DemConfig(time_step_s=1e-5, settle_s=0.002, window_s=0.002)
-    simulation = Simulation(slice_case(fill), mill, contact, dem)
+    simulation = Simulation(slice_case(fill), SLICE, contact, dem)
     assert simulation.count == BALLS
     simulation.run("test")
     # Under free fall and little else, for 4 ms: balls have begun to fall and are still inside.
@@ -151,7 +125,7 @@ def test_a_slice_of_a_drum_with_lifters_starts_and_runs(tmp_path, monkeypatch):
 def test_a_slice_may_lie_in_any_direction(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     turn = trimesh.transformations.rotation_matrix(0.7, [1, 2, 3])[:3, :3]
-    mill = slice_mill(tmp_path, turn)
+    mill = turned_slice(turn)
     vessel, diameter = build_vessel(mill), BALL_MM / 1e3
     assert abs(thin_direction(vessel) @ turn[:, 1]) == pytest.approx(1, abs=1e-9)
     start = pack(vessel, diameter, BALLS, 0, mill.volume_ml * 1e-6)
@@ -192,7 +166,7 @@ def test_aligned_step():
 
 def test_a_simulation_begins_from_a_given_start():
     mill = load_mill("planetary")
-    contact = load_named(CONFIG / "contacts", "steel", ContactConfig, "contact set")
+    contact = load_contact("steel")
     times = {"settle_s": 0.01, "discard_s": 0.0, "window_s": 0.01}
     dem = DemConfig(time_step_s=2e-6)
     case = Case(mill="planetary", contact="steel", ball_diameter_m=0.01, fill_ratio=0.1, speed_hz=5.0, seed=3, **times)
@@ -208,7 +182,7 @@ def test_a_simulation_begins_from_a_given_start():
 
 def test_the_longest_step_is_that_of_the_cases_of_a_ball_as_it_is():
     """Each ball size by its own sweep; a case of heavier balls, whose steps are longer, does not count."""
-    contact = load_named(CONFIG / "contacts", "calibrated", ContactConfig, "contact set")
+    contact = load_contact("calibrated")
     common = {"mill": "emax", "contact": "calibrated", "fill_ratio": 0.1, "speed_hz": 10, "seed": 0}
     common |= {"settle_s": 0.1, "discard_s": 0.1, "window_s": 0.1}
     cases = [

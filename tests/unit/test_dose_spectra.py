@@ -8,11 +8,9 @@ import pandas as pd
 import pytest
 
 from millprint.cases.of_mill import mill_cases
-from millprint.config.contact_set import ContactConfig
 from millprint.config.counting import DEFAULT_RULES, CountingRule
 from millprint.config.errors import MillprintError
-from millprint.config.load import load_named
-from millprint.config.mill import MillConfig
+from millprint.config.included import load_contact, load_mill
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import DemConfig
 from millprint.dem.run import run_case
@@ -21,7 +19,6 @@ from millprint.dose.spectra import BOTH, CHANNELS, PAIRS, TABLE_ONLY, tabulate_s
 from millprint.dose.spectra_shown import rules_apart
 from millprint.dose.wear import sliding_of_run
 
-CONFIG = Path(__file__).parents[2] / "config"
 EDGES = np.geomspace(1e-8, 1e-1, 7 * 2 + 1)
 RULE = {"name": "lifetimes", "by": "surface", "gap_turns": 0.0, "peak_force_min_N": 0.0, "duration_min_s": 0.0}
 MERGING = RULE | {"name": "gap_0_02", "gap_turns": 0.02}
@@ -195,10 +192,10 @@ def test_median_of_weighted_values():
 def real_run(request, tmp_path_factory):
     """A short run of the first condition of a mill's sweep, whose window cuts contacts off at both edges."""
     folder = tmp_path_factory.mktemp(request.param)
-    mill = load_named(CONFIG / "mills", request.param, MillConfig, "mill")
+    mill = load_mill(request.param)
     first = mill_cases(mill, MillsConfig(contact="calibrated"))[0]
     case = first.model_copy(update={"settle_s": 0.05, "discard_s": 0.05, "window_s": 0.1, "rayleigh_fraction": 0.05})
-    contact = load_named(CONFIG / "contacts", "calibrated", ContactConfig, "contact set")
+    contact = load_contact("calibrated")
     dem = DemConfig(counting_rules=[*DEFAULT_RULES, CountingRule(name="over_1N", peak_force_min_N=1.0)])
     return folder / "run.h5", run_case(case, mill, contact, dem, folder / "run.h5", folder / "summary.json")
 

@@ -3,7 +3,6 @@
 import numpy as np
 import pandas as pd
 import pytest
-from sklearn.gaussian_process.kernels import Matern, WhiteKernel
 
 from millprint.config.uncertainty import (
     DISTRIBUTIONS,
@@ -96,21 +95,6 @@ def test_the_noise_is_not_below_what_the_runs_state():
     space = uniform_space(["x"], 0.0, 1.0)
     places = space.places(space.design(16, seed=0))
     assert Emulator.fit(places, places[:, 0], run_error=0.02).noise >= 0.02 * (1 - 1e-6)
-
-
-def test_leaving_one_out_agrees_with_a_fit_without_it():
-    space = uniform_space(["x", "y"], 0.0, 1.0)
-    places = space.places(space.design(16, seed=0))
-    emulator = Emulator.fit(places, np.sin(4 * places[:, 0]) + places[:, 1] + 0.01 * np.arange(16) % 3)
-    (variance, *lengths, noise) = np.exp(emulator.theta)
-    kernel = variance * Matern(lengths, nu=2.5) + WhiteKernel(noise)
-    scaled = (emulator.logs - emulator.centre) / emulator.scale
-    for left in (0, 7):
-        kept = np.arange(16) != left
-        between = kernel(places[[left]], places[kept])
-        weights = np.linalg.solve(kernel(places[kept]) + 1e-8 * np.eye(15), scaled[kept])
-        expected = emulator.centre + emulator.scale * float((between @ weights)[0])
-        assert emulator.left_out[left] == pytest.approx(expected, rel=1e-6)
 
 
 def test_draws_agree_with_the_design_and_spread_away_from_it():

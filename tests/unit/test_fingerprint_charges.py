@@ -11,8 +11,7 @@ from millprint.config.charge import BallMixture, mixture_of
 from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import MatchConfig, SearchConfig, TargetConfig
-from millprint.config.load import load_named
-from millprint.config.mill import MillConfig
+from millprint.config.included import load_mill
 from millprint.config.mill_sweep import MillsConfig, ScaleUpConfig
 from millprint.config.sweep import ball_count
 from millprint.fingerprint.condition_search import match_targets, target_of
@@ -24,8 +23,7 @@ from millprint.fingerprint.readers import charges_of
 from millprint.observables.definitions import DESCRIPTOR_SETS, TARGET_DESCRIPTORS
 from millprint.run.files import write_table
 from millprint.thesis.curves.scaling import fit_exponents, tabulate_counting_rules
-from tests.conftest import ROOT
-from tests.refusals import refusals
+from tests.refusals import refusal, refusals
 from tests.unit.synthetic_mill import FILLS, VOLUME, summaries, summary
 
 pytestmark = pytest.mark.usefixtures("close_figures")
@@ -244,7 +242,7 @@ def test_a_charge_grows_as_a_whole(unlike):
 
 
 def test_the_large_run_has_the_charge_of_the_small_mill():
-    small = load_named(ROOT / "config/mills", "bond_mill", MillConfig, "mill")
+    small = load_mill("bond_mill")
     plan = {"mill": "bond_mill", "volume_l": 40, "ball_diameter_mm": "bond", "fill_ratio": 0.1, "speed_rpm": 70}
     settings = MillsConfig(contact="steel", scale_up=plan)
     large, factor = enlarged(small, 40, "large")
@@ -258,7 +256,5 @@ def test_a_charge_that_no_sweep_has_is_refused_before_a_run(key, section, words)
     match = {"mill": "spex", "like_mill": "bond_mill", "like_speed_rpm": 70, "like_ball_diameter_mm": "bond"}
     match |= {"like_fill_ratio": 0.2} | section
     content = {"name": "x", "mill": "spex", "contacts": ["steel"], "mills": {"box": ["spex"], "match": match}}
-    with pytest.raises(ConfigError) as refused:
-        load_workflow(content, [])
-    (line,) = str(refused.value).splitlines()
+    line = refusal(load_workflow, content, [])
     assert line.startswith(f"configuration: mills.{key} = ") and words in line

@@ -1,7 +1,6 @@
 """How often both bands hold: over many draws of made-up mills, whose scatter is known."""
 
 import sys
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -9,8 +8,7 @@ import pytest
 
 from millprint.cases.of_mill import held_out_cases, mill_cases
 from millprint.config.errors import ConfigError
-from millprint.config.load import load_named
-from millprint.config.mill import MillConfig
+from millprint.config.included import load_mill
 from millprint.config.mill_sweep import MillsConfig
 from millprint.estimate.gaussian_process import Covariance
 from millprint.fingerprint.coverage import HELD_OUT_COLUMNS, NEW, count_held_out, predict_held_out, sum_coverage
@@ -28,7 +26,6 @@ from millprint.fingerprint.processes import (
 from millprint.mill.bodies import check_volume
 from millprint.mill.vessel import build_vessel
 from millprint.observables.definitions import CURVES
-from tests.conftest import ROOT
 from tests.new_jars import DRAWN, JARS, write_folder
 from tests.unit.synthetic_mill import VOLUME, descriptors
 
@@ -101,7 +98,7 @@ def test_the_variance_of_a_run_is_found_from_few_turns():
 
 
 def test_without_scipy_new_conditions_are_refused_in_one_line_and_none_are_not_missed(monkeypatch):
-    mill = load_named(ROOT / "config/mills", "mixer", MillConfig, "mill")
+    mill = load_mill("mixer")
     monkeypatch.setitem(sys.modules, "scipy.stats", None)
     with pytest.raises(ConfigError, match="scipy in the environment of Snakemake: install it") as refused:
         held_out_cases(mill, MillsConfig(contact="calibrated"))
@@ -110,7 +107,7 @@ def test_without_scipy_new_conditions_are_refused_in_one_line_and_none_are_not_m
 
 
 def test_new_conditions_lie_within_the_sweep_and_have_seeds_of_their_own():
-    mill = load_named(ROOT / "config/mills", "mixer", MillConfig, "mill")
+    mill = load_mill("mixer")
     settings = MillsConfig(contact="calibrated", held_out=32)
     known, new = mill_cases(mill, settings), held_out_cases(mill, settings)
     assert len(new) == 32 and held_out_cases(mill, settings.model_copy(update={"held_out": 0})) == []
@@ -147,8 +144,8 @@ def test_the_new_jars_are_mills_of_their_own(tmp_path, monkeypatch):
     """Sizes of none of the box, so that its bands were not chosen with them in view."""
     write_folder(tmp_path)
     monkeypatch.chdir(tmp_path)
-    mills = {name: load_named(Path("config/mills"), name, MillConfig, "mill") for name in JARS}
-    box = [load_named(ROOT / "config/mills", name, MillConfig, "mill") for name in MillsConfig().box]
+    mills = {name: load_mill(name) for name in JARS}
+    box = [load_mill(name) for name in MillsConfig().box]
     for mill in mills.values():
         check_volume(mill, build_vessel(mill))
         assert not any(mill.geometry == other.geometry for other in box)

@@ -8,8 +8,7 @@ import pytest
 
 from millprint.config.calibration import JarSearch
 from millprint.config.errors import ConfigError
-from millprint.config.load import load_named
-from millprint.config.mill import MillConfig
+from millprint.config.included import load_mill
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.run.files import write_table
 from millprint.thesis.curves.regimes import read_published, tabulate_cycles
@@ -32,7 +31,7 @@ from millprint.thesis.fit.open_shape import equally_good, measured_again, read_e
 from tests.unit.synthetic_mill import summary, true_curves
 
 ROOT = Path(__file__).parents[2]
-EMAX = load_named(ROOT / "config/mills", "emax", MillConfig, "mill")
+EMAX = load_mill("emax")
 SETTINGS = JarSearch()
 PUBLISHED = read_published(ROOT / "config/data/published.tsv", ROOT / "config/data/claims.tsv")
 VALUES = published_values(PUBLISHED, "calibrated")
@@ -53,7 +52,7 @@ def test_a_jar_that_cannot_hold_the_volume_is_refused():
 
 def test_mills_on_other_motions_have_the_fitted_jar():
     for name in ("emax_motion1", "emax_motion2", "emax_post", "emax_rest"):
-        other = load_named(ROOT / "config/mills", name, MillConfig, "mill")
+        other = load_mill(name)
         assert other.geometry.model_copy(update={"post": None}) == EMAX.geometry
 
 

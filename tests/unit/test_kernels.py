@@ -89,12 +89,6 @@ def test_the_cache_stays_where_no_kernel_changes(library, file):
     assert kernel.kernel_digest() == before
 
 
-def test_the_cache_stays_where_only_a_comment_changes(library):
-    before = kernel.kernel_digest()
-    append(library / "dem/law.py", "\n# a remark\n")
-    assert kernel.kernel_digest() == before
-
-
 def test_every_constant_that_a_kernel_file_imports_is_seen():
     """Names in capitals come from files of the digest."""
     seen = {module_of(file) for file in kernel.kernel_files()}

@@ -12,7 +12,7 @@ import pytest
 from millprint.config.contact_set import CohesionConfig, ContactConfig
 from millprint.config.dem_engine import EngineConfig, check_jobs
 from millprint.config.errors import ConfigError, SimulationError
-from millprint.config.load import load_named
+from millprint.config.included import load_contact, load_mill
 from millprint.config.mill import MillConfig
 from millprint.config.over_speed import FrictionTable, RestitutionForm
 from millprint.config.sweep import Case, DemConfig
@@ -41,12 +41,12 @@ LOG = (ROOT / "tests/data/lammps.log").read_text()
 
 
 def included(name: str, **changes) -> MillConfig:
-    mill = load_named(ROOT / "config/mills", name, MillConfig, "mill")
+    mill = load_mill(name)
     return MillConfig.model_validate({**mill.model_dump(exclude={"sweep"}), **changes})
 
 
 def contact_set(name: str = "calibrated", **changes) -> ContactConfig:
-    contact = load_named(ROOT / "config/contacts", name, ContactConfig, "contact set")
+    contact = load_contact(name)
     return contact.model_copy(update=changes)
 
 

@@ -16,7 +16,6 @@ from millprint.dem.case_checks import check_mixtures
 from millprint.mill.bodies import build_bodies, check_volume
 from millprint.mill.default_sweep import default_sweep
 from millprint.mill.distance import signed_distance
-from millprint.mill.outlines import enclosed_volume
 from millprint.mill.vessel import Vessel, build_vessel, shape_facets
 from millprint.mill.wall_features import features_of
 from tests.conftest import ROOT
@@ -121,16 +120,6 @@ def test_the_example_of_the_handbook_is_a_mill_that_can_be_run():
     cases = mill_cases(mill, MillsConfig(contact="steel"))
     check_mixtures(cases, {mill.name: mill}, {mill.name: build_bodies(mill, 0.75)}, "tumbler.yaml: sweep")
     assert len(cases) == 18 and all(case.mixture for case in cases)
-
-
-def test_lifters_survive_a_file(tmp_path):
-    vessel = build_vessel(example())
-    vertices, triangles = vessel.triangles()
-    # A drawing's normals point from the hollow into the wall.
-    trimesh.Trimesh(1e3 * vertices, triangles[:, ::-1], process=False).export(tmp_path / "drum.stl")
-    assert abs(trimesh.load(tmp_path / "drum.stl").volume) == pytest.approx(
-        1e9 * enclosed_volume(facet.loops for facet in vessel.facets), rel=1e-5
-    )
 
 
 def test_a_drum_with_lifters_is_enlarged_and_swept_as_a_drum():

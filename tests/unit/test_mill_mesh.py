@@ -9,7 +9,8 @@ import trimesh
 from pydantic import ValidationError
 
 from millprint.config.errors import ConfigError
-from millprint.config.load import check_model, load_named
+from millprint.config.included import load_mill
+from millprint.config.load import check_model
 from millprint.config.mill import MillConfig, StlGeometry
 from millprint.config.sweep import Case
 from millprint.dem.case_checks import check_ball_size, check_room, checked_bodies
@@ -19,8 +20,7 @@ from millprint.mill.mesh_file import read_triangles
 from millprint.mill.outlines import FlatFacets, without_overlap
 from millprint.mill.vessel import Vessel, build_vessel, shape_facets
 from millprint.mill.wall_features import features_of
-
-MILLS = Path(__file__).parents[2] / "config/mills"
+from tests.refusals import refusal
 
 
 @pytest.fixture(autouse=True)
@@ -39,11 +39,8 @@ def read(path: str, unit: str = "mm") -> Vessel:
 
 def fault(mesh: trimesh.Trimesh, unit: str = "mm") -> str:
     mesh.export("bad.stl")
-    with pytest.raises(ConfigError) as caught:
-        read("bad.stl", unit)
-    message = str(caught.value)
+    message = refusal(read, "bad.stl", unit)
     assert message.startswith("mill.yaml: geometry.path = 'bad.stl': ")
-    assert "\n" not in message
     return message
 
 
@@ -58,7 +55,7 @@ def join(*meshes: trimesh.Trimesh) -> trimesh.Trimesh:
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "suffix", "rounding_m"), [("emax_post", "stl", 2e-8), ("emax", "obj", 2e-9)])
 def test_a_jar_from_a_file_has_the_facets_that_its_parameters_give(name, suffix, rounding_m):
-    expected = build_vessel(load_named(MILLS, name, MillConfig, "mill"))
+    expected = build_vessel(load_mill(name))
     points, triangles = expected.triangles()
     # A file's normals point out of the hollow; those of the vessel point into it.
     trimesh.Trimesh(points * 1e3, triangles[:, ::-1], process=False).export(f"jar.{suffix}")
@@ -285,7 +282,7 @@ def test_a_shape_in_which_nothing_can_be_milled_is_refused_with_its_cause(shape,
     if isinstance(shape, trimesh.Trimesh):
         shape.export("jar.stl")
         shape = {"kind": "stl", "path": "jar.stl", "unit": "mm"}
-    content = load_named(MILLS, "planetary", MillConfig, "mill").model_dump(exclude={"geometry"}, exclude_none=True)
+    content = load_mill("planetary").model_dump(exclude={"geometry"}, exclude_none=True)
     mill = check_model(content | {"geometry": shape}, MillConfig, "mill.yaml")
     case = Case(
         mill="planetary", contact="calibrated", ball_diameter_m=ball_mm / 1e3, fill_ratio=0.1, speed_hz=1.0, seed=0,
@@ -305,7 +302,7 @@ def test_a_shape_in_which_nothing_can_be_milled_is_refused_with_its_cause(shape,
 def test_a_cup_is_named_where_the_volume_of_its_hollow_is_given():
     """A cup whose wall is so thick that it could be a hollow with a post."""
     cup(11).export("cup.stl")
-    content = load_named(MILLS, "emax", MillConfig, "mill").model_dump() | {"volume_ml": np.pi * 9**2 * 29 / 1e3}
+    content = load_mill("emax").model_dump() | {"volume_ml": np.pi * 9**2 * 29 / 1e3}
     mill = MillConfig(**content | {"geometry": {"kind": "stl", "path": "cup.stl", "unit": "mm"}})
     with pytest.raises(ConfigError, match=CUP):
         check_volume(mill, build_vessel(mill))
@@ -409,7 +406,7 @@ def test_a_link_out_of_the_project_is_refused(project):
 def test_a_missing_file_and_a_missing_unit_are_refused():
     with pytest.raises(ConfigError, match="no such file"):
         read("jar.stl")
-    content = load_named(MILLS, "emax", MillConfig, "mill").model_dump()
+    content = load_mill("emax").model_dump()
     content["geometry"] = {"kind": "stl", "path": "jar.stl"}
     with pytest.raises(ConfigError, match=r"emax.yaml: geometry.unit: this key is missing"):
         check_model(content, MillConfig, "emax.yaml")
@@ -417,7 +414,7 @@ def test_a_missing_file_and_a_missing_unit_are_refused():
 
 def test_the_volume_in_the_yaml_must_be_that_of_the_file():
     block(50, 50, 50).export("box.stl")
-    content = load_named(MILLS, "emax", MillConfig, "mill").model_dump()
+    content = load_mill("emax").model_dump()
     content["geometry"] = {"kind": "stl", "path": "box.stl", "unit": "mm"}
     vessel = build_vessel(MillConfig(**content))
     assert vessel.volume_m3 == pytest.approx(125e-6)
@@ -434,7 +431,7 @@ def test_the_volume_in_the_yaml_must_be_that_of_the_file():
 
 
 def test_a_shape_has_one_vessel_until_its_file_is_written_again():
-    content = load_named(MILLS, "emax", MillConfig, "mill").model_dump() | {"volume_tolerance": 1.0}
+    content = load_mill("emax").model_dump() | {"volume_tolerance": 1.0}
     content["geometry"] = {"kind": "stl", "path": "box.stl", "unit": "mm"}
     block(50, 50, 50).export("box.stl")
     first = build_vessel(MillConfig(**content))

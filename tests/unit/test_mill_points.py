@@ -11,6 +11,7 @@ from millprint.config.motion_kinds import Motion as Law
 from millprint.config.motion_kinds import PointsMotion
 from millprint.mill.motion import motion_from_law, stack_motions
 from tests.poses import angular_velocity, poses_at, velocity
+from tests.refusals import refusal
 
 RPM, ROWS = 300.0, 73
 W = 2 * np.pi * RPM / 60
@@ -133,9 +134,7 @@ def changed(**columns) -> pd.DataFrame:
     ],
 )
 def test_a_table_that_is_not_one_turn_is_refused_in_one_line(tmp_path, table, parts):
-    with pytest.raises(ConfigError) as caught:
-        read(table, tmp_path)
-    (line,) = str(caught.value).splitlines()
+    line = refusal(read, table, tmp_path)
     for part in ["motion.tsv", *parts]:
         assert part in line
 

@@ -2,11 +2,9 @@
 
 import numpy as np
 import pytest
-import trimesh
 
 from millprint.config.errors import ConfigError
 from millprint.mill.outlines import Facet, triangulate_facet, triangulate_polygon
-from millprint.mill.vessel import Vessel
 
 
 def ring(radius: float, count: int, centre=(0.0, 0.0), inner: float | None = None) -> np.ndarray:
@@ -83,20 +81,3 @@ def test_an_outline_that_crosses_itself_is_refused(count):
     facet = Facet.from_loops([np.column_stack([flat, np.zeros(count)])])
     with pytest.raises(ConfigError, match="cannot be cut into triangles"):
         triangulate_facet(facet)
-
-
-@pytest.mark.parametrize("name", ["comb", "star", "thin slot"])
-def test_a_prism_over_an_outline_is_a_closed_mesh(name):
-    """Delaunay's triangles do not keep to these outlines."""
-    loops = [loop * 1e-3 for loop in OUTLINES[name]]
-    low = [np.column_stack([loop, np.zeros(len(loop))]) for loop in loops]
-    high = [loop + np.array([0, 0, 0.01]) for loop in low]
-    sides = [
-        [np.array([bottom[k - 1], top[k - 1], top[k], bottom[k]])]
-        for bottom, top in zip(low, high, strict=True)
-        for k in range(len(bottom))
-    ]
-    vessel = Vessel([Facet.from_loops(f) for f in [*sides, low, [loop[::-1] for loop in high]]])
-    mesh = trimesh.Trimesh(*vessel.triangles(), process=False)
-    assert mesh.is_watertight
-    assert -mesh.volume == pytest.approx(0.01 * sum(map(area, loops)))

@@ -8,16 +8,17 @@ import pytest
 import trimesh
 
 from millprint.config.errors import ConfigError
-from millprint.config.load import check_model, load_named
+from millprint.config.included import load_mill
+from millprint.config.load import check_model
 from millprint.config.mill import MillConfig
 from millprint.mill.bodies import build_bodies
 from millprint.mill.distance import SignedDistance
-from millprint.mill.outlines import Facet, enclosed_volume
-from millprint.mill.shapes import stadium_facets
+from millprint.mill.outlines import enclosed_volume
 from millprint.mill.vessel import Vessel, build_vessel
 from millprint.mill.wall_arrays import build_walls, fill_cells
 from millprint.mill.wall_features import features_of
 from millprint.mill.walls import beyond_side
+from tests.closed_distances import distance_to_triangles, solid_angle
 from tests.refusals import refusals
 
 MILLS = Path(__file__).parents[2] / "config/mills"
@@ -26,7 +27,7 @@ NAMES = sorted(path.stem for path in MILLS.glob("*.yaml"))
 
 @pytest.fixture(scope="module")
 def vessels() -> dict[str, Vessel]:
-    return {name: build_vessel(load_named(MILLS, name, MillConfig, "mill")) for name in NAMES}
+    return {name: build_vessel(load_mill(name)) for name in NAMES}
 
 
 @pytest.mark.slow
@@ -54,18 +55,9 @@ def test_the_plain_jar_is_convex_and_the_post_is_not(vessels):
     assert all(np.isclose(edge.turn, 2 * np.pi / 24) for edge in features_of(post).lines)
 
 
-def test_an_open_vessel_is_refused():
-    mill = load_named(MILLS, "emax", MillConfig, "mill")
-    loops = stadium_facets(mill.geometry)
-    with pytest.raises(ConfigError, match="open"):
-        Vessel([Facet.from_loops(facet) for facet in loops[:-1]])
-    with pytest.raises(ConfigError, match="inside out"):
-        Vessel([Facet.from_loops([loop[::-1] for loop in facet]) for facet in loops])
-
-
 @pytest.mark.parametrize(("change", "message"), refusals("bad_geometry_is_refused"))
 def test_bad_geometry_is_refused(change, message):
-    content = load_named(MILLS, "emax", MillConfig, "mill").model_dump()
+    content = load_mill("emax").model_dump()
     content["geometry"].update(change)
     with pytest.raises(ConfigError, match=message):
         check_model(content, MillConfig, "emax.yaml")
@@ -79,54 +71,23 @@ def test_signed_distance_agrees_with_the_mesh(vessels, name):
     points = rng.uniform(*(vessel.bounds * 1.2), (150, 3))
     distance, gradient = SignedDistance(vessel)(points)
     vertices, triangles = vessel.triangles()
-    corners = vertices[triangles]
-    closest = np.array(
-        [
-            min(np.linalg.norm(trimesh.triangles.closest_point(corners, np.repeat([p], len(corners), 0)) - p, axis=1))
-            for p in points
-        ]
-    )
-    assert np.abs(distance) == pytest.approx(closest, abs=1e-12)
+    assert np.abs(distance) == pytest.approx(distance_to_triangles(vertices[triangles], points), abs=1e-12)
     # A step against the gradient by the distance ends on the wall.
     landed = SignedDistance(vessel)(points - distance[:, None] * gradient)[0]
     assert np.abs(landed).max() < 1e-12
-
-
-def test_signed_distance_is_negative_inside(vessels):
-    vessel = vessels["emax_post"]
-    distance = SignedDistance(vessel)
-    assert distance([[0.02, 0, 0.015], [0, 0, 0.015], [0.015, 0, -0.01]])[0] == pytest.approx(
-        [-(0.02 - 0.006), 0.006 * np.cos(np.pi / 24), 0.01], abs=2e-4
-    )
-    cube = vessel.bounds
-    points = np.random.default_rng(0).uniform(*cube, (20_000, 3))
-    share = (distance(points)[0] < 0).mean()
-    assert share * np.prod(np.ptp(cube, axis=0)) == pytest.approx(vessel.volume_m3, rel=0.03)
-
-
-def windings(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """How often a closed mesh of triangles (t, 3, 3) goes round each point (n,): its solid angles over 4 pi."""
-    total = np.zeros(len(points))
-    for number, point in enumerate(points):
-        a, b, c = np.moveaxis(corners - point, 1, 0)
-        la, lb, lc = (np.linalg.norm(each, axis=1) for each in (a, b, c))
-        across = np.einsum("ij,ij->i", a, np.cross(b, c))
-        along = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
-        total[number] = np.arctan2(across, along).sum() / (2 * np.pi)
-    return total
 
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.slow
 def test_every_body_of_every_mill_is_hollow_or_solid_where_its_mesh_is(name):
     """The sign of the exact distance by another rule, but near round walls, which the mesh cuts short."""
-    for body in build_bodies(load_named(MILLS, name, MillConfig, "mill")):
+    for body in build_bodies(load_mill(name)):
         vessel = body.vessel
         vertices, triangles = vessel.triangles()
         low, high = vessel.bounds
         points = np.random.default_rng(2).uniform(low - 0.02 * (high - low), high + 0.02 * (high - low), (400, 3))
         distance = SignedDistance(vessel)(points)[0]
-        enclosed = np.abs(windings(vertices[triangles], points)) > 0.5
+        enclosed = np.abs(solid_angle(vertices[triangles], points)) > 0.5
         certain = np.abs(distance) > max(2e-3 * vessel.size, vessel.sagitta)
         assert ((distance < 0) == (enclosed != vessel.solid))[certain].all()
         assert certain.mean() > 0.5

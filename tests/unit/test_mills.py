@@ -10,17 +10,16 @@ from pydantic import ValidationError
 
 from millprint.cases.of_mill import (
     RUN_WAY,
-    conditions_of,
     discarded_turns,
     durations_of,
     enlarged,
     large_case,
     mill_cases,
-    sweep_of,
     varied_case,
 )
 from millprint.config.errors import ConfigError
-from millprint.config.load import check_model, load_named, read_yaml
+from millprint.config.included import load_mill
+from millprint.config.load import check_model, read_yaml
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import PRECISIONS, MillsConfig, MillSweepConfig, PrecisionName
 from millprint.config.uncertainty import UncertaintyConfig
@@ -49,7 +48,7 @@ BOX = ("emax", "planetary", "spex", "mixer", "vibratory", "attritor", "drum")
 
 
 def mill(name: str, **changes) -> MillConfig:
-    return load_named(CONFIG / "mills", name, MillConfig, "mill").model_copy(update=changes)
+    return load_mill(name).model_copy(update=changes)
 
 
 @pytest.fixture(scope="module")
@@ -119,14 +118,6 @@ def test_the_intervals_by_contact_parameters_do_not_depend_on_the_precision(sett
     levels = [settings.model_copy(update={"precision": name}) for name in PRECISIONS]
     first, *others = (varied_case(mill("spex"), level, UncertaintyConfig()) for level in levels)
     assert all(other == first for other in others)
-
-
-def test_a_sweep_may_say_its_turns():
-    given = {"speeds_rpm": [60, 90], "ball_diameters_mm": [10], "fill_ratios": [0.1, 0.2, 0.3], "window_turns": 5}
-    sweep = MillSweepConfig(**given)
-    found = [(each.ball_diameter_mm, each.rpm, each.fill_ratio) for each in conditions_of(sweep)]
-    assert found == [(10, speed, fill) for speed in (60, 90) for fill in (0.1, 0.2, 0.3)]
-    assert sweep_of(mill("drum", sweep=sweep)) is sweep
 
 
 def test_every_condition_of_a_sweep_is_simulated_with_every_seed(settings):

@@ -20,7 +20,7 @@ from millprint.dem.summary import largest_overlap
 from millprint.fingerprint.sweep_checks import fingerprint_faults
 from millprint.thesis.chapter_checks import curve_faults
 from tests.conftest import ROOT, configuration
-from tests.refusals import refusals
+from tests.refusals import refusal, refusals
 from tests.unit.test_mill_lifters import drum
 
 BOND = BallMixture(name="bond", sizes_mm=(36.83, 29.72, 25.40, 19.05, 15.49), numbers=(43, 67, 10, 71, 94))
@@ -91,10 +91,7 @@ GOOD = {"name": "bond", "sizes_mm": [10, 5], "numbers": [1, 2]}
 def fault_of(*sizes) -> str:
     """The one line that refuses a sweep with these ball sizes."""
     content = {"speeds_rpm": [70], "ball_diameters_mm": list(sizes), "fill_ratios": [0.1, 0.2, 0.3]}
-    with pytest.raises(ConfigError) as caught:
-        check_model(content, MillSweepConfig, "mine.yaml")
-    (line,) = str(caught.value).splitlines()
-    return line
+    return refusal(check_model, content, MillSweepConfig, "mine.yaml")
 
 
 @pytest.mark.parametrize(("size", "line"), refusals("a_bad_size_is_refused_in_one_line"))

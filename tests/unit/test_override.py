@@ -1,19 +1,16 @@
 """A sweep over amplitude or density: its cases, their names, what they change, and what is refused."""
 
-from pathlib import Path
-
 import pytest
 
-from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
-from millprint.config.load import check_model, load_named
+from millprint.config.included import load_contact, load_mill
+from millprint.config.load import check_model
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig, SweepConfig, expand_sweep, overridden
 from millprint.dem.simulation import Simulation
 
-ROOT = Path(__file__).parents[2]
-MILL = load_named(ROOT / "config/mills", "emax", MillConfig, "mill")
-CONTACT = load_named(ROOT / "config/contacts", "calibrated", ContactConfig, "contact set")
+MILL = load_mill("emax")
+CONTACT = load_contact("calibrated")
 DEM = DemConfig(time_step_s=2e-6, settle_s=0.01, window_s=0.01)
 BLOCK = {
     "name": "block",
@@ -65,10 +62,3 @@ def test_a_motion_without_an_amplitude_is_refused_in_one_line(monkeypatch):
         overridden(cases_of(amplitudes_mm=[14])[0], drum, CONTACT)
     with pytest.raises(ConfigError, match=r"amplitudes_mm = 99999 of mill emax: input should be less than"):
         overridden(cases_of(amplitudes_mm=[99999])[0], MILL, CONTACT)
-
-
-@pytest.mark.parametrize("other", [{"amplitudes_mm": [14]}, {"densities_kg_m3": [3900]}])
-def test_a_study_of_step_or_modulus_varies_nothing_else(other):
-    for study in ({"time_steps_s": [1e-6, 2e-6]}, {"young_moduli_gpa": [2.05]}):
-        with pytest.raises(ValueError, match="cannot both be given in one sweep"):
-            SweepConfig(**BLOCK, **study, **other)

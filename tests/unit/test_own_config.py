@@ -15,7 +15,7 @@ from millprint.config.errors import ConfigError
 from millprint.fingerprint.sweep_checks import fingerprint_faults
 from millprint.thesis.chapter_checks import chapter_faults, curve_faults
 from tests.conftest import ROOT, configuration
-from tests.refusals import refusals
+from tests.refusals import refusal, refusals
 
 HANDBOOK = (ROOT / "docs/how_to/configuration.md").read_text()
 TWENTY_LINES = re.search(r"^```yaml\n(name: my_mill.*?)^```", HANDBOOK, re.M | re.S)[1]
@@ -43,10 +43,7 @@ def thesis() -> dict:
 
 
 def fault(content: dict) -> str:
-    with pytest.raises(ConfigError) as caught:
-        load_workflow(content, [FILE])
-    (line,) = str(caught.value).splitlines()
-    return line
+    return refusal(load_workflow, content, [FILE])
 
 
 def test_the_handbooks_twenty_lines_are_whole_and_have_no_chapters(own):

@@ -8,10 +8,8 @@ from pydantic import ValidationError
 from millprint.cases.simulate import simulate_each
 from millprint.cases.table import CaseTable, Why
 from millprint.config.checks import load_workflow
-from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
-from millprint.config.load import load_named
-from millprint.config.mill import MillConfig
+from millprint.config.included import load_contact, load_mill
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.laws.registry import step_scale
 from millprint.dem.resources import LIKELY_BALL_STEP_S, LIKELY_START_S, resources_of
@@ -26,16 +24,8 @@ CASE = Case(
 )  # fmt: skip
 
 
-def mill(name: str) -> MillConfig:
-    return load_named(ROOT / "config/mills", name, MillConfig, "mill")
-
-
-def contact(name: str) -> ContactConfig:
-    return load_named(ROOT / "config/contacts", name, ContactConfig, "contact set")
-
-
 def resources(**given):
-    return resources_of(CASE.model_copy(update=given), DEM, mill("emax"), contact("calibrated"))
+    return resources_of(CASE.model_copy(update=given), DEM, load_mill("emax"), load_contact("calibrated"))
 
 
 def job(rule: str = "fit", threads: int = 1, outputs: tuple[str, ...] = ("results/fit.tsv",), **declared) -> Job:
@@ -58,15 +48,15 @@ def test_a_simulation_is_likely_to_take_time_for_its_balls_and_steps():
 
 def test_what_is_not_recorded_is_planned_at_its_own_step():
     """Half of the case is settling and discarding: with steps four times as long, it takes an eighth and a half."""
-    scale = step_scale(contact("calibrated"), CASE.ball_diameter_m / 2)
+    scale = step_scale(load_contact("calibrated"), CASE.ball_diameter_m / 2)
     dem = DEM.model_copy(update={"run_up_fraction": 4e-6 / scale})
-    own = resources_of(CASE, dem, mill("emax"), contact("calibrated"))
+    own = resources_of(CASE, dem, load_mill("emax"), load_contact("calibrated"))
     assert own.processor_s == pytest.approx(LIKELY_START_S + (1 / 8 + 1 / 2) * 24e6 * LIKELY_BALL_STEP_S)
 
 
 def test_a_request_to_a_queue_is_capped_and_the_cap_reruns_nothing():
     capped = DEM.model_copy(update={"runtime_max_h": 0.25})
-    own = resources_of(CASE, capped, mill("emax"), contact("calibrated"))
+    own = resources_of(CASE, capped, load_mill("emax"), load_contact("calibrated"))
     # 2.4 s three times, in minutes, and ten to start.
     assert [own.requested_min(attempt) for attempt in (1, 2, 3)] == [11, 15, 15]
     assert resources().requested_min(3) == 33

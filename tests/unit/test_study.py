@@ -1,17 +1,14 @@
 """The study of a mill's settings: its variants, the rule of its verdict on made-up runs, its line, its files."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from millprint.cases.of_mill import mill_cases, study_variants
-from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import StudyConfig
-from millprint.config.load import load_named
-from millprint.config.mill import MillConfig
+from millprint.config.included import load_contact, load_mill
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import DemConfig, mill_of
 from millprint.dem.laws.registry import step_scale
@@ -27,16 +24,11 @@ from millprint.fingerprint.study import (
 from millprint.mill.vessel import build_vessel
 from tests.unit.synthetic_mill import summary
 
-ROOT = Path(__file__).parents[2]
 STUDY = StudyConfig()
 VARIANTS = (("reference", 1.0), ("time_step", 0.5), ("time_step", 2.0), ("stiffness", 3.0), ("facets", 2.0))
 
 
-def mill_named(name: str) -> MillConfig:
-    return load_named(str(ROOT / "config/mills"), name, MillConfig, "mill")
-
-
-CALIBRATED = load_named(str(ROOT / "config/contacts"), "calibrated", ContactConfig, "contact set")
+CALIBRATED = load_contact("calibrated")
 MILLS = MillsConfig(contact="calibrated", precision="standard")
 
 
@@ -61,11 +53,14 @@ def made_study(spread=0.005, effects=(), seeds=6, drift=0.0, random=1):
     }
 
 
-def concluded(study: StudyConfig = STUDY, sweep_seeds=1, **changes) -> dict:
-    runs = made_study(**changes)
+def checks_of(runs: dict, sweep_seeds: int = 1, study: StudyConfig = STUDY) -> list:
     table = tabulate_study([study_row(*variant, 0.0, group, "gap_0_03") for variant, group in runs.items()])
     halves = changes_of_halves([run for group in runs.values() for run in group])
-    return conclude("mine", check_study(table, halves, sweep_seeds, study), study)
+    return check_study(table, halves, sweep_seeds, study)
+
+
+def concluded(study: StudyConfig = STUDY, sweep_seeds=1, **changes) -> dict:
+    return conclude("mine", checks_of(made_study(**changes), sweep_seeds, study), study)
 
 
 def test_settings_that_change_nothing_agree():
@@ -115,9 +110,7 @@ def test_only_refinements_decide():
     """A coarser step that changes much says that the step cannot be doubled, not that it is too long."""
     runs = made_study()
     runs[("time_step", 2.0)] = [made_run(seed, 0.4) for seed in range(6)]
-    table = tabulate_study([study_row(*variant, 0.0, group, "gap_0_03") for variant, group in runs.items()])
-    halves = changes_of_halves([run for group in runs.values() for run in group])
-    checks = check_study(table, halves, 1, STUDY)
+    checks = checks_of(runs)
     assert conclude("mine", checks, STUDY)["verdict"] == AGREES
     assert any(check.verdict == DIFFERS and check.factor == 2.0 for check in checks)
 
@@ -136,7 +129,7 @@ def test_one_seed_decides_nothing():
 
 
 def test_variants_change_one_setting_of_one_condition():
-    mill = mill_named("planetary")
+    mill = load_mill("planetary")
     variants = study_variants(mill, CALIBRATED, MILLS, DemConfig(), STUDY, {})
     assert [(v.setting, v.factor) for v in variants] == [
         ("reference", 1.0), ("time_step", 0.5), ("time_step", 2.0), ("stiffness", 0.3), ("stiffness", 3.0),
@@ -156,7 +149,7 @@ def test_variants_change_one_setting_of_one_condition():
 
 
 def test_a_step_that_is_not_allowed_and_facets_that_a_shape_lacks_are_left_out():
-    mill = mill_named("planetary")
+    mill = load_mill("planetary")
     box = mill.model_copy(
         update={"geometry": mill.model_validate({**mill.model_dump(), "geometry": BOX}).geometry, "volume_ml": 250}
     )
@@ -168,7 +161,7 @@ BOX = {"kind": "box", "x_mm": 60, "y_mm": 60, "z_mm": 69.4}
 
 
 def test_facets_of_a_case_are_those_of_its_walls():
-    mill = mill_named("drum")
+    mill = load_mill("drum")
     (reference, *_), *_ = (v.cases for v in study_variants(mill, CALIBRATED, MILLS, DemConfig(), STUDY, {}))
     changed = reference.model_copy(update={"facets": 24})
     assert len(build_vessel(mill_of(changed, mill)).facets) == 24 + 2
@@ -182,8 +175,6 @@ def test_facets_of_a_case_are_those_of_its_walls():
 
 def test_a_mill_whose_walls_have_no_facets_says_so():
     runs = {variant: group for variant, group in made_study().items() if variant[0] != "facets"}
-    table = tabulate_study([study_row(*variant, 0.0, group, "gap_0_03") for variant, group in runs.items()])
-    halves = changes_of_halves([run for group in runs.values() for run in group])
-    found = conclude("mine", check_study(table, halves, 1, STUDY), STUDY)
+    found = conclude("mine", checks_of(runs), STUDY)
     assert found["verdict"] == AGREES and found["settings"]["facets"] == OPEN
     assert found["line"].endswith("; facets not run")

@@ -13,7 +13,7 @@ from millprint.config.load import check_model, file_of_key, load_named, parse_ya
 from millprint.config.mill import MillConfig
 from millprint.config.wording import SAME_KIND, converted, list_words
 from millprint.config.workflow import WorkflowConfig
-from tests.refusals import refusals
+from tests.refusals import refusal, refusals
 
 TEMPLATE = read_template("planetary")
 MILL = completed("mine", "mine", TEMPLATE, {each.name: each.default for each in questions(TEMPLATE)})
@@ -30,9 +30,7 @@ def folder(tmp_path, monkeypatch):
 
 def refused(folder, content: bytes) -> str:
     (folder / "config/mills/mine.yaml").write_bytes(content)
-    with pytest.raises(ConfigError) as caught:
-        load_named("config/mills", "mine", MillConfig, "mill")
-    (line,) = str(caught.value).splitlines()
+    line = refusal(load_named, "config/mills", "mine", MillConfig, "mill")
     assert line.startswith("config/mills/mine.yaml: ")
     return line
 
@@ -75,9 +73,7 @@ def test_a_file_of_a_similar_name_is_named(folder, name):
 
 @pytest.mark.parametrize(("content", "parts"), refusals("a_setting_of_a_run"))
 def test_a_setting_of_a_run(content, parts):
-    with pytest.raises(ConfigError) as caught:
-        check_model(content, WorkflowConfig, "--config")
-    (line,) = str(caught.value).splitlines()
+    line = refusal(check_model, content, WorkflowConfig, "--config")
     assert line.startswith("--config: ") and all(part in line for part in parts), line
 
 

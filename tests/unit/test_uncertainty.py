@@ -6,10 +6,8 @@ import pytest
 from pydantic import ValidationError
 
 from millprint.cases.of_mill import uncertainty_cases, varied_case
-from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError, SimulationError
-from millprint.config.load import load_named
-from millprint.config.mill import MillConfig
+from millprint.config.included import load_contact, load_mill
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import DemConfig
 from millprint.config.uncertainty import (
@@ -38,8 +36,8 @@ from millprint.uncertainty.samples import (
 from tests.conftest import ROOT
 from tests.refusals import refusals
 
-EMAX = load_named("config/mills", "emax", MillConfig, "mill")
-CONTACTS = {name: load_named("config/contacts", name, ContactConfig, "contact set") for name in ("calibrated", "steel")}
+EMAX = load_mill("emax")
+CONTACTS = {name: load_contact(name) for name in ("calibrated", "steel")}
 CALIBRATED = CONTACTS["calibrated"]
 MILLS = MillsConfig(contact="calibrated")
 RULE = "gap_0_02"

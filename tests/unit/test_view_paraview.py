@@ -11,9 +11,7 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 
 from millprint.cli.commands import main as millprint
 from millprint.config.charge import BallMixture
-from millprint.config.contact_set import ContactConfig
-from millprint.config.load import load_named
-from millprint.config.mill import MillConfig
+from millprint.config.included import load_contact, load_mill
 from millprint.config.sweep import Case, DemConfig, balls_of
 from millprint.dem.run import run_case
 from millprint.mill.wall_features import features_of
@@ -22,8 +20,6 @@ from millprint.view import frames as snapshots_module
 from millprint.view.frames import Snapshots
 from millprint.view.paraview import BALL, WALL, export_run
 from tests.unit.run_samples import BALLS, RADIUS, ell, write_sample
-
-ROOT = Path(__file__).parents[2]
 
 
 def export(run: Path, every: int = 1) -> tuple[Path, Path, Path]:
@@ -156,8 +152,8 @@ def test_every_contact_of_a_simulation_overlaps(tmp_path, mixture):
         settle_s=0.05, discard_s=0.0, window_s=0.2, snapshot_interval_s=1e-3,
     )  # fmt: skip
     dem = DemConfig(time_step_s=4e-6, settle_s=0.1, window_s=0.1)
-    mill = load_named(ROOT / "config/mills", "emax_post", MillConfig, "mill")
-    contact = load_named(ROOT / "config/contacts", "calibrated", ContactConfig, "contact set")
+    mill = load_mill("emax_post")
+    contact = load_contact("calibrated")
     summary = run_case(case, mill, contact, dem, tmp_path / "run.h5", tmp_path / "summary.json")
     balls, _, contacts = export(tmp_path / "run.h5", 5)
     sizes = zip(summary["ball_sizes_m"], summary["ball_counts"], strict=True)

@@ -10,7 +10,6 @@ import pytest
 from benchmarks.config import BenchConfig
 from millprint.config.calibration import CalibrationConfig
 from millprint.config.doe import DoeConfig
-from millprint.config.errors import ConfigError
 from millprint.config.load import check_model, read_yaml
 from millprint.config.surrogate import SurrogateConfig
 from millprint.config.workflow import WorkflowConfig
@@ -24,7 +23,7 @@ from millprint.thesis.doe.factorial_designs import read_runs
 from millprint.thesis.doe.wet_lab import read_wear, yield_table
 from millprint.thesis.yields.experiments import read_experiments, read_parts, read_rows
 from tests.conftest import ROOT, configuration
-from tests.refusals import refusals
+from tests.refusals import refusal, refusals
 from tests.unit import doe_settings, yield_settings
 from tests.unit.doe_settings import SCREENING
 from tests.unit.synthetic_mill import fingerprint
@@ -100,14 +99,6 @@ WRONG = {
     "track": "across_mm, across_mm=lost, time_s=-1, time_s=0.5",
     "dose": "case=r1, mill=emaks, powder_mass_g=0.0, time_h=-1.0, fill_ratio=1.5",
 }
-
-
-def refusal(read: Callable, *arguments) -> str:
-    """The one line with which an input is refused."""
-    with pytest.raises(ConfigError) as caught:
-        read(*arguments)
-    (line,) = str(caught.value).splitlines()
-    return line
 
 
 def refused(name: str, folder: Path, frame: pd.DataFrame) -> str:

@@ -5,7 +5,6 @@ from typing import ClassVar
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.optimize import approx_fprime
 from scipy.stats import multivariate_normal, norm
 
 from millprint.config.yields import INPUTS, PredictionConfig, Priors
@@ -22,7 +21,6 @@ from millprint.thesis.yields.averaging import (
 from millprint.thesis.yields.estimators import (
     FIT_JITTER,
     MEAN_VARIANCE,
-    Process,
     fit_process,
     kernel_of,
     posterior_of,
@@ -73,18 +71,6 @@ def covariance_of(structure: str, logs: np.ndarray, inputs: np.ndarray) -> np.nd
         return total
 
     return np.array([[of(left, right) for right in inputs] for left in inputs])
-
-
-@pytest.mark.parametrize("structure", STRUCTURES)
-def test_gradient_is_the_slope_of_the_posterior(structure):
-    generator = np.random.default_rng(3)
-    inputs, target = generator.normal(size=(9, len(INPUTS))), generator.normal(size=9)
-    kernel, priors = kernel_of(structure), settings().averaging.priors
-    prior = prior_of(kernel, priors)
-    where = prior[0] + 0.4 * generator.normal(size=len(prior[0]))
-    posterior = posterior_of(inputs, target, kernel, priors)
-    slope = approx_fprime(where, lambda at: posterior.negative_log(at)[0], 1e-6)
-    np.testing.assert_allclose(posterior.negative_log(where)[1], slope, rtol=1e-3, atol=1e-4)
 
 
 @pytest.mark.parametrize("structure", STRUCTURES)
@@ -149,36 +135,6 @@ def test_avrami_link_makes_kinetics_a_straight_line_in_log_time():
     slope = np.diff(LINKS["avrami"].forward(conversion)) / np.diff(np.log(time))
     np.testing.assert_allclose(slope, 0.7)
     assert to_conversion(np.array([0.0, 50.0, 100.0]), 0.005).tolist() == [0.005, 0.5, 0.995]
-
-
-def test_left_out_in_closed_form_is_the_process_without_the_row():
-    rows, _ = parts()
-    member = fit_member(
-        Candidate("identity", SCALES, "mains_product"),
-        rows,
-        rows["yield_percent"].to_numpy(float),
-        settings().averaging,
-    )
-    whole = member.process
-    mean, deviation = whole.left_out()
-    for index in (0, 7, 20):
-        kept = np.arange(len(rows)) != index
-        without = Process(whole.kernel, whole.logs, whole.inputs[kept], whole.target[kept])
-        one, spread = without.predict(whole.inputs[[index]])
-        assert one[0] == pytest.approx(mean[index], rel=1e-6) and spread[0] == pytest.approx(deviation[index], rel=1e-5)
-
-
-@pytest.mark.parametrize("structure", ["product", "trend_product", "mains_product"])
-def test_deviation_of_a_prediction_is_the_diagonal_of_the_posterior(structure):
-    rows, _ = parts()
-    member = fit_member(
-        Candidate("identity", SCALES, structure), rows, rows["yield_percent"].to_numpy(float), settings().averaging
-    )
-    process, inputs = member.process, member.process.inputs[:6] + 0.3
-    mean, covariance = process.posterior(inputs)
-    one, deviation = process.predict(inputs)
-    np.testing.assert_allclose(one, mean, rtol=1e-12)
-    np.testing.assert_allclose(deviation**2, np.diag(covariance) + process.noise, rtol=1e-9)
 
 
 def test_weights_are_posterior_probabilities():

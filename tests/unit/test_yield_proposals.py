@@ -12,8 +12,7 @@ import predict_yields
 import train_averaged_models
 from millprint.config.doe import ChemistryConfig
 from millprint.config.errors import ConfigError
-from millprint.config.load import load_named
-from millprint.config.mill import MillConfig
+from millprint.config.included import load_mill
 from millprint.config.yields import RegionConfig
 from millprint.run.files import read_table, write_table
 from millprint.thesis.doe.chemistry import hydrogen_released
@@ -56,11 +55,8 @@ from millprint.thesis.yields.proposals import (
     summarise_search,
     without_best,
 )
-from tests.conftest import ROOT
 from tests.unit.doe_settings import settings as doe_settings
 from tests.unit.yield_settings import CASES, CURVES, MILL, REFERENCE, SCALES, all_runs, parts, settings
-
-MILLS = ROOT / "config/mills"
 
 REGION = {
     "bpr": [10, 30],
@@ -73,7 +69,7 @@ REGION = {
 
 
 def test_a_mill_without_an_amplitude_of_its_own_has_that_of_its_walls():
-    planetary = load_named(MILLS, "planetary", MillConfig, "mill")
+    planetary = load_mill("planetary")
     reference = reference_of_mill(CASES, planetary, reference_speed=5.0, density=7700.0, diameter=0.01)
     # The wall moves as far as the radii of the sun wheel and of the jar together.
     assert reference.amplitude_m == pytest.approx((70.5 + 37.5) * 1e-3, rel=1e-3)
