@@ -50,7 +50,9 @@ COLUMNS = [Text("case", unique=True), Number("m"), Number("n", may_be_blank=True
         (b"case\t\tm\na\t1\t2\n", "column 2 has no name"),
         (b"# only a comment\n\n", "is empty"),
         (b"case\tm\n", "no rows"),
-        (b"PK\x03\x04\x14\x00", "is not a table but another kind of file"),
+        (b"PK\x03\x04\x14\x00", "is a workbook (XLSX, XLS or ODS); save its sheet as CSV"),
+        (b"case\tm\na\t\x14\n", "is not a table but another kind of file"),
+        (b"Case\tm\na\t1\n", "column case is missing; write case for Case"),
         (b"case\tm\na\t\x81\n", "is in none of the encodings utf-8, cp1252"),
     ],
 )

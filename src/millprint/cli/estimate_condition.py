@@ -299,14 +299,14 @@ def _fingerprint(given: str, contact: ContactConfig, is_as_built: bool, results:
 def main(arguments: list[str], name: str = "estimate") -> None:
     """Tell what the mill does in each condition."""
     options = parse(arguments, name)
-    from millprint.atlas.estimate_mill import estimate, model_of
+    from millprint.atlas.estimate_mill import estimate, included_models, model_of
 
     mill, contact = mill_and_contact(options.mill, options.contact)
     known = recognise(mill)
     if known is None:
         raise ConfigError(
-            f"{mill.name}: no kind of the atlas; it has round jars of {', '.join(KINDS)}: `millprint fingerprint` "
-            "simulates any other mill"
+            f"{mill.name}: no kind of the atlas; it has round jars without inserts of {', '.join(included_models())}: "
+            "`millprint fingerprint` simulates any other mill"
         )
     kind, asked = known[0], asked_of(options)
     dimensions = dimensions_of(options, *known)

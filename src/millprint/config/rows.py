@@ -67,6 +67,8 @@ def plain_number(text: str, mark: str) -> str | None:
 
 
 SEPARATORS = "\t;,"
+# How the files of workbooks begin.
+WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 UTF_16 = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 
 
@@ -145,6 +147,8 @@ def read_cells(path: str | Path) -> Cells:
 
 def _decoded(content: bytes, path: str | Path) -> tuple[str, str]:
     """The text of a file, and the encoding for what is added to it."""
+    if content.startswith(WORKBOOKS):
+        raise ConfigError(f"{path}: is a workbook (XLSX, XLS or ODS); save its sheet as CSV")
     encoding = UTF_16.get(content[:2], "utf-8")
     known = [encoding, *(["cp1252"] if encoding == "utf-8" else [])]
     for encoding in known:

@@ -112,7 +112,9 @@ def refuse_missing(path: str | Path, needed: Sequence[str], there: Sequence[str]
     """Raise ConfigError for the first needed column that is not there."""
     for column in needed:
         if column not in there:
-            raise ConfigError(f"{path}: column {column} is missing; the table has {', '.join(there)}")
+            meant = next((own for own in there if own.lower() == column.lower()), None)
+            hint = f"write {column} for {meant}" if meant else f"the table has {', '.join(there)}"
+            raise ConfigError(f"{path}: column {column} is missing; {hint}")
 
 
 def row_name(frame: pd.DataFrame, row: int, column: str) -> str:
