@@ -1,4 +1,4 @@
-"""What the atlas says about a simulated condition, beside the simulation: rows of a fingerprint sheet, and verdicts."""
+"""What the atlas says about a simulated condition: rows of a fingerprint sheet, with the verdict on the simulation."""
 
 from dataclasses import replace
 

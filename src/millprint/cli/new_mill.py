@@ -220,7 +220,8 @@ def settings_of(words: list[str], asked: list[Question]) -> dict[str, str]:
     for word in words:
         name, equals, text = word.partition("=")
         if not equals or name not in known:
-            raise ConfigError(f"--set {word}: must be NAME=VALUE{close_to(name, known)}")
+            fault = f"{name} cannot be set" if equals else "must be NAME=VALUE"
+            raise ConfigError(f"--set {word}: {fault}{close_to(name, known)}")
         found[name] = answer(known[name], text)
     return found
 
