@@ -54,11 +54,11 @@ def target_rules() -> set[str]:
     return {name for name, body in rules if "output:" not in body}
 
 
-def test_every_target_says_at_its_end_what_was_made_and_every_rule_says_what_it_does():
+def test_every_target_says_at_its_end_what_was_made_and_every_other_rule_says_what_it_does():
     assert target_rules() == set(endings())
     for file in (ROOT / "workflow/rules").glob("*.smk"):
         for _, name, body in RULE.findall(file.read_text()):
-            assert re.search(r'^ *message:\n *"[A-Z]', body, re.MULTILINE), f"{file.name}: {name}"
+            assert name in endings() or re.search(r'^ *message:\n *"[A-Z]', body, re.MULTILINE), f"{file.name}: {name}"
 
 
 def test_failed_jobs_are_listed_once_with_their_logs_and_the_last_error(tmp_path):

@@ -99,6 +99,3 @@ rule atlas:
     input:
         rules.fit_atlas.output,
         rules.judge_atlas.output,
-    localrule: True
-    message:
-        "The atlas is complete"

@@ -142,6 +142,3 @@ rule calibration:
     """The drop test and the friction of chapter 3."""
     input:
         CALIBRATION_OUTPUTS,
-    localrule: True
-    message:
-        "The calibration is complete"

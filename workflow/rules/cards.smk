@@ -73,6 +73,3 @@ rule cards:
     input:
         CARD_OUTPUTS,
         rules.match_cards.output if CARD_EXPERIMENTS and CONFIG.cards.match else [],
-    localrule: True
-    message:
-        "The milling cards are complete"

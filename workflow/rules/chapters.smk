@@ -37,9 +37,6 @@ rule chapter2:
     """Chapter 2: the design of the screening runs and its analysis."""
     input:
         DOE_OUTPUTS,
-    localrule: True
-    message:
-        "Chapter 2 is complete"
 
 
 rule chapter3:
@@ -50,36 +47,24 @@ rule chapter3:
         FIT_OUTPUTS,
         CONVERGENCE_OUTPUTS,
         VIEW_OUTPUTS,
-    localrule: True
-    message:
-        "Chapter 3 is complete"
 
 
 rule chapter4:
     """Chapter 4: shares of shear and compression."""
     input:
         rules.partition_dissipation.output,
-    localrule: True
-    message:
-        "Chapter 4 is complete"
 
 
 rule chapter5:
     """Chapter 5: yield models and the next experiments."""
     input:
         YIELD_OUTPUTS,
-    localrule: True
-    message:
-        "Chapter 5 is complete"
 
 
 rule chapter6:
     """Chapter 6: the surrogates of the DEM."""
     input:
         SURROGATE_OUTPUTS,
-    localrule: True
-    message:
-        "Chapter 6 is complete"
 
 
 STAGE_FILES = {str(output) for output in STAGE_OUTPUTS}

@@ -87,9 +87,6 @@ rule simulations:
     """The simulations of `sweeps`, by either engine, with a table."""
     input:
         rules.tabulate_simulations.output,
-    localrule: True
-    message:
-        "The simulations of the sweeps are complete"
 
 
 rule export_run:

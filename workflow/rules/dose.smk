@@ -37,9 +37,6 @@ rule heat:
     """Temperatures of balls, powder and jar over a milling programme, and the pauses that keep a limit."""
     input:
         HEAT_OUTPUTS,
-    localrule: True
-    message:
-        "The heat balances are complete"
 
 
 # The spectra of the mill are written by the jobs of its fingerprint.
@@ -47,6 +44,3 @@ rule dose:
     """Energy spectra; for the thesis also dose, kinetics and wear."""
     input:
         lambda wildcards: DOSE_OUTPUTS if CHAPTERS else [path for path in FINGERPRINTED if path.startswith(f"{DOSE}/")],
-    localrule: True
-    message:
-        "Energy spectra and dose are complete"

@@ -232,9 +232,6 @@ if FIT_MILL:
         """The shape of a jar by a fit to published powers."""
         input:
             rules.fit_jar.output,
-        localrule: True
-        message:
-            "The fit of the jar is complete"
 
     FIT_OUTPUTS += [
         *rules.measure_fit_sensitivity.output,

@@ -141,9 +141,6 @@ rule coverage:
     """How many new simulations the bands of the mills of the box hold."""
     input:
         rules.collect_mills.output.coverage,
-    localrule: True
-    message:
-        "The coverage of the bands is complete"
 
 
 MILL_PICTURES = expand([*rules.draw_mill.output], mill=BOX)
@@ -174,18 +171,12 @@ rule fingerprint:
     input:
         FINGERPRINTED,
         RECORD,
-    localrule: True
-    message:
-        "The fingerprint is complete"
 
 
 rule mills:
     """The fingerprints of the mills of mills.box, compared."""
     input:
         BOX_OUTPUTS,
-    localrule: True
-    message:
-        "The mills of the box are complete"
 
 
 if CONFIG.mills.match is not None:
@@ -211,9 +202,6 @@ if CONFIG.mills.match is not None:
         """The settings of mills.match.mill that come nearest to a condition of another mill."""
         input:
             rules.match_mills.output,
-        localrule: True
-        message:
-            "The match is complete"
 
 
 if CONFIG.mills.scale_up is not None:
@@ -243,9 +231,6 @@ if CONFIG.mills.scale_up is not None:
         """A large mill, similar to mills.scale_up.mill, and what it costs to simulate."""
         input:
             rules.plan_scale_up.output,
-        localrule: True
-        message:
-            "The plan of the large mill is complete"
 
 
 EXPLORED_WITH = {
@@ -301,9 +286,6 @@ rule explorer:
     input:
         rules.explore_mill.output.html.format(mill=CONFIG.mill),
         RECORD,
-    localrule: True
-    message:
-        "The explorer is complete"
 
 
 rule study_settings:
@@ -337,6 +319,3 @@ rule convergence:
     input:
         lambda wildcards: CONVERGENCE_OUTPUTS if CHAPTERS else [],
         expand(rules.study_settings.output, mill=CONFIG.mill),
-    localrule: True
-    message:
-        "The study of the settings is complete"

@@ -125,9 +125,6 @@ rule mill_wear:
     """The wear of the balls in the mills of the box."""
     input:
         rules.predict_mill_wear.output,
-    localrule: True
-    message:
-        "The wear of the balls in the mills of the box is complete"
 
 
 DOSE_OUTPUTS = [

@@ -26,9 +26,6 @@ rule gallery:
     """A page with every figure of the run."""
     input:
         rules.build_gallery.output,
-    localrule: True
-    message:
-        "The gallery is complete"
 
 
 # The main one first. As seen from here: a run that is moved with its project stays the same run.
@@ -85,6 +82,3 @@ rule crate:
     """The record of the run, an RO-Crate."""
     input:
         rules.write_crate.output,
-    localrule: True
-    message:
-        "The record of the run is complete"

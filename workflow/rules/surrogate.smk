@@ -298,6 +298,3 @@ rule ablations:
     """Appendix A: the ablations of the surrogate."""
     input:
         rules.tabulate_ablations.output,
-    localrule: True
-    message:
-        "The ablations are complete"

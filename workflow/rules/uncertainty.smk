@@ -112,6 +112,3 @@ rule uncertainty:
     """What friction, restitution and stiffness that nobody has measured leave open."""
     input:
         uncertainty_of([CONFIG.mill]),
-    localrule: True
-    message:
-        "The analysis of uncertainty is complete"

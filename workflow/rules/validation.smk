@@ -129,6 +129,3 @@ rule validation:
     """Machines and impacts that others measured, predicted, with a verdict on each number."""
     input:
         VALIDATION_OUTPUTS,
-    localrule: True
-    message:
-        "The validation is complete"
