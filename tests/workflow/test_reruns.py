@@ -46,7 +46,17 @@ def test_comments_and_docstrings_in_every_file_run_nothing_again(lined_project, 
     assert plan({str(path.relative_to(lined_project)): with_remarks for path in files}) == {}
 
 
-def test_messages_and_progress_leave_every_simulation_done(plan):
+def of_dem(**values):
+    """An edit of a configuration that gives these values to keys of `dem`."""
+    return lambda text: yaml.safe_dump(yaml.safe_load(text) | {"dem": yaml.safe_load(text)["dem"] | values})
+
+
+def test_what_no_simulation_reads_leaves_every_one_done(plan):
+    """Messages, progress, words, pictures, a new statistic, other counting, and tolerances that the runs keep."""
+    rules = [
+        {"name": name, "gap_turns": gap} for name, gap in (("gap_0_02", 0.02), ("lifetimes", 0), ("gap_0_05", 0.05))
+    ]
+    (statistic,) = RECIPES["observable"]["edits"]
     jobs = plan(
         {
             "src/millprint/dem/run.py": replaced('"simulated in %.1f s', '"took %.1f s'),
@@ -57,29 +67,7 @@ def test_messages_and_progress_leave_every_simulation_done(plan):
             "src/millprint/figures/mill_sheet_figure.py": replaced(
                 "import numpy as np", "import re\nimport numpy as np"
             ),
-        }
-    )
-    assert "run_dem_case" not in jobs
-
-
-def test_a_new_statistic_of_collisions_simulates_nothing(plan):
-    (edit,) = RECIPES["observable"]["edits"]
-    jobs = plan({f"src/millprint/{edit['file']}": replaced(edit["text"], edit["becomes"])})
-    assert "run_dem_case" not in jobs
-    assert "describe_mill" in jobs
-
-
-def of_dem(**values):
-    """An edit of a configuration that gives these values to keys of `dem`."""
-    return lambda text: yaml.safe_dump(yaml.safe_load(text) | {"dem": yaml.safe_load(text)["dem"] | values})
-
-
-def test_words_pictures_counting_and_kept_tolerances_leave_every_simulation_done(plan):
-    rules = [
-        {"name": name, "gap_turns": gap} for name, gap in (("gap_0_02", 0.02), ("lifetimes", 0), ("gap_0_05", 0.05))
-    ]
-    jobs = plan(
-        {
+            f"src/millprint/{statistic['file']}": replaced(statistic["text"], statistic["becomes"]),
             "config/mills/lined.yaml": replaced("title: Drum with", "title: Mill with"),
             "config/contacts/lined.yaml": replaced("thesis Table", "Table"),
             "lined.yaml": of_dem(restart_interval_s=7.0, overlap_max=0.2, closure_max=0.1, counting_rules=rules),
@@ -97,7 +85,3 @@ def test_another_law_simulates_everything_again(plan):
     # Six of its sweep, and one that its fingerprint does not see.
     assert jobs["run_dem_case"] == 19
     assert "describe_mill" in jobs
-
-
-def test_another_version_of_the_physics_simulates_everything_again(plan):
-    assert plan({"src/millprint/dem/__init__.py": replaced("PHYSICS = 1", "PHYSICS = 2")})["run_dem_case"] == 19
