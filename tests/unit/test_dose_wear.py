@@ -64,7 +64,7 @@ def test_with_two_rows_it_is_said_that_they_are_too_few(materials):
     _, result = wet_lab.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
     said = wet_lab.said_of_wear(result)
     assert "missed by a factor of 1.7" in said and "too few to tell" in said
-    table = wear.predict_wear(conditions(), materials, CHARGES, result, None, 0.95)
+    table = wear.predict_wear(conditions(), materials, CHARGES, result, None)
     assert table["note"].str.contains("too few for a useful interval").all()
     steel = table[table["material"] == STEEL].iloc[-1]
     # 95 % of normal errors of 2 % are within 1.96 of them; Student's t of one degree of freedom is 12.7.
@@ -76,7 +76,7 @@ def test_with_two_rows_it_is_said_that_they_are_too_few(materials):
 def test_a_law_that_holds_predicts_its_own_weighing_and_iron_follows_powder_and_time(materials):
     _, result = wet_lab.fit_wear(weighings([1, 1.1, 1, 0.9]), conditions(), materials.loc[STEEL], 0.05)
     charges = [ChargeConfig(bpr=50, time_h=20), ChargeConfig(bpr=25, time_h=10)]
-    table = wear.predict_wear(conditions(), materials, charges, result, None, 0.95)
+    table = wear.predict_wear(conditions(), materials, charges, result, None)
     long, short = table[(table["material"] == STEEL) & (table["speed_rpm"] == 1200)].to_dict("records")
     assert long["wear_g"] == pytest.approx(weighings([1])["wear_g"].iloc[0], rel=1e-9)
     assert long["powder_percent"] == pytest.approx(weighings([1])["iron_percent"].iloc[0], rel=1e-9)
@@ -89,7 +89,7 @@ def test_a_law_that_holds_predicts_its_own_weighing_and_iron_follows_powder_and_
 
 def test_a_harder_and_lighter_ball_loses_less_and_no_iron(materials):
     _, result = wet_lab.fit_wear(weighings([1, 1]), conditions(), materials.loc[STEEL], 0.05)
-    table = wear.predict_wear(conditions((1200.0,)), materials, CHARGES, result, None, 0.95).set_index("material")
+    table = wear.predict_wear(conditions((1200.0,)), materials, CHARGES, result, None).set_index("material")
     light = 5900 / 7700
     # Loads and mass are proportional to the density, the volume to one over the hardness.
     expected = light**2 * 550 / 1200
@@ -108,7 +108,7 @@ def test_one_speed_is_carried_by_its_cube_and_no_run_gives_no_coefficient(materi
     table, result = wet_lab.fit_wear(weighings([1, 1]), conditions(fill=0.2), materials.loc[STEEL], 0.05)
     assert table["loads_from"].tolist() == ["no run with 10 mm at fill 0.1"] * 2
     assert result["coefficient"] is None and "no coefficient" in wet_lab.said_of_wear(result)
-    empty = wear.predict_wear(conditions(), materials, CHARGES, result, None, 0.95)
+    empty = wear.predict_wear(conditions(), materials, CHARGES, result, None)
     assert empty.empty and list(empty.columns) == wear.WEAR_COLUMNS
 
 

@@ -211,11 +211,9 @@ def read_coefficient(path: str | Path) -> dict:
     return result
 
 
-def _factors(
-    row: Mapping, material: pd.Series, result: Mapping, contact: Factors | None, probability: float
-) -> dict[str, float]:
+def _factors(row: Mapping, material: pd.Series, result: Mapping, contact: Factors | None) -> dict[str, float]:
     """Half width of the interval of ln(wear) by each of ORIGINS; NaN where it is not known."""
-    half = 0.5 + probability / 2
+    half = 0.5 + PROBABILITY / 2
     held = result["weighings_held_back"]
     own = material.name == result["material"]
     widths = dict.fromkeys(ORIGINS, np.nan) | {"hardness": 0.0}
@@ -244,7 +242,6 @@ def predict_wear(
     charges: list[ChargeConfig],
     result: Mapping,
     contact: Factors | None,
-    probability: float = PROBABILITY,
 ) -> pd.DataFrame:
     """Wear and iron in the powder at every condition, for every material of balls and jar and every charge.
 
@@ -252,7 +249,7 @@ def predict_wear(
     are proportional to the density of the balls (thesis Eq. 3.28). wear_g: of all balls; jar_g: of a jar of the same
     material, if no layer of powder protects it; powder_percent: wear over powder charged, as in Table 2.6;
     iron_percent: its iron. seen_: the range between the coefficients of single weighings. lower, upper: an interval of
-    `probability` by all ORIGINS, each with its own factor; unknown origins are left out and named in `note`. Nothing
+    PROBABILITY by all ORIGINS, each with its own factor; unknown origins are left out and named in `note`. Nothing
     loses more than its mass.
     """
     rows = []
@@ -263,7 +260,7 @@ def predict_wear(
             denser = material["density_kg_m3"] / condition["density_kg_m3"]
             loads = {kind: denser * condition[column] for kind, column in LOADS.items()}
             mass = denser * condition["balls_mass_kg"]
-            widths = _factors(condition, material, result, contact, probability)
+            widths = _factors(condition, material, result, contact)
             known = [width for width in widths.values() if np.isfinite(width)]
             factor = float(np.exp(np.sqrt(np.square(known).sum())))
             for charge in charges:

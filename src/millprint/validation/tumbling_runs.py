@@ -72,16 +72,14 @@ def coverage(places: np.ndarray, diameters: np.ndarray, radius_m: float, bins: i
     return total * bins / len(places)
 
 
-def toe_and_shoulder(
-    places: np.ndarray, diameters: np.ndarray, radius_m: float, bins: int = BINS, covered: float = COVERED
-) -> tuple[float, float]:
-    """Angles of toe and shoulder [deg]: the ends of the longest arc of the shell that balls cover by `covered` or more.
+def toe_and_shoulder(places: np.ndarray, diameters: np.ndarray, radius_m: float) -> tuple[float, float]:
+    """Angles of toe and shoulder [deg]: the ends of the longest arc of the shell that balls cover by COVERED or more.
 
     The toe is the end that the shell reaches first; at the shoulder the balls leave it. Ends are interpolated within a
     bin. (nan, nan) if balls cover the whole circle, as in a centrifuge, or none of it.
     """
-    share = coverage(places, diameters, radius_m, bins)
-    inside = share >= covered
+    share = coverage(places, diameters, radius_m, BINS)
+    inside = share >= COVERED
     if inside.all() or not inside.any():
         return math.nan, math.nan
     # An arc begins at a covered bin after an uncovered one.
@@ -91,9 +89,9 @@ def toe_and_shoulder(
     last = first + length - 1
 
     def end(here: int, beyond: int) -> float:
-        """The centre of the last covered bin, moved towards the next one to where the share is `covered`."""
-        high, low = share[here % bins], share[beyond % bins]
-        return (here + 0.5 + (beyond - here) * (high - covered) / (high - low)) * 360 / bins
+        """The centre of the last covered bin, moved towards the next one to where the share is COVERED."""
+        high, low = share[here % BINS], share[beyond % BINS]
+        return (here + 0.5 + (beyond - here) * (high - COVERED) / (high - low)) * 360 / BINS
 
     return end(first, first - 1) % 360.0, end(last, last + 1) % 360.0
 
