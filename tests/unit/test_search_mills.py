@@ -68,7 +68,7 @@ def test_no_drawn_condition_is_nearer_than_the_found_one():
     _, mixer = recognise(load_mill("mixer"))
     wanted = estimate(MIXER, {**mixer, **BALLS, "ball_diameter_mm": 10.0, "number": 6.0, "speed_hz": 20.0},
                       made_model(MIXER, 3))  # fmt: skip
-    found = nearest_settings("planetary", model, dimensions, BALLS, [8.0, 10.0, 12.0], wanted, fastest_hz=9.0)
+    found = nearest_settings("planetary", model, dimensions, BALLS, [8.0, 10.0, 12.0], wanted, (0.0, 9.0))
     assert [own.distance for own in found] == sorted(own.distance for own in found)
     assert all(own.estimate.condition["speed_hz"] <= 9.0 for own in found)
     draw, drawn = np.random.default_rng(4), []
@@ -88,10 +88,14 @@ def test_no_drawn_condition_is_nearer_than_the_found_one():
 
 def test_the_command_lists_settings_of_mills_with_verdicts(capsys):
     match_conditions.main(["--any", "mixer", "--like", "mixer", "25Hz", "10", "number=6", "--balls", "10"])
-    head, columns, row = capsys.readouterr().out.splitlines()
-    assert "90 % intervals" in head
+    *head, columns, row = capsys.readouterr().out.splitlines()
+    assert "90 % intervals" in " ".join(head)
     assert {"mill", "balls", "E*n", "E*t", "verdict"} <= set(columns.split())
     assert "mixer" in row and " Hz" in row and row.split()[-1] in ("agrees", "differs", "open")
+    asked = ["--any", "mixer", "--like", "mixer", "25Hz", "10", "number=6", "--balls", "10"]
+    match_conditions.main([*asked, "--speeds", "15Hz", "20Hz", "--hours", "8"])
+    *_, columns, slower = capsys.readouterr().out.splitlines()
+    assert "h for 8" in columns and 15 <= float(slower.split(" Hz")[0].split()[-1]) <= 20
 
 
 @pytest.mark.parametrize(("arguments", "parts"), refusals("match_any"))

@@ -47,15 +47,15 @@ def power_of_mass(own: MillEstimate) -> Estimate:
 
 
 def settings_near(
-    title: str, model: KindModel, base: Values, wanted: MillEstimate, fastest_hz: float | None
+    title: str, model: KindModel, base: Values, wanted: MillEstimate, speeds_hz: tuple[float, float]
 ) -> Found | None:
     """The number of balls and the speed of a mill that do most nearly what is wanted; None where the atlas knows none.
 
-    base: its dimensions, and the balls' size, density and coefficients.
+    base: its dimensions, and the balls' size, density and coefficients; speeds_hz: the range of the mill.
     """
     kind = model.kind
     goal = np.log([wanted.known[name].value for name in ALIKE])
-    bounds = _bounds(kind, base, fastest_hz)
+    bounds = _bounds(kind, base, speeds_hz)
     if any(low > high for low, high in bounds):
         return None
     axes = [np.geomspace(low, high, LOOK) for low, high in bounds]
@@ -82,11 +82,11 @@ def settings_near(
 
 def nearest_settings(
     title: str, model: KindModel, dimensions: Values, balls: Values, diameters_mm: Sequence[float],
-    wanted: MillEstimate, fastest_hz: float | None = None,
+    wanted: MillEstimate, speeds_hz: tuple[float, float] = (0.0, math.inf),
 ) -> list[Found]:  # fmt: skip
     """The nearest settings of a mill, one for each size of balls that the atlas knows there, nearest first."""
     each = (
-        settings_near(title, model, {**dimensions, **balls, "ball_diameter_mm": size}, wanted, fastest_hz)
+        settings_near(title, model, {**dimensions, **balls, "ball_diameter_mm": size}, wanted, speeds_hz)
         for size in diameters_mm
     )
     return sorted((own for own in each if own is not None), key=lambda own: own.distance)
@@ -98,7 +98,7 @@ def _as_set(kind: Kind, speed_hz: np.ndarray) -> np.ndarray:
     return np.maximum(np.round(speed_hz / step), 1) * step
 
 
-def _bounds(kind: Kind, base: Values, fastest_hz: float | None) -> list[tuple[float, float]]:
+def _bounds(kind: Kind, base: Values, speeds_hz: tuple[float, float]) -> list[tuple[float, float]]:
     """The least and the most of number of balls and of speed that groups allow, each with the other's 1."""
     one = kind.groups_of({**base, "number": 1.0, "speed_hz": 1.0})
     ranges = {group.name: group for group in kind.groups}
@@ -107,7 +107,7 @@ def _bounds(kind: Kind, base: Values, fastest_hz: float | None) -> list[tuple[fl
     slowest, fastest = ((end / one[speed.name]) ** power for end in (speed.low, speed.high))
     fewest, most = (end / one["fill"] for end in (fill.low, fill.high))
     return [(max(1.0, math.ceil(fewest)), min(math.floor(most), MOST_BALLS)),
-            (slowest, min(fastest, fastest_hz or math.inf))]  # fmt: skip
+            (max(slowest, speeds_hz[0]), min(fastest, speeds_hz[1]))]  # fmt: skip
 
 
 def _distances(model: KindModel, asked: dict[str, Any], goal: np.ndarray) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 
 import pandas as pd
 
@@ -11,6 +12,7 @@ from millprint.atlas.kinds import balls_of, recognise
 from millprint.atlas.owned_mills import included_mills, makers_mills
 from millprint.atlas.search_mills import ALIKE, Found, nearest_settings
 from millprint.cli.estimate_condition import condition_of, mill_and_contact
+from millprint.cli.match_conditions import print_lines
 from millprint.config.charge import charge_words, speed_words
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import SearchConfig
@@ -23,6 +25,8 @@ from millprint.run.files import write_table
 from millprint.run.numbers import plain, three
 
 MAKERS = "config/atlas/makers.tsv"
+# Options of `match` that fingerprints answer only.
+NOT_OF_ATLAS = ("request", "energies", "frequency", "fills", "densities", "descriptors", "equal_frequency", "first")
 # Settings that are printed for each mill; columns of what is compared.
 PER_MILL = 2
 COMPARED = dict(zip(ALIKE, ("E*n", "E*t"), strict=True))
@@ -58,6 +62,9 @@ def _mills(names: list[str]) -> list[dict]:
 
 def match_any(options: argparse.Namespace) -> None:
     """Search all mills, print the nearest settings of each, and write the table where --out says."""
+    if unknown := [name for name in NOT_OF_ATLAS if getattr(options, name) is not None]:
+        words = ", ".join(f"--{name.replace('_', '-')}" for name in unknown)
+        raise ConfigError(f"--any: is by E*n and E*t of the atlas, between all fill ratios; leave out {words}")
     given = {key: value for key in ("near_percent", "ranked") if (value := getattr(options, key)) is not None}
     request = check_model(given, SearchConfig, "command line")
     kind, condition, contact = _wanted(options.like)
@@ -66,23 +73,27 @@ def match_any(options: argparse.Namespace) -> None:
     sizes, found = [float(size) for size in options.balls or SOLD_MM], []
     for mill in _mills(options.fingerprints):
         model = models[mill["kind"]]
+        low, high = (rpm / 60 for rpm in options.speeds or (0.0, math.inf))
+        speeds_hz = low, min(high, mill["fastest_hz"] or math.inf)
         found += nearest_settings(mill["title"], model, mill["dimensions"], balls_of(contact), sizes, wanted,
-                                  mill["fastest_hz"])[:PER_MILL]  # fmt: skip
+                                  speeds_hz)[:PER_MILL]  # fmt: skip
     if not found:
-        raise ConfigError("--any: no mill has settings that the atlas knows for these balls; leave out --balls")
+        raise ConfigError(
+            "--any: no mill has settings that the atlas knows for these balls and speeds; leave out --balls, --speeds"
+        )
     found = sorted(found, key=lambda own: own.distance)[: request.ranked]
-    table = pd.DataFrame([_row(own, request.near_percent) for own in found])
+    table = pd.DataFrame([_row(own, request.near_percent, options.hours or 1.0) for own in found])
     met = (table["verdict"] == AGREES).sum()
-    print(
+    print_lines(
         f"met for sure within {plain(request.near_percent)} % by {met} of {len(table)} settings; in brackets the 90 % "
-        "intervals of both mills; time is for the same energy per mass of balls"
+        "intervals of both mills; hours are for the same energy per mass of balls"
     )
     print(table.to_string(index=False))
     if options.out:
         write_table(table, options.out)
 
 
-def _row(own: Found, near_percent: float) -> dict[str, str]:
+def _row(own: Found, near_percent: float, hours: float) -> dict[str, str]:
     """A setting as it is printed."""
     condition, kind = own.estimate.condition, own.estimate.kind
     speed = condition["speed_hz"]
@@ -94,4 +105,4 @@ def _row(own: Found, near_percent: float) -> dict[str, str]:
     for name, sign in COMPARED.items():
         low, high = own.ratios[name].ends("scatter")
         row[sign] = f"{three(own.ratios[name].value)} ({three(low)} to {three(high)})"
-    return row | {"time": three(1 / own.strength.value), "verdict": own.verdict(near_percent).word}
+    return row | {f"h for {hours:g}": three(hours / own.strength.value), "verdict": own.verdict(near_percent).word}
