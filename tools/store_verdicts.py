@@ -2,9 +2,8 @@
 
 The verdicts and the surrogate with its baselines get this machine's processor, the commit and the date; a run on the
 same processor takes the place of the earlier one. Whoever runs the thesis on another machine is then told which
-verdicts differ from those in config/data/verdicts_elsewhere.tsv. The tables of docs/why/surrogate.md are those of
-docs/why/surrogate_baselines.tsv. Of the newest stored run, the blocks of TEXTS between two comments are written, and
-the numbers of config/data/stated_numbers.tsv.
+verdicts differ from those in config/data/verdicts_elsewhere.tsv. Of the newest stored run, the blocks of TEXTS between
+two comments are written, and the numbers of config/data/stated_numbers.tsv.
 """
 
 import argparse
@@ -43,7 +42,14 @@ TABLE = str(DATA / "verdicts_elsewhere.tsv")
 BASELINES = "docs/why/surrogate_baselines.tsv"
 # A block of a text, between comments with its name.
 BLOCK = re.compile(r"(<!-- (?P<name>\w+): python tools/store_verdicts.py -->\n).*?(<!-- end -->)", re.S)
-TEXTS = ("README.md", "paper.md", "docs/why/claims.md")
+TEXTS = ("README.md", "paper.md", "docs/why/claims.md", "docs/why/surrogate.md")
+# Rows and columns of the tables of docs/why/surrogate.md, by the names in BASELINES.
+TESTS = {"trained": "of the training", "motion1": "unseen: motion 1", "motion2": "unseen: motion 2",
+         "post": "unseen: jar with a post"}  # fmt: skip
+MODELS = {
+    "thesis": "networks", "no_network": "no network", "scaled_power": "scaled power", "scaled_motion": "scaled motion",
+    "long_step": "DEM, step of 8e-6 s", "other_seed": "another seed of the DEM",
+}  # fmt: skip
 STATED = ("document", "text", "source", "rows", "column")
 
 
@@ -98,7 +104,37 @@ def blocks_of(root: Path) -> dict[str, str]:
         "numbers": textwrap.fill(numbers, 120),
         "natures": _table(["nature", "how its value comes about", "claims"], meanings),
         "conclusions": f"Of the run {place}:\n\n{table}",
+        "surrogate": surrogate_tables(root, place.partition(",")[0]),
     }
+
+
+def surrogate_tables(root: Path, processor: str) -> str:
+    """What the networks and their baselines were off by on a processor, over the longest roll-outs: three tables."""
+    own = read_table(root / BASELINES)
+    own = own[own["measured_on"] == processor]
+    own = own[own["length_s"] == own["length_s"].max()]
+    printed = own.groupby("test")["thesis_percent"].first()
+
+    def table(column: str, last: dict[str, str] | None = None) -> str:
+        cells = own.groupby(["test", "model"])[column].agg(
+            lambda values: ", ".join(f"{value:.3g}" for value in values.dropna()) or "none"
+        )
+        lines = [
+            [words, *(cells[test, model] for model in MODELS), *([last[test]] if last else [])]
+            for test, words in TESTS.items()
+        ]
+        return _table(["motion", *MODELS.values(), *(["printed in the thesis"] if last else [])], lines)
+
+    stated = {test: "not stated" if pd.isna(printed[test]) else f"{printed[test]:g}" for test in TESTS}
+    return "\n\n".join([
+        f"A run of the whole thesis on {processor}, each test over {own['length_s'].iloc[0]:g} s. Error of the "
+        "dissipated energy in per cent, a number for each training:",
+        table("dissipation_error_percent", stated),
+        "A small error of a sum can be two errors that cancel. Mean square speed of the balls over the DEM's:",
+        table("mean_square_speed_ratio"),
+        "Pearson's r between the energies dissipated in each 5 ms and the DEM's (`none`: the power is constant):",
+        table("increments_5ms_r"),
+    ])  # fmt: skip
 
 
 def _table(head: list[str], rows: Iterable[Iterable[object]]) -> str:
