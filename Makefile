@@ -26,9 +26,10 @@ REPORT = --report $(1)/report/report.html --report-after-run --report-stylesheet
 # Snakemake leaves a folder alone that is locked, by another run or since a run was killed: what to type then.
 HINT = || { ls .snakemake/locks/* >/dev/null 2>&1 && echo "If no other run works in this folder: make unlock $@" >&2; exit 1; }
 
-# The parts of `make test`, the longest first. What needs the smoke run has one run of it.
+# The parts of `make test`, the longest first, so that two cores end together. What needs the smoke run has one run of it.
 SMOKED := $(addprefix tests/workflow/test_,$(addsuffix .py,cards crate mills report reruns smoke))
-PARTS := test-workflow test-smoke test-unit test-physics
+KILLED := $(addprefix tests/workflow/test_,$(addsuffix .py,kills server wheel))
+PARTS := test-smoke test-workflow test-kills test-physics test-slow test-fast
 
 .PHONY: help plan install thesis smoke validation unlock verify crate docs test check types kernels $(PARTS) fuzz surfaces kills slurm lint format bench ablations reference lock mutants clean
 
@@ -89,15 +90,25 @@ fast-%: $(VENV)/complete
 kernels: $(VENV)/complete
 	$(BIN)/python -c "from millprint.dem.compilation import compile_kernels; compile_kernels()"
 
-$(PARTS): | kernels
-test-smoke: $(VENV)/complete
+$(PARTS): $(VENV)/complete | kernels
+
+test-smoke:
 	$(RUN) $(BIN)/pytest $(SMOKED)
 
-test-workflow: $(VENV)/complete
-	$(RUN) $(BIN)/pytest tests/workflow $(addprefix --ignore=,$(SMOKED))
+test-workflow:
+	$(RUN) $(BIN)/pytest tests/workflow $(addprefix --ignore=,$(SMOKED) $(KILLED))
 
-test-unit test-physics: test-%: $(VENV)/complete
-	$(RUN) $(BIN)/pytest tests/$*
+test-kills:
+	$(RUN) $(BIN)/pytest $(KILLED)
+
+test-physics:
+	$(RUN) $(BIN)/pytest tests/physics
+
+test-slow:
+	$(RUN) $(BIN)/pytest -m slow tests/unit
+
+test-fast:
+	$(RUN) $(BIN)/pytest -m "not slow" tests/unit
 
 # COUNT damaged files, and KILLS kills; `make test` has 50 damaged files and 2 kills.
 fuzz: $(VENV)/complete

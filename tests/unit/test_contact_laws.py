@@ -6,8 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from millprint.card.card_files import simulation_sentences
-from millprint.card.read import read_card
 from millprint.cases.of_mill import study_variants
 from millprint.config.contact_laws import CONTACT_LAWS
 from millprint.config.contact_set import ContactConfig
@@ -18,11 +16,10 @@ from millprint.config.load import check_model
 from millprint.config.sweep import overridden
 from millprint.config.uncertainty import UncertaintyConfig
 from millprint.dem.laws.record import ball_mass
-from millprint.dem.laws.registry import LAWS, law_of, step_scale
+from millprint.dem.laws.registry import LAWS, step_scale
 from millprint.dose import flash
 from millprint.uncertainty.samples import check_contact, space_of
 from tests.refusals import refusals
-from tests.unit.test_card import card_content
 from tests.unit.test_dem_faults import DEM, MILL, PRESSED, simulation, stopped_at_a_wall
 from tests.unit.test_heat import write_run
 from tests.unit.test_study import MILLS, STUDY
@@ -94,14 +91,3 @@ def test_what_needs_a_young_modulus_refuses_a_law_without_one(tmp_path, caplog):
     summary = json.loads(Path(files[0]).read_text()) | {"young_modulus_pa": None, "contact": "soft"}
     assert flash.read_impacts(files[1], summary, FlashSection()) is None
     assert "no flash temperatures of soft: they follow from Hertz's law" in caplog.text
-
-
-def test_a_card_names_the_law(tmp_path):
-    content = card_content()
-    content["contact_set"] = {**COMMON, "kind": "linear", **KEYS["linear"]}
-    del content["contact_set"]["density_kg_m3"]
-    (tmp_path / "card.json").write_text(json.dumps(content))
-    text = " ".join(simulation_sentences(read_card(tmp_path / "card.json")))
-    assert "with a linear spring-dashpot contact (restitution 0.5, static friction 0.3, " in text
-    assert "rolling friction 0.01, normal stiffness 1e+06 N/m; contact set 'soft')" in text
-    assert law_of(SOFT) is LAWS["linear"]

@@ -11,7 +11,6 @@ from tests.workflow.conftest import (
     LINED_RUN,
     LINED_SETTINGS,
     ROOT,
-    error_lines,
     jobs_of,
     run_snakemake,
 )
@@ -83,11 +82,3 @@ def test_the_tumbling_mill_of_the_handbook_would_run(project):
     simulated = set(re.findall(r"Simulating (tumbler\w*)/\w+/(\w+?)_", done.stdout))
     assert simulated == {("tumbler", "graded"), ("tumbler_large", "graded")}
     assert jobs_of(done.stdout)["explore_mill"] == 1
-
-
-def test_a_charge_that_the_mill_does_not_have_is_refused_before_a_run(project):
-    match = {"mill": "spex", "like_mill": "bond_mill", "like_speed_rpm": 70, "like_ball_diameter_mm": "graded"}
-    done = run_snakemake(project, "match", "-n", "--config", f"mills={{match: {match | {'like_fill_ratio': 0.15}}}}")
-    (line,) = error_lines(done.stdout)
-    assert "mills.match.like_ball_diameter_mm = graded: no charge of the mill's sweep" in line
-    assert "must be one of bond" in line

@@ -5,7 +5,7 @@ import re
 import yaml
 from snakemake.utils import update_config
 
-from tests.workflow.conftest import CONFIG, copy_planetary, error_lines, jobs_of, run_snakemake
+from tests.workflow.conftest import CONFIG, copy_planetary, jobs_of, run_snakemake
 
 
 def smoke_content(project) -> dict:
@@ -71,13 +71,9 @@ def test_a_file_that_names_a_mill_gives_the_same_plan_in_a_clone_and_in_an_empty
 
 
 def test_every_mill_of_the_box_is_planned_alike(project):
-    """With the defaults, whether it is the mill of the thesis or not; a chapter is not one of its targets."""
+    """With the defaults, whether it is the mill of the thesis or not."""
     rules = [set(jobs_of(run_snakemake(project, "-n", "--config", f"mill={mill}").stdout)) for mill in ("emax", "spex")]
     assert rules[0] == rules[1] and "run_dem_case" in rules[0]
-    done = run_snakemake(project, "--dry-run", "chapter3", "--config", "mill=emax")
-    assert error_lines(done.stdout) == [
-        "error: chapter3: this target is of the thesis, and this run names a mill: name none, or run fingerprint"
-    ]
 
 
 def test_convergence_of_a_mill_of_ones_own_varies_its_settings_alone(project):

@@ -118,29 +118,6 @@ def test_a_module_comes_from_a_remote_repository(tmp_path, monkeypatch):
     assert not (folder / "results").exists()
 
 
-SHORT_CONFIGURATION = """
-mill: planetary
-contacts: [calibrated]
-sweep:
-  speeds_rpm: [300]
-  ball_diameters_mm: [10]
-  fill_ratios: [0.1, 0.2, 0.3]
-  seeds: [0, 1]
-results: milling
-"""
-
-
-def test_a_folder_needs_only_a_short_configuration(tmp_path):
-    (tmp_path / "config").mkdir()
-    (tmp_path / "config/config.yaml").write_text(SHORT_CONFIGURATION)
-    arguments = ("--snakefile", str(ROOT / "workflow/Snakefile"), "--directory", str(tmp_path))
-    plan = ask_snakemake(ROOT, *arguments, "-n")
-    assert plan.returncode == 0, plan.stderr[-3000:]
-    jobs = jobs_of(plan.stdout + plan.stderr)
-    # Three fill ratios, two seeds, and eight that the fingerprint does not see.
-    assert jobs["run_dem_case"] == 17 and "train_yield_model" not in jobs
-
-
 def test_the_thesis_runs_in_another_folder_whose_name_a_shell_would_take_apart(tmp_path):
     folder = tmp_path / "Mühle 3 (Büro)"
     folder.mkdir()
