@@ -13,7 +13,7 @@ from functools import cache
 from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1]
-TEMPLATES = (".html", ".css", ".js", ".yaml")
+TEMPLATES = (".html", ".css", ".js", ".txt", ".yaml")
 
 # A simulation begins in SIMULATION. OUTSIDE are modules that it imports and that do not affect its numbers: files and
 # messages, and settings that it gets by value. If a change there does affect numbers, raise millprint.dem.PHYSICS.

@@ -1,4 +1,4 @@
-"""HTML pages from templates in the folders of the library. Each page is one file and loads nothing else."""
+"""HTML pages and texts from templates in the folders of the library. Each page is one file and loads nothing else."""
 
 import json
 from pathlib import Path
@@ -10,9 +10,14 @@ from markupsafe import Markup
 
 def render_page(template: Path, **values: Any) -> str:
     """Fill a Jinja template. Values are escaped unless they are Markup. Raises UndefinedError for a missing value."""
+    return fill_template(template, True, **values)
+
+
+def fill_template(template: Path, is_html: bool = False, /, **values: Any) -> str:
+    """Fill a Jinja template of plain text. Raises UndefinedError for a missing value."""
     environment = Environment(
         loader=FileSystemLoader(template.parent),
-        autoescape=True,
+        autoescape=is_html,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
