@@ -34,6 +34,8 @@ def settings_of(mill: str) -> list[str]:
     from millprint.config.included import included_mills, read_run
     from millprint.config.load import MILL_FOLDER
 
+    if not mill:
+        raise ConfigError("an empty word: name a mill or a target, or leave it out")
     if Path(mill).suffix in SHAPES:
         raise ConfigError(f"{mill}: is the shape of a jar; `millprint new stl --set path={mill}` makes a mill of it")
     if Path(mill).suffix not in YAML:

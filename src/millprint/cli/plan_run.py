@@ -13,7 +13,7 @@ import logging
 import os
 import sys
 from contextlib import redirect_stderr, redirect_stdout
-from itertools import takewhile
+from itertools import chain, takewhile
 
 from snakemake_interface_logger_plugins.common import LogEvent
 
@@ -67,8 +67,8 @@ def main(arguments: list[str], name: str = "plan") -> int:
     # Reading the Snakefile as a run does: a configuration among the targets is its settings.
     mills = included_mills()
     own = list(takewhile(lambda word: not word.startswith("-"), arguments))
-    words = [part for word in own for part in (settings_of(word) if word.endswith(YAML) or word in mills else [word])]
-    words += arguments[len(own) :]
+    named = [settings_of(word) if word.endswith(YAML) or word in ("", *mills) else [word] for word in own]
+    words = [*chain.from_iterable(named), *arguments[len(own) :]]
     check_configfiles(words)
     plan, said, table = Plan(), io.StringIO(), io.StringIO()
     logger.addFilter(plan)

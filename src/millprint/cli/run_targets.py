@@ -60,6 +60,6 @@ def main(arguments: list[str], name: str) -> int:
     check_configfiles(further)
     target = TARGETS.get(name) or options.target
     check_target(target)
-    settings = joined_settings(settings_of(options.mill) if options.mill else [], [*further, *config])
+    settings = joined_settings(settings_of(options.mill) if options.mill is not None else [], [*further, *config])
     # A list of settings would take the target as one of its own.
     return run_workflow(["--cores", str(options.cores), target, *settings])
