@@ -160,6 +160,16 @@ def test_the_deviation_of_a_row_is_that_of_a_fit_without_it():
     assert values[7] - fit.deviations[7] == pytest.approx(trend[7] + covariance[7, others] @ solved, abs=1e-8)
 
 
+def test_the_surface_is_that_of_the_fit():
+    rows, _ = made_rows(40)
+    values, noise = rows.fitted["power"], rows.noise["power"]
+    surface, theta = fit_surface(rows.inputs, values, noise, np.arange(40))
+    fit, known = fit_robust(rows.inputs, values, noise)
+    np.testing.assert_allclose(theta, fit.theta)
+    np.testing.assert_allclose(surface.at(rows.inputs, rows.inputs), fit.at(rows.inputs), atol=1e-9)
+    assert (surface.noise >= known).all()
+
+
 def test_few_rows_far_off_do_not_bend_the_surface():
     """A tenth of the rows is wrong by a factor of twenty."""
     rows, truth = made_rows(300)

@@ -114,10 +114,12 @@ def test_a_solid_is_the_hollow_turned_over(name):
     assert SignedDistance(body)(points)[0] == pytest.approx(-SignedDistance(hollow)(points)[0], abs=1e-13)
 
 
-def test_the_wrong_side_out_is_refused_for_solids_too():
+def test_facets_that_are_open_or_the_wrong_side_out_are_refused():
     facets = [Facet(f.normal, f.offset, f.loops) for f in vessel(SHAPES["box"]).facets]
     with pytest.raises(ConfigError, match="inside out"):
         Vessel(facets, solid=True)
+    with pytest.raises(ConfigError, match="open"):
+        Vessel(facets[:-1])
 
 
 def test_distance_from_a_box_is_that_of_the_closed_form():

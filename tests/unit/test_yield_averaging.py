@@ -137,6 +137,17 @@ def test_avrami_link_makes_kinetics_a_straight_line_in_log_time():
     assert to_conversion(np.array([0.0, 50.0, 100.0]), 0.005).tolist() == [0.005, 0.5, 0.995]
 
 
+def test_deviation_of_a_prediction_is_the_diagonal_of_the_posterior_and_its_noise():
+    rows, _ = parts()
+    yields = rows["yield_percent"].to_numpy(float)
+    process = fit_member(Candidate("identity", SCALES, "trend_product"), rows, yields, settings().averaging).process
+    inputs = process.inputs[:6] + 0.3
+    mean, covariance = process.posterior(inputs)
+    one, deviation = process.predict(inputs)
+    np.testing.assert_allclose(one, mean, rtol=1e-12)
+    np.testing.assert_allclose(deviation**2, np.diag(covariance) + process.noise, rtol=1e-9)
+
+
 def test_weights_are_posterior_probabilities():
     weights = evidence_weights(np.array([0.0, np.log(3.0), -50.0]), 0.01)
     np.testing.assert_allclose(weights, [0.25, 0.75, 0.0], rtol=1e-12)
