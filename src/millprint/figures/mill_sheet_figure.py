@@ -254,7 +254,7 @@ def _exponents(sheet: pd.DataFrame) -> list[Said]:
         for row in exponents[exponents["quantity"].str.startswith(f"{title}:")].dropna(subset="value").itertuples():
             variable, supposed = row.quantity.removeprefix(f"{title}: "), row.text.removeprefix("scaling law: ")
             words.append(f"{variable} {_number(row.value)} ({_between(row.lower, row.upper)}; {supposed})")
-        found.append((title, ", ".join(words)))
+        found.append((title, ", ".join(words) or NOT_KNOWN))
     return found
 
 
