@@ -24,7 +24,8 @@ A YAML file can hold all of this (--request), as fingerprint.inverse of config/c
 precedence over it.
 
 --any asks the atlas (docs/why/atlas.md) instead of fingerprints: of the mills that are named, or of all makers' mills
-and those that come with millprint, which jar, balls, number and speed come nearest; balls are calibrated ones.
+and those that come with millprint, which jar, balls, number and speed come nearest; balls are calibrated ones. Of the
+options, --balls, --speeds, --hours, --near, --ranked and --out hold there.
 
 The first line has the verdict, from the bands of both mills, of the mean of very many simulations: met, if they are
 surely within --near of each other; not met, if they are surely not; not known, where a band is too wide to say, or
