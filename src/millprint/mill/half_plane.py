@@ -196,10 +196,15 @@ def places(values: np.ndarray, apart: float) -> int:
 
 
 def is_round(drawing: Drawing, facets: np.ndarray, middle: np.ndarray) -> bool:
-    """Whether vertices on a sphere lie on more than two parallel circles of it: any two have a sphere through them."""
+    """Whether vertices on a sphere lie on more than two parallel circles of it: any two have a sphere through them.
+
+    Circles are as far apart as on the sphere: near its pole their heights are nearly one.
+    """
     out = drawing.points(facets) - middle
+    radii = lengths(out)
     _, _, directions = np.linalg.svd(out - out.mean(axis=0), full_matrices=False)
-    return min(places(out @ each, LOOSE * drawing.tolerance) for each in directions) > FEWEST_STEPS
+    ways = radii.mean() * np.arccos(np.clip(out / radii @ directions.T, -1, 1))
+    return min(places(way, LOOSE * drawing.tolerance) for way in ways.T) > FEWEST_STEPS
 
 
 def _is_enough(drawing: Drawing, swept: Swept) -> bool:
