@@ -22,7 +22,6 @@ from millprint.mill.vessel import Vessel
 from millprint.mill.wall_arrays import build_walls
 from millprint.mill.walls import SURFACE, Walls
 
-CANDIDATES_PER_BALL = 40
 COLLISION_ROWS = 100_000  # contacts that one call of `run` can record
 
 TROUBLE = {
@@ -30,7 +29,6 @@ TROUBLE = {
     STATUS.escaped: "has left the vessel",
     STATUS.not_finite: "has no finite position",
     STATUS.contact_lost: "has lost an open contact",
-    STATUS.candidates_full: "has more neighbours than there is room for",
 }
 
 
@@ -81,7 +79,7 @@ class FewBalls:
         for columns, value in ((RATE.velocity, velocity), (RATE.angular_velocity, angular_velocity)):
             if value is not None:
                 self.balls.rate[:, span_of(columns)] = self.balls.rate_now[:, span_of(columns)] = value
-        self.candidates = state.make_candidates(len(position), per_ball=CANDIDATES_PER_BALL)
+        self.candidates = state.make_candidates(len(position))
         self.open_contacts = state.make_contacts(self.candidates.partner.size)
         self.walls = walls or walls_for(vessel, radii.max(), skin, pitch)
         self.mark = mark_of(contact)
@@ -139,11 +137,15 @@ class FewBalls:
             yield step * self.step
 
     def _advance(self, last_step: int, table: Table, recorder: Recorder) -> None:
-        advance(
-            self.balls, self.candidates, self.open_contacts, self.laws, self.mark, self.walls, self.clock,
-            self.totals, self.counters, table, recorder, last_step, None,
-        )  # fmt: skip
         counters = self.counters
+        while True:
+            advance(
+                self.balls, self.candidates, self.open_contacts, self.laws, self.mark, self.walls, self.clock,
+                self.totals, counters, table, recorder, last_step, None,
+            )  # fmt: skip
+            if counters[COUNTER.status] != STATUS.candidates_full:
+                break
+            self.candidates, self.open_contacts = state.lengthened(self.candidates, self.open_contacts, counters)
         if counters[COUNTER.status] != STATUS.running:
             trouble = TROUBLE[int(counters[COUNTER.status])]
             when = counters[COUNTER.step] * self.step

@@ -305,7 +305,8 @@ class Simulation:
             self.wall_clock_s += time.perf_counter() - begin[0]
             self.processor_s += time.process_time() - begin[1]
             if counters[COUNTER.status] == STATUS.candidates_full:
-                self._lengthen_lists()
+                self.candidates, self.contacts = state.lengthened(self.candidates, self.contacts, counters)
+                self.shares = self._make_shares()
             elif counters[COUNTER.status] != STATUS.running:
                 restore_rows(self)
                 raise SimulationError(self._trouble())
@@ -332,19 +333,6 @@ class Simulation:
         if self._restart and time.monotonic() - self._written >= self.dem.restart_interval_s:
             write_restart(self._restart, self, recording)
             self._written = time.monotonic()
-
-    def _lengthen_lists(self) -> None:
-        """Twice the room for candidates and contacts; those that are open have been set aside and stay there."""
-        per_ball = max(1, 2 * self.candidates.partner.size // self.count)
-        aside, kept = int(self.counters[COUNTER.aside]), self.contacts
-        self.candidates = state.make_candidates(self.count, len(self.clock.load), per_ball)
-        self.contacts = state.make_contacts(self.candidates.partner.size)
-        self.contacts.kept_ball[:aside] = kept.kept_ball[:aside]
-        self.contacts.kept_partner[:aside] = kept.kept_partner[:aside]
-        self.contacts.kept_history[:aside] = kept.kept_history[:aside]
-        self.shares = self._make_shares()
-        self.counters[COUNTER.status] = STATUS.running
-        self.counters[COUNTER.check_in] = 0
 
     def _trouble(self) -> str:
         """The message for the status of the run."""

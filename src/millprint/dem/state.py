@@ -8,7 +8,7 @@ import numpy as np
 from millprint.config.contact_set import ContactConfig
 from millprint.dem.lanes import IDLE, IDLE_PRESENT
 from millprint.dem.law import SpeedTables, at_reference, law_row, speed_tables
-from millprint.dem.layout import CELL, COUNTER, GROUP, HISTORY_WIDTH, LANES, LOAD_WIDTH, RATE, RATE_WIDTH
+from millprint.dem.layout import CELL, COUNTER, GROUP, HISTORY_WIDTH, LANES, LOAD_WIDTH, RATE, RATE_WIDTH, STATUS
 from millprint.mill.kernel_columns import span_of, width_of
 from millprint.mill.motion import Motion, Motions, stack_motions
 from millprint.mill.walls import SURFACE
@@ -170,6 +170,23 @@ def make_contacts(room: int) -> Contacts:
         kept_partner=np.zeros(room, dtype=np.int64),
         kept_history=np.zeros((room, HISTORY_WIDTH)),
     )
+
+
+def lengthened(candidates: Candidates, contacts: Contacts, counters: np.ndarray) -> tuple[Candidates, Contacts]:
+    """Twice the room for candidates and contacts, where it is full; those that are open have been set aside and stay.
+
+    The counters let the run go on.
+    """
+    bodies, balls, _ = candidates.anchor.shape
+    longer = make_candidates(balls, bodies, max(1, 2 * candidates.partner.size // balls))
+    aside, kept = int(counters[COUNTER.aside]), contacts
+    contacts = make_contacts(longer.partner.size)
+    contacts.kept_ball[:aside] = kept.kept_ball[:aside]
+    contacts.kept_partner[:aside] = kept.kept_partner[:aside]
+    contacts.kept_history[:aside] = kept.kept_history[:aside]
+    counters[COUNTER.status] = STATUS.running
+    counters[COUNTER.check_in] = 0
+    return longer, contacts
 
 
 def make_counters() -> np.ndarray:
