@@ -247,6 +247,7 @@ def surfaces_about(drawing: Drawing, plane: HalfPlane) -> list[Swept]:
                 drawing.taken[piece.facets] = True
                 found.append(piece)
     _give_rings(drawing, plane, found)
+    _join_rings(drawing, plane, found)
     return [each for each in found if len(each.facets)]
 
 
@@ -268,6 +269,31 @@ def _give_rings(drawing: Drawing, plane: HalfPlane, found: list[Swept]) -> None:
             ring = (beyond[arc.facets] <= drawing.tolerance) & (off[arc.facets] <= LOOSE * drawing.tolerance)
             if ring.any() and (off[arc.facets[ring]] <= drawing.tolerance).all():
                 line.facets, arc.facets = np.union1d(line.facets, arc.facets[ring]), arc.facets[~ring]
+
+
+def _join_rings(drawing: Drawing, plane: HalfPlane, found: list[Swept]) -> None:
+    """Let a ring between two surfaces, some of whose facets went to either by rounding, be of the one that it fits."""
+    owner = np.full(len(drawing.taken), -1)
+    for number, each in enumerate(found):
+        owner[each.facets] = number
+    sides = np.sort(owner[drawing.vessel.edge_arrays.facets], axis=1)
+    for pair in np.unique(sides[(sides[:, 0] >= 0) & (sides[:, 0] != sides[:, 1])], axis=0).tolist():
+        first, second = (found[number] for number in pair)
+        if first.shape == second.shape:
+            continue
+        facets = np.union1d(first.facets, second.facets)
+        flat, begins = plane.flat[plane.corners[plane.of_facet.rows(facets)]], Ragged(plane.of_facet.counts[facets]).first
+        off = np.array([np.maximum.reduceat(np.abs(each.shape.off(flat)), begins) for each in (first, second)])
+        on_both = (off <= LOOSE * drawing.tolerance).all(axis=0)
+        ring, off = facets[on_both], off[:, on_both]
+        order = np.lexsort(plane.middles[ring].T)
+        apart = np.abs(np.diff(plane.middles[ring][order], axis=0)).max(axis=1, initial=0.0) > 4 * drawing.tolerance
+        for rows in np.split(order, 1 + np.flatnonzero(apart)):
+            worst = off[:, rows].max(axis=1, initial=0.0)
+            is_first = np.isin(ring[rows], first.facets)
+            if is_first.any() and not is_first.all() and worst.min() <= drawing.tolerance:
+                for each, is_own in ((first, worst[0] <= worst[1]), (second, worst[0] > worst[1])):
+                    each.facets = (np.union1d if is_own else np.setdiff1d)(each.facets, ring[rows])
 
 
 def _different(flat: np.ndarray, tolerance: float) -> np.ndarray:
