@@ -226,7 +226,11 @@ def _outlines(edges: HalfEdges, region: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def _is_straight(points: np.ndarray, loops: np.ndarray, begins: np.ndarray, tolerance: float) -> np.ndarray:
-    """Which places (n,) of loops have a vertex in the middle of a straight side between the same two facets."""
+    """Which places (n,) of loops have a vertex in the middle of a straight side between the same two facets.
+
+    On a fine circle each vertex may be near the chord of its neighbours, and far from that of those that are left: the
+    farthest ones stay (Ramer 1972, Douglas and Peucker 1973).
+    """
     rows = np.arange(len(loops))
     lasts = np.append(begins[1:], len(loops)) - 1
     before, after = rows - 1, rows + 1
@@ -235,7 +239,33 @@ def _is_straight(points: np.ndarray, loops: np.ndarray, begins: np.ndarray, tole
     length, along = np.linalg.norm(chord, axis=1), (away * chord).sum(axis=1)
     is_between = (along > 0) & (along < length**2) & (np.bincount(loops)[loops] == 2)
     straight = is_between & (np.linalg.norm(np.cross(chord, away), axis=1) <= tolerance * length)
-    return np.isin(loops, loops[straight])
+    straight = np.isin(loops, loops[straight])
+    # Of a loop without a corner, the vertex of the lowest number: both of its facets know it.
+    straight[np.isin(loops, np.minimum.reduceat(loops, begins)[np.logical_and.reduceat(straight, begins)])] = False
+    while len(inner := np.flatnonzero(straight)):
+        before, after = _kept_around(straight, begins, lasts)
+        chord = points[loops[after[inner]]] - points[loops[before[inner]]]
+        away = points[loops[inner]] - points[loops[before[inner]]]
+        share = np.vecdot(away, chord) / np.maximum(np.vecdot(chord, chord), np.finfo(float).tiny)
+        off = np.linalg.norm(away - np.clip(share, 0, 1)[:, None] * chord, axis=1)
+        order = np.lexsort((off, before[inner]))
+        farthest = order[np.append(np.diff(before[inner][order]) != 0, True)]
+        farthest = farthest[off[farthest] > tolerance]
+        if not len(farthest):
+            break
+        straight[np.isin(loops, loops[inner[farthest]])] = False
+    return straight
+
+
+def _kept_around(straight: np.ndarray, begins: np.ndarray, lasts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """For each place (n,) of loops the last one before it, and the first one after it, that is not straight."""
+    rows, end = np.arange(len(straight)), len(straight)
+    of_loop = np.searchsorted(begins, rows, side="right") - 1
+    low, high = np.where(straight, -1, rows), np.where(straight, end, rows)
+    before, after = np.maximum.accumulate(low), np.minimum.accumulate(high[::-1])[::-1]
+    before = np.where(before < begins[of_loop], np.maximum.reduceat(low, begins)[of_loop], before)
+    after = np.where(after > lasts[of_loop], np.minimum.reduceat(high, begins)[of_loop], after)
+    return before, after
 
 
 def _area_vector(loop: np.ndarray) -> np.ndarray:
