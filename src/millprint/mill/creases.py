@@ -15,13 +15,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from millprint.mill.curved_surfaces import CURVE
+from millprint.mill.curved_surfaces import CLOSEST, CURVE
 from millprint.mill.kernel_columns import Vector, number_columns, span_of, width_of
-from millprint.mill.vectors import add_scaled, cross, dot, row, scale, subtract, vector
+from millprint.mill.vectors import add_scaled, any_across, cross, dot, row, scale, subtract, vector
 from millprint.run.kernel import inlined, inner
-
-# Closer to its axis [m], a point has no direction to a circle.
-CLOSEST = 1e-12
 
 
 class RimColumns(NamedTuple):
@@ -51,14 +48,15 @@ def rim_distance(rims, k, point):
     axis, away = vector(rims, k, RIM.axis), subtract(point, vector(rims, k, RIM.centre))
     up = dot(away, axis)
     across = add_scaled(away, -up, axis)
-    reach = math.sqrt(dot(across, across)) + CLOSEST
+    reach = math.sqrt(dot(across, across))
+    outwards = scale(1.0 / reach, across) if reach > CLOSEST else any_across(axis)
     is_on_arc = True
     if rims[k, RIM.is_part] > 0.0:
         first, last = vector(rims, k, RIM.first), vector(rims, k, RIM.last)
         is_on_arc = dot(cross(first, across), axis) >= 0.0 and dot(cross(across, last), axis) >= 0.0
     out = reach - rims[k, RIM.radius]
     distance = math.sqrt(out * out + up * up) + 1e-300
-    direction = add_scaled(scale(out / (distance * reach), across), up / distance, axis)
+    direction = add_scaled(scale(out / distance, outwards), up / distance, axis)
     return distance, direction, out, up, is_on_arc
 
 

@@ -16,10 +16,11 @@ from typing import NamedTuple
 import numpy as np
 
 from millprint.mill.kernel_columns import Vector, number_columns, span_of, width_of
-from millprint.mill.vectors import add_scaled, cross, dot, row, scale, subtract, vector
+from millprint.mill.vectors import add_scaled, any_across, cross, dot, row, scale, subtract, vector
 from millprint.run.kernel import array_maker, inlined
 
-# Closer to its axis or to the middle of its tube [m], a point has no direction to the wall.
+# Closer to its axis or to the middle of its tube [m], a point has any direction to the wall, of length 1: a ball in the
+# tip of a cone comes that near, and a shorter one would be a deeper overlap.
 CLOSEST = 1e-12
 # A part of a turn up to half of it, and a larger one.
 PART, WIDE = 1.0, 2.0
@@ -53,13 +54,6 @@ CURVE = number_columns(CurveColumns)
 
 
 @inlined()
-def length_and_direction(vector):
-    """Length of a vector, and the unit vector along it."""
-    length = math.sqrt(dot(vector, vector)) + CLOSEST
-    return length, scale(1.0 / length, vector)
-
-
-@inlined()
 def out_of_axis(curves, k, out):
     """Distance from the axis, the direction away from it, and how far a vector across the axis is past the borders [m].
 
@@ -75,8 +69,8 @@ def out_of_axis(curves, k, out):
             if along_first > along_last:
                 return along_first, first, abs(dot(cross(first, out), axis))
             return along_last, last, abs(dot(cross(last, out), axis))
-    length, direction = length_and_direction(out)
-    return length, direction, 0.0
+    length = math.sqrt(dot(out, out))
+    return length, (scale(1.0 / length, out) if length > CLOSEST else any_across(vector(curves, k, CURVE.axis))), 0.0
 
 
 @inlined()
@@ -91,8 +85,8 @@ def out_of_tube(curves, k, out, up):
             if along_begin > along_end:
                 return along_begin, begin, abs(before)
             return along_end, end, abs(after)
-    length = math.sqrt(out * out + up * up) + CLOSEST
-    return length, (out / length, up / length), 0.0
+    length = math.sqrt(out * out + up * up)
+    return length, ((out / length, up / length) if length > CLOSEST else (1.0, 0.0)), 0.0
 
 
 @inlined()

@@ -8,7 +8,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from millprint.mill.borders import borders_of, must_be_trimmed, rough_facets
-from millprint.mill.curved_surfaces import CLOSEST, Curve
+from millprint.mill.curved_surfaces import Curve
 from millprint.mill.drawn_creases import endless
 from millprint.mill.outlines import Outlines, Ragged
 from millprint.mill.turned_shapes import LARGEST_TURN, LOOSE, Drawing, Line, Swept
@@ -120,11 +120,7 @@ def _moved_vertices(
 
     Of whole surfaces: beyond its borders, a curve goes on along its tangents, and meets a tangent wall anywhere.
     """
-    # CLOSEST is added to lengths: a wall that is tangent to within it would be missed.
-    whole = [
-        replace(curve, part=None, arc=None, major=curve.major + CLOSEST, minor=curve.minor and curve.minor + CLOSEST)
-        for curve in curves
-    ]
+    whole = [replace(curve, part=None, arc=None) for curve in curves]
     owner = vessel.outlines.corners.owner
     # The outline of a flat wall that was put level moves with it.
     is_moving = on_curve >= 0

@@ -1,5 +1,7 @@
 """Three-vectors as tuples, for kernels: they live in registers."""
 
+import math
+
 from millprint.run.kernel import inlined
 
 
@@ -72,3 +74,14 @@ def rotate_back(rotation, a):
         first[1] * a[0] + second[1] * a[1] + third[1] * a[2],
         first[2] * a[0] + second[2] * a[1] + third[2] * a[2],
     )
+
+
+@inlined()
+def any_across(axis):
+    """A unit vector across another one."""
+    x, y, z = axis
+    if abs(z) < 0.9:
+        size = math.sqrt(x * x + y * y)
+        return y / size, -x / size, 0.0
+    size = math.sqrt(y * y + z * z)
+    return 0.0, z / size, -y / size
