@@ -282,7 +282,10 @@ def _join_rings(drawing: Drawing, plane: HalfPlane, found: list[Swept]) -> None:
         if first.shape == second.shape:
             continue
         facets = np.union1d(first.facets, second.facets)
-        flat, begins = plane.flat[plane.corners[plane.of_facet.rows(facets)]], Ragged(plane.of_facet.counts[facets]).first
+        flat, begins = (
+            plane.flat[plane.corners[plane.of_facet.rows(facets)]],
+            Ragged(plane.of_facet.counts[facets]).first,
+        )
         off = np.array([np.maximum.reduceat(np.abs(each.shape.off(flat)), begins) for each in (first, second)])
         on_both = (off <= LOOSE * drawing.tolerance).all(axis=0)
         ring, off = facets[on_both], off[:, on_both]
