@@ -10,12 +10,15 @@ import numpy as np
 import pytest
 
 from millprint.config.mill import MillConfig
+from millprint.config.motion_kinds import RotationMotion
 from millprint.config.sweep import Case as RunCase
 from millprint.config.sweep import DemConfig
+from millprint.dem.few_balls import walls_for
 from millprint.dem.ledger import closure, ledger_series
 from millprint.dem.simulation import Simulation
+from millprint.mill.motion import motion_from_law
 from millprint.mill.vessel import Vessel
-from tests.closed_distances import distance_to_triangles, feet, solid_angle
+from tests.closed_distances import distance_to_triangles, feet, nearest_on_triangles, solid_angle
 from tests.physics.setups import CALIBRATED, FewBalls, prism
 from tests.profiles import Hollow, chain, hollow_of, mesh, stadium_pieces, write_stl
 from tests.surfaces import (
@@ -186,11 +189,94 @@ def test_a_hundred_drawn_surfaces_are_touched_as_their_closed_forms_say():
     assert not wrong, f"{len(wrong)} surfaces: {wrong}"
 
 
-@pytest.mark.parametrize("name", ["cylinder", "capsule", "box"])
+def stirrer(hub: float, blades: int, length: float, thickness: float, height: float) -> tuple[Hollow, dict]:
+    """Paddles [mm] from z = 0 up."""
+    root, pitch = math.asin(thickness / 2 / hub), 2 * math.pi / blades
+    points, sweeps = [], []
+    for k in range(blades):
+        turn = np.array([[math.cos(k * pitch), math.sin(k * pitch)], [-math.sin(k * pitch), math.cos(k * pitch)]])
+        x = [hub * math.cos(root), hub + length]
+        own = [[x[0], -thickness / 2], [x[1], -thickness / 2], [x[1], thickness / 2], [x[0], thickness / 2]]
+        points += list(np.array(own) @ turn)
+        sweeps += [0.0, 0.0, 0.0, pitch - 2 * root]
+    section = {"kind": "paddles", "hub_radius_mm": hub, "blades": blades, "blade_length_mm": length,
+               "blade_thickness_mm": thickness, "height_mm": height, "bottom_mm": 0}  # fmt: skip
+    return upright(chain(points, sweeps, closed=True), height), section
+
+
+SOLID = {name: SIZED[name] for name in ("cylinder", "capsule", "box")} | {"paddles": lambda: stirrer(8, 3, 20, 5, 12)}
+
+
+@pytest.mark.parametrize("name", SOLID)
 def test_a_solid_of_given_sizes_is_touched_as_its_fine_mesh_says(name):
-    hollow, section = SIZED[name]()
+    hollow, section = SOLID[name]()
     case, rng = Case(hollow, vessel_of(section, solid=True), 1e-7, name), np.random.default_rng(0)
     assert [said for radius in (1, 8) for said in check_solid(case, radius, 20, rng)] == []
+
+
+@pytest.mark.parametrize("radius", [2.0, 5.0])
+def test_balls_that_moving_paddles_hit_keep_jacobis_integral(radius):
+    """Without losses and friction a body that turns at w does work on a ball, v^2 / 2 - w . (r x v) stays as it was."""
+    (hollow, section), rng, turning_hz = stirrer(8, 3, 20, 5, 12), np.random.default_rng(0), 12.0
+    triangles = mesh(hollow, 120)
+    points = rng.uniform([-36, -36, -8], [36, 36, 20], (300, 3))
+    nearest, winding = nearest_on_triangles(triangles, points)
+    points = points[(winding < 0.5) & (np.linalg.norm(points - nearest, axis=1) > 1.05 * radius)]
+    motion = motion_from_law(RotationMotion(kind="rotation", axis=(0, 0, 1)), turning_hz)
+    velocity, vessel = rng.normal(size=points.shape), vessel_of(section, solid=True)
+    world = FewBalls(
+        points * MM, velocity, radius=radius * MM, vessel=vessel, contact=ELASTIC, step=2e-4 * radius * MM,
+        motion=motion, walls=walls_for(vessel, radius * MM), friction=np.zeros((len(points), 2)),
+        skin=0.1 * radius * MM,
+    )  # fmt: skip
+
+    def integral() -> np.ndarray:
+        spin = np.cross(world.balls.position, world.balls.velocity)[:, 2]
+        return (world.balls.velocity**2).sum(axis=1) / 2 - 2 * np.pi * turning_hz * spin
+
+    before, seconds = integral(), 5e-3
+    world.run(seconds)
+    free = np.ones(len(points), dtype=bool)
+    free[world.open_contacts.ball[world.open_contacts.slot >= 0]] = False
+    hit = free & (np.abs((world.balls.velocity**2 - velocity**2).sum(axis=1)) > 0.1)
+    assert hit.sum() > 15
+    np.testing.assert_allclose(integral()[free], before[free], atol=2e-4)
+    angle = 2 * np.pi * turning_hz * seconds
+    back = np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]])
+    nearest, winding = nearest_on_triangles(triangles, end := world.balls.position[free] / MM @ back)
+    assert (winding < 0.5).all()
+    assert np.linalg.norm(end - nearest, axis=1).min() > 0.99 * radius
+
+
+def lathe(*points: tuple[float, float]) -> Hollow:
+    """A turned hollow of lines [mm]."""
+    return upright(chain(list(points), [0.0] * (len(points) - 1), closed=False))
+
+
+def closing(half_deg: float) -> Hollow:
+    """A cone that closes to a tip."""
+    return lathe((0, 0), (60 * math.tan(math.radians(half_deg)), 60), (0, 60))
+
+
+@pytest.mark.parametrize(
+    ("shape", "rest_mm"),
+    [
+        pytest.param(closing(12), 4 / math.sin(math.radians(12)), id="narrow tip"),
+        pytest.param(closing(35), 4 / math.sin(math.radians(35)), id="tip"),
+        pytest.param(lathe((0, -20), (2, -20), (2, 0), (30, 0), (30, 30), (0, 30)), math.sqrt(12), id="bore"),
+    ],
+)
+def test_a_ball_that_fits_no_deeper_rests_on_the_axis(shape, rest_mm):
+    """It touches a circle, above the tip of a cone or on the rim of a bore, where every direction is as near."""
+    case, radius = from_file(shape, 48, None), 4.0
+    assert check_contacts(case, radius, 40, np.random.default_rng(0)) == []
+    world = FewBalls(
+        np.array([0.05, 0.03, rest_mm + 0.3]) * MM, radius=radius * MM, vessel=case.vessel, gravity=9.81, step=2e-6,
+        contact=ELASTIC.model_copy(update={"restitution": 0.3}),
+    )  # fmt: skip
+    world.run(0.2)
+    assert world.balls.position[0] / MM == pytest.approx([0, 0, rest_mm], abs=0.01)
+    assert np.abs(world.balls.velocity).max() < 2e-3
 
 
 def solid_of(seed: int) -> list[str]:
@@ -207,11 +293,6 @@ def test_a_drawn_solid_is_touched_as_its_fine_mesh_says(seed):
 @pytest.mark.slow
 def test_further_drawn_solids_are_touched_as_their_fine_meshes_say():
     assert {seed: found for seed in small(8) if (found := solid_of(seed))} == {}
-
-
-def lathe(*points: tuple[float, float]) -> Hollow:
-    """A turned hollow of lines [mm]."""
-    return upright(chain(list(points), [0.0] * (len(points) - 1), closed=False))
 
 
 def opening(turn_deg: float) -> Hollow:
