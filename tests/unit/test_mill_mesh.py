@@ -250,6 +250,7 @@ CUP, CROSSES = "is the wall of a cup", "crosses itself"
         pytest.param(ROUND | {"radius_mm": 4}, 10, "not fit", id="bore"),
         pytest.param({"kind": "box", "x_mm": 8, "y_mm": 60, "z_mm": 60}, 10, "not fit", id="slit"),
         pytest.param(hollow(4, 60), 10, "not fit in mill planetary; at most 7.9", id="bore, file"),
+        pytest.param(hollow(2, 4), 10, "jar.stl in mm is 4 x 4 x 4 mm; if it is not so, correct geom", id="cm as mm"),
         pytest.param(tilted(hollow(4, 60)), 10, "nowhere is room for a ball of 10 mm; at most 7.9", id="bore, tilted"),
         pytest.param(turned((0, 0), (4, 40), (0, 40)), 10, "at most 7.23 mm", id="narrow cone"),
         pytest.param(turned((15, 0), (23, 0), (23, 40), (15, 40), (15, 0)), 10, NO_ROOM, id="narrow ring"),
@@ -291,7 +292,7 @@ def test_a_shape_in_which_nothing_can_be_milled_is_refused_with_its_cause(shape,
     try:
         mill = mill.model_copy(update={"volume_ml": build_vessel(mill).volume_m3 * 1e6})
         bodies = checked_bodies({"planetary": mill})
-        check_ball_size(bodies["planetary"][0].vessel, "planetary", ball_mm / 1e3, "my.yaml: sweep")
+        check_ball_size(bodies["planetary"][0].vessel, mill, ball_mm / 1e3, "my.yaml: sweep")
         check_room([case], {"planetary": mill}, bodies, "my.yaml: sweep")
         told = ""
     except ConfigError as error:
@@ -420,9 +421,13 @@ def test_the_volume_in_the_yaml_must_be_that_of_the_file():
     assert vessel.volume_m3 == pytest.approx(125e-6)
     check_volume(MillConfig(**content), vessel)
     content["volume_ml"] = 130
-    with pytest.raises(ConfigError, match=r"volume_ml = 130: box.stl in mm holds 125 mL; correct it, or the unit, or"):
+    with pytest.raises(
+        ConfigError, match=r"volume_ml = 130: box.stl in mm holds 125 mL; correct it, or geometry.unit, or"
+    ):
         check_volume(MillConfig(**content), vessel)
     check_volume(MillConfig(**content, volume_tolerance=0.1), vessel)
+    with pytest.raises(ConfigError, match=r"holds 125 mL; correct it, or write unit: cm in geometry, or"):
+        check_volume(MillConfig(**content | {"volume_ml": 125000}), vessel)
     content["geometry"]["volume_tolerance"] = 0.1
     with pytest.raises(ConfigError) as caught:
         check_model(content, MillConfig, "emax.yaml")

@@ -36,6 +36,16 @@ def test_snakemake_stops_before_any_job_and_names_the_last_configuration_file(pr
     assert not list((project / ".snakemake/locks").glob("*"))
 
 
+@pytest.mark.parametrize("words", [(), ("-n",)], ids=["run", "dry run"])
+def test_balls_without_room_are_refused_before_any_job(project, words):
+    edit_yaml(project / PLANETARY, "sweep", "fill_ratios", value=[0.1, 0.2, 0.7])
+    done = run_snakemake(project, *words, "--config", "mill=planetary")
+    assert done.returncode == 1, done.stdout
+    (line,) = error_lines(done.stdout)
+    assert "planetary.yaml: sweep: fill_ratios = 0.7: " in line and "places at most" in line
+    assert "Traceback" not in done.stdout
+
+
 def test_valid_input_is_checked_only_once(settings, monkeypatch):
     """What has passed is checked again only after a change of a file that it names; what is refused, every time."""
     monkeypatch.chdir(settings)

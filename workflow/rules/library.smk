@@ -43,7 +43,7 @@ from millprint.config.identity import contact_identity, dem_identity, identity, 
 from millprint.run.ending import OneLineAJob, failure_lines, given_run, stop_timers_at_the_end, success_lines
 from millprint.config.errors import ConfigError
 from millprint.cases import server
-from millprint.checks.check_once import check_once
+from millprint.checks.check_once import DryRunCheck, check_once
 from millprint.config.dem_engine import check_jobs
 from millprint.run.plan import OTHER_S, Job, check_disk
 from millprint.run.machine import prepare_environment

@@ -51,7 +51,7 @@ def check_cases(
     speeds = with_paces(settings, bodies)
     check_speeds(speeds)
     for diameter in sorted({size for case in cases for size in case.sizes_m}):
-        check_ball_size(bodies[mill.name][0].vessel, mill.name, diameter, place)
+        check_ball_size(bodies[mill.name][0].vessel, mill, diameter, place)
     for case in cases:
         told = (place, place, f"{place}: rayleigh_fraction")
         check_step_and_cost(config, mill, contact, case, bodies[mill.name], told)

@@ -70,7 +70,7 @@ def check_before_running(
     groups += [(place, own) for place, (_, own) in carded.items()]
     for place, group in groups:
         for name, diameter in sorted({(case.mill, size) for case in group for size in case.sizes_m}):
-            check_ball_size(bodies[name][0].vessel, name, diameter, place)
+            check_ball_size(bodies[name][0].vessel, mills[name], diameter, place)
     # The key of the step: the sweeps of the configuration are a list; for mills' own sweeps it is set for all mills.
     steps = {place: f"{place}.rayleigh_fraction" for place, _ in groups}
     own, factor = config.mills, config.mills.level.step

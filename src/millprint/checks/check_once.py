@@ -1,16 +1,19 @@
 """Checks the input that needs geometry or physics, before the first job and in a process that imports the libraries.
 
-The Snakefile starts this process when a run starts, so that reading the Snakefile stays fast. A check that has passed
-leaves a file named after the digest of its input, and is not repeated.
+The Snakefile starts this process when a run starts, or a dry run has its jobs, so that reading the Snakefile stays
+fast. A check that has passed leaves a file named after the digest of its input, and is not repeated.
 """
 
 import hashlib
 import json
+import logging
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
+
+from snakemake_interface_logger_plugins.common import LogEvent
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.load import named_files
@@ -62,6 +65,20 @@ def check_once(
         raise SystemExit(1)
     passed.parent.mkdir(parents=True, exist_ok=True)
     passed.touch()
+
+
+class DryRunCheck(logging.Filter):
+    """Calls a check before the jobs of a dry run are told, since Snakemake's `onstart` is for runs only."""
+
+    def __init__(self, is_dry_run: Callable[[], bool], check: Callable[[], None]) -> None:
+        super().__init__()
+        self.is_dry_run, self.check = is_dry_run, check
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """True: every record is printed."""
+        if getattr(record, "event", None) == LogEvent.RUN_INFO and self.is_dry_run():
+            self.check()
+        return True
 
 
 def _digest(content: str, files: list[str], modules: list[str]) -> str:

@@ -275,7 +275,7 @@ class StlGeometry(GeometrySection):
 
     def origin(self) -> tuple[str, str]:
         """The file and its unit."""
-        return f"{self.path} in {self.unit}", "the unit"
+        return f"{self.path} in {self.unit}", "geometry.unit"
 
 
 VesselGeometry = Annotated[

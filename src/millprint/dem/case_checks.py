@@ -46,6 +46,8 @@ def check_room(cases: Iterable[Case], mills: dict[str, MillConfig], bodies: dict
             what = f"{place}: fill_ratios = {fill:g}: {balls} balls of {1e3 * diameter:g} mm"
             if balls > most:
                 room = room_in_words(vessel, diameter, volume, inserts, most)
+                if not most:
+                    room += f"; {_size_in_words(mills[name], vessel)}"
                 raise ConfigError(f"{what} do not fit in mill {name}: {room}")
             if balls < 1:
                 raise ConfigError(f"{what} in mill {name}; one ball needs at least {share:.2g}")
@@ -88,19 +90,26 @@ def checked_bodies(mills: dict[str, MillConfig]) -> dict[str, list[Body]]:
     return bodies
 
 
-def check_ball_size(vessel: Vessel, mill: str, diameter_m: float, place: str) -> None:
+def _size_in_words(mill: MillConfig, vessel: Vessel) -> str:
+    """How large the vessel of a mill is, and what to correct where that is not so."""
+    shape, cure = mill.geometry.origin()
+    sides = " x ".join(f"{1e3 * side:.4g}" for side in np.ptp(vessel.bounds, axis=0))
+    return f"{shape} is {sides} mm; if it is not so, correct {cure}"
+
+
+def check_ball_size(vessel: Vessel, mill: MillConfig, diameter_m: float, place: str) -> None:
     """Check that a ball fits between the walls, and that not too many of them are needed."""
     if diameter_m > float(np.ptp(vessel.bounds, axis=0).min()):
         raise ConfigError(
-            f"{place}: ball_diameters_mm = {1e3 * diameter_m:g}: a ball of that size does not fit in mill {mill}; "
-            f"at most {widest_in_mm(vessel)}"
+            f"{place}: ball_diameters_mm = {1e3 * diameter_m:g}: a ball of that size does not fit in mill {mill.name}; "
+            f"at most {widest_in_mm(vessel)}; {_size_in_words(mill, vessel)}"
         )
     sites = sites_of(vessel, diameter_m)
     if sites > MOST_SITES:
         smallest = 1e3 * diameter_m * (sites / MOST_SITES) ** (1 / 3)
         raise ConfigError(
             f"{place}: ball_diameters_mm = {1e3 * diameter_m:g}: too small to simulate, {sites:.2g} of them "
-            f"have room in mill {mill}; at least {smallest:.3g} mm"
+            f"have room in mill {mill.name}; at least {smallest:.3g} mm"
         )
 
 

@@ -172,6 +172,12 @@ MOST_TRIANGLES = 500_000
 FLAT = 1e-6
 
 
+def unit_of_volume(geometry: StlGeometry, share: float) -> str | None:
+    """The unit in which a file's volume would be `share` of what it is, sizes within one per cent, or None."""
+    sizes = {unit: metres / METRES[geometry.unit] for unit, metres in METRES.items()}
+    return next((unit for unit, size in sizes.items() if math.isclose(size**3, share, rel_tol=0.03)), None)
+
+
 class Surface(NamedTuple):
     """The surface of a body from a file.
 
