@@ -197,9 +197,9 @@ def test_two_boxes_that_share_an_edge_are_not_manifold():
     assert "not manifold: the edge" in fault(join(block(), other))
 
 
-def turned(*profile: tuple[float, float]) -> trimesh.Trimesh:
+def turned(*profile: tuple[float, float], sections: int = 48) -> trimesh.Trimesh:
     """A body of a profile (radius, height) [mm], drawn with 48 facets a turn."""
-    return trimesh.creation.revolve(profile, sections=48)
+    return trimesh.creation.revolve(profile, sections=sections)
 
 
 def hollow(radius: float = 20, height: float = 40, bottom: float = 0) -> trimesh.Trimesh:
@@ -446,3 +446,13 @@ def test_a_shape_has_one_vessel_until_its_file_is_written_again():
     assert build_vessel(MillConfig(**content)).volume_m3 == pytest.approx(150e-6)
     content["geometry"]["unit"] = "cm"
     assert build_vessel(MillConfig(**content)).volume_m3 == pytest.approx(150e-3)
+
+
+def test_a_flat_facet_keeps_the_circle_in_which_it_meets_a_nearly_flat_one():
+    """A disc in a shallow ring, of which several facets in a row are flat within the rounding of two decimals."""
+    mesh = turned((0, 0), (17, 0), (17, 19.97), (16, 20), (0, 20), sections=168)
+    mesh.vertices = mesh.vertices.round(2)
+    mesh.export("jar.stl")
+    facets = shape_facets(StlGeometry(kind="stl", path="jar.stl", unit="mm"), "mill.yaml: geometry", solid=False)
+    lid = max(facets, key=lambda facet: facet.area * -facet.normal[2])
+    assert lid.area == pytest.approx(np.pi * 0.016**2, rel=3e-3)
