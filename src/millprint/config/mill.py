@@ -258,6 +258,10 @@ class PaddlesGeometry(GeometrySection):
         return self
 
 
+# The units of files of triangles.
+METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 0.0254}
+
+
 class StlGeometry(GeometrySection):
     """A closed surface of triangles from a file, its normals pointing out of the body that it encloses.
 
@@ -276,6 +280,11 @@ class StlGeometry(GeometrySection):
     def origin(self) -> tuple[str, str]:
         """The file and its unit."""
         return f"{self.path} in {self.unit}", "geometry.unit"
+
+    def unit_of_volume(self, share: float) -> str | None:
+        """The unit in which the volume would be `share` of what it is, sizes within one per cent, or None."""
+        sizes = {unit: metres / METRES[self.unit] for unit, metres in METRES.items()}
+        return next((unit for unit, size in sizes.items() if math.isclose(size**3, share, rel_tol=0.03)), None)
 
 
 VesselGeometry = Annotated[

@@ -11,7 +11,6 @@ import numpy as np
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig, StlGeometry
 from millprint.mill.distance import signed_distance
-from millprint.mill.mesh import unit_of_volume
 from millprint.mill.motion import Motion, motion_from_law
 from millprint.mill.outlines import Outlines
 from millprint.mill.shapes import shape_kind
@@ -80,7 +79,7 @@ def check_volume(mill: MillConfig, vessel: Vessel) -> None:
             f"{hollow * 1e6:.4g} mL, closed by the lid (what stands in a hollow is one of `inserts`)"
         )
     if abs(volume - mill.volume_ml) > mill.volume_tolerance * volume:
-        if isinstance(mill.geometry, StlGeometry) and (unit := unit_of_volume(mill.geometry, mill.volume_ml / volume)):
+        if isinstance(mill.geometry, StlGeometry) and (unit := mill.geometry.unit_of_volume(mill.volume_ml / volume)):
             sizes = f"write unit: {unit} in geometry"
         raise ConfigError(
             f"{_place(mill)}: volume_ml = {mill.volume_ml:g}: {shape} holds {volume:.4g} mL; correct it, or {sizes}, "

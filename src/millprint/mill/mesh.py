@@ -12,7 +12,7 @@ import numpy as np
 import trimesh
 
 from millprint.config.errors import ConfigError
-from millprint.config.mill import StlGeometry
+from millprint.config.mill import METRES, StlGeometry
 from millprint.mill.mesh_file import close_gaps, coordinate_rounding, read_triangles, weld, without_slivers
 from millprint.mill.outlines import FlatFacets, half_edges, merge_coplanar, triangle_widths, without_overlap
 from millprint.mill.vectors import add_scaled, cross, dot, row, subtract
@@ -164,18 +164,11 @@ def self_intersection(
     return None if a < 0 else (int(order[a]), int(order[b]))
 
 
-METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 0.0254}
 SMALLEST_M, LARGEST_M = 3e-3, 3.0
 # Files of more triangles take minutes to check, and their curves have more facets than a simulation can take.
 MOST_TRIANGLES = 500_000
 # Points are one, and triangles flat, to this share of the surface's size: sixteen times the rounding of 32-bit numbers.
 FLAT = 1e-6
-
-
-def unit_of_volume(geometry: StlGeometry, share: float) -> str | None:
-    """The unit in which a file's volume would be `share` of what it is, sizes within one per cent, or None."""
-    sizes = {unit: metres / METRES[geometry.unit] for unit, metres in METRES.items()}
-    return next((unit for unit, size in sizes.items() if math.isclose(size**3, share, rel_tol=0.03)), None)
 
 
 class Surface(NamedTuple):
