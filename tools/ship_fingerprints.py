@@ -1,8 +1,9 @@
 """Makes the fingerprints that come with millprint: python tools/ship_fingerprints.py FOLDER [--cores 2], or --refit.
 
 Simulates the sweeps of the included mills of `mills.box` at precision `fine`, and the samples of contact parameters
-of each, in FOLDER, which may already hold a part of them, and writes config/fingerprints. With --refit it fits the
-curves of those in config/fingerprints to their own values again, without a simulation.
+of each, in FOLDER, which may already hold a part of them, and writes config/fingerprints; with --mills those of some,
+and the others stay as they are. With --refit it fits the curves of those in config/fingerprints to their own values
+again, without a simulation.
 """
 
 import argparse
@@ -33,8 +34,8 @@ SAMPLES = 64
 SEEDS = 3
 
 
-def simulate(folder: Path, cores: int) -> None:
-    """The fingerprints of all mills in `folder`, by the workflow."""
+def simulate(folder: Path, mills: list[str], cores: int) -> None:
+    """The fingerprints of some mills in `folder`, by the workflow."""
     (folder / "config").mkdir(parents=True, exist_ok=True)
     config = {
         "name": "fingerprints",
@@ -44,7 +45,7 @@ def simulate(folder: Path, cores: int) -> None:
         "uncertainty": {"samples": SAMPLES},
     }
     (folder / "config/config.yaml").write_text(yaml.safe_dump(config, sort_keys=False))
-    targets = [f"results/uncertainty/{mill}/fingerprint.json" for mill in MILLS]
+    targets = [f"results/uncertainty/{mill}/fingerprint.json" for mill in mills]
     place = ["--snakefile", str(ROOT / "workflow/Snakefile"), "--directory", str(folder)]
     subprocess.run([sys.executable, "-m", "snakemake", *place, "--cores", str(cores), *targets], check=True)
 
@@ -80,11 +81,11 @@ def refit() -> None:
     write_table(table, str(ROOT / TABLE))
 
 
-def store(folder: Path) -> pd.DataFrame:
-    """Copy the fingerprints into config/fingerprints, with a table of what they were made with."""
+def store(folder: Path, mills: list[str]) -> pd.DataFrame:
+    """Copy the fingerprints of some mills into config/fingerprints, with a table of what each was made with."""
     (ROOT / FOLDER).mkdir(exist_ok=True)
-    rows = []
-    for mill in MILLS:
+    rows = [row for row in read_table(str(ROOT / TABLE)).to_dict("records") if row["mill"] not in mills]
+    for mill in mills:
         made, place = folder / f"results/uncertainty/{mill}/fingerprint.json", ROOT / FOLDER / f"{mill}.json"
         fingerprint = Fingerprint.read(made)
         contact, (lowest, highest) = fingerprint.about["contact"], power_span(fingerprint)
@@ -100,7 +101,7 @@ def store(folder: Path) -> pd.DataFrame:
             "lowest_W_kg": lowest,
             "highest_W_kg": highest,
         })  # fmt: skip
-    table = pd.DataFrame(rows)
+    table = pd.DataFrame(sorted(rows, key=lambda row: MILLS.index(row["mill"])))
     write_table(table, str(ROOT / TABLE))
     return table
 
@@ -109,10 +110,11 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path, nargs="?", help="where to simulate")
     parser.add_argument("--refit", action="store_true", help="fit the curves again, without a simulation")
+    parser.add_argument("--mills", nargs="+", choices=MILLS, default=MILLS, help="which (default: all)")
     parser.add_argument("--cores", type=int, default=2, help="processors (default: %(default)s)")
     given = parser.parse_args()
     if given.refit or given.folder is None:
         refit()
         sys.exit()
-    simulate(given.folder, given.cores)
-    print(store(given.folder).to_string(index=False))
+    simulate(given.folder, given.mills, given.cores)
+    print(store(given.folder, given.mills).to_string(index=False))
