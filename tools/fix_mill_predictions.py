@@ -3,7 +3,8 @@
 Adds those of each included fingerprint that is not in config/data/waiting_predictions.tsv, with date and digest, as the
 generation of a release, such as 0.4.0; with `--swing results/validation/leaf_spring/predictions.tsv` also those of the
 box on a leaf spring. Rows that this release had before are replaced, those of earlier releases stay. Writes the table
-of docs/why/predictions.md: of the newest rows of each mill, the largest balls, the lowest speed and the middle fill ratio.
+of docs/why/predictions.md: of the newest rows of each mill, the largest balls, the lowest speed and the middle fill
+ratio.
 """
 
 import argparse
