@@ -221,3 +221,10 @@ def jobs_to_run() -> list[Job]:
         for job in workflow.dag.needrun_jobs()
         if job.output
     ]
+
+
+def check_geometry():
+    """Check what needs geometry or physics, once for each input; ends the program with a line for each fault."""
+    check_once(
+        CONFIG, CHECKED_MILLS, CONTACTS, SOURCE, PYTHON, ["millprint.thesis.chapter_checks"] if CONFIG.chapters else []
+    )
