@@ -15,7 +15,7 @@ from millprint.atlas.atlas_model import FITTED, FORMAT, PREDICTED, combined, inp
 from millprint.atlas.beside_simulation import BESIDE, LARGE, atlas_rows
 from millprint.atlas.design import HELD_OUT, design, rows_of
 from millprint.atlas.estimate_mill import check, estimate, estimate_many, exponents
-from millprint.atlas.fit_atlas import Fit, Rows, fit_kind, fit_robust, fit_surface, fit_width, without_own
+from millprint.atlas.fit_atlas import Fit, Rows, fit_kind, fit_robust, fit_surface, fit_width, growth, without_own
 from millprint.atlas.fit_atlas import rows_of as fit_rows_of
 from millprint.atlas.kinds import KINDS, MIXER, PLANETARY, SPEX, balls_of, recognise
 from millprint.cli import estimate_condition
@@ -178,7 +178,7 @@ def test_few_rows_far_off_do_not_bend_the_surface():
     values = rows.fitted["power"][own] + 3.0 * wrong * np.sign(np.sin(np.arange(150)))
     inputs, noise = rows.inputs[own], rows.noise["power"][own]
     fits = fit_robust(inputs, values, noise)[0], Fit.of(inputs, values, noise**2, None, 25)
-    robust, plain = (np.abs(fit.at(rows.inputs[new]) - truth["power"][new]) for fit in fits)
+    robust, plain = (np.abs(fit.at(rows.inputs[new])[0] - truth["power"][new]) for fit in fits)
     assert np.median(robust) < 0.5 * np.median(plain)
 
 
@@ -187,9 +187,17 @@ def test_a_row_that_is_left_out_has_no_part_in_its_own_value():
     values, noise = rows.fitted["power"], rows.noise["power"]
     theta = fit_surface(rows.inputs, values, noise, np.arange(60))[1]
     moved = values + 2.0 * (np.arange(60) == 7)
-    one, two = (without_own(rows.inputs, own, noise, theta) for own in (values, moved))
+    one, two = (without_own(rows.inputs, own, noise, theta)[0] for own in (values, moved))
     assert one[7] == two[7]
     assert one[8] != two[8]
+
+
+def test_errors_of_slopes_grow_where_the_process_says_too_little():
+    """Errors of three of its deviations triple its intervals, and small ones leave them."""
+    errors, one = np.random.default_rng(5).normal(size=4000), np.ones(4000)
+    for times in (0.5, 3.0):
+        told = growth(times * errors * math.sqrt(1.25), 0.5 * one, 0 * errors, one)
+        assert told == pytest.approx(max(1.0, times), rel=0.05)
 
 
 def test_the_file_of_a_model_predicts_as_the_model(tmp_path, made):
@@ -283,6 +291,22 @@ def test_rows_of_the_shipped_table_are_not_simulated_again(tmp_path, monkeypatch
     table.loc[own & (table["row"] == 5), "froude"] *= 1.001
     simulate_rows.simulate_rows(rows, tmp_path / "done", "atlas", table)
     assert asked == [3, 5]
+
+
+def test_training_rows_that_teach_little_are_skipped(tmp_path, monkeypatch):
+    """Beyond the limit of the kind, and where the atlas has balls that roll; held-out mills are always simulated."""
+    from millprint.atlas import simulate_rows
+    from millprint.atlas.kind_groups import within_limits
+
+    monkeypatch.setattr(simulate_rows, "simulate_row", lambda kind, condition, seed: {"motion": "simulated"})
+    atlas = read_model(ROOT / "config/atlas/model.json")
+    for part, first in (("training", 800), ("held_out", 0)):
+        rows = rows_of("planetary", part, first, 40, HELD_OUT_FILE)
+        found = simulate_rows.simulate_rows(rows, tmp_path / "done", "atlas", None, atlas)
+        likely = atlas["planetary"].probability(inputs_of(PLANETARY, rows)) >= simulate_rows.LEAST_HITS
+        wanted = within_limits(PLANETARY, rows) & likely | (part == "held_out")
+        assert ((found["motion"] == "simulated") == wanted).all()
+        assert wanted.any() and (wanted.all() == (part == "held_out"))
 
 
 def test_balls_that_never_part_are_a_row_with_power(monkeypatch):
@@ -392,7 +416,7 @@ def test_the_shipped_table_is_of_the_design_and_not_of_held_out_mills():
         drawn = rows_of(name, part, 0, int(own["row"].max()) + 1, HELD_OUT_FILE).set_index("row").loc[own["row"]]
         np.testing.assert_allclose(own[kind.names], drawn[kind.names], rtol=2e-5, atol=1e-9)
     model = json.loads((ROOT / "config/atlas/model.json").read_text())["kinds"]
-    training = table[(table["part"] == "training") & ~table["motion"].fillna("").str.startswith("failed")]
+    training = table[(table["part"] == "training") & ~table["motion"].fillna("").str.startswith(("failed", "not"))]
     for name, own in model.items():
         assert own["about"]["simulations"] == len(own["centres"]) == (training["kind"] == name).sum()
 

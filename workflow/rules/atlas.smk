@@ -18,6 +18,7 @@ rule simulate_atlas:
         kernels=ancient(f"{RESULTS}/dem/kernels.json"),
         held_out=SOURCES.find("config/atlas/held_out.tsv"),
         included=SOURCES.find("config/atlas/simulations.tsv"),
+        atlas=SOURCES.find("config/atlas/model.json"),
     output:
         rows=f"{ATLAS}/rows/{{kind}}_{{part}}_{{batch}}.tsv",
     log:

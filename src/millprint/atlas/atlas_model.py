@@ -21,7 +21,7 @@ from millprint.atlas.kinds import KINDS
 from millprint.config.errors import ConfigError
 from millprint.run.files import read_format
 
-FORMAT = "millprint atlas 1"
+FORMAT = "millprint atlas 2"
 # What is fitted: power, weighted energies and rates over their scales, and rolling over tangential power.
 FITTED = (
     "power", "normal_energy", "normal_frequency", "tangential_energy", "tangential_frequency", "rolling_ratio",
@@ -70,7 +70,8 @@ class Surface:
     """A fitted number over the inputs.
 
     linear: b (p + 1,); lengths (p,); weights: a (n,) with s^2 in it; rows (n,) that it is fitted to, and the variance
-    (n,) of their noise; amplitude: s^2.
+    (n,) of their noise; amplitude: s^2; factor: by which the 90 % interval of the process has to grow to hold nine of
+    ten rows that it was not told, 1 or more.
     """
 
     linear: np.ndarray
@@ -79,6 +80,7 @@ class Surface:
     rows: np.ndarray
     noise: np.ndarray
     amplitude: float
+    factor: float = 1.0
 
     def _own(self, inputs: np.ndarray) -> np.ndarray:
         """Those of the inputs (m, p or more) that the surface depends on, the first p."""
@@ -91,7 +93,7 @@ class Surface:
         return self.linear[0] + own @ self.linear[1:] + smooth
 
     def slope_error(self, before: np.ndarray, after: np.ndarray, centres: np.ndarray) -> np.ndarray:
-        """Standard deviation (m,) of the difference between inputs (m, p), by Eq. 2.26 of the source.
+        """Standard deviation (m,) of the difference between inputs (m, p), by Eq. 2.26 of the source, times the factor.
 
         The slopes b count as normal numbers of variance SLOPES.
         """
@@ -107,12 +109,12 @@ class Surface:
         )
         known = np.einsum("ij,ji->i", near, np.linalg.solve(covariance, near.T))
         before_known = 2 * self.amplitude * (1 - apart) + SLOPES * (moved**2).sum(axis=1)
-        return np.sqrt(np.maximum(before_known - known, 0.0))
+        return self.factor * np.sqrt(np.maximum(before_known - known, 0.0))
 
     def plain(self) -> dict:
         """As JSON has it."""
         arrays = {name: _rounded(getattr(self, name)) for name in ("linear", "lengths", "weights", "rows", "noise")}
-        return arrays | {"amplitude": float(f"{self.amplitude:.7g}")}
+        return arrays | {name: float(f"{getattr(self, name):.7g}") for name in ("amplitude", "factor")}
 
 
 def _rounded(values: np.ndarray) -> list:
@@ -199,7 +201,7 @@ def _surface(content: dict, widest: int, simulations: int) -> Surface:
     linear, lengths, weights, noise = (
         np.array(content[name], dtype=float) for name in ("linear", "lengths", "weights", "noise")
     )
-    surface = Surface(linear, lengths, weights, rows, noise, float(content["amplitude"]))
+    surface = Surface(linear, lengths, weights, rows, noise, float(content["amplitude"]), float(content["factor"]))
     fits = len(surface.linear) == len(surface.lengths) + 1 and len(surface.lengths) in (widest - 1, widest)
     if not fits or len(surface.weights) != len(surface.rows) or surface.rows.max(initial=0) >= simulations:
         raise ValueError("a surface does not fit the inputs")

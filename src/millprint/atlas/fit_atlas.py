@@ -7,7 +7,7 @@ left out, with the lengths kept.
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -23,7 +23,9 @@ from millprint.atlas.atlas_model import (
     inputs_of,
 )
 from millprint.atlas.kind_groups import Kind, within_limits
+from millprint.atlas.simulate_rows import SKIPPED
 from millprint.estimate.gaussian_process import Conditioned, Covariance, Kernel, Likelihood
+from millprint.estimate.quantiles import normal_quantile
 
 # Strengths of the ridges of power laws of numbers and of widths, in rows; level of the intervals [-].
 RIDGE, SHRINK, LEVEL = 0.3, 10.0, 0.90
@@ -90,7 +92,7 @@ class Rows:
 def simulated(table: pd.DataFrame, kind: Kind, part: str) -> pd.DataFrame:
     """The rows of a kind and a part that were simulated to their end."""
     own = table[(table["kind"] == kind.name) & (table["part"] == part)]
-    return own[~own["motion"].fillna("").str.startswith(FAILED)].reset_index(drop=True)
+    return own[~own["motion"].fillna("").str.startswith((FAILED, SKIPPED))].reset_index(drop=True)
 
 
 def scaled(table: pd.DataFrame, kind: Kind) -> pd.DataFrame:
@@ -164,9 +166,11 @@ class Fit:
         process = Conditioned.fit(Covariance(kernel, theta), inputs, left / spread, noise)
         return cls(linear, spread, theta, process, left - spread * process.left_out(left / spread)[0])
 
-    def at(self, inputs: np.ndarray) -> np.ndarray:
-        """The values (m,) at inputs (m, p)."""
-        return self.linear[0] + inputs @ self.linear[1:] + self.spread * self.process.mean(inputs)
+    def at(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The values (m,) at inputs (m, p), and their standard deviations, with the noise that all rows share."""
+        mean, deviation = self.process.with_deviation(inputs)
+        value = self.linear[0] + inputs @ self.linear[1:] + self.spread * mean
+        return value, self.spread * np.sqrt(deviation**2 + math.exp(self.theta[-1]))
 
 
 def fit_robust(
@@ -203,16 +207,24 @@ def fit_surface(
     return surface, fit.theta
 
 
-def without_own(inputs: np.ndarray, values: np.ndarray, noise: np.ndarray, theta: np.ndarray) -> np.ndarray:
-    """The value (n,) at each row of a fit without its tenth of the rows, with known theta.
+def without_own(
+    inputs: np.ndarray, values: np.ndarray, noise: np.ndarray, theta: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Value and standard deviation (n,) at each row of a fit without its tenth of the rows, with known theta.
 
     Not the closed form for a row that is left out, since the weights of its neighbours know it.
     """
-    tenth, found = np.arange(len(values)) % TENTHS, np.empty(len(values))
+    tenth, found = np.arange(len(values)) % TENTHS, np.empty((2, len(values)))
     for number in range(TENTHS):
         others, own = tenth != number, tenth == number
-        found[own] = fit_robust(inputs[others], values[others], noise[others], theta)[0].at(inputs[own])
-    return found
+        found[:, own] = fit_robust(inputs[others], values[others], noise[others], theta)[0].at(inputs[own])
+    return found[0], found[1]
+
+
+def growth(values: np.ndarray, noise: np.ndarray, told: np.ndarray, deviation: np.ndarray) -> float:
+    """`Surface.factor`, from values (n,) with their noise, and what a process without them told with its deviation."""
+    off = np.abs(values - told) / np.hypot(deviation, noise)
+    return max(1.0, float(np.quantile(off, LEVEL)) / normal_quantile(0.5 + LEVEL / 2))
 
 
 def fit_width(inputs: np.ndarray, residuals: np.ndarray) -> Width:
@@ -255,9 +267,11 @@ def fit_kind(kind: Kind, rows: Rows) -> KindModel:
     surfaces, without = {}, {}
     for name in FITTED:
         inputs, values, noise, own = _of_number(rows, name)
-        surfaces[name], theta = fit_surface(inputs, values, noise, own)
+        surface, theta = fit_surface(inputs, values, noise, own)
+        told, deviation = without_own(inputs, values, noise, theta)
+        surfaces[name] = replace(surface, factor=growth(values, noise, told, deviation))
         without[name] = np.full(len(rows), np.nan)
-        without[name][own] = without_own(inputs, values, noise, theta)
+        without[name][own] = told
     residuals = scaled(rows.table, kind) - pd.DataFrame(combined(without), index=rows.table.index)
     widths = {
         name: fit_width(

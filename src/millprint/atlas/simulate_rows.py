@@ -4,11 +4,15 @@ import hashlib
 import json
 import math
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
-from millprint.atlas.kind_groups import Kind
+from millprint.atlas.atlas_model import KindModel, inputs_of
+from millprint.atlas.design import TRAINING
+from millprint.atlas.kind_groups import Kind, within_limits
 from millprint.atlas.kinds import kind_named
 from millprint.cases.simulate import simulate_each
 from millprint.config.contact_set import ContactConfig
@@ -39,6 +43,9 @@ ERRORS = (
     "weighted_tangential_energy_relative_se", "weighted_tangential_frequency_relative_se",
 )  # fmt: skip
 NO_COLLISION = "no impacts"
+# A row teaches little where balls only roll, or beyond the limits of its kind: once there is an atlas, it is skipped
+# where that gives balls a smaller probability of hitting anything.
+SKIPPED, LEAST_HITS = "not simulated", 0.1
 RESULTS = (*READ, *ERRORS, "motion", "recorded_turns", "processor_s", "version")
 # What decides the numbers of a row, besides its condition, its seed and the code of the kernels.
 SETTINGS = (RAYLEIGH, BALL_STEPS, FEWEST_TURNS, MOST_TURNS, DISCARDED_TURNS, SETTLED)
@@ -88,16 +95,34 @@ def simulate_row(kind: Kind, condition: dict[str, float], seed: int) -> dict[str
 
 
 def simulate_rows(
-    rows: pd.DataFrame, done: str | Path, title: str, shipped: pd.DataFrame | None = None
+    rows: pd.DataFrame,
+    done: str | Path,
+    title: str,
+    shipped: pd.DataFrame | None = None,
+    atlas: Mapping[str, KindModel] | None = None,
 ) -> pd.DataFrame:
     """The rows of a design (`millprint.atlas.design`) with what `simulate_row` gives, in the same order.
 
     done: a file from which a stopped call continues; it is removed at the end. shipped: a table of such rows, which are
-    not simulated again where they have the same groups and the present VERSION. The seed of a row is its number.
+    not simulated again where they have the same groups and the present VERSION. atlas: an earlier one by kind, for
+    training rows that are skipped. The seed of a row is its number.
     """
     wanted = rows.to_dict("records")
     known = {} if shipped is None else {_place(row): row for row in shipped.to_dict("records")}
     kept = {place: own for row in wanted if (own := known.get(place := _place(row))) and _is_of(own, row)}
+    skipped = (
+        {}
+        if atlas is None
+        else {
+            place: row
+            for row in wanted
+            if (place := _place(row)) not in kept
+            and row["part"] == TRAINING
+            and row["kind"] in atlas
+            and not _teaches(row, atlas[row["kind"]])
+        }
+    )
+    kept |= {place: {"motion": SKIPPED, "version": VERSION} for place in skipped}
     runs = {str(row["row"]): row for row in wanted if _place(row) not in kept}
     found = simulate_each(runs, _simulated, [VERSION], title, done)
     Path(done).unlink(missing_ok=True)
@@ -110,6 +135,13 @@ def simulate_rows(
 def _place(row: dict) -> tuple[str, str, int]:
     """The place of a row in the design."""
     return row["kind"], row["part"], int(row["row"])
+
+
+def _teaches(row: dict, model: KindModel) -> bool:
+    """Whether a row of the design is within the limits of its kind, and its balls may hit something."""
+    table = pd.DataFrame([row])
+    likely = model.probability(inputs_of(model.kind, table)) >= LEAST_HITS
+    return bool(likely.all() and np.all(within_limits(model.kind, table)))
 
 
 def _is_of(known: dict, row: dict) -> bool:

@@ -74,7 +74,7 @@ def _model(own: KindModel) -> dict[str, Any]:
     """A model as its file has it, without what only errors of slopes need."""
     content = own.plain()
     for surface in (*content["surfaces"].values(), content["hits"]):
-        del surface["noise"], surface["amplitude"]
+        del surface["noise"], surface["amplitude"], surface["factor"]
     return {**content, "about": own.about}
 
 
