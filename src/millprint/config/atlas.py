@@ -18,7 +18,7 @@ class AtlasConfig(Section):
     """
 
     planetary: Simulations = 800
-    """simulations of planetary mills that the model is fitted to; 0 for none of the kind"""
+    """rows of the design of planetary mills, of which those that teach something are simulated; 0 for none of the kind"""
     mixer: Simulations = 600
     """of mixer mills"""
     drum: Simulations = 0
