@@ -166,7 +166,7 @@ def test_the_surface_is_that_of_the_fit():
     surface, theta = fit_surface(rows.inputs, values, noise, np.arange(40))
     fit, known = fit_robust(rows.inputs, values, noise)
     np.testing.assert_allclose(theta, fit.theta)
-    np.testing.assert_allclose(surface.at(rows.inputs, rows.inputs), fit.at(rows.inputs), atol=1e-9)
+    np.testing.assert_allclose(surface.at(rows.inputs, rows.inputs), fit.at(rows.inputs)[0], atol=1e-9)
     assert (surface.noise >= known).all()
 
 
