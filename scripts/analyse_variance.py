@@ -26,7 +26,7 @@ def published_p(claims: str) -> dict[str, float]:
 def draw(
     printed: str, corrected: str, residual_table: str, claims: str, outputs: dict[str, str], factors: list[Factor]
 ) -> None:
-    """Write the ranking and both figures; `outputs` has the paths pareto, pareto_svg, pareto_png, residuals_svg, ..."""
+    """Write the ranking and both figures; `outputs` has the paths pareto, pareto_figure, residuals_figure."""
     names = {factor.symbol: factor.label for factor in factors}
     second = read_table(corrected, numeric=["sum_of_squares"], text=["sums", "term"])
     ranking = pareto_table(read_table(printed, text=["source", "term"]), second, published_p(claims))

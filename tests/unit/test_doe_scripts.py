@@ -27,9 +27,8 @@ def run_chapter(results: Path, screening: Path, config: DoeConfig) -> list[str]:
     departures = write_design(str(screening), design_paths(doe), config)
     analysis = analysis_paths(doe)
     write_analysis(str(screening), analysis, config)
-    outputs = {
-        f"{name}_{kind}": str(doe / f"{name}.{kind}") for name in ("pareto", "residuals") for kind in ("svg", "png")
-    }
+    figures = ("pareto", "residuals")
+    outputs = {f"{name}_figure": [str(doe / f"{name}.{kind}") for kind in ("svg", "png")] for name in figures}
     outputs["pareto"] = str(doe / "pareto.tsv")
     drawn = [analysis[name] for name in ("printed", "corrected", "residuals")]
     analyse_variance.draw(*drawn, str(CLAIMS), outputs, config.factors)

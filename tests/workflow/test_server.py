@@ -98,6 +98,14 @@ def is_gone(process: psutil.Process) -> bool:
     return not process.is_running() or process.status() == psutil.STATUS_ZOMBIE
 
 
+@pytest.fixture(autouse=True)
+def _interrupts():
+    """Where the tests run in the background of a shell, their programs would ignore the interrupt."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.fixture
 def run(tmp_path) -> Iterator[Run]:
     process = subprocess.Popen(

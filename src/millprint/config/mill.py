@@ -277,6 +277,11 @@ class StlGeometry(GeometrySection):
     scale: Scale = 1.0
     """factor on the file's coordinates, to make a mill of another size [-]"""
 
+    @property
+    def metres(self) -> float:
+        """A coordinate of 1 of the file [m]."""
+        return METRES[self.unit] * self.scale
+
     def origin(self) -> tuple[str, str]:
         """The file and its unit."""
         return f"{self.path} in {self.unit}", "geometry.unit"

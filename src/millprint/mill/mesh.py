@@ -12,7 +12,7 @@ import numpy as np
 import trimesh
 
 from millprint.config.errors import ConfigError
-from millprint.config.mill import METRES, StlGeometry
+from millprint.config.mill import StlGeometry
 from millprint.mill.mesh_file import close_gaps, coordinate_rounding, read_triangles, weld, without_slivers
 from millprint.mill.outlines import FlatFacets, half_edges, merge_coplanar, triangle_widths, without_overlap
 from millprint.mill.vectors import add_scaled, cross, dot, row, subtract
@@ -337,10 +337,9 @@ def read_surface(geometry: StlGeometry) -> Surface:
     """
     try:
         numbers, triangles = _read_file(geometry)
-        metres = METRES[geometry.unit] * geometry.scale
-        points = numbers * metres
+        points = numbers * geometry.metres
         _check_size(points, geometry.unit)
-        rounding = coordinate_rounding(numbers) * metres
+        rounding = coordinate_rounding(numbers) * geometry.metres
         equal = FLAT * max(float(np.ptp(points, axis=0).max()), float(np.abs(points).max()))
         # Each corner of a flat quadrilateral is off, so that the fourth is off the plane of three by the four together.
         facets = _checked(points, triangles, (equal, max(equal, 4 * rounding)))
