@@ -25,7 +25,7 @@ FOLDER = shipped("config/atlas")
 # Rows of a kind, further seeds of each, the longest simulation that is repeated [s].
 ROWS, SEEDS, LONGEST_S = 24, 2, 3.0
 # Mills of a kind, from a place of the design that no model has; what is changed, and how far to each side.
-MILLS, FIRST, STEP = 3, 1000, 0.1
+MILLS, FIRST, STEP = 3, 5000, 0.1
 CHANGED = {
     "mixer": ("speed_hz", "ball_diameter_mm", "stroke_mm", "restitution"),
     "planetary": ("speed_hz", "ball_diameter_mm", "sun_radius_mm", "wall_static_friction"),

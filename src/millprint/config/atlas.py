@@ -17,13 +17,13 @@ class AtlasConfig(Section):
     The defaults are those of the included atlas.
     """
 
-    planetary: Simulations = 800
-    """rows of the design of planetary mills, of which those that teach something are simulated; 0 for none of the kind"""
-    mixer: Simulations = 600
+    planetary: Simulations = 1600
+    """rows of the design of planetary mills; those that teach something are simulated; 0 for none of the kind"""
+    mixer: Simulations = 1000
     """of mixer mills"""
     drum: Simulations = 0
     """of tumbling drums"""
-    spex: Simulations = 400
+    spex: Simulations = 800
     """of shakers like the SPEX 8000"""
 
     @property
