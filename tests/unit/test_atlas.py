@@ -424,11 +424,15 @@ def test_the_shipped_table_is_of_the_design_and_not_of_held_out_mills():
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", [PLANETARY, MIXER, SPEX], ids=["planetary", "mixer", "spex"])
 def test_the_atlas_is_of_the_present_physics(kind):
-    """Cheap rows simulated again: the power is within four standard errors, as other processors round differently."""
+    """Cheap rows simulated again: the power is within four standard errors, as other processors round differently.
+
+    Not of soft balls: at the largest overlap that is allowed, rounding decides whether a row fails.
+    """
     from millprint.atlas.simulate_rows import VERSION, simulate_row
 
     table = read_table(ROOT / "config/atlas/simulations.tsv")
-    own = table[(table["kind"] == kind.name) & table["motion"].isna()].nsmallest(4, "processor_s")
+    own = table[(table["kind"] == kind.name) & table["motion"].isna() & (table["softness"] < 1e-4)]
+    own = own.nsmallest(4, "processor_s")
     assert set(own["version"]) == {VERSION}
     for row in own.to_dict("records"):
         again = simulate_row(kind, kind.condition_of(row), int(row["row"]))

@@ -4,6 +4,7 @@ import hashlib
 
 import numpy as np
 import pytest
+from scipy.stats import t as student
 
 from millprint.cases.of_mill import mill_cases
 from millprint.config.errors import ConfigError
@@ -90,10 +91,11 @@ def test_a_condition_simulated_again_lies_within_its_band(name, made):
             fill_ratio=case.fill_ratio,
         )
     )
-    # A shorter recorded time than that of the band has a wider scatter, by the root of their ratio.
     known = predicted.wall_power_W
-    room = np.sqrt(as_made.window_s / case.window_s) * np.log(known.upper / known.value)
     (row,) = tabulate_descriptors([found], fingerprint.about["counting_rule"]).to_dict("records")
+    # The band is of a longer window; this one is known to what its own turns say.
+    own = student.ppf(0.975, case.window_s * case.speed_hz - 1) * row["wall_power_relative_se"]
+    room = np.hypot(np.log(known.upper / known.value), own)
     power = row["wall_power_W"]
     assert abs(np.log(power / known.value)) < room
     # What a meter sees is what the balls dissipate, but for the imbalance of the ledger, and rolling is a part of it.
