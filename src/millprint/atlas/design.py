@@ -16,6 +16,8 @@ from millprint.config.atlas import HELD_OUT_MILLS
 from millprint.run.files import read_table, write_table
 
 HELD_OUT, TRAINING = "held_out", "training"
+# What the motion of a row without numbers begins with: its simulation failed, or it would teach little.
+FAILED, SKIPPED = "failed", "not simulated"
 # Seeds of the two sequences.
 SEEDS = {HELD_OUT: 20_281, TRAINING: 7}
 

@@ -22,8 +22,8 @@ from millprint.atlas.atlas_model import (
     combined,
     inputs_of,
 )
+from millprint.atlas.design import FAILED, SKIPPED
 from millprint.atlas.kind_groups import Kind, within_limits
-from millprint.atlas.simulate_rows import SKIPPED
 from millprint.estimate.gaussian_process import Conditioned, Covariance, Kernel, Likelihood
 from millprint.estimate.quantiles import normal_quantile
 
@@ -53,7 +53,6 @@ LAW_NOISE = 0.05
 # Rows of these words have no hits, nor those whose E*n is under this share of m (2 pi f A)^2: of 50 planetary mills,
 # hardly one lies between e^-5 and e^-7.
 NO_HITS, LEAST_ENERGY = ("no impacts", "moves with the wall"), 1 / 400
-FAILED = "failed"
 # Labels of rows with and without hits, and their noise: the logistic function of 3 is 0.95.
 LABEL, LABEL_NOISE = 3.0, 0.5
 

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.atlas.atlas_model import KindModel, inputs_of
-from millprint.atlas.design import TRAINING
+from millprint.atlas.design import FAILED, SKIPPED, TRAINING
 from millprint.atlas.kind_groups import Kind, within_limits
 from millprint.atlas.kinds import kind_named
 from millprint.cases.simulate import simulate_each
@@ -45,7 +45,7 @@ ERRORS = (
 NO_COLLISION = "no impacts"
 # A row teaches little where balls only roll, or beyond the limits of its kind: once there is an atlas, it is skipped
 # where that gives balls a smaller probability of hitting anything.
-SKIPPED, LEAST_HITS = "not simulated", 0.1
+LEAST_HITS = 0.1
 RESULTS = (*READ, *ERRORS, "motion", "recorded_turns", "processor_s", "version")
 # What decides the numbers of a row, besides its condition, its seed and the code of the kernels.
 SETTINGS = (RAYLEIGH, BALL_STEPS, FEWEST_TURNS, MOST_TURNS, DISCARDED_TURNS, SETTLED)
@@ -79,7 +79,7 @@ def simulate_row(kind: Kind, condition: dict[str, float], seed: int) -> dict[str
     try:
         summary = simulate(case, mill, contact, DemConfig())
     except SimulationError as error:
-        return {"motion": f"failed: {error}"}
+        return {"motion": f"{FAILED}: {error}"}
     if recorded_count(summary, DEFAULT_RULE)["count"]:
         found = tabulate_descriptors([summary], DEFAULT_RULE).iloc[0]
         read = {**{name: float(found[name]) for name in (*READ, *ERRORS)}, "motion": found["motion"]}
@@ -110,19 +110,10 @@ def simulate_rows(
     wanted = rows.to_dict("records")
     known = {} if shipped is None else {_place(row): row for row in shipped.to_dict("records")}
     kept = {place: own for row in wanted if (own := known.get(place := _place(row))) and _is_of(own, row)}
-    skipped = (
-        {}
-        if atlas is None
-        else {
-            place: row
-            for row in wanted
-            if (place := _place(row)) not in kept
-            and row["part"] == TRAINING
-            and row["kind"] in atlas
-            and not _teaches(row, atlas[row["kind"]])
-        }
-    )
-    kept |= {place: {"motion": SKIPPED, "version": VERSION} for place in skipped}
+    for row in wanted:
+        model = (atlas or {}).get(row["kind"])
+        if model and row["part"] == TRAINING and _place(row) not in kept and not _teaches(row, model):
+            kept[_place(row)] = {"motion": SKIPPED, "version": VERSION}
     runs = {str(row["row"]): row for row in wanted if _place(row) not in kept}
     found = simulate_each(runs, _simulated, [VERSION], title, done)
     Path(done).unlink(missing_ok=True)
