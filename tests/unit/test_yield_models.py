@@ -1,5 +1,7 @@
 """The split, the regressors: printed rows, identities, stored files; and predictions of new conditions."""
 
+import json
+
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
@@ -13,7 +15,8 @@ from millprint.run.files import read_json
 from millprint.thesis.claims.evidence import agrees
 from millprint.thesis.yields.averaging import fit_averaged
 from millprint.thesis.yields.estimators import (
-    BoostingFold,
+    BinnedRows,
+    Boosting,
     Forest,
     ForestFold,
     GaussianProcess,
@@ -25,7 +28,7 @@ from millprint.thesis.yields.experiments import read_rows, read_split
 from millprint.thesis.yields.features import FEATURES, METRICS, Standardisation, YieldWeights, engineer, metrics
 from millprint.thesis.yields.new_conditions import load_model, predict_conditions, save_averaged, save_model
 from millprint.thesis.yields.regressors import REGRESSORS, models_of, regressor
-from millprint.thesis.yields.yield_model import Trainer, fit_model
+from millprint.thesis.yields.yield_model import DRAWN_AT_RANDOM, Trainer, draw, fit_model, minimise
 from tests.conftest import PRINTED
 from tests.unit.yield_settings import SPLIT, parts, settings
 
@@ -147,9 +150,12 @@ def test_boosting_is_xgboost_bit_for_bit():
     for share, trees in ((0.7, 30), (1.0, 5)):
         shape = {"n_estimators": trees, "subsample": share, "colsample_bytree": share}
         shape |= {"learning_rate": 0.1, "gamma": 1.0, "random_state": 42, "n_jobs": 1}
-        plain, fold = XGBRegressor(**shape).fit(inputs, target), BoostingFold(inputs, target, unseen)
-        for _ in range(2):
-            np.testing.assert_array_equal(fold.predict(shape), plain.predict(unseen))
+        plain, rows_in_bins = XGBRegressor(**shape).fit(inputs, target), BinnedRows(inputs, target, nthread=1)
+        for fitted in (
+            *(Boosting(**shape).learn(rows_in_bins) for _ in range(2)),
+            Boosting(**shape).fit(inputs, target),
+        ):
+            np.testing.assert_array_equal(fitted.predict(unseen), plain.predict(unseen))
 
 
 # Whether SHAP values can be calculated, by regressor.
@@ -186,6 +192,31 @@ def test_found_hyperparameters_lie_between_their_bounds(name):
     for key, value in best.parameters.items():
         low, high = bounds[key]
         assert low <= value <= high and isinstance(value, int) == (space[key].how == "whole")
+
+
+def test_a_small_search_evaluates_what_hyperopt_evaluates():
+    for name, space in SPACES.items():
+        bounds = {key: [drawn.low, drawn.high] for key, drawn in space.items()}
+        asked: list[dict] = []
+
+        def loss(parameters, asked=asked):
+            asked.append(parameters)
+            return float(np.sin(sum(map(hash, parameters.values())) % 1000))
+
+        best = minimise(loss, name, bounds, DRAWN_AT_RANDOM, seed=3)
+        assert asked == draw(name, json.dumps(bounds), DRAWN_AT_RANDOM, 3) and best.parameters in asked
+    # One more set is not drawn at random.
+    count = DRAWN_AT_RANDOM + 1
+    more: list[list[dict]] = [[], []]
+    for sets, sign in zip(more, (1, -1), strict=True):
+        minimise(
+            lambda one, s=sets, k=sign: s.append(one) or k * one["C"],
+            "svr",
+            settings().training.spaces["svr"],
+            count,
+            3,
+        )
+    assert more[0][:-1] == more[1][:-1] and more[0][-1] != more[1][-1]
 
 
 @pytest.mark.parametrize("name", [name for name in REGRESSORS if EXPLAINED[name]])

@@ -136,6 +136,8 @@ def test_a_held_out_prediction_does_not_depend_on_the_yield_of_its_run(model, st
     assert clean["predicted_percent"][1] == other["predicted_percent"][1]
     assert clean["predicted_percent"][0] != other["predicted_percent"][0]
     own = ends["case"] == rows["case"][3]
+    # CV+ is for models without a distribution of their own.
+    assert set(ends["method"]) == {{"averaged_gpr": "mixture", "gpr": "gaussian", "xgb": "cv_plus"}[model]}
     bounds = ["lower_percent", "upper_percent"]
     assert own.any() and ends.loc[own, bounds].equals(other_ends.loc[own, bounds])
 

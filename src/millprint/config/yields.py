@@ -378,14 +378,14 @@ class HeldOutConfig(SearchConfig):
     """folds of the nested cross-validation"""
     outer_repeats: Count = 20
     """repeats of the nested cross-validation, each shuffled differently"""
-    orders: Count = 5
+    orders: Count = 20
     """orders of the rows over which leave-one-out is averaged: they decide the inner folds of a search"""
     random_splits: Count = 20
     """random splits of the size of the locked one"""
     # Trees of a forest in an outer fold at most: more trees only change its noise.
     largest_forest: ClassVar[int] = 100
     conformal_folds: Annotated[int, Field(ge=2, le=100_000)] = 5
-    """folds of the CV+ predictive intervals, and of the errors that give other models a normal distribution"""
+    """folds of the CV+ intervals, and of the errors, of models that predict no distribution"""
     # Seed of the outer folds and the bootstrap.
     seed: ClassVar[int] = 42
     # Levels at which predictive intervals are checked [-].

@@ -8,7 +8,7 @@ parameters theta are logarithms: of variances v, of lengths l, and last of the v
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import groupby
 
 import numpy as np
@@ -181,8 +181,11 @@ class Likelihood:
         """
         from scipy.optimize import minimize
 
-        search = {"jac": True, "method": "L-BFGS-B", "bounds": bounds, "options": {"maxiter": steps} if steps else {}}
-        found = [minimize(self.negative_log, start, **search) for start in starts]
+        # One value and its gradient are kept, for less than scipy takes to keep them.
+        known = lru_cache(1)(lambda theta: self.negative_log(np.frombuffer(theta)))
+        search = {"jac": lambda theta: known(theta.tobytes())[1], "method": "L-BFGS-B", "bounds": bounds}
+        search["options"] = {"maxiter": steps} if steps else {}
+        found = [minimize(lambda theta: known(theta.tobytes())[0], start, **search) for start in starts]
         best = min(found, key=lambda each: each.fun)
         return best.x, float(best.fun)
 

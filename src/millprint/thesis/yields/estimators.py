@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from sklearn import config_context
 from sklearn.linear_model import LinearRegression
 from sklearn.tree import DecisionTreeRegressor
+from sklearn.utils import Tags
 from xgboost import Booster, QuantileDMatrix, XGBRegressor
 
 from millprint.config.yields import INPUTS, Choices, Priors, TrainingConfig
@@ -105,6 +105,15 @@ class LeastSquares(LinearRegression):
 
 
 LARGEST_SEED = np.iinfo(np.int32).max
+TAGS = DecisionTreeRegressor().__sklearn_tags__()
+
+
+class OneTree(DecisionTreeRegressor):
+    """A tree whose tags, for which every fit asks five times, are made once."""
+
+    def __sklearn_tags__(self) -> Tags:
+        """Those of any such tree."""
+        return TAGS
 
 
 class Trees:
@@ -131,16 +140,14 @@ class Trees:
             drawn = self._generator.randint(0, rows, rows, dtype=np.int32)
             self._bootstraps[index] = np.bincount(drawn, minlength=rows).astype(float)
         self._generator.seed(self._seeds[index])
-        tree = DecisionTreeRegressor(
+        tree = OneTree(
             max_depth=depth,
             min_samples_split=split,
             min_samples_leaf=leaf,
             max_features=self._max_features,
             random_state=self._generator,
         )
-        # The numbers are finite, and the configuration has checked the parameters.
-        with config_context(assume_finite=True, skip_parameter_validation=True):
-            return tree.fit(self._inputs, self._target, self._bootstraps[index], check_input=False)
+        return tree.fit(self._inputs, self._target, self._bootstraps[index], check_input=False)
 
 
 def single(inputs: np.ndarray) -> np.ndarray:
@@ -170,7 +177,7 @@ class Forest:
     def predict(self, inputs: np.ndarray) -> np.ndarray:
         """Mean (m,) over the trees at inputs (m, k)."""
         rows = single(inputs)
-        return np.mean([tree.predict(rows, check_input=False) for tree in self.trees], axis=0)
+        return np.mean([tree.tree_.predict(rows)[:, 0] for tree in self.trees], axis=0)
 
 
 class ForestFold:
@@ -202,30 +209,49 @@ class ForestFold:
         key = (index, depth, split, leaf)
         if key not in self._bounded:
             tree = self._trees.grow(index, depth, split, leaf)
-            predicted = tree.predict(self._held_out, check_input=False)
-            if tree.get_depth() < depth:
-                self._free[index, split, leaf] = tree.get_depth() + 1, predicted
+            predicted = tree.tree_.predict(self._held_out)[:, 0]
+            if tree.tree_.max_depth < depth:
+                self._free[index, split, leaf] = tree.tree_.max_depth + 1, predicted
                 return predicted
             self._bounded[key] = predicted
         return self._bounded[key]
 
 
-class BoostingFold:
-    """Trees of many sets of hyper-parameters for one fold, whose data are sorted into bins once."""
+class BinnedRows(QuantileDMatrix):
+    """Rows sorted into bins, once for many sets of hyper-parameters; their features have no names."""
 
-    def __init__(self, inputs: np.ndarray, target: np.ndarray, held_out: np.ndarray):
-        """inputs (n, k), target (n,) [pp] and held-out inputs (m, k) of a fold."""
-        self._data = QuantileDMatrix(inputs, target, nthread=1)
-        self._held_out = np.ascontiguousarray(held_out, dtype=float)
+    feature_names = feature_types = None
 
-    def predict(self, parameters: dict[str, int | float]) -> np.ndarray:
-        """Prediction (m,) [pp] for the held-out rows, with these parameters of XGBRegressor."""
-        estimator = XGBRegressor(**parameters)
-        # What xgboost.train does, but for its callbacks, which take a third of the time for some twenty rows.
-        booster = Booster(estimator.get_xgb_params(), [self._data])
-        for number in range(estimator.get_num_boosting_rounds()):
-            booster.update(self._data, number)
-        return booster.inplace_predict(self._held_out)
+
+class Boosted(Booster):
+    """Trees of features without names: XGBoost would ask for their names at each of some hundred trees."""
+
+    feature_names = feature_types = None
+
+
+class Boosting:
+    """Boosted trees; the parameters are those of XGBRegressor, and so is every bit.
+
+    Its callbacks take more time than the trees for some twenty rows.
+    """
+
+    def __init__(self, **parameters: int | float):
+        self._settings = XGBRegressor(**parameters)
+
+    def fit(self, inputs: np.ndarray, target: np.ndarray) -> "Boosting":
+        """Fit on inputs (n, k) and a target (n,) [pp]."""
+        return self.learn(BinnedRows(inputs, target, nthread=1))
+
+    def learn(self, rows: BinnedRows) -> "Boosting":
+        """The same on rows that are sorted into bins."""
+        self.booster = Boosted(self._settings.get_xgb_params(), [rows])
+        for number in range(self._settings.get_num_boosting_rounds()):
+            self.booster.update(rows, number)
+        return self
+
+    def predict(self, inputs: np.ndarray) -> np.ndarray:
+        """Prediction (m,) [pp] at inputs (m, k)."""
+        return self.booster.inplace_predict(np.ascontiguousarray(inputs, dtype=float))
 
 
 # Variance of the unknown mean, for a target of unit variance: large, but finite so that the evidence is defined.

@@ -227,14 +227,13 @@ def procedure_of(
     def tuned(rows: pd.DataFrame, yields: np.ndarray, unseen: pd.DataFrame, levels: list[float]) -> Prediction:
         model, _ = Trainer(training, budget).train(name, strategy, rows, yields)
         predicted = model.predict(unseen)
+        if model.distribution:
+            own = NormalYields(model.distribution, predicted, model.deviation(unseen))
+            return Prediction(predicted, own_intervals(model, unseen, levels), own)
         fit, folds = refit(model, training), budget.conformal_folds
         centres, residuals = cross_validate(fit, rows, yields, unseen, folds, training.seed)
-        intervals = {CV_PLUS: cross_intervals(centres, residuals, levels)} | own_intervals(model, unseen, levels)
-        if model.distribution:
-            return Prediction(
-                predicted, intervals, NormalYields(model.distribution, predicted, model.deviation(unseen))
-            )
         spread = np.full(len(unseen), np.sqrt(np.mean(residuals**2)))
+        intervals = {CV_PLUS: cross_intervals(centres, residuals, levels)}
         return Prediction(predicted, intervals, NormalYields(ERRORS, predicted, spread))
 
     def averaged(rows: pd.DataFrame, yields: np.ndarray, unseen: pd.DataFrame, levels: list[float]) -> Prediction:

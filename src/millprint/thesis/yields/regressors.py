@@ -159,20 +159,24 @@ def _boosting(parameters: Parameters, training: TrainingConfig, threads: int) ->
 
 
 def _make_xgb(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
-    from xgboost import XGBRegressor
+    from millprint.thesis.yields.estimators import Boosting
 
-    return XGBRegressor(**_boosting(parameters, training, threads))
+    return Boosting(**_boosting(parameters, training, threads))
 
 
 def _boosting_folds(inputs: np.ndarray, target: np.ndarray, folds: list, training: TrainingConfig) -> FoldPredictor:
-    from millprint.thesis.yields.estimators import BoostingFold
+    from millprint.thesis.yields.estimators import BinnedRows
 
-    fits = [BoostingFold(inputs[kept], target[kept], inputs[held]) for kept, held in folds]
-    return lambda fold, parameters: fits[fold].predict(_boosting(parameters, training, threads=1))
+    binned = [BinnedRows(inputs[kept], target[kept], nthread=1) for kept, _ in folds]
+    return lambda fold, parameters: (
+        _make_xgb(parameters, inputs.shape[1], training, threads=1).learn(binned[fold]).predict(inputs[folds[fold][1]])
+    )
 
 
 def _restore_xgb(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndarray) -> Any:
-    estimator.load_model(bytearray(kept["booster"], "utf-8"))
+    from xgboost import Booster
+
+    estimator.booster = Booster(model_file=bytearray(kept["booster"], "utf-8"))
     return estimator
 
 
@@ -180,7 +184,7 @@ def _explain_xgb(estimator: Any, inputs: np.ndarray) -> tuple[np.ndarray, float]
     """By XGBoost's own implementation of the same algorithm, which knows its base score exactly."""
     from xgboost import DMatrix
 
-    values = estimator.get_booster().predict(DMatrix(inputs), pred_contribs=True)
+    values = estimator.booster.predict(DMatrix(inputs), pred_contribs=True)
     return values[:, :-1].astype(float), float(values[0, -1])
 
 
@@ -231,7 +235,7 @@ REGRESSORS = {
         settled="One seed for everything, not chosen; seeds.tsv shows what other seeds of the trees do.",
         make=_make_xgb,
         seeded=True,
-        keep=lambda estimator: {"booster": estimator.get_booster().save_raw("json").decode()},
+        keep=lambda estimator: {"booster": estimator.booster.save_raw("json").decode()},
         restore=_restore_xgb,
         explain=_explain_xgb,
         fold_predictor=_boosting_folds,

@@ -1,11 +1,14 @@
 """A yield model of one step or two (Sec. 5.2.5), and the search of its hyper-parameters by TPE (Sec. 5.2.6)."""
 
+import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, TypeVar
 
 import numpy as np
 import pandas as pd
+from sklearn import config_context
 from sklearn.model_selection import RepeatedKFold
 
 from millprint.config.yields import PRIMARY, Choices, Drawn, SearchConfig, TrainingConfig
@@ -14,6 +17,8 @@ from millprint.thesis.yields.features import FEATURES, TIME, Standardisation, Yi
 from millprint.thesis.yields.regressors import Parameters, regressor, training_of
 
 T = TypeVar("T")
+# The rows are finite, and the configuration has checked the parameters. Checks take longer than fits of twenty rows.
+checked = config_context(assume_finite=True, skip_parameter_validation=True)
 
 
 @dataclass(frozen=True)
@@ -135,6 +140,7 @@ class YieldModel:
         return np.stack([predicted - half, predicted + half], axis=2)
 
 
+@checked
 def fit_model(
     name: str,
     strategy: str,
@@ -184,6 +190,44 @@ def _hyperopt_space(space: Mapping[str, Drawn], bounds: dict[str, list]) -> dict
     return {name: draw[drawn.how](name, *bounds[name]) for name, drawn in space.items()}
 
 
+def minimise(
+    loss: Callable[[Parameters], float], name: str, bounds: dict[str, list], evaluations: int, seed: int
+) -> SearchResult:
+    """The hyper-parameters of a regressor between their bounds with the smallest loss [pp2] by hyperopt's TPE."""
+    # Imported here, as in _hyperopt_space: the import takes half a second, and reading a model needs no search.
+    from hyperopt import Trials, fmin, space_eval, tpe
+
+    trials, space = Trials(), _hyperopt_space(training_of(name).space, bounds)
+    best = fmin(
+        loss,
+        space,
+        algo=tpe.suggest,
+        max_evals=evaluations,
+        trials=trials,
+        rstate=np.random.default_rng(seed),
+        show_progressbar=False,
+        verbose=False,
+    )
+    return SearchResult(space_eval(space, best), min(trials.losses()), len(trials.trials))
+
+
+# So many sets TPE draws at random, whatever their losses, before it models them.
+DRAWN_AT_RANDOM = 20
+
+
+@lru_cache
+def draw(name: str, bounds: str, evaluations: int, seed: int) -> list[Parameters]:
+    """The sets of hyper-parameters that `minimise` evaluates, at most DRAWN_AT_RANDOM; bounds: as JSON."""
+    drawn: list[Parameters] = []
+
+    def keep(parameters: Parameters) -> float:
+        drawn.append(parameters)
+        return 0.0
+
+    minimise(keep, name, json.loads(bounds), evaluations, seed)
+    return drawn
+
+
 @dataclass(frozen=True)
 class Trainer:
     """How models are trained: settings, budget of the search, threads, and a function called after each evaluation."""
@@ -198,6 +242,7 @@ class Trainer:
         plans = plan_steps(name, strategy, self.training.choices)
         return sum(self.budget.evaluations[plan.regressor] for plan in plans if training_of(plan.regressor).space)
 
+    @checked
     def train(
         self, name: str, strategy: str, rows: pd.DataFrame, yields: np.ndarray
     ) -> tuple[YieldModel, list[SearchResult]]:
@@ -226,9 +271,6 @@ class Trainer:
 
         inputs: (n, k) features, standardised if the regressor needs it; target [pp], weights [-]: (n,).
         """
-        # Imported here, as in _hyperopt_space: the import takes half a second, and reading a model needs no search.
-        from hyperopt import Trials, fmin, space_eval, tpe
-
         record, seed = regressor(name), self.training.seed
         repeated = RepeatedKFold(n_splits=self.budget.folds, n_repeats=self.budget.repeats, random_state=seed)
         folds = list(repeated.split(inputs))
@@ -249,15 +291,10 @@ class Trainer:
             self.tick()
             return float(np.mean(errors))
 
-        trials, space = Trials(), _hyperopt_space(training_of(name).space, self.training.spaces[name])
-        best = fmin(
-            loss,
-            space,
-            algo=tpe.suggest,
-            max_evals=self.budget.evaluations[name],
-            trials=trials,
-            rstate=np.random.default_rng(seed),
-            show_progressbar=False,
-            verbose=False,
-        )
-        return SearchResult(space_eval(space, best), min(trials.losses()), len(trials.trials))
+        bounds, evaluations = self.training.spaces[name], self.budget.evaluations[name]
+        if evaluations > DRAWN_AT_RANDOM:
+            return minimise(loss, name, bounds, evaluations, seed)
+        drawn = draw(name, json.dumps(bounds), evaluations, seed)
+        losses = [loss(parameters) for parameters in drawn]
+        best = int(np.nanargmin(losses))
+        return SearchResult(drawn[best], losses[best], evaluations)
