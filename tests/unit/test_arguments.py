@@ -21,7 +21,10 @@ def test_the_likely_mistake_is_named(tmp_path, monkeypatch, capsys, words, parts
     assert line.startswith("error: ") and all(part in line for part in parts), line
 
 
-@pytest.mark.parametrize("words", [(), pytest.param(("fingerprint", "planetary", "-n"), marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "words",
+    [(), *(pytest.param(("fingerprint", "planetary", way), marks=pytest.mark.slow) for way in ("-n", "--list-rules"))],
+)
 def test_a_reader_that_ends_gets_no_traceback(tmp_path, words):
     read, write = os.pipe()
     os.close(read)

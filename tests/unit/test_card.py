@@ -204,7 +204,8 @@ def test_one_turn_of_one_seed_has_no_interval():
 
 
 @pytest.mark.parametrize(
-    ("value", "text"), [(0.0, "0"), (30.0, "30.0"), (6.687, "6.69"), (1234.5, "1230"), (2.5e-5, "2.50e-05")]
+    ("value", "text"),
+    [(0.0, "0"), (30.0, "30.0"), (6.687, "6.69"), (0.9996, "1.00"), (1234.5, "1230"), (2.5e-5, "2.50e-05")],
 )
 def test_numbers_have_three_digits(value, text):
     assert three(value) == text

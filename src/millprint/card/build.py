@@ -372,6 +372,8 @@ def describe_runs(
     found |= parts_of(found[POWER], {name: found[name] for name in POWER_PARTS})
     words = table["motion"].iloc[0].split(", ")
     against = [f"{motion.word}: {motion.meaning}" for motion in MOTIONS.values() if motion.word in words]
+    if lasting := table["lasting_motions"].iloc[0]:
+        against.append(f"several motions last: {lasting}")
     return Descriptors(**found), missing, against
 
 

@@ -355,7 +355,8 @@ class CardFingerprint(Record):
     missing: dict[str, str] = {}
     """why an interval is not known, by its name"""
     motion: list[str] = []
-    """what turns and seeds say against the bands and what to do: no impacts, few turns, repeats, seeds differ"""
+    """what turns and seeds say against the bands and what to do: no impacts, few turns, repeats, seeds differ; the
+    power of each motion where several last"""
 
 
 class Software(Record):

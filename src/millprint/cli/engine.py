@@ -15,6 +15,11 @@ from millprint.config.load import YAML
 from millprint.config.wording import close_to
 
 SHAPES = (".stl", ".ply", ".obj")
+# Words of Snakemake that print something to standard output in place of a run: a plan, a list, a graph, a summary.
+PRINTS = re.compile(
+    r"-[a-zA-Z]*n[a-zA-Z]*|-[lSDhv]|--(dry-?run|list.*|l[tcipu]|(d3)?dag|(rule|file)graph|(detailed-)?summary|lint"
+    r"|print-compilation|help|version)"
+)
 # Python ignores the signal that other programs end by.
 ENDS_WITH_READER = (
     "import signal; from snakemake.cli import main; signal.signal(signal.SIGPIPE, signal.SIG_DFL); main()"
@@ -87,9 +92,9 @@ def run_workflow(words: Sequence[str]) -> int:
     check_settings(words)
     words = [*snakefile_words(), *words]
     print(f"snakemake {shlex.join(words)}", file=sys.stderr, flush=True)
-    # A plan goes to standard output. Whoever reads it may end first, such as `head`: then Snakemake ends too.
-    plans = any(re.fullmatch(r"-[a-zA-Z]*n[a-zA-Z]*|--dry-?run", word) for word in words)
-    program = ["-c", ENDS_WITH_READER] if plans else ["-m", "snakemake"]
+    # Whoever reads what is printed may end first, such as `head`: then Snakemake ends too.
+    prints = any(PRINTS.fullmatch(word) for word in words)
+    program = ["-c", ENDS_WITH_READER] if prints else ["-m", "snakemake"]
     try:
         status = subprocess.run([sys.executable, *program, *words], check=False).returncode
         return PIPE if status == -signal.SIGPIPE else status

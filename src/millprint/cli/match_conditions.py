@@ -94,7 +94,7 @@ def shown(rows: pd.DataFrame, asked: Sequence[str], hours: float = 1.0, interval
         ratio = f"{name}_ratio"
         if name in asked:
             table[compared_sign(name)] = [
-                f"{row[ratio]:.2f}" + (f" ({interval_in_words(row, ratio)})" if intervals else "") for row in records
+                three(row[ratio]) + (f" ({interval_in_words(row, ratio)})" if intervals else "") for row in records
             ]
     for name, title in DOSES.items():
         if name in rows and rows[name].notna().all():

@@ -80,7 +80,7 @@ def place_in_words(row: Mapping, fingerprints: Sequence[Fingerprint]) -> str:
 def interval_in_words(row: Mapping, name: str, of: str = "mean") -> str:
     """An interval in a row of a table: "0.31 to 0.40", or that it is not known."""
     low, high = (row.get(column, math.nan) for column in columns_of(name, of))
-    return f"{low:.2f} to {high:.2f}" if low == low else NOT_KNOWN
+    return f"{three(low)} to {three(high)}" if low == low else NOT_KNOWN
 
 
 def ratio_in_words(row: Mapping, name: str) -> str:
@@ -88,7 +88,7 @@ def ratio_in_words(row: Mapping, name: str) -> str:
     met = " met," if name in row["met"].split(", ") else ""
     ratio = f"{name}_ratio"
     title = COMPARED_TITLES.get(name, PREDICTED[name].title)
-    return f"{title}{met} {row[ratio]:.2f} times ({interval_in_words(row, ratio)})"
+    return f"{title}{met} {three(row[ratio])} times ({interval_in_words(row, ratio)})"
 
 
 def ratios_in_words(row: Mapping, names: Sequence[str]) -> str:

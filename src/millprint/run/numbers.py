@@ -12,8 +12,8 @@ def three(value: float) -> str:
     """A number with three digits, without an exponent where it is between a thousandth and a million."""
     if value == 0:
         return "0"
-    digits = max(0, 2 - math.floor(math.log10(abs(value))))
     rounded = float(f"{value:.3g}")
+    digits = max(0, 2 - math.floor(math.log10(abs(rounded))))
     return f"{rounded:.{digits}f}" if 1e-3 <= abs(rounded) < 1e6 else f"{value:.2e}"
 
 
