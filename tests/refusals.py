@@ -7,7 +7,7 @@ from functools import cache
 
 import pytest
 
-from millprint.config.errors import ConfigError
+from millprint.config.errors import MillprintError
 from tests.conftest import ROOT
 
 
@@ -26,7 +26,7 @@ def refusals(test: str) -> list[list]:
 
 def refusal(call: Callable, *given) -> str:
     """The one line with which a call is refused; several lines are a failure."""
-    with pytest.raises(ConfigError) as caught:
+    with pytest.raises(MillprintError) as caught:
         call(*given)
     (line,) = str(caught.value).splitlines()
     return line

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from millprint.cases import of_mill
-from millprint.config.charge import ChargeSection, fill_of
+from millprint.config.charge import ChargeSection
 from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError
 from millprint.config.included import SOURCES
@@ -36,12 +36,6 @@ def test_a_charge_is_a_fill_ratio(charge, fill):
     section = ChargeSection(**charge)
     assert section.fill_in(VOLUME_ML, 10, DENSITY) == pytest.approx(fill)
     assert ChargeSection(**section.given) == section
-
-
-@pytest.mark.parametrize(("charge", "part"), refusals("a_charge_that_cannot_be_is_refused"))
-def test_a_charge_that_cannot_be_is_refused(charge, part):
-    with pytest.raises(ConfigError, match=part):
-        fill_of(charge, VOLUME_ML, 10, DENSITY, "balls")
 
 
 @pytest.mark.parametrize(
@@ -99,12 +93,6 @@ def test_a_table_that_cannot_be_is_refused(tmp_path, monkeypatch, rows, part):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ConfigError, match=part):
         resolved(table=write_table(tmp_path, rows))
-
-
-@pytest.mark.parametrize(("keys", "part"), refusals("keys_that_do_not_belong_together_are_refused"))
-def test_keys_that_do_not_belong_together_are_refused(keys, part):
-    with pytest.raises(ConfigError, match=part):
-        resolved(**keys)
 
 
 def test_a_run_has_the_fill_ratios_of_its_balls():

@@ -7,19 +7,16 @@ from pathlib import Path
 import pytest
 
 from millprint.cases.of_mill import study_variants
-from millprint.config.contact_laws import CONTACT_LAWS
 from millprint.config.contact_set import ContactConfig
 from millprint.config.dose import FlashSection
 from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.included import load_mill
-from millprint.config.load import check_model
 from millprint.config.sweep import overridden
 from millprint.config.uncertainty import UncertaintyConfig
 from millprint.dem.laws.record import ball_mass
 from millprint.dem.laws.registry import LAWS, step_scale
 from millprint.dose import flash
 from millprint.uncertainty.samples import check_contact, space_of
-from tests.refusals import refusals
 from tests.unit.test_dem_faults import DEM, MILL, PRESSED, simulation, stopped_at_a_wall
 from tests.unit.test_heat import write_run
 from tests.unit.test_study import MILLS, STUDY
@@ -34,11 +31,6 @@ SETS = {kind: ContactConfig(**COMMON, kind=kind, **keys) for kind, keys in KEYS.
 SOFT = SETS["linear"]
 
 
-def test_each_law_has_keys_and_a_mark_of_its_own():
-    assert set(LAWS) == set(CONTACT_LAWS) == set(SETS)
-    assert len({mark for law in LAWS.values() for mark in (law.mark, law.cohesive_mark)}) == 2 * len(LAWS)
-
-
 @pytest.mark.parametrize("kind", LAWS)
 def test_the_energy_of_the_normal_spring_is_the_work_of_its_force(kind):
     law, mass, speed = LAWS[kind], 4e-3, 1.0
@@ -49,12 +41,6 @@ def test_the_energy_of_the_normal_spring_is_the_work_of_its_force(kind):
     assert (above[-1] - below[-1]) / (2e-6 * overlap) == pytest.approx(law.springs(overlap, *numbers)[0], rel=1e-6)
     # At the largest step that is usually allowed, an impact takes some twenty steps.
     assert 12 < duration / (0.2 * step_scale(SETS[kind], 5e-3)) < 40
-
-
-@pytest.mark.parametrize(("change", "words"), refusals("keys_that_are_not_those_of_the_law_are_refused"))
-def test_keys_that_are_not_those_of_the_law_are_refused(change, words):
-    with pytest.raises(ConfigError, match=words):
-        check_model({**COMMON, "kind": "linear", **KEYS["linear"], **change}, ContactConfig, "soft.yaml")
 
 
 def test_the_scale_of_a_linear_step_is_of_the_faster_spring():

@@ -15,7 +15,6 @@ from millprint.api import read_fingerprint
 from millprint.cli.commands import main as millprint
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import MatchConfig
-from millprint.config.load import check_model
 from millprint.estimate.estimates import Estimate, Interval, columns_of, ratio_of
 from millprint.fingerprint.bands import checked_factors
 from millprint.fingerprint.condition_search import match_targets, rank_conditions, verdict_on
@@ -27,7 +26,6 @@ from millprint.observables.definitions import descriptors_of, scaled_quantities
 from millprint.run.files import read_table
 from millprint.thesis.curves.scaling import invert_speed, nearest_speed
 from tests.conftest import PRINTED
-from tests.refusals import refusals
 from tests.unit.factor_samples import factors_of
 from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, VOLUME, fingerprint, summaries
 
@@ -214,17 +212,6 @@ def test_another_counting_rule_cannot_be_compared(curves, file, tmp_path):
     best = match_targets(request.model_copy(update={"descriptors": "weighted"}), [curves]).iloc[0]
     assert best["speed_rpm"] == pytest.approx(700, rel=5e-3) and best["fill_ratio"] == pytest.approx(0.15, rel=5e-3)
     assert "normal_energy_J" not in best and "weighted_normal_energy_J" in best
-
-
-@pytest.mark.parametrize(("change", "message"), refusals("a_faulty_request_is_refused_in_one_line"))
-def test_a_faulty_request_is_refused_in_one_line(change, message):
-    with pytest.raises(ConfigError, match=message):
-        check_model(REQUEST | change, MatchConfig, "request.yaml")
-
-
-def test_the_command_line_says_what_is_missing(file, capsys):
-    assert millprint(["match", file, "--speeds", "300", "600"]) == 1
-    assert "error: command line: targets: this key is missing" in capsys.readouterr().err
 
 
 @pytest.fixture(scope="module")

@@ -212,22 +212,6 @@ def test_two_inserts_must_not_meet_even_where_only_edges_cross():
     assert "a meets b" in refused(mill(inserts=bars)) or "b meets a" in refused(mill(inserts=bars))
 
 
-def test_names_of_inserts_differ():
-    rod = {"name": "rod", "geometry": ROD}
-    for inserts in ([rod, rod], [{**rod, "name": "vessel"}]):
-        with pytest.raises(ConfigError, match="names must differ"):
-            mill(inserts=inserts)
-
-
-def test_faults_in_a_union_name_the_key_as_the_file_has_it():
-    with pytest.raises(ConfigError, match=r"made.yaml: geometry.radius_mn = 5: unknown key; did you mean radius_mm\?"):
-        mill({**TANK, "radius_mn": 5})
-    with pytest.raises(ConfigError, match=r"made.yaml: inserts.0.motion.ratio = 'x': "):
-        mill(inserts=[{"name": "rod", "geometry": ROD, "motion": {**TURNING, "ratio": "x"}}])
-    with pytest.raises(ConfigError, match=r"made.yaml: motion.sun_radius: unknown|motion.sun_radius = 70: unknown key"):
-        mill(motion={"kind": "planetary", "sun_radius": 70, "ratio": -2})
-
-
 def test_preflight_names_every_mill_that_does_not_hold():
     first, second = attritor(bottom_mm=-5), attritor(blade_length_mm=60)
     with pytest.raises(ConfigError) as caught:

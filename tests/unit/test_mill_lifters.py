@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 import yaml
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
 from millprint.cases.of_mill import enlarged, mill_cases
 from millprint.config.load import check_model
@@ -19,7 +19,6 @@ from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import Vessel, build_vessel, shape_facets
 from millprint.mill.wall_features import features_of
 from tests.conftest import ROOT
-from tests.refusals import refusals
 
 TURNING = {"kind": "rotation", "axis": [0, 0, 1]}
 LIFTERS = {"number": 12, "height_mm": 22, "width_mm": 22}
@@ -94,18 +93,6 @@ def test_only_the_ends_of_a_slice_are_smooth():
     assert not rough.is_smooth.any()
     ends = [abs(facet.normal[1]) == 1 for facet in slice_.facets]
     assert slice_.is_smooth.tolist() == ends and sum(ends) == 2
-
-
-@pytest.mark.parametrize(("lifters", "message"), refusals("lifters_that_do_not_fit_are_refused"))
-def test_lifters_that_do_not_fit_are_refused(lifters, message):
-    with pytest.raises(ValidationError, match=message):
-        drum(lifters)
-
-
-def test_a_slice_with_rounded_ends_is_refused():
-    shape = {"kind": "cylinder", "radius_mm": 50, "height_mm": 50, "fillet_radius_mm": 5, "smooth_ends": True}
-    with pytest.raises(ValidationError, match="an end without friction is flat"):
-        TypeAdapter(VesselGeometry).validate_python(shape)
 
 
 def example() -> MillConfig:

@@ -1,18 +1,11 @@
 """Motions against the thesis's equations."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from millprint.config.included import load_mill
-from millprint.config.load import check_model, read_yaml
-from millprint.config.mill import MillConfig
-from millprint.config.motion_kinds import STILL
 from millprint.mill.motion import motion_from_law
-from tests.refusals import refusal, refusals
 
-MILLS = Path(__file__).parents[2] / "config/mills"
 TIME = np.linspace(0, 0.4, 201)
 
 
@@ -35,10 +28,3 @@ def test_motion_1_is_equation_6_34():
 def test_motion_2_is_equation_6_35():
     x, z = 1.7 * np.sin(10 * np.pi * TIME), 1.7 * np.cos(20 * np.pi * TIME)
     assert motion("emax_motion2").position(TIME) == pytest.approx(np.column_stack([x, z, 0 * x]) / 100, abs=1e-15)
-
-
-@pytest.mark.parametrize(("law", "found"), refusals("a_motion_that_does_not_move_is_refused_with_file_key_and_value"))
-def test_a_motion_that_does_not_move_is_refused_with_file_key_and_value(law, found):
-    values = read_yaml(MILLS / "emax.yaml") | {"motion": law}
-    line = refusal(check_model, values, MillConfig, "config/mills/emax.yaml")
-    assert line == f"config/mills/emax.yaml: motion: {found}: {STILL}"

@@ -145,12 +145,6 @@ def test_before_the_start_a_body_rests_at_the_beginning_of_its_motion(name):
         assert stacked.pose[0, 9:] == pytest.approx(made.rotation(0.0).ravel(), abs=1e-15)
 
 
-@pytest.mark.parametrize(("axis", "why"), [(0, "needs a direction"), (1e-200, "has a length"), (1e300, "has a length")])
-def test_an_axis_without_a_direction_is_refused(axis, why):
-    with pytest.raises(ValidationError, match=why):
-        motion("drum", axis=[0, axis, 0])
-
-
 class TeleportMotion(MotionSection):
     """A motion that is not registered."""
 

@@ -7,10 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from millprint.config.errors import ConfigError
 from millprint.config.included import load_mill
-from millprint.config.load import check_model
-from millprint.config.mill import MillConfig
 from millprint.mill.bodies import build_bodies
 from millprint.mill.distance import SignedDistance
 from millprint.mill.outlines import enclosed_volume
@@ -19,7 +16,6 @@ from millprint.mill.wall_arrays import build_walls, fill_cells
 from millprint.mill.wall_features import features_of
 from millprint.mill.walls import beyond_side
 from tests.closed_distances import distance_to_triangles, solid_angle
-from tests.refusals import refusals
 
 MILLS = Path(__file__).parents[2] / "config/mills"
 NAMES = sorted(path.stem for path in MILLS.glob("*.yaml"))
@@ -53,14 +49,6 @@ def test_the_plain_jar_is_convex_and_the_post_is_not(vessels):
     assert len(features_of(post).lines) == 24
     assert len(features_of(post).corners) == 48
     assert all(np.isclose(edge.turn, 2 * np.pi / 24) for edge in features_of(post).lines)
-
-
-@pytest.mark.parametrize(("change", "message"), refusals("bad_geometry_is_refused"))
-def test_bad_geometry_is_refused(change, message):
-    content = load_mill("emax").model_dump()
-    content["geometry"].update(change)
-    with pytest.raises(ConfigError, match=message):
-        check_model(content, MillConfig, "emax.yaml")
 
 
 @pytest.mark.parametrize("name", ["emax", "emax_post"])

@@ -6,7 +6,6 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
 
 from millprint.cases.of_mill import (
     RUN_WAY,
@@ -38,7 +37,6 @@ from millprint.mill.bodies import build_bodies, check_volume, travel_m
 from millprint.mill.default_sweep import default_sweep
 from millprint.mill.vessel import build_vessel
 from millprint.view.frames import Geometry, body_of_feature
-from tests.refusals import refusals
 from tests.unit.synthetic_mill import descriptors, fingerprint, summary
 
 pytestmark = pytest.mark.usefixtures("close_figures")
@@ -129,13 +127,6 @@ def test_every_condition_of_a_sweep_is_simulated_with_every_seed(settings):
     assert [case for case in several if case.seed == 0] == alone
     assert [case.seed for case in several] == 3 * [0, 3]
     assert len({case.path for case in several}) == 6
-
-
-@pytest.mark.parametrize(("changes", "part"), refusals("a_sweep_that_cannot_be_is_refused"))
-def test_a_sweep_that_cannot_be_is_refused(changes, part):
-    given = {"speeds_rpm": [60, 90], "ball_diameters_mm": [10], "fill_ratios": [0.1, 0.2, 0.3]}
-    with pytest.raises(ValidationError, match=part):
-        MillSweepConfig(**{**given, **changes})
 
 
 def test_the_sweep_of_a_mill_that_has_none_follows_from_the_mill():

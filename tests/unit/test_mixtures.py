@@ -12,15 +12,12 @@ from millprint.checks.before_running import check_same_charges
 from millprint.config.charge import BallMixture
 from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError, SimulationError
-from millprint.config.load import check_model
-from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.sweep import Case, SweepConfig, ball_count, balls_of
 from millprint.dem.packing import inside, pack_mixture
 from millprint.dem.summary import largest_overlap
 from millprint.fingerprint.sweep_checks import fingerprint_faults
 from millprint.thesis.chapter_checks import curve_faults
 from tests.conftest import ROOT, configuration
-from tests.refusals import refusal, refusals
 from tests.unit.test_mill_lifters import drum
 
 BOND = BallMixture(name="bond", sizes_mm=(36.83, 29.72, 25.40, 19.05, 15.49), numbers=(43, 67, 10, 71, 94))
@@ -46,12 +43,6 @@ def test_counts_add_up_and_are_nearest_to_the_fractions(balls):
     counts = BOND.counts(balls)
     assert sum(counts) == balls
     assert all(abs(count - balls * part) < 1 for count, part in zip(counts, BOND.fractions, strict=True))
-
-
-@pytest.mark.parametrize(("keys", "message"), refusals("mixtures_a_charge_that_cannot_be_is_refused"))
-def test_a_charge_that_cannot_be_is_refused(keys, message):
-    with pytest.raises(ValidationError, match=message):
-        BallMixture(**{"name": "mine", "sizes_mm": (10, 5), **keys})
 
 
 @pytest.mark.parametrize("counts", [[30, 60, 300], [60, 20, 900]])
@@ -86,22 +77,6 @@ def test_an_overlap_counts_by_the_smaller_ball():
 
 
 GOOD = {"name": "bond", "sizes_mm": [10, 5], "numbers": [1, 2]}
-
-
-def fault_of(*sizes) -> str:
-    """The one line that refuses a sweep with these ball sizes."""
-    content = {"speeds_rpm": [70], "ball_diameters_mm": list(sizes), "fill_ratios": [0.1, 0.2, 0.3]}
-    return refusal(check_model, content, MillSweepConfig, "mine.yaml")
-
-
-@pytest.mark.parametrize(("size", "line"), refusals("a_bad_size_is_refused_in_one_line"))
-def test_a_bad_size_is_refused_in_one_line(size, line):
-    assert fault_of(size).startswith(f"mine.yaml: {line}")
-
-
-def test_two_charges_of_one_name_are_refused():
-    assert "two charges have the name 'bond'" in fault_of(GOOD, {**GOOD, "numbers": [2, 1]})
-    assert "appears twice" in fault_of(GOOD, GOOD)
 
 
 def test_steps_are_compared_for_balls_of_one_size_only():

@@ -9,10 +9,9 @@ from millprint.cli.new_mill import completed, questions, read_template
 from millprint.config.checks import check_given_once
 from millprint.config.errors import ConfigError
 from millprint.config.included import load_mill
-from millprint.config.load import check_model, file_of_key, load_named, parse_yaml
+from millprint.config.load import file_of_key, load_named, parse_yaml
 from millprint.config.mill import MillConfig
 from millprint.config.wording import SAME_KIND, converted, list_words
-from millprint.config.workflow import WorkflowConfig
 from tests.refusals import refusal, refusals
 
 TEMPLATE = read_template("planetary")
@@ -69,12 +68,6 @@ def test_a_file_of_a_similar_name_is_named(folder, name):
     (folder / "config/mills/mine.yaml").rename(folder / "config/mills" / name)
     with pytest.raises(ConfigError, match=f"{name}: the file of the mill 'mine' must be called mine.yaml"):
         load_named("config/mills", "mine", MillConfig, "mill")
-
-
-@pytest.mark.parametrize(("content", "parts"), refusals("a_setting_of_a_run"))
-def test_a_setting_of_a_run(content, parts):
-    line = refusal(check_model, content, WorkflowConfig, "--config")
-    assert line.startswith("--config: ") and all(part in line for part in parts), line
 
 
 def test_a_value_of_the_command_line_is_not_that_of_a_file(tmp_path):

@@ -3,7 +3,6 @@
 import numpy as np
 import pandas as pd
 import pytest
-from pydantic import ValidationError
 
 from millprint.cases.of_mill import uncertainty_cases, varied_case
 from millprint.config.errors import ConfigError, SimulationError
@@ -34,7 +33,6 @@ from millprint.uncertainty.samples import (
     variable_of,
 )
 from tests.conftest import ROOT
-from tests.refusals import refusals
 
 EMAX = load_mill("emax")
 CONTACTS = {name: load_contact(name) for name in ("calibrated", "steel")}
@@ -97,12 +95,6 @@ def test_a_contact_set_outside_the_distributions_is_refused_in_one_line():
     with pytest.raises(ConfigError, match=r"young_modulus_gpa: 1 to 20.5 leaves out 205 of contact set") as error:
         check_contact(space_of(EMAX, UncertaintyConfig()), stiff)
     assert "\n" not in str(error.value)
-
-
-@pytest.mark.parametrize(("keys", "words"), refusals("wrong_settings_are_refused"))
-def test_wrong_settings_are_refused(keys, words):
-    with pytest.raises(ValidationError, match=words):
-        UncertaintyConfig.model_validate(keys)
 
 
 SHORT = varied_case(EMAX, MILLS, UncertaintyConfig(rayleigh_fraction=0.1)).model_copy(

@@ -1,4 +1,4 @@
-"""Tables and settings of the thesis with a wrong value: one line names the file, the column or key, and the value."""
+"""Tables, settings and models with a wrong value: one line names the file, the column or key, and the value."""
 
 from collections.abc import Callable
 from copy import deepcopy
@@ -9,9 +9,16 @@ import pytest
 
 from benchmarks.config import BenchConfig
 from millprint.config.calibration import CalibrationConfig
+from millprint.config.charge import BallMixture, fill_of
+from millprint.config.contact_set import ContactConfig
 from millprint.config.doe import DoeConfig
+from millprint.config.fingerprint import MatchConfig
 from millprint.config.load import check_model, read_yaml
+from millprint.config.mill import MillConfig
+from millprint.config.mill_sweep import MillSweepConfig, with_fill_ratios
 from millprint.config.surrogate import SurrogateConfig
+from millprint.config.sweep import SweepConfig
+from millprint.config.uncertainty import UncertaintyConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.config.yields import YieldConfig
 from millprint.dose.kinetics import own_doses
@@ -27,6 +34,8 @@ from tests.refusals import refusal, refusals
 from tests.unit import doe_settings, yield_settings
 from tests.unit.doe_settings import SCREENING
 from tests.unit.synthetic_mill import fingerprint
+from tests.unit.test_contact_laws import COMMON, KEYS
+from tests.unit.test_mill_lifters import DRUM, LIFTERS
 
 DATA = ROOT / "config/data"
 FACTORS = doe_settings.settings().factors
@@ -172,3 +181,51 @@ def test_a_wrong_setting_is_refused_in_one_line_that_names_its_key(section, key,
     inner[last] = value
     line = refusal(check_model, content, model, "config.yaml")
     assert line.startswith("config.yaml: ") and str(last).removesuffix("s") in line and part in line, line
+
+
+MINE = {"name": "mine", "sizes_mm": (10, 5)}
+JAR = {"speeds_rpm": [60, 90], "ball_diameters_mm": [10], "fill_ratios": [0.1, 0.2, 0.3]}
+STEPS = {"name": "s", "contacts": ["steel"], "ball_diameters_mm": [10], "fill_ratios": [0.1], "speeds_rpm": [600],
+         "seeds": [0], "time_steps_s": [1e-6, 2e-6]}  # fmt: skip
+REQUEST = {"speeds_rpm": [300, 1200], "fill_ratios": [0.04, 0.40], "ball_diameters_mm": [5, 8, 10]}
+EMAX = read_yaml(ROOT / "config/mills/emax.yaml")
+FILE = {"kind": "stl", "path": "jar.stl", "unit": "mm"}
+
+
+def model(of: type, base: dict, file: str) -> Callable[[dict], object]:
+    """What reads a model whose base has some other keys."""
+    return lambda change: check_model(base | change, of, file)
+
+
+# What reads an input, by name.
+TAKEN: dict[str, Callable] = {
+    "charge": lambda given: fill_of(given, 200.0, 10, 8000.0, "balls"),
+    "keys of a sweep": lambda given: with_fill_ratios(check_model(given, MillSweepConfig, "sweep"), 200, 8e3, "sweep"),
+    "sweep": model(MillSweepConfig, JAR, "mine.yaml"),
+    "steps": model(SweepConfig, STEPS, "mine.yaml"),
+    "ball sizes": lambda size: check_model(JAR | {"ball_diameters_mm": [size]}, MillSweepConfig, "mine.yaml"),
+    "two sizes": lambda sizes: check_model(JAR | {"ball_diameters_mm": sizes}, MillSweepConfig, "mine.yaml"),
+    "mixture": model(BallMixture, MINE, "mine.yaml"),
+    "uncertainty": model(UncertaintyConfig, {}, "mine.yaml"),
+    "mill": model(MillConfig, EMAX, "config/mills/emax.yaml"),
+    "motion": lambda law: check_model(EMAX | {"motion": law}, MillConfig, "config/mills/emax.yaml"),
+    "geometry": lambda given: check_model(EMAX | {"geometry": EMAX["geometry"] | given}, MillConfig, "emax.yaml"),
+    "geometry of a file": lambda given: check_model(EMAX | {"geometry": FILE | given}, MillConfig, "emax.yaml"),
+    "lifters": lambda given: check_model(
+        EMAX | {"geometry": DRUM | {"lifters": LIFTERS | given}}, MillConfig, "m.yaml"
+    ),
+    "solid": lambda given: check_model(EMAX | {"inserts": [{"name": "a", "geometry": given}]}, MillConfig, "m.yaml"),
+    "contact law": model(ContactConfig, {**COMMON, "kind": "linear", **KEYS["linear"]}, "soft.yaml"),
+    "contact set": model(ContactConfig, {**COMMON, "kind": "hertz", **KEYS["hertz"]}, "soft.yaml"),
+    "cohesion": lambda given: check_model(
+        {**COMMON, "kind": "hertz", **KEYS["hertz"], "cohesion": given}, ContactConfig, "soft.yaml"
+    ),
+    "request": model(MatchConfig, REQUEST, "request.yaml"),
+    "run": model(WorkflowConfig, {}, "--config"),
+}
+
+
+@pytest.mark.parametrize(("what", "given", "parts"), refusals("a_model_refuses_what_it_cannot_take"))
+def test_a_model_refuses_what_it_cannot_take(what, given, parts):
+    line = refusal(TAKEN[what], given)
+    assert all(part in line for part in parts), line

@@ -100,13 +100,6 @@ def test_an_open_mesh_is_refused_and_a_closed_one_is_not(settings, check, refusa
         assert part in line
 
 
-def test_levels_that_yaml_takes_for_truth_values(settings, refusal):
-    edit_yaml(settings / CONFIG, "doe", "factors", 0, "levels", value=[False, True])
-    line = refusal()
-    assert "doe.factors.0.levels" in line
-    assert "quote them" in line
-
-
 def test_a_volume_within_its_tolerance_and_a_fast_mill_pass(settings, check):
     """Smaller faults than above pass: a volume within its tolerance, and with a warning a fast but possible speed."""
     edit_yaml(settings / EMAX, "volume_ml", value=127)

@@ -23,7 +23,6 @@ from millprint.run.files import read_json
 from tests.refusals import refusals
 from tests.workflow.conftest import ROOT, active_environment, error_lines, run_snakemake
 
-EXPERIMENTS = "config/data/experiments.tsv"
 SCHEMA = json.loads((ROOT / "workflow/schemas/card.schema.json").read_text())
 # A short simulation of a planetary mill.
 PLANETARY = {
@@ -180,16 +179,6 @@ def test_an_experiment_that_cannot_be_is_refused_in_one_line(tmp_path, monkeypat
     assert "card.yaml" in line or "config/" in line
     assert all(part in line for part in parts), line
     assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize(("old", "new", "parts"), refusals("a_table_of_experiments_is_refused_in_one_line"))
-def test_a_table_of_experiments_is_refused_in_one_line(settings, refusal, old, new, parts):
-    table = settings / EXPERIMENTS
-    text = table.read_text()
-    assert old in text
-    table.write_text(text.replace(old, new, 1))
-    line = refusal()
-    assert all(part in line for part in parts), line
 
 
 def test_the_cards_of_the_thesis_need_no_simulation_of_their_own(project):
