@@ -1,4 +1,4 @@
-"""What is refused, and in which words: one table of all tests, tests/data/refusals.tsv."""
+"""What is refused, and what follows from an input: tables of all tests, refusals.tsv and truths.tsv of tests/data."""
 
 import csv
 import json
@@ -12,16 +12,25 @@ from tests.conftest import ROOT
 
 
 @cache
-def _rows() -> list[dict[str, str]]:
-    with open(ROOT / "tests/data/refusals.tsv", encoding="utf-8") as file:
-        return list(csv.DictReader(file, delimiter="\t", quoting=csv.QUOTE_NONE))
+def _rows(table: str) -> list[list[str]]:
+    with open(ROOT / f"tests/data/{table}.tsv", encoding="utf-8") as file:
+        return list(csv.reader(file, delimiter="\t", quoting=csv.QUOTE_NONE))
+
+
+def _of(test: str, table: str) -> list[list]:
+    found = [[*json.loads(given), json.loads(end)] for name, given, end in _rows(table) if name == test]
+    assert found, f"{test}: no such test in tests/data/{table}.tsv"
+    return found
 
 
 def refusals(test: str) -> list[list]:
     """Of a test, the inputs in JSON, each with the line by which it is refused, or the parts of that line."""
-    found = [[*json.loads(row["input"]), json.loads(row["line"])] for row in _rows() if row["test"] == test]
-    assert found, f"{test}: no such test in tests/data/refusals.tsv"
-    return found
+    return _of(test, "refusals")
+
+
+def truths(test: str) -> list[list]:
+    """Of a test, the inputs in JSON, each with what follows from it."""
+    return _of(test, "truths")
 
 
 def refusal(call: Callable, *given) -> str:

@@ -221,10 +221,7 @@ def planar_impact(case):
     end, duration = _solved(pair_of(case), approach, float(relative @ along), tuple(map(float, spins)))
     turn, normal = end[TURN], normal_of(case)
     # A turn about y takes n to t.
-    normal, along = (
-        math.cos(turn) * normal + math.sin(turn) * along,
-        math.cos(turn) * along - math.sin(turn) * normal,
-    )
+    normal, along = (math.cos(turn) * normal + math.sin(turn) * along, math.cos(turn) * along - math.sin(turn) * normal)
     return {
         "velocity_m_s": lab_velocities(case, end[RADIAL] * normal + end[TANGENTIAL] * along),
         "rim_over_slip": np.outer(case.radius * end[[SPIN_1, SPIN_2]][: len(case.balls)] / abs(slip), ACROSS),

@@ -163,8 +163,7 @@ def test_the_fit_gives_back_the_pair_of_a_noisy_track(mills, contacts):
 def test_a_track_that_never_slips_leaves_static_friction_open_above(cylinder, contacts):
     """A ball that starts low rolls from the start, so static friction has no effect (Burmeister's case)."""
     chosen = settings(
-        release={"down": [-1, 0, 0], "across": [0, 1, 0], "height_fraction": 0.2},
-        static_friction=[0.3, 1.0],
+        release={"down": [-1, 0, 0], "across": [0, 1, 0], "height_fraction": 0.2}, static_friction=[0.3, 1.0]
     )
     swing = make_swing(cylinder, contacts["calibrated"], RAYLEIGH_FRACTION_MAX, 2 * BALL, chosen)
     fit = fit_friction(simulate_track(swing, chosen), swing.positions, chosen, 0.95)

@@ -7,13 +7,7 @@ import h5py
 import numpy as np
 import torch
 
-from millprint.config.surrogate import (
-    EdgeConfig,
-    GraphConfig,
-    NetworkConfig,
-    Recipe,
-    TrainingConfig,
-)
+from millprint.config.surrogate import EdgeConfig, GraphConfig, NetworkConfig, Recipe, TrainingConfig
 from millprint.thesis.surrogate.rollout import Scene, Trajectory
 
 RADIUS, VESSEL, MASS, STEP = 0.005, 0.02, 0.004, 1e-4

@@ -19,7 +19,6 @@ from millprint.atlas.fit_atlas import Fit, Rows, fit_kind, fit_robust, fit_surfa
 from millprint.atlas.fit_atlas import rows_of as fit_rows_of
 from millprint.atlas.kinds import KINDS, MIXER, PLANETARY, SPEX, balls_of, recognise
 from millprint.cli import estimate_condition
-from millprint.config.atlas import HELD_OUT_MILLS, AtlasConfig
 from millprint.config.counting import DEFAULT_RULE
 from millprint.config.included import included_mills, load_contact, load_mill
 from millprint.estimate.estimates import Estimate, Interval
@@ -399,14 +398,6 @@ def test_an_optimum_is_simulated_once(capsys):
 
 
 # ---- what ships ----
-def test_the_target_without_settings_makes_the_shipped_atlas():
-    table = read_table(ROOT / "config/atlas/simulations.tsv")
-    assert set(AtlasConfig.model_fields) == set(KINDS)
-    training = table[table["part"] == "training"]["kind"].value_counts().to_dict()
-    assert training == AtlasConfig().kinds
-    assert table[table["part"] == "held_out"]["kind"].value_counts().to_dict() == dict.fromkeys(
-        training, HELD_OUT_MILLS
-    )
 
 
 def test_the_shipped_table_is_of_the_design_and_not_of_held_out_mills():

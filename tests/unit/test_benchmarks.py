@@ -69,15 +69,6 @@ def test_compared_input_holds_our_law_in_si(config, setup):
     assert after(wall, "rolling", "sds") == [stiffness, damping, rolling]
 
 
-def test_tangential_damping_is_ours(config, setup):
-    """Eqs 3.4 to 3.12: both dampings are the same multiple of sqrt(S m*), S_n = 2 E* a and S_t = 8 G* a."""
-    modulus, poisson = CONTACT.young_modulus_gpa * 1e9, CONTACT.poisson_ratio
-    effective = modulus / (2 * (1 - poisson**2))
-    shear = modulus / (4 * (2 - poisson) * (1 + poisson))
-    ratio = after(words(input_text(setup, config.lammps, 1e-6, [20], True), "pair_coeff"), "mindlin", "NULL")[0]
-    assert ratio == pytest.approx(math.sqrt(8 * shear / (2 * effective)))
-
-
 def test_means_are_averaged_over_whole_revolutions_of_the_box(config):
     setup = make_setup(config, CONTACT, box_jar(config, MILL), 24, 10.0)
     shape = config.physics.box

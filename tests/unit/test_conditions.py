@@ -39,8 +39,7 @@ def test_a_charge_is_a_fill_ratio(charge, fill):
 
 
 @pytest.mark.parametrize(
-    ("key", "values"),
-    [("numbers", [25, 50, 75]), ("masses_g", [100, 200, 300]), ("bulk_fillings", [0.2, 0.3, 0.4])],
+    ("key", "values"), [("numbers", [25, 50, 75]), ("masses_g", [100, 200, 300]), ("bulk_fillings", [0.2, 0.3, 0.4])]
 )
 def test_the_lists_of_a_sweep_may_be_of_any_measure(key, values):
     sweep = resolved(**LISTS, **{key: values})

@@ -7,31 +7,12 @@ import pytest
 from millprint.fingerprint.bands import ContactFactors
 from millprint.run.files import write_table
 from millprint.thesis.claims import tabulate as contact_intervals
-from millprint.thesis.claims.evidence import Finding, form_of
-from millprint.thesis.claims.tabulate import Place, place_of, tabulate_contact_intervals
+from millprint.thesis.claims.evidence import Finding
+from millprint.thesis.claims.tabulate import tabulate_contact_intervals
 from tests.conftest import ROOT
 from tests.unit.factor_samples import factors_of
 
 CASES = {"reference": 0.10, "speed.tangential": 0.06, "speed.normal": 0.17, "power.normal": 0.17}
-
-
-@pytest.mark.parametrize(
-    ("claim", "place"),
-    [
-        ("3.curve.0.17.ratio", Place("ratio", 0.17)),
-        ("3.cycle.10mm.1200.t", Place("Pt", 0.08)),
-        ("3.cycle.5mm.600.n", Place("Pn", 0.08)),
-        ("3.reference.Et", Place("Et", 0.10)),
-        ("4.case.speed.tangential.P", Place("P", 0.06)),
-        ("4.case.power.normal.En", None),  # its speed follows from the curves
-        ("3.cycle_cv.10mm.600.n", None),
-        ("3.curve.ratio.low", None),
-        ("4.case.reference.yield", None),
-    ],
-)
-def test_each_claim_has_its_place(claim, place):
-    assert form_of(claim) is not None
-    assert place_of(claim, 0.08, CASES) == place
 
 
 def test_the_interval_is_ours_times_the_factors(monkeypatch, tmp_path):

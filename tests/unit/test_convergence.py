@@ -1,18 +1,14 @@
 """The convergence study: its tables from made-up runs whose answer is known, its verdict, its figures."""
 
 import itertools
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from millprint.config.fingerprint import ConvergenceConfig
 from millprint.dem.convergence import choose_step, convergence_table, in_words
-from millprint.run.files import write_table
-from millprint.thesis.claims.tabulate import collect_findings
 from tests.unit.synthetic_mill import summary
 
-ROOT = Path(__file__).parents[2]
 STEPS = (5e-7, 1e-6, 2e-6, 4e-6, 8e-6)
 SETTINGS = ConvergenceConfig()
 
@@ -62,32 +58,6 @@ def chance_sweeps(noise):
         for i, step in enumerate((1e-6, 2e-6, 4e-6))
         for seed in range(4)
     ]
-
-
-def test_a_row_each_step_with_means_and_errors_over_seeds():
-    runs = sweep((10.0, 5.0), seeds=3)
-    table = table_of(reversed(runs), further=["lifetimes"])
-    assert table["ball_diameter_mm"].tolist() == [5.0] * 5 + [10.0] * 5
-    assert table["time_step_s"].tolist() == [*STEPS, *STEPS]
-    assert (table["seeds"] == 3).all() and (table["revolutions"] == 30).all()
-    assert (table["counting_rule"] == "gap_0_03").all()
-    at = table[(table["ball_diameter_mm"] == 10) & (table["time_step_s"] == 2e-6)].iloc[0]
-    those = [r for r in runs if r["case"]["ball_diameter_m"] == 0.01 and r["time_step_s"] == 2e-6]
-    powers = [r["power_W"]["normal"] for r in those]
-    assert at["normal_power_W"] == pytest.approx(np.mean(powers))
-    assert at["normal_power_se_W"] == pytest.approx(np.std(powers, ddof=1) / np.sqrt(3))
-    assert at["normal_energy_J"] == pytest.approx(np.mean([r["collisions"][1]["mean_normal_J"] for r in those]))
-    assert at["lifetimes_specific_frequency_hz"] == pytest.approx(2 * at["specific_frequency_hz"])
-    assert at["power_W"] == pytest.approx(at["normal_power_W"] + at["tangential_power_W"])
-    assert at["closure"] == pytest.approx(25 * 4e-12 * 1e6)
-
-
-def test_power_has_two_standard_deviations_between_revolutions():
-    made = run(1e-6, 0)
-    energies = np.add(made["per_revolution"]["normal_J"], made["per_revolution"]["tangential_J"])
-    row = table_of([made]).iloc[0]
-    assert row["power_two_sigma_W"] == pytest.approx(2 * energies.std(ddof=1) * made["frequency_hz"])
-    assert np.isnan(row["power_se_W"])
 
 
 def test_deviations_and_their_pooled_error():
@@ -174,16 +144,3 @@ def test_no_step_passes_where_the_finest_leaves_the_balance_open():
     choice = choose_step(table_of(sweep(closure=1e4)), SETTINGS, taken(5e-7))
     assert choice["series"][0]["largest_step_s"] is None and choice["verdict"] == "differs"
     assert "no step agrees" in in_words(choice)
-
-
-def test_the_claims_on_the_modulus_read_its_table(tmp_path):
-    """A hundredfold softer ball in a tenth of the steps, its power 5 % higher, 14 % between revolutions."""
-    moduli = {205.0: (1e-7, 1.0), 2.05: (1e-6, 1.05)}
-    runs = [run(step, seed, modulus=y, factor=f) for y, (step, f) in moduli.items() for seed in (0, 1)]
-    write_table(table_of(runs, "young_modulus_gpa"), tmp_path / "convergence/modulus.tsv")
-    claims = ROOT / "config/data/claims.tsv"
-    found = collect_findings(tmp_path, claims, "3.young")
-    assert found["3.young.speedup"].value == pytest.approx(10.0)
-    assert found["3.young.power"].value == "yes"
-    assert "differ by +5.0 %" in found["3.young.power"].explanation
-    assert collect_findings(tmp_path / "empty", claims, "3.young")["3.young.power"].value is None

@@ -11,9 +11,7 @@ from millprint.config.errors import SimulationError
 from millprint.config.included import load_contact, load_mill
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem import store
-from millprint.dem.collisions import (
-    CHANNELS,
-)
+from millprint.dem.collisions import CHANNELS
 from millprint.dem.ledger import AIM
 from millprint.dem.run import run_case
 from millprint.run.files import read_json

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import pytest
 from PIL import Image
-from tools.draw_pictures import ANIMATED, ANIMATION, DRAWINGS, PICTURES, RUNS, TABLE, digest_of, mill_of
+from tools.draw_pictures import ANIMATION, DRAWINGS, PICTURES, RUNS, TABLE, digest_of, mill_of
 
-from millprint.config.included import load_mill
 from millprint.run.files import read_table
 from tests.conftest import ROOT
 
@@ -41,21 +40,6 @@ def test_every_picture_is_what_the_table_says_and_what_the_present_code_would_dr
             assert row["made_of"] == mill_of(name), f"python tools/draw_pictures.py {name}"
 
 
-def test_a_picture_stands_where_its_command_does():
-    assert f"\n{ANIMATED}\n" in (ROOT / "docs/how_to/animation.md").read_text()
-    (page,) = {page for page, _, path in shown() if path.name in DRAWINGS}
-    for name in DRAWINGS:
-        assert f"results/first_hour/mills/{name.replace('_', '/')}" in page.read_text()
-
-
-def test_a_page_of_a_run_stands_where_the_command_of_that_run_does():
-    found = [(page, path.name) for page, _, path in shown() if path.name in RUNS]
-    assert {name for _, name in found} == set(RUNS)
-    for page, name in found:
-        with Image.open(PICTURES / name) as picture:
-            assert picture.text["run"] == RUNS[name][0] and f"\n{RUNS[name][0]}\n" in page.read_text()
-
-
 # What the text says of the page that it shows: the row of the page, the words around the number, and its unit.
 SAID = {
     "speed": (r"\(left\): (\d+) rpm", 1),
@@ -82,9 +66,3 @@ def test_the_first_hour_says_what_its_picture_shows(row):
     # To the digits that the text has.
     decimals = len(said.partition(".")[2])
     assert abs(float(said) - numbers[row] / unit) <= 0.5001 * 10**-decimals
-
-
-def test_the_jar_of_the_first_hour_is_that_of_its_picture():
-    jar = load_mill("planetary").geometry
-    (words,) = [words for _, words, path in shown() if path.name == "planetary_geometry.png"]
-    assert f"{2 * jar.radius_mm:g} mm wide and {jar.height_mm:g} mm high" in words

@@ -14,7 +14,6 @@ from millprint.thesis.doe.residuals import (
     lack_of_fit_table,
     pure_error,
     residual_checks,
-    residual_parts_table,
     residual_table,
 )
 from millprint.thesis.doe.variance import (
@@ -22,56 +21,16 @@ from millprint.thesis.doe.variance import (
     detectable_table,
     effect_sizes,
     fit_factors,
-    interaction_table,
     noncentrality,
-    pareto_table,
-    printed_table,
     sums_of_squares,
 )
 from tests.refusals import refusals
 from tests.unit.doe_settings import settings, thesis_config, thesis_runs  # noqa: F401 (fixtures)
 
-# Thesis Table 2.5.
-PRINTED = {
-    "A": ("0.153", "0.013"),
-    "AL": ("0.151", ""),
-    "AQ": ("0.002", ""),
-    "B": ("0.191", "0.007"),
-    "BL": ("0.062", ""),
-    "BQ": ("0.129", ""),
-    "C": ("0.434", "0.0009"),
-    "CL": ("0.417", ""),
-    "CQ": ("0.017", ""),
-    "D": ("0.023", "0.293"),
-    "DQ": ("0.020", ""),
-    "AB, CD": ("0.270", "0.011"),
-    "AC, BD": ("0.050", "0.286"),
-    "AD, BC": ("0.009", "0.874"),
-}
-
-
-@pytest.fixture(scope="module")
-def printed(config, runs) -> pd.DataFrame:
-    return printed_table(config, runs).set_index("source")
-
 
 @pytest.fixture(scope="module")
 def corrected(config, runs) -> pd.DataFrame:
     return corrected_table(config, runs).set_index(["sums", "term"])
-
-
-@pytest.mark.parametrize("source", PRINTED)
-def test_table_2_5_follows_digit_for_digit(printed, source):
-    row = printed.loc[source]
-    assert (row["sum_of_squares_truncated"], row["p_value_truncated"]) == PRINTED[source]
-
-
-def test_the_interactions_have_four_degrees_of_freedom_and_the_residual_six(printed):
-    freedom = printed["degrees_of_freedom"]
-    assert freedom[["AB, CD", "AC, BD", "AD, BC", "Residual"]].tolist() == [4, 4, 4, 6]
-    assert freedom[["A", "B", "C", "D"]].tolist() == [2, 2, 2, 2]
-    # What Table 2.5 prints: the interactions of a source together.
-    assert printed["degrees_of_freedom_of_source"][["A", "AB, CD", "AC, BD", "AD, BC"]].tolist() == [2, 6, 6, 6]
 
 
 def test_a_balanced_design_gives_the_same_sums_whatever_their_type(config, runs):
@@ -145,26 +104,6 @@ def test_an_effect_of_the_smallest_size_is_found_as_often_as_the_power_says(conf
     assert found.mean() == pytest.approx(0.8, abs=0.02)
 
 
-def test_the_pareto_plot_ranks_by_f_and_milling_time_comes_first(printed, corrected):
-    table = pareto_table(printed.reset_index(), corrected.reset_index(), {"C": 0.000947559, "D": 0.5})
-    assert table.set_index("term").loc["D", "F_type_two"] == pytest.approx(corrected.loc[("II", "D"), "F"])
-    assert table["source"].tolist() == ["C", "B", "A", "AB, CD", "AC, BD", "D", "AD, BC"]
-    assert table["F_published"][0] == pytest.approx(table["F"][0], rel=1e-4)
-    significant = table["source"][table["F"] > table["critical_F"]]
-    assert significant.tolist() == ["C", "B", "A", "AB, CD"]
-
-
-def test_interaction_means_are_means_of_the_runs(config, runs):
-    table = interaction_table(config, runs)
-    speed = table[table["figure"] == "speed"]
-    # Case 4, run at 600 rpm, is missed at 800 rpm.
-    short = speed[speed["curve_level"] == 5].set_index("axis_level")
-    assert short["runs"].tolist() == [4, 2, 3]
-    assert short.loc[600, "mean_yield_percent"] == pytest.approx((12 + 28 + 21 + 31) / 4)
-    weighted = (table["runs"] * table["mean_yield_percent"]).groupby(table["axis"] + table["curve"]).sum()
-    assert weighted.to_numpy() == pytest.approx([runs["yield_percent"].sum()] * 3)
-
-
 def test_residuals_are_orthogonal_to_the_model_and_leverages_count_its_parameters(config, runs):
     fit = fit_factors(config, runs)
     table = residual_table(runs, fit)
@@ -213,32 +152,6 @@ def test_a_contested_sum_is_a_difference_of_residuals_of_fitted_models(config, r
     base = ["A", "B", "D", "A:B"]
     assert row["sum_of_squares"] == pytest.approx(rest(*base) - rest(*base, "C"))
     assert row["sum_if_rival_first"] == pytest.approx(rest(*base, "A:D") - rest(*base, "A:D", "C"))
-
-
-def test_the_residual_is_the_interactions_of_speed_and_nothing_else(config, runs):
-    table = residual_parts_table(config, runs).set_index("effect")
-    assert table.index.tolist() == ["A:D", "B:D", "C:D", "together"]
-    assert table.loc["together", "share"] == pytest.approx(1)
-    designed = table["share_as_designed"]
-    assert designed["together"] == pytest.approx(1) and designed.drop("together").sum() == pytest.approx(1)
-    assert round(designed["C:D"], 2) == 0.72
-    # Two degrees of freedom each, six in all; the run at another speed gives each a third.
-    assert table["degrees_of_freedom_as_designed"].tolist() == [2, 2, 2, 6]
-    assert table["degrees_of_freedom"].tolist() == [3, 3, 3, 6]
-    assert table.loc["together", "sum_of_squares"] == pytest.approx(fit_factors(config, runs).ssr)
-
-
-def test_without_repeated_runs_there_is_no_pure_error_and_the_residual_is_held_to_the_repeatability(config, runs):
-    fit = fit_factors(config, runs)
-    table = lack_of_fit_table(config, runs, fit)
-    assert "no treatment was run twice" in table["note"][0]
-    residual = table[(table["against"] == "repeatability") & (table["term"] == "Residual")].iloc[0]
-    assert residual["statistic"] == pytest.approx(fit.ssr / 0.025**2)
-    assert residual["p_value"] == pytest.approx(chi2.sf(fit.ssr / 0.025**2, 6))
-    # Five times what a repeated run would scatter, as a variance twelve times.
-    assert residual["statistic"] / 6 > 12
-    silent = lack_of_fit_table(settings(repeatability_percent=None), runs, fit)
-    assert silent["against"].tolist() == ["repeated treatments"]
 
 
 def test_lack_of_fit_from_replicates_has_its_closed_form():

@@ -15,12 +15,8 @@ from millprint.thesis.doe.chemistry import (
     gas_amount,
     gas_yield,
     half_life,
-    literature_checks,
     molar_mass,
-    powder_mass,
     reactant_masses,
-    read_literature,
-    read_reported_yields,
     share_lost,
     vapour_pressure,
     yield_error,
@@ -64,17 +60,6 @@ def test_reactant_masses_have_the_powder_mass_and_the_molar_ratio():
     assert borate + hydride == pytest.approx(3.2e-3)
     assert (hydride / molar_mass(HYDRIDE)) / (borate / molar_mass(BORATE)) == pytest.approx(10)
     assert [round(100 * excess(ratio, CHEMISTRY)) for ratio in (8, 10, 12)] == [33, 67, 100]
-
-
-def test_the_powder_at_a_ratio_of_50_gives_17_and_6_per_cent_of_iron():
-    table = wear_table(read_wear(WEAR)).set_index("speed_rpm")
-    assert table["powder_mass_g"].tolist() == pytest.approx([97.06 / 50] * 2)
-    assert [f"{value:.0f}" for value in table["iron_percent"]] == ["17", "6"]
-    # No other multiple of the powder would do: iron over the mixture prints as 14 %.
-    assert f"{table.loc[1200, 'iron_of_mixture_percent']:.0f}" == "14"
-    assert f"{table.loc[1200, 'weight_loss_percent']:.3f}" == "0.333"
-    assert f"{table.loc[1200, 'weight_loss_by_difference_percent']:.2f}" == "0.34"
-    assert powder_mass(97.06, 50) == pytest.approx(1.9412)
 
 
 def test_wear_without_a_weighing_of_its_own_is_the_difference_of_the_masses(tmp_path):
@@ -224,35 +209,3 @@ def test_the_command_refuses_in_one_line_and_writes_nothing(tmp_path, capsys, co
     assert millprint(["wet-lab", "yield", path, str(out), "--config", str(tmp_path / "lab.yaml")]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("error: ") and "lab.yaml" in line and words in line and not out.exists()
-
-
-LITERATURE = ROOT / "config/data/literature.tsv"
-
-YIELDS = ROOT / "config/data/literature_yields.tsv"
-
-
-@pytest.fixture(scope="module")
-def studies() -> pd.DataFrame:
-    return read_literature(LITERATURE)
-
-
-@pytest.fixture(scope="module")
-def checks(studies) -> pd.DataFrame:
-    return literature_checks(studies, read_reported_yields(YIELDS)).set_index(["reference", "check"])
-
-
-def test_reference_16_was_charged_with_the_dihydrate(checks):
-    ratio = checks.loc[("16", "molar ratio [-]")]
-    # 0.44 g of the tetrahydrate would be a ratio of 6.67; 5.0 and the 90 % are those of the dihydrate.
-    assert (ratio["verdict"], ratio["follows"]) == ("differs", pytest.approx(6.67, abs=0.01))
-    assert "NaBO2.2H2O" in ratio["note"]
-    assert "NaBO2.2H2O" in checks.loc[("16", "yield in Tables 2.2 and 2.1 [%]"), "note"]
-
-
-def test_what_cannot_follow_from_a_study_s_other_numbers_is_found(checks):
-    assert checks.loc[("11", "molar ratio [-]"), "follows"] == pytest.approx(0.985, abs=0.001)
-    balls = checks.loc[("13", "ball-to-powder ratio with steel balls [-]")]
-    assert balls["follows"] == pytest.approx(5.1, abs=0.05)
-    assert "15.2 g/cm3" in balls["note"]
-    wrong = checks[checks["verdict"] == "differs"].index.tolist()
-    assert [reference for reference, _ in wrong] == ["11", "13", "13", "16", "16"]

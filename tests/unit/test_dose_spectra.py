@@ -15,8 +15,7 @@ from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import DemConfig
 from millprint.dem.run import run_case
 from millprint.dose.heat_balance import read_sources
-from millprint.dose.spectra import BOTH, CHANNELS, PAIRS, TABLE_ONLY, tabulate_spectra, weighted_median
-from millprint.dose.spectra_shown import rules_apart
+from millprint.dose.spectra import PAIRS, TABLE_ONLY, tabulate_spectra, weighted_median
 from millprint.dose.wear import sliding_of_run
 
 EDGES = np.geomspace(1e-8, 1e-1, 7 * 2 + 1)
@@ -169,17 +168,6 @@ def test_what_cannot_be_read_is_one_line(two_kinds):
         with pytest.raises(MillprintError, match=part) as caught:
             tabulate_spectra(runs, [rule], EDGES)
         assert "\n" not in str(caught.value)
-
-
-def test_how_far_apart_counting_rules_are_is_by_hand():
-    first, second = CHANNELS
-    rows = [("a", first, 4.0, 2.0, 6.0), ("a", second, 4.0, 3.0, 1.0), ("b", first, 8.0, 6.0, 9.0)]
-    rows = [(BOTH, *row) for row in [*rows, ("b", second, 8.0, 3.0, 5.0)]]
-    columns = ["pair", "counting_rule", "channel", "collisions_hz", "power_W", "half_power_J"]
-    assert rules_apart(pd.DataFrame(rows, columns=columns)) == (
-        f"2 counting rules differ by a factor of 2 in collisions a second, of 3 ({first}) and 1 ({second}) in power, "
-        f"and of 1.5 ({first}) and 5 ({second}) in the energy above which half of the power falls"
-    )
 
 
 def test_median_of_weighted_values():

@@ -4,20 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.config.uncertainty import (
-    DISTRIBUTIONS,
-    PARAMETERS,
-    MeasuredSection,
-)
-from millprint.uncertainty.samples import (
-    Emulator,
-    Space,
-    draw,
-    quality,
-    saltelli_shares,
-    sobol_indices,
-    variable_of,
-)
+from millprint.config.uncertainty import DISTRIBUTIONS, PARAMETERS, MeasuredSection
+from millprint.uncertainty.samples import Emulator, Space, draw, quality, saltelli_shares, sobol_indices, variable_of
 
 # Ishigami's function with a = 7, b = 0.1, and its indices in closed form (Sobol and Levitan 1999).
 A, B = 7.0, 0.1

@@ -10,41 +10,12 @@ from snakemake_interface_logger_plugins.common import LogEvent
 
 from millprint.cli.commands import COMMANDS
 from millprint.run import ending
-from millprint.run.ending import (
-    OneLineAJob,
-    endings,
-    failure_lines,
-    failures_of,
-)
+from millprint.run.ending import OneLineAJob, endings
 from millprint.run.plan import Job, duration
 from tests.conftest import ROOT
 
 VALUES = {"results": "results", "mill": "emax", "contact": "calibrated", "given": " mine.yaml"}
 RULE = re.compile(r"^( *)(?:rule|checkpoint) (\w+):\n((?:\1 +.*\n|\n)*)", re.MULTILINE)
-
-# The log of Snakemake after a job that failed, one that was killed, and a second try of the first.
-LOG = """
-[Mon Nov 23 02:01:18 2026]
-Error in rule permute_yields:
-    message: None
-    jobid: 339
-    input: results/yield/train.tsv, results/yield/test.tsv
-    output: results/yield/permutations.tsv, results/yield/permutation_test.tsv
-    log: {log} (check log file(s) for error details)
-RuleException:
-CalledProcessError in file "/home/x/workflow/rules/dem.smk", line 48:
-Command 'set -euo pipefail;  python3 /x/tmpqz7tnwkn.run_dem_case.py' died with <Signals.SIGKILL: 9>.
-[Mon Nov 23 02:01:18 2026]
-Error in rule run_dem_case:
-    message: None
-    jobid: 393
-    output: results/dem/a/b/c/run.h5, results/dem/a/b/c/summary.json
-    log: results/logs/dem/a/b/c.log (check log file(s) for error details)
-Error in rule permute_yields:
-    jobid: 339
-    output: results/yield/permutations.tsv, results/yield/permutation_test.tsv
-    log: {log} (check log file(s) for error details)
-"""
 
 
 def target_rules() -> set[str]:
@@ -59,23 +30,6 @@ def test_every_target_says_at_its_end_what_was_made_and_every_other_rule_says_wh
     for file in (ROOT / "workflow/rules").glob("*.smk"):
         for _, name, body in RULE.findall(file.read_text()):
             assert name in endings() or re.search(r'^ *message:\n *"[A-Z]', body, re.MULTILINE), f"{file.name}: {name}"
-
-
-def test_failed_jobs_are_listed_once_with_their_logs_and_the_last_error(tmp_path):
-    own, log = tmp_path / "permute.log", tmp_path / "snakemake.log"
-    own.write_text(
-        "2026-11-23 02:01:17 INFO permute yields: begin\n2026-11-23 02:01:18 ERROR a.tsv: row 3: yield = 130 %\n"
-    )
-    log.write_text(LOG.format(log=own))
-    assert [(each.rule, each.output) for each in failures_of(log.read_text())] == [
-        ("permute_yields", "results/yield/permutations.tsv"),
-        ("run_dem_case", "results/dem/a/b/c/run.h5"),
-    ]
-    lines = failure_lines([log])
-    assert lines[1].startswith("failed: 2 jobs")
-    assert f"    log: {own}: a.tsv: row 3: yield = 130 %" in lines
-    assert "    log: results/logs/dem/a/b/c.log" in lines
-    assert "memory" in lines[-1]
 
 
 def test_what_to_do_next_is_a_command_that_exists():

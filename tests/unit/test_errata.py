@@ -43,20 +43,6 @@ def found(results, folder, table=None) -> pd.DataFrame:
     return collect_errata(results, folder, claims() if table is None else table, findings)
 
 
-def test_claims_with_the_verdict_are_taken_over(tmp_path, data):
-    table = found(tmp_path, data(), claims("within the tolerance", "erratum; too few repeats", "beyond the tolerance"))
-    assert len(table) == 1
-    assert table.iloc[0].to_dict() == {
-        "chapter": "chapter 2",
-        "locus": "Table 2.5",
-        "printed": "degrees of freedom: 6",
-        "against": "Table 2.3",
-        "computed": "4",
-        "calculation": "27 runs leave no residual",
-        "source": "report/claims.tsv, 2.anova.AB.df",
-    }
-
-
 def test_an_energy_off_the_square_of_the_speed_is_found_and_a_digit_is_not(tmp_path, data):
     table = found(tmp_path, data(normal=(221, 382, 613), tangential=(500, 888, 1391)))
     assert table["printed"].tolist() == ["normal energy of a collision at 800 rpm: 382 microjoules"]

@@ -20,6 +20,7 @@ from millprint.estimate.estimates import (
     total,
 )
 from millprint.estimate.judge import AGREES, DIFFERS, OPEN, Allowed, Verdict, judge, judge_all
+from tests.refusals import truths
 
 
 def made(value: float, lower: float, upper: float, name: str = "scatter", **more) -> Estimate:
@@ -134,27 +135,11 @@ def test_the_interval_of_a_difference_is_that_of_welchs_test():
 INF = math.inf
 
 
-@pytest.mark.parametrize(
-    ("lower", "upper", "allowed", "word", "reason"),
-    [
-        (18, 22, Allowed(17, 23), AGREES, "within the tolerance"),
-        (22, 24, Allowed(17, 23), OPEN, "undecided"),
-        (24, 26, Allowed(17, 23), DIFFERS, "beyond the tolerance"),
-        (10, 40, Allowed(17, 23), OPEN, "wider than the tolerance"),
-        (22, 29, Allowed(17, 23), OPEN, "wider than the tolerance"),
-        (23, 24, Allowed(17, 23), OPEN, "undecided"),
-        (23, 24, Allowed(17, 23, open_upper=True), DIFFERS, "beyond the tolerance"),
-        (16, 17, Allowed(17, 23, open_lower=True), DIFFERS, "beyond the tolerance"),
-        (17, 23, Allowed(17, 23), AGREES, "within the tolerance"),
-        (1, 2, Allowed(upper=2.78), AGREES, "within the tolerance"),
-        (1, 23.1, Allowed(upper=2.78), OPEN, "undecided"),
-        (9.4, 53, Allowed(upper=2.78), DIFFERS, "beyond the tolerance"),
-        (3, INF, Allowed(lower=3), AGREES, "within the tolerance"),
-    ],
-)
-def test_a_claim_of_a_range_holds_if_the_whole_interval_does(lower, upper, allowed, word, reason):
+@pytest.mark.parametrize(("lower", "upper", "allowed", "told"), truths("claims_of_a_range"))
+def test_a_claim_of_a_range_holds_if_the_whole_interval_does(lower, upper, allowed, told):
+    allowed = Allowed(**allowed)
     middle = lower if upper == INF else (lower + upper) / 2
-    for of, expected in ((5, (word, reason)), (None, (word, reason)), (4, (OPEN, "too few repeats"))):
+    for of, expected in ((5, tuple(told)), (None, tuple(told)), (4, (OPEN, "too few repeats"))):
         assert judge(made(middle, lower, upper, "repeats", of=of), allowed) == expected
     for value in (lower, upper):
         assert judge(Estimate(value, "W"), allowed).agrees == allowed.holds(value)
@@ -170,20 +155,7 @@ def test_a_repeat_that_failed_is_a_miss():
     assert judge(None, Allowed()) == judge(None, made(1, 0, 2)) == (OPEN, "not run")
 
 
-@pytest.mark.parametrize(
-    ("predicted", "measured", "said"),
-    [
-        ((11, 9, 13), (10, 8, 12), "agrees: within both intervals"),
-        ((11, 10.9, 11.1), (10, 8, 12), "agrees: within the measured interval only"),
-        ((13, 11, 15), (10, 9, 12), "open: the intervals overlap, but do not hold both values"),
-        ((11, 9, 13), (10, 9.9, 10.1), "open: the intervals overlap, but do not hold both values"),
-        ((20, 18, 22), (10, 9, 11), "differs: predicted 2 times more (1.6 to 2.4)"),
-        ((10, 9, 11), (20, 18, 22), "differs: predicted 2 times less (1.6 to 2.4)"),
-        ((-1, -2, 0), (10, 9, 11), "open: the predicted interval spans more than a factor of 10"),
-        ((10, 9, 11), (10, -1, 30), "open: the measured interval spans more than a factor of 10"),
-        ((10, 1, 30), (10, 9, 11), "open: the predicted interval spans more than a factor of 10"),
-    ],
-)
+@pytest.mark.parametrize(("predicted", "measured", "said"), truths("claims_of_a_value"))
 def test_a_claim_of_a_value_compares_both_intervals(predicted, measured, said):
     one, other = made(*predicted, "mean", how="predicted"), made(*measured, "repeats", how="measured")
     assert str(judge(one, other, widest=10.0)) == said

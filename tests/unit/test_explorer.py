@@ -334,32 +334,6 @@ def test_what_was_wanted_and_the_answer_of_a_search_are_in_view(browser, width, 
             assert 0 <= top < bottom <= said["foot"]
 
 
-@needs_browser
-def test_a_value_that_cannot_be_set_is_told_and_a_number_has_three_digits(page):
-    said = page.run("""
-      const field = document.getElementById("speed_hz-field");
-      field.value = "99999"; field.dispatchEvent(new Event("change"));
-      const hint = document.getElementById("speed_hz-hint").textContent;
-      const units = explorer.units;
-      return { hint, rpm: 60 * explorer.state.speed_hz,
-        texts: [1.24987e-2, 2.5e-4, 9.996e-4, 3.2].map((value) => units.text("energy", value)),
-        powers: [0.0123456, 71.234, 1234.5].map((value) => powerText(value, units)) };""")
-    assert said["hint"].startswith(f"99999 rpm cannot be set here: {said['rpm']:g} rpm is shown; ")
-    assert said["texts"] == ["12.5 mJ", "250 µJ", "1.00 mJ", "3.20 J"]
-    assert said["powers"] == ["12.3 mW", "71.2 W", "1.23 kW"]
-
-
-@needs_browser
-def test_nothing_is_fetched(page, browser, tmp_path):
-    page.run("await explorer.showSearch();")
-    assert page.requests and page.outside_requests() == []
-    # The same look at a page that does ask for something.
-    (tmp_path / "asks.html").write_text("<img src='http://example.org/a.png'>")
-    with browser.page() as other:
-        other.open(tmp_path / "asks.html")
-        assert other.outside_requests() == ["http://example.org/a.png"]
-
-
 def test_text_of_the_run_cannot_end_the_script_or_become_markup(run):
     text = run["page"].read_text()
     assert "A mill &lt;of&gt; ours" in text and "<of>" not in text

@@ -94,18 +94,3 @@ def test_a_file_of_something_else_is_told_in_one_line(page, text):
         "return { told: told(), same: read() === before };"
     )
     assert said["same"] and said["told"].startswith("The file is not a state of this page")
-
-
-@needs_browser
-def test_another_mill_keeps_the_targets_of_the_search(page):
-    said = page.run("""
-      document.getElementById("take").click();
-      const target = document.getElementById("target-weighted_normal_energy_J").value;
-      const mill = document.getElementById("mill"); mill.value = "planetary"; mill.dispatchEvent(new Event("change"));
-      await explorer.showSearch();
-      const kept = document.getElementById("target-weighted_normal_energy_J").value;
-      return { target, kept, title: document.title,
-        rows: document.querySelectorAll("#found tbody tr").length,
-        heading: document.querySelector("h1").textContent };""")
-    assert said["target"] == said["kept"] and said["rows"] > 0
-    assert said["heading"] == "Mill planetary" and "Mill planetary" in said["title"]

@@ -8,15 +8,10 @@ import pytest
 
 from millprint.config.errors import ConfigError
 from millprint.estimate.estimates import columns_of
-from millprint.fingerprint.bands import (
-    FURTHER,
-    checked_factors,
-    read_factors,
-)
+from millprint.fingerprint.bands import FURTHER, checked_factors, read_factors
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.predicted_values import banded
 from millprint.fingerprint.processes import Told
-from millprint.fingerprint.readers import find_ready_made, ready_made
 from millprint.observables.definitions import COUNTED, CURVES
 from millprint.run.files import write_json
 from tests.refusals import refusal, refusals
@@ -100,19 +95,6 @@ def test_master_curves_have_the_intervals_too(own, plain):
     assert plain.further_curve(plain.curve(fills)).equals(plain.curve(fills))
 
 
-def test_the_file_keeps_the_factors_and_an_old_file_is_read(own, plain, tmp_path):
-    own.write(tmp_path / "new.json")
-    plain.write(tmp_path / "old.json")
-    assert not FURTHER.keys() & json.loads((tmp_path / "old.json").read_text())
-    again, old = Fingerprint.read(tmp_path / "new.json"), Fingerprint.read(tmp_path / "old.json")
-    condition = own.condition(fill_ratio=0.11, **AT)
-    assert vars(again.predict(condition).wall_power_W.contact) == pytest.approx(
-        vars(own.predict(condition).wall_power_W.contact)
-    )
-    assert again.further["contact"].parameters["restitution"]["source"] == "a handbook"
-    assert old.further == {} and old.predict(condition).wall_power_W.contact is None
-
-
 def _changed(**changes) -> dict:
     return factors_of() | changes
 
@@ -183,16 +165,3 @@ def test_the_parts_of_a_power_respect_the_whole_however_little_is_known_of_their
             assert (upper <= table[f"P{kind}_upper"] * (1 + 1e-12))[known].all()
             assert (lower + table[f"{other}{kind}_upper"] >= table[f"P{kind}_lower"] * (1 - 1e-12))[known].all()
             assert (upper / lower <= 10 * (1 + 1e-12))[known].all()
-
-
-@pytest.mark.parametrize("mill", ready_made())
-def test_no_part_of_a_power_is_larger_or_less_sure_than_the_whole_allows(mill):
-    own = Fingerprint.read(find_ready_made(mill))
-    speed_hz, diameter_m, charge = own.settings[0]
-    for fill in np.geomspace(*own.fill_range, 5):
-        condition = own.condition(speed_hz=speed_hz, ball_diameter_m=diameter_m, fill_ratio=fill)
-        known = own.predict(condition, charge=charge)
-        for name in known.wall_power_W.intervals:
-            highest = known.wall_power_W.ends(name)[1] * (1 + 1e-9)
-            for lower, upper in (part.ends(name) for part in (known.normal_power_W, known.tangential_power_W)):
-                assert np.isnan(lower) or (lower > 0 and upper <= highest)

@@ -1,12 +1,10 @@
 """A fingerprint of a charge of several ball sizes: apart from balls of one size in tables, intervals and sheets."""
 
-import itertools
 from functools import cache
 
 import pytest
 
 from millprint.cases.of_mill import WAYS, enlarged, large_case
-from millprint.cli.commands import main as millprint
 from millprint.config.charge import BallMixture, mixture_of
 from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError
@@ -15,7 +13,6 @@ from millprint.config.included import load_mill
 from millprint.config.mill_sweep import MillsConfig, ScaleUpConfig
 from millprint.config.sweep import ball_count
 from millprint.fingerprint.condition_search import match_targets, target_of
-from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.descriptors import read_descriptors, tabulate_descriptors
 from millprint.fingerprint.mill_collapse import tabulate_mill_collapse, tabulate_scale_up
 from millprint.fingerprint.model import Fingerprint
@@ -148,12 +145,6 @@ def test_a_file_keeps_charges_apart(unlike, tmp_path):
         assert described(again, choice, **condition) == pytest.approx(described(unlike, choice, **condition), rel=1e-9)
 
 
-def test_left_out_conditions_of_charges_are_covered(unlike):
-    table = tabulate_coverage(unlike)
-    assert set(table["left_out"]) == {"condition", "fill ratio", "setting"}
-    assert table.loc[table["left_out"] == "condition", "conditions"].eq(len(FILLS) * 4 + 2 * 2 * len(FILLS[::2])).all()
-
-
 @pytest.mark.slow
 def test_a_charge_is_found_again_from_its_descriptors(unlike):
     target = described(unlike, "twice", speed_hz=14.0, fill_ratio=0.12)
@@ -210,20 +201,6 @@ def test_balls_of_which_nothing_is_known_are_refused_in_one_line(unlike):
         ("", 8.0),
         ("three", round(THREE.mean_diameter_mm, 3)),
     }
-
-
-@pytest.mark.slow
-def test_the_command_line_takes_charges_by_name(unlike, tmp_path, capsys):
-    file = str(tmp_path / "fingerprint.json")
-    unlike.write(file)
-    options = ["--speeds", "600", "1200", "--balls", "10", "twice"]
-    millprint(["match", file, "--like", file, "800", "twice", "0.12", *options])
-    printed = capsys.readouterr().out.splitlines()
-    head, best = next(pair for pair in itertools.pairwise(printed) if pair[0].startswith("#"))
-    assert "charge" in head and best.split()[:2] == ["1", "twice"]
-    assert millprint(["match", file, "--like", file, "800", "four", "0.12", *options]) == 1
-    (line,) = capsys.readouterr().err.splitlines()
-    assert line == "error: charge = four: the fingerprint of emax has three, twice"
 
 
 def test_a_charge_grows_as_a_whole(unlike):

@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 import yaml
 
-from millprint.cases.table import described_cases, mapped_cases
 from millprint.config.checks import load_workflow
 from millprint.fingerprint.sweep_checks import fingerprint_faults
 from millprint.thesis.chapter_checks import curve_faults
@@ -29,25 +28,6 @@ def load(change=lambda content: None):
 def faults(change) -> list[str]:
     config, cases = load(change)
     return [*fingerprint_faults(config, "config.yaml"), *curve_faults(config, cases, "config.yaml")]
-
-
-def test_the_configuration_of_the_thesis_has_no_fault():
-    config, cases = load()
-    assert [*fingerprint_faults(config, "config.yaml"), *curve_faults(config, cases, "config.yaml")] == []
-    described = described_cases(config, cases).values()
-    assert all(case.young_modulus_gpa is None and case.time_step_s is None for case in described)
-    assert list(mapped_cases(config, cases, "steel")) == [0.04, 0.10, 0.40]
-
-
-def test_amplitude_and_density_are_described_only_for_the_mill_of_the_run():
-    config, cases = load()
-    described = described_cases(config, cases)
-    changed = [case for case in described.values() if case.amplitude_mm or case.density_kg_m3]
-    assert {case.amplitude_mm for case in changed} == {None, 14, 20, 24}
-    assert {case.density_kg_m3 for case in changed} == {None, 3900, 15000}
-    other, cases = load(lambda content: content.update(mill="emax_post"))
-    assert not [case for case in described_cases(other, cases).values() if case.amplitude_mm or case.density_kg_m3]
-    assert not set(mapped_cases(config, cases, "steel").values()) & {case.path for case in changed}
 
 
 def test_a_case_outside_the_curves_names_its_row(tmp_path, monkeypatch):

@@ -1,6 +1,5 @@
 """From summaries to claims: the scripts of chapters 3 and 4 on a synthetic mill, and what their claims say."""
 
-import json
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -9,74 +8,37 @@ import pandas as pd
 import pytest
 from scipy.stats import spearmanr
 
-import fit_master_curves
 import partition_dissipation
-from millprint.config.counting import CountingRule
-from millprint.config.fingerprint import FingerprintConfig
 from millprint.config.workflow import PartitionConfig
-from millprint.run.files import read_table
+from millprint.run.files import read_table, write_table
 from millprint.thesis.claims.chapter3 import rank_correlation
 from millprint.thesis.claims.tabulate import collect_findings
+from millprint.thesis.curves.scaling import tables_of
 from tests.conftest import configuration
+from tests.stored_tables import compare_tables
 from tests.unit.claim_words import word_of
-from tests.unit.synthetic_mill import VOLUME, overrides, summaries, summary, true_curves
+from tests.unit.synthetic_mill import fingerprint, overrides, summaries, summary, true_curves
 
 pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT / "config/data"
-CONTACTS = ["calibrated", "steel"]
-PUBLISHED = [str(DATA / name) for name in ("published.tsv", "claims.tsv")]
-
-
-def outputs(folder: Path, **names: str) -> SimpleNamespace:
-    return SimpleNamespace(**{key: str(folder / name) for key, name in names.items()})
 
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory) -> Path:
-    """The tables of both stages for a sweep of the synthetic mill."""
+    """The tables of both stages that claims read, for a sweep of the synthetic mill."""
     root = tmp_path_factory.mktemp("results")
-    content = configuration()
-    settings = FingerprintConfig(**content["fingerprint"])
     runs = summaries() + summaries(contacts=("steel",), factor=1.4) + [summary(0.17)] + overrides()
-    for run in runs:
-        run["collisions"].append(run["collisions"][1] | {"name": settings.counting_rule, "by": "facet"})
-    paths = []
-    for index, run in enumerate(runs):
-        paths.append(root / f"summary_{index}.json")
-        paths[-1].write_text(json.dumps(run))
-    stage = root / "fingerprint"
-    names = ("descriptors", "counting_rules", "cycles", "densities", "table_3_5")
-    described = outputs(stage, **{name: f"{name}.tsv" for name in names})
-    rules = [CountingRule.of_count(count).model_dump() for count in runs[0]["collisions"]]
-    fit_master_curves.tabulate_conditions(
-        paths, rules, PUBLISHED, described, "emax", settings.counting_rule, settings.cycle_fill_ratio
-    )
-    fingerprints = {}
-    for contact in CONTACTS:
-        names = {name: f"{name}_{contact}.tsv" for name in ("means", "curves", "coverage")}
-        files = outputs(stage, **names, fingerprint=f"fingerprint_{contact}.json")
-        fit_master_curves.fit_contact(
-            described.descriptors, files, "emax", contact, VOLUME, settings.interval, settings.smooth_points
-        )
-        fingerprints[contact] = files.fingerprint
-    scaling = outputs(stage, **{name: f"{name}.tsv" for name in ("collapse", "universal", "exponents", "zones")})
-    fit_master_curves.measure_scaling(
-        described.descriptors,
-        described.counting_rules,
-        list(fingerprints.values()),
-        scaling,
-        "emax",
-        CONTACTS,
-        settings.interval,
-    )
-    answers = outputs(stage, inverse="inverse.tsv", ranked="inverse_ranked.tsv")
-    fit_master_curves.invert(fingerprints, PUBLISHED, answers, settings.inverse)
+    for path, table in tables_of(runs, "emax", ["calibrated", "steel"], "gap_0_03").items():
+        write_table(table, root / path)
+    curves = root / "fingerprint/fingerprint_calibrated.json"
+    for contact in ("calibrated", "steel"):
+        fingerprint().write(curves.with_stem(f"fingerprint_{contact}"))
     names = ["table_4_2", "table_4_3", "table_4_4", "table_4_5", "slopes", "design"]
-    files = outputs(root / "partition", **{name: f"{name}.tsv" for name in names})
-    partition = PartitionConfig(**content["partition"])
-    partition_dissipation.main(str(DATA / "regimes.tsv"), fingerprints["calibrated"], files, partition)
+    files = SimpleNamespace(**{name: str(root / f"partition/{name}.tsv") for name in names})
+    partition = PartitionConfig(**configuration()["partition"])
+    partition_dissipation.main(str(DATA / "regimes.tsv"), str(curves), files, partition)
     return root
 
 
@@ -89,14 +51,8 @@ def findings(results: Path, chapter: str) -> dict:
     return collect_findings(results, DATA / "claims.tsv", chapter)
 
 
-def test_every_number_of_chapter_4_on_its_own_values_is_reproduced_but_for_one_erratum(results, claims):
-    verdicts = {
-        name: word_of(claims.loc[name, "value"], claims.loc[name, "tolerance"], finding)
-        for name, finding in findings(results, "4.").items()
-        if claims.loc[name, "nature"] != "simulated"
-    }
-    assert verdicts.pop("4.text.diminishing") == "erratum"
-    assert set(verdicts.values()) == {"agrees"}
+def test_the_tables_of_chapter_4_from_printed_curves_are_the_stored_ones(results):
+    assert compare_tables(results) == 5
 
 
 def test_the_gains_with_our_own_curves_are_claims_of_their_own(results, claims):
@@ -133,17 +89,6 @@ def test_energies_between_zones_and_their_optimum_follow_from_the_simulations(re
     assert found["3.zone.steel.5.n"].contradiction is None
     best = own.groupby("fill_ratio")["normal_energy_J"].mean().idxmax()
     assert found["3.optimum.calibrated"].value == pytest.approx(100 * best)
-
-
-def test_what_follows_from_printed_numbers_of_chapter_3_is_reproduced_but_for_an_erratum(results, claims):
-    computed = claims[claims["nature"].isin(["arithmetic"])]
-    verdicts = {
-        name: word_of(computed.loc[name, "value"], computed.loc[name, "tolerance"], finding)
-        for name, finding in findings(results, "3.").items()
-        if name in computed.index
-    }
-    assert verdicts.pop("3.experiment.difference") == "erratum"
-    assert set(verdicts.values()) == {"agrees"}
 
 
 def test_values_are_those_of_the_synthetic_mill(results):

@@ -52,14 +52,6 @@ def test_a_fill_with_one_condition_borrows_the_spread_of_the_others():
     assert 0.02 < relative < 0.10
 
 
-def test_scaling_collapses_what_was_far_apart(exact):
-    table = tabulate_collapse(exact)
-    powers = table[table["quantity"].isin(["Pn", "Pt"])]
-    assert (powers["spread_dimensional"] > 0.9).all()
-    assert (table["spread_scaled"] < 1e-9).all()
-    assert set(table["scope"]) == {"calibrated"}
-
-
 def test_the_universal_factor_collapses_sets_that_obey_it():
     both = tabulate_descriptors(
         summaries(fills=(0.06, 0.10), factor=1 / np.sqrt(1 - 0.117037))

@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import trapezoid
 
 from millprint.config.errors import ConfigError
-from millprint.fingerprint.descriptors import block_length, tabulate_descriptors
+from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.readers import check_summary, read_summaries
 from millprint.observables.condition import SCALES, VARIABLES, Condition, energy_scale
 from millprint.observables.definitions import COMPUTED
@@ -146,14 +146,6 @@ def test_conditions_can_be_arrays_with_numbers_among_them():
     assert energy_scale(conditions)[1] == pytest.approx(4 * energy_scale(conditions)[0])
 
 
-def test_a_wider_gap_counts_fewer_collisions_of_more_energy():
-    table = tabulate_counting_rules([summary(0.10)]).set_index("counting_rule")
-    assert list(table.index) == ["lifetimes", "gap_0_02", "gap_0_03"]
-    assert table.loc["lifetimes", "f"] == pytest.approx(2 * table.loc["gap_0_03", "f"])
-    assert table.loc["lifetimes", "normal_energy_J"] == pytest.approx(table.loc["gap_0_03", "normal_energy_J"] / 2)
-    assert table.loc["gap_0_03", "ball_ball_share"] == pytest.approx(0.3)
-
-
 def test_a_rule_that_counts_nothing_has_no_energy_and_no_crash():
     # Balls that slide as one raft touch all the time: contacts are counted, but none ends by a rule with a gap.
     run = summary(0.10)
@@ -163,19 +155,6 @@ def test_a_rule_that_counts_nothing_has_no_energy_and_no_crash():
     assert row["f"] == 0 and np.isnan(row["normal_energy_J"])
     (row,) = tabulate_descriptors([run], "hard").to_dict("records")
     assert row["collision_frequency_hz"] == row["normal_energy_J"] == 0 < row["wall_power_W"]
-
-
-def test_seeds_are_averaged_with_their_spread():
-    runs = [summary(0.10, seed=seed, noise=noise) for seed, noise in enumerate((-0.03, 0.0, 0.03))]
-    single = tabulate_descriptors(runs[1:2], "gap_0_03").iloc[0]
-    mean = tabulate_descriptors(runs, "gap_0_03").iloc[0]
-    assert mean["seeds"] == 3
-    assert mean["normal_power_W"] == pytest.approx(single["normal_power_W"], rel=1e-12)
-    assert mean["normal_power_seed_sd_W"] == pytest.approx(0.03 * single["normal_power_W"], rel=1e-9)
-    # The seeds differ by more than their turns say, 3 % against 2 %: the error of the mean holds it.
-    assert mean["normal_power_se_W"] == pytest.approx(0.03 * single["normal_power_W"] / np.sqrt(3), rel=1e-9)
-    assert mean["closure"] == pytest.approx(1e-4)
-    assert np.isnan(single["normal_power_seed_sd_W"])
 
 
 def test_an_unrecorded_counting_rule_is_refused():
@@ -251,7 +230,3 @@ def test_every_scale_grows_by_its_exponents():
         for symbol, name in names.items():
             twice = replace(given, **{name: 2 * getattr(given, name)})
             assert scale.of(twice) / scale.of(given) == pytest.approx(2.0 ** scale.exponents[symbol])
-
-
-def test_a_bootstrap_block_is_the_cube_root_of_the_turns_rounded_up():
-    assert [block_length(turns) for turns in (1, 3, 8, 27, 30, 125)] == [1, 1, 2, 3, 4, 5]

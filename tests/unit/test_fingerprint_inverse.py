@@ -3,13 +3,10 @@
 import itertools
 import json
 import math
-import re
 from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
-from pandas.testing import assert_frame_equal
 
 from millprint.api import read_fingerprint
 from millprint.cli.commands import main as millprint
@@ -26,6 +23,7 @@ from millprint.observables.definitions import descriptors_of, scaled_quantities
 from millprint.run.files import read_table
 from millprint.thesis.curves.scaling import invert_speed, nearest_speed
 from tests.conftest import PRINTED
+from tests.refusals import truths
 from tests.unit.factor_samples import factors_of
 from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, VOLUME, fingerprint, summaries
 
@@ -176,18 +174,6 @@ def test_the_command_line_finds_a_known_condition(curves, file, tmp_path, capsys
 
 
 @pytest.mark.slow
-def test_a_yaml_file_asks_for_a_condition_of_another_mill(file, tmp_path):
-    like = {"fingerprint": file, "speed_rpm": 700, "ball_diameter_mm": 10, "fill_ratio": 0.15}
-    request = tmp_path / "request.yaml"
-    request.write_text(yaml.safe_dump(REQUEST | {"targets": [{"name": "the_other", "like": like}]}))
-    millprint(["match", file, "--request", str(request), "--out", str(tmp_path / "ranked.tsv"), "--ranked", "2"])
-    table = read_table(tmp_path / "ranked.tsv")
-    assert set(table["target"]) == {"the_other"} and len(table) == 2
-    assert table.loc[0, "speed_rpm"] == pytest.approx(700, rel=5e-3)
-    assert table.loc[0, "fill_ratio"] == pytest.approx(0.15, rel=5e-3)
-
-
-@pytest.mark.slow
 def test_the_powder_that_gives_the_target_is_chosen(curves):
     """Of two contact sets, the one that the target came from."""
     strong = Fingerprint.fit(tabulate_descriptors(summaries(contacts=("steel",), factor=1.4), "gap_0_03"), VOLUME, 0.95)
@@ -224,43 +210,6 @@ def analysed(curves, tmp_path_factory) -> str:
 
 
 @pytest.mark.slow
-def test_a_ranking_has_the_intervals_by_contact_parameters_of_those_that_have_them(curves, analysed):
-    request = allowed((300, 1200), (0.04, 0.40), (10,))
-    plain = rank_conditions(TARGET, [curves], request)
-    assert not list(plain.filter(like="_by_"))
-    own = Fingerprint.read(analysed)
-    table = rank_conditions(TARGET, [own], request)
-    # What was there before is as it was.
-    assert_frame_equal(table[list(plain)], plain)
-    best = table.iloc[0]
-    band = own.predict(
-        own.condition(speed_hz=best["speed_rpm"] / 60, ball_diameter_m=0.01, fill_ratio=best["fill_ratio"])
-    ).normal_energy_J
-    assert best["normal_energy_J_by_contact_lower"] == pytest.approx(band.contact.lower, rel=1e-9)
-    assert best["normal_energy_J_by_contact_upper"] == pytest.approx(band.contact.upper, rel=1e-9)
-    # One row of two that are alike is kept, here that of the fingerprint without the analysis: its cells are empty.
-    mixed = rank_conditions(TARGET, [curves, own], request)
-    assert len(mixed) == len(plain) and mixed["normal_energy_J_by_contact_lower"].isna().all()
-
-
-@pytest.mark.slow
-def test_the_command_line_shows_intervals_by_contact_parameters_where_both_have_them(analysed, file, capsys):
-    options = ["--speeds", "300", "1200", "--balls", "10", "--ranked", "2"]
-    shorts = {
-        "weighted": ("E*n", "E*t", "f*n", "f*t"),
-        "per_collision": ("En", "Et", "f"),
-        "shear_share": ("E*n", "Pt/Pn"),
-    }
-    for chosen, own in shorts.items():
-        also = ["--descriptors", chosen, "--equal-frequency"]
-        millprint(["match", analysed, "--like", analysed, "700", "10", "0.12", *options, *also])
-        (said,) = re.findall(r"contact parameters[^:]*: (.*) #", " ".join(capsys.readouterr().out.split()))
-        assert [each.split()[0] for each in said.split(", ")] == list(own)
-    millprint(["match", file, "--like", analysed, "700", "10", "0.12", *options])
-    assert "contact parameters" not in capsys.readouterr().out
-
-
-@pytest.mark.slow
 def test_a_match_with_another_mill_has_the_intervals_of_the_ratio(curves, file, analysed, tmp_path, capsys):
     like = {"fingerprint": analysed, "speed_rpm": 700, "ball_diameter_mm": 10, "fill_ratio": 0.12}
     request = MatchConfig(**REQUEST, targets=[{"name": "other", "like": like}], descriptors="per_collision")
@@ -285,22 +234,10 @@ def band(value: float, factor: float) -> Estimate:
     return Estimate(value, "J", mean=Interval(value / factor, value * factor))
 
 
-@pytest.mark.parametrize(
-    ("found", "wanted", "word"),
-    [
-        (band(1.0, 1.1), band(1.0, 1.1), "agrees"),
-        (band(1.2, 1.01), band(1.0, 1.01), "agrees"),
-        (band(1.4, 1.01), band(1.0, 1.01), "differs"),
-        # The band of the target counts as much as that of what is found; a wide one meets nothing.
-        (band(1.0, 1.01), band(1.0, 1.4), "open"),
-        (band(1.0, 1.4), band(1.0, 1.01), "open"),
-        (band(1.41, 3.0), band(1.0, 1.1), "open"),
-        (band(50.0, 3.0), band(1.0, 3.0), "differs"),
-        (Estimate(1.0, "J"), band(1.0, 1.1), "open"),
-    ],
-)
-def test_the_verdict_is_from_the_bands_of_both_mills(found, wanted, word):
-    assert verdict_on(ratio_of(found, wanted), 30.0).word == word
+@pytest.mark.parametrize(("value", "factor", "wanted", "room", "word"), truths("verdicts_on_two_bands"))
+def test_the_verdict_is_from_the_bands_of_both_mills(value, factor, wanted, room, word):
+    found = band(value, factor) if factor else Estimate(value, "J")
+    assert verdict_on(ratio_of(found, band(wanted, room)), 30.0).word == word
 
 
 @pytest.mark.slow

@@ -27,7 +27,7 @@ from millprint.thesis.fit.jar_search import (
     volume_ml,
     with_roles,
 )
-from millprint.thesis.fit.open_shape import equally_good, measured_again, read_equal_jars, whole_cases
+from millprint.thesis.fit.open_shape import equally_good, read_equal_jars, whole_cases
 from tests.unit.synthetic_mill import summary, true_curves
 
 ROOT = Path(__file__).parents[2]
@@ -178,18 +178,6 @@ def test_jars_and_rules_that_agree_with_every_fitted_value_fit_equally_well(tmp_
     write_table(found.assign(jar=1), path)
     with pytest.raises(ConfigError, match="one number stands for one shape"):
         read_equal_jars(path, ["a", "b"])
-
-
-def test_longer_runs_of_a_jar_give_its_errors_again():
-    values = with_roles(VALUES, ["Pt_f0.06", "normal_d10_n1200"])
-    jars = pd.DataFrame({"jar": [1, 1, 2], "counting_rule": ["gap_0_03", "gap_0_02", "gap_0_03"]})
-    found = measured_again(jars, {1: synthetic()}, values, "emax", "calibrated")
-    tangential, energy = true_curves(0.06)[1], np.mean(synthetic()[-1]["per_revolution"]["normal_J"])
-    printed = VALUES.set_index("name")["published"]
-    logs = np.log([tangential / printed["Pt_f0.06"], energy / printed["normal_d10_n1200"]])
-    worst = 100 * np.expm1(logs[np.abs(np.expm1(logs)).argmax()])
-    np.testing.assert_allclose(found["again_misfit"], [np.sqrt((logs**2).mean())] * 2 + [np.nan], rtol=1e-3)
-    np.testing.assert_allclose(found["again_worst_percent"], [worst] * 2 + [np.nan], rtol=1e-3)
 
 
 def test_a_jar_of_the_set_is_simulated_where_chapter_3_has_claims():

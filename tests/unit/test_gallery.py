@@ -1,7 +1,5 @@
 """The gallery: every figure with its caption, its tables and its origin; and the points of figures without a table."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from matplotlib import pyplot as plt
@@ -9,10 +7,9 @@ from matplotlib.collections import EllipseCollection, LineCollection
 
 from millprint.config.errors import ConfigError
 from millprint.figures.style import DRAWN_COLUMNS, save
-from millprint.provenance.lineage import Job
 from millprint.run.files import read_table
 from millprint.run.outputs import captioned
-from millprint.thesis.report.gallery import Listed, first_sentence, gallery_page, render_caption, show
+from millprint.thesis.report.gallery import first_sentence, render_caption
 
 CONFIG = {"name": "made", "results": "results"}
 
@@ -38,25 +35,6 @@ def test_a_caption_knows_the_configuration_and_the_words_of_its_path():
 def test_a_caption_reads_no_files_and_brings_no_markup_of_its_own():
     caption = render_caption(".. include:: /etc/passwd\n\n.. raw:: html\n\n   <script>x</script>\n\nText.", CONFIG, {})
     assert "root:" not in caption and "<script" not in caption and "Text." in caption
-
-
-def made_figure(folder: Path) -> None:
-    figure, axis = plt.subplots()
-    axis.plot([0, 1], [1, 2], label="measured")
-    save(figure, folder / "doe/residuals.svg", folder / "doe/residuals.png")
-
-
-def test_a_figure_is_shown_with_data_and_origin(tmp_path):
-    made_figure(tmp_path)
-    listed = Listed("doe/residuals.svg", "Chapter 2", {"figure": "2.1", "shows": "residuals"}, "Residuals <b>. More.")
-    job = Job("plot_doe", ("a.tsv", "a.tsv", *(f"b{n}.tsv" for n in range(20))), 0.0, 1.0)
-    with pytest.raises(ConfigError, match=r"residuals.tsv"):
-        show(listed, tmp_path, job, CONFIG)
-    (tmp_path / "doe/residuals.tsv").write_text("x\n1\n")
-    shown = show(listed, tmp_path, job, CONFIG)
-    assert shown.tables == (("../doe/residuals.tsv", "doe/residuals.tsv"),) and len(shown.inputs) + shown.more == 21
-    page = gallery_page("made", [("Chapter 2", shown)], "abc123")
-    assert '<a href="../doe/residuals.tsv">' in page and "plot_doe" in page and "<b>." not in page
 
 
 def test_the_points_of_lines_marks_outlines_maps_and_images_are_tabulated(tmp_path):

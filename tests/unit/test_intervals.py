@@ -24,29 +24,13 @@ from millprint.thesis.curves.scaling import dispersions, draw_blocks, draw_table
 from millprint.thesis.fit.jar_search import JAR_PARAMETERS
 from millprint.thesis.surrogate.measures import failed_tests
 from tests.conftest import ROOT
+from tests.refusals import truths
 from tests.unit import synthetic_mill
 
 CLAIMS_TSV = ROOT / "config/data/claims.tsv"
 
 
-@pytest.mark.parametrize(
-    ("published", "tolerance", "lower", "upper", "word"),
-    [
-        ("20", "15%", 18, 22, AGREES),
-        ("20", "15%", 10, 40, OPEN),
-        ("20-35", "20..35", 18, 37, OPEN),
-        ("2.78", "<=2.78", 1, 23.1, OPEN),
-        # A bound on the value does not ask for the printed one.
-        ("small", "<=15%", 16, 30, DIFFERS),
-        ("0.30/0.045", "recover", "0.29/0.044", "0.31/0.046", AGREES),
-        ("0.30/0.045", "recover", "0.30/0.044", "0.32/0.046", OPEN),
-        ("0.30/0.045", "recover", "0.29/0.044", "0.33/0.046", OPEN),
-        ("0.30/0.045", "recover", "0.33/0.044", "0.35/0.046", DIFFERS),
-        ("yes", "yes", "yes", "yes", AGREES),
-        ("yes", "yes", "no", "yes", OPEN),
-        ("yes", "report", "no", "no", DIFFERS),
-    ],
-)
+@pytest.mark.parametrize(("published", "tolerance", "lower", "upper", "word"), truths("verdicts_on_repeats"))
 def test_repeats_of_numbers_pairs_and_words_are_judged(published, tolerance, lower, upper, word):
     for of, expected in ((5, word), (4, OPEN)):
         assert (
@@ -62,23 +46,11 @@ def test_the_value_has_a_verdict_of_its_own():
     assert judge_repeats("20", "15%", Finding(22.9)) is None and judge_repeats("20", "15%", Finding(None)) is None
 
 
-@pytest.mark.parametrize(
-    ("value", "repeats", "jars", "word", "reason"),
-    [
-        (20.0, None, (), None, ""),
-        (20.0, None, (21.0, 18.0), AGREES, ""),
-        (20.0, None, (21.0, 30.0, 28.0), OPEN, "1 of 3 jars"),
-        (30.0, None, (31.0, 29.0), DIFFERS, ""),
-        (30.0, Repeats(29.0, 31.0, "", 9), (28.0, 21.0), OPEN, "1 of 2 jars"),
-        (20.0, Repeats(19.0, 21.0, "", 9), (22.0, 24.0), OPEN, "1 of 2 jars"),
-        (20.0, Repeats(19.0, 21.0, "", 9), (24.0, 25.0), OPEN, "0 of 2 jars"),
-        (20.0, Repeats(15.0, 25.0, "", 9), (20.5, 19.0), OPEN, "wider"),
-        (20.0, Repeats(19.0, 21.0, "", 9), (20.5, 19.0), AGREES, ""),
-    ],
-)
-def test_a_claim_that_only_some_of_the_jars_that_fit_meet_is_open(value, repeats, jars, word, reason):
-    found = judge_repeats("20", "15%", Finding(value, repeats=repeats, jars=jars))
-    assert (found and found.word) == word and reason in (found.reason if found else "")
+@pytest.mark.parametrize(("value", "repeats", "jars", "told"), truths("verdicts_on_jars"))
+def test_a_claim_that_only_some_of_the_jars_that_fit_meet_is_open(value, repeats, jars, told):
+    own = Repeats(*repeats, "", 9) if repeats else None
+    found = judge_repeats("20", "15%", Finding(value, repeats=own, jars=tuple(jars)))
+    assert (found and found.word) == told[0] and told[1] in (found.reason if found else "")
 
 
 def test_a_statement_that_only_some_of_the_jars_meet_is_open():

@@ -14,16 +14,6 @@ from millprint.run import digest, kernel
 
 ROOT = Path(__file__).parents[2]
 LIBRARY = ROOT / "src"
-COMPILED = {"kernel", "inner", "inlined", "threaded", "array_maker"}
-
-
-def decorator(node: ast.AST) -> str | None:
-    """The maker of a compiled function."""
-    for found in getattr(node, "decorator_list", []):
-        name = getattr(getattr(found, "func", None), "id", None)
-        if name in COMPILED:
-            return name
-    return None
 
 
 def module_of(file: Path) -> str:
@@ -35,18 +25,6 @@ def module_of(file: Path) -> str:
 def sources() -> dict[Path, str]:
     """The text of every file with code that may call a kernel."""
     return {file: file.read_text() for place in ("src", "scripts", "tests") for file in (ROOT / place).rglob("*.py")}
-
-
-@cache
-def inner() -> set[tuple[str, str]]:
-    """Module and name of every function that only kernels may call."""
-    return {
-        (module_of(file), node.name)
-        for file, text in sources().items()
-        if "@inner" in text or "@inlined" in text
-        for node in ast.parse(text).body
-        if isinstance(node, ast.FunctionDef) and decorator(node) in ("inner", "inlined")
-    }
 
 
 @pytest.fixture

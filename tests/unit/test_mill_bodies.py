@@ -12,14 +12,7 @@ from millprint.config.load import check_model
 from millprint.config.mill import MillConfig
 from millprint.dem.case_checks import checked_bodies
 from millprint.dem.packing import capacity, inside, pack
-from millprint.mill.bodies import (
-    ball_space_m3,
-    build_bodies,
-    check_inserts,
-    inserts_in_vessel,
-    travel_m,
-    volume_within,
-)
+from millprint.mill.bodies import ball_space_m3, build_bodies, check_inserts, inserts_in_vessel, travel_m, volume_within
 from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import build_vessel
 from tests.poses import angular_velocity

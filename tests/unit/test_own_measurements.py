@@ -10,11 +10,7 @@ from millprint.config.included import SOURCES, load_mill
 from millprint.config.setup_models import SETTINGS
 from millprint.config.sweep import DemConfig
 from millprint.run.files import write_table
-from millprint.validation.measured import (
-    check_measured,
-    measured_points,
-    read_measurements,
-)
+from millprint.validation.measured import check_measured, measured_points, read_measurements
 from millprint.validation.setups import predict
 from millprint.validation.tumbling_runs import design, measured_speeds
 from millprint.validation.verdicts import give_verdicts

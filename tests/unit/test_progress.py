@@ -44,16 +44,6 @@ def test_a_long_job_writes_a_line_every_half_minute_with_the_time_to_go(clock, c
     assert lines[-1] == "fitting: 120 of 120 folds, 2 min 0 s so far; done"
 
 
-def test_a_job_that_fails_does_not_say_that_it_is_done(clock, capsys):
-    with pytest.raises(ZeroDivisionError), progress(100, "fitting", "fold") as bar:
-        for done in range(100):
-            clock.now += 1.0
-            bar.update()
-            1 / (20 - done)
-    (line,) = lines_of(capsys)
-    assert line.endswith("to go")
-
-
 def test_a_simulation_counts_seconds_and_a_search_of_unknown_length_its_steps(clock, capsys):
     with progress(1_000_000, "emax", "s simulated", unit_scale=2e-6) as bar:
         clock.now += 12.0

@@ -3,16 +3,12 @@
 import json
 import shutil
 from datetime import UTC, datetime
-from hashlib import sha256
 from pathlib import Path
-from urllib.parse import quote
 
 import pytest
 
-from millprint.cli.commands import main as millprint
 from millprint.config.errors import ConfigError
 from millprint.provenance.lineage import ADDITIONAL, CHANGED, MISSING, Job, check_folder, places, read_jobs, trace
-from millprint.run.output_digests import write_record
 from tests.refusals import refusal, refusals
 from tests.unit.made_run import CONFIG, JOBS, MILL, RUN, describe_run, keep_record, make_run, write
 
@@ -62,30 +58,6 @@ def test_records_with_names_longer_than_a_file_name_are_found(run):
     assert jobs[path] == Job("make", ("a",), 1.0, 2.0)
 
 
-def test_the_crate_says_what_was_read_and_written_with_digests(run):
-    assert describe_run() == 6
-    found = entities()
-    for path in ("doe/runs.tsv", FIGURE, "report/run.yaml", "crate/config/data/screening.tsv", f"crate/{MILL}"):
-        content = Path("results", path).read_bytes()
-        entity = found[quote(path)]
-        assert entity["sha256"] == sha256(content).hexdigest() and entity["contentSize"] == str(len(content))
-    action = found["#run"]
-    results = {entity["@id"] for entity in action["result"]}
-    assert results == {"doe/runs.tsv", quote(FIGURE)}
-    read = {entity["@id"] for entity in action["object"]}
-    assert read == {
-        *("report/run.yaml", "crate/config/data/screening.tsv", f"crate/{MILL}"),
-        *("#value/name", "#value/results", "#value/mill", "#value/contacts"),
-    }
-    assert found["#value/contacts"]["value"] == "calibrated, steel"
-    # The table is known by the key of the configuration that names it.
-    screening = found["crate/config/data/screening.tsv"]["exampleOfWork"]["@id"]
-    assert found[screening]["name"] == "data.screening"
-    assert found["doe/runs.tsv"]["encodingFormat"] == "text/tab-separated-values"
-    parts = {entity["@id"] for entity in found["./"]["hasPart"]}
-    assert {"logs/", "benchmarks/", "crate/workflow/Snakefile"} <= parts
-
-
 def test_the_configuration_names_who_runs_and_the_licence_of_the_results(run):
     said = {"agent": "A. Miller", "orcid": "0000-0002-1825-0097", "affiliation": "A mill", "licence": "CC-BY-4.0"}
     make_run({**CONFIG, "provenance": said})
@@ -110,17 +82,6 @@ def test_the_same_run_is_described_by_the_same_bytes_anywhere(run, tmp_path_fact
     describe_run()
     assert Path("results/ro-crate-metadata.json").read_bytes() == first
     assert str(run).encode() not in first
-
-
-def test_what_another_target_made_is_listed_but_is_no_result_of_the_run(run):
-    write("results/cards/card.json", "{}")
-    keep_record("results/cards/card.json", {"rule": "write_card", "input": [], "starttime": 1.0, "endtime": 2.0})
-    write_record(Path("results/logs/cards.json"), ["results/cards/card.json"])
-    describe_run()
-    found = entities()
-    assert "cards/card.json" in found
-    assert "cards/card.json" not in {entity["@id"] for entity in found["#run"]["result"]}
-    assert faults() == []
 
 
 @pytest.mark.parametrize(
@@ -161,20 +122,6 @@ def test_a_copy_is_checked_file_by_file(run, tmp_path_factory):
         (MISSING, FIGURE),
         (CHANGED, "doe/runs.tsv"),
         (ADDITIONAL, "doe/notes.txt"),
-    ]
-
-
-@pytest.mark.slow
-def test_the_command_says_a_line_for_each_fault_and_its_status_is_1(run, capsys):
-    describe_run()
-    capsys.readouterr()
-    assert millprint(["check-crate", "results"]) == 0
-    assert capsys.readouterr().out == "results: all 6 files are as the crate says\n"
-    Path("results/doe/runs.tsv").write_text("short")
-    assert millprint(["check-crate", "results"]) == 1
-    assert capsys.readouterr().out.splitlines() == [
-        "changed: doe/runs.tsv: 5 bytes instead of 32",
-        "results: 6 files checked, 1 not as the crate says",
     ]
 
 

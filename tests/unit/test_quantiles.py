@@ -71,10 +71,7 @@ def test_densities_are_those_of_scipy_stats(shape):
     value, mean = random.normal(0, 30, shape), random.normal(0, 5, shape)
     deviation = np.exp(random.normal(0, 3, shape))
     assert is_same(quantiles.normal_density(value), stats.norm.pdf(value))
-    for ours, theirs in (
-        (quantiles.normal_density, stats.norm.pdf),
-        (quantiles.normal_log_density, stats.norm.logpdf),
-    ):
+    for ours, theirs in ((quantiles.normal_density, stats.norm.pdf), (quantiles.normal_log_density, stats.norm.logpdf)):
         assert is_same(ours(value, mean, deviation), theirs(value, mean, deviation))
         assert is_same(
             ours(value.T[..., ::2] if shape else value, 1.5, 0.3),

@@ -85,11 +85,7 @@ def test_a_condition_simulated_again_lies_within_its_band(name, made):
     case = case.model_copy(update={"seed": 1_000_000})
     found = simulate(case, mill, load_contact("calibrated"), DemConfig())
     predicted = fingerprint.predict(
-        fingerprint.condition(
-            speed_hz=case.speed_hz,
-            ball_diameter_m=case.ball_diameter_m,
-            fill_ratio=case.fill_ratio,
-        )
+        fingerprint.condition(speed_hz=case.speed_hz, ball_diameter_m=case.ball_diameter_m, fill_ratio=case.fill_ratio)
     )
     known = predicted.wall_power_W
     (row,) = tabulate_descriptors([found], fingerprint.about["counting_rule"]).to_dict("records")

@@ -5,17 +5,14 @@ from functools import cache
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib import pyplot as plt
 from PIL import Image
 from tools.draw_pictures import PICTURES, RUNS, made_of
 
 from millprint.dose.spectra_shown import temperature_rows
-from millprint.figures.mill_sheet_figure import LETTERS, ROOM, SHEET_IN, WIDTHS
-from millprint.figures.style import write_rows
 from millprint.fingerprint.mill_collapse import find_zones, tabulate_mill_collapse
 from millprint.fingerprint.mill_sheet import WHERE, tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
-from millprint.observables.definitions import CURVES, PREDICTED
+from millprint.observables.definitions import CURVES
 from tests.unit.synthetic_mill import descriptors, fingerprint
 from tests.unit.test_mills import mill
 
@@ -90,18 +87,3 @@ def test_a_sheet_has_the_dose_and_the_temperatures_of_its_condition():
     assert temperature_rows(temperatures(sheet), sheet)["value"].tolist() == 3 * [41.2]
     other = temperature_rows(temperatures(sheet, speed_rpm=1.0), sheet)
     assert other["text"].tolist() == ["not calculated here"]
-
-
-def test_no_name_of_a_row_reaches_into_its_text():
-    """Names beside texts that fill their lines, measured as they are drawn."""
-    titles = [*(own.title for own in PREDICTED.values()), "amplitude A, half of the longest way of a wall"]
-    text = "power 1 % (1 to 3), normal power 4 % (2 to 20), tangential 2 % (1 to 3)"[: WIDTHS[1]]
-    rows = [(title, text) for title in titles]
-    figure = plt.figure(figsize=SHEET_IN, layout="constrained")
-    axes = figure.subplots(4, 2)[1]
-    for axis in axes:
-        write_rows(axis, rows, WIDTHS, LETTERS, ROOM)
-    figure.draw_without_rendering()
-    for axis in axes:
-        _, names, texts = (text.get_window_extent() for text in axis.texts)
-        assert names.x1 < texts.x0

@@ -47,12 +47,7 @@ def paces_of(geometry: dict, motion: dict, inserts=()) -> list:
             2 * W * math.radians(0.3) * 5.03,
             4 * W**2 * math.radians(0.3) * 5.03,
         ),
-        (
-            JAR,
-            {"kind": "lissajous", "terms": [{"axis": "x", "amplitude_mm": 2, "multiple": 200}]},
-            0.4 * W,
-            80 * W**2,
-        ),
+        (JAR, {"kind": "lissajous", "terms": [{"axis": "x", "amplitude_mm": 2, "multiple": 200}]}, 0.4 * W, 80 * W**2),
         (JAR, {"kind": "rest"}, 0.0, 0.0),
     ],
 )

@@ -48,11 +48,7 @@ def test_a_run_says_which_verdicts_are_others_on_another_machine(tmp_path):
     here = judged(a=(DIFFERS, OPEN), b=DIFFERS, c=DIFFERS, runtime=DIFFERS, point=AGREES)
     table = compare_verdicts(here, stored, "thesis").set_index("id")
     assert table["reason"].to_dict() == {"a": EXPECTED, "b": UNEXPECTED, "runtime": OF_MACHINE}
-    assert table.loc["a", ["verdict", "verdict_elsewhere", "processor"]].tolist() == [
-        "differs",
-        "agrees",
-        "znver4",
-    ]
+    assert table.loc["a", ["verdict", "verdict_elsewhere", "processor"]].tolist() == ["differs", "agrees", "znver4"]
     said = in_a_line(table.reset_index(), stored, "thesis")
     assert said.startswith(
         "verdicts of other machines (5 of znver4, AVX-512, 0f1e2d3c, 2026-11-20): 3 differ here, 1 of them not"

@@ -1,22 +1,13 @@
 """Settings of the surrogate stage, its claims, and its tables."""
 
-from pathlib import Path
-
-import pandas as pd
 import pytest
 
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.surrogate import SurrogateConfig
 from millprint.config.sweep import DemConfig, SweepConfig, expand_sweep
-from millprint.estimate.judge import AGREES, DIFFERS
-from millprint.run.files import write_json, write_table
 from millprint.thesis.chapter_checks import check_surrogate_cases
-from millprint.thesis.claims.tabulate import collect_findings
-from millprint.thesis.surrogate.measures import printed_measures, tabulate
-from tests.conftest import PRINTED, configuration
-
-ROOT = Path(__file__).parents[2]
+from tests.conftest import configuration
 
 
 @pytest.fixture
@@ -110,69 +101,6 @@ def test_a_roll_out_is_no_longer_than_its_test(content):
     assert config.rollout_of("long", "rest").length_s == 2
     assert config.rollout_of("long", "trained").length_s == 15
     assert config.rollout_of("thesis", "rest").length_s == min(2, config.variant("thesis").rollout.length_s)
-
-
-def surrogate_findings(results: Path) -> dict:
-    claims = ROOT / "config/data/claims.tsv"
-    return collect_findings(results, claims, "6.") | collect_findings(results, claims, "A.")
-
-
-def test_every_claim_has_a_finding_before_anything_has_run(tmp_path):
-    found = surrogate_findings(tmp_path)
-    assert set(found) == {name for name in PRINTED if name.startswith(("6.", "A."))}
-    assert found.pop("6.timestep").value == pytest.approx(10426.3, abs=0.1)
-    assert all(finding.value is None for finding in found.values())
-
-
-def metrics(variant: str, test: str, length_s: float = 15, **values: float) -> pd.DataFrame:
-    references = {"increments_5ms_r": 0.4, "cumulative_pearson_r": 0.9999}
-    return tabulate(values, references, test, variant, printed_measures(pd.Series(PRINTED)), length_s=length_s)
-
-
-def claim_tables(folder: Path, length_s: float = 15) -> None:
-    """Small tables of a run."""
-    values = {"stable": 1, "balls_left": 0, "one_step_dissipation_bias_percent": 1, "increments_5ms_r": 0.3}
-    values |= {"mean_square_speed_ratio": 0.9, "one_step_acceleration_r2": 0.5, "position_mse_plateau_m2": 3e-4}
-    values |= {"position_mse_centroid_m2": 4e-4}
-    errors = {"trained": 1.0, "motion1": 2.0, "motion2": 3.0, "post": 4.0}
-    tables = [
-        metrics(name, test, length_s, **values, dissipation_error_percent=error, cumulative_pearson_r=1 - error / 1e4)
-        for name in ("thesis", "ours")
-        for test, error in errors.items()
-    ]
-    write_table(pd.concat(tables), folder / "metrics.tsv")
-    write_table(pd.concat(tables[:4]), folder / "thesis/metrics.tsv")
-    rows = [("baseline", 1, 5.0, ""), ("window3", 1, 9.0, AGREES)]
-    rows += [("window9", 0, 9.0, AGREES), ("width64", 1, 2.0, DIFFERS)]
-    rows.append(("phi_deep", 1, 7.5, DIFFERS))
-    ablations = pd.DataFrame(rows, columns=["variant", "stable", "dissipation_error_percent", "verdict"])
-    ablations = ablations.assign(balls_left=0, mean_square_speed_ratio=1.0, one_step_dissipation_bias_percent=-4.0)
-    ablations = ablations.assign(epochs=10, training_s=118.0, rollout_s=1.0, thesis_statement="it is so")
-    write_table(ablations, folder / "ablations.tsv")
-    rows = [("thesis", 24, 200.0, 6.0), ("thesis", 191, 900.0, 45.0), ("ours", 24, 12.0, 6.0)]
-    runtimes = pd.DataFrame(rows, columns=["variant", "balls", "seconds_for_15_s", "dem_seconds_for_15_s"])
-    write_table(runtimes.assign(batch=1, basis="measured"), folder / "runtime.tsv")
-
-
-def test_claims_read_the_tables(tmp_path):
-    claim_tables(tmp_path / "surrogate")
-    # A shorter run of another seed, which a smoke run has left behind, decides nothing.
-    for seed, duration in enumerate((5.2e-4, 6.2e-4)):
-        summary = tmp_path / f"dem/emax/calibrated/d10_f0.10_n300_s{seed}/summary.json"
-        write_json({"median_contact_duration_s": duration}, summary)
-    found = {name: finding.value for name, finding in surrogate_findings(tmp_path).items()}
-    expected = {"6.mse": 3e-4, "6.energy": 1, "6.energy.motion1": 2, "6.geometry": "yes", "6.runtime.ratio": 0.03}
-    expected |= {"6.duration": 5.2e-4}
-    expected |= {"A.window3": "yes", "A.window9": "yes", "A.width64": "no", "A.layers2": None, "A.phi.deep": 7.5}
-    assert {name: found[name] for name in expected} == expected and found["6.pearson"] == pytest.approx(0.9997)
-
-
-def test_a_roll_out_that_is_shorter_than_the_stated_one_decides_only_that_it_runs_away(tmp_path):
-    claim_tables(tmp_path / "surrogate", 1.5)
-    found = surrogate_findings(tmp_path)
-    own = [name for name in found if name.startswith(("6.mse", "6.energy", "6.geometry", "6.pearson"))]
-    own.remove("6.geometry.dissipation")
-    assert all(found[name].value is None and "ends after 1.5 s" in found[name].explanation for name in own)
 
 
 def test_every_training_has_its_own_seed(content):

@@ -179,11 +179,7 @@ def test_the_known_motion_again_is_itself_after_whole_turns_and_scaled_on_a_fast
     frames, longer = round(turn / FRAME), round((turn + 0.1) / FRAME) + 1
     empty = np.zeros((longer, *part.position_m.shape[1:]))
     asked = replace(
-        part,
-        time_s=FRAME * np.arange(longer),
-        position_m=empty,
-        velocity_m_s=empty,
-        dissipated_J=np.zeros((longer, 1)),
+        part, time_s=FRAME * np.arange(longer), position_m=empty, velocity_m_s=empty, dissipated_J=np.zeros((longer, 1))
     )
     again = scaled_motion(asked, SCENE, part, SCENE)
     np.testing.assert_allclose(again.position_m[1 : frames + 1], part.position_m[1:], atol=1e-12)

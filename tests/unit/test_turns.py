@@ -10,6 +10,7 @@ from millprint.dem.turns import half_width, has_impacts, mean_of_turns, motion_r
 from millprint.estimate.estimates import factor_of
 from millprint.fingerprint.descriptors import MOTIONS, lasting_motions, said_of, tabulate_descriptors, variance_of_run
 from millprint.fingerprint.model import Fingerprint
+from tests.refusals import truths
 from tests.unit.synthetic_mill import VOLUME, summary
 
 
@@ -115,16 +116,7 @@ def test_the_error_of_several_seeds_contains_their_spread_and_the_motion_is_said
     assert tabulate_descriptors([short], "gap_0_03").iloc[0]["motion"] == MOTIONS["few_turns"].word
 
 
-@pytest.mark.parametrize(
-    ("powers", "error", "counts"),
-    [
-        ([2.66, 5.66, 5.68], 0.005, [1, 2]),  # nine balls in a planetary jar: in one seed as a raft
-        ([5.66, 5.68, 5.70], 1e-4, [3]),  # apart for sure, but by less than anybody would see
-        ([1.02, 1.43, 1.55], 0.13, [3]),  # by less than what their turns explain
-        ([1.0, 1.04, 1.08, 1.5], 0.0, [3, 1]),  # neighbours are alike, though the ends of a group are not
-        ([3.0], 0.1, [1]),
-    ],
-)
+@pytest.mark.parametrize(("powers", "error", "counts"), truths("groups_of_seeds"))
 def test_seeds_of_one_lasting_motion_are_one_group(powers, error, counts):
     found = lasting_motions(np.array(powers), np.full(len(powers), error**2))
     assert [len(group) for group in found] == counts and np.concatenate(found).tolist() == powers

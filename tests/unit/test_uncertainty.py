@@ -9,12 +9,7 @@ from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.included import load_contact, load_mill
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import DemConfig
-from millprint.config.uncertainty import (
-    DISTRIBUTIONS,
-    PARAMETERS,
-    ParametersSection,
-    UncertaintyConfig,
-)
+from millprint.config.uncertainty import DISTRIBUTIONS, PARAMETERS, ParametersSection, UncertaintyConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.run import simulate
 from millprint.fingerprint.bands import read_factors

@@ -16,7 +16,7 @@ from millprint.validation.measured import (
     read_measurements,
 )
 from millprint.validation.verdicts import NOT_EXPLAINED, count_verdicts, give_verdicts, tabulate_coverage
-from tests.refusals import refusal, refusals
+from tests.refusals import refusal, refusals, truths
 from tests.workflow.conftest import ROOT
 
 MEASURED = ROOT / "config/data/measured.tsv"
@@ -101,18 +101,7 @@ def judge(points, predictions, variants=(), setup="alumina_impact", **options) -
     return give_verdicts(points, {setup: predictions}, {setup: variants}, **options)
 
 
-@pytest.mark.parametrize(
-    ("predicted", "lower", "upper", "reason"),
-    [
-        (100.4, 99.0, 101.0, "within both intervals"),
-        (100.4, np.nan, np.nan, "within 10 %"),  # the prediction has no interval
-        (104.0, 99.0, 106.0, "within 10 %"),  # the prediction lies outside the measured interval
-        (101.0, 100.4, 101.5, "within 10 %"),  # the ends overlap, but no number lies within both
-        (109.9, 109.0, 110.5, "within 10 %"),
-        (110.1, 109.0, 110.5, "off"),
-        (89.9, np.nan, np.nan, "off"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("predicted", "lower", "upper", "reason"), truths("verdicts_on_a_number"))
 def test_the_rules_of_a_verdict(tmp_path, predicted, lower, upper, reason):
     points = points_of(tmp_path, {"value": "10:100"})
     bounds = {"lower": lower, "upper": upper, "interval": CONTACT}
@@ -122,16 +111,7 @@ def test_the_rules_of_a_verdict(tmp_path, predicted, lower, upper, reason):
     assert row["explanation"] == (NOT_EXPLAINED if reason == "off" else "")
 
 
-@pytest.mark.parametrize(
-    ("unit", "tolerance", "close"),
-    [
-        ("deg", 3.0, "near"),
-        ("m", 0.003, "near"),
-        ("rings", 0.5, "near"),
-        ("W", 2.7, "within 10 %"),
-        ("rad/s", 2.7, "within 10 %"),
-    ],
-)
+@pytest.mark.parametrize(("unit", "tolerance", "close"), truths("tolerances_by_unit"))
 def test_angles_places_and_counts_have_a_tolerance_and_a_verdict_of_their_own(tmp_path, unit, tolerance, close):
     points = points_of(tmp_path, {"value": "27", "x": "", "unit": unit, "uncertainty": "", "uncertainty_unit": ""})
     for shift, verdict in ((0.99, close), (1.01, "off")):
@@ -151,19 +131,7 @@ SERIES = {"value": "10:100;20:100;30:100;40:100", "uncertainty": "", "uncertaint
 OURS = [(10.0, 50.0), (20.0, 60.0), (30.0, 99.0), (40.0, 101.0)]
 
 
-@pytest.mark.parametrize(
-    ("variant", "explained", "text"),
-    [
-        # It meets both misses and spoils nothing.
-        ([98, 97, 100, 105], [True, True], "met by: slip. It meets 4 of all 4 numbers that it predicts, ours 2"),
-        # It meets both misses, and misses a number that we meet.
-        ([98, 97, 100, 130], [False, False], "slip meets this number, and 3 of 4 of its row, 3 of all 4 numbers"),
-        # It meets one miss, and misses the other.
-        ([98, 70, 100, 105], [False, False], "slip meets this number, and 3 of 4 of its row"),
-        # It meets none.
-        ([70, 70, 100, 105], [False, False], NOT_EXPLAINED),
-    ],
-)
+@pytest.mark.parametrize(("variant", "explained", "text"), truths("variants_that_explain"))
 def test_a_variant_explains_a_miss_only_if_other_numbers_confirm_it(tmp_path, variant, explained, text):
     points = points_of(tmp_path, SERIES)
     places = [x for x, _ in OURS]

@@ -8,15 +8,7 @@ import pytest
 from millprint.config.contact_set import ContactConfig
 from millprint.config.setup_models import FILES
 from millprint.estimate.estimates import half_width
-from millprint.validation.drums import (
-    Motion,
-    Surface,
-    fit_surface,
-    measure,
-    sample_contacts,
-    speed_profile,
-    zero_place,
-)
+from millprint.validation.drums import Motion, Surface, fit_surface, measure, sample_contacts, speed_profile, zero_place
 
 RADIUS, HEIGHT, CELL = 0.12, -0.03, 0.003
 # The speed is 0 at this place [m] and grows at this rate towards the surface [1/s].

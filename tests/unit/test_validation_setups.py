@@ -9,13 +9,7 @@ from millprint.config.load import check_model
 from millprint.config.setup_models import SETTINGS, SetupConfig
 from millprint.config.sweep import DemConfig
 from millprint.config.workflow import WorkflowConfig
-from millprint.validation.measured import (
-    CONTACT,
-    PREDICTION_COLUMNS,
-    UNKNOWN,
-    check_predictions,
-    read_measurements,
-)
+from millprint.validation.measured import CONTACT, PREDICTION_COLUMNS, UNKNOWN, check_predictions, read_measurements
 from millprint.validation.setups import assumption_table, predict, setup_named
 from tests.physics.test_impacts import ALUMINA
 from tests.unit.test_validation import MEASURED, points_of, predictions_of

@@ -1,8 +1,6 @@
 """Frames of an animation: visible parts, their order, the written file; and two runs side by side."""
 
-from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -11,8 +9,8 @@ from PIL import Image
 
 from millprint.cli.commands import main as millprint
 from millprint.config.view import ViewConfig
-from millprint.figures.animation import SPEEDS, Animation, save_animation
-from millprint.view.frames import Movie, read_movie
+from millprint.figures.animation import Animation, save_animation
+from millprint.view.frames import read_movie
 from tests.unit.run_samples import OUTLINE, turn, write_sample
 
 pytestmark = pytest.mark.usefixtures("close_figures")
@@ -20,16 +18,6 @@ pytestmark = pytest.mark.usefixtures("close_figures")
 SETTINGS = ViewConfig(revolutions=1, frames_per_revolution=25)
 
 FEW = ViewConfig(revolutions=0.32, frames_per_revolution=25)
-
-
-def movie_of_one_ball(run: Path, speed_m_s: float, place_mm: tuple[float, float]) -> Movie:
-    """One frame with one ball at the same place of both panels."""
-    movie = read_movie(run, SETTINGS)
-    pictures = tuple(
-        replace(picture, centre_mm=np.array([place_mm]), radius_mm=np.array([5.0]), speed_m_s=np.array([speed_m_s]))
-        for picture in movie.frames[0].pictures
-    )
-    return replace(movie, frames=(replace(movie.frames[0], pictures=pictures),), speed_max_m_s=2.0)
 
 
 def test_balls_are_drawn_from_the_back_to_the_front_at_their_place(run):
@@ -69,26 +57,6 @@ def test_the_jar_is_outlined_where_it_is(tmp_path, turning):
     assert np.ptp(side.wall_mm[..., 1]) == pytest.approx(30)
     for panel, picture in zip(movie.panels, (above, side), strict=True):
         assert (picture.outline_mm > panel.limits_mm[0]).all() and (picture.outline_mm < panel.limits_mm[1]).all()
-
-
-def pixel(animation: Animation, picture: np.ndarray, panel: int, place_mm: tuple[float, float]) -> np.ndarray:
-    axes = animation.figure.axes[panel]
-    x, y = axes.transData.transform(place_mm)
-    return picture[int(picture.shape[0] - y), int(x)] / 255
-
-
-def test_a_ball_has_its_size_and_the_colour_of_its_speed(run):
-    movie = movie_of_one_ball(run, 1.3, (17.0, 12.0))
-    animation = Animation(movie)
-    drawn = np.asarray(animation.draw(movie.frames[0]))
-    colour = np.array(SPEEDS(1.3 / 2.0)[:3])
-    for panel in (0, 1):
-        for away in ((4.2, 0), (0, -4.2), (-3.0, -3.0)):
-            inside = pixel(animation, drawn, panel, (17.0 + away[0], 12.0 + away[1]))
-            assert inside == pytest.approx(colour, abs=0.02)
-        for away in ((6.0, 0), (0, -6.0), (-4.2, -4.2)):
-            outside = pixel(animation, drawn, panel, (17.0 + away[0], 12.0 + away[1]))
-            assert np.ptp(outside) < 0.02, "must be grey wall or paper"
 
 
 @pytest.mark.parametrize("suffix", ["gif", "png"])

@@ -18,14 +18,7 @@ from millprint.thesis.yields.averaging import (
     fit_member,
     to_conversion,
 )
-from millprint.thesis.yields.estimators import (
-    FIT_JITTER,
-    MEAN_VARIANCE,
-    fit_process,
-    kernel_of,
-    posterior_of,
-    prior_of,
-)
+from millprint.thesis.yields.estimators import FIT_JITTER, MEAN_VARIANCE, fit_process, kernel_of, posterior_of, prior_of
 from millprint.thesis.yields.experiments import Mill, described_settings
 from millprint.thesis.yields.features import describe
 from millprint.thesis.yields.groups import regime_rows

@@ -7,13 +7,7 @@ import yaml
 
 from millprint.run.files import read_json
 from tests.workflow import drawn_mill
-from tests.workflow.conftest import (
-    LINED_RUN,
-    LINED_SETTINGS,
-    ROOT,
-    jobs_of,
-    run_snakemake,
-)
+from tests.workflow.conftest import LINED_RUN, LINED_SETTINGS, ROOT, jobs_of, run_snakemake
 
 BOX = yaml.safe_load((ROOT / "config/smoke.yaml").read_text())["mills"]["box"]
 
