@@ -10,9 +10,9 @@ from scipy.sparse.csgraph import connected_components
 from millprint.mill.borders import borders_of, must_be_trimmed, rough_facets
 from millprint.mill.curved_surfaces import Curve
 from millprint.mill.drawn_creases import endless
-from millprint.mill.outlines import Outlines, Ragged
+from millprint.mill.outlines import Outlines, Ragged, lengths
 from millprint.mill.turned_shapes import LARGEST_TURN, LOOSE, Drawing, Line, Swept
-from millprint.mill.vessel import Vessel
+from millprint.mill.vessel import WELD, Vessel
 from millprint.mill.wall_features import facet_patches
 
 # What angles of half and whole turns may be off [rad].
@@ -222,9 +222,45 @@ def _trimmed(curve: Curve, points: np.ndarray) -> Curve:
     return Curve(**{**curve.__dict__, **changes})
 
 
+def _without_collapsed(vessel: Vessel, moved: np.ndarray) -> tuple[Outlines, np.ndarray]:
+    """The outlines through moved vertices (v, 3) of the facets that are still some, and the numbers of these.
+
+    The vertices of a facet that is hardly wider than the file's rounding may all be put on one border. Its neighbours
+    meet there once those that are in one place by now are one.
+    """
+    begin = vessel.corners
+    end = begin[vessel.outlines.loops.ahead]
+    is_short = lengths(moved[end] - moved[begin])[:, 0] < WELD * vessel.size
+    if not is_short.any():
+        kept = np.arange(len(vessel.normals))
+        return Outlines(moved[begin], vessel.outlines.loops, vessel.outlines.facets), kept
+    pairs = coo_array((np.ones(is_short.sum()), (begin[is_short], end[is_short])), (len(moved),) * 2)
+    _, number = connected_components(pairs, directed=False)
+    _, first = np.unique(number, return_index=True)
+    outlines = vessel.outlines.lists(number[begin])
+    loops = [[way for loop in facet if (way := _around(loop.tolist()))] for facet in outlines]
+    kept = np.flatnonzero([len(facet) > 0 for facet in loops])
+    return Outlines.of([moved[first[loop]] for loop in loops[facet]] for facet in kept.tolist()), kept
+
+
+def _around(loop: list[int]) -> list[int]:
+    """An outline without sides from a vertex to itself, and without those that go to another and straight back."""
+    way: list[int] = []
+    for vertex in loop:
+        if vertex in way[-1:]:
+            continue
+        if vertex in way[-2:-1]:
+            way.pop()
+        else:
+            way.append(vertex)
+    while len(way) > 2 and (way[-1] in way[:2] or way[-2] == way[0]):
+        way = way[:-1] if way[-1] == way[0] else way[1:-1] if way[-1] == way[1] else way[:-2]
+    return way if len(way) > 2 else []
+
+
 def _made_whole(vessel: Vessel, free: list[int], curves: list[Curve], on_curve: np.ndarray) -> np.ndarray:
     """Let curves of a vessel be whole surfaces that end at their facets; returns on_curve with their parts joined."""
-    given = np.empty(len(on_curve), dtype=np.int64)
+    given = np.full(len(on_curve), -1)
     given[vessel.placed_from] = vessel.facet_curves
     pairs = vessel.facet_curves[vessel.edge_arrays.facets]
     joined = [a != b and min(a, b) >= 0 and vessel.curves[a].is_part_of(vessel.curves[b]) for a, b in pairs.tolist()]
@@ -283,8 +319,9 @@ def whole_patches(
             else curve
             for number, curve in enumerate(curves)
         ]
-        facets = Outlines(moved[vessel.corners], vessel.outlines.loops, vessel.outlines.facets)
-        exact = Vessel(facets, vessel.name, vessel.solid, vessel.smooth_axis, trimmed, on_curve, tuple(report))
+        facets, kept = _without_collapsed(vessel, moved)
+        exact = Vessel(facets, vessel.name, vessel.solid, vessel.smooth_axis, trimmed, on_curve[kept], tuple(report))
+        exact.placed_from = kept[exact.placed_from]
         borders = borders_of(exact)
         if free := must_be_trimmed(exact, borders):
             on_curve = _made_whole(exact, free, curves, on_curve)

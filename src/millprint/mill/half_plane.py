@@ -61,6 +61,13 @@ class HalfPlane:
         """For each facet (f,) the largest of what its vertices (v,) have."""
         return np.maximum.reduceat(values[self.corners], self.of_facet.first)
 
+    def on(self, drawing: Drawing, shape: Line | Circle, slack: float) -> np.ndarray:
+        """Which facets (f,) lie on a line or arc, whose chords they are: their vertices to a slack, in tolerances."""
+        # A floor has its outline, a ring, on the fillet that it joins.
+        sag = self.middles[:, 0] + (shape.radius if isinstance(shape, Circle) else 0.0)
+        is_near = self.largest(np.abs(shape.off(self.flat))) <= slack * drawing.tolerance
+        return is_near & (np.abs(shape.off(self.middles)) <= SAG * sag + drawing.tolerance)
+
     def fit(
         self, drawing: Drawing, seed: Sequence[int], kind: type[Line] | type[Circle]
     ) -> tuple[Line | Circle, np.ndarray] | None:
@@ -74,10 +81,7 @@ class HalfPlane:
             if isinstance(shape, Circle) and abs(shape.r) < self.near:
                 shape.r = 0.0
                 shape.z, shape.radius = _on_axis_circle(own)
-            # A floor has its outline, a ring, on the fillet that it joins.
-            sag = self.middles[:, 0] + (shape.radius if isinstance(shape, Circle) else 0.0)
-            holds = free & (self.largest(np.abs(shape.off(self.flat))) <= slack * drawing.tolerance)
-            holds &= np.abs(shape.off(self.middles)) <= SAG * sag + drawing.tolerance
+            holds = free & self.on(drawing, shape, slack)
             facing = np.vecdot(self.facing, _slopes(shape, self.middles))
             holds &= facing * facing[seed[0]] > 0.5
             return shape, np.flatnonzero(holds) if holds[list(seed)].any() else np.empty(0, dtype=np.int64)
@@ -140,15 +144,11 @@ class HalfPlane:
         return counts, names
 
 
-def _fitted(drawing: Drawing, plane: HalfPlane, seed: Sequence[int], kind: type[Line] | type[Circle]) -> list[Swept]:
-    """The surface about an axis that begins with two facets, each of whose vertices lies on it.
-
-    Its pieces, where other walls interrupt it; nothing where there is too little of it.
-    """
+def _fitted(drawing: Drawing, plane: HalfPlane, seed: Sequence[int], kind: type[Line] | type[Circle]) -> Swept | None:
+    """The surface about an axis that begins with two facets, each of whose vertices lies on it; None of too little."""
     found = plane.fit(drawing, seed, kind) if surface_begins(drawing, plane.axis, seed, (kind,)) else None
-    if found is None or not _is_enough(drawing, Swept(plane.axis, *found)):
-        return []
-    return [Swept(plane.axis, found[0], piece) for piece in drawing.pieces(found[1])]
+    swept = Swept(plane.axis, *found) if found else None
+    return swept if swept and _is_enough(drawing, swept) else None
 
 
 def surface_begins(
@@ -185,9 +185,7 @@ def _steps(drawing: Drawing, swept: Swept) -> tuple[int, int]:
     flat, angles = swept.axis.meridian(points), swept.axis.angles(points)
     off_axis = flat[:, 0] > LOOSE * drawing.tolerance
     around = places(angles[off_axis] * flat[off_axis, 0].max(initial=0.0), 4 * drawing.tolerance)
-    shape = swept.shape
-    along = flat @ [-math.sin(shape.angle), math.cos(shape.angle)] if isinstance(shape, Line) else shape.along(flat)
-    return around, places(along, 4 * drawing.tolerance)
+    return around, places(swept.shape.along(flat), 4 * drawing.tolerance)
 
 
 def places(values: np.ndarray, apart: float) -> int:
@@ -225,7 +223,10 @@ def _is_enough(drawing: Drawing, swept: Swept) -> bool:
 
 
 def surfaces_about(drawing: Drawing, plane: HalfPlane) -> list[Swept]:
-    """The surfaces about an axis: arcs first, since each of their steps is a line too; their facets are taken."""
+    """The surfaces about an axis: arcs first, since each of their steps is a line too; their facets are taken.
+
+    Each of their pieces is one, where other walls interrupt them.
+    """
     found: list[Swept] = []
     counts, names = plane.rings(drawing)
     for kind, fits in ((Circle, counts > 2), (Line, (counts == 1) | (counts == 2))):
@@ -238,65 +239,60 @@ def surfaces_about(drawing: Drawing, plane: HalfPlane) -> list[Swept]:
             if name in failed or drawing.taken[pair[0]] or drawing.taken[pair[1]]:
                 continue
             own = plane.flat[np.concatenate([drawing.vertices_of[facet] for facet in pair])]
-            pieces = []
+            swept = None
             if np.abs(kind.through(_different(own, drawing.tolerance)).off(own)).max() <= drawing.tolerance:
-                pieces = _fitted(drawing, plane, pair, kind)
-            if not pieces:
+                swept = _fitted(drawing, plane, pair, kind)
+            if swept:
+                drawing.taken[swept.facets] = True
+                found.append(swept)
+            else:
                 failed.add(name)
-            for piece in pieces:
-                drawing.taken[piece.facets] = True
-                found.append(piece)
-    _give_rings(drawing, plane, found)
-    _join_rings(drawing, plane, found)
-    return [each for each in found if len(each.facets)]
+    _settle(drawing, plane, found)
+    return [Swept(plane.axis, each.shape, piece) for each in found for piece in drawing.pieces(each.facets)]
 
 
-def _give_rings(drawing: Drawing, plane: HalfPlane, found: list[Swept]) -> None:
-    """Give a line the rings of arcs that lie on it, between its ends: one ring of an arc is a chord, and a line too.
+def _settle(drawing: Drawing, plane: HalfPlane, found: list[Swept]) -> None:
+    """Let facets that are beside each other about the axis be of one surface, the larger one if all lie on it.
 
-    They are what is left of a ring, of which the rest is drawn as one facet each with the line's.
+    Where two surfaces meet, rounding gives some facets of a ring to either, and a step that is drawn as one facet with
+    the next one, or with a wall beside it, makes rings that begin surfaces of their own.
     """
-    for line in found:
-        if not isinstance(line.shape, Line):
-            continue
-        along = plane.flat @ [-math.sin(line.shape.angle), math.cos(line.shape.angle)]
-        ends = along[np.unique(plane.corners[plane.of_facet.rows(line.facets)])]
-        off = plane.largest(np.abs(line.shape.off(plane.flat)))
-        beyond = plane.largest(np.abs(along - (ends.min() + ends.max()) / 2)) - np.ptp(ends) / 2
-        for arc in found:
-            if not isinstance(arc.shape, Circle):
-                continue
-            ring = (beyond[arc.facets] <= drawing.tolerance) & (off[arc.facets] <= LOOSE * drawing.tolerance)
-            if ring.any() and (off[arc.facets[ring]] <= drawing.tolerance).all():
-                line.facets, arc.facets = np.union1d(line.facets, arc.facets[ring]), arc.facets[~ring]
-
-
-def _join_rings(drawing: Drawing, plane: HalfPlane, found: list[Swept]) -> None:
-    """Let a ring between two surfaces, some of whose facets went to either by rounding, be of the one that it fits."""
+    found.sort(key=lambda each: len(each.facets))
     owner = np.full(len(drawing.taken), -1)
     for number, each in enumerate(found):
         owner[each.facets] = number
-    sides = np.sort(owner[drawing.vessel.edge_arrays.facets], axis=1)
-    for pair in np.unique(sides[(sides[:, 0] >= 0) & (sides[:, 0] != sides[:, 1])], axis=0).tolist():
-        first, second = (found[number] for number in pair)
-        if first.shape == second.shape:
-            continue
-        facets = np.union1d(first.facets, second.facets)
-        flat, begins = (
-            plane.flat[plane.corners[plane.of_facet.rows(facets)]],
-            Ragged(plane.of_facet.counts[facets]).first,
-        )
-        off = np.array([np.maximum.reduceat(np.abs(each.shape.off(flat)), begins) for each in (first, second)])
-        on_both = (off <= LOOSE * drawing.tolerance).all(axis=0)
-        ring, off = facets[on_both], off[:, on_both]
-        order = np.lexsort(plane.middles[ring].T)
-        apart = np.abs(np.diff(plane.middles[ring][order], axis=0)).max(axis=1, initial=0.0) > 4 * drawing.tolerance
-        for rows in np.split(order, 1 + np.flatnonzero(apart)):
-            worst = off[:, rows].max(axis=1, initial=0.0)
-            is_first = np.isin(ring[rows], first.facets)
-            if is_first.any() and not is_first.all() and worst.min() <= drawing.tolerance:
-                for each, is_own in ((first, worst[0] <= worst[1]), (second, worst[0] > worst[1])):
-                    each.facets = (np.union1d if is_own else np.setdiff1d)(each.facets, ring[rows])
+    is_on = [plane.on(drawing, each.shape, 1.0) for each in found]
+
+    def pairs() -> list[list[int]]:
+        """The surfaces next to each other, the smaller one first, those with the largest ones first."""
+        sides = np.sort(owner[drawing.vessel.edge_arrays.facets], axis=1)
+        return np.unique(sides[(sides[:, 0] >= 0) & (sides[:, 0] != sides[:, 1])][:, ::-1], axis=0)[::-1, ::-1].tolist()
+
+    for small, large in pairs():
+        owner[(owner == small) & is_on[large]] = large
+    for small, large in pairs():
+        meets = -plane.largest(-np.abs(found[large].shape.off(plane.flat))) <= LOOSE * drawing.tolerance
+        own = np.flatnonzero(meets & np.isin(owner, (small, large)))
+        along = _along(plane, found[large].shape, plane.corners[plane.of_facet.rows(own[owner[own] == large])])
+        low, high = -plane.largest(-along)[own], plane.largest(along)[own]
+        order = np.argsort(low, kind="stable")
+        own, low, high = own[order], low[order], np.maximum.accumulate(high[order])
+        for beside in np.split(own, np.flatnonzero(low[1:] >= high[:-1] - 4 * drawing.tolerance) + 1):
+            if (owner[beside] == small).any() and (owner[beside] == large).any():
+                for number in (small, large):
+                    if is_on[number][beside].all():
+                        owner[beside] = number
+    for number, each in enumerate(found):
+        each.facets = np.flatnonzero(owner == number)
+
+
+def _along(plane: HalfPlane, shape: Line | Circle, own: np.ndarray) -> np.ndarray:
+    """Ways (v,) along a shape to all vertices; those along a circle are cut across from some `own` ones."""
+    along = shape.along(plane.flat)
+    if isinstance(shape, Line):
+        return along
+    middle = shape.radius * float(np.angle(np.exp(1j * along[own] / shape.radius).sum()))
+    return (along - middle) - 2 * math.pi * shape.radius * np.round((along - middle) / (2 * math.pi * shape.radius))
 
 
 def _different(flat: np.ndarray, tolerance: float) -> np.ndarray:

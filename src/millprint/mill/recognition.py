@@ -16,7 +16,6 @@ from itertools import chain
 
 import numpy as np
 
-from millprint.config.errors import ConfigError
 from millprint.mill.curved_surfaces import Curve
 from millprint.mill.drawn_axes import (
     AROUND,
@@ -297,11 +296,7 @@ def _with_surfaces(drawing: Drawing, surfaces: list[Swept]) -> Vessel:
         for curve, facets in curves_of(drawing, swept):
             on_curve[facets] = len(curves)
             curves.append(curve)
-    try:
-        return whole_patches(drawing.vessel, curves, on_curve, planes, drawing.tolerance)
-    except ConfigError:
-        # Where walls meet, a facet that is hardly wider than the rounding may turn over; it was drawn well.
-        return drawing.vessel
+    return whole_patches(drawing.vessel, curves, on_curve, planes, drawing.tolerance)
 
 
 def _largest_axes(surfaces: list[Swept]) -> list[Axis]:

@@ -69,6 +69,10 @@ class Line:
         """Distances (n,) of points (n, 2) [m]."""
         return flat @ [math.cos(self.angle), math.sin(self.angle)] - self.offset
 
+    def along(self, flat: np.ndarray) -> np.ndarray:
+        """Ways (n,) along the line to points (n, 2) [m]."""
+        return flat @ [-math.sin(self.angle), math.cos(self.angle)]
+
 
 @dataclass
 class Circle:
