@@ -252,10 +252,10 @@ def surfaces_about(drawing: Drawing, plane: HalfPlane) -> list[Swept]:
 
 
 def _settle(drawing: Drawing, plane: HalfPlane, found: list[Swept]) -> None:
-    """Let facets that are beside each other about the axis be of one surface, the larger one if all lie on it.
+    """Let facets that are side by side about the axis be of one surface, the larger one if all lie on it.
 
     Where two surfaces meet, rounding gives some facets of a ring to either, and a step that is drawn as one facet with
-    the next one, or with a wall beside it, makes rings that begin surfaces of their own.
+    the next one, or with the wall that follows, makes rings that begin surfaces of their own.
     """
     found.sort(key=lambda each: len(each.facets))
     owner = np.full(len(drawing.taken), -1)
