@@ -296,6 +296,21 @@ def test_further_drawn_solids_are_touched_as_their_fine_meshes_say():
     assert {seed: found for seed in small(8) if (found := solid_of(seed))} == {}
 
 
+def test_a_ball_between_two_walls_keeps_its_energy_where_one_of_them_goes_on_as_an_arc():
+    """It is larger than the rounding that joins the walls; the contact with one goes on while the other is deeper."""
+    hollow = hollow_of(640147)
+    case, radius = from_file(hollow, 29, 6), 3.503
+    start, velocity = np.array([2.18, 0.11, 7.0]), np.array([0.774, -0.633, 0.0])
+    world = FewBalls(
+        hollow.to_space(start) * MM, hollow.rotation @ velocity, radius=radius * MM, vessel=case.vessel,
+        contact=ELASTIC, step=2.5e-4 * radius * MM,
+    )  # fmt: skip
+    series = world.run(0.15 * radius * MM, sample_every=20)
+    elastic, kinetic = series["elastic_J"], series["kinetic_J"].iloc[0]
+    assert elastic.max() > 0.5 * kinetic
+    assert np.abs(series["imbalance_J"]).max() < 1e-3 * kinetic
+
+
 def opening(turn_deg: float) -> Hollow:
     """A cylinder of 15 mm that opens into a cone; closes into one if the angle is negative."""
     top = 15 + 20 * math.tan(math.radians(turn_deg))

@@ -337,9 +337,10 @@ def predecessor(candidates, walls, body, k, point, distance, direction, radius, 
     as far as k now, so that the stored energy does not jump. was_touched: whether k was touched a step ago. It was
     then denied as a neighbour was nearer, whose contact may meanwhile have gone on to a feature that does not meet
     k: it is still that contact which goes on at k, once k is nearer. A new one would begin with an energy from nowhere.
+    But where an open neighbour's contact goes on at k, a feature that does not meet k has a contact of its own.
     """
     feature = -1 - candidates.partner[k]
-    found, found_at = -1, FAR
+    found, found_at, is_denied = -1, FAR, False
     i = candidates.ball[k]
     for other in range(candidates.first_wall[body, i], candidates.first_wall[body, i + 1]):
         neighbour = -1 - candidates.partner[other]
@@ -353,8 +354,7 @@ def predecessor(candidates, walls, body, k, point, distance, direction, radius, 
         if joint < 0:
             if not (is_open and was_touched and beyond >= 0.0):
                 continue
-            if beyond < distance:
-                return np.int64(k)
+            is_denied = is_denied or beyond < distance
             # A neighbour's contact goes first; nothing is as large as a kilometre.
             beyond += 1e3
         elif beyond >= 0.0:
@@ -364,7 +364,7 @@ def predecessor(candidates, walls, body, k, point, distance, direction, radius, 
                 return np.int64(k)
         if is_open and beyond < found_at:
             found, found_at = np.int64(other), beyond
-    return found
+    return np.int64(k) if is_denied and found_at >= 1e3 else found
 
 
 @inner()
