@@ -46,12 +46,14 @@ class HalfPlane:
             self.vertices, self.corners = np.unique(drawing.flat[drawing.corners.rows(facets)], return_inverse=True)
         points = drawing.middles[self.facets]
         self.flat, self.middles = axis.meridian(drawing.vessel.vertices[self.vertices]), axis.meridian(points)
+        self.near = LOOSE * drawing.tolerance
+        means = np.add.reduceat(self.flat[self.corners], self.of_facet.first) / self.of_facet.counts[:, None]
+        # A narrow facet of a band has its vertices nearly in one place too, and its middle there.
+        self.is_ring = np.maximum(*(self.largest(each) + self.largest(-each) for each in self.flat.T)) < self.near
+        self.is_ring &= (1 - SAG) * means[:, 0] > self.middles[:, 0] + drawing.tolerance
         # The middle of a flat ring is on the axis, where no wall is.
         has_hole = drawing.vessel.outlines.facets.counts[self.facets] > 1
-        sums = np.add.reduceat(self.flat[self.corners], self.of_facet.first)
-        self.middles[has_hole] = (sums / self.of_facet.counts[:, None])[has_hole]
-        self.near = LOOSE * drawing.tolerance
-        self.is_ring = np.maximum(*(self.largest(each) + self.largest(-each) for each in self.flat.T)) < self.near
+        self.middles[has_hole] = means[has_hole]
         outwards = points - axis.origin - np.outer(self.middles[:, 1], axis.along)
         outwards /= np.maximum(self.middles[:, :1], 1e-12)
         normals = drawing.normals[self.facets]
