@@ -1,7 +1,4 @@
-"""Only kernels call what only kernels may call, and the cache of machine code sees all that is compiled in.
-
-A call from Python of what only kernels may call ends the process silently.
-"""
+"""The cache of machine code sees all that is compiled in, and nothing else."""
 
 import ast
 import shutil

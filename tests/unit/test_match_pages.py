@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from tools import count_matches
 
-from millprint.cli.commands import main as millprint
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import find_ready_made, ready_made
 from millprint.run.files import read_table
@@ -47,16 +46,3 @@ def test_the_example_prints_what_the_page_shows(page):
     assert NUMBER.sub("", shown).split() == NUMBER.sub("", printed).split()
     numbers = [np.array(NUMBER.findall(each), dtype=float) for each in (shown, printed)]
     np.testing.assert_allclose(*numbers, rtol=2e-2, atol=1e-2)
-
-
-@pytest.mark.slow
-def test_a_table_of_several_mills_is_no_wider_than_a_page(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    asked = "--like emax 900 10 0.1 --equal-frequency --hours 5"
-    millprint(f"match planetary spex {asked}".split())
-    several = capsys.readouterr().out
-    assert (
-        max(map(len, several.splitlines())) <= 120 and "the intervals of all rows are in the table of --out" in several
-    )
-    millprint(f"match planetary {asked}".replace("--equal-frequency ", "").split())
-    assert "--out" not in capsys.readouterr().out

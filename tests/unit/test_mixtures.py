@@ -5,19 +5,14 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
-from pydantic import ValidationError
 from scipy.spatial.distance import pdist, squareform
 
 from millprint.checks.before_running import check_same_charges
 from millprint.config.charge import BallMixture
-from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError, SimulationError
-from millprint.config.sweep import Case, SweepConfig, ball_count, balls_of
+from millprint.config.sweep import Case, ball_count, balls_of
 from millprint.dem.packing import inside, pack_mixture
 from millprint.dem.summary import largest_overlap
-from millprint.fingerprint.sweep_checks import fingerprint_faults
-from millprint.thesis.chapter_checks import curve_faults
-from tests.conftest import ROOT, configuration
 from tests.unit.test_mill_lifters import drum
 
 BOND = BallMixture(name="bond", sizes_mm=(36.83, 29.72, 25.40, 19.05, 15.49), numbers=(43, 67, 10, 71, 94))
@@ -77,36 +72,6 @@ def test_an_overlap_counts_by_the_smaller_ball():
 
 
 GOOD = {"name": "bond", "sizes_mm": [10, 5], "numbers": [1, 2]}
-
-
-def test_steps_are_compared_for_balls_of_one_size_only():
-    keys = {"name": "steps", "contacts": ["steel"], "fill_ratios": [0.2], "speeds_rpm": [70], "seeds": [0]}
-    with pytest.raises(ValidationError, match="charge bond: steps and moduli are compared for balls of one size"):
-        SweepConfig(**keys, ball_diameters_mm=[10, BOND], time_steps_s=[1e-6, 2e-6])
-    SweepConfig(**keys, ball_diameters_mm=[10, BOND], time_steps_s=[1e-6])
-
-
-def thesis_with(**changes) -> tuple[dict, dict]:
-    """The configuration of the thesis, and the first of its sweeps whose changed keys are written into it."""
-    content = configuration()
-    sweep = next(sweep for sweep in content["sweeps"] if "snapshot_interval_s" not in sweep)
-    sweep |= changes
-    return content, sweep
-
-
-def test_the_chapters_refuse_a_charge(monkeypatch):
-    monkeypatch.chdir(ROOT)
-    content, _ = thesis_with(ball_diameters_mm=[10, GOOD])
-    config, _, _, cases = load_workflow(content, ["config/config.yaml"])
-    (fault,) = (
-        line
-        for line in [
-            *fingerprint_faults(config, "config/config.yaml"),
-            *curve_faults(config, cases, "config/config.yaml"),
-        ]
-        if "charge" in line
-    )
-    assert fault.startswith("config/config.yaml: sweeps: ball_diameters_mm: charge bond: the chapters of the thesis")
 
 
 def test_a_charge_has_one_composition_in_a_run():

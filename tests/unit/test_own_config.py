@@ -11,7 +11,6 @@ from millprint.cases.of_mill import mill_cases
 from millprint.cases.table import has_chapters
 from millprint.checks.before_running import check_before_running
 from millprint.config.checks import load_workflow
-from millprint.config.errors import ConfigError
 from millprint.fingerprint.sweep_checks import fingerprint_faults
 from millprint.thesis.chapter_checks import chapter_faults, curve_faults
 from tests.conftest import ROOT, configuration
@@ -89,13 +88,6 @@ def test_balls_are_those_of_the_first_contact_set_by_default(own):
 def test_a_fault_in_the_own_file_is_one_line(own, change, parts):
     content = {**own, **change}
     assert all(part in fault(content) for part in parts)
-
-
-def test_the_refusal_of_a_fill_without_room_names_its_file(own):
-    own["sweep"]["fill_ratios"] = [0.1, 0.2, 0.95]
-    own["mills"] = {"box": ["planetary"]}
-    with pytest.raises(ConfigError, match=rf"^{FILE}: sweep: fill_ratios = 0.95: .* do not fit in mill planetary"):
-        check_before_running(*load_workflow(own, [FILE]), FILE, chapter_faults)
 
 
 def without(content: dict, key: str) -> dict:

@@ -3,8 +3,9 @@
 import pytest
 
 from millprint.config.errors import ConfigError
+from millprint.run.files import read_table
 from millprint.run.tables import Number, Text, read_measured, read_printed, refuse_rows
-from tests.refusals import refusals
+from tests.refusals import refusal, refusals
 
 COLUMNS = [
     Text("case", unique=True),
@@ -65,3 +66,10 @@ def test_an_id_that_two_claims_share_is_refused_in_one_line(tmp_path):
     path.write_text("id\tvalue\n2.a\t1\n2.b\t2\n2.a\t3\n")
     with pytest.raises(ConfigError, match=r"claims.tsv: column id = 2.a appears twice"):
         read_printed(path)
+
+
+@pytest.mark.parametrize(("text", "parts"), refusals("files_a_bad_table_is_refused_in_one_line"))
+def test_a_table_that_cannot_be_read_is_refused_in_one_line(tmp_path, text, parts):
+    path = written(tmp_path, text.removesuffix("\n"))
+    line = refusal(read_table, path, ["c"])
+    assert all(part in line for part in [path, *parts]), line

@@ -3,10 +3,8 @@
 import re
 import subprocess
 import sys
-from dataclasses import dataclass, field
-from html.parser import HTMLParser
 from pathlib import Path
-from urllib.parse import unquote, urlparse
+from urllib.parse import urlparse
 
 import pytest
 
@@ -17,7 +15,7 @@ from tests.workflow.conftest import active_environment
 # The options are those of `make docs`.
 OPTIONS = re.search(r"sphinx-build (.*) docs docs/_build$", (ROOT / "Makefile").read_text(), re.MULTILINE)[1].split()
 # Where a page gets something from, apart from links that a reader follows.
-FETCHED = {("script", "src"), ("img", "src"), ("link", "href"), ("source", "src"), ("iframe", "src")}
+FETCHED, ADDRESS = re.compile(r"<(?:script|img|link|source|iframe)\b[^>]*>"), re.compile(r"\b(?:src|href)=\"([^\"]+)\"")
 
 
 def build(source: Path, target: Path) -> subprocess.CompletedProcess:
@@ -35,60 +33,17 @@ def site(tmp_path_factory) -> Path:
     return folder
 
 
-@dataclass
-class PageParts(HTMLParser):
-    """What a page refers to: `links` to follow, `fetched` files, and its own `anchors`."""
-
-    links: list[str] = field(default_factory=list)
-    fetched: list[str] = field(default_factory=list)
-    anchors: set[str] = field(default_factory=set)
-
-    def __post_init__(self) -> None:
-        super().__init__()
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        for name, value in attrs:
-            if name == "id" and value:
-                self.anchors.add(value)
-            elif (tag, name) in FETCHED and value:
-                self.fetched.append(value)
-            elif (tag, name) == ("a", "href") and value:
-                self.links.append(value)
-
-
-def parts(page: Path) -> PageParts:
-    """The parts of a built page."""
-    found = PageParts()
-    found.feed(page.read_text(encoding="utf-8"))
-    return found
-
-
-@pytest.fixture(scope="session")
-def built_pages(site) -> dict[Path, PageParts]:
-    """Every built page with its parts."""
-    return {page: parts(page) for page in sorted(site.rglob("*.html"))}
-
-
 def is_outside(address: str) -> bool:
     """Whether an address names another site."""
     return bool(urlparse(address).scheme or urlparse(address).netloc)
 
 
-def test_every_link_within_the_pages_leads_somewhere(built_pages):
-    dead = []
-    for page, found in built_pages.items():
-        for link in filter(lambda link: not is_outside(link), [*found.links, *found.fetched]):
-            path, _, anchor = unquote(link.partition("?")[0] if "#" not in link else link).partition("#")
-            target = (page.parent / path.partition("?")[0]).resolve() if path else page
-            # The places of #search and of an empty # are made by the theme.
-            if not target.is_file() or (anchor and target in built_pages and anchor not in built_pages[target].anchors):
-                dead.append(f"{page.name}: {link}")
-    assert not dead
-
-
-def test_no_page_fetches_anything_from_another_site(site, built_pages):
-    fetched = {address for found in built_pages.values() for address in found.fetched}
-    assert fetched and not [address for address in fetched if is_outside(address) and not address.startswith("data:")]
+def test_no_page_fetches_anything_from_another_site(site):
+    """Dead links within the pages stop the build."""
+    text = "".join(page.read_text(encoding="utf-8") for page in sorted(site.rglob("*.html")))
+    fetched = {address for tag in FETCHED.findall(text) for address in ADDRESS.findall(tag)}
+    assert len(fetched) > 20
+    assert not [each for each in fetched if is_outside(each) and not each.startswith("data:")]
     for sheet in site.rglob("*.css"):
         assert not re.search(r"(@import|url\()\s*[\"']?(https?:)?//", sheet.read_text(encoding="utf-8")), sheet
 
