@@ -171,6 +171,7 @@ def test_own_runs_have_the_dose_of_their_power(known, tmp_path):
         ("speed_rpm", 10.0, "case a: speed_rpm = 10: .* another unit\\? Write 600"),
         ("ball_diameter_mm", 0.01, "case a: ball_diameter_mm = 0.01: .* another unit\\? Write 10"),
         ("fill_ratio", 20.0, "case a = 20: must be under 1; write 0.2 for 20 %"),
+        ("powder_mass_g", 1e-300, "powder_mass_g, case a = 1e-300: must be between 1e-06 and 1e[+]09"),
     ],
 )
 def test_the_likely_mistake_in_a_table_of_runs_is_named(known, tmp_path, column, value, part):

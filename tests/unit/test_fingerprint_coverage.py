@@ -88,6 +88,17 @@ def test_both_bands_hold_as_often_as_they_say(runs):
     assert shares["new, without its own error"] < 0.88, shares
 
 
+def test_seeds_of_several_motions_widen_their_own_band_only():
+    """As in a planetary jar of 51 mL: of six conditions one has motions of 580, 681 and 834 mW, the others 0.4 %."""
+    table = conditions(np.tile(FILLS, len(SPEEDS)), np.repeat(SPEEDS, len(FILLS)))
+    inputs, stated = logarithms(table), np.full(len(table), 0.004)
+    differ = np.arange(len(table)) == 1
+    stated[differ] = 0.1
+    process = Process.fit(inputs, inputs[:, 0], stated, varied_components(table), 3, differ)
+    of_new = process.predictor().predict(inputs).of_new
+    assert of_new[~differ] == pytest.approx(0.004 * 2) and of_new[differ] == pytest.approx(0.1 * 2)
+
+
 def test_the_variance_of_a_run_is_found_from_few_turns():
     rng = np.random.default_rng(0)
     fills = rng.uniform(0.05, 0.4, 4000)

@@ -234,6 +234,25 @@ def test_what_has_no_curve_is_left_out_by_name_and_all_else_is_predicted(exact, 
         found.check_known(DESCRIPTOR_SETS["weighted"])
 
 
+@pytest.mark.parametrize(
+    ("part", "key", "value"),
+    [
+        ("processes.P", "seeds", [None] * 16), ("processes.P", "values", [1.0]), ("processes.P", "sampling", [1.0]),
+        ("processes.P", "components", {}), ("about", "volume_m3", None), ("about", "settings", {}),
+        ("about", "density_kg_m3", "steel"), ("inputs", "fill_ratio", [0.0]),
+    ],
+)  # fmt: skip
+def test_a_damaged_fingerprint_is_refused_in_one_line(own, tmp_path, part, key, value):
+    own.write(tmp_path / "whole.json")
+    content = json.loads((tmp_path / "whole.json").read_text())
+    place = content
+    for name in part.split("."):
+        place = place[name]
+    place[key] = value
+    (tmp_path / "damaged.json").write_text(json.dumps(content))
+    assert "damaged.json: not a whole fingerprint: " in refusal(Fingerprint.read, tmp_path / "damaged.json")
+
+
 def test_zones_of_a_known_mill_lie_in_their_intervals(noisy):
     zones = find_zones(noisy).set_index("zone")
     maximum = zones.loc["normal_maximum"]

@@ -93,6 +93,14 @@ def test_a_mill_at_rest_has_no_heat_balance(tmp_path):
         read_sources([files])
 
 
+def test_a_wall_whose_triangles_are_damaged_is_refused_in_one_line(tmp_path):
+    paths = write_run(tmp_path)
+    with h5py.File(paths[1], "r+") as file:
+        file["geometry/triangles"][0] = 35
+    with pytest.raises(ConfigError, match="truncated or damaged"):
+        read_sources([paths])
+
+
 def test_samples_fill_every_range_evenly_and_are_the_same_again():
     drawn = sample(SETTINGS, "spex")
     pd.testing.assert_frame_equal(drawn, sample(SETTINGS, "spex"))

@@ -145,6 +145,14 @@ def test_a_window_is_long_enough_by_its_turns_or_where_nothing_hits():
     assert is_certain(wild, 1, 0.05, 1e9) and not is_certain(ledger_of([10.0] * 7), 1, 0.05, 1e9)
 
 
+def test_balls_that_bounce_straight_up_repeat_without_shear():
+    run = summary(0.10)
+    run["per_revolution"] = {name: [values[0]] * 12 for name, values in run["per_revolution"].items()}
+    for channel in ("tangential", "rolling"):
+        run["per_revolution"][f"{channel}_J"], run["power_W"][channel] = [0.0] * 12, 0.0
+    assert tabulate_descriptors([run], "gap_0_03").iloc[0]["motion"] == MOTIONS["repeats"].word
+
+
 def test_closure_is_the_last_imbalance_over_the_work():
     series = ledger_of([10.0, 10.0]).assign(imbalance_J=[0.0, 0.4, -0.2])
     assert closure(series) == pytest.approx(0.2 / 20)

@@ -311,6 +311,7 @@ def read_source(summary_path: str | Path, run_path: str | Path) -> HeatSource:
     with open_hdf5(run_path) as file:
         split = split_of_contacts(file["collisions"])
         vertices, triangles = file["geometry/vertices_m"][:], file["geometry/triangles"][:]
+        inside_m2 = float(trimesh.Trimesh(vertices, triangles, process=False).area)
     split = split_of_summary(summary) if split is None else split
     power = np.array([max(summary["power_W"][channel], 0.0) for channel in CHANNELS])
     if not power.sum() > 0:
@@ -323,7 +324,7 @@ def read_source(summary_path: str | Path, run_path: str | Path) -> HeatSource:
         power_W=split * power,
         balls_kg=summary["ball_mass_kg"] * summary["balls"],
         balls_m2=float(np.pi * (sizes**2).sum()),
-        inside_m2=float(trimesh.Trimesh(vertices, triangles, process=False).area),
+        inside_m2=inside_m2,
         inside_m3=summary["jar_volume_m3"],
     )
 

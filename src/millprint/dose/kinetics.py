@@ -45,6 +45,8 @@ AXES = {TIME: "time [h]", TOTAL: "dose [kJ/g]", NORMAL: "normal dose [kJ/g]", TA
         HITS: "hits per gram [1/g]"}  # fmt: skip
 SECONDS_PER_HOUR = 3600.0
 POSITIVE = ("powder_mass_g", TIME, "fill_ratio", "speed_rpm", "ball_diameter_mm")
+# Lowest and highest of a number that people write: a microgram to a thousand tonnes, a millisecond to a century.
+WRITTEN = {"powder_mass_g": (1e-6, 1e9), TIME: (1e-7, 1e6)}
 
 
 def doses(
@@ -84,7 +86,7 @@ def own_doses(path: str | Path, fingerprints: Mapping[str, "Fingerprint"]) -> pd
     Adds the doses, wall_power_W, and `outside`, what is outside the simulated ranges; yield_percent is kept. Raises
     ConfigError, in one line, for a bad cell, such as a mass of 0, and for a mill without a fingerprint.
     """
-    numbers = [Number(name, 0, above=True) for name in POSITIVE]
+    numbers = [Number(name, *WRITTEN.get(name, (0,)), above=name not in WRITTEN) for name in POSITIVE]
     table = read_measured(path, [Text(CASE, unique=True), Text("mill"), *numbers, Number(YIELD, 0, 100, optional=True)])
     if YIELD in table:
         refuse_copies(table, path, ["mill", *POSITIVE], YIELD)

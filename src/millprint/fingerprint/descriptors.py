@@ -122,7 +122,9 @@ def _turns_row(summary: dict, collisions: float) -> dict:
     energies = {name: summary["per_revolution"].get(f"{name}_J", []) for name in CHANNELS}
     known = {name: mean_of_turns(own) for name, own in energies.items()}
     independent = [of_turns.independent if of_turns else float(len(energies[name])) for name, of_turns in known.items()]
-    locked = all(motion_repeats(own, collisions) for own in energies.values())
+    # Without shear, what is dissipated by it has no turns that repeat.
+    dissipated = [own for own in energies.values() if any(own)]
+    locked = bool(dissipated) and all(motion_repeats(own, collisions) for own in dissipated)
     hits = has_impacts(energies["normal"] or [_of_a_turn(summary)], scale_of_hits(summary))
     # A summary of an earlier version has no such number.
     stuck = (summary.get("speed_over_vessel") or 1.0) < STUCK

@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.charge import ONE_SIZE, BallMixture, balls_in_words, fill_of
-from millprint.config.errors import ConfigError, DamagedFile
+from millprint.config.errors import ConfigError
+from millprint.config.load import check_model
 from millprint.config.mill_sweep import FEWEST_FILLS
 from millprint.config.sweep import ball_count
 from millprint.estimate.estimates import ENDS, Estimate, Interval, columns_of, share_of
@@ -36,6 +37,7 @@ from millprint.fingerprint.processes import (
     varied_components,
 )
 from millprint.fingerprint.readers import FORMAT, WALL, read_content
+from millprint.fingerprint.stored import StoredFingerprint
 from millprint.observables.condition import VARIABLES, Condition
 from millprint.observables.definitions import CURVES, LATER_CURVES, PREDICTED, SCALED_BY, SHARE, descriptors_of
 from millprint.run.files import write_json
@@ -130,7 +132,8 @@ class Fingerprint:
                 continue
             stated = (descriptors[f"{quantity}_se"] / known).to_numpy(dtype=float)
             seeds = descriptors["seeds"].to_numpy()
-            processes[quantity] = Process.fit(inputs, np.log(known), stated, components, seeds)
+            differ = said_of(descriptors, "seeds_differ").to_numpy()
+            processes[quantity] = Process.fit(inputs, np.log(known), stated, components, seeds, differ)
         if "P" not in processes:
             raise ConfigError(f"descriptors: the power is {without['P']} with {contact}: nothing is dissipated there")
         few = int(said_of(descriptors, "few_turns").sum())
@@ -172,6 +175,7 @@ class Fingerprint:
         """Read a file of `write`, with or without further factors; raises ConfigError, in one line, for others."""
         content = read_content(path)
         try:
+            check_model(content, StoredFingerprint, str(path))
             about = content["about"]
             kinds = about.get("kinds", ())
             known = pd.DataFrame({name: content["inputs"][name] for name in (*VARIABLES, *([CHARGE] if kinds else []))})
@@ -188,10 +192,9 @@ class Fingerprint:
                 if origin in content
             }
             return cls(about, processes, further)
-        except DamagedFile as error:
-            raise ConfigError(str(error).replace(": ", ": not a whole fingerprint: ", 1)) from None
-        except (KeyError, TypeError, ValueError) as error:
-            raise ConfigError(f"{path}: not a whole fingerprint: {type(error).__name__} {error}") from None
+        except ConfigError as error:
+            first = str(error).splitlines()[0]
+            raise ConfigError(first.replace(": ", ": not a whole fingerprint: ", 1)) from None
 
     @cached_property
     def predictors(self) -> dict[str, Predictor]:

@@ -22,7 +22,8 @@ Both are widened by one factor, the stretch, and Student's t gives their width i
 s2(x) = exp(b0 + b1 ln fill) is fitted to the errors of all runs, because the error of one run, from a few turns, is
 hardly known. The model is a generalised linear one with the gamma distribution, which a variance has. For the same
 reason, the variance of each simulated value is half its own and half s2, a moderated variance (Smyth, Stat. Appl.
-Genet. Mol. Biol. 3 (2004) 3) with equal degrees of freedom.
+Genet. Mol. Biol. 3 (2004) 3) with equal degrees of freedom; of conditions whose seeds differ, it is its own, and that
+of the others is moderated without them.
 
 The curve is for between. At a condition that was simulated with k seeds, the value is the mean y of these simulations,
 with the moderated variance e^2 of this mean:
@@ -317,20 +318,29 @@ class Process:
 
     @classmethod
     def fit(
-        cls, inputs: np.ndarray, logs: np.ndarray, stated: np.ndarray, components: dict, runs: np.ndarray | int = 1
+        cls,
+        inputs: np.ndarray,
+        logs: np.ndarray,
+        stated: np.ndarray,
+        components: dict,
+        runs: np.ndarray | int = 1,
+        differ: np.ndarray | bool = False,
     ) -> "Process":
         """Parameters of largest marginal likelihood, and the stretch found by leaving conditions out.
 
         stated: relative standard errors of the values from their windows and seeds (n,), NaN where not known; runs:
-        number of seeds in the mean of each value.
+        number of seeds in the mean of each value; differ: whether they differ by more than their windows explain.
 
         stretch = max(1, root mean square of the standardised errors), as in Bachoc, Comput. Stat. Data Anal. 66
         (2013) 55, the largest over the ways of LEFT_OUT: the likelihood gives too small deviations where the model is
         not quite right. Of more than LEARNT_FROM conditions, LEARNT_FROM give the parameters, and all give the stretch.
         """
         sampling = fit_sampling(inputs[:, 0], runs * stated**2)
-        typical = variance_of_run(inputs, sampling) / runs
-        errors = np.sqrt(np.where(np.isfinite(stated), (stated**2 + typical) / 2, typical))
+        # Seeds of several lasting motions say nothing of the windows of other conditions, and their error is their own.
+        own = np.isfinite(stated) & differ
+        typical = variance_of_run(inputs, fit_sampling(inputs[:, 0], np.where(own, np.nan, runs * stated**2))) / runs
+        moderated = np.where(np.isfinite(stated), (stated**2 + typical) / 2, typical)
+        errors = np.where(own, stated, np.sqrt(moderated))
         known = (inputs, logs, errors)
         if len(logs) > LEARNT_FROM:
             chosen = np.random.default_rng(0).permutation(len(logs))[:LEARNT_FROM]
@@ -420,7 +430,7 @@ class Process:
 
     @classmethod
     def from_dict(cls, content: dict, inputs: np.ndarray) -> "Process":
-        """The process that `to_dict` described; raises KeyError or ValueError for other content."""
+        """The process that `to_dict` described."""
         return cls(
             inputs=inputs,
             logs=np.log(np.array(content["values"], dtype=float)),

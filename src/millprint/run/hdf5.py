@@ -47,6 +47,6 @@ def open_hdf5(path: str | Path) -> Iterator[h5py.File]:
             f"{path}: a part of it is missing ({what}), which another version or a damage may be the cause of; delete "
             "it and run the same command again"
         ) from None
-    except OSError as error:
+    except (OSError, IndexError) as error:
         what = " ".join(str(error).split())
         raise ConfigError(f"{path}: truncated or damaged ({what}); delete it and run the same command again") from None
