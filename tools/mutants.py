@@ -25,7 +25,8 @@ ROOT = Path(__file__).parents[1]
 PARTS = {
     "estimate": (["estimate/*.py", "dem/turns.py"],
                  ["unit/test_estimate.py", "unit/test_intervals.py", "unit/test_turns.py", "unit/test_quantiles.py",
-                  "unit/test_claims.py", "unit/test_own_power.py"]),
+                  "unit/test_claims.py", "unit/test_own_power.py", "unit/test_gaussian_process.py",
+                  "unit/test_yield_averaging.py"]),
     "observables": (["observables/co*.py", "fingerprint/descriptors.py", "fingerprint/predicted_values.py"],
                     ["unit/test_fingerprint_[bcdm]*.py", "unit/test_turns.py", "unit/test_dem_collisions.py"]),
     "dose": (["dose/*.py"], ["unit/test_dose_*.py", "unit/test_heat.py", "physics/test_heat.py", "physics/test_wear.py",
@@ -37,7 +38,8 @@ PARTS = {
                  ["unit/test_dem_collisions.py", "unit/test_dem_records.py", "unit/test_dose_spectra.py",
                   "unit/test_turns.py", "unit/test_mixtures.py"]),
     "kernel": (["dem/law.py", "dem/laws/[hl]*.py", "dem/contact.py"],
-               ["physics/test_drop.py", "physics/test_impacts.py", "physics/test_contact_cases.py"]),
+               ["unit/test_contact_laws.py", "physics/test_drop.py", "physics/test_impacts.py",
+                "physics/test_contact_cases.py", "physics/test_cohesion.py", "physics/test_over_speed.py"]),
 }  # fmt: skip
 LIBRARIES = ("numpy", "pandas", "scipy.stats", "scipy.optimize", "numba", "h5py", "sklearn.gaussian_process",
              "pydantic", "statsmodels.api", "yaml", "trimesh", "matplotlib.pyplot", "snakemake.utils")  # fmt: skip

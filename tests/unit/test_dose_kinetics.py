@@ -111,6 +111,7 @@ def test_of_several_starts_the_best_fit_is_kept():
 
 def test_aicc_by_hand_and_without_enough_runs():
     assert aicc(40.0, 10, 2) == pytest.approx(10 * np.log(4) + 4 + 12 / 7)
+    assert aicc(40.0, 4, 2) == pytest.approx(4 * np.log(10) + 4 + 12)
     assert np.isinf(aicc(1.0, 4, 3))
 
 
@@ -122,6 +123,11 @@ def test_the_pair_that_dose_does_not_explain_is_told_with_its_shear():
     assert "runs 2 and 3: 4 and 4.4 kJ/g, but 60 and 30 %, with 25 and 50 % of it tangential." in said
     apart = said_of_dose(runs.assign(**{TOTAL: [1.0, 2, 4, 8, 16, 32]}), fit_kinetics(runs), "tests")
     assert "No two runs have doses within 25 %" in apart
+    rows = [("threshold", TOTAL, 10.0, 0.6, 0.8), ("Avrami", "time_h", 13.0, 0.3, 0.5), (NO_EFFECT, "", 40.0, 0.1, 0.0)]
+    table = pd.DataFrame(rows, columns=["model", "x", "aicc", "weight", "r2"])
+    said = said_of_dose(runs, table.assign(delta_aicc=table["aicc"] - 10), "tests")
+    assert "The smallest AICc has threshold over" in said and "(weight 0.60), 30.0 below no effect" in said
+    assert "dose is better than time by 3.0" in said
 
 
 @pytest.mark.parametrize(("yields", "why"), [([50.0] * 4, "at least 5"), ([50.0] * 6, "all are 50")])

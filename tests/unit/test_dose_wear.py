@@ -163,6 +163,7 @@ def write_run(folder, total=0.75, histogram=False) -> tuple[str, str]:
 def test_sliding_work_is_split_by_the_contacts_and_each_kind_has_its_own_friction(tmp_path):
     row = wear.sliding_of_run(*write_run(tmp_path))
     assert row["split"] == wear.CONTACTS and row["relative_error"] == pytest.approx(0.05)
+    assert (row["balls_mass_kg"], row["volume_m3"], row["window_s"]) == pytest.approx((0.096, JAR, 0.5))
     assert (row["sliding_ball_ball_W"], row["sliding_ball_wall_W"]) == pytest.approx((0.5, 1.0))
     assert (row["load_ball_ball_N_m_s"], row["load_ball_wall_N_m_s"]) == pytest.approx((2.0, 2.0))
     # A run without its contacts is split by the shares.

@@ -152,6 +152,15 @@ def test_a_band_counts_what_never_happens_as_longest():
     np.testing.assert_array_equal(band(np.array([1.0, 2.0, np.inf, np.inf, np.inf]), 0.8), [1.0, np.inf, np.inf])
 
 
+def test_shares_of_samples_are_by_hand(monkeypatch):
+    pauses = np.array([*8 * [0.0], *6 * [300.0], *2 * [np.inf]])
+    monkeypatch.setattr(heat_table, "pause_needed", lambda balance, body, limit, milling: pauses)
+    row = heat_tables(SETTINGS, "spex", [SOURCE], times=5).limits.iloc[0]
+    assert (row["no_pause_share"], row["interval_too_long_share"]) == (0.5, 0.125)
+    assert row["pause_needed_min_median"] == 0 and row["pause_needed_min_upper"] == np.inf
+    assert 0 <= row["over_limit_share"] <= 1 and row["total_W"] == POWER_W.sum()
+
+
 def test_more_cooling_and_more_pauses_make_it_colder(monkeypatch):
     hot = heat_tables(SETTINGS, "spex", [SOURCE], times=5).limits.iloc[0]
     cold = heat_tables(SETTINGS, "emax", [SOURCE], times=5).limits.iloc[0]

@@ -77,6 +77,7 @@ def test_an_interval_of_few_repeats_is_their_range_and_of_more_holds_student():
     assert largest_difference([2.5, 23.1, 9.0]) == pytest.approx(20.6) and largest_difference([1.0, np.inf]) == np.inf
     assert range_of_single(6.0, [5.0, 5.5, 4.5]) == (5.0, 7.0) and range_of_single(6.0, [5.0, 5.0, 17.0]) == (0.0, 18.0)
     assert range_of_single(6.0, [5.0, np.inf]) == (0.0, np.inf)
+    assert range_of_single(6.0, [-1.0, 9.0]) == (-4.0, 16.0) and range_of_single(-1.0, [0.0, 2.0]) == (-3.0, 1.0)
 
 
 @pytest.mark.parametrize("trainings", [5, 8])

@@ -191,6 +191,18 @@ def test_chance_is_drawing_without_replacement():
     np.testing.assert_allclose(two, [(firsts <= done).mean() for done in range(7)], atol=0.015)
 
 
+def test_the_table_of_a_search_is_by_hand():
+    paths = [np.array([50.0, 90.0]), np.array([60.0, 70.0, 90.0]), np.array([20.0, 40.0, 60.0, 90.0])]
+    table = search_table({"rule": paths}, np.array([20.0, 40.0, 50.0, 60.0, 90.0]), 2, 0.95).set_index("strategy")
+    rule, by_chance = table.loc["rule"], table.loc["random"]
+    assert rule["runs"].tolist() == [2, 3, 4, 5]
+    assert rule["found"].tolist() == pytest.approx([0, 1 / 3, 2 / 3, 1])
+    assert rule["best_percent"].tolist() == pytest.approx([130 / 3, 200 / 3, 80, 90])
+    # Of none of three, Clopper and Pearson's upper end is 1 - 0.025^(1/3).
+    assert rule[["lower", "upper"]].iloc[0].tolist() == pytest.approx([0, 1 - 0.025 ** (1 / 3)])
+    assert by_chance["found"].tolist() == pytest.approx([0, 1 / 3, 2 / 3, 1])
+
+
 @pytest.mark.slow
 def test_search_ends_with_the_best_run_and_uses_the_yields_of_known_runs_only():
     rows, config = all_runs(), settings()
@@ -301,6 +313,8 @@ def test_the_model_that_proposes_also_predicts_every_proposal(first):
 def test_a_batch_has_repeats_and_a_centre_point_within_the_region_and_its_limits(first):
     table, region = first.next, first.config.proposals.region
     assert table["purpose"].tolist()[:3] == ["repeat", "repeat", "centre"]
+    # Of both purposes a batch has twice `runs`: what is left of one goes to the other.
+    assert table["purpose"].isin(["yield", "learning"]).sum() == 2 * first.config.proposals.runs == 4
     assert (table["status"] == "proposed").all() and table["yield_percent"].isna().all()
     for name in SETTINGS:
         assert set(table[name]) <= set(getattr(region, name))

@@ -106,6 +106,22 @@ def scored(rows: pd.DataFrame, model: str) -> tuple[pd.DataFrame, pd.DataFrame]:
     return table.set_index("source"), predictions
 
 
+def test_scores_of_a_source_have_the_interval_of_their_mean():
+    truth, error = np.linspace(10, 70, 40), 3 + 4 * np.sin(np.arange(40.0))
+    held = pd.DataFrame({"source": "a", YIELD: truth, "predicted_percent": truth + error, "outside": ""})
+    held = held.assign(model="m", strategy="primary", climatology_percent=50.0, lower_percent=0.0, upper_percent=60.0)
+    rows = pd.DataFrame({"source": ["a"] * 40 + ["b"] * 30})
+    budget = settings().evaluation.model_copy(update={"resamples": 20_000})
+    row = sources.score_sources(held, rows, budget, 0.8).set_index("source").loc["a"]
+    assert row["mean_error_pp"] == pytest.approx(error.mean())
+    assert row["mean_error_pp_upper"] - row["mean_error_pp_lower"] == pytest.approx(
+        2 * 1.96 * error.std() / np.sqrt(40), rel=0.03
+    )
+    assert row["skill"] == pytest.approx(1 - (error**2).mean() / ((50 - truth) ** 2).mean())
+    assert row["rank_correlation"] == pytest.approx(pd.Series(truth).corr(pd.Series(truth + error), method="spearman"))
+    assert row["covered"] == (truth <= 60).mean() and row["training_runs"] == 30
+
+
 @pytest.mark.parametrize("model", ["linear", "averaged_gpr"])
 @pytest.mark.slow
 def test_without_a_shift_yields_transfer(model):
