@@ -45,6 +45,7 @@ def python(code: str, *words: str) -> list[str]:
 PARTS: dict[str, tuple[list[str], bool]] = {
     "kernel, 24 balls (ns a ball-step)": (python(SIMULATE, "emax", "10", "0.1", "600", "0.5"), True),
     "kernel, 191 balls (ns a ball-step)": (python(SIMULATE, "emax", "5", "0.1", "600", "0.1"), True),
+    "kernel, 764 balls (ns a ball-step)": (python(SIMULATE, "emax", "3.15", "0.1", "600", "0.03"), True),
     "kernel, planetary, 48 balls (ns a ball-step)": (python(SIMULATE, "planetary", "10", "0.1", "300", "0.4"), True),
     "start of a simulation (s)": (python(SIMULATE, "emax", "10", "0.1", "600", "0.001"), False),
     "match of two mills (s)": (python(MATCH, "match", "planetary", "--like", "emax", "900", "10", "0.1"), False),
