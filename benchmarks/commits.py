@@ -25,13 +25,19 @@ from millprint.run.files import write_table
 
 SIMULATE = """
 import sys
-from millprint.config.included import load_contact, load_mill
+import yaml
+from millprint.config.contact_set import ContactConfig
+from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.run import simulate
 mill, diameter_mm, fill, speed_rpm, window_s = sys.argv[1], *map(float, sys.argv[2:])
-case = Case(mill=mill, contact="calibrated", ball_diameter_m=diameter_mm / 1e3, fill_ratio=fill,
-            speed_hz=speed_rpm / 60, seed=0, time_step_s=2e-6, settle_s=1e-3, discard_s=0.0, window_s=window_s)
-print(simulate(case, load_mill(mill), load_contact("calibrated"), DemConfig(closure_max=0.5))["ns_per_ball_step"])
+sizes = {"ball_diameter_m": diameter_mm / 1e3, "speed_hz": speed_rpm / 60, "ball_diameter_mm": diameter_mm,
+         "speed_rpm": speed_rpm}  # older commits have rpm and mm
+case = Case(mill=mill, contact="calibrated", fill_ratio=fill, seed=0, time_step_s=2e-6, settle_s=1e-3, discard_s=0.0,
+            window_s=window_s, **{key: value for key, value in sizes.items() if key in Case.model_fields})
+records = [kind(**yaml.safe_load(open(f"config/{folder}/{name}.yaml"))) for folder, kind, name in
+           (("mills", MillConfig, mill), ("contacts", ContactConfig, "calibrated"))]
+print(simulate(case, *records, DemConfig(closure_max=0.5))["ns_per_ball_step"])
 """
 MATCH = "import sys; from millprint.cli.commands import main; sys.exit(main(sys.argv[1:]))"
 
