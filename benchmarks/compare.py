@@ -31,7 +31,7 @@ from benchmarks.lammps import Lammps, timing
 from benchmarks.physics import half_width
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.run.progress import progress
+from millprint.run.job import progress
 
 logger = logging.getLogger("millprint")
 

@@ -26,7 +26,7 @@ from millprint.config.sweep import Case, DemConfig, RunUp
 from millprint.dem.lammps.input import balls_text, head_lines
 from millprint.dem.run import run_case
 from millprint.dem.simulation import Simulation
-from millprint.run.progress import progress
+from millprint.run.job import progress
 
 # Steps of a row of the file of means.
 ROW = 10 * SAMPLE_EVERY

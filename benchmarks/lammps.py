@@ -25,8 +25,7 @@ from benchmarks.config import LammpsConfig, LammpsLaw
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import SimulationError
 from millprint.dem.lammps.input import BALLS, INPUT, balls_text, head_lines
-from millprint.dem.lammps.lammps_case import start
-from millprint.dem.lammps.output import LammpsLog
+from millprint.dem.lammps.lammps_case import LammpsLog, start
 from millprint.dem.laws.hertz import tangential_damping_ratio
 
 # Steps between the samples of a mean.

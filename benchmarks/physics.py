@@ -21,7 +21,7 @@ from millprint.dem.run import run_case
 from millprint.estimate.quantiles import student_exceeded
 from millprint.run.files import read_json
 from millprint.run.hdf5 import open_hdf5
-from millprint.run.progress import progress
+from millprint.run.job import progress
 
 # Columns of results/bench/physics.tsv. Quantities are MEANS, with their unit in the name; contacts are those of a ball.
 # NAME_95 is the half-width of the 95 % interval of NAME, in its unit; empty with fewer than FEWEST_RUNS runs.

@@ -13,8 +13,7 @@ from millprint.dose.heat_balance import HeatTables, heat_tables, read_sources, s
 from millprint.figures.dose_figures import plot_heat
 from millprint.figures.style import save
 from millprint.run.files import write_table
-from millprint.run.job import job
-from millprint.run.progress import progress
+from millprint.run.job import job, progress
 
 
 def main(files: Sequence[tuple[str, str]], output, *, mill: str, title: str, settings: HeatConfig) -> HeatTables:

@@ -16,7 +16,7 @@ from millprint.config.contact_set import ContactConfig
 from millprint.figures.style import save
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
-from millprint.thesis.calibration.drop import (
+from millprint.thesis.drop import (
     read_heights,
     restitution_over_speed,
     simulate_drops,

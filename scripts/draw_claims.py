@@ -29,8 +29,8 @@ from millprint.thesis.claims.tabulate import (
     tabulate_intervals,
     tabulate_jars,
 )
-from millprint.thesis.curves.scaling import draw_tables, tables_of
 from millprint.thesis.fit.open_shape import read_equal_jars
+from millprint.thesis.scaling import draw_tables, tables_of
 
 
 def main(

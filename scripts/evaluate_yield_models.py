@@ -13,8 +13,7 @@ from threadpoolctl import threadpool_limits
 
 from millprint.config.yields import PRIMARY, EvaluationConfig, TrainingConfig
 from millprint.run.files import read_table, write_table
-from millprint.run.job import job
-from millprint.run.progress import progress
+from millprint.run.job import job, progress
 from millprint.thesis.doe.factorial_designs import YIELD
 from millprint.thesis.yields.evaluation import (
     MODEL_KEYS,

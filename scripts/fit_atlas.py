@@ -7,8 +7,7 @@ Outputs: `model`, `comparison`, `learning`.
 
 import pandas as pd
 
-from millprint.atlas.compare_models import cross_validated, learning_curve
-from millprint.atlas.fit_atlas import fit_atlas, rows_of
+from millprint.atlas.fit_atlas import cross_validated, fit_atlas, learning_curve, rows_of
 from millprint.atlas.kinds import kind_named
 from millprint.run.files import read_table, write_json, write_table
 from millprint.run.job import job

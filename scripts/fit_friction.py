@@ -11,7 +11,7 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.calibration.friction_fit import fit_experiment
+from millprint.thesis.friction_fit import fit_experiment
 
 if "snakemake" in globals():
     with job(snakemake.log[0], f"fit friction of {snakemake.wildcards.experiment}"):

@@ -26,7 +26,7 @@ from millprint.observables.condition import fill_grid
 from millprint.observables.definitions import BASIC, CURVE_COLUMNS, DESCRIPTOR_SETS, WEIGHTED_BASIC
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
-from millprint.thesis.curves.regimes import (
+from millprint.thesis.regimes import (
     published_cycles,
     published_point,
     read_published,
@@ -34,7 +34,7 @@ from millprint.thesis.curves.regimes import (
     tabulate_densities,
     tabulate_published,
 )
-from millprint.thesis.curves.scaling import (
+from millprint.thesis.scaling import (
     at_shared_fills,
     average_curves,
     conditions_of,

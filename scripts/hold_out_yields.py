@@ -10,8 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from millprint.config.yields import AveragingConfig, HeldOutConfig, TrainingConfig
 from millprint.run.files import write_table
-from millprint.run.job import job
-from millprint.run.progress import progress
+from millprint.run.job import job, progress
 from millprint.thesis.yields.experiments import read_rows
 from millprint.thesis.yields.held_out import outer_folds, predict_held_out, procedure_of
 

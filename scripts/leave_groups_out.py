@@ -23,9 +23,8 @@ from millprint.config.yields import (
 )
 from millprint.observables.condition import Condition
 from millprint.run.files import write_table
-from millprint.run.job import job
-from millprint.run.progress import progress
-from millprint.thesis.curves.regimes import read_regimes
+from millprint.run.job import job, progress
+from millprint.thesis.regimes import read_regimes
 from millprint.thesis.yields.experiments import GIVEN, read_other_runs, read_parts, read_rows, with_other_runs
 from millprint.thesis.yields.groups import (
     leave_regimes_out,

@@ -10,8 +10,8 @@ from threadpoolctl import threadpool_limits
 
 from millprint.cases.of_mill import fill_ratios_of
 from millprint.config.contact_set import ContactConfig
+from millprint.config.fingerprint import UncertaintyConfig
 from millprint.config.mill import MillConfig
-from millprint.config.uncertainty import UncertaintyConfig
 from millprint.fingerprint.descriptors import with_impacts
 from millprint.run.files import read_table, write_json, write_table
 from millprint.run.job import job

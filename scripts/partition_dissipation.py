@@ -16,8 +16,14 @@ from millprint.figures.style import save
 from millprint.fingerprint.model import Fingerprint
 from millprint.run.files import read_table, whole_file, write_table
 from millprint.run.job import job
-from millprint.thesis.curves import regimes
-from millprint.thesis.curves.regimes import (
+from millprint.thesis import regimes
+from millprint.thesis.figures.chapter3_and_4_figures import (
+    plot_doses,
+    plot_mass_per_watt,
+    plot_specific_yield,
+    plot_yield,
+)
+from millprint.thesis.regimes import (
     Chemistry,
     compare_with_prior,
     curve_of,
@@ -26,12 +32,6 @@ from millprint.thesis.curves.regimes import (
     regime_doses,
     screening_doses,
     specific_yields,
-)
-from millprint.thesis.figures.chapter3_and_4_figures import (
-    plot_doses,
-    plot_mass_per_watt,
-    plot_specific_yield,
-    plot_yield,
 )
 
 # The sets of runs whose yields are compared with their doses, as the verdict names them.

@@ -12,8 +12,7 @@ from threadpoolctl import threadpool_limits
 
 from millprint.config.yields import AveragingConfig, LibraryTrialConfig
 from millprint.run.files import write_table
-from millprint.run.job import job
-from millprint.run.progress import progress
+from millprint.run.job import job, progress
 from millprint.thesis.yields.averaging import permutation_p, permute
 from millprint.thesis.yields.experiments import read_rows
 

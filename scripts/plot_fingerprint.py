@@ -16,8 +16,6 @@ from millprint.figures.style import save
 from millprint.fingerprint.descriptors import NOTHING, as_built
 from millprint.run.files import read_table
 from millprint.run.job import job
-from millprint.thesis.curves.regimes import published_curves, published_cycles, read_occupancy, read_published
-from millprint.thesis.curves.scaling import conditions_of, universal_descriptors
 from millprint.thesis.figures.chapter3_and_4_figures import (
     plot_cycle_densities,
     plot_cycle_means,
@@ -27,6 +25,8 @@ from millprint.thesis.figures.chapter3_and_4_figures import (
     plot_master_curves,
     plot_universal_curves,
 )
+from millprint.thesis.regimes import published_curves, published_cycles, read_occupancy, read_published
+from millprint.thesis.scaling import conditions_of, universal_descriptors
 
 
 def draw_cycles(inputs, output, mill: str, contacts: list[str], fill_ratio: float) -> None:

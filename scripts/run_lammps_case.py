@@ -7,9 +7,9 @@ next to them, which also keeps the input and the log.
 """
 
 from millprint.config.contact_set import ContactConfig
-from millprint.config.dem_engine import EngineConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case
+from millprint.config.workflow import EngineConfig
 from millprint.dem.lammps.lammps_case import run_lammps
 from millprint.run.job import job
 

@@ -11,10 +11,10 @@ import pandas as pd
 
 from millprint.cases.of_mill import varied_case
 from millprint.config.contact_set import ContactConfig
+from millprint.config.fingerprint import UncertaintyConfig
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import DemConfig
-from millprint.config.uncertainty import UncertaintyConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.uncertainty.samples import check_contact, design_of, run_samples, space_of, with_sweep

@@ -10,8 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from millprint.config.yields import AveragingConfig, RetrospectiveConfig
 from millprint.run.files import write_table
-from millprint.run.job import job
-from millprint.run.progress import progress
+from millprint.run.job import job, progress
 from millprint.thesis.doe.factorial_designs import YIELD
 from millprint.thesis.yields.experiments import read_rows
 from millprint.thesis.yields.proposals import (

@@ -13,8 +13,7 @@ from pathlib import Path
 import pandas as pd
 
 from millprint.atlas.atlas_model import read_model
-from millprint.atlas.design import rows_of
-from millprint.atlas.simulate_rows import simulate_rows
+from millprint.atlas.design import rows_of, simulate_rows
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 

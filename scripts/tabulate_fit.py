@@ -13,7 +13,6 @@ from millprint.config.calibration import JarSearch
 from millprint.config.mill import MillConfig
 from millprint.run.files import read_json, read_table, write_json, write_table
 from millprint.run.job import job
-from millprint.thesis.curves.regimes import read_published
 from millprint.thesis.fit.jar_search import (
     JAR_PARAMETERS,
     computed_values,
@@ -24,6 +23,7 @@ from millprint.thesis.fit.jar_search import (
     with_roles,
 )
 from millprint.thesis.fit.open_shape import measured_again, read_equal_jars
+from millprint.thesis.regimes import read_published
 
 TEXT = ["mill", "contact", "varied"]
 

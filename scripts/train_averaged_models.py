@@ -14,8 +14,8 @@ from millprint.observables.condition import Condition
 from millprint.observables.definitions import BASIC
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
-from millprint.thesis.curves.regimes import design_cases, read_regimes
 from millprint.thesis.doe.factorial_designs import YIELD
+from millprint.thesis.regimes import design_cases, read_regimes
 from millprint.thesis.yields.averaging import fit_averaged
 from millprint.thesis.yields.experiments import DONE, Mill, check_region, experiment_rows, read_experiments, read_rows
 from millprint.thesis.yields.features import CONDITIONS

@@ -8,8 +8,7 @@ Outputs: `model`, as JSON.
 from threadpoolctl import threadpool_limits
 
 from millprint.config.yields import SearchConfig, TrainingConfig
-from millprint.run.job import job
-from millprint.run.progress import progress
+from millprint.run.job import job, progress
 from millprint.thesis.doe.factorial_designs import YIELD
 from millprint.thesis.yields.experiments import read_rows
 from millprint.thesis.yields.new_conditions import save_model

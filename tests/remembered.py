@@ -15,7 +15,7 @@ from millprint.mill.bodies import Body, inserts_in_vessel
 from millprint.mill.speed_limits import Pace, paces
 from millprint.mill.vessel import Vessel
 from millprint.thesis import chapter_checks
-from millprint.thesis.calibration.drop import make_swing
+from millprint.thesis.drop import make_swing
 
 
 def remembered(compute: Callable, known: dict, key: tuple):

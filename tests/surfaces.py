@@ -25,8 +25,8 @@ import numpy as np
 
 from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.mill import MillConfig
-from millprint.dem.few_balls import walls_for
 from millprint.dem.layout import LANE, LANES
+from millprint.dem.simulation import walls_for
 from millprint.mill.bodies import build_bodies
 from millprint.mill.distance import signed_distance
 from millprint.mill.outlines import Facet

@@ -12,11 +12,10 @@ import sys
 import numpy as np
 import pandas as pd
 
-from millprint.atlas.compare_models import MARKS
-from millprint.atlas.design import TRAINING, design
+from millprint.atlas.design import TRAINING, design, simulate_row
 from millprint.atlas.estimate_mill import check, estimate, exponents
+from millprint.atlas.fit_atlas import MARKS
 from millprint.atlas.kinds import KINDS
-from millprint.atlas.simulate_rows import simulate_row
 from millprint.config.errors import ConfigError
 from millprint.config.load import shipped
 from millprint.run.files import read_table, write_table

@@ -23,7 +23,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 # Of each part of the library, its files and the tests that concern them.
 PARTS = {
-    "estimate": (["estimate/*.py", "dem/turns.py"],
+    "estimate": (["estimate/*.py", "dem/collisions.py"],
                  ["unit/test_estimate.py", "unit/test_intervals.py", "unit/test_turns.py", "unit/test_quantiles.py",
                   "unit/test_claims.py", "unit/test_own_power.py", "unit/test_gaussian_process.py",
                   "unit/test_yield_averaging.py"]),
@@ -34,10 +34,10 @@ PARTS = {
     "yields": (["thesis/yields/averaging.py", "thesis/yields/[deghmp]*.py"], ["unit/test_yield_*.py"]),
     "doe": (["thesis/doe/*.py", "thesis/curves/*.py"], ["unit/test_doe_*.py", "unit/test_partition.py",
             "unit/test_fingerprint_curves.py", "unit/test_intervals.py", "unit/test_convergence.py"]),
-    "counting": (["dem/collisions.py", "dem/ledger.py", "dem/summary.py"],
+    "counting": (["dem/collisions.py", "dem/ledger.py", "dem/run.py"],
                  ["unit/test_dem_collisions.py", "unit/test_dem_records.py", "unit/test_dose_spectra.py",
                   "unit/test_turns.py", "unit/test_mixtures.py"]),
-    "kernel": (["dem/law.py", "dem/laws/[hl]*.py", "dem/contact.py"],
+    "kernel": (["dem/law.py", "dem/laws/[hl]*.py", "dem/law.py"],
                ["unit/test_contact_laws.py", "physics/test_drop.py", "physics/test_impacts.py",
                 "physics/test_contact_cases.py", "physics/test_cohesion.py", "physics/test_over_speed.py"]),
 }  # fmt: skip

@@ -17,9 +17,9 @@ import h5py
 import numpy as np
 from scipy.stats import qmc
 
+from millprint.atlas.design import case_of
 from millprint.atlas.kind_groups import SETTINGS, Kind
 from millprint.atlas.kinds import KINDS
-from millprint.atlas.simulate_rows import case_of
 from millprint.config.sweep import DemConfig
 from millprint.dem.run import run_case
 from millprint.run.files import read_json, whole_file

@@ -3,7 +3,7 @@
 import numpy as np
 
 from millprint.config.contact_set import ContactConfig
-from millprint.dem import few_balls
+from millprint.dem import simulation
 from millprint.mill.motion import Motion
 from millprint.mill.outlines import Facet
 from millprint.mill.vessel import Vessel
@@ -45,7 +45,7 @@ def box(width: float = 0.2, depth: float = 0.2, height: float = 0.2, turn: np.nd
     return prism(np.array([[-x, -y], [x, -y], [x, y], [-x, y]]), height, turn)
 
 
-class FewBalls(few_balls.FewBalls):
+class FewBalls(simulation.FewBalls):
     """The library's world with defaults: a box, the calibrated contact set."""
 
     def __init__(self, position, velocity=None, spin=None, radius=5e-3, contact=CALIBRATED, **options) -> None:

@@ -6,7 +6,7 @@ import pytest
 from millprint.config.counting import CountingRule
 from millprint.config.errors import SimulationError
 from millprint.config.sweep import Case, DemConfig
-from millprint.dem import timestep
+from millprint.dem import resources
 from millprint.dem.collisions import collision_statistics, collision_table, merge_contacts, sort_by_pair
 from millprint.dem.layout import COUNTER
 from millprint.dem.ledger import check_balance, check_closure, closure, ledger_series, ledger_summary
@@ -182,7 +182,7 @@ def test_history_survives_new_candidate_lists(mills, contacts, monkeypatch):
     """A run whose lists are rebuilt five times as often gives the same result."""
     runs = []
     for skin in (0.3, 1.5):
-        monkeypatch.setattr(timestep, "SKIN_SHARE", skin)
+        monkeypatch.setattr(resources, "SKIN_SHARE", skin)
         runs.append(simulate(mills, contacts, settle_s=0.02, discard_s=0.0, window_s=0.02)[0])
     rebuilds = [run.counters[COUNTER.rebuilds] for run in runs]
     assert rebuilds[0] > 3 * rebuilds[1]

@@ -13,9 +13,8 @@ from millprint.config.mill import MillConfig
 from millprint.config.motion_kinds import RotationMotion
 from millprint.config.sweep import Case as RunCase
 from millprint.config.sweep import DemConfig
-from millprint.dem.few_balls import walls_for
 from millprint.dem.ledger import closure, ledger_series
-from millprint.dem.simulation import Simulation
+from millprint.dem.simulation import Simulation, walls_for
 from millprint.mill.motion import motion_from_law
 from millprint.mill.vessel import Vessel
 from tests.closed_distances import distance_to_triangles, feet, nearest_on_triangles, solid_angle

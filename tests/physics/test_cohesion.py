@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from millprint.config.contact_set import CohesionConfig, ContactConfig
+from millprint.config.contact_set import CohesionConfig, ContactConfig, RestitutionTable
 from millprint.config.errors import SimulationError
-from millprint.config.over_speed import RestitutionTable
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.laws.hertz import CohesiveHertz, Hertz
 from millprint.dem.ledger import closure

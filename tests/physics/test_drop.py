@@ -8,7 +8,7 @@ import pytest
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.load import load_named
-from millprint.thesis.calibration.drop import bounce_height, simulate_drops
+from millprint.thesis.drop import bounce_height, simulate_drops
 
 CONTACTS = Path(__file__).parents[2] / "config/contacts"
 STEP_S, RAYLEIGH_FRACTION_MAX = 2e-6, 0.2

@@ -7,7 +7,7 @@ import pytest
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.load import check_model, read_yaml
-from millprint.dem.few_balls import FewBalls
+from millprint.dem.simulation import FewBalls
 from millprint.validation.setups import Plate, Rebound, impact_duration, partial_slip, sliding
 from tests.physics.setups import FewBalls as InBox
 from tests.workflow.conftest import ROOT

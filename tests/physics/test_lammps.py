@@ -12,7 +12,7 @@ import numpy as np
 import psutil
 import pytest
 
-from millprint.config.dem_engine import EngineConfig
+from millprint.config.workflow import EngineConfig
 from millprint.dem.lammps.input import BALLS, INPUT, LOG, balls_text, head_lines, law_text
 from millprint.dem.lammps.lammps_case import FOLDER, run_lammps, start
 from millprint.dem.laws.hertz import coefficients

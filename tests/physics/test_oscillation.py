@@ -8,12 +8,12 @@ import pytest
 from scipy.signal import find_peaks
 
 from millprint.config.calibration import ExperimentConfig, SwingConfig
+from millprint.config.contact_set import RestitutionTable
 from millprint.config.errors import ConfigError
 from millprint.config.mill import CylinderGeometry
-from millprint.config.over_speed import RestitutionTable
-from millprint.dem.few_balls import FewBalls
-from millprint.thesis.calibration.drop import make_swing, simulate_track
-from millprint.thesis.calibration.friction_fit import fit_experiment, fit_friction
+from millprint.dem.simulation import FewBalls
+from millprint.thesis.drop import make_swing, simulate_track
+from millprint.thesis.friction_fit import fit_experiment, fit_friction
 
 RAYLEIGH_FRACTION_MAX = 0.2
 RADIUS, BALL = 0.030, 0.005

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from millprint.config.over_speed import RestitutionForm, RestitutionTable, plastic, viscoelastic
+from millprint.config.contact_set import RestitutionForm, RestitutionTable, plastic, viscoelastic
 from millprint.dem.layout import COUNTER
 from millprint.dem.ledger import closure
 from tests.physics.setups import CALIBRATED, FewBalls

@@ -12,8 +12,8 @@ import pytest
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import OVERLAP_LIMIT
 from millprint.dem.collisions import by_surface, collision_table
-from millprint.dem.few_balls import walls_for
 from millprint.dem.layout import COUNTER, ENDED
+from millprint.dem.simulation import walls_for
 from millprint.mill.borders import SMOOTH_TURN
 from millprint.mill.outlines import Facet
 from millprint.mill.vessel import Vessel, build_vessel

@@ -4,12 +4,11 @@ import h5py
 import numpy as np
 import pytest
 
-from millprint.config.contact_set import CohesionConfig
-from millprint.config.over_speed import RestitutionTable
+from millprint.config.contact_set import CohesionConfig, RestitutionTable
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem import run as runs
 from millprint.dem import simulation as simulations
-from millprint.dem.restart import write_restart
+from millprint.dem.recording import write_restart
 from millprint.dem.run import RESTART, run_case
 from millprint.dem.simulation import Simulation
 

@@ -12,8 +12,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from millprint.config.contact_set import CohesionConfig
-from millprint.config.over_speed import RestitutionTable
+from millprint.config.contact_set import CohesionConfig, RestitutionTable
 from millprint.config.sweep import Case, DemConfig, threads_of
 from millprint.dem.advance import chunk
 from millprint.dem.layout import COUNTER

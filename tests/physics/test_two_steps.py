@@ -6,8 +6,8 @@ from pydantic import ValidationError
 
 from millprint.config.sweep import Case, DemConfig, SweepConfig, expand_sweep
 from millprint.dem.ledger import closure, ledger_series
+from millprint.dem.resources import LONGEST_RUN_UP
 from millprint.dem.simulation import Simulation
-from millprint.dem.timestep import LONGEST_RUN_UP
 
 DEM = DemConfig(time_step_s=2e-6)
 CASE = Case(

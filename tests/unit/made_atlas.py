@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.atlas.atlas_model import FITTED, PREDICTED, KindModel, Surface, Width
-from millprint.atlas.compare_models import MARKS
+from millprint.atlas.fit_atlas import MARKS
 from millprint.atlas.kind_groups import Kind
 from millprint.atlas.kinds import KINDS
 from millprint.atlas.page.atlas_page import OF_ERRORS

@@ -8,7 +8,7 @@ import yaml
 
 from millprint.provenance.crate import write_crate
 from millprint.provenance.lineage import METADATA, read_jobs
-from millprint.run.output_digests import write_record
+from millprint.run.digest import write_record
 
 CONFIG = {
     "name": "made",

@@ -12,9 +12,8 @@ import pandas as pd
 import pytest
 
 from millprint.atlas.atlas_model import FITTED, FORMAT, PREDICTED, combined, inputs_of, read_model
-from millprint.atlas.beside_simulation import BESIDE, LARGE, atlas_rows
 from millprint.atlas.design import HELD_OUT, design, rows_of
-from millprint.atlas.estimate_mill import check, estimate, estimate_many, exponents
+from millprint.atlas.estimate_mill import BESIDE, LARGE, atlas_rows, check, estimate, estimate_many, exponents
 from millprint.atlas.fit_atlas import Fit, Rows, fit_kind, fit_robust, fit_surface, fit_width, growth, without_own
 from millprint.atlas.fit_atlas import rows_of as fit_rows_of
 from millprint.atlas.kinds import KINDS, MIXER, PLANETARY, SPEX, balls_of, recognise
@@ -257,7 +256,7 @@ def test_balls_too_soft_or_stiff_are_told_as_at_the_end_of_the_range(made):
 @pytest.mark.slow
 def test_mills_of_equal_groups_do_the_same():
     """Twice the size, half the density, speed in proportion: numbers over their scales, within scatter."""
-    from millprint.atlas.simulate_rows import simulate_row
+    from millprint.atlas.design import simulate_row
 
     # Some balls, few seconds.
     small = next(each for each in conditions(MIXER, 40) if 8 <= each["number"] <= 20)
@@ -276,46 +275,46 @@ def test_mills_of_equal_groups_do_the_same():
 
 def test_rows_of_the_shipped_table_are_not_simulated_again(tmp_path, monkeypatch):
     """Its six digits are of the same rows; a row of another version, or of other groups, is simulated."""
-    from millprint.atlas import simulate_rows
+    from millprint.atlas import design
 
     table = read_table(ROOT / "config/atlas/simulations.tsv")
     rows = rows_of("mixer", HELD_OUT, 0, 100, HELD_OUT_FILE)
     asked = []
-    monkeypatch.setattr(simulate_rows, "simulate_row", lambda kind, condition, seed: asked.append(seed) or {})
-    found = simulate_rows.simulate_rows(rows, tmp_path / "done", "atlas", table)
+    monkeypatch.setattr(design, "simulate_row", lambda kind, condition, seed: asked.append(seed) or {})
+    found = design.simulate_rows(rows, tmp_path / "done", "atlas", table)
     assert not asked
     assert found["wall_power_W"].notna().sum() > 90
     own = (table["kind"] == "mixer") & (table["part"] == HELD_OUT)
     table.loc[own & (table["row"] == 3), "version"] = "0"
     table.loc[own & (table["row"] == 5), "froude"] *= 1.001
-    simulate_rows.simulate_rows(rows, tmp_path / "done", "atlas", table)
+    design.simulate_rows(rows, tmp_path / "done", "atlas", table)
     assert asked == [3, 5]
 
 
 def test_training_rows_that_teach_little_are_skipped(tmp_path, monkeypatch):
     """Beyond the limit of the kind, and where the atlas has balls that roll; held-out mills are always simulated."""
-    from millprint.atlas import simulate_rows
+    from millprint.atlas import design
     from millprint.atlas.kind_groups import within_limits
 
-    monkeypatch.setattr(simulate_rows, "simulate_row", lambda kind, condition, seed: {"motion": "simulated"})
+    monkeypatch.setattr(design, "simulate_row", lambda kind, condition, seed: {"motion": "simulated"})
     atlas = read_model(ROOT / "config/atlas/model.json")
     for part, first in (("training", 800), ("held_out", 0)):
         rows = rows_of("planetary", part, first, 40, HELD_OUT_FILE)
-        found = simulate_rows.simulate_rows(rows, tmp_path / "done", "atlas", None, atlas)
-        likely = atlas["planetary"].probability(inputs_of(PLANETARY, rows)) >= simulate_rows.LEAST_HITS
+        found = design.simulate_rows(rows, tmp_path / "done", "atlas", None, atlas)
+        likely = atlas["planetary"].probability(inputs_of(PLANETARY, rows)) >= design.LEAST_HITS
         wanted = within_limits(PLANETARY, rows) & likely | (part == "held_out")
         assert ((found["motion"] == "simulated") == wanted).all()
         assert wanted.any() and (wanted.all() == (part == "held_out"))
 
 
 def test_balls_that_never_part_are_a_row_with_power(monkeypatch):
-    from millprint.atlas import simulate_rows
+    from millprint.atlas import design
 
     summary = {"power_W": {"wall": 2.0}, "per_revolution": {"wall_J": [1.0, 1.1] * 8}, "revolutions": 16.0}
     summary["collisions"] = [{"name": DEFAULT_RULE, "count": 0}]
-    monkeypatch.setattr(simulate_rows, "simulate", lambda *given: summary)
+    monkeypatch.setattr(design, "simulate", lambda *given: summary)
     (condition,) = conditions(MIXER, 1)
-    row = simulate_rows.simulate_row(MIXER, condition, 0)
+    row = design.simulate_row(MIXER, condition, 0)
     assert (row["wall_power_W"], row["motion"], row["recorded_turns"]) == (2.0, "no impacts", 16)
     assert 0 < row["wall_power_relative_se"] < 0.02
 
@@ -419,7 +418,7 @@ def test_the_atlas_is_of_the_present_physics(kind):
 
     Not of soft balls: at the largest overlap that is allowed, rounding decides whether a row fails.
     """
-    from millprint.atlas.simulate_rows import VERSION, simulate_row
+    from millprint.atlas.design import VERSION, simulate_row
 
     table = read_table(ROOT / "config/atlas/simulations.tsv")
     own = table[(table["kind"] == kind.name) & table["motion"].isna() & (table["softness"] < 1e-4)]

@@ -9,8 +9,7 @@ import pytest
 from millprint.atlas.estimate_mill import check, estimate
 from millprint.atlas.kind_groups import CONTACT, SETTINGS, Kind
 from millprint.atlas.kinds import KINDS
-from millprint.atlas.page.atlas_page import atlas_content, atlas_page
-from millprint.atlas.page.written_formulas import Name
+from millprint.atlas.page.atlas_page import Name, atlas_content, atlas_page
 from millprint.config.errors import ConfigError
 from millprint.estimate.estimates import Estimate, Interval, ratio_of
 from millprint.fingerprint.condition_search import verdict_on

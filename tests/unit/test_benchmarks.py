@@ -18,7 +18,7 @@ from benchmarks.lammps import input_text, timing
 from millprint.config.errors import SimulationError
 from millprint.config.included import load_contact, load_mill
 from millprint.config.load import check_model, read_yaml
-from millprint.dem.lammps.output import read_log
+from millprint.dem.lammps.lammps_case import read_log
 from millprint.dem.simulation import Simulation
 
 ROOT = Path(__file__).parents[2]

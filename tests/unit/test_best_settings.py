@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from millprint.atlas.best_settings import best_settings
 from millprint.atlas.estimate_mill import estimate
 from millprint.atlas.kinds import PLANETARY, recognise
+from millprint.atlas.search_mills import best_settings
 from millprint.config.errors import ConfigError
 from millprint.config.included import load_mill
 from tests.unit.made_atlas import made_model

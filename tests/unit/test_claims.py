@@ -30,7 +30,7 @@ from millprint.thesis.claims.tabulate import (
     read_claims,
     tabulate_claims,
 )
-from millprint.thesis.curves.regimes import read_published
+from millprint.thesis.regimes import read_published
 from tests.conftest import PRINTED, ROOT
 from tests.refusals import refusals, truths
 

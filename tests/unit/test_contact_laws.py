@@ -12,11 +12,10 @@ from millprint.cases.of_mill import study_variants
 from millprint.config.contact_set import ContactConfig
 from millprint.config.dose import FlashSection
 from millprint.config.errors import ConfigError, SimulationError
+from millprint.config.fingerprint import UncertaintyConfig
 from millprint.config.included import load_mill
 from millprint.config.sweep import overridden
-from millprint.config.uncertainty import UncertaintyConfig
-from millprint.dem.contact import evaluate_block
-from millprint.dem.law import STOP_SHARE, law_row
+from millprint.dem.law import STOP_SHARE, evaluate_block, law_row
 from millprint.dem.laws.record import ball_mass
 from millprint.dem.laws.registry import LAWS, step_scale
 from millprint.dem.layout import LANE, LANES, PRESENT

@@ -22,7 +22,7 @@ from millprint.dem.collisions import (
 )
 from millprint.dem.layout import COLLISION, ENDED
 from millprint.dem.recording import Table, make_table
-from millprint.dem.summary import weighted_errors
+from millprint.dem.run import weighted_errors
 from millprint.mill.kernel_columns import width_of
 
 # Pair, start [s], peak force [N], normal and tangential energy [J]; each contact lasts 1 ms.

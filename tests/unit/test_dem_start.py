@@ -15,8 +15,8 @@ from millprint.config.sweep import Case, DemConfig
 from millprint.dem.case_checks import check_room, checked_bodies
 from millprint.dem.laws.registry import step_scale
 from millprint.dem.packing import capacity, inside, laid_lattice, pack, thin_direction, widest_ball
+from millprint.dem.resources import SKIN_SHARE, aligned_step, longest_step, skin_of
 from millprint.dem.simulation import Simulation
-from millprint.dem.timestep import SKIN_SHARE, aligned_step, longest_step, skin_of
 from millprint.mill.bodies import build_bodies, inserts_in_vessel
 from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import build_vessel

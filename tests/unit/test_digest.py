@@ -18,7 +18,7 @@ KEPT = (digest.content_digest, digest._imports, digest.program_digest, digest.si
 FIRST = '''"""A module."""
 import logging
 from millprint.near import second
-from millprint.run.progress import progress
+from millprint.run.job import progress
 
 logger = logging.getLogger("millprint")
 

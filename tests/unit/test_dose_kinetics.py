@@ -25,7 +25,7 @@ from millprint.dose.kinetics import (
     said_of_dose,
     shear_worth,
 )
-from millprint.thesis.curves.regimes import curve_of, powder_of_ball, screening_doses
+from millprint.thesis.regimes import curve_of, powder_of_ball, screening_doses
 from tests.unit.synthetic_mill import fingerprint
 
 ROOT = Path(__file__).parents[2]

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.config.uncertainty import DISTRIBUTIONS, PARAMETERS, MeasuredSection
+from millprint.config.fingerprint import DISTRIBUTIONS, PARAMETERS, MeasuredSection
 from millprint.uncertainty.samples import Emulator, Space, draw, quality, saltelli_shares, sobol_indices, variable_of
 
 # Ishigami's function with a = 7, b = 0.1, and its indices in closed form (Sobol and Levitan 1999).

@@ -9,9 +9,8 @@ import pytest
 from snakemake_interface_logger_plugins.common import LogEvent
 
 from millprint.cli.commands import COMMANDS
-from millprint.run import ending
-from millprint.run.ending import OneLineAJob, endings
-from millprint.run.plan import Job, duration
+from millprint.run import plan
+from millprint.run.plan import Job, OneLineAJob, duration, endings
 from tests.conftest import ROOT
 
 VALUES = {"results": "results", "mill": "emax", "contact": "calibrated", "given": " mine.yaml"}
@@ -53,7 +52,7 @@ def job_record(jobid: int, message: str) -> logging.LogRecord:
 
 def test_a_job_is_one_line_and_the_time_to_go_follows_from_those_that_ended(monkeypatch):
     now = iter([0.0, 20.0])
-    monkeypatch.setattr(ending.time, "monotonic", lambda: next(now))
+    monkeypatch.setattr(plan.time, "monotonic", lambda: next(now))
     jobs = [Job("run_dem_case", 1, (f"{case}/summary.json",), {"processor_s": 9}) for case in "abcd"]
     quiet = OneLineAJob(lambda: jobs, lambda: False)
     assert quiet.filter(record(LogEvent.RESOURCES_INFO, cores=2))
@@ -87,7 +86,7 @@ def test_an_unknown_target_is_told_with_the_nearest_one(typed, begin, end):
 
 TIMED = """
 import threading
-from millprint.run.ending import stop_timers_at_the_end
+from millprint.run.plan import stop_timers_at_the_end
 
 stop_timers_at_the_end()
 threading.Timer(600, print, ["too late"]).start()

@@ -13,10 +13,10 @@ import pytest
 from millprint.cli.commands import main as millprint
 from millprint.config.errors import ConfigError, MillprintError
 from millprint.run import files
+from millprint.run.digest import read_record, record_path, report_damaged
 from millprint.run.files import BLOCK, checksum_header, read_checksummed, read_json, whole_file
 from millprint.run.hdf5 import open_hdf5, whole_hdf5
 from millprint.run.job import job
-from millprint.run.output_digests import read_record, record_path, report_damaged
 from tests.conftest import ROOT
 
 PREFACE = f"import sys; sys.path.insert(0, {str(ROOT / 'src')!r})\n"
@@ -112,7 +112,7 @@ def test_damage_is_reported_in_a_line_a_file_with_what_to_do_and_changes_none(re
 
 def test_a_file_that_is_as_dated_is_not_read(recorded, monkeypatch):
     logs, (one, _) = recorded
-    monkeypatch.setattr("millprint.run.output_digests.digest", lambda path: pytest.fail(f"{path} was read"))
+    monkeypatch.setattr("millprint.run.digest.digest", lambda path: pytest.fail(f"{path} was read"))
     assert report_damaged(logs) == 0
     os.utime(one)
     with pytest.raises(pytest.fail.Exception, match=r"one\.txt was read"):

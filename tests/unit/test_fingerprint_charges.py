@@ -19,7 +19,7 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import charges_of
 from millprint.observables.definitions import DESCRIPTOR_SETS, TARGET_DESCRIPTORS
 from millprint.run.files import write_table
-from millprint.thesis.curves.scaling import fit_exponents, tabulate_counting_rules
+from millprint.thesis.scaling import fit_exponents, tabulate_counting_rules
 from tests.refusals import refusal, refusals
 from tests.unit.synthetic_mill import FILLS, VOLUME, summaries, summary
 

@@ -13,7 +13,7 @@ from millprint.config.workflow import PartitionConfig
 from millprint.run.files import read_table, write_table
 from millprint.thesis.claims.chapter3 import rank_correlation
 from millprint.thesis.claims.tabulate import collect_findings
-from millprint.thesis.curves.scaling import tables_of
+from millprint.thesis.scaling import tables_of
 from tests.conftest import configuration
 from tests.stored_tables import compare_tables
 from tests.unit.claim_words import word_of

@@ -7,7 +7,7 @@ import statsmodels.api as sm
 
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.mill_collapse import choking, elbow
-from millprint.thesis.curves.scaling import (
+from millprint.thesis.scaling import (
     FACTOR,
     average_curves,
     fit_exponents,

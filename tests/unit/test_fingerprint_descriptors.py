@@ -13,8 +13,8 @@ from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.readers import check_summary, read_summaries
 from millprint.observables.condition import SCALES, VARIABLES, Condition, energy_scale
 from millprint.observables.definitions import COMPUTED
-from millprint.thesis.curves.regimes import tabulate_cycles, tabulate_densities, tabulate_published
-from millprint.thesis.curves.scaling import tabulate_counting_rules
+from millprint.thesis.regimes import tabulate_cycles, tabulate_densities, tabulate_published
+from millprint.thesis.scaling import tabulate_counting_rules
 from tests.refusals import refusal, refusals
 from tests.unit.synthetic_mill import counted, descriptors, summaries, summary, true_curves, weighted
 

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from millprint.config.errors import ConfigError
-from millprint.thesis.curves.regimes import DATASETS, read_occupancy
 from millprint.thesis.figures import chapter3_and_4_figures as drawn
+from millprint.thesis.regimes import DATASETS, read_occupancy
 
 pytestmark = pytest.mark.usefixtures("close_figures")
 

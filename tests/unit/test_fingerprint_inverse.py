@@ -21,7 +21,7 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.observables.condition import Condition
 from millprint.observables.definitions import descriptors_of, scaled_quantities
 from millprint.run.files import read_table
-from millprint.thesis.curves.scaling import invert_speed, nearest_speed
+from millprint.thesis.scaling import invert_speed, nearest_speed
 from tests.conftest import PRINTED
 from tests.refusals import truths
 from tests.unit.factor_samples import factors_of

@@ -11,7 +11,6 @@ from millprint.config.errors import ConfigError
 from millprint.config.included import load_mill
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.run.files import write_table
-from millprint.thesis.curves.regimes import read_published, tabulate_cycles
 from millprint.thesis.fit import numbers_of
 from millprint.thesis.fit.jar_search import (
     JAR_PARAMETERS,
@@ -28,6 +27,7 @@ from millprint.thesis.fit.jar_search import (
     with_roles,
 )
 from millprint.thesis.fit.open_shape import equally_good, read_equal_jars, whole_cases
+from millprint.thesis.regimes import read_published, tabulate_cycles
 from tests.unit.synthetic_mill import summary, true_curves
 
 ROOT = Path(__file__).parents[2]

@@ -20,8 +20,8 @@ from millprint.thesis.claims.tabulate import (
     tabulate_intervals,
     without_sizes,
 )
-from millprint.thesis.curves.scaling import dispersions, draw_blocks, draw_tables, redraw, redrawn_tables, tables_of
 from millprint.thesis.fit.jar_search import JAR_PARAMETERS
+from millprint.thesis.scaling import dispersions, draw_blocks, draw_tables, redraw, redrawn_tables, tables_of
 from millprint.thesis.surrogate.measures import failed_tests
 from tests.conftest import ROOT
 from tests.refusals import truths

@@ -9,13 +9,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.config.contact_set import CohesionConfig, ContactConfig
-from millprint.config.dem_engine import EngineConfig, check_jobs
+from millprint.config.contact_set import CohesionConfig, ContactConfig, FrictionTable, RestitutionForm
 from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.included import load_contact, load_mill
 from millprint.config.mill import MillConfig
-from millprint.config.over_speed import FrictionTable, RestitutionForm
 from millprint.config.sweep import Case, DemConfig
+from millprint.config.workflow import EngineConfig, check_jobs
 from millprint.dem.lammps.input import (
     STATE_NAMES,
     SampledDem,
@@ -26,8 +25,15 @@ from millprint.dem.lammps.input import (
     law_text,
     restitution_without_pull,
 )
-from millprint.dem.lammps.lammps_case import environment, run_lammps
-from millprint.dem.lammps.output import ledger_of, read_contacts, read_log, read_snapshots, read_states
+from millprint.dem.lammps.lammps_case import (
+    environment,
+    ledger_of,
+    read_contacts,
+    read_log,
+    read_snapshots,
+    read_states,
+    run_lammps,
+)
 from millprint.dem.lammps.support import check_engine, program
 from millprint.dem.simulation import Simulation
 from millprint.mill.gravity import GRAVITY

@@ -17,11 +17,11 @@ from millprint.cases.of_mill import (
     varied_case,
 )
 from millprint.config.errors import ConfigError
+from millprint.config.fingerprint import UncertaintyConfig
 from millprint.config.included import load_mill
 from millprint.config.load import check_model, read_yaml
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import PRECISIONS, MillsConfig, MillSweepConfig, PrecisionName
-from millprint.config.uncertainty import UncertaintyConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.mill_collapse import (

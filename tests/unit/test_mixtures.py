@@ -12,7 +12,7 @@ from millprint.config.charge import BallMixture
 from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.sweep import Case, ball_count, balls_of
 from millprint.dem.packing import inside, pack_mixture
-from millprint.dem.summary import largest_overlap
+from millprint.dem.run import largest_overlap
 from tests.unit.test_mill_lifters import drum
 
 BOND = BallMixture(name="bond", sizes_mm=(36.83, 29.72, 25.40, 19.05, 15.49), numbers=(43, 67, 10, 71, 94))

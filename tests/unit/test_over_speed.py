@@ -14,7 +14,7 @@ from millprint.config.calibration import DropTestConfig
 from millprint.config.contact_set import ContactConfig
 from millprint.config.load import check_model
 from millprint.run.files import read_table, write_table
-from millprint.thesis.calibration.drop import restitution_over_speed, table_in_words
+from millprint.thesis.drop import restitution_over_speed, table_in_words
 from millprint.uncertainty.samples import _with, contact_values
 from tests.unit.test_contact_laws import COMMON, KEYS
 

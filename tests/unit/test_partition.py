@@ -9,10 +9,10 @@ import pytest
 
 from millprint.observables.condition import Condition
 from millprint.run.files import write_table
-from millprint.thesis.calibration.drop import read_heights, summarise_drops
 from millprint.thesis.claims.evidence import Finding, judge_repeats
 from millprint.thesis.claims.tabulate import collect_findings
-from millprint.thesis.curves.regimes import (
+from millprint.thesis.drop import read_heights, summarise_drops
+from millprint.thesis.regimes import (
     cases_at,
     design_cases,
     equal_power_speed,
@@ -21,7 +21,7 @@ from millprint.thesis.curves.regimes import (
     with_curves,
     with_published,
 )
-from millprint.thesis.curves.scaling import tabulate_collapse
+from millprint.thesis.scaling import tabulate_collapse
 from tests.unit.claim_words import word_of
 from tests.unit.synthetic_mill import descriptors, fingerprint
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from millprint.run.plan import duration
-from millprint.run.progress import Lines, progress
+from millprint.run.job import Lines, progress
+from millprint.run.numbers import duration
 
 
 class Clock:

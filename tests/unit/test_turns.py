@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from millprint.dem.collisions import half_width, has_impacts, mean_of_turns, motion_repeats, relative_error
 from millprint.dem.ledger import closure
-from millprint.dem.summary import is_certain
-from millprint.dem.turns import half_width, has_impacts, mean_of_turns, motion_repeats, relative_error
+from millprint.dem.run import is_certain
 from millprint.estimate.estimates import factor_of
 from millprint.fingerprint.descriptors import MOTIONS, lasting_motions, said_of, tabulate_descriptors, variance_of_run
 from millprint.fingerprint.model import Fingerprint

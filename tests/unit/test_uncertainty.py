@@ -6,10 +6,10 @@ import pytest
 
 from millprint.cases.of_mill import uncertainty_cases, varied_case
 from millprint.config.errors import ConfigError, SimulationError
+from millprint.config.fingerprint import DISTRIBUTIONS, PARAMETERS, ParametersSection, UncertaintyConfig
 from millprint.config.included import load_contact, load_mill
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import DemConfig
-from millprint.config.uncertainty import DISTRIBUTIONS, PARAMETERS, ParametersSection, UncertaintyConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.run import simulate
 from millprint.fingerprint.bands import read_factors

@@ -12,22 +12,21 @@ from millprint.config.calibration import CalibrationConfig
 from millprint.config.charge import BallMixture, fill_of
 from millprint.config.contact_set import ContactConfig
 from millprint.config.doe import DoeConfig
-from millprint.config.fingerprint import MatchConfig
+from millprint.config.fingerprint import MatchConfig, UncertaintyConfig
 from millprint.config.load import check_model, read_yaml
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillSweepConfig, with_fill_ratios
 from millprint.config.surrogate import SurrogateConfig
 from millprint.config.sweep import SweepConfig
-from millprint.config.uncertainty import UncertaintyConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.config.yields import YieldConfig
 from millprint.dose.kinetics import own_doses
 from millprint.dose.wear import read_materials
-from millprint.thesis.calibration.drop import read_heights, read_track
-from millprint.thesis.curves.regimes import read_regimes
 from millprint.thesis.doe.chemistry import read_literature
 from millprint.thesis.doe.factorial_designs import read_runs
 from millprint.thesis.doe.wet_lab import read_wear, yield_table
+from millprint.thesis.drop import read_heights, read_track
+from millprint.thesis.regimes import read_regimes
 from millprint.thesis.yields.experiments import read_experiments, read_parts, read_rows
 from tests.conftest import ROOT, configuration
 from tests.refusals import refusal, refusals

@@ -5,7 +5,7 @@ import pandas as pd
 from millprint.config.load import check_model
 from millprint.config.yields import SPACES, YieldConfig
 from millprint.observables.condition import Condition
-from millprint.thesis.curves.regimes import read_regimes
+from millprint.thesis.regimes import read_regimes
 from millprint.thesis.yields.experiments import Mill, read_parts
 from millprint.thesis.yields.new_conditions import MillCurves
 from tests.conftest import ROOT, configuration

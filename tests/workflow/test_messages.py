@@ -6,7 +6,7 @@ import subprocess
 import sys
 import time
 
-from millprint.run.ending import endings
+from millprint.run.plan import endings
 from tests.workflow.conftest import active_environment, ask_snakemake, error_lines, run_snakemake
 from tests.workflow.test_reading import state_of
 

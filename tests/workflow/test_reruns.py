@@ -42,7 +42,7 @@ def with_remarks(text: str) -> str:
 
 def test_comments_and_docstrings_in_every_file_run_nothing_again(lined_project, plan):
     files = [path for place in ("src", "scripts") for path in (lined_project / place).rglob("*.py")]
-    assert len(files) > 300
+    assert len(files) > 200
     assert plan({str(path.relative_to(lined_project)): with_remarks for path in files}) == {}
 
 
@@ -61,8 +61,7 @@ def test_what_no_simulation_reads_leaves_every_one_done(plan):
         {
             "src/millprint/dem/run.py": replaced('"simulated in %.1f s', '"took %.1f s'),
             "src/millprint/dem/packing.py": replaced("do not fit in the vessel", "have no room in the vessel"),
-            "src/millprint/run/progress.py": replaced("EVERY_S, FIRST_S = 30.0", "EVERY_S, FIRST_S = 60.0"),
-            "src/millprint/run/job.py": replaced(": begin", ": starts"),
+            "src/millprint/run/job.py": replaced("EVERY_S, FIRST_S = 30.0", "EVERY_S, FIRST_S = 60.0"),
             "scripts/run_dem_case.py": replaced("so that it is slower", "which is slower"),
             "src/millprint/figures/mill_sheet_figure.py": replaced(
                 "import numpy as np", "import re\nimport numpy as np"

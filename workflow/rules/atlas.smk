@@ -1,6 +1,6 @@
 """The atlas: what any mill of a kind does, learned from simulations over mills. Target `atlas`, part of no other."""
 
-from millprint.config.atlas import HELD_OUT_MILLS
+from millprint.config.workflow import HELD_OUT_MILLS
 
 ATLAS = f"{RESULTS}/atlas"
 # Rows of a job: a simulation takes a second or two, about as long as it takes Snakemake to start a few jobs.

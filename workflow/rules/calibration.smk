@@ -1,7 +1,7 @@
 """Chapter 3: time step and Young's modulus (Fig. 3.4), and virtual calibration (Sec. 3.2.2)."""
 
 from millprint.config.calibration import SwingConfig
-from millprint.dem.timestep import longest_step
+from millprint.dem.resources import longest_step
 
 CONVERGENCE = f"{RESULTS}/convergence"
 STEP_STUDY = files_of(rows_of("SWEEP", *(sweep.name for sweep in CONFIG.sweeps if sweep.compares_steps)))

@@ -40,14 +40,14 @@ except ModuleNotFoundError as error:
 from millprint.config.load import Sources
 from millprint.config.load import read_yaml
 from millprint.config.identity import contact_identity, dem_identity, identity, mill_identity, shared_identity
-from millprint.run.ending import OneLineAJob, failure_lines, given_run, stop_timers_at_the_end, success_lines
+from millprint.run.plan import OneLineAJob, failure_lines, given_run, stop_timers_at_the_end, success_lines
 from millprint.config.errors import ConfigError
 from millprint.cases import server
 from millprint.checks.check_once import DryRunCheck, check_once
-from millprint.config.dem_engine import check_jobs
+from millprint.config.workflow import check_jobs
 from millprint.run.plan import OTHER_S, Job, check_disk
 from millprint.run.machine import prepare_environment
-from millprint.run.output_digests import report_damaged
+from millprint.run.digest import report_damaged
 
 SOURCES = Sources(shipped)
 

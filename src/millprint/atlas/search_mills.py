@@ -1,4 +1,8 @@
-"""The settings of the mills that one could use which do most nearly what a condition of another mill does.
+"""The settings of mills that one may own that do most nearly what another does, or that give the most power.
+
+Normal power breaks; shear wears balls and walls (Archard: wear grows with the work of sliding), so a limit of shear
+power is a limit of wear. The search is differential evolution (scipy.optimize) over values of the atlas; the optimum
+is to be simulated once, since an optimum is where a model is most likely to flatter.
 
 For each mill and each size of balls that is sold, number of balls and speed are searched over all that the atlas knows:
 a grid in logarithms, then finer ones around the nearest. Alike are E*_n and E*_t; how often they come is made up by
@@ -8,6 +12,7 @@ time. A search asks for values only; verdicts are by the intervals of both mills
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,9 +20,104 @@ import numpy as np
 from millprint.atlas.atlas_model import KindModel
 from millprint.atlas.estimate_mill import MillEstimate, estimate, estimate_many
 from millprint.atlas.kind_groups import MOST_BALLS, Kind, Values
+from millprint.atlas.kinds import recognise
+from millprint.config.errors import ConfigError
+from millprint.config.included import load_mill
 from millprint.estimate.estimates import Estimate, ratio_of
 from millprint.estimate.judge import Verdict, judge_all
 from millprint.fingerprint.condition_search import verdict_on
+from millprint.run.files import read_table
+
+# What a table of makers calls a jar that fits several mills.
+JAR, ASSUMED = "jar of", "assumed"
+SPEEDS = {"speed_max_rpm": 1 / 60, "speed_max_hz": 1.0}
+
+
+def makers_mills(path: str | Path, kinds: list[Kind]) -> list[dict[str, Any]]:
+    """The mills of makers: dimensions of the table of makers, the others as the included mill of the kind has them.
+
+    known: how each of the dimensions is known that the table does not assume.
+    """
+    table = read_table(path)
+    found: list[dict[str, Any]] = []
+    for (name, kind_name), rows in table.groupby(["mill", "kind"], sort=False):
+        kind = next((kind for kind in kinds if kind.name == kind_name), None)
+        values = dict(zip(rows["quantity"], rows["value"], strict=True))
+        known = recognise(load_mill(kind.name)) if kind else None
+        own = {each.name for each in kind.dimensions} & set(values) if kind else set()
+        if kind is None or known is None or JAR in name or not own - {"ratio"}:
+            continue
+        fastest = [values[key] * factor for key, factor in SPEEDS.items() if key in values]
+        found.append({
+            "title": name, "kind": kind.name, "dimensions": known[1] | {each: values[each] for each in own},
+            "fastest_hz": fastest[0] if fastest else None,
+            "known": {row["quantity"]: row["how_known"] for row in rows.to_dict("records")
+                      if row["quantity"] in own and not row["how_known"].startswith(ASSUMED)},
+        })  # fmt: skip
+    return found
+
+
+def included_mills(names: list[str], kinds: list[Kind]) -> list[dict[str, Any]]:
+    """Those of the included mills that are of a kind of the atlas."""
+    found: list[dict[str, Any]] = []
+    for name in names:
+        mill = load_mill(name)
+        built = recognise(mill)
+        if built and built[0] in kinds:
+            own = {"title": mill.title, "kind": built[0].name, "dimensions": built[1]}
+            found.append({**own, "fastest_hz": None, "known": None})
+    return found
+
+
+# Members of a generation for each setting, generations, seed; how much a thing that cannot be counts.
+MEMBERS, GENERATIONS, SEED, IMPOSSIBLE = 12, 60, 0, 1e3
+
+
+def best_settings(
+    model: KindModel, condition: Values, bounds: Mapping[str, tuple[float, float]], most_shear_W_kg: float | None = None
+) -> MillEstimate:
+    """The condition with the most normal power per mass of balls, the settings of `bounds` within them.
+
+    condition: dimensions and settings that are kept; most_shear_W_kg: of tangential power per mass of balls. Raises
+    ConfigError, in one line, where the atlas knows nothing within the bounds.
+    """
+    # Imported here: slow to import.
+    from scipy.optimize import differential_evolution
+
+    names = list(bounds)
+
+    def cost(places: np.ndarray) -> np.ndarray:
+        return _cost(model, {**condition, **dict(zip(names, np.exp(places), strict=True))}, most_shear_W_kg)
+
+    found = differential_evolution(
+        cost, [tuple(np.log(bounds[name])) for name in names], popsize=MEMBERS, maxiter=GENERATIONS, rng=SEED,
+        vectorized=True, updating="deferred", polish=False,
+    )  # fmt: skip
+    if found.fun >= IMPOSSIBLE:
+        limit = "" if most_shear_W_kg is None else f" with at most {most_shear_W_kg:g} W/kg of shear"
+        raise ConfigError(f"--within: the atlas knows no condition{limit} within these bounds; widen them")
+    best = {**condition, **dict(zip(names, map(float, np.exp(found.x)), strict=True))}
+    return estimate(model.kind, _whole(best), model)
+
+
+def _whole(condition: dict[str, Any]) -> dict[str, Any]:
+    """The condition with a whole number of balls."""
+    return condition | {"number": np.round(condition["number"])}
+
+
+def _cost(model: KindModel, condition: dict[str, Any], most_shear_W_kg: float | None) -> np.ndarray:
+    """-log of the normal power per mass of balls (m,); IMPOSSIBLE and more beyond the limit, where the atlas says
+    nothing, or where balls hardly hit."""
+    condition = _whole(condition)
+    logs, hits = estimate_many(model, condition)
+    ball_kg = condition["density_kg_m3"] * np.pi / 6 * (condition["ball_diameter_mm"] / 1e3) ** 3
+    mass = np.log(condition["number"] * ball_kg)
+    cost = mass - logs["normal_power_W"]
+    if most_shear_W_kg is not None:
+        beyond = logs["tangential_power_W"] - mass - np.log(most_shear_W_kg)
+        cost = np.where(beyond > 0, IMPOSSIBLE + beyond, cost)
+    return np.where(hits, cost, 2 * IMPOSSIBLE)
+
 
 # What is to be alike.
 ALIKE = ("weighted_normal_energy_J", "weighted_tangential_energy_J")

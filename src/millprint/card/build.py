@@ -49,11 +49,10 @@ from millprint.card.card_model import (
 )
 from millprint.card.read import CardSettings, Known, Runs
 from millprint.config.card import CardProgrammeSection, Experiment
-from millprint.config.contact_set import ContactConfig
+from millprint.config.contact_set import NOMINAL_SPEED_M_S, ContactConfig
 from millprint.config.counting import CountingRule, recorded_count
 from millprint.config.dose import ChargeConfig, JarSection
 from millprint.config.mill import MillConfig
-from millprint.config.over_speed import NOMINAL_SPEED_M_S
 from millprint.dem.collisions import kept_by, strongest, turns_of
 from millprint.dose.heat_balance import BODIES, TIMES, heat_tables, mean_of, read_source
 from millprint.dose.kinetics import doses_of

@@ -11,10 +11,8 @@ import yaml
 
 from millprint.card.card_model import Balls, ContactSet, MillingCard, Programme, Software, Temperature, WearLoss
 from millprint.cases.table import ANIMATION
-from millprint.config.contact_laws import CONTACT_LAWS
-from millprint.config.contact_set import ContactConfig
+from millprint.config.contact_set import CONTACT_LAWS, NOMINAL_SPEED_M_S, ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.config.over_speed import NOMINAL_SPEED_M_S
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.run import run_case
 from millprint.estimate.estimates import Estimate, Interval

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, create_model, model_validator
 
-from millprint.config.contact_laws import law_fields
+from millprint.config.contact_set import law_fields
 from millprint.estimate.estimates import Estimate
 from millprint.observables.definitions import DESCRIPTOR_SETS, ON_CARD, SHARE, Observable
 

@@ -7,10 +7,16 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, overridden
 from millprint.config.workflow import WorkflowConfig
-from millprint.dem.case_checks import check_ball_size, check_mixtures, check_room, check_step_and_cost, checked_bodies
-from millprint.dem.case_cost import cost
+from millprint.dem.case_checks import (
+    check_ball_size,
+    check_mixtures,
+    check_room,
+    check_step_and_cost,
+    checked_bodies,
+    cost,
+)
 from millprint.dem.laws.registry import step_scale
-from millprint.dem.timestep import requested_step
+from millprint.dem.resources import requested_step
 from millprint.dose.wear import read_materials
 from millprint.fingerprint.sweep_checks import SpeedSetting, check_speeds, speed_warnings, with_paces
 

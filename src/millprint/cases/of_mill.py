@@ -14,7 +14,7 @@ from typing import NamedTuple
 from millprint.config.charge import chosen_balls
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
-from millprint.config.fingerprint import StudyConfig
+from millprint.config.fingerprint import StudyConfig, UncertaintyConfig
 from millprint.config.mill import InsertConfig, MillConfig
 from millprint.config.mill_sweep import (
     LONGEST,
@@ -29,7 +29,6 @@ from millprint.config.mill_sweep import (
 from millprint.config.motion_kinds import Agitation, motion_kind
 from millprint.config.section import Section
 from millprint.config.sweep import DISCARDED_TURNS, Case, DemConfig, balls_of, mill_of
-from millprint.config.uncertainty import UncertaintyConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.laws.registry import step_scale
 

@@ -26,8 +26,8 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, overridden
 from millprint.dem.run import run_case
 from millprint.run.files import checksum_header, read_checksummed, whole_file
+from millprint.run.job import progress
 from millprint.run.kernel import kernel_digest
-from millprint.run.progress import progress
 
 logger = logging.getLogger("millprint")
 

@@ -4,7 +4,7 @@ eval "$(millprint completion)"
 """
 
 from millprint.cli.commands import COMMANDS, parser_of
-from millprint.run.ending import endings
+from millprint.run.plan import endings
 
 SCRIPT = """_millprint() {{
     local word="${{COMP_WORDS[COMP_CWORD]}}"

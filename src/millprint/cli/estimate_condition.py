@@ -145,7 +145,7 @@ def simulated_over_atlas(found: MillEstimate, fingerprint: Fingerprint) -> dict[
 
     A difference is large as of `beside_simulation.is_far`.
     """
-    from millprint.atlas.beside_simulation import LARGE, is_far
+    from millprint.atlas.estimate_mill import LARGE, is_far
 
     own = found.condition
     condition = fingerprint.condition(
@@ -223,9 +223,9 @@ def bounds_of(words: list[str], condition: Values) -> dict[str, tuple[float, flo
 
 def optimum_lines(kind: Kind, condition: Values, options: argparse.Namespace) -> list[str]:
     """The best settings within the bounds that are asked for, and one simulation of them."""
-    from millprint.atlas.best_settings import best_settings
+    from millprint.atlas.design import simulate_row
     from millprint.atlas.estimate_mill import model_of
-    from millprint.atlas.simulate_rows import simulate_row
+    from millprint.atlas.search_mills import best_settings
 
     best = best_settings(model_of(kind), condition, bounds_of(options.within, condition), options.most_shear)
     lines, row = ["the most normal power per mass of balls:", *told(best)], simulate_row(kind, dict(best.condition), 0)

@@ -9,8 +9,7 @@ import pandas as pd
 
 from millprint.atlas.estimate_mill import estimate, included_models, model_of
 from millprint.atlas.kinds import balls_of, recognise
-from millprint.atlas.owned_mills import included_mills, makers_mills
-from millprint.atlas.search_mills import ALIKE, Found, nearest_settings
+from millprint.atlas.search_mills import ALIKE, Found, included_mills, makers_mills, nearest_settings
 from millprint.cli.estimate_condition import condition_of, mill_and_contact
 from millprint.cli.match_conditions import print_lines
 from millprint.config.charge import charge_words, speed_words

@@ -21,8 +21,7 @@ from millprint.cli.commands import parser_of
 from millprint.cli.engine import settings_of, snakefile_words
 from millprint.config.arguments import check_configfiles
 from millprint.config.load import YAML
-from millprint.run.ending import job_of
-from millprint.run.plan import Job, plan_text
+from millprint.run.plan import Job, job_of, plan_text
 
 # Exit status of a command whose arguments are wrong.
 USAGE = 2

@@ -18,7 +18,7 @@ from millprint.cli.commands import parser_of
 from millprint.config.errors import ConfigError
 from millprint.provenance.lineage import CRATE, check_folder, read_jobs
 from millprint.run import files
-from millprint.run.output_digests import report_damaged, write_record
+from millprint.run.digest import report_damaged, write_record
 
 # The rule that writes a crate, and where its job records what it wrote.
 RULE, RECORD = "write_crate", "logs/report/write_crate.json"

@@ -16,7 +16,7 @@ from millprint.cli.engine import cores, run_workflow, settings_of
 from millprint.config.arguments import Cores, check_configfiles, value_of
 from millprint.config.errors import ConfigError
 from millprint.config.wording import close_to
-from millprint.run.ending import endings
+from millprint.run.plan import endings
 
 TARGETS = {"fingerprint": "fingerprint", "explore": "explorer"}
 

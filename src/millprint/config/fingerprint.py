@@ -1,5 +1,13 @@
-"""Settings of the fingerprint stage, and of the convergence study that justifies its time step."""
+"""Settings of the fingerprint, of the study of its time step, and of the uncertainty of contact parameters.
 
+To add a kind of distribution, write its section, add it to `DISTRIBUTIONS`, and give it a function in
+`millprint.uncertainty.samples`.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import reduce
+from operator import or_
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, create_model, model_validator
@@ -17,6 +25,7 @@ from millprint.config.section import (
     ProjectFile,
     Section,
     first_repeated,
+    kind_of,
 )
 from millprint.observables.definitions import ASKED_DESCRIPTORS, ASKED_SETS, PREDICTED, SHARE, Observable
 
@@ -229,3 +238,215 @@ class ConvergenceConfig(FurtherRules):
     # Largest significant deviation of a descriptor from its value at the finest step [%].
     tolerance_percent: ClassVar[float] = 1.0
     study: StudyConfig = StudyConfig()
+
+
+class DistributionSection(Section):
+    """The keys that every distribution has."""
+
+    kind: str
+    source: Annotated[str, Field(min_length=1)]
+    """where the numbers come from"""
+
+    @property
+    def given_range(self) -> tuple[float | None, float | None]:
+        """The ends that the section states; None for an end that it leaves to the parameter's own bounds."""
+        return getattr(self, "low", None), getattr(self, "high", None)
+
+
+class RangeOfValues(DistributionSection):
+    """A distribution between two ends."""
+
+    low: float
+    """smallest value, in the unit of the parameter"""
+    high: float
+    """largest value, in the unit of the parameter"""
+
+
+class UniformSection(RangeOfValues):
+    """Every value between two ends is equally likely: only a range is known."""
+
+    kind: Literal["uniform"]
+
+
+class LogUniformSection(RangeOfValues):
+    """As uniform, in the logarithm: for a range over powers of ten."""
+
+    kind: Literal["loguniform"]
+    low: Positive
+    high: Positive
+
+
+class TriangularSection(RangeOfValues):
+    """A range with a most likely value."""
+
+    kind: Literal["triangular"]
+    mode: float
+    """most likely value, in the unit of the parameter"""
+
+    @model_validator(mode="after")
+    def _mode_between(self) -> "TriangularSection":
+        if not self.low <= self.mode <= self.high:
+            raise ValueError(f"mode = {self.mode:g}: must lie between low = {self.low:g} and high = {self.high:g}")
+        return self
+
+
+class MeasuredSection(DistributionSection):
+    """A measured value with its standard error, or the interval of a measurement.
+
+    A normal distribution, cut off at the parameter's bounds and at three standard deviations.
+
+    The stage `calibration` gives the numbers: `lower` and `upper` of restitution.tsv and of friction_fit.tsv, as
+    docs/how_to/contact_set.md shows.
+    """
+
+    kind: Literal["measured"]
+    value: float | None = None
+    """measured value, with standard_error"""
+    standard_error: Positive | None = None
+    """standard error of the value"""
+    lower: float | None = None
+    """lower end of the measured interval, in place of value and standard_error"""
+    upper: float | None = None
+    """upper end of the measured interval"""
+    probability: Fraction = 0.95
+    """probability of the measured interval [-]"""
+
+    @model_validator(mode="after")
+    def _a_value_or_an_interval(self) -> "MeasuredSection":
+        point, interval = (self.value, self.standard_error), (self.lower, self.upper)
+        if (None in point) == (None in interval) or (None in point and point != (None, None)):
+            raise ValueError("give either value and standard_error, or lower and upper")
+        if None in interval and interval != (None, None):
+            raise ValueError("give either value and standard_error, or lower and upper")
+        if self.lower is not None and self.upper is not None and self.lower >= self.upper:
+            raise ValueError(f"lower = {self.lower:g}: must be below upper = {self.upper:g}")
+        return self
+
+
+DISTRIBUTIONS = {
+    kind_of(section): section for section in (UniformSection, LogUniformSection, TriangularSection, MeasuredSection)
+}
+
+if TYPE_CHECKING:
+    Distribution = DistributionSection
+else:
+    Distribution = Annotated[reduce(or_, DISTRIBUTIONS.values()), Field(discriminator="kind")]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A contact parameter that may be uncertain: its title, its unit, and the values that it can have."""
+
+    title: str
+    unit: str
+    lowest: float
+    highest: float
+
+
+# The keys of a contact set that are varied.
+PARAMETERS = {
+    "restitution": Parameter("restitution", "-", 0.02, 1.0),
+    "static_friction": Parameter("static friction, ball on ball", "-", 0.0, 5.0),
+    "wall_static_friction": Parameter("static friction, ball on wall", "-", 0.0, 5.0),
+    "rolling_friction": Parameter("rolling friction", "-", 0.0, 1.0),
+    "young_modulus_gpa": Parameter("Young's modulus", "GPa", 0.01, 2000.0),
+}
+
+THESIS = "thesis Table 3.2"
+HLOSTA = "Hlosta et al., Processes 8 (2020) 222, measured on steel balls, as quoted in the code jviquerat/dem"
+KHARAZ = "Kharaz, Gorham, Salman, Powder Technol. 120 (2001) 281, alumina on glass"
+GOVENDER = "Govender et al., BLAZE-DEM of a steel ball mill"
+
+
+def between(section: type[RangeOfValues], low: float, high: float, source: str) -> RangeOfValues:
+    """A distribution between two ends, for defaults."""
+    return section(kind=kind_of(section), low=low, high=high, source=source)
+
+
+class ParametersSection(Section):
+    """The contact parameters, each with its distribution. The defaults are wide, for balls that were not measured."""
+
+    restitution: Distribution = between(
+        UniformSection, 0.2, 0.95,
+        f"0.30 coated with powder, 0.68 clean steel: {THESIS}; 0.85 ball on ball: {HLOSTA}; 0.98: {KHARAZ}; the lower "
+        "end, for thicker powder, is assumed",
+    )  # fmt: skip
+    """coefficient of restitution [-]"""
+    static_friction: Distribution = between(
+        UniformSection, 0.08, 0.8,
+        f"0.30 coated with powder, 0.70 clean steel: {THESIS}; 0.17 ball on ball: {HLOSTA}; 0.14 ball on ball: "
+        f"{GOVENDER}; 0.092: {KHARAZ}; the upper end is assumed",
+    )  # fmt: skip
+    """static friction of ball on ball [-]"""
+    wall_static_friction: Distribution = between(
+        UniformSection, 0.08, 0.8,
+        f"0.30 coated with powder, 0.70 clean steel: {THESIS}; 0.13 on a steel wall: {HLOSTA}; 0.39 on the shell: "
+        f"{GOVENDER}; the upper end is assumed",
+    )  # fmt: skip
+    """static friction of ball on wall [-]"""
+    rolling_friction: Distribution = between(
+        LogUniformSection, 0.005, 0.09,
+        f"0.045 coated with powder, 0.010 clean steel: {THESIS}; a factor of two beyond both is assumed",
+    )  # fmt: skip
+    """rolling friction, ball on ball and ball on wall [-]"""
+    young_modulus_gpa: Distribution = between(
+        LogUniformSection, 1.0, 20.5,
+        "no material is as soft: simulations lower the 205 GPa of steel a hundredfold (thesis Sec. 3.2.3); from half "
+        "of that to ten times as stiff shows what the softening costs",
+    )  # fmt: skip
+    """Young's modulus [GPa]"""
+
+    @model_validator(mode="after")
+    def _values_can_be(self) -> "ParametersSection":
+        for name, parameter in PARAMETERS.items():
+            low, high = getattr(self, name).given_range
+            for key, end in (("low", low), ("high", high)):
+                if end is not None and not parameter.lowest <= end <= parameter.highest:
+                    raise ValueError(
+                        f"{name}.{key} = {end:g}: must be from {parameter.lowest:g} to {parameter.highest:g} "
+                        f"[{parameter.unit}]"
+                    )
+            if low is not None and high is not None and low >= high:
+                raise ValueError(f"{name}.low = {low:g}: must be below {name}.high = {high:g}")
+        return self
+
+    def items(self) -> Iterator[tuple[str, Any]]:
+        """Name and distribution of each parameter."""
+        return ((name, getattr(self, name)) for name in PARAMETERS)
+
+
+class UncertaintyConfig(Section):
+    """How much the predictions for a mill depend on contact parameters: target `uncertainty`."""
+
+    mills: list[Name] = []
+    """mills whose intervals are part of the whole run: files in config/mills; may be empty for the target"""
+    samples: Annotated[int, Field(ge=8, le=4096)] = 128
+    """short simulations of a mill, each with its own contact parameters and fill ratio"""
+    jobs: Annotated[int, Field(ge=1, le=64)] = 8
+    """jobs that share the samples"""
+    fill_ratios: Annotated[list[Fraction], Field(min_length=2, max_length=24)] | None = None
+    """fill ratios at which intervals are given; if left out, the fill ratios of the mill's sweep [-]"""
+    rayleigh_fraction: Fraction = 0.08
+    """step over the Rayleigh time of each simulation; 0.08 is 2e-6 s for 5 mm balls of a softened set [-]"""
+    probability: Fraction = 0.95
+    """probability of every interval [-]"""
+    # Seed of the design and of the draws from the emulator.
+    seed: ClassVar[int] = 0
+    base_samples: Annotated[int, Field(ge=16, le=4096)] = 512
+    """rows of Saltelli's sample of the emulator; a power of two [-]"""
+    draws: Annotated[int, Field(ge=2, le=1000)] = 32
+    """functions drawn from the emulator, for its own uncertainty [-]"""
+    parameters: ParametersSection = ParametersSection()
+
+    @model_validator(mode="after")
+    def _lists_and_powers(self) -> "UncertaintyConfig":
+        if (twice := first_repeated(self.mills)) is not None:
+            raise ValueError(f"mills: {twice} appears twice")
+        if self.jobs > self.samples:
+            raise ValueError(f"jobs = {self.jobs}: more than samples = {self.samples}")
+        fills = self.fill_ratios or []
+        if sorted(set(fills)) != fills:
+            raise ValueError(f"fill_ratios = {fills}: must rise")
+        if self.base_samples & (self.base_samples - 1):
+            raise ValueError(f"base_samples = {self.base_samples}: must be a power of two, such as 256 or 512")
+        return self

@@ -1,25 +1,104 @@
-"""The root of config/config.yaml, and its small sections."""
+"""The root of config/config.yaml, and its small sections, such as the engine of the simulations."""
 
-from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, NamedTuple
+from collections.abc import Iterable, Mapping
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import (
+    Field,
+    SerializerFunctionWrapHandler,
+    ValidationInfo,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
 
-from millprint.config.atlas import AtlasConfig
 from millprint.config.calibration import CalibrationConfig, FitConfig
 from millprint.config.card import CardsConfig
-from millprint.config.dem_engine import EngineConfig
 from millprint.config.doe import DoeConfig
 from millprint.config.dose import DoseConfig
-from millprint.config.fingerprint import ConvergenceConfig, FingerprintConfig, InverseConfig, MapsConfig
+from millprint.config.errors import ConfigError
+from millprint.config.fingerprint import (
+    ConvergenceConfig,
+    FingerprintConfig,
+    InverseConfig,
+    MapsConfig,
+    UncertaintyConfig,
+)
 from millprint.config.mill_sweep import MillsConfig, MillSweepConfig
 from millprint.config.section import Fraction, Name, ProjectFile, Section, first_repeated
 from millprint.config.setup_models import QUICK, SETTINGS, SetupConfig, TumblingConfig
 from millprint.config.surrogate import SurrogateConfig
-from millprint.config.sweep import SweepConfig
-from millprint.config.uncertainty import UncertaintyConfig
+from millprint.config.sweep import DemConfig, SweepConfig
 from millprint.config.view import ViewConfig
 from millprint.config.yields import YieldConfig
+
+# Mills of each kind that no model sees.
+HELD_OUT_MILLS = 100
+Simulations = Annotated[int, Field(ge=0, le=5000)]
+
+
+class AtlasConfig(Section):
+    """The simulations of the atlas of mills: target `atlas`. The held-out mills, 100 of a kind, come on top.
+
+    The defaults are those of the included atlas.
+    """
+
+    planetary: Simulations = 1600
+    """rows of the design of planetary mills; those that teach something are simulated; 0 for none of the kind"""
+    mixer: Simulations = 1000
+    """of mixer mills"""
+    drum: Simulations = 0
+    """of tumbling drums"""
+    spex: Simulations = 800
+    """of shakers like the SPEX 8000"""
+
+    @property
+    def kinds(self) -> dict[str, int]:
+        """The kinds that are made, with their simulations."""
+        return {name: count for name, count in self if count}
+
+
+class LammpsConfig(Section):
+    """How LAMMPS is run."""
+
+    command: Annotated[str, Field(min_length=1)] = "lmp"
+    """the program, with further words if it needs any"""
+    ranks: Annotated[int, Field(ge=1, le=100_000)] = 1
+    """processes of one simulation; with more than one, `mpirun` starts them [-]"""
+
+
+class EngineConfig(DemConfig):
+    """Settings of every simulation unless a sweep overrides them."""
+
+    engine: Literal["numba", "lammps"] = "numba"
+    """what simulates: `numba`, millprint's own kernel, or `lammps`"""
+    lammps: LammpsConfig = LammpsConfig()
+
+    @model_serializer(mode="wrap")
+    def _own_kernel_as_before(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Dumps without the engine where it is millprint's own, so that no simulation runs again for these keys."""
+        dumped = handler(self)
+        return dumped if self.engine == "lammps" else {key: dumped[key] for key in dumped if key in OWN_KEYS}
+
+
+OWN_KEYS = set(DemConfig.model_fields)
+
+# Jobs that read a simulation of LAMMPS, or none.
+JOBS_OF_LAMMPS = {
+    *("run_dem_case", "tabulate_simulations", "simulations", "draw_mill", "derive_sweep"),
+    *("compile_kernels", "build_gallery", "write_crate", "gallery", "crate"),
+}
+
+
+def check_jobs(engine: str, rules: Iterable[str]) -> None:
+    """Raise ConfigError, in one line, where a run asks for more than the engine gives."""
+    refused = [rule for rule in dict.fromkeys(rules) if rule not in JOBS_OF_LAMMPS]
+    if engine == "lammps" and refused:
+        more = f" and {len(refused) - 1} more" if len(refused) > 1 else ""
+        raise ConfigError(
+            f"dem.engine = lammps: the job {refused[0]}{more} needs collisions with walls and their energies, which "
+            "LAMMPS does not give; take the target simulations, or dem.engine: numba"
+        )
 
 
 class ClaimsConfig(Section):

@@ -17,8 +17,8 @@ from millprint.config.errors import SimulationError
 from millprint.config.mill import CircleMotion, MillConfig, PostGeometry, StadiumGeometry
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.run import simulate
+from millprint.run.job import progress
 from millprint.run.kernel import drop_old_caches, kernel_digest, processor_type
-from millprint.run.progress import progress
 
 TINY_MILL = MillConfig(
     name="tiny",

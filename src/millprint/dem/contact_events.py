@@ -9,8 +9,7 @@ import math
 
 import numpy as np
 
-from millprint.dem.lanes import get_of, get_vector, put_of, put_vector
-from millprint.dem.law import CROWD, FEW, choose_by_speed
+from millprint.dem.law import CROWD, FEW, choose_by_speed, get_of, get_vector, put_of, put_vector
 from millprint.dem.layout import (
     COLLISION,
     COUNTER,

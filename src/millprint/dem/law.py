@@ -1,5 +1,15 @@
-"""The contact of two bodies: springs and dashpots of its law, a Coulomb cap, rolling resistance, and coefficients that
-depend on the speed of a hit.
+"""The contacts of eight lanes: geometry, springs and dashpots of a law, a Coulomb cap, rolling resistance, works.
+
+A loop becomes vector instructions only if no number that it writes can be one that it reads later. Within one row the
+compiler sees that by itself; for two arrays it needs the scopes of LLVM's metadata (`alias.scope` and
+`noalias` in https://llvm.org/docs/LangRef.html). Rows and columns are not checked and count from the front.
+
+A block of lanes is one row of numbers, LANES for each quantity, so that the compiler knows that quantities never
+overlap and makes vector instructions of the loop over the lanes. A lane that is free keeps the numbers of an earlier
+contact, or IDLE ones: they cost nothing, and their results are not read.
+
+Quantities of one step only are in separate rows (layout.PresentColumns), GROUP of them, which all blocks use in
+turn: so they stay in the processor's nearest memory, however many contacts there are.
 
 A contact set names its law by `kind` (dem/laws/registry.py). The kernels are compiled for each law, so that no contact
 asks which law it has.
@@ -21,7 +31,7 @@ Choices that the equations leave open, each tested in tests/physics:
   turn it back.
 - Damping in the tangential direction counts while the contact sticks; while it slides, all work is sliding.
 
-To add a law: its keys and words in config/contact_laws.py, and a file in dem/laws like linear.py.
+To add a law: its keys and words in config/contact_set.py, and a file in dem/laws like linear.py.
 
 What is kept is the speed of approach, in the contact's history: where the lists are made again, or the contact goes on
 at another feature of the wall, the same speed gives the same coefficients.
@@ -31,25 +41,157 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
 from numba.core.types import NoneType
-from numba.extending import overload
+from numba.extending import intrinsic, overload
+from numba.np.arrayobj import make_array
 
 from millprint.config.contact_set import ContactConfig
-from millprint.dem.lanes import get, get_of, put_of
 from millprint.dem.laws.record import damping_ratio
 from millprint.dem.laws.registry import LAWS, law_of
-from millprint.dem.layout import LANE, LAW, LAW_WIDTH
-from millprint.mill.kernel_columns import number_columns, width_of
-from millprint.mill.vectors import add, add_scaled, dot, scale
+from millprint.dem.layout import LANE, LANES, LAW, LAW_WIDTH, PRESENT
+from millprint.mill.kernel_columns import number_columns, span_of, width_of
+from millprint.mill.vectors import add, add_scaled, cross, dot, scale, subtract
 from millprint.mill.walls import SURFACE
 from millprint.run.kernel import INLINED, inlined, inner
+
+
+def _scope(module: ir.Module, name: str) -> ir.MDValue:
+    """A list of one scope, in the form that instructions refer to."""
+    domain = module.add_metadata(["millprint"])
+    return module.add_metadata([module.add_metadata([name, domain])])
+
+
+def _place(context, builder, signature, arguments):
+    """The address of a number, by the row and the column in the second and third argument."""
+    array = make_array(signature.args[0])(context, builder, arguments[0])
+    indices = [
+        context.cast(builder, index, kind, types.intp)
+        for index, kind in zip(arguments[1:3], signature.args[1:3], strict=True)
+    ]
+    return cgutils.get_item_pointer(context, builder, signature.args[0], array, indices, wraparound=False)
+
+
+def _mark(builder, instruction, own, other):
+    """Declare that an instruction reads or writes the memory `own` and not `other`."""
+    instruction.set_metadata("alias.scope", _scope(builder.module, own))
+    instruction.set_metadata("noalias", _scope(builder.module, other))
+    return instruction
+
+
+def _access(own: str, other: str):
+    """Two functions for kernels, to read a number of an array and to write one."""
+
+    @intrinsic
+    def load(typing, array, line, column):
+        def code(context, builder, signature, arguments):
+            place = _place(context, builder, signature, arguments)
+            return _mark(builder, builder.load(place), own, other)
+
+        return array.dtype(array, line, column), code
+
+    @intrinsic
+    def store(typing, array, line, column, value):
+        def code(context, builder, signature, arguments):
+            place = _place(context, builder, signature, arguments)
+            number = context.cast(builder, arguments[3], signature.args[3], signature.args[0].dtype)
+            _mark(builder, builder.store(number, place), own, other)
+            return context.get_dummy_value()
+
+        return types.void(array, line, column, value), code
+
+    return load, store
+
+
+load_lane, store_lane = _access("lanes", "present")
+load_present, store_present = _access("present", "lanes")
+
+
+# Content of a free lane: two steel balls of 10 mm in contact.
+IDLE = np.zeros(width_of(LANE))
+IDLE[span_of(LANE.law)] = 1.0
+IDLE[LANE.law.reach] = 10e-3
+IDLE_PRESENT = np.zeros(width_of(PRESENT))
+IDLE_PRESENT[PRESENT.away.x] = 9.99e-3
+
+
+@inlined()
+def get(lanes, block, quantity, m):
+    """A quantity of a lane."""
+    return load_lane(lanes, block, quantity * LANES + m)
+
+
+@inlined()
+def put(lanes, block, quantity, m, value):
+    """Set a quantity of a lane."""
+    store_lane(lanes, block, quantity * LANES + m, value)
+
+
+@inlined()
+def get_vector(lanes, block, quantity, m):
+    """A vector of a lane, of which `quantity` names the three columns: they follow each other."""
+    at = quantity.x * LANES + m
+    return load_lane(lanes, block, at), load_lane(lanes, block, at + LANES), load_lane(lanes, block, at + 2 * LANES)
+
+
+@inlined()
+def put_vector(lanes, block, quantity, m, vector):
+    """Set a vector of a lane."""
+    at = quantity.x * LANES + m
+    store_lane(lanes, block, at, vector[0])
+    store_lane(lanes, block, at + LANES, vector[1])
+    store_lane(lanes, block, at + 2 * LANES, vector[2])
+
+
+@inlined()
+def get_present(present, at, quantity, m):
+    """A vector of lane m in row `at` of the present rows."""
+    c = quantity.x * LANES + m
+    return load_present(present, at, c), load_present(present, at, c + LANES), load_present(present, at, c + 2 * LANES)
+
+
+@inlined()
+def put_present(present, at, quantity, m, vector):
+    """Set a vector of lane m in row `at` of the present rows."""
+    c = quantity.x * LANES + m
+    store_present(present, at, c, vector[0])
+    store_present(present, at, c + LANES, vector[1])
+    store_present(present, at, c + 2 * LANES, vector[2])
+
+
+@inlined()
+def add_to(lanes, block, quantity, m, value):
+    """Add to a quantity of a lane."""
+    put(lanes, block, quantity, m, get(lanes, block, quantity, m) + value)
+
+
+@inlined()
+def raise_to(lanes, block, quantity, m, value):
+    """Set a quantity of a lane to a value that is larger."""
+    old = get(lanes, block, quantity, m)
+    put(lanes, block, quantity, m, value if value > old else old)
+
+
+@inlined()
+def get_of(contacts, lane, quantity):
+    """A quantity of the contact in a lane, by the number of the lane among all."""
+    return get(contacts.lanes, lane // LANES, quantity, lane % LANES)
+
+
+@inlined()
+def put_of(contacts, lane, quantity, value):
+    """Set a quantity of the contact in a lane, by the number of the lane among all."""
+    put(contacts.lanes, lane // LANES, quantity, lane % LANES, value)
+
 
 # Keeps a quotient finite if a force [N] or an angular velocity [rad/s] is zero; its root is added to them.
 TINY = 1e-60
 
 # The share s of the relative angular velocity that the rolling friction of a contact may take in a step. The z contacts
 # of equal balls, or of a ball with walls, take z s at most: each takes s I* (w_i - w_j)^2 <= s (I w_i^2 + I w_j^2).
-# Torques are of the velocity expected now (dem/steps.py), w + (w - w_last) / 2, for which w goes to nothing where
+# Torques are of the velocity expected now (dem/advance.py), w + (w - w_last) / 2, for which w goes to nothing where
 # z s < 1, and for ever turns to and fro beyond; half of that is left to the dashpots of friction. So a contact that
 # begins has a twenty-fourth: a ball touches twelve equal ones at most. The less it takes, the faster a ball creeps that
 # it should hold. So up to CROWD contacts of a ball get a half together (contact_events.share_resistance), and one or
@@ -284,3 +426,79 @@ def set_by_speed(by_speed, contacts, laws, lane):
         put_of(contacts, lane, column, damped * get_of(contacts, lane, column))
     friction = below[CHOSEN.friction] + share * (above[CHOSEN.friction] - below[CHOSEN.friction])
     put_of(contacts, lane, LANE.law.friction, friction)
+
+
+@inlined()
+def arms_of(lanes, block, m, distance):
+    """Distances of both centres from the plane of contact [m]; distance: of the centres, or of centre and foot [m].
+
+    The plane of contact is where the two spheres cut each other, or the wall.
+    """
+    reach, is_wall = get(lanes, block, LANE.law.reach, m), get(lanes, block, LANE.is_wall, m)
+    arm = 0.5 * (distance + get(lanes, block, LANE.radius_difference, m) * reach / distance + is_wall * distance)
+    return arm, distance - arm
+
+
+@inlined()
+def mean_arm_of(lanes, block, m, distance, arm, other):
+    """The lever of rolling friction [m]: the harmonic mean of both arms, or the arm of a ball at a wall."""
+    return 2.0 * arm * other / distance + get(lanes, block, LANE.is_wall, m) * distance
+
+
+@inlined()
+def book_step(lanes, block, m, step, normal_force, overlap, powers):
+    """Raise the peaks of a contact [N, m] and add its works in a step [s]; powers: by channel [W]."""
+    normal, damping, tangential, rolling = powers
+    raise_to(lanes, block, LANE.history.peak_force, m, normal_force)
+    raise_to(lanes, block, LANE.history.peak_overlap, m, overlap)
+    add_to(lanes, block, LANE.history.works.normal, m, step * normal)
+    add_to(lanes, block, LANE.history.works.damping, m, step * damping)
+    add_to(lanes, block, LANE.history.works.tangential, m, step * tangential)
+    add_to(lanes, block, LANE.history.works.rolling, m, step * rolling)
+
+
+@inlined()
+def evaluate_block(mark, lanes, block, present, at, step):
+    """Forces, torques and new histories of the contacts in a block, whose present row is number `at`.
+
+    mark: of their law (laws.registry.mark_of); step [s]. The velocity at the plane of contact is
+    v_i + w_i x (-a n) - v_j - w_j x (b n), with a and b the distances of the centres from it. A wall has b = 0.
+    """
+    for m in range(LANES):
+        away = get_present(present, at, PRESENT.away, m)
+        distance = math.sqrt(dot(away, away))
+        normal = scale(1.0 / distance, away)
+        reach = get(lanes, block, LANE.law.reach, m)
+        # Rounding may leave nothing of an overlap whose square was still there.
+        overlap = reach - distance if reach - distance > 1e-30 else 1e-30
+        arm, other = arms_of(lanes, block, m, distance)
+        angular = get_present(present, at, PRESENT.angular_velocity, m)
+        other_angular = get_present(present, at, PRESENT.other_angular_velocity, m)
+        turning = add_scaled(scale(arm, angular), other, other_angular)
+        velocity = subtract(get_present(present, at, PRESENT.velocity, m), cross(turning, normal))
+        normal_force, tangential, rolling, spring, slip, powers, stored = contact_law(
+            mark, lanes, block, m, overlap, normal, mean_arm_of(lanes, block, m, distance, arm, other), velocity,
+            subtract(angular, other_angular), get_vector(lanes, block, LANE.history.spring, m),
+            get_vector(lanes, block, LANE.history.last_slip, m), step,
+        )  # fmt: skip
+        put_vector(lanes, block, LANE.history.spring, m, spring)
+        put_vector(lanes, block, LANE.history.last_slip, m, slip)
+        book_step(lanes, block, m, step, normal_force, overlap, powers)
+        force = add_scaled(tangential, normal_force, normal)
+        lever = cross(force, normal)
+        put_vector(lanes, block, LANE.force, m, force)
+        put_present(present, at, PRESENT.torque, m, add_scaled(rolling, arm, lever))
+        put_present(present, at, PRESENT.other_torque, m, subtract(scale(other, lever), rolling))
+        elastic_normal, elastic_tangential = stored
+        put(lanes, block, LANE.elastic_normal, m, elastic_normal)
+        put(lanes, block, LANE.elastic_tangential, m, elastic_tangential)
+
+
+@inner()
+def evaluate(mark, lanes, present, begin, end, step):
+    """Forces, torques and new histories of the contacts in blocks begin to end.
+
+    Their present rows are the first ones; mark: of their law (laws.registry.mark_of); step [s].
+    """
+    for block in range(begin, end):
+        evaluate_block(mark, lanes, block, present, block - begin, step)

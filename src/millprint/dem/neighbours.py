@@ -20,8 +20,7 @@ import numpy as np
 
 from millprint.dem import state
 from millprint.dem.contact_events import UNLISTED, check_overlaps, listed, occupy, pairs_listed
-from millprint.dem.lanes import get_of, put_of
-from millprint.dem.law import choose_by_speed
+from millprint.dem.law import choose_by_speed, get_of, put_of
 from millprint.dem.layout import CELL, COUNTER, HISTORY, HISTORY_WIDTH, LANE_HISTORY, LAW, RATE, STATUS
 from millprint.dem.packing import cell_order
 from millprint.mill.motion import POSE

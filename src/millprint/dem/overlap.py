@@ -4,8 +4,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from millprint.config.contact_laws import CONTACT_LAWS
-from millprint.config.contact_set import ContactConfig
+from millprint.config.contact_set import CONTACT_LAWS, ContactConfig
 from millprint.config.sweep import DemConfig
 from millprint.dem import state
 from millprint.dem.laws.registry import law_of

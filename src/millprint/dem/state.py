@@ -6,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from millprint.config.contact_set import ContactConfig
-from millprint.dem.lanes import IDLE, IDLE_PRESENT
-from millprint.dem.law import SpeedTables, at_reference, law_row, speed_tables
+from millprint.dem.law import IDLE, IDLE_PRESENT, SpeedTables, at_reference, law_row, speed_tables
 from millprint.dem.layout import CELL, COUNTER, GROUP, HISTORY_WIDTH, LANES, LOAD_WIDTH, RATE, RATE_WIDTH, STATUS
 from millprint.mill.kernel_columns import span_of, width_of
 from millprint.mill.motion import Motion, Motions, stack_motions

@@ -20,13 +20,12 @@ import pandas as pd
 
 from millprint.config.counting import CountingRule, recorded_count
 from millprint.config.errors import ConfigError, MillprintError
-from millprint.dem.collisions import CHANNELS
-from millprint.dem.turns import ROUNDING
+from millprint.dem.collisions import CHANNELS, ROUNDING
 from millprint.fingerprint.descriptors import CHARGE, CONDITION, CONDITION_TEXT, ONE_SIZE, condition_of
 from millprint.fingerprint.readers import Contacts, collisions_by, read_contacts
 from millprint.observables.counted_collisions import BOTH, PAIRS
 from millprint.run.files import read_table
-from millprint.run.progress import progress
+from millprint.run.job import progress
 
 # Edges of the bins [J], five in a factor of ten, evenly spaced in the logarithm; the bins at the ends are open.
 BIN_EDGES = np.geomspace(1e-12, 10.0, 13 * 5 + 1)

@@ -13,7 +13,7 @@ from PIL import Image
 from millprint.config.errors import ConfigError
 from millprint.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, no_formula, plt
 from millprint.run.files import whole_file
-from millprint.run.progress import progress
+from millprint.run.job import progress
 from millprint.view.frames import Frame, Movie, Panel, Picture
 
 # A compromise between sharp text and a file of a few megabytes.

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from millprint.config.uncertainty import PARAMETERS
+from millprint.config.fingerprint import PARAMETERS
 from millprint.dem.convergence import column_of
 from millprint.figures.style import (
     COLOURS,

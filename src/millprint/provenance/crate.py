@@ -31,10 +31,10 @@ from millprint.config.errors import ConfigError
 from millprint.config.load import CONTACT_FOLDER, MILL_FOLDER, Sources
 from millprint.config.workflow import ProvenanceConfig
 from millprint.provenance.lineage import CRATE, SOURCES, UNCHECKED, Job, Lineage, is_described, places, recorded, trace
+from millprint.run.digest import digest
 from millprint.run.files import whole_file, write_json
+from millprint.run.job import progress
 from millprint.run.machine import provenance
-from millprint.run.output_digests import digest
-from millprint.run.progress import progress
 
 # The software's licence if neither CITATION.cff nor an installed package has it.
 LICENCE = "MIT"

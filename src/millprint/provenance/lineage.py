@@ -20,8 +20,8 @@ from typing import Any
 from urllib.parse import unquote
 
 from millprint.config.errors import ConfigError
-from millprint.run.output_digests import digest, read_record
-from millprint.run.progress import progress
+from millprint.run.digest import digest, read_record
+from millprint.run.job import progress
 
 METADATA = Path(".snakemake/metadata")
 

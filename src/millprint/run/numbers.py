@@ -28,3 +28,14 @@ def prefix_of(value: float, unit: str) -> tuple[float, str]:
         return 1.0, unit
     power = max(min(PREFIXES), min(max(PREFIXES), 3 * math.floor(math.log10(abs(value)) / 3)))
     return 10.0**-power, PREFIXES[power] + unit
+
+
+def duration(seconds: float) -> str:
+    """A time in words: 40 s, 3 min 20 s, 40 min, 2 h 5 min."""
+    minutes, rest = divmod(round(seconds), 60)
+    if not minutes:
+        return f"{rest} s"
+    hours, left = divmod(minutes, 60)
+    if hours:
+        return f"{hours} h {left} min"
+    return f"{minutes} min" if minutes >= 10 else f"{minutes} min {rest} s"

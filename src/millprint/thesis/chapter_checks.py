@@ -16,15 +16,15 @@ from millprint.dose.wear import read_materials
 from millprint.fingerprint.descriptors import FEWEST_FILLS
 from millprint.fingerprint.sweep_checks import unknown_faults
 from millprint.run.tables import Text, read_measured
-from millprint.thesis.calibration.drop import make_swing, read_heights, read_track
 from millprint.thesis.claims.conclusions import read_conclusions, read_stored
 from millprint.thesis.claims.evidence import BASES, NATURES
-from millprint.thesis.curves.regimes import read_published, read_regimes
 from millprint.thesis.doe.chemistry import check_formulas, read_literature, read_reported_yields
 from millprint.thesis.doe.factorial_designs import read_runs
 from millprint.thesis.doe.wet_lab import read_wear
+from millprint.thesis.drop import make_swing, read_heights, read_track
 from millprint.thesis.fit import fitted_mill
 from millprint.thesis.fit.jar_search import published_values, with_roles
+from millprint.thesis.regimes import read_published, read_regimes
 from millprint.thesis.yields.experiments import (
     check_folds,
     check_region,

@@ -16,12 +16,12 @@ import pandas as pd
 from millprint.config.charge import ONE_SIZE
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
-from millprint.config.uncertainty import PARAMETERS, UncertaintyConfig
+from millprint.config.fingerprint import PARAMETERS, UncertaintyConfig
 from millprint.fingerprint.bands import ContactFactors, Ends, Sampled
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.observables.condition import VARIABLES, Condition
 from millprint.observables.definitions import CURVES, LATER_CURVES, PREDICTED
-from millprint.run.progress import progress
+from millprint.run.job import progress
 from millprint.uncertainty.samples import (
     FILL,
     FILLED,

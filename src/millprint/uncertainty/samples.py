@@ -28,20 +28,18 @@ from scipy.stats import qmc
 
 from millprint.cases.of_mill import fill_ratios_of
 from millprint.cases.simulate import simulate_each
-from millprint.config.contact_laws import law_fields
-from millprint.config.contact_set import ContactConfig
+from millprint.config.contact_set import NOMINAL_SPEED_M_S, ContactConfig, law_fields
 from millprint.config.errors import ConfigError
-from millprint.config.mill import MillConfig
-from millprint.config.mill_sweep import MillSweepConfig
-from millprint.config.over_speed import NOMINAL_SPEED_M_S
-from millprint.config.sweep import Case, DemConfig
-from millprint.config.uncertainty import (
+from millprint.config.fingerprint import (
     PARAMETERS,
     DistributionSection,
     Parameter,
     ParametersSection,
     UncertaintyConfig,
 )
+from millprint.config.mill import MillConfig
+from millprint.config.mill_sweep import MillSweepConfig
+from millprint.config.sweep import Case, DemConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.run import simulate
 from millprint.estimate.gaussian_process import Conditioned, Covariance, Kernel, Likelihood

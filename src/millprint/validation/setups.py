@@ -27,9 +27,9 @@ from millprint.config.setup_models import (
     SetupFile,
 )
 from millprint.config.sweep import Case, DemConfig
-from millprint.dem.few_balls import FewBalls, walls_for
 from millprint.dem.laws.hertz import effective_modulus, impact
 from millprint.dem.laws.record import ball_mass, damping_ratio
+from millprint.dem.simulation import FewBalls, walls_for
 from millprint.mill.vessel import Vessel, shape_vessel
 from millprint.mill.walls import Walls
 from millprint.validation.drums import SHORT, predict_bead_drum, predict_repose_drum

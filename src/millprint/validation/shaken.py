@@ -22,11 +22,11 @@ from millprint.config.setup_models import (
     ShakenBoxConfig,
     ShakenPlateConfig,
 )
-from millprint.dem.few_balls import FewBalls
 from millprint.dem.laws.registry import step_scale
 from millprint.dem.ledger import check_closure, closure
 from millprint.dem.packing import pack
-from millprint.dem.timestep import aligned_step, skin_of
+from millprint.dem.resources import aligned_step, skin_of
+from millprint.dem.simulation import FewBalls
 from millprint.estimate.estimates import mean_of
 from millprint.mill.gravity import GRAVITY
 from millprint.mill.motion import Motion

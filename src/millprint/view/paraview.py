@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 
 from millprint.run.hdf5 import open_hdf5, whole_hdf5
-from millprint.run.progress import progress
+from millprint.run.job import progress
 from millprint.view.frames import Block, Snapshots, body_of_feature
 
 VERSION = (2, 0)  # the first with transient PolyData: ParaView 5.12 and later read it

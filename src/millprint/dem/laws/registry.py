@@ -2,13 +2,10 @@
 
 from importlib import import_module
 
-from millprint.config import contact_laws
-from millprint.config.contact_set import ContactConfig
+from millprint.config.contact_set import CONTACT_LAWS, ContactConfig
 from millprint.dem.laws.record import ContactLaw
 
-LAWS: dict[str, ContactLaw] = {
-    kind: import_module(f"millprint.dem.laws.{kind}").LAW for kind in contact_laws.CONTACT_LAWS
-}
+LAWS: dict[str, ContactLaw] = {kind: import_module(f"millprint.dem.laws.{kind}").LAW for kind in CONTACT_LAWS}
 
 
 def law_of(contact: ContactConfig) -> ContactLaw:

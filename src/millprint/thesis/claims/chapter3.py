@@ -31,7 +31,7 @@ from millprint.thesis.claims.evidence import (
     repeats_of,
     yes_no,
 )
-from millprint.thesis.curves.scaling import MACHINE
+from millprint.thesis.scaling import MACHINE
 
 MILL, CONTACT = "emax", "calibrated"
 # Conditions on the rows of a table: the thesis's mill and contact set, and of these the mill as built.

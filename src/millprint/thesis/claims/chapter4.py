@@ -15,7 +15,7 @@ from millprint.thesis.claims.evidence import (
     look_up,
     yes_no,
 )
-from millprint.thesis.curves.regimes import read_regimes
+from millprint.thesis.regimes import read_regimes
 
 PUBLISHED = "curves == 'published'"
 OF_CASE = f"{PUBLISHED} and case == '{{case}}'"

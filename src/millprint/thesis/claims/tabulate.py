@@ -15,7 +15,7 @@ from millprint.estimate.estimates import LEVEL, Estimate, Interval, spread_of
 from millprint.estimate.judge import VERDICTS, judge
 from millprint.fingerprint.bands import Factors
 from millprint.run.files import read_table
-from millprint.run.progress import progress
+from millprint.run.job import progress
 from millprint.run.tables import Text, read_measured, refuse_rows
 from millprint.thesis.claims import chapter2, chapter3, chapter4, chapter5, chapter6  # noqa: F401
 from millprint.thesis.claims.chapter6 import TRAININGS

@@ -18,7 +18,7 @@ from statsmodels.stats.diagnostic import normal_ad
 from millprint.config.doe import AnalysisConfig, DesignConfig
 from millprint.estimate.quantiles import chi_squared_above, f_above, normal_quantile
 from millprint.run.files import write_json, write_table
-from millprint.run.progress import progress
+from millprint.run.job import progress
 from millprint.thesis.doe.factorial_designs import (
     RUN_ORDER,
     YIELD,

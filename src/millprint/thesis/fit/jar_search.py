@@ -19,8 +19,8 @@ from millprint.dem.run import simulate
 from millprint.fingerprint.descriptors import CHANNELS, as_built, tabulate_descriptors
 from millprint.mill.outlines import enclosed_volume
 from millprint.mill.shapes import stadium_facets
-from millprint.thesis.curves.regimes import published_curves, published_cycles, read_published, tabulate_cycles
-from millprint.thesis.curves.scaling import average_curves
+from millprint.thesis.regimes import published_curves, published_cycles, read_published, tabulate_cycles
+from millprint.thesis.scaling import average_curves
 
 FITTED, HELD_BACK = "fitted", "held back"
 POWERS, FREQUENCY = ("Pn", "Pt"), "f"

@@ -21,7 +21,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.surrogate import EdgeConfig, Recipe
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.simulation import Simulation
-from millprint.run.progress import progress
+from millprint.run.job import progress
 from millprint.thesis.surrogate import measures
 from millprint.thesis.surrogate.dataset import (
     Graphs,

@@ -28,7 +28,7 @@ from millprint.config.errors import ConfigError, TrainingError
 from millprint.config.section import Section
 from millprint.config.surrogate import EdgeConfig, GraphConfig, NetworkConfig, Recipe, TrainingConfig
 from millprint.run.files import checksum_header, read_checksummed, whole_file
-from millprint.run.progress import progress
+from millprint.run.job import progress
 from millprint.thesis.surrogate.dataset import (
     BALL_CHANNELS,
     VELOCITY,

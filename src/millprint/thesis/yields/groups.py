@@ -19,8 +19,8 @@ from millprint.estimate.judge import DIFFERS, OPEN, Allowed, Verdict, judge
 from millprint.mill.bodies import build_bodies, travel_m
 from millprint.observables.condition import Condition
 from millprint.run.tables import CASE
-from millprint.thesis.curves.regimes import design_cases, reference_condition
 from millprint.thesis.doe.factorial_designs import YIELD
+from millprint.thesis.regimes import design_cases, reference_condition
 from millprint.thesis.yields.experiments import FEWEST_TRAINED, SOURCE
 from millprint.thesis.yields.features import CONDITIONS
 from millprint.thesis.yields.held_out import OuterFold, Procedure, predict_held_out

@@ -35,8 +35,8 @@ from millprint.observables.definitions import (
     descriptors_of,
     scaled_quantities,
 )
-from millprint.run.progress import progress
-from millprint.thesis.curves.regimes import tabulate_cycles
+from millprint.run.job import progress
+from millprint.thesis.regimes import tabulate_cycles
 
 # Variable of the scaling -> its symbol in Eqs 3.28 and 3.29.
 SYMBOLS = {"density_kg_m3": "rho", "speed_hz": "omega", "amplitude_m": "A", "ball_diameter_m": "d"}

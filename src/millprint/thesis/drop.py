@@ -18,12 +18,11 @@ import pandas as pd
 from scipy.special import stdtrit
 
 from millprint.config.calibration import FRICTION_PAIR, SwingConfig
-from millprint.config.contact_set import ContactConfig
+from millprint.config.contact_set import NOMINAL_SPEED_M_S, ContactConfig, SpeedTable
 from millprint.config.errors import ConfigError
 from millprint.config.mill import BoxGeometry, MillConfig
-from millprint.config.over_speed import NOMINAL_SPEED_M_S, SpeedTable
-from millprint.dem.few_balls import FewBalls, walls_for
-from millprint.dem.timestep import resolved_step
+from millprint.dem.resources import resolved_step
+from millprint.dem.simulation import FewBalls, walls_for
 from millprint.mill.distance import signed_distance
 from millprint.mill.gravity import GRAVITY
 from millprint.mill.vessel import Vessel, build_vessel, shape_vessel

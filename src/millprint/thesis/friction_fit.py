@@ -15,8 +15,8 @@ from millprint.config.calibration import FRICTION_PAIR, MEASURED, SIMULATED, Exp
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.estimate.quantiles import f_quantile
-from millprint.run.progress import progress
-from millprint.thesis.calibration.drop import (
+from millprint.run.job import progress
+from millprint.thesis.drop import (
     PLACES,
     Swing,
     make_swing,
