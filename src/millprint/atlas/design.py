@@ -147,11 +147,7 @@ def simulate_row(kind: Kind, condition: dict[str, float], seed: int) -> dict[str
         # Balls that roll and never part.
         spread = relative_error(summary["per_revolution"]["wall_J"])
         read = {READ[0]: summary["power_W"]["wall"], ERRORS[0]: spread, "motion": NO_COLLISION}
-    return {
-        **read,
-        "recorded_turns": round(summary["revolutions"]),
-        "processor_s": time.process_time() - begin,
-    }
+    return {**read, "recorded_turns": round(summary["revolutions"]), "processor_s": time.process_time() - begin}
 
 
 def simulate_rows(

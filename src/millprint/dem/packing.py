@@ -140,11 +140,7 @@ def _laid_sites(
 
 
 def capacity(
-    vessel: Vessel,
-    diameter_m: float,
-    trials: int = TRIALS,
-    inserts: Sequence[Vessel] = (),
-    enough: int | None = None,
+    vessel: Vessel, diameter_m: float, trials: int = TRIALS, inserts: Sequence[Vessel] = (), enough: int | None = None
 ) -> int:
     """How many balls of a diameter [m] the start can place: the best of some packings in both orientations.
 

@@ -39,14 +39,7 @@ from millprint.dem.recording import (
     silent_recorder,
     write_restart,
 )
-from millprint.dem.resources import (
-    aligned_step,
-    check_cohesion,
-    largest_fraction,
-    requested_step,
-    run_up_step,
-    skin_of,
-)
+from millprint.dem.resources import aligned_step, check_cohesion, largest_fraction, requested_step, run_up_step, skin_of
 from millprint.mill.bodies import Body, build_bodies, inserts_in_vessel
 from millprint.mill.kernel_columns import span_of, width_of
 from millprint.mill.motion import AT_REST, Motion
@@ -71,12 +64,7 @@ class Simulation:
     """
 
     def __init__(
-        self,
-        case: Case,
-        mill: MillConfig,
-        contact: ContactConfig,
-        dem: DemConfig,
-        start: np.ndarray | None = None,
+        self, case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig, start: np.ndarray | None = None
     ) -> None:
         mill, contact = overridden(case, mill, contact)
         self.case, self.mill, self.contact, self.dem = case, mill, contact, dem
@@ -102,10 +90,7 @@ class Simulation:
         self.contacts = state.make_contacts(self.candidates.partner.size)
         skin = skin_of(float(self.radii.min()), self.step / self.step_scale_s)
         self.walls: Walls = build_walls(
-            [body.vessel for body in self.bodies],
-            largest,
-            skin / 2,
-            pitch=max(0.4 * largest, 1e-3),
+            [body.vessel for body in self.bodies], largest, skin / 2, pitch=max(0.4 * largest, 1e-3)
         )
         self._take_step(self.run_up_step, skin)
         self.threads = threads_of(case, dem)

@@ -16,13 +16,7 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.estimate.quantiles import f_quantile
 from millprint.run.job import progress
-from millprint.thesis.drop import (
-    PLACES,
-    Swing,
-    make_swing,
-    read_track,
-    simulate_track,
-)
+from millprint.thesis.drop import PLACES, Swing, make_swing, read_track, simulate_track
 
 STEP = 0.004  # of finite differences, in the logarithm
 CLOSE = 1e-4  # change of a logarithm at which the search ends

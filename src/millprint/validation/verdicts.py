@@ -125,9 +125,7 @@ def _predicted_at(predictions: pd.DataFrame, id: str, x: float) -> dict:
 
 
 def give_verdicts(
-    points: pd.DataFrame,
-    predictions: Mapping[str, pd.DataFrame],
-    variants: Mapping[str, Collection[str]],
+    points: pd.DataFrame, predictions: Mapping[str, pd.DataFrame], variants: Mapping[str, Collection[str]]
 ) -> pd.DataFrame:
     """A row (VERDICT_COLUMNS) for each measured number.
 

@@ -21,13 +21,7 @@ from millprint.run.files import read_json, read_table
 from millprint.run.html_pages import embed_files, embed_json, render_page
 
 # Functions of numpy that a formula may use, by their names in JavaScript.
-FUNCTIONS = {
-    "log": "Math.log",
-    "exp": "Math.exp",
-    "sqrt": "Math.sqrt",
-    "maximum": "Math.max",
-    "minimum": "Math.min",
-}
+FUNCTIONS = {"log": "Math.log", "exp": "Math.exp", "sqrt": "Math.sqrt", "maximum": "Math.max", "minimum": "Math.min"}
 
 
 class Name:

@@ -270,12 +270,7 @@ STATES, TOUCHES, SNAPSHOTS = "states.txt", "contacts.txt", "snapshots.txt"
 RESTARTS = ("restart_a", "restart_b")
 # What is written of all balls together: mean position, mean velocity, angular momentum about the middle [SI] and of the
 # spins, and kinetic energies.
-STATE_NAMES = (
-    "step",
-    *(f"{name}{axis}" for name in ("x", "v", "l", "s") for axis in "xyz"),
-    "translation_J",
-    "spin_J",
-)
+STATE_NAMES = ("step", *(f"{name}{axis}" for name in ("x", "v", "l", "s") for axis in "xyz"), "translation_J", "spin_J")
 CONTACT_NAMES = ("first", "second", "created", "steps", "closest_m")
 SNAPSHOT_NAMES = ("id", "x", "y", "z", "vx", "vy", "vz", "omegax", "omegay", "omegaz")
 # The skin of lists over a ball's radius.

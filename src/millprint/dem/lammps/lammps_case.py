@@ -345,11 +345,7 @@ def _written(simulation: Simulation, schedule: Schedule, place: Path, log: Lammp
 
 
 def summarise(
-    simulation: Simulation,
-    series: pd.DataFrame,
-    contacts: pd.DataFrame | None,
-    log: LammpsLog,
-    schedule: Schedule,
+    simulation: Simulation, series: pd.DataFrame, contacts: pd.DataFrame | None, log: LammpsLog, schedule: Schedule
 ) -> dict:
     """The summary of a run in the columns of `dem.summary`; `absent` names what LAMMPS does not give."""
     window, frequency = simulation.window_s, simulation.frequency_hz

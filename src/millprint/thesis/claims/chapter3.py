@@ -100,8 +100,7 @@ def restitution_of_a_contact_set(evidence: Evidence, contact: str) -> Finding:
     values = load_named(evidence.data.parent / "contacts", contact, ContactConfig, "contact set")
     restitution, friction = values.value_of("restitution"), values.value_of("static_friction")
     return Finding(
-        effective_restitution(restitution, friction),
-        f"Eq. 3.30 with e = {restitution:g} and mu = {friction:g}",
+        effective_restitution(restitution, friction), f"Eq. 3.30 with e = {restitution:g} and mu = {friction:g}"
     )
 
 

@@ -28,11 +28,7 @@ TABLE_4_2 = {"speed": "speed_hz", "f": "specific_frequency_hz", "P": "power_as_p
 look_up("4.case.{case}.{quantity}", PATH_4_2, "{quantity}", OF_CASE, quantity=TABLE_4_2)
 for _name in ("normal", "tangential"):
     look_up(f"4.case.{{case}}.E{_name[0]}", PATH_4_2, f"{_name}_energy_J", OF_CASE, factor=1e4)
-TABLE_4_4 = {
-    "specific_yield": "specific_yield_per_W",
-    "mass_per_watt": "mass_per_watt_g_W",
-    "gain": "gain_percent",
-}
+TABLE_4_4 = {"specific_yield": "specific_yield_per_W", "mass_per_watt": "mass_per_watt_g_W", "gain": "gain_percent"}
 for _name, _column in TABLE_4_4.items():
     look_up(f"4.{_name}.{{case}}", PATH_4_4, _column, OF_CASE, "measured yield over the printed power")
 look_up("4.leverage.{case}.{baseline}", PATH_4_5, "leverage_{baseline}_percent", OF_CASE, "Eq. 4.7, printed power")

@@ -18,13 +18,7 @@ from millprint.thesis.claims.evidence import (
     repeats_of,
     yes_no,
 )
-from millprint.thesis.yields.features import (
-    FREQUENCY,
-    LEFT_OUT,
-    NORMAL,
-    TANGENTIAL,
-    YieldWeights,
-)
+from millprint.thesis.yields.features import FREQUENCY, LEFT_OUT, NORMAL, TANGENTIAL, YieldWeights
 from millprint.thesis.yields.regressors import regressor
 
 # Rows of yield/seeds.tsv of models that differ only in a seed.

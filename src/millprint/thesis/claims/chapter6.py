@@ -6,13 +6,7 @@ import pandas as pd
 from millprint.estimate.judge import AGREES, DIFFERS, OPEN
 from millprint.thesis.claims.chapter3 import CONTACT, MILL
 from millprint.thesis.claims.evidence import Evidence, Finding, NotRun, Repeats, claim, yes_no
-from millprint.thesis.surrogate.measures import (
-    BASELINE,
-    DISSIPATION,
-    NOTHING,
-    PLATEAU,
-    SOMETHING,
-)
+from millprint.thesis.surrogate.measures import BASELINE, DISSIPATION, NOTHING, PLATEAU, SOMETHING
 
 VARIANT = "thesis"
 # The motion of a test, in words.

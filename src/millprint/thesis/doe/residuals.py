@@ -359,15 +359,7 @@ def contested_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
 # The tables of the design, by the names of the rule's outputs.
 DESIGN_TABLES = ("design", "aliases", "audit")
 # The tables of the analysis that follow the analysis of variance, by the names of the rule's outputs.
-TABLES = (
-    "contested",
-    "residual_parts",
-    "detectable",
-    "residuals",
-    "residual_checks",
-    "lack_of_fit",
-    "interactions",
-)
+TABLES = ("contested", "residual_parts", "detectable", "residuals", "residual_checks", "lack_of_fit", "interactions")
 # Tables of the variance, by the names of the rule's outputs: the file that holds each.
 VARIANCE = {"printed": "anova_printed", "corrected": "anova_corrected"}
 

@@ -168,11 +168,7 @@ def read_wear(path: str) -> pd.DataFrame:
     frame = read_measured(path, [*WEIGHINGS, Number("wear_g", optional=True)])
     lost = frame["unused_mass_g"] - frame["used_mass_g"]
     refuse_rows(
-        frame,
-        path,
-        "used_mass_g",
-        lost < 0,
-        lambda row: f"must be at most the unused mass, {row['unused_mass_g']:g} g",
+        frame, path, "used_mass_g", lost < 0, lambda row: f"must be at most the unused mass, {row['unused_mass_g']:g} g"
     )
     if "wear_g" in frame:
         refuse_rows(

@@ -240,14 +240,7 @@ DISSIPATION, PLATEAU = "dissipation_error_percent", "position_mse_plateau_m2"
 UNBOUNDED_PERCENT = 100.0
 # Whether a row differs from the baseline by more than two trainings of the baseline do.
 SOMETHING, NOTHING = "something", "nothing"
-AGAINST = (
-    "trainings",
-    "lower_percent",
-    "upper_percent",
-    "from_baseline_percent",
-    "baseline_apart_percent",
-    "says",
-)
+AGAINST = ("trainings", "lower_percent", "upper_percent", "from_baseline_percent", "baseline_apart_percent", "says")
 MEASURES = (
     "stable",
     "balls_left",
