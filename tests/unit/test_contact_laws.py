@@ -3,6 +3,7 @@
 import json
 import math
 from pathlib import Path
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -15,10 +16,11 @@ from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.fingerprint import UncertaintyConfig
 from millprint.config.included import load_mill
 from millprint.config.sweep import overridden
+from millprint.dem.contact_events import share_resistance
 from millprint.dem.law import STOP_SHARE, evaluate_block, law_row
 from millprint.dem.laws.record import ball_mass
 from millprint.dem.laws.registry import LAWS, step_scale
-from millprint.dem.layout import LANE, LANES, PRESENT
+from millprint.dem.layout import COUNTER, LANE, LANES, PRESENT
 from millprint.dose import flash
 from millprint.mill.kernel_columns import span_of, width_of
 from millprint.uncertainty.samples import check_contact, space_of
@@ -145,6 +147,32 @@ def test_a_block_of_contacts_is_the_law_by_hand(kind):
         assert of(lanes, [LANE.elastic_normal, LANE.elastic_tangential], m) == pytest.approx(energies, rel=1e-6)
         peaks = of(lanes, [LANE.history.peak_force, LANE.history.peak_overlap], m)
         assert peaks == pytest.approx([1e9, 1e9] if m == 0 else [max(normal_force, 0), overlap], rel=1e-6)
+
+
+class Balls(NamedTuple):
+    touching: np.ndarray
+
+
+class Contacts(NamedTuple):
+    lanes: np.ndarray
+    slot: np.ndarray
+    ball: np.ndarray
+    partner: np.ndarray
+
+
+def test_rolling_friction_is_shared_by_the_contacts_of_the_ball_with_most():
+    """Shares of a twelfth: 12 over the contacts of a ball, of at least 2 and at most 12; a free lane keeps its own."""
+    pairs = [(0, -1), (1, 2), (1, -1), (3, 1), (0, 1), *13 * [(4, -1)]]
+    ball, partner = np.array(pairs).T
+    slot = np.where(np.arange(len(pairs)) == 4, -1, 0)
+    contacts = Contacts(np.full((3, width_of(LANE) * LANES), 7.0), slot, ball, partner)
+    counters = np.zeros(width_of(COUNTER), dtype=np.int64)
+    counters[COUNTER.used] = len(pairs)
+    balls = Balls(np.zeros(5, dtype=np.int64))
+    numba.njit(lambda balls, contacts, counters: share_resistance(balls, contacts, counters))(balls, contacts, counters)
+    first = LANE.history.resistance * LANES
+    found = contacts.lanes[:, first : first + LANES].ravel()[: len(pairs)]
+    assert found.tolist() == [6, 4, 4, 4, 7, *13 * [1]] and balls.touching.tolist() == [1, 3, 1, 1, 13]
 
 
 def test_the_scale_of_a_linear_step_is_of_the_faster_spring():

@@ -189,6 +189,8 @@ def test_coverage_counts_cases_and_not_repeats():
     table.loc[table["case"] == "a", "upper_percent"] = 10.0
     row = coverage_table(table, 0.95).iloc[0]
     assert row["covered"] == 0.75 and row["cases"] == 4
+    # Three of width 2, and one from 19 to 10.
+    assert row["width_pp"] == pytest.approx(-0.75)
     assert row[[*SPREAD]].tolist() == [5, 0.75, 0.75, 0.75]
     assert row["lower"] == pytest.approx(0.194, abs=1e-3) and row["upper"] == pytest.approx(0.994, abs=1e-3)
 
