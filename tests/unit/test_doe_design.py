@@ -4,7 +4,6 @@ import json
 from itertools import combinations
 
 import numpy as np
-import pandas as pd
 import pytest
 import yaml
 
@@ -45,16 +44,6 @@ def test_the_order_of_the_runs_is_a_permutation_that_the_seed_decides():
     assert sorted(first) == list(range(1, 28))
     assert first.tolist() == again.tolist()
     assert first.tolist() != other.tolist()
-
-
-def test_an_ideal_fraction_is_orthogonal():
-    codes = level_codes(settings())
-    for one, two in combinations("ABCD", 2):
-        counts = pd.crosstab(codes[one], codes[two])
-        assert (counts.to_numpy() == 3).all()
-    # Resolution 4: any three factors see all 27 combinations of their levels.
-    for three in combinations("ABCD", 3):
-        assert treatments(codes[list(three)]).nunique() == 27
 
 
 STEELS = ["steel", "zirconia", "tungsten carbide"]

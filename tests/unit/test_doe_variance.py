@@ -3,8 +3,8 @@
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.stats import chi2, ncf
 from scipy.stats import f as f_distribution
+from scipy.stats import ncf
 
 from millprint.config.doe import DoeConfig
 from millprint.config.errors import ConfigError
@@ -14,7 +14,6 @@ from millprint.thesis.doe.residuals import (
     lack_of_fit_table,
     pure_error,
     residual_checks,
-    residual_table,
 )
 from millprint.thesis.doe.variance import (
     corrected_table,
@@ -66,25 +65,6 @@ def test_noncentrality_puts_f_at_the_tail():
     assert noncentrality(0.3, 4, 6, 0.975) == 0.0
 
 
-def test_after_holm_only_time_and_molar_ratio_stand(corrected):
-    for kind in ("I", "II", "III"):
-        own = corrected.loc[kind].drop("Residual")
-        assert own.index[own["stands_after_holm"] == "yes"].tolist() == ["B", "C"]
-        # Holm: the k-th smallest of n p-values times n + 1 - k, never falling.
-        ranked = own["p_value"].sort_values()
-        by_hand = (ranked * np.arange(len(ranked), 0, -1)).cummax().clip(upper=1)
-        np.testing.assert_allclose(own["p_holm"], by_hand[own.index])
-
-
-def test_the_ends_of_the_smallest_effect_are_those_of_the_chi_squared_interval_of_sigma(config, runs):
-    table = detectable_table(config, runs).set_index(["factor", "shape"])
-    for end, tail in (("lower_percent", 0.975), ("upper_percent", 0.025)):
-        # (n - 1) s^2 / sigma^2 is chi-squared, and the smallest range is proportional to sigma.
-        np.testing.assert_allclose(table[end] / table["smallest_range_percent"], np.sqrt(6 / chi2.ppf(tail, 6)))
-    halves, steps = (table.xs(shape, level="shape")["smallest_range_percent"] for shape in ("halves", "steps"))
-    assert (halves < steps).all()
-
-
 def test_an_effect_of_the_smallest_size_is_found_as_often_as_the_power_says(config):
     """A simulation of the screening as designed, with an effect of speed of the tabulated size."""
     design = design_table(config)
@@ -102,14 +82,6 @@ def test_an_effect_of_the_smallest_size_is_found_as_often_as_the_power_says(conf
     found = (centred**2).sum(axis=1) / 2 / rest > f_distribution.isf(0.05, 2, 6)
     # Three binomial standard deviations.
     assert found.mean() == pytest.approx(0.8, abs=0.02)
-
-
-def test_residuals_are_orthogonal_to_the_model_and_leverages_count_its_parameters(config, runs):
-    fit = fit_factors(config, runs)
-    table = residual_table(runs, fit)
-    assert table["leverage"].sum() == pytest.approx(21)
-    np.testing.assert_allclose(fit.model.exog.T @ table["residual_percent"], 0, atol=1e-9)
-    np.testing.assert_allclose(table["fitted_percent"] + table["residual_percent"], runs["yield_percent"])
 
 
 @pytest.mark.parametrize(("model", "change", "part"), refusals("what_the_runs_cannot_tell_is_refused"))
@@ -142,16 +114,6 @@ def test_an_interaction_in_the_aliased_component_is_all_claimable_and_in_the_cle
         row = table[(table["term"] == "A:B") & (table["rival"] == "C:D")].iloc[0]
         assert row["fraction_claimable"] == pytest.approx(claimable, abs=1e-3)
         assert (row["degrees_of_freedom"], row["degrees_of_freedom_if_rival_first"]) == (4, 2)
-
-
-def test_a_contested_sum_is_a_difference_of_residuals_of_fitted_models(config, runs):
-    def rest(*model: str) -> float:
-        return fit_factors(settings(model=list(model)), runs).ssr
-
-    row = contested_table(config, runs).set_index(["term", "rival"]).loc[("C", "A:D")]
-    base = ["A", "B", "D", "A:B"]
-    assert row["sum_of_squares"] == pytest.approx(rest(*base) - rest(*base, "C"))
-    assert row["sum_if_rival_first"] == pytest.approx(rest(*base, "A:D") - rest(*base, "A:D", "C"))
 
 
 def test_lack_of_fit_from_replicates_has_its_closed_form():

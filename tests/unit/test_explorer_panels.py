@@ -1,5 +1,7 @@
 """The explorer's spectra, temperatures, doses and units, against the tables and the library, at two widths."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -108,50 +110,42 @@ def test_the_panel_of_temperatures_is_at_the_power_of_the_settings(built, pages)
     assert said["hidden"]
 
 
+# Of a unit, the kind, the row of the results that it is of, and how many of it the first unit of its kind is.
+UNITS = {
+    "µJ": ("energy", 0, 1e-3), "mJ": ("energy", 0, 1e-6), "J": ("energy", 0, 1e-9),
+    "1/s": ("frequency", 2, 1), "1/min": ("frequency", 2, 60),
+    "kJ/g": ("dose", -1, 1), "J/g": ("dose", -1, 1e3), "kWh/t": ("dose", -1, 1e3 / 3.6),
+}  # fmt: skip
+
+
 @needs_browser
 def test_units_change_what_is_shown_and_not_the_state(pages):
-    said = pages[DESKTOP].run("""
-      const set = (kind, unit) => { const choice = document.getElementById(`unit-${kind}`);
-        choice.value = unit; choice.dispatchEvent(new Event("change")); };
+    said = pages[DESKTOP].run(f"""
+      const set = (id, value) => {{ const choice = document.getElementById(id);
+        choice.value = value; choice.dispatchEvent(new Event("change")); }};
       explorer.useMill(explorer.mills[0]); explorer.state.speed_hz = 15; explorer.render();
-      const first = () => document.querySelector("#results dd").textContent;
-      const results = () => [...document.querySelectorAll("#results div")];
-      const dose = () =>
-        results().find((e) => e.textContent.startsWith("Specific energy")).querySelector("dd").textContent;
-      const before = JSON.stringify(explorer.state);
-      set("energy", "µJ"); set("dose", "kJ/g");
-      const shown = { µJ: first(), "kJ/g": dose() };
-      for (const unit of ["mJ", "J"]) { set("energy", unit); shown[unit] = first(); }
-      for (const unit of ["J/g", "kWh/t"]) { set("dose", unit); shown[unit] = dose(); }
-      const speeds = {};
-      for (const unit of ["Hz", "g", "rpm"]) {
-        set("speed", unit);
-        const slider = document.getElementById("speed_hz");
-        speeds[unit] = [document.getElementById("speed_hz-field").value, slider.getAttribute("aria-valuetext")];
-        if (unit === "g") {
-          const field = document.getElementById("speed_hz-field");
-          field.value = "10"; field.dispatchEvent(new Event("change"));
-          speeds.set = explorer.state.speed_hz; explorer.state.speed_hz = 15;
-        }
-      }
-      set("energy", "µJ"); set("dose", "kJ/g"); set("frequency", "1/min");
-      const hits = () => results()[2].querySelector("dd").textContent;
-      const minutes = hits(); set("frequency", "1/s");
-      const target = document.getElementById("target-weighted_normal_energy_J").value;
+      const rows = () => [...document.querySelectorAll("#results div")];
+      const dose = () => rows().find((e) => e.textContent.startsWith("Specific energy"));
+      const before = JSON.stringify(explorer.state), shown = {{}}, speeds = {{}};
+      for (const [unit, [kind, row]] of Object.entries({json.dumps(UNITS)}).reverse()) {{
+        set(`unit-${{kind}}`, unit);
+        shown[unit] = (row < 0 ? dose() : rows()[row]).querySelector("dd").textContent; }}
+      for (const unit of ["Hz", "rpm", "g"]) {{
+        set("unit-speed", unit);
+        speeds[unit] = [document.getElementById("speed_hz-field").value,
+          document.getElementById("speed_hz").getAttribute("aria-valuetext")]; }}
       const same = JSON.stringify(explorer.state) === before;
-      return { shown, speeds, minutes, seconds: hits(), same, hash: location.hash, target };""")
-    numbers = {unit: float(text.split()[0]) for unit, text in said["shown"].items()}
-    assert all(text.endswith(unit) for unit, text in said["shown"].items())
-    assert numbers["mJ"] == pytest.approx(numbers["µJ"] / 1e3, rel=0.01)
-    assert numbers["J"] == pytest.approx(numbers["µJ"] / 1e6, rel=0.01)
-    assert numbers["J/g"] == pytest.approx(numbers["kJ/g"] * 1e3, rel=0.01)
-    assert numbers["kWh/t"] == pytest.approx(numbers["kJ/g"] / 3.6e-3, rel=0.01)
-    expected = ACCELERATION["emax"] * 15**2
+      set("speed_hz-field", "10"); const given = explorer.state.speed_hz;
+      explorer.state.speed_hz = 15; set("unit-speed", "rpm");
+      return {{ shown, speeds, same, set: given }};""")
+    first = {kind: float(said["shown"][unit].split()[0]) for unit, (kind, *_) in reversed(UNITS.items())}
+    for unit, (kind, _, factor) in UNITS.items():
+        start = next(own[2] for own in UNITS.values() if own[0] == kind)
+        assert said["shown"][unit].endswith(unit)
+        assert float(said["shown"][unit].split()[0]) == pytest.approx(first[kind] * factor / start, rel=0.01)
     assert said["speeds"]["Hz"] == ["15", "15 Hz"] and said["speeds"]["rpm"] == ["900", "900 rpm"]
-    assert float(said["speeds"]["g"][0]) == pytest.approx(expected, rel=1e-5)
-    assert said["speeds"]["set"] == pytest.approx((10 / ACCELERATION["emax"]) ** 0.5, rel=1e-9)
-    ratio = float(said["minutes"].split()[0]) / float(said["seconds"].split()[0])
-    assert ratio == pytest.approx(60, rel=0.01) and said["same"]
+    assert float(said["speeds"]["g"][0]) == pytest.approx(ACCELERATION["emax"] * 15**2, rel=1e-5)
+    assert said["set"] == pytest.approx((10 / ACCELERATION["emax"]) ** 0.5, rel=1e-9) and said["same"]
 
 
 @needs_browser

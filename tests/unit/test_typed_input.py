@@ -109,10 +109,3 @@ def test_a_value_in_any_unit_of_the_same_kind_is_converted_back():
             there = float(converted(3.25, given, wanted))
             assert float(converted(there, wanted, given)) == pytest.approx(3.25, rel=1e-8)
     assert converted(3.0, "mm", "rpm") == "" and converted(1.0, "in", "mm") == "25.4"
-
-
-@pytest.mark.parametrize("text", ["{", "[", "a: {", "a: [1,", '"'])
-def test_a_file_that_ends_within_a_value_is_refused_in_one_line(text):
-    with pytest.raises(ConfigError, match=r"^a: line 1: ") as caught:
-        parse_yaml(text, "a")
-    assert "\n" not in str(caught.value)

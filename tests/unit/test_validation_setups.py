@@ -5,12 +5,10 @@ import pandas as pd
 import pytest
 
 from millprint.config.errors import ConfigError
-from millprint.config.load import check_model
 from millprint.config.setup_models import SETTINGS, SetupConfig
 from millprint.config.sweep import DemConfig
-from millprint.config.workflow import WorkflowConfig
 from millprint.validation.measured import CONTACT, PREDICTION_COLUMNS, UNKNOWN, check_predictions, read_measurements
-from millprint.validation.setups import assumption_table, predict, setup_named
+from millprint.validation.setups import assumption_table, predict
 from tests.physics.test_impacts import ALUMINA
 from tests.unit.test_validation import MEASURED, points_of, predictions_of
 
@@ -18,13 +16,6 @@ from tests.unit.test_validation import MEASURED, points_of, predictions_of
 def test_every_setup_answers_a_measured_row():
     # That of the box on a leaf spring waits for its curve.
     assert set(read_measurements(MEASURED, SETTINGS)["setup"]) - {UNKNOWN} == set(SETTINGS) - {"leaf_spring"}
-
-
-def test_what_is_not_in_the_registry_raises():
-    with pytest.raises(ConfigError, match=r"unknown set-up 'cannon'; known: "):
-        setup_named("cannon")
-    with pytest.raises(ConfigError, match=r"validation: setups: unknown set-up 'cannon'; known: "):
-        check_model({"validation": {"setups": ["cannon"]}, "mill": "emax"}, WorkflowConfig, "own.yaml")
 
 
 def test_a_table_of_predictions_is_checked():
