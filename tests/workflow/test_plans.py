@@ -70,12 +70,6 @@ def test_a_file_that_names_a_mill_gives_the_same_plan_in_a_clone_and_in_an_empty
     assert not {"write_pages", "sample_contacts", "write_card"} & set(whole)
 
 
-def test_every_mill_of_the_box_is_planned_alike(project):
-    """With the defaults, whether it is the mill of the thesis or not."""
-    rules = [set(jobs_of(run_snakemake(project, "-n", "--config", f"mill={mill}").stdout)) for mill in ("emax", "spex")]
-    assert rules[0] == rules[1] and "run_dem_case" in rules[0]
-
-
 def test_convergence_of_a_mill_of_ones_own_varies_its_settings_alone(project):
     """Six settings and the reference, two seeds each; no sweep of the thesis, and no case twice."""
     content = smoke_content(project)
