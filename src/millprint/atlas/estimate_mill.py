@@ -101,9 +101,13 @@ def check(kind: Kind, condition: Values) -> dict[str, float]:
         value = groups[group.name]
         share = group.share(value) if value > 0 or not group.logarithmic else -math.inf
         if group.name != STIFFNESS and not -BEYOND <= share <= 1 + BEYOND:
+            speed, hint = condition["speed_hz"], SIMULATE
+            for factor, meant in ((60, f"in Hz? Write {60 * speed:g}Hz"), (1 / 60, f"in rpm? Write {speed:g}")):
+                if group.name == "froude" and group.low <= value * factor**2 <= group.high:
+                    hint = f"is the speed {meant}"
             raise ConfigError(
                 f"{place}: {group.name}, {group.formula}, = {value:.3g}: the atlas knows {group.low:g} to "
-                f"{group.high:g}; {SIMULATE}"
+                f"{group.high:g}; {hint}"
             )
     for limit in kind.limits:
         if (value := limit.of(groups)) > limit.most:
