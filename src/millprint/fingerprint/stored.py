@@ -26,7 +26,7 @@ class StoredProcess(_Part):
 
 
 class About(_Part):
-    """What every fingerprint says of its mill; ranges and settings by the names of VARIABLES."""
+    """The data of a mill in every fingerprint; ranges and settings by the names of VARIABLES."""
 
     mill: str
     contact: str
