@@ -7,7 +7,7 @@ balance.
 Outputs: the page as `figure` and `pdf`; `spectra_figure`, `rules_figure`.
 """
 
-from millprint.atlas.estimate_mill import atlas_rows
+from millprint.atlas.beside_simulation import atlas_rows
 from millprint.config.contact_set import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.dose.spectra import read_spectra

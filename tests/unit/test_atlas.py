@@ -12,8 +12,9 @@ import pandas as pd
 import pytest
 
 from millprint.atlas.atlas_model import FITTED, FORMAT, PREDICTED, combined, inputs_of, read_model
+from millprint.atlas.beside_simulation import BESIDE, LARGE, atlas_rows
 from millprint.atlas.design import HELD_OUT, design, rows_of
-from millprint.atlas.estimate_mill import BESIDE, LARGE, atlas_rows, check, estimate, estimate_many, exponents
+from millprint.atlas.estimate_mill import check, estimate, estimate_many, exponents
 from millprint.atlas.fit_atlas import Fit, Rows, fit_kind, fit_robust, fit_surface, fit_width, growth, without_own
 from millprint.atlas.fit_atlas import rows_of as fit_rows_of
 from millprint.atlas.kinds import KINDS, MIXER, PLANETARY, SPEX, balls_of, recognise

@@ -145,7 +145,7 @@ def simulated_over_atlas(found: MillEstimate, fingerprint: Fingerprint) -> dict[
 
     A difference is large as of `beside_simulation.is_far`.
     """
-    from millprint.atlas.estimate_mill import LARGE, is_far
+    from millprint.atlas.beside_simulation import LARGE, is_far
 
     own = found.condition
     condition = fingerprint.condition(
