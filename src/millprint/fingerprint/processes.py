@@ -338,7 +338,11 @@ class Process:
         sampling = fit_sampling(inputs[:, 0], runs * stated**2)
         # Seeds of several lasting motions say nothing of the windows of other conditions, and their error is their own.
         own = np.isfinite(stated) & differ
-        typical = variance_of_run(inputs, fit_sampling(inputs[:, 0], np.where(own, np.nan, runs * stated**2))) / runs
+        seen = np.where(own, np.nan, runs * stated**2)
+        typical = variance_of_run(inputs, fit_sampling(inputs[:, 0], seen))
+        if np.isfinite(seen).any():
+            typical = np.clip(typical, np.nanmin(seen), np.nanmax(seen))
+        typical = typical / runs
         moderated = np.where(np.isfinite(stated), (stated**2 + typical) / 2, typical)
         errors = np.where(own, stated, np.sqrt(moderated))
         known = (inputs, logs, errors)
