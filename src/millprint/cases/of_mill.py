@@ -8,7 +8,7 @@ The Snakefile asks for them, so nothing that takes long is imported here.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import chain, count, islice
+from itertools import chain, count, islice, pairwise
 from typing import NamedTuple
 
 from millprint.config.charge import chosen_balls
@@ -151,16 +151,19 @@ def place_of_sweep(config: WorkflowConfig, name: str, source: str) -> str:
     return f"{source}: sweep" if config.sweep and name == config.mill else f"config/mills/{name}.yaml: sweep"
 
 
-def conditions_of(sweep: MillSweepConfig) -> list[ConditionSection]:
+def conditions_of(sweep: MillSweepConfig, halfway: bool = False) -> list[ConditionSection]:
     """The conditions of a sweep that has fill ratios only; of lists, the star.
 
-    That is the first speed with every size, and the first size with every speed, each at every fill ratio.
+    That is the first speed with every size, and the first size with every speed, each at every fill ratio, and if
+    `halfway` also at the geometric mean of each two neighbours, to four digits.
     """
     if sweep.conditions:
         return sweep.conditions
     speeds, sizes = sweep.speeds, sweep.balls
     settings = [*((sizes[0], speed) for speed in speeds), *((size, speeds[0]) for size in sizes[1:])]
-    return [condition(*setting, fill) for setting in settings for fill in sweep.fills]
+    fills = sorted(sweep.fills)
+    between = [float(f"{math.sqrt(low * high):.4g}") for low, high in pairwise(fills)] if halfway else []
+    return [condition(*setting, fill) for setting in settings for fill in (*sweep.fills, *between)]
 
 
 def discarded_turns(mill: MillConfig, own: TurnsSection) -> float:
@@ -223,7 +226,8 @@ def mill_cases(mill: MillConfig, settings: MillsConfig) -> list[Case]:
     """
     sweep = sweep_of(mill)
     seeds = seeds_of(sweep, settings.level.seeds)
-    return [_case(mill, settings, sweep, condition, seed) for condition in conditions_of(sweep) for seed in seeds]
+    conditions = conditions_of(sweep, settings.level.halfway)
+    return [_case(mill, settings, sweep, condition, seed) for condition in conditions for seed in seeds]
 
 
 def held_out_cases(mill: MillConfig, settings: MillsConfig) -> list[Case]:

@@ -44,7 +44,8 @@ class Precision(NamedTuple):
 
     step, recorded: factors on mills.rayleigh_fraction and on the recorded time; turns: recorded at least where the
     sweep does not say how many; seeds: starting positions at least; half_width: of the 95 % interval of a power's mean
-    over these seeds, until which a window grows where the sweep does not say its turns [-]; None: it does not grow.
+    over these seeds, until which a window grows where the sweep does not say its turns [-]; None: it does not grow;
+    halfway: of lists, also the fill ratios halfway between neighbours, where a curve is known worst.
     """
 
     step: float
@@ -52,6 +53,7 @@ class Precision(NamedTuple):
     turns: int
     seeds: int
     half_width: float | None
+    halfway: bool = False
 
 
 # Steps of 0.11 and of 0.08 of the Rayleigh time: descriptors stay within the scatter of seeds (docs/how_to/speed.md).
@@ -61,7 +63,7 @@ PRECISIONS: dict[PrecisionName, Precision] = {
     "draft": Precision(step=1.375, recorded=0.5, turns=3, seeds=1, half_width=None),
     "quick": Precision(step=1.375, recorded=0.5, turns=8, seeds=3, half_width=0.10),
     "standard": Precision(step=1.0, recorded=1.0, turns=8, seeds=3, half_width=0.05),
-    "fine": Precision(step=1.0, recorded=2.0, turns=16, seeds=6, half_width=0.02),
+    "fine": Precision(step=1.0, recorded=2.0, turns=16, seeds=4, half_width=0.02, halfway=True),
 }
 # The longest window over the first one [-].
 LONGEST = 8
@@ -240,8 +242,8 @@ class MillsConfig(Section):
     """how exactly each power of a condition is known, as half of the 95 % interval of its mean: `quick` 10 %,
     `standard` 5 %, `fine` 2 %; a simulation goes on until it is, to eight times its first window at most, unless the
     sweep says its turns. `quick` and `standard` simulate at least three seeds, `quick` with steps of 1.375 times
-    `rayleigh_fraction`, `fine` six; `draft` is one short simulation of each, for a first look, after which many bands
-    are not known
+    `rayleigh_fraction`, `fine` four, and of lists also the fill ratios halfway between neighbours, where a curve is
+    known worst; `draft` is one short simulation of each, for a first look, after which many bands are not known
     """
     rayleigh_fraction: Fraction = 0.08
     """step over each case's own Rayleigh time at precision `standard`; 0.08 is 2e-6 s for 5 mm balls of a softened set

@@ -355,7 +355,9 @@ class Process:
             kernel, known[0], known[1] - known[1].mean(), known[2] ** 2 + JITTER,
             np.log(supposed[:, 0]), supposed[:, 1] ** -2.0,
         )  # fmt: skip
-        found, _ = likelihood.maximise([start], bounds)
+        # A few conditions may be told either as noise or as departures: both are tried.
+        quiet = np.append(start[:-1], bounds[-1, 0])
+        found, _ = likelihood.maximise([start, quiet], bounds)
         theta, noise = found[:-1], float(np.exp(found[-1]))
         seeds = np.broadcast_to(runs, logs.shape)
         process = cls(inputs, logs, errors, components, theta, noise, sampling, seeds=seeds)
