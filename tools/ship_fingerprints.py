@@ -2,14 +2,14 @@
 
 Simulates the sweeps of the included mills of `mills.box` at precision `fine`, and the samples of contact parameters
 of each, in FOLDER, which may already hold a part of them, and writes config/fingerprints; with --mills those of some,
-and the others stay as they are. With --refit it fits the curves of those in config/fingerprints to their own values
-again, without a simulation.
+and the others stay as they are. A mill that this version has sampled before keeps the intervals of its contact
+parameters. With --refit it fits the curves of those in config/fingerprints to their own values again, without a
+simulation.
 """
 
 import argparse
 import hashlib
 import math
-import shutil
 import subprocess
 import sys
 from importlib.metadata import version
@@ -20,6 +20,7 @@ import yaml
 
 from millprint.config.included import load_contact, load_mill
 from millprint.dem import PHYSICS
+from millprint.fingerprint.bands import Factors
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.processes import Process
 from millprint.fingerprint.readers import FOLDER, TABLE, digest_of
@@ -34,8 +35,29 @@ SAMPLES = 64
 SEEDS = 3
 
 
-def simulate(folder: Path, mills: list[str], cores: int) -> None:
-    """The fingerprints of some mills in `folder`, by the workflow."""
+def identity_of(mill: str, contact: str) -> dict[str, object]:
+    """What the numbers of a mill's fingerprint depend on."""
+    return {
+        "digest": digest_of(load_mill(mill), load_contact(contact)),
+        "physics": PHYSICS,
+        "version": version("millprint"),
+    }
+
+
+def sampled_before(mills: list[str]) -> dict[str, dict[str, Factors]]:
+    """Mills whose stored fingerprints have samples of this identity, and the factors of these."""
+    stored = {row["mill"]: row for row in read_table(str(ROOT / TABLE)).to_dict("records") if row["mill"] in mills}
+    same = (mill for mill, row in stored.items() if identity_of(mill, row["contact"]).items() <= row.items())
+    return {mill: Fingerprint.read(ROOT / FOLDER / f"{mill}.json").further for mill in same}
+
+
+def made_in(folder: Path, mill: str, sampled: bool) -> Path:
+    """Where the workflow writes the fingerprint of a mill, with samples of its contact parameters or without."""
+    return folder / f"results/{'uncertainty' if sampled else 'mills'}/{mill}/fingerprint.json"
+
+
+def simulate(folder: Path, targets: list[Path], cores: int) -> None:
+    """The fingerprints in `folder`, by the workflow."""
     (folder / "config").mkdir(parents=True, exist_ok=True)
     config = {
         "name": "fingerprints",
@@ -45,9 +67,9 @@ def simulate(folder: Path, mills: list[str], cores: int) -> None:
         "uncertainty": {"samples": SAMPLES},
     }
     (folder / "config/config.yaml").write_text(yaml.safe_dump(config, sort_keys=False))
-    targets = [f"results/uncertainty/{mill}/fingerprint.json" for mill in mills]
+    wanted = [str(target.relative_to(folder)) for target in targets]
     place = ["--snakefile", str(ROOT / "workflow/Snakefile"), "--directory", str(folder)]
-    subprocess.run([sys.executable, "-m", "snakemake", *place, "--cores", str(cores), *targets], check=True)
+    subprocess.run([sys.executable, "-m", "snakemake", *place, "--cores", str(cores), *wanted], check=True)
 
 
 def power_span(fingerprint: Fingerprint) -> tuple[float, float]:
@@ -81,27 +103,26 @@ def refit() -> None:
     write_table(table, str(ROOT / TABLE))
 
 
-def store(folder: Path, mills: list[str]) -> pd.DataFrame:
-    """Copy the fingerprints of some mills into config/fingerprints, with a table of what each was made with."""
+def store(mills: dict[str, Path], kept: dict[str, dict[str, Factors]]) -> pd.DataFrame:
+    """Write the fingerprints of some mills into config/fingerprints, with a table of what each was made with."""
     (ROOT / FOLDER).mkdir(exist_ok=True)
     rows = [row for row in read_table(str(ROOT / TABLE)).to_dict("records") if row["mill"] not in mills]
-    for mill in mills:
-        made, place = folder / f"results/uncertainty/{mill}/fingerprint.json", ROOT / FOLDER / f"{mill}.json"
-        fingerprint = Fingerprint.read(made)
+    for mill, made in mills.items():
+        place = ROOT / FOLDER / f"{mill}.json"
+        fingerprint = Fingerprint.read(made).with_further(kept.get(mill, {}))
+        fingerprint.write(place)
         contact, (lowest, highest) = fingerprint.about["contact"], power_span(fingerprint)
-        shutil.copyfile(made, place)
         rows.append({
             "mill": mill,
             "contact": contact,
             "precision": PRECISION,
-            "digest": digest_of(load_mill(mill), load_contact(contact)),
+            **identity_of(mill, contact),
             "sha256": hashlib.sha256(place.read_bytes()).hexdigest(),
-            "physics": PHYSICS,
-            "version": version("millprint"),
             "lowest_W_kg": lowest,
             "highest_W_kg": highest,
         })  # fmt: skip
-    table = pd.DataFrame(sorted(rows, key=lambda row: MILLS.index(row["mill"])))
+    columns = read_table(str(ROOT / TABLE)).columns
+    table = pd.DataFrame(sorted(rows, key=lambda row: MILLS.index(row["mill"])))[columns]
     write_table(table, str(ROOT / TABLE))
     return table
 
@@ -116,5 +137,7 @@ if __name__ == "__main__":
     if given.refit or given.folder is None:
         refit()
         sys.exit()
-    simulate(given.folder, given.mills, given.cores)
-    print(store(given.folder, given.mills).to_string(index=False))
+    kept = sampled_before(given.mills)
+    made = {mill: made_in(given.folder, mill, mill not in kept) for mill in given.mills}
+    simulate(given.folder, list(made.values()), given.cores)
+    print(store(made, kept).to_string(index=False))
