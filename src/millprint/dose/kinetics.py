@@ -86,7 +86,7 @@ def own_doses(path: str | Path, fingerprints: Mapping[str, "Fingerprint"]) -> pd
     Adds the doses, wall_power_W, and `outside`, what is outside the simulated ranges; yield_percent is kept. Raises
     ConfigError, in one line, for a bad cell, such as a mass of 0, and for a mill without a fingerprint.
     """
-    numbers = [Number(name, *WRITTEN.get(name, (0,)), above=name not in WRITTEN) for name in POSITIVE]
+    numbers = [Number(name, *WRITTEN[name]) if name in WRITTEN else Number(name, 0, above=True) for name in POSITIVE]
     table = read_measured(path, [Text(CASE, unique=True), Text("mill"), *numbers, Number(YIELD, 0, 100, optional=True)])
     if YIELD in table:
         refuse_copies(table, path, ["mill", *POSITIVE], YIELD)
