@@ -71,7 +71,7 @@ def test_locked_motions_repeat_and_chaotic_ones_do_not():
     steady = [1 + share * rng.standard_normal(4000) / collisions**0.5 for share in (0.3, 0.37)]
     assert [motion_repeats(turns, collisions) for turns in steady] == [True, False]
     # Too few turns tell nothing.
-    assert not motion_repeats(locked[:8], collisions) and motion_repeats(locked[:9], collisions)
+    assert not motion_repeats(locked[:7], collisions) and motion_repeats(locked[:8], collisions)
 
 
 def test_seeds_of_several_motions_leave_their_own_degrees_of_freedom():
