@@ -15,6 +15,7 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import yaml
 
@@ -33,6 +34,8 @@ PRECISION = "fine"
 SAMPLES = 64
 # Of each condition in the files of version 0.4 and before, which do not say so.
 SEEDS = 3
+# Fill ratios of a setting at which powers and bands are looked at.
+FILLS = 9
 
 
 def identity_of(mill: str, contact: str) -> dict[str, object]:
@@ -72,17 +75,30 @@ def simulate(folder: Path, targets: list[Path], cores: int) -> None:
     subprocess.run([sys.executable, "-m", "snakemake", *place, "--cores", str(cores), *wanted], check=True)
 
 
-def power_span(fingerprint: Fingerprint) -> tuple[float, float]:
-    """Smallest and largest power of a kilogram of balls [W/kg], at what was simulated."""
-    low, high = fingerprint.fill_range
-    found = []
+def powers_of(fingerprint: Fingerprint) -> dict[str, float]:
+    """Smallest and largest power of a kilogram of balls [W/kg], and the widest bands, where simulated and between.
+
+    wall_half_percent, part_half_percent: the largest half of a 95 % band of a new simulation over its value, of the
+    power of the walls and of its parts [%].
+    """
+    powers: list[float] = []
+    halves: dict[bool, list[float]] = {True: [], False: []}
     for speed_hz, diameter_m, charge in fingerprint.settings:
-        for fill in (low, math.sqrt(low * high), high):
-            condition = fingerprint.condition(speed_hz=speed_hz, ball_diameter_m=diameter_m, fill_ratio=fill)
+        for fill in np.geomspace(*fingerprint.fill_range, FILLS):
+            condition = fingerprint.condition(speed_hz=speed_hz, ball_diameter_m=diameter_m, fill_ratio=float(fill))
             prediction = fingerprint.predict(condition, charge=charge)
             ball_kg = condition.density_kg_m3 * math.pi / 6 * diameter_m**3
-            found.append(prediction.wall_power_W.value / (prediction.balls * ball_kg))
-    return min(found), max(found)
+            powers.append(prediction.wall_power_W.value / (prediction.balls * ball_kg))
+            for name, own in prediction.known.items():
+                if name.endswith("power_W") and own.scatter:
+                    width = own.scatter.upper - own.scatter.lower
+                    halves[name == "wall_power_W"].append(50 * width / own.value)
+    return {
+        "lowest_W_kg": min(powers),
+        "highest_W_kg": max(powers),
+        "wall_half_percent": max(halves[True]),
+        "part_half_percent": max(halves[False]),
+    }
 
 
 def refit() -> None:
@@ -98,9 +114,9 @@ def refit() -> None:
             for name, own in old.processes.items()
         }
         Fingerprint(old.about, fitted, old.further).write(place)
-    made = [(*power_span(Fingerprint.read(place)), hashlib.sha256(place.read_bytes()).hexdigest()) for place in places]
-    table["lowest_W_kg"], table["highest_W_kg"], table["sha256"] = zip(*made, strict=True)
-    write_table(table, str(ROOT / TABLE))
+    table["sha256"] = [hashlib.sha256(place.read_bytes()).hexdigest() for place in places]
+    powers = pd.DataFrame([powers_of(Fingerprint.read(place)) for place in places])
+    write_table(table.assign(**powers), str(ROOT / TABLE))
 
 
 def store(mills: dict[str, Path], kept: dict[str, dict[str, Factors]]) -> pd.DataFrame:
@@ -111,18 +127,16 @@ def store(mills: dict[str, Path], kept: dict[str, dict[str, Factors]]) -> pd.Dat
         place = ROOT / FOLDER / f"{mill}.json"
         fingerprint = Fingerprint.read(made).with_further(kept.get(mill, {}))
         fingerprint.write(place)
-        contact, (lowest, highest) = fingerprint.about["contact"], power_span(fingerprint)
+        contact = fingerprint.about["contact"]
         rows.append({
             "mill": mill,
             "contact": contact,
             "precision": PRECISION,
             **identity_of(mill, contact),
             "sha256": hashlib.sha256(place.read_bytes()).hexdigest(),
-            "lowest_W_kg": lowest,
-            "highest_W_kg": highest,
+            **powers_of(fingerprint),
         })  # fmt: skip
-    columns = read_table(str(ROOT / TABLE)).columns
-    table = pd.DataFrame(sorted(rows, key=lambda row: MILLS.index(row["mill"])))[columns]
+    table = pd.DataFrame(sorted(rows, key=lambda row: MILLS.index(row["mill"])))
     write_table(table, str(ROOT / TABLE))
     return table
 
