@@ -12,7 +12,7 @@ from millprint.provenance.lineage import read_jobs
 from millprint.run.files import whole_file
 from millprint.run.job import job
 from millprint.run.machine import commit
-from millprint.thesis.report.claims_page import Listed, gallery_page, show
+from millprint.thesis.report.gallery import Listed, gallery_page, show
 
 
 def main(figures: list[dict], results: str, config: dict, output: str) -> int:

@@ -29,7 +29,7 @@ from millprint.figures.validation_figures import plot_bed, plot_charge, plot_set
 from millprint.mill.bodies import build_bodies
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
-from millprint.thesis.report.claims_page import write_chapter
+from millprint.thesis.report.table_pages import write_chapter
 from millprint.validation.drums import slab_of_bed
 from millprint.validation.measured import measured_points, read_measurements
 from millprint.validation.setups import PREDICTED, assumption_table, setup_named

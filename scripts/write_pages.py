@@ -25,16 +25,14 @@ from millprint.thesis.claims.conclusions import (
 from millprint.thesis.claims.errata import collect_errata
 from millprint.thesis.claims.tabulate import collect_findings, count_verdicts, tabulate_claims
 from millprint.thesis.report.claims_page import (
-    Section,
     claims_page,
     front_text,
     sum_stages,
     summary_page,
-    tables_page,
     tabulate_runtimes,
     what_falls,
-    write_chapter,
 )
+from millprint.thesis.report.table_pages import Section, tables_page, write_chapter
 from millprint.thesis.surrogate.measures import told_against
 
 

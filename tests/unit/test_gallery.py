@@ -9,7 +9,7 @@ from millprint.config.errors import ConfigError
 from millprint.figures.style import DRAWN_COLUMNS, save
 from millprint.run.files import read_table
 from millprint.run.outputs import captioned
-from millprint.thesis.report.claims_page import first_sentence, render_caption
+from millprint.thesis.report.gallery import first_sentence, render_caption
 
 CONFIG = {"name": "made", "results": "results"}
 

@@ -36,7 +36,7 @@ from millprint.config.setup_models import setup_cases
 from millprint.config.sweep import Case, balls_of, expand_sweep
 from millprint.config.view import ViewConfig
 from millprint.config.workflow import WorkflowConfig
-from millprint.dem.lammps.support import lammps_resources
+from millprint.dem.lammps.cost import lammps_resources
 from millprint.dem.resources import Resources, resources_of
 
 # Turns of an animation and frames per turn; it has the seed of the first simulation.

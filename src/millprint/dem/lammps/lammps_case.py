@@ -24,6 +24,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.config.workflow import EngineConfig
 from millprint.dem.collisions import mean_of_turns, relative_error
+from millprint.dem.lammps.cost import rank_step_s
 from millprint.dem.lammps.input import (
     BALLS,
     CONTACT_NAMES,
@@ -41,7 +42,7 @@ from millprint.dem.lammps.input import (
     input_text,
     tracks_contacts,
 )
-from millprint.dem.lammps.support import check_case, program, rank_step_s
+from millprint.dem.lammps.support import check_case, program
 from millprint.dem.run import described, finite
 from millprint.dem.simulation import Simulation
 from millprint.dem.store import put, put_geometry
