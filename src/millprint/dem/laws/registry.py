@@ -2,10 +2,13 @@
 
 from importlib import import_module
 
-from millprint.config.contact_set import CONTACT_LAWS, ContactConfig
+from millprint.config import contact_set
+from millprint.config.contact_set import ContactConfig
 from millprint.dem.laws.record import ContactLaw
 
-LAWS: dict[str, ContactLaw] = {kind: import_module(f"millprint.dem.laws.{kind}").LAW for kind in CONTACT_LAWS}
+LAWS: dict[str, ContactLaw] = {
+    kind: import_module(f"millprint.dem.laws.{kind}").LAW for kind in contact_set.CONTACT_LAWS
+}
 
 
 def law_of(contact: ContactConfig) -> ContactLaw:
