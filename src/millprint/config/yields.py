@@ -378,7 +378,7 @@ class HeldOutConfig(SearchConfig):
     """folds of the nested cross-validation"""
     outer_repeats: Count = 20
     """repeats of the nested cross-validation, each shuffled differently"""
-    orders: Count = 20
+    orders: Count = 5
     """orders of the rows over which leave-one-out is averaged: they decide the inner folds of a search"""
     random_splits: Count = 20
     """random splits of the size of the locked one"""
