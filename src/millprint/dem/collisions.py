@@ -29,8 +29,8 @@ from millprint.mill.kernel_columns import names_of
 from millprint.observables.condition import Condition, energy_scale
 
 FEWEST_BLOCKS = 8
-# A motion repeats if turns a period apart differ by less than this fraction of the spread of independent collisions, in
-# so many pairs at least, which the eight turns of a window have.
+# A motion repeats if turns a period apart differ by less than ALIKE of the spread of independent collisions, in seven
+# pairs at least, which the eight turns of a window have.
 LONGEST_PERIOD, FEWEST_PAIRS, ALIKE = 4, 7, 1 / 3
 # Normal dissipation of a ball in a turn over rho omega^2 A^2 d^3 of one hit by 1 % of the wall's speed.
 LEAST_HIT = 1e-3
