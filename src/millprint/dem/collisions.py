@@ -98,7 +98,7 @@ def motion_repeats(energies: Sequence[float], collisions: float) -> bool:
 
 
 def scale_of_hits(run: Mapping[str, Any]) -> float:
-    """rho omega^2 A^2 d^3 of all balls [J]; run: a summary, or what `dem.summary.described` has of it."""
+    """rho omega^2 A^2 d^3 of all balls [J]; run: a summary, or what `dem.run.described` has of it."""
     own = {name: run[name] for name in ("ball_diameter_m", "density_kg_m3", "amplitude_m")}
     condition = Condition(fill_ratio=run["case"]["fill_ratio"], speed_hz=run["frequency_hz"], **own)
     return run["balls"] * energy_scale(condition)

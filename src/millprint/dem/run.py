@@ -101,7 +101,7 @@ def largest_overlap(table: pd.DataFrame, radius_m: np.ndarray) -> float:
 def described(simulation: Simulation) -> dict:
     """What a simulation is of: its case, balls, contact parameters, mill, step and window.
 
-    Of a coefficient that depends on the speed of the hit it has the value at the nominal speed (config.over_speed).
+    Of a coefficient that depends on the speed of the hit it has the value at the nominal speed (config.contact_set).
     """
     case, contact = simulation.case, simulation.contact.at_speed(NOMINAL_SPEED_M_S)
     window, frequency = simulation.window_s, simulation.frequency_hz

@@ -67,7 +67,7 @@ class Candidates(NamedTuple):
 class Contacts(NamedTuple):
     """Open contacts. Each keeps its lane, and in it its history, until the lists are rebuilt."""
 
-    lanes: np.ndarray  # (blocks, width * LANES) layout.LaneColumns, see dem.lanes
+    lanes: np.ndarray  # (blocks, width * LANES) layout.LaneColumns, see dem.law
     present: np.ndarray  # (GROUP, width * LANES) layout.PresentColumns
     ball: np.ndarray  # (c,) the first partner
     partner: np.ndarray  # (c,) the second one: a ball, or -1 - feature

@@ -348,7 +348,7 @@ def _written(simulation: Simulation, schedule: Schedule, place: Path, log: Lammp
 def summarise(
     simulation: Simulation, series: pd.DataFrame, contacts: pd.DataFrame | None, log: LammpsLog, schedule: Schedule
 ) -> dict:
-    """The summary of a run in the columns of `dem.summary`; `absent` names what LAMMPS does not give."""
+    """The summary of a run in the columns of `dem.run`; `absent` names what LAMMPS does not give."""
     window, frequency = simulation.window_s, simulation.frequency_hz
     first, last = series.iloc[0], series.iloc[-1]
     samples = simulation.dem.ledger_samples_per_revolution
