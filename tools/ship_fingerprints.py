@@ -1,10 +1,9 @@
-"""Makes the fingerprints that come with millprint: python tools/ship_fingerprints.py FOLDER [--cores 2], or --refit.
+"""Makes the fingerprints that come with millprint: python tools/ship_fingerprints.py FOLDER [--cores 2].
 
 Simulates the sweeps of the included mills of `mills.box` at precision `fine`, and the samples of contact parameters
 of each, in FOLDER, which may already hold a part of them, and writes config/fingerprints; with --mills those of some,
 and the others stay as they are. A mill that this version has sampled before keeps the intervals of its contact
-parameters. With --refit it fits the curves of those in config/fingerprints to their own values again, without a
-simulation.
+parameters.
 """
 
 import argparse
@@ -23,7 +22,6 @@ from millprint.config.included import load_contact, load_mill
 from millprint.dem import PHYSICS
 from millprint.fingerprint.bands import Factors
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.processes import Process
 from millprint.fingerprint.readers import FOLDER, TABLE, digest_of
 from millprint.run.files import read_table, write_table
 
@@ -32,8 +30,6 @@ MILLS = ("emax", "planetary", "mixer", "spex", "vibratory", "attritor", "drum")
 PRECISION = "fine"
 # Short simulations of a mill, each with its own contact parameters, for the interval `contact`.
 SAMPLES = 64
-# Of each condition in the files of version 0.4 and before, which do not say so.
-SEEDS = 3
 # Fill ratios of a setting at which powers and bands are looked at.
 FILLS = 9
 
@@ -101,24 +97,6 @@ def powers_of(fingerprint: Fingerprint) -> dict[str, float]:
     }
 
 
-def refit() -> None:
-    """Fit the curves of the stored fingerprints to their values again."""
-    table = read_table(str(ROOT / TABLE))
-    places = [ROOT / FOLDER / f"{mill}.json" for mill in table["mill"]]
-    for place in places:
-        old = Fingerprint.read(place)
-        fitted = {
-            name: Process.fit(
-                own.inputs, own.logs, own.errors, own.components, SEEDS if own.seeds is None else own.seeds
-            )
-            for name, own in old.processes.items()
-        }
-        Fingerprint(old.about, fitted, old.further).write(place)
-    table["sha256"] = [hashlib.sha256(place.read_bytes()).hexdigest() for place in places]
-    powers = pd.DataFrame([powers_of(Fingerprint.read(place)) for place in places])
-    write_table(table.assign(**powers), str(ROOT / TABLE))
-
-
 def store(mills: dict[str, Path], kept: dict[str, dict[str, Factors]]) -> pd.DataFrame:
     """Write the fingerprints of some mills into config/fingerprints, with a table of what each was made with."""
     (ROOT / FOLDER).mkdir(exist_ok=True)
@@ -143,14 +121,10 @@ def store(mills: dict[str, Path], kept: dict[str, dict[str, Factors]]) -> pd.Dat
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path, nargs="?", help="where to simulate")
-    parser.add_argument("--refit", action="store_true", help="fit the curves again, without a simulation")
+    parser.add_argument("folder", type=Path, help="where to simulate")
     parser.add_argument("--mills", nargs="+", choices=MILLS, default=MILLS, help="which (default: all)")
     parser.add_argument("--cores", type=int, default=2, help="processors (default: %(default)s)")
     given = parser.parse_args()
-    if given.refit or given.folder is None:
-        refit()
-        sys.exit()
     kept = sampled_before(given.mills)
     made = {mill: made_in(given.folder, mill, mill not in kept) for mill in given.mills}
     simulate(given.folder, list(made.values()), given.cores)
