@@ -33,9 +33,9 @@ from millprint.thesis.claims.conclusions import (
     store,
     this_machine,
 )
-from millprint.thesis.claims.evidence import CERTAIN, NATURES
+from millprint.thesis.claims.evidence import ASSUMED, CERTAIN, NATURES
 from millprint.thesis.claims.tabulate import count_natures, read_claims
-from millprint.thesis.surrogate.measures import with_machine
+from millprint.thesis.surrogate.measures import against_baselines, told_against, with_machine
 
 DATA = Path("config/data")
 TABLE = str(DATA / "verdicts_elsewhere.tsv")
@@ -82,12 +82,23 @@ def blocks_of(root: Path) -> dict[str, str]:
     run = claims[(claims["verdict"] != OPEN) & ~claims["nature"].isin(CERTAIN)]
     decided = run["interval_verdict"].value_counts().reindex(list(VERDICTS), fill_value=0)
     held = conclusions[HOLDS].value_counts()
+    nature = claims.set_index("id")["nature"]
+    rests_on = [
+        nature[ids].value_counts().reindex(list(NATURES)).dropna().astype(int)
+        for ids in read_conclusions(root / DATA / "conclusions.tsv", claims["id"])["claims"]
+    ]
+    empty = sum(
+        word == AGREES and set(own.index) <= {*CERTAIN, *ASSUMED}
+        for word, own in zip(conclusions[HOLDS], rests_on, strict=True)
+    )
     told = ", ".join(f"{words} ({held[word]})" for word, words in HOLDINGS.items() if word in held)
     numbers = (
         f"It judges {count_natures(claims)}. {len(conclusions)} conclusions rest on them. By the newest whole run that "
-        f"is stored ({place}), they {told}. Of {len(run)} claims of that run that are not arithmetic, "
-        f"{(run['verdict'] == AGREES).sum()} agree by their value; of {decided.sum()} with an interval, "
-        f"{decided[AGREES]} agree by it, {decided[DIFFERS]} differ, and {decided[OPEN]} are open."
+        f"is stored ({place}), they {told}. Of those that hold, {empty} rest on nothing but arithmetic on printed "
+        f"numbers, and {held[AGREES] - empty} on simulations or trainings too. Of {len(run)} claims of "
+        f"that run that are not arithmetic, {(run['verdict'] == AGREES).sum()} agree by their value; of "
+        f"{decided.sum()} with an interval, {decided[AGREES]} agree by it, {decided[DIFFERS]} differ, and "
+        f"{decided[OPEN]} are open."
     )
     meanings = [(f"`{name}`", words, natures[name]) for name, words in NATURES.items()]
     judged = [
@@ -95,24 +106,33 @@ def blocks_of(root: Path) -> dict[str, str]:
             f"{row.chapter.removeprefix('chapter ')}: {row.conclusion}",
             getattr(row, OURS),
             getattr(row, HOLDS),
+            ", ".join(f"{number} {name.replace('_', ' ')}" for name, number in own.items()),
             "; ".join(in_prose(name, claims) for name in filter(None, row.against.split(", "))),
         )
-        for row in conclusions.itertuples()
+        for row, own in zip(conclusions.itertuples(), rests_on, strict=True)
     ]
-    table = _table(["conclusion", "our number", "it holds", "ours for theirs, where it differs"], judged)
+    head = ["conclusion", "our number", "it holds", "claims under it", "ours for theirs, where it differs"]
+    processor = place.partition(",")[0]
+    against = told_against(against_baselines(longest_rollouts(root, processor), "thesis"))
     return {
+        "networks": textwrap.fill(against, 120),
         "numbers": textwrap.fill(numbers, 120),
         "natures": _table(["nature", "how its value comes about", "claims"], meanings),
-        "conclusions": f"Of the run {place}:\n\n{table}",
-        "surrogate": surrogate_tables(root, place.partition(",")[0]),
+        "conclusions": f"Of the run {place}:\n\n{_table(head, judged)}",
+        "surrogate": surrogate_tables(root, processor),
     }
 
 
-def surrogate_tables(root: Path, processor: str) -> str:
-    """What the networks and their baselines were off by on a processor, over the longest roll-outs: three tables."""
+def longest_rollouts(root: Path, processor: str) -> pd.DataFrame:
+    """What the networks and their baselines were off by on a processor, over the longest roll-outs."""
     own = read_table(root / BASELINES)
     own = own[own["measured_on"] == processor]
-    own = own[own["length_s"] == own["length_s"].max()]
+    return own[own["length_s"] == own["length_s"].max()]
+
+
+def surrogate_tables(root: Path, processor: str) -> str:
+    """The longest roll-outs of networks and baselines in three tables."""
+    own = longest_rollouts(root, processor)
     printed = own.groupby("test")["thesis_percent"].first()
 
     def table(column: str, last: dict[str, str] | None = None) -> str:

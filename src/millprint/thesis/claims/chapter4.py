@@ -73,7 +73,9 @@ def gain_by_mass(evidence: Evidence, case: str) -> Finding:
 def gain_of_shear_at_equal_power(evidence: Evidence) -> Finding:
     """Sec. 4.3.1: specific yield of the tangential over the normal case at equal power."""
     specific = _specific(evidence)
-    return Finding(change_percent(specific["power.normal"], specific[EQUAL_POWER]), "from Table 4.4")
+    tables = specific, specific.round(3)
+    exact, rounded = (change_percent(table["power.normal"], table[EQUAL_POWER]) for table in tables)
+    return Finding(rounded, f"of rounded entries; {exact:.1f} % unrounded")
 
 
 @claim("4.text.times_reference")
