@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.stats import f as f_distribution
-from scipy.stats import ncf
+from scipy.stats import ncf, norm
 
 from millprint.config.doe import DoeConfig
 from millprint.config.errors import ConfigError
@@ -14,6 +14,7 @@ from millprint.thesis.doe.residuals import (
     lack_of_fit_table,
     pure_error,
     residual_checks,
+    residual_table,
 )
 from millprint.thesis.doe.variance import (
     corrected_table,
@@ -130,6 +131,30 @@ def test_lack_of_fit_from_replicates_has_its_closed_form():
     assert first["p_value"] == pytest.approx(f_distribution.sf(statistic, left, 27))
     # The planted interaction is not in the model.
     assert first["p_value"] < 1e-6
+
+
+def test_residuals_are_those_of_a_fit_without_the_run(runs):
+    """A run that alone has a level fixes a parameter: the model goes through it, and says nothing of its error."""
+    small = settings(model=["A", "B", "C", "D"])
+    own = runs.assign(A=[2, *(place % 2 for place in range(len(runs) - 1))])
+    fit = fit_factors(small, own)
+    table, design, yields = residual_table(own, fit), fit.model.exog, own["yield_percent"].to_numpy()
+    free, variance = len(yields) - design.shape[1], np.square(table["residual_percent"]).sum()
+    assert table.loc[0, "leverage"] == pytest.approx(1)
+    assert table.loc[0, ["studentised", "studentised_external", "cooks_distance"]].isna().all()
+    for place in range(1, len(yields)):
+        others, row = np.arange(len(yields)) != place, table.loc[place]
+        without = np.linalg.lstsq(design[others], yields[others])[0]
+        error = yields[place] - design[place] @ without
+        rest = np.square(yields[others] - design[others] @ without).sum() / (free - 1)
+        share = row["residual_percent"] / error
+        assert row["leverage"] == pytest.approx(1 - share)
+        assert row["studentised"] == pytest.approx(row["residual_percent"] / np.sqrt(variance / free * share))
+        assert row["studentised_external"] == pytest.approx(error * np.sqrt(share / rest))
+        moved = np.square(table["fitted_percent"] - design @ without).sum()
+        assert row["cooks_distance"] == pytest.approx(moved / design.shape[1] / (variance / free))
+    # Blom: the largest of 27 lies at (27 - 3/8) / (27 + 1/4) of the normal distribution.
+    assert table["normal_quantile"].max() == pytest.approx(norm.ppf(26.625 / 27.25))
 
 
 SEEN_BY = {

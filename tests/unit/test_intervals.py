@@ -199,6 +199,15 @@ def test_drawn_runs_keep_what_belongs_together():
             assert total == pytest.approx(factor * earlier["mean_normal_J"] * earlier["frequency_hz"])
 
 
+@pytest.mark.parametrize(("counts", "spread"), [((1000, 1000), 1), ((900, 1100), 20)])
+def test_drawn_counts_scatter_as_chance_and_their_seeds_do(counts, spread):
+    rng, own = np.random.default_rng(7), summaries(counts)
+    drawn = [redraw(own, rng)[0]["collisions"][0]["count"] for _ in range(400)]
+    # Of 400 draws, a standard deviation is known within 3.5 %.
+    assert np.std(np.log(drawn)) == pytest.approx((spread / counts[0]) ** 0.5, rel=0.15)
+    assert np.median(drawn) == pytest.approx(counts[0], rel=0.03)
+
+
 def measures(error: float) -> pd.DataFrame:
     ran_away = error > 1e3
     names = {"dissipation_error_percent": error, "one_step_dissipation_bias_percent": 1.0}

@@ -50,15 +50,13 @@ def residual_table(runs: pd.DataFrame, fit: RegressionResultsWrapper) -> pd.Data
     Residuals are in per cent of yield. Studentised values are empty if the leverage is 1: the model then goes through
     the run, for any yield. The table has a column run_order if the runs have one.
     """
-    influence = fit.get_influence()
-    leverage = influence.hat_matrix_diag
+    leverage = fit.get_influence().hat_matrix_diag
     order = rankdata(fit.resid)
     # Blom's plotting positions.
     quantile = normal_quantile((order - 0.375) / (len(order) + 0.25))
-
-    def where_free(values: np.ndarray) -> np.ndarray:
-        return np.where(leverage < FULL_LEVERAGE, values, np.nan)
-
+    # The share of an error that the fit leaves; statsmodels would divide by 0, and fit the model again for each run.
+    left = np.where(leverage < FULL_LEVERAGE, 1 - leverage, np.nan)
+    studentised, free = fit.resid.to_numpy() / np.sqrt(fit.scale * left), fit.df_resid
     return pd.DataFrame(
         {
             "case": runs["case"].to_numpy(),
@@ -66,9 +64,9 @@ def residual_table(runs: pd.DataFrame, fit: RegressionResultsWrapper) -> pd.Data
             "fitted_percent": 100 * fit.fittedvalues.to_numpy(),
             "residual_percent": 100 * fit.resid.to_numpy(),
             "leverage": leverage,
-            "studentised": where_free(influence.resid_studentized_internal),
-            "studentised_external": where_free(influence.resid_studentized_external),
-            "cooks_distance": where_free(influence.cooks_distance[0]),
+            "studentised": studentised,
+            "studentised_external": studentised * np.sqrt((free - 1) / (free - studentised**2)),
+            "cooks_distance": studentised**2 * leverage / left / fit.model.exog.shape[1],
             "normal_quantile": quantile,
             **({RUN_ORDER: runs[RUN_ORDER].to_numpy()} if RUN_ORDER in runs else {}),
         }
