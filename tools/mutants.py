@@ -14,6 +14,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -150,7 +151,8 @@ def main() -> int:
     parser.add_argument("parts", nargs="+", choices=PARTS, help="parts of the library")
     parser.add_argument("--count", type=int, default=20, help="number of mutants of each part")
     parser.add_argument("--seed", type=int, default=0, help="of the draw")
-    given, folder, counts = parser.parse_args(), Path(tempfile.mkdtemp(prefix="mutants")), [0, 0]
+    given, folder = parser.parse_args(), Path(tempfile.mkdtemp(prefix="mutants"))
+    tried, survived = Counter[str](), Counter[str]()
     for name in subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split(
         "\n"
     ):
@@ -174,10 +176,12 @@ def main() -> int:
             os.utime(mutant.file, (10_000 + number,) * 2)
             survives = passes(folder, tests)
             mutant.file.write_bytes(content)
-            counts[survives] += 1
+            tried[part] += 1
+            survived[part] += survives
             if survives:
                 print(f"  {mutant.file.relative_to(folder / 'src/millprint')}:{mutant.line}: {text}", flush=True)
-    print(f"{counts[True]} of {sum(counts)} mutants survive")
+        print(f"  {survived[part]} of {tried[part]} survive", flush=True)
+    print(f"{survived.total()} of {tried.total()} mutants survive")
     return 0
 
 
