@@ -1,7 +1,8 @@
 """Changes the code in one place at a time, and lists the changes that no test notices: python tools/mutants.py dose.
 
-Each mutant has another operator, constant, comparison or function (`mutations`) in a copy of the project. Its tests run
-in a fork of this process, which has imported the libraries: the fast ones first, and the slow ones if these pass.
+Each mutant has another operator, constant, comparison or function (`mutations`) in a copy of the project. Of the tests
+of its part, those files run that call its function, in a fork of this process, which has imported the libraries: the
+fast ones first, and the slow ones if these pass.
 """
 
 import argparse
@@ -14,7 +15,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -62,9 +63,10 @@ LONGEST_S = 240
 
 
 class Mutant(NamedTuple):
-    """Bytes of a file, from `start` to `end`, and what takes their place."""
+    """Bytes of a file, from `start` to `end`, and what takes their place; within: where its function begins, or 0."""
 
     file: Path
+    within: int
     line: int
     start: int
     end: int
@@ -89,7 +91,7 @@ def mutations(file: Path) -> Iterator[Mutant]:
     def between(one: Any, other: Any, old: str, new: str) -> Iterator[Mutant]:
         low, high = at(one)[1], at(other)[0]
         place = content.find(old.encode(), low, high)
-        yield Mutant(file, one.end_lineno, place, place + len(old), new.encode())
+        yield Mutant(file, within[-1], one.end_lineno, place, place + len(old), new.encode())
 
     def visit(node: Any) -> Iterator[Mutant]:
         if isinstance(node, LEFT_OUT) or (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)):
@@ -104,28 +106,54 @@ def mutations(file: Path) -> Iterator[Mutant]:
             yield from between(node.left, node.comparators[0], *COMPARED[type(node.ops[0])])
         elif isinstance(node, ast.Constant) and type(value := node.value) in (int, float):
             new: Any = value + 1 if isinstance(value, int) else float(repr(value)) * 1.5 or 1.0
-            yield Mutant(file, node.lineno, *at(node), repr(new).encode())
+            yield Mutant(file, within[-1], node.lineno, *at(node), repr(new).encode())
         elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.Not):
             start = at(node)[0]
-            yield Mutant(file, node.lineno, start, start + (1 if isinstance(node.op, ast.USub) else 4), b"")
+            yield Mutant(file, within[-1], node.lineno, start, start + (1 if isinstance(node.op, ast.USub) else 4), b"")
         elif isinstance(node, ast.Call):
             name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
             if name in CALLED and (CALLED[name] or node.args):
                 stop = at(node.func)[1]
                 start = stop - len(name) if CALLED[name] else at(node.func)[0]
-                yield Mutant(file, node.lineno, start, stop, CALLED[name].encode())
+                yield Mutant(file, within[-1], node.lineno, start, stop, CALLED[name].encode())
+        if is_function := isinstance(node, ast.FunctionDef):
+            within.append(min(each.lineno for each in (node, *node.decorator_list)))
         skipped = [getattr(node, name, None) for name in ("annotation", "returns", "decorator_list")]
         for name, inner in ast.iter_fields(node):
             if inner not in skipped or name == "body":
                 for child in inner if isinstance(inner, list) else [inner]:
                     if isinstance(child, ast.AST):
                         yield from visit(child)
+        del within[len(within) - is_function :]
 
+    within = [0]
     yield from visit(ast.parse(content))
 
 
-def passes(folder: Path, tests: list[str]) -> bool:
-    """Whether the tests pass in a copy of the project, in a process of its own."""
+class Called:
+    """Notes which functions the tests of a file call, by their file and first line, each once in a row of `path`."""
+
+    def __init__(self, folder: Path, path: Path) -> None:
+        self.library, self.path = str(folder / "src"), path
+
+    @pytest.hookimpl(hookwrapper=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
+        """Watch one test with its fixtures."""
+        found = set()
+
+        def watch(frame: Any, event: str, argument: Any) -> None:
+            if frame.f_code.co_filename.startswith(self.library):
+                found.add((frame.f_code.co_filename, frame.f_code.co_firstlineno))
+
+        sys.setprofile(watch)
+        yield
+        sys.setprofile(None)
+        with self.path.open("a") as file:
+            file.writelines(f"{item.location[0]}\t{name}\t{line}\n" for name, line in found)
+
+
+def passes(folder: Path, tests: list[str], called: Path | None = None) -> bool:
+    """Whether the tests pass in a copy of the project, in a process of its own; called: a file for `Called`."""
     for marked in ("not slow and not browser", "slow and not browser"):
         if (child := os.fork()) == 0:
             resource.setrlimit(resource.RLIMIT_CPU, (LONGEST_S, LONGEST_S))
@@ -138,7 +166,8 @@ def passes(folder: Path, tests: list[str]) -> bool:
                 contextlib.redirect_stdout(nothing),
                 contextlib.redirect_stderr(nothing),
             ):
-                os._exit(pytest.main(["-x", "-q", "-p", "no:cacheprovider", "-m", marked, *tests]))
+                watched = [Called(folder, called)] if called else []
+                os._exit(pytest.main(["-x", "-q", "-p", "no:cacheprovider", "-m", marked, *tests], watched))
         status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
         if status not in (pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED):
             return False
@@ -168,13 +197,20 @@ def main() -> int:
             each for one in files for file in sorted((folder / "src/millprint").glob(one)) for each in mutations(file)
         ]
         print(f"{part}: {len(every)} mutants, {len(tests)} files of tests", flush=True)
-        assert passes(folder, tests), f"{part}: the tests do not pass as they are"
+        called = folder / f"called_{part}"
+        assert passes(folder, tests, called), f"{part}: the tests do not pass as they are"
+        callers: dict[tuple[str, str], set[str]] = defaultdict(set)
+        for line in called.read_text().splitlines():
+            test, *function = line.split("\t")
+            callers[tuple(function)].add(test)
         for number, mutant in enumerate(random.Random(given.seed).sample(every, min(given.count, len(every)))):
             content, text = mutant.file.read_bytes(), mutant.text()
             mutant.file.write_bytes(content[: mutant.start] + mutant.new + content[mutant.end :])
             # Python compares the date of what it has compiled with that of the source, in seconds.
             os.utime(mutant.file, (10_000 + number,) * 2)
-            survives = passes(folder, tests)
+            # Compiled kernels, and what is outside of functions, are not seen to be called.
+            own = callers.get((str(mutant.file), str(mutant.within)), set(tests))
+            survives = passes(folder, sorted(own, key=tests.index))
             mutant.file.write_bytes(content)
             tried[part] += 1
             survived[part] += survives
