@@ -4,6 +4,7 @@ import json
 
 import h5py
 import numpy as np
+import pandas as pd
 import pytest
 
 from millprint.config.counting import DEFAULT_RULES
@@ -12,7 +13,8 @@ from millprint.config.included import load_contact, load_mill
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem import store
 from millprint.dem.collisions import CHANNELS
-from millprint.dem.ledger import AIM
+from millprint.dem.ledger import AIM, closure, ledger_series, ledger_summary, work_scale
+from millprint.dem.recording import SAMPLE_NAMES
 from millprint.dem.run import run_case
 from millprint.run.files import read_json
 from tests.conftest import ROOT
@@ -66,6 +68,25 @@ def test_values_of_collisions_are_rounded_evenly_and_compress_better(tmp_path):
         for name, numbers in (("all", values), ("kept", kept)):
             store.put(file, name, numbers, narrow=True)
         assert file["kept"].id.get_storage_size() < 0.8 * file["all"].id.get_storage_size()
+
+
+def test_a_ledger_adds_up_by_hand():
+    counted = {"wall_work_J": [1, 11], "normal_damping_J": [2, 4], "tangential_damping_J": [1, 2], "rolling_J": [1, 1.5]}
+    counted |= {"tangential_work_J": [3, 7], "elastic_normal_J": [0.5, 0.75], "elastic_tangential_J": [0.25, 0.5]}
+    counted |= {"kinetic_translation_J": [4, 7], "kinetic_spin_J": [1, 1.5], "potential_J": [2, 1.5]}
+    samples = pd.DataFrame({"time_s": [0, 1], **counted}).reindex(columns=SAMPLE_NAMES, fill_value=0).to_numpy(float)
+    ledger = ledger_summary(series := ledger_series(samples))
+    # Of 4 J of tangential work 1 is damping and 0.25 is in the springs.
+    assert ledger["sliding"] == pytest.approx(2.75)
+    assert (ledger["wall_work"], ledger["gravity_work"]) == (10, 0.5)
+    assert (ledger["kinetic_change"], ledger["elastic_change"]) == (3.5, 0.5)
+    # 10.5 J of work, of which 4 are stored and 2 + 1 + 2.75 + 0.5 dissipated.
+    assert ledger["imbalance"] == pytest.approx(0.25) and closure(series) == pytest.approx(0.025)
+    # Walls at rest: a tenth of what is dissipated, or of what the balls rise and fall by, whichever is more.
+    at_rest = series.assign(wall_work_J=0.0)
+    assert work_scale(at_rest) == pytest.approx(0.625)
+    assert work_scale(at_rest.assign(potential_J=[2.0, 42.0])) == pytest.approx(4.0)
+    assert closure(series * 0) == 0
 
 
 def test_the_ledger_is_a_series_finer_than_a_revolution_and_sums_to_it(files):

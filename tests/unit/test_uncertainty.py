@@ -181,6 +181,9 @@ def test_tables_and_factors_of_a_known_mill(tmp_path):
         {name: float(name == "restitution") for name in PARAMETERS}, abs=0.05
     )
     assert found.emulator["q2"].min() > 0.999
+    # What the runs say, which is also the least scatter: the function itself has none.
+    assert found.emulator["run_error"].to_numpy() == pytest.approx(1e-3)
+    assert found.emulator["scatter"].to_numpy() == pytest.approx(1e-3, rel=0.05)
     steel = found.sets.set_index(["quantity", "fill_ratio"]).loc[("Pt", 0.1)]
     assert steel["factor"] == pytest.approx(0.30 / 0.68, rel=0.01) and steel["inside"]
     write_json(found.factors.model_dump(mode="json", exclude_none=True), tmp_path / "contact.json")
