@@ -71,9 +71,10 @@ def test_values_of_collisions_are_rounded_evenly_and_compress_better(tmp_path):
 
 
 def test_a_ledger_adds_up_by_hand():
-    counted = {"wall_work_J": [1, 11], "normal_damping_J": [2, 4], "tangential_damping_J": [1, 2], "rolling_J": [1, 1.5]}
-    counted |= {"tangential_work_J": [3, 7], "elastic_normal_J": [0.5, 0.75], "elastic_tangential_J": [0.25, 0.5]}
-    counted |= {"kinetic_translation_J": [4, 7], "kinetic_spin_J": [1, 1.5], "potential_J": [2, 1.5]}
+    counted = {"wall_work_J": [1, 11], "normal_damping_J": [2, 4], "tangential_damping_J": [1, 2]}
+    counted |= {"rolling_J": [1, 1.5], "tangential_work_J": [3, 7], "elastic_normal_J": [0.5, 0.75]}
+    counted |= {"elastic_tangential_J": [0.25, 0.5], "kinetic_translation_J": [4, 7], "kinetic_spin_J": [1, 1.5]}
+    counted |= {"potential_J": [2, 1.5]}
     samples = pd.DataFrame({"time_s": [0, 1], **counted}).reindex(columns=SAMPLE_NAMES, fill_value=0).to_numpy(float)
     ledger = ledger_summary(series := ledger_series(samples))
     # Of 4 J of tangential work 1 is damping and 0.25 is in the springs.

@@ -5,7 +5,8 @@ import pandas as pd
 import pytest
 
 from millprint.config.fingerprint import DISTRIBUTIONS, PARAMETERS, MeasuredSection
-from millprint.uncertainty.samples import Draws, Emulator, Space, draw, quality, saltelli_shares, sobol_indices, variable_of
+from millprint.uncertainty import samples
+from millprint.uncertainty.samples import Emulator, Space, draw, quality, saltelli_shares, sobol_indices, variable_of
 
 # Ishigami's function with a = 7, b = 0.1, and its indices in closed form (Sobol and Levitan 1999).
 A, B = 7.0, 0.1
@@ -71,14 +72,16 @@ def test_the_interval_of_an_index_is_that_of_its_sums_and_of_the_draws():
         # Saltelli's blocks of independent numbers: all of the first, one of the last in each, all of the last.
         mixed = [np.where(np.arange(2) == place, last, first) for place in range(2)]
         logs = (np.stack([first, *mixed, last], axis=1) @ slopes).reshape(1, -1)
-        found.append(sobol_indices(Draws(names, logs), 0.95, seed))
+        found.append(sobol_indices(samples.Draws(names, logs), 0.95, seed))
     for order in ("first", "total"):
         values = np.array([each[order] for each in found])
         half = np.mean([each[f"{order}_upper"] - each[order] for each in found], axis=0)
         # The standard deviation of 60 values is known within 9 %.
         assert half == pytest.approx(1.96 * values.std(axis=0), rel=0.35)
     # Of one draw only x counts, of the other only y: indices of 0 and 1, a deviation of 0.5.
-    apart = Draws(names, np.array([(np.stack([first, *mixed, last], axis=1) @ own).ravel() for own in np.eye(2)]))
+    apart = samples.Draws(
+        names, np.array([(np.stack([first, *mixed, last], axis=1) @ own).ravel() for own in np.eye(2)])
+    )
     table = sobol_indices(apart, 0.95, 0)
     assert table["total"].to_numpy() == pytest.approx(0.5, abs=0.1)
     assert (table["total_upper"] - table["total_lower"]).to_numpy() / 2 == pytest.approx(0.98, rel=0.25)
