@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.optimize import curve_fit
+from scipy.stats import f as f_distribution
 
 from millprint.cli.commands import main as millprint
 from millprint.config.errors import ConfigError
@@ -150,6 +152,16 @@ def test_the_worth_of_shear_is_found_within_its_interval(monkeypatch, worth):
     found = shear_worth(runs)
     assert found.lower < worth < found.upper and found.lower < found.worth < found.upper
     assert found.upper / found.lower < 2 and (found.gain_aicc > 0) == (worth != 1)
+    # At both ends the sum of squares is S_min (1 + F / (N - p)), by scipy's fit of k and n, with w the third of p.
+    least, *ends = (_squares_left(normal + own * tangential, yields) for own in (found.worth, found.lower, found.upper))
+    assert found.law == "Avrami"
+    assert ends == pytest.approx(2 * [least * (1 + f_distribution.ppf(0.95, 1, 21) / 21)], rel=0.01)
+
+
+def _squares_left(dose: np.ndarray, yields: np.ndarray) -> float:
+    reduced = dose / dose.mean()
+    found, _ = curve_fit(lambda x, rate, order: 100 * (1 - np.exp(-((rate * x) ** order))), reduced, yields, (0.6, 1.2))
+    return float(np.sum((yields - 100 * (1 - np.exp(-((found[0] * reduced) ** found[1])))) ** 2))
 
 
 OWN = pd.DataFrame({"case": ["a", "b"], "mill": "emax", "powder_mass_g": [2.0, 4.0], "time_h": [1.0, 2.0]})

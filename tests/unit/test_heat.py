@@ -158,7 +158,11 @@ def test_shares_of_samples_are_by_hand(monkeypatch):
     row = heat_tables(SETTINGS, "spex", [SOURCE], times=5).limits.iloc[0]
     assert (row["no_pause_share"], row["interval_too_long_share"]) == (0.5, 0.125)
     assert row["pause_needed_min_median"] == 0 and row["pause_needed_min_upper"] == np.inf
-    assert 0 <= row["over_limit_share"] <= 1 and row["total_W"] == POWER_W.sum()
+    assert row["total_W"] == POWER_W.sum()
+    # Half of 16 samples are over their median.
+    limit = {"body": "balls", "temperature_degC": row["balls_peak_degC_median"]}
+    half = heat_tables(HeatConfig(samples=16, limit=limit), "spex", [SOURCE], times=5).limits.iloc[0]
+    assert half["over_limit_share"] == 0.5
 
 
 def test_more_cooling_and_more_pauses_make_it_colder(monkeypatch):

@@ -147,6 +147,8 @@ def test_cross_intervals_are_the_order_statistics_of_the_paper():
     centres = np.full((4, 1), 50.0)
     # a (n + 1) = 0.4 * 5 = 2 and 0.6 * 5 = 3: the second smallest lower, the third smallest upper candidate.
     assert cross_intervals(centres, residuals, [0.6])[0, 0].tolist() == [47.0, 53.0]
+    # a (n + 1) = 1 and 0.8 * 5 = 4: the smallest and the largest.
+    assert cross_intervals(centres, residuals, [0.8])[0, 0].tolist() == [46.0, 54.0]
     # Four rows are too few for 95 %: the interval is all possible yields.
     assert cross_intervals(centres, residuals, [0.95])[0, 0].tolist() == [0.0, 100.0]
 
