@@ -8,7 +8,14 @@ from millprint.dem.collisions import half_width, has_impacts, mean_of_turns, mot
 from millprint.dem.ledger import closure
 from millprint.dem.run import is_certain
 from millprint.estimate.estimates import factor_of
-from millprint.fingerprint.descriptors import MOTIONS, lasting_motions, said_of, tabulate_descriptors, variance_of_run
+from millprint.fingerprint.descriptors import (
+    MOTIONS,
+    lasting_motions,
+    motion_of,
+    said_of,
+    tabulate_descriptors,
+    variance_of_run,
+)
 from millprint.fingerprint.model import Fingerprint
 from tests.refusals import truths
 from tests.unit.synthetic_mill import VOLUME, summary
@@ -28,6 +35,9 @@ def test_the_error_of_independent_turns_is_their_deviation_over_the_root_of_thei
     known = mean_of_turns(values)
     assert known.error == pytest.approx(values.std(ddof=1) / np.sqrt(12)) and known.freedom == 11
     assert known.independent == pytest.approx(12)
+    # Pairs that agree: of eight means of +1 and -1 the variance is 8/7 and the error's square 1/7, of sixteen turns 1/15.
+    known = mean_of_turns(10 + np.repeat([1.0, -1.0] * 4, 2))
+    assert known == (pytest.approx(7**-0.5), 7, pytest.approx(16 * 7 / 15))
     assert mean_of_turns([1.0]) is None and relative_error([1.0] * 7) == np.inf
 
 
@@ -114,6 +124,7 @@ def test_the_error_of_several_seeds_contains_their_spread_and_the_motion_is_said
     (short,) = [summary(0.10)]
     short["per_revolution"] = {name: values[:3] for name, values in short["per_revolution"].items()}
     assert tabulate_descriptors([short], "gap_0_03").iloc[0]["motion"] == MOTIONS["few_turns"].word
+    assert motion_of(3, 0, 8.0, 1, False) == [MOTIONS["repeats"]] and motion_of(3, 0, 8.0, 0, False) == []
 
 
 @pytest.mark.parametrize(("powers", "error", "counts"), truths("groups_of_seeds"))
