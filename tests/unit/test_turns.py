@@ -35,7 +35,7 @@ def test_the_error_of_independent_turns_is_their_deviation_over_the_root_of_thei
     known = mean_of_turns(values)
     assert known.error == pytest.approx(values.std(ddof=1) / np.sqrt(12)) and known.freedom == 11
     assert known.independent == pytest.approx(12)
-    # Pairs that agree: of eight means of +1 and -1 the variance is 8/7 and the error's square 1/7, of sixteen turns 1/15.
+    # Pairs that agree: the square of the error is 1/7 by the eight means of +1 and -1, 1/15 by the sixteen turns.
     known = mean_of_turns(10 + np.repeat([1.0, -1.0] * 4, 2))
     assert known == (pytest.approx(7**-0.5), 7, pytest.approx(16 * 7 / 15))
     assert mean_of_turns([1.0]) is None and relative_error([1.0] * 7) == np.inf
