@@ -4,7 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.stats import f as f_distribution
-from scipy.stats import ncf, norm
+from scipy.stats import ncf, norm, shapiro
+from statsmodels.stats.diagnostic import normal_ad
+from statsmodels.stats.stattools import durbin_watson
 
 from millprint.config.doe import DoeConfig
 from millprint.config.errors import ConfigError
@@ -155,6 +157,29 @@ def test_residuals_are_those_of_a_fit_without_the_run(runs):
         assert row["cooks_distance"] == pytest.approx(moved / design.shape[1] / (variance / free))
     # Blom: the largest of 27 lies at (27 - 3/8) / (27 + 1/4) of the normal distribution.
     assert table["normal_quantile"].max() == pytest.approx(norm.ppf(26.625 / 27.25))
+
+
+def test_statistics_of_the_residuals_are_those_of_scipy_and_statsmodels(config):
+    small, codes = settings(model=["A", "B", "C", "D"]), design_table(config)
+    own = codes.assign(yield_percent=50 + np.random.default_rng(2).normal(size=27))
+    fit = fit_factors(small, own)
+    table = residual_checks(small, own, fit, 19, 0).set_index("check")
+    by_run, rest = residual_table(own, fit), fit.resid.to_numpy()
+    in_order = rest[np.argsort(own["run_order"].to_numpy())]
+    expected = {
+        "shapiro_wilk": shapiro(rest).statistic,
+        "anderson_darling": normal_ad(rest)[0],
+        "largest_studentised": by_run["studentised"].abs().max(),
+        "largest_cooks_distance": by_run["cooks_distance"].max(),
+        "durbin_watson": abs(2 - durbin_watson(in_order)),
+        "trend_over_run_order": abs(np.corrcoef(in_order, range(27))[0, 1]),
+        "largest_leverage": by_run["leverage"].max(),
+    }
+    assert table["statistic"][list(expected)].to_dict() == pytest.approx(expected)
+    assert table["p_textbook"]["shapiro_wilk"] == pytest.approx(shapiro(rest).pvalue)
+    # Of 19 sets, a share counts the runs themselves too: twentieths.
+    shares = 20 * table["p_simulated"].dropna()
+    assert len(shares) > 5 and shares.between(1, 20).all() and shares.to_numpy() == pytest.approx(shares.round())
 
 
 SEEN_BY = {

@@ -102,6 +102,12 @@ def test_emulator_finds_a_function_and_the_noise_on_it():
     assert quality(emulator.logs, emulator.left_out)["leave_one_out_error"] == pytest.approx(0.05, rel=0.25)
 
 
+def test_the_quality_of_an_emulator_by_hand():
+    # Errors of -1 and 0 where the values vary by 1 about their mean: 1 - 1 / 2, and the root of 1 / 2.
+    found = quality(np.array([0.0, 2.0]), np.array([1.0, 2.0]))
+    assert found == {"q2": pytest.approx(0.5), "leave_one_out_error": pytest.approx(0.5**0.5)}
+
+
 def test_the_noise_is_not_below_what_the_runs_state():
     space = uniform_space(["x"], 0.0, 1.0)
     places = space.places(space.design(16, seed=0))
