@@ -39,6 +39,9 @@ from millprint.thesis.yields.groups import (
 from millprint.thesis.yields.held_out import Prediction
 from millprint.thesis.yields.new_conditions import MillCurves, load_averaged, predict_conditions, training_rows
 from millprint.thesis.yields.proposals import (
+    ALL_TARGETS,
+    CHANCE,
+    IMPROVEMENT,
     STRATEGIES,
     chance,
     choose_for_learning,
@@ -189,6 +192,27 @@ def test_chance_is_drawing_without_replacement():
     generator, two = np.random.default_rng(0), chance(10, 4, 2)
     firsts = np.array([np.sort(generator.permutation(6)[:2])[0] + 1 for _ in range(20000)])
     np.testing.assert_allclose(two, [(firsts <= done).mean() for done in range(7)], atol=0.015)
+
+
+def test_runs_to_the_best_are_by_hand():
+    """Two starts of two of four runs: the search needs 3 and 4, a rule 4 and 4, chance 2 + 1 + 1 / 2."""
+    paths = {IMPROVEMENT: [np.array([20.0, 40]), np.array([30.0, 30, 40])]}
+    paths["rule"] = [np.array([20.0, 30, 40]), np.array([30.0, 30, 40])]
+    table = search_table(paths, np.array([10.0, 20, 30, 40]), 2, 0.95)
+    rows = summarise_search([table, table], [paths, paths], ["a", "b"], 0.95).set_index(["target", "strategy"])
+    # Student's quantile of one degree of freedom is 12.706, the standard error of 3 and 4 is a half.
+    one = rows.loc["a", IMPROVEMENT]
+    assert one[["mean_runs", "lower", "upper"]].tolist() == pytest.approx([3.5, 3.5 - 6.353, 3.5 + 6.353], abs=1e-3)
+    assert (one["median_runs"], one["starts"], one["conclusion"]) == (3, 2, "")
+    rule = rows.loc["a", "rule"]
+    fewer = rule[["fewer_than_search", "fewer_lower", "fewer_upper"]].tolist()
+    assert rule["mean_runs"] == 4 and fewer == pytest.approx([-0.5, -0.5 - 6.353, -0.5 + 6.353], abs=1e-3)
+    assert rule["conclusion"] == "cannot be told from the search by these starts"
+    assert rows.loc["a", CHANCE]["mean_runs"] == 3.5
+    # Over targets, each a mean over its starts, the rule always needs half a run more.
+    both = rows.loc[ALL_TARGETS, "rule"]
+    assert (both["mean_runs"], both["starts"], both["fewer_upper"]) == (4, 4, -0.5)
+    assert both["conclusion"] == "needs more runs than the search over these targets"
 
 
 def test_the_table_of_a_search_is_by_hand():
