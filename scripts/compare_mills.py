@@ -38,12 +38,11 @@ def collect(collapse: list[str], coverage: dict[str, str], output) -> pd.DataFra
 
 def request_of(settings: MatchMillsConfig, like: str, descriptors: DescriptorSet) -> MatchConfig:
     """The request of the settings, with the path of the fingerprint that the mill is to be like."""
-    keys = ("speed_rpm", "ball_diameter_mm", "fill_ratio")
-    condition = LikeConfig(fingerprint=like, **{key: getattr(settings, f"like_{key}") for key in keys})
+    condition = LikeConfig(fingerprint=like, **settings.like.model_dump(exclude={"mill"}))
     return MatchConfig(
-        targets=[TargetConfig(name=settings.like_mill, like=condition)],
+        targets=[TargetConfig(name=settings.like.mill, like=condition)],
         descriptors=descriptors,
-        **settings.model_dump(include={"speeds_rpm", "ball_diameters_mm", "ranked"}),
+        **settings.model_dump(include={"speeds_rpm", "ball_diameters_mm"}),
     )
 
 

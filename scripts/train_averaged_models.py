@@ -49,9 +49,7 @@ def collect(
     table = cases if curves is None else read_table(curves, numeric=["fill_ratio", *BASIC])
     check_region(settings.region, table, "config")
     machine = Mill(reference.density_kg_m3, reference.amplitude_m, volume)
-    known = [read_rows(path) for path in parts]
-    if settings.regimes:
-        known.append(regime_rows(cases, reference))
+    known = [*map(read_rows, parts), regime_rows(cases, reference)]
     speeds = [*settings.region.speed_rpm, *(60 * design_cases(cases, reference)["speed_hz"])]
     sizes = {*settings.region.ball_diameter_mm, 1e3 * reference.ball_diameter_m}
     if settings.experiments:

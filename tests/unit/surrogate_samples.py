@@ -112,8 +112,6 @@ def write_run(run: Trajectory, path: Path, config: dict | None = None) -> None:
 def small_recipe(width: int = 32, window: int = 4, epochs: int = 2, **training) -> Recipe:
     """The recipe of the thesis at a small size."""
     values = {
-        "huber_delta": 2,
-        "acceleration_weight": 3,
         "dissipation_weight": 1,
         "velocity_noise": 0.005,
         "epochs": epochs,

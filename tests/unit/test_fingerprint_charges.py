@@ -230,8 +230,8 @@ def test_the_large_run_has_the_charge_of_the_small_mill():
 
 @pytest.mark.parametrize(("key", "section", "words"), refusals("a_charge_that_no_sweep_has_is_refused_before_a_run"))
 def test_a_charge_that_no_sweep_has_is_refused_before_a_run(key, section, words):
-    match = {"mill": "spex", "like_mill": "bond_mill", "like_speed_rpm": 70, "like_ball_diameter_mm": "bond"}
-    match |= {"like_fill_ratio": 0.2} | section
+    like = {"mill": "bond_mill", "speed_rpm": 70, "ball_diameter_mm": "bond", "fill_ratio": 0.2}
+    match = {"mill": "spex", "like": like | section.pop("like", {})} | section
     content = {"name": "x", "mill": "spex", "contacts": ["steel"], "mills": {"box": ["spex"], "match": match}}
     line = refusal(load_workflow, content, [])
     assert line.startswith(f"configuration: mills.{key} = ") and words in line

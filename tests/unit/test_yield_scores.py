@@ -24,7 +24,7 @@ from millprint.thesis.yields.averaging import (
     permutation_p,
     permute,
 )
-from millprint.thesis.yields.estimators import JITTER, LeastSquares, gaussian_process
+from millprint.thesis.yields.estimators import JITTER, gaussian_process
 from millprint.thesis.yields.evaluation import coverage_table, paired_test, score_table, time_variance
 from millprint.thesis.yields.features import (
     LEFT_OUT,
@@ -295,29 +295,15 @@ def test_the_process_is_that_of_scikit_learn():
         np.testing.assert_allclose(slope, -known_slope, rtol=1e-9, atol=1e-9)
 
 
-def test_the_line_has_the_error_of_the_closed_form():
-    time = np.array([5.0, 5.0, 12.5, 12.5, 20.0, 20.0])
-    target = 3 * time + np.array([1.0, -1.0, 2.0, -2.0, 0.5, -0.5])
-    line = LeastSquares().fit(time[:, None], target)
-    spread = ((target - line.predict(time[:, None])) ** 2).sum() / 4
-    expected = np.sqrt(spread * (1 / 6 + (30 - time.mean()) ** 2 / ((time - time.mean()) ** 2).sum()))
-    assert line.mean_deviation(np.array([[30.0]]))[0] == pytest.approx(expected)
-
-
-@pytest.mark.parametrize("first", ["same", "linear"])
-def test_the_variance_of_the_first_step_enters_the_intervals(first):
+def test_the_variance_of_the_first_step_enters_the_intervals():
     rows, test = parts()
-    training = settings(time_model=first).training
-    steps = [GPR if first == "same" else {}, GPR]
-    model = fit_model("gpr", "two_step", steps, rows, rows["yield_percent"].to_numpy(float), training)
+    training = settings().training
+    model = fit_model("gpr", "two_step", [GPR, GPR], rows, rows["yield_percent"].to_numpy(float), training)
     far = test.assign(time_h=60.0)
     last, features = model.steps[-1], engineer(far)
     second = last.estimator.deviation(last.inputs(features))
     time = model.steps[0]
-    if first == "same":
-        own = time.estimator.deviation(time.inputs(features)) ** 2 - np.exp(time.estimator.logs[-1])
-    else:
-        own = time.estimator.mean_deviation(time.inputs(features)) ** 2
+    own = time.estimator.deviation(time.inputs(features)) ** 2 - np.exp(time.estimator.logs[-1])
     np.testing.assert_allclose(model.deviation(far) ** 2, second**2 + own)
     # Far beyond the measured times, the first step knows less than within them.
     assert (model.deviation(far) > second * 1.05).all()

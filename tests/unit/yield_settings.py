@@ -42,13 +42,13 @@ def thesis_yields() -> dict:
     return section | {"out_of_domain": str(ROOT / section["out_of_domain"])}
 
 
-def settings(**choices) -> YieldConfig:
-    """The thesis's settings with a small search, small forests, and changed `choices`."""
+def settings(**training) -> YieldConfig:
+    """The thesis's settings with a small search, small forests, and changed keys of `training`."""
     section = thesis_yields()
     section["training"]["spaces"] = {
         name: {"n_estimators": [5, 10]} for name, space in SPACES.items() if "n_estimators" in space
     }
-    section["training"]["choices"] |= choices
+    section["training"] |= training
     section["training"]["kernel_starts"] = 2
     section["search"] = SMALL
     section["evaluation"] |= {**SMALL, **SMALL_EVALUATION, "resamples": 200}

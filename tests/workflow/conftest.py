@@ -223,10 +223,7 @@ LINED = {
 }
 MATCH = {
     "mill": "lined",
-    "like_mill": "lined",
-    "like_speed_rpm": 90,
-    "like_ball_diameter_mm": "graded",
-    "like_fill_ratio": 0.17,
+    "like": {"mill": "lined", "speed_rpm": 90, "ball_diameter_mm": "graded", "fill_ratio": 0.17},
     "speeds_rpm": [90, 90],
     "ball_diameters_mm": [11, "graded"],
 }

@@ -66,9 +66,9 @@ def test_the_tumbling_mill_of_the_handbook_would_run(project):
     text = handbook.split("```yaml")[1].split("```")[0]
     (project / "config/mills/tumbler.yaml").write_text(text)
     sizes = yaml.safe_load(text)["sweep"]["ball_diameters_mm"]
-    match = {"mill": "spex", "like_mill": "tumbler", "like_speed_rpm": 60, "like_ball_diameter_mm": "graded"}
+    like = {"mill": "tumbler", "speed_rpm": 60, "ball_diameter_mm": "graded", "fill_ratio": 0.15}
     large = {"mill": "tumbler", "volume_l": 30, "ball_diameter_mm": "graded", "fill_ratio": 0.15, "speed_rpm": 45}
-    mills = {"match": {**match, "like_fill_ratio": 0.15}, "scale_up": large}
+    mills = {"match": {"mill": "spex", "like": like}, "scale_up": large}
     targets = ("fingerprint", "explorer", "match", "scale_up")
     done = run_snakemake(project, *targets, "-n", "--verbose", "--config", "mill=tumbler", f"mills={mills}")
     assert done.returncode == 0, done.stdout[-4000:]

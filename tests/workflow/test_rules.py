@@ -16,7 +16,7 @@ MADE_BEFORE = (
     "results/mills/mixer/fingerprint.json",
 )
 # What the configuration can add to a whole run.
-ADDED = ("--config", "fit={in_all: true}", "surrogate={ablations_in_all: true}")
+ADDED = ("--config", "also=[fit, ablations]")
 
 
 def asked(folder, *arguments: str) -> str:

@@ -26,10 +26,10 @@ STAGE_OUTPUTS = [
     *UNCERTAINTY_THESIS_OUTPUTS,
     *HEAT_OUTPUTS,
     # Nine more trainings, each as long as that of the variant `thesis`.
-    *(rules.tabulate_ablations.output if CONFIG.surrogate.ablations_in_all else []),
+    *(rules.tabulate_ablations.output if "ablations" in CONFIG.also else []),
     # A smoke test runs every mill of the box once; the thesis does not use them.
     *(BOX_OUTPUTS if CONFIG.mills.first_case_only else []),
-    *(VALIDATION_OUTPUTS if CONFIG.validation.in_all else []),
+    *(VALIDATION_OUTPUTS if "validation" in CONFIG.also else []),
 ]
 
 
@@ -117,8 +117,8 @@ rule write_pages:
         claims=CONFIG.data.claims,
         intervals=rules.draw_claims.output.intervals,
         by_jar=rules.draw_claims.output.by_jar,
-        verdicts=CONFIG.data.verdicts,
-        conclusions=CONFIG.data.conclusions,
+        verdicts=SOURCES.find(CONFIG.data.verdicts),
+        conclusions=SOURCES.find(CONFIG.data.conclusions),
         tables=[path for paths in SHOWN_TABLES.values() for path in paths],
     output:
         summary=shown(f"{RESULTS}/report/summary.html"),

@@ -11,7 +11,7 @@ rule tabulate_experiments:
     input:
         screening=CONFIG.data.screening,
         weighings=CONFIG.data.wear,
-        studies=CONFIG.doe.literature,
+        studies=SOURCES.find(CONFIG.doe.literature),
         yields=SOURCES.find(CONFIG.doe.literature_yields),
     output:
         design=f"{DOE}/design.tsv",

@@ -237,7 +237,7 @@ if FIT_MILL:
         *rules.measure_fit_sensitivity.output,
         *rules.tabulate_fit.output,
         # The search takes longer than the rest of the stage.
-        *(rules.fit_jar.output if CONFIG.fit.in_all else []),
+        *(rules.fit_jar.output if "fit" in CONFIG.also else []),
     ]
 
 

@@ -31,7 +31,7 @@ def identity_inside(mills, contacts, rules=()) -> dict:
 
 def shape_of(mill: str) -> list[str]:
     """The file of a fitted jar's shape, if the search of the fit is a part of the whole run."""
-    fitted = fitted_mill(CONFIG, MILLS) if CHAPTERS and CONFIG.fit.in_all else None
+    fitted = fitted_mill(CONFIG, MILLS) if CHAPTERS and "fit" in CONFIG.also else None
     if fitted is None or fitted.name != mill or CONFIG.fit.search.screening.jars < FEWEST_JARS:
         return []
     return [f"{RESULTS}/uncertainty/{fitted.name}/shape.json"]
@@ -71,11 +71,6 @@ def records_of(summaries) -> list[str]:
 def swept_summaries(contact: str) -> list[str]:
     """The summaries of the sweeps' conditions with a contact set, as for the descriptors."""
     return [f"{RESULTS}/dem/{path}/summary.json" for path, case in DESCRIBED_CASES.items() if case.contact == contact]
-
-
-def sliding_summaries() -> list[str]:
-    """The summaries of the runs whose sliding work is measured: of the weighings, and of the mills of the section."""
-    return WEAR_SUMMARIES + files_of(rows_of("MILL", *WEAR.mills))
 
 
 def explored(names) -> dict[str, list[str]]:

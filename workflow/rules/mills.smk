@@ -184,7 +184,7 @@ if CONFIG.mills.match is not None:
     rule match_mills:
         input:
             mill=predicting(CONFIG.mills.match.mill),
-            like=predicting(CONFIG.mills.match.like_mill),
+            like=predicting(CONFIG.mills.match.like.mill),
         output:
             match=f"{RESULTS}/mills/match.tsv",
         log:
@@ -194,7 +194,7 @@ if CONFIG.mills.match is not None:
             settings=CONFIG.mills.match.model_dump(mode="json"),
             descriptors=CONFIG.fingerprint.descriptors,
         message:
-            "Matching {CONFIG.mills.match.mill} to {CONFIG.mills.match.like_mill}"
+            "Matching {CONFIG.mills.match.mill} to {CONFIG.mills.match.like.mill}"
         script:
             "../../scripts/compare_mills.py"
 

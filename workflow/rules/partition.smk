@@ -72,8 +72,8 @@ WEAR_IS_ANALYSED = CONFIG.mill in CONFIG.uncertainty.mills and CONFIG.mills.cont
 rule fit_wear:
     input:
         **({"factors": f"{RESULTS}/uncertainty/{CONFIG.mill}/contact.json"} if WEAR_IS_ANALYSED else {}),
-        summaries=lambda wildcards: sliding_summaries(),
-        runs=lambda wildcards: records_of(sliding_summaries()),
+        summaries=WEAR_SUMMARIES,
+        runs=records_of(WEAR_SUMMARIES),
         weighings=CONFIG.data.wear,
         materials=WEAR.materials,
     output:

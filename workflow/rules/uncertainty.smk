@@ -36,7 +36,7 @@ rule sample_contacts:
         dem=lambda wildcards, output: settings("dem"),
         counting_rule=CONFIG.fingerprint.counting_rule,
         # The other keys do not change a simulation.
-        settings=CONFIG.uncertainty.model_dump(mode="json", exclude={"mills", "probability", "base_samples", "draws"}),
+        settings=CONFIG.uncertainty.model_dump(mode="json", exclude={"mills", "base_samples", "draws"}),
     message:
         "Simulating mill {wildcards.mill} with other contact parameters, job {wildcards.number}"
     script:

@@ -109,7 +109,7 @@ rule train_averaged_models:
         machine=YIELD_MACHINE,
         mill=dumped(MILLS[CONFIG.mill]),
         volume_m3=MILLS[CONFIG.mill].volume_ml * 1e-6,
-        proposals=CONFIG.yields.proposals.model_dump(mode="json", include={"regimes", "experiments", "region"}),
+        proposals=CONFIG.yields.proposals.model_dump(mode="json", include={"experiments", "region"}),
         averaging=yield_settings("averaging"),
     message:
         "Fitting the averaged Gaussian process on the training rows, and on every run"

@@ -74,7 +74,7 @@ def large_case(small: MillConfig, large: MillConfig, factor: float, settings: Mi
         mill=large.name, contact=settings.contact_set, **balls_of(balls),
         fill_ratio=plan.fill_ratio, speed_hz=speed_hz, seed=0, rayleigh_fraction=settings.rayleigh_fraction,
         settle_s=LARGE_SETTLE_S,
-        discard_s=LARGE_TURNS / 2 * turn_s, window_s=LARGE_TURNS / 2 * turn_s, threads=plan.cores,
+        discard_s=LARGE_TURNS / 2 * turn_s, window_s=LARGE_TURNS / 2 * turn_s,
     )  # fmt: skip
 
 

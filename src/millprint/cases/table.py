@@ -100,7 +100,7 @@ class CaseTable:
     ) -> None:
         self.config, self.mills, self.contacts, self._derived = config, dict(mills), contacts, derived
         self.experiments = {experiment.name: experiment for experiment in card_experiments(config)}
-        further = (config.mills.named, config.uncertainty.mills, config.dose.wear.mills, config.dose.heat.mills)
+        further = (config.mills.named, config.uncertainty.mills, config.dose.heat.mills)
         self._swept_mills = {config.mill, *chain.from_iterable(further)}
         self._made: dict[tuple, list[Row]] = {}
         self._by_path: dict[tuple, dict[str, Row]] = {}

@@ -53,7 +53,7 @@ def check_before_running(
     bodies = checked_bodies(mills)
     table = CaseTable(config, mills, contacts)
     # What the section of uncertainty names is checked by its own largest and smallest charges.
-    named = [config.mill, *config.mills.named, *config.dose.wear.mills, *config.dose.heat.mills]
+    named = [config.mill, *config.mills.named, *config.dose.heat.mills]
     swept = {name: list(table.cases(Why.MILL, name).values()) for name in dict.fromkeys(named)}
     carded = card_cases(table)
     settings = [*speed_settings(config, mills, swept, cases, source), *(speed for speed, _ in carded.values())]

@@ -1,7 +1,7 @@
 """The sections `calibration` (drop test and oscillating ball, thesis section 3.3) and `fit` (shape of the jar)."""
 
 import math
-from typing import Annotated, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 from pydantic import Field, model_validator
 
@@ -19,10 +19,6 @@ from millprint.config.section import (
 
 SIMULATED, MEASURED = "simulated", "measured"
 FRICTION_PAIR = ("static_friction", "rolling_friction")
-
-
-Coefficient = Annotated[float, Field(ge=1e-4, le=10)]
-Bounds = tuple[Coefficient, Coefficient]
 
 
 class DropTestConfig(Section):
@@ -98,10 +94,9 @@ class SwingConfig(Section):
     seed: ClassVar[int] = 0
     release_uncertainty_s: NonNegative = 0.02
     """largest time of the release, before or after time 0 of a track; 0 if it is known [s]"""
-    static_friction: Bounds = (0.05, 2.0)
-    """bounds of the static friction coefficient [-]"""
-    rolling_friction: Bounds = (0.002, 0.2)
-    """bounds of the rolling friction coefficient [-]"""
+    # Bounds of both coefficients in the search [-].
+    static_friction: ClassVar[tuple[float, float]] = (0.05, 2.0)
+    rolling_friction: ClassVar[tuple[float, float]] = (0.002, 0.2)
     # At least two generations of friction_fit.TOGETHER pairs in each half.
     search_simulations: int = Field(default=400, ge=64, le=5000)
     """simulations of the search: half over all, half around the best [-]"""
@@ -109,14 +104,6 @@ class SwingConfig(Section):
     """points of a profile on either side of its estimate"""
     # Further pairs (static, rolling) to show next to the fit, as in Fig. 3.3 [-].
     varied: ClassVar[tuple[tuple[float, float], ...]] = ((0.15, 0.045), (0.6, 0.045), (0.3, 0.02), (0.3, 0.09))
-
-    @model_validator(mode="after")
-    def _bounds_rise(self) -> "SwingConfig":
-        for key in ("static_friction", "rolling_friction"):
-            low, high = getattr(self, key)
-            if low >= high:
-                raise ValueError(f"{key} = [{low:g}, {high:g}]: the first must be below the second")
-        return self
 
 
 class OscillationConfig(SwingConfig):
@@ -221,8 +208,6 @@ class FitConfig(Section):
     """table of jars and counting rules that fit equally well, as the target `fit` writes it; claims of chapter 3 are
     judged by all of them
     """
-    in_all: bool = False
-    """whether the search is a part of `all`, and the shape of the jar, which follows from it, widens the intervals"""
     quick: bool = False
     """whether two jars are enough, for a test of the workflow"""
 

@@ -129,7 +129,7 @@ def check_heated_mills(config: WorkflowConfig, sources: Sources, source: str) ->
 def _mill_names(config: WorkflowConfig) -> list[str]:
     named = [name for sweep in config.sweeps for name in sweep.mills or []]
     tracked = [name for test in _experiments(config) for name in (test.mill, test.track_mill)]
-    read = [*config.uncertainty.mills, *config.dose.wear.mills, *config.dose.heat.mills]
+    read = [*config.uncertainty.mills, *config.dose.heat.mills]
     carded = [*(each.mill for each in card_experiments(config)), *config.cards.match]
     further = [*config.mills.named, *config.validation.mills, *read, *carded]
     return list(dict.fromkeys([config.mill, *named, *filter(None, tracked), *further]))

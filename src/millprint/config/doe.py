@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field, model_validator
 
-from millprint.config.section import Name, Positive, ProjectFile, Section, Seed, first_repeated
+from millprint.config.section import Name, Positive, Section, Seed, first_repeated
 
 Symbol = Annotated[str, Field(pattern=r"^[A-Z]$")]
 
@@ -244,9 +244,8 @@ class AnalysisConfig(DesignConfig):
 class DoeConfig(AnalysisConfig):
     """Settings of the doe stage."""
 
-    literature: ProjectFile
-    """table of the parameters that other groups report, from the project's root"""
-    # Table of the yields that they report, from the project's root.
+    # Tables of the parameters and of the yields that other groups report, from the project's root.
+    literature: ClassVar[str] = "config/data/literature.tsv"
     literature_yields: ClassVar[str] = "config/data/literature_yields.tsv"
     chemistry: ChemistryConfig
     gas: GasConfig = GasConfig()

@@ -11,7 +11,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from millprint.config.fingerprint import FurtherRules
-from millprint.config.section import Fraction, Name, NonNegative, Positive, ProjectFile, Section
+from millprint.config.section import Name, NonNegative, Positive, ProjectFile, Section
 
 Cooling = Literal["still_air", "moving_air", "water"]
 BodyName = Literal["balls", "powder", "jar"]
@@ -273,8 +273,8 @@ class HeatConfig(Section):
     """samples of the parameters, a Latin hypercube over their ranges"""
     # Seed of the samples.
     seed: ClassVar[int] = 0
-    probability: Fraction = 0.9
-    """probability of every band [-]"""
+    # Probability of every band [-].
+    probability: ClassVar[float] = 0.9
     programme: ProgrammeSection = ProgrammeSection()
     limit: LimitSection = LimitSection()
     powder_mass_g: Positive | None = None
@@ -330,8 +330,6 @@ class WearConfig(Section):
         default=[ChargeConfig(bpr=50, time_h=20), ChargeConfig(bpr=30, time_h=12.5)], min_length=1
     )
     """powder and time for which the wear is predicted, at every simulated condition"""
-    mills: list[Name] = []
-    """further mills whose own sweeps are simulated to predict wear"""
 
 
 class DoseConfig(Section):

@@ -44,13 +44,18 @@ SpeedRange = Annotated[list[PositiveSpeed], Field(min_length=2, max_length=2)]
 FillRange = Annotated[list[Fraction], Field(min_length=2, max_length=2)]
 
 
-class LikeConfig(ChargeSection, SpeedSection):
+class SimulatedCondition(ChargeSection, SpeedSection):
+    """A condition of a mill, by its balls, charge and speed."""
+
+    ball_diameter_mm: BallChoice
+    """ball diameter [mm], or the name of a charge of several sizes that was simulated"""
+
+
+class LikeConfig(SimulatedCondition):
     """A condition of another mill, whose descriptors are the target."""
 
     fingerprint: ProjectFile
     """fingerprint_CONTACT.json of that mill, from the project's root"""
-    ball_diameter_mm: BallChoice
-    """ball diameter [mm], or the name of a charge of several sizes that was simulated"""
 
 
 class NamedTarget(Section):
@@ -428,8 +433,8 @@ class UncertaintyConfig(Section):
     """fill ratios at which intervals are given; if left out, the fill ratios of the mill's sweep [-]"""
     rayleigh_fraction: Fraction = 0.08
     """step over the Rayleigh time of each simulation; 0.08 is 2e-6 s for 5 mm balls of a softened set [-]"""
-    probability: Fraction = 0.95
-    """probability of every interval [-]"""
+    # Probability of every interval [-].
+    probability: ClassVar[float] = 0.95
     # Seed of the design and of the draws from the emulator.
     seed: ClassVar[int] = 0
     base_samples: Annotated[int, Field(ge=16, le=4096)] = 512

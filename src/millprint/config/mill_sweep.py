@@ -21,7 +21,7 @@ from millprint.config.charge import (
 )
 from millprint.config.counting import RuleName
 from millprint.config.errors import ConfigError
-from millprint.config.fingerprint import SpeedRange
+from millprint.config.fingerprint import SimulatedCondition, SpeedRange
 from millprint.config.load import check_model
 from millprint.config.rows import read_rows
 from millprint.config.section import Fraction, Name, Positive, PositiveSpeed, ProjectFile, Section, Seed, first_repeated
@@ -181,25 +181,24 @@ class MillSweepConfig(TurnsSection):
         return self.fill_ratios or []
 
 
+class LikeMillConfig(SimulatedCondition):
+    """A condition of another mill, which is the target."""
+
+    mill: Name
+    """that mill: a file in config/mills"""
+
+
 class MatchMillsConfig(Section):
     """The conditions of one mill that come nearest to a condition of another: target `match`."""
 
     mill: Name
     """mill whose conditions are searched: a file in config/mills"""
-    like_mill: Name
-    """mill whose condition is the target: a file in config/mills"""
-    like_speed_rpm: Positive
-    """its speed [rpm]"""
-    like_ball_diameter_mm: BallChoice
-    """its balls [mm], or the name of a charge of several sizes in its sweep"""
-    like_fill_ratio: Fraction
-    """its fill ratio [-]"""
+    like: LikeMillConfig
+    """the condition of another mill"""
     speeds_rpm: SpeedRange | None = None
     """range of possible speeds [rpm]; the simulated range if left out"""
     ball_diameters_mm: Annotated[list[BallChoice], Field(min_length=1)] | None = None
     """available balls [mm], and names of charges in the mill's sweep; the simulated ones if left out"""
-    ranked: Annotated[int, Field(ge=1, le=1000)] = 10
-    """conditions to list"""
 
 
 class ScaleUpConfig(Section):
@@ -217,8 +216,6 @@ class ScaleUpConfig(Section):
     """speed of the small mill [rpm]"""
     # Revolutions for which the cost is estimated [-].
     revolutions: ClassVar[float] = 10.0
-    cores: Annotated[int, Field(ge=1)] = 1
-    """threads of the large run"""
 
 
 class MillsConfig(Section):
@@ -282,7 +279,7 @@ class MillsConfig(Section):
     @property
     def named(self) -> list[str]:
         """Every mill that the section names."""
-        matched = [self.match.mill, self.match.like_mill] if self.match else []
+        matched = [self.match.mill, self.match.like.mill] if self.match else []
         return [*self.box, *matched, *([self.scale_up.mill] if self.scale_up else [])]
 
     @property
@@ -290,7 +287,7 @@ class MillsConfig(Section):
         """Every key that names balls of a mill: the key, the mill, and the balls as diameters [mm] or charges."""
         found: list[tuple[str, str, list[float | str]]] = []
         if own := self.match:
-            found.append(("mills.match.like_ball_diameter_mm", own.like_mill, [own.like_ball_diameter_mm]))
+            found.append(("mills.match.like.ball_diameter_mm", own.like.mill, [own.like.ball_diameter_mm]))
             found.append(("mills.match.ball_diameters_mm", own.mill, list(own.ball_diameters_mm or [])))
         if plan := self.scale_up:
             found.append(("mills.scale_up.ball_diameter_mm", plan.mill, [plan.ball_diameter_mm]))

@@ -67,10 +67,9 @@ class NetworkConfig(Section):
 class TrainingConfig(Section):
     """Loss, optimiser and budget (thesis Eqs 6.28 to 6.30 and Sec. 6.2.2)."""
 
-    huber_delta: Positive = 2.0
-    """threshold delta of the Huber loss, Eq. 6.30 [-]"""
-    acceleration_weight: NonNegative = 3.0
-    """alpha, weight of the acceleration loss, Eq. 6.28 [-]"""
+    # Threshold delta of the Huber loss, Eq. 6.30, and alpha, the weight of the acceleration loss, Eq. 6.28 [-].
+    huber_delta: ClassVar[float] = 2.0
+    acceleration_weight: ClassVar[float] = 3.0
     dissipation_weight: NonNegative = 1.0
     """weight of the dissipation loss, 1 in Eq. 6.28 [-]"""
     velocity_noise: NonNegative = 0.005
@@ -218,8 +217,6 @@ class SurrogateConfig(Section):
     """trainings of each variant, with one seed after the other; the first is shown, and all give its spread [-]"""
     ablations: dict[Name, VariantConfig] = Field({})
     """surrogates of the target `ablations`, by name"""
-    ablations_in_all: bool = False
-    """whether the ablations are a part of `all`, and so of its claims"""
     ablation_budget: VariantConfig = Field(default_factory=VariantConfig)
     """overrides for every ablation, below its own"""
     tests: dict[Name, ScenarioConfig] = Field(min_length=1)

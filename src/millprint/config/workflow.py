@@ -164,8 +164,6 @@ class ValidationConfig(Section):
     """
     quick: bool = False
     """whether set-ups that have a coarse version take it, for a test of the workflow"""
-    in_all: bool = False
-    """whether the validation is a part of `all`, and so of the report of a run with chapters"""
     measured: ProjectFile = INCLUDED
     """what others measured, with sources; or a table of your own"""
     # Power of the same mills by other DEM codes, which the figures show with ours.
@@ -250,10 +248,9 @@ class DataConfig(Section):
     """numbers and statements of the thesis, with what each is and a tolerance"""
     published: ProjectFile
     """published values shown as marks in figures"""
-    verdicts: ProjectFile = "config/data/verdicts_elsewhere.tsv"
-    """verdicts of the claims on other machines"""
-    conclusions: ProjectFile = "config/data/conclusions.tsv"
-    """each chapter's conclusions, and the claims that support them"""
+    # Verdicts of the claims on other machines; each chapter's conclusions, and the claims that support them.
+    verdicts: ClassVar[str] = "config/data/verdicts_elsewhere.tsv"
+    conclusions: ClassVar[str] = "config/data/conclusions.tsv"
 
 
 class ChapterSections(Section):
@@ -279,6 +276,10 @@ class WorkflowConfig(Section):
     """folder for all results"""
     mill: Name
     """the mill of the run: a file in config/mills"""
+    also: list[Literal["ablations", "fit", "validation"]] = []
+    """targets that are a part of `all` too: `ablations` with their claims; `fit`, the search of the jar, whose shape
+    then widens the intervals; `validation`, so that it is in the report of a run with chapters
+    """
     contacts: list[Name] = Field(default=["calibrated"], min_length=1)
     """contact sets of the run: files in config/contacts; mills have the first"""
     sweep: MillSweepConfig | None = None
@@ -328,6 +329,8 @@ class WorkflowConfig(Section):
     def _nothing_twice_and_nothing_overwritten(self) -> "WorkflowConfig":
         if twice := first_repeated(sweep.name for sweep in self.sweeps):
             raise ValueError(f"sweeps: two have the name {twice}")
+        if self.chapters is None and (own := sorted({*self.also} - {"validation"})):
+            raise ValueError(f"also: {own[0]} is a part of the thesis, whose sections are missing")
         if self.results.split("/")[0] in SOURCES:
             raise ValueError(f"results = {self.results!r}: {self.results.split('/')[0]}/ holds the project's own files")
         return self

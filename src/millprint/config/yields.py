@@ -99,7 +99,6 @@ class AveragingConfig(Section):
 TABLE_5_6 = ("linear", "gpr", "rf", "svr", "xgb")
 PRIMARY, TWO_STEP = "primary", "two_step"
 Draw = Literal["uniform", "logarithmic", "whole"]
-Interval = Annotated[list[Positive], Field(min_length=2, max_length=2)]
 
 
 class Drawn(NamedTuple):
@@ -282,8 +281,6 @@ class ProposalConfig(Section):
     """experiments for each purpose, proposed as one batch"""
     curves: Literal["published", "fingerprint"] = "published"
     """master curves for the descriptors: from data.regimes, or simulated"""
-    regimes: bool = True
-    """whether the cases of data.regimes train averaged_gpr_final too, which proposes and predicts"""
     experiments: ProjectFile | None = None
     """table of experiments that were proposed, are running or done, with your results: done ones train
     averaged_gpr_final, running ones are taken into account (ask and tell)
@@ -296,8 +293,8 @@ class ProposalConfig(Section):
     """a run for a higher yield must be expected to add at least this to those before it [pp]; what is left of `runs`
     goes to learning
     """
-    smallest_share: NonNegative = 0.005
-    """a run for learning must take at least this share of the integrated variance [-]"""
+    # A run for learning must take at least this share of the integrated variance [-].
+    smallest_share: ClassVar[float] = 0.005
     # Level of the predictive intervals [-].
     level: ClassVar[float] = 0.95
     shortlist: Count = 400
@@ -401,23 +398,6 @@ class EvaluationConfig(HeldOutConfig):
     level: ClassVar[float] = 0.95
 
 
-class Choices(Section):
-    """Choices that the thesis leaves open. The defaults come nearest to its Table 5.6."""
-
-    linear_features: list[str] = Field(default=["bpr", "molar_ratio", "time_h"], min_length=1)
-    """features of the linear baseline"""
-    length_scales: Literal["per_feature", "shared"] = "per_feature"
-    """Matern kernel with a length scale for each feature, or one for all"""
-    kernel_bounds: Interval = [1e-5, 1e5]
-    """bounds of the kernel's hyper-parameters in the marginal likelihood"""
-    time_model: Literal["same", "linear"] = "same"
-    """first step of a two-step model: the same algorithm, or a straight line"""
-    residual_weights: Literal["yield", "residual"] = "yield"
-    """the weight of Eq. 5.3, when the residual model is tuned, follows the yield or the residual"""
-    max_features: Annotated[float, Field(gt=0, le=1)] = 1.0
-    """fraction of the features available at a forest's node [-]"""
-
-
 class TrainingConfig(Section):
     """How a model is trained, whatever the budget of its search."""
 
@@ -430,7 +410,8 @@ class TrainingConfig(Section):
     """starts of the regressor gpr_starts, drawn within spaces.gpr"""
     spaces: Spaces = SPACE_BOUNDS
     """bounds [low, high] of the search in place of those of Tables 5.2 to 5.5, by regressor and hyper-parameter"""
-    choices: Choices = Choices()
+    length_scales: Literal["per_feature", "shared"] = "per_feature"
+    """Matern kernel with a length scale for each feature, or one for all: the thesis leaves it open"""
 
 
 class LibraryTrialConfig(Section):
@@ -457,8 +438,8 @@ class SourceConfig(Section):
 class OtherSourcesConfig(Section):
     """Runs of other groups or mills, to test the yield models on runs that are not ours."""
 
-    own: SourceName = "screening"
-    """name of the source of data.screening"""
+    # Name of the source of data.screening.
+    own: ClassVar[str] = "screening"
     runs: ProjectFile | None = None
     """table of the others' runs, with a column `source`; if left out, there is one source"""
     sources: list[SourceConfig] = []

@@ -254,7 +254,7 @@ def check_tables(config: ChapterSections, source: str) -> None:
     read_runs(config.data.screening, config.doe.factors, positive=["bpr", "molar_ratio"])
     read_wear(config.data.wear)
     check_claims(config)
-    read_literature(config.doe.literature)
+    read_literature(SOURCES.find(config.doe.literature))
     read_reported_yields(SOURCES.find(config.doe.literature_yields))
     check_yield_tables(config.yields, config.data.screening, config.data.split, config.doe, source)
     regimes = read_regimes(config.data.regimes)
@@ -271,8 +271,8 @@ def check_claims(config: ChapterSections) -> None:
     """Check what the claims are, what rests on them, and their verdicts on other machines."""
     columns = [Text("id", unique=True), Text("nature", list(NATURES)), Text("basis", list(BASES))]
     claims = read_measured(config.data.claims, columns)
-    read_conclusions(config.data.conclusions, claims["id"])
-    read_stored(config.data.verdicts)
+    read_conclusions(SOURCES.find(config.data.conclusions), claims["id"])
+    read_stored(SOURCES.find(config.data.verdicts))
 
 
 def check_other_sources(config: ChapterSections, regimes: pd.DataFrame, source: str) -> None:

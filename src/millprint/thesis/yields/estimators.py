@@ -6,33 +6,34 @@ to the last bit: each has the seed and the bootstrap that RandomForestRegressor 
 Gaussian processes with sums of kernels, fitted by the posterior of their hyper-parameters; and their evidence.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from sklearn.linear_model import LinearRegression
 from sklearn.tree import DecisionTreeRegressor
 from sklearn.utils import Tags
 from xgboost import Booster, QuantileDMatrix, XGBRegressor
 
-from millprint.config.yields import INPUTS, Choices, Priors, TrainingConfig
+from millprint.config.yields import INPUTS, Priors, TrainingConfig
 from millprint.estimate.gaussian_process import LINEAR, Conditioned, Covariance, Kernel, Likelihood
 
 # Added to the variance of each row, in the units of the target squared, as scikit-learn does by default.
 JITTER = 1e-10
+# Bounds of the process of the thesis in the marginal likelihood: those of scikit-learn.
+KERNEL_BOUNDS = (1e-5, 1e5)
 
 
 class GaussianProcess:
     """A process of zero mean at the largest marginal likelihood, Eq. 5.10, that is reached from some starts.
 
     Its kernel is C * Matern(nu = 1.5) + noise, Eqs 5.5 and 5.6. starts (s, p): logarithms of factor [pp2], length
-    scales [standard deviations], one for each feature or one for all, and noise [pp2]; bounds: of each of them, not as
-    logarithms. The likelihood has several maxima: from a single start its maximisation may end at a low one.
+    scales [standard deviations], one for each feature or one for all, and noise [pp2]. The likelihood has several
+    maxima: from a single start its maximisation may end at a low one.
     """
 
-    def __init__(self, starts: np.ndarray, bounds: Sequence[float]):
-        self.starts, self.bounds = starts, np.tile(np.log(bounds), (starts.shape[1], 1))
+    def __init__(self, starts: np.ndarray):
+        self.starts, self.bounds = starts, np.tile(np.log(KERNEL_BOUNDS), (starts.shape[1], 1))
 
     def fit(self, inputs: np.ndarray, target: np.ndarray) -> "GaussianProcess":
         """Fit on inputs (n, k) and a target (n,)."""
@@ -63,9 +64,9 @@ class GaussianProcess:
         return self._known.with_deviation(inputs)[1]
 
 
-def start_of(parameters: Mapping[str, float], columns: int, choices: Choices) -> np.ndarray:
+def start_of(parameters: Mapping[str, float], columns: int, length_scales: str) -> np.ndarray:
     """Where a maximisation starts: logarithms of the parameters of Table 5.2; columns: number of features."""
-    count = 1 if choices.length_scales == "shared" else columns
+    count = 1 if length_scales == "shared" else columns
     return np.log([parameters["constant"], *[parameters["length_scale"]] * count, parameters["noise"]])
 
 
@@ -83,25 +84,8 @@ def gaussian_process(parameters: dict[str, float], columns: int, training: Train
             for _ in range(training.kernel_starts)
         ]
     )
-    starts = [start_of(each, columns, training.choices) for each in chosen]
-    return GaussianProcess(np.array(starts), training.choices.kernel_bounds)
-
-
-class LeastSquares(LinearRegression):
-    """scikit-learn's least squares, with the covariance of its line."""
-
-    def fit(self, X: np.ndarray, y: np.ndarray, sample_weight: None = None) -> "LeastSquares":
-        """Fit on inputs (n, k) and a target (n,)."""
-        super().fit(X, y)
-        design = np.column_stack([np.ones(len(X)), X])
-        errors = y - self.predict(X)
-        self.covariance_ = np.linalg.pinv(design.T @ design) * (errors @ errors) / max(len(X) - design.shape[1], 1)
-        return self
-
-    def mean_deviation(self, inputs: np.ndarray) -> np.ndarray:
-        """Standard deviation (m,) of the line at inputs (m, k), without the scatter of a measurement."""
-        design = np.column_stack([np.ones(len(inputs)), inputs])
-        return np.sqrt(np.einsum("ij,jk,ik->i", design, self.covariance_, design))
+    starts = [start_of(each, columns, training.length_scales) for each in chosen]
+    return GaussianProcess(np.array(starts))
 
 
 LARGEST_SEED = np.iinfo(np.int32).max
@@ -119,12 +103,11 @@ class OneTree(DecisionTreeRegressor):
 class Trees:
     """The trees of scikit-learn's RandomForestRegressor for some rows, grown one by one.
 
-    inputs (n, k), target (n,) [pp]; max_features: the share of the features that every node sees; count: the largest
-    number of trees.
+    Every node sees all features. inputs (n, k), target (n,) [pp]; count: the largest number of trees.
     """
 
-    def __init__(self, inputs: np.ndarray, target: np.ndarray, max_features: float, seed: int, count: int):
-        self._inputs, self._max_features = single(inputs), max_features
+    def __init__(self, inputs: np.ndarray, target: np.ndarray, seed: int, count: int):
+        self._inputs = single(inputs)
         self._target = np.ascontiguousarray(target, dtype=float)[:, None]
         generator = np.random.RandomState(seed)
         self._seeds = [generator.randint(LARGEST_SEED) for _ in range(count)]
@@ -144,7 +127,6 @@ class Trees:
             max_depth=depth,
             min_samples_split=split,
             min_samples_leaf=leaf,
-            max_features=self._max_features,
             random_state=self._generator,
         )
         return tree.fit(self._inputs, self._target, self._bootstraps[index], check_input=False)
@@ -163,13 +145,12 @@ class Forest:
     max_depth: int
     min_samples_split: int = 2
     min_samples_leaf: int = 1
-    max_features: float = 1.0
     seed: int = 0
     trees: list[DecisionTreeRegressor] = field(init=False, default_factory=list)
 
     def fit(self, inputs: np.ndarray, target: np.ndarray) -> "Forest":
         """Fit on inputs (n, k) and a target (n,)."""
-        trees = Trees(inputs, target, self.max_features, self.seed, self.n_estimators)
+        trees = Trees(inputs, target, self.seed, self.n_estimators)
         shape = (self.max_depth, self.min_samples_split, self.min_samples_leaf)
         self.trees = [trees.grow(index, *shape) for index in range(self.n_estimators)]
         return self

@@ -21,7 +21,7 @@ from millprint.observables.definitions import BASIC, descriptors_of, scaled_quan
 from millprint.run.tables import CASE, Number, Text, read_measured, refuse_copies, refuse_rows, refuse_shares
 from millprint.thesis.doe.chemistry import hydrogen_released, molar_mass, reactant_masses
 from millprint.thesis.doe.factorial_designs import PERCENT_YIELD, YIELD, read_runs
-from millprint.thesis.yields.features import CHEMICAL, CONDITIONS, FEATURES, FREQUENCY, NORMAL, TANGENTIAL
+from millprint.thesis.yields.features import CHEMICAL, CONDITIONS, FREQUENCY, NORMAL, TANGENTIAL
 
 ROLES = ("train", "test")
 
@@ -72,12 +72,6 @@ def check_yield_tables(settings: YieldConfig, screening: str, split: str, design
     """Raise ConfigError, in one line, for the first setting or table entry with which a job would fail."""
     train, test = read_parts(screening, split, design.factors)
     read_rows(settings.out_of_domain, asked=True)
-    for name in settings.training.choices.linear_features:
-        if name not in FEATURES:
-            known = ", ".join(FEATURES)
-            raise ConfigError(
-                f"{source}: yields.training.choices.linear_features = {name!r}: no feature; known: {known}"
-            )
     runs = len(train) + len(test)
     evaluation = settings.evaluation
     smallest = min(len(train), runs - int(np.ceil(runs / evaluation.outer_folds)))

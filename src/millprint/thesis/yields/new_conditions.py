@@ -49,7 +49,7 @@ from millprint.thesis.yields.held_out import CV_PLUS, cross_validated_intervals,
 from millprint.thesis.yields.regressors import regressor
 from millprint.thesis.yields.yield_model import Plan, SearchResult, Step, YieldModel, fit_in_turn
 
-FORMAT, AVERAGED_FORMAT = "millprint yield model 1", "millprint averaged yield model 1"
+FORMAT, AVERAGED_FORMAT = "millprint yield model 2", "millprint averaged yield model 1"
 # Largest difference between the predictions of a stored model and those in its file [pp].
 AGREEMENT_PP = 1e-6
 
@@ -85,7 +85,7 @@ def save_model(
         }
         for step, best in zip(model.steps, results, strict=True)
     ]
-    own = {"format": FORMAT, "seed": training.seed, "choices": training.choices.model_dump(mode="json"), "steps": steps}
+    own = {"format": FORMAT, "seed": training.seed, "length_scales": training.length_scales, "steps": steps}
     write_json(_about(model, rows, ("numpy", "scipy", "scikit-learn", "xgboost", "xgboost-cpu")) | own, path)
 
 
@@ -149,7 +149,10 @@ def load_model(path: str) -> YieldModel:
     unknown regressor.
     """
     content = read_stored(path, FORMAT)
-    rows, training = pd.DataFrame(content["rows"]), TrainingConfig(choices=content["choices"], seed=content["seed"])
+    rows, training = (
+        pd.DataFrame(content["rows"]),
+        TrainingConfig(length_scales=content["length_scales"], seed=content["seed"]),
+    )
 
     def restore(stored: dict, features: pd.DataFrame, target: np.ndarray) -> Step:
         plan, parameters = Plan(stored["algorithm"], tuple(stored["features"])), stored["parameters"]

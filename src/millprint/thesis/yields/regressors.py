@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from millprint.config.yields import TABLE_5_6, TRAININGS, Choices, Training, TrainingConfig
+from millprint.config.yields import TABLE_5_6, TRAININGS, Training, TrainingConfig
 
 if TYPE_CHECKING:
     import numpy as np
@@ -44,7 +44,7 @@ class Regressor:
     by their names in the search space; columns: number of features.
     scaled: whether its features are standardised (Eq. 5.2).
     forest: whether it is a mean over `n_estimators` trees that do not depend on each other.
-    primary_features(choices): the features of its single step; None for all of them.
+    primary_features: the features of its single step; all of them if left out.
     seeded: whether its fit depends on a seed.
     keep(estimator): what its file stores of a fit; restore(estimator, kept, inputs, target): the fitted estimator from
     that and from the training rows, inputs (n, k) and target (n,). Without them it is fitted again, which is exact.
@@ -60,7 +60,7 @@ class Regressor:
     make: Callable[[Parameters, int, TrainingConfig, int], Any]
     scaled: bool = False
     forest: bool = False
-    primary_features: Callable[[Choices], Sequence[str]] | None = None
+    primary_features: tuple[str, ...] = ()
     seeded: bool = False
     keep: Callable[[Any], dict] = lambda estimator: {}
     restore: Callable[[Any, dict, np.ndarray, np.ndarray], Any] = _fit_again
@@ -76,9 +76,9 @@ class Regressor:
 
 
 def _make_linear(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
-    from millprint.thesis.yields.estimators import LeastSquares
+    from sklearn.linear_model import LinearRegression
 
-    return LeastSquares()
+    return LinearRegression()
 
 
 def _keep_linear(estimator: Any) -> dict:
@@ -108,16 +108,14 @@ def _restore_gpr(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndar
 def _make_forest(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
     from millprint.thesis.yields.estimators import Forest
 
-    return Forest(**parameters, max_features=float(training.choices.max_features), seed=training.seed)
+    return Forest(**parameters, seed=training.seed)
 
 
 def _forest_folds(inputs: np.ndarray, target: np.ndarray, folds: list, training: TrainingConfig) -> FoldPredictor:
     from millprint.thesis.yields.estimators import ForestFold, Trees
 
-    most, share = int(training.spaces["rf"]["n_estimators"][1]), float(training.choices.max_features)
-    forests = [
-        ForestFold(Trees(inputs[kept], target[kept], share, training.seed, most), inputs[held]) for kept, held in folds
-    ]
+    most = int(training.spaces["rf"]["n_estimators"][1])
+    forests = [ForestFold(Trees(inputs[kept], target[kept], training.seed, most), inputs[held]) for kept, held in folds]
     return lambda fold, parameters: forests[fold].predict(**parameters)
 
 
@@ -143,8 +141,7 @@ def _explain_forest(estimator: Any, inputs: np.ndarray) -> tuple[np.ndarray, flo
 def _make_extra_trees(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
     from sklearn.ensemble import ExtraTreesRegressor
 
-    share = float(training.choices.max_features)
-    return ExtraTreesRegressor(**parameters, max_features=share, random_state=training.seed, n_jobs=threads)
+    return ExtraTreesRegressor(**parameters, random_state=training.seed, n_jobs=threads)
 
 
 def _make_svr(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
@@ -202,10 +199,9 @@ REGRESSORS = {
         settled="Least squares on three features; found by its printed row, as is the split.",
         make=_make_linear,
         scaled=True,
-        primary_features=lambda choices: choices.linear_features,
+        primary_features=("bpr", "molar_ratio", "time_h"),
         keep=_keep_linear,
         restore=_restore_linear,
-        mean_deviation=lambda estimator, inputs: estimator.mean_deviation(inputs),
     ),
     "gpr": Regressor(
         title="GPR",
@@ -216,8 +212,7 @@ REGRESSORS = {
     ),
     "rf": Regressor(
         title="random forest",
-        settled="Every node sees the share of features in yields.training.choices; one seed for everything, not "
-        "chosen.",
+        settled="Every node sees all features; one seed for everything, not chosen.",
         make=_make_forest,
         forest=True,
         seeded=True,
@@ -242,7 +237,7 @@ REGRESSORS = {
     ),
     "extra_trees": Regressor(
         title="extra trees",
-        settled="Not of the thesis. Every node sees the share of features in yields.training.choices.",
+        settled="Not of the thesis. Every node sees all features.",
         make=_make_extra_trees,
         forest=True,
         seeded=True,

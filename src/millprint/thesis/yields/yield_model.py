@@ -11,7 +11,7 @@ import pandas as pd
 from sklearn import config_context
 from sklearn.model_selection import RepeatedKFold
 
-from millprint.config.yields import PRIMARY, Choices, Drawn, SearchConfig, TrainingConfig
+from millprint.config.yields import PRIMARY, Drawn, SearchConfig, TrainingConfig
 from millprint.estimate.quantiles import normal_quantile
 from millprint.thesis.yields.features import FEATURES, TIME, Standardisation, YieldWeights, engineer, weighted_mse
 from millprint.thesis.yields.regressors import Parameters, regressor, training_of
@@ -35,20 +35,19 @@ class Plan:
         return standard, standard(raw)
 
 
-def plan_steps(name: str, strategy: str, choices: Choices) -> list[Plan]:
+def plan_steps(name: str, strategy: str) -> list[Plan]:
     """The steps of a model.
 
     primary: one step, on all ten features unless the regressor's record names others. two_step: a model on only
-    the time, then one on the nine other features for the residuals of the first. Raises ValueError for an unknown
-    regressor, and for a strategy that the regressor does not have.
+    the time, then another of the same regressor on the nine other features for the residuals of the first. Raises
+    ValueError for an unknown regressor, and for a strategy that the regressor does not have.
     """
     record = regressor(name)
     if strategy not in training_of(name).strategies:
         raise ValueError(f"{name}: strategy = {strategy!r}: it has {', '.join(training_of(name).strategies)}")
     if strategy == PRIMARY:
-        return [Plan(name, tuple(record.primary_features(choices) if record.primary_features else FEATURES))]
-    first = {"same": name, "linear": "linear"}[choices.time_model]
-    return [Plan(first, (TIME,)), Plan(name, tuple(feature for feature in FEATURES if feature != TIME))]
+        return [Plan(name, record.primary_features or FEATURES)]
+    return [Plan(name, (TIME,)), Plan(name, tuple(feature for feature in FEATURES if feature != TIME))]
 
 
 @dataclass(frozen=True)
@@ -160,7 +159,7 @@ def fit_model(
         plan, known = part
         return fit_step(plan, known, features, target, training, threads=1)
 
-    parts = zip(plan_steps(name, strategy, training.choices), parameters, strict=True)
+    parts = zip(plan_steps(name, strategy), parameters, strict=True)
     return YieldModel(name, strategy, fit_in_turn(rows, yields, parts, fit))
 
 
@@ -239,7 +238,7 @@ class Trainer:
 
     def evaluations(self, name: str, strategy: str) -> int:
         """Number of sets of hyper-parameters that `train` evaluates. Raises ValueError for an unknown model."""
-        plans = plan_steps(name, strategy, self.training.choices)
+        plans = plan_steps(name, strategy)
         return sum(self.budget.evaluations[plan.regressor] for plan in plans if training_of(plan.regressor).space)
 
     @checked
@@ -258,12 +257,11 @@ class Trainer:
             best = NOT_SEARCHED
             if training_of(plan.regressor).space:
                 _, inputs = plan.standardise(features)
-                weights = weigh({"yield": yields, "residual": target}[self.training.choices.residual_weights])
-                best = self.search(plan.regressor, inputs, target, weights)
+                best = self.search(plan.regressor, inputs, target, weigh(yields))
             results.append(best)
             return fit_step(plan, best.parameters, features, target, self.training, self.threads)
 
-        plans = plan_steps(name, strategy, self.training.choices)
+        plans = plan_steps(name, strategy)
         return YieldModel(name, strategy, fit_in_turn(rows, yields, plans, fit)), results
 
     def search(self, name: str, inputs: np.ndarray, target: np.ndarray, weights: np.ndarray) -> SearchResult:
