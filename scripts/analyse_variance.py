@@ -7,7 +7,7 @@ Outputs: `printed` and `corrected` variance, `contested`, `rival_models`, `resid
 """
 
 from millprint.config.doe import AnalysisConfig, Factor
-from millprint.figures.style import save
+from millprint.figures.style import in_pairs, save
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.run.tables import Text, read_measured
@@ -36,12 +36,12 @@ def draw(
     save(residuals(table), *outputs["residuals_figure"])
 
 
-def draw_interactions(means: str, names: list[str], svgs: list[str], pngs: list[str], factors: list[Factor]) -> None:
+def draw_interactions(means: str, names: list[str], paths: list[str], factors: list[Factor]) -> None:
     """Draw the panels of every figure in `names`: the mean yield for each combination of two factors' levels."""
     table = read_table(means, numeric=["axis_code", "curve_code", "mean_yield_percent"], text=["figure"])
     known = {factor.symbol: factor for factor in factors}
-    for name, svg, png in zip(names, svgs, pngs, strict=True):
-        save(interactions(table[table["figure"] == name], known), svg, png)
+    for name, files in zip(names, in_pairs(paths), strict=True):
+        save(interactions(table[table["figure"] == name], known), *files)
 
 
 if "snakemake" in globals():
@@ -57,5 +57,4 @@ if "snakemake" in globals():
             dict(outputs.items()),
             settings.factors,
         )
-        figures = outputs.interaction_svgs, outputs.interaction_pngs, settings.factors
-        draw_interactions(outputs.interactions, own.interactions, *figures)
+        draw_interactions(outputs.interactions, own.interactions, outputs.interaction_figures, settings.factors)

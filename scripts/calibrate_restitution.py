@@ -13,7 +13,7 @@ import pandas as pd
 
 from millprint.config.calibration import DropTestConfig
 from millprint.config.contact_set import ContactConfig
-from millprint.figures.style import save
+from millprint.figures.style import in_pairs, save
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.thesis.drop import (
@@ -85,7 +85,6 @@ if "snakemake" in globals():
             snakemake.params.interval,
         )
         draw_drops(made.drops, made.restitution, *made.drops_figure)
-        for files in zip(
-            given.track, given.fit, given.profile, given.paths, made.friction_svgs, made.friction_pngs, strict=True
-        ):
-            draw_fit(*files)
+        tables = zip(given.track, given.fit, given.profile, given.paths, strict=True)
+        for files, figure in zip(tables, in_pairs(made.friction_figures), strict=True):
+            draw_fit(*files, *figure)

@@ -5,8 +5,8 @@ of some drums the flowing bed, each ball coloured by its speed.
 
 Settings: validation (every chosen set-up with its mill and contact sets), name.
 Inputs: `measured`, `predictions`; of tumbling mills `runs` and `charges`; `beds` (run.h5 of a drum).
-Outputs: `verdicts`, `counts`, `coverage`, `assumptions`, their `page`; figures `svgs`, `pngs`, of the first
-quantity `first_svgs`, `first_pngs`; `charge_svgs`, `charge_pngs`, `intervals`; `bed_svgs`, `bed_pngs`, `bed_tsvs`.
+Outputs: `verdicts`, `counts`, `coverage`, `assumptions`, their `page`; `figures`, and of the first quantity
+`first`; `charges` and `intervals`; `beds` and `bed_tsvs`.
 """
 
 from pathlib import Path
@@ -24,7 +24,7 @@ from millprint.config.setup_models import (
     quantities_of,
     read_settings,
 )
-from millprint.figures.style import save
+from millprint.figures.style import in_pairs, save
 from millprint.figures.validation_figures import plot_bed, plot_charge, plot_setup, plot_shaken
 from millprint.mill.bodies import build_bodies
 from millprint.run.files import read_table, write_table
@@ -69,37 +69,35 @@ def tabulate(setups: dict[str, dict], predicted: dict[str, pd.DataFrame], points
 
 
 def draw(
-    name: str, predictions: pd.DataFrame, points: pd.DataFrame, svg: str, png: str, first_svg: str, first_png: str
+    name: str, predictions: pd.DataFrame, points: pd.DataFrame, paths: tuple[str, str], first: tuple[str, str]
 ) -> None:
     """Draw every quantity of a set-up and, for a page, only its first. points: what was measured in all set-ups."""
     own, title = points[points["setup"] == name], setup_named(name).title
     x_names = {quantity: asked.x for quantity, asked in quantities_of(SETTINGS[name]).items()}
-    for rows, *paths in (
-        (predictions, svg, png),
-        (predictions[predictions["quantity"] == predictions["quantity"].iloc[0]], first_svg, first_png),
-    ):
+    shown = predictions[predictions["quantity"] == predictions["quantity"].iloc[0]]
+    for rows, files in ((predictions, paths), (shown, first)):
         if name == "shaken_box":
-            save(plot_shaken(rows, LOST, SAME, x_names[LOST]), *paths)
+            save(plot_shaken(rows, LOST, SAME, x_names[LOST]), *files)
         else:
-            save(plot_setup(rows, own, title, x_names), *paths)
+            save(plot_setup(rows, own, title, x_names), *files)
 
 
 def draw_charge(
-    settings: TumblingConfig, mill: MillConfig, runs_path: str, charge_path: str, svg: str, png: str, output: str
+    settings: TumblingConfig, mill: MillConfig, runs_path: str, charge_path: str, paths: tuple[str, str], output: str
 ) -> None:
     """Draw the charge of a tumbling mill, and write the table of its intervals."""
     table = intervals(read_table(runs_path), settings)
     write_table(table, output)
     vessel = build_bodies(mill)[0].vessel
     unit = "rpm" if settings.critical_speed_rpm is None else "% of the critical speed"
-    save(plot_charge(read_table(charge_path), table, vessel, mill.geometry.axis, unit), svg, png)
+    save(plot_charge(read_table(charge_path), table, vessel, mill.geometry.axis, unit), *paths)
 
 
-def draw_bed(name: str, run: str, sizes_m: tuple[float, float], svg: str, png: str, tsv: str) -> None:
+def draw_bed(name: str, run: str, sizes_m: tuple[float, float], paths: tuple[str, str], tsv: str) -> None:
     """Draw the flowing bed of a drum; sizes_m: its radius and the diameter of the balls."""
     radius_m, diameter_m = sizes_m
     balls = slab_of_bed(Path(run), diameter_m)
-    save(plot_bed(balls, radius_m, diameter_m, setup_named(name).title), svg, png, tsv=tsv)
+    save(plot_bed(balls, radius_m, diameter_m, setup_named(name).title), *paths, tsv=tsv)
 
 
 if "snakemake" in globals():
@@ -110,16 +108,16 @@ if "snakemake" in globals():
         tabulate(own.setups, predicted, points, made)
         tables = (made.verdicts, made.counts, made.coverage, made.assumptions)
         write_chapter(own.chapter, own.name, tables, own.results, made.page)
-        figures = zip(predicted.values(), made.svgs, made.pngs, made.first_svgs, made.first_pngs, strict=True)
+        figures = zip(predicted.values(), in_pairs(made.figures), in_pairs(made.first), strict=True)
         for name, (predictions, *paths) in zip(own.setups, figures, strict=True):
             draw(name, predictions, points, *paths)
             log.info("drawn: %s", name)
-        charges = zip(given.runs, given.charges, made.charge_svgs, made.charge_pngs, made.intervals, strict=True)
+        charges = zip(given.runs, given.charges, in_pairs(made.charges), made.intervals, strict=True)
         for name, paths in zip(own.tumbling, charges, strict=True):
             settings, mill, _ = read_setup(name, own.setups[name])
             draw_charge(settings, mill, *paths)
             log.info("charge drawn: %s", name)
-        beds = zip(given.beds, own.beds.values(), made.bed_svgs, made.bed_pngs, made.bed_tsvs, strict=True)
+        beds = zip(given.beds, own.beds.values(), in_pairs(made.beds), made.bed_tsvs, strict=True)
         for name, paths in zip(own.beds, beds, strict=True):
             draw_bed(name, *paths)
             log.info("bed drawn: %s", name)

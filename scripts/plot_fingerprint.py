@@ -12,7 +12,7 @@ from millprint.config.errors import ConfigError
 from millprint.dose.spectra import read_spectra
 from millprint.dose.spectra_shown import shown
 from millprint.figures.dose_figures import plot_spectra
-from millprint.figures.style import save
+from millprint.figures.style import in_pairs, save
 from millprint.fingerprint.descriptors import NOTHING, as_built
 from millprint.run.files import read_table
 from millprint.run.job import job
@@ -48,17 +48,18 @@ def draw_cycles(inputs, output, mill: str, contacts: list[str], fill_ratio: floa
 def draw_master_curves(inputs, output, mill: str, contacts: list[str]) -> None:
     """Draw the conditions, means and smooth curves with their zones, and the values that the thesis prints."""
     table, zones = read_table(inputs.descriptors), read_table(inputs.zones)
-    for number, contact in enumerate(contacts):
+    files = zip(inputs.means, inputs.curves, in_pairs(output.energies), in_pairs(output.curves), strict=True)
+    for contact, (means, curves, energies, drawn) in zip(contacts, files, strict=True):
         descriptors = as_built(conditions_of(table, mill, contact))
         figure = plot_master_curves(
             descriptors,
-            read_table(inputs.means[number]),
-            read_table(inputs.curves[number]),
+            read_table(means),
+            read_table(curves),
             published_curves(read_published(*inputs.published), contact),
             zones[zones["contact"] == contact],
         )
-        save(plot_energies(descriptors), output.energies_svgs[number], output.energies_pngs[number])
-        save(figure, output.curves_svgs[number], output.curves_pngs[number])
+        save(plot_energies(descriptors), *energies)
+        save(figure, *drawn)
 
 
 def draw_scaling(inputs, output, mill: str, contacts: list[str]) -> None:
@@ -72,16 +73,16 @@ def draw_scaling(inputs, output, mill: str, contacts: list[str]) -> None:
     save(plot_exponents(exponents[own].dropna(subset="exponent")), *output.exponents_figure)
 
 
-def draw_maps(runs: dict[float, str], svg: str, png: str, tsv: str) -> None:
+def draw_maps(runs: dict[float, str], paths: tuple[str, str], tsv: str) -> None:
     """Draw one row of maps for each run, by its fill ratio."""
     if not runs:
         raise ConfigError("fingerprint.maps: no simulation of the sweeps has this ball diameter, speed and fill ratio")
-    save(plot_maps([read_occupancy(path, f"fill {fill:g}") for fill, path in runs.items()]), svg, png, tsv=tsv)
+    save(plot_maps([read_occupancy(path, f"fill {fill:g}") for fill, path in runs.items()]), *paths, tsv=tsv)
 
 
-def draw_spectra(spectra_path: str, title: str, svg: str, png: str, rule: str, chosen: dict) -> None:
+def draw_spectra(spectra_path: str, title: str, paths: tuple[str, str], rule: str, chosen: dict) -> None:
     """Draw the spectra of the chosen conditions, by one counting rule."""
-    save(plot_spectra(shown(read_spectra(spectra_path), rule, **chosen), title), svg, png)
+    save(plot_spectra(shown(read_spectra(spectra_path), rule, **chosen), title), *paths)
 
 
 if "snakemake" in globals():
@@ -91,8 +92,8 @@ if "snakemake" in globals():
         draw_master_curves(*files, own.mill, own.contacts)
         draw_scaling(*files, own.mill, own.contacts)
         made = snakemake.output
-        for runs, *paths in zip(own.maps, made.maps_svgs, made.maps_pngs, made.maps_tsvs, strict=True):
+        for runs, *paths in zip(own.maps, in_pairs(made.maps), made.maps_tsvs, strict=True):
             draw_maps(runs, *paths)
-        spectra = zip(snakemake.input.spectra, own.titles, made.spectra_svgs, made.spectra_pngs, strict=True)
+        spectra = zip(snakemake.input.spectra, own.titles, in_pairs(made.spectra), strict=True)
         for spectra_path, *about in spectra:
             draw_spectra(spectra_path, *about, own.counting_rule, own.conditions)

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.surrogate import EdgeConfig
-from millprint.figures.style import save
+from millprint.figures.style import in_pairs, save
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 from millprint.run.tables import read_printed
@@ -126,7 +126,7 @@ def compare_ablations(inputs, output, changes: dict, length_s: dict, trainings: 
 
 def draw_variants(inputs, output, trainings: dict[str, list[str]], tests: list[str]) -> None:
     """Draw the figures of every variant."""
-    paths, dissipation = iter(zip(output.svgs, output.pngs, strict=True)), iter(inputs.dissipation)
+    paths, dissipation = in_pairs(output.variant_figures), iter(inputs.dissipation)
     for number, (variant, own) in enumerate(trainings.items()):
         tables = {
             "loss": [inputs.histories[number]],

@@ -26,7 +26,7 @@ NEEDLESS = {
         "trimesh",
     ],
     "millprint.dem.run": ["matplotlib", "scipy.spatial", "sklearn", "statsmodels", "torch", "trimesh"],
-    "tabulate_spectra": ["matplotlib", "numba", "scipy", "sklearn", "torch", "trimesh"],
+    "tabulate_simulations": ["matplotlib", "numba", "scipy", "sklearn", "torch", "trimesh"],
     "plot_fingerprint": ["numba", "sklearn", "torch", "trimesh"],
     "split_screening": ["matplotlib", "numba", "scipy.stats", "sklearn", "statsmodels", "torch", "trimesh"],
     "draw_mill": ["scipy.stats", "sklearn", "statsmodels", "torch", "trimesh"],

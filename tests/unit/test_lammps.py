@@ -176,7 +176,7 @@ def test_an_engine_that_is_not_installed_is_named_with_what_to_install(drum):
 
 def test_jobs_that_need_more_than_lammps_gives_are_refused():
     check_jobs("numba", ["describe_mill"])
-    check_jobs("lammps", ["run_dem_case", "tabulate_simulations", "simulations"])
+    check_jobs("lammps", ["run_dem_case", "simulations"])
     with pytest.raises(ConfigError, match="the job describe_mill and 1 more needs collisions with walls"):
         check_jobs("lammps", ["run_dem_case", "describe_mill", "draw_fingerprint", "describe_mill"])
 

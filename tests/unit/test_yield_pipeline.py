@@ -10,13 +10,11 @@ import pytest
 
 import evaluate_yield_models
 import hold_out_yields
-import leave_groups_out
-import permute_yields
 import predict_yields
-import search_retrospectively
 import split_screening
 import train_averaged_models
 import train_yield_model
+import try_averaged_model
 from millprint.config.yields import COMPARED
 from millprint.run.files import read_table
 from millprint.thesis.yields.features import LOCKED_AGAIN
@@ -92,7 +90,9 @@ def run_chapter(results: Path, screening: Path, to_the_end: bool = True) -> Path
     for model, strategy in ((name, "primary") for name in HELD_OUT):
         paths = folder / f"held_out/{model}.tsv", folder / f"held_out/{model}_intervals.tsv"
         held_out[model] = tuple(map(str, paths))
-        hold_out_yields.main(train, test, *paths, model, strategy, config.training, config.evaluation, config.averaging)
+        hold_out_yields.hold_out(
+            train, test, *paths, model, strategy, config.training, config.evaluation, config.averaging
+        )
     used = [held_out["linear"]] * len(models) + [held_out[name] for name in ("averaged_gpr", *BASELINES)]
     evaluate_yield_models.main(
         SimpleNamespace(
@@ -135,7 +135,7 @@ def follow_up(folder: Path, parts: list[str], config) -> None:
         return SimpleNamespace(**{name: folder / f"{name}.tsv" for name in names})
 
     own = (config.training, config.evaluation, config.averaging, config.interval_level)
-    leave_groups_out.leave_regimes(parts, CASES, tables("regimes", "regimes_summary"), REFERENCE, *own)
+    hold_out_yields.leave_regimes(parts, CASES, tables("regimes", "regimes_summary"), REFERENCE, *own)
     mill, final = str(folder / "models/mill.json"), str(folder / "models/averaged_gpr_final.json")
     names = {"proposals": "next_experiments", "left_out": "not_proposed", "reasons": "not_proposed_reasons"}
     proposed = SimpleNamespace(**{key: folder / f"{name}.tsv" for key, name in names.items()})
@@ -143,8 +143,10 @@ def follow_up(folder: Path, parts: list[str], config) -> None:
     predict_yields.propose_experiments(final, mill, proposed, 125e-6, config.proposals, config.prediction, chemistry)
     searched = tables("retrospective")
     searched.summary = folder / "retrospective_summary.tsv"
-    search_retrospectively.main(parts, searched, config.retrospective, config.averaging, config.evaluation.level)
-    permute_yields.main(parts, tables("permutations", "permutation_test"), config.averaging, config.library_trial)
+    try_averaged_model.search(parts, searched, config.retrospective, config.averaging, config.evaluation.level)
+    try_averaged_model.shuffle(
+        parts, tables("permutations", "permutation_test"), config.averaging, config.library_trial
+    )
 
 
 @pytest.fixture(scope="module")
@@ -202,8 +204,8 @@ def test_what_follows_the_evaluation_is_the_same_to_the_last_bit_in_a_second_run
     shutil.copytree(chapter, again)
     for name in FOLLOWING:
         (again / name).unlink()
-    averaged = {key: own for key, own in leave_groups_out.REGIME_PROCEDURES.items() if key[0] == AVERAGED}
-    monkeypatch.setattr(leave_groups_out, "REGIME_PROCEDURES", averaged)
+    averaged = {key: own for key, own in hold_out_yields.REGIME_PROCEDURES.items() if key[0] == AVERAGED}
+    monkeypatch.setattr(hold_out_yields, "REGIME_PROCEDURES", averaged)
     follow_up(again, [str(again / "train.tsv"), str(again / "test.tsv")], settings())
     for name in FOLLOWING:
         first, second = ((folder / name).read_text().splitlines() for folder in (chapter, again))

@@ -100,7 +100,7 @@ def test_lammps_simulates_the_sweeps_and_compiles_nothing(project):
     assert rules.read_text() != text
     plan = planned(project, content, "simulations", "--cores", "4")
     simulated = plan.count("mpirun -n 3: ")
-    assert jobs_of(plan) == {"run_dem_case": simulated, "tabulate_simulations": 1, "simulations": 1}
+    assert jobs_of(plan) == {"run_dem_case": simulated, "simulations": 1}
     assert simulated > 10
 
 

@@ -53,4 +53,4 @@ def test_what_lies_on_the_disk_changes_no_plan_and_no_message_lists_files(projec
 
 def test_the_configuration_adds_the_search_and_the_ablations_to_the_whole():
     jobs = jobs_of(asked(ROOT, "-n", "--forceall", *ADDED))
-    assert jobs["fit_jar"] == jobs["measure_shape"] == jobs["tabulate_ablations"] == 1
+    assert jobs["fit"] == jobs["measure_shape"] == jobs["ablations"] == 1

@@ -20,7 +20,7 @@ rule tabulate_convergence:
             {
                 "step_table": f"{CONVERGENCE}/timestep.tsv",
                 "choice": f"{CONVERGENCE}/timestep.json",
-                "step_figure": figure(f"{CONVERGENCE}/timestep"),
+                "step_figure": figures(f"{CONVERGENCE}/timestep"),
             }
             if STEP_STUDY
             else {}
@@ -28,7 +28,7 @@ rule tabulate_convergence:
         **(
             {
                 "modulus_table": f"{CONVERGENCE}/modulus.tsv",
-                "modulus_figure": figure(f"{CONVERGENCE}/modulus"),
+                "modulus_figure": figures(f"{CONVERGENCE}/modulus"),
             }
             if MODULUS_STUDY
             else {}
@@ -113,9 +113,8 @@ rule calibrate_restitution:
         **({"over_speed": f"{CALIBRATION}/restitution_over_speed.tsv"} if CONFIG.calibration.drop_test.measured else {}),
         drops=f"{CALIBRATION}/drop_test.tsv",
         restitution=f"{CALIBRATION}/restitution.tsv",
-        drops_figure=figure(f"{CALIBRATION}/drop_test"),
-        friction_svgs=[shown(f"{CALIBRATION}/{name}/friction_fit.svg") for name in EXPERIMENTS],
-        friction_pngs=[f"{CALIBRATION}/{name}/friction_fit.png" for name in EXPERIMENTS],
+        drops_figure=figures(f"{CALIBRATION}/drop_test"),
+        friction_figures=figures(*(f"{CALIBRATION}/{name}/friction_fit" for name in EXPERIMENTS)),
     log:
         f"{LOGS}/calibration/calibrate_restitution.log",
     benchmark:
@@ -124,7 +123,7 @@ rule calibrate_restitution:
         contacts=[CONTACTS[name].model_dump(mode="json") for name in CONFIG.contacts],
         time_step_s=CONFIG.dem.time_step_s,
         rayleigh_fraction_max=CONFIG.dem.rayleigh_fraction_max,
-        settings=CONFIG.calibration.drop_test.model_dump(mode="json"),
+        settings=settings("calibration.drop_test"),
         interval=CONFIG.calibration.interval,
     message:
         "Simulating the drop test, fitting the restitution, and drawing the calibration"

@@ -13,7 +13,7 @@ rule write_card:
         materials=local(CONFIG.dose.wear.materials),
     output:
         card=f"{CARD}/card.json",
-        figure=figure(f"{CARD}/card"),
+        figure=figures(f"{CARD}/card"),
         pdf=f"{CARD}/card.pdf",
         tsv=f"{CARD}/card.tsv",
         methods=f"{CARD}/methods.txt",

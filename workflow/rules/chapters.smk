@@ -26,7 +26,7 @@ STAGE_OUTPUTS = [
     *UNCERTAINTY_THESIS_OUTPUTS,
     *HEAT_OUTPUTS,
     # Nine more trainings, each as long as that of the variant `thesis`.
-    *(rules.tabulate_ablations.output if "ablations" in CONFIG.also else []),
+    *(rules.ablations.output if "ablations" in CONFIG.also else []),
     # A smoke test runs every mill of the box once; the thesis does not use them.
     *(BOX_OUTPUTS if CONFIG.mills.first_case_only else []),
     *(VALIDATION_OUTPUTS if "validation" in CONFIG.also else []),
@@ -168,8 +168,8 @@ rule build_explorer:
         chapters={
             "rule": CONFIG.fingerprint.counting_rule,
             "mill": dumped(MILLS[CONFIG.mill]),
-            "request": CONFIG.fingerprint.inverse.model_dump(mode="json"),
-            "prediction": CONFIG.yields.prediction.model_dump(mode="json"),
+            "request": settings("fingerprint.inverse"),
+            "prediction": settings("yields.prediction"),
             "level": CONFIG.yields.interval_level,
         },
     message:

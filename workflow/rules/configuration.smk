@@ -1,9 +1,10 @@
 """Shared by all rules: the validated configuration, the results folder, and digests of the code."""
 
+from operator import attrgetter
+
 from millprint.config.checks import CONFIGURATION, check_given_once
 from millprint.cases.table import has_chapters
 from millprint.run.outputs import captioned
-from millprint.run.digest import program_digest, simulation_digest
 
 # In the order in which they are merged. Those of --configfile come last and win; Snakemake lists them among the first too.
 CONFIG_FILES = [str(file) for file in (*workflow.configfiles, *workflow.overwrite_configfiles)]
@@ -30,8 +31,11 @@ BENCHMARKS = f"{RESULTS}/benchmarks"
 
 
 def settings(section: str) -> dict:
-    """A section of the validated configuration as plain values, for `params`."""
-    return getattr(CONFIG, section).model_dump(mode="json")
+    """A section of the validated configuration, such as dem or dose.heat, as plain values, for `params`.
+
+    A rule asks for the part that it reads, so that a change of another part does not rerun it.
+    """
+    return attrgetter(section)(CONFIG).model_dump(mode="json")
 
 
 def program(script: str):
@@ -45,11 +49,6 @@ def program(script: str):
     return lambda wildcards: program_digest(path)
 
 
-def yield_settings(section: str) -> dict:
-    """A part of the section `yields` for `params`, so that a change of another part does not rerun the rule."""
-    return getattr(CONFIG.yields, section).model_dump(mode="json")
-
-
 def every_model(pattern: str, models) -> list[str]:
     """The files of `models`, from a pattern with {model} and {strategy}."""
     return [pattern.format(model=model, strategy=strategy) for model, strategy in models]
@@ -61,6 +60,6 @@ def shown(path: str, **further: str):
     return report(path, caption=f"../report/{about.caption}.rst", category=about.chapter, labels=dict(about.labels))
 
 
-def figure(stem: str) -> list:
-    """A figure that the report shows: SVG and PNG."""
-    return [shown(f"{stem}.svg"), f"{stem}.png"]
+def figures(*stems: str, **further: str) -> list:
+    """Figures that the report shows, each as SVG and PNG; further: words of their labels."""
+    return [path for stem in stems for path in (shown(f"{stem}.svg", **further), f"{stem}.png")]

@@ -67,7 +67,8 @@ rule run_dem_case:
 SWEPT = rows_of("SWEEP", *(sweep.name for sweep in CONFIG.sweeps))
 
 
-rule tabulate_simulations:
+rule simulations:
+    """The simulations of `sweeps`, by either engine, with a table."""
     input:
         summaries=files_of(SWEPT),
         runs=files_of(SWEPT, "run.h5"),
@@ -76,17 +77,11 @@ rule tabulate_simulations:
     log:
         f"{LOGS}/dem/simulations.log",
     benchmark:
-        f"{BENCHMARKS}/tabulate_simulations/simulations.tsv"
+        f"{BENCHMARKS}/simulations/simulations.tsv"
     message:
         "Tabulating the simulations of the sweeps"
     script:
         "../../scripts/tabulate_simulations.py"
-
-
-rule simulations:
-    """The simulations of `sweeps`, by either engine, with a table."""
-    input:
-        rules.tabulate_simulations.output,
 
 
 rule export_run:
@@ -106,9 +101,7 @@ rule export_run:
         "../../scripts/view_run.py"
 
 
-rule animate_run:
-    input:
-        run=f"{CASE}/run.h5",
+use rule export_run as animate_run with:
     output:
         gif=f"{CASE}/mill.gif",
         # Snakemake's report shows a PNG, even an animated one, but offers a GIF only as a download.
@@ -121,8 +114,6 @@ rule animate_run:
         settings=settings("view"),
     message:
         "Animating {wildcards.mill}/{wildcards.contact}/{wildcards.case}"
-    script:
-        "../../scripts/view_run.py"
 
 
 VIEW_OUTPUTS = [

@@ -4,7 +4,6 @@ from millprint.config.doe import AnalysisConfig, DesignConfig
 
 DOE = f"{RESULTS}/doe"
 FACTORS = [factor.model_dump(mode="json") for factor in CONFIG.doe.factors]
-INTERACTION_TITLES = {figure.name: figure.title for figure in CONFIG.doe.interactions}
 
 
 rule tabulate_experiments:
@@ -22,9 +21,9 @@ rule tabulate_experiments:
         wear=f"{DOE}/wear.tsv",
         missingness=f"{DOE}/missingness.tsv",
         checks=f"{DOE}/literature_checks.tsv",
-        figure=figure(f"{DOE}/literature"),
+        figure=figures(f"{DOE}/literature"),
         tsv=f"{DOE}/literature.tsv",
-        missingness_figure=figure(f"{DOE}/missingness"),
+        missingness_figure=figures(f"{DOE}/missingness"),
     log:
         f"{LOGS}/doe/tabulate_experiments.log",
     localrule: True
@@ -51,18 +50,19 @@ rule analyse_variance:
         lack_of_fit=f"{DOE}/lack_of_fit.tsv",
         interactions=f"{DOE}/interactions.tsv",
         pareto=f"{DOE}/pareto.tsv",
-        pareto_figure=figure(f"{DOE}/pareto"),
-        residuals_figure=figure(f"{DOE}/residuals"),
-        interaction_svgs=[
-            shown(f"{DOE}/interaction_{name}.svg", title=title) for name, title in INTERACTION_TITLES.items()
+        pareto_figure=figures(f"{DOE}/pareto"),
+        residuals_figure=figures(f"{DOE}/residuals"),
+        interaction_figures=[
+            path
+            for each in CONFIG.doe.interactions
+            for path in figures(f"{DOE}/interaction_{each.name}", title=each.title)
         ],
-        interaction_pngs=[f"{DOE}/interaction_{name}.png" for name in INTERACTION_TITLES],
     log:
         f"{LOGS}/doe/analyse_variance.log",
     localrule: True
     params:
         settings=CONFIG.doe.part(AnalysisConfig),
-        interactions=list(INTERACTION_TITLES),
+        interactions=[each.name for each in CONFIG.doe.interactions],
     message:
         "Analysing the variance of the yields in {input.screening}, and drawing its factors, residuals and interactions"
     script:

@@ -16,13 +16,13 @@ rule balance_heat:
         temperatures=f"{HEAT}/temperatures.tsv",
         limits=f"{HEAT}/limits.tsv",
         flash=f"{HEAT}/flash.tsv",
-        figure=figure(f"{HEAT}/temperatures"),
+        figure=figures(f"{HEAT}/temperatures"),
     log:
         f"{LOGS}/dose/{{mill}}_heat.log",
     benchmark:
         f"{BENCHMARKS}/balance_heat/{{mill}}.tsv"
     params:
-        settings=CONFIG.dose.heat.model_dump(mode="json"),
+        settings=settings("dose.heat"),
         title=lambda wildcards: mill_named(wildcards.mill).title,
     message:
         "Calculating temperatures in mill {wildcards.mill}"

@@ -52,7 +52,7 @@ rule fit_master_curves:
         cycle_fill_ratio=CONFIG.fingerprint.cycle_fill_ratio,
         interval=CONFIG.fingerprint.interval,
         smooth_points=CONFIG.fingerprint.smooth_points,
-        inverse=CONFIG.fingerprint.inverse.model_dump(mode="json"),
+        inverse=settings("fingerprint.inverse"),
     message:
         "Tabulating every condition, fitting the master curves of {CONFIG.contacts}, and searching target descriptors"
     script:
@@ -73,19 +73,15 @@ rule plot_fingerprint:
         runs=[path for contact in CONFIG.contacts for path in mapped_runs(contact).values()],
         spectra=expand(f"{DOSE}/spectra_{{contact}}.tsv", contact=CONFIG.contacts),
     output:
-        densities_figure=figure(f"{FINGERPRINT_FIGURES}/cycle_densities"),
-        means_figure=figure(f"{FINGERPRINT_FIGURES}/cycle_means"),
-        energies_svgs=[shown(f"{FINGERPRINT_FIGURES}/energies_{contact}.svg") for contact in CONFIG.contacts],
-        energies_pngs=expand(f"{FINGERPRINT_FIGURES}/energies_{{contact}}.png", contact=CONFIG.contacts),
-        curves_svgs=[shown(f"{FINGERPRINT_FIGURES}/master_curves_{contact}.svg") for contact in CONFIG.contacts],
-        curves_pngs=expand(f"{FINGERPRINT_FIGURES}/master_curves_{{contact}}.png", contact=CONFIG.contacts),
-        universal_figure=figure(f"{FINGERPRINT_FIGURES}/universal_curves"),
-        exponents_figure=figure(f"{FINGERPRINT_FIGURES}/exponents"),
-        maps_svgs=[shown(f"{FINGERPRINT_FIGURES}/maps_{contact}.svg") for contact in CONFIG.contacts],
-        maps_pngs=expand(f"{FINGERPRINT_FIGURES}/maps_{{contact}}.png", contact=CONFIG.contacts),
+        densities_figure=figures(f"{FINGERPRINT_FIGURES}/cycle_densities"),
+        means_figure=figures(f"{FINGERPRINT_FIGURES}/cycle_means"),
+        energies=figures(*(f"{FINGERPRINT_FIGURES}/energies_{contact}" for contact in CONFIG.contacts)),
+        curves=figures(*(f"{FINGERPRINT_FIGURES}/master_curves_{contact}" for contact in CONFIG.contacts)),
+        universal_figure=figures(f"{FINGERPRINT_FIGURES}/universal_curves"),
+        exponents_figure=figures(f"{FINGERPRINT_FIGURES}/exponents"),
+        maps=figures(*(f"{FINGERPRINT_FIGURES}/maps_{contact}" for contact in CONFIG.contacts)),
         maps_tsvs=expand(f"{FINGERPRINT_FIGURES}/maps_{{contact}}.tsv", contact=CONFIG.contacts),
-        spectra_svgs=[shown(f"{DOSE}/spectra_{contact}.svg") for contact in CONFIG.contacts],
-        spectra_pngs=expand(f"{DOSE}/spectra_{{contact}}.png", contact=CONFIG.contacts),
+        spectra=figures(*(f"{DOSE}/spectra_{contact}" for contact in CONFIG.contacts)),
     log:
         f"{LOGS}/fingerprint/plot_fingerprint.log",
     localrule: True
@@ -96,7 +92,7 @@ rule plot_fingerprint:
         maps=[mapped_runs(contact) for contact in CONFIG.contacts],
         titles=[f"{MILLS[CONFIG.mill].title}, contact set {contact}" for contact in CONFIG.contacts],
         counting_rule=CONFIG.fingerprint.counting_rule,
-        conditions=CONFIG.fingerprint.maps.model_dump(mode="json"),
+        conditions=settings("fingerprint.maps"),
     message:
         "Drawing the figures of chapter 3: revolutions, master curves, their scaling, maps, and energy spectra"
     script:
@@ -112,17 +108,10 @@ FIT_OUTPUTS = []
 EQUAL_JARS = {}
 
 if FIT_MILL:
-    SIMULATED_JAR = {
-        "identity": identity_inside(
-            [FIT_MILL], [CONTACTS[CONFIG.fit.search.contact]], CONFIG.fit.search.counting_rules
-        ),
-        "mill": lambda wildcards, output: dumped(FIT_MILL),
-        "contact": lambda wildcards, output: CONTACTS[CONFIG.fit.search.contact].model_dump(mode="json"),
-        "dem": lambda wildcards, output: settings("dem"),
-        "settings": CONFIG.fit.search.model_dump(mode="json"),
-    }
+    FIT_CONTACT, FIT_SEARCH = CONTACTS[CONFIG.fit.search.contact], settings("fit.search")
 
-    rule fit_jar:
+    rule fit:
+        """The shape of a jar by a fit to published powers."""
         input:
             kernels=ancient(f"{RESULTS}/dem/kernels.json"),
             published=PUBLISHED,
@@ -131,36 +120,33 @@ if FIT_MILL:
             geometry=f"{FINGERPRINT}/fit_geometry.yaml",
             equal_jars=f"{FINGERPRINT}/fit_equal_jars.tsv",
         log:
-            f"{LOGS}/fingerprint/fit_jar.log",
+            f"{LOGS}/fingerprint/fit.log",
         benchmark:
-            f"{BENCHMARKS}/fit_jar/fit_jar.tsv"
+            f"{BENCHMARKS}/fit/fit.tsv"
         params:
-            **SIMULATED_JAR,
+            identity=identity_inside([FIT_MILL], [FIT_CONTACT], CONFIG.fit.search.counting_rules),
+            mill=lambda wildcards, output: dumped(FIT_MILL),
+            contact=lambda wildcards, output: FIT_CONTACT.model_dump(mode="json"),
+            dem=lambda wildcards, output: settings("dem"),
+            settings=FIT_SEARCH,
         message:
             "Searching the jar that agrees best with the published values chosen for the fit"
         script:
             "../../scripts/fit_jar.py"
 
-    rule measure_fit_sensitivity:
-        input:
-            kernels=ancient(f"{RESULTS}/dem/kernels.json"),
-            published=PUBLISHED,
+    use rule fit as measure_fit_sensitivity with:
         output:
             sensitivity=f"{FINGERPRINT}/fit_sensitivity.tsv",
         log:
             f"{LOGS}/fingerprint/measure_fit_sensitivity.log",
         benchmark:
             f"{BENCHMARKS}/measure_fit_sensitivity/measure_fit_sensitivity.tsv"
-        params:
-            **SIMULATED_JAR,
         message:
             "Measuring the effect of one step of each parameter of the jar"
-        script:
-            "../../scripts/fit_jar.py"
 
     if CONFIG.fit.equal_jars:
 
-        rule simulate_equal_jar:
+        use rule fit as simulate_equal_jar with:
             input:
                 kernels=ancient(f"{RESULTS}/dem/kernels.json"),
                 equal_jars=CONFIG.fit.equal_jars,
@@ -172,12 +158,8 @@ if FIT_MILL:
                 f"{BENCHMARKS}/simulate_equal_jar/{{jar}}.tsv"
             wildcard_constraints:
                 jar=r"\d+",
-            params:
-                **SIMULATED_JAR,
             message:
                 "Simulating jar {wildcards.jar} of those that fit equally well, at the conditions of chapter 3"
-            script:
-                "../../scripts/fit_jar.py"
 
         EQUAL_JARS = {
             "equal_jars": CONFIG.fit.equal_jars,
@@ -202,42 +184,31 @@ if FIT_MILL:
         localrule: True
         params:
             mill=dumped(FIT_MILL),
-            settings=SIMULATED_JAR["settings"],
+            settings=FIT_SEARCH,
             counting_rule=CONFIG.fingerprint.counting_rule,
         message:
             "Tabulating the fitted and the held-back values"
         script:
             "../../scripts/tabulate_fit.py"
 
-    rule measure_shape:
+    use rule tabulate_fit as measure_shape with:
         input:
-            search=rules.fit_jar.output.search,
+            search=rules.fit.output.search,
             published=PUBLISHED,
         output:
             shape=f"{RESULTS}/uncertainty/{FIT_MILL.name}/shape.json",
         log:
             f"{LOGS}/uncertainty/{FIT_MILL.name}_shape.log",
-        localrule: True
         params:
-            mill=dumped(FIT_MILL),
-            settings=SIMULATED_JAR["settings"],
-            counting_rule=CONFIG.fingerprint.counting_rule,
             probability=CONFIG.fingerprint.interval,
         message:
             "Calculating what the fit leaves open of the shape of the jar"
-        script:
-            "../../scripts/tabulate_fit.py"
-
-    rule fit:
-        """The shape of a jar by a fit to published powers."""
-        input:
-            rules.fit_jar.output,
 
     FIT_OUTPUTS += [
         *rules.measure_fit_sensitivity.output,
         *rules.tabulate_fit.output,
         # The search takes longer than the rest of the stage.
-        *(rules.fit_jar.output if "fit" in CONFIG.also else []),
+        *(rules.fit.output if "fit" in CONFIG.also else []),
     ]
 
 

@@ -129,14 +129,10 @@ def tests_of(variant: str) -> list[str]:
     return [CONFIG.surrogate.trained_test] if variant in ABLATED else SURROGATE_TESTS
 
 
-def measured(variant: str) -> list[str]:
-    """The tables of measures of a variant: of its roll-outs and of its single steps."""
-    return [f"{SURROGATE}/{variant}/{name}.tsv" for name in ("metrics", "single_steps")]
-
-
 def measured_trainings(variant: str) -> list[str]:
-    """The tables of measures of every training of a variant or ablation."""
-    return [path for training in CONFIG.surrogate.trainings_of(variant) for path in measured(training)]
+    """The tables of measures of every training of a variant or ablation, of its roll-outs and of its single steps."""
+    trainings = CONFIG.surrogate.trainings_of(variant)
+    return [f"{SURROGATE}/{name}/{table}.tsv" for name in trainings for table in ("metrics", "single_steps")]
 
 
 def edges_of(variant: str) -> dict:

@@ -37,8 +37,7 @@ except ModuleNotFoundError as error:
         "workflow, millprint (pip install git+URL); or use --sdm conda"
     ) from None
 
-from millprint.config.load import Sources
-from millprint.config.load import read_yaml
+from millprint.config.load import Sources, read_yaml
 from millprint.config.identity import contact_identity, dem_identity, identity, mill_identity, shared_identity
 from millprint.run.plan import OneLineAJob, failure_lines, given_run, stop_timers_at_the_end, success_lines
 from millprint.config.errors import ConfigError
@@ -47,7 +46,7 @@ from millprint.checks.check_once import DryRunCheck, check_once
 from millprint.config.workflow import check_jobs
 from millprint.run.plan import OTHER_S, Job, check_disk
 from millprint.run.machine import prepare_environment
-from millprint.run.digest import report_damaged
+from millprint.run.digest import program_digest, report_damaged, simulation_digest
 
 SOURCES = Sources(shipped)
 

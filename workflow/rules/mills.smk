@@ -25,8 +25,8 @@ rule draw_mill:
     input:
         sources=lambda wildcards: shape_files(wildcards.mill),
     output:
-        geometry_figure=figure(f"{MILL}/geometry"),
-        motion_figure=figure(f"{MILL}/motion"),
+        geometry_figure=figures(f"{MILL}/geometry"),
+        motion_figure=figures(f"{MILL}/motion"),
         geometry_tsv=f"{MILL}/geometry.tsv",
         motion_tsv=f"{MILL}/motion.tsv",
     log:
@@ -101,10 +101,10 @@ rule draw_fingerprint:
         spectra_summary=rules.describe_mill.output.spectra_summary,
         limits=rules.balance_heat.output.limits,
     output:
-        figure=figure(f"{MILL}/fingerprint"),
+        figure=figures(f"{MILL}/fingerprint"),
         pdf=f"{MILL}/fingerprint.pdf",
-        spectra_figure=figure(f"{DOSE}/{{mill}}/spectra"),
-        rules_figure=figure(f"{DOSE}/{{mill}}/spectra_rules"),
+        spectra_figure=figures(f"{DOSE}/{{mill}}/spectra"),
+        rules_figure=figures(f"{DOSE}/{{mill}}/spectra_rules"),
     log:
         f"{LOGS}/mills/{{mill}}_fingerprint.log",
     localrule: True
@@ -124,7 +124,7 @@ rule collect_mills:
         coverage=[f"{RESULTS}/mills/{name}/coverage.tsv" for name in BOX],
     output:
         table=f"{RESULTS}/mills/collapse.tsv",
-        figure=figure(f"{RESULTS}/mills/collapse"),
+        figure=figures(f"{RESULTS}/mills/collapse"),
         coverage=f"{RESULTS}/mills/coverage.tsv",
     log:
         f"{LOGS}/mills/collect.log",
@@ -181,7 +181,8 @@ rule mills:
 
 if CONFIG.mills.match is not None:
 
-    rule match_mills:
+    rule match:
+        """The settings of mills.match.mill that come nearest to a condition of another mill."""
         input:
             mill=predicting(CONFIG.mills.match.mill),
             like=predicting(CONFIG.mills.match.like.mill),
@@ -191,34 +192,30 @@ if CONFIG.mills.match is not None:
             f"{LOGS}/mills/match.log",
         localrule: True
         params:
-            settings=CONFIG.mills.match.model_dump(mode="json"),
+            settings=settings("mills.match"),
             descriptors=CONFIG.fingerprint.descriptors,
         message:
             "Matching {CONFIG.mills.match.mill} to {CONFIG.mills.match.like.mill}"
         script:
             "../../scripts/compare_mills.py"
 
-    rule match:
-        """The settings of mills.match.mill that come nearest to a condition of another mill."""
-        input:
-            rules.match_mills.output,
-
 
 if CONFIG.mills.scale_up is not None:
 
-    rule plan_scale_up:
+    rule scale_up:
+        """A large mill, similar to mills.scale_up.mill, and what it costs to simulate."""
         input:
             fingerprint=described(CONFIG.mills.scale_up.mill),
             summary=files_of(rows_of("SCALE_UP", CONFIG.mills.scale_up.mill)),
         output:
             sheet=f"{SCALE_UP}/sheet.tsv",
             run=f"{SCALE_UP}/run.tsv",
-            figure=figure(f"{SCALE_UP}/sheet"),
+            figure=figures(f"{SCALE_UP}/sheet"),
         log:
             f"{LOGS}/mills/scale_up.log",
         localrule: True
         params:
-            settings=CONFIG.mills.scale_up.model_dump(mode="json"),
+            settings=settings("mills.scale_up"),
             rayleigh_fraction=CONFIG.mills.rayleigh_fraction,
             mill=dumped(MILLS[CONFIG.mills.scale_up.mill]),
             contact=CONTACTS[CONFIG.mills.contact_set].model_dump(mode="json"),
@@ -227,17 +224,12 @@ if CONFIG.mills.scale_up is not None:
         script:
             "../../scripts/plan_scale_up.py"
 
-    rule scale_up:
-        """A large mill, similar to mills.scale_up.mill, and what it costs to simulate."""
-        input:
-            rules.plan_scale_up.output,
-
 
 EXPLORED_WITH = {
     "name": CONFIG.name,
     "rule": CONFIG.mills.rule,
     "descriptors": CONFIG.fingerprint.descriptors,
-    "heat": CONFIG.dose.heat.model_dump(mode="json"),
+    "heat": settings("dose.heat"),
 }
 # What a page takes from each mill, by the names of `millprint.explorer.content`.
 OF_MILL = {
@@ -297,7 +289,7 @@ rule study_settings:
         window=f"{STUDY}/window.tsv",
         verdict=f"{STUDY}/verdict.json",
         line=f"{STUDY}/verdict.txt",
-        figure=figure(f"{STUDY}/study"),
+        figure=figures(f"{STUDY}/study"),
     log:
         f"{LOGS}/convergence/{{mill}}_study.log",
     localrule: True
@@ -307,7 +299,7 @@ rule study_settings:
         sweep_seeds=lambda wildcards: len(TABLE.swept(wildcards.mill).sweep.seeds),
         counting_rule=CONFIG.mills.rule,
         rules=rules_named(CONFIG.mills.rule),
-        study=CONFIG.convergence.study.model_dump(mode="json"),
+        study=settings("convergence.study"),
     message:
         "Comparing time step, stiffness, facets, window and seeds of mill {wildcards.mill}"
     script:

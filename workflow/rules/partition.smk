@@ -16,14 +16,14 @@ rule partition_dissipation:
         table_4_5=f"{PARTITION}/table_4_5.tsv",
         slopes=f"{PARTITION}/slopes.tsv",
         design=f"{PARTITION}/design.tsv",
-        yield_figure=figure(f"{PARTITION_FIGURES}/yield"),
-        specific_figure=figure(f"{PARTITION_FIGURES}/specific_yield"),
-        mass_figure=figure(f"{PARTITION_FIGURES}/mass_per_watt"),
+        yield_figure=figures(f"{PARTITION_FIGURES}/yield"),
+        specific_figure=figures(f"{PARTITION_FIGURES}/specific_yield"),
+        mass_figure=figures(f"{PARTITION_FIGURES}/mass_per_watt"),
         doses=f"{DOSE}/dose.tsv",
         kinetics=f"{DOSE}/kinetics.tsv",
         curves=f"{DOSE}/kinetics_curves.tsv",
         verdict=f"{DOSE}/dose_verdict.txt",
-        dose_figure=figure(f"{DOSE}/dose"),
+        dose_figure=figures(f"{DOSE}/dose"),
     log:
         f"{LOGS}/partition/partition_dissipation.log",
     localrule: True
@@ -53,7 +53,7 @@ rule tabulate_spectra:
     message:
         "Tabulating the energy spectra of {CONFIG.contacts}"
     script:
-        "../../scripts/tabulate_spectra.py"
+        "../../scripts/tabulate_simulations.py"
 
 
 WEAR = CONFIG.dose.wear
@@ -82,7 +82,7 @@ rule fit_wear:
         fit=f"{DOSE}/wear_fit.tsv",
         coefficient=f"{DOSE}/wear_coefficient.json",
         wear=f"{DOSE}/wear.tsv",
-        figure=figure(f"{DOSE}/wear"),
+        figure=figures(f"{DOSE}/wear"),
     log:
         f"{LOGS}/dose/fit_wear.log",
     benchmark:
@@ -100,7 +100,9 @@ rule fit_wear:
         "../../scripts/fit_wear.py"
 
 
-rule predict_mill_wear:
+# No part of `mills`, which does not start the simulations of the thesis that the coefficient of wear comes from.
+rule mill_wear:
+    """The wear of the balls in the mills of the box."""
     input:
         summaries=lambda wildcards: [path for name in BOX for path in heated_summaries(name)],
         runs=lambda wildcards: [path for name in BOX for path in records_of(heated_summaries(name))],
@@ -108,7 +110,7 @@ rule predict_mill_wear:
         materials=WEAR.materials,
     output:
         table=f"{RESULTS}/mills/wear.tsv",
-        figure=figure(f"{RESULTS}/mills/wear"),
+        figure=figures(f"{RESULTS}/mills/wear"),
     log:
         f"{LOGS}/mills/wear.log",
     localrule: True
@@ -118,13 +120,6 @@ rule predict_mill_wear:
         "Predicting the wear of the balls in {BOX}"
     script:
         "../../scripts/fit_wear.py"
-
-
-# A target of its own: the coefficient of wear comes from the simulations of the thesis, which `mills` does not start.
-rule mill_wear:
-    """The wear of the balls in the mills of the box."""
-    input:
-        rules.predict_mill_wear.output,
 
 
 DOSE_OUTPUTS = [

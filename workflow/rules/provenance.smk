@@ -5,13 +5,14 @@ from os.path import relpath
 from millprint.config.load import CONTACT_FOLDER, MILL_FOLDER
 
 
-rule build_gallery:
+rule gallery:
+    """A page with every figure of the run."""
     input:
         RUN_OUTPUTS,
     output:
         html=shown(f"{RESULTS}/report/gallery.html"),
     log:
-        f"{LOGS}/report/build_gallery.log",
+        f"{LOGS}/report/gallery.log",
     localrule: True
     params:
         figures=lambda wildcards, input, output: reported_figures(input, Path(output.html).parents[1]),
@@ -19,13 +20,7 @@ rule build_gallery:
     message:
         "Collecting every figure with its caption, its tables, and how it was made"
     script:
-        "../../scripts/build_gallery.py"
-
-
-rule gallery:
-    """A page with every figure of the run."""
-    input:
-        rules.build_gallery.output,
+        "../../scripts/record_run.py"
 
 
 # The main one first. As seen from here: a run that is moved with its project stays the same run.
@@ -56,7 +51,7 @@ rule record_run:
 
 rule write_crate:
     input:
-        targets=[*RUN_OUTPUTS, *rules.build_gallery.output],
+        targets=[*RUN_OUTPUTS, *rules.gallery.output],
         configuration=rules.record_run.output.run,
     output:
         crate=shown(f"{RESULTS}/ro-crate-metadata.json"),

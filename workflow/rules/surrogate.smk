@@ -29,7 +29,7 @@ rule build_surrogate_dataset:
         f"{BENCHMARKS}/build_surrogate_dataset/build_surrogate_dataset.tsv"
     priority: 1
     params:
-        settings=CONFIG.surrogate.snapshots.model_dump(mode="json"),
+        settings=settings("surrogate.snapshots"),
     message:
         "Calculating features, targets and contacts of every training snapshot"
     script:
@@ -167,7 +167,7 @@ rule time_surrogates:
             }
             for name in CONFIG.surrogate.variants
         },
-        timing=CONFIG.surrogate.timing.model_dump(mode="json"),
+        timing=settings("surrogate.timing"),
     message:
         "Timing the surrogates and the simulation"
     script:
@@ -199,23 +199,20 @@ rule plot_surrogates:
         trainings=f"{SURROGATE}/trainings.tsv",
         baselines=f"{SURROGATE}/baselines.tsv",
         against=f"{SURROGATE}/against_baselines.tsv",
-        slices_figure=figure(f"{SURROGATE}/signed_distance"),
+        slices_figure=figures(f"{SURROGATE}/signed_distance"),
         slices_tsv=f"{SURROGATE}/signed_distance.tsv",
-        contacts_figure=figure(f"{SURROGATE}/wall_contacts"),
-        loop_figure=figure(f"{SURROGATE}/recursion"),
-        svgs=[
-            shown(f"{SURROGATE}/{variant}/{name}.svg")
-            for variant in CONFIG.surrogate.variants
-            for name in VARIANT_FIGURES
-        ],
-        pngs=[f"{SURROGATE}/{variant}/{name}.png" for variant in CONFIG.surrogate.variants for name in VARIANT_FIGURES],
+        contacts_figure=figures(f"{SURROGATE}/wall_contacts"),
+        loop_figure=figures(f"{SURROGATE}/recursion"),
+        variant_figures=figures(
+            *(f"{SURROGATE}/{variant}/{name}" for variant in CONFIG.surrogate.variants for name in VARIANT_FIGURES)
+        ),
     log:
         f"{LOGS}/surrogate/plot_surrogates.log",
     priority: 1
     localrule: True
     params:
         window=CONFIG.surrogate.graph.window,
-        edges=CONFIG.surrogate.edges.model_dump(mode="json"),
+        edges=settings("surrogate.edges"),
         snap_back_m=CONFIG.surrogate.rollout.snap_back_m,
         tests=MOVING_TESTS,
         trained_test=CONFIG.surrogate.trained_test,
@@ -268,7 +265,8 @@ SURROGATE_OUTPUTS = [
 ]
 
 
-rule tabulate_ablations:
+rule ablations:
+    """Appendix A: the ablations of the surrogate."""
     input:
         measured=[path for variant in CONFIG.surrogate.ablations for path in measured_trainings(variant)],
         histories=[
@@ -277,9 +275,9 @@ rule tabulate_ablations:
         claims=CONFIG.data.claims,
     output:
         ablations=f"{SURROGATE}/ablations.tsv",
-        figure=figure(f"{SURROGATE}/ablations"),
+        figure=figures(f"{SURROGATE}/ablations"),
     log:
-        f"{LOGS}/surrogate/tabulate_ablations.log",
+        f"{LOGS}/surrogate/ablations.log",
     localrule: True
     params:
         trainings={variant: CONFIG.surrogate.trainings_of(variant) for variant in CONFIG.surrogate.ablations},
@@ -292,9 +290,3 @@ rule tabulate_ablations:
         "Tabulating every ablation next to the statement of the thesis, and drawing them"
     script:
         "../../scripts/plot_surrogates.py"
-
-
-rule ablations:
-    """Appendix A: the ablations of the surrogate."""
-    input:
-        rules.tabulate_ablations.output,

@@ -89,9 +89,9 @@ rule add_uncertainty:
         fingerprint=f"{UNCERTAINTY}/fingerprint.json",
         sheet=f"{UNCERTAINTY}/fingerprint.tsv",
         curves=f"{UNCERTAINTY}/curves.tsv",
-        indices_figure=figure(f"{UNCERTAINTY}/indices"),
-        intervals_figure=figure(f"{UNCERTAINTY}/intervals"),
-        sheet_figure=figure(f"{UNCERTAINTY}/fingerprint"),
+        indices_figure=figures(f"{UNCERTAINTY}/indices"),
+        intervals_figure=figures(f"{UNCERTAINTY}/intervals"),
+        sheet_figure=figures(f"{UNCERTAINTY}/fingerprint"),
         sheet_pdf=f"{UNCERTAINTY}/fingerprint.pdf",
     log:
         f"{LOGS}/uncertainty/{{mill}}_add.log",

@@ -17,8 +17,8 @@ rule simulate_tumbling:
         kernels=ancient(f"{RESULTS}/dem/kernels.json"),
         measured=local(CONFIG.validation.measured),
     output:
-        runs=f"{RESULTS}/validation/{{setup}}/runs.tsv",
-        charge=f"{RESULTS}/validation/{{setup}}/charge.tsv",
+        runs=f"{VALIDATION}/{{setup}}/runs.tsv",
+        charge=f"{VALIDATION}/{{setup}}/charge.tsv",
     log:
         f"{LOGS}/validation/simulate_{{setup}}.log",
     benchmark:
@@ -43,11 +43,7 @@ rule simulate_tumbling:
 BEDS = [name for name in ("bead_drum", "repose_drum") if name in CONFIG.validation.chosen]
 
 
-wildcard_constraints:
-    setup="|".join(SETTINGS),
-
-
-rule predict_setup:
+use rule simulate_tumbling as predict_setup with:
     input:
         kernels=ancient(f"{RESULTS}/dem/kernels.json"),
         measured=local(CONFIG.validation.measured),
@@ -60,6 +56,8 @@ rule predict_setup:
         f"{LOGS}/validation/predict_{{setup}}.log",
     benchmark:
         f"{BENCHMARKS}/predict_setup/{{setup}}.tsv"
+    wildcard_constraints:
+        setup=any_of(SETTINGS),
     resources:
         processor_s=lambda wildcards: (
             0
@@ -68,17 +66,10 @@ rule predict_setup:
             + round(CONFIG.validation.chosen[wildcards.setup].further_s)
         ),
     params:
-        identity=lambda wildcards: identity_of_setup(wildcards.setup),
-        settings=lambda wildcards: setup_inputs(wildcards.setup)["settings"],
-        mill=lambda wildcards, output: setup_inputs(wildcards.setup)["mill"],
-        contacts=lambda wildcards, output: setup_inputs(wildcards.setup)["contacts"],
-        dem=lambda wildcards, output: settings("dem"),
         runs=lambda wildcards, output: str(Path(output.predictions).parents[2] / "dem"),
         folder=lambda wildcards, output: str(Path(output.predictions).parent),
     message:
         "Predicting set-up {wildcards.setup}"
-    script:
-        "../../scripts/predict_setup.py"
 
 
 # Verdicts and figures both come from the predictions.
@@ -95,16 +86,12 @@ rule judge_setups:
         coverage=f"{VALIDATION}/coverage.tsv",
         assumptions=f"{VALIDATION}/assumptions.tsv",
         page=shown(f"{VALIDATION}/tables.html"),
-        svgs=[shown(f"{VALIDATION}/{name}/predictions.svg") for name in CONFIG.validation.chosen],
-        pngs=expand(f"{VALIDATION}/{{setup}}/predictions.png", setup=CONFIG.validation.chosen),
+        figures=figures(*(f"{VALIDATION}/{name}/predictions" for name in CONFIG.validation.chosen)),
         # Only the first quantity, for a page.
-        first_svgs=expand(f"{VALIDATION}/{{setup}}/first.svg", setup=CONFIG.validation.chosen),
-        first_pngs=expand(f"{VALIDATION}/{{setup}}/first.png", setup=CONFIG.validation.chosen),
-        charge_svgs=[shown(f"{VALIDATION}/{name}/charge.svg") for name in CONFIG.validation.tumbling],
-        charge_pngs=expand(f"{VALIDATION}/{{setup}}/charge.png", setup=CONFIG.validation.tumbling),
+        first=[f"{VALIDATION}/{name}/first.{kind}" for name in CONFIG.validation.chosen for kind in ("svg", "png")],
+        charges=figures(*(f"{VALIDATION}/{name}/charge" for name in CONFIG.validation.tumbling)),
         intervals=expand(f"{VALIDATION}/{{setup}}/intervals.tsv", setup=CONFIG.validation.tumbling),
-        bed_svgs=[shown(f"{VALIDATION}/{name}/bed.svg") for name in BEDS],
-        bed_pngs=expand(f"{VALIDATION}/{{setup}}/bed.png", setup=BEDS),
+        beds=figures(*(f"{VALIDATION}/{name}/bed" for name in BEDS)),
         bed_tsvs=expand(f"{VALIDATION}/{{setup}}/bed.tsv", setup=BEDS),
     log:
         f"{LOGS}/validation/judge_setups.log",

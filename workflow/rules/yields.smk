@@ -1,7 +1,6 @@
 """Chapter 5: yield models, their evaluation, and the next experiments."""
 
-from millprint.config.yields import HeldOutConfig
-from millprint.config.yields import PRIMARY, TWO_STEP
+from millprint.config.yields import PRIMARY, TWO_STEP, HeldOutConfig
 from millprint.thesis.yields.regressors import (
     AVERAGED,
     BASELINES,
@@ -22,7 +21,7 @@ OTHER_MODEL = f"{YIELDS}/models/other_seed/{{model}}_{{strategy}}.json"
 HELD_OUT = f"{YIELDS}/held_out/{{model}}_{{strategy}}"
 # What a model is trained with, by its file in results/yield/models: regressor, strategy and settings.
 TRAINED_MODELS = {
-    **{f"{model}_{strategy}": (model, strategy, yield_settings("training")) for model, strategy in MODELS},
+    **{f"{model}_{strategy}": (model, strategy, settings("yields.training")) for model, strategy in MODELS},
     **{
         f"other_seed/{model}_{strategy}": (model, strategy, other_seed(CONFIG.yields.training).model_dump(mode="json"))
         for model, strategy in TUNED
@@ -58,7 +57,7 @@ rule split_screening:
     localrule: True
     params:
         factors=FACTORS,
-        other_sources=yield_settings("other_sources") if OTHER_SOURCES.in_training else {},
+        other_sources=settings("yields.other_sources") if OTHER_SOURCES.in_training else {},
     message:
         "Splitting the screening runs according to {input.split}"
     script:
@@ -78,7 +77,7 @@ rule train_yield_model:
         trained=any_of(TRAINED_MODELS),
     params:
         trained=lambda wildcards: TRAINED_MODELS[wildcards.trained],
-        search=yield_settings("search"),
+        search=settings("yields.search"),
     message:
         "Tuning and fitting the yield model {wildcards.trained} on the training rows"
     script:
@@ -110,7 +109,7 @@ rule train_averaged_models:
         mill=dumped(MILLS[CONFIG.mill]),
         volume_m3=MILLS[CONFIG.mill].volume_ml * 1e-6,
         proposals=CONFIG.yields.proposals.model_dump(mode="json", include={"experiments", "region"}),
-        averaging=yield_settings("averaging"),
+        averaging=settings("yields.averaging"),
     message:
         "Fitting the averaged Gaussian process on the training rows, and on every run"
     script:
@@ -137,9 +136,9 @@ rule hold_out_yields:
     wildcard_constraints:
         strategy=f"{PRIMARY}|{TWO_STEP}",
     params:
-        training=yield_settings("training"),
+        training=settings("yields.training"),
         evaluation=CONFIG.yields.evaluation.part(HeldOutConfig),
-        averaging=yield_settings("averaging"),
+        averaging=settings("yields.averaging"),
     message:
         "Predicting every run with models {wildcards.model}, {wildcards.strategy}, that were not trained on it"
     script:
@@ -164,8 +163,8 @@ rule evaluate_yield_models:
     benchmark:
         f"{BENCHMARKS}/evaluate_yield_models/evaluate_yield_models.tsv"
     params:
-        training=yield_settings("training"),
-        evaluation=yield_settings("evaluation"),
+        training=settings("yields.training"),
+        evaluation=settings("yields.evaluation"),
         interval_level=CONFIG.yields.interval_level,
     message:
         "Evaluating the yield models on the locked split, on held-out runs, outside their domain, and with other seeds"
@@ -185,12 +184,12 @@ rule permute_yields:
     benchmark:
         f"{BENCHMARKS}/permute_yields/permute_yields.tsv"
     params:
-        averaging=yield_settings("averaging"),
-        trial=yield_settings("library_trial"),
+        averaging=settings("yields.averaging"),
+        trial=settings("yields.library_trial"),
     message:
         "Scoring the averaged model on shuffled yields"
     script:
-        "../../scripts/permute_yields.py"
+        "../../scripts/try_averaged_model.py"
 
 
 rule predict_yields:
@@ -210,23 +209,20 @@ rule predict_yields:
     benchmark:
         f"{BENCHMARKS}/predict_yields/predict_yields.tsv"
     params:
-        settings=yield_settings("prediction"),
-        training=yield_settings("training"),
+        settings=settings("yields.prediction"),
+        training=settings("yields.training"),
         conformal_folds=CONFIG.yields.evaluation.conformal_folds,
         interval_level=CONFIG.yields.interval_level,
         volume_m3=MILLS[CONFIG.mill].volume_ml * 1e-6,
-        proposals=yield_settings("proposals"),
-        chemistry=CONFIG.doe.chemistry.model_dump(mode="json"),
+        proposals=settings("yields.proposals"),
+        chemistry=settings("doe.chemistry"),
     message:
         "Predicting the yields of {input.conditions}, and proposing the next experiments within the region"
     script:
         "../../scripts/predict_yields.py"
 
 
-rule search_retrospectively:
-    input:
-        train=rules.split_screening.output.train,
-        test=rules.split_screening.output.test,
+use rule permute_yields as search_retrospectively with:
     output:
         retrospective=f"{YIELDS}/retrospective.tsv",
         summary=f"{YIELDS}/retrospective_summary.tsv",
@@ -235,16 +231,13 @@ rule search_retrospectively:
     benchmark:
         f"{BENCHMARKS}/search_retrospectively/search_retrospectively.tsv"
     params:
-        settings=yield_settings("retrospective"),
-        averaging=yield_settings("averaging"),
+        settings=settings("yields.retrospective"),
         level=CONFIG.yields.evaluation.level,
     message:
         "Counting how many runs it would have taken to find the best one"
-    script:
-        "../../scripts/search_retrospectively.py"
 
 
-rule leave_groups_out:
+use rule hold_out_yields as leave_groups_out with:
     input:
         **OTHER_FILES,
         screening=CONFIG.data.screening,
@@ -267,16 +260,12 @@ rule leave_groups_out:
         machine=YIELD_MACHINE,
         mill=dumped(MILLS[CONFIG.mill]),
         factors=FACTORS,
-        other_sources=yield_settings("other_sources"),
-        training=yield_settings("training"),
-        evaluation=yield_settings("evaluation"),
-        averaging=yield_settings("averaging"),
-        prediction=yield_settings("prediction"),
+        other_sources=settings("yields.other_sources"),
+        evaluation=settings("yields.evaluation"),
+        prediction=settings("yields.prediction"),
         interval_level=CONFIG.yields.interval_level,
     message:
         "Predicting every source of yields, and the fill ratios of {input.regimes}, by models trained without them"
-    script:
-        "../../scripts/leave_groups_out.py"
 
 
 YIELD_FIGURES = f"{YIELDS}/figures"
@@ -302,7 +291,7 @@ rule plot_yields:
         sources_predictions=rules.leave_groups_out.output.sources_predictions,
         claims=CONFIG.data.claims,
     output:
-        **{f"{name}_figure": figure(f"{YIELD_FIGURES}/{name}") for name in DRAWN_YIELDS},
+        **{f"{name}_figure": figures(f"{YIELD_FIGURES}/{name}") for name in DRAWN_YIELDS},
     log:
         f"{LOGS}/yields/plot_yields.log",
     localrule: True

@@ -85,8 +85,8 @@ OWN_KEYS = set(DemConfig.model_fields)
 
 # Jobs that read a simulation of LAMMPS, or none.
 JOBS_OF_LAMMPS = {
-    *("run_dem_case", "tabulate_simulations", "simulations", "draw_mill", "derive_sweep"),
-    *("compile_kernels", "build_gallery", "write_crate", "gallery", "crate"),
+    *("run_dem_case", "simulations", "draw_mill", "derive_sweep"),
+    *("compile_kernels", "gallery", "write_crate", "crate"),
 }
 
 

@@ -133,6 +133,11 @@ def legend_below(figure: Figure | SubFigure, axes: Iterable[Axes], columns: int,
     figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=columns, **look)
 
 
+def in_pairs(paths: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """The SVG and the PNG of each of several figures, whose paths a rule lists one after the other."""
+    return zip(paths[::2], paths[1::2], strict=True)
+
+
 def save(
     figure: Figure, svg: str | Path, png: str | Path, pdf: str | Path | None = None, tsv: str | Path | None = None
 ) -> None:

@@ -239,7 +239,7 @@ ORIGINS: dict[str, tuple[str, str]] = {
         "millprint.thesis.surrogate.graph_surrogate.simulation_seconds",
     ),
     "surrogate/runtime.tsv": ("time_surrogates", "millprint.thesis.surrogate.graph_surrogate.time_rollouts"),
-    "surrogate/ablations.tsv": ("tabulate_ablations", "millprint.thesis.surrogate.measures.ablation_table"),
+    "surrogate/ablations.tsv": ("ablations", "millprint.thesis.surrogate.measures.ablation_table"),
 }
 
 

@@ -1,17 +1,20 @@
-"""How many runs the search for the next experiment needs to find the best run.
+"""What the averaged process is worth: could chance score as well, and how many runs does it need to find the best?
 
-Settings: yields.retrospective, yields.averaging, yields.evaluation.level.
+Settings: yields.averaging; yields.library_trial, or yields.retrospective and the level of intervals.
 Inputs: `train` and `test`.
-Outputs: `retrospective`, `summary`.
+Outputs: `permutations` and `permutation_test`, of shuffled yields; or `retrospective` and `summary`.
 """
+
+from collections.abc import Sequence
 
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from millprint.config.yields import AveragingConfig, RetrospectiveConfig
+from millprint.config.yields import AveragingConfig, LibraryTrialConfig, RetrospectiveConfig
 from millprint.run.files import write_table
 from millprint.run.job import job, progress
 from millprint.thesis.doe.factorial_designs import YIELD
+from millprint.thesis.yields.averaging import permutation_p, permute
 from millprint.thesis.yields.experiments import read_rows
 from millprint.thesis.yields.proposals import (
     STRATEGIES,
@@ -24,7 +27,16 @@ from millprint.thesis.yields.proposals import (
 )
 
 
-def main(parts: list[str], output, plan: RetrospectiveConfig, averaging: AveragingConfig, level: float) -> None:
+def shuffle(parts: Sequence[str], output, averaging: AveragingConfig, trial: LibraryTrialConfig) -> None:
+    """Write the score of every shuffle of the yields, and the p-value."""
+    rows = pd.concat([read_rows(path) for path in parts], ignore_index=True)
+    with threadpool_limits(1), progress(trial.permutations + 1, "permuting yields", "shuffle") as bar:
+        table = permute(rows, averaging, trial, bar.update)
+    write_table(table, output.permutations)
+    write_table(permutation_p(table), output.permutation_test)
+
+
+def search(parts: list[str], output, plan: RetrospectiveConfig, averaging: AveragingConfig, level: float) -> None:
     """Write how many runs each strategy needs to find the best one."""
     every = pd.concat([read_rows(path) for path in parts], ignore_index=True)
     library = smaller_library(averaging, plan)
@@ -50,11 +62,10 @@ def main(parts: list[str], output, plan: RetrospectiveConfig, averaging: Averagi
 
 
 if "snakemake" in globals():
-    with job(snakemake.log[0], "search retrospectively"):
-        main(
-            [snakemake.input.train, snakemake.input.test],
-            snakemake.output,
-            RetrospectiveConfig(**snakemake.params.settings),
-            AveragingConfig(**snakemake.params.averaging),
-            snakemake.params.level,
-        )
+    own, made = snakemake.params, snakemake.output
+    parts, averaging = [snakemake.input.train, snakemake.input.test], AveragingConfig(**own.averaging)
+    with job(snakemake.log[0], "try the averaged model"):
+        if made.get("permutations"):
+            shuffle(parts, made, averaging, LibraryTrialConfig(**own.trial))
+        else:
+            search(parts, made, RetrospectiveConfig(**own.settings), averaging, own.level)
