@@ -12,7 +12,6 @@ from millprint.dose.spectra import tabulate_spectra
 from millprint.fingerprint.readers import read_counted
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.validation.tumbling_runs import tabulate
 
 
 def write_spectra(run_paths: list[str], spectra_path: str, summary_path: str, rules: list[dict]) -> None:
@@ -27,6 +26,9 @@ if "snakemake" in globals():
     given, made, own = snakemake.input, snakemake.output, snakemake.params
     with job(snakemake.log[0], "tabulate simulations") as logger:
         if made.get("table"):
+            # Slow to import, and spectra do not need it.
+            from millprint.validation.tumbling_runs import tabulate
+
             write_table(tabulate(given.summaries), made.table)
         else:
             for (contact, runs), *paths in zip(own.runs.items(), made.spectra, made.summary, strict=True):

@@ -438,8 +438,8 @@ class SourceConfig(Section):
 class OtherSourcesConfig(Section):
     """Runs of other groups or mills, to test the yield models on runs that are not ours."""
 
-    # Name of the source of data.screening.
-    own: ClassVar[str] = "screening"
+    own: SourceName = "screening"
+    """name of the source of data.screening"""
     runs: ProjectFile | None = None
     """table of the others' runs, with a column `source`; if left out, there is one source"""
     sources: list[SourceConfig] = []
