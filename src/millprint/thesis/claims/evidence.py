@@ -15,6 +15,7 @@ from functools import cache, cached_property
 from pathlib import Path
 
 import pandas as pd
+import yaml
 
 from millprint.config.errors import ConfigError
 from millprint.estimate.estimates import Estimate, Interval, spread_of
@@ -200,47 +201,15 @@ def reason_of(value: Verdict, repeats: Verdict | None) -> str:
     return "; ".join(dict.fromkeys(each.reason for each in (value, repeats) if each))
 
 
-# By path from the results folder: the rule that writes the file, and the function that computes its content. Where one
-# column has a function of its own, its name follows the path. Functions are named, not imported: claims read files, and
-# what computed these would bring most of the library.
-ORIGINS: dict[str, tuple[str, str]] = {
-    "doe/fraction.json": ("tabulate_experiments", "millprint.thesis.doe.factorial_designs.describe"),
-    "doe/audit.tsv": ("tabulate_experiments", "millprint.thesis.doe.factorial_designs.audit_table"),
-    "doe/anova_printed.tsv": ("analyse_variance", "millprint.thesis.doe.variance.printed_table"),
-    "doe/interactions.tsv": ("analyse_variance", "millprint.thesis.doe.variance.interaction_table"),
-    "doe/residuals.tsv": ("analyse_variance", "millprint.thesis.doe.residuals.residual_table"),
-    "doe/pareto.tsv": ("analyse_variance", "millprint.thesis.doe.variance.pareto_table"),
-    "doe/anova_corrected.tsv": ("analyse_variance", "millprint.thesis.doe.variance.corrected_table"),
-    "doe/half_life.tsv": ("tabulate_experiments", "millprint.thesis.doe.wet_lab.half_life_table"),
-    "doe/wear.tsv": ("tabulate_experiments", "millprint.thesis.doe.wet_lab.wear_table"),
-    "calibration/drop_test.tsv": ("calibrate_restitution", "millprint.thesis.drop.simulate_drops"),
-    "calibration/*/friction_fit.tsv": ("fit_friction", "millprint.thesis.friction_fit.fit_experiment"),
-    "convergence/modulus.tsv": ("tabulate_convergence", "millprint.dem.convergence.convergence_table"),
-    "dem/*/summary.json": ("run_dem_case", "millprint.dem.run.summarise"),
-    "fingerprint/descriptors.tsv": ("fit_master_curves", "millprint.fingerprint.descriptors.tabulate_descriptors"),
-    "fingerprint/cycles.tsv": ("fit_master_curves", "millprint.thesis.regimes.tabulate_cycles"),
-    "fingerprint/means_*.tsv": ("fit_master_curves", "millprint.thesis.scaling.average_curves"),
-    "fingerprint/collapse.tsv": ("fit_master_curves", "millprint.thesis.scaling.tabulate_collapse"),
-    "fingerprint/inverse.tsv": ("fit_master_curves", "millprint.thesis.scaling.invert_speed"),
-    "partition/table_4_2.tsv yield_percent": ("partition_dissipation", "millprint.thesis.regimes.read_regimes"),
-    "partition/table_4_2.tsv": ("partition_dissipation", "millprint.thesis.regimes.design_cases"),
-    "partition/table_4_3.tsv": ("partition_dissipation", "millprint.thesis.regimes.compare_with_prior"),
-    "partition/table_4_4.tsv": ("partition_dissipation", "millprint.thesis.regimes.specific_yields"),
-    "partition/table_4_5.tsv": ("partition_dissipation", "millprint.thesis.regimes.energy_leverage"),
-    "partition/slopes.tsv": ("partition_dissipation", "millprint.thesis.regimes.fit_slopes"),
-    "yield/held_out/*.tsv": ("hold_out_yields", "millprint.thesis.yields.held_out.predict_held_out"),
-    "yield/scores_by_scheme.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.score_table"),
-    "yield/out_of_domain.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.predictions"),
-    "yield/time_variance.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.time_variance"),
-    "yield/shap_ranking.tsv": ("evaluate_yield_models", "millprint.thesis.yields.evaluation.rank_features"),
-    "surrogate/*/metrics.tsv": ("evaluate_surrogate", "millprint.thesis.surrogate.rollout_evaluation.evaluate"),
-    "surrogate/runtime.tsv dem_seconds_for_15_s": (
-        "time_surrogates",
-        "millprint.thesis.surrogate.graph_surrogate.simulation_seconds",
-    ),
-    "surrogate/runtime.tsv": ("time_surrogates", "millprint.thesis.surrogate.graph_surrogate.time_rollouts"),
-    "surrogate/ablations.tsv": ("ablations", "millprint.thesis.surrogate.measures.ablation_table"),
-}
+@cache
+def origins() -> dict[str, tuple[str, str]]:
+    """The rule that writes each file, and the function that computes its content; see the head of origins.yaml."""
+    listed = yaml.safe_load(Path(__file__).with_name("origins.yaml").read_text(encoding="utf-8"))
+    return {
+        f"{folder}/{file}": (rule, f"millprint.{function}")
+        for folder, files in listed.items()
+        for file, (rule, function) in files.items()
+    }
 
 
 @dataclass(frozen=True)
@@ -271,11 +240,11 @@ class Source:
 
 
 def source_in(path: str, columns: str, rows: str = "") -> Source:
-    """A source in a file of the results. Raises KeyError for a file that ORIGINS does not have."""
-    for pattern, (rule, function) in ORIGINS.items():
+    """A source in a file of the results. Raises KeyError for a file that origins.yaml does not have."""
+    for pattern, (rule, function) in origins().items():
         if fnmatch(path, pattern) or pattern == f"{path} {columns}":
             return Source(path, columns, rows, rule, function)
-    raise KeyError(f"{path}: no file of ORIGINS")
+    raise KeyError(f"{path}: no file of origins.yaml")
 
 
 @dataclass(frozen=True)
