@@ -117,7 +117,7 @@ def test_claims_and_code_must_have_the_same_ids(tmp_path, change, said):
 
 
 def test_a_file_of_unknown_origin_is_no_source():
-    with pytest.raises(KeyError, match="no file of origins.yaml"):
+    with pytest.raises(KeyError, match="no file of origins"):
         source_in("doe/unknown.tsv", "value")
 
 
