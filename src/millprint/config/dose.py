@@ -271,8 +271,6 @@ class HeatConfig(Section):
     """mills whose heat balance is part of the whole run, in addition to the run's mill: files in config/mills"""
     samples: Annotated[int, Field(ge=8, le=100_000)] = 200
     """samples of the parameters, a Latin hypercube over their ranges"""
-    # Seed of the samples.
-    seed: ClassVar[int] = 0
     # Probability of every band [-].
     probability: ClassVar[float] = 0.9
     programme: ProgrammeSection = ProgrammeSection()

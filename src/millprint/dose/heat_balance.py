@@ -26,6 +26,7 @@ from scipy.special import exprel
 from millprint.config.dose import COEFFICIENT, PARAMETERS, TEMPERATURE, HeatConfig, RangeSection
 from millprint.config.errors import ConfigError
 from millprint.config.sweep import as_tabulated
+from millprint.estimate.estimates import latin_hypercube
 from millprint.run.files import read_json
 from millprint.run.hdf5 import open_hdf5
 
@@ -393,23 +394,14 @@ def ranges_of(settings: HeatConfig, mill: str) -> dict[str, tuple[RangeSection, 
 
 
 def sample(settings: HeatConfig, mill: str) -> pd.DataFrame:
-    """A Latin hypercube over the ranges (McKay, Beckman and Conover, Technometrics 21 (1979) 239): a row a sample.
+    """Samples of the ranges, a row each: see `latin_hypercube`.
 
     A range that spans a factor of ten is uniform in the logarithm. If a pause is cooled like milling, both have the
     same sampled number.
     """
-    # Slow to import, and the check of the input imports this module.
-    from scipy.stats import qmc
-
-    ranges = ranges_of(settings, mill)
-    cube = qmc.LatinHypercube(len(ranges), rng=np.random.default_rng(settings.seed)).random(settings.samples)
-    columns = {}
-    for share, (name, (given, _, _)) in zip(cube.T, ranges.items(), strict=True):
-        columns[name] = (
-            given.low * (given.high / given.low) ** share
-            if given.logarithmic
-            else given.low + (given.high - given.low) * share
-        )
+    ranges = {name: given for name, (given, _, _) in ranges_of(settings, mill).items()}
+    wide = [name for name, given in ranges.items() if given.logarithmic]
+    columns = latin_hypercube({name: (given.low, given.high) for name, given in ranges.items()}, settings.samples, wide)
     cooling = settings.jar_of(mill).cooling
     if AT_REST[cooling] == cooling:
         columns[RESTING] = columns[RUNNING]

@@ -1,7 +1,7 @@
 """A number with its intervals, each named by what it holds: sums, parts and ratios, and repeats."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
@@ -288,3 +288,20 @@ def _at_least_two(values: Sequence[float]) -> np.ndarray:
     if len(values) < 2:
         raise ValueError("an interval needs two repeats or more")
     return np.asarray(values, dtype=float)
+
+
+def latin_hypercube(
+    ranges: Mapping[str, tuple[float, float]], count: int, logarithmic: Collection[str] = ()
+) -> dict[str, np.ndarray]:
+    """Samples that fill ranges evenly (McKay, Beckman and Conover, Technometrics 21 (1979) 239): `count` of each name.
+
+    Those of `logarithmic` are even in the logarithm. The same ranges always give the same samples.
+    """
+    # Slow to import, and who checks input imports this module.
+    from scipy.stats import qmc
+
+    cube = qmc.LatinHypercube(len(ranges), rng=np.random.default_rng(0)).random(count)
+    return {
+        name: low * (high / low) ** share if name in logarithmic else low + (high - low) * share
+        for share, (name, (low, high)) in zip(cube.T, ranges.items(), strict=True)
+    }

@@ -24,7 +24,7 @@ from millprint.config.setup_models import (
 from millprint.config.sweep import Case, expand_sweep
 from millprint.dem.layout import SNAPSHOT
 from millprint.dem.simulation import Simulation
-from millprint.estimate.estimates import half_width
+from millprint.estimate.estimates import half_width, latin_hypercube
 from millprint.mill.kernel_columns import span_of
 from millprint.run.hdf5 import open_hdf5
 from millprint.validation.measured import BLOCKS, CONTACT, SCATTER, Inputs, prediction
@@ -148,8 +148,7 @@ ACROSS = [0, 2]
 TURNING, SHORT = "turning with the drum", "shorter slice"
 # Places per ball diameter at which the speed is predicted, in addition to the measured ones.
 PLACES_PER_DIAMETER = 1
-# The varied parameters, and whether their logarithm is varied.
-VARIED = {"restitution": False, "static_friction": False, "rolling_friction": True}
+VARIED = ("restitution", "static_friction", "rolling_friction")
 
 
 @dataclass(frozen=True)
@@ -303,19 +302,10 @@ def slab_of_bed(path: Path, thickness: float) -> pd.DataFrame:
 
 
 def sample_contacts(contact: ContactConfig, settings: ReposeDrumConfig) -> list[ContactConfig]:
-    """Contact sets with parameters drawn from the intervals of the settings by a Latin hypercube, the seed fixed."""
-    # Slow to import, and every set-up imports this module.
-    from scipy.stats import qmc
-
-    draws = qmc.LatinHypercube(len(VARIED), rng=0).random(settings.samples)
-    changed = []
-    for draw in draws:
-        update = {}
-        for (name, in_logarithm), share in zip(VARIED.items(), draw, strict=True):
-            low, high = getattr(settings, name)
-            update[name] = low * (high / low) ** share if in_logarithm else low + (high - low) * share
-        changed.append(contact.model_copy(update=update))
-    return changed
+    """Contact sets with parameters drawn from the intervals of the settings by a Latin hypercube."""
+    ranges = {name: getattr(settings, name) for name in VARIED}
+    drawn = pd.DataFrame(latin_hypercube(ranges, settings.samples, ["rolling_friction"]))
+    return [contact.model_copy(update=row) for row in drawn.to_dict("records")]
 
 
 def _slice_angle(inputs: Inputs, case: Case, contact: ContactConfig) -> Values:

@@ -21,6 +21,7 @@ from millprint.dem.collisions import collision_table, mean_of_turns
 from millprint.dem.layout import SNAPSHOT, SNAPSHOT_TOTAL
 from millprint.dem.ledger import check_balance, ledger_series, ledger_summary
 from millprint.dem.simulation import Simulation
+from millprint.estimate.estimates import latin_hypercube
 from millprint.mill.gravity import GRAVITY
 from millprint.mill.kernel_columns import span_of
 from millprint.run.files import read_json
@@ -140,12 +141,7 @@ CONTACT_KEYS = ("restitution", "static_friction", "wall_restitution", "wall_stat
 PREDICTS, FURTHER, SAMPLE = "predicts", "further", "sample"
 # Columns of a table of runs.
 DESIGN_COLUMNS = ("run", "role", "contact", "number", "speed", "speed_rpm", "seed", *CONTACT_KEYS)
-RESULT_COLUMNS = (
-    *("power_W", "dissipation_W", "toe_deg", "shoulder_deg", "carried", "rings", "angle_deg"),
-    *("closure", "step_s", "window_s", "wall_clock_s"),
-)
 CHARGE_COLUMNS = ("run", "number", "speed", "angle_deg", "x_m", "z_m", "diameter_m", "ball_speed_m_s")
-SAMPLE_SEED = 0
 
 
 def contact_values(contact: ContactConfig) -> dict[str, float]:
@@ -164,14 +160,9 @@ def sampled_contacts(settings: TumblingConfig) -> list[dict[str, float]]:
     """CONTACT_KEYS of the sample: a Latin hypercube over the ranges of the section."""
     if not settings.samples:
         return []
-    # Slow to import, and every set-up imports this module.
-    from scipy.stats import qmc
-
     keys = ("restitution", "static_friction", "wall_static_friction", "rolling_friction")
-    ranges = np.array([getattr(settings, key) for key in keys])
-    points = qmc.LatinHypercube(len(keys), rng=np.random.default_rng(SAMPLE_SEED)).random(settings.samples)
-    rows = [dict(zip(keys, row, strict=True)) for row in qmc.scale(points, ranges[:, 0], ranges[:, 1]).tolist()]
-    return [{**row, "wall_restitution": row["restitution"]} for row in rows]
+    drawn = latin_hypercube({key: getattr(settings, key) for key in keys}, settings.samples)
+    return pd.DataFrame({**drawn, "wall_restitution": drawn["restitution"]}).to_dict("records")
 
 
 def measured_speeds(settings: TumblingConfig, points: pd.DataFrame) -> dict[int, list[float]]:
@@ -235,7 +226,7 @@ def case_of(row: Mapping[str, Any], settings: TumblingConfig, mill: MillConfig) 
 
 
 def simulate(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig) -> tuple[dict, np.ndarray]:
-    """The results (RESULT_COLUMNS) of a case, and a last picture of the charge: (n, 4) x, z, diameter [m], speed [m/s].
+    """The results of a case, and a last picture of the charge: (n, 4) x, z, diameter [m], speed [m/s].
 
     Raises SimulationError as the simulation does, and for an energy balance that does not close.
     """

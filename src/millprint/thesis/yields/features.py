@@ -94,8 +94,6 @@ LOCKED_AGAIN = "locked_reduced_budget"
 
 
 METRICS = ("rmse", "mae", "mape", "r2", "wmse")
-# The metrics of which more is better; all others are errors.
-GAINS = ("r2",)
 # How a score that is repeated with other folds spreads.
 SPREAD = ("repeats", "lowest", "median", "highest")
 
