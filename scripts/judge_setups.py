@@ -27,9 +27,9 @@ from millprint.config.setup_models import (
 from millprint.figures.style import in_pairs, save
 from millprint.figures.validation_figures import plot_bed, plot_charge, plot_setup, plot_shaken
 from millprint.mill.bodies import build_bodies
+from millprint.report.table_pages import write_chapter
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
-from millprint.thesis.report.table_pages import write_chapter
 from millprint.validation.drums import slab_of_bed
 from millprint.validation.measured import measured_points, read_measurements
 from millprint.validation.setups import PREDICTED, assumption_table, setup_named

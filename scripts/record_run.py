@@ -22,7 +22,7 @@ def build_gallery(figures: list[dict], results: str, config: dict, output: str) 
     """Write the page of `figures`, as `Listed` has them, from the folder `results`; returns their number."""
     # Slow to import, and not needed for the configuration.
     from millprint.provenance.lineage import read_jobs
-    from millprint.thesis.report.gallery import Listed, gallery_page, show
+    from millprint.report.gallery import Listed, gallery_page, show
 
     jobs, folder = read_jobs(), Path(results)
     shown = []

@@ -12,6 +12,7 @@ import pandas as pd
 from markupsafe import Markup
 
 from millprint.provenance.lineage import CRATE
+from millprint.report.table_pages import Section, tables_page, write_chapter
 from millprint.run.files import read_table, whole_file, write_table
 from millprint.run.job import job
 from millprint.run.machine import provenance
@@ -32,7 +33,6 @@ from millprint.thesis.report.claims_page import (
     tabulate_runtimes,
     what_falls,
 )
-from millprint.thesis.report.table_pages import Section, tables_page, write_chapter
 from millprint.thesis.surrogate.measures import told_against
 
 

@@ -7,9 +7,9 @@ from matplotlib.collections import EllipseCollection, LineCollection
 
 from millprint.config.errors import ConfigError
 from millprint.figures.style import DRAWN_COLUMNS, save
+from millprint.report.gallery import first_sentence, render_caption
 from millprint.run.files import read_table
 from millprint.run.outputs import captioned
-from millprint.thesis.report.gallery import first_sentence, render_caption
 
 CONFIG = {"name": "made", "results": "results"}
 

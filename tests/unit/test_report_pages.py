@@ -4,10 +4,10 @@ import re
 
 import pandas as pd
 
+from millprint.report.table_pages import Section, tables_page
 from millprint.run.html_pages import embed_json
 from millprint.thesis.claims.tabulate import INTERVAL_PARTS, JAR_COLUMNS
 from millprint.thesis.report.claims_page import largest_deviations
-from millprint.thesis.report.table_pages import Section, tables_page
 
 
 def test_what_a_table_holds_cannot_become_markup():

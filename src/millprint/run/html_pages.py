@@ -13,10 +13,14 @@ def render_page(template: Path, **values: Any) -> str:
     return fill_template(template, True, **values)
 
 
+# Templates name those of other folders from here, such as report/tables.html.
+PACKAGE = Path(__file__).parents[1]
+
+
 def fill_template(template: Path, is_html: bool = False, /, **values: Any) -> str:
     """Fill a Jinja template of plain text. Raises UndefinedError for a missing value."""
     environment = Environment(
-        loader=FileSystemLoader(template.parent),
+        loader=FileSystemLoader([template.parent, PACKAGE]),
         autoescape=is_html,
         undefined=StrictUndefined,
         trim_blocks=True,

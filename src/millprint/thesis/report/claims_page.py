@@ -8,17 +8,20 @@ import pandas as pd
 from markupsafe import Markup
 
 from millprint.estimate.judge import AGREES, DIFFERS, OPEN
+from millprint.report.table_pages import FOLDER, Section, section_id, tables_page
 from millprint.run.files import read_table
 from millprint.run.html_pages import embed_files, render_page
 from millprint.run.outputs import listed_tables
 from millprint.thesis.claims.conclusions import HOLDINGS, HOLDS, deviating_everywhere, in_prose
 from millprint.thesis.claims.evidence import ERRATUM, NATURES, Finding
 from millprint.thesis.claims.tabulate import INTERVAL_PARTS, JAR_COLUMNS, count_natures, count_verdicts
-from millprint.thesis.report.table_pages import FOLDER, Section, section_id, tables_page
 
 RUNTIME_COLUMNS = ["stage", "job", "wall_s", "processor_s", "memory_MB"]
 # The line that millprint.run.job writes at the end of a job.
 DONE = re.compile(r": done in ([\d.]+) s$", re.MULTILINE)
+
+# The templates of these pages.
+OWN = Path(__file__).parent
 
 
 def _row(folder: Path, path: Path, **times: float) -> dict:
@@ -146,7 +149,7 @@ def claims_page(name: str, claims: pd.DataFrame, findings: dict[str, Finding], r
     shown = shown.drop(columns=["basis", "tolerance", "source", *INTERVAL_PARTS, *JAR_COLUMNS])
     introduction = f"What the run {name} computed for each claim, and its verdicts. {count_natures(claims)}."
     sections = [Section("Every claim", shown, cards=True)]
-    return tables_page("Claims of the thesis", introduction, sections, template="claims.html")
+    return tables_page("Claims of the thesis", introduction, sections, template=OWN / "claims.html")
 
 
 def what_falls(claims: pd.DataFrame, conclusions: pd.DataFrame, stored: pd.DataFrame, run: str) -> list[str]:
@@ -216,7 +219,7 @@ def summary_page(
         "largest": Section("Largest deviations", largest.head(LARGEST_COUNT), cards=True),
     }
     return render_page(
-        FOLDER / "summary.html",
+        OWN / "summary.html",
         title="Which conclusions of the thesis stand",
         introduction=f"Run {name}: the conclusions of the thesis and the {len(claims)} numbers and statements that "
         "they rest on, computed again from its measured data and its methods, and compared with what is printed.",

@@ -75,10 +75,10 @@ def _cells(column: pd.Series) -> list[Cell]:
     ]
 
 
-def tables_page(title: str, introduction: str, sections: list[Section], template: str = "tables.html") -> str:
+def tables_page(title: str, introduction: str, sections: list[Section], template: Path = FOLDER / "tables.html") -> str:
     """A page with all tables, each with its title."""
     return render_page(
-        FOLDER / template,
+        template,
         title=title,
         introduction=introduction,
         sections=sections,

@@ -18,9 +18,9 @@ from PIL import Image
 
 from millprint.config.errors import ConfigError
 from millprint.provenance.lineage import Job
+from millprint.report.table_pages import FOLDER, section_id
 from millprint.run.html_pages import embed_files, render_page
 from millprint.run.outputs import captioned
-from millprint.thesis.report.table_pages import FOLDER, section_id
 
 # Twice the width of a thumbnail on the page [px], and its quality: lines and letters stay sharp.
 THUMBNAIL_PX, THUMBNAIL_QUALITY = 640, 80

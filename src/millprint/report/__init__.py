@@ -1,0 +1,1 @@
+"""Pages of a run of any mill: its gallery, and its tables."""
