@@ -29,7 +29,7 @@ from millprint.dem.layout import LANE, LANES
 from millprint.dem.simulation import walls_for
 from millprint.mill.bodies import build_bodies
 from millprint.mill.distance import signed_distance
-from millprint.mill.outlines import Facet
+from millprint.mill.outlines import facets_of
 from millprint.mill.vessel import Vessel, build_vessel
 from tests.closed_distances import SMOOTH, Feet, distance_to_triangles, feet, nearest_on_triangles
 from tests.physics.setups import CALIBRATED, FewBalls
@@ -81,7 +81,7 @@ def vessel_of(geometry: dict, solid: bool = False) -> Vessel:
         return build_vessel(mill)
     outer, inner = (body.vessel for body in build_bodies(mill, 60.0))
     # Its floor is at z = 0.
-    walls = [Facet.from_loops([loop - [0, 0, 0.3] for loop in facet.loops]) for facet in outer.facets]
+    walls = facets_of([[loop - [0, 0, 0.3] for loop in facet.loops] for facet in outer.facets])
     return Vessel([*walls, *inner.facets], "made", curves=inner.curves,
                   on_curves=np.append(np.full(len(walls), -1), inner.facet_curves), report=inner.report)  # fmt: skip
 

@@ -5,7 +5,7 @@ import numpy as np
 from millprint.config.contact_set import ContactConfig
 from millprint.dem import simulation
 from millprint.mill.motion import Motion
-from millprint.mill.outlines import Facet
+from millprint.mill.outlines import facets_of
 from millprint.mill.vessel import Vessel
 
 CALIBRATED = ContactConfig(
@@ -36,7 +36,7 @@ def prism(outline: np.ndarray, height: float, turn: np.ndarray | None = None) ->
     if turn is not None:
         low, high = low @ turn.T, high @ turn.T
     sides = [[np.array([high[k], high[k - 1], low[k - 1], low[k]])[::-1]] for k in range(len(outline))]
-    return Vessel([Facet.from_loops(loops) for loops in [*sides, [low], [high[::-1]]]])
+    return Vessel(facets_of([*sides, [low], [high[::-1]]]))
 
 
 def box(width: float = 0.2, depth: float = 0.2, height: float = 0.2, turn: np.ndarray | None = None) -> Vessel:

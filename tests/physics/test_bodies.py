@@ -11,7 +11,7 @@ from millprint.dem.ledger import closure, ledger_series
 from millprint.dem.simulation import Simulation
 from millprint.mill.bodies import ball_space_m3, build_bodies
 from millprint.mill.distance import signed_distance
-from millprint.mill.outlines import Facet
+from millprint.mill.outlines import facets_of
 from millprint.mill.vessel import Vessel, build_vessel
 
 DEM = DemConfig(time_step_s=2e-6, settle_s=0.05, window_s=0.2)
@@ -115,7 +115,7 @@ def notched_crate(folder) -> dict:
     x, y = [-40, 40, 40, 12, 12, 8, 8, -40], [-30, -30, 30, 30, 22, 22, 30, 30]
     low, high = (np.column_stack([x, y, np.full(8, z)]) / 1e3 for z in (0, 50))
     sides = [np.array([low[k], high[k], high[(k + 1) % 8], low[(k + 1) % 8]]) for k in range(8)]
-    hollow = Vessel([Facet.from_loops([loop]) for loop in (low, high[::-1], *sides)])
+    hollow = Vessel(facets_of([[loop] for loop in (low, high[::-1], *sides)]))
     vertices, triangles = hollow.triangles()
     trimesh.Trimesh(vertices * 1e3, triangles[:, ::-1], process=False).export(folder / "notched.obj", digits=15)
     return {"kind": "stl", "path": "notched.obj", "unit": "mm"}

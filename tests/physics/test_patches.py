@@ -15,7 +15,7 @@ from millprint.dem.collisions import by_surface, collision_table
 from millprint.dem.layout import COUNTER, ENDED
 from millprint.dem.simulation import walls_for
 from millprint.mill.borders import SMOOTH_TURN
-from millprint.mill.outlines import Facet
+from millprint.mill.outlines import facets_of
 from millprint.mill.vessel import Vessel, build_vessel
 from millprint.mill.wall_features import features_of
 from tests.closed_distances import distance_to_triangles, solid_angle
@@ -46,7 +46,7 @@ def tray(floor: np.ndarray, height: float, rng: np.random.Generator) -> Vessel:
     loops.append([*floor[:, n], lid[n, n], lid[0, n]])
     loops.append([*floor[0], lid[0, n], lid[0, 0]])
     loops.append([*floor[n, ::-1], lid[n, 0], lid[n, n]])
-    return Vessel([Facet.from_loops([np.array(loop)]) for loop in loops])
+    return Vessel(facets_of([[np.array(loop)] for loop in loops]))
 
 
 def floor_grid(pitch: float, roughness: float, step: float, rng: np.random.Generator, cells: int = 8) -> np.ndarray:

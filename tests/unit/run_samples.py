@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 
 from millprint.dem.store import put_geometry
-from millprint.mill.outlines import Facet
+from millprint.mill.outlines import facets_of
 from millprint.mill.vessel import Vessel
 from millprint.mill.wall_features import features_of
 
@@ -25,7 +25,7 @@ def ell(height: float = 0.03) -> Vessel:
     high = low + np.array([0, 0, height])
     # Seen from inside, outlines run counter-clockwise.
     sides = [[np.array([low[k - 1], high[k - 1], high[k], low[k]])] for k in range(len(low))]
-    return Vessel([Facet.from_loops(loops) for loops in [*sides, [low], [high[::-1]]]])
+    return Vessel(facets_of([*sides, [low], [high[::-1]]]))
 
 
 def turn(angle: np.ndarray) -> np.ndarray:

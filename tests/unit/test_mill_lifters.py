@@ -16,7 +16,8 @@ from millprint.dem.case_checks import check_mixtures
 from millprint.mill.bodies import build_bodies, check_volume
 from millprint.mill.default_sweep import default_sweep
 from millprint.mill.distance import signed_distance
-from millprint.mill.vessel import Vessel, build_vessel, shape_facets
+from millprint.mill.outlines import facets_of
+from millprint.mill.vessel import Vessel, build_vessel, drawn_shape
 from millprint.mill.wall_features import features_of
 from tests.conftest import ROOT
 
@@ -29,7 +30,7 @@ def drum(lifters: dict | None = None, **changes) -> tuple[LifterDrumGeometry, Ve
     geometry = TypeAdapter(VesselGeometry).validate_python(
         {**DRUM, **changes, "lifters": {**LIFTERS, **(lifters or {})}}
     )
-    facets = shape_facets(geometry, "mill.yaml: geometry", solid=False)
+    facets = facets_of(drawn_shape(geometry, "mill.yaml: geometry", solid=False)[0])
     return geometry, Vessel(facets, smooth_axis=geometry.smooth_axis)
 
 

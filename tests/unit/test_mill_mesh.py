@@ -16,8 +16,8 @@ from millprint.dem.case_checks import check_ball_size, check_room, checked_bodie
 from millprint.mill.bodies import check_volume
 from millprint.mill.mesh import read_surface, self_intersection
 from millprint.mill.mesh_file import read_triangles
-from millprint.mill.outlines import FlatFacets, without_overlap
-from millprint.mill.vessel import Vessel, build_vessel, shape_facets
+from millprint.mill.outlines import FlatFacets, facets_of, without_overlap
+from millprint.mill.vessel import Vessel, build_vessel, drawn_shape
 from millprint.mill.wall_features import features_of
 from tests.refusals import refusal
 
@@ -33,7 +33,7 @@ def project(tmp_path, monkeypatch) -> Path:
 
 def read(path: str, unit: str = "mm") -> Vessel:
     geometry = StlGeometry(kind="stl", path=path, unit=unit)
-    return Vessel(shape_facets(geometry, "mill.yaml: geometry", solid=False))
+    return Vessel(facets_of(drawn_shape(geometry, "mill.yaml: geometry", solid=False)[0]))
 
 
 def fault(mesh: trimesh.Trimesh, unit: str = "mm") -> str:
@@ -446,6 +446,8 @@ def test_a_flat_facet_keeps_the_circle_in_which_it_meets_a_nearly_flat_one():
     mesh = turned((0, 0), (17, 0), (17, 19.97), (16, 20), (0, 20), sections=168)
     mesh.vertices = mesh.vertices.round(2)
     mesh.export("jar.stl")
-    facets = shape_facets(StlGeometry(kind="stl", path="jar.stl", unit="mm"), "mill.yaml: geometry", solid=False)
+    facets = facets_of(
+        drawn_shape(StlGeometry(kind="stl", path="jar.stl", unit="mm"), "mill.yaml: geometry", solid=False)[0]
+    )
     lid = max(facets, key=lambda facet: facet.area * -facet.normal[2])
     assert lid.area == pytest.approx(np.pi * 0.016**2, rel=3e-3)

@@ -12,8 +12,8 @@ from millprint.config.mill import GeometrySection, SolidGeometry, VesselGeometry
 from millprint.mill import shapes
 from millprint.mill.borders import borders_of
 from millprint.mill.distance import SignedDistance
-from millprint.mill.outlines import Facet
-from millprint.mill.vessel import LATTICE, Vessel, shape_facets
+from millprint.mill.outlines import Facet, facets_of
+from millprint.mill.vessel import LATTICE, Vessel, drawn_shape
 from millprint.mill.wall_features import features_of
 
 CAPSULE = {"kind": "cylinder", "radius_mm": 10, "height_mm": 45, "fillet_radius_mm": 10, "fillet_ends": "both"}
@@ -36,12 +36,12 @@ SHAPES = {
 
 def vessel(shape: dict, **changes) -> Vessel:
     geometry = TypeAdapter(VesselGeometry).validate_python({**shape, **changes})
-    return Vessel(shape_facets(geometry, "mill.yaml: geometry", solid=False))
+    return Vessel(facets_of(drawn_shape(geometry, "mill.yaml: geometry", solid=False)[0]))
 
 
 def solid(shape: dict, **changes) -> Vessel:
     geometry = TypeAdapter(SolidGeometry).validate_python({**shape, **changes})
-    return Vessel(shape_facets(geometry, "mill.yaml: geometry", solid=True), solid=True)
+    return Vessel(facets_of(drawn_shape(geometry, "mill.yaml: geometry", solid=True)[0]), solid=True)
 
 
 @pytest.mark.slow
@@ -155,7 +155,7 @@ class TorusGeometry(GeometrySection):
 
 def test_a_shape_that_is_not_in_the_registry_is_refused():
     with pytest.raises(ValueError, match="kind = 'torus': no such shape is in the registry; known: stadium, "):
-        shape_facets(TorusGeometry(), "mill.yaml: geometry", solid=False)
+        facets_of(drawn_shape(TorusGeometry(), "mill.yaml: geometry", solid=False)[0])
 
 
 def test_a_stadium_of_an_odd_number_of_facets_is_its_own_mirror_image():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from millprint.config.errors import ConfigError
-from millprint.mill.outlines import Facet, triangulate_facet, triangulate_polygon
+from millprint.mill.outlines import facets_of, triangulate_facet, triangulate_polygon
 
 
 def ring(radius: float, count: int, centre=(0.0, 0.0), inner: float | None = None) -> np.ndarray:
@@ -78,6 +78,6 @@ def test_every_vertex_in_the_middle_of_a_side_is_kept(seed, turn):
 def test_an_outline_that_crosses_itself_is_refused(count):
     """A pentagram, and one of seven points."""
     flat = ring(10, count)[np.arange(count) * 2 % count]
-    facet = Facet.from_loops([np.column_stack([flat, np.zeros(count)])])
+    (facet,) = facets_of([[np.column_stack([flat, np.zeros(count)])]])
     with pytest.raises(ConfigError, match="cannot be cut into triangles"):
         triangulate_facet(facet)

@@ -332,11 +332,6 @@ class Facet:
     offset: float
     loops: tuple[np.ndarray, ...]
 
-    @classmethod
-    def from_loops(cls, outlines: Sequence[np.ndarray]) -> "Facet":
-        """The facet of given outlines; the normal follows from their sense (Newell's rule)."""
-        return facets_of([outlines])[0]
-
     @cached_property
     def area(self) -> float:
         """Area [m2], holes left out."""
@@ -462,7 +457,7 @@ class Outlines:
 
 
 def facets_of(outlines: Iterable[Sequence[np.ndarray]] | Outlines) -> list[Facet]:
-    """The facets of given outlines, see Facet.from_loops."""
+    """The facets of given outlines; the normal of each follows from their sense (Newell's rule)."""
     own = outlines if isinstance(outlines, Outlines) else Outlines.of(outlines)
     normals, offsets = own.planes()
     return list(map(Facet, normals, offsets.tolist(), map(tuple, own.lists(own.points))))

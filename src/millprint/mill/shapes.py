@@ -170,16 +170,23 @@ def cylinder_curves(geometry: CylinderGeometry) -> list[Curve]:
 
 def lifter_drum_outline(geometry: LifterDrumGeometry) -> np.ndarray:
     """Vertices (k, 2) [m] of the shell and its lifters, counter-clockwise; the first lifter is on the x axis."""
-    radius, foot = geometry.radius_mm / 1e3, geometry.foot_angle
+    radius = geometry.radius_mm / 1e3
     top, half = radius - geometry.lifters.height_mm / 1e3, geometry.top_half_width_mm / 1e3
-    pitch = 2 * np.pi / geometry.lifters.number
-    arcs = max(1, round(geometry.facets * (pitch - 2 * foot) / (2 * np.pi)))
-    # One lifter's top and the shell from its foot to just before the foot of the next lifter, then that foot.
-    arc = np.linspace(foot, pitch - foot, arcs + 1)
-    piece = np.concatenate([[[top, -half], [top, half]], radius * np.column_stack([np.cos(arc), np.sin(arc)])])
+    return _toothed(radius, (top, half), geometry.foot_angle, geometry.lifters.number, geometry.facets)
+
+
+def _toothed(radius: float, end: tuple[float, float], foot: float, number: int, facets: int) -> np.ndarray:
+    """Vertices (k, 2) [m] of a round outline with bars, inwards or outwards, counter-clockwise; the first is along x.
+
+    end: distance of a bar's flat end from the axis, and half its width [m]; foot: angle from the middle of a bar to
+    where it meets the round [rad]; facets: of a whole turn.
+    """
+    pitch, (reach, half) = 2 * np.pi / number, end
+    arc = np.linspace(foot, pitch - foot, max(1, round(facets * (pitch - 2 * foot) / (2 * np.pi))) + 1)
+    piece = np.concatenate([[[reach, -half], [reach, half]], radius * np.column_stack([np.cos(arc), np.sin(arc)])])
     turned = []
-    for lifter in range(geometry.lifters.number):
-        cosine, sine = np.cos(lifter * pitch), np.sin(lifter * pitch)
+    for bar in range(number):
+        cosine, sine = np.cos(bar * pitch), np.sin(bar * pitch)
         turned.append(piece @ np.array([[cosine, sine], [-sine, cosine]]))
     return np.concatenate(turned)
 
@@ -209,16 +216,7 @@ def paddles_outline(geometry: PaddlesGeometry) -> np.ndarray:
     """Vertices (k, 2) [m] of hub and blades, counter-clockwise; the first blade points along x."""
     hub, half = geometry.hub_radius_mm / 1e3, geometry.blade_thickness_mm / 2e3
     tip = hub + geometry.blade_length_mm / 1e3
-    pitch, root = 2 * np.pi / geometry.blades, np.arcsin(half / hub)
-    arcs = max(1, round(geometry.hub_facets * (pitch - 2 * root) / (2 * np.pi)))
-    # One blade's tip and the hub from there to just before the next blade.
-    arc = np.linspace(root, pitch - root, arcs + 1)
-    piece = np.concatenate([[[tip, -half], [tip, half]], hub * np.column_stack([np.cos(arc), np.sin(arc)])])
-    turned = []
-    for blade in range(geometry.blades):
-        cosine, sine = np.cos(blade * pitch), np.sin(blade * pitch)
-        turned.append(piece @ np.array([[cosine, sine], [-sine, cosine]]))
-    return np.concatenate(turned)
+    return _toothed(hub, (tip, half), np.arcsin(half / hub), geometry.blades, geometry.hub_facets)
 
 
 def paddles_facets(geometry: PaddlesGeometry) -> list[Loops]:

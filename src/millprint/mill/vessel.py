@@ -288,11 +288,6 @@ def shape_curves(geometry: GeometrySection, solid: bool) -> list[Curve]:
     return [curve.turned_out for curve in curves] if shape.from_inside == solid else curves
 
 
-def shape_facets(geometry: GeometrySection, place: str, solid: bool) -> list[Facet]:
-    """The facets of a shape, see `drawn_shape`."""
-    return facets_of(drawn_shape(geometry, place, solid)[0])
-
-
 def drawn_shape(geometry: GeometrySection, place: str, solid: bool) -> tuple[Outlines, float]:
     """The outlines of the facets of a shape, their normals towards the balls: into a hollow, or out of a solid.
 
@@ -341,7 +336,7 @@ def _vessel_of(shape: _Shape) -> Vessel:
 
 
 def shape_vessel(geometry: GeometrySection, place: str, solid: bool) -> Vessel:
-    """The walls of a shape, as of `shape_facets`. The same object for the same shape: simulations of a job share it."""
+    """The walls of a shape, as of `drawn_shape`. The same object for the same shape: simulations of a job share it."""
     path = getattr(geometry, "path", None)
     found = Path(path).resolve() if path and Path(path).exists() else None
     file = (str(found), found.stat().st_mtime_ns) if found else None
