@@ -11,7 +11,7 @@ from millprint.config.counting import DEFAULT_RULES
 from millprint.config.errors import SimulationError
 from millprint.config.included import load_contact, load_mill
 from millprint.config.sweep import Case, DemConfig
-from millprint.dem import store
+from millprint.dem import ledger, store
 from millprint.dem.collisions import CHANNELS
 from millprint.dem.ledger import AIM, closure, ledger_series, ledger_summary, work_scale
 from millprint.dem.recording import SAMPLE_NAMES
@@ -76,18 +76,33 @@ def test_a_ledger_adds_up_by_hand():
     counted |= {"elastic_tangential_J": [0.25, 0.5], "kinetic_translation_J": [4, 7], "kinetic_spin_J": [1, 1.5]}
     counted |= {"potential_J": [2, 1.5]}
     samples = pd.DataFrame({"time_s": [0, 1], **counted}).reindex(columns=SAMPLE_NAMES, fill_value=0).to_numpy(float)
-    ledger = ledger_summary(series := ledger_series(samples))
+    totals = ledger_summary(series := ledger_series(samples))
     # Of 4 J of tangential work 1 is damping and 0.25 is in the springs.
-    assert ledger["sliding"] == pytest.approx(2.75)
-    assert (ledger["wall_work"], ledger["gravity_work"]) == (10, 0.5)
-    assert (ledger["kinetic_change"], ledger["elastic_change"]) == (3.5, 0.5)
+    assert totals["sliding"] == pytest.approx(2.75)
+    assert (totals["wall_work"], totals["gravity_work"]) == (10, 0.5)
+    assert (totals["kinetic_change"], totals["elastic_change"]) == (3.5, 0.5)
     # 10.5 J of work, of which 4 are stored and 2 + 1 + 2.75 + 0.5 dissipated.
-    assert ledger["imbalance"] == pytest.approx(0.25) and closure(series) == pytest.approx(0.025)
+    assert totals["imbalance"] == pytest.approx(0.25) and closure(series) == pytest.approx(0.025)
     # Walls at rest: a tenth of what is dissipated, or of what the balls rise and fall by, whichever is more.
     at_rest = series.assign(wall_work_J=0.0)
     assert work_scale(at_rest) == pytest.approx(0.625)
     assert work_scale(at_rest.assign(potential_J=[2.0, 42.0])) == pytest.approx(4.0)
     assert closure(series * 0) == 0
+
+
+def test_a_jam_is_a_ball_pressed_from_two_sides_for_long():
+    """For more than ten impacts, ball 0 at the wall and with balls 1 and 2, and ball 3 elsewhere; and a hit of ball 0."""
+    contacts = pd.DataFrame({"first": [0, 0, 0, 3, 0], "second": [-1, 1, 2, 4, 5], "duration_s": [11.0, 11, 11, 11, 9]})
+    contacts["peak_force_N"] = [10.0, 4.0, 5.0, 20.0, 30.0]
+    one = np.ones(len(contacts))
+    hits = ledger.Hits(mass=one, taken=one, reached=one, excess=one)
+    assert ledger._pressed_with(0, contacts, hits) == [2, 1]
+    assert ledger._pressed_with(1, contacts, hits) == [0, 2]
+    # Nothing presses ball 3 from another side, and a hit is no jam.
+    assert ledger._pressed_with(3, contacts, hits) == [] and ledger._pressed_with(4, contacts, hits) == []
+    # What presses it holds 9 N: a third of 26 N, and not of 28 N.
+    for force, others in ((26.0, [2, 1]), (28.0, [])):
+        assert ledger._pressed_with(0, contacts.assign(peak_force_N=[force, 4.0, 5.0, 20.0, 30.0]), hits) == others
 
 
 def test_the_ledger_is_a_series_finer_than_a_revolution_and_sums_to_it(files):
