@@ -91,7 +91,7 @@ def test_a_ledger_adds_up_by_hand():
 
 
 def test_a_jam_is_a_ball_pressed_from_two_sides_for_long():
-    """For more than ten impacts, ball 0 at the wall and with balls 1 and 2, and ball 3 elsewhere; and a hit of ball 0."""
+    """Ball 0 at the wall and with balls 1 and 2, for more than ten impacts; ball 3 elsewhere; and a hit of ball 0."""
     contacts = pd.DataFrame({"first": [0, 0, 0, 3, 0], "second": [-1, 1, 2, 4, 5], "duration_s": [11.0, 11, 11, 11, 9]})
     contacts["peak_force_N"] = [10.0, 4.0, 5.0, 20.0, 30.0]
     one = np.ones(len(contacts))
