@@ -13,7 +13,7 @@ from millprint.config.included import load_contact, load_mill
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem import ledger, store
 from millprint.dem.collisions import CHANNELS
-from millprint.dem.ledger import AIM, closure, ledger_series, ledger_summary, work_scale
+from millprint.dem.ledger import AIM, check_closure, closure, ledger_series, ledger_summary, work_scale
 from millprint.dem.recording import SAMPLE_NAMES
 from millprint.dem.run import run_case
 from millprint.run.files import read_json
@@ -87,15 +87,19 @@ def test_a_ledger_adds_up_by_hand():
     at_rest = series.assign(wall_work_J=0.0)
     assert work_scale(at_rest) == pytest.approx(0.625)
     assert work_scale(at_rest.assign(potential_J=[2.0, 42.0])) == pytest.approx(4.0)
-    assert closure(series * 0) == 0
+    assert check_closure(series, 0.026) == closure(series)
+    with pytest.raises(SimulationError, match=r"open by 2\.5 % of the wall work"):
+        check_closure(series, 0.024)
 
 
 def test_a_jam_is_a_ball_pressed_from_two_sides_for_long():
     """Ball 0 at the wall and with balls 1 and 2, for more than ten impacts; ball 3 elsewhere; and a hit of ball 0."""
-    contacts = pd.DataFrame({"first": [0, 0, 0, 3, 0], "second": [-1, 1, 2, 4, 5], "duration_s": [11.0, 11, 11, 11, 9]})
+    contacts = pd.DataFrame(
+        {"first": [0, 0, 0, 3, 0], "second": [-1, 1, 2, 4, 5], "duration_s": [22.0, 22, 22, 22, 18]}
+    )
     contacts["peak_force_N"] = [10.0, 4.0, 5.0, 20.0, 30.0]
     one = np.ones(len(contacts))
-    hits = ledger.Hits(mass=one, taken=one, reached=one, excess=one)
+    hits = ledger.Hits(mass=one, taken=one, reached=2 * one, excess=one)
     assert ledger._pressed_with(0, contacts, hits) == [2, 1]
     assert ledger._pressed_with(1, contacts, hits) == [0, 2]
     # Nothing presses ball 3 from another side, and a hit is no jam.

@@ -61,6 +61,17 @@ def test_twice_the_powder_halves_the_dose_of_the_screening_runs():
     assert table.loc["6", TOTAL] / table.loc["4", TOTAL] == pytest.approx(20 / 5)
 
 
+def test_the_laws_by_hand():
+    dose = np.array([1.0, 2.0, 4.0])
+    for law, parameters, exponents in (
+        ("first order", (0.5,), [0.5, 1, 2]),
+        ("Avrami", (0.5, 2.0), [0.25, 1, 4]),
+        # Nothing happens up to three eighths of the largest dose.
+        ("threshold", (0.5, 0.375), [0, 0.25, 1.25]),
+    ):
+        assert MODELS[law].law(dose, *parameters) == pytest.approx(100 * (1 - np.exp(-np.array(exponents))))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("law", "axis", "parameters"),

@@ -1,6 +1,7 @@
 """Wear by Archard's law: what is fitted and held back, what is predicted, and the tables that are refused."""
 
 import json
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -85,6 +86,17 @@ def test_a_law_that_holds_predicts_its_own_weighing_and_iron_follows_powder_and_
     assert short["powder_percent"] == pytest.approx(long["powder_percent"] / 4)
     assert long["lower_wear_g"] < long["wear_g"] < long["upper_wear_g"] <= 1e3 * conditions()["balls_mass_kg"].max()
     assert long["jar_g"] == pytest.approx(long["wear_g"] * 55 / 195)
+
+
+def test_contact_parameters_count_by_what_they_change_since_the_fit(materials):
+    """Factors 0.4 to 2 at the condition, 0.25 to 3 at the weighing: 0.4 / 0.25 is more than 3 / 2."""
+    _, result = wet_lab.fit_wear(weighings([1, 1]), conditions(), materials.loc[STEEL], 0.05)
+    result |= {"mill": "emax", "contact": "calibrated"}
+    ends = {"Pt": np.array([[0.4, 0.25], [2.0, 3.0]])}
+    for own, fitted, factor in (("emax", "emax", 1.6), ("emax", "spex", 2.5), ("spex", "emax", np.nan)):
+        contact = SimpleNamespace(mill=own, contact="calibrated", at=lambda fills: ends)
+        table = wear.predict_wear(conditions(), materials, CHARGES, result | {"mill": fitted}, contact)
+        assert table["factor_contact"].to_numpy() == pytest.approx(factor, nan_ok=True)
 
 
 def test_a_harder_and_lighter_ball_loses_less_and_no_iron(materials):

@@ -152,6 +152,10 @@ def ledger_of(turns: list[float]) -> pd.DataFrame:
 def test_a_window_is_long_enough_by_its_turns_or_where_nothing_hits():
     steady, wild = ledger_of([10.0, 10.1] * 8), ledger_of([1.0, 30.0, 2.0, 40.0] * 4)
     assert is_certain(steady, 1, 0.05, 1.0) and not is_certain(wild, 1, 0.05, 1.0)
+    # The tangential power counts from a hundredth of the whole on.
+    for share, certain in ((0.009, True), (0.013, False)):
+        slid = share * wild["normal_damping_J"] * steady["wall_work_J"].iloc[-1] / wild["wall_work_J"].iloc[-1]
+        assert is_certain(steady.assign(sliding_J=slid), 1, 0.05, 1.0) == certain
     # Of balls that hit nothing, as many turns as an error takes are enough, however they vary.
     assert is_certain(wild, 1, 0.05, 1e9) and not is_certain(ledger_of([10.0] * 7), 1, 0.05, 1e9)
 
