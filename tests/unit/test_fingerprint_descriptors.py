@@ -2,6 +2,7 @@
 
 import copy
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -9,14 +10,16 @@ import pytest
 from scipy.integrate import trapezoid
 
 from millprint.config.errors import ConfigError
-from millprint.fingerprint.descriptors import tabulate_descriptors
+from millprint.fingerprint.descriptors import _of_blocks, tabulate_descriptors
+from millprint.fingerprint.predicted_values import conditions_of
 from millprint.fingerprint.readers import check_summary, read_summaries
 from millprint.observables.condition import SCALES, VARIABLES, Condition, energy_scale
+from millprint.observables.counted_collisions import Collisions
 from millprint.observables.definitions import COMPUTED
 from millprint.thesis.regimes import tabulate_cycles, tabulate_densities, tabulate_published
 from millprint.thesis.scaling import tabulate_counting_rules
 from tests.refusals import refusal, refusals
-from tests.unit.synthetic_mill import counted, descriptors, summaries, summary, true_curves, weighted
+from tests.unit.synthetic_mill import counted, descriptors, fingerprint, summaries, summary, true_curves, weighted
 
 
 def test_descriptors_give_back_the_curves():
@@ -26,6 +29,25 @@ def test_descriptors_give_back_the_curves():
         np.testing.assert_allclose(table[name], curve, rtol=1e-12)
     normal, tangential, _ = true_curves(table["fill_ratio"])
     np.testing.assert_allclose(table["ratio"], tangential / normal, rtol=1e-12)
+
+
+def test_the_error_of_a_mean_of_collisions_is_that_of_its_blocks():
+    """Of eight turns in blocks of two, with a collision each: the standard error of the mean of four block means."""
+    values = pd.DataFrame({"start_s": 1 + np.arange(8.0), "normal_J": [3.0, 5, 6, 8, 2, 4, 9, 3]})
+    mean = SimpleNamespace(of_collisions=lambda own: float(own["normal_J"].mean()))
+    found = _of_blocks(mean, Collisions(values, 1.0, 8.0, {}), 1.0)
+    # Block means 4, 7, 3 and 6 about 5, with a variance of 10 / 3.
+    assert found == (5.0, pytest.approx((10 / 3 / 4) ** 0.5 / 5), 3)
+    # One turn has no blocks, and no error.
+    assert _of_blocks(mean, Collisions(values[:1], 1.0, 1.0, {}), 1.0) == (3.0, None, 0)
+
+
+@pytest.mark.parametrize(("measure", "of_a_ball"), [("number", 1.0), ("mass_g", 7.7 * np.pi / 6)])
+def test_balls_that_are_counted_or_weighed_are_a_fill_ratio(measure, of_a_ball):
+    """24 balls of 10 mm and 7.7 g/cm3 in 125 mL."""
+    about = fingerprint().about | {"volume_m3": 125e-6, "density_kg_m3": 7700.0}
+    table = pd.DataFrame({measure: [24 * of_a_ball], "ball_diameter_mm": [10.0], "speed_rpm": [600.0]})
+    assert conditions_of(table, about).fill_ratio == pytest.approx(24 * np.pi / 6 / 125)
 
 
 def known_run() -> dict:

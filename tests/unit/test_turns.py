@@ -124,6 +124,13 @@ def test_the_error_of_several_seeds_contains_their_spread_and_the_motion_is_said
     (short,) = [summary(0.10)]
     short["per_revolution"] = {name: values[:3] for name, values in short["per_revolution"].items()}
     assert tabulate_descriptors([short], "gap_0_03").iloc[0]["motion"] == MOTIONS["few_turns"].word
+    # Turns of all seeds count: three of three are enough, and of unknown error, none has a degree of freedom.
+    shorts = [summary(0.10, seed=seed) for seed in range(3)]
+    for run in shorts:
+        run["per_revolution"] = {name: values[:3] for name, values in run["per_revolution"].items()}
+    assert MOTIONS["few_turns"].word not in tabulate_descriptors(shorts, "gap_0_03").iloc[0]["motion"]
+    short["per_revolution"] = {name: [] for name in short["per_revolution"]}
+    assert tabulate_descriptors([short], "gap_0_03").iloc[0]["normal_power_freedom"] == 0
     assert motion_of(3, 0, 8.0, 1, False) == [MOTIONS["repeats"]] and motion_of(3, 0, 8.0, 0, False) == []
 
 
