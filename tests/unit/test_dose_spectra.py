@@ -16,6 +16,7 @@ from millprint.config.sweep import DemConfig
 from millprint.dem.run import run_case
 from millprint.dose.heat_balance import read_sources
 from millprint.dose.spectra import PAIRS, TABLE_ONLY, tabulate_spectra, weighted_median
+from millprint.dose.spectra_shown import rules_apart
 from millprint.dose.wear import sliding_of_run
 
 EDGES = np.geomspace(1e-8, 1e-1, 7 * 2 + 1)
@@ -110,6 +111,20 @@ def test_the_integral_is_the_power_also_of_what_lies_beyond_the_bins(tmp_path):
             assert row["beyond_bins_share"] > 0.5
     open_bins = spectra[spectra["energy_high_J"].isna() | spectra["energy_low_J"].isna()]
     assert set(open_bins["pair"]) == set(PAIRS)
+
+
+def test_rules_are_apart_by_what_all_pairs_have_together():
+    """Twice the collisions, 1.1 and 1.2 times the power, 3 and 4 times the half power; pairs alone are left out."""
+    rows = [
+        {"pair": pair, "counting_rule": rule, "channel": channel, "note": "", "collisions_hz": own * (1 + by),
+         "power_W": own * (1 + by * power), "half_power_J": own * (1 + by * half)}
+        for pair, own in (("both", 10.0), ("ball_ball", 1.0))
+        for by, rule in enumerate(("lifetimes", "gap_0_02"))
+        for channel, power, half in (("normal", 0.1, 2), ("tangential", 0.2, 3))
+    ]  # fmt: skip
+    said = rules_apart(pd.DataFrame(rows))
+    assert "2 counting rules differ by a factor of 2 in collisions" in said
+    assert "1.1 (normal) and 1.2 (tangential) in power, and of 3 (normal) and 4 (tangential)" in said
 
 
 def test_merged_contacts_are_one_collision_of_their_whole_energy(tmp_path):
