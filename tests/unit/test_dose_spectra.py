@@ -109,6 +109,11 @@ def test_the_integral_is_the_power_also_of_what_lies_beyond_the_bins(tmp_path):
             # The bins end at 1e-8 and 0.1 J: nearly all is of the hits of 0.1 (at the end itself), 1 and 10 J.
             assert channel == "tangential" or row["beyond_bins_share"] == pytest.approx(11.1 / 11.11111111, abs=1e-7)
             assert row["beyond_bins_share"] > 0.5
+    # A ledger that has 0.05 % more.
+    run[1]["power_W"]["normal"] *= 1.0005
+    _, summary = tabulate_spectra([run], ["lifetimes"], EDGES)
+    row = rows(summary, channel="normal", pair="both").iloc[0]
+    assert row["error_percent"] == pytest.approx(100 * (1 / 1.0005 - 1), rel=1e-6)
     open_bins = spectra[spectra["energy_high_J"].isna() | spectra["energy_low_J"].isna()]
     assert set(open_bins["pair"]) == set(PAIRS)
 

@@ -1,6 +1,7 @@
 """How often both bands hold: over many draws of made-up mills, whose scatter is known."""
 
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -11,7 +12,14 @@ from millprint.config.errors import ConfigError
 from millprint.config.included import load_mill
 from millprint.config.mill_sweep import MillsConfig
 from millprint.estimate.gaussian_process import Covariance
-from millprint.fingerprint.coverage import HELD_OUT_COLUMNS, NEW, count_held_out, predict_held_out, sum_coverage
+from millprint.fingerprint.coverage import (
+    HELD_OUT_COLUMNS,
+    NEW,
+    count_held_out,
+    coverage_row,
+    predict_held_out,
+    sum_coverage,
+)
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.processes import (
     NO_SAMPLING,
@@ -108,6 +116,19 @@ def test_the_variance_of_a_run_is_found_from_few_turns():
     assert fit_sampling(np.zeros(3), np.array([1e-4, np.nan, 3e-4])) == pytest.approx((np.log(2e-4), 0.0))
 
 
+def test_a_row_of_coverage_is_by_hand():
+    """Errors of 0.1, -0.3, 0.2 and 0 in a band of 0.25: three of four, and Wilson's interval of that."""
+    own = SimpleNamespace(about={"probability": 0.95, "contact": "steel"})
+    row = coverage_row(own, "condition", "Pn", np.array([0.1, -0.3, 0.2, 0]), np.full(4, 0.25), 1.5)
+    assert (row["conditions"], row["held"], row["covered"], row["stretch"]) == (4, 3, 0.75, 1.5)
+    assert row["error_percent"] == pytest.approx(100 * (0.14 / 4) ** 0.5)
+    assert row["half_width_percent"] == pytest.approx(100 * (np.exp(0.25) - 1))
+    square = 1.959964**2
+    middle, half = (0.75 + square / 8) / (1 + square / 4), (0.75 * 0.25 / 4 + square / 64) ** 0.5 / (1 + square / 4)
+    ends = middle - 1.959964 * half, middle + 1.959964 * half
+    assert (row["covered_lower"], row["covered_upper"]) == pytest.approx(ends, rel=1e-5)
+
+
 def test_without_scipy_new_conditions_are_refused_in_one_line_and_none_are_not_missed(monkeypatch):
     mill = load_mill("mixer")
     monkeypatch.setitem(sys.modules, "scipy.stats", None)
@@ -147,6 +168,7 @@ def test_new_simulations_are_counted_against_the_band_of_a_new_simulation():
     assert counted.loc["Pn", "held"] == 0 and counted.loc["Pt", "covered"] == 1
     total = sum_coverage({"one": counted.reset_index(), "other": counted.reset_index()}).set_index(["mill", "quantity"])
     assert total.loc[("all", "powers"), ["conditions", "held"]].tolist() == [4 * len(table), 2 * len(table)]
+    assert total.loc[("all", "powers"), "covered"] == 0.5
     assert total.loc[("all", "powers"), "covered_lower"] < 0.5 < total.loc[("all", "powers"), "covered_upper"]
 
 

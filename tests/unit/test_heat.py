@@ -233,13 +233,13 @@ def test_impacts_do_not_depend_on_how_soft_the_simulation_was(tmp_path):
 
 @pytest.mark.parametrize(("between", "at_wall", "left"), [(0.99, 0.99, 3), (1.01, 0.99, 1), (0.99, 1.01, 2)])
 def test_what_lasts_longer_than_an_impact_is_none(tmp_path, between, at_wall, left):
-    """Hertz's 2.868 (m^2 / (E*^2 R v))^(1/5) at 1 m/s, with m / 2 and R / 2 of two balls and m and R at a wall."""
+    """Hertz's 2.868 (m^2 / (E*^2 R v))^(1/5) at 3 m/s, with m / 2 and R / 2 of two balls and m and R at a wall."""
     mass, modulus = 7800 * 4 / 3 * np.pi * 0.005**3, 2.05e9 / (2 * 0.91)
-    balls, wall = (2.868 * (m**2 / (modulus**2 * r)) ** 0.2 for m, r in ((mass / 2, 0.0025), (mass, 0.005)))
+    balls, wall = (2.868 * (m**2 / (modulus**2 * r * 3)) ** 0.2 for m, r in ((mass / 2, 0.0025), (mass, 0.005)))
     summary, run = write_run(tmp_path)
     with h5py.File(run, "a") as file:
         longest = flash.LONGEST_IMPACT * np.array([between * balls, between * balls, at_wall * wall, at_wall * wall])
-        file["collisions/duration_s"][:] = longest
+        file["collisions/duration_s"][:], file["collisions/approach_speed_m_s"][:] = longest, 3.0
     impacts = flash.read_impacts(run, json.loads(Path(summary).read_text()), FlashSection())
     assert len(impacts) == left
     # A row for each place and kind of heat, and of the two conductivities the smaller makes it hotter.

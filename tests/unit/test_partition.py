@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.stats import linregress
 
 from millprint.observables.condition import Condition
 from millprint.run.files import write_table
@@ -16,8 +17,10 @@ from millprint.thesis.regimes import (
     cases_at,
     design_cases,
     equal_power_speed,
+    fit_slopes,
     power_as_run,
     read_regimes,
+    specific_yields,
     with_curves,
     with_published,
 )
@@ -88,6 +91,22 @@ def test_equal_power_is_equal_and_a_like_case_keeps_the_speed(measured):
     np.testing.assert_allclose(kept["power_W"], kept["power_W"].iloc[0], rtol=1e-12)
     assert equal_power_speed(10.0, 24, 129.7, 24, 129.7) == pytest.approx(10.0)
     assert equal_power_speed(10.0, 24, 100.0, 24, 12.5) == pytest.approx(20.0)
+
+
+def test_gains_and_slopes_of_the_printed_cases_are_by_hand(runs):
+    table = specific_yields(runs).set_index("case")
+    # Yield over printed power, 0.71 / 6.9 of the reference and 0.84 / 3.0 of shear at constant speed.
+    assert table["gain_percent"]["reference"] == 0
+    assert table["gain_percent"]["speed.tangential"] == pytest.approx(100 * (0.84 / 3.0 / (0.71 / 6.9) - 1))
+    assert table["mass_gain_percent"]["power.normal"] == pytest.approx(100 * (1.87 * 0.40 / (1.10 * 0.71) - 1))
+    slopes = fit_slopes(runs, 0.95).set_index("series")
+    for series, yields in (("speed", [0.84, 0.71, 0.43]), ("power", [0.94, 0.71, 0.40])):
+        line = linregress([6, 10, 17], yields)
+        # Student's quantile of one degree of freedom.
+        half, own = 12.7062047 * line.stderr, slopes.loc[series]
+        assert own[["intercept", "slope_per_pp"]].tolist() == pytest.approx([line.intercept, line.slope])
+        assert own[["slope_lower", "slope_upper"]].tolist() == pytest.approx([line.slope - half, line.slope + half])
+        assert (own["points"], own["r2"], own["p_value"]) == pytest.approx((3, line.rvalue**2, line.pvalue))
 
 
 def test_our_curves_take_the_place_of_the_published(measured):
