@@ -419,12 +419,12 @@ def test_the_atlas_is_of_the_present_physics(kind):
 
     Not of soft balls: at the largest overlap that is allowed, rounding decides whether a row fails.
     """
-    from millprint.atlas.design import VERSION, simulate_row
+    from millprint.atlas.design import simulate_row, version_of
 
     table = read_table(ROOT / "config/atlas/simulations.tsv")
     own = table[(table["kind"] == kind.name) & table["motion"].isna() & (table["softness"] < 1e-4)]
     own = own.nsmallest(4, "processor_s")
-    assert set(own["version"]) == {VERSION}
+    assert set(own["version"]) == {version_of(kind)}
     for row in own.to_dict("records"):
         again = simulate_row(kind, kind.condition_of(row), int(row["row"]))
         apart = abs(math.log(again["wall_power_W"] / row["wall_power_W"]))

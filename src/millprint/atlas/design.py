@@ -88,8 +88,8 @@ def write_held_out(path: str) -> None:
 
 # Step over the Rayleigh time, as of a quick run; the largest error of the energy balance over the wall work.
 RAYLEIGH, CLOSURE_MAX = 0.11, 0.01
-# Ball-steps of a window, which take about a second; turns that it has at least and at most, and turns before it.
-BALL_STEPS, FEWEST_TURNS, MOST_TURNS, DISCARDED_TURNS = 1.2e7, 10, 150, 4
+# Ball-steps of a window, which take about a second, and turns that it has at most.
+BALL_STEPS, MOST_TURNS = 1.2e7, 150
 # The balls fall for this time before the mill starts, in times of a fall through the jar's radius [-].
 SETTLED = 1.0
 # What is read off a run, by the observables' names, and the relative standard errors by its turns.
@@ -107,9 +107,12 @@ NO_COLLISION = "no impacts"
 # where that gives balls a smaller probability of hitting anything.
 LEAST_HITS = 0.1
 RESULTS = (*READ, *ERRORS, "motion", "recorded_turns", "processor_s", "version")
-# What decides the numbers of a row, besides its condition, its seed and the code of the kernels.
-SETTINGS = (RAYLEIGH, BALL_STEPS, FEWEST_TURNS, MOST_TURNS, DISCARDED_TURNS, SETTLED)
-VERSION = f"{PHYSICS}." + hashlib.sha256(json.dumps(SETTINGS).encode()).hexdigest()[:6]
+
+
+def version_of(kind: Kind) -> str:
+    """What decides the numbers of a row, besides its condition, its seed and the code of the kernels, in short."""
+    settings = (RAYLEIGH, BALL_STEPS, kind.fewest_turns, MOST_TURNS, kind.discarded_turns, SETTLED)
+    return f"{PHYSICS}." + hashlib.sha256(json.dumps(settings).encode()).hexdigest()[:6]
 
 
 def case_of(kind: Kind, condition: dict[str, float], contact: ContactConfig, seed: int) -> Case:
@@ -117,13 +120,13 @@ def case_of(kind: Kind, condition: dict[str, float], contact: ContactConfig, see
     ball_m, speed = condition["ball_diameter_mm"] / 1e3, condition["speed_hz"]
     balls = condition["number"]
     steps = 1 / speed / (RAYLEIGH * step_scale(contact, ball_m / 2))
-    turns = min(MOST_TURNS, max(FEWEST_TURNS, math.ceil(BALL_STEPS / (balls * steps))))
+    turns = min(MOST_TURNS, max(kind.fewest_turns, math.ceil(BALL_STEPS / (balls * steps))))
     fill = balls * math.pi / 6 * ball_m**3 / kind.volume_m3(condition)
     return Case(
         mill="atlas", contact="atlas", ball_diameter_m=ball_m, fill_ratio=fill, speed_hz=speed, seed=seed,
         rayleigh_fraction=RAYLEIGH, closure_max=CLOSURE_MAX,
         settle_s=SETTLED * math.sqrt(2 * condition["radius_mm"] / 1e3 / GRAVITY),
-        discard_s=DISCARDED_TURNS / speed, window_s=turns / speed,
+        discard_s=kind.discarded_turns / speed, window_s=turns / speed,
     )  # fmt: skip
 
 
@@ -160,7 +163,7 @@ def simulate_rows(
     """The rows of a design (`millprint.atlas.design`) with what `simulate_row` gives, in the same order.
 
     done: a file from which a stopped call continues; it is removed at the end. shipped: a table of such rows, which are
-    not simulated again where they have the same groups and the present VERSION. atlas: an earlier one by kind, for
+    not simulated again where they have the same groups and the present version. atlas: an earlier one by kind, for
     training rows that are skipped. The seed of a row is its number.
     """
     wanted = rows.to_dict("records")
@@ -169,9 +172,11 @@ def simulate_rows(
     for row in wanted:
         model = (atlas or {}).get(row["kind"])
         if model and row["part"] == TRAINING and _place(row) not in kept and not _teaches(row, model):
-            kept[_place(row)] = {"motion": SKIPPED, "version": VERSION}
+            kept[_place(row)] = {"motion": SKIPPED, "version": version_of(model.kind)}
     runs = {str(row["row"]): row for row in wanted if _place(row) not in kept}
-    found = simulate_each(runs, _simulated, [VERSION], title, done)
+    found = simulate_each(
+        runs, _simulated, sorted({version_of(kind_named(row["kind"])) for row in wanted}), title, done
+    )
     Path(done).unlink(missing_ok=True)
     results = [found.get(str(row["row"])) or kept[_place(row)] for row in wanted]
     return pd.DataFrame(
@@ -193,11 +198,11 @@ def _teaches(row: dict, model: KindModel) -> bool:
 
 def _is_of(known: dict, row: dict) -> bool:
     """Whether a row of a table, which has six digits, is of the present version and of this row of the design."""
-    names = kind_named(row["kind"]).names
-    alike = all(math.isclose(known[name], row[name], rel_tol=1e-5, abs_tol=1e-12) for name in names)
-    return bool(alike and known["version"] == VERSION)
+    kind = kind_named(row["kind"])
+    alike = all(math.isclose(known[name], row[name], rel_tol=1e-5, abs_tol=1e-12) for name in kind.names)
+    return bool(alike and known["version"] == version_of(kind))
 
 
 def _simulated(row: dict) -> dict:
     kind = kind_named(row["kind"])
-    return simulate_row(kind, kind.condition_of(row), int(row["row"])) | {"version": VERSION}
+    return simulate_row(kind, kind.condition_of(row), int(row["row"])) | {"version": version_of(kind)}

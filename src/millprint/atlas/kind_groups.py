@@ -138,7 +138,8 @@ class Kind:
     dimensions from a mill's file, or None for another kind; ends: how many ends of the jar are rounded; derived: inputs
     of the model that physics suggests, besides the groups (m,) that they are computed from; limits: beyond which the
     atlas says nothing, besides the ranges of groups; speed_unit: rpm or hz, as makers give it; travel_m: half the
-    travel of the wall along an axis, but for a factor that all mills of the kind share, where it is not the stroke.
+    travel of the wall along an axis, but for a factor that all mills of the kind share, where it is not the stroke;
+    discarded_turns, fewest_turns: of a simulation, before its window and in it.
     """
 
     name: str
@@ -155,6 +156,8 @@ class Kind:
     limits: tuple["Limit", ...] = ()
     speed_unit: str = "rpm"
     travel_m: Callable[[Values], float] | None = None
+    discarded_turns: int = 4
+    fewest_turns: int = 10
 
     @property
     def names(self) -> list[str]:

@@ -216,11 +216,11 @@ DRUM = Kind(
     title="Tumbling drum",
     dimensions=(RADIUS, Dimension("height_mm", "inner length L of the drum, or of a slice [mm]", 3, 5000)),
     groups=(
-        fill(0.10, 0.40),
+        fill(0.08, 0.40),
         ball(0.12, 0.45),
         Group("length", "L/R", "L / R", 0.5, 2.5, "share of the end walls, which rub and lift", "L / R large"),
         Group("critical", "N/N_c", "2 pi f sqrt((R - d/2) / g)", 0.35, 0.95, "lift of the balls", "never", False),
-        softness(1e-5),
+        softness(8e-6),
         *CONTACT,
     ),
     stroke_m=lambda values: values["radius_mm"] / 1e3,
@@ -234,6 +234,9 @@ DRUM = Kind(
     recognised=_drum_recognised,
     ends=0,
     derived=(layers,),
+    # A bed turns over twice or more in a turn, which is long.
+    discarded_turns=1,
+    fewest_turns=8,
 )  # fmt: skip
 
 
