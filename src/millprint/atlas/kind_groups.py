@@ -233,6 +233,13 @@ def layers(groups: Mapping[str, Any], height: str = "") -> Any:
     return np.log(groups["fill"] / groups["ball"] * (groups[height] if height else 2.0)) / 3
 
 
+def loss(groups: Mapping[str, Any], height: str) -> Any:
+    """The logarithm of what a bed loses at a hit, as of a gas of balls: (1 - e^2) times its layers from end to end."""
+    import numpy as np
+
+    return np.log(1 - groups["restitution"] ** 2) / 3 + layers(groups, height)
+
+
 def way(groups: Mapping[str, Any]) -> Any:
     """The way of a bed or a ball from end to end over the stroke, (L - d - L phi / 0.6) / A, in thirds."""
     import numpy as np

@@ -21,6 +21,7 @@ from millprint.atlas.kind_groups import (
     froude,
     gap,
     layers,
+    loss,
     rounding_mm,
     shape,
     softness,
@@ -178,7 +179,7 @@ MIXER = Kind(
     realised=_mixer_realised,
     recognised=_mixer_recognised,
     ends=2,
-    derived=(lambda groups: layers(groups, "length"), gap, way),
+    derived=(lambda groups: layers(groups, "length"), gap, way, lambda groups: loss(groups, "length")),
 )  # fmt: skip
 
 
