@@ -17,6 +17,7 @@ from millprint.atlas.design import HELD_OUT, design, rows_of
 from millprint.atlas.estimate_mill import check, estimate, estimate_many, exponents
 from millprint.atlas.fit_atlas import Fit, Rows, fit_kind, fit_robust, fit_surface, fit_width, growth, without_own
 from millprint.atlas.fit_atlas import rows_of as fit_rows_of
+from millprint.atlas.kind_groups import loss
 from millprint.atlas.kinds import KINDS, MIXER, PLANETARY, SPEX, balls_of, recognise
 from millprint.cli import estimate_condition
 from millprint.config.counting import DEFAULT_RULE
@@ -80,6 +81,14 @@ def test_a_mill_of_a_kind_is_recognised_with_its_dimensions(kind):
     assert dimensions == pytest.approx({own.name: condition[own.name] for own in kind.dimensions})
 
 
+def test_a_bed_loses_more_with_more_layers_and_with_less_restitution():
+    """Twice the layers are as (1 - e^2) twice as large, and one layer of e = 0 loses all."""
+    bed = {"fill": np.array([0.1, 0.2, 0.1]), "ball": 0.4, "length": 4.0, "restitution": np.sqrt([0.8, 0.8, 0.6])}
+    plain, layered, lossy = loss(bed, "length")
+    assert layered == pytest.approx(lossy) > plain
+    assert loss(bed | {"fill": 0.1, "restitution": 0.0}, "length") == pytest.approx(0.0)
+
+
 def test_included_mills_are_recognised():
     found = {name: known[0].name for name in included_mills() if (known := recognise(load_mill(name)))}
     assert {"planetary", "mixer", "spex", "drum"} == {name for name in found if name == found[name]}
@@ -90,6 +99,7 @@ def test_included_mills_are_recognised():
 def test_held_out_mills_are_no_training_mills_and_lie_in_the_ranges(kind):
     held_out = rows_of(kind.name, HELD_OUT, 0, 1000, HELD_OUT_FILE)
     assert len(held_out) == 100
+    np.testing.assert_allclose(held_out[kind.names].head(3), design(kind, HELD_OUT, 3)[kind.names], rtol=1e-9)
     training = design(kind, "training", 1500)
     assert not set(held_out["froude" if "froude" in kind.names else "critical"]) & set(training[kind.names[3]])
     for group in kind.groups:

@@ -35,9 +35,9 @@ from millprint.run.files import read_table, write_table
 HELD_OUT, TRAINING = "held_out", "training"
 # What the motion of a row without numbers begins with: its simulation failed, or it would teach little.
 FAILED, SKIPPED = "failed", "not simulated"
-# Seeds of the two sequences; held-out mills that were asked are drawn anew before the next model is fitted.
-SEEDS = {TRAINING: 7, HELD_OUT: 20_281}
-SEEDS_ANEW = {"mixer": 20_282}
+# Seeds of the two sequences. Held-out mills that were asked are drawn anew for the next model of their kind.
+SEEDS = {HELD_OUT: 20_281, TRAINING: 7}
+DRAWN_ANEW = {"mixer": 20_282}
 
 
 def conditions(kind: Kind, part: str) -> Iterator[dict[str, float]]:
@@ -46,7 +46,7 @@ def conditions(kind: Kind, part: str) -> Iterator[dict[str, float]]:
     A point with more than MOST_BALLS balls, or whose whole number of balls has a fill ratio out of the range, is left
     out.
     """
-    seed = SEEDS_ANEW.get(kind.name, SEEDS[part]) if part == HELD_OUT else SEEDS[part]
+    seed = DRAWN_ANEW.get(kind.name, SEEDS[part]) if part == HELD_OUT else SEEDS[part]
     sequence = qmc.Sobol(len(kind.groups), scramble=True, seed=seed)
     fill = kind.groups[kind.names.index("fill")]
     while True:
