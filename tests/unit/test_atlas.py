@@ -85,7 +85,8 @@ def test_a_bed_loses_more_with_more_layers_and_with_less_restitution():
     """Twice the layers are as (1 - e^2) twice as large, and one layer of e = 0 loses all."""
     bed = {"fill": np.array([0.1, 0.2, 0.1]), "ball": 0.4, "length": 4.0, "restitution": np.sqrt([0.8, 0.8, 0.6])}
     plain, layered, lossy = loss(bed, "length")
-    assert layered == pytest.approx(lossy) > plain
+    assert layered == pytest.approx(lossy)
+    assert layered > plain
     assert loss(bed | {"fill": 0.1, "restitution": 0.0}, "length") == pytest.approx(0.0)
 
 
@@ -117,7 +118,7 @@ def test_impossible_and_unknown_conditions_are_refused_in_one_line(kind, change,
 
 
 # ---- the model ----
-def made_rows(count=60, seed=0):
+def made_rows(count=90, seed=0):
     """Rows of the mixer whose logarithms are a known function of the groups, with a known noise."""
     table = design(MIXER, "training", count)
     inputs = inputs_of(MIXER, table)
@@ -148,7 +149,7 @@ def test_parts_of_the_power_add_up_to_it(made):
 def test_the_model_finds_a_known_function(made):
     model, _, _ = made
     new, truth = made_rows(200)
-    later = slice(60, None)
+    later = slice(90, None)
     found = model.fitted(new.inputs[later])
     for name in FITTED:
         assert np.std(found[name] - truth[name][later]) < 0.5 * np.std(truth[name])
