@@ -5,7 +5,8 @@ Also the energy spectra of the conditions of the maps: collisions a second, powe
 Settings: mill, contacts, fingerprint.cycle_fill_ratio, fingerprint.counting_rule, fingerprint.maps.
 Inputs: `descriptors`, `cycles`, `densities`, `means`, `curves`, `zones`, `universal`, `exponents`, `spectra`,
 `published`, and the `runs` of the maps.
-Outputs: each figure as SVG and PNG, and the points of the maps as `maps_tsvs`.
+Outputs: each figure as SVG and PNG, `energies`, `curves` and `spectra` of each contact set and `maps` of each run in
+pairs of both, and the points of the maps as `maps_tsvs`.
 """
 
 from millprint.config.errors import ConfigError
