@@ -16,7 +16,7 @@ from millprint.fingerprint.bands import read_factors
 from millprint.observables.definitions import CURVES
 from millprint.run.files import read_table, write_json
 from millprint.uncertainty import samples
-from millprint.uncertainty.intervals import measure
+from millprint.uncertainty.intervals import interval_ends, measure, nearest_to
 from millprint.uncertainty.samples import (
     check_contact,
     contact_space,
@@ -146,6 +146,19 @@ def test_an_unknown_column_and_a_failing_sample_are_named():
         run_samples(SHORT, EMAX, CALIBRATED, DemConfig(), samples, RULE)
     with pytest.raises(SimulationError, match=r"sample 0 \(fill_ratio = 0.0001\): fill ratio 0.0001"):
         run_samples(SHORT, EMAX, CALIBRATED, DemConfig(), pd.DataFrame([{"fill_ratio": 1e-4}]), RULE)
+
+
+def test_an_interval_is_widened_to_the_samples_near_its_fill_ratio():
+    # The middle between 0.1 and 0.2, by ratio, is 0.141.
+    assert nearest_to(0.1, [0.1, 0.2], np.array([0.08, 0.14, 0.142, 0.3])).tolist() == [True, True, False, False]
+    moved = np.array([-0.9, 0.6, 0.0, -2.0, 2.0])
+    near = np.array([True, True, True, False, False])
+    # Of three samples the smallest and the largest stand for the shares 1/4 and 3/4.
+    assert interval_ends((-0.5, 0.5), moved, near, 0.5) == pytest.approx((-0.9, 0.6))
+    # Halfway between the order statistics: the share 3/8 of (m + 1) = 4 is the 1.5th, and 5/8 the 2.5th.
+    assert interval_ends((0.1, 0.1), moved, near, 0.25) == pytest.approx((-0.45, 0.3))
+    # The emulator says nothing beyond all samples.
+    assert interval_ends((-5, 5), moved, ~near & False, 0.5) == (-2, 2)
 
 
 def synthetic_samples(settings: UncertaintyConfig) -> pd.DataFrame:

@@ -53,6 +53,7 @@ from millprint.thesis.yields.proposals import (
     same_setting,
     search_best,
     search_table,
+    shortlist,
     smaller_library,
     split_region,
     summarise_search,
@@ -184,6 +185,15 @@ def test_learning_picks_the_row_that_reduces_the_variance_most():
     assert position == int(np.argmin(after))
     assert share == pytest.approx(1 - min(after) / before, rel=1e-3)
     assert second != position
+
+
+def test_a_shortlist_is_half_the_best_and_half_drawn():
+    merit = np.array([1.0, 9, 3, 8, 2, 7, 0, 4, 5, 6])
+    chosen, drawn = shortlist(merit, 5, np.random.default_rng(0))
+    assert chosen[:3].tolist() == [1, 3, 5] and drawn.tolist() == [3, 4]
+    assert len(set(chosen)) == len(chosen) == 5
+    chosen, drawn = shortlist(merit, 30, np.random.default_rng(0))
+    assert sorted(chosen) == list(range(10)) and drawn.tolist() == list(range(10))
 
 
 def test_chance_is_drawing_without_replacement():
