@@ -342,6 +342,9 @@ def test_the_model_that_proposes_also_predicts_every_proposal(first):
     assert (table["warning"] == "").all()
     np.testing.assert_allclose(table["predicted_percent"], first.next["predicted_percent"], rtol=1e-5)
     np.testing.assert_allclose(table["lower_percent"], first.next["lower_percent"], rtol=1e-5)
+    # No yield is over 100, so that what is left above the best run is the most that any can add.
+    most = 100 - training_rows(first.model)["yield_percent"].max()
+    assert first.next["expected_improvement_pp"].between(0, most).all() and most < 10
 
 
 def test_a_batch_has_repeats_and_a_centre_point_within_the_region_and_its_limits(first):
