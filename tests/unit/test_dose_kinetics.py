@@ -52,7 +52,8 @@ def test_the_dose_of_a_ball_by_hand():
     found = doses(221e-6 * one, 500e-6 * one, 400 * one, 5 * one, powder).iloc[0]
     assert found[HITS] == pytest.approx(400 * 5 * 3600 / 0.40317, rel=1e-4)
     assert found[NORMAL] == pytest.approx(found[HITS] * 221e-9)
-    assert found[TOTAL] == pytest.approx(found[NORMAL] + found[TANGENTIAL])
+    assert found[TANGENTIAL] == pytest.approx(found[HITS] * 500e-9)
+    assert found[TOTAL] == pytest.approx(found[HITS] * 721e-9)
 
 
 def test_twice_the_powder_halves_the_dose_of_the_screening_runs():

@@ -123,8 +123,8 @@ def test_rules_are_apart_by_what_all_pairs_have_together():
     rows = [
         {"pair": pair, "counting_rule": rule, "channel": channel, "note": "", "collisions_hz": own * (1 + by),
          "power_W": own * (1 + by * power), "half_power_J": own * (1 + by * half)}
-        for pair, own in (("both", 10.0), ("ball_ball", 1.0))
-        for by, rule in enumerate(("lifetimes", "gap_0_02"))
+        for pair, own, steps in (("both", 10.0, (0, 1)), ("ball_ball", 1.0, (0, 5)))
+        for by, rule in zip(steps, ("lifetimes", "gap_0_02"), strict=True)
         for channel, power, half in (("normal", 0.1, 2), ("tangential", 0.2, 3))
     ]  # fmt: skip
     said = rules_apart(pd.DataFrame(rows))

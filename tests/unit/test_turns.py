@@ -172,7 +172,8 @@ def test_balls_that_bounce_straight_up_repeat_without_shear():
     run["per_revolution"] = {name: [values[0]] * 12 for name, values in run["per_revolution"].items()}
     for channel in ("tangential", "rolling"):
         run["per_revolution"][f"{channel}_J"], run["power_W"][channel] = [0.0] * 12, 0.0
-    assert tabulate_descriptors([run], "gap_0_03").iloc[0]["motion"] == MOTIONS["repeats"].word
+    row = tabulate_descriptors([run], "gap_0_03").iloc[0]
+    assert row["motion"] == MOTIONS["repeats"].word and row["tangential_power_freedom"] == 0
 
 
 def test_closure_is_the_last_imbalance_over_the_work():
