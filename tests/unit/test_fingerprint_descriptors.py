@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import trapezoid
 
 from millprint.config.errors import ConfigError
-from millprint.fingerprint.descriptors import _of_blocks, tabulate_descriptors
+from millprint.fingerprint.descriptors import _of_blocks, _ratio_of_parts, tabulate_descriptors
 from millprint.fingerprint.predicted_values import conditions_of
 from millprint.fingerprint.readers import check_summary, read_summaries
 from millprint.observables.condition import SCALES, VARIABLES, Condition, energy_scale
@@ -40,6 +40,14 @@ def test_the_error_of_a_mean_of_collisions_is_that_of_its_blocks():
     assert found == (5.0, pytest.approx((10 / 3 / 4) ** 0.5 / 5), 3)
     # One turn has no blocks, and no error.
     assert _of_blocks(mean, Collisions(values[:1], 1.0, 1.0, {}), 1.0) == (3.0, None, 0)
+
+
+def test_a_ratio_of_powers_varies_with_the_difference_of_its_parts():
+    """Turns of 1 and 3 J over two of 1 J, 0.2 over 0.4 W: the parts are 0.5 and 1.5 of their mean."""
+    turns, even = np.array([1.0, 3.0]), np.array([1.0, 1.0])
+    assert _ratio_of_parts(0.2, 0.4, turns, even) == (0.5, pytest.approx(0.5), 1)
+    assert _ratio_of_parts(0.4, 0.4, turns, turns) == (1.0, pytest.approx(0.0), 1)
+    assert _ratio_of_parts(0.2, 0.0, turns, 0 * even)[1:] == (None, 0)
 
 
 @pytest.mark.parametrize(("measure", "of_a_ball"), [("number", 1.0), ("mass_g", 7.7 * np.pi / 6)])
