@@ -55,7 +55,12 @@ def test_balls_that_are_counted_or_weighed_are_a_fill_ratio(measure, of_a_ball):
     """24 balls of 10 mm and 7.7 g/cm3 in 125 mL."""
     about = fingerprint().about | {"volume_m3": 125e-6, "density_kg_m3": 7700.0}
     table = pd.DataFrame({measure: [24 * of_a_ball], "ball_diameter_mm": [10.0], "speed_rpm": [600.0]})
-    assert conditions_of(table, about).fill_ratio == pytest.approx(24 * np.pi / 6 / 125)
+    found = conditions_of(table, about)
+    assert found.fill_ratio == pytest.approx(24 * np.pi / 6 / 125)
+    # The same in SI units.
+    again = conditions_of(table[[measure]].assign(ball_diameter_m=0.01, speed_hz=10.0), about)
+    assert (again.ball_diameter_m, again.speed_hz) == (pytest.approx([0.01]), pytest.approx([10.0]))
+    assert (found.ball_diameter_m, found.speed_hz) == (pytest.approx([0.01]), pytest.approx([10.0]))
 
 
 def known_run() -> dict:
