@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.stats import f as f_distribution
-from scipy.stats import ncf, norm, shapiro
+from scipy.stats import f_oneway, ncf, norm, shapiro
 from statsmodels.stats.diagnostic import normal_ad
 from statsmodels.stats.stattools import durbin_watson
 
@@ -165,12 +165,15 @@ def test_statistics_of_the_residuals_are_those_of_scipy_and_statsmodels(config):
     fit = fit_factors(small, own)
     table = residual_checks(small, own, fit, 19, 0).set_index("check")
     by_run, rest = residual_table(own, fit), fit.resid.to_numpy()
+    sizes = by_run["studentised"].abs()
+    between = 2 * f_oneway(*(sizes[own["C"] == code] for code in range(3))).statistic
     in_order = rest[np.argsort(own["run_order"].to_numpy())]
     expected = {
         "shapiro_wilk": shapiro(rest).statistic,
         "anderson_darling": normal_ad(rest)[0],
         "largest_studentised": by_run["studentised"].abs().max(),
         "largest_cooks_distance": by_run["cooks_distance"].max(),
+        "spread_over_C": between / (between + 24),
         "durbin_watson": abs(2 - durbin_watson(in_order)),
         "trend_over_run_order": abs(np.corrcoef(in_order, range(27))[0, 1]),
         "largest_leverage": by_run["leverage"].max(),
