@@ -37,7 +37,7 @@ HELD_OUT, TRAINING = "held_out", "training"
 FAILED, SKIPPED = "failed", "not simulated"
 # Seeds of the two sequences. Held-out mills that were asked are drawn anew for the next model of their kind.
 SEEDS = {HELD_OUT: 20_281, TRAINING: 7}
-DRAWN_ANEW = {"mixer": 20_282}
+DRAWN_ANEW = {"mixer": 20_282, "spex": 20_282}
 
 
 def conditions(kind: Kind, part: str) -> Iterator[dict[str, float]]:

@@ -315,7 +315,7 @@ SPEX = Kind(
     realised=_spex_realised,
     recognised=_spex_recognised,
     ends=2,
-    derived=(lambda groups: layers(groups, "length"), gap, way),
+    derived=(lambda groups: layers(groups, "length"), gap, way, lambda groups: loss(groups, "length")),
 )  # fmt: skip
 
 KINDS = {kind.name: kind for kind in (PLANETARY, MIXER, DRUM, SPEX)}
