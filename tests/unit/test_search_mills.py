@@ -54,8 +54,13 @@ def test_a_mill_finds_its_own_condition():
     model, dimensions = planetary()
     wanted = estimate(PLANETARY, {**dimensions, **BALLS, **CONDITION}, model)
     best, *_ = nearest_settings("own", model, dimensions, BALLS, [10.0], wanted)
-    assert best.distance < 0.02
-    assert all(own.value == pytest.approx(1, abs=0.05) for own in best.ratios.values())
+    assert best.distance < 1e-6
+    assert best.estimate.condition == pytest.approx(wanted.condition)
+    # It is the same point of the atlas, with the same error.
+    assert all(own.ends("scatter") == pytest.approx((1, 1)) for own in (*best.ratios.values(), best.strength))
+    assert best.verdict(30).word == "agrees"
+    smaller, *_ = nearest_settings("own", model, dimensions, BALLS, [9.0], wanted)
+    assert all(own.ends("scatter")[0] < own.value < own.ends("scatter")[1] for own in smaller.ratios.values())
     # A setting is one that a mill can be given.
     assert best.estimate.condition["number"] == round(best.estimate.condition["number"])
     rpm = 60 * best.estimate.condition["speed_hz"]

@@ -5,8 +5,8 @@ power is a limit of wear. The search is differential evolution (scipy.optimize) 
 is to be simulated once, since an optimum is where a model is most likely to flatter.
 
 For each mill and each size of balls that is sold, number of balls and speed are searched over all that the atlas knows:
-a grid in logarithms, then finer ones around the nearest. Alike are E*_n and E*_t; how often they come is made up by
-time. A search asks for values only; verdicts are by the intervals of both mills.
+a grid in logarithms with those that are wanted, then finer ones around the nearest. Alike are E*_n and E*_t; how often
+they come is made up by time. A search asks for values only; verdicts are by the intervals of both mills.
 """
 
 import math
@@ -23,7 +23,7 @@ from millprint.atlas.kind_groups import MOST_BALLS, Kind, Values
 from millprint.atlas.kinds import recognise
 from millprint.config.errors import ConfigError
 from millprint.config.included import load_mill
-from millprint.estimate.estimates import Estimate, ratio_of
+from millprint.estimate.estimates import Estimate, Interval, ratio_of
 from millprint.estimate.judge import Verdict, judge_all
 from millprint.fingerprint.condition_search import verdict_on
 from millprint.run.files import read_table
@@ -121,6 +121,8 @@ def _cost(model: KindModel, condition: dict[str, Any], most_shear_W_kg: float | 
 
 # What is to be alike.
 ALIKE = ("weighted_normal_energy_J", "weighted_tangential_energy_J")
+# What is searched, in the order of `_bounds`.
+SEARCHED = ("number", "speed_hz")
 # Numbers of balls and speeds of the first grid and of the finer ones, how many of these there are, and how much finer.
 LOOK, AROUND, ROUNDS = 14, 5, 3
 
@@ -146,6 +148,21 @@ def power_of_mass(own: MillEstimate) -> Estimate:
     return own.known["wall_power_W"] * (1 / own.charge_kg)
 
 
+def is_at(own: MillEstimate, other: MillEstimate) -> bool:
+    """Whether two estimates are of the same point of the atlas."""
+    if own.kind is not other.kind:
+        return False
+    points = [own.kind.groups_of(each.condition) for each in (own, other)]
+    return all(math.isclose(points[0][name], points[1][name], rel_tol=1e-9) for name in own.kind.names)
+
+
+def ratio_at(one: Estimate, other: Estimate, same: bool) -> Estimate:
+    """one / other; same: whether they are of the same point of the atlas, whose error both have: the interval has no
+    width."""
+    ratio = ratio_of(one, other)
+    return Estimate(ratio.value, ratio.unit, scatter=Interval(ratio.value, ratio.value)) if same else ratio
+
+
 def settings_near(
     title: str, model: KindModel, base: Values, wanted: MillEstimate, speeds_hz: tuple[float, float]
 ) -> Found | None:
@@ -159,9 +176,10 @@ def settings_near(
     if any(low > high for low, high in bounds):
         return None
     axes = [np.geomspace(low, high, LOOK) for low, high in bounds]
+    asked_for = [np.clip(wanted.condition[name], *bound) for name, bound in zip(SEARCHED, bounds, strict=True)]
     best: tuple[float, dict[str, float]] = (math.inf, {})
     for _ in range(1 + ROUNDS):
-        number, speed = (own.ravel() for own in np.meshgrid(*axes))
+        number, speed = map(np.append, np.meshgrid(*axes), asked_for)
         asked: dict[str, Any] = {**base, "number": np.round(number), "speed_hz": _as_set(kind, speed)}
         far = _distances(model, asked, goal)
         nearest = int(far.argmin())
@@ -173,11 +191,12 @@ def settings_near(
         steps = [(own[-1] / own[0]) ** (1 / (len(own) - 1)) for own in axes]
         axes = [
             np.clip(np.geomspace(best[1][name] / step, best[1][name] * step, AROUND), low, high)
-            for name, step, (low, high) in zip(("number", "speed_hz"), steps, bounds, strict=True)
+            for name, step, (low, high) in zip(SEARCHED, steps, bounds, strict=True)
         ]
     own = estimate(kind, best[1], model)
-    ratios = {name: ratio_of(own.known[name], wanted.known[name]) for name in ALIKE}
-    return Found(title, own, ratios, ratio_of(power_of_mass(own), power_of_mass(wanted)), best[0])
+    same = is_at(own, wanted)
+    ratios = {name: ratio_at(own.known[name], wanted.known[name], same) for name in ALIKE}
+    return Found(title, own, ratios, ratio_at(power_of_mass(own), power_of_mass(wanted), same), best[0])
 
 
 def nearest_settings(
