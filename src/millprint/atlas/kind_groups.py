@@ -233,8 +233,8 @@ def layers(groups: Mapping[str, Any], height: str = "") -> Any:
     return np.log(groups["fill"] / groups["ball"] * (groups[height] if height else 2.0)) / 3
 
 
-def loss(groups: Mapping[str, Any], height: str) -> Any:
-    """The logarithm of what a bed loses at a hit, as of a gas of balls: (1 - e^2) times its layers from end to end."""
+def loss(groups: Mapping[str, Any], height: str = "") -> Any:
+    """The logarithm of what a bed loses at a hit, as of a gas of balls: (1 - e^2) times its layers."""
     import numpy as np
 
     return np.log(1 - groups["restitution"] ** 2) / 3 + layers(groups, height)

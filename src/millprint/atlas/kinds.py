@@ -234,7 +234,7 @@ DRUM = Kind(
     realised=_drum_realised,
     recognised=_drum_recognised,
     ends=0,
-    derived=(layers,),
+    derived=(layers, loss),
     # A bed turns over twice or more in a turn, which is long.
     discarded_turns=1,
     fewest_turns=8,

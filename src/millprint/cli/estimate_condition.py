@@ -171,7 +171,7 @@ def told(found: MillEstimate, fingerprint: Fingerprint | None = None) -> list[st
     rows = TOLD
     if found.hits < HITS:
         lines.append(
-            f"  balls roll or go round with the wall: only power is told (hits {100 * found.hits:.0f} % likely)"
+            f"  balls roll, slide or go round with the wall: only power is told (hits {100 * found.hits:.0f} % likely)"
         )
         rows = {name: words for name, words in TOLD.items() if name == "wall_power_W"}
     compared = simulated_over_atlas(found, fingerprint) if fingerprint else {}

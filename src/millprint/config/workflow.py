@@ -47,7 +47,7 @@ class AtlasConfig(Section):
     """rows of the design of planetary mills; those that teach something are simulated; 0 for none of the kind"""
     mixer: Simulations = 1000
     """of mixer mills"""
-    drum: Simulations = 0
+    drum: Simulations = 800
     """of tumbling drums"""
     spex: Simulations = 800
     """of shakers like the SPEX 8000"""

@@ -368,7 +368,7 @@ class Motion(NamedTuple):
 MOTIONS: Mapping[str, Motion] = {
     "no_impacts": Motion(
         "no impacts",
-        "all balls move with the wall, as one layer that goes round or at rest on it, and nothing hits; curves "
+        "all balls move with the wall or slide on it, as one layer that goes round or rests, and nothing hits; curves "
         "leave it out: take a higher fill ratio or another speed",
     ),
     "stuck": Motion(

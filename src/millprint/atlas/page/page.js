@@ -216,7 +216,7 @@ class AtlasPage {
     if (!this.compared) {
       const rolling = SIDES.flatMap((side, i) => (this.answers[i].hits < this.content.limits.hits
         ? [`${side === "own" ? "your" : "the paper's"} mill (probability of hits ${Math.round(100 * this.answers[i].hits)} %)`] : []));
-      say.textContent = `In ${listed(rolling)} the balls go round with the wall or roll, so only powers are told.`;
+      say.textContent = `In ${listed(rolling)} the balls roll, slide or go round with the wall, so only powers are told.`;
       return;
     }
     const verdicts = this.verdicts(own, paper);
