@@ -6,10 +6,11 @@ import pytest
 from millprint.atlas.design import design
 from millprint.atlas.estimate_mill import check, estimate, is_known
 from millprint.atlas.kinds import KINDS, MIXER, PLANETARY, recognise
-from millprint.atlas.search_mills import ALIKE, nearest_settings
+from millprint.atlas.search_mills import ALIKE, EQUAL, Found, nearest_settings, ranked
 from millprint.cli import match_conditions
 from millprint.config.errors import ConfigError
 from millprint.config.included import load_mill
+from millprint.estimate.estimates import Estimate, Interval
 from tests.refusals import refusal, refusals
 from tests.unit.made_atlas import made_model
 
@@ -65,6 +66,19 @@ def test_a_mill_finds_its_own_condition():
     assert best.estimate.condition["number"] == round(best.estimate.condition["number"])
     rpm = 60 * best.estimate.condition["speed_hz"]
     assert rpm == pytest.approx(round(rpm))
+
+
+def test_of_what_is_equally_near_the_shortest_comes_first_after_what_is_surely_near():
+    model, dimensions = planetary()
+    wanted = estimate(PLANETARY, {**dimensions, **BALLS, **CONDITION}, model)
+    (own,) = nearest_settings("own", model, dimensions, BALLS, [10.0], wanted)
+    wide = dict.fromkeys(ALIKE, Estimate(1.0, "-", scatter=Interval(0.4, 2.5)))
+
+    def made(title, distance, strength):
+        return Found(title, own.estimate, wide, Estimate(strength, "-"), distance)
+
+    found = [made("slow", 0.001, 0.01), made("far", 2 * EQUAL, 9.0), made("fast", 0.9 * EQUAL, 3.0), own]
+    assert [each.title for each in ranked(found, 30)] == ["own", "fast", "slow", "far"]
 
 
 def test_no_drawn_condition_is_nearer_than_the_found_one():

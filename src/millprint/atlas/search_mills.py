@@ -24,7 +24,7 @@ from millprint.atlas.kinds import recognise
 from millprint.config.errors import ConfigError
 from millprint.config.included import load_mill
 from millprint.estimate.estimates import Estimate, Interval, ratio_of
-from millprint.estimate.judge import Verdict, judge_all
+from millprint.estimate.judge import AGREES, Verdict, judge_all
 from millprint.fingerprint.condition_search import verdict_on
 from millprint.run.files import read_table
 
@@ -227,6 +227,20 @@ def _bounds(kind: Kind, base: Values, speeds_hz: tuple[float, float]) -> list[tu
     fewest, most = (end / one["fill"] for end in (fill.low, fill.high))
     return [(max(1.0, math.ceil(fewest)), min(math.floor(most), MOST_BALLS)),
             (max(slowest, speeds_hz[0]), min(fastest, speeds_hz[1]))]  # fmt: skip
+
+
+# Distances under this are equal: intervals of the atlas are some ten times as wide.
+EQUAL = 0.05
+
+
+def ranked(found: list[Found], near_percent: float) -> list[Found]:
+    """What is surely near first, then by distance; of what is equally near, what takes the least time."""
+    return sorted(
+        found,
+        key=lambda own: (
+            own.verdict(near_percent).word != AGREES, max(own.distance, EQUAL), -own.strength.value,
+        ),
+    )  # fmt: skip
 
 
 def _distances(model: KindModel, asked: dict[str, Any], goal: np.ndarray) -> np.ndarray:

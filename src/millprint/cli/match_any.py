@@ -9,7 +9,7 @@ import pandas as pd
 
 from millprint.atlas.estimate_mill import estimate, included_models, model_of
 from millprint.atlas.kinds import balls_of, recognise
-from millprint.atlas.search_mills import ALIKE, Found, included_mills, makers_mills, nearest_settings
+from millprint.atlas.search_mills import ALIKE, Found, included_mills, makers_mills, nearest_settings, ranked
 from millprint.cli.estimate_condition import condition_of, mill_and_contact
 from millprint.cli.match_conditions import print_lines
 from millprint.config.charge import charge_words, speed_words
@@ -80,7 +80,7 @@ def match_any(options: argparse.Namespace) -> None:
         raise ConfigError(
             "--any: no mill has settings that the atlas knows for these balls and speeds; leave out --balls, --speeds"
         )
-    found = sorted(found, key=lambda own: own.distance)[: request.ranked]
+    found = ranked(found, request.near_percent)[: request.ranked]
     table = pd.DataFrame([_row(own, request.near_percent, options.hours or 1.0) for own in found])
     met = (table["verdict"] == AGREES).sum()
     print_lines(
