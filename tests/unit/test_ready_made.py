@@ -82,7 +82,7 @@ def test_a_condition_simulated_again_lies_within_its_band(name):
     )
     known = predicted.wall_power_W
     (row,) = tabulate_descriptors([found], fingerprint.about["counting_rule"]).to_dict("records")
-    # The band is of a longer window; this one is known to what its own turns say. One draw of seven fails once in 140.
+    # The band is of a longer window; this one is known to what its own turns say. Seven mills fail once in 140 runs.
     own = student.ppf(0.975, case.window_s * case.speed_hz - 1) * row["wall_power_relative_se"]
     room = norm.ppf(0.9995) / norm.ppf(0.975) * np.hypot(np.log(known.upper / known.value), own)
     power = row["wall_power_W"]

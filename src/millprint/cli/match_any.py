@@ -74,8 +74,8 @@ def match_any(options: argparse.Namespace) -> None:
         model = models[mill["kind"]]
         low, high = (rpm / 60 for rpm in options.speeds or (0.0, math.inf))
         speeds_hz = low, min(high, mill["fastest_hz"] or math.inf)
-        found += nearest_settings(mill["title"], model, mill["dimensions"], balls_of(contact), sizes, wanted,
-                                  speeds_hz)[:PER_MILL]  # fmt: skip
+        own = nearest_settings(mill["title"], model, mill["dimensions"], balls_of(contact), sizes, wanted, speeds_hz)
+        found += ranked(own, request.near_percent)[:PER_MILL]
     if not found:
         raise ConfigError(
             "--any: no mill has settings that the atlas knows for these balls and speeds; leave out --balls, --speeds"
