@@ -1,9 +1,9 @@
 """Stores the verdicts of a run, and writes them into README, paper and pages: python tools/store_verdicts.py.
 
-The verdicts and the surrogate with its baselines get this machine's processor, the commit and the date; a run on the
-same processor takes the place of the earlier one. Whoever runs the thesis on another machine is then told which
-verdicts differ from those in config/data/verdicts_elsewhere.tsv. Of the newest stored run, the blocks of TEXTS between
-two comments are written, and the numbers of config/data/stated_numbers.tsv.
+The verdicts and the surrogate with its baselines get this machine's processor, the commit of the tree that the run
+lies in, and the date; a run on the same processor takes the place of the earlier one. Whoever runs the thesis on
+another machine is then told which verdicts differ from those in config/data/verdicts_elsewhere.tsv. Of the newest
+stored run, the blocks of TEXTS between two comments are written, and the numbers of config/data/stated_numbers.tsv.
 """
 
 import argparse
@@ -35,11 +35,11 @@ from millprint.thesis.claims.conclusions import (
 )
 from millprint.thesis.claims.evidence import ASSUMED, CERTAIN, NATURES
 from millprint.thesis.claims.tabulate import count_natures, read_claims
-from millprint.thesis.surrogate.measures import against_baselines, told_against, with_machine
+from millprint.thesis.surrogate.measures import against_baselines, told_against
 
 DATA = Path("config/data")
 TABLE = str(DATA / "verdicts_elsewhere.tsv")
-BASELINES = "docs/why/surrogate_baselines.tsv"
+BASELINES, TIMINGS = "docs/why/surrogate_baselines.tsv", "benchmarks/timings.tsv"
 # A block of a text, between comments with its name.
 BLOCK = re.compile(r"(<!-- (?P<name>\w+): python tools/store_verdicts.py -->\n).*?(<!-- end -->)", re.S)
 TEXTS = ("README.md", "paper.md", "docs/why/claims.md", "docs/why/surrogate.md")
@@ -53,10 +53,11 @@ MODELS = {
 STATED = ("document", "text", "source", "rows", "column")
 
 
-def store_baselines(results: str, stored: str) -> None:
+def store_baselines(results: str, stored: str, machine: dict[str, str]) -> None:
     """Put the surrogate's table of the run in the place of what this machine stored before."""
-    own, machine = read_table(f"{results}/surrogate/baselines.tsv"), this_machine("")["processor"]
-    write_table(with_machine(read_table(stored), own, machine), stored)
+    own, table = read_table(f"{results}/surrogate/baselines.tsv"), read_table(stored)
+    others = table[table["processor"] != machine["processor"]]
+    write_table(pd.concat([others, own.assign(**machine)], ignore_index=True), stored)
 
 
 def newest_run(root: Path) -> tuple[pd.DataFrame, pd.DataFrame, str]:
@@ -117,16 +118,17 @@ def blocks_of(root: Path) -> dict[str, str]:
     return {
         "networks": textwrap.fill(against, 120),
         "numbers": textwrap.fill(numbers, 120),
-        "natures": _table(["nature", "how its value comes about", "claims"], meanings),
-        "conclusions": f"Of the run {place}:\n\n{_table(head, judged)}",
+        "natures": in_markdown(["nature", "how its value comes about", "claims"], meanings),
+        "conclusions": f"Of the run {place}:\n\n{in_markdown(head, judged)}",
         "surrogate": surrogate_tables(root, processor),
+        "speed": speed(root),
     }
 
 
 def longest_rollouts(root: Path, processor: str) -> pd.DataFrame:
     """What the networks and their baselines were off by on a processor, over the longest roll-outs."""
     own = read_table(root / BASELINES)
-    own = own[own["measured_on"] == processor]
+    own = own[own["processor"] == processor]
     return own[own["length_s"] == own["length_s"].max()]
 
 
@@ -143,7 +145,7 @@ def surrogate_tables(root: Path, processor: str) -> str:
             [words, *(cells[test, model] for model in MODELS), *([last[test]] if last else [])]
             for test, words in TESTS.items()
         ]
-        return _table(["motion", *MODELS.values(), *(["printed in the thesis"] if last else [])], lines)
+        return in_markdown(["motion", *MODELS.values(), *(["printed in the thesis"] if last else [])], lines)
 
     stated = {test: "not stated" if pd.isna(printed[test]) else f"{printed[test]:g}" for test in TESTS}
     return "\n\n".join([
@@ -157,9 +159,22 @@ def surrogate_tables(root: Path, processor: str) -> str:
     ])  # fmt: skip
 
 
-def _table(head: list[str], rows: Iterable[Iterable[object]]) -> str:
+def in_markdown(head: list[str], rows: Iterable[Iterable[object]]) -> str:
+    """A table as Markdown."""
     lines, bar = [head, ["---"] * len(head), *rows], "\\|"
     return "\n".join(f"| {' | '.join(str(cell).replace('|', bar) for cell in line)} |" for line in lines)
+
+
+def speed(root: Path) -> str:
+    """How many times as long as ours a step of LAMMPS took, on each processor that was timed."""
+    table = read_table(root / TIMINGS)
+    own = table[table["code"] == "LAMMPS"].round({"ratio_to_us": 1})
+    told = []
+    for (processor, commit, date), rows in own.groupby(["processor", "commit", "date"], sort=False):
+        times, balls = (", ".join(map(str, rows[name])) for name in ("ratio_to_us", "balls"))
+        place = f"{processor.partition(',')[0]}, {rows['instructions'].iloc[0]} (commit {commit[:8]}, {date})"
+        told.append(f"{times} times as long with {balls} balls on {place}")
+    return textwrap.fill(f"LAMMPS took {'; '.join(told)}.", 120)
 
 
 def written(root: Path, document: str) -> str:
@@ -194,13 +209,13 @@ def _like(old: str, value: float) -> str:
 
 def main(results: str, table: str, date: str) -> str:
     """Store the verdicts of the run in the folder `results`; returns what was done, in words."""
-    report = Path(results) / "report"
+    report, machine = Path(results) / "report", this_machine(date, results)
     run = read_yaml(str(report / "run.yaml"))["name"]
     text = ["id", "verdict", "interval_verdict", "reason", "nature", "reproduced", "lower", "upper"]
-    number = store(table, read_table(report / "claims.tsv", text=text), run, date)
+    number = store(table, read_table(report / "claims.tsv", text=text), run, machine)
     if Path(results, "surrogate/baselines.tsv").exists():
-        store_baselines(results, BASELINES)
-    return f"{table}: {number} verdicts of the run {run} on this machine, {date}"
+        store_baselines(results, BASELINES, machine)
+    return f"{table}: {number} verdicts of the run {run}, {', '.join(machine.values())}"
 
 
 if __name__ == "__main__":

@@ -128,16 +128,19 @@ EXPECTED, UNEXPECTED, OF_MACHINE = "an interval decides nothing", "not expected"
 DIFFERENCES = ["id", "verdict", "verdict_elsewhere", "reason", *MACHINE]
 
 
-def this_machine(date: str) -> dict[str, str]:
-    """The processor of this machine, its vector instructions, the commit of the code, and a date, by MACHINE."""
+def this_machine(date: str, results: str | Path) -> dict[str, str]:
+    """The processor of this machine, its vector instructions, the commit of the tree of a run, and a date, by MACHINE.
+
+    results: the folder of the run.
+    """
     # Slow to import.
     from llvmlite import binding
 
     features = binding.get_host_cpu_features()
     widest = next((title for name, title in INSTRUCTIONS.items() if features.get(name)), platform.machine())
     # The first characters of 40, and whether files had changed.
-    code = commit()[:8] + commit()[40:]
-    return dict(zip(MACHINE, (binding.get_host_cpu_name(), widest, code, date), strict=True))
+    code = commit(results)
+    return dict(zip(MACHINE, (binding.get_host_cpu_name(), widest, code[:8] + code[40:], date), strict=True))
 
 
 def read_stored(path: str | Path) -> pd.DataFrame:
@@ -165,9 +168,8 @@ def with_run(stored: pd.DataFrame, claims: pd.DataFrame, run: str, machine: dict
     return pd.concat([stored[~same], rows], ignore_index=True).fillna("")
 
 
-def store(path: str | Path, claims: pd.DataFrame, run: str, date: str) -> int:
-    """Write the verdicts of a run on this machine into the table of stored ones; returns how many."""
-    machine = this_machine(date)
+def store(path: str | Path, claims: pd.DataFrame, run: str, machine: dict[str, str]) -> int:
+    """Write the verdicts of a run on a machine into the table of stored ones; returns how many."""
     table = with_run(read_stored(path), claims, run, machine)
     write_table(table, path)
     return int(((table["run"] == run) & (table["processor"] == machine["processor"])).sum())

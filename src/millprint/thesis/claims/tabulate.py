@@ -47,12 +47,12 @@ from millprint.thesis.surrogate.measures import failed_tests
 CLAIM_COLUMNS = ["id", "locus", "quantity", "value", "unit", "nature", "basis", "tolerance", "note"]
 # What is known of deviations, by ids of claims, and the tables that show it. No cause is named.
 JAR = (
-    "the jar's shape is not published; fingerprint/fit.tsv has what a step of each of its parameters moves, "
+    "the thesis does not give the jar's shape; fingerprint/fit.tsv has what a step of each of its parameters moves, "
     "report/claims_by_jar.tsv what other jars that fit as well give"
 )
 WHERE_TO_LOOK = {
     **dict.fromkeys(("3.curve.*", "3.cycle.*", "3.reference.*"), JAR),
-    "3.*.f": "the counting rule is not published; fingerprint/counting_rules.tsv has the frequency by each rule",
+    "3.*.f": "the thesis states no counting rule; fingerprint/counting_rules.tsv has the frequency by each rule",
     "3.size.*": "not explained: no counting rule enters a dissipation per revolution",
 }
 # Of the values by the jars that fit as well: the smallest and the largest, and how many meet the claim, as "3 of 8".

@@ -400,12 +400,6 @@ def with_motion(table: pd.DataFrame, trained_test: str) -> pd.DataFrame:
     return own
 
 
-def with_machine(stored: pd.DataFrame, table: pd.DataFrame, machine: str) -> pd.DataFrame:
-    """The stored rows with those of a machine in place of its earlier ones, in a column `measured_on`."""
-    others = stored[stored["measured_on"] != machine]
-    return pd.concat([others, table.assign(measured_on=machine)], ignore_index=True)
-
-
 def baseline_rows(controls: pd.DataFrame) -> pd.DataFrame:
     """The rows of controls.tsv in which nothing is learned, as rows of metrics.tsv."""
     own = controls[controls["rollout"].isin(UNLEARNED)]
