@@ -64,6 +64,16 @@ def test_the_gains_with_our_own_curves_are_claims_of_their_own(results, claims):
     assert found["4.own.speed.tangential.gain"].value == pytest.approx(expected, rel=1e-6)
     at_power = 100 * (94 / 71 * 24 * (pn + pt) / (14 * (own_n + own_t) * 1.314**3) - 1)
     assert found["4.own.power.tangential.gain"].value == pytest.approx(at_power, rel=1e-6)
+    # Leverage and mass are over the power: those of Tables 4.5 and 4.4, times the printed Pn + Pt over ours.
+    ours = {fill: sum(true_curves(fill)[:2]) for fill in (0.06, 0.10, 0.17)}
+    leverage = {2.237: (0.10, 129.7), 3.652: (0.06, 98), 1.691: (0.17, 103), 1.777: (0.06, 98), 2.142: (0.17, 103)}
+    found_over_ours = [printed * theirs / ours[fill] for printed, (fill, theirs) in leverage.items()]
+    ends = [found[f"4.own.leverage.{end}"].value for end in ("least", "most")]
+    assert ends == pytest.approx([min(found_over_ours), max(found_over_ours)], rel=1e-3)
+    mass = [0.1132 * 129.7 / ours[0.10], 0.0899 * 98 / ours[0.06], 0.1084 * 103 / ours[0.17]]
+    assert found["4.own.mass"].value == ("yes" if mass[0] > max(mass) - 1e-9 else "no")
+    surely = mass[0] > max(mass[1] * (1 + 5 / 94), mass[2] * (1 + 5 / 40))
+    assert found["4.own.mass"].repeats.lower == ("yes" if surely else "no")
     # At equal power the gain is that of the yields, here where the power goes with the cube of the speed.
     hertz = (24 * (pn + pt) / (14 * (own_n + own_t))) ** (1 / 3) * 10
     between = (hertz - 10) / (13.14 - 10)

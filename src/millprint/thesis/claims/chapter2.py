@@ -238,6 +238,8 @@ INTERACTION_CLAIMS: dict[str, tuple[str, str, Callable[[pd.DataFrame], bool]]] =
     # At the shortest time, a higher speed gives more yield, which never reaches that of longer times.
     "short_speed": ("D", "C", lambda means: means.iloc[0].is_monotonic_increasing),
     "short_below": ("D", "C", lambda means: means.iloc[0].max() < means.iloc[1:].min(axis=None)),
+    # For longer times, the curves intersect.
+    "long_speed": ("D", "C", lambda means: (means.iloc[1] > means.iloc[2]).nunique() == 2),
     # At the highest speed, the yields of the three times are nearest to each other.
     "converge": ("D", "C", lambda means: (means.max() - means.min()).idxmin() == means.columns.max()),
 }

@@ -2,6 +2,7 @@
 
 import pandas as pd
 
+from millprint.thesis.claims.chapter2 import NO_CHANGE_PP
 from millprint.thesis.claims.chapter3 import curves_of
 from millprint.thesis.claims.evidence import (
     Evidence,
@@ -188,6 +189,40 @@ def gain_at_our_equal_power(evidence: Evidence) -> Finding:
     value = low + (high - low) * (speed - speeds[0]) / (speeds[1] - speeds[0])
     told = f"the power is that of the reference at {60 * speed:.0f} rpm"
     return Finding(value, told, repeats=Repeats(low, high, "the measured yields on both sides", len(speeds)))
+
+
+def _over_our_power(evidence: Evidence, path: str, column: str) -> pd.Series:
+    """A column of chapter 4 that is over the power, by case: with the power of our curves in place of the thesis's."""
+    evidence.cite(REGIMES, "normal_curve, tangential_curve", read_regimes)
+    printed = read_regimes(str(evidence.data / "regimes.tsv")).set_index("case")
+    theirs = printed["Pn"] + printed["Pt"]
+    curves = {name: _our_curves(evidence, "Pn, Pt", printed.at[name, "fill_ratio"]) for name in CASES}
+    ours = pd.Series({name: curve["Pn"] + curve["Pt"] for name, curve in curves.items()})
+    return (_by_case(evidence, path, column) * theirs / ours)[list(CASES)]
+
+
+@claim("4.own.leverage.least")
+@claim("4.own.leverage.most")
+def leverage_with_our_curves(evidence: Evidence) -> Finding:
+    """Sec. 4.3.2: the smallest and the largest energy leverage on the enthalpy, over the power by our curves."""
+    values = _over_our_power(evidence, PATH_4_5, "leverage_dH_percent")
+    case = values.idxmin() if evidence.id.endswith("least") else values.idxmax()
+    return Finding(float(values[case]), f"of {case}")
+
+
+@claim("4.own.mass")
+def mass_with_our_curves(evidence: Evidence) -> Finding:
+    """Sec. 4.3.3: whether the reference converts more mass for a watt of our curves than both cases of equal power.
+
+    Yields are within NO_CHANGE_PP of each other by chance; where that would turn the order, it is open.
+    """
+    mass = _over_our_power(evidence, PATH_4_4, "mass_per_watt_g_W")
+    yields = _by_case(evidence, PATH_4_2, "yield_percent")
+    others = [EQUAL_POWER, NORMAL[1]]
+    more = mass[others] * (1 + NO_CHANGE_PP / yields[others])
+    words = ["yes" if mass["reference"] > each.max() else "no" for each in (more, mass[others])]
+    told = ", ".join(f"{mass[name]:.3f} g/W of {name}" for name in ("reference", *others))
+    return Finding(words[1], told, repeats=Repeats(*words, "yields that were measured twice", 2))
 
 
 @claim("4.text.monotone")
