@@ -220,9 +220,9 @@ def mass_with_our_curves(evidence: Evidence) -> Finding:
     yields = _by_case(evidence, PATH_4_2, "yield_percent")
     others = [EQUAL_POWER, NORMAL[1]]
     more = mass[others] * (1 + NO_CHANGE_PP / yields[others])
-    words = ["yes" if mass["reference"] > each.max() else "no" for each in (more, mass[others])]
+    surely, holds = ("yes" if mass["reference"] > each.max() else "no" for each in (more, mass[others]))
     told = ", ".join(f"{mass[name]:.3f} g/W of {name}" for name in ("reference", *others))
-    return Finding(words[1], told, repeats=Repeats(*words, "yields that were measured twice", 2))
+    return Finding(holds, told, repeats=Repeats(surely, holds, "yields that were measured twice", 2))
 
 
 @claim("4.text.monotone")
