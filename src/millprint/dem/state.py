@@ -209,8 +209,10 @@ def make_laws(balls: Balls, contact: ContactConfig, step: float, overlap_fractio
         return contact.cohesion.pull_N(pair, radius) if contact.cohesion else 0.0
 
     tables = speed_tables(contact)
-    contact, species = at_reference(contact), range(len(balls.radius))
-    radius, mass, inertia = balls.radius, balls.mass, balls.inertia
+    contact = at_reference(contact)
+    # Species that differ in their friction only have one row.
+    radius, first, row_of = np.unique(balls.radius, return_index=True, return_inverse=True)
+    mass, inertia, species = balls.mass[first], balls.inertia[first], range(len(radius))
     pair = [
         [
             law_row(
@@ -244,7 +246,7 @@ def make_laws(balls: Balls, contact: ContactConfig, step: float, overlap_fractio
         ]
         for at, own_pull in (sets[name] for name in SURFACE._fields)
     ]
-    return Laws(np.array(pair), np.array(wall), surface, tables)
+    return Laws(np.array(pair)[row_of[:, None], row_of], np.array(wall)[:, row_of], surface, tables)
 
 
 def make_clock(

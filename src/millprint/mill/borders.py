@@ -22,7 +22,7 @@ import numpy as np
 from millprint.mill.creases import Rim, Trims
 from millprint.mill.curved_surfaces import Curve
 from millprint.mill.drawn_creases import NODES, Crease, crease_of, trim_of
-from millprint.mill.outlines import ahead
+from millprint.mill.outlines import ahead, cross
 from millprint.mill.vessel import CONVEX, Edge, Vessel
 
 # A seam of a smaller turn is a joint of facets [rad]: 37 degrees, for overlaps of a fifth of the radius, the largest
@@ -79,7 +79,7 @@ def _unit(vector: np.ndarray) -> np.ndarray:
 
 
 def _on_axis(point: np.ndarray, curve: Curve, near: float) -> bool:
-    return bool(np.linalg.norm(np.cross(point - curve.origin, curve.axis)) < near)
+    return bool(np.linalg.norm(cross(point - curve.origin, curve.axis)) < near)
 
 
 def shared_axis(first: Curve, second: Curve | np.ndarray, near: float) -> tuple[np.ndarray, np.ndarray] | None:
@@ -89,13 +89,13 @@ def shared_axis(first: Curve, second: Curve | np.ndarray, near: float) -> tuple[
     """
     if isinstance(second, np.ndarray):
         axis = second if first.kind == "sphere" else first.axis
-        return (first.origin, axis) if np.linalg.norm(np.cross(axis, second)) < SAME else None
+        return (first.origin, axis) if np.linalg.norm(cross(axis, second)) < SAME else None
     if first.kind == second.kind == "sphere":
         return first.origin, _unit(second.origin - first.origin)
     if "sphere" in (first.kind, second.kind):
         ball, other = (first, second) if first.kind == "sphere" else (second, first)
         return (other.origin, other.axis) if _on_axis(ball.origin, other, near) else None
-    same = np.linalg.norm(np.cross(first.axis, second.axis)) < SAME and _on_axis(second.origin, first, near)
+    same = np.linalg.norm(cross(first.axis, second.axis)) < SAME and _on_axis(second.origin, first, near)
     return (first.origin, first.axis) if same else None
 
 
@@ -106,7 +106,7 @@ def _are_along(first: Curve | np.ndarray, second: Curve | np.ndarray) -> bool:
         return False
     normals = [each for each in (first, second) if not isinstance(each, Curve)]
     axis = cylinders[0].axis
-    return all(np.linalg.norm(np.cross(each.axis, axis)) < SAME for each in cylinders) and all(
+    return all(np.linalg.norm(cross(each.axis, axis)) < SAME for each in cylinders) and all(
         abs(normal @ axis) < SAME for normal in normals
     )
 
@@ -118,7 +118,7 @@ def _is_ruling(curve: Curve, point: np.ndarray, along: np.ndarray) -> bool:
     away = point - curve.origin
     outwards = _unit(away - (away @ curve.axis) * curve.axis)
     line = math.cos(curve.slope) * curve.axis + math.sin(curve.slope) * outwards
-    return bool(np.linalg.norm(np.cross(line, along)) < 1e-5)
+    return bool(np.linalg.norm(cross(line, along)) < 1e-5)
 
 
 class _Walls:
@@ -126,6 +126,7 @@ class _Walls:
 
     def __init__(self, vessel: Vessel) -> None:
         self.vessel, self.near = vessel, SAME * vessel.size
+        self.axes: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray] | None] = {}
 
     def piece(self, facet: int) -> Curve | np.ndarray:
         """The surface that a facet draws, or its normal where it is flat."""
@@ -148,20 +149,21 @@ class _Walls:
     def meeting(self, edge: Edge, tangent: np.ndarray) -> tuple[float, tuple[np.ndarray, np.ndarray]]:
         """The exact turn at an edge, and the directions along both walls, where the border runs along `tangent`."""
         normals = [self.normal(facet, edge.start) for facet in edge.facets]
-        inward = np.cross(normals[0], tangent), np.cross(normals[1], -tangent)
+        inward = cross(normals[0], tangent), cross(normals[1], -tangent)
         turn = math.atan2(-float(inward[0] @ normals[1]), float(normals[0] @ normals[1]))
         return turn, (_unit(inward[0]), _unit(inward[1]))
 
     def circle(self, edge: Edge) -> tuple[np.ndarray, np.ndarray] | None:
         """Axis of the circle that an edge is a chord of (a point and a direction), None for another border."""
-        pieces = [self.piece(facet) for facet in edge.facets]
-        first, second = pieces if isinstance(pieces[0], Curve) else pieces[::-1]
-        found = shared_axis(first, second, self.near)  # type: ignore[arg-type]
-        if found is None:
-            return None
-        origin, axis = found
-        # Either direction is one circle.
-        return origin, axis * np.sign(axis[np.argmax(np.abs(axis))])
+        # The many edges between two curves, or a curve and a flat facet, have one answer.
+        key = tuple(number if (number := self.vessel.facet_curves[facet]) >= 0 else ~facet for facet in edge.facets)
+        if key not in self.axes:
+            pieces = [self.piece(facet) for facet in edge.facets]
+            first, second = pieces if isinstance(pieces[0], Curve) else pieces[::-1]
+            found = shared_axis(first, second, self.near)  # type: ignore[arg-type]
+            # Either direction is one circle.
+            self.axes[key] = found and (found[0], found[1] * np.sign(found[1][np.argmax(np.abs(found[1]))]))
+        return self.axes[key]
 
 
 def _merged(spans: list[tuple[float, float]]) -> list[tuple[float, float]]:
@@ -216,7 +218,7 @@ class _Circles:
         across = [each - height * axis for each, height in zip(away, heights, strict=True)]
         radii = [float(np.linalg.norm(each)) for each in across]
         outwards = across[0] / radii[0]
-        tangent = np.cross(axis, outwards)
+        tangent = cross(axis, outwards)
         forward = float((edge.end - edge.start) @ tangent) > 0
         turn, inward = walls.meeting(edge, tangent if forward else -tangent)
         flat = [np.array([float(each @ outwards), float(each @ axis)]) for each in inward]
@@ -225,7 +227,7 @@ class _Circles:
         # On a lattice of its own size, a number may fall on either side of a border: the neighbours are asked too.
         key = self._key(origin, axis, heights[0], radii[0], flat)
         chords = self.of_key.setdefault(key, _Chords(origin, axis, (flat[0], flat[1]), turn, outwards))
-        other = np.cross(axis, chords.first)
+        other = cross(axis, chords.first)
         begin, end = (
             math.atan2(float(each @ other), float(each @ chords.first)) for each in across[:: 1 if forward else -1]
         )
@@ -254,7 +256,7 @@ def _circle_of(chords: _Chords) -> Arc:
 
 def _rims_of(chords: _Chords, vessel: Vessel) -> list[tuple[Rim, np.ndarray, np.ndarray, int]]:
     """The arcs of a circle; the vertices that draw each, those at its ends, and a facet next to it."""
-    arc, other = _circle_of(chords), np.cross(chords.axis, chords.first)
+    arc, other = _circle_of(chords), cross(chords.axis, chords.first)
     vertices = np.unique(vessel.edge_arrays.ends[chords.edges])
     facet = int(vessel.edge_arrays.facets[chords.edges[0], 0])
     away = vessel.vertices[vertices] - arc.centre
@@ -432,7 +434,7 @@ def must_be_trimmed(vessel: Vessel, borders: Borders) -> list[int]:
         up = ends @ curve.axis
         across = ends - up[..., None] * curve.axis
         out = np.linalg.norm(across, axis=-1) - curve.major
-        off = [np.abs(np.cross(across, each) @ curve.axis) for each in curve.part or ()]
+        off = [np.abs(cross(across, each) @ curve.axis) for each in curve.part or ()]
         if curve.minor is None:
             along = up * math.cos(curve.slope) + out * math.sin(curve.slope)
             off += [np.abs(along - end) for end in curve.ends]

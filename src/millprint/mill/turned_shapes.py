@@ -193,6 +193,11 @@ class Drawing:
 
     def grown(self, seed: Iterable[int], holds: np.ndarray) -> np.ndarray:
         """Free facets that are connected with a seed by shallow edges and that hold (f,); ascending."""
-        pieces = self.pieces(np.flatnonzero(holds & ~self.taken))
-        own = [piece for piece in pieces if np.isin(list(seed), piece).any()]
-        return np.sort(np.concatenate([np.empty(0, dtype=np.int64), *own]))
+        is_left = holds & ~self.taken
+        found = [facet for facet in seed if is_left[facet]]
+        is_left[found] = False
+        for facet in found:
+            new = list({n for n in self.neighbours[facet] if is_left[n]})
+            is_left[new] = False
+            found += new
+        return np.sort(np.array(found, dtype=np.int64))
