@@ -390,6 +390,27 @@ def _extruded_mesh(line: np.ndarray, height: float) -> np.ndarray:
     return np.concatenate([*sides, floor, lid])
 
 
+def straightened(hollow: Hollow, facets: int, rounding: float) -> Hollow:
+    """The hollow with a line over each joint of two contrary arcs whose steps beside it lie on one to a rounding [mm].
+
+    A mesh of `facets` draws both of them: which one is meant, a file of that rounding does not say.
+    """
+    pieces, lines = list(hollow.pieces), {}
+    for number, following, _ in hollow.joints:
+        first, second = pieces[number], pieces[following]
+        if first.sweep * second.sweep < 0:
+            left_out, begun = 1 / _steps(hollow.pieces[number], facets), 1 / _steps(hollow.pieces[following], facets)
+            (begin,), (end,) = first.at(np.array([1 - left_out])), second.at(np.array([begun]))
+            line = Piece(begin, end)
+            # A line between the three places is off each by half of what the middle one is off the chord.
+            if abs(left(line.along(0.5)) @ (first.end - begin)) < 2 * rounding:
+                pieces[number] = Piece(first.start, begin, first.sweep * (1 - left_out))
+                pieces[following] = Piece(end, second.end, second.sweep * (1 - begun))
+                lines[number] = line
+    made = [part for k, piece in enumerate(pieces) for part in (piece, lines.get(k)) if part]
+    return replace(hollow, pieces=tuple(made))
+
+
 def write_stl(path: Path, triangles: np.ndarray, decimals: int | None) -> float:
     """Write triangles (t, 3, 3) [mm], as text of so many decimals or, for None, in binary; returns the rounding [mm].
 

@@ -20,8 +20,6 @@ from millprint.mill.turned_shapes import (
 
 # An axis or a sphere is guessed from this number of facets at most.
 AROUND = 12
-# The largest radius of a wall, over the size of the body.
-LARGEST_RADIUS = 200
 # Facets of a strip are along its axis to this sine; steps of the normals of a band are alike to this share, and turn by
 # this share of a step's square at least.
 ALONG, ALIKE, LEAST_BEND = 1e-2, 0.05, 1e-3
@@ -132,7 +130,8 @@ def axis_of_strip(drawing: Drawing, pair: tuple[int, int]) -> Axis | None:
     axis = Axis(np.zeros(3), along)
     sides = np.array([axis.u, axis.v]).T
     circle = Circle.through(drawing.points(pair) @ sides)
-    if circle.radius > LARGEST_RADIUS * drawing.vessel.size:
+    # All over the body such an arc would be a line, within the file's rounding.
+    if circle.radius > drawing.vessel.size**2 / (8 * drawing.tolerance):
         return None
     around = drawing.around(pair, AROUND)
     near = [
