@@ -252,6 +252,7 @@ CUP, CROSSES = "is the wall of a cup", "crosses itself"
         pytest.param(hollow(2, 4), 10, "jar.stl in mm is 4 x 4 x 4 mm; if it is not so, correct geom", id="cm as mm"),
         pytest.param(tilted(hollow(4, 60)), 10, "nowhere is room for a ball of 10 mm; at most 7.9", id="bore, tilted"),
         pytest.param(turned((0, 0), (4, 40), (0, 40)), 10, "at most 7.23 mm", id="narrow cone"),
+        pytest.param(turned((0, 0), (20, 40), (0, 40)), 30, "nowhere is room for a ball of 30 mm", id="ball too wide"),
         pytest.param(turned((15, 0), (23, 0), (23, 40), (15, 40), (15, 0)), 10, NO_ROOM, id="narrow ring"),
         pytest.param(STADIUM | {"fillet_radius_mm": 0, "post": {"radius_mm": 16}}, 10, "nowhere is room", id="post"),
         # Profiles that cross themselves.

@@ -13,7 +13,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, ball_count
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.laws.registry import law_of, step_scale
-from millprint.dem.packing import capacity, pack_mixture, room_in_words, widest_in_mm
+from millprint.dem.packing import capacity, pack_mixture, room_in_words, widest_ball, widest_in_mm
 from millprint.dem.resources import (
     BALL_STEP_S,
     SNAPSHOT_COLUMNS,
@@ -90,7 +90,8 @@ def check_room(cases: Iterable[Case], mills: dict[str, MillConfig], bodies: dict
         for fill in sorted(fills):
             balls = ball_count(fill, volume, diameter)
             what = f"{place}: fill_ratios = {fill:g}: {balls} balls of {1e3 * diameter:g} mm"
-            if balls > most:
+            # Also where the fill ratio is less than one ball: no other makes it fit.
+            if balls > most or (balls < 1 and diameter > widest_ball(vessel, inserts)):
                 room = room_in_words(vessel, diameter, volume, inserts, most)
                 if not most:
                     room += f"; {_size_in_words(mills[name], vessel)}"
