@@ -1,11 +1,13 @@
 """Round walls as they are drawn: what is simulated does not depend on the drawing of exact walls, and does on facets.
 
-    python -m benchmarks.walls same --seeds 6      # jars from their sizes and from STL files, all exact
+    python -m benchmarks.walls distances           # jars from their sizes and from STL files, all exact: their walls
+    python -m benchmarks.walls same --seeds 6      # what is simulated in them
     python -m benchmarks.walls facets --seeds 8    # a jar of flat facets (`faceted: true`) and the exact one
 
-Both print means and standard errors over the seeds, for docs/why/jar_and_motion.md. `same` ends with how far the
-drawings of a jar are apart: by Welch's t, at the most. `facets` has the jar of the planetary mill without its fillet,
-straight and with a draft (its mantle is a cone), at a low and a high fill ratio.
+`distances` prints how far the walls of each drawing are from those of the first one, at random places. The other two
+print means and standard errors over the seeds, for docs/why/jar_and_motion.md. `same` ends with how far the drawings of
+a jar are apart: by Welch's t, at the most; `--jars` takes some of them. `facets` has the jar of the planetary mill
+without its fillet, straight and with a draft (its mantle is a cone), at a low and a high fill ratio.
 """
 
 import argparse
@@ -22,15 +24,19 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.run import simulate
 from millprint.fingerprint.descriptors import tabulate_descriptors
+from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import build_vessel
+from millprint.mill.wall_words import round_facets
 
-# Of `same`: mill, speed [rpm], ball diameter [mm], fill ratio, window [s], facets.
-JARS = (
-    ("planetary", 300, 10, 0.25, 1.0, 24),
-    ("emax_smooth", 600, 10, 0.10, 2.0, 12),
-    ("mixer", 1500, 10, 0.20, 2.0, 24),
-    ("spex", 1060, 12.7, 0.10, 2.0, 24),
-)
+# Of `same`: of each mill speed [rpm], ball diameter [mm], fill ratio, window [s], facets.
+JARS = {
+    "planetary": (300, 10, 0.25, 1.0, 24),
+    "emax_smooth": (600, 10, 0.10, 2.0, 12),
+    "mixer": (1500, 10, 0.20, 2.0, 24),
+    "spex": (1060, 12.7, 0.10, 2.0, 24),
+}
+# Of `distances`: how many places.
+POINTS = 5000
 TOLERANCES_MM = (0.1, 0.03, 0.01)
 # Of `facets`: speed [rpm], ball diameter [mm], window [s], fill ratios, drafts [deg], facets a turn.
 PLANETARY, FILLS, DRAFTS, FACETS = (300, 10, 1.0), (0.1, 0.25), (0.0, 2.0), (24, 48, 96, 192)
@@ -114,17 +120,39 @@ def print_row(means: np.ndarray, errors: np.ndarray, *first: str) -> None:
     print("| " + " | ".join([*first, *cells]) + " |", flush=True)
 
 
-def compare_drawings(seeds: int, folder: Path) -> None:
+def drawings_of(mill: MillConfig, facets: int, folder: Path) -> dict[str, MillConfig]:
+    """The mill with its jar from its sizes and from files, and how each is drawn."""
+    ways = {f"{n * facets} facets": drawn(mill, n * facets) for n in (1, 2, 4)}
+    return ways | {f"STL, {off:g} mm": from_file(mill, off, folder) for off in TOLERANCES_MM}
+
+
+def compare_distances(given: argparse.Namespace, folder: Path) -> None:
+    """Print how many flat facets stand for a round wall, and how far walls are from those of the first drawing."""
+    print("| jar | drawn with | round walls | flat for round | off (nm) |\n|---|---|---|---|---|")
+    for name in given.jars:
+        mill, facets = load_named(MILL_FOLDER, name, MillConfig, "mill"), JARS[name][-1]
+        points = first = None
+        for way, made in drawings_of(mill, facets, folder).items():
+            vessel = build_vessel(made)
+            if points is None:
+                points = np.random.default_rng(0).uniform(*vessel.bounds, (POINTS, 3))
+            # Outside there is no ball, and distances are to the drawing.
+            distances = np.minimum(signed_distance(vessel)(points)[0], 0.0)
+            first = distances if first is None else first
+            flat, off = (round_facets(vessel) > 0).sum(), np.abs(distances - first).max()
+            print(f"| {name} | {way} | {len(vessel.curves)} | {flat} | {off * 1e9:.2g} |", flush=True)
+
+
+def compare_drawings(given: argparse.Namespace, folder: Path) -> None:
     """Print the table of exact jars that are drawn in different ways."""
     print_head("jar", "drawn with")
     farthest = {}
-    for name, speed, diameter, fill, window, facets in JARS:
+    for name in given.jars:
+        speed, diameter, fill, window, facets = JARS[name]
         mill = load_named(MILL_FOLDER, name, MillConfig, "mill")
-        ways = {f"{n * facets} facets": drawn(mill, n * facets) for n in (1, 2, 4)}
-        ways |= {f"STL, {off:g} mm": from_file(mill, off, folder) for off in TOLERANCES_MM}
         found: Found = {}
-        for way, made in ways.items():
-            found[way] = measured(made, speed, diameter, fill, window, seeds)
+        for way, made in drawings_of(mill, facets, folder).items():
+            found[way] = measured(made, speed, diameter, fill, window, given.seeds)
             print_row(*found[way], name, way)
         means, errors = (np.array(part) for part in zip(*found.values(), strict=True))
         pairs = [(i, j) for i in range(len(means)) for j in range(i)]
@@ -134,7 +162,7 @@ def compare_drawings(seeds: int, folder: Path) -> None:
         print(f"{name}: largest t of {len(pairs)} pairs: " + ", ".join(f"{value:.1f}" for value in values))
 
 
-def compare_facets(seeds: int, folder: Path) -> None:
+def compare_facets(given: argparse.Namespace, folder: Path) -> None:
     """Print the table of jars with flat facets, and of the exact ones."""
     print_head("fill ratio", "draft (deg)", "facets a turn")
     mill, (speed, diameter, window) = load_named(MILL_FOLDER, "planetary", MillConfig, "mill"), PLANETARY
@@ -142,19 +170,23 @@ def compare_facets(seeds: int, folder: Path) -> None:
         for draft in DRAFTS:
             for facets in (*FACETS, None):
                 made = with_draft(mill, facets or FINE, draft, folder, faceted=facets is not None)
-                row = measured(made, speed, diameter, fill, window, seeds)
+                row = measured(made, speed, diameter, fill, window, given.seeds)
                 print_row(*row, f"{fill:g}", f"{draft:g}", str(facets or "exact"))
 
 
 def main() -> None:
-    """Print one of the two tables."""
+    """Print one of the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    tables = {"same": compare_drawings, "facets": compare_facets}
+    tables = {"distances": compare_distances, "same": compare_drawings, "facets": compare_facets}
     parser.add_argument("table", choices=tables)
     parser.add_argument("--seeds", type=int, default=6)
+    parser.add_argument("--jars", nargs="+", choices=JARS, default=list(JARS), help="of `distances` and `same`")
     given = parser.parse_args()
-    with tempfile.TemporaryDirectory(dir=Path.cwd()) as folder:
-        tables[given.table](given.seeds, Path(folder))
+    # Paths of files are relative to the checkout; git leaves this folder out.
+    place = Path.cwd() / "results/bench"
+    place.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=place) as folder:
+        tables[given.table](given, Path(folder))
 
 
 if __name__ == "__main__":
