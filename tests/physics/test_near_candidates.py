@@ -6,10 +6,17 @@ import pytest
 from millprint.dem.advance import advance
 from millprint.dem.laws.registry import mark_of
 from millprint.dem.layout import COUNTER
+from millprint.dem.neighbours import SLACK_SHARE
 from millprint.dem.recording import make_table, silent_recorder
 from tests.physics.test_threads import lively
 
 STEPS = 800
+
+
+def near_of(candidates) -> np.ndarray:
+    """The numbers of the candidates that are listed as near."""
+    begins = [*candidates.first_wall[:, 0], 0]
+    return np.concatenate([candidates.near[a:b] for a, b in zip(begins, candidates.near_end, strict=True)])
 
 
 def state_after(simulation, steps_a_call: int) -> tuple[list[np.ndarray], list[float]]:
@@ -20,12 +27,13 @@ def state_after(simulation, steps_a_call: int) -> tuple[list[np.ndarray], list[f
             simulation.balls, simulation.candidates, simulation.contacts, simulation.laws, mark,
             simulation.walls, simulation.clock, simulation.totals, simulation.counters, table, recorder, last, None,
         )  # fmt: skip
-        shares.append(simulation.candidates.near_first[-1] / simulation.candidates.first_wall[-1, -1])
+        near = len(near_of(simulation.candidates))
+        shares.append(near / simulation.candidates.first_wall[-1, -1])
     assert simulation.counters[COUNTER.step] == STEPS
     ended = int(simulation.counters[COUNTER.records])
     assert ended > 50
     values = [table.first[:ended], table.second[:ended], table.value[:ended]]
-    return [simulation.balls.position, simulation.balls.rate, simulation.totals, *values], shares
+    return [simulation.balls.position, simulation.balls.velocity, simulation.totals, *values], shares
 
 
 @pytest.mark.slow
@@ -37,3 +45,35 @@ def test_a_look_in_every_step_gives_the_same_bits(mills, contacts, mill, speed_r
     for each, other in zip(alone, together, strict=True):
         assert np.array_equal(each, other)
     assert max(shares) < 0.8
+
+
+def gaps_of(simulation) -> np.ndarray:
+    """From the surface of each candidate's ball to its partner's, or to the plane of its wall, which is at rest [m]."""
+    candidates, place = simulation.candidates, simulation.balls.position
+    listed = int(candidates.first_wall[-1, -1])
+    ball, partner = candidates.ball[:listed], candidates.partner[:listed]
+    plane, origin = candidates.plane[:listed], simulation.clock.motions.pose[0, :3]
+    to_wall = ((place[ball] - origin) * plane[:, :3]).sum(axis=1) - plane[:, 3]
+    to_ball = np.linalg.norm(place[ball] - place[np.maximum(partner, 0)], axis=1) - simulation.radius
+    return np.where(partner < 0, to_wall, to_ball) - simulation.radius
+
+
+@pytest.mark.slow
+def test_what_is_closed_and_within_the_slack_is_near(mills, contacts):
+    """Also what was open at the last look. No ball goes as far as the slack between a look and the end of a call."""
+    simulation, table = lively(mills, contacts, 1), make_table(20_000)
+    candidates, counters = simulation.candidates, simulation.counters
+    # Before step 0 the mill stands still.
+    counters[COUNTER.step], just_closed = -STEPS, 0
+    for last in range(1 - STEPS, 0, 2):
+        was_open, rebuilds = candidates.lane >= 0, counters[COUNTER.rebuilds]
+        advance(
+            simulation.balls, candidates, simulation.contacts, simulation.laws, mark_of(simulation.contact),
+            simulation.walls, simulation.clock, simulation.totals, counters, table, silent_recorder(), last, None,
+        )  # fmt: skip
+        gaps = gaps_of(simulation)
+        must = np.flatnonzero((candidates.lane[: len(gaps)] < 0) & (gaps < 0.5 * SLACK_SHARE * simulation.clock.skin))
+        assert np.isin(must, near_of(candidates)).all()
+        if counters[COUNTER.rebuilds] == rebuilds:
+            just_closed += (was_open[must] & (candidates.partner[must] < 0)).sum()
+    assert just_closed > 0

@@ -44,8 +44,8 @@ def lively(mills, contacts, threads: int, **change) -> Simulation:
     """Balls that fly at random at 2 m/s [rms], so that contacts begin and end in almost every step."""
     case = CASE.model_copy(update={"threads": threads, **change})
     simulation = Simulation(case, mills[case.mill], contacts["calibrated"].model_copy(update=SET), DEM)
-    simulation.balls.rate[:, :3] = np.random.default_rng(1).normal(0, 2 / np.sqrt(3), (simulation.count, 3))
-    simulation.balls.rate_now[:] = simulation.balls.rate
+    simulation.balls.velocity[:] = np.random.default_rng(1).normal(0, 2 / np.sqrt(3), (simulation.count, 3))
+    simulation.balls.velocity_now[:] = simulation.balls.velocity
     return simulation
 
 

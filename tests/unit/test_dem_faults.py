@@ -61,7 +61,7 @@ def test_a_ball_outside_the_vessel_has_left_it():
 def test_a_ball_through_the_wall_is_caught_whatever_its_speed():
     """At 3 km/s a ball crosses a wall in less than a step: it overlaps too much or is outside, but never lost."""
     run = simulation()
-    run.balls.rate[3, :3] = run.balls.rate_now[3, :3] = [0.0, 3000.0, 0.0]
+    run.balls.velocity[3] = run.balls.velocity_now[3] = [0.0, 3000.0, 0.0]
     assert re.match(r"ball \d+ (has left the vessel|overlaps) ", refusal(lambda: run.run("test")))
 
 

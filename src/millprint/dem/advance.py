@@ -44,8 +44,6 @@ from millprint.dem.layout import (
     LOAD,
     LOAD_WIDTH,
     PRESENT,
-    RATE,
-    RATE_WIDTH,
     SHARE,
     STATUS,
     TOTAL,
@@ -60,11 +58,10 @@ from millprint.run.machine import WAIT_POLICY
 
 
 @inlined()
-def add_load(load, i, force, torque):
-    """Add a force [N] and a torque [N m] to what acts on ball or body i."""
+def add_to_row(array, i, vector):
+    """Add a vector to row i of an array."""
     for c in range(3):
-        load[i, LOAD.force.x + c] += force[c]
-        load[i, LOAD.torque.x + c] += torque[c]
+        array[i, c] += vector[c]
 
 
 @inlined()
@@ -74,10 +71,10 @@ def gather_pair(balls, contacts, present, lane, block, at, m):
     away = subtract(row(balls.position, i), row(balls.position, j))
     reach = get(contacts.lanes, block, LANE.law.reach, m)
     put_present(present, at, PRESENT.away, m, away)
-    velocity = subtract(row(balls.rate_now, i), row(balls.rate_now, j))
+    velocity = subtract(row(balls.velocity_now, i), row(balls.velocity_now, j))
     put_present(present, at, PRESENT.velocity, m, velocity)
-    put_present(present, at, PRESENT.angular_velocity, m, vector(balls.rate_now, i, RATE.angular_velocity))
-    put_present(present, at, PRESENT.other_angular_velocity, m, vector(balls.rate_now, j, RATE.angular_velocity))
+    put_present(present, at, PRESENT.angular_velocity, m, row(balls.angular_velocity_now, i))
+    put_present(present, at, PRESENT.other_angular_velocity, m, row(balls.angular_velocity_now, j))
     return dot(away, away) < reach * reach
 
 
@@ -89,9 +86,9 @@ def gather_wall(balls, candidates, contacts, present, walls, motions, lane, bloc
     position = row(balls.position, i)
     away = wall_away(walls, candidates, motions, np.uint32(contacts.slot[lane]), body, position, reach)
     put_present(present, at, PRESENT.away, m, away)
-    velocity = subtract(row(balls.rate_now, i), wall_velocity(motions, body, subtract(position, away)))
+    velocity = subtract(row(balls.velocity_now, i), wall_velocity(motions, body, subtract(position, away)))
     put_present(present, at, PRESENT.velocity, m, velocity)
-    put_present(present, at, PRESENT.angular_velocity, m, vector(balls.rate_now, i, RATE.angular_velocity))
+    put_present(present, at, PRESENT.angular_velocity, m, row(balls.angular_velocity_now, i))
     turning = vector(motions.pose, body, POSE.angular_velocity)
     put_present(present, at, PRESENT.other_angular_velocity, m, turning)
     return away[0] < FAR
@@ -107,21 +104,31 @@ def gather(balls, candidates, contacts, present, walls, motions, lane, block, at
 
 @inlined()
 def load_body(walls, motions, load, position, away, feature, force, back):
-    """Add the force [N] of a body on a ball, and its torque about the body's origin [N m], to the body's loads."""
+    """Add the force [N] of a body on a ball, and its torque about the body's origin [N m], to the body's loads.
+
+    The torque does work only on a body that turns, and is left out for the others.
+    """
     body = body_of(walls, feature)
-    arm = subtract(subtract(position, away), row(motions.pose, body))
-    add_load(load, body, force, subtract(cross(arm, force), back))
+    for c in range(3):
+        load[body, LOAD.force.x + c] += force[c]
+    if motions.turns[body]:
+        arm = subtract(subtract(position, away), row(motions.pose, body))
+        torque = subtract(cross(arm, force), back)
+        for c in range(3):
+            load[body, LOAD.torque.x + c] += torque[c]
 
 
 @inlined()
-def scatter(balls, contacts, present, walls, motions, load, body_load, lane, block, at, m):
-    """Add the forces of a lane to its partners: to the loads of balls (n, 6) and of bodies (bodies, 6)."""
+def scatter(balls, contacts, present, walls, motions, forces, torques, body_load, lane, block, at, m):
+    """Add the forces of a lane to its partners: to forces and torques (n, 3) of balls, loads (bodies, 6) of bodies."""
     i, j = contacts.ball[lane], contacts.partner[lane]
     force = get_vector(contacts.lanes, block, LANE.force, m)
     back = get_present(present, at, PRESENT.other_torque, m)
-    add_load(load, i, force, get_present(present, at, PRESENT.torque, m))
+    add_to_row(forces, i, force)
+    add_to_row(torques, i, get_present(present, at, PRESENT.torque, m))
     if j >= 0:
-        add_load(load, np.uint32(j), scale(-1.0, force), back)
+        add_to_row(forces, np.uint32(j), scale(-1.0, force))
+        add_to_row(torques, np.uint32(j), back)
     else:
         away = get_present(present, at, PRESENT.away, m)
         load_body(walls, motions, body_load, row(balls.position, i), away, -1 - j, force, back)
@@ -157,8 +164,10 @@ def scatter_open(balls, contacts, walls, clock, counters, block, at):
     first = np.uint64(block * LANES)
     for m in range(width_in_use(counters, block)):
         if contacts.slot[first + m] >= 0:
-            lane, motions, present = first + m, clock.motions, contacts.present
-            scatter(balls, contacts, present, walls, motions, balls.load, clock.load, lane, block, at, m)
+            scatter(
+                balls, contacts, contacts.present, walls, clock.motions, balls.force, balls.torque, clock.load,
+                first + m, block, at, m,
+            )  # fmt: skip
 
 
 @inlined()
@@ -199,23 +208,60 @@ def apply_forces(balls, candidates, contacts, laws, mark, walls, clock, time, to
 
 
 @inlined()
-def kick(rate, rate_now, load, gain, fall):
-    """Rates half a step on, and those expected at the next positions; the loads are cleared. Flat arrays."""
-    for c in range(rate.size):
-        change = load[c] * gain[c] + fall[c]
-        faster = rate[c] + change
-        rate[c] = faster
-        rate_now[c] = faster + 0.5 * change
-    for c in range(load.size):
-        load[c] = 0.0
+def change_by(speed, speed_now, load, c, gain, fall):
+    """A number of a velocity half a step on, and the one expected at the next position; its load is cleared."""
+    change = load[c] * gain
+    if fall is not None:
+        change += fall[c]
+    faster = speed[c] + change
+    speed[c] = faster
+    speed_now[c] = faster + 0.5 * change
+    load[c] = 0.0
 
 
 @inlined()
-def drift(position, rate, step):
-    """Positions a step on."""
-    for i in range(position.shape[0]):
-        for c in range(3):
-            position[i, c] += step * rate[i, c]
+def kick(speed, speed_now, load, gain, fall):
+    """Velocities a step on, in rows of numbers; fall is None for those that gravity does not change.
+
+    A single gain has a loop of its own, which reads an array less.
+    """
+    if gain.size == 1:
+        for c in range(speed.size):
+            change_by(speed, speed_now, load, c, gain[0], fall)
+    else:
+        for c in range(speed.size):
+            change_by(speed, speed_now, load, c, gain[c], fall)
+
+
+@inlined()
+def drift(position, velocity, step):
+    """Positions a step on, in rows of numbers."""
+    for c in range(position.size):
+        position[c] += step * velocity[c]
+
+
+@inlined()
+def numbers_of(balls, begin, end):
+    """What moves of balls begin to end, each as one row of numbers, which make fast loops."""
+    a, b = 3 * begin, 3 * end
+    return (
+        balls.position.reshape(-1)[a:b],
+        (balls.velocity.reshape(-1)[a:b], balls.velocity_now.reshape(-1)[a:b], balls.force.reshape(-1)[a:b]),
+        (
+            balls.angular_velocity.reshape(-1)[a:b],
+            balls.angular_velocity_now.reshape(-1)[a:b],
+            balls.torque.reshape(-1)[a:b],
+        ),
+    )
+
+
+@inlined()
+def move(numbers, gain, turning, fall, step):
+    """Kick and drift."""
+    position, (velocity, velocity_now, force), (angular, angular_now, torque) = numbers
+    kick(velocity, velocity_now, force, gain, fall)
+    drift(position, velocity, step)
+    kick(angular, angular_now, torque, turning, None)
 
 
 class Shares(NamedTuple):
@@ -225,7 +271,8 @@ class Shares(NamedTuple):
     waiting: np.ndarray  # (threads, blocks) blocks of lanes in which a contact has parted
     counts: np.ndarray  # (threads, state.CACHE_LINE) layout.ShareColumns; each thread's on a cache line of its own
     present: np.ndarray  # (threads, 1, width * LANES) layout.PresentColumns
-    load: np.ndarray  # (threads - 1, n, width) layout.LoadColumns, of the present step; the first has the balls' own
+    force: np.ndarray  # (threads - 1, n, 3) as Balls.force, of the present step; the first has the balls' own
+    torque: np.ndarray  # (threads - 1, n, 3)
     body_load: np.ndarray  # (threads, bodies, width) as Clock.load
 
 
@@ -238,7 +285,8 @@ def make_shares(
         waiting=np.zeros((threads, len(contacts.lanes)), dtype=np.int64),
         counts=np.zeros((threads, state.CACHE_LINE), dtype=np.int64),
         present=state.make_present(threads)[:, np.newaxis],
-        load=np.zeros((threads - 1, balls, LOAD_WIDTH)),
+        force=np.zeros((threads - 1, balls, 3)),
+        torque=np.zeros((threads - 1, balls, 3)),
         body_load=np.zeros((threads, bodies, LOAD_WIDTH)),
     )
 
@@ -300,29 +348,28 @@ def look_in_threads(balls, candidates, nearer, shares):
 
 
 @inner()
-def join_near(candidates, shares, count):
-    """Append the near pairs of all threads to the `count` features that are listed."""
+def join_near(candidates, shares):
+    """List the near pairs of all threads."""
+    count = np.uint64(0)
     for t in range(shares.counts.shape[0]):
         for at in range(shares.counts[t, SHARE.found]):
             candidates.near[count] = shares.found[t, at]
             count += np.uint64(1)
-    candidates.near_first[candidates.stride.size + 1] = count
+    candidates.near_end[candidates.near_end.size - 1] = count
 
 
 @inlined()
 def list_near_in_threads(balls, candidates, clock, counters, shares):
     """As near_candidates.list_near."""
-    count, nearer = list_near_walls(balls, candidates, clock, counters)
-    look_in_threads(balls, candidates, nearer, shares)
-    join_near(candidates, shares, count)
+    look_in_threads(balls, candidates, list_near_walls(balls, candidates, clock, counters), shares)
+    join_near(candidates, shares)
 
 
 @inner()
 def find_chunk(balls, candidates, shares, t):
     """Pairs of one chunk of the candidates that have come within reach."""
-    first, last = near_pairs_listed(candidates)
-    begin, end = chunk(np.int64(last - first), t, shares.counts.shape[0])
-    found = find_pairs(balls, candidates, first + np.uint64(begin), first + np.uint64(end), shares.found[t])
+    begin, end = chunk(np.int64(near_pairs_listed(candidates)), t, shares.counts.shape[0])
+    found = find_pairs(balls, candidates, np.uint64(begin), np.uint64(end), shares.found[t])
     shares.counts[t, SHARE.found] = found
 
 
@@ -348,7 +395,8 @@ def gather_block(balls, candidates, contacts, present, walls, motions, block, wi
 def resolve_chunk(mark, balls, candidates, contacts, walls, motions, counters, shares, t, step):
     """The contacts of one chunk of the blocks; a block in which one has parted is listed as waiting."""
     begin, end = chunk(blocks_in_use(counters), t, shares.counts.shape[0])
-    load = balls.load if t == 0 else shares.load[t - 1]
+    forces = balls.force if t == 0 else shares.force[t - 1]
+    torques = balls.torque if t == 0 else shares.torque[t - 1]
     body_load, present, waiting = shares.body_load[t], shares.present[t], 0
     for block in range(begin, end):
         width = width_in_use(counters, block)
@@ -360,7 +408,7 @@ def resolve_chunk(mark, balls, candidates, contacts, walls, motions, counters, s
         first = np.uint64(block * LANES)
         for m in range(width):
             if contacts.slot[first + m] >= 0:
-                scatter(balls, contacts, present, walls, motions, load, body_load, first + m, block, 0, m)
+                scatter(balls, contacts, present, walls, motions, forces, torques, body_load, first + m, block, 0, m)
     shares.counts[t, SHARE.waiting] = waiting
 
 
@@ -375,11 +423,12 @@ def resolve_in_threads(mark, balls, candidates, contacts, walls, motions, counte
 def sum_chunk(balls, shares, t):
     """Add the loads of the other threads to one chunk of the balls, in the threads' order, and clear them."""
     begin, end = chunk(balls.species.size, t, shares.counts.shape[0])
-    for source in range(shares.load.shape[0]):
+    for source in range(shares.force.shape[0]):
         for i in range(begin, end):
-            for c in range(LOAD_WIDTH):
-                balls.load[i, c] += shares.load[source, i, c]
-                shares.load[source, i, c] = 0.0
+            for c in range(3):
+                balls.force[i, c] += shares.force[source, i, c]
+                balls.torque[i, c] += shares.torque[source, i, c]
+                shares.force[source, i, c] = shares.torque[source, i, c] = 0.0
 
 
 @threaded()
@@ -390,20 +439,18 @@ def sum_in_threads(balls, shares):
 
 
 @inner()
-def move_chunk(balls, gain, fall, step, threads, t):
+def move_chunk(balls, gain, turning, fall, step, threads, t):
     """Kick and drift of one chunk of the balls."""
     begin, end = chunk(balls.species.size, t, threads)
-    rate, rate_now, load = balls.rate.reshape(-1), balls.rate_now.reshape(-1), balls.load.reshape(-1)
-    a, b = RATE_WIDTH * begin, RATE_WIDTH * end
-    kick(rate[a:b], rate_now[a:b], load[a:b], gain[a:b], fall[a:b])
-    drift(balls.position[begin:end], balls.rate[begin:end], step)
+    a, b = (0, 1) if gain.size == 1 else (3 * begin, 3 * end)
+    move(numbers_of(balls, begin, end), gain[a:b], turning[a:b], fall[3 * begin : 3 * end], step)
 
 
 @threaded()
-def move_in_threads(balls, gain, fall, step, threads):
+def move_in_threads(balls, gain, turning, fall, step, threads):
     """Kick and drift of all balls."""
     for t in numba.prange(threads):
-        move_chunk(balls, gain, fall, step, threads, t)
+        move_chunk(balls, gain, turning, fall, step, threads, t)
 
 
 @inner()
@@ -478,8 +525,7 @@ def advance(
     mark: laws.registry.mark_of; shares: threads.Shares, one row for each thread, or None for the loop without threads.
     Numba compiles one loop for each combination of types, and leaves out what is None.
     """
-    # The same numbers as rows of one line each, which make fast loops.
-    rate, rate_now, load = balls.rate.reshape(-1), balls.rate_now.reshape(-1), balls.load.reshape(-1)
+    numbers = numbers_of(balls, 0, balls.species.size)
     # Between two calls, balls and contacts may have been changed.
     measure_strides(balls, candidates, clock)
     counters[COUNTER.look_in] = 0
@@ -500,10 +546,9 @@ def advance(
         if is_due(recorder.occupancy_every, since):
             count_occupancy(balls, clock, recorder)
         if shares is None:
-            kick(rate, rate_now, load, clock.gain, clock.fall)
-            drift(balls.position, balls.rate, clock.step)
+            move(numbers, clock.gain, clock.turn, clock.fall, clock.step)
         else:
-            move_in_threads(balls, clock.gain, clock.fall, clock.step, shares.counts.shape[0])
+            move_in_threads(balls, clock.gain, clock.turn, clock.fall, clock.step, shares.counts.shape[0])
         counters[COUNTER.step] += 1
         counters[COUNTER.check_in] -= 1
         counters[COUNTER.look_in] -= 1

@@ -21,12 +21,11 @@ from millprint.dem.layout import (
     LANES,
     LAW,
     LAW_WIDTH,
-    RATE,
     STATUS,
     TOTAL,
 )
 from millprint.mill.borders import SMOOTH_TURN
-from millprint.mill.vectors import add_scaled, cross, dot, row, scale, subtract, vector
+from millprint.mill.vectors import add_scaled, cross, dot, row, scale, subtract
 from millprint.mill.wall_features import JOINT
 from millprint.mill.walls import (
     PLANE,
@@ -47,7 +46,7 @@ FAR = 1e300
 # Two features of a patch that meet in a vertex are one wall where their directions differ by less.
 COS_SMOOTH_TURN = math.cos(SMOOTH_TURN)
 
-# The trigger of a candidate that is open, and of a pair that is open and not among the near ones (dem.neighbours).
+# The trigger of a candidate that is open, and of one that is open and not among the near ones (dem.neighbours).
 OPEN, UNLISTED = -1.0, -2.0
 
 
@@ -191,6 +190,18 @@ def free_lane(candidates, contacts, lane, counters):
     counters[COUNTER.free] += 1
 
 
+@inlined()
+def put_closed(candidates, walls, k, trigger):
+    """Set the trigger of a candidate that is no longer open, and list it among the near ones where it is not there."""
+    if candidates.trigger[k] == UNLISTED:
+        partner, region = candidates.partner[k], candidates.near_end.size - 1
+        if partner < 0:
+            region = np.int64(body_of(walls, -1 - partner))
+        candidates.near[candidates.near_end[region]] = k
+        candidates.near_end[region] += np.uint64(1)
+    candidates.trigger[k] = trigger
+
+
 @inner()
 def close_contact(balls, candidates, contacts, laws, walls, lane, time, totals, counters, table):
     """End a contact: book its works, record it, free its lane."""
@@ -199,11 +210,7 @@ def close_contact(balls, candidates, contacts, laws, walls, lane, time, totals, 
     write_collision(contacts, walls, lane, time, ENDED.parted, counters, table)
     k, j, a = contacts.slot[lane], contacts.partner[lane], balls.species[contacts.ball[lane]]
     reach = laws.pair[a, balls.species[max(j, 0)], LAW.reach] if j >= 0 else laws.wall[SURFACE.rough, a, LAW.reach]
-    if candidates.trigger[k] == UNLISTED:
-        last = candidates.near_first.size - 1
-        candidates.near[candidates.near_first[last]] = k
-        candidates.near_first[last] += np.uint64(1)
-    candidates.trigger[k] = reach * reach if j >= 0 else reach
+    put_closed(candidates, walls, k, reach * reach if j >= 0 else reach)
     free_lane(candidates, contacts, lane, counters)
 
 
@@ -228,9 +235,8 @@ def pairs_listed(candidates):
 
 @inlined()
 def near_pairs_listed(candidates):
-    """Where the near pairs begin and end in the list of the near ones."""
-    bodies = candidates.near_first.size - 2
-    return candidates.near_first[bodies], candidates.near_first[bodies + 1]
+    """The number of near pairs."""
+    return candidates.near_end[candidates.near_end.size - 1]
 
 
 @inlined()
@@ -249,11 +255,11 @@ def find_pairs(balls, candidates, begin, end, found):
 
 @inlined()
 def find_walls(balls, candidates, motions):
-    """The same for balls and features of the walls; of edges and corners, all that are near and closed."""
+    """The same for balls and features of the walls, to candidates.found; of edges and corners, all that are near."""
     count = np.uint64(0)
     for body in range(candidates.first_wall.shape[0]):
         origin, turns = row(motions.pose, body), motions.turns[body]
-        for at in range(candidates.near_first[body], candidates.near_first[body + 1]):
+        for at in range(candidates.first_wall[body, 0], candidates.near_end[body]):
             k = candidates.near[at]
             point = subtract(row(balls.position, candidates.ball[k]), origin)
             if turns:
@@ -272,7 +278,7 @@ def slip_of(balls, i, turning, closing, normal):
     its centre, relative to the centre of ball i; normal: unit vector from the partner to it.
     """
     radius = balls.radius[balls.species[i]]
-    rolling = add_scaled(turning, radius, vector(balls.rate_now, i, RATE.angular_velocity))
+    rolling = add_scaled(turning, radius, row(balls.angular_velocity_now, i))
     relative = add_scaled(scale(-1.0, closing), -1.0, cross(rolling, normal))
     along = add_scaled(relative, -dot(relative, normal), normal)
     return math.sqrt(dot(along, along))
@@ -283,10 +289,10 @@ def open_pair(balls, candidates, contacts, laws, counters, k, time):
     """Open the contact of candidate k, two balls."""
     i, j = candidates.ball[k], candidates.partner[k]
     away = subtract(row(balls.position, i), row(balls.position, j))
-    closing = subtract(row(balls.rate_now, j), row(balls.rate_now, i))
+    closing = subtract(row(balls.velocity_now, j), row(balls.velocity_now, i))
     distance = math.sqrt(dot(away, away))
     approach = dot(closing, away) / distance
-    turning = scale(balls.radius[balls.species[j]], vector(balls.rate_now, j, RATE.angular_velocity))
+    turning = scale(balls.radius[balls.species[j]], row(balls.angular_velocity_now, j))
     slip = slip_of(balls, i, turning, closing, scale(1.0 / distance, away))
     open_contact(balls, candidates, contacts, laws, counters, k, time, approach, slip)
 
@@ -316,7 +322,7 @@ def pass_on(balls, candidates, contacts, laws, walls, old, k, normal, time, tota
         put_of(contacts, lane, LANE.history.peak_overlap, 0.0)
         put_of(contacts, lane, LANE.history.start, time)
     candidates.lane[old] = -1
-    candidates.trigger[old] = laws.wall[SURFACE.rough, balls.species[candidates.ball[old]], LAW.reach]
+    put_closed(candidates, walls, old, laws.wall[SURFACE.rough, balls.species[candidates.ball[old]], LAW.reach])
     settle(balls, candidates, contacts, laws, k, lane)
     choose_by_speed(laws.by_speed, contacts, laws, lane)
     block, m = lane // LANES, lane % LANES
@@ -379,7 +385,7 @@ def open_wall(balls, candidates, contacts, laws, walls, clock, k, time, totals, 
         return
     normal = direction_to_laboratory(motions, body, direction)
     foot = wall_velocity(motions, body, add_scaled(position, -distance, normal))
-    approach = dot(subtract(foot, row(balls.rate_now, i)), normal)
+    approach = dot(subtract(foot, row(balls.velocity_now, i)), normal)
     # Twice the way of a step, since the speed may be a little less now. A ball at rest has been put here.
     was_touched = approach != 0.0 and distance + 2.0 * clock.step * max(approach, 0.0) < radius * (1.0 - 1e-12)
     old = predecessor(candidates, walls, body, k, point, distance, direction, radius, was_touched)
@@ -388,7 +394,7 @@ def open_wall(balls, candidates, contacts, laws, walls, clock, k, time, totals, 
     if old >= 0:
         pass_on(balls, candidates, contacts, laws, walls, old, k, normal, time, totals, counters, table)
         return
-    slip = slip_of(balls, i, (0.0, 0.0, 0.0), subtract(foot, row(balls.rate_now, i)), normal)
+    slip = slip_of(balls, i, (0.0, 0.0, 0.0), subtract(foot, row(balls.velocity_now, i)), normal)
     open_contact(balls, candidates, contacts, laws, counters, k, time, approach, slip)
 
 
@@ -414,8 +420,10 @@ def open_pairs(balls, candidates, contacts, laws, counters, count, time):
 
 @inlined()
 def open_walls(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table):
-    """Open the contacts with walls of all balls that have come within reach."""
-    for at in range(find_walls(balls, candidates, clock.motions)):
+    """Open the contacts with walls of all balls that have come within reach, in the order of the lists."""
+    count = np.int64(find_walls(balls, candidates, clock.motions))
+    sort_found(candidates.found, count)
+    for at in range(count):
         k = candidates.found[at]
         open_wall(balls, candidates, contacts, laws, walls, clock, k, time, totals, counters, table)
 
@@ -423,8 +431,7 @@ def open_walls(balls, candidates, contacts, laws, walls, clock, time, totals, co
 @inlined()
 def open_contacts(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table):
     """Open the contacts of all that have come within reach."""
-    first, last = near_pairs_listed(candidates)
-    count = np.int64(find_pairs(balls, candidates, first, last, candidates.found))
+    count = np.int64(find_pairs(balls, candidates, np.uint64(0), near_pairs_listed(candidates), candidates.found))
     if count > 0:
         open_pairs(balls, candidates, contacts, laws, counters, count, time)
     open_walls(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table)

@@ -160,15 +160,8 @@ class HeightColumns(NamedTuple):
     vessel_squared: int  # sum of squares of the vessel's speeds at their places [m2/s2]
 
 
-class RateColumns(NamedTuple):
-    """Rates of a ball or of a body."""
-
-    velocity: Vector  # [m/s]
-    angular_velocity: Vector  # [rad/s]
-
-
 class LoadColumns(NamedTuple):
-    """What acts on a ball or on a body."""
+    """What the balls load a body with."""
 
     force: Vector  # [N]
     torque: Vector  # [N m]
@@ -240,7 +233,6 @@ SNAPSHOT_TOTAL = number_columns(SnapshotTotalColumns)
 GRID = number_columns(GridColumns)
 HEIGHT = number_columns(HeightColumns)
 OCCUPANCY = number_columns(OccupancyColumns)
-RATE = number_columns(RateColumns)
 LOAD = number_columns(LoadColumns)
 CELL = number_columns(CellColumns)
 SHARE = number_columns(ShareColumns)
@@ -249,6 +241,6 @@ COUNTER = number_columns(CounterColumns)
 STATUS = number_columns(Statuses)
 
 LAW_WIDTH, HISTORY_WIDTH, TOTAL_WIDTH = width_of(LAW), width_of(HISTORY), width_of(TOTAL)
-RATE_WIDTH, LOAD_WIDTH = width_of(RATE), width_of(LOAD)
+LOAD_WIDTH = width_of(LOAD)
 # Where the law's coefficients and the history begin in a lane.
 LANE_LAW, LANE_HISTORY = first_column(LANE.law), first_column(LANE.history)

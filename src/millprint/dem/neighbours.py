@@ -2,7 +2,8 @@
 
 A candidate is listed up to a skin from contact, and most are nowhere near it. So the list is searched only every
 few steps, and the steps between check only the near ones: closer than both partners can come in that time. The
-others would not have opened, so the shorter list changes no number of a run.
+others would not have opened, so the shorter list changes no number of a run. Nor does an open candidate: it joins the
+near ones when it closes.
 
 As in neighbours.needs_rebuild, no ball is taken to become faster, relative to a body, than twice the fastest one
 between two checks of the lists.
@@ -21,7 +22,7 @@ import numpy as np
 from millprint.dem import state
 from millprint.dem.contact_events import UNLISTED, check_overlaps, listed, occupy, pairs_listed
 from millprint.dem.law import choose_by_speed, get_of, put_of
-from millprint.dem.layout import CELL, COUNTER, HISTORY, HISTORY_WIDTH, LANE_HISTORY, LAW, RATE, STATUS
+from millprint.dem.layout import CELL, COUNTER, HISTORY, HISTORY_WIDTH, LANE_HISTORY, LAW, STATUS
 from millprint.dem.packing import cell_order
 from millprint.mill.motion import POSE
 from millprint.mill.vectors import cross, dot, row, subtract, vector
@@ -50,7 +51,7 @@ LOOK_EVERY = 50.0
 def speed2_seen(balls, motions, body, i):
     """Squared speed of a ball as seen from a body [m2/s2]."""
     pose = motions.pose
-    speed = subtract(vector(balls.rate, i, RATE.velocity), vector(pose, body, POSE.velocity))
+    speed = subtract(row(balls.velocity, i), vector(pose, body, POSE.velocity))
     if motions.turns[body]:
         arm = subtract(row(balls.position, i), vector(pose, body, POSE.position))
         speed = subtract(speed, cross(vector(pose, body, POSE.angular_velocity), arm))
@@ -68,14 +69,12 @@ def measure_strides(balls, candidates, clock):
 
 
 @inlined()
-def near_walls(balls, candidates, motions, body, nearer, count):
-    """List the features of a body that are open, or less than `nearer` [m] from contact.
-
-    Their numbers are written from place `count` on; returns where they end.
-    """
+def near_walls(balls, candidates, motions, body, nearer):
+    """List the features of a body that are closed and less than `nearer` [m] from contact; open ones are marked."""
     origin, turns = row(motions.pose, body), motions.turns[body]
-    last = candidates.first_wall.shape[1] - 1
-    for k in range(candidates.first_wall[body, 0], candidates.first_wall[body, last]):
+    begin, end = candidates.first_wall[body, 0], candidates.first_wall[body, candidates.first_wall.shape[1] - 1]
+    count = begin
+    for k in range(begin, end):
         point = subtract(row(balls.position, candidates.ball[k]), origin)
         if turns:
             point = direction_to_body(motions, body, point)
@@ -83,8 +82,9 @@ def near_walls(balls, candidates, motions, body, nearer, count):
         trigger = candidates.trigger[k]
         # Always written but kept only if the count advances, so that there is no branch.
         candidates.near[count] = k
-        count += np.uint64((trigger < 0.0) | (distance < trigger + nearer))
-    return count
+        count += np.uint64((trigger >= 0.0) & (distance < trigger + nearer))
+        candidates.trigger[k] = UNLISTED if trigger < 0.0 else trigger
+    candidates.near_end[body] = count
 
 
 @inlined()
@@ -98,7 +98,7 @@ def squares_apart(balls, nearer):
 
 @inlined()
 def is_near(balls, candidates, k, more):
-    """1 if pair k is closed and near, else 0; an open one is marked: it joins the list when it parts."""
+    """1 if pair k is closed and near, else 0; an open one is marked: it joins the list when it closes."""
     i, j = candidates.ball[k], np.uint32(candidates.partner[k])
     away = subtract(row(balls.position, i), row(balls.position, j))
     trigger = candidates.trigger[k]
@@ -107,41 +107,34 @@ def is_near(balls, candidates, k, more):
 
 
 @inlined()
-def near_pairs(balls, candidates, nearer, count):
-    """The same for pairs, but for those that are open (contact_events.close_contact)."""
-    more = squares_apart(balls, nearer)
+def near_pairs(balls, candidates, nearer):
+    """The same for pairs."""
+    more, count = squares_apart(balls, nearer), np.uint64(0)
     for k in range(pairs_listed(candidates)):
         near = is_near(balls, candidates, k, more)
         candidates.near[count] = k
         count += near
-    return count
+    candidates.near_end[candidates.near_end.size - 1] = count
 
 
 @inlined()
 def list_near_walls(balls, candidates, clock, counters):
-    """List the features that are near, and plan the next search.
-
-    Returns their number, and how near to contact a pair must be to be listed [m].
-    """
+    """List the features that are near, and plan the next search; returns how near a pair must be to be listed [m]."""
     longest = 0.0
     for stride in candidates.stride:
         longest = max(longest, stride)
     steps = max(1, int(min(LOOK_EVERY, NEAR_SHARE * clock.skin / (2 * longest))))
     slack = SLACK_SHARE * clock.skin
-    count = np.uint64(0)
     for body in range(candidates.stride.size):
-        count = near_walls(balls, candidates, clock.motions, body, steps * candidates.stride[body] + slack, count)
-        candidates.near_first[body + 1] = count
+        near_walls(balls, candidates, clock.motions, body, steps * candidates.stride[body] + slack)
     counters[COUNTER.look_in] = steps
-    return count, 2 * steps * longest + slack
+    return 2 * steps * longest + slack
 
 
 @inner()
 def list_near(balls, candidates, clock, counters):
     """List the candidates that are near, and plan the next search."""
-    count, nearer = list_near_walls(balls, candidates, clock, counters)
-    count = near_pairs(balls, candidates, nearer, count)
-    candidates.near_first[candidates.stride.size + 1] = count
+    near_pairs(balls, candidates, list_near_walls(balls, candidates, clock, counters))
 
 
 # Up to this number of balls all pairs are checked; above it a grid of cells is used.
@@ -374,7 +367,7 @@ def farthest_and_fastest(balls, candidates, motions, body):
     for i in range(balls.species.size):
         point = to_body(motions, body, row(balls.position, i))
         moved = subtract(point, row(candidates.anchor[body], i))
-        speed = subtract(vector(balls.rate, i, RATE.velocity), vector(pose, body, POSE.velocity))
+        speed = subtract(row(balls.velocity, i), vector(pose, body, POSE.velocity))
         if motions.turns[body]:
             arm = subtract(row(balls.position, i), vector(pose, body, POSE.position))
             speed = subtract(speed, cross(vector(pose, body, POSE.angular_velocity), arm))
@@ -489,8 +482,8 @@ def named_pairs(numbers: np.ndarray, first: np.ndarray, second: np.ndarray) -> t
 def _take_rows(simulation: Sortable, order: np.ndarray) -> None:
     """Order the state of the balls, and let the lists be made again."""
     balls, clock = simulation.balls, simulation.clock
-    arrays = (balls.position, balls.rate, balls.rate_now, balls.load, balls.species, simulation.numbers)
-    for array in (*arrays, clock.gain.reshape(len(order), -1)):
+    of_sizes = [each.reshape(len(order), 3) for each in (clock.gain, clock.turn) if len(each) > 1]
+    for array in (*(getattr(balls, name) for name in (*state.MOVING, "species")), simulation.numbers, *of_sizes):
         array[:] = array[order]
     _forget_lists(simulation)
 

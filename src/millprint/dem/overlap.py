@@ -66,7 +66,7 @@ def overlap_in_words(stopped: Stopped) -> str:
     radius = stopped.balls.radius[stopped.balls.species[ball]]
     share = radius * stopped.dem.overlap_max / meeting.bound
     other, place, clear_m = _pair(stopped, ball, partner) if partner >= 0 else _wall(stopped, ball)
-    moving = float(np.linalg.norm(stopped.balls.rate_now[ball, :3]))
+    moving = float(np.linalg.norm(stopped.balls.velocity_now[ball]))
     of = "its radius" if share == 1 else "the smaller radius"
     return (
         f"ball {ball} overlaps {other} by {_percent(meeting.overlap, meeting.bound, stopped)} of {of}, more than "
@@ -196,7 +196,7 @@ def _cause(stopped: Stopped, meeting: Meeting, clear_m: float) -> str:
     if causes:
         return "; and ".join(causes)
     # The ball has moved a step since the contact was last checked.
-    moved = 2 * step * float(np.abs(stopped.balls.rate_now[:, :3]).max())
+    moved = 2 * step * float(np.abs(stopped.balls.velocity_now).max())
     innocent = f"Neither speed nor step is the cause ({impact})"
     if clear_m > moved:
         return (

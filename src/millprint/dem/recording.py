@@ -27,9 +27,7 @@ from millprint.dem.layout import (
     GRID,
     HEIGHT,
     LANE,
-    LOAD,
     OCCUPANCY,
-    RATE,
     SAMPLE,
     SNAPSHOT,
     SNAPSHOT_TOTAL,
@@ -114,9 +112,9 @@ def write_sample(balls, clock, time, totals, out):
     for i in range(balls.species.size):
         mass, inertia = balls.mass[balls.species[i]], balls.inertia[balls.species[i]]
         for c in range(3):
-            force, torque = balls.load[i, LOAD.force.x + c], balls.load[i, LOAD.torque.x + c]
-            speed = balls.rate[i, RATE.velocity.x + c] + 0.5 * clock.step * (force / mass + clock.gravity[c])
-            angular = balls.rate[i, RATE.angular_velocity.x + c] + 0.5 * clock.step * torque / inertia
+            force, torque = balls.force[i, c], balls.torque[i, c]
+            speed = balls.velocity[i, c] + 0.5 * clock.step * (force / mass + clock.gravity[c])
+            angular = balls.angular_velocity[i, c] + 0.5 * clock.step * torque / inertia
             moving += 0.5 * mass * speed * speed
             turning += 0.5 * inertia * angular * angular
             potential -= mass * clock.gravity[c] * balls.position[i, c]
@@ -148,9 +146,9 @@ def write_snapshot(balls, candidates, clock, time, totals, counters, recorder):
         mass, inertia = balls.mass[balls.species[i]], balls.inertia[balls.species[i]]
         for c in range(3):
             half = 0.5 * clock.step
-            force, torque = balls.load[i, LOAD.force.x + c], balls.load[i, LOAD.torque.x + c]
-            velocity = balls.rate[i, RATE.velocity.x + c] + half * (force / mass + clock.gravity[c])
-            angular = balls.rate[i, RATE.angular_velocity.x + c] + half * torque / inertia
+            force, torque = balls.force[i, c], balls.torque[i, c]
+            velocity = balls.velocity[i, c] + half * (force / mass + clock.gravity[c])
+            angular = balls.angular_velocity[i, c] + half * torque / inertia
             recorder.snapshot[number, i, SNAPSHOT.position_m.x + c] = balls.position[i, c]
             recorder.snapshot[number, i, SNAPSHOT.velocity_m_s.x + c] = velocity
             recorder.snapshot[number, i, SNAPSHOT.spin_rad_s.x + c] = angular
@@ -180,7 +178,7 @@ def count_occupancy(balls, clock, recorder):
         recorder.height[HEIGHT.total] += point[2]
         recorder.height[HEIGHT.balls] += 1
         vessel = wall_velocity(clock.motions, 0, position)
-        relative = subtract(row(balls.rate_now, i), vessel)
+        relative = subtract(row(balls.velocity_now, i), vessel)
         recorder.height[HEIGHT.relative_squared] += dot(relative, relative)
         recorder.height[HEIGHT.vessel_squared] += dot(vessel, vessel)
         if not (0 <= column < recorder.occupancy.shape[0] and 0 <= line < recorder.occupancy.shape[1]):
@@ -377,7 +375,7 @@ def grid_edges(bounds: np.ndarray, recorder: Recorder) -> tuple[np.ndarray, np.n
 logger = logging.getLogger("millprint")
 
 # Arrays of the state that change; the rest follows from the configuration.
-BALLS = ("position", "rate", "rate_now", "load", "species")
+BALLS = (*state.MOVING, "species")
 ARRAYS = ("totals", "counters", "numbers")
 PIECES = ("samples", "snapshots", "poses", "snapshot_works", "snapshot_contacts")
 

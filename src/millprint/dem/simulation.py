@@ -20,7 +20,7 @@ from millprint.dem.advance import Shares, advance, make_shares, use_threads
 from millprint.dem.case_checks import OCCUPANCY_CELL_M, OCCUPANCY_INTERVAL_S
 from millprint.dem.collisions import by_surface, collision_table
 from millprint.dem.laws.registry import law_of, mark_of, step_scale
-from millprint.dem.layout import COUNTER, HISTORY, LAW, RATE, SAMPLE, STATUS, TOTAL_WIDTH
+from millprint.dem.layout import COUNTER, HISTORY, LAW, SAMPLE, STATUS, TOTAL_WIDTH
 from millprint.dem.ledger import ledger_series
 from millprint.dem.neighbours import list_again, restore_rows, sort_if_due
 from millprint.dem.overlap import overlap_in_words
@@ -41,7 +41,7 @@ from millprint.dem.recording import (
 )
 from millprint.dem.resources import aligned_step, check_cohesion, largest_fraction, requested_step, run_up_step, skin_of
 from millprint.mill.bodies import Body, build_bodies, inserts_in_vessel
-from millprint.mill.kernel_columns import span_of, width_of
+from millprint.mill.kernel_columns import width_of
 from millprint.mill.motion import AT_REST, Motion
 from millprint.mill.vessel import Vessel
 from millprint.mill.wall_arrays import build_walls
@@ -260,7 +260,12 @@ class Simulation:
         self.counters[COUNTER.step] = self.begin_step
         if ratio == 1:
             return
-        self.balls.rate[:] = self.balls.rate_now + ratio * (self.balls.rate - self.balls.rate_now)
+        balls = self.balls
+        for half_a_step_ago, now in (
+            (balls.velocity, balls.velocity_now),
+            (balls.angular_velocity, balls.angular_velocity_now),
+        ):
+            half_a_step_ago[:] = now + ratio * (half_a_step_ago - now)
         self._take_step(self.step, self.clock.skin)
         list_again(self)
         self.contacts.kept_history[:, HISTORY.last_slip] *= 2 / ratio - 1
@@ -395,9 +400,10 @@ class FewBalls:
         self.by_facet = by_facet
         self.step = step
         self.balls = state.make_balls(position, species, radii, contact.density_kg_m3)
-        for columns, value in ((RATE.velocity, velocity), (RATE.angular_velocity, angular_velocity)):
-            if value is not None:
-                self.balls.rate[:, span_of(columns)] = self.balls.rate_now[:, span_of(columns)] = value
+        if velocity is not None:
+            self.balls.velocity[:] = self.balls.velocity_now[:] = velocity
+        if angular_velocity is not None:
+            self.balls.angular_velocity[:] = self.balls.angular_velocity_now[:] = angular_velocity
         self.candidates = state.make_candidates(len(position))
         self.open_contacts = state.make_contacts(self.candidates.partner.size)
         self.walls = walls or walls_for(vessel, radii.max(), skin, pitch)

@@ -7,8 +7,8 @@ import numpy as np
 
 from millprint.config.contact_set import ContactConfig
 from millprint.dem.law import IDLE, IDLE_PRESENT, SpeedTables, at_reference, law_row, speed_tables
-from millprint.dem.layout import CELL, COUNTER, GROUP, HISTORY_WIDTH, LANES, LOAD_WIDTH, RATE, RATE_WIDTH, STATUS
-from millprint.mill.kernel_columns import span_of, width_of
+from millprint.dem.layout import CELL, COUNTER, GROUP, HISTORY_WIDTH, LANES, LOAD_WIDTH, STATUS
+from millprint.mill.kernel_columns import width_of
 from millprint.mill.motion import Motion, Motions, stack_motions
 from millprint.mill.walls import SURFACE
 
@@ -18,27 +18,24 @@ LINED_ROWS = 10_000
 
 
 class Balls(NamedTuple):
-    """State of the balls; rates are those of half a step ago, `rate_now` those expected at the present position."""
+    """State of the balls; velocities are those of half a step ago, `..._now` those expected at the present position."""
 
     position: np.ndarray  # (n, 3) [m]
-    rate: np.ndarray  # (n, 6) layout.RateColumns
-    rate_now: np.ndarray  # (n, 6)
-    load: np.ndarray  # (n, 6) of contacts, layout.LoadColumns
+    velocity: np.ndarray  # (n, 3) [m/s]
+    velocity_now: np.ndarray  # (n, 3)
+    force: np.ndarray  # (n, 3) of contacts [N]
+    angular_velocity: np.ndarray  # (n, 3) [rad/s]
+    angular_velocity_now: np.ndarray  # (n, 3)
+    torque: np.ndarray  # (n, 3) of contacts [N m]
     species: np.ndarray  # (n,) row of the tables below
     radius: np.ndarray  # (species,) [m]
     mass: np.ndarray  # (species,) [kg]
     inertia: np.ndarray  # (species,) [kg m2]
     touching: np.ndarray  # (n,) open contacts, as they were last counted
 
-    @property
-    def velocity(self) -> np.ndarray:
-        """Velocities (n, 3) half a step ago [m/s]."""
-        return self.rate[:, span_of(RATE.velocity)]
 
-    @property
-    def angular_velocity(self) -> np.ndarray:
-        """Angular velocities (n, 3) half a step ago [rad/s]."""
-        return self.rate[:, span_of(RATE.angular_velocity)]
+# Fields of Balls with a row of three numbers for each ball: what changes in a run.
+MOVING = Balls._fields[:7]
 
 
 class Candidates(NamedTuple):
@@ -52,10 +49,10 @@ class Candidates(NamedTuple):
     sure: np.ndarray  # (s,) 1 where the foot is surely on the facet
     lane: np.ndarray  # (s,) the contact's lane, or -1
     trigger: np.ndarray  # (s,) (squared) distance below which a contact opens [m2, wall: m]; negative while open
-    near: np.ndarray  # (s + 1,) those that may come within reach before the next search (dem.neighbours)
-    near_first: (
-        np.ndarray
-    )  # (bodies + 2,) features of body b are near[near_first[b]] to near[near_first[b + 1]], then pairs
+    # Of those that are closed, the ones that may come within reach before the next search (dem.neighbours): pairs from
+    # the first place on, features of body b from place first_wall[b, 0] on.
+    near: np.ndarray  # (s + 1,)
+    near_end: np.ndarray  # (bodies + 1,) the places where those of each body end, and where pairs end
     stride: np.ndarray  # (bodies,) the farthest that a ball may go in a step, as seen from a body [m]
     found: np.ndarray  # (s + 1,) those that have come within reach in the present step
     anchor: np.ndarray  # (bodies, n, 3) positions in each body's frame when the lists were made [m]
@@ -93,8 +90,10 @@ class Clock(NamedTuple):
     step: float  # [s]
     gravity: np.ndarray  # (3,) [m/s2]
     motions: Motions
-    gain: np.ndarray  # (6 n,) change of the rates in a step by unit loads [m/s, rad/s]
-    fall: np.ndarray  # (6 n,) change of the rates in a step by gravity [m/s]
+    # Changes in a step; one number for all where the balls are of one size.
+    gain: np.ndarray  # (3 n,) or (1,) of velocities by unit forces [m/s]
+    turn: np.ndarray  # (3 n,) or (1,) of angular velocities by unit torques [rad/s]
+    fall: np.ndarray  # (3 n,) of velocities by gravity [m/s]
     load: np.ndarray  # (bodies, 6) on the balls, torque about the body's origin, of the present step
     skin: float  # a candidate is listed up to this far from contact [m]
 
@@ -117,12 +116,13 @@ def on_cache_lines(values: np.ndarray) -> np.ndarray:
 def make_balls(position: np.ndarray, species: np.ndarray, radii: np.ndarray, density: float) -> Balls:
     """Balls at rest at `position` (n, 3) [m]; species (n,) are rows of `radii` [m]; density [kg/m3]."""
     position = np.ascontiguousarray(position, dtype=float)
-    rate, rate_now, load = (on_cache_lines(np.zeros((len(position), RATE_WIDTH))) for _ in range(3))
+    moving = {name: on_cache_lines(np.zeros_like(position)) for name in MOVING}
+    moving["position"][:] = position
     radii = np.asarray(radii, dtype=float)
     mass = density * 4 / 3 * math.pi * radii**3
     species = np.asarray(species, dtype=np.int64)
     inertia, touching = 0.4 * mass * radii**2, np.zeros(len(position), dtype=np.int64)
-    return Balls(on_cache_lines(position), rate, rate_now, load, species, radii, mass, inertia, touching)
+    return Balls(**moving, species=species, radius=radii, mass=mass, inertia=inertia, touching=touching)
 
 
 def make_candidates(balls: int, bodies: int = 1, per_ball: int = 12) -> Candidates:
@@ -139,7 +139,7 @@ def make_candidates(balls: int, bodies: int = 1, per_ball: int = 12) -> Candidat
         lane=np.full(room, -1, dtype=np.int64),
         trigger=np.zeros(room),
         near=np.zeros(room + 1, dtype=np.uint32),
-        near_first=np.zeros(bodies + 2, dtype=np.uint64),
+        near_end=np.zeros(bodies + 1, dtype=np.uint64),
         stride=np.zeros(bodies),
         found=np.zeros(room + 1, dtype=np.uint32),
         anchor=np.zeros((bodies, balls, 3)),
@@ -249,6 +249,11 @@ def make_laws(balls: Balls, contact: ContactConfig, step: float, overlap_fractio
     return Laws(np.array(pair)[row_of[:, None], row_of], np.array(wall)[:, row_of], surface, tables)
 
 
+def _of_all(sizes: np.ndarray, species: np.ndarray) -> np.ndarray:
+    """A number for each component of each ball, by its size; one for all where there is one size."""
+    return sizes if len(sizes) == 1 else on_cache_lines(np.repeat(sizes[species], 3))
+
+
 def make_clock(
     balls: Balls, motions: list[Motion], step: float, skin: float, gravity: float | np.ndarray = 9.81
 ) -> Clock:
@@ -258,8 +263,9 @@ def make_clock(
         step=float(step),
         gravity=down,
         motions=stack_motions(motions),
-        gain=on_cache_lines(np.repeat(step / np.column_stack([balls.mass, balls.inertia])[balls.species], 3)),
-        fall=on_cache_lines(np.tile(np.concatenate([step * down, np.zeros(3)]), len(balls.species))),
+        gain=_of_all(step / balls.mass, balls.species),
+        turn=_of_all(step / balls.inertia, balls.species),
+        fall=on_cache_lines(np.tile(step * down, len(balls.species))),
         load=np.zeros((len(motions), LOAD_WIDTH)),
         skin=float(skin),
     )
