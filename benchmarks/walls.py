@@ -135,7 +135,8 @@ def compare_distances(given: argparse.Namespace, folder: Path) -> None:
         for way, made in drawings_of(mill, facets, folder).items():
             vessel = build_vessel(made)
             if points is None:
-                points = np.random.default_rng(0).uniform(*vessel.bounds, (POINTS, 3))
+                low, high = vessel.bounds
+                points = np.random.default_rng(0).uniform(low, high, (POINTS, 3))
             # Outside there is no ball, and distances are to the drawing.
             distances = np.minimum(signed_distance(vessel)(points)[0], 0.0)
             first = distances if first is None else first
