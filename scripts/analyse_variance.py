@@ -3,7 +3,7 @@
 Settings: doe.
 Inputs: `screening` and `claims`.
 Outputs: `printed` and `corrected` variance, `contested`, `rival_models`, `residual_parts`, `detectable`,
-`residuals`, `residual_checks`, `lack_of_fit`, `interactions`, `pareto`, and the figures.
+`residuals`, `lack_of_fit`, `interactions`, `pareto`, and the figures.
 """
 
 from millprint.config.doe import AnalysisConfig, Factor

@@ -18,7 +18,6 @@ from millprint.thesis.figures.chapter5_figures import (
     plot_pit,
     plot_proposals,
     plot_regimes,
-    plot_retrospective,
     plot_scores,
     plot_sources,
     plot_test_predictions,
@@ -43,8 +42,6 @@ def draw_trust(inputs, output) -> None:
     save(plot_evaluation(scores, claims), *output.evaluation_figure)
     coverage = read_table(inputs.coverage, numeric=["nominal", "covered", "width_pp"], text=[*text, "method"])
     save(plot_coverage(coverage), *output.coverage_figure)
-    retrospective = read_table(inputs.retrospective, numeric=["runs", "found"], text=["target", "strategy"])
-    save(plot_retrospective(retrospective), *output.retrospective_figure)
     proposals = read_table(inputs.proposals, numeric=["predicted_percent"], text=["purpose"])
     save(plot_proposals(proposals), *output.proposals_figure)
     regimes = read_table(inputs.regimes, numeric=["rmse_pp"], text=["model", "descriptors", "added"])

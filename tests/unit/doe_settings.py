@@ -17,8 +17,8 @@ def thesis_settings() -> dict:
 
 
 def settings(**changes) -> DoeConfig:
-    """The thesis's settings with `changes`, and fewer simulated sets of errors for the residual checks."""
-    return check_model({**thesis_settings(), "simulations": 200, **changes}, DoeConfig, "config.yaml")
+    """The thesis's settings with `changes`."""
+    return check_model({**thesis_settings(), **changes}, DoeConfig, "config.yaml")
 
 
 @pytest.fixture(scope="module", name="config")

@@ -181,7 +181,6 @@ def screened(tmp_path, **changes) -> tuple:
         "replicates": 2,
         "order_seed": 3,
         "model": ["A", "B", "C", "A:B"],
-        "simulations": 100,
     }
     content["interactions"] = [{"name": "pair", "title": "pair", "panels": [["A", "B"], ["C", "A"]]}]
     (tmp_path / "design.yaml").write_text(yaml.safe_dump({**content, **changes}))

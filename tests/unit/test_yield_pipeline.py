@@ -45,7 +45,6 @@ FINAL_METRICS = {"test.tsv", "locked.tsv", "seeds.tsv", "predictions.tsv"}
 HELD_OUT = ("linear", "averaged_gpr", *BASELINES)
 # Files made from all runs: evaluations over all of them, and everything that follows the evaluation.
 FOLLOWING = {f"{name}.tsv" for name in ("permutations", "permutation_test", "regimes", "regimes_summary")} | {
-    *("retrospective.tsv", "retrospective_summary.tsv"),
     *("next_experiments.tsv", "not_proposed.tsv", "not_proposed_reasons.tsv"),
 }
 ALL_RUNS = FOLLOWING | {
@@ -141,12 +140,7 @@ def follow_up(folder: Path, parts: list[str], config) -> None:
     proposed = SimpleNamespace(**{key: folder / f"{name}.tsv" for key, name in names.items()})
     chemistry = doe_settings().chemistry
     predict_yields.propose_experiments(final, mill, proposed, 125e-6, config.proposals, config.prediction, chemistry)
-    searched = tables("retrospective")
-    searched.summary = folder / "retrospective_summary.tsv"
-    try_averaged_model.search(parts, searched, config.retrospective, config.averaging, config.evaluation.level)
-    try_averaged_model.shuffle(
-        parts, tables("permutations", "permutation_test"), config.averaging, config.library_trial
-    )
+    try_averaged_model.main(parts, tables("permutations", "permutation_test"), config.averaging, config.library_trial)
 
 
 @pytest.fixture(scope="module")

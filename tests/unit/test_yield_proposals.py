@@ -1,4 +1,4 @@
-"""The next experiments: the region and its safety, the value of a run, batches, and the test on the runs done."""
+"""The next experiments: the region and its safety, the value of a run, and batches."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -39,25 +39,14 @@ from millprint.thesis.yields.groups import (
 from millprint.thesis.yields.held_out import Prediction
 from millprint.thesis.yields.new_conditions import MillCurves, load_averaged, predict_conditions, training_rows
 from millprint.thesis.yields.proposals import (
-    ALL_TARGETS,
-    CHANCE,
-    IMPROVEMENT,
-    STRATEGIES,
-    chance,
     choose_for_learning,
     choose_for_yield,
     count_reasons,
-    draw_starts,
     expected_improvement,
     joint_draws,
     same_setting,
-    search_best,
-    search_table,
     shortlist,
-    smaller_library,
     split_region,
-    summarise_search,
-    without_best,
 )
 from tests.unit.doe_settings import settings as doe_settings
 from tests.unit.yield_settings import CASES, CURVES, MILL, REFERENCE, SCALES, all_runs, parts, settings
@@ -194,74 +183,6 @@ def test_a_shortlist_is_half_the_best_and_half_drawn():
     assert len(set(chosen)) == len(chosen) == 5
     chosen, drawn = shortlist(merit, 30, np.random.default_rng(0))
     assert sorted(chosen) == list(range(10)) and drawn.tolist() == list(range(10))
-
-
-def test_chance_is_drawing_without_replacement():
-    found = chance(27, 8, 1)
-    np.testing.assert_allclose(found, np.arange(20) / 19)
-    generator, two = np.random.default_rng(0), chance(10, 4, 2)
-    firsts = np.array([np.sort(generator.permutation(6)[:2])[0] + 1 for _ in range(20000)])
-    np.testing.assert_allclose(two, [(firsts <= done).mean() for done in range(7)], atol=0.015)
-
-
-def test_runs_to_the_best_are_by_hand():
-    """Two starts of two of four runs: the search needs 3 and 4, a rule 4 and 4, chance 2 + 1 + 1 / 2."""
-    paths = {IMPROVEMENT: [np.array([20.0, 40]), np.array([30.0, 30, 40])]}
-    paths["rule"] = [np.array([20.0, 30, 40]), np.array([30.0, 30, 40])]
-    table = search_table(paths, np.array([10.0, 20, 30, 40]), 2, 0.95)
-    rows = summarise_search([table, table], [paths, paths], ["a", "b"], 0.95).set_index(["target", "strategy"])
-    # Student's quantile of one degree of freedom is 12.706, the standard error of 3 and 4 is a half.
-    one = rows.loc["a", IMPROVEMENT]
-    assert one[["mean_runs", "lower", "upper"]].tolist() == pytest.approx([3.5, 3.5 - 6.353, 3.5 + 6.353], abs=1e-3)
-    assert (one["median_runs"], one["starts"], one["conclusion"]) == (3, 2, "")
-    rule = rows.loc["a", "rule"]
-    fewer = rule[["fewer_than_search", "fewer_lower", "fewer_upper"]].tolist()
-    assert rule["mean_runs"] == 4 and fewer == pytest.approx([-0.5, -0.5 - 6.353, -0.5 + 6.353], abs=1e-3)
-    assert rule["conclusion"] == "cannot be told from the search by these starts"
-    assert rows.loc["a", CHANCE]["mean_runs"] == 3.5
-    # Over targets, each a mean over its starts, the rule always needs half a run more.
-    both = rows.loc[ALL_TARGETS, "rule"]
-    assert (both["mean_runs"], both["starts"], both["fewer_upper"]) == (4, 4, -0.5)
-    assert both["conclusion"] == "needs more runs than the search over these targets"
-
-
-def test_the_table_of_a_search_is_by_hand():
-    paths = [np.array([50.0, 90.0]), np.array([60.0, 70.0, 90.0]), np.array([20.0, 40.0, 60.0, 90.0])]
-    table = search_table({"rule": paths}, np.array([20.0, 40.0, 50.0, 60.0, 90.0]), 2, 0.95).set_index("strategy")
-    rule, by_chance = table.loc["rule"], table.loc["random"]
-    assert rule["runs"].tolist() == [2, 3, 4, 5]
-    assert rule["found"].tolist() == pytest.approx([0, 1 / 3, 2 / 3, 1])
-    assert rule["best_percent"].tolist() == pytest.approx([130 / 3, 200 / 3, 80, 90])
-    # Of none of three, Clopper and Pearson's upper end is 1 - 0.025^(1/3).
-    assert rule[["lower", "upper"]].iloc[0].tolist() == pytest.approx([0, 1 - 0.025 ** (1 / 3)])
-    assert by_chance["found"].tolist() == pytest.approx([0, 1 / 3, 2 / 3, 1])
-
-
-@pytest.mark.slow
-def test_search_ends_with_the_best_run_and_uses_the_yields_of_known_runs_only():
-    rows, config = all_runs(), settings()
-    yields = rows["yield_percent"].to_numpy(float)
-    starts = draw_starts(yields, config.retrospective)
-    assert all(yields[start].max() < yields.max() and len(set(start)) == 8 for start in starts)
-    averaging = smaller_library(config.averaging, config.retrospective)
-    reached = {name: [search_best(rows, start, own, averaging) for start in starts] for name, own in STRATEGIES.items()}
-    for path in (path for paths in reached.values() for path in paths):
-        assert path[-1] == yields.max() and (np.diff(path) >= 0).all() and (path[:-1] < yields.max()).all()
-    # A choice uses the yields of known runs only, so it stays the same if the other yields are changed.
-    hidden = np.setdiff1d(np.arange(27), [*starts[0], int(yields.argmax())])
-    wrong = rows.assign(yield_percent=np.where(np.isin(np.arange(27), hidden), 1.0, yields))
-    for name in ("highest_mean", "least_squares", "most_balls_longest_time"):
-        first, other = (search_best(table, starts[0], STRATEGIES[name], averaging) for table in (rows, wrong))
-        assert first[0] == other[0]
-    table = search_table(reached, yields, 8, 0.95)
-    summary = summarise_search([table, table], [reached, reached], ["24", "again"], 0.95)
-    summary = summary.set_index(["target", "strategy"])
-    assert summary.loc[("24", "random"), "mean_runs"] == pytest.approx(18)
-    for name, paths in reached.items():
-        length = np.mean([7 + len(path) for path in paths])
-        # The same target twice: no spread between targets.
-        assert summary.loc[("24", name), "mean_runs"] == summary.loc[("all", name), "upper"] == pytest.approx(length)
-    assert ((table["lower"] <= table["found"]) & (table["found"] <= table["upper"])).all()
 
 
 def test_regime_rows_are_those_of_table_5_7():
@@ -479,10 +400,3 @@ def test_what_breaks_a_limit_is_not_proposed_and_the_table_says_why():
     assert split(hydrogen_max_mmol=65)[0]["hydrogen_mmol"].max() <= 65
     with pytest.raises(ConfigError, match="none of its 16 conditions may be proposed"):
         split(hydrogen_max_mmol=1)
-
-
-def test_without_the_best_runs_the_next_is_the_target():
-    rows = all_runs()
-    left = without_best(rows, 2)
-    assert len(left) == 25 and left["yield_percent"].max() == sorted(rows["yield_percent"])[-3]
-    assert without_best(rows, 0)["case"].tolist() == rows["case"].tolist()

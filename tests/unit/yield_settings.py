@@ -55,7 +55,6 @@ def settings(**training) -> YieldConfig:
     section["averaging"] |= SMALL_LIBRARY
     section["library_trial"] |= {"permutations": 19}
     section["proposals"] |= {"runs": 2, "shortlist": 40, "draws": 200}
-    section["retrospective"] |= {"starts": 2, "targets": 2, "links": ["avrami"]}
     return check_model(section, YieldConfig, "config.yaml")
 
 

@@ -46,7 +46,6 @@ rule analyse_variance:
         residual_parts=f"{DOE}/residual_parts.tsv",
         detectable=f"{DOE}/detectable.tsv",
         residuals=f"{DOE}/residuals.tsv",
-        residual_checks=f"{DOE}/residual_checks.tsv",
         lack_of_fit=f"{DOE}/lack_of_fit.tsv",
         interactions=f"{DOE}/interactions.tsv",
         pareto=f"{DOE}/pareto.tsv",

@@ -222,21 +222,6 @@ rule predict_yields:
         "../../scripts/predict_yields.py"
 
 
-use rule permute_yields as search_retrospectively with:
-    output:
-        retrospective=f"{YIELDS}/retrospective.tsv",
-        summary=f"{YIELDS}/retrospective_summary.tsv",
-    log:
-        f"{LOGS}/yields/search_retrospectively.log",
-    benchmark:
-        f"{BENCHMARKS}/search_retrospectively/search_retrospectively.tsv"
-    params:
-        settings=settings("yields.retrospective"),
-        level=CONFIG.yields.evaluation.level,
-    message:
-        "Counting how many runs it would have taken to find the best one"
-
-
 use rule hold_out_yields as leave_groups_out with:
     input:
         **OTHER_FILES,
@@ -270,7 +255,7 @@ use rule hold_out_yields as leave_groups_out with:
 
 YIELD_FIGURES = f"{YIELDS}/figures"
 DRAWN_YIELDS = [
-    *("predictions", "intervals", "shap", "evaluation", "coverage", "retrospective"),
+    *("predictions", "intervals", "shap", "evaluation", "coverage"),
     *("proposals", "regimes", "scores", "pit", "permutations", "sources"),
 ]
 
@@ -281,7 +266,6 @@ rule plot_yields:
         shap=rules.evaluate_yield_models.output.shap,
         scores_by_scheme=rules.evaluate_yield_models.output.scores_by_scheme,
         coverage=rules.evaluate_yield_models.output.coverage,
-        retrospective=rules.search_retrospectively.output.retrospective,
         proposals=rules.predict_yields.output.proposals,
         regimes=rules.leave_groups_out.output.regimes_summary,
         scores=rules.evaluate_yield_models.output.scores,
@@ -306,6 +290,5 @@ YIELD_OUTPUTS = [
     *rules.permute_yields.output,
     *rules.leave_groups_out.output,
     *rules.predict_yields.output,
-    *rules.search_retrospectively.output,
     *rules.plot_yields.output,
 ]

@@ -217,8 +217,6 @@ class AnalysisConfig(DesignConfig):
     confidence: ClassVar[float] = 0.95
     # Probability with which the smallest effect in detectable.tsv would be found [-].
     power: ClassVar[float] = 0.8
-    simulations: Annotated[int, Field(ge=100, le=100_000)] = 2000
-    """simulated sets of normal errors for the p-values of the residual checks"""
     repeatability_percent: Positive | None = None
     """standard deviation of the yield of repeated runs, if known from the laboratory [%]"""
     interactions: list[InteractionFigure] = []

@@ -185,8 +185,6 @@ TRAININGS = {
         100,
         5,
     ),
-    # Extremely randomised trees (Geurts et al. 2006) draw thresholds and see every row; not of the thesis.
-    "extra_trees": Training(FOREST, 100, 100),
     "gpr_starts": Training(),
 }
 SPACES = {name: own.space for name, own in TRAININGS.items() if own.space}
@@ -304,25 +302,6 @@ class ProposalConfig(Section):
     # Seed of the shortlist and the draws.
     seed: ClassVar[int] = 42
     region: RegionConfig
-
-
-class RetrospectiveConfig(Section):
-    """How many experiments it takes to find the best of the runs that were done."""
-
-    # Runs known at the start.
-    start_runs: ClassVar[int] = 8
-    starts: Count = 30
-    """random starts, which do not contain the best run"""
-    targets: Annotated[int, Field(ge=1, le=12)] = 5
-    """best runs to find: the best of all runs, the best without that one, and so on, because a single run may
-    be found fast by luck
-    """
-    # Seed of the starts and of ties.
-    seed: ClassVar[int] = 42
-    links: Annotated[list[LinkName], Field(min_length=1)] = ["logit", "avrami"]
-    """scales of the yield that are averaged"""
-    # Kernels that are averaged.
-    structures: ClassVar[tuple[str, ...]] = ("product",)
 
 
 class PredictionConfig(Section):
@@ -481,5 +460,4 @@ class YieldConfig(Section):
     averaging: AveragingConfig = AveragingConfig()
     library_trial: LibraryTrialConfig = LibraryTrialConfig()
     proposals: ProposalConfig
-    retrospective: RetrospectiveConfig = RetrospectiveConfig()
     prediction: PredictionConfig

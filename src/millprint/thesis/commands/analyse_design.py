@@ -3,7 +3,7 @@
     millprint analyse my_design.yaml my_runs.tsv my_results
 
 The YAML file is that of `millprint design`, with the terms of the analysis of variance in `model`. Optional keys are
-`confidence`, `simulations`, `repeatability_percent` and `interactions`, as in the section `doe` of config/config.yaml.
+`repeatability_percent` and `interactions`, as in the section `doe` of config/config.yaml.
 The TSV has the columns case, those of the factors, yield_percent and, if known, run_order. The command writes the
 tables and figures of results/doe that follow from these: aliases, audit, analysis of variance, contested
 terms, residuals, interactions.

@@ -3,22 +3,18 @@
 Writes the tables of a design, and those of the analysis of its runs.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import combinations, product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.stats import rankdata, shapiro
+from scipy.stats import rankdata
 from statsmodels.regression.linear_model import RegressionResultsWrapper
-from statsmodels.stats.diagnostic import normal_ad
 
 from millprint.config.doe import AnalysisConfig, DesignConfig
 from millprint.estimate.quantiles import chi_squared_above, f_above, normal_quantile
 from millprint.run.files import write_json, write_table
-from millprint.run.job import progress
 from millprint.thesis.doe.factorial_designs import (
     RUN_ORDER,
     YIELD,
@@ -111,137 +107,6 @@ def lack_of_fit_table(config: AnalysisConfig, runs: pd.DataFrame, fit: Regressio
             rows.append({"against": "repeatability", **own, "note": note})
     columns = ["against", "term", "degrees_of_freedom", "sum_of_squares", "error_percent", "statistic", "p_value"]
     return pd.DataFrame(rows).reindex(columns=[*columns, "note"])
-
-
-@dataclass(frozen=True)
-class Check:
-    """A statistic of the residuals (runs,), large where the errors are not as assumed.
-
-    p_textbook: its p-value for independent errors. shown: the statistic in the form in which it is tabulated.
-    """
-
-    name: str
-    assumption: str
-    statistic: Callable[[np.ndarray], float]
-    p_textbook: Callable[[np.ndarray], float] = lambda _: np.nan
-    shown: Callable[[float], float] = lambda value: value
-
-
-def _correlation(one: np.ndarray, two: np.ndarray) -> float:
-    return abs(float(np.corrcoef(one, two)[0, 1])) if np.ptp(one) and np.ptp(two) else 0.0
-
-
-def _unequal_spread(sizes: np.ndarray, groups: list[np.ndarray]) -> float:
-    """Levene's statistic as a share: of the variation of the sizes of residuals, what lies between the groups."""
-    between = sum(len(group) * (sizes[group].mean() - sizes.mean()) ** 2 for group in groups)
-    return float(between / np.sum((sizes - sizes.mean()) ** 2))
-
-
-def _checks(config: DesignConfig, runs: pd.DataFrame, fit: RegressionResultsWrapper, hat: np.ndarray) -> list[Check]:
-    """The checks of the residuals of a fit with the projection `hat` (runs, runs) onto its model."""
-    leverage, fitted = np.diag(hat), fit.fittedvalues.to_numpy()
-    free = leverage < FULL_LEVERAGE
-    cooks_share = leverage[free] / (1 - leverage[free]) / fit.model.exog.shape[1]
-    ranks = rankdata(np.round(fitted, 12))[free]
-    # Tukey's degree of freedom: what the square of the fitted yield holds beyond the model.
-    off_model = fitted**2 - hat @ fitted**2
-
-    def studentised(rest: np.ndarray) -> np.ndarray:
-        deviation = np.sqrt(rest @ rest / int(fit.df_resid))
-        return rest[free] / (deviation * np.sqrt(1 - leverage[free]))
-
-    checks = [
-        Check(
-            "shapiro_wilk",
-            "normal errors",
-            lambda rest: 1 - shapiro(rest[free]).statistic,
-            lambda rest: shapiro(rest[free]).pvalue,
-            lambda value: 1 - value,
-        ),
-        Check(
-            "anderson_darling",
-            "normal errors",
-            lambda rest: normal_ad(rest[free])[0],
-            lambda rest: normal_ad(rest[free])[1],
-        ),
-        Check("largest_studentised", "no outlier", lambda rest: float(np.max(np.abs(studentised(rest))))),
-        Check(
-            "largest_cooks_distance",
-            "no run that decides the fit",
-            lambda rest: float(np.max(studentised(rest) ** 2 * cooks_share)),
-        ),
-        Check(
-            "spread_with_fitted",
-            "equal spread at low and high yield",
-            lambda rest: _correlation(rankdata(np.abs(studentised(rest))), ranks),
-        ),
-    ]
-    for factor in config.factors:
-        codes = runs[factor.symbol].to_numpy()[free]
-        groups = [np.flatnonzero(codes == code) for code in range(len(factor.levels))]
-
-        def over_levels(rest: np.ndarray, groups: list[np.ndarray] = groups) -> float:
-            return _unequal_spread(np.abs(studentised(rest)), groups)
-
-        if min(map(len, groups)) > 1:
-            checks.append(Check(f"spread_over_{factor.symbol}", f"equal spread at each {factor.column}", over_levels))
-    if np.linalg.norm(off_model) >= 1e-9:
-        checks.append(
-            Check(
-                "tukey_nonadditivity",
-                "no curvature in the fitted yield",
-                lambda rest: float(abs(off_model @ rest) / np.linalg.norm(off_model) / np.linalg.norm(rest)),
-            )
-        )
-    if RUN_ORDER in runs:
-        order = np.argsort(runs[RUN_ORDER].to_numpy())
-        places = np.arange(len(order))
-        checks += [
-            Check("trend_over_run_order", "no drift over the runs", lambda rest: _correlation(rest[order], places)),
-            Check(
-                "durbin_watson",
-                "no likeness of runs one after the other",
-                lambda rest: abs(2 - float(np.sum(np.diff(rest[order]) ** 2) / (rest @ rest))),
-            ),
-        ]
-    return checks
-
-
-def residual_checks(
-    config: DesignConfig, runs: pd.DataFrame, fit: RegressionResultsWrapper, simulations: int, seed: int
-) -> pd.DataFrame:
-    """Checks of the residuals, each with the p-value of its textbook and one that holds for this model.
-
-    The textbook's p-values hold for independent observations. The residuals of a model with nearly as many parameters
-    as runs are far from independent. p_simulated is the share of `simulations` sets of normal errors, fitted by the
-    same model, whose statistic is at least as large. durbin_watson is the distance of that statistic from 2. The
-    leverage has no p-value, because it depends only on the design. Without a column run_order in the runs, the checks
-    of the order are empty.
-    """
-    hat = fit.model.exog @ np.linalg.pinv(fit.model.exog)
-    leverage, rest = np.diag(hat), fit.resid.to_numpy()
-    checks = _checks(config, runs, fit, hat)
-    found = np.array([check.statistic(rest) for check in checks])
-    errors = np.random.default_rng(seed).standard_normal((simulations, len(rest)))
-    simulated = []
-    with progress(simulations, "residual checks", "set") as bar:
-        for row in errors - errors @ hat:
-            simulated.append([check.statistic(row) for check in checks])
-            bar.update()
-    p_simulated = (1 + np.sum(np.array(simulated) >= found, axis=0)) / (simulations + 1)
-    rows = [
-        (check.name, check.assumption, check.shown(value), check.p_textbook(rest), share, "")
-        for check, value, share in zip(checks, found, p_simulated, strict=True)
-    ]
-    most = int(np.argmax(leverage))
-    note = f"case {runs['case'].iloc[most]}; mean {leverage.mean():.3f}, least {leverage.min():.3f}"
-    about = ("largest_leverage", "no run that the model must go through")
-    rows.append((*about, leverage[most], np.nan, np.nan, note))
-    if RUN_ORDER not in runs:
-        note = f"not known: the table of runs has no column {RUN_ORDER}"
-        rows.append(("durbin_watson", "no likeness of runs one after the other", np.nan, np.nan, np.nan, note))
-    table = pd.DataFrame(rows, columns=["check", "assumption", "statistic", "p_textbook", "p_simulated", "note"])
-    return table.assign(residual_degrees_of_freedom=int(fit.df_resid), simulations=simulations)
 
 
 # The last row of the table of what the residual consists of.
@@ -357,7 +222,7 @@ def contested_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
 # The tables of the design, by the names of the rule's outputs.
 DESIGN_TABLES = ("design", "aliases", "audit")
 # The tables of the analysis that follow the analysis of variance, by the names of the rule's outputs.
-TABLES = ("contested", "residual_parts", "detectable", "residuals", "residual_checks", "lack_of_fit", "interactions")
+TABLES = ("contested", "residual_parts", "detectable", "residuals", "lack_of_fit", "interactions")
 # Tables of the variance, by the names of the rule's outputs: the file that holds each.
 VARIANCE = {"printed": "anova_printed", "corrected": "anova_corrected"}
 
@@ -396,7 +261,5 @@ def write_analysis(screening: str, tables: dict[str, str], settings: AnalysisCon
     write_table(residual_parts_table(settings, runs), tables["residual_parts"])
     write_table(detectable_table(settings, runs), tables["detectable"])
     write_table(residual_table(runs, fit), tables["residuals"])
-    checks = residual_checks(settings, runs, fit, settings.simulations, settings.order_seed)
-    write_table(checks, tables["residual_checks"])
     write_table(lack_of_fit_table(settings, runs, fit), tables["lack_of_fit"])
     write_table(interaction_table(settings, runs), tables["interactions"])

@@ -1,4 +1,4 @@
-"""Figures of chapter 5: predictions, SHAP values, searches and proposals; and how far models can be trusted."""
+"""Figures of chapter 5: predictions, SHAP values and proposals; and how far models can be trusted."""
 
 from typing import Any
 
@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, MARKERS, PAGE_WIDTH_IN, PUBLISHED
 from millprint.thesis.yields.features import LEFT_OUT, NESTED, SPREAD
@@ -138,14 +137,6 @@ def plot_attributions(values: pd.DataFrame) -> Figure:
     return figure
 
 
-SEARCHES = {
-    "expected_improvement": ("expected improvement", COLOURS[0], "-"),
-    "highest_mean": ("highest mean", COLOURS[2], "--"),
-    "least_squares": ("least squares", COLOURS[1], "-."),
-    "ridge": ("ridge", COLOURS[3], "-."),
-    "most_balls_longest_time": ("most balls, longest time", COLOURS[4], "--"),
-    "random": ("random", "#666666", ":"),
-}
 PURPOSES = {
     "repeat": ("repeated run", COLOURS[2], "D"),
     "centre": ("centre point", COLOURS[3], "^"),
@@ -164,24 +155,6 @@ ADDED = {
     "1 of the regime": "one of\nits own",
     "other regime, 1 of the regime": "one own,\ntwo other",
 }
-
-
-def plot_retrospective(table: pd.DataFrame) -> Figure:
-    """Share of starts that have found the best run against the runs done, for the first target only.
-
-    table: target, strategy, runs, found, lower, upper.
-    """
-    table = table[table["target"] == table["target"].iloc[0]]
-    figure, axis = plt.subplots(figsize=(COLUMN_WIDTH_IN, 2.4))
-    for strategy, (title, colour, line) in SEARCHES.items():
-        rows = table[table["strategy"] == strategy]
-        axis.plot(rows["runs"], 100 * rows["found"], line, color=colour, label=title)
-        axis.fill_between(rows["runs"], 100 * rows["lower"], 100 * rows["upper"], color=colour, alpha=0.15, linewidth=0)
-    axis.set(xlabel="runs done", ylabel="best run found [% of starts]", ylim=(0, 102))
-    axis.set_xlim(table["runs"].min(), table["runs"].max())
-    axis.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axis.legend(fontsize=7, loc="lower right")
-    return figure
 
 
 def plot_proposals(proposals: pd.DataFrame) -> Figure:

@@ -80,11 +80,6 @@ def check_yield_tables(settings: YieldConfig, screening: str, split: str, design
         "evaluation.outer_folds": (evaluation.outer_folds, runs, "the runs"),
         "evaluation.folds": (evaluation.folds, smallest, "the rows that an outer fold trains on"),
         "evaluation.conformal_folds": (evaluation.conformal_folds, smallest, "the rows that an outer fold trains on"),
-        "retrospective.start_runs": (
-            settings.retrospective.start_runs,
-            runs - 1 - settings.retrospective.targets,
-            "the runs but one, without the targets",
-        ),
     }
     for key, (value, limit, rows) in limits.items():
         if value > limit:

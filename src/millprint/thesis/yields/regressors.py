@@ -138,12 +138,6 @@ def _explain_forest(estimator: Any, inputs: np.ndarray) -> tuple[np.ndarray, flo
     return np.mean(values, axis=0), float(np.mean(bases))
 
 
-def _make_extra_trees(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
-    from sklearn.ensemble import ExtraTreesRegressor
-
-    return ExtraTreesRegressor(**parameters, random_state=training.seed, n_jobs=threads)
-
-
 def _make_svr(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
     from sklearn.svm import SVR
 
@@ -234,14 +228,6 @@ REGRESSORS = {
         restore=_restore_xgb,
         explain=_explain_xgb,
         fold_predictor=_boosting_folds,
-    ),
-    "extra_trees": Regressor(
-        title="extra trees",
-        settled="Not of the thesis. Every node sees all features.",
-        make=_make_extra_trees,
-        forest=True,
-        seeded=True,
-        explain=_explain_trees,
     ),
     "gpr_starts": Regressor(
         title="GPR, several starts",
