@@ -16,6 +16,7 @@ from millprint.dem.laws.registry import law_of, step_scale
 from millprint.dem.packing import capacity, pack_mixture, room_in_words, widest_ball, widest_in_mm
 from millprint.dem.resources import (
     BALL_STEP_S,
+    OCCUPANCY_CELL_M,
     SNAPSHOT_COLUMNS,
     aligned_step,
     check_cohesion,
@@ -30,8 +31,6 @@ MOST_DAYS = 60
 MOST_BYTES = 32e9
 # Numbers in a row of the energy ledger, and in a cell of the grid of occupancy.
 LEDGER_COLUMNS, OCCUPANCY_COLUMNS = 16, 5
-# Side of the square cells of that grid [m], and the time between its samples [s].
-OCCUPANCY_CELL_M, OCCUPANCY_INTERVAL_S = 0.002, 5e-4
 # Largest number of sites for the balls at the start.
 MOST_SITES = 5e6
 

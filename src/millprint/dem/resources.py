@@ -19,6 +19,8 @@ from millprint.dem.laws.registry import law_of, step_scale
 SKIN_SHARE = 1.5
 # The longest step of which nothing is recorded, over the recorded one.
 LONGEST_RUN_UP = 4
+# Side of the square cells of the grid of occupancy [m], and the time between its samples [s].
+OCCUPANCY_CELL_M, OCCUPANCY_INTERVAL_S = 0.002, 5e-4
 
 
 def aligned_step(longest_s: float, interval_s: float) -> tuple[float, int]:

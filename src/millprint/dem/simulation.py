@@ -17,7 +17,6 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import OVERLAP_LIMIT, Case, DemConfig, ball_count, overridden, threads_of
 from millprint.dem import state
 from millprint.dem.advance import Shares, advance, make_shares, use_threads
-from millprint.dem.case_checks import OCCUPANCY_CELL_M, OCCUPANCY_INTERVAL_S
 from millprint.dem.collisions import by_surface, collision_table
 from millprint.dem.laws.registry import law_of, mark_of, step_scale
 from millprint.dem.layout import COUNTER, HISTORY, LAW, SAMPLE, STATUS, TOTAL_WIDTH
@@ -39,7 +38,16 @@ from millprint.dem.recording import (
     silent_recorder,
     write_restart,
 )
-from millprint.dem.resources import aligned_step, check_cohesion, largest_fraction, requested_step, run_up_step, skin_of
+from millprint.dem.resources import (
+    OCCUPANCY_CELL_M,
+    OCCUPANCY_INTERVAL_S,
+    aligned_step,
+    check_cohesion,
+    largest_fraction,
+    requested_step,
+    run_up_step,
+    skin_of,
+)
 from millprint.mill.bodies import Body, build_bodies, inserts_in_vessel
 from millprint.mill.kernel_columns import width_of
 from millprint.mill.motion import AT_REST, Motion
