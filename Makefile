@@ -157,6 +157,9 @@ format: $(VENV)/complete  ## format the code
 reference: $(VENV)/complete  ## write the pages and schemas that are made from the code
 	$(BIN)/python tools/write_reference.py
 
+texts: $(VENV)/complete  ## write the numbers of README, paper and pages from the stored tables of runs
+	$(BIN)/python tools/store_verdicts.py --texts
+
 # The environment is installed again whenever the lock file changes. Python compiles what it imports, and not the rest.
 PIP_INSTALL = $(BIN)/pip install --quiet --no-compile
 $(VENV)/installed: $(CORE_LOCK)

@@ -18,7 +18,8 @@ import pandas as pd
 
 from millprint.config.checks import stop_on_bad_input
 from millprint.config.load import read_yaml
-from millprint.estimate.judge import AGREES, DIFFERS, OPEN, VERDICTS
+from millprint.config.setup_models import FILES
+from millprint.estimate.judge import AGREES, DIFFERS, NOT_RUN, OPEN, VERDICTS
 from millprint.run.files import read_table, write_table
 from millprint.run.tables import Text, read_measured
 from millprint.thesis.claims.conclusions import (
@@ -36,13 +37,17 @@ from millprint.thesis.claims.conclusions import (
 from millprint.thesis.claims.evidence import ASSUMED, CERTAIN, NATURES
 from millprint.thesis.claims.tabulate import count_natures, read_claims
 from millprint.thesis.surrogate.measures import against_baselines, told_against
+from millprint.validation.measured import read_measurements
+from millprint.validation.setups import setup_named
+from millprint.validation.verdicts import EVERY, tabulate_coverage
 
 DATA = Path("config/data")
 TABLE = str(DATA / "verdicts_elsewhere.tsv")
 BASELINES, TIMINGS = "docs/why/surrogate_baselines.tsv", "benchmarks/timings.tsv"
+VALIDATION = "docs/why/validation_verdicts.tsv"
 # A block of a text, between comments with its name.
 BLOCK = re.compile(r"(<!-- (?P<name>\w+): python tools/store_verdicts.py -->\n).*?(<!-- end -->)", re.S)
-TEXTS = ("README.md", "paper.md", "docs/why/claims.md", "docs/why/surrogate.md")
+TEXTS = ("README.md", "paper.md", "docs/why/claims.md", "docs/why/surrogate.md", "docs/why/validation.md")
 # Rows and columns of the tables of docs/why/surrogate.md, by the names in BASELINES.
 TESTS = {"trained": "of the training", "motion1": "unseen: motion 1", "motion2": "unseen: motion 2",
          "post": "unseen: jar with a post"}  # fmt: skip
@@ -53,11 +58,25 @@ MODELS = {
 STATED = ("document", "text", "source", "rows", "column")
 
 
-def store_baselines(results: str, stored: str, machine: dict[str, str]) -> None:
-    """Put the surrogate's table of the run in the place of what this machine stored before."""
-    own, table = read_table(f"{results}/surrogate/baselines.tsv"), read_table(stored)
-    others = table[table["processor"] != machine["processor"]]
-    write_table(pd.concat([others, own.assign(**machine)], ignore_index=True), stored)
+# By stored table: that of a run, and the column whose values in a run take the place of earlier rows.
+STORED_TABLES = {
+    BASELINES: ("surrogate/baselines.tsv", "processor"),
+    VALIDATION: ("validation/verdicts.tsv", "setup"),
+}
+
+
+def store_tables(results: Path, machine: dict[str, str]) -> list[str]:
+    """Put the tables that the run in the folder `results` has in the place of the stored ones; returns which."""
+    done = []
+    for path, (source, replaced) in STORED_TABLES.items():
+        if (results / source).exists():
+            own = read_table(results / source).assign(**machine)
+            own = own[own["reason"] != NOT_RUN] if "reason" in own else own
+            earlier = read_table(path) if Path(path).exists() else own.iloc[:0]
+            earlier = earlier[~earlier[replaced].isin(own[replaced])]
+            write_table(pd.concat([earlier, own], ignore_index=True), path)
+            done.append(path)
+    return done
 
 
 def newest_run(root: Path) -> tuple[pd.DataFrame, pd.DataFrame, str]:
@@ -121,7 +140,6 @@ def blocks_of(root: Path) -> dict[str, str]:
         "natures": in_markdown(["nature", "how its value comes about", "claims"], meanings),
         "conclusions": f"Of the run {place}:\n\n{in_markdown(head, judged)}",
         "surrogate": surrogate_tables(root, processor),
-        "speed": speed(root),
     }
 
 
@@ -165,6 +183,52 @@ def in_markdown(head: list[str], rows: Iterable[Iterable[object]]) -> str:
     return "\n".join(f"| {' | '.join(str(cell).replace('|', bar) for cell in line)} |" for line in lines)
 
 
+def places(table: pd.DataFrame) -> str:
+    """Where and when the rows of a stored table were made, in words."""
+    rows = table[MACHINE].astype(str).drop_duplicates().itertuples(index=False)
+    return "; ".join(f"{row.processor}, {row.instructions}, commit {row.commit}, {row.date}" for row in rows)
+
+
+def validation_block(root: Path) -> str:
+    """What is met of each quantity of each set-up, and how often intervals hold."""
+    table = read_table(root / VALIDATION)
+    rows = []
+    for (setup, quantity, kind), own in table.groupby(["setup", "quantity", "class"], sort=False):
+        if own["predicted"].isna().all():
+            continue
+        differs = own["verdict"] == DIFFERS
+        explained = int(own.loc[differs, "explanation"].str.startswith("met by").sum())
+        ratio = own["ratio"].dropna()
+        spread = "" if ratio.empty else _span(ratio.min(), ratio.max())
+        counts = len(own), int((own["verdict"] == AGREES).sum()), int(differs.sum()), explained
+        rows.append((setup_named(str(setup)).title, quantity, kind, *counts, spread))
+    head = ["set-up", "quantity", "compared with", "numbers", "agree", "differ", "explained", "ours over theirs"]
+    held = [
+        [
+            EVERY if row.setup == EVERY else setup_named(row.setup).title,
+            row.interval,
+            row.held,
+            row.numbers,
+            f"{row.share:.2f}, {row.lower:.2f} to {row.upper:.2f}",
+            row.overlapping,
+        ]
+        for row in tabulate_coverage(table).itertuples()
+    ]
+    held_head = ["set-up", "interval by", "held", "of", "share, 95 % interval", "reached by the measured interval"]
+    words = "`explained`: by another contact law or contact set, of those that differ."
+    measured = set(read_measurements(root / DATA / "measured.tsv", FILES)["setup"]) - set(table["setup"])
+    lacking = "; ".join(setup_named(name).title for name in FILES if name in measured)
+    missing = f" Not run since then: {lacking}." if lacking else ""
+    told = textwrap.fill(f"Of runs on {places(table)}. {words}{missing}", 120)
+    return "\n\n".join([told, in_markdown(head, rows), in_markdown(held_head, held)])
+
+
+def _span(lower: float, upper: float) -> str:
+    """Two numbers, or one where they are printed alike."""
+    ends = [f"{end:.2f}" for end in (lower, upper)]
+    return ends[0] if ends[0] == ends[1] else " to ".join(ends)
+
+
 def speed(root: Path) -> str:
     """How many times as long as ours a step of LAMMPS took, on each processor that was timed."""
     table = read_table(root / TIMINGS)
@@ -177,10 +241,19 @@ def speed(root: Path) -> str:
     return textwrap.fill(f"LAMMPS took {'; '.join(told)}.", 120)
 
 
+# Blocks that do not depend on the verdicts of the thesis.
+OWN_BLOCKS = {"speed": speed, "validation": validation_block}
+
+
 def written(root: Path, document: str) -> str:
     """The text of a document with its blocks, and its numbers of stated_numbers.tsv, as the stored tables have them."""
     text, blocks = (root / document).read_text(), blocks_of(root)
-    text = BLOCK.sub(lambda found: f"{found[1]}{blocks[found['name']]}\n{found[3]}", text)
+
+    def block(found: re.Match[str]) -> str:
+        name = found["name"]
+        return f"{found[1]}{OWN_BLOCKS[name](root) if name in OWN_BLOCKS else blocks[name]}\n{found[3]}"
+
+    text = BLOCK.sub(block, text)
     stated = read_measured(root / DATA / "stated_numbers.tsv", [Text(name, may_be_blank=True) for name in STATED])
     for row in stated[stated["document"] == document].fillna("").itertuples():
         before, after = (r"\s+".join(map(re.escape, part.split(" "))) for part in row.text.split("{}"))
@@ -208,14 +281,15 @@ def _like(old: str, value: float) -> str:
 
 
 def main(results: str, table: str, date: str) -> str:
-    """Store the verdicts of the run in the folder `results`; returns what was done, in words."""
-    report, machine = Path(results) / "report", this_machine(date, results)
-    run = read_yaml(str(report / "run.yaml"))["name"]
-    text = ["id", "verdict", "interval_verdict", "reason", "nature", "reproduced", "lower", "upper"]
-    number = store(table, read_table(report / "claims.tsv", text=text), run, machine)
-    if Path(results, "surrogate/baselines.tsv").exists():
-        store_baselines(results, BASELINES, machine)
-    return f"{table}: {number} verdicts of the run {run}, {', '.join(machine.values())}"
+    """Store what the run in the folder `results` has; returns what was done, in words."""
+    machine, done = this_machine(date, results), store_tables(Path(results), this_machine(date, results))
+    report = Path(results) / "report"
+    if (report / "claims.tsv").exists():
+        run = read_yaml(str(report / "run.yaml"))["name"]
+        text = ["id", "verdict", "interval_verdict", "reason", "nature", "reproduced", "lower", "upper"]
+        number = store(table, read_table(report / "claims.tsv", text=text), run, machine)
+        done.append(f"{table} ({number} verdicts of the run {run})")
+    return f"{', '.join(machine.values())}: {', '.join(done) or 'nothing'}"
 
 
 if __name__ == "__main__":

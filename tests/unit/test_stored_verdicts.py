@@ -1,9 +1,10 @@
 """Verdicts of other machines: what a run says about them, and how its own are stored."""
 
 import pandas as pd
+from tools.store_verdicts import VALIDATION, store_tables
 
-from millprint.estimate.judge import AGREES, DIFFERS, OPEN
-from millprint.run.files import write_table
+from millprint.estimate.judge import AGREES, DIFFERS, NOT_RUN, OPEN
+from millprint.run.files import read_table, write_table
 from millprint.thesis.claims.conclusions import (
     EXPECTED,
     OF_MACHINE,
@@ -13,6 +14,7 @@ from millprint.thesis.claims.conclusions import (
     read_stored,
     with_run,
 )
+from millprint.validation.verdicts import VERDICT_COLUMNS
 from tests.conftest import ROOT
 
 
@@ -59,3 +61,26 @@ def test_a_run_says_which_verdicts_are_others_on_another_machine(tmp_path):
     # The same machine again takes the place of its earlier verdicts; another one is added.
     assert with_run(stored, here, "thesis", MACHINE).set_index("id")["verdict"]["a"] == DIFFERS
     assert len(with_run(stored, here, "thesis", MACHINE | {"processor": "other"})) == 10
+
+
+def test_a_run_takes_the_place_of_the_set_ups_that_it_predicted(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "docs/why").mkdir(parents=True)
+    (tmp_path / "validation").mkdir()
+
+    def stored(date: str, **reasons: str) -> pd.DataFrame:
+        about = dict.fromkeys(VERDICT_COLUMNS, 1.0) | {"class": "measured"}
+        rows = [about | {"setup": setup, "reason": reason} for setup, reason in reasons.items()]
+        write_table(pd.DataFrame(rows), tmp_path / "validation/verdicts.tsv")
+        assert store_tables(tmp_path, MACHINE | {"date": date}) == [VALIDATION]
+        return read_table(VALIDATION)
+
+    assert stored("2026-11-20", bond_mill="off", slice_mill="near", drum_90cm=NOT_RUN)["setup"].tolist() == [
+        "bond_mill",
+        "slice_mill",
+    ]
+    table = stored("2026-11-21", slice_mill="off", bond_mill=NOT_RUN)
+    assert table[["setup", "reason", "date"]].to_numpy().tolist() == [
+        ["bond_mill", "off", "2026-11-20"],
+        ["slice_mill", "off", "2026-11-21"],
+    ]
