@@ -222,7 +222,7 @@ def test_a_ball_that_rolls_over_a_ridge_keeps_its_contact(turn):
     world = FewBalls(
         [1e-5, -0.025, 0.9997 * RADIUS], [0.1, 0, 0], vessel=vessel, gravity=60.0, step=1e-6, by_facet=True
     )
-    world.run(0.03)
+    world.run(RADIUS * np.sin(half) / 0.1 + 2e-3)
     assert world.balls.position[0, 0] > RADIUS * np.sin(half)
     assert world.counters[COUNTER.opened] == 1
     (edge,) = collision_table(world.collisions)["facet"]

@@ -19,6 +19,7 @@ from millprint.thesis.claims.evidence import (
     NotRun,
     agrees,
     allowed,
+    change_percent,
     judge_value,
     source_in,
 )
@@ -47,6 +48,7 @@ def test_a_contradiction_makes_a_miss_an_erratum_and_a_hit_stays_one():
     assert judge_value("6", "printed", Finding(4, contradiction=contradiction)) == ("differs", "erratum")
     assert judge_value("6", "printed", Finding(6, contradiction=contradiction)).agrees
     assert judge_value("6", "printed", Finding(4)) == ("differs", "beyond the tolerance")
+    assert change_percent(80, 100) == pytest.approx(25)
 
 
 @pytest.mark.parametrize(

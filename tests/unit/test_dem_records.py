@@ -1,6 +1,7 @@
 """What a simulation records: its summary, its ledger, its contacts and its snapshots agree."""
 
 import json
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -13,11 +14,15 @@ from millprint.config.included import load_contact, load_mill
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem import ledger, store
 from millprint.dem.collisions import CHANNELS
+from millprint.dem.layout import COUNTER, HEIGHT, LAW, LAW_WIDTH, OCCUPANCY, SAMPLE, SNAPSHOT, SNAPSHOT_TOTAL
 from millprint.dem.ledger import AIM, check_closure, closure, ledger_series, ledger_summary, work_scale
-from millprint.dem.recording import SAMPLE_NAMES
+from millprint.dem.recording import SAMPLE_NAMES, Recording, end_window, make_recorder, make_table
 from millprint.dem.run import run_case
+from millprint.mill.kernel_columns import span_of, width_of
+from millprint.mill.walls import SURFACE
 from millprint.run.files import read_json
 from tests.conftest import ROOT
+from tests.physics.setups import FewBalls, uniform
 
 DEM = DemConfig(time_step_s=4e-6, settle_s=0.1, window_s=0.1)
 
@@ -53,6 +58,63 @@ def test_summary_and_run_agree(files):
     for rule in summary["collisions"]:
         kept = rule["frequency_hz"] * rule["mean_normal_J"]
         assert kept == pytest.approx(summary["power_W"]["normal"], rel=1e-3)
+
+
+def test_balls_in_free_flight_are_recorded_by_hand():
+    """Three balls, of which two just touch, in a box that moves along x; the grid ends before the last one."""
+    place = np.array([[-0.05, 0.01, 0.1], [0.03, -0.02, 0.12], [0.0, 0.085, 0.12]])
+    place[0] = place[1] + (9e-3 - 1e-10) * np.array([-0.6, 0.0, -0.8])
+    speed, spin = np.array([[0.1, -0.3, 0.2]] * 2 + [[0, 0, 0.7]]), np.array([[1, 2, 3], [1, 2, 3], [0, 0, 4.0]])
+    spin[:2], radius, drive, fall = 0.0, np.array([5e-3, 4e-3, 5e-3]), np.array([0.5, 0, 0]), np.array([0, 2.0, -9.81])
+    world = FewBalls(place, speed, spin, radius, step=1e-5, gravity=fall, motion=uniform(drive))
+    recorder = make_recorder(np.array([[-0.1, -0.1], [0.1, 0.06]]), 0.02, 3, 1, 10, (20, 20, 30), 10)
+    world._advance(70, make_table(0), recorder)
+    # A first step takes the speed as that of half a step before.
+    speed = speed + fall * 5e-6
+
+    def at(step: int) -> tuple[np.ndarray, np.ndarray]:
+        return place + speed * (time := step * 1e-5) + fall * time**2 / 2, speed + fall * time
+
+    mass = 7700 * 4 / 3 * np.pi * radius**3
+    for n, step in enumerate((10, 30, 50, 70)):
+        position, velocity = at(step)
+        found = recorder.snapshot[n]
+        assert found[:, span_of(SNAPSHOT.position_m)] == pytest.approx(position, abs=1e-8)
+        assert found[:, span_of(SNAPSHOT.velocity_m_s)] == pytest.approx(velocity, abs=1e-5)
+        assert found[:, span_of(SNAPSHOT.spin_rad_s)] == pytest.approx(spin, abs=1e-3)
+        assert recorder.snapshot_pose[n, 0, 0] == pytest.approx(0.5 * step * 1e-5)
+        about = recorder.snapshot_total[n]
+        assert about[[SNAPSHOT_TOTAL.time_s, SNAPSHOT_TOTAL.contacts]] == pytest.approx([step * 1e-5, n + 1])
+        energies = recorder.sample[n, [SAMPLE.kinetic_translation_J, SAMPLE.kinetic_spin_J, SAMPLE.potential_J]]
+        turning = 2 / 5 * mass[2] * radius[2] ** 2 * 4**2 / 2
+        known = [mass @ (velocity**2).sum(axis=1) / 2, turning, -mass @ (position @ fall)]
+        assert energies == pytest.approx(known, rel=1e-5) and recorder.sample[n, SAMPLE.time_s] == step * 1e-5
+    cells, heights = np.zeros_like(recorder.occupancy), np.zeros_like(recorder.height)
+    for step in (10, 40, 70):
+        position, velocity = at(step)
+        own, relative = position - drive * step * 1e-5, velocity - drive
+        for i in range(2):
+            cell = cells[int((own[i, 0] + 0.1) / 0.02), int((own[i, 1] + 0.1) / 0.02)]
+            cell[OCCUPANCY.balls] += 1
+            cell[span_of(OCCUPANCY.velocity)] += relative[i]
+            cell[OCCUPANCY.speed_squared] += relative[i] @ relative[i]
+        heights[[HEIGHT.total, HEIGHT.balls, HEIGHT.vessel_squared]] += own[:, 2].sum(), 3, 3 * 0.25
+        heights[HEIGHT.relative_squared] += (relative**2).sum()
+    assert recorder.occupancy == pytest.approx(cells, rel=1e-4, abs=1e-4) and recorder.occupancy.shape[:2] == (10, 8)
+    assert recorder.height == pytest.approx(heights, rel=1e-4)
+    # The same under other names: what was ball 0 is ball 2.
+    end_window(world.candidates, world.open_contacts, world.walls, 71e-5, world.counters, table := make_table(5))
+    recording = Recording((), recorder.occupancy, recorder.height)
+    recording.drain(table, recorder, world.counters, np.array([2, 0, 1]))
+    assert recording.snapshots[0][:, [2, 0, 1]] == pytest.approx(recorder.snapshot[:4])
+    assert np.sort(recording.snapshot_contacts[0]).tolist() == [[0, 2]] * 4
+    row = recording.table
+    assert sorted([row.first[0], row.second[0]]) == [0, 2] and len(row.first) == 1 and row.ended[0] == 0
+    assert (
+        row.value[0, :2] == pytest.approx([0, 71e-5]) and not world.counters[[COUNTER.records, COUNTER.samples]].any()
+    )
+    assert recording.height_m == pytest.approx(heights[HEIGHT.total] / 9)
+    assert recording.speed_over_vessel**2 == pytest.approx(heights[HEIGHT.relative_squared] / (9 * 0.25))
 
 
 def test_values_of_collisions_are_rounded_evenly_and_compress_better(tmp_path):
@@ -107,6 +169,21 @@ def test_a_jam_is_a_ball_pressed_from_two_sides_for_long():
     # What presses it holds 9 N: a third of 26 N, and not of 28 N.
     for force, others in ((26.0, [2, 1]), (28.0, [])):
         assert ledger._pressed_with(0, contacts.assign(peak_force_N=[force, 4.0, 5.0, 20.0, 30.0]), hits) == others
+
+
+def test_a_contact_as_an_impact_is_by_hand():
+    """Balls of 3 and 6 g that met at 2 m/s and overlap as after 3 m/s; and one that was pressed to the wall."""
+    laws = SimpleNamespace(wall=np.zeros((width_of(SURFACE), 2, LAW_WIDTH)), pair=np.zeros((2, 2, LAW_WIDTH)))
+    laws.pair[0, 1, LAW.normal_stiffness], laws.wall[SURFACE.rough, 1, LAW.normal_stiffness] = 1e9, 5e8
+    balls = SimpleNamespace(species=np.array([0, 1]), mass=np.array([3e-3, 6e-3]))
+    met, overlap = ((5 / 4 * 2e-3 * speed**2 / 1e9) ** 0.4 for speed in (2, 3))
+    contacts = pd.DataFrame({"first": [0, 1], "second": [1, -1], "approach_speed_m_s": [2.0, -0.1]})
+    contacts["peak_overlap_m"] = [overlap, 1e-5]
+    hits = ledger._as_impacts(SimpleNamespace(contact=load_contact("calibrated"), balls=balls, laws=laws), contacts)
+    assert hits.mass == pytest.approx([2e-3, 6e-3])
+    # Hertz: 2/5 k d^(5/2) is stored, of which the approach brought m v^2 / 2; an impact takes 2.9432 d / v.
+    assert hits.excess == pytest.approx([2e-3 / 2 * (9 - 4), 0.4 * 5e8 * 1e-5**2.5])
+    assert (hits.taken[0], hits.reached[0]) == pytest.approx((2.9432 * met / 2, 2.9432 * overlap / 3))
 
 
 def test_the_ledger_is_a_series_finer_than_a_revolution_and_sums_to_it(files):

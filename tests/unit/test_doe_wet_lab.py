@@ -9,12 +9,14 @@ from millprint.config.doe import ChemistryConfig
 from millprint.config.errors import ConfigError
 from millprint.run.files import read_table
 from millprint.thesis.doe.chemistry import (
+    PARAMETERS,
     GasConditions,
     check_formulas,
     excess,
     gas_amount,
     gas_yield,
     half_life,
+    literature_checks,
     molar_mass,
     reactant_masses,
     share_lost,
@@ -128,6 +130,29 @@ def test_another_reaction_and_impure_powders_are_counted():
     assert gas_yield(*args, other) * 0.9 == pytest.approx(gas_yield(*args, pure))
     # Table 2.2, reference 15: 0.43 g and 0.57 g at a molar ratio of 5.5.
     assert reactant_masses(1.0, 5.55, pure) == pytest.approx((0.43, 0.57), abs=0.005)
+
+
+def test_what_follows_from_the_numbers_of_a_study_is_by_hand():
+    """Two balls of 10 mm and five of 6 mm; then balls by their share. Masses of equal moles without the water."""
+    same = dict.fromkeys(PARAMETERS, np.nan) | {"borate": "NaBO2", "reductant": "MgH2", "yield_percent": 70.0}
+    counted = {"ball_diameter_mm": "10/6", "balls": "2/5", "jar_volume_ml": 50, "ball_volume_percent": 3}
+    weighed = {"borate_mass_g": 0.5, "reductant_mass_g": 0.2, "molar_ratio": 2.0}
+    weighed |= {"jar_volume_ml": 80, "ball_volume_percent": 25, "powder_mass_g": 0.64, "bpr": 220}
+    counted |= {"powder_mass_g": 1.0, "bpr": 11}
+    studies = pd.DataFrame([same | counted | {"reference": 1}, same | weighed | {"reference": 2}])
+    yields = [(1, "NaBO2", 70.0), (2, "NaBO2", 71.0), (2, "NaBO2.4H2O", 70.0)]
+    yields = pd.DataFrame(yields, columns=["reference", "borate", "yield_percent"]).assign(reductant="MgH2")
+    found = literature_checks(studies, yields)
+    volume = np.pi / 6 * (2 + 5 * 0.6**3)
+    moles = 0.2 / 26.32 * 65.80 / 0.5
+    follows = [2 * volume, 7.8 * volume, 70, 0.7, moles, 7.8 * 20 / 0.64, 71]
+    assert found["follows"].tolist() == pytest.approx(follows, rel=1e-3)
+    # Within a tenth: 3.2 for 3 %, 0.7 for 0.64 g; and not 12.6 for 11, 1 for 2, 244 for 220.
+    words = ["agrees", "differs", "agrees", "agrees", "differs", "differs", "differs"]
+    assert found["verdict"].tolist() == words and found["note"][0] == ""
+    assert found["note"][1].startswith(f"balls of {11 / volume:.1f} g/cm3 would be needed")
+    assert found["note"][4].endswith("if the borate is NaBO2.4H2O")
+    assert found["note"][6] == "Table 2.1 gives this yield for NaBO2.4H2O"
 
 
 @pytest.mark.parametrize("formula", ["nabo2", "", "Xx2", "NaBO2 and water"])

@@ -15,7 +15,7 @@ from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import DemConfig
 from millprint.dem.run import run_case
 from millprint.dose.heat_balance import read_sources
-from millprint.dose.spectra import PAIRS, TABLE_ONLY, tabulate_spectra, weighted_median
+from millprint.dose.spectra import BIN_EDGES, PAIRS, TABLE_ONLY, tabulate_spectra, weighted_median
 from millprint.dose.spectra_shown import rules_apart
 from millprint.dose.wear import sliding_of_run
 
@@ -78,6 +78,7 @@ def test_two_kinds_of_collisions_stand_in_two_bins(two_kinds):
     filled = normal[normal["power_W"] > 0]
     # From the first bin with a collision to the last.
     assert len(spectra) == 4
+    assert np.log10(BIN_EDGES) == pytest.approx(np.linspace(-12, 1, 66))
     assert filled["pair"].tolist() == list(PAIRS)
     assert filled["collisions_hz"].tolist() == pytest.approx([150.0, 50.0])
     assert filled["power_W"].tolist() == pytest.approx([1.5e-4, 0.05])
@@ -142,8 +143,9 @@ def test_merged_contacts_are_one_collision_of_their_whole_energy(tmp_path):
 
 
 def test_what_a_threshold_drops_is_told_and_completes_the_power(tmp_path):
-    run = write(tmp_path / "run.h5", contacts(10, 1e-5, 0.0, force=0.5), contacts(10, 3e-5, 0.0, wall=True))
-    _, summary = tabulate_spectra([run], ["over_1N"], EDGES)
+    groups = contacts(10, 1e-5, 0.0, force=0.5), contacts(10, 3e-5, 0.0, wall=True)
+    runs = [write(tmp_path / f"{seed}.h5", *groups, seed=seed) for seed in (0, 1)]
+    _, summary = tabulate_spectra(runs, ["over_1N"], EDGES)
     row = rows(summary, channel="normal", pair="both").iloc[0]
     assert row["dropped_W"] == pytest.approx(1e-4 / WINDOW)
     assert row["power_W"] == pytest.approx(3e-4 / WINDOW)
@@ -151,8 +153,9 @@ def test_what_a_threshold_drops_is_told_and_completes_the_power(tmp_path):
 
 
 def test_a_contact_from_before_the_window_gives_power_and_is_not_counted(tmp_path):
-    run = write(tmp_path / "run.h5", contacts(10, 1e-5, 0.0), contacts(4, 1e-5, 0.0, wall=True, start=0.4))
-    _, summary = tabulate_spectra([run], ["lifetimes"], EDGES)
+    groups = contacts(10, 1e-5, 0.0), contacts(4, 1e-5, 0.0, wall=True, start=0.4)
+    runs = [write(tmp_path / f"{seed}.h5", *groups, seed=seed) for seed in (0, 1)]
+    _, summary = tabulate_spectra(runs, ["lifetimes"], EDGES)
     normal = rows(summary, channel="normal").set_index("pair")
     assert normal["collisions_hz"].to_dict() == pytest.approx({"ball_ball": 5.0, "ball_wall": 0.0, "both": 5.0})
     assert normal.loc["both", "open_W"] == pytest.approx(4e-5 / WINDOW)

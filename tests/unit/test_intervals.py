@@ -14,6 +14,7 @@ from millprint.thesis.claims.tabulate import (
     WINDOWS,
     Repeated,
     collect_findings,
+    interval_from,
     over_draws,
     over_repeats,
     tabulate_claims,
@@ -103,6 +104,13 @@ def test_draws_of_words_are_certain_or_not():
     assert over_draws("yes", ["yes"] * 196 + ["no"] * 4, 0.95) == Repeats("yes", "yes", WINDOWS, 200)
     assert over_draws("yes", ["yes"] * 190 + ["no"] * 10, 0.95) == Repeats("no", "yes", WINDOWS, 200)
     assert over_repeats("yes", ["yes", "yes", "no"], 0.95) == Repeats("no", "yes", "trainings", 3)
+    # A draw without a number is another statement; one training has no interval.
+    assert over_draws("2", ["2", "none", "2"], 0.95) == Repeats("none", "2", WINDOWS, 3)
+    assert over_repeats("2", ["2"], 0.95) == Repeats(2.0, 2.0, "trainings", 1)
+    # Where the run itself failed, its first repeat that did not stands for it.
+    found, failed = [Finding("yes"), Finding("no"), Finding("x", failed=True)], Finding("x", failed=True)
+    interval = interval_from(found, failed, Repeated([{}], over_repeats), 0.95)
+    assert interval == Repeats("no", "yes", "trainings", 3, 1)
     # An interval is about the value of the run itself, and holds it.
     moved = over_draws(9.0, [1.0, 2.0, 3.0], 0.95)
     assert (moved.lower, moved.upper) == pytest.approx((8.05, 9.95))

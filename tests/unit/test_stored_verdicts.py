@@ -42,8 +42,8 @@ MACHINE = {"processor": "znver4", "instructions": "AVX-512", "commit": "0f1e2d3c
 
 def test_a_run_says_which_verdicts_are_others_on_another_machine(tmp_path):
     there = judged(a=AGREES, b=AGREES, c=DIFFERS, runtime=AGREES, point=AGREES, missing=OPEN)
-    nothing = read_stored(ROOT / "config/data/verdicts_elsewhere.tsv").iloc[:0]
-    stored = with_run(nothing, there, "thesis", MACHINE)
+    write_table(read_stored(ROOT / "config/data/verdicts_elsewhere.tsv").iloc[:0], tmp_path / "none.tsv")
+    stored = with_run(read_stored(tmp_path / "none.tsv"), there, "thesis", MACHINE)
     assert stored["id"].tolist() == ["a", "b", "c", "runtime", "point"]
     write_table(stored, tmp_path / "stored.tsv")
     stored = read_stored(tmp_path / "stored.tsv")

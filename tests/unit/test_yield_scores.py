@@ -25,7 +25,14 @@ from millprint.thesis.yields.averaging import (
     permute,
 )
 from millprint.thesis.yields.estimators import JITTER, gaussian_process
-from millprint.thesis.yields.evaluation import coverage_table, paired_test, score_table, time_variance
+from millprint.thesis.yields.evaluation import (
+    coverage_table,
+    paired_test,
+    pit_histogram,
+    score_distributions,
+    score_table,
+    time_variance,
+)
 from millprint.thesis.yields.features import (
     LEFT_OUT,
     LOCKED_AGAIN,
@@ -269,6 +276,24 @@ def test_leave_one_out_in_several_orders_counts_runs_once():
     assert several["difference"] == pytest.approx(5 * 14 / 3 / 500) and middle["difference"] == pytest.approx(
         5 * 4 / 500
     )
+    # Without the first or the last run, the yields have a variance of 800/3, without another one of 5600/9.
+    assert several["error"] == pytest.approx(3**0.5 / 2 * 70 / 3 * (3 / 800 - 9 / 5600))
+
+
+def test_scores_of_distributions_are_by_hand():
+    rows = [(0, "a", 1, 3, 0.1), (1, "a", 3, 3, 0.1), (0, "b", 5, 4, 0.95), (1, "b", 5, 2, 0.3)]
+    model = pd.DataFrame(rows, columns=["repeat", "case", "crps_pp", "log_score", "pit"])
+    none = model.assign(crps_pp=[4, 6, 7, 9], log_score=5, model="climatology")
+    table = pd.concat([model.assign(model="gpr"), none]).assign(strategy="primary", scheme=NESTED, distribution="d")
+    own = score_distributions(table).query("model == 'gpr'").set_index("score")
+    # Cases of 2 and 5, repeats of 3 and 4, where climatology has 6.5; then cases of 3, where it has 5.
+    columns = ["value", "error", "skill", *SPREAD]
+    assert own.loc["crps_pp", columns].tolist() == pytest.approx([3.5, 1.5, 1 - 3.5 / 6.5, 2, 3, 3.5, 4])
+    assert own.loc["log_score", columns].tolist() == pytest.approx([3, 0, 2, 2, 2.5, 3, 3.5])
+    bins = pit_histogram(table).query("model == 'gpr'")
+    assert bins[["from", "to"]].to_numpy() == pytest.approx(np.column_stack([np.arange(5), np.arange(1, 6)]) / 5)
+    assert bins["share"].tolist() == [0.5, 0.25, 0, 0, 0.25] and bins["highest"].tolist() == [0.5, 0.5, 0, 0, 0.5]
+    assert set(bins["expected"]) == {0.2}
 
 
 def test_the_process_is_that_of_scikit_learn():
