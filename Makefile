@@ -124,7 +124,7 @@ kills: $(VENV)/complete
 # Changes of the code in one place, and those that no test notices: `make mutants PARTS_OF="estimate dose" COUNT=50`.
 mutants: $(VENV)/complete
 	$(BIN)/python tools/mutants.py --count $(or $(COUNT),20) --seed $(or $(SEED),0) \
-	  $(or $(PARTS_OF),estimate observables dose yields doe counting kernel)
+	  $(or $(PARTS_OF),estimate uncertainty observables claims dose yields doe counting kernel walls)
 
 # Needs a running SLURM; .ci/slurm starts one on this machine.
 slurm: $(VENV)/complete

@@ -2,11 +2,8 @@
 
 Each mutant has another operator, constant, comparison or function (`mutations`): the code of one function is replaced
 in a fork of this process. There the tests run that call it, and then the others of their files, up to the first that
-fails. Kernels of the parts in INTERPRETED run as Python. What takes longer than LONGEST_S is left out.
-
-A change that no test notices counts where it changes a result: where in some call by these tests the function returns
-or leaves in its arguments something else, to nine digits, or where no test runs its line. The others are listed as
-`same`.
+fails. Kernels of the parts in INTERPRETED run as Python; a test that takes longer than LONGEST_S is not used. What is
+listed is to be read: whether it changes a result, and whether a test of another part, or a whole run, notices it.
 """
 
 import argparse
@@ -15,7 +12,6 @@ import gc
 import importlib
 import os
 import random
-import re
 import resource
 import signal
 import sys
@@ -23,15 +19,12 @@ import tempfile
 import time
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
-from itertools import pairwise
+from itertools import groupby
 from pathlib import Path
 from types import CodeType, FunctionType
 from typing import Any, NamedTuple
 
-import numba
-import numba.extending
 import numpy as np
-import pandas as pd
 import pytest
 
 ROOT = Path(__file__).parents[1]
@@ -168,8 +161,8 @@ def mutations(file: Path) -> Iterator[Mutant]:
                 stop = at(node.func)[1]
                 start = stop - len(name) if CALLED[name] else at(node.func)[0]
                 yield Mutant(file, within[0], node.lineno, start, stop, CALLED[name].encode())
-        if is_function := isinstance(node, ast.FunctionDef):
-            within.insert(len(within) - 1, min(each.lineno for each in (node, *node.decorator_list)))
+        if is_outermost := isinstance(node, ast.FunctionDef) and not within[0]:
+            within[0] = node.decorator_list[0].lineno if node.decorator_list else node.lineno
         skipped = [getattr(node, name, None) for name in ("annotation", "returns", "decorator_list")]
         for name, inner in ast.iter_fields(node):
             is_default = isinstance(node, ast.arguments) and name.endswith("defaults")
@@ -180,25 +173,26 @@ def mutations(file: Path) -> Iterator[Mutant]:
                         isinstance(node, ast.ClassDef) and not isinstance(child, ast.FunctionDef)
                     ):
                         yield from visit(child)
-        if is_function:
-            within.pop(-2)
+        if is_outermost:
+            within[0] = 0
 
     within = [0]
     yield from visit(ast.parse(content))
 
 
 def interpret() -> None:
-    """Let kernels run as Python, with numbers as of IEEE 754: before the library is imported."""
-    numba.config.DISABLE_JIT = True
+    """Let kernels run as Python, with numbers as of IEEE 754: before numba and the library are imported."""
+    os.environ["NUMBA_DISABLE_JIT"] = "1"
+    from numba import extending, typeof
+
     np.seterr(all="ignore")
 
-    def chosen(*arguments: Any, maker: Callable, kind_of: Callable) -> Any:
-        return maker(*map(kind_of, arguments))(*arguments)
+    def chosen(*arguments: Any, maker: Any) -> Any:
+        return maker(*map(maker.kind_of, arguments))(*arguments)
 
     def overload(function: Any, **_: Any) -> Callable:
-        def keep(maker: Callable) -> Callable:
-            function.__code__ = chosen.__code__
-            function.__kwdefaults__ = {"maker": maker, "kind_of": numba.typeof}
+        def keep(maker: Any) -> Callable:
+            maker.kind_of, function.__code__, function.__kwdefaults__ = typeof, chosen.__code__, {"maker": maker}
             return maker
 
         return keep
@@ -207,144 +201,92 @@ def interpret() -> None:
         """A number of an array, which is read or, where there is a value, written (dem/law.py)."""
         return lambda array, *at: array.__setitem__(at[:2], at[2]) if at[2:] else array[at]
 
-    numba.extending.overload, numba.extending.intrinsic = overload, intrinsic
-
-
-def in_text(value: Any) -> str:
-    """A value to nine digits."""
-    text = repr(vars(value) if type(value).__repr__ is object.__repr__ and hasattr(value, "__dict__") else value)
-    return re.sub(r"-?\d+\.\d*(e[+-]\d+)?", lambda found: f"{float(found[0]):.9g}", re.sub(r"0x[0-9a-f]+", "", text))
+    vars(extending).update(overload=overload, intrinsic=intrinsic)
 
 
 class Trial:
-    """A session of pytest whose tests run in forks, all for each mutant."""
+    """A session of pytest whose tests run in forks, again for each mutant."""
 
     def __init__(self, given: argparse.Namespace, part: str, folder: Path) -> None:
-        self.given, self.part, self.counts = given, part, Counter[str]()
-        self.notes = folder
+        self.given, self.part, self.notes, self.failed = given, part, folder / "notes", False
         self.functions: Functions = defaultdict(list)
-        # By file of tests: those that pass, with their times [s]; and which functions they call.
+        # By file of tests: those that pass, with their times [s]; by place of a function, those that call it.
         self.passing: dict[str, dict[pytest.Item, float]] = defaultdict(dict)
         self.calls: dict[tuple[str, int], list[pytest.Item]] = defaultdict(list)
 
-    def forked(self, run: Callable[[], None], limit_s: float) -> bool:
+    def ends_well(self, limit_s: float, run: Callable[..., None], *arguments: Any) -> bool:
         """Whether something ends well in a process of its own, in a processor time [s]."""
         if (child := os.fork()) == 0:
             resource.setrlimit(resource.RLIMIT_CPU, (int(limit_s) + 1,) * 2)
-            os.dup2(nothing := os.open(os.devnull, os.O_WRONLY), 1)
-            os.dup2(nothing, 2)
+            for stream in (1, 2):
+                os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
             try:
-                run()
+                run(*arguments)
             except BaseException:
                 os._exit(1)
             os._exit(0)
         return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
 
-    def passes(self, item: pytest.Item, after: pytest.Item | None) -> bool:
-        """Whether a test passes, with its fixtures; what the next one does not share of them ends."""
-        self.failed = False
-        item.config.hook.pytest_runtest_protocol(item=item, nextitem=after)
-        return not self.failed
+    def passed(self, tests: list[pytest.Item]) -> Iterator[bool]:
+        """Whether each of these tests passes; its fixtures end where the next one does not share them."""
+        for item, after in zip(tests, [*tests[1:], None], strict=True):
+            self.failed = False
+            item.config.hook.pytest_runtest_protocol(item=item, nextitem=after)
+            yield not self.failed
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Note a failure."""
         self.failed |= report.failed
 
-    def watch(self, items: list[pytest.Item]) -> None:
-        """Run the tests of a file; a row of the notes for each that passes, and for each function that it calls."""
+    def watch(self, tests: list[pytest.Item]) -> None:
+        """Run the tests of a file, and note those that pass, with their times and each function that they call."""
+        library, found = str(LIBRARY), set()
 
         def too_long(*_: Any) -> None:
             raise TimeoutError
 
+        def note(frame: Any, event: str, _: Any) -> None:
+            if event == "call" and frame.f_code.co_filename.startswith(library):
+                found.add((frame.f_code.co_filename, frame.f_code.co_firstlineno))
+
         signal.signal(signal.SIGPROF, too_long)
-        begin = time.process_time()
-        with (self.notes / "called").open("a") as notes:
-            for item, after in pairwise([*items, None]):
-                found, start = set(), time.process_time()
-
-                def note(frame: Any, event: str, _: Any, found: set = found) -> None:
-                    if event == "call" and frame.f_code.co_filename.startswith(str(LIBRARY)):
-                        found.add((frame.f_code.co_filename, frame.f_code.co_firstlineno))
-
-                signal.setitimer(signal.ITIMER_PROF, LONGEST_S)
-                # That takes too long where kernels run as Python: there every test is taken to call every function.
+        signal.setitimer(signal.ITIMER_PROF, LONGEST_S)
+        # Where kernels run as Python, that takes too long: there every test is taken to call every function.
+        sys.setprofile(None if self.part in INTERPRETED else note)
+        start = begin = time.process_time()
+        with self.notes.open("a") as notes:
+            for item, is_good in zip(tests, self.passed(tests), strict=True):
+                seconds = time.process_time() - start
                 if self.part in INTERPRETED:
-                    found = {place for place in self.functions if place[0].startswith(str(LIBRARY))}
-                else:
-                    sys.setprofile(note)
-                passed = self.passes(item, after)
-                sys.setprofile(None)
-                signal.setitimer(signal.ITIMER_PROF, 0)
-                if passed:
-                    seconds = time.process_time() - start
+                    found.update(place for place in self.functions if place[0].startswith(library))
+                if is_good:
                     notes.writelines(f"{item.nodeid}\t{seconds}\t{name}\t{at}\n" for name, at in found | {("", 0)})
                     notes.flush()
-                if time.process_time() - begin > FILE_S:
+                found.clear()
+                start = time.process_time()
+                if start - begin > FILE_S:
                     return
+                signal.setitimer(signal.ITIMER_PROF, LONGEST_S)
 
     def tests_of(self, mutant: Mutant) -> list[pytest.Item]:
-        """The tests that call the function of a mutant, or of a constant any function of its file, and the others of
-        their files: they may use what another one's fixture made.
+        """The tests that call the function of a mutant, or of a constant any function of its file; then the others of
+        their files, which may use what another one's fixture made.
         """
-        places = [
-            place
-            for place in self.calls
-            if place[0] == str(mutant.file) and (not mutant.within or place[1] == mutant.within)
-        ]
-        first = dict.fromkeys(item for place in places for item in self.calls[place])
-        files = dict.fromkeys(item.location[0] for item in first)
-        seconds = {item: time for file in files for item, time in self.passing[file].items()}
-        return sorted(seconds, key=lambda item: (item not in first, seconds[item]))
+        own = {
+            item
+            for (name, at), items in self.calls.items()
+            if name == str(mutant.file) and mutant.within in (0, at)
+            for item in items
+        }
+        seconds = {
+            item: own_s for name in {item.location[0] for item in own} for item, own_s in self.passing[name].items()
+        }
+        return sorted(seconds, key=lambda item: (item not in own, seconds[item]))
 
     def kill(self, mutant: Mutant, tests: list[pytest.Item]) -> None:
-        """Run tests on a mutant; raises for the first that fails."""
+        """Run tests on a mutant; raises at the first that fails."""
         mutant.put(self.functions)
-        for item, after in pairwise([*tests, None]):
-            assert self.passes(item, after)
-
-    def look(self, tests: list[pytest.Item], mutant: Mutant, is_changed: bool) -> None:
-        """Write what the function of a mutant returns, and leaves in its arguments, in each call; changed or not."""
-        if is_changed:
-            mutant.put(self.functions)
-        place = str(mutant.file), mutant.within
-        np.set_printoptions(threshold=sys.maxsize, precision=12)
-        pd.set_option("display.max_rows", None, "display.max_columns", None, "display.precision", 12)
-        with (self.notes / f"returned_{is_changed}").open("w") as returned:
-            run = []
-
-            def trace(frame: Any, event: str, value: Any) -> Any:
-                if frame.f_code.co_filename != place[0]:
-                    return None
-                if event == "line" and frame.f_lineno == mutant.line and not run:
-                    run.append(returned.write("run\n"))
-                if event == "return" and frame.f_code.co_firstlineno == place[1]:
-                    names = frame.f_code.co_varnames[: frame.f_code.co_argcount + frame.f_code.co_kwonlyargcount]
-                    left = [frame.f_locals.get(name) for name in names]
-                    returned.write(" ".join(map(in_text, [value, *left])).replace("\n", " ") + "\n")
-                return trace
-
-            for item, after in pairwise([*tests, None]):
-                sys.settrace(trace)
-                self.passes(item, after)
-                sys.settrace(None)
-
-    def judge(self, mutant: Mutant) -> str:
-        """What becomes of a mutant."""
-        tests = self.tests_of(mutant)
-        limit_s = BEYOND_S + 3 * sum(self.passing[item.location[0]][item] for item in tests)
-        if not tests:
-            return "never called"
-        if not self.forked(lambda: self.kill(mutant, tests), limit_s):
-            return "killed"
-        if not mutant.within:
-            return "survives"
-        written = []
-        for is_changed in (False, True):
-            self.forked(lambda changed=is_changed: self.look(tests, mutant, changed), 20 * limit_s)
-            written.append((self.notes / f"returned_{is_changed}").read_text())
-        if "run\n" not in written[0]:
-            return "never run"
-        return "same" if written[0] == written[1] else "survives"
+        assert all(self.passed(tests))
 
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         """Try the mutants of a part in place of the tests of a session."""
@@ -356,26 +298,26 @@ class Trial:
             if isinstance(each, FunctionType):
                 self.functions[each.__code__.co_filename, each.__code__.co_firstlineno].append(each)
         gc.freeze()
-        by_file: dict[str, list[pytest.Item]] = defaultdict(list)
-        for item in session.items:
-            by_file[item.location[0]].append(item)
-        for items in by_file.values():
-            self.forked(lambda items=items: self.watch(items), 20 * FILE_S)
+        for _, items in groupby(session.items, key=lambda item: item.location[0]):
+            self.ends_well(10 * FILE_S, self.watch, list(items))
         named = {item.nodeid: item for item in session.items}
-        for line in (self.notes / "called").read_text().splitlines():
+        for line in self.notes.read_text().splitlines():
             test, seconds, name, at = line.split("\t")
-            item = named[test]
-            self.passing[item.location[0]][item] = float(seconds)
-            self.calls[name, int(at)].append(item)
+            self.passing[named[test].location[0]][named[test]] = float(seconds)
+            self.calls[name, int(at)].append(named[test])
         every = [mutant for file in files for mutant in mutations(file)]
-        tests = sum(map(len, self.passing.values()))
-        print(f"{self.part}: {len(every)} mutants; {tests} of {len(session.items)} tests are used", flush=True)
+        used = sum(map(len, self.passing.values()))
+        print(f"{self.part}: {len(every)} mutants; {used} of {len(session.items)} tests are used", flush=True)
+        counts = Counter[str]()
         for mutant in random.Random(self.given.seed).sample(every, min(self.given.count, len(every))):
-            found = self.judge(mutant)
-            self.counts[found] += 1
+            tests = self.tests_of(mutant)
+            limit_s = BEYOND_S + 3 * sum(self.passing[item.location[0]][item] for item in tests)
+            survives = "survives" if tests else "never called"
+            found = survives if self.ends_well(limit_s, self.kill, mutant, tests) else "killed"
+            counts[found] += 1
             if found != "killed":
                 print(f"  {found}: {mutant.text()}", flush=True)
-        print(f"  {dict(self.counts)}", flush=True)
+        print(f"  {dict(counts)}", flush=True)
         return True
 
 

@@ -20,6 +20,7 @@ from millprint.thesis.claims.evidence import (
     agrees,
     allowed,
     change_percent,
+    deviation,
     judge_value,
     source_in,
 )
@@ -48,7 +49,7 @@ def test_a_contradiction_makes_a_miss_an_erratum_and_a_hit_stays_one():
     assert judge_value("6", "printed", Finding(4, contradiction=contradiction)) == ("differs", "erratum")
     assert judge_value("6", "printed", Finding(6, contradiction=contradiction)).agrees
     assert judge_value("6", "printed", Finding(4)) == ("differs", "beyond the tolerance")
-    assert change_percent(80, 100) == pytest.approx(25)
+    assert change_percent(80, 100) == pytest.approx(25) and deviation("-20", -22) == pytest.approx(-10)
 
 
 @pytest.mark.parametrize(

@@ -35,6 +35,7 @@ def test_the_interval_is_ours_times_the_factors(monkeypatch, tmp_path):
     cycle = table.loc["3.cycle.10mm.600.t"]
     assert cycle["upper"] == 0.5 * factors.at(np.array([0.08]))["Pt"][1, 0]
     # 2e-4 J in the unit of Table 4.2.
-    assert table.loc["4.case.reference.En", "ours"] == pytest.approx(2.0)
+    for name, ours in {"En": 2.0, "Et": 2.0, "f": 2e-4, "P": 2e-4, "ratio": 2e-4}.items():
+        assert table.loc[f"4.case.reference.{name}", "ours"] == pytest.approx(ours)
     missing = table.loc["3.curve.0.17.Pt"]
     assert np.isnan(missing["lower"]) and missing["verdict"] == "open"

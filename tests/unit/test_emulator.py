@@ -78,6 +78,8 @@ def test_the_interval_of_an_index_is_that_of_its_sums_and_of_the_draws():
         half = np.mean([each[f"{order}_upper"] - each[order] for each in found], axis=0)
         # The standard deviation of 60 values is known within 9 %.
         assert half == pytest.approx(1.96 * values.std(axis=0), rel=0.35)
+    # The same draw twice tells no more and no less.
+    pd.testing.assert_frame_equal(sobol_indices(samples.Draws(names, np.repeat(logs, 2, axis=0)), 0.95, 59), found[-1])
     # Of one draw only x counts, of the other only y: indices of 0 and 1, a deviation of 0.5.
     # Independent of each other are the first and the last of each block.
     assert samples.Draws(names, np.arange(8.0)[None]).independent.tolist() == [[0, 3, 4, 7]]

@@ -131,6 +131,13 @@ def test_heat_goes_where_the_shares_say(shares, expected):
     np.testing.assert_allclose(heat_by_body(SOURCE, drawn)[0], expected, atol=1e-12)
 
 
+def test_contacts_split_their_energy_between_balls_and_wall():
+    """mJ of two pairs and a wall: 3 to 1; nothing below zero; halves of nothing."""
+    values = {"normal_J": [3, 1, 0], "damping_J": [1, 0, 0], "sliding_J": [0, -3, 1], "rolling_J": [0, 0, 0]}
+    group = {name: 1e-3 * np.array(own) for name, own in values.items()} | {"second": np.array([3, -1, 4])}
+    assert heat_table.split_of_contacts(group).tolist() == [[0.75, 1.0, 0.5], [0.25, 0.0, 0.5]]
+
+
 def test_a_jar_of_a_cube_has_the_shell_of_a_larger_cube():
     cube = HeatSource("d10", {}, POWER_W, 0.1, 0.02, 6 * 0.05**2, 0.05**3)
     drawn = pd.DataFrame({"wall_thickness_mm": [5.0], "jar_density_kg_m3": [8000.0]})
