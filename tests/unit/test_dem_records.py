@@ -172,18 +172,18 @@ def test_a_jam_is_a_ball_pressed_from_two_sides_for_long():
 
 
 def test_a_contact_as_an_impact_is_by_hand():
-    """Balls of 3 and 6 g that met at 2 m/s and overlap as after 3 m/s; and one that was pressed to the wall."""
+    """Balls of 3 and 6 g that met at 1.5 m/s and overlap as after 3 m/s; and one that was pressed to the wall."""
     laws = SimpleNamespace(wall=np.zeros((width_of(SURFACE), 2, LAW_WIDTH)), pair=np.zeros((2, 2, LAW_WIDTH)))
     laws.pair[0, 1, LAW.normal_stiffness], laws.wall[SURFACE.rough, 1, LAW.normal_stiffness] = 1e9, 5e8
     balls = SimpleNamespace(species=np.array([0, 1]), mass=np.array([3e-3, 6e-3]))
-    met, overlap = ((5 / 4 * 2e-3 * speed**2 / 1e9) ** 0.4 for speed in (2, 3))
-    contacts = pd.DataFrame({"first": [0, 1], "second": [1, -1], "approach_speed_m_s": [2.0, -0.1]})
+    met, overlap = ((5 / 4 * 2e-3 * speed**2 / 1e9) ** 0.4 for speed in (1.5, 3))
+    contacts = pd.DataFrame({"first": [0, 1], "second": [1, -1], "approach_speed_m_s": [1.5, -0.1]})
     contacts["peak_overlap_m"] = [overlap, 1e-5]
     hits = ledger._as_impacts(SimpleNamespace(contact=load_contact("calibrated"), balls=balls, laws=laws), contacts)
     assert hits.mass == pytest.approx([2e-3, 6e-3])
     # Hertz: 2/5 k d^(5/2) is stored, of which the approach brought m v^2 / 2; an impact takes 2.9432 d / v.
-    assert hits.excess == pytest.approx([2e-3 / 2 * (9 - 4), 0.4 * 5e8 * 1e-5**2.5])
-    assert (hits.taken[0], hits.reached[0]) == pytest.approx((2.9432 * met / 2, 2.9432 * overlap / 3))
+    assert hits.excess == pytest.approx([2e-3 / 2 * (9 - 2.25), 0.4 * 5e8 * 1e-5**2.5])
+    assert (hits.taken[0], hits.reached[0]) == pytest.approx((2.9432 * met / 1.5, 2.9432 * overlap / 3))
 
 
 def test_the_ledger_is_a_series_finer_than_a_revolution_and_sums_to_it(files):

@@ -193,8 +193,11 @@ def impacts_of(slip: float, duration: float, energy: float = 1e-3) -> flash.Impa
 
 def test_a_slow_contact_is_as_warm_as_a_steady_circle():
     """The centre of a circle of even flux on a half space: q a / k (Carslaw and Jaeger, Sec. 10.5)."""
-    found = flash.flash_K(impacts_of(slip=0.0, duration=10.0), np.array([1e-3]), FlashSection(), 30.0)
-    assert found[0] == pytest.approx(0.5e-3 / 10 / (np.pi * 1e-4**2) * 1e-4 / 30.0, rel=1e-3)
+    impacts, settings, even = impacts_of(slip=0.0, duration=10.0), FlashSection(), 0.5e-3 / 10 / (np.pi * 1e-4)
+    assert flash.flash_K(impacts, np.array([1e-3]), settings, 30.0)[0] == pytest.approx(even / 30.0, rel=1e-3)
+    # Of one impact, however small its energy, the mean by energy is its own; the low conductivity makes it high.
+    (row, *_) = flash.flash_rows("d10", impacts, settings)
+    assert row["mean_by_energy_high_K"] == pytest.approx(even / settings.conductivity_W_mK.low, rel=1e-2)
 
 
 def test_a_fast_slider_is_as_warm_as_a_half_space_heated_while_it_passes():
