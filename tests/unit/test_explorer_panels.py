@@ -12,6 +12,7 @@ from millprint.explorer import content as tables_of_page
 from millprint.explorer.content import Spectra, spectra_content
 from millprint.run.files import read_table
 from tests.browser import DESKTOP, PHONE, needs_browser
+from tests.conftest import ROOT
 from tests.unit.explorer_pages import ACCELERATION, CONDITIONS, HEAT
 
 SETTING = {"speed_hz": 12.5, "fill_ratio": 0.09, "ball_diameter_m": 0.01, "density_kg_m3": 7700.0}
@@ -181,7 +182,8 @@ def test_a_table_with_other_bins_is_refused_in_one_line(built, monkeypatch):
         spectra_content(Spectra(tables, "lifetimes"))
 
 
-# Text of a chart beyond it, a value longer than its field, and what is beyond the page outside a part that scrolls.
+# Text of a chart beyond it or over another, a value longer than its field, and what is beyond the page outside a part
+# that scrolls.
 CUT = """
   const found = [], width = (e, text) => {
     const pen = document.createElement("canvas").getContext("2d");
@@ -190,6 +192,12 @@ CUT = """
   for (const e of document.querySelectorAll("svg text")) {
     const text = e.getBoundingClientRect(), svg = e.closest("svg").getBoundingClientRect();
     if (text.right > svg.right + 0.5 || text.left < svg.left - 0.5) found.push(e.textContent); }
+  for (const svg of document.querySelectorAll("svg")) {
+    const labels = [...svg.querySelectorAll("text")].map((e) => [e.textContent, e.getBoundingClientRect()]);
+    for (const [i, [text, one]] of labels.entries())
+      for (const [other, two] of labels.slice(i + 1))
+        if (Math.min(one.right, two.right) - Math.max(one.left, two.left) > 1
+          && Math.min(one.bottom, two.bottom) - Math.max(one.top, two.top) > 3) found.push(`${text} over ${other}`); }
   for (const e of document.querySelectorAll('input[type="number"]'))
     if (e.clientWidth && width(e, e.value) + 10 > e.clientWidth) found.push(`${e.id} ${e.value}`);
   for (const e of document.querySelectorAll("p, dt, dd, h2, label, button, #spectra-table td"))
@@ -203,3 +211,26 @@ def test_nothing_is_cut(pages, width):
     for mill in (0, 1):
         cut = pages[width].run(f"explorer.useMill(explorer.mills[{mill}]); explorer.render(); {NEXT_FRAME} {CUT}")
         assert cut == []
+
+
+@needs_browser
+@pytest.mark.parametrize("width", [DESKTOP, PHONE])
+def test_nothing_is_cut_in_any_unit(browser, width):
+    """Of the included mills: some hit with some 40 uJ, which a reader may want in J."""
+    with browser.page(width) as page:
+        page.open(ROOT / "docs/fingerprints.html")
+        cut = page.run(f"""
+          const cut = () => {{ {CUT} }}, told = [];
+          await explorer.showSearch();
+          for (const mill of explorer.mills) {{
+            explorer.useMill(mill);
+            document.getElementById("take").click();
+            for (let choice = 0; choice < 4; choice += 1) {{
+              for (const kind of Object.keys(UNITS)) {{
+                const names = explorer.units.names(kind), field = document.getElementById(`unit-${{kind}}`);
+                field.value = names[choice % names.length];
+                field.dispatchEvent(new Event("change")); }}
+              {NEXT_FRAME}
+              told.push(...cut().map((each) => `${{mill.name}}: ${{each}}`)); }} }}
+          return told;""")
+        assert cut == [] and page.errors == []

@@ -29,9 +29,11 @@ function digits(value, count = 3) {
   if (!Number.isFinite(value)) return "–";
   const size = Math.abs(value);
   if (size >= 10 ** count) return size >= 1e7 ? inPowers(value, count) : String(Number(value.toPrecision(count)));
-  const text = value.toPrecision(count);
-  return text.includes("e") ? inPowers(value, count) : text;
+  return size && size < SMALL ? inPowers(value, count) : value.toPrecision(count);
 }
+
+// Smaller numbers are written in powers of ten, which no row of zeros makes longer than their place.
+const SMALL = 1e-3;
 
 const SUPERSCRIPTS = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
 
@@ -47,7 +49,12 @@ function inPowers(value, count) {
 
 /** A setting of a machine: a whole number, or up to four digits of a small one. */
 const setting = (value) => (value >= 100 ? String(Math.round(value)) : short(Number(value.toPrecision(4))));
-const short = (value) => String(Number(value.toPrecision(6)));
+
+/** A number with up to six digits, as a field takes it. */
+function short(value) {
+  const rounded = Number(value.toPrecision(6));
+  return rounded && Math.abs(rounded) < SMALL ? rounded.toExponential() : String(rounded);
+}
 
 /** "low to high", or the one number if both are the same. */
 const fromTo = (low, high) => (short(low) === short(high) ? short(low) : `${short(low)} to ${short(high)}`);
