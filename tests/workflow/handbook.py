@@ -4,11 +4,12 @@ import re
 import shlex
 import textwrap
 from dataclasses import dataclass
+from itertools import dropwhile
 from pathlib import Path
 
 from tests.conftest import ROOT
 
-BLOCK = re.compile(r"^(?P<indent> *)```sh\n(?P<text>.*?)^(?P=indent)```$", re.MULTILINE | re.DOTALL)
+BLOCK = re.compile(r"^(?P<indent> *)```(?:ba)?sh\n(?P<text>.*?)^(?P=indent)```$", re.MULTILINE | re.DOTALL)
 # A command within a sentence.
 INLINE = re.compile(r"`((?:make|snakemake|python|millprint) [^`]+)`")
 # Names that stand for those of the reader, and what a test takes for them.
@@ -37,7 +38,7 @@ class Command:
 
 
 def block_lines(text: str) -> list[str]:
-    """The lines of the `sh` blocks of a page, with continued lines joined."""
+    """The lines of the blocks of a page for a shell, with continued lines joined."""
     blocks = [textwrap.dedent(found["text"]) for found in BLOCK.finditer(text)]
     return [line for line in "".join(blocks).replace("\\\n", " ").splitlines() if line.strip()]
 
@@ -49,8 +50,10 @@ def commands(page: Path) -> list[Command]:
     for name, value in PLACES.items():
         lines = [line.replace(name, value) for line in lines]
     # `make install && source ...` is two commands.
-    split = (tuple(shlex.split(part, comments=True)) for line in lines for part in line.split(" && "))
-    return [Command(str(page), words) for words in split if words]
+    split = (shlex.split(part, comments=True) for line in lines for part in line.split(" && "))
+    # A variable stands before the program that it is for.
+    own = (tuple(dropwhile(lambda word: re.match(r"[A-Z_]+=", word), words)) for words in split)
+    return [Command(str(page), words) for words in own if words]
 
 
 def shown_file(page: str, language: str, number: int) -> str:

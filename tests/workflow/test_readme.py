@@ -18,7 +18,8 @@ from tests.workflow.conftest import ROOT, ask_snakemake, copy_project, share_ker
 from tests.workflow.handbook import Command, commands, pages, shown_file
 
 COMMANDS = [command for page in pages() for command in commands(page)]
-PROGRAMS = {"make", "snakemake", "millprint", "python", "cp", "sed", "source", "git", "cd", "nano", "pip"}
+SHELL = {"cp", "sed", "source", "git", "cd", "nano"}
+PROGRAMS = SHELL | {"make", "snakemake", "millprint", "python", "pytest", "docker", "pip"}
 # What runs to its end here; `new` asks nothing with --yes.
 QUICK = {"estimate", "match", "dose", "design", "wet-lab", "quantities", "new", "--help"}
 # Those that pass further options on to Snakemake.
@@ -34,6 +35,8 @@ WRITTEN = {
 }
 # They read what a run of minutes or a measurement leaves: tests of these commands run them.
 NEEDS_A_RUN = ("my_card", "results/dem/", "results/fingerprint/", "results/yield/", "results/first_hour", "CALCULATION")
+# Of the atlas: what its whole run leaves, and half a minute for exponents, of which test_atlas.py has the numbers.
+NEEDS_A_RUN += ("results/atlas/", "--exponents")
 
 
 def commands_of(program: str) -> list[Command]:
@@ -46,6 +49,7 @@ def test_programs_are_known():
     for program, number in {"make": 10, "snakemake": 15, "millprint": 20}.items():
         assert len(commands_of(program)) >= number
     assert {command.words[0] for command in COMMANDS} <= PROGRAMS
+    assert all((ROOT / command.words[1]).exists() for command in commands_of("pytest"))
     for command in commands_of("python"):
         assert (ROOT / command.words[1]).is_file() or (ROOT / f"{command.words[2].replace('.', '/')}.py").is_file()
 
@@ -121,7 +125,8 @@ def plan(folder: Path, wanted: list[list[str]]) -> None:
         groups.setdefault(options, []).extend(targets)
     for options, targets in groups.items():
         more = [] if "--unlock" in options else ["--dry-run"]
-        done = ask_snakemake(folder, *sorted(set(targets)), *options, *more, "--cores", "2")
+        # Options last, since they may end with `--` and targets.
+        done = ask_snakemake(folder, *sorted(set(targets)), *more, "--cores", "2", *options)
         assert done.returncode == 0, f"{targets} {options}: {done.stdout[-2000:]}{done.stderr[-2000:]}"
 
 
@@ -141,7 +146,8 @@ def test_the_commands_of_a_page_run(clone, page, monkeypatch):
     for command in commands(Path(page)):
         words = list(command.words)
         monkeypatch.chdir(clone)
-        if words[0] in ("cp", "sed"):
+        needs_a_run = any(each in str(command) for each in NEEDS_A_RUN)
+        if words[0] in ("cp", "sed") and not needs_a_run:
             subprocess.run(words, cwd=clone, check=True)
         elif (command.words in SEEN and page not in WRITTEN) or "--report" in words:
             # The smoke run makes the report.
@@ -150,7 +156,7 @@ def test_the_commands_of_a_page_run(clone, page, monkeypatch):
             for arguments in arguments_of(words, monkeypatch):
                 # Nothing that a page writes changes the plan of the thesis.
                 (wanted if targets_and_options(arguments)[1] else AT_THE_END).append(arguments)
-        elif words[0] == "millprint" and words[1] in QUICK and not any(each in str(command) for each in NEEDS_A_RUN):
+        elif words[0] == "millprint" and words[1] in QUICK and not needs_a_run:
             if "--any" in words and "--balls" not in words:
                 # Of one size, since a search takes a second for each.
                 words += ["--balls", "10"]
