@@ -169,7 +169,7 @@ def test_what_lies_outside_is_named_or_refused(own):
     with pytest.raises(ConfigError, match=r"fill_ratio = 0\.5.*0\.04 to 0\.4"):
         own.at(0.5)
     for wrong in ({"fill_ratio": 1.0}, {"speed_hz": 0.0}, {"ball_diameter_m": -0.01}):
-        with pytest.raises(ConfigError, match=f"{next(iter(wrong))} = .*must be over 0"):
+        with pytest.raises(ConfigError, match=f"{next(iter(wrong))} = .*must be .*over 0"):
             own.predict(own.condition(**(AT | wrong)))
 
 
@@ -299,6 +299,13 @@ def test_a_condition_that_cannot_be_is_one_line(own, changes, part):
         (lambda own: predict(own, AS_A_SWEEP | {"speed_rpm": 10}), "another unit? Write 600"),
         (lambda own: predict(own, AS_A_SWEEP | {"ball_diameter_mm": 0.01}), "another unit? Write 10"),
         (lambda own: own.condition(**AS_A_SWEEP, colour=3), "condition: colour = 3: unknown key"),
+        (
+            lambda own: own.condition(**AS_A_SWEEP | {"fill_ratio": 20}),
+            "condition: fill_ratio = 20: must be a",
+        ),
+        (lambda own: own.condition(speed_rpm=10, ball_diameter_mm=10, number=9), "speed_rpm = 10: "),
+        (lambda own: own.condition(speed_rpm=600, ball_diameter_mm=0.01, number=9), "another unit? Write 10"),
+        (lambda own: predict(own, {"speed_rpm": 600, "ball_diameter_mm": 10, "number": 2.5}), "must be a whole number"),
         (lambda own: plot(own, ["Pm"]), "quantities: Pm is none of them"),
     ],
 )
@@ -308,6 +315,6 @@ def test_what_is_no_condition_is_one_line(own, ask, part):
 
 def test_a_condition_has_one_speed_and_a_fingerprint_says_what_it_is_of(own):
     for speeds in ({}, {"speed_hz": 8.0, "speed_rpm": 480.0}):
-        with pytest.raises(ConfigError, match="either speed_hz or speed_rpm"):
+        with pytest.raises(ConfigError, match="give one of speed_rpm, speed_hz"):
             own.condition(ball_diameter_m=0.01, fill_ratio=0.2, **speeds)
     assert repr(own).startswith(f"<Fingerprint of {own.about['mill']} with contact set ")

@@ -31,7 +31,6 @@ from millprint.config.errors import ConfigError
 from millprint.estimate.estimates import Estimate, Interval
 from millprint.estimate.judge import DIFFERS, Allowed, judge
 from millprint.estimate.quantiles import f_quantile
-from millprint.fingerprint.plausible import check_near
 from millprint.observables.definitions import POWER
 from millprint.run.tables import CASE, Number, Text, read_measured, refuse_copies, refuse_rows
 
@@ -44,7 +43,8 @@ HITS, TIME, YIELD = "hits_per_g", "time_h", "yield_percent"
 AXES = {TIME: "time [h]", TOTAL: "dose [kJ/g]", NORMAL: "normal dose [kJ/g]", TANGENTIAL: "tangential dose [kJ/g]",
         HITS: "hits per gram [1/g]"}  # fmt: skip
 SECONDS_PER_HOUR = 3600.0
-POSITIVE = ("powder_mass_g", TIME, "fill_ratio", "speed_rpm", "ball_diameter_mm")
+CONDITION = ("fill_ratio", "speed_rpm", "ball_diameter_mm")
+POSITIVE = ("powder_mass_g", TIME, *CONDITION)
 # Lowest and highest of a number that people write: a microgram to a thousand tonnes, a millisecond to a century.
 WRITTEN = {"powder_mass_g": (1e-6, 1e9), TIME: (1e-7, 1e6)}
 
@@ -97,12 +97,9 @@ def own_doses(path: str | Path, fingerprints: Mapping[str, "Fingerprint"]) -> pd
     for run in table.itertuples():
         fingerprint = fingerprints[run.mill]
         try:
-            check_near(fingerprint.about, speed_rpm=run.speed_rpm, ball_diameter_mm=run.ball_diameter_mm)
+            condition = fingerprint.condition(**{name: getattr(run, name) for name in CONDITION})
         except ConfigError as error:
             raise ConfigError(f"{path}: case {run.case}: {error}") from None
-        condition = fingerprint.condition(
-            speed_hz=run.speed_rpm / 60, ball_diameter_m=run.ball_diameter_mm * 1e-3, fill_ratio=run.fill_ratio
-        )
         found = fingerprint.predict(condition)
         told = doses_of(found, found.balls, getattr(run, TIME), run.powder_mass_g)
         own = {name: each.value for name, each in told.items()}

@@ -339,8 +339,7 @@ def target_of(target: TargetConfig, fingerprints: Sequence[Fingerprint], request
         return Target.of_numbers(target.given)
     other = Fingerprint.read(like.fingerprint)
     diameter, charge = other.balls(like.ball_diameter_mm)
-    check_near(other.about, speed_rpm=like.rpm, ball_diameter_mm=1e3 * diameter)
-    condition = other.condition(speed_hz=like.hz, ball_diameter_m=diameter, **like.given)
+    condition = other.condition(speed_rpm=like.rpm, ball_diameter_m=diameter, **like.given)
     return target_at(other, condition, charge, fingerprints, request)
 
 

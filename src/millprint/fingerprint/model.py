@@ -9,7 +9,7 @@ from typing import overload
 import numpy as np
 import pandas as pd
 
-from millprint.config.charge import ONE_SIZE, BallMixture, balls_in_words, fill_of
+from millprint.config.charge import ONE_SIZE, BallMixture, balls_in_words
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.mill_sweep import FEWEST_FILLS
@@ -18,6 +18,7 @@ from millprint.estimate.estimates import ENDS, Estimate, Interval, columns_of, s
 from millprint.fingerprint.bands import FURTHER, Factors, checked_factors, read_factors
 from millprint.fingerprint.descriptors import CHARGE, OF_RULE, as_built, said_of, with_impacts
 from millprint.fingerprint.predicted_values import (
+    COLUMNS,
     OF_COLLISIONS,
     Prediction,
     banded,
@@ -260,39 +261,15 @@ class Fingerprint:
             )
         return choice * 1e-3, ONE_SIZE
 
-    def condition(
-        self,
-        *,
-        ball_diameter_m: float | None = None,
-        ball_diameter_mm: float | None = None,
-        fill_ratio: float | None = None,
-        speed_hz: float | None = None,
-        speed_rpm: float | None = None,
-        density_kg_m3: float | None = None,
-        amplitude_m: float | None = None,
-        **charge: float,
-    ) -> Condition[float]:
-        """A condition of this mill; if left out, density and amplitude are as in the mill as built.
+    def condition(self, **given: float) -> Condition[float]:
+        """A condition of this mill, by the columns of `predict_table`: the condition of a table with one row.
 
-        charge: in place of fill_ratio, `number`, `mass_g` or `bulk_filling` of the balls. Raises ConfigError unless one
-        of these, one of speed_hz and speed_rpm, and one of ball_diameter_mm and ball_diameter_m is given.
+        Raises ConfigError, in one line, for what is missing, said twice, unknown or impossible.
         """
-        if (speed_hz is None) == (speed_rpm is None):
-            raise ConfigError("condition: give either speed_hz or speed_rpm")
-        if (ball_diameter_m is None) == (ball_diameter_mm is None):
-            raise ConfigError("condition: give either ball_diameter_mm or ball_diameter_m")
-        ball_diameter_m = 1e-3 * (ball_diameter_mm or 0.0) if ball_diameter_m is None else ball_diameter_m
-        if fill_ratio is None or charge:
-            density = density_kg_m3 or self.about["density_kg_m3"]
-            charge |= {} if fill_ratio is None else {"fill_ratio": fill_ratio}
-            fill_ratio = fill_of(charge, 1e6 * self.about["volume_m3"], 1e3 * ball_diameter_m, density, "condition")
-        return Condition(
-            fill_ratio=fill_ratio,
-            speed_hz=speed_hz if speed_hz is not None else (speed_rpm or 0.0) / 60,
-            ball_diameter_m=ball_diameter_m,
-            density_kg_m3=self.about["density_kg_m3"] if density_kg_m3 is None else density_kg_m3,
-            amplitude_m=self.about["amplitude_m"] if amplitude_m is None else amplitude_m,
-        )
+        for name in given.keys() - set(COLUMNS):
+            raise ConfigError(f"condition: {name} = {given[name]}: unknown key; known: {', '.join(COLUMNS)}")
+        found = conditions_of(pd.DataFrame([given]), self.about, one=True)
+        return Condition(**{name: float(values[0]) for name, values in vars(found).items()})
 
     def _inputs(self, condition: Condition, charge: str) -> np.ndarray:
         rows = condition.rows()

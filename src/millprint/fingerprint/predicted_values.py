@@ -27,27 +27,31 @@ BUILT = ("density_kg_m3", "amplitude_m")
 COLUMNS = (*SETTINGS, *MEASURES, *BUILT)
 
 
-def conditions_of(table: pd.DataFrame, about: dict[str, Any]) -> Condition[np.ndarray]:
+def conditions_of(table: pd.DataFrame, about: Mapping[str, Any], one: bool = False) -> Condition[np.ndarray]:
     """The conditions (m,) of a table of a mill that a fingerprint is `about`, in SI units.
 
-    Raises ConfigError, in one line, for a column that is missing or says the same as another, and for an impossible
-    value.
+    one: the table is one condition, whose faults have no row. Raises ConfigError, in one line, for a column that is
+    missing or says the same as another, and for a value that is impossible or far from what was simulated.
     """
+    place = "condition" if one else "conditions"
     for name in COLUMNS:
         if list(table.columns).count(name) > 1:
-            raise ConfigError(f"conditions: column {name} appears twice")
+            raise ConfigError(f"{place}: {name} appears twice")
     values = {name: pd.to_numeric(table[name], errors="coerce").to_numpy(float) for name in COLUMNS if name in table}
     for names in (("ball_diameter_mm", "ball_diameter_m"), ("speed_rpm", "speed_hz"), MEASURES):
         given = [name for name in names if name in values]
         if len(given) != 1:
-            fault = f"{' and '.join(given)} say the same" if given else f"column {names[0]} is missing"
-            raise ConfigError(f"conditions: {fault}; give one of {', '.join(names)}")
+            fault = f"{' and '.join(given)} say the same" if given else f"{names[0]} is missing"
+            raise ConfigError(f"{place}: {fault}; give one of {', '.join(names)}")
+
+    def fault_of(row: int, name: str, why: str) -> ConfigError:
+        return ConfigError(f"{place}:{'' if one else f' row {row + 1}:'} {name} = {table[name].iloc[row]}: {why}")
+
     for name, own in values.items():
-        share = name in ("fill_ratio", "bulk_filling")
-        bad = np.flatnonzero(~((own > 0) & (own < (1 if share else np.inf))))
+        share, whole = name in ("fill_ratio", "bulk_filling"), name == "number"
+        bad = np.flatnonzero(~((own > 0) & (own < (1 if share else np.inf)) & ((own % 1 == 0) | (not whole))))
         if len(bad):
-            place = f"conditions: row {bad[0] + 1}: {name} = {table[name].iloc[bad[0]]}"
-            raise ConfigError(f"{place}: must be a number over 0{' and under 1' * share}")
+            raise fault_of(bad[0], name, f"must be a {'whole ' * whole}number over 0{' and under 1' * share}")
     built = {name: values.get(name, np.full(len(table), float(about[name]))) for name in BUILT}
     found = {variable: factor * values[name] for name, (variable, factor) in SETTINGS.items() if name in values}
     for end in (np.min, np.max) if len(table) else ():
@@ -56,10 +60,7 @@ def conditions_of(table: pd.DataFrame, about: dict[str, Any]) -> Condition[np.nd
     volume_ml, diameter_mm = 1e6 * about["volume_m3"], 1e3 * found["ball_diameter_m"]
     fill = fill_from(measure, values[measure], volume_ml, diameter_mm, built["density_kg_m3"])
     for row in np.flatnonzero(fill >= 1)[:1]:
-        raise ConfigError(
-            f"conditions: row {row + 1}: {measure} = {values[measure][row]:g}: such balls have {fill[row]:.3g} of the "
-            "jar's volume"
-        )
+        raise fault_of(row, measure, f"such balls have {fill[row]:.3g} of the jar's volume")
     return Condition(fill_ratio=fill, **found, **built)
 
 

@@ -16,6 +16,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.rows import read_cells
 from millprint.config.sweep import ball_count
 from millprint.config.yields import OtherSourcesConfig, RegionConfig, YieldConfig
+from millprint.fingerprint.predicted_values import conditions_of
 from millprint.observables.condition import Condition
 from millprint.observables.definitions import BASIC, descriptors_of, scaled_quantities
 from millprint.run.tables import CASE, Number, Text, read_measured, refuse_copies, refuse_rows, refuse_shares
@@ -189,14 +190,11 @@ def _calculated(frame: pd.DataFrame, path: str, fingerprint_path: str) -> tuple[
             raise ConfigError(f"{path}: column {column} is missing: rows without descriptors need it")
         refuse_rows(frame, path, column, frame[column].isna(), "must be a number, since the row has no descriptors")
     fingerprint = Fingerprint.read(fingerprint_path)
-    si = {name: frame[column].to_numpy(float) * unit for column, (name, unit) in MILL_COLUMNS.items()}
-    rows = [fingerprint.condition(**dict(zip(si, values, strict=True))) for values in zip(*si.values(), strict=True)]
-    beyond = [fingerprint.outside(row, fingerprint.about["volume_m3"]) for row in rows]
     for column, (name, unit) in MILL_COLUMNS.items():
         low, high = (end / unit for end in fingerprint.about["ranges"][name])
         why = f"outside what {fingerprint_path} was simulated for; must be from {low:.4g} to {high:.4g}"
-        refuse_rows(frame, path, column, [name in names for names in beyond], why)
-    found = fingerprint.descriptors(fingerprint.condition(**si))
+        refuse_rows(frame, path, column, ~frame[column].between(low * (1 - 1e-9), high * (1 + 1e-9)), why)
+    found = fingerprint.descriptors(conditions_of(frame[[*MILL_COLUMNS]], fingerprint.about))
     energies = [1e6 * found["normal_energy_J"], 1e6 * found["tangential_energy_J"], found["specific_frequency_hz"]]
     return np.column_stack(energies), str(fingerprint.about["counting_rule"])
 
