@@ -8,6 +8,9 @@ import pytest
 from PIL import Image
 from tools.draw_pictures import ANIMATION, DRAWINGS, PICTURES, RUNS, TABLE, digest_of, mill_of
 
+from millprint.config.included import load_mill, read_run
+from millprint.config.mill_sweep import MillSweepConfig
+from millprint.dem import PHYSICS
 from millprint.run.files import read_table
 from tests.conftest import ROOT
 
@@ -38,6 +41,17 @@ def test_every_picture_is_what_the_table_says_and_what_the_present_code_would_dr
         assert row["sha256"] == digest_of((PICTURES / name).read_bytes()), f"python tools/draw_pictures.py {name}"
         if name not in RUNS:
             assert row["made_of"] == mill_of(name), f"python tools/draw_pictures.py {name}"
+            continue
+        # A page carries what it was made of; the condition that it shows is one that its command simulates.
+        with Image.open(PICTURES / name) as picture:
+            told = picture.text
+        numbers, command = json.loads(told["numbers"]), RUNS[name][0]
+        assert told["run"] == command and told["made of"] == row["made_of"]
+        assert row["made_of"].startswith(f"physics {PHYSICS}, "), f"python tools/draw_pictures.py {name}"
+        sweep = read_run(given)["sweep"] if (given := command.split()[-1]).endswith(".yaml") else load_mill(given).sweep
+        sweep = MillSweepConfig.model_validate(sweep)
+        assert numbers["speed"] in sweep.speeds and numbers["ball diameter"] in sweep.balls
+        assert numbers["fill ratio"] in sweep.fills
 
 
 # What the text says of the page that it shows: the row of the page, the words around the number, and its unit.

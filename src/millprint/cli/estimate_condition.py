@@ -38,6 +38,7 @@ from millprint.config.included import load_contact, load_mill, read_run
 from millprint.config.load import YAML, check_model
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import ConditionSection
+from millprint.config.section import Diameter
 from millprint.config.sweep import ball_count
 from millprint.config.wording import close_to
 from millprint.run.numbers import plain, prefix_of, three
@@ -63,7 +64,7 @@ def parse(arguments: list[str], name: str) -> argparse.Namespace:
     parser = parser_of(name, __doc__)
     add = parser.add_argument
     add("mill", help="name, file or configuration of a mill")
-    add("--balls", type=float, metavar="MM", help="diameter of the balls [mm]")
+    add("--balls", type=value_of("ball_diameter_mm", Diameter), metavar="MM", help="diameter of the balls [mm]")
     add("--charge", help="fill ratio, or number=50, mass_g=200, bulk_filling=0.3")
     add("--speed", help="400 for rpm, 25Hz for Hz")
     add("--contact", help=f"contact set, name or file (default: that of the run, or {ASSUMED})")
