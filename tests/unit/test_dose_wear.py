@@ -71,7 +71,8 @@ def test_with_two_rows_it_is_said_that_they_are_too_few(materials):
     # 95 % of normal errors of 2 % are within 1.96 of them; Student's t of one degree of freedom is 12.7.
     assert steel["factor_scatter"] == pytest.approx(np.exp(1.959964 * 0.02))
     assert steel["factor_coefficient"] == pytest.approx(0.6**-12.706, rel=1e-3)
-    assert steel["seen_lower_wear_g"] == pytest.approx(0.6 * steel["wear_g"])
+    ends = steel[["seen_lower_wear_g", "seen_upper_wear_g"]].tolist()
+    assert ends == pytest.approx([0.6 * steel["wear_g"], steel["wear_g"]])
 
 
 def test_a_law_that_holds_predicts_its_own_weighing_and_iron_follows_powder_and_time(materials):
