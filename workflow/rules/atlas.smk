@@ -1,15 +1,8 @@
 """The atlas: what any mill of a kind does, learned from simulations over mills. Target `atlas`, part of no other."""
 
-from millprint.config.workflow import HELD_OUT_MILLS
-
 ATLAS = f"{RESULTS}/atlas"
 # Rows of a job: a simulation takes a second or two, about as long as it takes Snakemake to start a few jobs.
 ATLAS_BATCH = 25
-ATLAS_ROWS = {
-    (kind, part): count
-    for kind, simulations in CONFIG.atlas.kinds.items()
-    for part, count in {"training": simulations, "held_out": HELD_OUT_MILLS}.items()
-}
 
 
 # The rows of the included table that were made with the present settings and physics are not simulated again.
@@ -27,7 +20,7 @@ rule simulate_atlas:
         f"{BENCHMARKS}/simulate_atlas/{{kind}}_{{part}}_{{batch}}.tsv"
     wildcard_constraints:
         kind="[a-z]+",
-        part="training|held_out",
+        part=r"training|asked_\d|held_out",
         batch=r"\d+",
     resources:
         processor_s=2 * ATLAS_BATCH,
@@ -43,7 +36,7 @@ rule tabulate_atlas:
     input:
         rows=[
             f"{ATLAS}/rows/{kind}_{part}_{batch}.tsv"
-            for (kind, part), count in ATLAS_ROWS.items()
+            for (kind, part), count in CONFIG.atlas.parts.items()
             for batch in range(math.ceil(count / ATLAS_BATCH))
         ],
     output:

@@ -1,7 +1,8 @@
 """The conditions of the atlas, spread over the groups of a kind, the held-out ones, and the simulation of each.
 
-Both are Sobol sequences over the ranges of the groups (scipy.stats.qmc), each with its own seed. The held-out ones are
-drawn first and kept in a file, so that a later change of the design cannot choose them.
+All are Sobol sequences over the ranges of the groups (scipy.stats.qmc), each with its own seed. The held-out ones are
+drawn before they are simulated and kept in a file, so that a later change of the design cannot choose them. Those that
+were asked are drawn anew for the next model of their kind, which they train: `asked_1` are those of the first draw.
 """
 
 import hashlib
@@ -23,7 +24,7 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.counting import DEFAULT_RULE, recorded_count
 from millprint.config.errors import SimulationError
 from millprint.config.sweep import Case, DemConfig
-from millprint.config.workflow import HELD_OUT_MILLS
+from millprint.config.workflow import DRAWS, HELD_OUT_MILLS
 from millprint.dem import PHYSICS
 from millprint.dem.collisions import relative_error
 from millprint.dem.laws.registry import step_scale
@@ -32,12 +33,17 @@ from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.mill.gravity import GRAVITY
 from millprint.run.files import read_table, write_table
 
-HELD_OUT, TRAINING = "held_out", "training"
+HELD_OUT, TRAINING, ASKED = "held_out", "training", "asked_"
 # What the motion of a row without numbers begins with: its simulation failed, or it would teach little.
 FAILED, SKIPPED = "failed", "not simulated"
-# Seeds of the two sequences. Held-out mills that were asked are drawn anew for the next model of their kind.
-SEEDS = {HELD_OUT: 20_281, TRAINING: 7}
-DRAWN_ANEW = {"mixer": 20_282, "spex": 20_282}
+TRAINING_SEED = 7
+
+
+def seed_of(kind: Kind, part: str) -> int:
+    """The seed of the sequence of a part."""
+    if part == TRAINING:
+        return TRAINING_SEED
+    return DRAWS[kind.name][-1 if part == HELD_OUT else int(part.removeprefix(ASKED)) - 1]
 
 
 def conditions(kind: Kind, part: str) -> Iterator[dict[str, float]]:
@@ -46,8 +52,7 @@ def conditions(kind: Kind, part: str) -> Iterator[dict[str, float]]:
     A point with more than MOST_BALLS balls, or whose whole number of balls has a fill ratio out of the range, is left
     out.
     """
-    seed = DRAWN_ANEW.get(kind.name, SEEDS[part]) if part == HELD_OUT else SEEDS[part]
-    sequence = qmc.Sobol(len(kind.groups), scramble=True, seed=seed)
+    sequence = qmc.Sobol(len(kind.groups), scramble=True, seed=seed_of(kind, part))
     fill = kind.groups[kind.names.index("fill")]
     while True:
         for shares in sequence.random(64):
@@ -84,7 +89,7 @@ def rows_of(kind: str, part: str, first: int, count: int, held_out: str) -> pd.D
 
 
 def write_held_out(path: str) -> None:
-    """Draw the held-out mills of every kind and write their table. It is done once."""
+    """Draw the held-out mills of every kind and write their table, before they are simulated."""
     write_table(pd.concat([design(kind, HELD_OUT, HELD_OUT_MILLS) for kind in KINDS.values()]), path, digits=17)
 
 

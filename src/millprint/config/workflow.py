@@ -32,8 +32,15 @@ from millprint.config.sweep import DemConfig, SweepConfig
 from millprint.config.view import ViewConfig
 from millprint.config.yields import YieldConfig
 
-# Mills of each kind that no model sees.
+# Mills of each kind that no model sees, and the seeds of their draws: the last are held out; those before them were asked
+# of an earlier model, and train the next.
 HELD_OUT_MILLS = 100
+DRAWS = {
+    "planetary": (20_261, 20_281, 20_282),
+    "mixer": (20_261, 20_281, 20_282, 20_283),
+    "drum": (20_281,),
+    "spex": (20_261, 20_281, 20_282, 20_283),
+}
 Simulations = Annotated[int, Field(ge=0, le=5000)]
 
 
@@ -56,6 +63,19 @@ class AtlasConfig(Section):
     def kinds(self) -> dict[str, int]:
         """The kinds that are made, with their simulations."""
         return {name: count for name, count in self if count}
+
+    @property
+    def parts(self) -> dict[tuple[str, str], int]:
+        """Rows of every kind and part of the design."""
+        return {
+            (kind, part): count
+            for kind, simulations in self.kinds.items()
+            for part, count in {
+                "training": simulations,
+                **{f"asked_{draw}": HELD_OUT_MILLS for draw in range(1, len(DRAWS[kind]))},
+                "held_out": HELD_OUT_MILLS,
+            }.items()
+        }
 
 
 class LammpsConfig(Section):
