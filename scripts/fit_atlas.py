@@ -7,7 +7,7 @@ Outputs: `model`, `comparison`, `learning`.
 
 import pandas as pd
 
-from millprint.atlas.fit_atlas import cross_validated, fit_atlas, learning_curve, rows_of
+from millprint.atlas.fit_atlas import compared, fit_atlas, rows_of
 from millprint.atlas.kinds import kind_named
 from millprint.run.files import read_table, write_json, write_table
 from millprint.run.job import job
@@ -18,5 +18,6 @@ if "snakemake" in globals():
         simulations = read_table(snakemake.input.simulations)
         rows = {kind: rows_of(simulations, kind, "training") for kind in kinds}
         write_json(fit_atlas(rows), snakemake.output.model)
-        write_table(pd.concat([cross_validated(*each) for each in rows.items()]), snakemake.output.comparison, 3)
-        write_table(pd.concat([learning_curve(*each) for each in rows.items()]), snakemake.output.learning, 3)
+        comparison, learning = zip(*(compared(*each) for each in rows.items()), strict=True)
+        write_table(pd.concat(comparison), snakemake.output.comparison, 3)
+        write_table(pd.concat(learning), snakemake.output.learning, 3)

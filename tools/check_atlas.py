@@ -1,9 +1,10 @@
 """What the atlas reports about itself, against new simulations of training mills; writes tables of config/atlas.
 
-    python tools/check_atlas.py seeds       # do rows repeat with another seed within their errors? seeds.tsv
-    python tools/check_atlas.py exponents   # do intervals of exponents hold finite differences? exponents.tsv
+    python tools/check_atlas.py seeds drum        # do rows repeat with another seed within their errors? seeds.tsv
+    python tools/check_atlas.py exponents drum    # do intervals of exponents hold finite differences? exponents.tsv
 
-It takes some minutes of a processor. The held-out mills are not asked.
+A kind or several are named, or all are taken; rows of others stay. It takes some minutes of a processor. Differences of
+an earlier table are not simulated again. The held-out mills are not asked.
 """
 
 import math
@@ -12,9 +13,10 @@ import sys
 import numpy as np
 import pandas as pd
 
+from millprint.atlas.atlas_model import MARKS
 from millprint.atlas.design import TRAINING, design, simulate_row
 from millprint.atlas.estimate_mill import check, estimate, exponents
-from millprint.atlas.fit_atlas import MARKS
+from millprint.atlas.kind_groups import Kind
 from millprint.atlas.kinds import KINDS
 from millprint.config.errors import ConfigError
 from millprint.config.load import shipped
@@ -28,6 +30,7 @@ MILLS, FIRST, STEP = 3, 5000, 0.1
 CHANGED = {
     "mixer": ("speed_hz", "ball_diameter_mm", "stroke_mm", "restitution"),
     "planetary": ("speed_hz", "ball_diameter_mm", "sun_radius_mm", "wall_static_friction"),
+    "drum": ("speed_hz", "ball_diameter_mm", "radius_mm", "wall_static_friction"),
 }
 NUMBERS = ("wall_power_W", "weighted_normal_energy_J", "weighted_tangential_energy_J")
 NORMAL = 1.645
@@ -38,10 +41,10 @@ def error_of(name: str) -> str:
     return f"{name.rpartition('_')[0]}_relative_se"
 
 
-def seeds() -> pd.DataFrame:
+def seeds(names: list[str]) -> list[dict]:
     """By kind and number: scatter of the logarithm between seeds, and the error by turns, medians and their ratio."""
     table, found = read_table(f"{FOLDER}/simulations.tsv"), []
-    for name in CHANGED:
+    for name in names:
         own = table[(table["kind"] == name) & (table["part"] == TRAINING) & table["motion"].isna()]
         own = own[own["processor_s"] < LONGEST_S].sample(ROWS, random_state=3).to_dict("records")
         kind = KINDS[name]
@@ -56,11 +59,24 @@ def seeds() -> pd.DataFrame:
                 "stated": np.nanmedian(stated), "ratio": math.sqrt(np.nanmean((scatter / stated) ** 2)),
                 "beyond_three": int((scatter > 3 * stated).sum()),
             })  # fmt: skip
-    return pd.DataFrame(found)
+    return found
 
 
-def differences(name: str) -> list[dict]:
-    """Exponents of MILLS new mills of a kind: by the atlas, by two simulations, and whether the interval holds."""
+def simulated(kind: Kind, own: str, row: int, moved: list[dict]) -> dict[str, tuple[float, float]]:
+    """The exponent of each of NUMBERS with a setting by two simulations, and its error; nothing where nothing hits."""
+    ends = [simulate_row(kind, each, row + place) for place, each in enumerate(moved)]
+    if not all(isinstance(end.get(NUMBERS[1]), float) for end in ends):
+        return {}
+    logs = {number: math.log(float(ends[1][number]) / float(ends[0][number])) for number in NUMBERS}
+    noises = {number: math.hypot(*(float(end[error_of(number)]) for end in ends)) for number in NUMBERS}
+    return {number: (logs[number] / (2 * STEP), noises[number] / (2 * STEP)) for number in NUMBERS}
+
+
+def differences(name: str, known: pd.DataFrame) -> list[dict]:
+    """Exponents of MILLS new mills of a kind: by the atlas, by two simulations, and whether the interval holds.
+
+    known: an earlier table, whose simulations are not made again.
+    """
     kind, found, mills = KINDS[name], [], 0
     for row in design(kind, TRAINING, FIRST + 40).iloc[FIRST:].to_dict("records"):
         condition = kind.condition_of(row)
@@ -77,15 +93,15 @@ def differences(name: str) -> list[dict]:
                     check(kind, each)
             except ConfigError:
                 continue
-            ends = [simulate_row(kind, each, int(row["row"]) + place) for place, each in enumerate(moved)]
-            for number in NUMBERS if all(isinstance(end.get(NUMBERS[1]), float) for end in ends) else ():
-                first, last = (float(end[number]) for end in ends)
-                noise = math.hypot(*(float(end[error_of(number)]) for end in ends)) / (2 * STEP)
-                value, said = math.log(last / first) / (2 * STEP), told[number][own]
+            before = known[(known[["kind", "changed", "row"]] == [name, own, row["row"]]).all(axis=1)]
+            values = {each["number"]: (each["simulated"], each["noise"]) for each in before.to_dict("records")}
+            for number, (value, noise) in (values or simulated(kind, own, int(row["row"]), moved)).items():
+                said = told[number][own]
+                half = said.value - said.ends("scatter")[0]
                 found.append({
                     "kind": name, "number": number, "changed": own, "row": row["row"], "atlas": said.value,
-                    "half": said.value - said.ends("scatter")[0], "simulated": value, "noise": noise,
-                    "held": abs(value - said.value) <= math.hypot(said.value - said.ends("scatter")[0], NORMAL * noise),
+                    "half": half, "simulated": value, "noise": noise,
+                    "held": abs(value - said.value) <= math.hypot(half, NORMAL * noise),
                 })  # fmt: skip
         mills += 1
         if mills == MILLS:
@@ -94,8 +110,7 @@ def differences(name: str) -> list[dict]:
 
 
 if __name__ == "__main__":
-    if sys.argv[1] == "seeds":
-        write_table(seeds(), f"{FOLDER}/seeds.tsv", digits=3)
-    else:
-        rows = [row for name in CHANGED for row in differences(name)]
-        write_table(pd.DataFrame(rows), f"{FOLDER}/exponents.tsv", digits=3)
+    names, path = sys.argv[2:] or list(CHANGED), f"{FOLDER}/{sys.argv[1]}.tsv"
+    before = read_table(path)
+    made = seeds(names) if sys.argv[1] == "seeds" else [row for name in names for row in differences(name, before)]
+    write_table(pd.concat([before[~before["kind"].isin(names)], pd.DataFrame(made)]), path, digits=3)

@@ -3,8 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from millprint.atlas.atlas_model import FITTED, PREDICTED, KindModel, Surface, Width
-from millprint.atlas.fit_atlas import MARKS
+from millprint.atlas.atlas_model import FITTED, MARKS, PREDICTED, KindModel, Surface, Width
 from millprint.atlas.kind_groups import Kind
 from millprint.atlas.kinds import KINDS
 from millprint.atlas.page.atlas_page import OF_ERRORS
@@ -29,7 +28,7 @@ def made_model(kind: Kind, seed: int = 1) -> KindModel:
     levels = {"normal_energy": -1.0, "tangential_energy": -3.0, "tangential_frequency": 3.0, "rolling_ratio": -2.0}
     surfaces = {name: surface(levels.get(name, 0.0)) for name in FITTED if name != "power"}
     surfaces["power"] = surface(-1.0, width=width + 1)
-    widths = {name: Width(np.array([-2.0, *draw.normal(0, 0.1, width)]), 1.6) for name in PREDICTED}
+    widths = {name: Width(np.array([-2.0, *draw.normal(0, 0.1, width)]), 1.6, 0.6) for name in PREDICTED}
     about = {"simulations": CENTRES, "without_hits": 0, "version": "made up", "processor_s": 1}
     return KindModel(kind, centres, surfaces, widths, surface(3.0, 0.2), about)
 

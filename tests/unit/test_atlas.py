@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.atlas.atlas_model import FITTED, FORMAT, PREDICTED, combined, inputs_of, read_model
+from millprint.atlas.atlas_model import FITTED, FORMAT, MARKS, PREDICTED, Width, combined, inputs_of, read_model
 from millprint.atlas.beside_simulation import BESIDE, LARGE, atlas_rows
 from millprint.atlas.design import HELD_OUT, design, rows_of
 from millprint.atlas.estimate_mill import check, estimate, estimate_many, exponents
@@ -109,6 +109,16 @@ def test_held_out_mills_are_no_training_mills_and_lie_in_the_ranges(kind):
         assert shares.max() <= 1 + 1e-9
 
 
+def test_mills_that_were_asked_train_the_next_model_and_are_held_out_no_more():
+    table = read_table(ROOT / "config/atlas/simulations.tsv")
+    for kind in (PLANETARY, MIXER):
+        held_out, asked = (set(design(kind, part, 50)["froude"]) for part in (HELD_OUT, "asked_1"))
+        assert not held_out & asked
+        parts = {part: set(fit_rows_of(table, kind, part).table["part"]) for part in (HELD_OUT, "training")}
+        assert parts[HELD_OUT] == {HELD_OUT} and {"training", "asked_1", "asked_2"} <= parts["training"]
+        assert HELD_OUT not in parts["training"]
+
+
 @pytest.mark.parametrize(("kind", "change", "parts"), refusals("atlas_condition"))
 def test_impossible_and_unknown_conditions_are_refused_in_one_line(kind, change, parts):
     own = KINDS[kind]
@@ -192,6 +202,20 @@ def test_few_rows_far_off_do_not_bend_the_surface():
     assert np.median(robust) < 0.5 * np.median(plain)
 
 
+def test_lengths_are_searched_with_the_first_rows_and_values_with_all(monkeypatch):
+    from millprint.atlas import fit_atlas
+
+    rows, truth = made_rows(200)
+    values, noise = rows.fitted["power"], rows.noise["power"]
+    fewer = slice(0, 80)
+    expected = fit_robust(rows.inputs[fewer], values[fewer], noise[fewer])[0]
+    monkeypatch.setattr(fit_atlas, "SEARCHED", 80)
+    found = fit_robust(rows.inputs, values, noise)[0]
+    np.testing.assert_array_equal(found.theta, expected.theta)
+    off = [np.abs(fit.at(rows.inputs[80:])[0] - truth["power"][80:]).mean() for fit in (found, expected)]
+    assert off[0] < off[1]
+
+
 def test_a_row_that_is_left_out_has_no_part_in_its_own_value():
     rows, _ = made_rows(60)
     values, noise = rows.fitted["power"], rows.noise["power"]
@@ -240,6 +264,7 @@ def test_widths_hold_nine_of_ten_new_errors():
     width = fit_width(inputs[:200], errors[:200])
     held = np.abs(errors[200:]) < width.at(inputs[200:])
     assert 0.85 < held.mean() < 0.95
+    assert 0.4 < (np.abs(errors[200:]) < width.typical(inputs[200:])).mean() < 0.6
     assert width.at(np.array([[1.0, 0.5, 0.5]])) > 3 * width.at(np.array([[0.0, 0.5, 0.5]]))
 
 
@@ -255,6 +280,22 @@ def test_density_and_speed_have_the_exponents_of_their_scales(made):
     assert found["wall_power_W"]["speed_hz"].value == pytest.approx(3, abs=0.1)
     assert found["wall_power_W"]["density_kg_m3"].value == pytest.approx(1, abs=0.1)
     assert found["weighted_normal_energy_J"]["speed_hz"].value == pytest.approx(2, abs=0.1)
+
+
+def test_what_is_told_worse_than_the_mark_is_to_be_simulated(made):
+    """Of errors whose median is the mark, a hundredth less and more; the interval is twice as wide as half of them."""
+    model, rows, _ = made
+    condition = MIXER.condition_of(rows.table.iloc[3])
+    flat = np.zeros(rows.inputs.shape[1] + 1)
+    for name, mark in MARKS.items():
+        for factor, unsure in ((0.99, False), (1.01, True)):
+            own = replace(model, widths={**model.widths, name: Width(flat, 2 * mark, factor * mark)})
+            found = estimate(MIXER, condition, own)
+            assert (name in found.unsure) is unsure
+            asked = [
+                line for line in estimate_condition.told(found) if line.strip().startswith(estimate_condition.UNSURE)
+            ]
+            assert any(estimate_condition.TOLD[name] in line for line in asked) is unsure
 
 
 def test_balls_too_soft_or_stiff_are_told_as_at_the_end_of_the_range(made):
@@ -418,7 +459,7 @@ def test_the_shipped_table_is_of_the_design_and_not_of_held_out_mills():
         drawn = rows_of(name, part, 0, int(own["row"].max()) + 1, HELD_OUT_FILE).set_index("row").loc[own["row"]]
         np.testing.assert_allclose(own[kind.names], drawn[kind.names], rtol=2e-5, atol=1e-9)
     model = json.loads((ROOT / "config/atlas/model.json").read_text())["kinds"]
-    training = table[(table["part"] == "training") & ~table["motion"].fillna("").str.startswith(("failed", "not"))]
+    training = table[(table["part"] != HELD_OUT) & ~table["motion"].fillna("").str.startswith(("failed", "not"))]
     for name, own in model.items():
         assert own["about"]["simulations"] == len(own["centres"]) == (training["kind"] == name).sum()
 

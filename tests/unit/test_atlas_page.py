@@ -60,7 +60,7 @@ def _random_conditions(kind: Kind, count: int, beyond: float = 0.0) -> list[dict
 @pytest.mark.parametrize("name", KINDS)
 def test_the_page_and_python_give_the_same_numbers(page, name):
     kind, model = KINDS[name], made_atlas()[name]
-    conditions, expected = [], []
+    conditions, expected, unsure = [], [], []
     for condition in _random_conditions(kind, CONDITIONS):
         try:
             found = estimate(kind, condition, model)
@@ -68,16 +68,31 @@ def test_the_page_and_python_give_the_same_numbers(page, name):
             continue
         conditions.append(condition)
         values = [[own.value, own.lower, own.upper] for own in found.known.values()]
+        unsure.append(list(found.unsure))
         expected.append([found.hits, *np.ravel(values), *kind.groups_of(condition).values()])
     assert len(conditions) > CONDITIONS / 2
     said = page.run(f"""
       const kind = atlas.kinds[{name!r}];
       return {json.dumps(conditions)}.map((own) => {{
-        const {{ known, hits }} = kind.estimate(own);
+        const {{ known, hits, unsure }} = kind.estimate(own);
         const ends = Object.values(known).flatMap(({{ value, lower, upper }}) => [value, lower, upper]);
-        return [hits, ...ends, ...kind.ranges.map((group) => kind.groups(own)[group.name])]; }});""")
+        return [unsure, [hits, ...ends, ...kind.ranges.map((group) => kind.groups(own)[group.name])]]; }});""")
     # The file of an atlas has seven digits.
-    np.testing.assert_allclose(said, expected, rtol=1e-6)
+    np.testing.assert_allclose([numbers for _, numbers in said], expected, rtol=1e-6)
+    assert [names for names, _ in said] == unsure and any(unsure)
+
+
+@needs_browser
+def test_the_page_asks_for_a_simulation_where_more_than_the_mark_is_to_be_expected(page):
+    wide, narrow = page.run("""
+      const told = (mark) => {
+        for (const name of Object.keys(CONTENT.marks)) CONTENT.marks[name] = mark;
+        atlas.render();
+        return document.getElementById("unsure").textContent;
+      };
+      return [told(0), told(10)];""")
+    assert narrow == "" and wide.count("simulate it, with millprint card") == 2
+    assert "Your mill is told worse than the atlas is meant to in power" in wide
 
 
 @needs_browser

@@ -5,12 +5,14 @@ import pytest
 
 from millprint.atlas.design import design
 from millprint.atlas.estimate_mill import check, estimate, is_known
-from millprint.atlas.kinds import KINDS, MIXER, PLANETARY, recognise
-from millprint.atlas.search_mills import ALIKE, EQUAL, Found, nearest_settings, ranked
+from millprint.atlas.kinds import DRUM, KINDS, MIXER, PLANETARY, recognise
+from millprint.atlas.search_mills import ALIKE, EQUAL, Found, listed_mills, nearest_settings, ranked
 from millprint.cli import match_conditions
 from millprint.config.errors import ConfigError
+from millprint.config.included import included_mills as config_mills
 from millprint.config.included import load_mill
 from millprint.estimate.estimates import Estimate, Interval
+from tests.conftest import ROOT
 from tests.refusals import refusal, refusals
 from tests.unit.made_atlas import made_model
 
@@ -44,6 +46,16 @@ def test_what_is_known_of_many_is_what_is_known_of_each(kind):
     goes_in = columns["ball_diameter_mm"] < np.minimum(2 * columns["radius_mm"], columns["height_mm"])
     assert (is_known(kind, groups, columns["number"]) & goes_in).tolist() == expected
     assert 0.1 < np.mean(expected) < 0.95
+
+
+def test_each_mill_is_listed_once_and_only_where_the_atlas_knows_its_dimensions():
+    """A drum of three radii in length is beyond it at any speed; the Bond mill is in both tables."""
+    found = listed_mills(ROOT / "config/atlas/makers.tsv", list(config_mills()), list(KINDS.values()))
+    titles = [own["title"] for own in found]
+    assert "Bond mill" in titles and load_mill("bond_mill").title not in titles and load_mill("drum").title in titles
+    assert not {"Drum of Alizadeh et al.", load_mill("repose_drum").title} & set(titles)
+    _, drum = recognise(load_mill("drum"))
+    assert DRUM.knows(drum) and not DRUM.knows(drum | {"height_mm": 3 * drum["radius_mm"]})
 
 
 def planetary():

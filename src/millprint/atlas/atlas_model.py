@@ -21,7 +21,7 @@ from millprint.atlas.kinds import KINDS
 from millprint.config.errors import ConfigError
 from millprint.run.files import read_format
 
-FORMAT = "millprint atlas 2"
+FORMAT = "millprint atlas 3"
 # What is fitted: power, weighted energies and rates over their scales, and rolling over tangential power.
 FITTED = (
     "power", "normal_energy", "normal_frequency", "tangential_energy", "tangential_frequency", "rolling_ratio",
@@ -38,6 +38,14 @@ PREDICTED = {
     "weighted_tangential_energy_J": "energy",
     "weighted_tangential_frequency_hz": "frequency",
     "strong_frequency_hz": "frequency",
+}
+# Marks of median errors [-]: where more is to be expected, the atlas asks for a simulation.
+MARKS = {
+    "wall_power_W": 0.05,
+    "weighted_normal_energy_J": 0.10,
+    "weighted_normal_frequency_hz": 0.10,
+    "weighted_tangential_energy_J": 0.15,
+    "weighted_tangential_frequency_hz": 0.15,
 }
 # Variances of a slope over the range of a group and of the constant, of a logarithm, before anything is simulated.
 SLOPES, CONSTANT = 1.0, 10.0
@@ -123,14 +131,20 @@ def _rounded(values: np.ndarray) -> list:
 
 @dataclass(frozen=True)
 class Width:
-    """Half of the 90 % interval of a number's logarithm: q exp(c_0 + c x), c (p + 1,)."""
+    """Half of the 90 % interval of a number's logarithm: q exp(c_0 + c x), c (p + 1,); median: in place of the factor q
+    for the median error."""
 
     linear: np.ndarray
     factor: float
+    median: float
 
     def at(self, inputs: np.ndarray) -> np.ndarray:
         """The half-widths (m,) at inputs (m, p)."""
         return self.factor * np.exp(self.linear[0] + inputs @ self.linear[1:])
+
+    def typical(self, inputs: np.ndarray) -> np.ndarray:
+        """The median errors (m,) to be expected at inputs (m, p)."""
+        return self.median / self.factor * self.at(inputs)
 
 
 def combined(fitted: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -190,7 +204,8 @@ class KindModel:
             "centres": [_rounded(row) for row in self.centres],
             "surfaces": {name: surface.plain() for name, surface in self.surfaces.items()},
             "widths": {
-                name: {"linear": _rounded(own.linear), "factor": own.factor} for name, own in self.widths.items()
+                name: {"linear": _rounded(own.linear), "factor": own.factor, "median": own.median}
+                for name, own in self.widths.items()
             },
             "hits": self.hits.plain(),
         }
@@ -218,8 +233,8 @@ def read_model(path: str | Path) -> dict[str, KindModel]:
             width = len(kind.groups) + len(kind.derived) + 1
             surfaces = {each: _surface(own["surfaces"][each], width, len(centres)) for each in FITTED}
             widths = {
-                each: Width(np.array(own["widths"][each]["linear"], dtype=float), float(own["widths"][each]["factor"]))
-                for each in PREDICTED
+                each: Width(np.array(law["linear"], dtype=float), float(law["factor"]), float(law["median"]))
+                for each, law in ((each, own["widths"][each]) for each in PREDICTED)
             }
             found[name] = KindModel(
                 kind, centres, surfaces, widths, _surface(own["hits"], width, len(centres)), own["about"]

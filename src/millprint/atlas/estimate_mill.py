@@ -8,15 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from millprint.atlas.atlas_model import HITS, PREDICTED, KindModel, combined, inputs_of, read_model
-from millprint.atlas.kind_groups import MOST_BALLS, PACKED, SETTINGS, Kind, Values, within_limits
+from millprint.atlas.atlas_model import HITS, MARKS, PREDICTED, KindModel, combined, inputs_of, read_model
+from millprint.atlas.kind_groups import BEYOND, MOST_BALLS, PACKED, SETTINGS, Kind, Values, within_limits
 from millprint.config.errors import ConfigError
 from millprint.config.load import shipped
 from millprint.estimate.estimates import Estimate, Interval
 
 MODEL = "config/atlas/model.json"
-# A group may be out of its range by this share of the range.
-BEYOND = 0.01
 SIMULATE = "simulate it: `millprint card` for one condition, `millprint fingerprint` for the mill"
 # The group that changes no power: beyond its range the end is taken, and a note says so.
 STIFFNESS = "softness"
@@ -29,7 +27,8 @@ class MillEstimate:
     """What the atlas tells about a condition.
 
     groups: by name; hits: probability that balls hit something; known: of PREDICTED, each with the 90 % interval of one
-    simulation as `scatter`; notes: lines on what was taken for something else.
+    simulation as `scatter`; notes: lines on what was taken for something else; unsure: those of `MARKS` that are to be
+    simulated here, since more than the mark is to be expected.
     """
 
     kind: Kind
@@ -38,6 +37,7 @@ class MillEstimate:
     hits: float
     known: Mapping[str, Estimate]
     notes: tuple[str, ...] = ()
+    unsure: tuple[str, ...] = ()
 
     @property
     def charge_kg(self) -> float:
@@ -167,7 +167,8 @@ def estimate(kind: Kind, condition: Values, model: KindModel | None = None) -> M
         scale = scales[PREDICTED[name]]
         low, middle, high = (scale * math.exp(float(value[0]) + side * float(width[0])) for side in (-1, 0, 1))
         known[name] = Estimate(middle, units[PREDICTED[name]], scatter=Interval(low, high))
-    return MillEstimate(kind, condition, groups, float(model.probability(inputs)[0]), known, tuple(notes))
+    unsure = tuple(name for name, mark in MARKS.items() if model.widths[name].typical(inputs)[0] > mark)
+    return MillEstimate(kind, condition, groups, float(model.probability(inputs)[0]), known, tuple(notes), unsure)
 
 
 def exponents(kind: Kind, condition: Values, model: KindModel | None = None) -> dict[str, dict[str, Estimate]]:

@@ -23,6 +23,8 @@ POISSON = 0.25
 PACKED = 0.6
 # Rounding of an edge over the jar's radius that is taken for none [-].
 SHARP = 0.05
+# A group may be out of its range by this share of the range; groups that the speed decides.
+BEYOND, OF_SPEED = 0.01, ("froude", "critical")
 # Balls of a condition, as far as the atlas goes.
 FEWEST_BALLS, MOST_BALLS = 1, 400
 
@@ -163,6 +165,12 @@ class Kind:
     def names(self) -> list[str]:
         """The names of the groups."""
         return [group.name for group in self.groups]
+
+    def knows(self, dimensions: Values) -> bool:
+        """Whether groups that only dimensions decide lie in their ranges: any other mill is beyond at every speed."""
+        found = self.own_groups({**dimensions, "speed_hz": 1.0, "ball_diameter_mm": 0.0})
+        alone = [group for group in self.groups if group.name in found and group.name not in OF_SPEED]
+        return all(-BEYOND <= group.share(found[group.name]) <= 1 + BEYOND for group in alone)
 
     def volume_m3(self, dimensions: Values) -> float:
         """Inner volume of the jar [m3]: a cylinder, each rounded end less by its edge."""

@@ -109,6 +109,7 @@ PLANETARY = Kind(
         # Accelerations: of the jar's own turning over the wheel's, and of a ball that goes round with the jar's wall.
         lambda groups: groups["turns"] ** 2 * groups["jar"] / 2,
         lambda groups: (groups["turns"] - 1) ** 2 * groups["jar"] / 2,
+        loss,
     ),
     limits=(
         Limit("(k - 1)^2 (R - d/2) / R_s", "the jar's own turning holds the balls on its wall", CENTRIFUGING,

@@ -20,7 +20,7 @@ import numpy as np
 from millprint.atlas.atlas_model import KindModel
 from millprint.atlas.estimate_mill import MillEstimate, estimate, estimate_many
 from millprint.atlas.kind_groups import MOST_BALLS, Kind, Values
-from millprint.atlas.kinds import recognise
+from millprint.atlas.kinds import KINDS, recognise
 from millprint.config.errors import ConfigError
 from millprint.config.included import load_mill
 from millprint.estimate.estimates import Estimate, Interval, ratio_of
@@ -47,9 +47,10 @@ def makers_mills(path: str | Path, kinds: list[Kind]) -> list[dict[str, Any]]:
         own = {each.name for each in kind.dimensions} & set(values) if kind else set()
         if kind is None or known is None or JAR in name or not own - {"ratio"}:
             continue
+        dimensions = known[1] | {each: values[each] for each in own}
         fastest = [values[key] * factor for key, factor in SPEEDS.items() if key in values]
         found.append({
-            "title": name, "kind": kind.name, "dimensions": known[1] | {each: values[each] for each in own},
+            "title": name, "kind": kind.name, "dimensions": dimensions,
             "fastest_hz": fastest[0] if fastest else None,
             "known": {row["quantity"]: row["how_known"] for row in rows.to_dict("records")
                       if row["quantity"] in own and not row["how_known"].startswith(ASSUMED)},
@@ -67,6 +68,25 @@ def included_mills(names: list[str], kinds: list[Kind]) -> list[dict[str, Any]]:
             own = {"title": mill.title, "kind": built[0].name, "dimensions": built[1]}
             found.append({**own, "fastest_hz": None, "known": None})
     return found
+
+
+# Two mills are one where no dimension differs by more than this.
+ONE_MILL = 0.02
+
+
+def listed_mills(makers: str | Path | None, included: list[str], kinds: list[Kind]) -> list[dict[str, Any]]:
+    """The included mills and those of makers whose dimensions the atlas knows, each once: one in both tables is the
+    maker's."""
+    made = makers_mills(makers, kinds) if makers else []
+
+    def is_made(own: dict[str, Any]) -> bool:
+        others = (each["dimensions"] for each in made if each["kind"] == own["kind"])
+        return any(
+            np.allclose([*each.values()], [own["dimensions"][name] for name in each], ONE_MILL) for each in others
+        )
+
+    mills = [*(own for own in included_mills(included, kinds) if not is_made(own)), *made]
+    return [own for own in mills if KINDS[own["kind"]].knows(own["dimensions"])]
 
 
 # Members of a generation for each setting, generations, seed; how much a thing that cannot be counts.

@@ -56,6 +56,7 @@ TOLD = {
     "weighted_tangential_energy_J": "a strong shear, E*t",
     "weighted_tangential_frequency_hz": "such shears of a ball, f*t",
 }
+UNSURE = "told worse than the atlas is meant to, simulate it (millprint card)"
 DIMENSIONS = {own.name: own for kind in KINDS.values() for own in kind.dimensions}
 
 
@@ -181,6 +182,8 @@ def told(found: MillEstimate, fingerprint: Fingerprint | None = None) -> list[st
         factor, unit = prefix_of(value.value, value.unit)
         ends = " to ".join(three(factor * end) for end in value.ends("scatter"))
         lines.append(f"  {words:<28} {three(factor * value.value):>8} {unit:<5} ({ends}){compared.get(name, '')}")
+    if unsure := [words for name, words in rows.items() if name in found.unsure]:
+        lines.append(f"  {UNSURE}: {'; '.join(unsure)}")
     power = found.known["wall_power_W"].value
     lines.append(f"  {'power per mass of balls':<28} {quantity(power / found.charge_kg, 'W/kg')}")
     if found.hits >= HITS:

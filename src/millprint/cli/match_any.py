@@ -9,7 +9,7 @@ import pandas as pd
 
 from millprint.atlas.estimate_mill import estimate, included_models, model_of
 from millprint.atlas.kinds import balls_of, recognise
-from millprint.atlas.search_mills import ALIKE, Found, included_mills, makers_mills, nearest_settings, ranked
+from millprint.atlas.search_mills import ALIKE, Found, listed_mills, nearest_settings, ranked
 from millprint.cli.estimate_condition import condition_of, mill_and_contact
 from millprint.cli.match_conditions import print_lines
 from millprint.config.charge import charge_words, speed_words
@@ -48,8 +48,7 @@ def _mills(names: list[str]) -> list[dict]:
     atlas has. Raises ConfigError for one of no kind."""
     kinds = [model.kind for model in included_models().values()]
     if not names:
-        makers = shipped(MAKERS)
-        return [*(makers_mills(makers, kinds) if makers else []), *included_mills(list(included_names()), kinds)]
+        return listed_mills(shipped(MAKERS), list(included_names()), kinds)
     found = []
     for name in names:
         known = recognise(mill_and_contact(name, None)[0])

@@ -32,8 +32,8 @@ from millprint.config.sweep import DemConfig, SweepConfig
 from millprint.config.view import ViewConfig
 from millprint.config.yields import YieldConfig
 
-# Mills of each kind that no model sees, and the seeds of their draws: the last are held out; those before them were asked
-# of an earlier model, and train the next.
+# Mills of each kind that no model sees, and the seeds of their draws: the last are held out; those before them were
+# asked of an earlier model, and train the next.
 HELD_OUT_MILLS = 100
 DRAWS = {
     "planetary": (20_261, 20_281, 20_282),
@@ -50,9 +50,9 @@ class AtlasConfig(Section):
     The defaults are those of the included atlas.
     """
 
-    planetary: Simulations = 1600
+    planetary: Simulations = 1825
     """rows of the design of planetary mills; those that teach something are simulated; 0 for none of the kind"""
-    mixer: Simulations = 1000
+    mixer: Simulations = 1025
     """of mixer mills"""
     drum: Simulations = 800
     """of tumbling drums"""

@@ -8,12 +8,11 @@ from typing import Any
 import pandas as pd
 from markupsafe import Markup
 
-from millprint.atlas.atlas_model import FITTED, HITS, PREDICTED, KindModel, combined, read_model
-from millprint.atlas.estimate_mill import BEYOND, STIFFNESS
-from millprint.atlas.fit_atlas import MARKS
-from millprint.atlas.kind_groups import MOST_BALLS, PACKED, SETTINGS, Kind
+from millprint.atlas.atlas_model import FITTED, HITS, MARKS, PREDICTED, KindModel, combined, read_model
+from millprint.atlas.estimate_mill import STIFFNESS
+from millprint.atlas.kind_groups import BEYOND, MOST_BALLS, PACKED, SETTINGS, Kind
 from millprint.atlas.kinds import KINDS
-from millprint.atlas.search_mills import included_mills, makers_mills
+from millprint.atlas.search_mills import listed_mills
 from millprint.config.fingerprint import SearchConfig
 from millprint.config.included import load_contact
 from millprint.fingerprint.condition_search import SOLD_MM
@@ -153,11 +152,12 @@ def atlas_content(
         "models": {kind.name: _model(models[kind.name]) for kind in kinds},
         "errors": {kind.name: _errors(errors[errors["kind"] == kind.name]) for kind in kinds},
         "least_held": LEAST_HELD,
+        "marks": MARKS,
         "fitted": FITTED,
         "predicted": PREDICTED,
         "limits": {"hits": HITS, "beyond": BEYOND, "stiffness": STIFFNESS, "most_balls": MOST_BALLS, "packed": PACKED},
         "turns": {"per_radius": turns["per_radius"], "kinds": {kind.name: turns["kinds"][kind.name] for kind in kinds}},
-        "mills": [*included_mills(included, kinds), *makers_mills(makers, kinds)],
+        "mills": listed_mills(makers, included, kinds),
         "contacts": [_contact(name) for name in CONTACTS],
         "sold_mm": SOLD_MM,
         "near_percent": SearchConfig().near_percent,

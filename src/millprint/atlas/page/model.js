@@ -2,8 +2,8 @@
 
 /** A kind of mills, its words from CONTENT and its formulas from FORMULAS. */
 class Kind {
-  constructor(name, { settings, limits, models, kinds, fitted, predicted }) {
-    Object.assign(this, { name, limits, fitted, predicted }, kinds[name], FORMULAS[name]);
+  constructor(name, { settings, limits, models, kinds, fitted, predicted, marks }) {
+    Object.assign(this, { name, limits, fitted, predicted, marks }, kinds[name], FORMULAS[name]);
     this.model = models[name];
     this.about = this.model.about;
     this.settings = Object.fromEntries([...this.dimensions, ...settings].map((own) => [own.name, own]));
@@ -126,20 +126,23 @@ class Kind {
     return found;
   }
 
-  /** The answer of the atlas for a condition: numbers with the ends of their intervals, and the probability of hits. */
+  /** The answer of the atlas for a condition: numbers with the ends of their intervals, the probability of hits, and the
+      numbers that are to be simulated, since a larger error than the mark is to be expected. */
   estimate(condition) {
     const inputs = this.inputs(this.known(condition));
     const scales = this.scales(condition);
     const fitted = this.fittedAt(inputs);
     const known = {};
+    const unsure = [];
     for (const [name, scale] of Object.entries(this.predicted)) {
-      const { linear, factor } = this.model.widths[name];
+      const { linear, factor, median } = this.model.widths[name];
       const half = factor * Math.exp(linearAt(linear, inputs));
       const log = COMBINED[name](fitted);
       const [lower, value, upper] = [-1, 0, 1].map((side) => scales[scale] * Math.exp(log + side * half));
       known[name] = { value, lower, upper };
+      if ((median / factor) * half > this.marks[name]) unsure.push(name);
     }
-    return { known, hits: this.hits(inputs) };
+    return { known, unsure, hits: this.hits(inputs) };
   }
 
   /** The probability that balls hit something. */

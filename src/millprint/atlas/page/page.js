@@ -20,7 +20,7 @@ function shown(own, unit) {
 
 /** What follows from an estimate for a powder. */
 function answerOf(kind, condition) {
-  const { known, hits } = kind.estimate(condition);
+  const { known, unsure, hits } = kind.estimate(condition);
   const shear = ratioWith(known.tangential_power_W, known.normal_power_W);
   const ball_g = 1e3 * condition.density_kg_m3 * (Math.PI / 6) * (condition.ball_diameter_mm / 1e3) ** 3;
   const powder_g = (condition.number * ball_g) / condition.bpr;
@@ -29,6 +29,7 @@ function answerOf(kind, condition) {
   const wall_cm2 = 2 * Math.PI * radius * (radius + height);
   return {
     known,
+    unsure,
     hits,
     powder_g,
     balls_g: condition.number * ball_g,
@@ -58,6 +59,15 @@ const SAME = {
   energy: ["The energy of a strong hit", (own) => own.energy, "J", (own) => own.energy, NORMAL.slice(0, 1)],
   shear: ["The energy of a strong shear", sheared, "J", sheared, TANGENTIAL.slice(0, 1)],
   share: ["The share of shear", (own) => own.share, "%", (own) => own.shear, [...NORMAL, ...TANGENTIAL]],
+};
+
+// The numbers that have a mark, in words.
+const UNSURE = {
+  wall_power_W: "power",
+  weighted_normal_energy_J: "the energy of a strong hit",
+  weighted_normal_frequency_hz: "how often it comes",
+  weighted_tangential_energy_J: "the energy of a strong shear",
+  weighted_tangential_frequency_hz: "how often that comes",
 };
 
 /** A number of one answer over that of another, with its interval: none at the same point of the atlas, whose error both
@@ -256,10 +266,20 @@ class AtlasPage {
       return element("tr", {}, head, ...cells);
     });
     document.querySelector("#five tbody").replaceChildren(...rows);
+    byId("unsure").replaceChildren(...this.sides.flatMap((side, i) => this.unsureWords(side, this.answers[i])));
     const beyond = this.sides.filter(({ kind }, i) => this.conditions[i] && kind.isBeyondStiffness(this.conditions[i]));
     const where = beyond.map(({ place }) => (place === "own" ? "your mill" : "the paper’s mill"));
     byId("stiff").textContent = where.length
       ? `In ${listed(where)} the balls are stiffer or softer than the atlas knows: shear is told as at the end of its range.` : "";
+  }
+
+  /** What is to be simulated on a side, in words. */
+  unsureWords({ place }, own) {
+    const found = own ? own.unsure.filter((name) => name === "wall_power_W" || own.hits >= this.content.limits.hits) : [];
+    if (!found.length) return [];
+    const mill = place === "own" ? "Your mill" : "The paper’s mill";
+    const words = `${mill} is told worse than the atlas is meant to in ${listed(found.map((name) => UNSURE[name]))}: simulate it, with `;
+    return [element("span", {}, words, element("code", {}, "millprint card"), ". ")];
   }
 
   async renderNearest() {
