@@ -149,7 +149,7 @@ def test_a_shallow_cone_whose_facets_were_merged_goes_all_the_way_round(in_proje
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [400017, 400029])
+@pytest.mark.parametrize("seed", [400017])
 def test_a_file_with_too_few_decimals_stays_flat_and_says_so(in_project, seed):
     """Small pieces of it seem to be round; a floor that was made tangent to one goes back to its place."""
     found = surface_of(hollow_of(seed), *style_of(seed))

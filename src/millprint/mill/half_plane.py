@@ -286,6 +286,12 @@ def _settle(drawing: Drawing, plane: HalfPlane, found: list[Swept]) -> None:
                         owner[beside] = number
     for number, each in enumerate(found):
         each.facets = np.flatnonzero(owner == number)
+        if isinstance(each.shape, Circle) and len(each.facets):
+            # An arc whose other steps are its neighbours' is the line that is left of it.
+            own = plane.flat[np.unique(plane.corners[plane.of_facet.rows(each.facets)])]
+            line = Line.through(own)
+            if np.abs(line.off(own)).max() <= drawing.tolerance:
+                each.shape = line
 
 
 def _along(plane: HalfPlane, shape: Line | Circle, own: np.ndarray) -> np.ndarray:
