@@ -4,13 +4,14 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from millprint.config.errors import ConfigError
 from millprint.estimate.estimates import columns_of
 from millprint.fingerprint.bands import FURTHER, checked_factors, read_factors
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.predicted_values import banded
+from millprint.fingerprint.predicted_values import banded, conditions_of
 from millprint.fingerprint.processes import Told
 from millprint.observables.definitions import COUNTED, CURVES
 from millprint.run.files import write_json
@@ -129,7 +130,7 @@ def test_a_missing_or_broken_file_is_refused_in_one_line(about, tmp_path):
 def test_an_interval_stays_where_it_was_sampled_and_not_where_the_curve_lies(plain, tmp_path):
     """The emulator had half of the curve's power: at the sampled condition the ends are the emulator's own."""
     fills, settings = np.array(FACTOR_FILLS), {"speed_hz": 10.0, "ball_diameter_m": 0.01}
-    own = plain.scaled(plain.condition(fill_ratio=fills, **settings))
+    own = plain.scaled(conditions_of(pd.DataFrame({"fill_ratio": fills} | settings), plain.about))
     values = {name: (0.5 * own[name]).tolist() for name in CURVES}
     sampled = settings | {name: plain.about[name] for name in ("density_kg_m3", "amplitude_m")} | {"values": values}
     write_json(factors_of(sampled=sampled), tmp_path / "contact.json")
