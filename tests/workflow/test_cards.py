@@ -22,6 +22,7 @@ from millprint.own_machine.settings import WarmSettings, WattSettings
 from millprint.run.files import read_json
 from tests.refusals import refusals
 from tests.workflow.conftest import ROOT, active_environment, error_lines, run_snakemake
+from tests.workflow.handbook import commands, pages
 
 SCHEMA = json.loads((ROOT / "workflow/schemas/card.schema.json").read_text())
 # A short simulation of a planetary mill.
@@ -132,6 +133,23 @@ def test_a_meter_of_the_work_of_the_walls_agrees_with_each_card(written, other_c
         by_warm = fit_power(response, time_s, 22.0 + wall * jar, settings.resolution_K).power_W
         for measured in (by_watt, by_warm):
             assert judge(predicted, measured).agrees, (folder, str(predicted), str(measured))
+
+
+def test_the_commands_of_the_pages_run_on_a_card(written, tmp_path, monkeypatch):
+    """Those that match a card or compare it with readings, each as its page has it."""
+    (tmp_path / "my_card").symlink_to(written[0] / "out")
+    for name, power_W in {"loose": 150, "fixed": 100}.items():
+        rows = "".join(f"{second}\t{power_W + second % 3}\n" for second in range(300))
+        (tmp_path / f"{name}.tsv").write_text(f"time_s\tpower_W\n{rows}")
+    # Two minutes of milling warm the jar by 6 K.
+    rows = "".join(f"{second}\t{22 + 0.05 * min(max(second - 30, 0), 120)}\n" for second in range(0, 600, 10))
+    (tmp_path / "thermometer.tsv").write_text(f"time_s\ttemperature_degC\n{rows}")
+    found = {command.words for page in pages() for command in commands(page) if "my_card" in str(command)}
+    run = {words for words in found if words[0] == "millprint" and words[1] != "card"}
+    assert {words[1] for words in run} == {"match", "warm", "watt"}
+    monkeypatch.chdir(tmp_path)
+    for words in sorted(run):
+        assert millprint(list(words[1:])) == 0, words
 
 
 def test_a_second_call_simulates_nothing_again(written, smoke_project, monkeypatch, capsys):
