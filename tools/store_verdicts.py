@@ -156,9 +156,10 @@ def surrogate_tables(root: Path, processor: str) -> str:
     printed = own.groupby("test")["thesis_percent"].first()
 
     def table(column: str, last: dict[str, str] | None = None) -> str:
-        cells = own.groupby(["test", "model"])[column].agg(
-            lambda values: ", ".join(f"{value:.3g}" for value in values.dropna()) or "none"
+        text = (
+            own[column].map("{:.3g}".format).mask(own[column].isna(), "none").mask(own["ran_away"] == "yes", "ran away")
         )
+        cells = text.groupby([own["test"], own["model"]]).agg(", ".join)
         lines = [
             [words, *(cells[test, model] for model in MODELS), *([last[test]] if last else [])]
             for test, words in TESTS.items()
