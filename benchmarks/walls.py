@@ -137,7 +137,7 @@ def compare_distances(given: argparse.Namespace, folder: Path) -> None:
             if points is None:
                 low, high = vessel.bounds
                 points = np.random.default_rng(0).uniform(low, high, (POINTS, 3))
-            # Outside there is no ball, and distances are to the drawing.
+            # No ball is outside, where distances are those to the drawn facets.
             distances = np.minimum(signed_distance(vessel)(points)[0], 0.0)
             first = distances if first is None else first
             flat, off = (round_facets(vessel) > 0).sum(), np.abs(distances - first).max()

@@ -391,7 +391,8 @@ def _extruded_mesh(line: np.ndarray, height: float) -> np.ndarray:
 
 
 def straightened(hollow: Hollow, facets: int, rounding: float) -> Hollow:
-    """The hollow with a line over each joint of two contrary arcs whose steps beside it lie on one to a rounding [mm].
+    """The other hollow that a file may draw: where two contrary arcs join, and the steps on both sides of the joint
+    lie on one line to within the rounding [mm], that line is a piece of its own.
 
     A mesh of `facets` draws both of them: which one is meant, a file of that rounding does not say.
     """

@@ -1,8 +1,9 @@
 """The conditions of the atlas, spread over the groups of a kind, the held-out ones, and the simulation of each.
 
 All are Sobol sequences over the ranges of the groups (scipy.stats.qmc), each with its own seed. The held-out ones are
-drawn before they are simulated and kept in a file, so that a later change of the design cannot choose them. Those that
-were asked are drawn anew for the next model of their kind, which they train: `asked_1` are those of the first draw.
+drawn before they are simulated and kept in a file, so that a later change of the design cannot choose them. A model
+is asked for them once; then they train the next model of their kind (part `asked_1` for the first draw), and others are
+drawn in their place.
 """
 
 import hashlib

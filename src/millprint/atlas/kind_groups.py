@@ -169,8 +169,8 @@ class Kind:
     def knows(self, dimensions: Values) -> bool:
         """Whether groups that only dimensions decide lie in their ranges: any other mill is beyond at every speed."""
         found = self.own_groups({**dimensions, "speed_hz": 1.0, "ball_diameter_mm": 0.0})
-        alone = [group for group in self.groups if group.name in found and group.name not in OF_SPEED]
-        return all(-BEYOND <= group.share(found[group.name]) <= 1 + BEYOND for group in alone)
+        fixed = [group for group in self.groups if group.name in found and group.name not in OF_SPEED]
+        return all(-BEYOND <= group.share(found[group.name]) <= 1 + BEYOND for group in fixed)
 
     def volume_m3(self, dimensions: Values) -> float:
         """Inner volume of the jar [m3]: a cylinder, each rounded end less by its edge."""

@@ -192,7 +192,7 @@ def free_lane(candidates, contacts, lane, counters):
 
 @inlined()
 def put_closed(candidates, walls, k, trigger):
-    """Set the trigger of a candidate that is no longer open, and list it among the near ones where it is not there."""
+    """Set the trigger of a candidate that is no longer open; if it is not on the list of near ones, it joins it."""
     if candidates.trigger[k] == UNLISTED:
         partner, region = candidates.partner[k], candidates.near_end.size - 1
         if partner < 0:
