@@ -2,9 +2,12 @@
 
 import csv
 import io
+import re
 import subprocess
 import sys
 import time
+
+import yaml
 
 from millprint.run.plan import endings
 from tests.workflow.conftest import active_environment, ask_snakemake, error_lines, run_snakemake
@@ -78,3 +81,20 @@ def test_a_plan_says_what_a_run_would_do_and_changes_nothing(project):
     ):
         assert words in f"\n{done.stdout}"
     assert state_of(project) == before
+
+
+def test_a_plan_counts_what_each_simulation_takes(tmp_path):
+    """Of the same jobs, with windows of 10 and of 300 turns."""
+    said = []
+    for turns in (10, 300):
+        sweep = {"speeds_rpm": [400], "ball_diameters_mm": [5], "fill_ratios": [0.2, 0.3, 0.4], "window_turns": turns}
+        run = {"mill": "planetary", "contacts": ["steel"], "sweep": sweep}
+        (tmp_path / "mine.yaml").write_text(yaml.safe_dump(run))
+        command = [sys.executable, "-m", "millprint.cli", "plan", "mine.yaml", "--cores", "1"]
+        done = subprocess.run(command, cwd=tmp_path, env=active_environment(), capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr[-2000:]
+        about, longest = re.search(r"time +about (.+) on 1 core; .*the longest job, (\w+),", done.stdout).groups()
+        parts = re.findall(r"(\d+) (h|min|s)", about)
+        said.append((sum(int(number) * {"h": 3600, "min": 60, "s": 1}[unit] for number, unit in parts), longest))
+    (short_s, _), (long_s, longest) = said
+    assert longest == "run_dem_case" and long_s > 5 * short_s

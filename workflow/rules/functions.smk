@@ -197,12 +197,13 @@ def reported_figures(paths, results) -> list[dict]:
 
 
 def declared(job) -> dict[str, float]:
-    """Time and disk of a simulation, and the time that another job's rule declares."""
+    """Time, memory and disk of a simulation, and what another job's rule declares."""
     if job.rule.name.endswith("run_dem_case"):
         own = resources_at(job.wildcards)
-        return {name: math.ceil(getattr(own, name)) for name in ("processor_s", "processor_max_s", "disk_mb")}
-    time_s = job.resources.get("processor_s")
-    return {"processor_s": time_s} if isinstance(time_s, (int, float)) else {}
+        times = {name: math.ceil(getattr(own, name)) for name in ("processor_s", "processor_max_s", "disk_mb")}
+        return {**times, "mem_mb": own.memory_mb}
+    found = {name: job.resources.get(name) for name in ("processor_s", "mem_mb")}
+    return {name: value for name, value in found.items() if isinstance(value, (int, float))}
 
 
 def jobs_to_run() -> list[Job]:

@@ -12,6 +12,7 @@ import io
 import logging
 import os
 import sys
+from collections.abc import Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from itertools import chain, takewhile
 
@@ -21,17 +22,21 @@ from millprint.cli.commands import parser_of
 from millprint.cli.engine import settings_of, snakefile_words
 from millprint.config.arguments import check_configfiles
 from millprint.config.load import YAML
-from millprint.run.plan import Job, job_of, plan_text
+from millprint.run.plan import Job, OneLineAJob, plan_text
 
 # Exit status of a command whose arguments are wrong.
 USAGE = 2
 
 
 class Plan(logging.Filter):
-    """Collects the jobs that Snakemake reports; lets through its table of them, once, and what went wrong."""
+    """Takes the jobs of a run where Snakemake has planned it; lets through its table of them, and what went wrong.
 
-    def __init__(self) -> None:
+    filters: those of Snakemake's logger, to which the Snakefile adds one that knows what each job takes.
+    """
+
+    def __init__(self, filters: Sequence[object]) -> None:
         super().__init__()
+        self.filters = filters
         self.jobs: list[Job] = []
         self.mills: set[str] = set()
         self.shown = False
@@ -40,9 +45,10 @@ class Plan(logging.Filter):
         """Whether a record is printed."""
         event, first = getattr(record, "event", None), not self.shown
         if event == LogEvent.JOB_INFO:
-            self.jobs.append(job_of(record))
             self.mills |= {vars(record)["wildcards"].get("mill", "")}
-        self.shown |= event == LogEvent.RUN_INFO
+        if event == LogEvent.RUN_INFO and first:
+            self.jobs = [job for own in self.filters if isinstance(own, OneLineAJob) for job in own.waiting()]
+            self.shown = True
         return record.levelno >= logging.WARNING or (event == LogEvent.RUN_INFO and first)
 
 
@@ -69,7 +75,7 @@ def main(arguments: list[str], name: str = "plan") -> int:
     named = [settings_of(word) if word.endswith(YAML) or word in ("", *mills) else [word] for word in own]
     words = [*chain.from_iterable(named), *arguments[len(own) :]]
     check_configfiles(words)
-    plan, said, table = Plan(), io.StringIO(), io.StringIO()
+    plan, said, table = Plan(logger.filters), io.StringIO(), io.StringIO()
     logger.addFilter(plan)
     try:
         with redirect_stderr(said), redirect_stdout(table):
@@ -81,8 +87,7 @@ def main(arguments: list[str], name: str = "plan") -> int:
         print(table.getvalue(), end="")
         if ended.code:
             return int(ended.code)
-    # The jobs of a target make no file.
-    print(plan_text([job for job in plan.jobs if job.outputs], cores_of(words)))
+    print(plan_text(plan.jobs, cores_of(words)))
     # Imported here: they take a second, which the other ways out of this command do not need.
     from millprint.mill.bodies import build_bodies
     from millprint.mill.wall_words import walls_in_words

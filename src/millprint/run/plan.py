@@ -1,7 +1,7 @@
 """What a run needs of time, memory and disk; a line for each job with the time to go; what to do at its end.
 
-A rule that simulates declares the resources `processor_s`, `mem_mb` and `disk_mb`, computed from its cases
-(`millprint.dem.resources`). Other jobs count as average ones, except for the longest.
+What a simulation takes follows from its case (`millprint.dem.resources`), and a rule that simulates inside declares the
+resource `processor_s`. Other jobs count as average ones, except for the longest.
 
 The Snakefile imports this, so no heavy imports here.
 """
@@ -43,7 +43,7 @@ LONG_S = {
 
 @dataclass(frozen=True)
 class Job:
-    """A job that is going to run: its rule, threads and files, and what its rule declares [s], [MB]."""
+    """A job that is going to run: its rule, threads and files, and what it takes, where that is known [s], [MB]."""
 
     rule: str
     threads: int
@@ -247,7 +247,8 @@ class OneLineAJob(logging.Filter):
         """Whether a record is printed."""
         given, event = vars(record), getattr(record, "event", None)
         if event == LogEvent.JOB_INFO:
-            self.running[given["jobid"]] = job_of(record).outputs
+            # A file with a flag is reported as `summary.json (update)`.
+            self.running[given["jobid"]] = tuple(str(name).partition(" (")[0] for name in given["output"])
             again = self.dry_run() and given["rule_name"] in self.rules
             self.rules.add(given["rule_name"])
             self._say(record, given["rule_msg"] or given["rule_name"])
@@ -277,15 +278,6 @@ class OneLineAJob(logging.Filter):
     def _say(record: logging.LogRecord, text: str) -> None:
         """Print a text as it is, in place of what Snakemake makes of the record."""
         record.event, record.msg = None, text
-
-
-def job_of(record: logging.LogRecord) -> Job:
-    """A job, as Snakemake reports it to every logger."""
-    given = vars(record)
-    resources = {name: value for name, value in given["resources"].items() if isinstance(value, int | float)}
-    # A file with a flag is reported as `summary.json (update)`.
-    outputs = tuple(str(name).partition(" (")[0] for name in given["output"])
-    return Job(given["rule_name"], given["threads"], outputs, resources)
 
 
 # Snakemake's message about a failed job; that of a job in a group is indented.
