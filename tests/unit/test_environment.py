@@ -1,12 +1,14 @@
 """All packages are pinned, and every environment file follows from the lock file."""
 
 import ast
+import re
 import subprocess
 import sys
 import tomllib
 from pathlib import Path
 
 import pytest
+import yaml
 from packaging.requirements import Requirement
 from tools.write_locks import conda_text, locked_lines
 
@@ -111,3 +113,28 @@ import millprint.thesis.yields.estimators
 
 def test_conda_file_follows_the_lock_file():
     assert (ENVIRONMENTS / "millprint.yaml").read_text() == conda_text()
+
+
+@pytest.mark.parametrize(("platform", "machine"), [("linux", "x86_64"), ("linux", "aarch64"), ("darwin", "arm64")])
+def test_the_conda_file_has_each_package_of_the_library_once(platform, machine):
+    """On its own Python; a package may have a line for each system and version of Python."""
+    python, *_, packages = yaml.safe_load((ENVIRONMENTS / "millprint.yaml").read_text())["dependencies"]
+    version = python.removeprefix("python=")
+    here = {"python_version": version, "python_full_version": f"{version}.5"}
+    here |= {"sys_platform": platform, "platform_machine": machine}
+    found = [Requirement(line) for line in packages["pip"] if not line.startswith("--")]
+    names = [each.name for each in found if each.marker is None or each.marker.evaluate(here)]
+    assert len(names) == len(set(names))
+    wanted = {Requirement(text).name.lower() for text in required()} & {each.name for each in found}
+    assert {"torch", "shap", "numpy"} <= wanted <= set(names)
+
+
+@pytest.mark.parametrize("lock", sorted(ENVIRONMENTS.glob("*.lock")), ids=lambda path: path.name)
+def test_every_locked_package_has_the_hashes_of_its_files_and_is_installed_with_them(lock):
+    entries = re.findall(r"^[\w.-]+==.*(?:\n .*)*", lock.read_text(), re.MULTILINE)
+    assert entries and all(re.search(r"--hash=sha256:[0-9a-f]{64}$", entry) for entry in entries)
+    makefile, image = ((ENVIRONMENTS.parent / name).read_text() for name in ("Makefile", "Dockerfile"))
+    (variable,) = re.findall(rf"^(\w+) := envs/{lock.name}$", makefile, re.MULTILINE)
+    lines = [*makefile.splitlines(), *image.replace("\\\n", " ").split("&&")]
+    installs = [line for line in lines if re.search(rf"--requirement (\$\({variable}\)|envs/{lock.name})", line)]
+    assert installs and all("--require-hashes" in line for line in installs)
