@@ -1,6 +1,6 @@
 """Stores the verdicts of a run, and writes them into README, paper and pages: python tools/store_verdicts.py.
 
-The verdicts and the surrogate with its baselines get this machine's processor, the commit of the tree that the run
+The verdicts and the tables of run_tables.py get this machine's processor, the commit of the tree that the run
 lies in, and the date; a run on the same processor takes the place of the earlier one. Whoever runs the thesis on
 another machine is then told which verdicts differ from those in config/data/verdicts_elsewhere.tsv. Of the newest
 stored run, the blocks of TEXTS between two comments are written, and the numbers of config/data/stated_numbers.tsv.
@@ -9,8 +9,8 @@ stored run, the blocks of TEXTS between two comments are written, and the number
 import argparse
 import datetime
 import re
+import sys
 import textwrap
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +18,8 @@ import pandas as pd
 
 from millprint.config.checks import stop_on_bad_input
 from millprint.config.load import read_yaml
-from millprint.config.setup_models import FILES
-from millprint.estimate.judge import AGREES, DIFFERS, NOT_RUN, OPEN, VERDICTS
-from millprint.run.files import read_table, write_table
+from millprint.estimate.judge import AGREES, DIFFERS, OPEN, VERDICTS
+from millprint.run.files import read_table
 from millprint.run.tables import Text, read_measured
 from millprint.thesis.claims.conclusions import (
     HOLDINGS,
@@ -36,47 +35,25 @@ from millprint.thesis.claims.conclusions import (
 )
 from millprint.thesis.claims.evidence import ASSUMED, CERTAIN, NATURES
 from millprint.thesis.claims.tabulate import count_natures, read_claims
-from millprint.thesis.surrogate.measures import against_baselines, told_against
-from millprint.validation.measured import read_measurements
-from millprint.validation.setups import setup_named
-from millprint.validation.verdicts import EVERY, tabulate_coverage
+
+# The folder of tools is only on the path of a test.
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from tools.run_tables import BLOCKS as RUN_BLOCKS
+from tools.run_tables import in_markdown, store_tables
 
 DATA = Path("config/data")
 TABLE = str(DATA / "verdicts_elsewhere.tsv")
-BASELINES, TIMINGS = "docs/why/surrogate_baselines.tsv", "benchmarks/timings.tsv"
-VALIDATION = "docs/why/validation_verdicts.tsv"
 # A block of a text, between comments with its name.
 BLOCK = re.compile(r"(<!-- (?P<name>\w+): python tools/store_verdicts.py -->\n).*?(<!-- end -->)", re.S)
-TEXTS = ("README.md", "paper.md", "docs/why/claims.md", "docs/why/surrogate.md", "docs/why/validation.md")
-# Rows and columns of the tables of docs/why/surrogate.md, by the names in BASELINES.
-TESTS = {"trained": "of the training", "motion1": "unseen: motion 1", "motion2": "unseen: motion 2",
-         "post": "unseen: jar with a post"}  # fmt: skip
-MODELS = {
-    "thesis": "networks", "no_network": "no network", "scaled_power": "scaled power", "scaled_motion": "scaled motion",
-    "long_step": "DEM, step of 8e-6 s", "other_seed": "another seed of the DEM",
-}  # fmt: skip
+TEXTS = (
+    "README.md",
+    "paper.md",
+    "docs/first_hour.md",
+    "docs/reference/comparison.md",
+    *(f"docs/how_to/{name}.md" for name in ("lammps", "speed")),
+    *(f"docs/why/{name}.md" for name in ("claims", "contact", "surrogate", "uncertainty", "validation", "yields")),
+)
 STATED = ("document", "text", "source", "rows", "column")
-
-
-# By stored table: that of a run, and the column whose values in a run take the place of earlier rows.
-STORED_TABLES = {
-    BASELINES: ("surrogate/baselines.tsv", "processor"),
-    VALIDATION: ("validation/verdicts.tsv", "setup"),
-}
-
-
-def store_tables(results: Path, machine: dict[str, str]) -> list[str]:
-    """Put the tables that the run in the folder `results` has in the place of the stored ones; returns which."""
-    done = []
-    for path, (source, replaced) in STORED_TABLES.items():
-        if (results / source).exists():
-            own = read_table(results / source).assign(**machine)
-            own = own[own["reason"] != NOT_RUN] if "reason" in own else own
-            earlier = read_table(path) if Path(path).exists() else own.iloc[:0]
-            earlier = earlier[~earlier[replaced].isin(own[replaced])]
-            write_table(pd.concat([earlier, own], ignore_index=True), path)
-            done.append(path)
-    return done
 
 
 def newest_run(root: Path) -> tuple[pd.DataFrame, pd.DataFrame, str]:
@@ -132,127 +109,20 @@ def blocks_of(root: Path) -> dict[str, str]:
         for row, own in zip(conclusions.itertuples(), rests_on, strict=True)
     ]
     head = ["conclusion", "our number", "it holds", "claims under it", "ours for theirs, where it differs"]
-    processor = place.partition(",")[0]
-    against = told_against(against_baselines(longest_rollouts(root, processor), "thesis"))
     return {
-        "networks": textwrap.fill(against, 120),
         "numbers": textwrap.fill(numbers, 120),
         "natures": in_markdown(["nature", "how its value comes about", "claims"], meanings),
         "conclusions": f"Of the run {place}:\n\n{in_markdown(head, judged)}",
-        "surrogate": surrogate_tables(root, processor),
     }
-
-
-def longest_rollouts(root: Path, processor: str) -> pd.DataFrame:
-    """What the networks and their baselines were off by on a processor, over the longest roll-outs."""
-    own = read_table(root / BASELINES)
-    own = own[own["processor"] == processor]
-    return own[own["length_s"] == own["length_s"].max()]
-
-
-def surrogate_tables(root: Path, processor: str) -> str:
-    """The longest roll-outs of networks and baselines in three tables."""
-    own = longest_rollouts(root, processor)
-    printed = own.groupby("test")["thesis_percent"].first()
-
-    def table(column: str, last: dict[str, str] | None = None) -> str:
-        text = (
-            own[column].map("{:.3g}".format).mask(own[column].isna(), "none").mask(own["ran_away"] == "yes", "ran away")
-        )
-        cells = text.groupby([own["test"], own["model"]]).agg(", ".join)
-        lines = [
-            [words, *(cells[test, model] for model in MODELS), *([last[test]] if last else [])]
-            for test, words in TESTS.items()
-        ]
-        return in_markdown(["motion", *MODELS.values(), *(["printed in the thesis"] if last else [])], lines)
-
-    stated = {test: "not stated" if pd.isna(printed[test]) else f"{printed[test]:g}" for test in TESTS}
-    return "\n\n".join([
-        f"A run of the whole thesis on {processor}, each test over {own['length_s'].iloc[0]:g} s. Error of the "
-        "dissipated energy in per cent, a number for each training:",
-        table("dissipation_error_percent", stated),
-        "A small error of a sum can be two errors that cancel. Mean square speed of the balls over the DEM's:",
-        table("mean_square_speed_ratio"),
-        "Pearson's r between the energies dissipated in each 5 ms and the DEM's (`none`: the power is constant):",
-        table("increments_5ms_r"),
-    ])  # fmt: skip
-
-
-def in_markdown(head: list[str], rows: Iterable[Iterable[object]]) -> str:
-    """A table as Markdown."""
-    lines, bar = [head, ["---"] * len(head), *rows], "\\|"
-    return "\n".join(f"| {' | '.join(str(cell).replace('|', bar) for cell in line)} |" for line in lines)
-
-
-def places(table: pd.DataFrame) -> str:
-    """Where and when the rows of a stored table were made, in words."""
-    rows = table[MACHINE].astype(str).drop_duplicates().itertuples(index=False)
-    return "; ".join(f"{row.processor}, {row.instructions}, commit {row.commit}, {row.date}" for row in rows)
-
-
-def validation_block(root: Path) -> str:
-    """What is met of each quantity of each set-up, and how often intervals hold."""
-    table = read_table(root / VALIDATION)
-    rows = []
-    for (setup, quantity, kind), own in table.groupby(["setup", "quantity", "class"], sort=False):
-        if own["predicted"].isna().all():
-            continue
-        differs = own["verdict"] == DIFFERS
-        explained = int(own.loc[differs, "explanation"].str.startswith("met by").sum())
-        ratio = own["ratio"].dropna()
-        spread = "" if ratio.empty else _span(ratio.min(), ratio.max())
-        counts = len(own), int((own["verdict"] == AGREES).sum()), int(differs.sum()), explained
-        rows.append((setup_named(str(setup)).title, quantity, kind, *counts, spread))
-    head = ["set-up", "quantity", "compared with", "numbers", "agree", "differ", "explained", "ours over theirs"]
-    held = [
-        [
-            EVERY if row.setup == EVERY else setup_named(row.setup).title,
-            row.interval,
-            row.held,
-            row.numbers,
-            f"{row.share:.2f}, {row.lower:.2f} to {row.upper:.2f}",
-            row.overlapping,
-        ]
-        for row in tabulate_coverage(table).itertuples()
-    ]
-    held_head = ["set-up", "interval by", "held", "of", "share, 95 % interval", "reached by the measured interval"]
-    words = "`explained`: by another contact law or contact set, of those that differ."
-    measured = set(read_measurements(root / DATA / "measured.tsv", FILES)["setup"]) - set(table["setup"])
-    lacking = "; ".join(setup_named(name).title for name in FILES if name in measured)
-    missing = f" Not run since then: {lacking}." if lacking else ""
-    told = textwrap.fill(f"Of runs on {places(table)}. {words}{missing}", 120)
-    return "\n\n".join([told, in_markdown(head, rows), in_markdown(held_head, held)])
-
-
-def _span(lower: float, upper: float) -> str:
-    """Two numbers, or one where they are printed alike."""
-    ends = [f"{end:.2f}" for end in (lower, upper)]
-    return ends[0] if ends[0] == ends[1] else " to ".join(ends)
-
-
-def speed(root: Path) -> str:
-    """How many times as long as ours a step of LAMMPS took, on each processor that was timed."""
-    table = read_table(root / TIMINGS)
-    own = table[table["code"] == "LAMMPS"].round({"ratio_to_us": 1})
-    told = []
-    for (processor, commit, date), rows in own.groupby(["processor", "commit", "date"], sort=False):
-        times, balls = (", ".join(map(str, rows[name])) for name in ("ratio_to_us", "balls"))
-        place = f"{processor.partition(',')[0]}, {rows['instructions'].iloc[0]} (commit {commit[:8]}, {date})"
-        told.append(f"{times} times as long with {balls} balls on {place}")
-    return textwrap.fill(f"LAMMPS took {'; '.join(told)}.", 120)
-
-
-# Blocks that do not depend on the verdicts of the thesis.
-OWN_BLOCKS = {"speed": speed, "validation": validation_block}
 
 
 def written(root: Path, document: str) -> str:
     """The text of a document with its blocks, and its numbers of stated_numbers.tsv, as the stored tables have them."""
-    text, blocks = (root / document).read_text(), blocks_of(root)
+    text = (root / document).read_text()
 
     def block(found: re.Match[str]) -> str:
         name = found["name"]
-        return f"{found[1]}{OWN_BLOCKS[name](root) if name in OWN_BLOCKS else blocks[name]}\n{found[3]}"
+        return f"{found[1]}{RUN_BLOCKS[name](root) if name in RUN_BLOCKS else blocks_of(root)[name]}\n{found[3]}"
 
     text = BLOCK.sub(block, text)
     stated = read_measured(root / DATA / "stated_numbers.tsv", [Text(name, may_be_blank=True) for name in STATED])

@@ -1,7 +1,7 @@
 """Verdicts of other machines: what a run says about them, and how its own are stored."""
 
 import pandas as pd
-from tools.store_verdicts import VALIDATION, store_tables
+from tools.run_tables import VALIDATION, store_tables
 
 from millprint.estimate.judge import AGREES, DIFFERS, NOT_RUN, OPEN
 from millprint.run.files import read_table, write_table
