@@ -51,3 +51,12 @@ class FewBalls(simulation.FewBalls):
     def __init__(self, position, velocity=None, spin=None, radius=5e-3, contact=CALIBRATED, **options) -> None:
         vessel = options.pop("vessel", None) or box()
         super().__init__(vessel, contact, position, velocity, spin, radius, **options)
+
+
+def crowd(contact: ContactConfig, step: float, skin: float) -> FewBalls:
+    """240 balls of two sizes in a box that they fill, at random off a lattice: half of all neighbours overlap."""
+    rng = np.random.default_rng(4)
+    place = np.stack(np.meshgrid(*(5e-3 + 0.01 * np.arange(n) for n in (8, 6, 5)), indexing="ij"), axis=-1)
+    place = place.reshape(-1, 3) - [0.04, 0.03, 0.0] + rng.uniform(-3e-4, 3e-4, (240, 3))
+    radius, speed, vessel = rng.choice([4.9e-3, 5e-3], 240), rng.normal(size=(240, 3)), box(0.08, 0.06, 0.05)
+    return FewBalls(place, speed, radius=radius, contact=contact, step=step, skin=skin, vessel=vessel)

@@ -69,6 +69,27 @@ def test_a_stirrer_drives_the_balls_of_a_tank_at_rest(contacts):
     assert (place[:, 0] * speed[:, 1] - place[:, 1] * speed[:, 0]).mean() > 0
 
 
+def test_a_ball_at_rest_is_hit_by_a_paddle_as_by_a_heavy_body(contacts):
+    """Without loss it gets twice the paddle's speed where it is hit; that energy is all the work of the walls."""
+    tank, plate = (
+        {"kind": "box", "x_mm": 80, "y_mm": 80, "z_mm": 40},
+        {"kind": "box", "x_mm": 60, "y_mm": 4, "z_mm": 30},
+    )
+    turning = {"kind": "rotation", "axis": [0, 0, 1]}
+    paddle = {"name": "paddle", "geometry": plate | {"centre_mm": [0, 0, 20]}, "motion": turning}
+    free = {"restitution": 1.0, "static_friction": 0.0, "rolling_friction": 0.0}
+    free = contacts["calibrated"].model_copy(update=free)
+    start = np.array([[0.02, 0.0072, 0.005]])
+    described = case(fill_ratio=0.0021, settle_s=1e-6, window_s=0.004)
+    made = mill(tank, {"kind": "rest"}, 256, inserts=[paddle])
+    simulation = Simulation(described, made, free, DEM.model_copy(update={"settle_s": 1e-6}), start)
+    series = ledger_series(np.concatenate(simulation.run().samples))
+    along = np.sqrt((start[0, :2] ** 2).sum() - 0.007**2)
+    (velocity,), mass = simulation.balls.velocity, simulation.balls.mass[0]
+    assert np.hypot(*velocity[:2]) == pytest.approx(2 * 2 * np.pi * 5 * along, rel=1e-2)
+    assert series["wall_work_J"].iloc[-1] == pytest.approx(mass / 2 * (velocity**2).sum(), rel=2e-3)
+
+
 def jar_from_file(made: MillConfig, folder, kind: str) -> MillConfig:
     """The same mill with its vessel read from a file in millimetres."""
     vertices, triangles = build_vessel(made).triangles()

@@ -8,6 +8,7 @@ from millprint.dem.laws.registry import mark_of
 from millprint.dem.layout import COUNTER
 from millprint.dem.neighbours import SLACK_SHARE
 from millprint.dem.recording import make_table, silent_recorder
+from tests.physics.setups import CALIBRATED, crowd
 from tests.physics.test_threads import lively
 
 STEPS = 800
@@ -77,3 +78,39 @@ def test_what_is_closed_and_within_the_slack_is_near(mills, contacts):
         if counters[COUNTER.rebuilds] == rebuilds:
             just_closed += (was_open[must] & (candidates.partner[must] < 0)).sum()
     assert just_closed > 0
+
+
+def test_a_crowd_is_listed_and_pushed_as_by_hand():
+    """Balls of two sizes in a full box, more than ALL_PAIRS, after one step: each pair and wall by its distance."""
+    skin, elastic = 6e-4, CALIBRATED.model_copy(update={"restitution": 1.0, "static_friction": 0.0})
+    world = crowd(elastic, 1e-7, skin)
+    place, speed, radius = (*map(np.copy, (world.balls.position, world.balls.velocity)), world.balls.radius)
+    radius = radius[world.balls.species]
+    world.run(1e-7)
+    first, second = np.triu_indices(240, 1)
+    away = place[first] - place[second]
+    apart = np.linalg.norm(away, axis=1)
+    gap, half = apart - radius[first] - radius[second], [0.04, 0.03, 0.025]
+    out, at = np.array([1.0, -1.0]), place - [0.0, 0.0, 0.025]
+    wall_gap = half - at[..., None, :] * out[:, None] - radius[:, None, None]
+    force, reduced = np.zeros((240, 3)), radius[first] * radius[second] / (radius[first] + radius[second])
+    spring = 4 / 3 * 2.05e9 / (2 * (1 - 0.235**2))
+    push = (spring * np.sqrt(reduced) * np.maximum(-gap, 0) ** 1.5 / apart)[:, None] * away
+    np.add.at(force, first, push)
+    np.add.at(force, second, -push)
+    force -= (spring * np.sqrt(radius)[:, None, None] * np.maximum(-wall_gap, 0) ** 1.5 * out[:, None]).sum(axis=1)
+    mass = 7700 * 4 / 3 * np.pi * radius**3
+    assert world.balls.velocity - speed == pytest.approx(force / mass[:, None] * 1e-7, rel=1e-6, abs=1e-12)
+    assert world.balls.position - place == pytest.approx(1e-7 * world.balls.velocity, abs=1e-15)
+    candidates, walls = world.candidates, int(world.candidates.first_wall[0, 0])
+    pairs = set(zip(candidates.ball[:walls].tolist(), candidates.partner[:walls].tolist(), strict=True))
+    assert pairs == set(zip(first[gap < skin].tolist(), second[gap < skin].tolist(), strict=True))
+    assert world.counters[COUNTER.opened] == (gap < 0).sum() + (wall_gap < 0).sum()
+    of_walls = candidates.ball[walls : candidates.first_wall[0, -1]]
+    assert np.bincount(of_walls, minlength=240).tolist() == (wall_gap <= skin / 2).sum(axis=(1, 2)).tolist()
+    # What may come within reach before the next look is near: both partners at twice the speed of the fastest.
+    before_look = 2 * np.linalg.norm(speed, axis=1).max() * 1e-7 * world.counters[COUNTER.look_in]
+    near, own = near_of(candidates), dict(zip(zip(first.tolist(), second.tolist(), strict=True), gap, strict=True))
+    gaps = np.array([own[pair] for pair in zip(candidates.ball[:walls], candidates.partner[:walls], strict=True)])
+    assert np.isin(np.flatnonzero(gaps < 2 * before_look), near).all() and gaps[near[near < walls]].max() < 0.2 * skin
+    assert (wall_gap < before_look).sum() <= (near >= walls).sum() <= (wall_gap < 0.2 * skin).sum()

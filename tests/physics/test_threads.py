@@ -14,10 +14,13 @@ import pytest
 
 from millprint.config.contact_set import CohesionConfig, RestitutionTable
 from millprint.config.sweep import Case, DemConfig, threads_of
-from millprint.dem.advance import chunk
+from millprint.dem.advance import advance, chunk, make_shares
 from millprint.dem.layout import COUNTER
 from millprint.dem.ledger import ledger_series, ledger_summary
+from millprint.dem.recording import make_table, silent_recorder
 from millprint.dem.simulation import Simulation
+from millprint.dem.state import MOVING
+from tests.physics.setups import crowd
 
 pytestmark = pytest.mark.slow
 
@@ -79,6 +82,26 @@ def test_threads_change_a_run_only_by_rounding(runs):
     np.testing.assert_allclose(second[3], first[3], rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(shared.totals, serial.totals, rtol=1e-9)
     assert shared.counters[COUNTER.rebuilds] == serial.counters[COUNTER.rebuilds]
+
+
+def test_a_crowd_moves_in_threads_as_without(contacts):
+    """A few steps, in which contacts with coefficients over speed begin and end, in blocks of three threads."""
+    worlds = [crowd(contacts["calibrated"].model_copy(update=SET), 4e-6, 2e-4) for _ in range(2)]
+    tables = [make_table(1000), make_table(1000)]
+    for world, made, threads in zip(worlds, tables, (0, 3), strict=True):
+        shares = make_shares(threads, 240, 1, world.candidates, world.open_contacts) if threads else None
+        advance(world.balls, world.candidates, world.open_contacts, world.laws, world.mark, world.walls, world.clock,
+                world.totals, world.counters, made, silent_recorder(), 11, shares)  # fmt: skip
+    (one, other), (first, second) = worlds, tables
+    ended = one.counters[COUNTER.records]
+    assert np.array_equal(one.counters, other.counters) and ended > 10 and one.counters[COUNTER.rebuilds] > 1
+    assert sorted(zip(first.first[:ended], first.second[:ended], strict=True)) == sorted(
+        zip(second.first[:ended], second.second[:ended], strict=True)
+    )
+    for name in MOVING:
+        scale = np.abs(getattr(one.balls, name)).max()
+        np.testing.assert_allclose(getattr(other.balls, name), getattr(one.balls, name), rtol=0, atol=1e-9 * scale)
+    np.testing.assert_allclose(other.totals, one.totals, rtol=1e-9)
 
 
 def test_the_same_number_of_threads_gives_the_same_bits(runs):

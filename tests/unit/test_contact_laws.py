@@ -16,7 +16,7 @@ from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.fingerprint import UncertaintyConfig
 from millprint.config.included import load_mill
 from millprint.config.sweep import overridden
-from millprint.dem.contact_events import share_resistance
+from millprint.dem.contact_events import share_resistance, sort_found
 from millprint.dem.law import STOP_SHARE, evaluate_block, law_row
 from millprint.dem.laws.record import ball_mass
 from millprint.dem.laws.registry import LAWS, step_scale
@@ -173,6 +173,12 @@ def test_rolling_friction_is_shared_by_the_contacts_of_the_ball_with_most():
     first = LANE.history.resistance * LANES
     found = contacts.lanes[:, first : first + LANES].ravel()[: len(pairs)]
     assert found.tolist() == [6, 4, 4, 4, 7, *13 * [1]] and balls.touching.tolist() == [1, 3, 1, 1, 13]
+
+
+def test_what_has_come_within_reach_is_put_in_order():
+    found = np.array([5, 2, 9, 0, 7, 3, 1], dtype=np.uint32)
+    numba.njit(lambda found, count: sort_found(found, count))(found, 5)
+    assert found.tolist() == [0, 2, 5, 7, 9, 3, 1]
 
 
 def test_the_scale_of_a_linear_step_is_of_the_faster_spring():

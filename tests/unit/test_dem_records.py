@@ -54,6 +54,9 @@ def test_summary_and_run_agree(files):
         assert normal / summary["window_s"] == pytest.approx(summary["power_W"]["normal"], rel=1e-3)
         assert file["occupancy/count"][:].sum() > 0
         assert (file["occupancy/granular_temperature"][:][file["occupancy/count"][:] > 5] >= 0).all()
+    # To half a ball of 24, the balls fill a tenth of the nominal volume.
+    volume = summary["balls"] * np.pi / 6 * summary["ball_diameter_m"] ** 3
+    assert volume / summary["nominal_volume_m3"] == pytest.approx(0.1, rel=0.03)
     assert [rule["name"] for rule in summary["collisions"]] == [rule.name for rule in DEFAULT_RULES]
     for rule in summary["collisions"]:
         kept = rule["frequency_hz"] * rule["mean_normal_J"]
@@ -67,7 +70,7 @@ def test_balls_in_free_flight_are_recorded_by_hand():
     speed, spin = np.array([[0.1, -0.3, 0.2]] * 2 + [[0, 0, 0.7]]), np.array([[1, 2, 3], [1, 2, 3], [0, 0, 4.0]])
     spin[:2], radius, drive, fall = 0.0, np.array([5e-3, 4e-3, 5e-3]), np.array([0.5, 0, 0]), np.array([0, 2.0, -9.81])
     world = FewBalls(place, speed, spin, radius, step=1e-5, gravity=fall, motion=uniform(drive))
-    recorder = make_recorder(np.array([[-0.1, -0.1], [0.1, 0.06]]), 0.02, 3, 1, 10, (20, 20, 30), 10)
+    recorder = make_recorder(np.array([[-0.1, -0.1], [0.1, 0.05]]), 0.02, 3, 1, 10, (20, 20, 30), 10)
     world._advance(70, make_table(0), recorder)
     # A first step takes the speed as that of half a step before.
     speed = speed + fall * 5e-6
@@ -203,6 +206,10 @@ def test_the_ledger_is_a_series_finer_than_a_revolution_and_sums_to_it(files):
     for name, values in series.items():
         turns = values[[0, samples, 2 * samples]]
         assert summary["per_revolution"][name] == pytest.approx(np.diff(turns).tolist())
+    for name in ("normal", "tangential"):
+        # Of two turns of 0.2 s: half their difference is the standard error of their mean.
+        (difference,) = np.abs(np.diff(summary["per_revolution"][f"{name}_J"]))
+        assert summary["power_standard_error_W"][name] == pytest.approx(difference / 2 / 0.2)
     balance = ledger["wall_work_J"] + ledger["gravity_work_J"] - ledger["imbalance_J"]
     for name in ("normal_damping_J", "tangential_damping_J", "sliding_J", "rolling_J"):
         balance -= ledger[name]

@@ -65,6 +65,12 @@ def test_a_table_names_the_charge(tmp_path):
     assert table.groupby("charge").size().to_dict() == {"": 4 * len(FILLS), "three": 2 * len(FILLS)}
     write_table(table, tmp_path / "descriptors.tsv")
     assert read_descriptors(tmp_path / "descriptors.tsv")["charge"].tolist() == table["charge"].tolist()
+    # Without a restitution there is a table; without a power there is none.
+    write_table(table.assign(restitution=None), tmp_path / "descriptors.tsv")
+    assert read_descriptors(tmp_path / "descriptors.tsv")["restitution"].isna().all()
+    write_table(table.assign(normal_power_W=None), tmp_path / "descriptors.tsv")
+    with pytest.raises(ConfigError, match="normal_power_W"):
+        read_descriptors(tmp_path / "descriptors.tsv")
 
 
 @pytest.mark.slow

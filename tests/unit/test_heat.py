@@ -186,18 +186,21 @@ def test_more_cooling_and_more_pauses_make_it_colder(monkeypatch):
         assert 0 <= row["balance_error"] < 1e-8
 
 
-def impacts_of(slip: float, duration: float, energy: float = 1e-3) -> flash.Impacts:
+def impacts_of(slip: float, duration: float, energy=1e-3) -> flash.Impacts:
     one = {"radius_m": 1e-4, "duration_s": duration, "normal_J": 0.0, "sliding_J": energy, "slip_speed_m_s": slip}
-    return flash.Impacts(**{name: np.array([value]) for name, value in one.items()}, at_wall=np.array([False]))
+    columns = {name: np.atleast_1d(value + 0.0 * energy) for name, value in one.items()}
+    return flash.Impacts(**columns, at_wall=np.zeros(np.size(energy), dtype=bool))
 
 
 def test_a_slow_contact_is_as_warm_as_a_steady_circle():
     """The centre of a circle of even flux on a half space: q a / k (Carslaw and Jaeger, Sec. 10.5)."""
     impacts, settings, even = impacts_of(slip=0.0, duration=10.0), FlashSection(), 0.5e-3 / 10 / (np.pi * 1e-4)
     assert flash.flash_K(impacts, np.array([1e-3]), settings, 30.0)[0] == pytest.approx(even / 30.0, rel=1e-3)
-    # Of one impact, however small its energy, the mean by energy is its own; the low conductivity makes it high.
-    (row, *_) = flash.flash_rows("d10", impacts, settings)
-    assert row["mean_by_energy_high_K"] == pytest.approx(even / settings.conductivity_W_mK.low, rel=1e-2)
+    # Of 1 to 5 mJ the median is of 3, and (1 + 4 + 9 + 16 + 25) / 15 the mean by energy; a low conductivity makes high.
+    (row, *_) = flash.flash_rows("d10", impacts_of(0.0, 10.0, 1e-3 * np.arange(1, 6)), settings)
+    found = [row[f"{name}_high_K"] for name in ("median", "p99", "largest", "mean_by_energy")]
+    each = even / settings.conductivity_W_mK.low
+    assert found == pytest.approx(each * np.array([3, 4.96, 5, 55 / 15]), rel=1e-2)
 
 
 def test_a_fast_slider_is_as_warm_as_a_half_space_heated_while_it_passes():

@@ -41,6 +41,7 @@ from millprint.thesis.yields.new_conditions import MillCurves, load_averaged, pr
 from millprint.thesis.yields.proposals import (
     choose_for_learning,
     choose_for_yield,
+    choose_repeats,
     count_reasons,
     expected_improvement,
     joint_draws,
@@ -320,6 +321,14 @@ def test_runs_are_found_at_the_settings_that_they_had():
     speeds = rows["specific_frequency_hz"].map({400: 600, 533: 800, 667: 1000})
     assert (found["speed_rpm"] == speeds).all()
     assert (same_setting(rows.assign(bpr=33.0), region, 0.03) == -1).all()
+
+
+def test_the_best_run_is_repeated_first_and_then_the_farthest_from_those_chosen():
+    """0.5 is 0.4 away from both ends, 0.46 less; 0.95 was run twice, and 0.99 runs again."""
+    known = all_runs().iloc[[0, 1, 2, 3, 4, 4, 5, 6]].reset_index(drop=True)
+    known["yield_percent"] = [0.1, 0.85, 0.9, 0.5, 0.95, 0.95, 0.46, 0.99]
+    chosen = choose_repeats(known, region_rows(), known.tail(1), 3, 0.03)
+    assert chosen == [(same_setting(known, region_rows(), 0.03)[run], known["case"][run]) for run in (2, 0, 3)]
 
 
 @pytest.mark.parametrize(
