@@ -148,6 +148,13 @@ def test_a_shallow_cone_whose_facets_were_merged_goes_all_the_way_round(in_proje
     assert [curve.kind for curve in found.curves].count("cone") == 3 and not any(curve.part for curve in found.curves)
 
 
+def test_the_first_step_of_an_arc_is_not_the_last_of_another(in_project):
+    """Both its vertices lie on the finer arc too; the coarse one has five steps with it, and four would be cones."""
+    found = surface_of(hollow_of(800198), *style_of(800198)).vessel
+    assert [curve.kind for curve in found.curves] == ["cone"] * 3 + ["sphere"] + ["torus"] * 2
+    assert sorted(curve.minor * 1e3 for curve in found.curves[4:]) == pytest.approx([7.02, 17.26], abs=0.03)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [400017])
 def test_a_file_with_too_few_decimals_stays_flat_and_says_so(in_project, seed):

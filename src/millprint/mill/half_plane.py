@@ -19,6 +19,8 @@ from millprint.mill.turned_shapes import (
 
 # Four points may lie on one circle by chance of symmetry; this number of steps around or across does not.
 FEWEST_STEPS = 5
+# A step that is longer than most of its arc's, by this factor, may be one of the next arc, which ends on this one too.
+EVEN = 1.25
 # How far the middle of a facet is below its surface, over the radii, where it is drawn in steps of LARGEST_TURN.
 SAG = 1.3 * (1 - math.cos(LARGEST_TURN / 2))
 # Seeds that lead nowhere, after which the search about one axis, or for one kind, ends; the first ones in a row.
@@ -69,6 +71,20 @@ class HalfPlane:
         sag = self.middles[:, 0] + (shape.radius if isinstance(shape, Circle) else 0.0)
         is_near = self.largest(np.abs(shape.off(self.flat))) <= slack * drawing.tolerance
         return is_near & (np.abs(shape.off(self.middles)) <= SAG * sag + drawing.tolerance)
+
+    def is_even(self, drawing: Drawing, shape: Line | Circle, own: np.ndarray, others: np.ndarray) -> np.ndarray:
+        """Which other rows are not far longer steps of an arc than its own ones; any is of a line or a sphere."""
+        if isinstance(shape, Line) or shape.r == 0.0:
+            return np.ones(len(others), dtype=bool)
+
+        def steps(rows: np.ndarray) -> np.ndarray:
+            counts = self.of_facet.counts[rows]
+            away = self.flat[self.corners[self.of_facet.rows(rows)]] - [shape.r, shape.z]
+            (x, z), (r, up) = np.repeat(self.middles[rows] - [shape.r, shape.z], counts, axis=0).T, away.T
+            turn, first = np.arctan2(x * up - z * r, x * r + z * up), Ragged(counts).first
+            return shape.radius * (np.maximum.reduceat(turn, first) - np.minimum.reduceat(turn, first))
+
+        return steps(others) <= EVEN * np.median(steps(own)) + 4 * drawing.tolerance
 
     def fit(
         self, drawing: Drawing, seed: Sequence[int], kind: type[Line] | type[Circle]
@@ -231,7 +247,9 @@ def surfaces_about(drawing: Drawing, plane: HalfPlane) -> list[Swept]:
     """
     found: list[Swept] = []
     counts, names = plane.rings(drawing)
-    for kind, fits in ((Circle, counts > 2), (Line, (counts == 1) | (counts == 2))):
+
+    def find(kind: type[Line] | type[Circle], fits: np.ndarray) -> None:
+        """Take the surfaces of a kind that begin at some seams (s,)."""
         # All pairs between the same rings fail alike; an axis about which nothing begins soon is none.
         failed: set[int] = set()
         seams = np.flatnonzero(fits & ~drawing.taken[drawing.seams].any(axis=1))
@@ -249,6 +267,19 @@ def surfaces_about(drawing: Drawing, plane: HalfPlane) -> list[Swept]:
                 found.append(swept)
             else:
                 failed.add(name)
+
+    find(Circle, counts > 2)
+    # A far longer step than the others of its arc may be of the next one, which had too few without it.
+    for each in list(found):
+        even = plane.is_even(drawing, each.shape, each.facets, each.facets)
+        long = each.facets[~even]
+        drawing.taken[long] = False
+        find(Circle, (counts > 2) & np.isin(drawing.seams, long).any(axis=1))
+        if drawing.taken[long].any():
+            each.facets = np.sort(np.append(each.facets[even], long[~drawing.taken[long]]))
+            each.shape = Circle.through(plane.flat[np.unique(plane.corners[plane.of_facet.rows(each.facets)])])
+        drawing.taken[each.facets] = True
+    find(Line, (counts == 1) | (counts == 2))
     _settle(drawing, plane, found)
     return [Swept(plane.axis, each.shape, piece) for each in found for piece in drawing.pieces(each.facets)]
 
@@ -271,7 +302,10 @@ def _settle(drawing: Drawing, plane: HalfPlane, found: list[Swept]) -> None:
         return np.unique(sides[(sides[:, 0] >= 0) & (sides[:, 0] != sides[:, 1])][:, ::-1], axis=0)[::-1, ::-1].tolist()
 
     for small, large in pairs():
-        owner[(owner == small) & is_on[large]] = large
+        own = np.flatnonzero((owner == small) & is_on[large])
+        if isinstance(found[small].shape, Circle):
+            own = own[plane.is_even(drawing, found[large].shape, found[large].facets, own)]
+        owner[own] = large
     for small, large in pairs():
         meets = -plane.largest(-np.abs(found[large].shape.off(plane.flat))) <= LOOSE * drawing.tolerance
         own = np.flatnonzero(meets & np.isin(owner, (small, large)))

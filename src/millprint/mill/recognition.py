@@ -164,15 +164,25 @@ def _best_axis(drawing: Drawing, pair: tuple[int, int]) -> Axis | None:
             if not surface_begins(drawing, axis, seam):
                 continue
             swept = surfaces_about(drawing, HalfPlane(drawing, axis))
-            count = sum(len(each.facets) for each in swept)
-            for each in swept:
-                drawing.taken[each.facets] = False
+            count = _count(swept)
+            _mark(drawing, swept, taken=False)
             tried.append(axis)
             if count > most:
                 best, most = axis, count
             if most > (~drawing.taken).sum() / 2:
                 return best
     return best
+
+
+def _count(surfaces: list[Swept]) -> int:
+    """The facets of some surfaces."""
+    return sum(len(each.facets) for each in surfaces)
+
+
+def _mark(drawing: Drawing, surfaces: list[Swept], taken: bool) -> None:
+    """Let the facets of some surfaces be taken, or free."""
+    for each in surfaces:
+        drawing.taken[each.facets] = taken
 
 
 def find_surfaces(drawing: Drawing, first: Iterable[Axis] = ()) -> list[Swept]:
@@ -188,15 +198,15 @@ def find_surfaces(drawing: Drawing, first: Iterable[Axis] = ()) -> list[Swept]:
             # Again about the better axis, which reaches farther, as long as it does.
             for _ in range(AGAIN):
                 along = [*(other.along for other in known), *normals_next_to(drawing, swept)]
-                refined = _refined(drawing, axis, swept, along)
-                for each in swept:
-                    drawing.taken[each.facets] = False
-                before, swept = swept, surfaces_about(drawing, HalfPlane(drawing, refined)) or swept
-                axis = refined
-                if sum(len(each.facets) for each in swept) <= sum(len(each.facets) for each in before):
+                axis = _refined(drawing, axis, swept, along)
+                _mark(drawing, swept, taken=False)
+                again = surfaces_about(drawing, HalfPlane(drawing, axis))
+                _mark(drawing, again, taken=False)
+                more = _count(again) - _count(swept)
+                swept = again if more >= 0 else swept
+                if more <= 0:
                     break
-            for each in swept:
-                drawing.taken[each.facets] = True
+            _mark(drawing, swept, taken=True)
             known.append(swept[0].axis)
             found.extend(swept)
 
@@ -302,7 +312,7 @@ def _with_surfaces(drawing: Drawing, surfaces: list[Swept]) -> Vessel:
 def _largest_axes(surfaces: list[Swept]) -> list[Axis]:
     """The axes of some surfaces, those with the most facets first."""
     axes = {id(each.axis): each.axis for each in surfaces}
-    counts = {key: sum(len(each.facets) for each in surfaces if id(each.axis) == key) for key in axes}
+    counts = {key: _count([each for each in surfaces if id(each.axis) == key]) for key in axes}
     return [axes[key] for key in sorted(axes, key=lambda key: -counts[key])]
 
 
