@@ -10,9 +10,10 @@ from millprint.config.mill import StlGeometry
 from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import Vessel, build_vessel, shape_vessel
 from millprint.mill.wall_features import features_of
-from tests.profiles import Hollow, chain, circle_pieces, stadium_pieces
+from tests import profiles
+from tests.profiles import Hollow, chain, circle_pieces, random_rotation, rounded, stadium_pieces
+from tests.surfaces import check_contacts, hollow_of, style_of
 from tests.surfaces import from_file as surface_of
-from tests.surfaces import hollow_of, style_of
 
 
 @pytest.fixture
@@ -153,6 +154,28 @@ def test_the_first_step_of_an_arc_is_not_the_last_of_another(in_project):
     found = surface_of(hollow_of(800198), *style_of(800198)).vessel
     assert [curve.kind for curve in found.curves] == ["cone"] * 3 + ["sphere"] + ["torus"] * 2
     assert sorted(curve.minor * 1e3 for curve in found.curves[4:]) == pytest.approx([7.02, 17.26], abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("turn", "facets", "decimals", "steps"), [(30, 24, None, 2), (25, 24, 3, 2), (-45, 24, 4, 3), (30, 48, 3, 4)]
+)
+def test_a_rounding_of_few_steps_is_an_arc(in_project, monkeypatch, turn, facets, decimals, steps):
+    """Between a mantle and a cone that are tangent to it."""
+    monkeypatch.setattr(profiles, "FEWEST_STEPS", 1)
+    x, z = 15 * np.sin(np.radians(turn)), 15 * np.cos(np.radians(turn))
+    corners = [(0, 0), (30, 0), (30, 25), (30 - x, 25 + z), (0, 25 + z)]
+    made = Hollow("rounded", rounded(chain(corners, [0.0] * 4, closed=False), 1, 2, 6.0))
+    made = made.placed(random_rotation(np.random.default_rng(1)), np.array([3.0, -7.0, 11.0]))
+    assert len(profiles.mesh(made, facets)) == 2 * facets * (steps + 3)
+    case = surface_of(made, facets, decimals)
+    assert [curve.kind for curve in case.vessel.curves] == ["cylinder", "cone", "torus"]
+    assert check_contacts(case, 4.0, 30, np.random.default_rng(0)) == []
+
+
+def test_cones_that_follow_each_other_stay_cones(in_project):
+    """The places of a barrel lie on a circle, and its steps are alike; its ends are not tangent to that."""
+    barrel = Hollow("barrel", chain([(0, 0), (18, 0), (20, 12), (20, 24), (18, 36), (0, 36)], [0.0] * 5, closed=False))
+    assert sorted(curve.kind for curve in surface_of(barrel, 24, None).vessel.curves) == ["cone", "cone", "cylinder"]
 
 
 @pytest.mark.slow

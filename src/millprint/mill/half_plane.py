@@ -166,7 +166,7 @@ def _fitted(drawing: Drawing, plane: HalfPlane, seed: Sequence[int], kind: type[
     """The surface about an axis that begins with two facets, each of whose vertices lies on it; None of too little."""
     found = plane.fit(drawing, seed, kind) if surface_begins(drawing, plane.axis, seed, (kind,)) else None
     swept = Swept(plane.axis, *found) if found else None
-    return swept if swept and _is_enough(drawing, swept) else None
+    return swept if swept and _is_enough(drawing, plane, swept) else None
 
 
 def surface_begins(
@@ -223,7 +223,7 @@ def is_round(drawing: Drawing, facets: np.ndarray, middle: np.ndarray) -> bool:
     return min(places(way, LOOSE * drawing.tolerance) for way in ways.T) > FEWEST_STEPS
 
 
-def _is_enough(drawing: Drawing, swept: Swept) -> bool:
+def _is_enough(drawing: Drawing, plane: HalfPlane, swept: Swept) -> bool:
     around, across = _steps(drawing, swept)
     if isinstance(swept.shape, Line):
         # A plane across the axis is flat by itself.
@@ -237,7 +237,42 @@ def _is_enough(drawing: Drawing, swept: Swept) -> bool:
         return len(swept.facets) >= FEWEST_STEPS**2 and is_round(drawing, swept.facets, middle)
     # Three columns of a wall that is bent both ways seem to turn about an axis across it too, and one row of facets
     # about any axis that is slanted.
-    return across > FEWEST_STEPS and around > FEWEST_STEPS and len(swept.facets) >= FEWEST_STEPS**2
+    if around <= FEWEST_STEPS or len(swept.facets) < FEWEST_STEPS**2:
+        return False
+    return across > FEWEST_STEPS or _is_rounding(drawing, plane, swept.shape, swept.facets)
+
+
+def _is_rounding(drawing: Drawing, plane: HalfPlane, arc: Circle, facets: np.ndarray) -> bool:
+    """Whether an arc is meant by few steps about an axis, as far as the file's rounding can show it.
+
+    They are alike, and four at least, or the walls at both ends are tangent to the arc. A chain of cones is neither.
+    """
+    near, middle = 4 * drawing.tolerance, np.array([arc.r, arc.z])
+    towards = np.median(plane.middles[facets], axis=0) - middle
+    towards /= np.linalg.norm(towards)
+    x, z = (plane.flat[np.unique(plane.corners[plane.of_facet.rows(facets)])] - middle).T
+    turns = np.sort(np.arctan2(towards[0] * z - towards[1] * x, towards[0] * x + towards[1] * z))
+    turns = np.array([ring.mean() for ring in np.split(turns, np.flatnonzero(np.diff(turns) * arc.radius > near) + 1)])
+    steps = arc.radius * np.diff(turns)
+    # The wall that follows is tangent, or turns by half a step more, which must be told from it over a step's length.
+    if len(steps) < 2 or np.ptp(steps) > near or steps.mean() ** 2 / (2 * arc.radius) < 2 * near:
+        return False
+    if len(steps) >= FEWEST_STEPS - 1:
+        return True
+    beside = np.setdiff1d(np.concatenate([drawing.neighbours[facet] for facet in facets]), facets).astype(np.int64)
+    for cosine, sine in zip(np.cos(turns[[0, -1]]), np.sin(turns[[0, -1]]), strict=True):
+        normal = np.array([cosine * towards[0] - sine * towards[1], sine * towards[0] + cosine * towards[1]])
+        apart = np.linalg.norm(plane.flat - middle - arc.radius * normal, axis=1)
+        walls = beside[(-plane.largest(-apart) < near)[beside]]
+        # Of a floor, all vertices are one place.
+        slopes = plane.facing[walls[plane.is_ring[walls]]]
+        if len(walls := walls[~plane.is_ring[walls]]):
+            wall = Line.through(plane.flat[np.unique(plane.corners[plane.of_facet.rows(walls)])])
+            slopes = np.vstack([slopes, _slopes(wall, normal[None])])
+        off = np.abs(slopes[:, 0] * normal[1] - slopes[:, 1] * normal[0])
+        if not len(off) or off.max() * steps.mean() > near:
+            return False
+    return True
 
 
 def surfaces_about(drawing: Drawing, plane: HalfPlane) -> list[Swept]:
