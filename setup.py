@@ -1,6 +1,10 @@
-"""Builds the wheel with what a checkout has next to the library: mills, contact sets, tables, and the workflow."""
+"""Builds the wheel with what a checkout has next to the library: mills, contact sets, tables, and the workflow.
+
+The job that builds a release gives it the addresses of its repository.
+"""
 
 import os
+import re
 from pathlib import Path
 from shutil import copytree, ignore_patterns
 
@@ -23,13 +27,37 @@ class BuildWithWorkflow(build_py):
             copytree(folder, place, dirs_exist_ok=True, ignore=ignore_patterns("__pycache__"))
 
 
+def repository() -> str:
+    """The address of the repository that publishes, in the job that builds a release; empty elsewhere."""
+    server, name = os.environ.get("GITHUB_SERVER_URL"), os.environ.get("GITHUB_REPOSITORY")
+    return f"{server}/{name}" if server and name else ""
+
+
 def addresses() -> dict[str, str]:
-    """The addresses of the repository that publishes: of the job that builds a release, and none elsewhere."""
-    server, repository = os.environ.get("GITHUB_SERVER_URL"), os.environ.get("GITHUB_REPOSITORY")
-    if not (server and repository):
+    """What the page of a release links to."""
+    if not (place := repository()):
         return {}
-    place = f"{server}/{repository}"
     return {"Source": place, "Issues": f"{place}/issues", "Changelog": f"{place}/blob/main/CHANGELOG.md"}
 
 
-setup(cmdclass={"build_py": BuildWithWorkflow}, project_urls=addresses())
+def first_page() -> str:
+    """README.md; that of a release leads into its repository from wherever it is read."""
+    text = Path("README.md").read_text(encoding="utf-8")
+    if not (place := repository()):
+        return text
+    tag = os.environ.get("GITHUB_REF_NAME", "main")
+
+    def whole(link: re.Match) -> str:
+        # Pictures and pages that a browser shows itself, and texts that the repository shows.
+        kind = "raw" if link["words"].startswith("!") or link["path"].endswith(".html") else "blob"
+        return f"{link['words']}{place}/{kind}/{tag}/{link['path']}"
+
+    return re.sub(r"(?P<words>!?\[[^\]]*\]\()(?![a-z]+:|#)(?P<path>[^)\s]+)", whole, text)
+
+
+setup(
+    cmdclass={"build_py": BuildWithWorkflow},
+    project_urls=addresses(),
+    long_description=first_page(),
+    long_description_content_type="text/markdown",
+)

@@ -7,6 +7,7 @@ from unittest import mock
 
 import pytest
 import yaml
+from tools import check_release
 
 from tests.conftest import ROOT
 
@@ -26,13 +27,40 @@ def test_citation_and_licence_agree_with_the_project():
     assert f"{authors[0]}\n" in (ROOT / "LICENSE").read_text()
 
 
-@pytest.mark.parametrize(("repository", "source"), [("own/er", "https://github.com/own/er"), ("", None)])
-def test_a_release_has_the_addresses_of_the_repository_that_publishes_it(monkeypatch, repository, source):
-    monkeypatch.setenv("GITHUB_SERVER_URL", "https://github.com")
-    monkeypatch.setenv("GITHUB_REPOSITORY", repository)
+# A link of Markdown: an exclamation mark before that of a picture, and where it leads.
+LINK = re.compile(r"(!?)\[[^\]]*\]\(([^)\s]+)\)")
+
+
+@pytest.mark.parametrize("repository", ["own/er", ""])
+def test_a_release_has_the_addresses_of_the_repository_that_publishes_it(monkeypatch, repository):
+    """Also on its first page, which a registry shows without the files that it leads to."""
+    for name, value in {"SERVER_URL": "https://github.com", "REPOSITORY": repository, "REF_NAME": "v1.2.3"}.items():
+        monkeypatch.setenv(f"GITHUB_{name}", value)
+    monkeypatch.chdir(ROOT)
     with mock.patch("setuptools.setup") as setup:
-        runpy.run_path(str(ROOT / "setup.py"))
-    assert setup.call_args.kwargs["project_urls"].get("Source") == source and "urls" in PROJECT["dynamic"]
+        runpy.run_path("setup.py")
+    given, place = setup.call_args.kwargs, f"https://github.com/{repository}" if repository else None
+    assert given["project_urls"].get("Source") == place and {"urls", "readme"} <= set(PROJECT["dynamic"])
+    own, released = (LINK.findall(text) for text in ((ROOT / "README.md").read_text(), given["long_description"]))
+    assert len(own) == len(released) > 10
+    for (picture, path), (_, address) in zip(own, released, strict=True):
+        if place is None or "://" in path:
+            assert address == path
+        else:
+            assert re.fullmatch(rf"{place}/{'raw' if picture else '(raw|blob)'}/v1.2.3/{re.escape(path)}", address)
+
+
+def test_a_tag_is_refused_where_a_place_has_another_version(tmp_path, monkeypatch):
+    for name in ("pyproject.toml", "CITATION.cff", "CHANGELOG.md"):
+        (tmp_path / name).write_bytes((ROOT / name).read_bytes())
+    text = (ROOT / "CHANGELOG.md").read_text()
+    (tmp_path / "CHANGELOG.md").write_text(text[text.index(f"## {PROJECT['version']} ") :])
+    monkeypatch.setattr(check_release, "ROOT", tmp_path)
+    assert check_release.faults(f"v{PROJECT['version']}") == []
+    assert len(check_release.faults("v99.0.0")) == 3
+    (tmp_path / "CHANGELOG.md").write_text(f"# Changes\n\n## Unreleased\n\n{text}")
+    (fault,) = check_release.faults(f"v{PROJECT['version']}")
+    assert "CHANGELOG.md is Unreleased" in fault
 
 
 PAPER = (ROOT / "paper.md").read_text()
