@@ -46,6 +46,17 @@ def test_a_simulation_is_likely_to_take_time_for_its_balls_and_steps():
     assert resources(window_s=400.0).disk_mb == 0
 
 
+def test_what_was_made_is_said_where_it_is_there(tmp_path):
+    """Not after a run that --until has ended before."""
+    values = {"results": str(tmp_path), "mill": "mine", "contact": "steel", "given": " mine.yaml"}
+    assert plan.success_lines([], "fingerprint", values) == []
+    page = tmp_path / "mills/mine/fingerprint.pdf"
+    page.parent.mkdir(parents=True)
+    page.touch()
+    _, made, look, _ = plan.success_lines([], "fingerprint", values)
+    assert made.startswith("made:  ") and look.startswith(f"look:  {page}: ")
+
+
 def test_what_is_not_recorded_is_planned_at_its_own_step():
     """Half of the case is settling and discarding: with steps four times as long, it takes an eighth and a half."""
     scale = step_scale(load_contact("calibrated"), CASE.ball_diameter_m / 2)

@@ -188,10 +188,11 @@ def success_lines(targets: Iterable[str], whole: str, values: Mapping[str, str])
 
     targets: names of rules or files; without any, and for `all`, the lines of the target `whole`. values: results,
     mill, contact and given (`given_run`). Other names, as of rules of a workflow that uses this one as a module, are
-    left out.
+    left out, and targets whose file to look at is not there, as with --until.
     """
     named = [whole if name == "all" else name for name in targets] or [whole]
     known = list(dict.fromkeys(name for name in named if name in endings()))
+    known = [name for name in known if Path(endings()[name].look.format(**values)).exists()]
     lines = [line for name in known[:SHOWN_TARGETS] for line in ["", *endings()[name].lines(values)]]
     files = [name for name in named if name not in endings() and Path(name).exists()]
     if files:
