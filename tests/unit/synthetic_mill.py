@@ -89,7 +89,8 @@ def summary(
     rolling = ROLLING * normal
     wall = normal + tangential + rolling
     restitution, friction = CONTACT_SETS[contact]
-    ripple = 1.0 + 0.1 * np.sin(np.arange(10) + seed)
+    # Turns that are not like the one before.
+    ripple = 1.0 + 0.1 * np.sin(2.0 * np.arange(10) + seed)
     ripple /= ripple.mean()
     frequency = frequency_curve * speed * balls * factor
     return {

@@ -230,3 +230,9 @@ def test_one_command_prints_doses_kinetics_and_a_verdict(known, tmp_path, capsys
     paths = [str(tmp_path / name) for name in ("runs.tsv", "fingerprint.json")]
     millprint(["dose", *paths, "--out", str(tmp_path / "d.tsv")])
     assert "first order" in capsys.readouterr().out and len(pd.read_csv(tmp_path / "d.tsv", sep="\t")) == 6
+    # Doses do not need what kinetics need.
+    runs.assign(yield_percent=40).to_csv(tmp_path / "runs.tsv", sep="\t", index=False)
+    assert millprint(["dose", *paths]) == 0
+    assert capsys.readouterr().out.endswith(
+        "no kinetics: column yield_percent: all are 40; kinetics need yields that differ\n"
+    )

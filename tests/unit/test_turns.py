@@ -68,6 +68,27 @@ def test_the_error_of_correlated_turns_is_that_of_their_mean(memory):
     assert worth == pytest.approx(turns * (1 - memory) / (1 + memory), rel=0.6)
 
 
+@pytest.mark.parametrize(
+    ("seeds", "turns", "memory", "least", "most"),
+    [
+        # What they are worth, turns (1 - memory) / (1 + memory): 1, 3.4, 2.5, 2.9; and 24, 64, 64.
+        *[(1, 64, 0.97, 0.85, 1), (1, 64, 0.9, 0.7, 1), (3, 16, 0.9, 0.6, 1), (3, 64, 0.97, 0.6, 1)],
+        *[(3, 8, 0, 0, 0.1), (1, 64, 0, 0, 0.1), (3, 64, 0.5, 0, 0.1)],
+    ],
+)
+def test_turns_with_a_long_memory_are_few_however_many_are_recorded(seeds, turns, memory, least, most):
+    """Of fifty conditions, in the word that stands beside their numbers."""
+    rng, runs = np.random.default_rng(5), []
+    for condition in range(50):
+        for seed in range(seeds):
+            run, energies = summary(0.10 + 0.001 * condition, seed=seed), correlated(rng, turns, memory) / 10
+            own = run["per_revolution"]
+            run["per_revolution"] = {name: (np.mean(values) * energies).tolist() for name, values in own.items()}
+            runs.append(run)
+    words = tabulate_descriptors(runs, "gap_0_03")["motion"]
+    assert len(words) == 50 and least <= words.str.contains(MOTIONS["few_turns"].word).mean() <= most
+
+
 def test_locked_motions_repeat_and_chaotic_ones_do_not():
     rng, collisions = np.random.default_rng(2), 400.0
     chaotic = rng.poisson(collisions, 40) * 1e-4

@@ -14,10 +14,12 @@ BLOCK = re.compile(r"^(?P<indent> *)```(?:ba)?sh\n(?P<text>.*?)^(?P=indent)```$"
 INLINE = re.compile(r"`((?:make|snakemake|python|millprint) [^`]+)`")
 # Names that stand for those of the reader, and what a test takes for them.
 PLACES = {
-    "MILL/CONTACT/CASE": "emax/calibrated/d10_f0.10_n600_s2",
+    "MILL/CONTACT/CASE": "emax/calibrated/d10_f0.10_n300_s0",
     "mill=NAME": "mill=mine",
     "fingerprint NAME": "fingerprint spex",
 }
+# They read what a run of minutes leaves: test_cards.py and test_smoke.py run them on one.
+READ_A_CARD, READ_A_RUN = "my_card", ("results/dem/", "results/fingerprint/", "results/yield/")
 
 
 def pages() -> list[Path]:

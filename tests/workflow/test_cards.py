@@ -22,10 +22,11 @@ from millprint.own_machine.settings import WarmSettings, WattSettings
 from millprint.run.files import read_json
 from tests.refusals import refusals
 from tests.workflow.conftest import ROOT, active_environment, error_lines, run_snakemake
-from tests.workflow.handbook import commands, pages
+from tests.workflow.handbook import READ_A_CARD, commands, pages, shown_file
 
 SCHEMA = json.loads((ROOT / "workflow/schemas/card.schema.json").read_text())
-# A short simulation of a planetary mill.
+# A short simulation of a planetary mill, and the experiment of the page, simulated for as short a time.
+SHORT = {"seeds": [0, 1], "discard_turns": 1, "window_turns": 2}
 PLANETARY = {
     "name": "short",
     "mill": "planetary",
@@ -33,10 +34,9 @@ PLANETARY = {
     "balls": {"diameter_mm": 10, "number": 40, "material": "stainless_steel"},
     "powder": {"name": "quartz", "mass_g": 20},
     "programme": {"duration_h": 2},
-    "seeds": [0, 1],
-    "discard_turns": 1,
-    "window_turns": 2,
+    **SHORT,
 }
+OF_PAGE = yaml.safe_load(shown_file("docs/how_to/card.md", "yaml", 0)) | SHORT
 
 
 def test_the_smoke_run_has_a_card_with_the_numbers_of_its_simulation(smoke_project):
@@ -72,25 +72,32 @@ def test_the_smoke_run_has_a_card_with_the_numbers_of_its_simulation(smoke_proje
     assert "Cards" in (smoke_project / "results/report/report.html").read_text()
 
 
+def commands_of_cards() -> set[tuple[str, ...]]:
+    """The commands of the pages that write or read a card."""
+    found = {command.words for page in pages() for command in commands(page) if READ_A_CARD in str(command)}
+    return {words for words in found if words[0] == "millprint"}
+
+
 @pytest.fixture(scope="module")
 def written(smoke_project, tmp_path_factory):
-    """The folder of a card that the script has written, and what it printed."""
+    """The folder of the page's card, which its command has written, and what that printed."""
     folder = tmp_path_factory.mktemp("card")
-    (folder / "card.yaml").write_text(yaml.safe_dump(PLANETARY))
-    done = subprocess.run(
-        [sys.executable, "-m", "millprint.cli", "card", folder / "card.yaml", "--out", folder / "out"],
-        cwd=smoke_project, env=active_environment(), capture_output=True, text=True, timeout=600, check=False,
-    )  # fmt: skip
+    (folder / "card.yaml").write_text(yaml.safe_dump(OF_PAGE))
+    # Results of a run beside it.
+    (folder / "results").symlink_to(smoke_project / "results")
+    (words,) = {words for words in commands_of_cards() if words[1] == "card"}
+    command = [sys.executable, "-m", "millprint.cli", *words[1:]]
+    done = subprocess.run(command, cwd=folder, env=active_environment(), capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stderr[-3000:]
     return folder, done.stdout
 
 
 def test_the_script_writes_the_card_of_one_condition_without_a_sweep(written):
     folder, said = written
-    card = read_card(folder / "out" / FILES.card)
-    assert card.balls.number == 40 and card.machine.speed_rpm == 400 and card.fingerprint.seeds == [0, 1]
+    card = read_card(folder / "my_card" / FILES.card)
+    assert card.balls.number == 95 and card.machine.speed_rpm == 400 and card.fingerprint.seeds == [0, 1]
     assert card.methods in said
-    with Image.open(folder / "out/mill.gif") as image:
+    with Image.open(folder / "my_card/mill.gif") as image:
         assert image.n_frames > 40
 
 
@@ -111,7 +118,7 @@ def other_cards(smoke_project, tmp_path_factory) -> list:
 
 def test_a_meter_of_the_work_of_the_walls_agrees_with_each_card(written, other_cards):
     """A wattmeter with a little noise and a thermometer, of what the simulation's own walls did."""
-    for folder in (written[0] / "out", *other_cards):
+    for folder in (written[0] / "my_card", *other_cards):
         condition = read_condition(folder)
         ledgers = [summary["ledger_J"] for summary in condition.summaries]
         stored = [own["kinetic_change"] + own["elastic_change"] - own["gravity_work"] for own in ledgers]
@@ -137,15 +144,14 @@ def test_a_meter_of_the_work_of_the_walls_agrees_with_each_card(written, other_c
 
 def test_the_commands_of_the_pages_run_on_a_card(written, tmp_path, monkeypatch):
     """Those that match a card or compare it with readings, each as its page has it."""
-    (tmp_path / "my_card").symlink_to(written[0] / "out")
+    (tmp_path / "my_card").symlink_to(written[0] / "my_card")
     for name, power_W in {"loose": 150, "fixed": 100}.items():
         rows = "".join(f"{second}\t{power_W + second % 3}\n" for second in range(300))
         (tmp_path / f"{name}.tsv").write_text(f"time_s\tpower_W\n{rows}")
     # Two minutes of milling warm the jar by 6 K.
     rows = "".join(f"{second}\t{22 + 0.05 * min(max(second - 30, 0), 120)}\n" for second in range(0, 600, 10))
     (tmp_path / "thermometer.tsv").write_text(f"time_s\ttemperature_degC\n{rows}")
-    found = {command.words for page in pages() for command in commands(page) if "my_card" in str(command)}
-    run = {words for words in found if words[0] == "millprint" and words[1] != "card"}
+    run = {words for words in commands_of_cards() if words[1] != "card"}
     assert {words[1] for words in run} == {"match", "warm", "watt"}
     monkeypatch.chdir(tmp_path)
     for words in sorted(run):
@@ -154,22 +160,22 @@ def test_the_commands_of_the_pages_run_on_a_card(written, tmp_path, monkeypatch)
 
 def test_a_second_call_simulates_nothing_again(written, smoke_project, monkeypatch, capsys):
     folder, _ = written
-    before = {path: path.stat().st_mtime_ns for path in (folder / "out/runs").rglob("run.h5")}
-    first = (folder / "out" / FILES.card).read_bytes()
+    before = {path: path.stat().st_mtime_ns for path in (folder / "my_card/runs").rglob("run.h5")}
+    first = (folder / "my_card" / FILES.card).read_bytes()
     monkeypatch.chdir(smoke_project)
-    assert millprint(["card", f"{folder}/card.yaml", "--out", f"{folder}/out", "--no-animation"]) == 0
+    assert millprint(["card", f"{folder}/card.yaml", "--out", f"{folder}/my_card", "--no-animation"]) == 0
     assert "2 of 2 simulations were done before" in "".join(capsys.readouterr())
     assert before == {path: path.stat().st_mtime_ns for path in before}
-    assert (folder / "out" / FILES.card).read_bytes() == first
+    assert (folder / "my_card" / FILES.card).read_bytes() == first
 
 
 def test_a_card_is_read_back_and_matched(written, smoke_project, monkeypatch, capsys):
     folder, _ = written
     monkeypatch.chdir(smoke_project)
-    words = ["match", "--from", folder / "out" / FILES.card, "--to", "emax", "--out", folder / "ranked.tsv"]
+    words = ["match", "--from", folder / "my_card" / FILES.card, "--to", "emax", "--out", folder / "ranked.tsv"]
     assert millprint(list(map(str, words))) == 0
     said = capsys.readouterr().out
-    assert "E*n" in said and "verdict" in said and said.startswith("short: ")
+    assert "E*n" in said and "verdict" in said and said.startswith("quartz_400: ")
     assert (folder / "ranked.tsv").read_text().count("\n") > 1
 
 
@@ -177,7 +183,7 @@ def test_a_card_is_read_back_and_matched(written, smoke_project, monkeypatch, ca
 def test_a_mill_that_was_not_run_is_refused_in_one_line(written, smoke_project, monkeypatch, capsys, mill, parts):
     folder, _ = written
     monkeypatch.chdir(smoke_project)
-    assert millprint(["match", "--from", str(folder / "out" / FILES.card), "--to", mill]) == 1
+    assert millprint(["match", "--from", str(folder / "my_card" / FILES.card), "--to", mill]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert all(part in line for part in parts), line
 

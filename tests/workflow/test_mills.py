@@ -5,7 +5,11 @@ import re
 import pandas as pd
 import yaml
 
+from millprint.card.card_files import FILES
+from millprint.cli.commands import main as millprint
+from millprint.fingerprint.descriptors import MOTIONS
 from millprint.run.files import read_json
+from tests.browser import needs_browser
 from tests.workflow import drawn_mill
 from tests.workflow.conftest import LINED_RUN, LINED_SETTINGS, ROOT, jobs_of, run_snakemake
 
@@ -58,6 +62,43 @@ def test_a_charge_with_lifters_and_a_lining_goes_through_to_the_sheet_the_explor
     assert nearest["charge"] == "graded"
     for name in ("weighted_normal_energy_J", "weighted_tangential_energy_J"):
         assert nearest[f"{name}_ratio_lower"] < 1 < nearest[f"{name}_ratio_upper"]
+
+
+def test_few_turns_are_said_beside_the_numbers_wherever_they_stand(lined_project, tmp_path, monkeypatch, capsys):
+    """Three seeds of two turns, and a card of one: in table, page, explorer, match, dose, card, methods and LaTeX."""
+    word, folder = MOTIONS["few_turns"].word, lined_project / "results/mills/lined"
+    descriptors = pd.read_csv(folder / "descriptors.tsv", sep="\t")
+    assert (descriptors["seeds"] == 3).all() and descriptors["motion"].str.contains(word).all()
+    sheet = pd.read_csv(folder / "fingerprint.tsv", sep="\t")
+    numbers = sheet[sheet["section"].isin(["descriptors", "dose"]) & sheet["value"].notna()]
+    assert len(numbers) > 10 and numbers["text"].str.contains(word).all()
+    assert word in (folder / "fingerprint.svg").read_text()
+    assert read_json(folder / "fingerprint.json")["about"]["few_turns"] == len(descriptors)
+
+    card = {"name": "short", "mill": "lined", "contact": "lined", "speed_rpm": 90, "seeds": [0], "window_turns": 2}
+    (tmp_path / "card.yaml").write_text(yaml.safe_dump(card | {"balls": {"diameter_mm": 11, "fill_ratio": 0.17}}))
+    run = "case\tmill\tpowder_mass_g\ttime_h\tfill_ratio\tspeed_rpm\tball_diameter_mm\na\tlined\t5\t1\t0.17\t90\t11\n"
+    (tmp_path / "runs.tsv").write_text(run)
+    monkeypatch.chdir(lined_project)
+    written = tmp_path / "card"
+    for command in (
+        ["card", str(tmp_path / "card.yaml"), "--out", str(written), "--no-animation"],
+        ["match", "lined", "--like", "lined", "90", "11", "0.17"],
+        ["match", "planetary", "--like", "lined", "90", "11", "0.17"],
+        ["match", "--from", str(written / FILES.card), "--to", "planetary"],
+        ["dose", str(tmp_path / "runs.tsv"), "lined"],
+    ):
+        assert millprint(command) == 0
+        assert capsys.readouterr().out.count(word) == 1, command
+    for name in (FILES.card, FILES.methods, FILES.table, FILES.svg):
+        assert word in (written / name).read_text(), name
+
+
+@needs_browser
+def test_few_turns_are_said_on_the_page_with_sliders(lined_project, browser):
+    with browser.page() as page:
+        page.open(lined_project / "results/mills/lined/explorer.html")
+        assert "Few turns: 6 of the simulated conditions" in page.run("return document.body.innerText;")
 
 
 def test_the_tumbling_mill_of_the_handbook_would_run(project):

@@ -1,6 +1,7 @@
 """The smoke workflow: the real pipeline at small size, from nothing to the table of claims."""
 
 import re
+import shutil
 import subprocess
 import sys
 
@@ -8,6 +9,7 @@ import pandas as pd
 import pytest
 from PIL import Image
 
+from millprint.cli.commands import main as millprint
 from millprint.config.counting import CountingRule
 from millprint.estimate.judge import VERDICTS
 from millprint.fingerprint.readers import with_counts
@@ -16,6 +18,7 @@ from millprint.thesis.claims.evidence import CERTAIN, TIMED
 from millprint.thesis.claims.tabulate import CLAIM_COLUMNS
 from tests.stored_tables import compare_tables
 from tests.workflow.conftest import ROOT, jobs_of, run_snakemake
+from tests.workflow.handbook import PLACES, READ_A_RUN, commands, pages
 
 SMOKE = ("--configfile", "config/smoke.yaml")
 
@@ -72,6 +75,23 @@ def test_the_numbers_of_each_stage_are_the_stored_ones(smoke_project):
         if found != pytest.approx([row.value], rel=row.tolerance):
             missed.append(f"{row.table}, {row.rows}: {row.column} = {found}, stored {row.value}")
     assert not missed, "\n".join(missed)
+
+
+def test_the_commands_of_the_pages_that_read_a_run_do_so(smoke_project, tmp_path, monkeypatch):
+    """Each as its page has it, beside the results of the run; what they write lies in a copy of its case."""
+    places = (command for page in pages() for command in commands(page))
+    found = {command.words for command in places if any(place in str(command) for place in READ_A_RUN)}
+    run = sorted(words for words in found if words[0] == "millprint" and words[1] != "run")
+    assert {words[1] for words in run} == {"match", "yields", "wear", "animate", "export"}
+    (tmp_path / "config").symlink_to(smoke_project / "config")
+    case = PLACES["MILL/CONTACT/CASE"]
+    shutil.copytree(smoke_project / "results/dem" / case, tmp_path / "results/dem" / case)
+    for name in ("fingerprint", "yield", "dose", "mills"):
+        (tmp_path / "results" / name).symlink_to(smoke_project / "results" / name)
+    shutil.copy(smoke_project / "results/yield/next_experiments.tsv", tmp_path / "conditions.tsv")
+    monkeypatch.chdir(tmp_path)
+    for words in run:
+        assert millprint(list(words[1:])) == 0, words
 
 
 def test_the_report_shows_the_mill_in_motion(smoke_project):

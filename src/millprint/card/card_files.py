@@ -170,7 +170,7 @@ def latex_table(card: MillingCard) -> str:
         r"\begin{table}",
         rf"\caption{{{escape(card.title)}: what was set, and the mechanical fingerprint with its bands of a new "
         rf"simulation and of the mean ({100 * card.fingerprint.probability:g}\,\%), and its interval by contact "
-        r"parameters.}",
+        rf"parameters. {escape(card.fingerprint.against)}}}",
         rf"\label{{tab:{card.name.replace('_', '-')}}}",
         r"\begin{tabular}{llllll}",
         r"\toprule",

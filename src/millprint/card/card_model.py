@@ -358,6 +358,12 @@ class CardFingerprint(Record):
     """what turns and seeds say against the bands and what to do: no impacts, few turns, repeats, seeds differ; the
     power of each motion where several last"""
 
+    @property
+    def against(self) -> str:
+        """`motion` without what to do, as a sentence that stands beside the numbers; empty for nothing."""
+        said = [f"{word} ({reason})" for word, reason, *_ in (each.split(": ") for each in self.motion)]
+        return f"Turns and seeds of the simulations say against these bands: {'; '.join(said)}." if said else ""
+
 
 class Software(Record):
     """What computed the card."""

@@ -128,7 +128,8 @@ def target_of_card(card: MillingCard, request: SearchConfig) -> Target:
     own = card.fingerprint.descriptors
     wanted = {name: getattr(own, name) for name in ASKED_SETS[request.descriptors]}
     power = own.wall_power_W * (1e3 / card.balls.mass_g)
-    return Target(wanted, request.asked, replace(power, unit="W/kg"), card.fingerprint.probability)
+    mass_power = replace(power, unit="W/kg")
+    return Target(wanted, request.asked, mass_power, card.fingerprint.probability, said=card.fingerprint.against)
 
 
 def match_card(

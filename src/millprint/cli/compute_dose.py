@@ -12,6 +12,7 @@ from pathlib import Path
 
 from millprint.cli.commands import parser_of
 from millprint.config.arguments import check_written
+from millprint.config.errors import ConfigError
 from millprint.observables.definitions import POWER
 from millprint.run.files import write_table
 
@@ -29,7 +30,6 @@ def main(arguments: list[str], name: str = "dose") -> None:
     from millprint.config.included import SOURCES
     from millprint.dose.kinetics import (
         DOSE_OF,
-        FEWEST_RUNS,
         HITS,
         TIME,
         YIELD,
@@ -49,7 +49,14 @@ def main(arguments: list[str], name: str = "dose") -> None:
         write_table(table, options.out)
     shown = ["case", "mill", TIME, *DOSE_OF, HITS, POWER, "outside"]
     print(table[shown].to_string(index=False, float_format="{:.4g}".format))
-    if YIELD in table and len(table) >= FEWEST_RUNS:
-        kinetics = fit_kinetics(table)
+    for said in filter(None, (own.few_turns_in_words() for own in known.values())):
+        print(said)
+    if YIELD in table:
+        try:
+            kinetics = fit_kinetics(table)
+        except ConfigError as reason:
+            # The doses are right all the same.
+            print(f"no kinetics: {reason}")
+            return
         print(kinetics.to_string(index=False, float_format="{:.4g}".format, na_rep="-"))
         print(said_of_dose(table, kinetics, str(options.runs)), said_of_shear(table))

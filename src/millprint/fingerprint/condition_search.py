@@ -42,7 +42,7 @@ class Target:
 
     wanted: descriptors with their intervals; asked: those that are to be met; power_W_kg: power of the walls over the
     mass of the balls, for which milling time makes up; probability: of the intervals; outside: variables of the
-    condition that were not simulated.
+    condition that were not simulated; said: what stands beside its numbers.
     """
 
     wanted: Mapping[str, Estimate]
@@ -50,6 +50,7 @@ class Target:
     power_W_kg: Estimate = field(default=Estimate(math.nan, "W/kg"))
     probability: float | None = None
     outside: tuple[str, ...] = ()
+    said: str = ""
 
     @classmethod
     def of_numbers(cls, given: Mapping[str, float]) -> "Target":
@@ -357,7 +358,8 @@ def target_at(
     other.check_known(request.asked)
     found = other.predict(condition, charge=charge)
     wanted = {name: getattr(found, name) for name in names}
-    return Target(wanted, request.asked, power_of_mass(found, condition), other.about["probability"], found.outside)
+    power, probability = power_of_mass(found, condition), other.about["probability"]
+    return Target(wanted, request.asked, power, probability, found.outside, other.few_turns_in_words())
 
 
 def match_targets(request: MatchConfig, fingerprints: list[Fingerprint]) -> pd.DataFrame:

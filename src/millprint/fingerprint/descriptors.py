@@ -133,7 +133,17 @@ def _turns_row(summary: dict, collisions: float) -> dict:
         "stuck_runs": int(stuck),
         "independent_turns": min(independent),
         "repeating_runs": int(locked),
+        **{f"{name}_{part}": own for name in CHANNELS for part, own in _memory_of(energies[name], locked).items()},
     }
+
+
+def _memory_of(energies: Sequence[float], locked: bool) -> dict[str, float]:
+    """Of turns about their mean: their number, the sum of their squares, and that of the products of neighbours.
+
+    Both are 0 for a motion that repeats, whose turns vary by next to nothing.
+    """
+    apart = (0.0 if locked else 1.0) * (np.asarray(energies, dtype=float) - np.mean(energies or [0.0]))
+    return {"turns": len(apart), "squares": float(apart @ apart), "products": float(apart[1:] @ apart[:-1])}
 
 
 def _of_a_turn(summary: dict) -> float:
@@ -240,11 +250,18 @@ def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
         mean[f"{name}_frequency_seed_sd_hz"] = groups[f"{name}_frequency_hz"].std(ddof=1)
     mean["balls"] = mean["balls"].round().astype(int)
     told = ["runs_with_impacts", "stuck_runs", "independent_turns", "repeating_runs"]
-    turns = zip(*(groups[name].sum() for name in told), differ, strict=True)
+    of_turns = [f"{name}_{part}" for name in CHANNELS for part in MEMORY]
+    sums = groups[[*told, *of_turns]].sum()
+    remembered = [
+        independent_turns(*(sums[f"{name}_{part}"].to_numpy() for part in MEMORY), mean["seeds"].to_numpy())
+        for name in CHANNELS
+    ]
+    sums["independent_turns"] = np.min([sums["independent_turns"], *remembered], axis=0)
+    turns = zip(*(sums[name] for name in told), differ, strict=True)
     mean["motion"] = [", ".join(said.word for said in motion_of(*own)) for own in turns]
     lasting = groups.apply(_lasting_in_words, include_groups=False)
     mean["lasting_motions"] = [words if own else "" for words, own in zip(lasting, differ, strict=True)]
-    return mean.drop(columns=told).reset_index()
+    return mean.drop(columns=[*told, *of_turns]).reset_index()
 
 
 def _lasting_in_words(seeds: pd.DataFrame) -> str:
@@ -346,6 +363,28 @@ def variance_of_run(values: Sequence[float], within: Sequence[tuple[float, int]]
         squares, inside = squares / inside * (seeds - 1), seeds - 1
     freedom = inside + seeds - 1
     return Run(max(between, (squares + (seeds - 1) * between) / freedom), freedom, False)
+
+
+# What `independent_turns` takes of each channel.
+MEMORY = ("turns", "squares", "products")
+
+
+def independent_turns(turns: np.ndarray, squares: np.ndarray, products: np.ndarray, seeds: np.ndarray) -> np.ndarray:
+    """The equivalent number of independent turns of conditions, from how much a turn is like the one before.
+
+    turns, squares, products: sums over the seeds of what `_memory_of` says. r = products / squares is the correlation
+    of neighbours; of n independent turns of a window it is -1/n, within 1 / sqrt(turns). Beyond chance, it is
+    phi = (r + 1/n) / (1 - 3/n) without its bias (Kendall, Biometrika 41 (1954) 403), and a turn is worth
+    (1 - phi) / (1 + phi) of an independent one. The blocks of `mean_of_turns`, eight at least, cannot show this.
+    """
+    # Imported here: slow to import, and what only reads tables does not need it.
+    from millprint.estimate.quantiles import normal_exceeded
+
+    n = np.maximum(turns / np.maximum(seeds, 1), 1)
+    above = np.divide(products, squares, out=np.zeros(len(n)), where=squares > 0) + 1 / n
+    phi = np.clip(above / np.maximum(1 - 3 / n, 1e-9), 0, 1)
+    beyond = above > normal_exceeded(CHANCE) / np.sqrt(np.maximum(turns, 1))
+    return np.where(beyond, turns * (1 - phi) / (1 + phi), turns)
 
 
 def lasting_motions(powers_W: np.ndarray, variances: np.ndarray) -> list[np.ndarray]:

@@ -27,7 +27,7 @@ from millprint.fingerprint.condition_search import (
     target_at,
     variables_in_words,
 )
-from millprint.fingerprint.descriptors import CHARGE, FEWEST_TURNS
+from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.mill_sheet import shown_speed
 from millprint.fingerprint.model import Fingerprint
 from millprint.observables.condition import Condition
@@ -192,12 +192,7 @@ def match_in_words(
             lines.append(f"ratios by {ORIGINS[origin].title}, as if independent in both mills: {known}")
     if target.outside:
         lines.append(f"the target itself is extrapolated: {variables_in_words(target.outside)} not simulated")
-    if own.about.get("few_turns"):
-        lines.append(
-            f"{best['mill']}: few turns: {own.about['few_turns']} of its conditions were recorded for fewer than "
-            f"{FEWEST_TURNS} independent turns"
-        )
-    return lines
+    return [*lines, *dict.fromkeys(said for said in (target.said, own.few_turns_in_words()) if said)]
 
 
 # What `compare` compares: what mills are matched by, then the power and its parts.

@@ -16,7 +16,15 @@ from millprint.config.mill_sweep import FEWEST_FILLS
 from millprint.config.sweep import ball_count
 from millprint.estimate.estimates import ENDS, Estimate, Interval, columns_of, share_of
 from millprint.fingerprint.bands import FURTHER, Factors, checked_factors, read_factors
-from millprint.fingerprint.descriptors import CHARGE, OF_RULE, as_built, said_of, with_impacts
+from millprint.fingerprint.descriptors import (
+    CHARGE,
+    FEWEST_TURNS,
+    MOTIONS,
+    OF_RULE,
+    as_built,
+    said_of,
+    with_impacts,
+)
 from millprint.fingerprint.predicted_values import (
     COLUMNS,
     OF_COLLISIONS,
@@ -211,6 +219,12 @@ class Fingerprint:
     def fill_range(self) -> tuple[float, float]:
         """The smallest and the largest fill ratio that was simulated."""
         return tuple(self.about["ranges"]["fill_ratio"])
+
+    def few_turns_in_words(self) -> str:
+        """What stands beside numbers of this mill where conditions were recorded for few turns; empty for none."""
+        few, word = self.about.get("few_turns", 0), MOTIONS["few_turns"].word
+        many = f"{word}: {few} of its conditions were recorded for fewer than {FEWEST_TURNS} independent turns"
+        return f"{self.about['mill']}: {many}" if few else ""
 
     @property
     def kinds(self) -> list[str]:

@@ -217,6 +217,8 @@ def say_power(condition: Condition, measured: Estimate, date: str | None) -> str
     predicted = predicted_power(condition)
     verdict = judge(predicted, measured, widest=WIDEST)
     print(f"measured power: {measured}\npredicted power: {predicted} ({origins_of(predicted)})\nverdict: {verdict}")
+    if said := condition.card.fingerprint.against:
+        print(said)
     note = f"predicted {predicted}: {verdict}"
     if (row := _fixed_power(condition, date)) is None:
         return note
