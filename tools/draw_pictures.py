@@ -1,4 +1,4 @@
-"""Draws a picture of docs/pictures: python tools/draw_pictures.py PICTURE FOLDER.
+"""Draws a picture of docs/pictures: python -m tools.draw_pictures PICTURE FOLDER.
 
 FOLDER is where the command of PICTURE was run, in RUNS or ANIMATED; the drawings of a mill need no run. TABLE has what
 each picture was made of, and a page of a fingerprint carries the numbers on it. Tests compare these with the
@@ -6,7 +6,6 @@ present code and with the text of the page.
 """
 
 import argparse
-import hashlib
 import json
 from io import BytesIO
 from pathlib import Path
@@ -14,6 +13,7 @@ from pathlib import Path
 import pandas as pd
 from matplotlib.figure import Figure
 from PIL import Image, PngImagePlugin
+from tools.made_by import digest_of, settings_of
 
 from millprint.config.included import load_mill
 from millprint.config.view import ViewConfig
@@ -43,21 +43,17 @@ DPI, COLOURS = 150, 64
 ONE_TURN = ViewConfig(revolutions=1, frames_per_revolution=17)
 
 
-def made_of(sheet: pd.DataFrame) -> str:
-    """What a page shows: the version of the physics, and a digest of the names of its rows."""
+def made_of(sheet: pd.DataFrame, command: str) -> str:
+    """What a page shows: the version of the physics, the settings of its command, and the names of its rows."""
     rows = sheet[sheet["section"].isin(["mill", "condition", "descriptors", "dose", "exponents"])]
-    return f"physics {PHYSICS}, rows {hashlib.sha256(' '.join(rows['quantity']).encode()).hexdigest()[:16]}"
+    settings = settings_of(command.split()[-1])
+    return f"physics {PHYSICS}, settings {settings}, rows {digest_of(' '.join(rows['quantity']).encode())}"
 
 
 def numbers_of(sheet: pd.DataFrame) -> dict[str, float]:
     """The numbers of a page, by the names of their rows."""
     own = sheet[sheet["section"].isin(["condition", "descriptors", "dose", "exponents"]) & sheet["value"].notna()]
     return dict(zip(own["quantity"], own["value"].astype(float), strict=True))
-
-
-def digest_of(content: bytes) -> str:
-    """A short digest."""
-    return hashlib.sha256(content).hexdigest()[:16]
 
 
 def mill_of(picture: str) -> str:
@@ -97,11 +93,12 @@ def draw_page(picture: str, results: Path) -> str:
     spectra = [of_sheet(read_spectra(dose / MILL / name), sheet) for name in ("spectra.tsv", "spectra_summary.tsv")]
     descriptors, curves = read_descriptors(mill / "descriptors.tsv"), read_table(mill / "curves.tsv")
     figure = plot_sheet(picture_mill(load_mill(MILL)), sheet, descriptors, curves, *spectra)
-    told = PngImagePlugin.PngInfo()
-    for key, text in {"made of": made_of(own), "run": RUNS[picture][0], "numbers": json.dumps(numbers_of(own))}.items():
+    told, command = PngImagePlugin.PngInfo(), RUNS[picture][0]
+    made = made_of(own, command)
+    for key, text in {"made of": made, "run": command, "numbers": json.dumps(numbers_of(own))}.items():
         told.add_text(key, text)
     few(figure).save(PICTURES / picture, optimize=True, pnginfo=told)
-    return made_of(own)
+    return made
 
 
 if __name__ == "__main__":

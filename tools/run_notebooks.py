@@ -1,27 +1,28 @@
-"""Runs the notebooks of the docs and keeps what their cells show: python tools/run_notebooks.py FOLDER.
+"""Runs the notebooks of the docs and keeps what their cells show: python -m tools.run_notebooks FOLDER.
 
 FOLDER holds what they simulate. Each notebook carries what its output was made of, and a test compares that with the
 present cells and code.
 """
 
 import argparse
-import hashlib
 from pathlib import Path
 
 import nbformat
 from nbclient import NotebookClient
+from tools.made_by import digest_of, settings_of
 
 from millprint.dem import PHYSICS
 
 PLACE = Path(__file__).parents[1] / "docs/notebooks"
 # In the order in which they run: the second uses what the first has simulated.
-NOTEBOOKS = [PLACE / "fingerprint.ipynb", PLACE / "two_mills.ipynb"]
+NOTEBOOKS, MILLS = [PLACE / "fingerprint.ipynb", PLACE / "two_mills.ipynb"], ["planetary", "spex"]
 
 
 def made_of(notebook: nbformat.NotebookNode) -> str:
-    """What a notebook shows: the version of the physics, and a digest of its code."""
+    """What a notebook shows: the version of the physics, the default settings of its mills, and its code."""
     code = "\n".join(cell.source for cell in notebook.cells if cell.cell_type == "code")
-    return f"physics {PHYSICS}, cells {hashlib.sha256(code.encode()).hexdigest()[:16]}"
+    settings = " ".join(map(settings_of, MILLS))
+    return f"physics {PHYSICS}, settings {settings}, cells {digest_of(code.encode())}"
 
 
 def run(notebook: nbformat.NotebookNode, folder: Path) -> None:

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 from PIL import Image
-from tools.draw_pictures import ANIMATION, DRAWINGS, PICTURES, RUNS, TABLE, digest_of, mill_of
+from tools.draw_pictures import ANIMATION, DRAWINGS, PICTURES, RUNS, TABLE, mill_of
+from tools.made_by import digest_of
 
 from millprint.config.included import load_mill, read_run
 from millprint.config.mill_sweep import MillSweepConfig
@@ -38,16 +39,16 @@ def test_every_picture_is_what_the_table_says_and_what_the_present_code_would_dr
     made = read_table(TABLE).set_index("picture")
     assert {path.name for path in PICTURES.iterdir()} == set(made.index) == {*RUNS, *DRAWINGS, ANIMATION}
     for name, row in made.iterrows():
-        assert row["sha256"] == digest_of((PICTURES / name).read_bytes()), f"python tools/draw_pictures.py {name}"
+        assert row["sha256"] == digest_of((PICTURES / name).read_bytes()), f"python -m tools.draw_pictures {name}"
         if name not in RUNS:
-            assert row["made_of"] == mill_of(name), f"python tools/draw_pictures.py {name}"
+            assert row["made_of"] == mill_of(name), f"python -m tools.draw_pictures {name}"
             continue
         # A page carries what it was made of; the condition that it shows is one that its command simulates.
         with Image.open(PICTURES / name) as picture:
             told = picture.text
         numbers, command = json.loads(told["numbers"]), RUNS[name][0]
         assert told["run"] == command and told["made of"] == row["made_of"]
-        assert row["made_of"].startswith(f"physics {PHYSICS}, "), f"python tools/draw_pictures.py {name}"
+        assert row["made_of"].startswith(f"physics {PHYSICS}, "), f"python -m tools.draw_pictures {name}"
         sweep = read_run(given)["sweep"] if (given := command.split()[-1]).endswith(".yaml") else load_mill(given).sweep
         sweep = MillSweepConfig.model_validate(sweep)
         assert numbers["speed"] in sweep.speeds and numbers["ball diameter"] in sweep.balls

@@ -60,7 +60,9 @@ def sheet_of(own: Fingerprint) -> pd.DataFrame:
 @pytest.mark.parametrize("picture", RUNS)
 def test_a_page_among_the_pictures_is_of_the_present_code(picture):
     with Image.open(PICTURES / picture) as page:
-        assert page.text["made of"] == made_of(sheet_of(fingerprint())), "python tools/draw_pictures.py"
+        assert page.text["made of"] == made_of(sheet_of(fingerprint()), RUNS[picture][0]), (
+            f"python -m tools.draw_pictures {picture}"
+        )
 
 
 def temperatures(sheet: pd.DataFrame, speed_rpm: float | None = None) -> pd.DataFrame:

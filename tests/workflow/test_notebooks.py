@@ -40,7 +40,7 @@ def executed(tmp_path_factory):
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_a_notebook_is_kept_with_the_output_of_its_present_cells(path):
     kept = read(path)
-    assert kept.metadata["made_of"] == made_of(kept), "python tools/run_notebooks.py FOLDER"
+    assert kept.metadata["made_of"] == made_of(kept), "python -m tools.run_notebooks FOLDER"
     assert pictures(kept) == 1 and texts(kept)
     assert path.stat().st_size < 100_000
 

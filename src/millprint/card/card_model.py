@@ -360,7 +360,7 @@ class CardFingerprint(Record):
 
     @property
     def against(self) -> str:
-        """`motion` without what to do, as a sentence that stands beside the numbers; empty for nothing."""
+        """`motion` without what to do, as a sentence that stands with the numbers; empty for nothing."""
         said = [f"{word} ({reason})" for word, reason, *_ in (each.split(": ") for each in self.motion)]
         return f"Turns and seeds of the simulations say against these bands: {'; '.join(said)}." if said else ""
 

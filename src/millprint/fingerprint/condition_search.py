@@ -42,7 +42,7 @@ class Target:
 
     wanted: descriptors with their intervals; asked: those that are to be met; power_W_kg: power of the walls over the
     mass of the balls, for which milling time makes up; probability: of the intervals; outside: variables of the
-    condition that were not simulated; said: what stands beside its numbers.
+    condition that were not simulated; said: what stands with its numbers.
     """
 
     wanted: Mapping[str, Estimate]

@@ -253,7 +253,7 @@ def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
     of_turns = [f"{name}_{part}" for name in CHANNELS for part in MEMORY]
     sums = groups[[*told, *of_turns]].sum()
     remembered = [
-        independent_turns(*(sums[f"{name}_{part}"].to_numpy() for part in MEMORY), mean["seeds"].to_numpy())
+        independent_turns(mean["seeds"].to_numpy(), *(sums[f"{name}_{part}"].to_numpy() for part in MEMORY))
         for name in CHANNELS
     ]
     sums["independent_turns"] = np.min([sums["independent_turns"], *remembered], axis=0)
@@ -369,7 +369,7 @@ def variance_of_run(values: Sequence[float], within: Sequence[tuple[float, int]]
 MEMORY = ("turns", "squares", "products")
 
 
-def independent_turns(turns: np.ndarray, squares: np.ndarray, products: np.ndarray, seeds: np.ndarray) -> np.ndarray:
+def independent_turns(seeds: np.ndarray, turns: np.ndarray, squares: np.ndarray, products: np.ndarray) -> np.ndarray:
     """The equivalent number of independent turns of conditions, from how much a turn is like the one before.
 
     turns, squares, products: sums over the seeds of what `_memory_of` says. r = products / squares is the correlation

@@ -221,7 +221,7 @@ class Fingerprint:
         return tuple(self.about["ranges"]["fill_ratio"])
 
     def few_turns_in_words(self) -> str:
-        """What stands beside numbers of this mill where conditions were recorded for few turns; empty for none."""
+        """What stands with numbers of this mill where conditions were recorded for few turns; empty for none."""
         few, word = self.about.get("few_turns", 0), MOTIONS["few_turns"].word
         many = f"{word}: {few} of its conditions were recorded for fewer than {FEWEST_TURNS} independent turns"
         return f"{self.about['mill']}: {many}" if few else ""
