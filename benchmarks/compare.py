@@ -66,8 +66,10 @@ class Entry:
 
     @property
     def wall(self) -> str:
-        """The wall in this code: facets or smooth."""
-        return f"facets ({len(self.setup.jar.vessel.facets)})" if self.code == OURS else "moving region"
+        """The wall in this code: round, or its number of flat facets."""
+        vessel = self.setup.jar.vessel
+        ours = "round" if vessel.curves else f"facets ({len(vessel.facets)})"
+        return ours if self.code == OURS else "moving region"
 
     @property
     def cost(self) -> float:

@@ -1,7 +1,7 @@
 """Power of a drum with lifters from LAMMPS, compared with ours: `make bench DRUMS=1`.
 
 LAMMPS has the shell as a cylinder and each square lifter as a block, all turning (`fix wall/gran/region`), and the
-contact law that means are compared with (`lammps.compared`). Its shell is smooth, ours has flat facets.
+contact law that means are compared with (`lammps.compared`). The shell is round in both.
 
 Power of the walls: all of them turn about the y axis with w, so that it is w times their torque. Over whole turns the
 balls' angular momentum does not change, so that the torque is the one against gravity, and the mean power is

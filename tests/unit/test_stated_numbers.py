@@ -4,6 +4,7 @@ import re
 
 import pytest
 from tools.count_matches import EXAMPLE
+from tools.run_tables import BLOCKS
 from tools.store_verdicts import BLOCK, TEXTS, written
 
 from tests.conftest import ROOT
@@ -22,6 +23,13 @@ def text_of(document: str) -> str:
     for left_out in (r"\[@\w+\]|@\w+", r"(?<!`)`[^`\n]+`(?!`)", r"\]\([^)]*\)"):
         text = re.sub(left_out, " ", text)
     return " ".join(re.sub(r"Python \d\.\d+", " ", text).split())
+
+
+def test_every_block_is_on_a_page_and_every_page_that_has_one_is_written():
+    pages = [ROOT / "README.md", ROOT / "paper.md", *(ROOT / "docs").rglob("*.md")]
+    found = {str(page.relative_to(ROOT)): {one["name"] for one in BLOCK.finditer(page.read_text())} for page in pages}
+    assert {page for page, names in found.items() if names} <= set(TEXTS)
+    assert set(BLOCKS) <= set().union(*found.values())
 
 
 @pytest.mark.parametrize("document", TEXTS)
