@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from tools import try_bands
 
 from millprint.cases.of_mill import held_out_cases, mill_cases
 from millprint.config.errors import ConfigError
@@ -34,6 +35,7 @@ from millprint.fingerprint.processes import (
 from millprint.mill.bodies import check_volume
 from millprint.mill.vessel import build_vessel
 from millprint.observables.definitions import CURVES
+from millprint.run.files import read_table
 from tests.new_jars import DRAWN, JARS, write_folder
 from tests.unit.synthetic_mill import VOLUME, descriptors
 
@@ -184,3 +186,8 @@ def test_the_new_jars_are_mills_of_their_own(tmp_path, monkeypatch):
         assert not any(mill.geometry == other.geometry for other in box)
         assert len(held_out_cases(mill, MillsConfig(contact="calibrated"))) == 8
     assert len(build_vessel(mills[DRAWN]).curves) == 2
+
+
+def test_the_page_has_the_trials_of_the_table():
+    trials = read_table(try_bands.TABLE)
+    assert len(trials) >= 4 and try_bands.block(trials) in try_bands.PAGE.read_text()
