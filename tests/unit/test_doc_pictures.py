@@ -60,7 +60,7 @@ SAID = {
     "speed": (r"\(left\): (\d+) rpm", 1),
     "ball diameter": (r"balls of (\d+) mm, \d+ % of the jar", 1),
     "fill ratio": (r"(\d+) % of the jar filled with balls", 0.01),
-    "weighted normal energy E*n": (r"dissipates ([\d.]+) mJ by compression", 1e-3),
+    "weighted normal energy E*n": (r"dissipates ([\d.]+) µJ by compression", 1e-6),
     "weighted tangential energy E*t": (r"one ([\d.]+) mJ by shear", 1e-3),
     "weighted normal frequency f*n": (r"about ([\d.]+) collisions a second", 1),
     "weighted tangential frequency f*t": (r"about ([\d.]+) of the second", 1),
@@ -68,7 +68,7 @@ SAID = {
     "tangential power": (r"and ([\d.]+) W by shear", 1),
     "power": (r"rolling ([\d.]+) W in all", 1),
     "dose of an hour at a ball-to-powder ratio of 10": (r"in all: ([\d.]+) kJ for a gram", 1),
-    "wall power per ball: of speed": (r"speed to the power of ([\d.]+)", 1),
+    "wall power per ball: of speed": (r"speed to the power of (\d+\.\d+)", 1),
 }
 
 

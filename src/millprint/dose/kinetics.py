@@ -175,7 +175,8 @@ def fit_kinetics(runs: pd.DataFrame) -> pd.DataFrame:
     """
     yields = runs[YIELD].to_numpy(dtype=float)
     if len(yields) < FEWEST_RUNS:
-        raise ConfigError(f"{len(yields)} run{'s' * (len(yields) != 1)} with a yield: kinetics need at least {FEWEST_RUNS}")
+        many = "1 run" if len(yields) == 1 else f"{len(yields)} runs"
+        raise ConfigError(f"{many} with a yield: kinetics need at least {FEWEST_RUNS}")
     spread = float(((yields - yields.mean()) ** 2).sum())
     if spread == 0:
         raise ConfigError(f"column {YIELD}: all are {yields[0]:g}; kinetics need yields that differ")
