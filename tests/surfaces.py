@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.mill import MillConfig
@@ -472,6 +473,8 @@ def main() -> int:
     arguments = parser.parse_args()
     every, bad, seen = Counter(), Counter(), []
     os.chdir(tempfile.mkdtemp())
+    # Products of a few rows are no work for threads, which wait for each other.
+    threadpool_limits(1)
     for done, seed in enumerate(range(arguments.seed, arguments.seed + arguments.count), 1):
         hollow = hollow_of(seed)
         shots = arguments.shots if seed % 10 == 0 or arguments.count == 1 else 0

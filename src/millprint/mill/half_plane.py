@@ -163,10 +163,9 @@ class HalfPlane:
 
 
 def _fitted(drawing: Drawing, plane: HalfPlane, seed: Sequence[int], kind: type[Line] | type[Circle]) -> Swept | None:
-    """The surface about an axis that begins with two facets, each of whose vertices lies on it; None of too little."""
+    """The surface about an axis that begins with two facets, each of whose vertices lies on it."""
     found = plane.fit(drawing, seed, kind) if surface_begins(drawing, plane.axis, seed, (kind,)) else None
-    swept = Swept(plane.axis, *found) if found else None
-    return swept if swept and _is_enough(drawing, plane, swept) else None
+    return Swept(plane.axis, *found) if found else None
 
 
 def surface_begins(
@@ -287,21 +286,28 @@ def surfaces_about(drawing: Drawing, plane: HalfPlane) -> list[Swept]:
         """Take the surfaces of a kind that begin at some seams (s,)."""
         # All pairs between the same rings fail alike; an axis about which nothing begins soon is none.
         failed: set[int] = set()
+        # So do those that are in one failed fit, as rings that rounding has given different places.
+        failed_with = np.zeros(len(drawing.taken), dtype=np.int64)
         seams = np.flatnonzero(fits & ~drawing.taken[drawing.seams].any(axis=1))
         for pair, name in zip(drawing.seams[seams].tolist(), names[seams].tolist(), strict=True):
             if len(failed) > (MOST_FAILURES if found else FIRST_FAILURES):
                 break
             if name in failed or drawing.taken[pair[0]] or drawing.taken[pair[1]]:
                 continue
+            if failed_with[pair[0]] == failed_with[pair[1]] > 0:
+                failed.add(name)
+                continue
             own = plane.flat[np.concatenate([drawing.vertices_of[facet] for facet in pair])]
             swept = None
             if np.abs(kind.through(_different(own, drawing.tolerance)).off(own)).max() <= drawing.tolerance:
                 swept = _fitted(drawing, plane, pair, kind)
-            if swept:
+            if swept and _is_enough(drawing, plane, swept):
                 drawing.taken[swept.facets] = True
                 found.append(swept)
-            else:
-                failed.add(name)
+                continue
+            failed.add(name)
+            if swept:
+                failed_with[swept.facets] = len(failed)
 
     find(Circle, counts > 2)
     # A far longer step than the others of its arc may be of the next one, which had too few without it.

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from millprint.mill.outlines import Ragged, lengths
+from millprint.mill.outlines import Ragged, cross, lengths
 from millprint.mill.vessel import Vessel
 
 # Facets that turn by more against each other are not taken for a round wall [rad]: a prism of 18 sides is meant.
@@ -33,9 +33,9 @@ class Axis:
 
     def __post_init__(self) -> None:
         helper = np.eye(3)[np.argmin(np.abs(self.along))]
-        self.u = np.cross(helper, self.along)
+        self.u = cross(helper, self.along)
         self.u /= np.linalg.norm(self.u)
-        self.v = np.cross(self.along, self.u)
+        self.v = cross(self.along, self.u)
 
     def meridian(self, points: np.ndarray) -> np.ndarray:
         """(Distance from the axis, height over its origin) (n, 2) of points (n, 3) [m]."""
