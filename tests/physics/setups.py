@@ -54,9 +54,13 @@ class FewBalls(simulation.FewBalls):
 
 
 def crowd(contact: ContactConfig, step: float, skin: float) -> FewBalls:
-    """240 balls of two sizes in a box that they fill, at random off a lattice: half of all neighbours overlap."""
+    """240 balls of two sizes, at random off a lattice, so that half of all neighbours overlap; the last one far away.
+
+    Cells as wide as a ball would be more than there is room for.
+    """
     rng = np.random.default_rng(4)
     place = np.stack(np.meshgrid(*(5e-3 + 0.01 * np.arange(n) for n in (8, 6, 5)), indexing="ij"), axis=-1)
     place = place.reshape(-1, 3) - [0.04, 0.03, 0.0] + rng.uniform(-3e-4, 3e-4, (240, 3))
-    radius, speed, vessel = rng.choice([4.9e-3, 5e-3], 240), rng.normal(size=(240, 3)), box(0.08, 0.06, 0.05)
-    return FewBalls(place, speed, radius=radius, contact=contact, step=step, skin=skin, vessel=vessel)
+    place[-1], radius, speed = [0.99505, 0.0, 0.025], rng.choice([4.9e-3, 5e-3], 240), rng.normal(size=(240, 3))
+    vessel = box(2.0, 0.06, 0.05)
+    return FewBalls(place, speed, radius=radius, contact=contact, step=step, skin=skin, vessel=vessel, pitch=0.02)

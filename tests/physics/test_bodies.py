@@ -7,7 +7,11 @@ from scipy.stats import t
 
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
+from millprint.dem.advance import advance
+from millprint.dem.laws.registry import mark_of
+from millprint.dem.layout import TOTAL
 from millprint.dem.ledger import closure, ledger_series
+from millprint.dem.recording import make_table, silent_recorder
 from millprint.dem.simulation import Simulation
 from millprint.mill.bodies import ball_space_m3, build_bodies
 from millprint.mill.distance import signed_distance
@@ -69,25 +73,35 @@ def test_a_stirrer_drives_the_balls_of_a_tank_at_rest(contacts):
     assert (place[:, 0] * speed[:, 1] - place[:, 1] * speed[:, 0]).mean() > 0
 
 
-def test_a_ball_at_rest_is_hit_by_a_paddle_as_by_a_heavy_body(contacts):
-    """Without loss it gets twice the paddle's speed where it is hit; that energy is all the work of the walls."""
-    tank, plate = (
-        {"kind": "box", "x_mm": 80, "y_mm": 80, "z_mm": 40},
-        {"kind": "box", "x_mm": 60, "y_mm": 4, "z_mm": 30},
-    )
+def test_each_face_of_two_bodies_pushes_and_works_as_by_hand(contacts):
+    """A ball, some micrometres deep, in each face of a crate that goes round and of a block that turns."""
+    crate, block = ({"kind": "box"} | dict(zip(("x_mm", "y_mm", "z_mm"), sides, strict=True))
+                    for sides in ((140, 140, 80), (60, 20, 30)))  # fmt: skip
     turning = {"kind": "rotation", "axis": [0, 0, 1]}
-    paddle = {"name": "paddle", "geometry": plate | {"centre_mm": [0, 0, 20]}, "motion": turning}
+    insert = {"name": "block", "geometry": block | {"centre_mm": [0, 0, 40]}, "motion": turning}
+    made = mill(crate, {"kind": "circle", "amplitude_mm": 12}, 1568, inserts=[insert])
     free = {"restitution": 1.0, "static_friction": 0.0, "rolling_friction": 0.0}
-    free = contacts["calibrated"].model_copy(update=free)
-    start = np.array([[0.02, 0.0072, 0.005]])
-    described = case(fill_ratio=0.0021, settle_s=1e-6, window_s=0.004)
-    made = mill(tank, {"kind": "rest"}, 256, inserts=[paddle])
-    simulation = Simulation(described, made, free, DEM.model_copy(update={"settle_s": 1e-6}), start)
-    series = ledger_series(np.concatenate(simulation.run().samples))
-    along = np.sqrt((start[0, :2] ** 2).sum() - 0.007**2)
-    (velocity,), mass = simulation.balls.velocity, simulation.balls.mass[0]
-    assert np.hypot(*velocity[:2]) == pytest.approx(2 * 2 * np.pi * 5 * along, rel=1e-2)
-    assert series["wall_work_J"].iloc[-1] == pytest.approx(mass / 2 * (velocity**2).sum(), rel=2e-3)
+    outwards, middle = np.vstack([np.eye(3), -np.eye(3)]), np.array([0, 0, 0.04])
+    along = 8e-3 * (1 - np.abs(outwards))
+    inwards, depth = np.vstack([-outwards, outwards]), 1e-6 * np.arange(5, 17)[:, None]
+    faces = [along + outwards * half for half in ((0.07, 0.07, 0.04), (0.03, 0.01, 0.015))]
+    start = middle + np.vstack(faces) + inwards * (5e-3 - depth)
+    start[6:] -= [0.012, 0, 0]
+    simulation = Simulation(case(fill_ratio=0.00401), made, contacts["calibrated"].model_copy(update=free), DEM, start)
+    advance(
+        simulation.balls, simulation.candidates, simulation.contacts, simulation.laws, mark_of(simulation.contact),
+        simulation.walls, simulation.clock, simulation.totals, simulation.counters, make_table(20), silent_recorder(),
+        0, None,
+    )  # fmt: skip
+    stiffness = 4 / 3 * 2.05e9 / (2 * (1 - 0.235**2)) * np.sqrt(5e-3)
+    force = stiffness * depth**1.5 * inwards
+    step = simulation.clock.step
+    gained = step * (force / simulation.balls.mass[0] - [0, 0, 9.81])
+    assert simulation.balls.velocity == pytest.approx(gained, rel=1e-6, abs=1e-9)
+    of_crate = 10 * np.pi * np.array([0, 0.012, 0])
+    of_block = 10 * np.pi * np.cross([0, 0, 1], simulation.balls.position[6:])
+    work = step * ((force[:6] * of_crate).sum() + (force[6:] * of_block).sum())
+    assert simulation.totals[TOTAL.wall_work_J] == pytest.approx(work, rel=1e-6)
 
 
 def jar_from_file(made: MillConfig, folder, kind: str) -> MillConfig:

@@ -5,7 +5,7 @@ import pytest
 
 from millprint.dem.advance import advance
 from millprint.dem.laws.registry import mark_of
-from millprint.dem.layout import COUNTER
+from millprint.dem.layout import COUNTER, LANE, LANES
 from millprint.dem.neighbours import SLACK_SHARE
 from millprint.dem.recording import make_table, silent_recorder
 from tests.physics.setups import CALIBRATED, crowd
@@ -90,7 +90,7 @@ def test_a_crowd_is_listed_and_pushed_as_by_hand():
     first, second = np.triu_indices(240, 1)
     away = place[first] - place[second]
     apart = np.linalg.norm(away, axis=1)
-    gap, half = apart - radius[first] - radius[second], [0.04, 0.03, 0.025]
+    gap, half = apart - radius[first] - radius[second], [1.0, 0.03, 0.025]
     out, at = np.array([1.0, -1.0]), place - [0.0, 0.0, 0.025]
     wall_gap = half - at[..., None, :] * out[:, None] - radius[:, None, None]
     force, reduced = np.zeros((240, 3)), radius[first] * radius[second] / (radius[first] + radius[second])
@@ -105,7 +105,9 @@ def test_a_crowd_is_listed_and_pushed_as_by_hand():
     candidates, walls = world.candidates, int(world.candidates.first_wall[0, 0])
     pairs = set(zip(candidates.ball[:walls].tolist(), candidates.partner[:walls].tolist(), strict=True))
     assert pairs == set(zip(first[gap < skin].tolist(), second[gap < skin].tolist(), strict=True))
-    assert world.counters[COUNTER.opened] == (gap < 0).sum() + (wall_gap < 0).sum()
+    opened = (gap < 0).sum() + (wall_gap < 0).sum()
+    resistance = world.open_contacts.lanes[:, LANE.history.resistance * LANES : (LANE.history.resistance + 1) * LANES]
+    assert world.counters[COUNTER.opened] == opened and (resistance.ravel()[:opened] == 1).all()
     of_walls = candidates.ball[walls : candidates.first_wall[0, -1]]
     assert np.bincount(of_walls, minlength=240).tolist() == (wall_gap <= skin / 2).sum(axis=(1, 2)).tolist()
     # What may come within reach before the next look is near: both partners at twice the speed of the fastest.

@@ -5,7 +5,6 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from millprint.config.contact_set import RestitutionForm, RestitutionTable, plastic, viscoelastic
-from millprint.dem.layout import COUNTER
 from millprint.dem.ledger import closure
 from tests.physics.setups import CALIBRATED, FewBalls
 
@@ -15,19 +14,11 @@ OVER_SPEED = CALIBRATED.model_copy(update={"restitution": TABLE, "wall_restituti
 RADIUS, STEP = 5e-3, 1e-6
 
 
-def pair_at(speed: float, contact=OVER_SPEED, rebuilt: bool = False) -> FewBalls:
-    """Two balls after a head-on hit; rebuilt: the lists are made again in the middle of it."""
+def pair_at(speed: float, contact=OVER_SPEED) -> FewBalls:
+    """Two balls after a head-on hit."""
     world = FewBalls(
         [[-RADIUS, 0, 0.1], [RADIUS, 0, 0.1]], [[speed / 2, 0, 0], [-speed / 2, 0, 0]], contact=contact, step=STEP
     )
-    if rebuilt:
-        world.run(30 * STEP)
-        assert world.counters[COUNTER.used] - world.counters[COUNTER.free] == 1
-        world.balls.position[:] += 1.0e-2 * np.array([0, 1.0, 0])
-        world.counters[COUNTER.check_in] = 0
-        before = world.counters[COUNTER.rebuilds]
-        world.run(STEP)
-        assert world.counters[COUNTER.rebuilds] == before + 1
     world.run(2e-3)
     return world
 
@@ -40,11 +31,6 @@ def test_two_balls_rebound_by_the_table(speed):
     assert -np.diff(velocity[:, 0])[0] / -speed == pytest.approx(TABLE.at(speed), abs=2e-3)
     assert abs(velocity.sum(axis=0)).max() < 1e-14
     np.testing.assert_allclose(velocity, pair_at(speed, constant).balls.velocity, rtol=1e-9)
-
-
-def test_the_coefficient_outlives_new_lists_in_the_middle_of_a_hit():
-    plain, rebuilt = pair_at(1.0), pair_at(1.0, rebuilt=True)
-    np.testing.assert_allclose(rebuilt.balls.velocity, plain.balls.velocity, rtol=1e-12)
 
 
 @pytest.mark.parametrize("speed", [0.05, 0.3, 2.0])

@@ -6,6 +6,7 @@ import pytest
 from millprint.dem.layout import COUNTER
 from tests.physics.contact_run import TURNED, UPRIGHT
 from tests.physics.setups import FewBalls, box, uniform
+from tests.physics.test_over_speed import OVER_SPEED
 
 G = 9.81
 STILL = np.zeros(3)
@@ -25,7 +26,7 @@ def world(frame=UPRIGHT, reflection=UPRIGHT, drift=STILL, order=slice(None), **o
     move = frame @ reflection
     spin = np.linalg.det(reflection) * SPIN @ move.T
     return FewBalls(
-        (POSITION @ move.T)[order], (VELOCITY @ move.T + drift)[order], spin[order], radius=RADIUS[order],
+        (POSITION @ move.T)[order], (VELOCITY @ move.T + drift)[order], spin[order], RADIUS[order], OVER_SPEED,
         vessel=box(0.07, 0.07, 0.1, frame), gravity=-G * frame[:, 2], motion=uniform(drift), **{"step": 5e-6} | options,
     )  # fmt: skip
 
@@ -41,7 +42,7 @@ def still() -> FewBalls:
     return made
 
 
-def assert_same(one: FewBalls, other: FewBalls, move: np.ndarray, drift=STILL, sense=1.0, tolerance=1e-11) -> None:
+def assert_same(one: FewBalls, other: FewBalls, move: np.ndarray, drift=STILL, sense=1.0, tolerance=1e-9) -> None:
     """Positions [m], velocities and rim speeds [m/s] of `one` are those of `other`, moved and drifted."""
     assert one.balls.position - 0.03 * drift == pytest.approx(other.balls.position @ move.T, abs=tolerance)
     assert one.balls.velocity - drift == pytest.approx(other.balls.velocity @ move.T, abs=1e3 * tolerance)
@@ -87,8 +88,8 @@ def test_the_order_of_the_balls_does_not_matter(still):
     order = np.array([2, 0, 3, 1])
     shuffled = world(order=order)
     shuffled.run(0.03)
-    assert shuffled.balls.position == pytest.approx(still.balls.position[order], abs=1e-11)
-    assert shuffled.balls.angular_velocity == pytest.approx(still.balls.angular_velocity[order], abs=1e-6)
+    assert shuffled.balls.position == pytest.approx(still.balls.position[order], abs=1e-9)
+    assert shuffled.balls.angular_velocity == pytest.approx(still.balls.angular_velocity[order], abs=1e-4)
 
 
 @pytest.mark.parametrize(("skin", "is_new"), [(6e-4, False), (6e-4, True), (1e-4, False), (0.02, False)])
@@ -98,6 +99,6 @@ def test_neither_parts_of_a_run_nor_its_lists_change_it(still, skin, is_new):
     for _ in range(30):
         parts.counters[COUNTER.check_in] *= not is_new
         parts.run(0.001)
-    tolerance = 1e-11 if is_new or skin != 6e-4 else 0
+    tolerance = 1e-9 if is_new or skin != 6e-4 else 0
     assert_same(parts, still, UPRIGHT, tolerance=tolerance)
     assert parts.counters[COUNTER.opened] == still.counters[COUNTER.opened]

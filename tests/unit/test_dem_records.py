@@ -14,9 +14,9 @@ from millprint.config.included import load_contact, load_mill
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem import ledger, store
 from millprint.dem.collisions import CHANNELS
-from millprint.dem.layout import COUNTER, HEIGHT, LAW, LAW_WIDTH, OCCUPANCY, SAMPLE, SNAPSHOT, SNAPSHOT_TOTAL
+from millprint.dem.layout import COUNTER, HEIGHT, LAW, LAW_WIDTH, OCCUPANCY, SAMPLE, SNAPSHOT, SNAPSHOT_TOTAL, TOTAL
 from millprint.dem.ledger import AIM, check_closure, closure, ledger_series, ledger_summary, work_scale
-from millprint.dem.recording import SAMPLE_NAMES, Recording, end_window, make_recorder, make_table
+from millprint.dem.recording import SAMPLE_NAMES, Recording, begin_window, end_window, make_recorder, make_table
 from millprint.dem.run import run_case
 from millprint.mill.kernel_columns import span_of, width_of
 from millprint.mill.walls import SURFACE
@@ -118,6 +118,20 @@ def test_balls_in_free_flight_are_recorded_by_hand():
     )
     assert recording.height_m == pytest.approx(heights[HEIGHT.total] / 9)
     assert recording.speed_over_vessel**2 == pytest.approx(heights[HEIGHT.relative_squared] / (9 * 0.25))
+
+
+def test_what_a_window_counts_and_what_was_before_it_add_up():
+    """A hit on the floor in whose middle the window begins."""
+    whole, cut = (FewBalls([0, 0, 5.01e-3], [0.5, 0.1, -1.0], step=1e-6) for _ in range(2))
+    whole.run(3e-4)
+    cut.run(5e-5)
+    begin_window(cut.open_contacts, cut.totals, cut.counters)
+    before = cut.totals.copy()
+    cut.run(3e-4)
+    for name, at in (("normal_J", TOTAL.normal_damping_J), ("rolling_J", TOTAL.rolling_J)):
+        assert 0 < before[at] < whole.totals[at]
+        assert cut.contacts[name].to_list() == pytest.approx([whole.totals[at] - before[at]])
+    assert cut.totals == pytest.approx(whole.totals)
 
 
 def test_values_of_collisions_are_rounded_evenly_and_compress_better(tmp_path):

@@ -164,6 +164,14 @@ def test_errors_of_several_seeds_are_by_hand():
     # f90 has those of 3.2 strong collisions of each seed.
     known["f90_se"] = row["f90"] / np.sqrt(3 * 3.2)
     assert row[list(known)].to_dict() == pytest.approx(known, rel=1e-9)
+    # An energy times its frequency is its power.
+    for energy, frequency, power in (
+        ("En", "f", "Pn"),
+        ("Et", "f", "Pt"),
+        ("En_star", "fn_star", "Pn"),
+        ("Et_star", "ft_star", "Pt"),
+    ):
+        assert row[energy] * row[frequency] == pytest.approx(row[power])
     for factor, run in zip((0.1, 1, 1.9), runs, strict=True):
         run["weighted"]["strong_frequency_hz"] *= factor
     apart = tabulate_descriptors(runs, "gap_0_03").iloc[0]
@@ -190,6 +198,10 @@ def test_a_rule_that_counts_nothing_has_no_energy_and_no_crash():
     assert row["f"] == 0 and np.isnan(row["normal_energy_J"])
     (row,) = tabulate_descriptors([run], "hard").to_dict("records")
     assert row["collision_frequency_hz"] == row["normal_energy_J"] == 0 < row["wall_power_W"]
+    # One in ten seconds has the energy of them all.
+    silent.update(count=1, frequency_hz=0.1)
+    (row,) = tabulate_descriptors([run], "hard").to_dict("records")
+    assert row["normal_energy_J"] == pytest.approx(10 * row["normal_power_W"])
 
 
 def test_an_unrecorded_counting_rule_is_refused():

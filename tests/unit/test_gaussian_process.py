@@ -56,7 +56,12 @@ def test_a_maximum_and_what_it_predicts_are_those_of_scikit_learn():
     start, bounds = np.log([1.0, 1.0, 1.0, 1.0, 0.1]), np.log([[0.01, 100.0]] * 4 + [[1e-4, 1.0]])
     target = np.sin(INPUTS[:, 0]) + 0.3 * INPUTS[:, 1] - 0.2 * INPUTS[:, 2] ** 2 + 0.2 * TARGET
     kernel = Kernel(("Matern 5/2",), np.array([0]), np.array([[1, 2, 3]]))
-    theta, value = Likelihood(kernel, INPUTS, target, 1e-8).maximise([start], bounds)
+    likelihood = Likelihood(kernel, INPUTS, target, 1e-8)
+    theta, value = likelihood.maximise([start], bounds)
+    # After a single step, searches from several starts have come to different heights: the highest counts.
+    starts = [start - 1.0, start, start + 1.0]
+    singles = [likelihood.maximise([each], bounds, 1)[1] for each in starts]
+    assert likelihood.maximise(starts, bounds, 1)[1] == min(singles) < max(singles)
     ends = [tuple(each) for each in np.exp(bounds)]
     other = ConstantKernel(1.0, ends[0]) * Matern(np.ones(3), ends[1:4], nu=2.5) + WhiteKernel(0.1, ends[4])
     plain = GaussianProcessRegressor(other, alpha=1e-8).fit(INPUTS, target)

@@ -39,6 +39,7 @@ from millprint.thesis.yields.groups import (
 from millprint.thesis.yields.held_out import Prediction
 from millprint.thesis.yields.new_conditions import MillCurves, load_averaged, predict_conditions, training_rows
 from millprint.thesis.yields.proposals import (
+    choose_centre,
     choose_for_learning,
     choose_for_yield,
     choose_repeats,
@@ -329,6 +330,14 @@ def test_the_best_run_is_repeated_first_and_then_the_farthest_from_those_chosen(
     known["yield_percent"] = [0.1, 0.85, 0.9, 0.5, 0.95, 0.95, 0.46, 0.99]
     chosen = choose_repeats(known, region_rows(), known.tail(1), 3, 0.03)
     assert chosen == [(same_setting(known, region_rows(), 0.03)[run], known["case"][run]) for run in (2, 0, 3)]
+
+
+def test_the_centre_is_nearest_in_deviations_and_in_units_of_what_does_not_vary():
+    """Times of 10 and 20 h deviate by 5 h: 20 h are one away from the mean, and a ratio of 1.2 more than all is 1.2."""
+    one = all_runs().iloc[[0, 0]].reset_index(drop=True)
+    known, ratio = one.assign(time_h=[10.0, 20.0]), one["bpr"] + [1.2, 0.0]
+    assert choose_centre(known, one.assign(time_h=[15.0, 20.0], bpr=ratio)) == 1
+    assert choose_centre(known, one.assign(time_h=[15.0, 22.0], bpr=ratio)) == 0
 
 
 @pytest.mark.parametrize(
