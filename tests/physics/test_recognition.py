@@ -1,6 +1,7 @@
 """Round walls are found again in a mesh, however finely it is drawn; what is not round stays as it is drawn."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,8 +12,8 @@ from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import Vessel, build_vessel, shape_vessel
 from millprint.mill.wall_features import features_of
 from tests import profiles
-from tests.profiles import Hollow, chain, circle_pieces, random_rotation, rounded, stadium_pieces
-from tests.surfaces import check_contacts, hollow_of, style_of
+from tests.profiles import Hollow, chain, circle_pieces, random_rotation, rounded, stadium_pieces, write_stl
+from tests.surfaces import check_contacts, hollow_of, style_of, vessel_of
 from tests.surfaces import from_file as surface_of
 
 
@@ -176,6 +177,14 @@ def test_cones_that_follow_each_other_stay_cones(in_project):
     """The places of a barrel lie on a circle, and its steps are alike; its ends are not tangent to that."""
     barrel = Hollow("barrel", chain([(0, 0), (18, 0), (20, 12), (20, 24), (18, 36), (0, 36)], [0.0] * 5, closed=False))
     assert sorted(curve.kind for curve in surface_of(barrel, 24, None).vessel.curves) == ["cone", "cone", "cylinder"]
+
+
+def test_a_file_whose_facets_fold_on_its_walls_is_not_refused(in_project):
+    """In inches with three decimals, the steps of its rounding are eight times as long as the grid."""
+    drafted = chain([(0, 0), (38.1, 0), (39.763, 63.5), (0, 63.5)], [0.0] * 3, closed=False)
+    write_stl(Path("made.stl"), profiles.mesh(Hollow("inch", rounded(drafted, 1, 2, 6.35)), 192, 0.3) / 25.4, 3)
+    found = vessel_of({"kind": "stl", "path": "made.stl", "unit": "inch"})
+    assert found.curves or "stay flat" in found.report[-1]
 
 
 @pytest.mark.slow

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from millprint.config.errors import ConfigError
 from millprint.mill.borders import borders_of, must_be_trimmed, rough_facets
 from millprint.mill.curved_surfaces import Curve
 from millprint.mill.drawn_creases import endless
@@ -222,15 +223,20 @@ def _trimmed(curve: Curve, points: np.ndarray) -> Curve:
     return Curve(**{**curve.__dict__, **changes})
 
 
+def _short_sides(vessel: Vessel, moved: np.ndarray) -> np.ndarray:
+    """Which sides (n,) of the outlines through moved vertices (v, 3) are none."""
+    ends = moved[vessel.corners]
+    return lengths(ends[vessel.outlines.loops.ahead] - ends)[:, 0] < WELD * vessel.size
+
+
 def _without_collapsed(vessel: Vessel, moved: np.ndarray) -> tuple[Outlines, np.ndarray]:
     """The outlines through moved vertices (v, 3) of the facets that are still some, and the numbers of these.
 
     The vertices of a facet that is hardly wider than the file's rounding may all be put on one border. Its neighbours
     meet there once those that are in one place by now are one.
     """
-    begin = vessel.corners
+    begin, is_short = vessel.corners, _short_sides(vessel, moved)
     end = begin[vessel.outlines.loops.ahead]
-    is_short = lengths(moved[end] - moved[begin])[:, 0] < WELD * vessel.size
     if not is_short.any():
         kept = np.arange(len(vessel.normals))
         return Outlines(moved[begin], vessel.outlines.loops, vessel.outlines.facets), kept
@@ -287,10 +293,10 @@ def whole_patches(
     """The vessel with those curves whose patches are exact everywhere."""
     report: list[str] = []
 
-    def without(spoilt: np.ndarray, at: np.ndarray) -> np.ndarray:
+    def without(spoilt: np.ndarray, at: np.ndarray, why: str = "a round wall ends at drawn ones") -> np.ndarray:
         """on_curve without the facets (f,) of patches that are spoilt near a place (3,)."""
         report.append(
-            f"{spoilt.sum()} facets stay flat, since a round wall ends at drawn ones near "
+            f"{spoilt.sum()} facets stay flat, since {why} near "
             f"({at[0] * 1e3:.4g}, {at[1] * 1e3:.4g}, {at[2] * 1e3:.4g}) mm"
         )
         return np.where(spoilt, -1, on_curve)
@@ -320,7 +326,20 @@ def whole_patches(
             for number, curve in enumerate(curves)
         ]
         facets, kept = _without_collapsed(vessel, moved)
-        exact = Vessel(facets, vessel.name, vessel.solid, vessel.smooth_axis, trimmed, on_curve[kept], tuple(report))
+        try:
+            exact = Vessel(
+                facets, vessel.name, vessel.solid, vessel.smooth_axis, trimmed, on_curve[kept], tuple(report)
+            )
+        except ConfigError:
+            # The drawing is closed; as narrow as the file's rounding, its facets may fold where they are put on a wall.
+            folded = vessel.outlines.corners.owner[_short_sides(vessel, moved)]
+            spoilt = np.isin(drawn_patch, drawn_patch[folded]) & (on_curve >= 0)
+            if not spoilt.any():
+                raise
+            on_curve = without(
+                spoilt, vessel.outlines.middles[folded[0]], "facets as narrow as the file's rounding fold"
+            )
+            continue
         exact.placed_from = kept[exact.placed_from]
         borders = borders_of(exact)
         if free := must_be_trimmed(exact, borders):
