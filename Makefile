@@ -113,7 +113,7 @@ test-fast:
 fuzz: $(VENV)/complete
 	$(BIN)/python -m tests.fuzz --count $(or $(COUNT),5000) --seed $(or $(SEED),0)
 
-# COUNT random surfaces against closed forms; `make test` has 100 small ones.
+# COUNT random surfaces against closed forms; `make test` has 1,000 small ones.
 surfaces: $(VENV)/complete
 	$(BIN)/python -m tests.surfaces --count $(or $(COUNT),20000) --seed $(or $(SEED),0)
 
