@@ -90,7 +90,7 @@ def test_a_crowd_is_listed_and_pushed_as_by_hand():
     first, second = np.triu_indices(240, 1)
     away = place[first] - place[second]
     apart = np.linalg.norm(away, axis=1)
-    gap, half = apart - radius[first] - radius[second], [1.0, 0.03, 0.025]
+    gap, half = apart - radius[first] - radius[second], [1.5, 0.03, 0.025]
     out, at = np.array([1.0, -1.0]), place - [0.0, 0.0, 0.025]
     wall_gap = half - at[..., None, :] * out[:, None] - radius[:, None, None]
     force, reduced = np.zeros((240, 3)), radius[first] * radius[second] / (radius[first] + radius[second])

@@ -132,6 +132,8 @@ def test_what_a_window_counts_and_what_was_before_it_add_up():
         assert 0 < before[at] < whole.totals[at]
         assert cut.contacts[name].to_list() == pytest.approx([whole.totals[at] - before[at]])
     assert cut.totals == pytest.approx(whole.totals)
+    with pytest.raises(SimulationError, match="more than 1 contacts ended"):
+        FewBalls([[0, 0, 5.01e-3], [0.02, 0, 5.01e-3]], [0, 0, -1.0], step=1e-6).run(3e-4, rows=1)
 
 
 def test_values_of_collisions_are_rounded_evenly_and_compress_better(tmp_path):

@@ -14,6 +14,7 @@ from millprint.estimate.estimates import (
     columns_of,
     difference_of,
     mean_of,
+    odds_of,
     parts_of,
     ratio_of,
     share_of,
@@ -31,6 +32,8 @@ def test_an_estimate_keeps_its_intervals_apart_through_a_factor_and_a_rising_fun
     own = Estimate(2.0, "-", scatter=Interval(1.5, 3.0), contact=Interval(1.0, 4.0))
     assert own * 10.0 == Estimate(20.0, "-", scatter=Interval(15.0, 30.0), contact=Interval(10.0, 40.0))
     assert share_of(own) == Estimate(2 / 3, "-", scatter=Interval(0.6, 0.75), contact=Interval(0.5, 0.8))
+    assert odds_of(share_of(own)).ends("contact") == pytest.approx(own.ends("contact"))
+    assert odds_of(made(0.8, 0.5, 1.0)).ends("scatter") == (1.0, np.inf)
     assert (own.lower, own.upper, own.hull(), own.hull(["scatter"])) == (1.5, 3.0, own.contact, own.scatter)
     assert np.isnan(own.ends("shape")).all() and Estimate(2.0, "-").hull() == Interval(2.0, 2.0)
     with pytest.raises(KeyError):

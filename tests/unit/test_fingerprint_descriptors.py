@@ -13,7 +13,7 @@ from millprint.config.errors import ConfigError
 from millprint.fingerprint.descriptors import _of_blocks, _ratio_of_parts, tabulate_descriptors
 from millprint.fingerprint.predicted_values import conditions_of
 from millprint.fingerprint.readers import check_summary, read_summaries
-from millprint.observables.condition import SCALES, VARIABLES, Condition, energy_scale
+from millprint.observables.condition import SCALES, VARIABLES, Condition, energy_scale, fill_grid
 from millprint.observables.counted_collisions import Collisions
 from millprint.observables.definitions import COMPUTED
 from millprint.thesis.regimes import tabulate_cycles, tabulate_densities, tabulate_published
@@ -38,7 +38,8 @@ def test_the_error_of_a_mean_of_collisions_is_that_of_its_blocks():
     found = _of_blocks(mean, Collisions(values, 1.0, 8.0, {}), 1.0)
     # Block means 4, 7, 3 and 6 about 5, with a variance of 10 / 3.
     assert found == (5.0, pytest.approx((10 / 3 / 4) ** 0.5 / 5), 3)
-    # One turn has no blocks, and no error.
+    # One turn has no blocks, and no error; nor has what one block alone holds.
+    assert _of_blocks(mean, Collisions(values[:1], 1.0, 8.0, {}), 1.0) == (3.0, None, 0)
     assert _of_blocks(mean, Collisions(values[:1], 1.0, 1.0, {}), 1.0) == (3.0, None, 0)
 
 
@@ -187,6 +188,8 @@ def test_conditions_can_be_arrays_with_numbers_among_them():
     assert len(table) == 2
     np.testing.assert_allclose(energy_scale(Condition.of_table(table)), energy_scale(conditions), rtol=1e-14)
     assert energy_scale(conditions)[1] == pytest.approx(4 * energy_scale(conditions)[0])
+    fills = np.array([0.1, 0.25, 0.8])
+    assert fill_grid(fills, 4).tolist() == pytest.approx([0.1, 0.2, 0.25, 0.4, 0.8])
 
 
 def test_a_rule_that_counts_nothing_has_no_energy_and_no_crash():

@@ -160,8 +160,8 @@ def test_a_band_counts_what_never_happens_as_longest():
 
 
 def test_shares_of_samples_are_by_hand(monkeypatch):
-    pauses = np.array([*8 * [0.0], *6 * [300.0], *2 * [np.inf]])
-    monkeypatch.setattr(heat_table, "pause_needed", lambda balance, body, limit, milling: pauses)
+    pauses, milled = np.array([*8 * [0.0], *6 * [300.0], *2 * [np.inf]]), 60 * SETTINGS.programme.milling_min
+    monkeypatch.setattr(heat_table, "pause_needed", lambda *given: pauses if given[3] == milled else -pauses)
     row = heat_tables(SETTINGS, "spex", [SOURCE], times=5).limits.iloc[0]
     assert (row["no_pause_share"], row["interval_too_long_share"]) == (0.5, 0.125)
     assert row["pause_needed_min_median"] == 0 and row["pause_needed_min_upper"] == np.inf
@@ -223,6 +223,7 @@ def test_slip_follows_from_the_impulse_of_a_half_sine(tmp_path):
     impacts = flash.read_impacts(run, json.loads(Path(summary).read_text()), FlashSection())
     work, force = np.array([0.2, 0.2, 0.3]), np.array([100.0, 100.0, 200.0])
     np.testing.assert_allclose(impacts.slip_speed_m_s, work / (0.3 * 2 * force * 1e-4 / np.pi))
+    np.testing.assert_allclose(impacts.normal_J, [1.0, 0.0, 2.0])
 
 
 def test_impacts_do_not_depend_on_how_soft_the_simulation_was(tmp_path):
