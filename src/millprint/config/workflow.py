@@ -50,9 +50,9 @@ class AtlasConfig(Section):
     The defaults are those of the included atlas.
     """
 
-    planetary: Simulations = 1825
+    planetary: Simulations = 2275
     """rows of the design of planetary mills; those that teach something are simulated; 0 for none of the kind"""
-    mixer: Simulations = 1025
+    mixer: Simulations = 2025
     """of mixer mills"""
     drum: Simulations = 800
     """of tumbling drums"""
