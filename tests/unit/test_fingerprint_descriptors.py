@@ -36,6 +36,7 @@ def test_the_error_of_a_mean_of_collisions_is_that_of_its_blocks():
     values = pd.DataFrame({"start_s": 1 + np.arange(8.0), "normal_J": [3.0, 5, 6, 8, 2, 4, 9, 3]})
     mean = SimpleNamespace(of_collisions=lambda own: float(own["normal_J"].mean()))
     found = _of_blocks(mean, Collisions(values, 1.0, 8.0, {}), 1.0)
+    assert Collisions(values, 1.0, 8.0, {}).without(1, 4).window_s == 6.0
     # Block means 4, 7, 3 and 6 about 5, with a variance of 10 / 3.
     assert found == (5.0, pytest.approx((10 / 3 / 4) ** 0.5 / 5), 3)
     # One turn has no blocks, and no error; nor has what one block alone holds.

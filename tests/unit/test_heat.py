@@ -74,6 +74,9 @@ def test_seeds_are_averaged_and_histograms_are_divided_by_their_summary(tmp_path
     (source,) = read_sources([write_run(tmp_path, seed) for seed in (0, 1)])
     assert source.condition == "d10_f0.10_n600" and source.about["seeds"] == 2
     np.testing.assert_allclose(source.power_W.sum(axis=0), [4.0, 2.5, 1.0])
+    (one,) = read_sources([write_run(tmp_path / "one")])
+    for name in ("balls_kg", "balls_m2", "inside_m2", "inside_m3"):
+        assert getattr(source, name) == getattr(one, name) > 0
     (source,) = read_sources([write_run(tmp_path / "histogram", histogram=True)])
     np.testing.assert_allclose(source.power_W, [[1.0, 1.2, 0.6], [3.0, 0.8, 0.4]])
 
