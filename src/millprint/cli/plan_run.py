@@ -11,6 +11,7 @@ import argparse
 import io
 import logging
 import os
+import re
 import sys
 from collections.abc import Sequence
 from contextlib import redirect_stderr, redirect_stdout
@@ -21,6 +22,7 @@ from snakemake_interface_logger_plugins.common import LogEvent
 from millprint.cli.commands import parser_of
 from millprint.cli.engine import settings_of, snakefile_words
 from millprint.config.arguments import check_configfiles
+from millprint.config.errors import ConfigError
 from millprint.config.load import YAML
 from millprint.run.plan import Job, OneLineAJob, plan_text
 
@@ -53,10 +55,15 @@ class Plan(logging.Filter):
 
 
 def cores_of(words: list[str]) -> int:
-    """The number of cores among the arguments of Snakemake; that of the machine without one."""
+    """The number of cores among the arguments of Snakemake; that of the machine without one.
+
+    Raises ConfigError for fewer than one, which Snakemake takes.
+    """
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     parser.add_argument("--cores", "-c", "--jobs", "-j", dest="cores")
     found = parser.parse_known_args(words)[0].cores or ""
+    if re.fullmatch(r"-\d+|0+", found):
+        raise ConfigError(f"--cores: {found}: must be 1 or more")
     return int(found) if found.isdigit() else os.cpu_count() or 1
 
 
@@ -75,6 +82,7 @@ def main(arguments: list[str], name: str = "plan") -> int:
     named = [settings_of(word) if word.endswith(YAML) or word in ("", *mills) else [word] for word in own]
     words = [*chain.from_iterable(named), *arguments[len(own) :]]
     check_configfiles(words)
+    cores = cores_of(words)
     plan, said, table = Plan(logger.filters), io.StringIO(), io.StringIO()
     logger.addFilter(plan)
     try:
@@ -87,7 +95,7 @@ def main(arguments: list[str], name: str = "plan") -> int:
         print(table.getvalue(), end="")
         if ended.code:
             return int(ended.code)
-    print(plan_text(plan.jobs, cores_of(words)))
+    print(plan_text(plan.jobs, cores))
     # Imported here: they take a second, which the other ways out of this command do not need.
     from millprint.mill.bodies import build_bodies
     from millprint.mill.wall_words import walls_in_words
