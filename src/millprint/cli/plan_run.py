@@ -71,9 +71,6 @@ def main(arguments: list[str], name: str = "plan") -> int:
     """Print the plan; returns the exit status, that of Snakemake where it refuses."""
     if "--help" in arguments or "-h" in arguments:
         parser_of(name, __doc__).parse_args(["--help"])
-    from snakemake.cli import main as snakemake_command
-    from snakemake.logging import logger
-
     from millprint.config.included import included_mills, load_mill
 
     # Reading the Snakefile as a run does: a configuration among the targets is its settings.
@@ -83,6 +80,10 @@ def main(arguments: list[str], name: str = "plan") -> int:
     words = [*chain.from_iterable(named), *arguments[len(own) :]]
     check_configfiles(words)
     cores = cores_of(words)
+    # Imported here: it takes a second, which a refusal does not need.
+    from snakemake.cli import main as snakemake_command
+    from snakemake.logging import logger
+
     plan, said, table = Plan(logger.filters), io.StringIO(), io.StringIO()
     logger.addFilter(plan)
     try:
