@@ -8,7 +8,7 @@ from millprint.dem.laws.registry import mark_of
 from millprint.dem.layout import COUNTER, LANE, LANES
 from millprint.dem.neighbours import SLACK_SHARE
 from millprint.dem.recording import make_table, silent_recorder
-from tests.physics.setups import CALIBRATED, crowd
+from tests.physics.setups import CALIBRATED, FewBalls, crowd
 from tests.physics.test_threads import lively
 
 STEPS = 800
@@ -116,3 +116,10 @@ def test_a_crowd_is_listed_and_pushed_as_by_hand():
     gaps = np.array([own[pair] for pair in zip(candidates.ball[:walls], candidates.partner[:walls], strict=True)])
     assert np.isin(np.flatnonzero(gaps < 2 * before_look), near).all() and gaps[near[near < walls]].max() < 0.2 * skin
     assert (wall_gap < before_look).sum() <= (near >= walls).sum() <= (wall_gap < 0.2 * skin).sum()
+
+
+def test_a_ball_that_starts_at_the_origin_has_lists_from_the_first_step():
+    """With a skin of 50 mm the lists were to be made after a way of 25 mm from the origin; the floor is nearer."""
+    world = FewBalls([0.0, 0.0, 5.2e-3], [0.0, 0.0, -0.1], skin=0.05, gravity=0.0)
+    world.run(0.01)
+    assert world.balls.velocity[0, 2] == pytest.approx(0.1 * CALIBRATED.restitution, rel=0.05)

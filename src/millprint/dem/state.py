@@ -142,7 +142,8 @@ def make_candidates(balls: int, bodies: int = 1, per_ball: int = 12) -> Candidat
         near_end=np.zeros(bodies + 1, dtype=np.uint64),
         stride=np.zeros(bodies),
         found=np.zeros(room + 1, dtype=np.uint32),
-        anchor=np.zeros((bodies, balls, 3)),
+        # No lists yet: the first step makes them, wherever the balls are.
+        anchor=np.full((bodies, balls, 3), np.inf),
         cell_place=np.zeros((balls, width_of(CELL)), dtype=np.int64),
         cell_first=np.zeros(4 * balls + 1024, dtype=np.int64),
         cell_member=np.zeros(balls, dtype=np.int64),
