@@ -69,9 +69,10 @@ verify: $(VENV)/installed  ## list the files of RESULTS that have changed
 crate: $(VENV)/installed  ## describe a finished run as an RO-Crate
 	$(BIN)/python -m millprint.cli crate $(RESULTS)
 
-# Two at a time; while the linters work the kernels are compiled, so that no two tests do it.
+# Three at a time, since tests of the workflow wait for processes that start; while the linters work the kernels are
+# compiled, so that no two tests do it.
 test: $(VENV)/complete  ## linters and every test
-	$(MAKE) --jobs=2 kernels lint $(PARTS)
+	$(MAKE) --jobs=3 kernels lint $(PARTS)
 
 # While you work: the linters, the types, and the tests that take little time.
 FAST := -m "not slow and not browser and not cluster"
