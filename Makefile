@@ -25,10 +25,11 @@ REPORT = --report $(1)/report/report.html --report-after-run --report-stylesheet
 # Snakemake leaves a folder alone that is locked, by another run or since a run was killed: what to type then.
 HINT = || { ls .snakemake/locks/* >/dev/null 2>&1 && echo "If no other run works in this folder: make unlock $@" >&2; exit 1; }
 
-# The parts of `make test`, the longest first, so that two cores end together. What needs the smoke run has one run of it.
+# The parts of `make test`, the longest first, so that they end together. What needs the smoke run has one run of it.
 SMOKED := $(addprefix tests/workflow/test_,$(addsuffix .py,cards crate mills report reruns smoke))
 KILLED := $(addprefix tests/workflow/test_,$(addsuffix .py,kills server wheel))
-PARTS := test-smoke test-workflow test-kills test-physics test-slow test-fast
+PAGED := $(addprefix tests/workflow/test_,$(addsuffix .py,docs first_hour notebooks readme))
+PARTS := test-smoke test-pages test-workflow test-kills test-physics test-slow test-fast
 
 .PHONY: help plan install thesis smoke validation unlock verify crate docs test check types kernels $(PARTS) fuzz surfaces kills slurm lint format bench ablations reference lock mutants clean
 
@@ -95,8 +96,11 @@ $(PARTS): $(VENV)/complete | kernels
 test-smoke:
 	$(RUN) $(BIN)/pytest $(SMOKED)
 
+test-pages:
+	$(RUN) $(BIN)/pytest $(PAGED)
+
 test-workflow:
-	$(RUN) $(BIN)/pytest tests/workflow $(addprefix --ignore=,$(SMOKED) $(KILLED))
+	$(RUN) $(BIN)/pytest tests/workflow $(addprefix --ignore=,$(SMOKED) $(KILLED) $(PAGED))
 
 test-kills:
 	$(RUN) $(BIN)/pytest $(KILLED)
