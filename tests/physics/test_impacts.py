@@ -72,11 +72,36 @@ def test_no_impact_gains_energy(plate, angle_deg):
         assert after > 0.5 * ALUMINA.restitution**2 * normal**2
 
 
+def test_an_elastic_impact_without_friction_keeps_its_energy(plate):
+    contact = ALUMINA.model_copy(update={"restitution": 1.0, "static_friction": 0.0})
+    hit = plate.hit(contact, *speeds(30), STEPS)
+    assert energy(hit.normal, hit.tangential, hit.spin) == pytest.approx(SPEED**2 / 2, rel=1e-6)
+    assert hit.tangential == pytest.approx(speeds(30)[1], rel=1e-12)
+
+
+@pytest.mark.parametrize("angle_deg", [3, 20, 60])
+def test_left_and_right_are_the_same(plate, angle_deg):
+    normal, tangential = speeds(angle_deg)
+    right, left = (plate.hit(ALUMINA, normal, sign * tangential, STEPS, sign * 50.0) for sign in (1, -1))
+    assert left.normal == pytest.approx(right.normal, rel=1e-12)
+    assert left.tangential == pytest.approx(-right.tangential, rel=1e-9)
+    assert left.spin == pytest.approx(-right.spin, rel=1e-9)
+
+
 @pytest.mark.parametrize("angle_deg", [4.22, 20.22, 49.6])
 def test_the_step_is_small_enough(plate, angle_deg):
     """Half the step changes the rebound by less than a tenth of what was read off the measured figure."""
     coarse, fine = (plate.hit(ALUMINA, *speeds(angle_deg), steps) for steps in (STEPS, 2 * STEPS))
     assert coarse.tangential_restitution == pytest.approx(fine.tangential_restitution, abs=1e-3)
+
+
+def test_the_angular_momentum_about_the_contact_point_is_kept(plate):
+    """The force acts at the contact point, so that R v + 2/5 R^2 w is conserved, but for the overlap's share."""
+    for angle in (5, 20, 60):
+        hit = plate.hit(ALUMINA, *speeds(angle), STEPS)
+        gained = 0.4 * RADIUS * hit.spin
+        lost = hit.tangential_before - hit.tangential
+        assert gained == pytest.approx(lost, rel=8e-3)
 
 
 def test_partial_slip_is_full_sliding_at_large_angles_and_rolls_back_below():

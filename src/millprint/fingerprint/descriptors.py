@@ -418,7 +418,7 @@ MOTIONS: Mapping[str, Motion] = {
     "few_turns": Motion(
         "few turns",
         f"fewer than {FEWEST_TURNS} independent turns were recorded, so that the scatter of a run is hardly known: "
-        "record a longer window",
+        "record a longer window, and discard more turns (discard_turns) where a power still rises in it",
     ),
     "repeats": Motion(
         "repeats",
