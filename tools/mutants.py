@@ -51,7 +51,7 @@ PARTS = {
     "doe": (["thesis/doe/*.py", "thesis/regimes.py", "thesis/scaling.py"],
             ["unit/test_doe_*.py", "unit/test_partition.py", "unit/test_fingerprint_[cdi]*.py",
              "unit/test_intervals.py", "unit/test_convergence.py", "unit/test_fit.py", "unit/test_dose_wear.py"]),
-    "counting": (["dem/collisions.py", "dem/ledger.py", "dem/run.py"],
+    "counting": (["dem/collisions.py", "dem/turns.py", "dem/ledger.py", "dem/run.py"],
                  ["unit/test_dem_collisions.py", "unit/test_turns.py", "unit/test_dem_records.py",
                   "unit/test_dose_spectra.py", "unit/test_mixtures.py", "physics/test_balance.py",
                   "physics/test_open_balance.py"]),

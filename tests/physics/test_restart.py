@@ -8,6 +8,7 @@ from millprint.config.contact_set import CohesionConfig, RestitutionTable
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem import run as runs
 from millprint.dem import simulation as simulations
+from millprint.dem.layout import SAMPLE
 from millprint.dem.recording import write_restart
 from millprint.dem.run import RESTART, run_case
 from millprint.dem.simulation import Simulation
@@ -145,6 +146,42 @@ def test_a_longer_window_is_restarted_too(mills, contacts, tmp_path, monkeypatch
     assert (parts["window_s"], parts["ledger_J"]) == (whole["window_s"], whole["ledger_J"])
 
 
+def begins_at(begin_s):
+    """Tells that a window begins anew until that time, and is then as long as it can be."""
+
+    def goes_on(recording):
+        return "anew" if recording.samples[0][0, SAMPLE.time_s] < begin_s else "longer"
+
+    return lambda simulation: goes_on
+
+
+# In the first window, at its end, between the windows, at the beginning of the second, and in its second part.
+@pytest.mark.slow
+@pytest.mark.parametrize("chunks", [60, 72, 73, 75, 130])
+def test_a_window_that_begins_anew_is_that_of_a_longer_run_up(
+    mills, contacts, tmp_path, monkeypatch, small_chunks, chunks
+):
+    """The same motion, counted from the beginning of the second window on, stopped and continued too."""
+    case = CASE.model_copy(update={"power_error_max": 1e-6, "window_max_s": 0.16})
+    monkeypatch.setattr(runs, "_goes_on", begins_at(0.03))
+    whole = run(tmp_path / "whole", mills, contacts, case)
+    assert whole["window_s"] == pytest.approx(0.10) and 0.07 < whole["begin_s"] < 0.075
+    with monkeypatch.context() as patched, pytest.raises(Killed):
+        kill_after(patched, chunks)
+        run(tmp_path / "parts", mills, contacts, case)
+    parts = run(tmp_path / "parts", mills, contacts, case)
+    assert [parts[key] for key in ("begin_s", "steps", "ledger_J")] == [
+        whole[key] for key in ("begin_s", "steps", "ledger_J")
+    ]
+    later = CASE.model_copy(update={"discard_s": whole["begin_s"], "window_s": 0.10})
+    longer = run(tmp_path / "longer", mills, contacts, later)
+    assert (longer["begin_s"], longer["steps"]) == (whole["begin_s"], whole["steps"])
+    first, second = content(tmp_path / "whole/run.h5"), content(tmp_path / "longer/run.h5")
+    assert first.keys() == second.keys()
+    for name, values in first.items():
+        assert values == pytest.approx(second[name], rel=1e-9, abs=1e-12, nan_ok=True), name
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("damage", ["truncated", "other speed"])
 def test_a_useless_restart_file_is_ignored(unbroken, mills, contacts, tmp_path, monkeypatch, small_chunks, damage):
@@ -194,5 +231,5 @@ def test_the_window_ends_when_the_powers_are_known_well(mills, contacts, tmp_pat
     assert max(found["power_relative_error"].values()) <= 0.5
 
 
-def test_the_enough_rule_is_off_by_default(mills, contacts):
-    assert runs._enough(Simulation(CASE, mills["emax"], contacts["calibrated"], DEM)) is None
+def test_a_window_does_not_grow_by_default(mills, contacts):
+    assert runs._goes_on(Simulation(CASE, mills["emax"], contacts["calibrated"], DEM)) is None

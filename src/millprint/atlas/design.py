@@ -27,9 +27,9 @@ from millprint.config.errors import SimulationError
 from millprint.config.sweep import Case, DemConfig
 from millprint.config.workflow import DRAWS, HELD_OUT_MILLS
 from millprint.dem import PHYSICS
-from millprint.dem.collisions import relative_error
 from millprint.dem.laws.registry import step_scale
 from millprint.dem.run import simulate
+from millprint.dem.turns import relative_error
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.mill.gravity import GRAVITY
 from millprint.run.files import read_table, write_table

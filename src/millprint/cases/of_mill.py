@@ -169,8 +169,7 @@ def conditions_of(sweep: MillSweepConfig, halfway: bool = False) -> list[Conditi
 def discarded_turns(mill: MillConfig, own: TurnsSection) -> float:
     """Turns before the averages begin: its own, or DISCARDED_TURNS; TUMBLED_TURNS of a drum, which turns its bed over.
 
-    The powers of most conditions of seven mills are steady by then; those of few small balls may rise for longer
-    (docs/how_to/speed.md).
+    The powers of most conditions of seven mills are steady by then. A window that grows begins anew where they are not.
     """
     tumbled = motion_kind(mill.motion.kind).vessel is Agitation.TUMBLED
     return own.discard_turns or (TUMBLED_TURNS if tumbled else DISCARDED_TURNS)

@@ -1,10 +1,4 @@
-"""The table of collisions, counts under each counting rule, energy-weighted descriptors, and the mean of turns.
-
-Neighbouring turns are alike. They are averaged in pairs again and again, and the largest of the errors of the mean at
-the sizes of block that leave at least FEWEST_BLOCKS is taken (Flyvbjerg and Petersen, J. Chem. Phys. 91 (1989) 461). So
-a correlation over more than an eighth of a window is not seen, and of fewer than sixteen turns none is; and a motion
-that has settled into one of several lasting ones does not show the others, however long it is recorded. Only other
-seeds do (`millprint.fingerprint.descriptors`).
+"""The table of collisions, counts under each counting rule, and energy-weighted descriptors.
 
 A row of the table is a contact of a ball with another ball or with a surface of the wall or, where a rule counts by
 facet, the part of such a contact on one facet.
@@ -16,9 +10,8 @@ lifetimes. The rule is stated with every number.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -26,95 +19,6 @@ import pandas as pd
 from millprint.config.counting import CountingRule
 from millprint.dem.layout import COLLISION, ENDED
 from millprint.mill.kernel_columns import names_of
-from millprint.observables.condition import Condition, energy_scale
-
-FEWEST_BLOCKS = 8
-# A motion repeats if turns a period apart differ by less than ALIKE of the spread of independent collisions, in seven
-# pairs at least, which the eight turns of a window have.
-LONGEST_PERIOD, FEWEST_PAIRS, ALIKE = 4, 7, 1 / 3
-# Normal dissipation of a ball in a turn over rho omega^2 A^2 d^3 of one hit by 1 % of the wall's speed.
-LEAST_HIT = 1e-3
-# The dissipation of a channel under this share of the whole is rounding, as the shear of balls that bounce straight up.
-ROUNDING = 1e-9
-
-
-class MeanOfTurns(NamedTuple):
-    """The standard error of a mean, its degrees of freedom, and the equivalent number of independent turns."""
-
-    error: float
-    freedom: int
-    independent: float
-
-
-def mean_of_turns(values: Sequence[float]) -> MeanOfTurns | None:
-    """What the values of single turns tell about their mean; None for fewer than two."""
-    blocks = np.asarray(values, dtype=float)
-    if len(blocks) < 2:
-        return None
-    found = [(_plain_error(blocks), len(blocks) - 1)]
-    while len(blocks) // 2 >= FEWEST_BLOCKS:
-        blocks = blocks[: len(blocks) // 2 * 2].reshape(-1, 2).mean(axis=1)
-        found.append((_plain_error(blocks), len(blocks) - 1))
-    error, freedom = max(found, key=lambda own: own[0])
-    plain, number = found[0][0], len(values)
-    return MeanOfTurns(error, freedom, number * (plain / error) ** 2 if error else float(number))
-
-
-def _plain_error(values: np.ndarray) -> float:
-    return float(values.std(ddof=1) / math.sqrt(len(values)))
-
-
-def relative_error(energies: Sequence[float]) -> float:
-    """Standard error of a mean of turns over its size [-]; inf for fewer than FEWEST_BLOCKS turns."""
-    mean = abs(float(np.mean(energies))) if len(energies) else 0.0
-    known = mean_of_turns(energies) if len(energies) >= FEWEST_BLOCKS and mean else None
-    return known.error / mean if known else math.inf
-
-
-def half_width(energies: Sequence[float]) -> float:
-    """Half of the 95 % interval of a mean of turns over its size [-]; inf for fewer than FEWEST_BLOCKS independent."""
-    # Imported here: scipy is slow to import, and a job that only reads turns does not need it.
-    from millprint.estimate.quantiles import student_exceeded
-
-    known, mean = mean_of_turns(energies), abs(float(np.mean(energies))) if len(energies) else 0.0
-    if not known or not mean or known.independent < FEWEST_BLOCKS:
-        return math.inf
-    return float(student_exceeded(0.025, known.freedom)) * known.error / mean
-
-
-def motion_repeats(energies: Sequence[float], collisions: float) -> bool:
-    """Whether the energies of turns [J] repeat, one after another or after up to LONGEST_PERIOD turns.
-
-    collisions: of a turn. Energies of N independent collisions would vary from turn to turn by 1/sqrt(N) at least, more
-    if collisions differ. A motion that is locked to the drive varies by less than ALIKE of that:
-    rms(e_(i+p) - e_i) / sqrt(2) < ALIKE mean(e) / sqrt(N) for a period p.
-    """
-    values = np.asarray(energies, dtype=float)
-    if len(values) <= FEWEST_PAIRS or collisions <= 0 or not values.mean() > 0:
-        return False
-    periods = range(1, min(LONGEST_PERIOD, len(values) - FEWEST_PAIRS) + 1)
-    apart = min(float(np.sqrt(np.mean((values[period:] - values[:-period]) ** 2) / 2)) for period in periods)
-    return apart < ALIKE * values.mean() / math.sqrt(collisions)
-
-
-def scale_of_hits(run: Mapping[str, Any]) -> float:
-    """rho omega^2 A^2 d^3 of all balls [J]; run: a summary, or what `dem.run.described` has of it."""
-    own = {name: run[name] for name in ("ball_diameter_m", "density_kg_m3", "amplitude_m")}
-    condition = Condition(fill_ratio=run["case"]["fill_ratio"], speed_hz=run["frequency_hz"], **own)
-    return run["balls"] * energy_scale(condition)
-
-
-def has_impacts(energies: Sequence[float], scale: float) -> bool:
-    """Whether balls hit anything, by the normal dissipation of all balls in each turn [J].
-
-    scale: `scale_of_hits` [J]. Where all balls go round with the wall as one layer, or lie on it, a
-    turn dissipates less than LEAST_HIT of that: a hit by 1 % of the wall's speed v = 2 pi omega A has m v^2 / 2 times
-    1e-4, which is 1e-3 of the scale for balls of mass m = pi / 6 rho d^3. The last quarter of the turns decides, by its
-    median, since such a layer may form within the window, and then lasts.
-    """
-    last = energies[-max(1, len(energies) // 4) :]
-    return float(np.median(last)) >= LEAST_HIT * scale
-
 
 if TYPE_CHECKING:
     import h5py
@@ -122,6 +26,8 @@ if TYPE_CHECKING:
     # Its module holds kernels, which a reader of finished runs does not need.
     from millprint.dem.recording import Table
 
+# The dissipation of a channel under this share of the whole is rounding, as the shear of balls that bounce straight up.
+ROUNDING = 1e-9
 # Name of a collision's value in the column of all tangential work: the work less the damping share.
 SLIDING = "sliding_J"
 # Values of a collision, with their units in the name.

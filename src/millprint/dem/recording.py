@@ -294,6 +294,12 @@ class Recording:
         table = Table(*(np.concatenate(column) for column in zip(*pieces, strict=True)))
         return table._replace(contact=np.arange(len(table.first)))
 
+    def clear(self) -> None:
+        """Forget everything."""
+        self.occupancy[:], self.height[:] = 0, 0
+        for pieces in (self.contacts, *(getattr(self, name) for name in PIECES)):
+            pieces.clear()
+
     def drain(self, table: Table, recorder: Recorder, counters: np.ndarray, numbers: np.ndarray) -> None:
         """Copy the rows that the buffers hold to the ends of the lists, and set the counters of rows to 0.
 
@@ -389,6 +395,7 @@ class Restartable(Protocol):
     dem: DemConfig
     bodies: list[Body]
     step: float
+    begin_step: int
     balls: state.Balls
     candidates: state.Candidates
     contacts: state.Contacts
@@ -415,6 +422,7 @@ def write_restart(path: str | Path, simulation: Restartable, recording: Recordin
 
 def _write_state(file: h5py.File, simulation: Restartable, recording: Recording) -> None:
     file.attrs["identity"] = identity(simulation)
+    file.attrs["begin_step"] = simulation.begin_step
     file.attrs["clocks_s"] = [simulation.wall_clock_s, simulation.processor_s]
     for name in BALLS:
         file[f"balls/{name}"] = getattr(simulation.balls, name)
@@ -466,12 +474,13 @@ def _read_state(file: h5py.File, simulation: Restartable) -> None:
     candidates = state.Candidates(**{name: file[f"candidates/{name}"][:] for name in state.Candidates._fields})
     contacts = state.Contacts(**{name: file[f"contacts/{name}"][:] for name in state.Contacts._fields})
     arrays = {name: file[name][:] for name in ARRAYS}
-    clocks = [float(seconds) for seconds in file.attrs["clocks_s"]]
+    clocks, begin_step = [float(seconds) for seconds in file.attrs["clocks_s"]], int(file.attrs["begin_step"])
     for name, array in balls.items():
         getattr(simulation.balls, name)[:] = array
     simulation.candidates, simulation.contacts = candidates, contacts
     for name, array in arrays.items():
         getattr(simulation, name)[:] = array
+    simulation.begin_step = begin_step
     simulation.wall_clock_s, simulation.processor_s = clocks
 
 

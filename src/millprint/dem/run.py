@@ -16,23 +16,26 @@ from millprint.config.sweep import Case, DemConfig
 from millprint.dem.advance import use_threads
 from millprint.dem.collisions import (
     CHANNELS,
-    FEWEST_BLOCKS,
     by_surface,
     collision_statistics,
     collision_table,
-    half_width,
-    has_impacts,
-    mean_of_turns,
-    relative_error,
-    scale_of_hits,
     squares_per_turn,
     weighted_statistics,
 )
 from millprint.dem.laws.registry import law_of
 from millprint.dem.ledger import OpenBalanceError, check_balance, ledger_series, ledger_summary
 from millprint.dem.recording import Recording
-from millprint.dem.simulation import Simulation
+from millprint.dem.simulation import GoesOn, Simulation
 from millprint.dem.store import write_run
+from millprint.dem.turns import (
+    FEWEST_BLOCKS,
+    half_width,
+    has_impacts,
+    is_steady,
+    mean_of_turns,
+    relative_error,
+    scale_of_hits,
+)
 from millprint.mill.bodies import ball_space_m3, travel_m
 from millprint.run.files import write_json
 
@@ -72,20 +75,26 @@ def finite(value: float) -> float | None:
 NEGLIGIBLE = 0.01
 
 
-def is_certain(series: pd.DataFrame, samples: int, largest: float, scale_J: float) -> bool:
-    """Whether the window is long enough: half of the 95 % intervals of the mean powers is at most `largest` [-].
+# A power that rises or falls through a window moves its mean by at most this share of the half-width that is asked for.
+UNSTEADY_SHARE = 0.25
+
+
+def window_goes_on(series: pd.DataFrame, samples: int, largest: float, scale_J: float) -> GoesOn:
+    """How a window goes on: to its end where half of the 95 % intervals of the mean powers is at most `largest` [-].
 
     Of normal and tangential power, of each that is not NEGLIGIBLE, and of all dissipation, over at least FEWEST_BLOCKS
     independent turns; or where no ball hits anything, by scale_J as `has_impacts` has it, since then nothing is to be
-    known better.
+    known better. It begins anew where one of them is not steady yet, by UNSTEADY_SHARE.
     """
     energies = per_revolution(series, samples)
     if not has_impacts(energies["normal_J"], scale_J):
-        return len(energies["normal_J"]) >= FEWEST_BLOCKS
+        return "end" if len(energies["normal_J"]) >= FEWEST_BLOCKS else "longer"
     parts = {name: np.array(energies[f"{name}_J"]) for name in (*CHANNELS, "rolling")}
     whole = np.sum([*parts.values()], axis=0)
     told = [whole, *(parts[name] for name in CHANNELS if parts[name].mean() > NEGLIGIBLE * whole.mean())]
-    return all(half_width(own.tolist()) <= largest for own in told)
+    if not all(is_steady(own.tolist(), UNSTEADY_SHARE * largest) for own in told):
+        return "anew"
+    return "end" if all(half_width(own.tolist()) <= largest for own in told) else "longer"
 
 
 def largest_overlap(table: pd.DataFrame, radius_m: np.ndarray) -> float:
@@ -145,7 +154,6 @@ def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame,
     window = simulation.window_s
     frequency = simulation.frequency_hz
     revolutions = per_revolution(series, dem.ledger_samples_per_revolution) if frequency else {}
-    steps = simulation.settle_steps + simulation.discard_steps + simulation.window_steps + 1
     means = {name: mean_of_turns(revolutions.get(f"{name}_J", [])) for name in ("normal", "tangential")}
     errors = {name: known and known.error * frequency for name, known in means.items()}
     contacts = by_surface(table)
@@ -180,8 +188,8 @@ def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame,
         "max_overlap_fraction": largest_overlap(table, simulation.balls.radius[simulation.balls.species]),
         "wall_clock_s": simulation.wall_clock_s,
         "processor_s": simulation.processor_s,
-        "steps": steps,
-        "ns_per_ball_step": simulation.processor_s / steps / simulation.count * 1e9,
+        "steps": simulation.steps_taken,
+        "ns_per_ball_step": simulation.processor_s / simulation.steps_taken / simulation.count * 1e9,
     }
 
 
@@ -193,13 +201,13 @@ RESTART = "restart.h5"
 SHORTENED, SHORTEST = 2, 0.4
 
 
-def _enough(simulation: Simulation) -> Callable[[Recording], bool] | None:
-    """A function that tells whether a window gives the powers accurately enough; None if any window does."""
+def _goes_on(simulation: Simulation) -> Callable[[Recording], GoesOn] | None:
+    """A function that tells how a window goes on after what it has recorded; None if any window does."""
     largest, samples = simulation.case.power_error_max, simulation.dem.ledger_samples_per_revolution
     if not largest:
         return None
     scale_J = scale_of_hits(described(simulation))
-    return lambda recording: is_certain(ledger_series(np.concatenate(recording.samples)), samples, largest, scale_J)
+    return lambda recording: window_goes_on(ledger_series(np.concatenate(recording.samples)), samples, largest, scale_J)
 
 
 def balls_in_words(counts: Sequence[int], sizes_m: Sequence[float]) -> str:
@@ -241,9 +249,11 @@ def run_case(
             sum(len(body.vessel.normals) for body in simulation.bodies),
         )
         with use_threads(cores) if simulation.threads > 1 else nullcontext():
-            return simulation.run(case.path, restart, _enough(simulation))
+            return simulation.run(case.path, restart, _goes_on(simulation))
 
     simulation, recording, series, table, summary = _closing(case, mill, contact, dem, recorded)
+    if simulation.begin_step > simulation.first_begin_step:
+        logger.info("powers were not steady before %.3g turns", simulation.begin_s * simulation.frequency_hz)
     logger.info(
         "simulated in %.1f s (%.1f ns a ball-step); energy balance closes within %.2g of the wall work; %d contacts",
         simulation.wall_clock_s,
@@ -259,7 +269,7 @@ def run_case(
 
 def simulate(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig, title: str | None = None) -> dict:
     """The summary of one case, without any file; title: of a progress bar. Raises SimulationError as `run_case`."""
-    return _closing(case, mill, contact, dem, lambda simulation: simulation.run(title, enough=_enough(simulation)))[-1]
+    return _closing(case, mill, contact, dem, lambda own: own.run(title, goes_on=_goes_on(own)))[-1]
 
 
 def _closing(

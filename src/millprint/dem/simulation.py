@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pandas as pd
@@ -59,13 +60,15 @@ from millprint.run.job import progress
 # Wall time of one call of the kernel [s]: short enough for a smooth progress bar.
 CHUNK_S = 0.25
 ASSUMED_NS = 30
+# How a window goes on: it is over, it is made longer, or it begins anew, since something was not steady yet.
+GoesOn = Literal["end", "longer", "anew"]
 
 
 class Simulation:
     """Balls in a moving vessel and between its inserts. Step 0 is where the mill starts; before it all is at rest.
 
     Until the window begins, steps are `run_up_step` long, and settle_steps and discard_steps are counted in these; then
-    they are `step` long, and the first of the window has the number begin_step.
+    they are `step` long. The first of the window has the number begin_step, which grows where the window begins anew.
 
     start: centres (n, 3) [m] in the vessel's frame to begin from, of balls of one size, in place of the seed's packing.
     Raises SimulationError for balls that do not fit, a step that is too long, and a start of another number of balls.
@@ -172,12 +175,17 @@ class Simulation:
         before = round(case.discard_s / sample)
         self.discard_steps, self.begin_step = before * each, before * self.sample_every
         self.window_steps = max(1, round(case.window_s / sample)) * self.sample_every
-        self.begin_s = self.begin_step * self.step
+        self.first_begin_step = self.begin_step
 
     def _take_step(self, step: float, skin: float) -> None:
         """Take steps of another length [s]: the clock, and the coefficients that depend on it."""
         self.clock = state.make_clock(self.balls, [body.motion for body in self.bodies], step, skin)
         self.laws = state.make_laws(self.balls, self.contact, step, self.dem.overlap_max, self.walls.surface)
+
+    @property
+    def begin_s(self) -> float:
+        """Time at which the recorded window begins [s]."""
+        return self.begin_step * self.step
 
     @property
     def window_s(self) -> float:
@@ -188,13 +196,14 @@ class Simulation:
         self,
         title: str | None = None,
         restart: str | Path | None = None,
-        enough: Callable[[Recording], bool] | None = None,
+        goes_on: Callable[[Recording], GoesOn] | None = None,
     ) -> Recording:
         """Settle, drive, discard, record. Raises SimulationError where the state stops making sense.
 
         title: of the progress bar, without which there is none; restart: a file that the state is written to from
-        time to time, and that a run which was stopped goes on from; enough: says for a window that is over whether it
-        is long enough; it is made longer by its own length until it is, up to case.window_max_s.
+        time to time, and that a run which was stopped goes on from; goes_on: says how a window that is over goes on.
+        It is made longer by its own length up to case.window_max_s, which counts from the first window on; it begins
+        anew in the first half of that.
         """
         recorder, table = self._recorder(), self._table()
         recording = Recording(
@@ -207,22 +216,37 @@ class Simulation:
         self._restart, self._written = restart, time.monotonic()
         first_window = self.window_steps
         with progress(self._steps_in_all, title or "", "step", bar_format=BAR, disable=title is None) as bar:
-            bar.update(self._steps_taken)
+            bar.update(self.steps_taken)
             self._drive_in(recording, bar)
             # A restarted run may be in a window that had been made longer.
             while self.counters[COUNTER.step] > self.begin_step + self.window_steps + 1:
                 self.window_steps += first_window
             while True:
+                if self.counters[COUNTER.step] <= self.begin_step:
+                    self._advance(self.begin_step - 1, silent_recorder(), make_table(0), recording, bar)
+                    begin_window(self.contacts, self.totals, self.counters)
+                recorder = recorder._replace(origin=self.begin_step)
                 self._advance(self.begin_step + self.window_steps, recorder, table, recording, bar)
-                longer = self.window_steps + first_window
-                if not enough or longer * self.step > (self.case.window_max_s or 0.0) or enough(recording):
+                if not goes_on or not self._prolonged(goes_on, recording, first_window):
                     break
-                self.window_steps = longer
                 bar.total = self._steps_in_all
         end_window(self.candidates, self.contacts, self.walls, self.begin_s + self.window_s, self.counters, table)
         recording.drain(table, recorder, self.counters, self.numbers)
         restore_rows(self)
         return recording
+
+    def _prolonged(self, goes_on: Callable[[Recording], GoesOn], recording: Recording, first_window: int) -> bool:
+        """Make a window that is over longer, or begin it anew, by what is told; returns whether it goes on."""
+        end = self.begin_step + self.window_steps
+        taken, longest_s = end - self.first_begin_step, self.case.window_max_s or 0.0
+        told = goes_on(recording) if (taken + first_window) * self.step <= longest_s else "end"
+        if told == "anew" and taken * self.step <= longest_s / 2:
+            recording.clear()
+            # The last sample of the old window and the first of the new one are two.
+            self.begin_step, self.window_steps = end + self.sample_every, first_window
+        else:
+            self.window_steps += first_window if told != "end" else 0
+        return told != "end"
 
     @property
     def time_s(self) -> float:
@@ -235,13 +259,15 @@ class Simulation:
         return bool(self.counters[COUNTER.step] > self.discard_steps)
 
     @property
-    def _steps_taken(self) -> int:
-        skipped = self.begin_step - self.discard_steps if self._is_recording else 0
+    def steps_taken(self) -> int:
+        """Steps since the balls were placed."""
+        skipped = self.first_begin_step - self.discard_steps if self._is_recording else 0
         return int(self.counters[COUNTER.step]) + self.settle_steps - skipped
 
     @property
     def _steps_in_all(self) -> int:
-        return self.settle_steps + self.discard_steps + self.window_steps + 1
+        before = self.settle_steps + self.discard_steps + self.begin_step - self.first_begin_step
+        return before + self.window_steps + 1
 
     def _drive_in(self, recording: Recording, bar: tqdm) -> None:
         """Settle, start the mill, and run up to where the window begins; a restarted run may be past any of it."""

@@ -11,7 +11,8 @@ from millprint.config.charge import ONE_SIZE
 from millprint.config.counting import CountingRule, recorded_count
 from millprint.config.mill_sweep import FEWEST_FILLS
 from millprint.config.sweep import as_tabulated
-from millprint.dem.collisions import ROUNDING, has_impacts, mean_of_turns, motion_repeats, scale_of_hits
+from millprint.dem.collisions import ROUNDING
+from millprint.dem.turns import has_impacts, mean_of_turns, motion_repeats, scale_of_hits
 from millprint.fingerprint.readers import collisions_by, read_contacts
 from millprint.observables.counted_collisions import Collisions
 from millprint.observables.definitions import COMPUTED, DESCRIPTORS, MEASURED, STATISTICS, Measured

@@ -17,10 +17,11 @@ from millprint.config.mill import DrumGeometry, MillConfig
 from millprint.config.motion_kinds import RotationMotion
 from millprint.config.setup_models import POWER, RINGS, SHOULDER, TOE, TumblingConfig, with_number
 from millprint.config.sweep import Case, DemConfig, as_tabulated
-from millprint.dem.collisions import collision_table, mean_of_turns
+from millprint.dem.collisions import collision_table
 from millprint.dem.layout import SNAPSHOT, SNAPSHOT_TOTAL
 from millprint.dem.ledger import check_balance, ledger_series, ledger_summary
 from millprint.dem.simulation import Simulation
+from millprint.dem.turns import mean_of_turns
 from millprint.estimate.estimates import latin_hypercube
 from millprint.mill.gravity import GRAVITY
 from millprint.mill.kernel_columns import span_of

@@ -23,7 +23,6 @@ from millprint.config.errors import SimulationError
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.config.workflow import EngineConfig
-from millprint.dem.collisions import mean_of_turns, relative_error
 from millprint.dem.lammps.cost import rank_step_s
 from millprint.dem.lammps.input import (
     BALLS,
@@ -46,6 +45,7 @@ from millprint.dem.lammps.support import check_case, program
 from millprint.dem.run import described, finite
 from millprint.dem.simulation import Simulation
 from millprint.dem.store import put, put_geometry
+from millprint.dem.turns import mean_of_turns, relative_error
 from millprint.mill.gravity import GRAVITY
 from millprint.mill.motion import Motion
 from millprint.run.files import write_json
