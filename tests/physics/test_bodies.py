@@ -87,21 +87,39 @@ def test_each_face_of_two_bodies_pushes_and_works_as_by_hand(contacts):
     faces = [along + outwards * half for half in ((0.07, 0.07, 0.04), (0.03, 0.01, 0.015))]
     start = middle + np.vstack(faces) + inwards * (5e-3 - depth)
     start[6:] -= [0.012, 0, 0]
-    simulation = Simulation(case(fill_ratio=0.00401), made, contacts["calibrated"].model_copy(update=free), DEM, start)
-    advance(
-        simulation.balls, simulation.candidates, simulation.contacts, simulation.laws, mark_of(simulation.contact),
-        simulation.walls, simulation.clock, simulation.totals, simulation.counters, make_table(20), silent_recorder(),
-        0, None,
-    )  # fmt: skip
+    simulation = Simulation(
+        case(fill_ratio=0.00401, speed_hz=1), made, contacts["calibrated"].model_copy(update=free), DEM, start
+    )
+    table = make_table(100)
+
+    def advance_to(last: int) -> None:
+        advance(
+            simulation.balls, simulation.candidates, simulation.contacts, simulation.laws, mark_of(simulation.contact),
+            simulation.walls, simulation.clock, simulation.totals, simulation.counters, table, silent_recorder(), last,
+            None,
+        )  # fmt: skip
+
+    advance_to(0)
     stiffness = 4 / 3 * 2.05e9 / (2 * (1 - 0.235**2)) * np.sqrt(5e-3)
     force = stiffness * depth**1.5 * inwards
     step = simulation.clock.step
     gained = step * (force / simulation.balls.mass[0] - [0, 0, 9.81])
     assert simulation.balls.velocity == pytest.approx(gained, rel=1e-6, abs=1e-9)
-    of_crate = 10 * np.pi * np.array([0, 0.012, 0])
-    of_block = 10 * np.pi * np.cross([0, 0, 1], simulation.balls.position[6:])
+    of_crate = 2 * np.pi * np.array([0, 0.012, 0])
+    of_block = 2 * np.pi * np.cross([0, 0, 1], simulation.balls.position[6:])
     work = step * ((force[:6] * of_crate).sum() + (force[6:] * of_block).sum())
     assert simulation.totals[TOTAL.wall_work_J] == pytest.approx(work, rel=1e-6)
+    # A face that has been left is near again at once, in the list of its body.
+    candidates, parted = simulation.candidates, 0
+    for last in range(1, 50):
+        was_open = candidates.lane >= 0
+        advance_to(last)
+        left = np.flatnonzero(was_open & (candidates.lane < 0))
+        parted += len(left)
+        for (begin, end), near_end in zip(candidates.first_wall[:, [0, -1]], candidates.near_end, strict=False):
+            near, own = candidates.near[begin:near_end], left[(begin <= left) & (left < end)]
+            assert ((begin <= near) & (near < end)).all() and np.isin(own, near).all()
+    assert parted == 12
 
 
 def jar_from_file(made: MillConfig, folder, kind: str) -> MillConfig:

@@ -229,6 +229,22 @@ def test_a_ball_that_rolls_over_a_ridge_keeps_its_contact(turn):
     assert world.counters[COUNTER.opened] == 1 and facet < edge >= len(vessel.facets) > -1 - last != facet
 
 
+@pytest.mark.parametrize("side", [-1, 1])
+def test_a_ball_that_falls_beside_a_shallow_seam_hits_the_nearer_face_alone(side):
+    """Both come within reach in the first step; the nearer one is listed first, or last."""
+    slope, wide, speed = 0.02, 0.05, 1.0
+    rise = wide * np.tan(slope)
+    outline = np.array([[0, 0], [wide, rise], [wide, 0.1], [-wide, 0.1], [-wide, rise]])
+    vessel = prism(outline, 0.05, np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]))
+    nearer = np.array([-side * np.sin(slope), 0, np.cos(slope)])
+    start = np.array([side * 3e-5, -0.025, 0]) + (RADIUS + 2e-6 + side * 3e-5 * nearer[0]) / nearer[2] * np.eye(3)[2]
+    world = FewBalls(start, [0, 0, -speed], vessel=vessel, contact=FRICTIONLESS, gravity=0.0, step=5e-6, by_facet=True)
+    world.run(4e-4)
+    (hit,) = collision_table(world.collisions).itertuples()
+    assert vessel.normals[hit.facet] == pytest.approx(nearer)
+    assert hit.approach_speed_m_s == pytest.approx(speed * np.cos(slope), rel=1e-3)
+
+
 def test_a_seam_that_is_sharp_cuts_no_contact_off_while_it_is_pressed():
     """A foot passes the seam where the other face's overlap is R (1 - cos turn): beyond what any run allows."""
     assert 1 - np.cos(SMOOTH_TURN) >= OVERLAP_LIMIT - 1e-12

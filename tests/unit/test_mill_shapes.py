@@ -13,7 +13,7 @@ from millprint.mill import shapes
 from millprint.mill.borders import borders_of
 from millprint.mill.distance import SignedDistance
 from millprint.mill.outlines import Facet, facets_of
-from millprint.mill.vessel import LATTICE, Vessel, drawn_shape
+from millprint.mill.vessel import LATTICE, Vessel, drawn_shape, shape_curves
 from millprint.mill.wall_features import features_of
 
 CAPSULE = {"kind": "cylinder", "radius_mm": 10, "height_mm": 45, "fillet_radius_mm": 10, "fillet_ends": "both"}
@@ -109,8 +109,6 @@ def test_a_solid_is_the_hollow_turned_over(name):
     borders = borders_of(hollow)
     assert len(features_of(body).lines) == (~borders.is_drawn).sum()
     assert len(features_of(body).rims) == len(borders.rims)
-    points = np.random.default_rng(0).uniform(*(hollow.bounds * 1.3), (200, 3))
-    assert SignedDistance(body)(points)[0] == pytest.approx(-SignedDistance(hollow)(points)[0], abs=1e-13)
 
 
 def test_facets_that_are_open_or_the_wrong_side_out_are_refused():
@@ -121,15 +119,54 @@ def test_facets_that_are_open_or_the_wrong_side_out_are_refused():
         Vessel(facets[:-1])
 
 
-def test_distance_from_a_box_is_that_of_the_closed_form():
-    """Outside a box: the length of what sticks out beyond its half sizes. Corners and edges decide the sign."""
-    body, half = solid(SHAPES["box"], centre_mm=[0, 0, 0]), np.array([5, 10, 15]) / 1e3
-    rng = np.random.default_rng(2)
-    signs = rng.choice([-1, 1], (400, 3))
-    points = np.concatenate([rng.uniform(-0.03, 0.03, (400, 3)), signs * half * rng.choice([1, 1.5, 2], (400, 3))])
-    beyond = np.abs(points) - half
-    expected = np.linalg.norm(np.maximum(beyond, 0), axis=1) + np.minimum(beyond.max(axis=1), 0)
-    assert SignedDistance(body)(points)[0] == pytest.approx(-expected, abs=1e-13)
+def beyond(*ways: np.ndarray) -> np.ndarray:
+    """Distance from a product of bodies, such as a disc and a line, of which a point is these ways outside of each."""
+    out = np.array(ways)
+    return np.linalg.norm(np.maximum(out, 0), axis=0) + np.minimum(out.max(axis=0), 0)
+
+
+def blade(at: np.ndarray, number: int, blades: int) -> np.ndarray:
+    """Distance from a blade of STIRRER, with its part inside the hub."""
+    angle = 2 * np.pi * number / blades
+    along = at[0] * np.cos(angle) + at[1] * np.sin(angle)
+    across = at[1] * np.cos(angle) - at[0] * np.sin(angle)
+    return beyond(np.abs(along - 20) - 20, np.abs(across) - 2.5, np.abs(at[2] - 45) - 30)
+
+
+# Of points (3, n) [mm].
+CLOSED_FORMS = {
+    "box": lambda at: beyond(np.abs(at[0]) - 5, np.abs(at[1]) - 10, np.abs(at[2] - 15) - 15),
+    "drum": lambda at: beyond(np.hypot(at[0], at[2]) - 80, np.abs(at[1]) - 15),
+    "moved": lambda at: np.hypot(np.hypot(at[1] + 7, at[2] - 30), np.maximum(np.abs(at[0] - 5) - 12.5, 0)) - 10,
+    "stirrer": lambda at: np.min(
+        [beyond(np.hypot(*at[:2]) - 10, np.abs(at[2] - 45) - 30), *(blade(at, k, 7) for k in range(7))], axis=0
+    ),
+}
+
+
+def exact_shape(shape: dict, is_solid: bool) -> Vessel:
+    """A shape as mills have it, its round walls exact."""
+    geometry = TypeAdapter(SolidGeometry if is_solid else VesselGeometry).validate_python(shape)
+    outlines, _ = drawn_shape(geometry, "mill.yaml: geometry", solid=is_solid)
+    return Vessel(outlines, solid=is_solid, curves=shape_curves(geometry, is_solid))
+
+
+@pytest.mark.parametrize("name", CLOSED_FORMS)
+def test_distances_of_shapes_are_those_of_closed_forms(name):
+    """Inside and outside, at edges and corners, on the wall; also of the hollow, which is the solid turned over."""
+    body = exact_shape({**STIRRER, "blades": 7} if name == "stirrer" else SHAPES[name], True)
+    rng, (low, high) = np.random.default_rng(2), body.bounds
+    points = np.concatenate([rng.uniform(low - 0.01, high + 0.01, (150, 3)), rng.choice(body.vertices, 60)])
+    points[150:190] += rng.uniform(-0.004, 0.004, (40, 3))
+    exact = CLOSED_FORMS[name](points.T * 1e3) / 1e3
+    if name == "stirrer":  # inside, the nearest wall of a part may lie in another part
+        points, exact = points[exact > -1e-9], exact[exact > -1e-9]
+    found, gradient = SignedDistance(body)(points)
+    assert found == pytest.approx(-exact, abs=1e-12)
+    assert CLOSED_FORMS[name]((points - found[:, None] * gradient).T * 1e3) == pytest.approx(0, abs=1e-9)
+    assert np.linalg.norm(gradient, axis=1) == pytest.approx(1)
+    if name != "stirrer":
+        assert SignedDistance(exact_shape(SHAPES[name], False))(points)[0] == pytest.approx(exact, abs=1e-12)
 
 
 @pytest.mark.parametrize("blades", [1, 2, 3, 4, 7])
