@@ -101,11 +101,11 @@ def test_the_precision_decides_about_steps_recorded_time_seeds_and_halfway_fill_
     assert all(case.discard_s == 1 / case.speed_hz for found in cases.values() for case in found)
 
 
-def test_a_quick_window_has_turns_for_a_standard_error_and_eight_where_the_sweep_does_not_say():
+def test_a_quick_window_has_turns_for_a_standard_error_and_sixteen_where_the_sweep_does_not_say():
     assert durations_of(1, 1, 1, 0.5)["window_s"] == 1.0
     assert durations_of(1, 1, 3, 0.5)["window_s"] == 2.0
     assert durations_of(1, 1, 1, 2)["window_s"] == 2.0
-    assert durations_of(5, 5, None, 0.5, PRECISIONS["quick"].turns)["window_s"] == pytest.approx(8 * 0.2)
+    assert durations_of(5, 5, None, 0.5, PRECISIONS["quick"].turns)["window_s"] == pytest.approx(16 * 0.2)
     assert durations_of(20, 5, None, 0.5)["window_s"] == pytest.approx(0.4)
 
 

@@ -17,7 +17,6 @@ from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import StudyConfig, UncertaintyConfig
 from millprint.config.mill import InsertConfig, MillConfig
 from millprint.config.mill_sweep import (
-    LONGEST,
     ConditionSection,
     MillsConfig,
     MillSweepConfig,
@@ -199,7 +198,7 @@ def windows_of(mill: MillConfig, speed_hz: float, own: TurnsSection, level: Prec
         return durations
     # The mean over the seeds is known better than that of one run.
     half = level.half_width * math.sqrt(level.seeds)
-    return durations | {"power_error_max": half, "window_max_s": LONGEST * durations["window_s"]}
+    return durations | {"power_error_max": half, "window_max_s": level.longest * durations["window_s"]}
 
 
 def seeds_of(sweep: MillSweepConfig, fewest: int) -> list[int]:

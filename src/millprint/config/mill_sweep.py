@@ -45,7 +45,8 @@ class Precision(NamedTuple):
     step, recorded: factors on mills.rayleigh_fraction and on the recorded time; turns: recorded at least where the
     sweep does not say how many; seeds: starting positions at least; half_width: of the 95 % interval of a power's mean
     over these seeds, until which a window grows where the sweep does not say its turns [-]; None: it does not grow;
-    halfway: of lists, also the fill ratios halfway between neighbours, where a curve is known worst.
+    longest: the longest window over the first one [-]; halfway: of lists, also the fill ratios halfway between
+    neighbours, where a curve is known worst.
     """
 
     step: float
@@ -53,20 +54,19 @@ class Precision(NamedTuple):
     turns: int
     seeds: int
     half_width: float | None
+    longest: int = 1
     halfway: bool = False
 
 
 # Steps of 0.11 and of 0.08 of the Rayleigh time: descriptors stay within the scatter of seeds (docs/how_to/speed.md).
-# Turns do not show that a motion may last in several ways; three seeds of eight turns were the least whose bands held
-# (docs/why/uncertainty.md).
+# Turns do not show that a motion may last in several ways; three seeds were the least whose bands held
+# (docs/why/uncertainty.md). Of fewer than sixteen turns, no correlation is seen, and hardly a drift.
 PRECISIONS: dict[PrecisionName, Precision] = {
     "draft": Precision(step=1.375, recorded=0.5, turns=3, seeds=1, half_width=None),
-    "quick": Precision(step=1.375, recorded=0.5, turns=8, seeds=3, half_width=0.10),
-    "standard": Precision(step=1.0, recorded=1.0, turns=8, seeds=3, half_width=0.05),
-    "fine": Precision(step=1.0, recorded=2.0, turns=16, seeds=4, half_width=0.02, halfway=True),
+    "quick": Precision(step=1.375, recorded=0.5, turns=16, seeds=3, half_width=0.10, longest=4),
+    "standard": Precision(step=1.0, recorded=1.0, turns=16, seeds=3, half_width=0.05, longest=4),
+    "fine": Precision(step=1.0, recorded=2.0, turns=16, seeds=4, half_width=0.02, longest=8, halfway=True),
 }
-# The longest window over the first one [-].
-LONGEST = 8
 
 
 class ConditionSection(SpeedSection, ChargeSection):
@@ -82,7 +82,7 @@ class TurnsSection(Section):
     discard_turns: Turns | None = None
     """revolutions of the mill before the averages begin; if left out 5, and 1 of a drum [-]"""
     window_turns: Turns | None = None
-    """recorded revolutions of the mill, in a sweep at precision `standard`; by default at least 8, and 0.8 s, and as
+    """recorded revolutions of the mill, in a sweep at precision `standard`; by default at least 16, and 0.8 s, and as
     many as `mills.precision` needs, for a card as at `standard` [-]
     """
 

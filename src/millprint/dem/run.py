@@ -29,6 +29,7 @@ from millprint.dem.simulation import GoesOn, Simulation
 from millprint.dem.store import write_run
 from millprint.dem.turns import (
     FEWEST_BLOCKS,
+    NEGLIGIBLE,
     half_width,
     has_impacts,
     is_steady,
@@ -69,10 +70,6 @@ def weighted_errors(energies: list[float], squares: np.ndarray) -> dict[str, flo
 def finite(value: float) -> float | None:
     """A number for JSON, which has no infinity."""
     return value if math.isfinite(value) else None
-
-
-# The power of a channel under this share of the whole is known well enough, however it varies [-].
-NEGLIGIBLE = 0.01
 
 
 # A power that rises or falls through a window moves its mean by at most this share of the half-width that is asked for.

@@ -16,6 +16,8 @@ import numpy as np
 from millprint.observables.condition import Condition, energy_scale
 
 FEWEST_BLOCKS = 8
+# The power of a channel under this share of the whole is known well enough, however it varies [-].
+NEGLIGIBLE = 0.01
 # Probability of taking a steady power for one that rises or falls [-].
 UNSTEADY = 0.05
 # A motion repeats if turns a period apart differ by less than ALIKE of the spread of independent collisions, in seven
@@ -69,24 +71,47 @@ def half_width(energies: Sequence[float]) -> float:
     return float(student_exceeded(0.025, known.freedom)) * known.error / mean
 
 
-def is_steady(energies: Sequence[float], largest: float) -> bool:
-    """Whether what was before a window has left no mark on the mean of its turns, as far as they can tell.
+class Drift(NamedTuple):
+    """How far a power rises or falls through a window over its mean [-], the standard error, its degrees of freedom."""
 
-    Geweke's comparison (Bayesian Statistics 4 (1992) 169): the mean of the first quarter of the turns differs from that
-    of the last half by chance, P > UNSTEADY of Student's t, with the error of the last half; or the mean of all is
-    within `largest` [-] of that of the last half.
+    change: float
+    error: float
+    freedom: int
+
+
+def drift_of_turns(energies: Sequence[float]) -> Drift | None:
+    """The drift of the energies of turns by the line of least squares; None for fewer than three turns.
+
+    The slope of n turns has the variance n s^2 / sum (i - mean i)^2, with s the error of a mean of what the line
+    leaves, by `mean_of_turns`, which takes neighbours that are alike into account.
+    """
+    values = np.asarray(energies, dtype=float)
+    if len(values) < 3 or not values.mean():
+        return None
+    places = np.arange(len(values)) - (len(values) - 1) / 2
+    squares = float(places @ places)
+    slope = float(places @ values) / squares
+    left = mean_of_turns((values - values.mean() - slope * places).tolist())
+    assert left is not None
+    # The line takes one degree of freedom more than the mean.
+    error = left.error * math.sqrt(left.freedom / (left.freedom - 1) * len(values) / squares)
+    scale = len(values) / abs(float(values.mean()))
+    return Drift(scale * slope, scale * error, left.freedom - 1)
+
+
+def is_steady(energies: Sequence[float], largest: float) -> bool:
+    """Whether the mean of a window's turns is that of a long run, as far as they can tell.
+
+    It is where a drift (`drift_of_turns`) moves the mean by at most `largest` [-], half its change, or where it is one
+    by chance, P > UNSTEADY of Student's t.
     """
     # Imported here, as in `half_width`.
     from millprint.estimate.quantiles import student_exceeded
 
-    values = np.asarray(energies, dtype=float)
-    first, last = values[: len(values) // 4], values[len(values) // 2 :]
-    known = mean_of_turns(last.tolist())
-    if not known or not len(first) or abs(values.mean() - last.mean()) <= largest * abs(last.mean()):
+    drift = drift_of_turns(energies)
+    if not drift or abs(drift.change) / 2 <= largest:
         return True
-    # The error of a mean of k turns goes with 1 / sqrt(k).
-    error = known.error * math.sqrt(1 + len(last) / len(first))
-    return abs(first.mean() - last.mean()) <= float(student_exceeded(UNSTEADY / 2, known.freedom)) * error
+    return abs(drift.change) <= float(student_exceeded(UNSTEADY / 2, drift.freedom)) * drift.error
 
 
 def motion_repeats(energies: Sequence[float], collisions: float) -> bool:

@@ -12,7 +12,15 @@ from millprint.config.counting import CountingRule, recorded_count
 from millprint.config.mill_sweep import FEWEST_FILLS
 from millprint.config.sweep import as_tabulated
 from millprint.dem.collisions import ROUNDING
-from millprint.dem.turns import has_impacts, mean_of_turns, motion_repeats, scale_of_hits
+from millprint.dem.turns import (
+    NEGLIGIBLE,
+    Drift,
+    drift_of_turns,
+    has_impacts,
+    mean_of_turns,
+    motion_repeats,
+    scale_of_hits,
+)
 from millprint.fingerprint.readers import collisions_by, read_contacts
 from millprint.observables.counted_collisions import Collisions
 from millprint.observables.definitions import COMPUTED, DESCRIPTORS, MEASURED, STATISTICS, Measured
@@ -135,7 +143,16 @@ def _turns_row(summary: dict, collisions: float) -> dict:
         "independent_turns": min(independent),
         "repeating_runs": int(locked),
         **{f"{name}_{part}": own for name in CHANNELS for part, own in _memory_of(energies[name], locked).items()},
+        **{f"{name}_{part}": own for name in CHANNELS for part, own in _drift_of(energies, name, locked).items()},
     }
+
+
+def _drift_of(energies: Mapping[str, Sequence[float]], name: str, locked: bool) -> dict[str, float]:
+    """The `drift_of_turns` of a channel; 0 without one, for a motion that repeats and of next to no power."""
+    told = drift_of_turns(energies[name])
+    if not told or locked or sum(energies[name]) < NEGLIGIBLE * sum(map(sum, energies.values())):
+        told = Drift(0.0, 0.0, 0)
+    return {"drift": told.change, "drift_variance": told.error**2, "drift_freedom": told.freedom}
 
 
 def _memory_of(energies: Sequence[float], locked: bool) -> dict[str, float]:
@@ -251,13 +268,19 @@ def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
         mean[f"{name}_frequency_seed_sd_hz"] = groups[f"{name}_frequency_hz"].std(ddof=1)
     mean["balls"] = mean["balls"].round().astype(int)
     told = ["runs_with_impacts", "stuck_runs", "independent_turns", "repeating_runs"]
-    of_turns = [f"{name}_{part}" for name in CHANNELS for part in MEMORY]
+    of_turns = [f"{name}_{part}" for name in CHANNELS for part in (*MEMORY, *DRIFT)]
     sums = groups[[*told, *of_turns]].sum()
     remembered = [
         independent_turns(mean["seeds"].to_numpy(), *(sums[f"{name}_{part}"].to_numpy() for part in MEMORY))
         for name in CHANNELS
     ]
-    sums["independent_turns"] = np.min([sums["independent_turns"], *remembered], axis=0)
+    rises = [
+        drifts(mean["seeds"].to_numpy(), *(sums[f"{name}_{part}"].to_numpy() for part in DRIFT)) for name in CHANNELS
+    ]
+    # Turns that rise or fall through all windows are not turns of one motion.
+    sums["independent_turns"] = np.where(
+        np.any(rises, axis=0), 0, np.min([sums["independent_turns"], *remembered], axis=0)
+    )
     turns = zip(*(sums[name] for name in told), differ, strict=True)
     mean["motion"] = [", ".join(said.word for said in motion_of(*own)) for own in turns]
     lasting = groups.apply(_lasting_in_words, include_groups=False)
@@ -386,6 +409,22 @@ def independent_turns(seeds: np.ndarray, turns: np.ndarray, squares: np.ndarray,
     phi = np.clip(above / np.maximum(1 - 3 / n, 1e-9), 0, 1)
     beyond = above > normal_exceeded(CHANCE) / np.sqrt(np.maximum(turns, 1))
     return np.where(beyond, turns * (1 - phi) / (1 + phi), turns)
+
+
+# What `drifts` takes of each channel; and the least drift of a window that counts [-].
+DRIFT, DRIFTED = ("drift", "drift_variance", "drift_freedom"), 0.1
+
+
+def drifts(seeds: np.ndarray, change: np.ndarray, variance: np.ndarray, freedom: np.ndarray) -> np.ndarray:
+    """Whether a power rises or falls through the windows of conditions, by over DRIFTED and beyond chance.
+
+    seeds: their number; change, variance, freedom: sums over them of what `_drift_of` says.
+    """
+    # Imported here, as in `independent_turns`.
+    from millprint.estimate.quantiles import student_exceeded
+
+    beyond = student_exceeded(CHANCE / 2, np.maximum(freedom, 1)) * np.sqrt(variance)
+    return (freedom > 0) & (np.abs(change) > np.maximum(DRIFTED * seeds, beyond))
 
 
 def lasting_motions(powers_W: np.ndarray, variances: np.ndarray) -> list[np.ndarray]:
