@@ -125,22 +125,31 @@ def beyond(*ways: np.ndarray) -> np.ndarray:
     return np.linalg.norm(np.maximum(out, 0), axis=0) + np.minimum(out.max(axis=0), 0)
 
 
-def blade(at: np.ndarray, number: int, blades: int) -> np.ndarray:
-    """Distance from a blade of STIRRER, with its part inside the hub."""
-    angle = 2 * np.pi * number / blades
-    along = at[0] * np.cos(angle) + at[1] * np.sin(angle)
-    across = at[1] * np.cos(angle) - at[0] * np.sin(angle)
-    return beyond(np.abs(along - 20) - 20, np.abs(across) - 2.5, np.abs(at[2] - 45) - 30)
+def cup(at: np.ndarray) -> np.ndarray:
+    """Distance from SHAPES["cup"], whose lower edge is rounded."""
+    out, up = np.hypot(*at[:2]) - 20, np.abs(at[2] - 25) - 25
+    return np.where(at[2] < 25, beyond(out + 6, up + 6) - 6, beyond(out, up))
+
+
+# With more faces than a block of them.
+STAR = {**STIRRER, "blades": 16, "blade_thickness_mm": 2}
+
+
+def star(at: np.ndarray) -> np.ndarray:
+    """Distance from STAR of a point outside of it: from its hub or a blade, here with its part inside the hub."""
+    angle, height = np.pi / 8 * np.arange(16)[:, None], np.broadcast_to(np.abs(at[2] - 45) - 30, (16, at.shape[1]))
+    along, across = at[0] * np.cos(angle) + at[1] * np.sin(angle), at[1] * np.cos(angle) - at[0] * np.sin(angle)
+    blades = beyond(np.abs(along - 20) - 20, np.abs(across) - 1, height)
+    return np.minimum(beyond(np.hypot(*at[:2]) - 10, height[0]), blades.min(axis=0))
 
 
 # Of points (3, n) [mm].
 CLOSED_FORMS = {
     "box": lambda at: beyond(np.abs(at[0]) - 5, np.abs(at[1]) - 10, np.abs(at[2] - 15) - 15),
     "drum": lambda at: beyond(np.hypot(at[0], at[2]) - 80, np.abs(at[1]) - 15),
+    "cup": cup,
     "moved": lambda at: np.hypot(np.hypot(at[1] + 7, at[2] - 30), np.maximum(np.abs(at[0] - 5) - 12.5, 0)) - 10,
-    "stirrer": lambda at: np.min(
-        [beyond(np.hypot(*at[:2]) - 10, np.abs(at[2] - 45) - 30), *(blade(at, k, 7) for k in range(7))], axis=0
-    ),
+    "star": star,
 }
 
 
@@ -153,19 +162,22 @@ def exact_shape(shape: dict, is_solid: bool) -> Vessel:
 
 @pytest.mark.parametrize("name", CLOSED_FORMS)
 def test_distances_of_shapes_are_those_of_closed_forms(name):
-    """Inside and outside, at edges and corners, on the wall; also of the hollow, which is the solid turned over."""
-    body = exact_shape({**STIRRER, "blades": 7} if name == "stirrer" else SHAPES[name], True)
+    """Inside and outside, near edges and corners, on faces; also of the hollow, which is the solid turned over."""
+    body = exact_shape(STAR if name == "star" else SHAPES[name], True)
     rng, (low, high) = np.random.default_rng(2), body.bounds
-    points = np.concatenate([rng.uniform(low - 0.01, high + 0.01, (150, 3)), rng.choice(body.vertices, 60)])
-    points[150:190] += rng.uniform(-0.004, 0.004, (40, 3))
+    vertices, triangles = body.triangles()
+    places = vertices[triangles].mean(axis=1)
+    places = np.concatenate([rng.choice(places, 20), rng.choice(places, 50), rng.choice(vertices, 50)])
+    places[20:] += rng.uniform(-0.004, 0.004, (100, 3))
+    points = np.concatenate([rng.uniform(low - 0.01, high + 0.01, (90, 3)), places])
     exact = CLOSED_FORMS[name](points.T * 1e3) / 1e3
-    if name == "stirrer":  # inside, the nearest wall of a part may lie in another part
+    if name == "star":  # inside, the nearest wall of a part may lie in another part
         points, exact = points[exact > -1e-9], exact[exact > -1e-9]
     found, gradient = SignedDistance(body)(points)
     assert found == pytest.approx(-exact, abs=1e-12)
     assert CLOSED_FORMS[name]((points - found[:, None] * gradient).T * 1e3) == pytest.approx(0, abs=1e-9)
     assert np.linalg.norm(gradient, axis=1) == pytest.approx(1)
-    if name != "stirrer":
+    if name != "star":
         assert SignedDistance(exact_shape(SHAPES[name], False))(points)[0] == pytest.approx(exact, abs=1e-12)
 
 
