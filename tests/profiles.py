@@ -390,26 +390,35 @@ def _extruded_mesh(line: np.ndarray, height: float) -> np.ndarray:
     return np.concatenate([*sides, floor, lid])
 
 
-def straightened(hollow: Hollow, facets: int, rounding: float) -> Hollow:
+def straightened(hollow: Hollow, facets: int, rounding: float) -> Hollow | None:
     """The other hollow that a file may draw: where two contrary arcs join, and the steps on both sides of the joint
-    lie on one line to within the rounding [mm], that line is a piece of its own.
+    lie on one line to within the rounding [mm], that line is a piece of its own. None where there is no such joint.
 
-    A mesh of `facets` draws both of them: which one is meant, a file of that rounding does not say.
+    The same where a line joins an arc whose first step goes on along it, since such facets are one. A mesh of `facets`
+    draws both hollows: which one is meant, a file of that rounding does not say.
     """
-    pieces, lines = list(hollow.pieces), {}
+    pieces, lines, is_other = list(hollow.pieces), {}, False
+
+    def step(number: int) -> float:
+        whole, left_of_it = hollow.pieces[number].sweep, pieces[number].sweep
+        return whole / _steps(hollow.pieces[number], facets) / left_of_it if whole else 1.0
+
     for number, following, _ in hollow.joints:
         first, second = pieces[number], pieces[following]
-        if first.sweep * second.sweep < 0:
-            left_out, begun = 1 / _steps(hollow.pieces[number], facets), 1 / _steps(hollow.pieces[following], facets)
-            (begin,), (end,) = first.at(np.array([1 - left_out])), second.at(np.array([begun]))
-            line = Piece(begin, end)
-            # A line between the three places is off each by half of what the middle one is off the chord.
-            if abs(left(line.along(0.5)) @ (first.end - begin)) < 2 * rounding:
-                pieces[number] = Piece(first.start, begin, first.sweep * (1 - left_out))
-                pieces[following] = Piece(end, second.end, second.sweep * (1 - begun))
+        if first.sweep * second.sweep > 0 or not (first.sweep or second.sweep):
+            continue
+        left_out, begun = step(number), step(following)
+        (begin,), (end,) = first.at(np.array([1 - left_out])), second.at(np.array([begun]))
+        line = Piece(begin, end)
+        # A line between the three places is off each by half of what the middle one is off the chord.
+        if abs(left(line.along(0.5)) @ (first.end - begin)) < 2 * rounding:
+            is_other = True
+            pieces[number] = Piece(first.start, begin, first.sweep * (1 - left_out)) if first.sweep else line
+            pieces[following] = Piece(end, second.end, second.sweep * (1 - begun)) if second.sweep else line
+            if first.sweep and second.sweep:
                 lines[number] = line
     made = [part for k, piece in enumerate(pieces) for part in (piece, lines.get(k)) if part]
-    return replace(hollow, pieces=tuple(made))
+    return replace(hollow, pieces=tuple(made)) if is_other else None
 
 
 def write_stl(path: Path, triangles: np.ndarray, decimals: int | None) -> float:

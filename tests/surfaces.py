@@ -421,7 +421,7 @@ def check(seed: int, places_each: int = 20, shots: int = 0, largest: int = 192, 
         return [f"refused: {error}"]
     wrong = check_case(case, seed, places_each, shots, balls)
     other = straightened(case.hollow, facets, case.tolerance / 3)
-    if wrong and len(other.pieces) > len(case.hollow.pieces):
+    if wrong and other:
         return wrong if check_case(case._replace(hollow=other), seed, places_each, shots, balls) else []
     return wrong
 

@@ -77,8 +77,7 @@ def curves_of(drawing: Drawing, swept: Swept) -> list[tuple[Curve, np.ndarray]]:
         arc: tuple[tuple[float, float], tuple[float, float]] | None
         arc = ((math.cos(low), math.sin(low)), (math.cos(high), math.sin(high)))
         if shape.r == 0.0:
-            # An arc about a point of the axis reaches to the axis where a vertex, or a facet, is on it.
-            arc = _sphere_arc(flat - [0.0, shape.z], drawing.tolerance, shape.radius)
+            arc = _sphere_arc(flat[:, 1] - shape.z, shape.radius, _crossings(drawing, swept) - shape.z)
         elif 2 * math.pi - (high - low) < 3 * LARGEST_TURN:
             arc = None
         outwards = (radii - shape.r)[:, None] * out + np.outer(heights - shape.z, axis.along)
@@ -100,15 +99,26 @@ def curves_of(drawing: Drawing, swept: Swept) -> list[tuple[Curve, np.ndarray]]:
     return [(curve, facets) for curve, facets in parts if len(facets)]
 
 
+def _crossings(drawing: Drawing, swept: Swept) -> np.ndarray:
+    """Heights (n,) of the vertices and facets of a surface that are on its axis: these go round it, or a side does."""
+    rows = drawing.corners.rows(swept.facets)
+    begin, end = (
+        drawing.vessel.vertices[drawing.flat[each]] for each in (rows, drawing.vessel.outlines.loops.ahead[rows])
+    )
+    turn = (swept.axis.angles(end) - swept.axis.angles(begin) + math.pi) % (2 * math.pi) - math.pi
+    turn[turn < 1e-9 - math.pi] += 2 * math.pi
+    around = np.add.reduceat(turn, Ragged(drawing.corners.counts[swept.facets]).first)
+    flat, middles = swept.axis.meridian(begin), swept.axis.meridian(drawing.middles[swept.facets])
+    return np.append(flat[flat[:, 0] < LOOSE * drawing.tolerance, 1], middles[np.abs(around) > math.pi, 1])
+
+
 def _sphere_arc(
-    flat: np.ndarray, tolerance: float, radius: float
+    heights: np.ndarray, radius: float, on_axis: np.ndarray
 ) -> tuple[tuple[float, float], tuple[float, float]] | None:
-    """The arc of a sphere about the origin of the half plane, None for a whole sphere."""
-    around = np.arctan2(flat[:, 1], flat[:, 0])
-    low, high = float(around.min()), float(around.max())
-    # A pole has no ring of its own where no vertex is there: the ring nearest to it is as near as one step.
-    low = -math.pi / 2 if low < -math.pi / 2 + LARGEST_TURN else low
-    high = math.pi / 2 if high > math.pi / 2 - LARGEST_TURN else high
+    """The arc of a sphere between heights over its middle; to a pole where it is on the axis there; None if whole."""
+    low, high = np.arcsin(np.clip([heights.min() / radius, heights.max() / radius], -1, 1)).tolist()
+    low = -math.pi / 2 if on_axis.min(initial=0.0) < 0 else low
+    high = math.pi / 2 if on_axis.max(initial=0.0) > 0 else high
     if high - low > math.pi - 1e-9:
         return None
     return (math.cos(low), math.sin(low)), (math.cos(high), math.sin(high))

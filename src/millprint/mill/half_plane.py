@@ -65,6 +65,10 @@ class HalfPlane:
         """For each facet (f,) the largest of what its vertices (v,) have."""
         return np.maximum.reduceat(values[self.corners], self.of_facet.first)
 
+    def points(self, rows: np.ndarray) -> np.ndarray:
+        """The vertices (n, 2) of some rows of `facets`, each once."""
+        return self.flat[np.unique(self.corners[self.of_facet.rows(rows)])]
+
     def on(self, drawing: Drawing, shape: Line | Circle, slack: float) -> np.ndarray:
         """Which facets (f,) lie on a line or arc, whose chords they are: their vertices to a slack, in tolerances."""
         # A floor has its outline, a ring, on the fillet that it joins.
@@ -72,19 +76,33 @@ class HalfPlane:
         is_near = self.largest(np.abs(shape.off(self.flat))) <= slack * drawing.tolerance
         return is_near & (np.abs(shape.off(self.middles)) <= SAG * sag + drawing.tolerance)
 
+    def steps(self, arc: Circle, rows: np.ndarray) -> np.ndarray:
+        """How far rows (n,) of `facets` reach along an arc [m]."""
+        counts = self.of_facet.counts[rows]
+        away = self.flat[self.corners[self.of_facet.rows(rows)]] - [arc.r, arc.z]
+        (x, z), (r, up) = np.repeat(self.middles[rows] - [arc.r, arc.z], counts, axis=0).T, away.T
+        turn, first = np.arctan2(x * up - z * r, x * r + z * up), Ragged(counts).first
+        return arc.radius * (np.maximum.reduceat(turn, first) - np.minimum.reduceat(turn, first))
+
     def is_even(self, drawing: Drawing, shape: Line | Circle, own: np.ndarray, others: np.ndarray) -> np.ndarray:
-        """Which other rows are not far longer steps of an arc than its own ones; any is of a line or a sphere."""
-        if isinstance(shape, Line) or shape.r == 0.0:
+        """Which other rows are not far longer steps of an arc than its own ones; any is of a line.
+
+        Neither are those that are as near to the arc as rounding allows, which may be several steps together.
+        """
+        if isinstance(shape, Line):
             return np.ones(len(others), dtype=bool)
+        longest = EVEN * np.median(self.steps(shape, own)) + 4 * drawing.tolerance
+        return self.steps(shape, others) <= max(longest, 4 * math.sqrt(drawing.tolerance * shape.radius))
 
-        def steps(rows: np.ndarray) -> np.ndarray:
-            counts = self.of_facet.counts[rows]
-            away = self.flat[self.corners[self.of_facet.rows(rows)]] - [shape.r, shape.z]
-            (x, z), (r, up) = np.repeat(self.middles[rows] - [shape.r, shape.z], counts, axis=0).T, away.T
-            turn, first = np.arctan2(x * up - z * r, x * r + z * up), Ragged(counts).first
-            return shape.radius * (np.maximum.reduceat(turn, first) - np.minimum.reduceat(turn, first))
+    def caps(self, drawing: Drawing, sphere: Circle, own: np.ndarray) -> np.ndarray:
+        """The free rows that are flat discs about the poles of a sphere, as wide as a step of its own rows.
 
-        return steps(others) <= EVEN * np.median(steps(own)) + 4 * drawing.tolerance
+        A wider or narrower one is a floor.
+        """
+        rows = np.flatnonzero(self.is_ring & ~drawing.taken[self.facets] & self.on(drawing, sphere, 1.0))
+        turn = self.largest(np.arctan2(self.flat[:, 0], np.abs(self.flat[:, 1] - sphere.z)))[rows]
+        widths = 2 * sphere.radius * turn
+        return rows[np.abs(widths - np.median(self.steps(sphere, own))) <= 4 * drawing.tolerance]
 
     def fit(
         self, drawing: Drawing, seed: Sequence[int], kind: type[Line] | type[Circle]
@@ -94,17 +112,22 @@ class HalfPlane:
 
         def again(rows: np.ndarray, slack: float) -> tuple[Line | Circle, np.ndarray]:
             """The shape through some rows, and the rows on it; none where the seed is not."""
-            own = self.flat[np.unique(self.corners[self.of_facet.rows(rows)])]
+            own = self.points(rows)
             shape = kind.through(own)
-            if isinstance(shape, Circle) and abs(shape.r) < self.near:
-                shape.r = 0.0
-                shape.z, shape.radius = _on_axis_circle(own)
+            if isinstance(shape, Circle):
+                # A few steps say little of where their middle is: a sphere wherever they may be of one.
+                sphere = _on_axis_circle(own)
+                is_sphere = abs(shape.r) < self.near or np.abs(sphere.off(own)).max() <= drawing.tolerance
+                shape = sphere if is_sphere else shape
             holds = free & self.on(drawing, shape, slack)
             facing = np.vecdot(self.facing, _slopes(shape, self.middles))
             holds &= facing * facing[seed[0]] > 0.5
-            return shape, np.flatnonzero(holds) if holds[list(seed)].any() else np.empty(0, dtype=np.int64)
+            if not holds[list(seed)].any():
+                return shape, np.empty(0, dtype=np.int64)
+            rows = np.flatnonzero(holds)
+            return shape, rows if slack == 1.0 else rows[self.is_even(drawing, shape, rows, rows)]
 
-        # The first slack may take a wall that turns by little against this one, and spoil the fit.
+        # The first slack may take a wall that turns by little against this one, or ends on it, and spoil the fit.
         for slacks in ((LOOSE, 2.0, 1.0, 1.0), (1.0, 1.0, 1.0)):
             rows = np.asarray(seed)
             for slack in slacks:
@@ -187,13 +210,18 @@ def _slopes(shape: Line | Circle, flat: np.ndarray) -> np.ndarray:
     return away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-12)
 
 
-def _on_axis_circle(flat: np.ndarray) -> tuple[float, float]:
-    """Height of the middle on the axis, and radius, of the circle nearest to points (n, 2)."""
+def _on_axis_circle(flat: np.ndarray) -> Circle:
+    """The circle with its middle on the axis that is nearest to points (n, 2)."""
     middle = flat[:, 1].mean()
     local = flat[:, 1] - middle
     columns = np.column_stack([2 * local, np.ones(len(local))])
     solution, *_ = np.linalg.lstsq(columns, (flat[:, 0] ** 2 + local**2), rcond=None)
-    return float(solution[0] + middle), math.sqrt(max(solution[1] + solution[0] ** 2, 0.0))
+    return Circle(0.0, float(solution[0] + middle), math.sqrt(max(solution[1] + solution[0] ** 2, 0.0)))
+
+
+def _again(arc: Circle, flat: np.ndarray) -> Circle:
+    """An arc fitted to other points (n, 2); a sphere stays one."""
+    return Circle.through(flat) if arc.r else _on_axis_circle(flat)
 
 
 def _steps(drawing: Drawing, swept: Swept) -> tuple[int, int]:
@@ -231,14 +259,29 @@ def _is_enough(drawing: Drawing, plane: HalfPlane, swept: Swept) -> bool:
     flat = swept.axis.meridian(drawing.points(swept.facets))
     if np.abs(Line.through(flat).off(flat)).max() <= drawing.tolerance:
         return False
-    if swept.shape.r == 0.0:
-        middle = swept.axis.origin + swept.shape.z * swept.axis.along
-        return len(swept.facets) >= FEWEST_STEPS**2 and is_round(drawing, swept.facets, middle)
     # Three columns of a wall that is bent both ways seem to turn about an axis across it too, and one row of facets
     # about any axis that is slanted.
     if around <= FEWEST_STEPS or len(swept.facets) < FEWEST_STEPS**2:
         return False
-    return across > FEWEST_STEPS or _is_rounding(drawing, plane, swept.shape, swept.facets)
+    middle = swept.axis.origin + swept.shape.z * swept.axis.along
+    is_many = is_round(drawing, swept.facets, middle) if swept.shape.r == 0.0 else across > FEWEST_STEPS
+    return is_many or _is_rounding(drawing, plane, swept.shape, swept.facets)
+
+
+def _turns(drawing: Drawing, plane: HalfPlane, arc: Circle, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Where an arc has its rings: a direction (2,) from its middle, and angles from there, ascending [rad].
+
+    Of a sphere's, the direction is that of the nearer pole, and each ring is on both sides of it.
+    """
+    towards = np.median(plane.middles[facets], axis=0) - [arc.r, arc.z]
+    if arc.r == 0.0:
+        towards[0] = 0.0
+    towards /= np.linalg.norm(towards)
+    x, z = (plane.points(facets) - [arc.r, arc.z]).T
+    turns = np.arctan2(towards[0] * z - towards[1] * x, towards[0] * x + towards[1] * z)
+    turns = np.sort(np.append(turns, -turns) if arc.r == 0.0 else turns)
+    apart = np.flatnonzero(np.diff(turns) * arc.radius > 4 * drawing.tolerance) + 1
+    return towards, np.array([ring.mean() for ring in np.split(turns, apart)])
 
 
 def _is_rounding(drawing: Drawing, plane: HalfPlane, arc: Circle, facets: np.ndarray) -> bool:
@@ -247,26 +290,29 @@ def _is_rounding(drawing: Drawing, plane: HalfPlane, arc: Circle, facets: np.nda
     They are alike, and four at least, or the walls at both ends are tangent to the arc. A chain of cones is neither.
     """
     near, middle = 4 * drawing.tolerance, np.array([arc.r, arc.z])
-    towards = np.median(plane.middles[facets], axis=0) - middle
-    towards /= np.linalg.norm(towards)
-    x, z = (plane.flat[np.unique(plane.corners[plane.of_facet.rows(facets)])] - middle).T
-    turns = np.sort(np.arctan2(towards[0] * z - towards[1] * x, towards[0] * x + towards[1] * z))
-    turns = np.array([ring.mean() for ring in np.split(turns, np.flatnonzero(np.diff(turns) * arc.radius > near) + 1)])
+    towards, turns = _turns(drawing, plane, arc, facets)
     steps = arc.radius * np.diff(turns)
-    # The wall that follows is tangent, or turns by half a step more, which must be told from it over a step's length.
-    if len(steps) < 2 or np.ptp(steps) > near or steps.mean() ** 2 / (2 * arc.radius) < 2 * near:
+    if arc.r == 0.0 and np.ptp(steps) > near:
+        # It does not reach its pole.
+        turns = turns[turns > 0]
+        steps = arc.radius * np.diff(turns)
+    if len(steps) < 2 or np.ptp(steps) > near:
         return False
     if len(steps) >= FEWEST_STEPS - 1:
         return True
+    # The wall that follows is tangent, or turns by half a step more, which must be told from it over a step's length.
+    near = min(near, steps.mean() ** 2 / (4 * arc.radius))
+    if near < drawing.tolerance:
+        return False
     beside = np.setdiff1d(np.concatenate([drawing.neighbours[facet] for facet in facets]), facets).astype(np.int64)
     for cosine, sine in zip(np.cos(turns[[0, -1]]), np.sin(turns[[0, -1]]), strict=True):
         normal = np.array([cosine * towards[0] - sine * towards[1], sine * towards[0] + cosine * towards[1]])
         apart = np.linalg.norm(plane.flat - middle - arc.radius * normal, axis=1)
-        walls = beside[(-plane.largest(-apart) < near)[beside]]
+        walls = beside[(-plane.largest(-apart) < 4 * drawing.tolerance)[beside]]
         # Of a floor, all vertices are one place.
         slopes = plane.facing[walls[plane.is_ring[walls]]]
         if len(walls := walls[~plane.is_ring[walls]]):
-            wall = Line.through(plane.flat[np.unique(plane.corners[plane.of_facet.rows(walls)])])
+            wall = Line.through(plane.points(walls))
             slopes = np.vstack([slopes, _slopes(wall, normal[None])])
         off = np.abs(slopes[:, 0] * normal[1] - slopes[:, 1] * normal[0])
         if not len(off) or off.max() * steps.mean() > near:
@@ -310,15 +356,20 @@ def surfaces_about(drawing: Drawing, plane: HalfPlane) -> list[Swept]:
                 failed_with[swept.facets] = len(failed)
 
     find(Circle, counts > 2)
-    # A far longer step than the others of its arc may be of the next one, which had too few without it.
     for each in list(found):
+        assert isinstance(each.shape, Circle)
+        # A far longer step than the others of its arc may be of the next one, which had too few without it, or a wall.
         even = plane.is_even(drawing, each.shape, each.facets, each.facets)
         long = each.facets[~even]
         drawing.taken[long] = False
-        find(Circle, (counts > 2) & np.isin(drawing.seams, long).any(axis=1))
+        is_long = np.isin(drawing.seams, long)
+        find(Circle, (counts > 2) & is_long.any(axis=1))
+        find(Line, ((counts == 1) | (counts == 2)) & is_long.all(axis=1))
         if drawing.taken[long].any():
             each.facets = np.sort(np.append(each.facets[even], long[~drawing.taken[long]]))
-            each.shape = Circle.through(plane.flat[np.unique(plane.corners[plane.of_facet.rows(each.facets)])])
+            each.shape = _again(each.shape, plane.points(each.facets))
+        if each.shape.r == 0.0:
+            each.facets = np.sort(np.append(each.facets, plane.caps(drawing, each.shape, each.facets)))
         drawing.taken[each.facets] = True
     find(Line, (counts == 1) | (counts == 2))
     _settle(drawing, plane, found)
@@ -328,6 +379,7 @@ def surfaces_about(drawing: Drawing, plane: HalfPlane) -> list[Swept]:
 def _settle(drawing: Drawing, plane: HalfPlane, found: list[Swept]) -> None:
     """Let facets that are side by side about the axis be of one surface, the larger one if all lie on it.
 
+    A far longer step than the others of its arc is of the other surface, however.
     Where two surfaces meet, rounding gives some facets of a ring to either, and a step that is drawn as one facet with
     the next one, or with the wall that follows, makes rings that begin surfaces of their own.
     """
@@ -337,6 +389,9 @@ def _settle(drawing: Drawing, plane: HalfPlane, found: list[Swept]) -> None:
         owner[each.facets] = number
     is_on = [plane.on(drawing, each.shape, 1.0) for each in found]
 
+    def is_even(number: int, rows: np.ndarray) -> np.ndarray:
+        return plane.is_even(drawing, found[number].shape, found[number].facets, rows)
+
     def pairs() -> list[list[int]]:
         """The surfaces next to each other, the smaller one first, those with the largest ones first."""
         sides = np.sort(owner[drawing.vessel.edge_arrays.facets], axis=1)
@@ -344,9 +399,9 @@ def _settle(drawing: Drawing, plane: HalfPlane, found: list[Swept]) -> None:
 
     for small, large in pairs():
         own = np.flatnonzero((owner == small) & is_on[large])
-        if isinstance(found[small].shape, Circle):
-            own = own[plane.is_even(drawing, found[large].shape, found[large].facets, own)]
-        owner[own] = large
+        owner[own[is_even(large, own)]] = large
+        own = np.flatnonzero((owner == large) & is_on[small])
+        owner[own[~is_even(large, own) & is_even(small, own)]] = small
     for small, large in pairs():
         meets = -plane.largest(-np.abs(found[large].shape.off(plane.flat))) <= LOOSE * drawing.tolerance
         own = np.flatnonzero(meets & np.isin(owner, (small, large)))
@@ -360,13 +415,13 @@ def _settle(drawing: Drawing, plane: HalfPlane, found: list[Swept]) -> None:
                     if is_on[number][beside].all():
                         owner[beside] = number
     for number, each in enumerate(found):
-        each.facets = np.flatnonzero(owner == number)
-        if isinstance(each.shape, Circle) and len(each.facets):
-            # An arc whose other steps are its neighbours' is the line that is left of it.
-            own = plane.flat[np.unique(plane.corners[plane.of_facet.rows(each.facets)])]
+        before, each.facets = each.facets, np.flatnonzero(owner == number)
+        if isinstance(each.shape, Circle) and 0 < len(each.facets) != len(before):
+            own = plane.points(each.facets)
             line = Line.through(own)
-            if np.abs(line.off(own)).max() <= drawing.tolerance:
-                each.shape = line
+            # An arc whose other steps are its neighbours' is the line that is left of it.
+            is_line = np.abs(line.off(own)).max() <= drawing.tolerance
+            each.shape = line if is_line else _again(each.shape, own)
 
 
 def _along(plane: HalfPlane, shape: Line | Circle, own: np.ndarray) -> np.ndarray:

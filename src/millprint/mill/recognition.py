@@ -29,6 +29,7 @@ from millprint.mill.drawn_axes import (
 )
 from millprint.mill.exact_walls import curves_of, whole_patches
 from millprint.mill.half_plane import (
+    EVEN,
     FIRST_FAILURES,
     MOST_FAILURES,
     NEARLY,
@@ -40,7 +41,9 @@ from millprint.mill.half_plane import (
 )
 from millprint.mill.tangency import make_tangent
 from millprint.mill.turned_shapes import (
+    LARGEST_TURN,
     LOOSE,
+    MOST_CORNERS,
     Axis,
     Circle,
     Drawing,
@@ -63,9 +66,13 @@ def _sphere(points: np.ndarray) -> tuple[np.ndarray, float]:
     return solution[:3] + shift, math.sqrt(max(solution[3] + solution[:3] @ solution[:3], 0.0))
 
 
-def _spheres(drawing: Drawing) -> list[Swept]:
-    """Spheres without a known axis."""
+def _spheres(drawing: Drawing, far: float = 2 * EVEN**2) -> list[Swept]:
+    """Spheres without a known axis; a disc on one may be its floor.
+
+    far: how far below them a facet may be, over the median of their facets: one farther may be a wall of its own.
+    """
     found, failures = [], 0
+    is_small = drawing.corners.counts <= MOST_CORNERS // 2
     for pair in drawing.seams.tolist():
         if failures > MOST_FAILURES:
             break
@@ -84,7 +91,8 @@ def _spheres(drawing: Drawing) -> list[Swept]:
             off = np.linalg.norm(drawing.vessel.vertices - middle, axis=1) - radius
             sunk = radius - np.linalg.norm(drawing.middles - middle, axis=1)
             worst_of = np.maximum.reduceat(np.abs(off)[drawing.flat], drawing.corners.first)
-            holds = (worst_of <= slack * drawing.tolerance) & (sunk <= 2 * SAG * radius + drawing.tolerance)
+            deepest = max(4 * drawing.tolerance, min(2 * SAG * radius, far * float(np.median(sunk[facets]))))
+            holds = is_small & (worst_of <= slack * drawing.tolerance) & (sunk <= deepest + drawing.tolerance)
             facets = drawing.grown(pair, holds)
         if len(facets) < 16 or not is_round(drawing, facets, middle):
             failures += 1
@@ -92,6 +100,16 @@ def _spheres(drawing: Drawing) -> list[Swept]:
         drawing.taken[facets] = True
         found.append(Swept(Axis(middle, np.array([0.0, 0.0, 1.0])), Circle(0.0, 0.0, radius), facets))
     return found
+
+
+def _axis_of_border(drawing: Drawing, dome: Swept, others: np.ndarray) -> list[Axis]:
+    """The axis through a dome's middle across the circle in which it meets other facets, if that is one."""
+    own, beside = (np.unique(drawing.flat[drawing.corners.rows(facets)]) for facets in (dome.facets, others))
+    border = drawing.vessel.vertices[np.intersect1d(own, beside)]
+    away = border - border.mean(axis=0)
+    normal = np.linalg.svd(away, full_matrices=False)[2][-1]
+    is_circle = len(border) * LARGEST_TURN > 2 * math.pi and np.abs(away @ normal).max() <= drawing.tolerance
+    return [Axis(dome.axis.origin, normal)] if is_circle else []
 
 
 def _refined(drawing: Drawing, axis: Axis, swept: list[Swept], known: list[np.ndarray]) -> Axis:
@@ -211,16 +229,17 @@ def find_surfaces(drawing: Drawing, first: Iterable[Axis] = ()) -> list[Swept]:
             found.extend(swept)
 
     # Whole spheres; a part of one may turn about the axis of the walls that it meets.
-    is_dome = np.zeros(len(drawing.taken), dtype=bool)
+    is_dome, axes = np.zeros(len(drawing.taken), dtype=bool), list(first)
     for dome in _spheres(drawing):
         is_own = np.zeros(len(drawing.taken), dtype=bool)
         is_own[dome.facets] = True
-        if len(drawing.across(is_own)):
+        if len(others := drawing.across(is_own)):
             is_dome |= is_own
+            axes += _axis_of_border(drawing, dome, others)
         else:
             found.append(dome)
     drawing.taken &= ~is_dome
-    for axis in first:
+    for axis in axes:
         take(axis)
     in_vain = 0
     for axis in axes_of_outlines(drawing):
@@ -242,7 +261,7 @@ def find_surfaces(drawing: Drawing, first: Iterable[Axis] = ()) -> list[Swept]:
         if guess is not None:
             take(guess)
         failures += len(found) == before
-    found += _spheres(drawing)
+    found += _spheres(drawing, math.inf)
     return found
 
 
