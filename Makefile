@@ -89,7 +89,7 @@ fast-%: $(VENV)/complete
 	$(RUN) $(BIN)/pytest $(FAST) tests/$*
 
 kernels: $(VENV)/complete
-	$(BIN)/python -c "from millprint.dem.compilation import compile_kernels; compile_kernels()"
+	$(BIN)/python -c "from millprint.dem.compilation import compile_kernels; compile_kernels(2)"
 
 $(PARTS): $(VENV)/complete | kernels
 

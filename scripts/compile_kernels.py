@@ -11,6 +11,6 @@ from millprint.run.job import job
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "compile kernels") as log:
-        report = compile_kernels()
+        report = compile_kernels(snakemake.threads)
         log.info("compiled in %.1f s", report["seconds"])
         write_json(report, snakemake.output.report)

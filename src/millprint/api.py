@@ -182,7 +182,7 @@ def _simulated(cases: list[Case], mill: MillConfig, contact: ContactConfig, fold
     warnings, _ = check_cases(cases, mill, changed, settings, f"mill {mill.name}")
     for line in warnings:
         print(f"warning: {line}", file=sys.stderr)
-    compile_kernels()
+    compile_kernels(cores)
     runs = {case.name: case for case in cases}
     simulate_cases(runs, mill, contact, settings.dem, folder / "runs", cores)
     return read_summaries(folder / "runs" / name / "summary.json" for name in runs)

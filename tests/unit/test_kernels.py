@@ -1,12 +1,14 @@
 """The cache of machine code sees all that is compiled in, and nothing else."""
 
 import ast
+import inspect
 import shutil
 from functools import cache
 from pathlib import Path
 
 import pytest
 
+from millprint.dem import advance, compilation, simulation
 from millprint.run import digest, kernel
 
 ROOT = Path(__file__).parents[2]
@@ -77,3 +79,20 @@ def test_every_constant_that_a_kernel_file_imports_is_seen():
     }
     assert {name for module, name in imported if module not in seen} == set()
     assert ("millprint.dem.layout", "LANE") in imported
+
+
+def test_parts_that_are_compiled_ahead_are_those_that_the_loop_calls():
+    """Their types are found by the names of parameters: under other names, the loop would compile them again."""
+    called = {}
+    for module in (advance, simulation):
+        for node in ast.walk(ast.parse(inspect.getsource(module))):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+                given = [each.attr if isinstance(each, ast.Attribute) else ast.unparse(each) for each in node.args]
+                called.setdefault(node.func.id, []).append(given)
+    for part in (*compilation.FORCES, *compilation.OTHERS):
+        # A time may be an expression.
+        names = [name for name in inspect.signature(part.py_func).parameters if name != "time"]
+        for given in called[part.__name__]:
+            assert [name for name in given if name in names] == names
+    # The second process says nothing where it fails.
+    compilation.compile_others()

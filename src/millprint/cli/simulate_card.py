@@ -93,7 +93,7 @@ def main(arguments: list[str], name: str = "card") -> None:
     print(
         f"{len(wanted)} simulations of about {seconds / len(cases):.2g} s of one core each, in {out}", file=sys.stderr
     )
-    compile_kernels()
+    compile_kernels(options.cores)
     try:
         done = simulate_cases(wanted, mill, contact, config.dem, out / "runs", options.cores)
     except MillprintError as error:

@@ -53,7 +53,7 @@ from millprint.dem.recording import begin_record, count_occupancy, is_due, recor
 from millprint.mill.motion import POSE, write_poses
 from millprint.mill.vectors import cross, dot, row, scale, subtract, vector
 from millprint.mill.walls import body_of, wall_velocity
-from millprint.run.kernel import inlined, inner, kernel, threaded
+from millprint.run.kernel import inlined, inner, kernel, merged, threaded
 from millprint.run.machine import WAIT_POLICY
 
 
@@ -64,7 +64,7 @@ def add_to_row(array, i, vector):
         array[i, c] += vector[c]
 
 
-@inlined()
+@merged()
 def gather_pair(balls, contacts, present, lane, block, at, m):
     """Put the state of two balls into their lane; returns whether they still touch."""
     i, j = contacts.ball[lane], np.uint32(contacts.partner[lane])
@@ -78,7 +78,7 @@ def gather_pair(balls, contacts, present, lane, block, at, m):
     return dot(away, away) < reach * reach
 
 
-@inlined()
+@merged()
 def gather_wall(balls, candidates, contacts, present, walls, motions, lane, block, at, m):
     """Put the state of a ball and the wall that it touches into their lane; returns whether they still touch."""
     i, body = contacts.ball[lane], body_of(walls, -1 - contacts.partner[lane])
@@ -94,7 +94,7 @@ def gather_wall(balls, candidates, contacts, present, walls, motions, lane, bloc
     return away[0] < FAR
 
 
-@inlined()
+@merged()
 def gather(balls, candidates, contacts, present, walls, motions, lane, block, at, m):
     """Put the state of both partners into their lane of present row `at`; returns whether they still touch."""
     if contacts.partner[lane] >= 0:
@@ -102,7 +102,7 @@ def gather(balls, candidates, contacts, present, walls, motions, lane, block, at
     return gather_wall(balls, candidates, contacts, present, walls, motions, lane, block, at, m)
 
 
-@inlined()
+@merged()
 def load_body(walls, motions, load, position, away, feature, force, back):
     """Add the force [N] of a body on a ball, and its torque about the body's origin [N m], to the body's loads.
 
@@ -118,7 +118,7 @@ def load_body(walls, motions, load, position, away, feature, force, back):
             load[body, LOAD.torque.x + c] += torque[c]
 
 
-@inlined()
+@merged()
 def scatter(balls, contacts, present, walls, motions, forces, torques, body_load, lane, block, at, m):
     """Add the forces of a lane to its partners: to forces and torques (n, 3) of balls, loads (bodies, 6) of bodies."""
     i, j = contacts.ball[lane], contacts.partner[lane]
@@ -146,7 +146,7 @@ def blocks_in_use(counters):
     return (counters[COUNTER.used] + LANES - 1) // LANES
 
 
-@inlined()
+@merged()
 def gather_open(balls, candidates, contacts, laws, walls, clock, block, at, time, totals, counters, table):
     """Gather the contacts of a block that still touch; the others are closed."""
     first = np.uint64(block * LANES)
@@ -155,10 +155,10 @@ def gather_open(balls, candidates, contacts, laws, walls, clock, block, at, time
         if contacts.slot[lane] < 0:
             continue
         if not gather(balls, candidates, contacts, contacts.present, walls, clock.motions, lane, block, at, m):
-            close_contact(balls, candidates, contacts, laws, walls, lane, time, totals, counters, table)
+            close_contact(balls, candidates, contacts, laws, walls, np.int64(lane), time, totals, counters, table)
 
 
-@inlined()
+@merged()
 def scatter_open(balls, contacts, walls, clock, counters, block, at):
     """Add the forces of the open contacts of a block to their partners."""
     first = np.uint64(block * LANES)
@@ -170,7 +170,7 @@ def scatter_open(balls, contacts, walls, clock, counters, block, at):
             )  # fmt: skip
 
 
-@inlined()
+@merged()
 def resolve_blocks(balls, candidates, contacts, laws, mark, walls, clock, begin, end, time, totals, counters, table):
     """The contacts of blocks begin to end: those that have parted are closed, the others act on their partners."""
     for block in range(begin, end):

@@ -38,7 +38,7 @@ from millprint.mill.walls import (
     touch,
     wall_velocity,
 )
-from millprint.run.kernel import inlined, inner
+from millprint.run.kernel import inlined, inner, merged
 
 # Farther than any contact [m].
 FAR = 1e300
@@ -214,7 +214,7 @@ def close_contact(balls, candidates, contacts, laws, walls, lane, time, totals, 
     free_lane(candidates, contacts, lane, counters)
 
 
-@inlined()
+@merged()
 def wall_away(walls, candidates, motions, k, body, position, limit):
     """From the foot on candidate k's feature of the wall to the centre of a ball, in the laboratory frame.
 
@@ -239,7 +239,7 @@ def near_pairs_listed(candidates):
     return candidates.near_end[candidates.near_end.size - 1]
 
 
-@inlined()
+@merged()
 def find_pairs(balls, candidates, begin, end, found):
     """Write those of the near pairs begin to end that have come within reach to `found`; returns how many."""
     count = np.uint64(0)
@@ -253,7 +253,7 @@ def find_pairs(balls, candidates, begin, end, found):
     return count
 
 
-@inlined()
+@merged()
 def find_walls(balls, candidates, motions):
     """The same for balls and features of the walls, to candidates.found; of edges and corners, all that are near."""
     count = np.uint64(0)
@@ -418,7 +418,7 @@ def open_pairs(balls, candidates, contacts, laws, counters, count, time):
         open_pair(balls, candidates, contacts, laws, counters, candidates.found[at], time)
 
 
-@inlined()
+@merged()
 def open_walls(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table):
     """Open the contacts with walls of all balls that have come within reach, in the order of the lists."""
     count = np.int64(find_walls(balls, candidates, clock.motions))
@@ -428,7 +428,7 @@ def open_walls(balls, candidates, contacts, laws, walls, clock, time, totals, co
         open_wall(balls, candidates, contacts, laws, walls, clock, k, time, totals, counters, table)
 
 
-@inlined()
+@merged()
 def open_contacts(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table):
     """Open the contacts of all that have come within reach."""
     count = np.int64(find_pairs(balls, candidates, np.uint64(0), near_pairs_listed(candidates), candidates.found))

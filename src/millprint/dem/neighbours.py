@@ -36,7 +36,7 @@ from millprint.mill.walls import (
     plane_distance,
     to_body,
 )
-from millprint.run.kernel import inlined, inner, kernel
+from millprint.run.kernel import inlined, inner, kernel, merged
 
 # How far two balls may come nearer to each other between two searches, over the skin. With less, searches are frequent;
 # with more, more candidates are near.
@@ -47,7 +47,7 @@ SLACK_SHARE = 0.02
 LOOK_EVERY = 50.0
 
 
-@inlined()
+@merged()
 def speed2_seen(balls, motions, body, i):
     """Squared speed of a ball as seen from a body [m2/s2]."""
     pose = motions.pose
@@ -68,7 +68,7 @@ def measure_strides(balls, candidates, clock):
         candidates.stride[body] = 2 * clock.step * math.sqrt(fastest2) + 1e-12
 
 
-@inlined()
+@merged()
 def near_walls(balls, candidates, motions, body, nearer):
     """List the features of a body that are closed and less than `nearer` [m] from contact; open ones are marked."""
     origin, turns = row(motions.pose, body), motions.turns[body]
@@ -106,7 +106,7 @@ def is_near(balls, candidates, k, more):
     return np.uint64((trigger >= 0.0) & (dot(away, away) < trigger + more))
 
 
-@inlined()
+@merged()
 def near_pairs(balls, candidates, nearer):
     """The same for pairs."""
     more, count = squares_apart(balls, nearer), np.uint64(0)
@@ -117,7 +117,7 @@ def near_pairs(balls, candidates, nearer):
     candidates.near_end[candidates.near_end.size - 1] = count
 
 
-@inlined()
+@merged()
 def list_near_walls(balls, candidates, clock, counters):
     """List the features that are near, and plan the next search; returns how near a pair must be to be listed [m]."""
     longest = 0.0
@@ -163,7 +163,7 @@ def put_aside(candidates, contacts, counters):
     counters[COUNTER.aside] = kept
 
 
-@inlined()
+@merged()
 def find_candidate(walls, candidates, i, partner):
     """The candidate of ball i with a partner; -1 if it is not listed."""
     begin, end = candidates.first[i], candidates.first[i + 1]
@@ -176,16 +176,16 @@ def find_candidate(walls, candidates, i, partner):
     return -1
 
 
-@inlined()
+@merged()
 def put_back(balls, candidates, contacts, laws, counters, kept, k):
     """Open the contact of candidate k with the history of the contact set aside as number `kept`."""
-    lane = occupy(balls, candidates, contacts, laws, counters, k)
+    lane = occupy(balls, candidates, contacts, laws, counters, np.uint32(k))
     for c in range(HISTORY_WIDTH):
         put_of(contacts, lane, LANE_HISTORY + c, contacts.kept_history[kept, c])
     choose_by_speed(laws.by_speed, contacts, laws, lane)
 
 
-@inner()
+@merged()
 def put_all_back(balls, candidates, contacts, laws, walls, counters):
     """Open all contacts set aside, with their exact histories; sets the status if one has lost its candidate."""
     for kept in range(counters[COUNTER.aside]):
@@ -217,12 +217,12 @@ def add_pair(balls, candidates, laws, i, j, skin, k):
     away = subtract(row(candidates.anchor[0], i), row(candidates.anchor[0], j))
     reach = laws.pair[balls.species[i], balls.species[j], LAW.reach]
     if dot(away, away) < (reach + skin) * (reach + skin):
-        return add_candidate(candidates, k, i, j, 0, reach * reach)
+        return add_candidate(candidates, k, i, j, np.int64(0), reach * reach)
     return k
 
 
 # Inlined, since a call hands over some hundred numbers, the arrays' addresses and sizes.
-@inlined()
+@merged()
 def add_walls(balls, candidates, walls, body, i, skin, k):
     """Append the features of a body near ball i; returns -1 if the ball is outside the vessel's bounding box."""
     radius = balls.radius[balls.species[i]]
@@ -301,7 +301,7 @@ def add_cell_pairs(balls, candidates, laws, i, skin, shape, k):
     return k
 
 
-@inner()
+@merged()
 def list_candidates(balls, candidates, laws, walls, clock, counters):
     """Fill the lists from the anchors; sets the status if a ball has left or there is no room."""
     n = balls.species.size
@@ -312,7 +312,7 @@ def list_candidates(balls, candidates, laws, walls, clock, counters):
         for radius in balls.radius:
             largest = max(largest, radius)
         shape = sort_into_cells(candidates, 2 * largest + clock.skin)
-    k = 0
+    k = np.int64(0)
     for i in range(n):
         candidates.first[i] = k
         if crowded:
@@ -334,7 +334,7 @@ def list_candidates(balls, candidates, laws, walls, clock, counters):
         counters[COUNTER.status] = STATUS.candidates_full
 
 
-@inner()
+@merged()
 def relist(balls, candidates, contacts, laws, walls, clock, counters):
     """Set the open contacts aside and rebuild the lists; sets the status if a ball is lost or a list full.
 
@@ -354,7 +354,7 @@ def relist(balls, candidates, contacts, laws, walls, clock, counters):
     list_candidates(balls, candidates, laws, walls, clock, counters)
 
 
-@inlined()
+@merged()
 def farthest_and_fastest(balls, candidates, motions, body):
     """Of all balls, in a body's frame: largest squared distance from the anchor [m2] and squared speed [m2/s2].
 
@@ -378,7 +378,7 @@ def farthest_and_fastest(balls, candidates, motions, body):
     return travelled2, fastest2, total
 
 
-@inlined()
+@merged()
 def needs_rebuild(balls, candidates, clock):
     """Whether a ball may leave its skin within the next step, and the number of steps to the next check [-].
 
@@ -398,7 +398,7 @@ def needs_rebuild(balls, candidates, clock):
     return stale, max(1, int(steps))
 
 
-@kernel()
+@inner()
 def check_lists(balls, candidates, contacts, laws, walls, clock, counters):
     """Check the overlaps, rebuild the lists if that is needed, and plan the next check."""
     check_overlaps(contacts, counters)

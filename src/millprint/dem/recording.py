@@ -84,7 +84,7 @@ class Recorder(NamedTuple):
     works_now: np.ndarray  # (width,) and now
 
 
-@kernel()
+@inner()
 def all_works(contacts, counters, totals, out):
     """Totals with the works so far of the contacts that are open, and the elastic energies of the last evaluation."""
     for c in range(TOTAL_WIDTH):

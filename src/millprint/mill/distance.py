@@ -25,7 +25,7 @@ from millprint.mill.vectors import add_scaled, dot, row, scale, subtract
 from millprint.mill.vessel import Vessel
 from millprint.mill.wall_arrays import all_sides
 from millprint.mill.walls import beyond_side
-from millprint.run.kernel import array_maker, inlined, inner
+from millprint.run.kernel import array_maker, inlined, inner, merged
 
 # Facets whose box is looked at first.
 BLOCK = 32
@@ -160,7 +160,7 @@ def is_open(vessel: Vessel, number: int) -> bool:
     return bool(area < 0.93 * whole)
 
 
-@inlined()
+@merged()
 def _nearest_on_outline(surface, facet, point):
     """Nearest point of a facet's outline: (squared distance, vector from it to the point, normal there).
 
@@ -187,7 +187,7 @@ def _nearest_on_outline(surface, facet, point):
     return best, away_best, outward
 
 
-@inlined()
+@merged()
 def _is_there(surface, curve, foot, direction):
     """Whether a curve is a wall at a point of it, where its normal has this direction: not in a lifter on a shell.
 
@@ -257,12 +257,12 @@ def _nearest_in_block(surface, block, point, best, away, sign, nearest):
 @inlined()
 def distance_at(surface, point):
     """Signed distance of a point and its gradient; the nearest facet, side, curve or rim decides the sign."""
-    nearest, least = 0, 1e300
+    nearest, least = np.int64(0), 1e300
     for block in range(surface.box.shape[0]):
         squared = _from_box(surface, block, point)
         if squared < least:
             nearest, least = block, squared
-    found = _nearest_in_block(surface, nearest, point, 1e300, (0.0, 0.0, 0.0), 1.0, -1)
+    found = _nearest_in_block(surface, nearest, point, 1e300, (0.0, 0.0, 0.0), 1.0, np.int64(-1))
     for block in range(surface.box.shape[0]):
         if block != nearest and _from_box(surface, block, point) <= found[0] * (1 + 1e-9):
             found = _nearest_in_block(surface, block, point, *found)

@@ -252,11 +252,10 @@ def _build_walls(bodies: tuple[Vessel, ...], radius: float, margin: float, pitch
 
 
 @inlined()
-def cells_between(walls, body, axis, low, high):
+def cells_between(origin, cells, pitch, low, high):
     """First and last plus one of a grid's cells, along an axis, whose middles lie between two numbers [m]."""
-    origin, cells = walls.grid_origin[body, axis], walls.grid_shape[body, axis]
-    first = math.floor((low - origin) / walls.grid_pitch - 0.5)
-    last = math.ceil((high - origin) / walls.grid_pitch - 0.5)
+    first = math.floor((low - origin) / pitch - 0.5)
+    last = math.ceil((high - origin) / pitch - 0.5)
     return int(min(max(first, 0.0), cells)), int(min(max(last + 1, 0.0), cells))
 
 
@@ -266,14 +265,14 @@ def visit_cells(walls, radius, margin, low, high, feature, features, sure):
     if walls.is_drawing[feature]:
         return
     body = walls.body[feature]
-    shape = row(walls.grid_shape, body)
-    x_from, x_to = cells_between(walls, body, 0, low[feature, 0], high[feature, 0])
-    y_from, y_to = cells_between(walls, body, 1, low[feature, 1], high[feature, 1])
-    z_from, z_to = cells_between(walls, body, 2, low[feature, 2], high[feature, 2])
+    origin, shape, pitch = row(walls.grid_origin, body), row(walls.grid_shape, body), walls.grid_pitch
+    x_from, x_to = cells_between(origin[0], shape[0], pitch, low[feature, 0], high[feature, 0])
+    y_from, y_to = cells_between(origin[1], shape[1], pitch, low[feature, 1], high[feature, 1])
+    z_from, z_to = cells_between(origin[2], shape[2], pitch, low[feature, 2], high[feature, 2])
     for x in range(x_from, x_to):
         for y in range(y_from, y_to):
             for z in range(z_from, z_to):
-                middle = add_scaled(row(walls.grid_origin, body), walls.grid_pitch, (x + 0.5, y + 0.5, z + 0.5))
+                middle = add_scaled(origin, pitch, (x + 0.5, y + 0.5, z + 0.5))
                 closeness = closeness_of(walls, feature, middle, radius, margin)
                 if closeness == 0:
                     continue

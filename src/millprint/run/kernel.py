@@ -22,7 +22,7 @@ from millprint.run.machine import CACHE_ROOT
 PACKAGE = Path(__file__).parents[1]
 KERNEL_FOLDERS = ("mill", "dem", "thesis/surrogate")
 IMPORTS = re.compile(r"^from millprint\.([\w.]+) import", re.MULTILINE)
-MAKERS = re.compile(r"from millprint\.run\.kernel import .*\b(kernel|inner|inlined|threaded|array_maker)\b")
+MAKERS = re.compile(r"from millprint\.run\.kernel import .*\b(kernel|inner|inlined|threaded|array_maker|merged)\b")
 
 
 def processor_type() -> str:
@@ -92,6 +92,9 @@ inner = partial(numba.njit, _nrt=False, no_cpython_wrapper=True, **_OPTIONS)
 inlined = partial(inner, forceinline=True)
 # The same for a function that is chosen by the types of its arguments (numba.extending.overload).
 INLINED: Any = {name: value for name, value in inlined.keywords.items() if name != "cache"}
+# For a part of one kernel, such as the gathering of contacts: its statements become those of its caller, and it is not
+# compiled by itself. A function that many call is better compiled once.
+merged = partial(inner, inline="always")
 
 # For loops over `prange` whose body is the call of one kernel. They count references, once per call.
 threaded = partial(numba.njit, parallel=True, **_OPTIONS)
