@@ -253,9 +253,8 @@ def test_a_seam_that_is_sharp_cuts_no_contact_off_while_it_is_pressed():
 def test_corners_and_sharp_seams_keep_a_contact_a_face():
     vessel = box()
     walls = walls_for(vessel, RADIUS)
-    for turn, count in ((box(), 2), (box(turn=np.eye(3)), 2)):
-        assert len(open_features(turn, walls_for(turn, RADIUS), [0.0952, 0.0, 0.0049])) == count
-    assert len(open_features(vessel, walls, [0.0952, 0.0952, 0.0049])) == 3
+    for across, count in ((0.0, 2), (0.0952, 3)):
+        assert len(open_features(vessel, walls, [0.0952, across, 0.0049])) == count
 
 
 def filleted_corner(fillet: float, steps: int = 24) -> Vessel:
