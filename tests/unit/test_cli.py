@@ -10,6 +10,7 @@ import yaml
 from millprint.cli import engine
 from millprint.cli.commands import main
 from millprint.cli.new_mill import completed, filled, fractions, kinds, questions, read_template
+from millprint.cli.plan_run import with_targets_first
 from millprint.config import included
 from millprint.config.checks import CONFIG_FILE, base_of
 from millprint.config.included import SOURCES, included_mills
@@ -156,3 +157,20 @@ def test_the_completion_is_that_of_bash(capsys):
     script += "\nCOMP_WORDS=(millprint run conv); COMP_CWORD=2; _millprint; echo ${COMPREPLY[@]}"
     done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["fingerprint", "convergence"]
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ("planetary --cores 2", "planetary --cores 2"),
+        ("--cores 2 planetary", "planetary --cores 2"),
+        ("fingerprint -n mine.yaml -j2", "fingerprint mine.yaml -n -j2"),
+        ("--until planetary explore emax", "--until planetary explore emax"),
+        ("--config name=own --cores 2 emax", "emax --config name=own --cores 2"),
+        ("--configfile a.yaml -- heat results/a", "heat results/a --configfile a.yaml"),
+        # Snakemake refuses it itself.
+        ("--cores planetary", "--cores planetary"),
+    ],
+)
+def test_a_plan_finds_its_targets_before_and_after_options(given, expected):
+    assert with_targets_first(given.split()) == expected.split()

@@ -84,13 +84,13 @@ def test_a_plan_says_what_a_run_would_do_and_changes_nothing(project):
 
 
 def test_a_plan_counts_what_each_simulation_takes(tmp_path):
-    """Of the same jobs, with windows of 10 and of 300 turns."""
+    """Of the same jobs, with windows of 10 and of 300 turns; the mill stands before or after an option."""
     said = []
-    for turns in (10, 300):
+    for turns, words in ((10, ("mine.yaml", "--cores", "1")), (300, ("--cores", "1", "mine.yaml"))):
         sweep = {"speeds_rpm": [400], "ball_diameters_mm": [5], "fill_ratios": [0.2, 0.3, 0.4], "window_turns": turns}
         run = {"mill": "planetary", "contacts": ["steel"], "sweep": sweep}
         (tmp_path / "mine.yaml").write_text(yaml.safe_dump(run))
-        command = [sys.executable, "-m", "millprint.cli", "plan", "mine.yaml", "--cores", "1"]
+        command = [sys.executable, "-m", "millprint.cli", "plan", *words]
         done = subprocess.run(command, cwd=tmp_path, env=active_environment(), capture_output=True, text=True)
         assert done.returncode == 0, done.stderr[-2000:]
         about, longest = re.search(r"time +about (.+) on 1 core; .*the longest job, (\w+),", done.stdout).groups()

@@ -3,8 +3,8 @@
     millprint plan fingerprint planetary
     millprint plan fingerprint mine.yaml --cores 4
 
-Targets come first, then a mill or a configuration, then arguments of Snakemake, such as --configfile config/smoke.yaml;
-without a target, the whole run. Nothing is changed.
+Targets and a mill or a configuration stand before or after arguments of Snakemake, such as --cores 4; without a target,
+the whole run. Nothing is changed.
 """
 
 import argparse
@@ -67,6 +67,24 @@ def cores_of(words: list[str]) -> int:
     return int(found) if found.isdigit() else os.cpu_count() or 1
 
 
+def with_targets_first(arguments: list[str]) -> list[str]:
+    """The arguments with targets and mills in front, as Snakemake's own parser tells them from values of options."""
+    bare = list(takewhile(lambda word: not word.startswith("-"), arguments))
+    if all(word.startswith("-") for word in arguments[len(bare) :]):
+        return arguments
+    # Imported here: it takes a second, which most refusals do not need.
+    from snakemake.cli import get_argument_parser
+    from snakemake.exceptions import CliException
+
+    try:
+        found = get_argument_parser().parse_known_intermixed_args(arguments)[0].targets
+    except CliException:
+        # Snakemake will refuse them in its own words.
+        return arguments
+    # The same words may also be values of options.
+    return [*found, *(word for word in arguments if word != "--" and not any(word is each for each in found))]
+
+
 def main(arguments: list[str], name: str = "plan") -> int:
     """Print the plan; returns the exit status, that of Snakemake where it refuses."""
     if "--help" in arguments or "-h" in arguments:
@@ -75,12 +93,13 @@ def main(arguments: list[str], name: str = "plan") -> int:
 
     # Reading the Snakefile as a run does: a configuration among the targets is its settings.
     mills = included_mills()
+    cores = cores_of(arguments)
+    arguments = with_targets_first(arguments)
     own = list(takewhile(lambda word: not word.startswith("-"), arguments))
     named = [settings_of(word) if word.endswith(YAML) or word in ("", *mills) else [word] for word in own]
     words = [*chain.from_iterable(named), *arguments[len(own) :]]
     check_configfiles(words)
-    cores = cores_of(words)
-    # Imported here: it takes a second, which a refusal does not need.
+    # Imported here: it takes a second, which most refusals do not need.
     from snakemake.cli import main as snakemake_command
     from snakemake.logging import logger
 

@@ -210,6 +210,8 @@ OTHER_FILES = {
 WORDS_OF_STL = r"(?:facet|outer|vertex|endloop|endfacet|endsolid)\b"
 # The name of a solid, which ends with its line or, where all is in one line, with the first triangle.
 NAMED = re.compile(r"(?im)^(solid|endsolid)\b(?:(?! facet +normal +[-+.\d]).)*")
+# A word of the format that is written as two.
+PARTED = re.compile(r"(?i)\bend[ \n]+(?=(?:facet|loop|solid)\b)")
 NOT_A_SURFACE = "is neither STL, PLY nor OBJ; export it as STL"
 
 
@@ -242,6 +244,7 @@ def _stl_lines(text: str) -> str:
 
     The order of the corners counts, and not the normals. Exponents are of e, where Fortran writes d.
     """
+    text = NAMED.sub(r"\1", PARTED.sub("end", text))
     if text.count("\n") < 2 * text.lower().count("vertex"):
         text = NAMED.sub(r"\1", re.sub(rf"(?i) (?={WORDS_OF_STL})", "\n", text))
     return text.lower().replace("normal", "").replace("d+", "e+").replace("d-", "e-")
@@ -304,7 +307,9 @@ def _unfinished(kind: str, content: bytes) -> str | None:
 def _unread(kind: str, content: bytes, points: np.ndarray, triangles: np.ndarray) -> str | None:
     """What of a file is not in the points and triangles that were read, or None."""
     stated = {"stl_ascii": content.count(b"endfacet"), "ply": _stated_numbers(content).get(b"face", 0)}.get(kind, 0)
-    if len(triangles) < stated or (kind == "stl_ascii" and 3 * stated != content.count(b"vertex")):
+    if kind == "stl_ascii" and 3 * stated != (corners := content.count(b"vertex")):
+        return f"it has {corners} corners, and `endfacet` {stated} times, not once for each three"
+    if len(triangles) < stated:
         return f"of its {stated} faces {len(triangles)} can be read"
     if kind == "obj":
         last = np.array(content[content.rfind(b"\nv ") :].split()[1:4], dtype=float)
